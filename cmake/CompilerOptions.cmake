@@ -1,0 +1,26 @@
+# legopt_options: what each of our own targets is compiled with. Third-party code is never compiled here.
+add_library(legopt_options INTERFACE)
+target_include_directories(legopt_options INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(legopt_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Woverloaded-virtual
+  $<$<BOOL:${LEGOPT_WERROR}>:-Werror>)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # False alarms of g++ 12 inside Eigen's vectorised assignments of 3-vectors.
+  target_compile_options(legopt_options INTERFACE -Wno-array-bounds -Wno-maybe-uninitialized)
+endif()
+
+set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
+if(LEGOPT_ARCH AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  # On every target, so that all of them agree on Eigen's alignment.
+  add_compile_options(-march=${LEGOPT_ARCH})
+endif()
+
+if(LEGOPT_SANITIZE)
+  add_compile_options(-fsanitize=${LEGOPT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${LEGOPT_SANITIZE})
+elseif(CMAKE_BUILD_TYPE STREQUAL "Release")
+  include(CheckIPOSupported)
+  check_ipo_supported(RESULT ipo_supported OUTPUT ipo_output LANGUAGES CXX)
+  option(LEGOPT_LTO "Link-time optimisation in Release builds" ${ipo_supported})
+  set(CMAKE_INTERPROCEDURAL_OPTIMIZATION ${LEGOPT_LTO})
+endif()

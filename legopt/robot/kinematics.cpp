@@ -1,0 +1,239 @@
+#include "legopt/robot/kinematics.h"
+
+#include <cmath>
+
+namespace legopt {
+namespace {
+
+constexpr double kAxisTolerance = 1e-12;
+constexpr double kSmallAngle = 1e-8;
+
+/// Columns of `rotation` turned about its own axis number `axis` by the angle with cosine c and sine s.
+void TurnAboutOwnAxis(int axis, double c, double s, Eigen::Matrix3d& rotation) {
+  const int j = (axis + 1) % 3;
+  const int k = (axis + 2) % 3;
+  const Eigen::Vector3d col_j = rotation.col(j);
+  const Eigen::Vector3d col_k = rotation.col(k);
+  rotation.col(j) = c * col_j + s * col_k;
+  rotation.col(k) = c * col_k - s * col_j;
+}
+
+Eigen::Matrix3d RotationAbout(const Eigen::Vector3d& axis, double c, double s) {
+  Eigen::Matrix3d r = (1.0 - c) * axis * axis.transpose();
+  r.diagonal().array() += c;
+  r(0, 1) -= s * axis.z();
+  r(0, 2) += s * axis.y();
+  r(1, 0) += s * axis.z();
+  r(1, 2) -= s * axis.x();
+  r(2, 0) -= s * axis.y();
+  r(2, 1) += s * axis.x();
+  return r;
+}
+
+}  // namespace
+
+void Retract(const RobotModel& model, Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
+             Eigen::Ref<Eigen::VectorXd> x_next) {
+  const int n = model.num_dofs();
+  x_next.head(n + 3) = x.head(n + 3) + dx.head(n + 3);
+  const Eigen::Vector3d phi = dx.segment<3>(n + 3);
+  const double angle = phi.norm();
+  const double half_sinc = angle < kSmallAngle ? 0.5 : std::sin(0.5 * angle) / angle;
+  const Eigen::Quaterniond turn(std::cos(0.5 * angle), half_sinc * phi.x(), half_sinc * phi.y(), half_sinc * phi.z());
+  const Eigen::Quaterniond base(x[n + 3], x[n + 4], x[n + 5], x[n + 6]);
+  const Eigen::Quaterniond next = (turn * base).normalized();
+  x_next[n + 3] = next.w();
+  x_next.segment<3>(n + 4) = next.vec();
+}
+
+Kinematics::Kinematics(const RobotModel& model) : model_(&model) {
+  const auto bodies = static_cast<size_t>(model.num_bodies());
+  const auto dofs = static_cast<size_t>(model.num_dofs());
+  body_joints_.resize(dofs);
+  for (size_t dof = 0; dof < dofs; ++dof) {
+    const Joint& joint = model.joints()[static_cast<size_t>(model.dof_joint(static_cast<int>(dof)))];
+    const Eigen::Isometry3d in_parent = model.link_in_body(joint.parent_link) * joint.origin;
+    BodyJoint& body = body_joints_[dof];
+    body.rotation = in_parent.linear();
+    body.translation = in_parent.translation();
+    body.rotated = !body.rotation.isIdentity(kAxisTolerance);
+    body.axis = joint.axis;
+    body.parent = model.body_parent(static_cast<int>(dof) + 1);
+    body.kind = AxisKind::kGeneral;
+    if (joint.type == JointType::kPrismatic) {
+      body.kind = AxisKind::kPrismatic;
+    } else if ((joint.axis - Eigen::Vector3d::UnitX()).norm() < kAxisTolerance) {
+      body.kind = AxisKind::kX;
+    } else if ((joint.axis - Eigen::Vector3d::UnitY()).norm() < kAxisTolerance) {
+      body.kind = AxisKind::kY;
+    } else if ((joint.axis - Eigen::Vector3d::UnitZ()).norm() < kAxisTolerance) {
+      body.kind = AxisKind::kZ;
+    }
+  }
+
+  body_mass_.assign(bodies, 0.0);
+  body_com_.assign(bodies, Eigen::Vector3d::Zero());
+  for (size_t l = 0; l < model.links().size(); ++l) {
+    const Link& link = model.links()[l];
+    const auto body = static_cast<size_t>(model.link_body(static_cast<int>(l)));
+    body_mass_[body] += link.mass;
+    body_com_[body] += link.mass * (model.link_in_body(static_cast<int>(l)) * link.com);
+    const Joint* joint = link.parent_joint < 0 ? nullptr : &model.joints()[static_cast<size_t>(link.parent_joint)];
+    if (joint != nullptr && joint->type == JointType::kFixed) frame_links_.push_back(static_cast<int>(l));
+  }
+  subtree_mass_ = body_mass_;
+  for (size_t body = bodies; body-- > 1;) {
+    subtree_mass_[static_cast<size_t>(body_joints_[body - 1].parent)] += subtree_mass_[body];
+  }
+  for (size_t body = 0; body < bodies; ++body) {
+    if (body_mass_[body] > 0.0) body_com_[body] /= body_mass_[body];
+  }
+
+  rotation_.assign(bodies, Eigen::Matrix3d::Identity());
+  origin_.assign(bodies, Eigen::Vector3d::Zero());
+  subtree_moment_.assign(bodies, Eigen::Vector3d::Zero());
+  axis_W_.assign(dofs, Eigen::Vector3d::Zero());
+  lever_.assign(dofs, Eigen::Vector3d::Zero());
+  link_poses_.assign(model.links().size(), Eigen::Isometry3d::Identity());
+}
+
+void Kinematics::Update(Eigen::Ref<const Eigen::VectorXd> x) {
+  const int n = model_->num_dofs();
+  rotation_[0] = Eigen::Quaterniond(x[n + 3], x[n + 4], x[n + 5], x[n + 6]).normalized().toRotationMatrix();
+  origin_[0] = x.segment<3>(n);
+  link_poses_[0].linear() = rotation_[0];
+  link_poses_[0].translation() = origin_[0];
+  for (int body = 1; body <= n; ++body) UpdateBody(body, x[body - 1]);
+  for (const int link : frame_links_) {
+    const auto body = static_cast<size_t>(model_->link_body(link));
+    const Eigen::Isometry3d& in_body = model_->link_in_body(link);
+    Eigen::Isometry3d& pose = link_poses_[static_cast<size_t>(link)];
+    pose.linear().noalias() = rotation_[body] * in_body.linear();
+    pose.translation().noalias() = rotation_[body] * in_body.translation();
+    pose.translation() += origin_[body];
+  }
+  UpdateMasses();
+}
+
+void Kinematics::UpdateBody(int body, double q) {
+  const auto b = static_cast<size_t>(body);
+  const BodyJoint& joint = body_joints_[b - 1];
+  const auto parent = static_cast<size_t>(joint.parent);
+  Eigen::Matrix3d& rotation = rotation_[b];
+  if (joint.rotated) {
+    rotation.noalias() = rotation_[parent] * joint.rotation;
+  } else {
+    rotation = rotation_[parent];
+  }
+  origin_[b].noalias() = rotation_[parent] * joint.translation;
+  origin_[b] += origin_[parent];
+  const int unit_axis = static_cast<int>(joint.kind);
+  if (unit_axis < 3) {
+    axis_W_[b - 1] = rotation.col(unit_axis);
+    TurnAboutOwnAxis(unit_axis, std::cos(q), std::sin(q), rotation);
+  } else {
+    axis_W_[b - 1].noalias() = rotation * joint.axis;
+    if (joint.kind == AxisKind::kPrismatic) {
+      origin_[b] += q * axis_W_[b - 1];
+    } else {
+      rotation = rotation * RotationAbout(joint.axis, std::cos(q), std::sin(q));
+    }
+  }
+  const int child = model_->joints()[static_cast<size_t>(model_->dof_joint(body - 1))].child_link;
+  Eigen::Isometry3d& pose = link_poses_[static_cast<size_t>(child)];
+  pose.linear() = rotation;
+  pose.translation() = origin_[b];
+}
+
+void Kinematics::UpdateMasses() {
+  const size_t bodies = body_mass_.size();
+  for (size_t body = 0; body < bodies; ++body) {
+    subtree_moment_[body].noalias() = rotation_[body] * body_com_[body];
+    subtree_moment_[body] = body_mass_[body] * (subtree_moment_[body] + origin_[body]);
+  }
+  for (size_t body = bodies; body-- > 1;) {
+    const BodyJoint& joint = body_joints_[body - 1];
+    subtree_moment_[static_cast<size_t>(joint.parent)] += subtree_moment_[body];
+    lever_[body - 1] =
+        joint.kind == AxisKind::kPrismatic
+            ? Eigen::Vector3d(subtree_mass_[body] * axis_W_[body - 1])
+            : Eigen::Vector3d(axis_W_[body - 1].cross(subtree_moment_[body] - subtree_mass_[body] * origin_[body]));
+  }
+  com_ = subtree_moment_[0] / (subtree_mass_[0] > 0.0 ? subtree_mass_[0] : 1.0);
+}
+
+void Kinematics::AddPointGradient(int link, const Eigen::Vector3d& p_W, const Eigen::Vector3d& n_W, double scale,
+                                  double* row) const {
+  const int n = model_->num_dofs();
+  const Eigen::Vector3d direction = scale * n_W;
+  const Eigen::Vector3d moment = p_W.cross(direction);  // n . (a x (p - o)) = a . (p x n - o x n)
+  for (const int dof : model_->body_dofs(model_->link_body(link))) {
+    const auto d = static_cast<size_t>(dof);
+    row[dof] += body_joints_[d].kind == AxisKind::kPrismatic
+                    ? axis_W_[d].dot(direction)
+                    : axis_W_[d].dot(moment - origin_[d + 1].cross(direction));
+  }
+  const Eigen::Vector3d base_moment = moment - origin_[0].cross(direction);
+  for (int k = 0; k < 3; ++k) {
+    row[n + k] += direction[k];
+    row[n + 3 + k] += base_moment[k];
+  }
+}
+
+void Kinematics::PointJacobian(int link, const Eigen::Vector3d& p_W, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
+  const int n = model_->num_dofs();
+  jacobian.setZero();
+  for (const int dof : model_->body_dofs(model_->link_body(link))) {
+    const auto d = static_cast<size_t>(dof);
+    if (body_joints_[d].kind == AxisKind::kPrismatic) {
+      jacobian.col(dof) = axis_W_[d];
+    } else {
+      jacobian.col(dof) = axis_W_[d].cross(p_W - origin_[d + 1]);
+    }
+  }
+  jacobian.middleCols<3>(n).setIdentity();
+  const Eigen::Vector3d r = p_W - origin_[0];
+  for (int k = 0; k < 3; ++k) jacobian.col(n + 3 + k) = Eigen::Vector3d::Unit(k).cross(r);
+}
+
+void Kinematics::AngularJacobian(int link, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
+  const int n = model_->num_dofs();
+  jacobian.setZero();
+  for (const int dof : model_->body_dofs(model_->link_body(link))) {
+    const auto d = static_cast<size_t>(dof);
+    if (body_joints_[d].kind != AxisKind::kPrismatic) jacobian.col(dof) = axis_W_[d];
+  }
+  jacobian.middleCols<3>(n + 3).setIdentity();
+}
+
+void Kinematics::ComJacobian(Eigen::Ref<Eigen::MatrixXd> jacobian) const {
+  const int n = model_->num_dofs();
+  const double inverse_mass = 1.0 / subtree_mass_[0];
+  for (int dof = 0; dof < n; ++dof) jacobian.col(dof) = inverse_mass * lever_[static_cast<size_t>(dof)];
+  jacobian.middleCols<3>(n).setIdentity();
+  const Eigen::Vector3d r = com_ - origin_[0];
+  for (int k = 0; k < 3; ++k) jacobian.col(n + 3 + k) = Eigen::Vector3d::Unit(k).cross(r);
+}
+
+void Kinematics::GravityTorques(double g, Eigen::Ref<Eigen::VectorXd> tau) const {
+  for (int dof = 0; dof < model_->num_dofs(); ++dof) tau[dof] = g * lever_[static_cast<size_t>(dof)].z();
+}
+
+void Kinematics::GravityTorqueJacobian(double g, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
+  const int n = model_->num_dofs();
+  jacobian.setZero();
+  for (int j = 0; j < n; ++j) {
+    const Eigen::Vector3d v = g * lever_[static_cast<size_t>(j)];
+    for (const int i : model_->body_dofs(j + 1)) {  // ancestors of j and j itself
+      const auto d = static_cast<size_t>(i);
+      if (body_joints_[d].kind == AxisKind::kPrismatic) continue;  // moves without turning the lever
+      const double entry = axis_W_[d].x() * v.y() - axis_W_[d].y() * v.x();
+      jacobian(j, i) = entry;
+      jacobian(i, j) = entry;
+    }
+    jacobian(j, n + 3) = v.y();
+    jacobian(j, n + 4) = -v.x();
+  }
+}
+
+}  // namespace legopt

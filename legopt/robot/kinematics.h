@@ -1,0 +1,87 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "legopt/robot/robot_model.h"
+
+namespace legopt {
+
+/// x' = x moved by the tangent dx (RobotModel): joints and base position added, base rotation R' = Exp(dphi) R. The
+/// quaternion of x' is normalised.
+void Retract(const RobotModel& model, Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
+             Eigen::Ref<Eigen::VectorXd> x_next);
+
+/// Forward kinematics, centre of mass, gravity torques and their derivatives at one configuration.
+///
+/// A workspace: allocated once, used by one thread, refers to a model that must outlive it. All quantities hold for the
+/// configuration of the last Update(). Jacobian columns follow the tangent [dq, dp, dphi] of RobotModel.
+class Kinematics {
+ public:
+  explicit Kinematics(const RobotModel& model);
+
+  const RobotModel& model() const { return *model_; }
+
+  /// Computes all link poses and centres of mass. `x`: configuration, size n + 7; quaternion of any non-zero norm.
+  void Update(Eigen::Ref<const Eigen::VectorXd> x);
+
+  /// Pose of a link's frame in the world, X_WL.
+  const Eigen::Isometry3d& link_pose(int link) const { return link_poses_[static_cast<size_t>(link)]; }
+
+  /// Centre of mass of the whole robot, world, m.
+  const Eigen::Vector3d& com() const { return com_; }
+
+  /// row += scale * d(n . p)/dx, for the point p_W fixed in `link` and a constant direction n_W. `row`: n + 6 doubles.
+  void AddPointGradient(int link, const Eigen::Vector3d& p_W, const Eigen::Vector3d& n_W, double scale,
+                        double* row) const;
+
+  /// J (3 x n+6) of the point p_W fixed in `link`, world axes.
+  void PointJacobian(int link, const Eigen::Vector3d& p_W, Eigen::Ref<Eigen::MatrixXd> jacobian) const;
+
+  /// J (3 x n+6) of the angular velocity of `link`, world axes.
+  void AngularJacobian(int link, Eigen::Ref<Eigen::MatrixXd> jacobian) const;
+
+  /// J (3 x n+6) of com().
+  void ComJacobian(Eigen::Ref<Eigen::MatrixXd> jacobian) const;
+
+  /// Torques (forces) that hold the robot still against gravity with the base fixed in space and no contacts
+  /// (reference 1.6): tau_i = g M_i [a_i x (C_i - o_i)]_z with M_i, C_i mass and COM of the subtree behind joint i.
+  /// `g` in m/s^2; `tau`: n entries, N m or N.
+  void GravityTorques(double g, Eigen::Ref<Eigen::VectorXd> tau) const;
+
+  /// d tau / dx (n x n+6). The joint block is the Hessian of the potential energy and so symmetric.
+  void GravityTorqueJacobian(double g, Eigen::Ref<Eigen::MatrixXd> jacobian) const;
+
+ private:
+  enum class AxisKind { kX, kY, kZ, kGeneral, kPrismatic };
+
+  /// What moves body k = index + 1, in the frame of its parent body.
+  struct BodyJoint {
+    Eigen::Matrix3d rotation;
+    Eigen::Vector3d translation;
+    Eigen::Vector3d axis;
+    bool rotated = false;  ///< rotation is not the identity
+    AxisKind kind = AxisKind::kGeneral;
+    int parent = 0;
+  };
+
+  void UpdateBody(int body, double q);
+  void UpdateMasses();
+
+  const RobotModel* model_;
+  std::vector<BodyJoint> body_joints_;
+  std::vector<double> body_mass_;                 ///< of the body alone
+  std::vector<Eigen::Vector3d> body_com_;         ///< body frame
+  std::vector<double> subtree_mass_;
+  std::vector<int> frame_links_;                  ///< links whose frame differs from their body's
+
+  std::vector<Eigen::Matrix3d> rotation_;         ///< by body, world
+  std::vector<Eigen::Vector3d> origin_;           ///< by body, world
+  std::vector<Eigen::Vector3d> axis_W_;           ///< by dof
+  std::vector<Eigen::Vector3d> subtree_moment_;   ///< sum of m * com, by body, world
+  std::vector<Eigen::Vector3d> lever_;            ///< by dof: M_i dC_i/dq_i
+  std::vector<Eigen::Isometry3d> link_poses_;
+  Eigen::Vector3d com_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace legopt

@@ -1,0 +1,83 @@
+#include "legopt/robot/robot_model.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <utility>
+
+namespace legopt {
+namespace {
+
+[[noreturn]] void AbortOnBrokenTree(const std::string& robot, size_t joint) {
+  std::fprintf(stderr, "legopt: robot '%s': joint %zu breaks the depth-first order\n", robot.c_str(), joint);
+  std::abort();
+}
+
+}  // namespace
+
+RobotModel::RobotModel(std::string name, std::vector<Link> links, std::vector<Joint> joints)
+    : name_(std::move(name)), links_(std::move(links)), joints_(std::move(joints)) {
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    Joint& joint = joints_[j];
+    const bool in_order = joint.child_link == static_cast<int>(j) + 1 && joint.parent_link >= 0 &&
+                          joint.parent_link < joint.child_link && joint.child_link < static_cast<int>(links_.size());
+    if (!in_order) AbortOnBrokenTree(name_, j);
+    links_[static_cast<size_t>(joint.child_link)].parent_joint = static_cast<int>(j);
+    joint.dof = -1;
+    if (joint.type == JointType::kFixed) continue;
+    joint.dof = static_cast<int>(dof_joints_.size());
+    dof_joints_.push_back(static_cast<int>(j));
+  }
+  lower_.resize(num_dofs());
+  upper_.resize(num_dofs());
+  for (int dof = 0; dof < num_dofs(); ++dof) {
+    lower_[dof] = joints_[static_cast<size_t>(dof_joint(dof))].lower;
+    upper_[dof] = joints_[static_cast<size_t>(dof_joint(dof))].upper;
+  }
+  for (const Link& link : links_) total_mass_ += link.mass;
+  BuildBodies();
+}
+
+void RobotModel::BuildBodies() {
+  link_body_.assign(links_.size(), 0);
+  link_in_body_.assign(links_.size(), Eigen::Isometry3d::Identity());
+  body_parent_.assign(static_cast<size_t>(num_bodies()), -1);
+  body_dofs_.assign(static_cast<size_t>(num_bodies()), {});
+  for (const Joint& joint : joints_) {
+    const auto child = static_cast<size_t>(joint.child_link);
+    const auto parent = static_cast<size_t>(joint.parent_link);
+    if (joint.dof < 0) {
+      link_body_[child] = link_body_[parent];
+      link_in_body_[child] = link_in_body_[parent] * joint.origin;
+      continue;
+    }
+    const auto body = static_cast<size_t>(joint.dof) + 1;
+    link_body_[child] = joint.dof + 1;
+    body_parent_[body] = link_body_[parent];
+    body_dofs_[body] = body_dofs_[static_cast<size_t>(link_body_[parent])];
+    body_dofs_[body].push_back(joint.dof);
+  }
+}
+
+int RobotModel::FindLink(std::string_view name) const {
+  for (size_t i = 0; i < links_.size(); ++i) {
+    if (links_[i].name == name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+int RobotModel::FindJoint(std::string_view name) const {
+  for (size_t i = 0; i < joints_.size(); ++i) {
+    if (joints_[i].name == name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+int RobotModel::MovingJointsBetween(int link_a, int link_b) const {
+  const std::vector<int>& a = body_dofs(link_body(link_a));
+  const std::vector<int>& b = body_dofs(link_body(link_b));
+  size_t common = 0;
+  while (common < a.size() && common < b.size() && a[common] == b[common]) ++common;
+  return static_cast<int>(a.size() + b.size() - 2 * common);
+}
+
+}  // namespace legopt

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace legopt {
+
+/// One collision geometry of a URDF link or of a scene, in the frame of its owner.
+struct ShapeSpec {
+  enum class Kind { kBox, kSphere, kCylinder, kCapsule, kMesh };
+
+  Kind kind = Kind::kBox;
+  /// Metres. Box: full extents x, y, z. Sphere: radius in x. Cylinder and capsule: radius in x, length in z; the axis
+  /// is the shape's z, the shape is centred, a capsule's length excludes its caps. Unused for meshes.
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();
+  std::string mesh_file;                                        ///< absolute path; meshes only
+  Eigen::Vector3d scale = Eigen::Vector3d::Ones();              ///< applied to mesh vertices
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();       ///< shape frame in the owner's frame
+};
+
+struct Link {
+  std::string name;
+  double mass = 0.0;                                      ///< kg; 0 when the link has no inertia
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();          ///< centre of mass in the link frame, m
+  int parent_joint = -1;                                  ///< index into joints(); -1 for the base
+  std::vector<ShapeSpec> collision;
+};
+
+enum class JointType { kRevolute, kContinuous, kPrismatic, kFixed };
+
+/// Joint frame rule: X_parent_child(q) = origin * Motion(axis, q), with Motion a rotation (rad) or a translation (m).
+struct Joint {
+  std::string name;
+  JointType type = JointType::kFixed;
+  int parent_link = -1;
+  int child_link = -1;
+  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();        ///< unit, in the joint frame
+  int dof = -1;                                           ///< -1 for fixed joints
+  double lower = 0.0;                                     ///< rad or m; -infinity when unlimited
+  double upper = 0.0;                                     ///< rad or m; +infinity when unlimited
+};
+
+/// Kinematic tree of a floating-base robot: links, joints and degrees of freedom in depth-first order, children in the
+/// order in which the URDF file lists their joints (urdfdom itself sorts by name). Link 0 is the base.
+///
+/// A configuration is the flat vector of LegOpt, size n + 7 for n actuated joints:
+///
+///     x = [q_0 .. q_{n-1}, p_x, p_y, p_z, q_w, q_x, q_y, q_z]
+///
+/// with p the base frame's origin in the world and the quaternion its orientation (normalised by whoever reads it). Its
+/// tangent has n + 6 entries, dx = [dq, dp, dphi], all base parts along world axes: p' = p + dp, R' = Exp(dphi) R.
+///
+/// Immutable; safe to share between threads.
+class RobotModel {
+ public:
+  /// Reads a URDF. Mesh paths are resolved against the file's folder; `package://NAME/rest` is searched upwards from
+  /// there. Throws InputError for a file that cannot be read, XML faults, missing links, loops, several roots,
+  /// unsupported joints (floating, planar, mimic), bad axes, limits or masses.
+  static RobotModel FromUrdfFile(const std::string& path);
+
+  /// The same for text; `source` names it in errors, `mesh_folder` is what relative mesh paths refer to.
+  static RobotModel FromUrdfText(const std::string& xml, const std::string& source, const std::string& mesh_folder);
+
+  /// Builds the tree from links and joints already in depth-first order (checked; a broken order aborts).
+  RobotModel(std::string name, std::vector<Link> links, std::vector<Joint> joints);
+
+  const std::string& name() const { return name_; }
+  const std::vector<Link>& links() const { return links_; }
+  const std::vector<Joint>& joints() const { return joints_; }
+
+  int num_dofs() const { return static_cast<int>(dof_joints_.size()); }
+  int configuration_size() const { return num_dofs() + 7; }
+  int tangent_size() const { return num_dofs() + 6; }
+
+  /// Joint limits by degree of freedom, rad or m, +-infinity where unlimited.
+  const Eigen::VectorXd& lower_limits() const { return lower_; }
+  const Eigen::VectorXd& upper_limits() const { return upper_; }
+
+  int dof_joint(int dof) const { return dof_joints_[static_cast<size_t>(dof)]; }
+  double total_mass() const { return total_mass_; }
+
+  /// Index, or -1 when there is no such link (joint).
+  int FindLink(std::string_view name) const;
+  int FindJoint(std::string_view name) const;
+
+  /// Number of moving joints on the chain between two links.
+  int MovingJointsBetween(int link_a, int link_b) const;
+
+  // Bodies: links joined by fixed joints move as one. Body 0 contains the base; body k > 0 is moved by degree of
+  // freedom k - 1, so that a body's parent has a smaller index.
+  int num_bodies() const { return num_dofs() + 1; }
+  int link_body(int link) const { return link_body_[static_cast<size_t>(link)]; }
+  int body_parent(int body) const { return body_parent_[static_cast<size_t>(body)]; }
+  /// Degrees of freedom that move a body, from the base outwards.
+  const std::vector<int>& body_dofs(int body) const { return body_dofs_[static_cast<size_t>(body)]; }
+  /// Link frame in the frame of its body.
+  const Eigen::Isometry3d& link_in_body(int link) const { return link_in_body_[static_cast<size_t>(link)]; }
+
+ private:
+  void BuildBodies();
+
+  std::string name_;
+  std::vector<Link> links_;
+  std::vector<Joint> joints_;
+  std::vector<int> dof_joints_;
+  Eigen::VectorXd lower_, upper_;
+  double total_mass_ = 0.0;
+  std::vector<int> link_body_;
+  std::vector<int> body_parent_;
+  std::vector<std::vector<int>> body_dofs_;
+  std::vector<Eigen::Isometry3d> link_in_body_;
+};
+
+}  // namespace legopt

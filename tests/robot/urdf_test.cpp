@@ -1,0 +1,100 @@
+// Bad robot descriptions are refused with the element, the value and the fix named.
+
+#include <gtest/gtest.h>
+
+#include "legopt/input_error.h"
+#include "legopt/robot/robot_model.h"
+
+namespace legopt {
+namespace {
+
+using ::testing::Test;
+
+RobotModel Parse(const std::string& body) {
+  return RobotModel::FromUrdfText("<robot name=\"r\">" + body + "</robot>", "robot.urdf", ".");
+}
+
+void ExpectFault(const std::string& body, const std::string& field, const std::string& message) {
+  try {
+    Parse(body);
+    FAIL() << "accepted: " << body;
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.fault().file, "robot.urdf");
+    EXPECT_NE(error.fault().field.find(field), std::string::npos) << error.what();
+    EXPECT_NE(error.fault().message.find(message), std::string::npos) << error.what();
+    EXPECT_FALSE(error.fault().fix.empty()) << error.what();
+  }
+}
+
+const std::string kLinks = R"(<link name="a"/><link name="b"/><link name="c"/>)";
+
+std::string FixedJoint(const std::string& name, const std::string& parent, const std::string& child) {
+  return "<joint name=\"" + name + "\" type=\"fixed\"><parent link=\"" + parent + "\"/><child link=\"" + child +
+         "\"/></joint>";
+}
+
+TEST(Urdf, TreeOrderFollowsTheFileNotTheNames) {
+  const RobotModel model = Parse(kLinks + FixedJoint("zz", "a", "c") + FixedJoint("aa", "a", "b"));
+  EXPECT_EQ(model.links()[1].name, "c");
+  EXPECT_EQ(model.links()[2].name, "b");
+  EXPECT_EQ(model.configuration_size(), 7);
+}
+
+TEST(Urdf, DepthFirstEvenWhenTheFileIsNot) {
+  const RobotModel model = Parse(R"(<link name="d"/>)" + kLinks + FixedJoint("1", "a", "b") + FixedJoint("2", "a", "c") +
+                                 FixedJoint("3", "b", "d"));
+  EXPECT_EQ(model.links()[0].name, "a");
+  EXPECT_EQ(model.links()[1].name, "b");
+  EXPECT_EQ(model.links()[2].name, "d");
+  EXPECT_EQ(model.links()[3].name, "c");
+}
+
+TEST(Urdf, Loops) {
+  ExpectFault(kLinks + FixedJoint("1", "a", "b") + FixedJoint("2", "b", "c") + FixedJoint("3", "c", "a"), "<robot>",
+              "loop");
+  ExpectFault(kLinks + FixedJoint("1", "a", "b") + FixedJoint("2", "a", "c") + FixedJoint("3", "b", "c"), "link 'c'",
+              "child of two joints");
+  ExpectFault(kLinks + FixedJoint("1", "b", "c") + FixedJoint("2", "c", "b"), "link 'b'", "loop");
+}
+
+TEST(Urdf, MissingAndUnconnectedLinks) {
+  ExpectFault(kLinks + FixedJoint("1", "a", "nowhere"), "joint '1'", "does not exist");
+  ExpectFault(kLinks + FixedJoint("1", "a", "b"), "link 'c'", "not connected");
+  ExpectFault("", "<robot>", "no links");
+}
+
+TEST(Urdf, BadJoints) {
+  ExpectFault(kLinks + R"(<joint name="1" type="floating"><parent link="a"/><child link="b"/></joint>)", "joint '1'",
+              "not supported");
+  ExpectFault(R"(<link name="a"/><link name="b"/><joint name="1" type="revolute"><parent link="a"/><child link="b"/>
+               <axis xyz="0 0 0"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>)", "joint '1'", "direction");
+  ExpectFault(R"(<link name="a"/><link name="b"/><joint name="1" type="revolute"><parent link="a"/><child link="b"/>
+               <axis xyz="0 0 1"/><limit lower="2" upper="1" effort="1" velocity="1"/></joint>)", "joint '1': limit", "lower");
+  ExpectFault(kLinks + FixedJoint("1", "a", "b") + FixedJoint("1", "a", "c"), "joint", "two joints");
+}
+
+TEST(Urdf, MissingMeshAndBrokenXml) {
+  ExpectFault(R"(<link name="a"><collision><geometry><mesh filename="gone.stl"/></geometry></collision></link>)",
+              "link 'a': mesh", "no such mesh");
+  EXPECT_THROW(RobotModel::FromUrdfText("<robot><link", "robot.urdf", "."), InputError);
+  EXPECT_THROW(RobotModel::FromUrdfText("<model/>", "robot.urdf", "."), InputError);
+  EXPECT_THROW(RobotModel::FromUrdfFile("no/such/file.urdf"), InputError);
+}
+
+TEST(Urdf, ReadsEveryShape) {
+  const RobotModel model = Parse(R"(<link name="a">
+    <collision><origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/><geometry><box size="1 2 3"/></geometry></collision>
+    <collision><geometry><sphere radius="0.4"/></geometry></collision>
+    <collision><geometry><cylinder radius="0.2" length="0.7"/></geometry></collision></link>)");
+  const auto& shapes = model.links()[0].collision;
+  ASSERT_EQ(shapes.size(), 3u);
+  EXPECT_EQ(shapes[0].kind, ShapeSpec::Kind::kBox);
+  EXPECT_LT((shapes[0].pose * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(1, 3, 3)).norm(), 1e-12);
+  EXPECT_EQ(shapes[1].kind, ShapeSpec::Kind::kSphere);
+  EXPECT_DOUBLE_EQ(shapes[1].size.x(), 0.4);
+  EXPECT_EQ(shapes[2].kind, ShapeSpec::Kind::kCylinder);
+  EXPECT_DOUBLE_EQ(shapes[2].size.z(), 0.7);
+}
+
+}  // namespace
+}  // namespace legopt
