@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace legopt {
+
+/// BLAKE2b-256 of the bytes, 64 lower-case hexadecimal digits. Names datasets, files and methods.
+std::string Blake2bHex(std::string_view bytes);
+
+}  // namespace legopt

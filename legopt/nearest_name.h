@@ -1,0 +1,16 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace legopt {
+
+/// The candidate with the smallest edit distance to `word` (insert, delete, replace, swap of neighbours; each counts 1,
+/// letter case is ignored); the first one on a tie. Empty when there are no candidates.
+std::string NearestName(std::string_view word, std::span<const std::string> candidates);
+
+/// "did you mean 'X'? valid: A, B, C" for an error's fix. Leaves the guess out when nothing is close.
+std::string SuggestName(std::string_view word, std::span<const std::string> candidates);
+
+}  // namespace legopt

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace legopt {
+
+/// How a solve ended, by the solver's own word. Success is only what the judge says.
+enum class SolveStatus {
+  kNotRun,
+  kConvergedFeasible,    ///< converged, all constraints within the solver's tolerance
+  kConvergedInfeasible,  ///< no progress possible at the largest penalty, constraints violated ("stuck")
+  kIterationLimit,
+  kTimeLimit,
+  kNumericalFailure,     ///< non-finite values at the start, or no subproblem could be solved
+  kCancelled,
+};
+
+/// "not_run", "converged_feasible", "converged_infeasible", "iteration_limit", "time_limit", "numerical_failure",
+/// "cancelled".
+std::string_view ToString(SolveStatus status);
+
+/// One trial step of an optimiser.
+struct IterationRecord {
+  int restart = 0;
+  double penalty = 0.0;        ///< mu
+  double trust_box = 0.0;      ///< half width; 0 for methods without
+  double cost = 0.0;           ///< F at the trial point
+  double violation = 0.0;      ///< largest single constraint violation at the trial point
+  bool accepted = false;
+};
+
+/// What a solve of one problem, restarts included, produced.
+struct SolveOutcome {
+  SolveStatus status = SolveStatus::kNotRun;
+  std::vector<Eigen::VectorXd> waypoints;  ///< n + 7 each; best point found, empty only when nothing was run
+  double cost = 0.0;                       ///< optimiser's own cost of the returned point
+  double max_violation = 0.0;              ///< largest single constraint violation of the returned point
+  int iterations = 0;                      ///< trial steps of all attempts
+  int restarts = 0;                        ///< attempts beyond the first
+  std::int64_t wall_us = 0;                ///< of the solving thread, restarts included, loading excluded
+  std::int64_t cpu_us = 0;                 ///< CPU time of the solving thread
+  std::int64_t involuntary_context_switches = 0;
+  std::vector<IterationRecord> history;
+  std::string message;                     ///< for humans: what failed, or empty
+};
+
+}  // namespace legopt

@@ -1,0 +1,151 @@
+#include "legopt/optimize/sqp_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "legopt/optimize/interior_point.h"
+#include "legopt/optimize/ipopt_subproblem.h"
+
+namespace legopt {
+namespace {
+
+// The subproblem must be solved well enough for the convergence test on the predicted decrease to mean something.
+constexpr double kSubproblemShare = 0.05;      // of min_approx_improve
+constexpr double kSubproblemRelative = 1e-8;   // of the present merit
+constexpr double kTrustRestartFactor = 1.5;    // TrajOpt: s is at least 1.5 min / shrink after a penalty increase
+
+std::unique_ptr<SubproblemSolver> MakeSubproblemSolver(const std::string& name) {
+  if (name == "ipopt") return std::make_unique<IpoptSubproblemSolver>();
+  return std::make_unique<InteriorPointSolver>();
+}
+
+}  // namespace
+
+SqpSolver::SqpSolver(const SqpOptions& options)
+    : options_(options), subproblem_solver_(MakeSubproblemSolver(options.subproblem)) {}
+
+void SqpSolver::Prepare(const Program& program) {
+  const Eigen::Index tangent = static_cast<Eigen::Index>(program.num_waypoints()) * program.tangent_size();
+  if (subproblem_ == nullptr || subproblem_->num_blocks() != program.num_waypoints() ||
+      subproblem_->block_size() != program.tangent_size()) {
+    subproblem_ = std::make_unique<ConvexSubproblem>(program.num_waypoints(), program.tangent_size());
+  }
+  models_.resize(program.terms().size());
+  dx_.setZero(tangent);
+  lower_.setZero(tangent);
+  upper_.setZero(tangent);
+  x_trial_.setZero(static_cast<Eigen::Index>(program.num_waypoints()) * program.point_size());
+  trust_box_ = options_.trust_box_size;
+  penalty_ = options_.initial_penalty;
+  iterations_ = 0;
+  stop_status_ = SolveStatus::kNotRun;
+  hit_iteration_limit_ = false;
+}
+
+SqpSolver::Result SqpSolver::Solve(Program& program, Eigen::VectorXd& x, const StopCheck& stop,
+                                   std::vector<IterationRecord>* history) {
+  Prepare(program);
+  stop_ = &stop;
+  history_ = history;
+  Result result;
+  program.ProjectOnBounds(x);
+  value_ = EvaluateObjective(program, x, scratch_);
+  if (!value_.IsFinite()) {
+    result.status = SolveStatus::kNumericalFailure;
+    result.value = value_;
+    return result;
+  }
+  for (int k = 0; k < options_.max_penalty_iterations; ++k) {
+    const InnerEnd end = ConvexifyLoop(program, x);
+    if (end == InnerEnd::kStopped) result.status = stop_status_;
+    if (end == InnerEnd::kFailed) result.status = SolveStatus::kNumericalFailure;
+    hit_iteration_limit_ = end == InnerEnd::kIterationLimit;
+    if (result.status != SolveStatus::kNotRun || Satisfied()) break;
+    penalty_ *= options_.penalty_increase_ratio;
+    trust_box_ = std::max(trust_box_, kTrustRestartFactor * options_.min_trust_box_size / options_.trust_shrink_ratio);
+  }
+  if (result.status == SolveStatus::kNotRun) result.status = FinalStatus();
+  result.value = value_;
+  result.feasible = Satisfied();
+  result.iterations = iterations_;
+  return result;
+}
+
+SolveStatus SqpSolver::FinalStatus() const {
+  if (hit_iteration_limit_) return SolveStatus::kIterationLimit;
+  return Satisfied() ? SolveStatus::kConvergedFeasible : SolveStatus::kConvergedInfeasible;
+}
+
+SqpSolver::InnerEnd SqpSolver::ConvexifyLoop(Program& program, Eigen::VectorXd& x) {
+  for (int k = 0; k < options_.max_iterations; ++k) {
+    Convexify(program);
+    switch (TrustRegionLoop(program, x)) {
+      case StepEnd::kAccepted:
+        break;
+      case StepEnd::kConverged:
+        return InnerEnd::kConverged;
+      case StepEnd::kStopped:
+        return InnerEnd::kStopped;
+      case StepEnd::kFailed:
+        return InnerEnd::kFailed;
+    }
+  }
+  return InnerEnd::kIterationLimit;
+}
+
+void SqpSolver::Convexify(Program& program) {
+  subproblem_->Clear();
+  const auto& terms = program.terms();
+  for (size_t k = 0; k < terms.size(); ++k) {
+    terms[k]->Linearize(models_[k]);
+    const TermShape& shape = terms[k]->shape();
+    if (shape.kind == TermKind::kCost) {
+      subproblem_->AddCost(shape.waypoint, models_[k]);
+    } else {
+      subproblem_->AddPenalties(shape.waypoint, models_[k], shape.kind, penalty_);
+    }
+  }
+}
+
+bool SqpSolver::SolveSubproblem(const Program& program, const Eigen::VectorXd& x) {
+  program.StepBounds(x, lower_, upper_);
+  lower_ = lower_.cwiseMax(-trust_box_);
+  upper_ = upper_.cwiseMin(trust_box_);
+  subproblem_->SetBounds(lower_, upper_);
+  const double accuracy = std::max(kSubproblemShare * options_.min_approx_improve,
+                                   kSubproblemRelative * value_.Merit(penalty_));
+  return subproblem_solver_->Solve(*subproblem_, accuracy, dx_).status != SubproblemSolver::Status::kFailed;
+}
+
+SqpSolver::StepEnd SqpSolver::TrustRegionLoop(Program& program, Eigen::VectorXd& x) {
+  const double merit = value_.Merit(penalty_);
+  while (trust_box_ >= options_.min_trust_box_size) {
+    stop_status_ = *stop_ ? (*stop_)() : SolveStatus::kNotRun;
+    if (stop_status_ != SolveStatus::kNotRun) return StepEnd::kStopped;
+    if (!SolveSubproblem(program, x)) return StepEnd::kFailed;
+    ++iterations_;
+    const double predicted = merit - subproblem_->Value(dx_);
+    program.Retract(x, dx_, x_trial_);
+    const ObjectiveValue trial = EvaluateObjective(program, x_trial_, scratch_);
+    const double actual = merit - trial.Merit(penalty_);
+    const bool converged = predicted < options_.min_approx_improve ||
+                           predicted < options_.min_approx_improve_frac * merit;
+    const bool accepted = !converged && trial.IsFinite() && actual >= 0.0 &&
+                          actual >= options_.improve_ratio_threshold * predicted;
+    if (history_ != nullptr) {
+      history_->push_back({0, penalty_, trust_box_, trial.cost, trial.max_violation, accepted});
+    }
+    if (converged) return StepEnd::kConverged;
+    if (!accepted) {
+      trust_box_ *= options_.trust_shrink_ratio;
+      continue;
+    }
+    x.swap(x_trial_);
+    value_ = trial;
+    trust_box_ *= options_.trust_expand_ratio;
+    return StepEnd::kAccepted;
+  }
+  return StepEnd::kConverged;
+}
+
+}  // namespace legopt

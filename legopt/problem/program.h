@@ -1,0 +1,104 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace legopt {
+
+/// What a term adds to the objective of the paper's section IV:
+///   cost        F = sum_i r_i^2
+///   equality    penalty * sum_i |r_i|
+///   inequality  penalty * sum_i max(0, r_i)      (satisfied when r_i <= 0)
+enum class TermKind { kCost, kEquality, kInequality };
+
+/// What an optimiser may know of a term: its place in the chain of waypoints, nothing of robots.
+struct TermShape {
+  std::string name;       ///< for messages, e.g. "foot l_foot"
+  TermKind kind = TermKind::kCost;
+  int waypoint = 0;       ///< first waypoint it touches
+  int num_waypoints = 1;  ///< 1, or 2: the waypoint and its successor
+};
+
+/// Linear model of a term about the program's point: r(dx) = value + jacobian[0] dx_t (+ jacobian[1] dx_{t+1}).
+///
+/// Row i of `jacobian[k]` starts at row(k, i) and has `stride` doubles (tangent size rounded up to whole SIMD vectors, the
+/// rest zero). Grows on demand and never shrinks, so that a model that is refilled allocates nothing.
+class LinearModel {
+ public:
+  /// Makes room for `rows` rows and zeroes them. Contents are lost.
+  void Reset(int rows, int tangent_size, int num_waypoints);
+
+  int rows() const { return rows_; }
+  int stride() const { return stride_; }
+  int num_waypoints() const { return num_waypoints_; }
+  double& value(int i) { return value_[static_cast<size_t>(i)]; }
+  double value(int i) const { return value_[static_cast<size_t>(i)]; }
+  double* row(int k, int i) { return jacobian_[k].data() + static_cast<size_t>(i) * static_cast<size_t>(stride_); }
+  const double* row(int k, int i) const {
+    return jacobian_[k].data() + static_cast<size_t>(i) * static_cast<size_t>(stride_);
+  }
+
+ private:
+  int rows_ = 0;
+  int stride_ = 0;
+  int num_waypoints_ = 1;
+  std::vector<double> value_;
+  std::vector<double> jacobian_[2];
+};
+
+/// Doubles in a padded row of `size` entries.
+constexpr int PaddedSize(int size) { return (size + 3) / 4 * 4; }
+
+/// One term F_i of the objective: vector valued, touching one waypoint or two consecutive ones. It reads the point that
+/// its Program holds. Non-finite results are allowed (the optimiser rejects the point).
+class Term {
+ public:
+  explicit Term(TermShape shape) : shape_(std::move(shape)) {}
+  virtual ~Term() = default;
+  Term(const Term&) = delete;
+  Term& operator=(const Term&) = delete;
+
+  const TermShape& shape() const { return shape_; }
+
+  /// Residuals r at the program's point. The number of rows may differ from point to point (contacts come and go).
+  virtual void Evaluate(std::vector<double>& residuals) = 0;
+
+  /// Linear model at the program's point; its values equal those of Evaluate.
+  virtual void Linearize(LinearModel& model) = 0;
+
+ private:
+  TermShape shape_;
+};
+
+/// A nonlinear program over a chain of T waypoints, each a point on a manifold with `tangent_size` degrees of freedom.
+/// It is the optimisers' only view of a task.
+///
+/// A workspace: it holds one point at a time and what is computed from it; one thread.
+class Program {
+ public:
+  virtual ~Program() = default;
+
+  virtual int num_waypoints() const = 0;
+  virtual int tangent_size() const = 0;  ///< per waypoint
+  virtual int point_size() const = 0;    ///< per waypoint
+  virtual const std::vector<std::unique_ptr<Term>>& terms() const = 0;
+
+  /// Moves to x (num_waypoints * point_size). Terms see it at their next call.
+  virtual void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) = 0;
+
+  /// x_next = x moved by dx (num_waypoints * tangent_size), kept within the bounds of the variables exactly.
+  virtual void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
+                       Eigen::Ref<Eigen::VectorXd> x_next) const = 0;
+
+  /// Bounds of dx that keep x + dx within the variables' bounds (+-infinity where there are none; equal bounds fix a
+  /// variable).
+  virtual void StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> lower,
+                          Eigen::Ref<Eigen::VectorXd> upper) const = 0;
+
+  /// Moves x to the nearest point within the variables' bounds.
+  virtual void ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const = 0;
+};
+
+}  // namespace legopt

@@ -1,0 +1,72 @@
+#include "legopt/problem/waypoint_program.h"
+
+#include <limits>
+
+#include "legopt/problem/support_polygon.h"
+#include "legopt/problem/waypoint_terms.h"
+
+namespace legopt {
+
+std::unique_ptr<WaypointProgram> WaypointProgram::Posture(const Dataset& dataset, const Stance& stance,
+                                                          const ContactOptions& contacts) {
+  std::unique_ptr<WaypointProgram> program(new WaypointProgram(dataset, {&stance}, contacts));
+  program->terms_.insert(program->terms_.begin(), std::make_unique<TorqueCostTerm>(0, program->states_[0]));
+  return program;
+}
+
+WaypointProgram::WaypointProgram(const Dataset& dataset, const std::vector<const Stance*>& stances,
+                                 const ContactOptions& contacts)
+    : robot_(&dataset.robot()), query_(dataset.collision_model()) {
+  for (size_t t = 0; t < stances.size(); ++t) {
+    states_.emplace_back(*robot_, query_, contacts.range_m);
+    AddConstraints(dataset, *stances[t], static_cast<int>(t), contacts.margin_m);
+  }
+}
+
+void WaypointProgram::AddConstraints(const Dataset& dataset, const Stance& stance, int waypoint, double margin_m) {
+  WaypointState& state = states_.back();
+  for (const Foothold& foothold : stance.footholds) {
+    terms_.push_back(std::make_unique<FootPoseTerm>(waypoint, state, dataset.foot(foothold.link).link_index,
+                                                    dataset.FootTarget(foothold), foothold.link));
+  }
+  terms_.push_back(std::make_unique<ComTerm>(waypoint, state, Edges(TargetSupportPolygon(dataset, stance))));
+  terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m));
+}
+
+void WaypointProgram::SetPoint(Eigen::Ref<const Eigen::VectorXd> x) {
+  const Eigen::Index size = point_size();
+  for (size_t t = 0; t < states_.size(); ++t) states_[t].Update(x.segment(static_cast<Eigen::Index>(t) * size, size));
+}
+
+void WaypointProgram::Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
+                              Eigen::Ref<Eigen::VectorXd> x_next) const {
+  const Eigen::Index points = point_size();
+  const Eigen::Index tangents = tangent_size();
+  for (Eigen::Index t = 0; t < num_waypoints(); ++t) {
+    legopt::Retract(*robot_, x.segment(t * points, points), dx.segment(t * tangents, tangents),
+                    x_next.segment(t * points, points));
+  }
+  ProjectOnBounds(x_next);
+}
+
+void WaypointProgram::StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> lower,
+                                 Eigen::Ref<Eigen::VectorXd> upper) const {
+  const Eigen::Index n = robot_->num_dofs();
+  lower.setConstant(-std::numeric_limits<double>::infinity());
+  upper.setConstant(std::numeric_limits<double>::infinity());
+  for (Eigen::Index t = 0; t < num_waypoints(); ++t) {
+    const auto joints = x.segment(t * point_size(), n);
+    lower.segment(t * tangent_size(), n) = robot_->lower_limits() - joints;
+    upper.segment(t * tangent_size(), n) = robot_->upper_limits() - joints;
+  }
+}
+
+void WaypointProgram::ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const {
+  const Eigen::Index n = robot_->num_dofs();
+  for (Eigen::Index t = 0; t < num_waypoints(); ++t) {
+    auto joints = x.segment(t * point_size(), n);
+    joints = joints.cwiseMax(robot_->lower_limits()).cwiseMin(robot_->upper_limits());
+  }
+}
+
+}  // namespace legopt

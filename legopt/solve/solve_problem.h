@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "legopt/optimize/method.h"
+#include "legopt/optimize/solve_outcome.h"
+#include "legopt/problem/dataset.h"
+#include "legopt/problem/task.h"
+
+namespace legopt {
+
+/// What a solve depends on besides dataset, problem and method.
+struct SolveSettings {
+  std::uint64_t experiment_seed = 1;
+  int repetition = 0;
+  double wall_limit_s = 60.0;                              ///< soft limit, checked between iterations; > 0
+  std::function<bool()> cancelled;                         ///< polled between iterations; may be empty
+  std::function<void(int done, int total)> progress;       ///< attempts finished of attempts allowed; may be empty
+};
+
+/// Solves one problem by one method with multi-start: one attempt from the initial guess, then up to
+/// `method.multi_starts` attempts from perturbed ones (readings 10 and 29) until an attempt converges feasibly.
+///
+/// Deterministic: all noise comes from a generator seeded by (experiment seed, task, problem, initialisation, method,
+/// repetition, restart). Throws InputError when the dataset has no such problem. Any thread; builds the dataset's collision model at first use, outside of the measured time.
+SolveOutcome SolveProblem(const Dataset& dataset, Task task, int problem_id, Initialization initialization,
+                          const Method& method, const SolveSettings& settings);
+
+}  // namespace legopt

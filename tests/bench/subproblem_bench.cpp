@@ -1,0 +1,36 @@
+// Convex subproblem budgets of the design: posture 0.15 ms (aim 0.05), window of 12 waypoints 2.5 ms (aim 0.8).
+
+#include <benchmark/benchmark.h>
+
+#include "legopt/optimize/interior_point.h"
+#include "tests/optimize/random_subproblem.h"
+
+namespace legopt {
+namespace {
+
+constexpr double kAccuracy = 1e-6;
+
+void Run(benchmark::State& state, const RandomSubproblemShape& shape) {
+  const ConvexSubproblem problem = MakeRandomSubproblem(shape, 1);
+  Eigen::VectorXd dx(static_cast<Eigen::Index>(shape.num_blocks) * shape.block_size);
+  InteriorPointSolver solver;
+  double iterations = 0;
+  for (auto _ : state) {
+    iterations = solver.Solve(problem, kAccuracy, dx).iterations;
+    benchmark::DoNotOptimize(dx.data());
+  }
+  state.counters["iterations"] = iterations;
+}
+
+void Posture(benchmark::State& state) { Run(state, {}); }
+void PostureHeavyPenalty(benchmark::State& state) { Run(state, {.weight = 1e5}); }
+void WindowOfTwelve(benchmark::State& state) {
+  Run(state, {.num_blocks = 12, .cost_rows = 0, .coupled = true, .fixed_variables = 35});
+}
+
+BENCHMARK(Posture)->Unit(benchmark::kMicrosecond);
+BENCHMARK(PostureHeavyPenalty)->Unit(benchmark::kMicrosecond);
+BENCHMARK(WindowOfTwelve)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace legopt

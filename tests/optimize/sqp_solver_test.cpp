@@ -1,0 +1,169 @@
+// The solver on small problems with known optima, and its honesty on those that have none.
+
+#include "legopt/optimize/sqp_solver.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/optimize/analytic_program.h"
+
+namespace legopt {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+AnalyticProgram Plane(double limit = kInfinity) {
+  return {VectorXd::Constant(2, -limit), VectorXd::Constant(2, limit)};
+}
+
+VectorXd One(double value) { return VectorXd::Constant(1, value); }
+
+class SqpOnSmallProblems : public ::testing::TestWithParam<std::string> {
+ protected:
+  SqpSolver::Result Solve(AnalyticProgram& program, VectorXd& x, const StopCheck& stop = {}) {
+    SqpOptions options;
+    options.subproblem = GetParam();
+    options.min_approx_improve_frac = 1e-6;
+    options.min_approx_improve = 1e-9;
+    options.min_trust_box_size = 1e-6;
+    options.max_iterations = 2000;  // curved constraints make steps short: the models have no curvature
+    return SqpSolver(options).Solve(program, x, stop, &history_);
+  }
+  std::vector<IterationRecord> history_;
+};
+
+TEST_P(SqpOnSmallProblems, ClosestPointOfACircle) {
+  AnalyticProgram program = Plane();
+  program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3, 4)); });
+  program.Add(TermKind::kEquality, [](const VectorXd& x) { return One(x.squaredNorm() - 1.0); });
+  VectorXd x = Vector2d(-0.3, 0.8);
+  const auto result = Solve(program, x);
+  EXPECT_EQ(result.status, SolveStatus::kConvergedFeasible);
+  EXPECT_NEAR(x[0], 0.6, 5e-3);
+  EXPECT_NEAR(x[1], 0.8, 5e-3);
+  EXPECT_NEAR(result.value.cost, 16.0, 1e-3);
+  EXPECT_LT(result.value.max_violation, 1e-4);
+}
+
+TEST_P(SqpOnSmallProblems, BoundsAreNeverLeft) {
+  AnalyticProgram program = Plane(0.5);
+  program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3, -4)); });
+  VectorXd x = Vector2d(9, 9);
+  const auto result = Solve(program, x);
+  EXPECT_EQ(result.status, SolveStatus::kConvergedFeasible);
+  EXPECT_LE(x.cwiseAbs().maxCoeff(), 0.5);
+  EXPECT_LT((x - Vector2d(0.5, -0.5)).norm(), 1e-6);
+}
+
+TEST_P(SqpOnSmallProblems, InequalityActiveAtTheOptimum) {
+  AnalyticProgram program = Plane();
+  program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x); });
+  program.Add(TermKind::kInequality, [](const VectorXd& x) { return One(1.0 - x[0] * x[1]); });  // x y >= 1
+  VectorXd x = Vector2d(2, 3);
+  EXPECT_EQ(Solve(program, x).status, SolveStatus::kConvergedFeasible);
+  EXPECT_NEAR(x[0], 1.0, 0.02);
+  EXPECT_NEAR(x[0] * x[1], 1.0, 1e-3);
+}
+
+TEST_P(SqpOnSmallProblems, RosenbrockValley) {
+  AnalyticProgram program = Plane();
+  program.Add(TermKind::kCost,
+              [](const VectorXd& x) { return VectorXd(Vector2d(1.0 - x[0], 10.0 * (x[1] - x[0] * x[0]))); });
+  VectorXd x = Vector2d(-1.2, 1.0);
+  EXPECT_EQ(Solve(program, x).status, SolveStatus::kConvergedFeasible);
+  EXPECT_NEAR(x[0], 1.0, 1e-2);
+  EXPECT_NEAR(x[1], 1.0, 2e-2);
+}
+
+TEST_P(SqpOnSmallProblems, InfeasibleIsSaidSo) {
+  AnalyticProgram program = Plane();
+  program.Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0]); });
+  program.Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] - 1.0); });
+  VectorXd x = Vector2d(0.2, 0.1);
+  const auto result = Solve(program, x);
+  EXPECT_EQ(result.status, SolveStatus::kConvergedInfeasible);
+  EXPECT_GE(result.value.max_violation, 0.49);
+  EXPECT_GE(result.value.worst_term, 0);
+}
+
+TEST_P(SqpOnSmallProblems, NotANumberAtTheStart) {
+  AnalyticProgram program = Plane();
+  program.Add(TermKind::kCost, [](const VectorXd& x) { return One(std::sqrt(x[0])); });
+  VectorXd x = Vector2d(-1, 0);
+  EXPECT_EQ(Solve(program, x).status, SolveStatus::kNumericalFailure);
+}
+
+TEST_P(SqpOnSmallProblems, StepsIntoNotANumberAreRejected) {
+  AnalyticProgram program = Plane();
+  // Undefined left of 0.2; the cost pulls to the left.
+  program.Add(TermKind::kCost, [](const VectorXd& x) { return One(x[0] < 0.2 ? std::nan("") : x[0]); });
+  VectorXd x = Vector2d(0.37, 0);
+  const auto result = Solve(program, x);
+  EXPECT_TRUE(result.value.IsFinite());
+  EXPECT_GE(x[0], 0.2);
+  EXPECT_LT(x[0], 0.3);
+}
+
+TEST_P(SqpOnSmallProblems, StartOnASaddleStaysHonest) {
+  AnalyticProgram program = Plane(2.0);
+  // |x y + 1| has a saddle of the penalty at the origin; the constraint is met on the hyperbola.
+  program.Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] * x[1] + 1.0); });
+  VectorXd x = Vector2d(0, 0);
+  const auto result = Solve(program, x);
+  const bool met = std::abs(x[0] * x[1] + 1.0) < 1e-4;
+  EXPECT_EQ(result.status, met ? SolveStatus::kConvergedFeasible : SolveStatus::kConvergedInfeasible);
+}
+
+TEST_P(SqpOnSmallProblems, StopsWhenAsked) {
+  for (const SolveStatus reason : {SolveStatus::kCancelled, SolveStatus::kTimeLimit}) {
+    AnalyticProgram program = Plane();
+    program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3, 4)); });
+    VectorXd x = Vector2d(0, 0);
+    int calls = 0;
+    const auto result = Solve(program, x, [&] { return ++calls > 3 ? reason : SolveStatus::kNotRun; });
+    EXPECT_EQ(result.status, reason);
+    EXPECT_EQ(result.iterations, 3);
+    EXPECT_GT(x.norm(), 0.0);
+  }
+}
+
+TEST_P(SqpOnSmallProblems, AcceptedStepsNeverRaiseTheMerit) {
+  AnalyticProgram program = Plane();
+  program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3, 4)); });
+  program.Add(TermKind::kEquality, [](const VectorXd& x) { return One(std::sin(3 * x[0]) - x[1]); });
+  VectorXd x = Vector2d(-1, 1);
+  EXPECT_EQ(Solve(program, x).status, SolveStatus::kConvergedFeasible);
+  ASSERT_FALSE(history_.empty());
+  for (size_t i = 1; i < history_.size(); ++i) EXPECT_GE(history_[i].penalty, history_[i - 1].penalty);
+}
+
+INSTANTIATE_TEST_SUITE_P(Subproblems, SqpOnSmallProblems, ::testing::Values("interior_point", "ipopt"));
+
+TEST(Sqp, FeasibleButNotConvergedIsNotCalledConverged) {
+  AnalyticProgram program = Plane();
+  program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3, 4)); });
+  SqpOptions options;
+  options.max_iterations = 2;
+  VectorXd x = Vector2d(0, 0);
+  const auto result = SqpSolver(options).Solve(program, x, {}, nullptr);
+  EXPECT_EQ(result.status, SolveStatus::kIterationLimit);
+  EXPECT_TRUE(result.feasible);
+}
+
+TEST(Sqp, IterationLimitIsReported) {
+  AnalyticProgram program = Plane();
+  program.Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] - 100.0); });
+  SqpOptions options;
+  options.max_iterations = 2;
+  options.max_penalty_iterations = 2;
+  VectorXd x = Vector2d(0, 0);
+  EXPECT_EQ(SqpSolver(options).Solve(program, x, {}, nullptr).status, SolveStatus::kIterationLimit);
+}
+
+}  // namespace
+}  // namespace legopt
