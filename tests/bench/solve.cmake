@@ -1,0 +1,1 @@
+legopt_add_benchmark(solve_bench SOURCES solve_bench.cpp LIBRARIES legopt_solve legopt_evaluate)

@@ -1,0 +1,63 @@
+// Posture by SQP: must 4 ms, aim 1 ms, mean over the solved problems; and the judge's time per waypoint: must 8 ms, aim
+// 1 ms. Argument 0: the embedded dataset; 1: the LegOpt test data, where present.
+
+#include <benchmark/benchmark.h>
+
+#include <filesystem>
+
+#include "legopt/evaluate/judge.h"
+#include "legopt/solve/solve_problem.h"
+
+namespace legopt {
+namespace {
+
+std::shared_ptr<const Dataset> Load(benchmark::State& state) {
+  const std::string folder =
+      state.range(0) == 0 ? std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small" : LEGOPT_TEST_DATA_DIR;
+  if (!std::filesystem::exists(folder)) {
+    state.SkipWithError("dataset not found");
+    return nullptr;
+  }
+  auto dataset = Dataset::Load(folder);
+  dataset->collision_model();
+  return dataset;
+}
+
+Initialization Start(const benchmark::State& state) {
+  return state.range(1) == 0 ? Initialization::kGood : Initialization::kInCollision;
+}
+
+void PostureSqp(benchmark::State& state) {
+  const auto dataset = Load(state);
+  if (dataset == nullptr) return;
+  const auto& problems = dataset->problems(Task::kPosture);
+  double solves = 0, iterations = 0, microseconds = 0, feasible = 0;
+  for (auto _ : state) {
+    for (const ProblemDefinition& problem : problems) {
+      const SolveOutcome outcome = SolveProblem(*dataset, Task::kPosture, problem.id, Start(state), {}, {});
+      solves += 1;
+      iterations += outcome.iterations;
+      microseconds += static_cast<double>(outcome.wall_us);
+      feasible += outcome.status == SolveStatus::kConvergedFeasible ? 1 : 0;
+    }
+  }
+  state.counters["us_per_posture"] = microseconds / solves;
+  state.counters["iterations"] = iterations / solves;
+  state.counters["feasible"] = feasible / solves;
+}
+BENCHMARK(PostureSqp)->ArgsProduct({{0, 1}, {0, 1}})->Unit(benchmark::kMillisecond);
+
+void JudgeOneWaypoint(benchmark::State& state) {
+  const auto dataset = Load(state);
+  if (dataset == nullptr) return;
+  Judge judge(dataset);
+  const ProblemDefinition& problem = dataset->problems(Task::kPosture).front();
+  const SolveOutcome outcome = SolveProblem(*dataset, Task::kPosture, problem.id, Initialization::kGood, {}, {});
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(judge.Evaluate(Task::kPosture, problem, outcome.waypoints).cost);
+  }
+}
+BENCHMARK(JudgeOneWaypoint)->Args({0, 0})->Args({1, 0})->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace legopt

@@ -1,0 +1,115 @@
+// One job from problem to outcome: restarts, seeds, limits and statuses.
+
+#include "legopt/solve/solve_problem.h"
+
+#include <gtest/gtest.h>
+
+#include "legopt/evaluate/judge.h"
+#include "legopt/input_error.h"
+#include "tests/problem/synthetic_dataset.h"
+#include "tests/problem/test_data.h"
+
+namespace legopt {
+namespace {
+
+class Solve : public ::testing::Test {
+ protected:
+  Solve() : folder_(temporary_.path() / "dataset"), dataset_(Dataset::Load(folder_.path())) {}
+
+  SolveOutcome Run(const Method& method, const SolveSettings& settings = {},
+                   Initialization start = Initialization::kGood) {
+    return SolveProblem(*dataset_, Task::kPosture, 0, start, method, settings);
+  }
+
+  /// A method that cannot succeed: one penalty value, one iteration.
+  static Method Hopeless(int multi_starts) {
+    Method method;
+    method.multi_starts = multi_starts;
+    method.sqp.max_iterations = 1;
+    method.sqp.max_penalty_iterations = 1;
+    return method;
+  }
+
+  test::TemporaryFolder temporary_;
+  test::SyntheticFolder folder_;
+  std::shared_ptr<const Dataset> dataset_;
+};
+
+TEST_F(Solve, TheJudgeAcceptsWhatTheSolverCallsFeasible) {
+  Judge judge(dataset_);
+  for (const Initialization start : {Initialization::kGood, Initialization::kInCollision}) {
+    const SolveOutcome outcome = Run({}, {}, start);
+    EXPECT_LT(outcome.max_violation, Method{}.sqp.constraint_tolerance) << outcome.message;
+    ASSERT_EQ(outcome.waypoints.size(), 1u);
+    const Evaluation evaluation =
+        judge.Evaluate(Task::kPosture, dataset_->problem(Task::kPosture, 0), outcome.waypoints);
+    EXPECT_EQ(evaluation.literal, Verdict::kSuccess) << evaluation.detail;
+    EXPECT_EQ(evaluation.strict, Verdict::kSuccess) << evaluation.detail;
+  }
+}
+
+TEST_F(Solve, RestartsAreUsedOnlyAfterFailure) {
+  Method method;
+  method.multi_starts = 10;
+  EXPECT_EQ(Run(method).restarts, 0);
+  const SolveOutcome hopeless = Run(Hopeless(4));
+  EXPECT_EQ(hopeless.restarts, 4);
+  EXPECT_NE(hopeless.status, SolveStatus::kConvergedFeasible);
+  EXPECT_FALSE(hopeless.message.empty());
+  EXPECT_EQ(hopeless.waypoints.size(), 1u);  // the best point found is kept
+}
+
+TEST_F(Solve, SameSeedSameBits) {
+  SolveSettings settings;
+  settings.experiment_seed = 42;
+  const SolveOutcome first = Run(Hopeless(3), settings);
+  const SolveOutcome second = Run(Hopeless(3), settings);
+  EXPECT_EQ(first.waypoints[0], second.waypoints[0]);
+  EXPECT_EQ(first.iterations, second.iterations);
+  ASSERT_EQ(first.history.size(), second.history.size());
+  for (size_t i = 0; i < first.history.size(); ++i) EXPECT_EQ(first.history[i].cost, second.history[i].cost);
+}
+
+TEST_F(Solve, SeedRepetitionAndStartChangeTheNoiseButNotTheFirstAttempt) {
+  SolveSettings settings;
+  const SolveOutcome base = Run(Hopeless(1), settings);
+  settings.experiment_seed = 2;
+  const SolveOutcome seeded = Run(Hopeless(1), settings);
+  settings.experiment_seed = 1;
+  settings.repetition = 1;
+  const SolveOutcome repeated = Run(Hopeless(1), settings);
+  ASSERT_EQ(base.history.size(), 2u);
+  EXPECT_EQ(base.history[0].cost, seeded.history[0].cost);
+  EXPECT_NE(base.history[1].cost, seeded.history[1].cost);
+  EXPECT_NE(base.history[1].cost, repeated.history[1].cost);
+}
+
+TEST_F(Solve, CancelAndTimeLimit) {
+  SolveSettings settings;
+  settings.cancelled = [] { return true; };
+  EXPECT_EQ(Run(Hopeless(5), settings).status, SolveStatus::kCancelled);
+  settings.cancelled = nullptr;
+  settings.wall_limit_s = 1e-9;
+  const SolveOutcome late = Run(Hopeless(5), settings);
+  EXPECT_EQ(late.status, SolveStatus::kTimeLimit);
+  EXPECT_EQ(late.restarts, 0);
+  EXPECT_EQ(late.waypoints.size(), 1u);
+}
+
+TEST_F(Solve, ProgressCountsAttempts) {
+  std::vector<int> done;
+  SolveSettings settings;
+  settings.progress = [&](int d, int total) {
+    done.push_back(d);
+    EXPECT_EQ(total, 4);
+  };
+  Run(Hopeless(3), settings);
+  EXPECT_EQ(done, (std::vector<int>{1, 2, 3, 4}));
+}
+
+TEST_F(Solve, UnknownProblem) {
+  EXPECT_THROW(SolveProblem(*dataset_, Task::kPosture, 12345, Initialization::kGood, {}, {}), InputError);
+}
+
+}  // namespace
+}  // namespace legopt
