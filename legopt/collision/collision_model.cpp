@@ -1,0 +1,168 @@
+#include "legopt/collision/collision_model.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <utility>
+
+#include "legopt/collision/convex_decomposition.h"
+#include "legopt/collision/link_trimeshes.h"
+#include "legopt/collision/model_data.h"
+#include "legopt/collision/scene_solids.h"
+#include "legopt/collision/trimesh_world.h"
+#include "legopt/input_error.h"
+
+namespace legopt {
+namespace {
+
+using Impl = CollisionModel::Impl;
+
+void Check(bool good, const char* field, double value, const char* rule) {
+  if (!good) throw InputError({"collision options", field, std::to_string(value), rule, "see CollisionOptions"});
+}
+
+void Validate(const CollisionOptions& options) {
+  const auto positive = [](double value) { return std::isfinite(value) && value > 0.0; };
+  constexpr int kMostPieces = 64;
+  Check(positive(options.link_concavity_m), "link_concavity_m", options.link_concavity_m, "must be positive");
+  Check(positive(options.scene_concavity_m), "scene_concavity_m", options.scene_concavity_m, "must be positive");
+  for (const auto& [name, value] : {std::pair("max_link_pieces", options.max_link_pieces),
+                                    std::pair("max_component_pieces", options.max_component_pieces)}) {
+    Check(value >= 1 && value <= kMostPieces, name, value, "must lie in 1..64");
+  }
+}
+
+/// Calls `action` and adds the link to the fault of any InputError.
+template <class Action>
+void NamingLink(const Link& link, Action action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    InputError::Fault fault = error.fault();
+    fault.field = "link '" + link.name + "' collision" + (fault.field.empty() ? "" : ": " + fault.field);
+    throw InputError(std::move(fault));
+  }
+}
+
+/// One hull round all pieces of a link with several, when they are hulls.
+int AddWhole(const LinkShapes& link, Impl& impl) {
+  if (link.num_pieces == 1) return link.first_piece;
+  std::vector<Eigen::Vector3d> points;
+  for (int p = link.first_piece; p < link.first_piece + link.num_pieces; ++p) {
+    const ConvexShape& piece = impl.shapes[static_cast<size_t>(p)];
+    if (piece.kind() != ConvexShape::Kind::kHull) return -1;
+    points.insert(points.end(), piece.points().begin(), piece.points().end());
+  }
+  if (points.empty()) return -1;
+  impl.shapes.push_back(ConvexShape::FromHull(ComputeHull(points)));
+  return static_cast<int>(impl.shapes.size()) - 1;
+}
+
+/// One convex shape per geometry.
+void AddPieces(const Link& link, Impl& impl) {
+  LinkShapes shapes;
+  shapes.first_piece = static_cast<int>(impl.shapes.size());
+  for (const ShapeSpec& spec : link.collision) {
+    const bool mesh = spec.kind == ShapeSpec::Kind::kMesh;
+    impl.shapes.push_back(mesh ? ConvexShape::FromHull(ComputeHull(Tessellate(spec).vertices))
+                               : ConvexShape::FromPrimitive(spec));
+  }
+  shapes.num_pieces = static_cast<int>(impl.shapes.size()) - shapes.first_piece;
+  shapes.whole = AddWhole(shapes, impl);
+  impl.links.push_back(shapes);
+}
+
+/// Decomposes the meshes of a link, unless that has been done.
+void AddFinePieces(const Link& link, const CollisionOptions& options, LinkShapes& shapes, Impl& impl) {
+  if (shapes.num_fine > 0) return;
+  const DecompositionLimits limits{options.link_concavity_m, options.max_link_pieces};
+  shapes.first_fine = static_cast<int>(impl.shapes.size());
+  for (const ShapeSpec& spec : link.collision) {
+    if (spec.kind != ShapeSpec::Kind::kMesh) {
+      impl.shapes.push_back(ConvexShape::FromPrimitive(spec));
+      continue;
+    }
+    for (ConvexHull& hull : DecomposeApproximately(Tessellate(spec), limits)) {
+      impl.shapes.push_back(ConvexShape::FromHull(std::move(hull)));
+    }
+  }
+  shapes.num_fine = static_cast<int>(impl.shapes.size()) - shapes.first_fine;
+}
+
+void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> reference_x, const CollisionOptions& options,
+              Impl& impl) {
+  for (const Link& link : robot.links()) NamingLink(link, [&] { AddPieces(link, impl); });
+  TrimeshWorld world;
+  LinkTrimeshes meshes(robot, world);
+  impl.pairs = ClassifyLinkPairs(robot, meshes, reference_x);
+  impl.fine.assign(impl.links.size() * impl.links.size(), false);
+  for (const LinkPair& pair : impl.pairs.phantom) {
+    impl.fine[impl.PairIndex(pair.first, pair.second)] = true;
+    for (int link : {pair.first, pair.second}) {
+      AddFinePieces(robot.links()[static_cast<size_t>(link)], options, impl.links[static_cast<size_t>(link)], impl);
+    }
+  }
+  for (const ConvexShape& shape : impl.shapes) impl.ranges.push_back(impl.link_points.Add(shape.points()));
+}
+
+void AddScene(const Scene& scene, const CollisionOptions& options, Impl& impl) {
+  impl.solids = BuildSceneSolids(scene, options);
+  std::vector<PointArena::Range> ranges;
+  for (const ConvexShape& solid : impl.solids) ranges.push_back(impl.solid_points.Add(solid.points()));
+  impl.solid_sets.resize(impl.solids.size());
+  for (size_t i = 0; i < impl.solids.size(); ++i) {
+    impl.solid_points.View(ranges[i], impl.solid_sets[i]);
+    PlaceSupportSet(impl.solids[i], Eigen::Isometry3d::Identity(), impl.solid_sets[i]);
+    impl.solid_sets[i].lower = impl.solids[i].bounds().min();
+    impl.solid_sets[i].upper = impl.solids[i].bounds().max();
+  }
+}
+
+}  // namespace
+
+CollisionModel::CollisionModel(std::unique_ptr<const Impl> impl) : impl_(std::move(impl)) {}
+CollisionModel::~CollisionModel() = default;
+
+std::shared_ptr<const CollisionModel> CollisionModel::Build(const RobotModel& robot, const Scene& scene,
+                                                            Eigen::Ref<const Eigen::VectorXd> reference_x,
+                                                            const CollisionOptions& options) {
+  Validate(options);
+  if (reference_x.size() != robot.configuration_size() || !reference_x.allFinite()) {
+    throw InputError({"self-collision reference", "configuration", std::to_string(reference_x.size()) + " numbers",
+                      "must have n + 7 = " + std::to_string(robot.configuration_size()) + " finite numbers",
+                      "list all joints, base position and quaternion"});
+  }
+  auto impl = std::make_unique<Impl>();
+  AddRobot(robot, reference_x, options, *impl);
+  AddScene(scene, options, *impl);
+  return std::shared_ptr<const CollisionModel>(new CollisionModel(std::move(impl)));
+}
+
+int CollisionModel::num_links() const { return static_cast<int>(impl_->links.size()); }
+
+const std::vector<LinkPair>& CollisionModel::checked_pairs() const { return impl_->pairs.checked; }
+
+CollisionModel::PairStatus CollisionModel::pair_status(int a, int b) const {
+  const int n = num_links();
+  if (a < 0 || b < 0 || a >= n || b >= n || a == b) {
+    std::fprintf(stderr, "pair_status: links %d and %d of %d\n", a, b, n);
+    std::abort();
+  }
+  return impl_->pairs.status[impl_->PairIndex(a, b)];
+}
+
+const std::vector<LinkPair>& CollisionModel::decomposed_pairs() const { return impl_->pairs.phantom; }
+
+int CollisionModel::num_link_pieces(int link) const { return impl_->links.at(static_cast<size_t>(link)).num_pieces; }
+
+int CollisionModel::num_scene_solids() const { return static_cast<int>(impl_->solids.size()); }
+
+bool CollisionModel::SceneContains(const Eigen::Vector3d& point_W, double depth_m) const {
+  for (const ConvexShape& solid : impl_->solids) {
+    if (solid.bounds().contains(point_W) && solid.BoundaryDistance(point_W) < -depth_m) return true;
+  }
+  return false;
+}
+
+}  // namespace legopt

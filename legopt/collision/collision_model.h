@@ -1,0 +1,81 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "legopt/collision/mesh.h"
+#include "legopt/collision/scene.h"
+#include "legopt/robot/robot_model.h"
+
+namespace legopt {
+
+/// Two robot links, first < second.
+using LinkPair = std::pair<int, int>;
+
+/// How shapes are turned into convex solids. Lengths in metres. Validated by CollisionModel::Build (InputError).
+struct CollisionOptions {
+  /// Links whose hull forbids what is free (decomposed_pairs) are cut until their convex pieces stand off from the mesh
+  /// by at most this much, or until `max_link_pieces` is reached. Smaller: more pieces, slower, fewer phantom contacts.
+  /// > 0.
+  double link_concavity_m = 0.03;
+  /// Upper bound of convex pieces per link mesh, 1..64. 1 = hulls only (the paper's choice).
+  int max_link_pieces = 8;
+  /// The same two for components of the scene that are neither convex nor vertical prisms.
+  double scene_concavity_m = 0.03;
+  int max_component_pieces = 24;
+};
+
+/// Convex solids of a robot and of a scene, and the rule which link pairs are compared. What the solver collides.
+///
+/// Robot: every geometry of a link becomes its primitive or its convex hull. Pairs of links whose hulls overlap in many
+/// postures in which the meshes are apart are compared by finer convex pieces that together cover the meshes. Scene:
+/// primitives stay primitives; a mesh is split into connected components, convex ones become one solid, vertical prisms
+/// are cut into convex prisms between their real top and bottom surfaces, others are decomposed approximately. No
+/// triangle mesh is kept: a convex shape never meets a triangle mesh (ODE would report nothing).
+///
+/// Checked link pairs (reference 2.4): both links have geometry, more than one moving joint lies between them, and
+/// their exact triangle meshes do not intersect at `reference_x`.
+///
+/// Immutable; const members are safe from any number of threads.
+class CollisionModel {
+ public:
+  enum class PairStatus { kChecked, kIgnoredAdjacent, kIgnoredReferencePose };
+
+  /// `reference_x`: configuration (n + 7) whose touching link pairs are ignored for good.
+  /// Throws InputError: a mesh that cannot be loaded, a degenerate shape, wrong size of `reference_x`, bad options.
+  static std::shared_ptr<const CollisionModel> Build(const RobotModel& robot, const Scene& scene,
+                                                     Eigen::Ref<const Eigen::VectorXd> reference_x,
+                                                     const CollisionOptions& options = {});
+
+  ~CollisionModel();
+  CollisionModel(const CollisionModel&) = delete;
+  CollisionModel& operator=(const CollisionModel&) = delete;
+
+  int num_links() const;
+  /// Pairs of links that are compared, ascending by (second, first), the order of the original evaluator.
+  const std::vector<LinkPair>& checked_pairs() const;
+  /// Status of any two different links, in any order. A link without geometry is adjacent to all.
+  PairStatus pair_status(int a, int b) const;
+  /// Checked pairs that are compared by finer pieces, in the order of checked_pairs().
+  const std::vector<LinkPair>& decomposed_pairs() const;
+  /// Convex shapes of a link, one per geometry; 0 when it has none.
+  int num_link_pieces(int link) const;
+  /// Convex solids of the scene.
+  int num_scene_solids() const;
+
+  /// True when the world point lies inside of a scene solid by more than `depth_m` [m]. Exact for hulls and primitives.
+  /// Slow (tests, tools).
+  bool SceneContains(const Eigen::Vector3d& point_W, double depth_m = 0.0) const;
+
+  struct Impl;  // internal: defined in model_data.h
+  const Impl& impl() const { return *impl_; }
+
+ private:
+  explicit CollisionModel(std::unique_ptr<const Impl> impl);
+  std::unique_ptr<const Impl> impl_;
+};
+
+}  // namespace legopt

@@ -1,0 +1,321 @@
+#include "legopt/collision/collision_query.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "legopt/collision/model_data.h"
+#include "legopt/collision/ode_convex.h"
+
+namespace legopt {
+namespace {
+
+/// Axis-aligned boxes as arrays, so that one box is compared with all of them in a few vector instructions.
+class BoxArray {
+ public:
+  void Resize(size_t size) {
+    for (auto& side : low_) side.resize(size);
+    for (auto& side : high_) side.resize(size);
+    hit_.resize(size);
+  }
+  void Set(size_t i, const Eigen::AlignedBox3d& box) {
+    for (size_t axis = 0; axis < 3; ++axis) {
+      low_[axis][i] = box.min()[static_cast<Eigen::Index>(axis)];
+      high_[axis][i] = box.max()[static_cast<Eigen::Index>(axis)];
+    }
+  }
+  /// Calls visit(i) for i < count whose boxes come within `margin` of `box`, in order.
+  template <class Visitor>
+  void ForEachNear(const Eigen::AlignedBox3d& box, double margin, size_t count, Visitor visit) {
+    const Eigen::Vector3d low = box.min().array() - margin;
+    const Eigen::Vector3d high = box.max().array() + margin;
+    const double* l[3] = {low_[0].data(), low_[1].data(), low_[2].data()};
+    const double* h[3] = {high_[0].data(), high_[1].data(), high_[2].data()};
+    for (size_t i = 0; i < count; ++i) {
+      hit_[i] = static_cast<std::int64_t>((l[0][i] <= high[0]) & (h[0][i] >= low[0]) & (l[1][i] <= high[1]) &
+                                          (h[1][i] >= low[1]) & (l[2][i] <= high[2]) & (h[2][i] >= low[2]));
+    }
+    for (size_t i = 0; i < count; ++i) {
+      if (hit_[i] != 0) visit(i);
+    }
+  }
+
+ private:
+  std::vector<double> low_[3], high_[3];
+  std::vector<std::int64_t> hit_;
+};
+
+bool Near(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b, double margin) {
+  return (a.min() - b.max()).maxCoeff() <= margin && (b.min() - a.max()).maxCoeff() <= margin;
+}
+
+/// The two shapes of a contact; parallel to the contacts.
+struct Source {
+  int a;      ///< shape of link_a
+  int other;  ///< solid, or shape of link_b
+};
+
+/// A run of shapes.
+struct Shapes {
+  int first;
+  int count;
+};
+
+}  // namespace
+
+struct CollisionQuery::Impl {
+  explicit Impl(std::shared_ptr<const CollisionModel> collision_model)
+      : model(std::move(collision_model)),
+        data(model->impl()),
+        moving(data.shapes.size()),
+        moving_bounds(data.shapes.size()),
+        link_bounds(data.links.size()),
+        fresh(data.shapes.size()),
+        ode(data.solids, data.solid_sets, moving) {
+    placed.ResizeLike(data.link_points);
+    for (size_t m = 0; m < moving.size(); ++m) placed.View(data.ranges[m], moving[m]);
+    link_boxes.Resize(data.links.size());
+    solid_boxes.Resize(data.solids.size());
+    near_solids.reserve(data.solids.size());
+    constexpr size_t kContacts = 256;
+    contacts.reserve(kContacts);
+    sources.reserve(kContacts);
+    nearest_first.reserve(kContacts);
+  }
+
+  const LinkShapes& Link(int link) const { return data.links[static_cast<size_t>(link)]; }
+  const SupportSet& Set(int shape) const { return moving[static_cast<size_t>(shape)]; }
+  const Eigen::AlignedBox3d& Bounds(int shape) const { return moving_bounds[static_cast<size_t>(shape)]; }
+  int num_links() const { return static_cast<int>(data.links.size()); }
+
+  /// Brings a shape to the pose of its link, once per query.
+  void Place(int shape, const Eigen::Isometry3d& pose) {
+    const auto m = static_cast<size_t>(shape);
+    if (fresh[m] != 0) return;
+    fresh[m] = 1;
+    SupportSet& set = moving[m];
+    Eigen::AlignedBox3d& bounds = moving_bounds[m];
+    PlaceSupportSet(data.shapes[m], pose, set);
+    if (set.count == 0) {
+      bounds = SupportBounds(set);
+    } else {
+      placed.Transform(data.link_points, data.ranges[m], pose, bounds.min(), bounds.max());
+      bounds.min().array() -= set.radius;
+      bounds.max().array() += set.radius;
+    }
+    set.lower = bounds.min();
+    set.upper = bounds.max();
+  }
+
+  void Place(const Shapes& shapes, const Eigen::Isometry3d& pose) {
+    for (int shape = shapes.first; shape < shapes.first + shapes.count; ++shape) Place(shape, pose);
+  }
+
+  Shapes Pieces(int link) const { return {Link(link).first_piece, Link(link).num_pieces}; }
+  Shapes Fine(int link) const { return {Link(link).first_fine, Link(link).num_fine}; }
+
+  /// Places what bounds each link (its whole, or its pieces); other shapes wait until something comes near.
+  Eigen::AlignedBox3d PlaceLinks(const Kinematics& kinematics) {
+    std::fill(fresh.begin(), fresh.end(), std::uint8_t{0});
+    Eigen::AlignedBox3d robot;
+    for (int link = 0; link < num_links(); ++link) {
+      const int whole = Link(link).whole;
+      const Shapes shapes = whole >= 0 ? Shapes{whole, 1} : Pieces(link);
+      Place(shapes, kinematics.link_pose(link));
+      Eigen::AlignedBox3d& bounds = link_bounds[static_cast<size_t>(link)];
+      bounds.setEmpty();
+      for (int shape = shapes.first; shape < shapes.first + shapes.count; ++shape) bounds.extend(Bounds(shape));
+      link_boxes.Set(static_cast<size_t>(link), bounds);
+      robot.extend(bounds);
+    }
+    return robot;
+  }
+
+  bool BallMisses(int shape, const Eigen::AlignedBox3d& box, double margin) const {
+    const double reach = data.shapes[static_cast<size_t>(shape)].bounding_radius() + margin;
+    return box.squaredExteriorDistance(Set(shape).centre) > reach * reach;
+  }
+
+  void Report(int link_a, int link_b, const Source& source, const PairDistance& d) {
+    const auto num_shapes = static_cast<int>(data.shapes.size());
+    const auto num_solids = static_cast<int>(data.solids.size());
+    const int pair_id = link_b == kScene ? source.a * num_solids + source.other
+                                         : num_shapes * num_solids + source.a * num_shapes + source.other;
+    contacts.push_back({link_a, link_b, d.point_a, d.point_b, d.normal, d.distance_m, pair_id});
+    sources.push_back(source);
+  }
+
+  void CollideLinkWithScene(int link, const Kinematics& kinematics, double margin);
+  void CollideWithSolid(int link, int solid, const Kinematics& kinematics, double margin);
+  void CollideLinks(int a, int b, const Kinematics& kinematics, double margin);
+  bool LiesBehind(const Contact& contact, const Source& source, const Contact& nearer,
+                  const Source& nearer_source) const;
+  bool Repeats(const Contact& contact, const Source& source, const Contact& nearer, const Source& nearer_source) const;
+  void DropRepeats(size_t begin);
+
+  std::shared_ptr<const CollisionModel> model;
+  const CollisionModel::Impl& data;
+  std::vector<SupportSet> moving;  ///< parallel to data.shapes
+  std::vector<Eigen::AlignedBox3d> moving_bounds;
+  std::vector<Eigen::AlignedBox3d> link_bounds;
+  std::vector<std::uint8_t> fresh;
+  PointArena placed;
+  OdeConvexWorld ode;
+  BoxArray link_boxes;
+  BoxArray solid_boxes;
+  std::vector<int> near_solids;
+  std::vector<Contact> contacts;
+  std::vector<Source> sources;
+  std::vector<int> nearest_first;
+};
+
+void CollisionQuery::Impl::CollideWithSolid(int link, int solid, const Kinematics& kinematics, double margin) {
+  const Eigen::AlignedBox3d& box = data.solids[static_cast<size_t>(solid)].bounds();
+  const LinkShapes& shapes = Link(link);
+  PairDistance distance;
+  if (shapes.whole >= 0) {
+    if (BallMisses(shapes.whole, box, margin)) return;
+    if (!ode.CollideWithSolid(shapes.whole, solid, margin, distance)) return;
+    if (shapes.num_pieces == 1) {
+      Report(link, kScene, {shapes.whole, solid}, distance);
+      return;
+    }
+  }
+  Place(Pieces(link), kinematics.link_pose(link));
+  for (int piece = shapes.first_piece; piece < shapes.first_piece + shapes.num_pieces; ++piece) {
+    if (!Near(Bounds(piece), box, margin) || BallMisses(piece, box, margin)) continue;
+    if (ode.CollideWithSolid(piece, solid, margin, distance)) Report(link, kScene, {piece, solid}, distance);
+  }
+}
+
+void CollisionQuery::Impl::CollideLinkWithScene(int link, const Kinematics& kinematics, double margin) {
+  const size_t begin = contacts.size();
+  solid_boxes.ForEachNear(link_bounds[static_cast<size_t>(link)], margin, near_solids.size(),
+                          [&](size_t i) { CollideWithSolid(link, near_solids[i], kinematics, margin); });
+  DropRepeats(begin);
+}
+
+void CollisionQuery::Impl::CollideLinks(int a, int b, const Kinematics& kinematics, double margin) {
+  const size_t begin = contacts.size();
+  const bool fine = data.fine[data.PairIndex(a, b)];
+  const int whole_a = Link(a).whole;
+  const int whole_b = Link(b).whole;
+  PairDistance distance;
+  if (whole_a >= 0 && whole_b >= 0) {
+    if (BallMisses(whole_a, link_bounds[static_cast<size_t>(b)], margin)) return;
+    if (BallMisses(whole_b, link_bounds[static_cast<size_t>(a)], margin)) return;
+    if (!fine) {
+      if (!ode.CollideMoving(whole_a, whole_b, margin, distance)) return;
+      if (Link(a).num_pieces == 1 && Link(b).num_pieces == 1) {
+        Report(a, b, {whole_a, whole_b}, distance);
+        return;
+      }
+    }
+  }
+  const Shapes shapes_a = fine ? Fine(a) : Pieces(a);
+  const Shapes shapes_b = fine ? Fine(b) : Pieces(b);
+  Place(shapes_a, kinematics.link_pose(a));
+  Place(shapes_b, kinematics.link_pose(b));
+  for (int pa = shapes_a.first; pa < shapes_a.first + shapes_a.count; ++pa) {
+    if (!Near(Bounds(pa), link_bounds[static_cast<size_t>(b)], margin)) continue;
+    for (int pb = shapes_b.first; pb < shapes_b.first + shapes_b.count; ++pb) {
+      if (!Near(Bounds(pa), Bounds(pb), margin)) continue;
+      if (ode.CollideMoving(pa, pb, margin, distance)) Report(a, b, {pa, pb}, distance);
+    }
+  }
+  DropRepeats(begin);
+}
+
+/// True when the plane that parts the nearer contact's shapes also parts this contact's shapes.
+bool CollisionQuery::Impl::LiesBehind(const Contact& contact, const Source& source, const Contact& nearer,
+                                      const Source& nearer_source) const {
+  constexpr double kSamePlane = 1e-4;  // m
+  const bool scene = contact.link_b == kScene;
+  const SupportSet& other = scene ? data.solid_sets[static_cast<size_t>(source.other)] : Set(source.other);
+  const Eigen::Vector3d& n = nearer.normal_W;
+  if (n.dot(other.Farthest(n) - nearer.point_b_W) + other.radius > kSamePlane) return false;
+  if (source.a == nearer_source.a) return true;
+  const SupportSet& own = Set(source.a);
+  return n.dot(own.Farthest(-n) - nearer.point_a_W) - own.radius >= -kSamePlane;
+}
+
+/// True when satisfying `nearer` satisfies `contact` as well, as far as a linear model can tell.
+bool CollisionQuery::Impl::Repeats(const Contact& contact, const Source& source, const Contact& nearer,
+                                   const Source& nearer_source) const {
+  constexpr double kSamePoint = 5e-3;    // m
+  constexpr double kSameNormal = 0.999;  // cosine
+  if (contact.normal_W.dot(nearer.normal_W) >= kSameNormal &&
+      (contact.point_a_W - nearer.point_a_W).squaredNorm() <= kSamePoint * kSamePoint &&
+      (contact.point_b_W - nearer.point_b_W).squaredNorm() <= kSamePoint * kSamePoint) {
+    return true;
+  }
+  return LiesBehind(contact, source, nearer, nearer_source);
+}
+
+/// Removes, among contacts from `begin` on (of one link with the scene, or of two links), those that repeat a nearer
+/// one. Penetrating contacts all stay, so that a sum of violations stays continuous.
+void CollisionQuery::Impl::DropRepeats(size_t begin) {
+  if (contacts.size() - begin < 2) return;
+  nearest_first.clear();
+  for (size_t i = begin; i < contacts.size(); ++i) nearest_first.push_back(static_cast<int>(i));
+  std::sort(nearest_first.begin(), nearest_first.end(), [&](int i, int j) {
+    const double di = contacts[static_cast<size_t>(i)].distance_m;
+    const double dj = contacts[static_cast<size_t>(j)].distance_m;
+    return di < dj || (di == dj && i < j);
+  });
+  size_t num_kept = 0;
+  for (int i : nearest_first) {
+    const Contact& contact = contacts[static_cast<size_t>(i)];
+    bool repeats = false;
+    for (size_t k = 0; k < num_kept && !repeats && contact.distance_m > 0.0; ++k) {
+      const auto j = static_cast<size_t>(nearest_first[k]);
+      repeats = Repeats(contact, sources[static_cast<size_t>(i)], contacts[j], sources[j]);
+    }
+    if (!repeats) nearest_first[num_kept++] = i;
+  }
+  std::sort(nearest_first.begin(), nearest_first.begin() + static_cast<std::ptrdiff_t>(num_kept));
+  for (size_t k = 0; k < num_kept; ++k) {  // indices ascend, so nothing is overwritten before it is moved
+    contacts[begin + k] = contacts[static_cast<size_t>(nearest_first[k])];
+    sources[begin + k] = sources[static_cast<size_t>(nearest_first[k])];
+  }
+  contacts.resize(begin + num_kept);
+  sources.resize(begin + num_kept);
+}
+
+CollisionQuery::CollisionQuery(std::shared_ptr<const CollisionModel> model)
+    : impl_(std::make_unique<Impl>(std::move(model))) {}
+CollisionQuery::~CollisionQuery() = default;
+CollisionQuery::CollisionQuery(CollisionQuery&&) noexcept = default;
+CollisionQuery& CollisionQuery::operator=(CollisionQuery&&) noexcept = default;
+
+const CollisionModel& CollisionQuery::model() const { return *impl_->model; }
+
+std::span<const Contact> CollisionQuery::Contacts(const Kinematics& kinematics, double margin_m) {
+  Impl& impl = *impl_;
+  impl.contacts.clear();
+  impl.sources.clear();
+  Eigen::AlignedBox3d robot = impl.PlaceLinks(kinematics);
+  if (robot.isEmpty()) return {};
+  robot.min().array() -= margin_m;
+  robot.max().array() += margin_m;
+  impl.ode.CollectSolids(robot, impl.near_solids);
+  for (size_t i = 0; i < impl.near_solids.size(); ++i) {
+    impl.solid_boxes.Set(i, impl.data.solids[static_cast<size_t>(impl.near_solids[i])].bounds());
+  }
+  for (int link = 0; link < impl.num_links(); ++link) {
+    if (impl.Link(link).num_pieces > 0) impl.CollideLinkWithScene(link, kinematics, margin_m);
+  }
+  for (int b = 0; b < impl.num_links(); ++b) {
+    if (impl.Link(b).num_pieces == 0) continue;
+    impl.link_boxes.ForEachNear(
+        impl.link_bounds[static_cast<size_t>(b)], margin_m, static_cast<size_t>(b), [&](size_t i) {
+          const int a = static_cast<int>(i);
+          if (impl.data.pairs.status[impl.data.PairIndex(a, b)] == CollisionModel::PairStatus::kChecked)
+            impl.CollideLinks(a, b, kinematics, margin_m);
+        });
+  }
+  return impl.contacts;
+}
+
+}  // namespace legopt

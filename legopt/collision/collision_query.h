@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "legopt/collision/collision_model.h"
+#include "legopt/collision/contact.h"
+#include "legopt/robot/kinematics.h"
+
+namespace legopt {
+
+/// Finds what is near: the robot against the scene and against itself. A workspace on one CollisionModel.
+///
+/// Exact signed distances between convex shapes (GJK, EPA), see the convention block in contact.h. ODE spaces are the
+/// broadphase and hold our convex geometry class beside ODE's primitives.
+///
+/// Thread rule: one thread at a time; make one per thread (cheap, the model is shared). No allocation once the buffers
+/// have grown to the largest query seen.
+class CollisionQuery {
+ public:
+  explicit CollisionQuery(std::shared_ptr<const CollisionModel> model);
+  ~CollisionQuery();
+  CollisionQuery(CollisionQuery&&) noexcept;
+  CollisionQuery& operator=(CollisionQuery&&) noexcept;
+
+  /// All contacts with distance < margin_m [m, >= 0] at the configuration held by `kinematics` (updated, of the model's
+  /// robot). Each pair of shapes at most once; among contacts of one link that repeat each other (same obstacle plane,
+  /// nearly the same point) only the nearest is kept. Order: scene contacts by (link, solid), then self contacts by
+  /// (second, first) link. The result depends on the arguments only, never on earlier queries. The span is valid until
+  /// the next call.
+  std::span<const Contact> Contacts(const Kinematics& kinematics, double margin_m);
+
+  const CollisionModel& model() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace legopt

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <vector>
+
+#include "legopt/collision/convex_shape.h"
+#include "legopt/collision/trimesh_world.h"
+#include "legopt/robot/kinematics.h"
+#include "legopt/robot/robot_model.h"
+
+namespace legopt {
+
+/// The exact triangle meshes of a robot's links inside a TrimeshWorld, with their hulls to tell early that two meshes
+/// cannot touch.
+class LinkTrimeshes {
+ public:
+  /// One geometry of a link.
+  struct Geometry {
+    int link;
+    int mesh;          ///< number within the TrimeshWorld
+    ConvexShape hull;  ///< of the mesh, link frame
+    PointArena::Range range;
+    SupportSet placed;  ///< the hull in the world
+    Eigen::AlignedBox3d bounds;
+  };
+
+  /// Loads every geometry. `world` must outlive this object. Throws InputError.
+  LinkTrimeshes(const RobotModel& robot, TrimeshWorld& world);
+  LinkTrimeshes(const LinkTrimeshes&) = delete;
+  LinkTrimeshes& operator=(const LinkTrimeshes&) = delete;
+
+  /// Moves all geometries to the poses held by `kinematics`.
+  void Place(const Kinematics& kinematics);
+
+  int num_geometries(int link) const { return static_cast<int>(by_link_[static_cast<size_t>(link)].size()); }
+  const Geometry& geometry(int link, int index) const {
+    return geometries_[static_cast<size_t>(by_link_[static_cast<size_t>(link)][static_cast<size_t>(index)])];
+  }
+
+  /// Largest contact depth of two placed geometries of different links, m; negative when they do not touch.
+  double Depth(const Geometry& a, const Geometry& b) const;
+
+  /// True when the hulls of two placed geometries overlap by more than `depth_m`.
+  bool HullsOverlap(const Geometry& a, const Geometry& b, double depth_m) const;
+
+  /// Distance between hulls up to which meshes are handed to ODE: covers ODE's single-precision pair search, m.
+  static constexpr double kSafety = 1e-4;
+
+ private:
+  TrimeshWorld& world_;
+  std::vector<Geometry> geometries_;
+  std::vector<std::vector<int>> by_link_;
+  PointArena local_;
+  PointArena placed_;
+};
+
+}  // namespace legopt

@@ -1,0 +1,125 @@
+#include "legopt/collision/mesh.h"
+
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <assimp/Importer.hpp>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <unordered_map>
+
+#include "legopt/input_error.h"
+
+namespace legopt {
+namespace {
+
+[[noreturn]] void Refuse(const std::string& path, const std::string& field, const std::string& value,
+                         const std::string& message, const std::string& fix) {
+  throw InputError({path, field, value, message, fix});
+}
+
+/// Exact coordinates as a hash key; -0.0 and 0.0 are one point.
+struct VertexKey {
+  std::array<double, 3> xyz;
+  bool operator==(const VertexKey& other) const { return xyz == other.xyz; }
+};
+
+struct VertexHash {
+  std::size_t operator()(const VertexKey& key) const {
+    std::uint64_t hash = 0x9E3779B97F4A7C15ULL;
+    for (double c : key.xyz) {
+      std::uint64_t bits = 0;
+      std::memcpy(&bits, &c, sizeof(bits));
+      hash = (hash ^ bits) * 0xFF51AFD7ED558CCDULL;
+      hash ^= hash >> 32;
+    }
+    return hash;
+  }
+};
+
+/// Collects triangles of the file's nodes in order and welds their vertices.
+class MeshBuilder {
+ public:
+  MeshBuilder(const std::string& path, const Eigen::Vector3d& scale)
+      : path_(path), scale_(scale), mirrored_(scale.prod() < 0.0) {}
+
+  void AddNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent) {
+    const aiMatrix4x4 transform = parent * node.mTransformation;
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) AddMesh(*scene.mMeshes[node.mMeshes[i]], transform);
+    for (unsigned i = 0; i < node.mNumChildren; ++i) AddNode(scene, *node.mChildren[i], transform);
+  }
+
+  TriangleMesh Take() { return std::move(mesh_); }
+
+ private:
+  void AddMesh(const aiMesh& source, const aiMatrix4x4& transform) {
+    std::vector<int> index(source.mNumVertices);
+    for (unsigned i = 0; i < source.mNumVertices; ++i) index[i] = AddVertex(transform * source.mVertices[i]);
+    const bool flip = mirrored_ != (transform.Determinant() < 0.0F);
+    for (unsigned i = 0; i < source.mNumFaces; ++i) {
+      const aiFace& face = source.mFaces[i];
+      if (face.mNumIndices != 3) continue;  // points and lines
+      std::array<int, 3> triangle = {index[face.mIndices[0]], index[face.mIndices[1]], index[face.mIndices[2]]};
+      if (flip) std::swap(triangle[1], triangle[2]);
+      if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) continue;
+      mesh_.triangles.push_back(triangle);
+    }
+  }
+
+  int AddVertex(const aiVector3D& v) {
+    const Eigen::Vector3d point = scale_.cwiseProduct(Eigen::Vector3d(v.x, v.y, v.z));
+    if (!point.allFinite()) {
+      Refuse(path_, "vertex", std::to_string(v.x) + " " + std::to_string(v.y) + " " + std::to_string(v.z),
+             "coordinate is not a finite number", "export the mesh again or repair it");
+    }
+    const VertexKey key{{point.x() + 0.0, point.y() + 0.0, point.z() + 0.0}};
+    const auto [it, inserted] = index_.try_emplace(key, static_cast<int>(mesh_.vertices.size()));
+    if (inserted) mesh_.vertices.push_back(point);
+    return it->second;
+  }
+
+  const std::string& path_;
+  const Eigen::Vector3d scale_;
+  const bool mirrored_;
+  TriangleMesh mesh_;
+  std::unordered_map<VertexKey, int, VertexHash> index_;
+};
+
+constexpr const char* kFormats = "give an STL, OBJ, DAE or PLY file with triangles";
+
+}  // namespace
+
+TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    Refuse(path, "", "", "mesh file does not exist or is not a file", "check the path and mesh_folder");
+  }
+  if (!scale.allFinite() || (scale.array() == 0.0).any()) {
+    Refuse(path, "scale", std::to_string(scale.x()) + " " + std::to_string(scale.y()) + " " + std::to_string(scale.z()),
+           "mesh scale must be finite and not zero", "give three factors such as 0.001 0.001 0.001");
+  }
+  Assimp::Importer importer;
+  // As in ROS tools: vertices are taken in the axes they were authored in; units are converted to metres.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  const aiScene* scene = nullptr;
+  std::string reason;
+  try {
+    scene = importer.ReadFile(path, aiProcess_Triangulate);
+    reason = importer.GetErrorString();
+  } catch (const std::exception& e) {  // assimp lets a few through on damaged files
+    scene = nullptr;
+    reason = e.what();
+  }
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    Refuse(path, "", "", "mesh cannot be read: " + (reason.empty() ? "unknown fault" : reason), kFormats);
+  }
+  MeshBuilder builder(path, scale);
+  builder.AddNode(*scene, *scene->mRootNode, aiMatrix4x4());
+  TriangleMesh mesh = builder.Take();
+  if (mesh.triangles.empty()) Refuse(path, "", "", "mesh has no triangles", kFormats);
+  return mesh;
+}
+
+}  // namespace legopt

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "legopt/collision/collision_model.h"
+#include "legopt/collision/convex_shape.h"
+#include "legopt/collision/link_pairs.h"
+
+namespace legopt {
+
+/// Shapes of one link within the model's arrays.
+struct LinkShapes {
+  int first_piece = 0;  ///< one hull or primitive per geometry
+  int num_pieces = 0;
+  int first_fine = 0;  ///< decomposition, only for links of phantom pairs
+  int num_fine = 0;
+  /// Index into `shapes`: one hull round all pieces, to test first; the only piece; -1 when there is neither.
+  int whole = -1;
+};
+
+/// Data behind CollisionModel. Points of links are in link frames, points of solids in the world.
+struct CollisionModel::Impl {
+  std::vector<LinkShapes> links;
+  std::vector<ConvexShape> shapes;  ///< pieces, fine pieces and wholes of all links
+  std::vector<PointArena::Range> ranges;
+  PointArena link_points;
+
+  std::vector<ConvexShape> solids;
+  PointArena solid_points;
+  std::vector<SupportSet> solid_sets;  ///< point into solid_points
+
+  LinkPairRules pairs;
+  std::vector<bool> fine;  ///< num_links x num_links: the pair is compared by fine pieces
+
+  size_t PairIndex(int a, int b) const { return static_cast<size_t>(a) * links.size() + static_cast<size_t>(b); }
+};
+
+}  // namespace legopt

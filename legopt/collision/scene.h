@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "legopt/robot/robot_model.h"
+
+namespace legopt {
+
+/// One fixed obstacle. The pose of `shape` is in the world frame.
+struct SceneObject {
+  std::string name;
+  ShapeSpec shape;
+};
+
+/// All obstacles of the environment. A plain value; nothing is loaded or checked before a model is built from it.
+struct Scene {
+  std::vector<SceneObject> objects;
+};
+
+}  // namespace legopt

@@ -1,0 +1,112 @@
+#include <cmath>
+#include <numbers>
+
+#include "legopt/collision/mesh.h"
+#include "legopt/input_error.h"
+
+namespace legopt {
+namespace {
+
+constexpr int kSegments = 32;  // around a full turn; sagitta 0.5 % of the radius
+constexpr int kRings = 16;     // pole to pole of a sphere; even, so that a capsule can be cut at the equator
+
+void CheckSize(const ShapeSpec& shape, const char* kind, std::initializer_list<int> used) {
+  for (int axis : used) {
+    const double value = shape.size[axis];
+    if (!(std::isfinite(value) && value > 0.0)) {
+      throw InputError({"shape", std::string(kind) + " size", std::to_string(value), "size must be positive and finite",
+                        "give metres, e.g. 0.1"});
+    }
+  }
+}
+
+TriangleMesh Box(const Eigen::Vector3d& size) {
+  TriangleMesh mesh;
+  for (int i = 0; i < 8; ++i) {
+    mesh.vertices.emplace_back(0.5 *
+                               size.cwiseProduct(Eigen::Vector3d(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
+  }
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return mesh;
+}
+
+/// Surface of revolution about z: first and last profile points lie on the axis. Profile runs from low z to high z.
+TriangleMesh Revolve(const std::vector<Eigen::Vector2d>& profile) {
+  TriangleMesh mesh;
+  const int rings = static_cast<int>(profile.size()) - 2;
+  mesh.vertices.emplace_back(0.0, 0.0, profile.front().y());
+  for (int r = 1; r <= rings; ++r) {
+    for (int s = 0; s < kSegments; ++s) {
+      const double angle = 2.0 * std::numbers::pi * s / kSegments;
+      const auto& [radius, z] = std::pair(profile[static_cast<size_t>(r)].x(), profile[static_cast<size_t>(r)].y());
+      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+    }
+  }
+  mesh.vertices.emplace_back(0.0, 0.0, profile.back().y());
+  const int top = static_cast<int>(mesh.vertices.size()) - 1;
+  const auto at = [](int ring, int s) { return 1 + ring * kSegments + s % kSegments; };
+  for (int s = 0; s < kSegments; ++s) {
+    mesh.triangles.push_back({0, at(0, s + 1), at(0, s)});
+    for (int r = 0; r + 1 < rings; ++r) {
+      mesh.triangles.push_back({at(r, s), at(r, s + 1), at(r + 1, s + 1)});
+      mesh.triangles.push_back({at(r, s), at(r + 1, s + 1), at(r + 1, s)});
+    }
+    mesh.triangles.push_back({top, at(rings - 1, s), at(rings - 1, s + 1)});
+  }
+  return mesh;
+}
+
+/// Half circles of a sphere cut at the equator and pulled apart by `length`.
+std::vector<Eigen::Vector2d> CapsuleProfile(double radius, double length) {
+  std::vector<Eigen::Vector2d> profile;
+  for (int r = 0; r <= kRings; ++r) {
+    const double angle = std::numbers::pi * r / kRings;
+    const Eigen::Vector2d point(radius * std::sin(angle), -radius * std::cos(angle));
+    const bool upper = 2 * r > kRings;
+    if (2 * r == kRings && length > 0.0) {
+      profile.emplace_back(radius, -0.5 * length);
+      profile.emplace_back(radius, 0.5 * length);
+    } else {
+      profile.emplace_back(point.x(), point.y() + (upper ? 0.5 : -0.5) * length);
+    }
+  }
+  return profile;
+}
+
+TriangleMesh InShapeFrame(const ShapeSpec& shape) {
+  switch (shape.kind) {
+    case ShapeSpec::Kind::kBox:
+      CheckSize(shape, "box", {0, 1, 2});
+      return Box(shape.size);
+    case ShapeSpec::Kind::kSphere:
+      CheckSize(shape, "sphere", {0});
+      return Revolve(CapsuleProfile(shape.size.x(), 0.0));
+    case ShapeSpec::Kind::kCapsule:
+      CheckSize(shape, "capsule", {0, 2});
+      return Revolve(CapsuleProfile(shape.size.x(), shape.size.z()));
+    case ShapeSpec::Kind::kCylinder: {
+      CheckSize(shape, "cylinder", {0, 2});
+      const double r = shape.size.x();
+      const double h = 0.5 * shape.size.z();
+      return Revolve({{0.0, -h}, {r, -h}, {r, h}, {0.0, h}});
+    }
+    case ShapeSpec::Kind::kMesh:
+      return LoadMesh(shape.mesh_file, shape.scale);
+  }
+  return {};
+}
+
+}  // namespace
+
+TriangleMesh Tessellate(const ShapeSpec& shape) {
+  if (!shape.pose.matrix().allFinite()) {
+    throw InputError({shape.mesh_file.empty() ? "shape" : shape.mesh_file, "pose", "", "pose is not finite",
+                      "give finite position and rotation"});
+  }
+  TriangleMesh mesh = InShapeFrame(shape);
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex = shape.pose * vertex;
+  return mesh;
+}
+
+}  // namespace legopt

@@ -1,0 +1,348 @@
+#include "legopt/collision/collision_query.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <thread>
+
+#include "legopt/collision/link_trimeshes.h"
+#include "legopt/collision/model_data.h"
+#include "legopt/collision/signed_distance.h"
+#include "tests/collision/allocation_count.h"
+#include "tests/collision/atlas_data.h"
+#include "tests/collision/test_shapes.h"
+
+namespace legopt::test {
+namespace {
+
+constexpr int kDofs = 4;
+
+/// Trunk (two boxes) - upper arm (capsule) - forearm (cylinder) - ball (sphere) and a second arm (box) with all
+/// primitives.
+RobotModel ToyRobot() {
+  const auto link = [](const std::string& name, int joint, std::vector<ShapeSpec> shapes) {
+    Link l;
+    l.name = name;
+    l.mass = 1.0;
+    l.parent_joint = joint;
+    l.collision = std::move(shapes);
+    return l;
+  };
+  const auto joint = [](const std::string& name, int parent, int child, const Eigen::Vector3d& origin,
+                        const Eigen::Vector3d& axis) {
+    Joint j;
+    j.name = name;
+    j.type = JointType::kRevolute;
+    j.parent_link = parent;
+    j.child_link = child;
+    j.origin = Eigen::Translation3d(origin);
+    j.axis = axis;
+    j.dof = child - 1;
+    j.lower = -3.0;
+    j.upper = 3.0;
+    return j;
+  };
+  using Kind = ShapeSpec::Kind;
+  std::vector<Link> links = {
+      link("trunk", -1, {Spec(Kind::kBox, {0.3, 0.3, 0.4}), Spec(Kind::kBox, {0.2, 0.5, 0.1}, At(0, 0, 0.3))}),
+      link("upper", 0, {Spec(Kind::kCapsule, {0.05, 0, 0.3}, At(0, 0, -0.15))}),
+      link("fore", 1, {Spec(Kind::kCylinder, {0.05, 0, 0.3}, At(0, 0, -0.2))}),
+      link("ball", 2, {Spec(Kind::kSphere, {0.08, 0, 0}, At(0, 0, -0.05))}),
+      link("paddle", 3, {Spec(Kind::kBox, {0.3, 0.05, 0.2}, At(0.15, 0, 0))}),
+  };
+  std::vector<Joint> joints = {
+      joint("shoulder", 0, 1, {0, 0.35, 0.3}, Eigen::Vector3d::UnitX()),
+      joint("elbow", 1, 2, {0, 0, -0.35}, Eigen::Vector3d::UnitY()),
+      joint("wrist", 2, 3, {0, 0, -0.4}, Eigen::Vector3d::UnitX()),
+      joint("hinge", 0, 4, {0, -0.35, 0.3}, Eigen::Vector3d::UnitY()),
+  };
+  return RobotModel("toy", links, joints);
+}
+
+Scene ToyScene() {
+  using Kind = ShapeSpec::Kind;
+  Scene scene;
+  scene.objects = {
+      {"floor", Spec(Kind::kBox, {4, 4, 0.2}, At(0, 0, -0.9))},
+      {"post", Spec(Kind::kCylinder, {0.2, 0, 2.0}, At(0.7, 0.3, 0))},
+      {"ball", Spec(Kind::kSphere, {0.3, 0, 0}, At(-0.7, 0.4, 0.1))},
+      {"rail", Spec(Kind::kCapsule, {0.1, 0, 1.0}, At(0, -0.9, 0) * Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitX()))}};
+  return scene;
+}
+
+Eigen::VectorXd DrawPosture(const RobotModel& robot, Draw& draw) {
+  Eigen::VectorXd x = ZeroPose(robot);
+  for (int i = 0; i < kDofs; ++i) x[i] = draw.Number(-2.5, 2.5);
+  const Eigen::Isometry3d base = draw.Pose(0.3);
+  const Eigen::Quaterniond q(base.linear());
+  x.tail<7>() << base.translation(), q.w(), q.x(), q.y(), q.z();
+  return x;
+}
+
+struct Fixture {
+  RobotModel robot = ToyRobot();
+  std::shared_ptr<const CollisionModel> model = CollisionModel::Build(robot, ToyScene(), ZeroPose(robot));
+  Kinematics kinematics{robot};
+};
+
+std::vector<Contact> Copy(std::span<const Contact> contacts) { return {contacts.begin(), contacts.end()}; }
+
+void ExpectSame(const std::vector<Contact>& a, const std::vector<Contact>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].pair_id, b[i].pair_id);
+    EXPECT_EQ(a[i].link_a, b[i].link_a);
+    EXPECT_EQ(a[i].link_b, b[i].link_b);
+    EXPECT_EQ(a[i].distance_m, b[i].distance_m);
+    EXPECT_EQ(a[i].point_a_W, b[i].point_a_W);
+    EXPECT_EQ(a[i].point_b_W, b[i].point_b_W);
+    EXPECT_EQ(a[i].normal_W, b[i].normal_W);
+  }
+}
+
+TEST(CollisionQuery, ContactsObeyTheConventions) {
+  Fixture f;
+  CollisionQuery query(f.model);
+  Draw draw(41);
+  int scene = 0;
+  int self = 0;
+  for (int round = 0; round < 200; ++round) {
+    f.kinematics.Update(DrawPosture(f.robot, draw));
+    std::set<int> ids;
+    std::tuple<int, int, int> last{-1, -1, -1};
+    for (const Contact& c : query.Contacts(f.kinematics, 0.1)) {
+      EXPECT_LT(c.distance_m, 0.1);
+      EXPECT_NEAR(c.normal_W.norm(), 1.0, 1e-12);
+      EXPECT_LT((c.point_a_W - c.point_b_W - c.distance_m * c.normal_W).norm(), 1e-12);
+      EXPECT_TRUE(ids.insert(c.pair_id).second) << "each pair once";
+      if (c.link_b == kScene) {
+        ++scene;
+      } else {
+        ++self;
+        EXPECT_LT(c.link_a, c.link_b);
+        EXPECT_EQ(f.model->pair_status(c.link_a, c.link_b), CollisionModel::PairStatus::kChecked);
+      }
+      const auto order = c.link_b == kScene ? std::tuple(0, c.link_a, 0) : std::tuple(1, c.link_b, c.link_a);
+      EXPECT_LE(last, order);
+      last = order;
+    }
+  }
+  EXPECT_GT(scene, 200);
+  EXPECT_GT(self, 50);
+}
+
+TEST(CollisionQuery, AgreesWithTestingAllPairsOfShapes) {
+  Fixture f;
+  CollisionQuery query(f.model);
+  Draw draw(42);
+  constexpr double kMargin = 0.08;
+  const CollisionModel::Impl& data = f.model->impl();
+  for (int round = 0; round < 200; ++round) {
+    f.kinematics.Update(DrawPosture(f.robot, draw));
+    std::map<std::pair<int, int>, double> nearest;  // by (link, other link or scene)
+    for (const Contact& c : query.Contacts(f.kinematics, kMargin)) {
+      auto [it, inserted] = nearest.try_emplace({c.link_a, c.link_b}, c.distance_m);
+      it->second = std::min(it->second, c.distance_m);
+    }
+    std::map<std::pair<int, int>, double> expected;
+    const auto consider = [&](int a, int b, const SupportSet& sa, const SupportSet& sb) {
+      PairDistance d;
+      if (!SignedDistance(sa, sb, kMargin, d)) return;
+      auto [it, inserted] = expected.try_emplace({a, b}, d.distance_m);
+      it->second = std::min(it->second, d.distance_m);
+    };
+    const int links = f.model->num_links();
+    for (int a = 0; a < links; ++a) {
+      const LinkShapes& shapes_a = data.links[static_cast<size_t>(a)];
+      for (int i = shapes_a.first_piece; i < shapes_a.first_piece + shapes_a.num_pieces; ++i) {
+        const PlacedShape pa(data.shapes[static_cast<size_t>(i)], f.kinematics.link_pose(a));
+        for (const SupportSet& solid : data.solid_sets) consider(a, kScene, pa.set(), solid);
+        for (int b = a + 1; b < links; ++b) {
+          if (f.model->pair_status(a, b) != CollisionModel::PairStatus::kChecked) continue;
+          const LinkShapes& shapes_b = data.links[static_cast<size_t>(b)];
+          for (int j = shapes_b.first_piece; j < shapes_b.first_piece + shapes_b.num_pieces; ++j) {
+            const PlacedShape pb(data.shapes[static_cast<size_t>(j)], f.kinematics.link_pose(b));
+            consider(a, b, pa.set(), pb.set());
+          }
+        }
+      }
+    }
+    ASSERT_EQ(nearest.size(), expected.size()) << round;
+    for (const auto& [pair, distance] : expected) {
+      ASSERT_EQ(nearest.count(pair), 1U);
+      EXPECT_NEAR(nearest.at(pair), distance, 1e-7);
+    }
+  }
+}
+
+TEST(CollisionQuery, ResultsDoNotDependOnEarlierQueriesNorOnTheThread) {
+  Fixture f;
+  CollisionQuery used(f.model);
+  Draw draw(43);
+  for (int round = 0; round < 50; ++round) {
+    f.kinematics.Update(DrawPosture(f.robot, draw));
+    CollisionQuery fresh(f.model);
+    const std::vector<Contact> expected = Copy(fresh.Contacts(f.kinematics, 0.1));
+    used.Contacts(f.kinematics, 0.5);
+    ExpectSame(Copy(used.Contacts(f.kinematics, 0.1)), expected);
+    std::vector<Contact> elsewhere;
+    std::thread([&] {
+      CollisionQuery other(f.model);
+      elsewhere = Copy(other.Contacts(f.kinematics, 0.1));
+    }).join();
+    ExpectSame(elsewhere, expected);
+  }
+}
+
+TEST(CollisionQuery, AllocatesNothingAfterWarmUp) {
+  Fixture f;
+  CollisionQuery query(f.model);
+  Draw draw(44);
+  std::vector<Eigen::VectorXd> postures;
+  for (int i = 0; i < 50; ++i) postures.push_back(DrawPosture(f.robot, draw));
+  const auto run = [&] {
+    for (const Eigen::VectorXd& x : postures) {
+      f.kinematics.Update(x);
+      query.Contacts(f.kinematics, 0.1);
+    }
+  };
+  run();
+  const long before = AllocationCount();
+  run();
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+TEST(CollisionQuery, LargerMarginOnlyAddsContacts) {
+  Fixture f;
+  CollisionQuery query(f.model);
+  Draw draw(45);
+  for (int round = 0; round < 50; ++round) {
+    f.kinematics.Update(DrawPosture(f.robot, draw));
+    const std::vector<Contact> small = Copy(query.Contacts(f.kinematics, 0.02));
+    std::map<int, double> large;
+    for (const Contact& c : query.Contacts(f.kinematics, 0.1)) large[c.pair_id] = c.distance_m;
+    for (const Contact& c : small) {
+      ASSERT_EQ(large.count(c.pair_id), 1U);
+      EXPECT_NEAR(large.at(c.pair_id), c.distance_m, 1e-14);
+    }
+  }
+}
+
+/// Distances by pair at a configuration.
+std::map<int, double> DistancesAt(CollisionQuery& query, Kinematics& kinematics, const Eigen::VectorXd& x,
+                                  double margin) {
+  kinematics.Update(x);
+  std::map<int, double> result;
+  for (const Contact& c : query.Contacts(kinematics, margin)) result[c.pair_id] = c.distance_m;
+  return result;
+}
+
+/// Compares n^T (J_A - J_B) with central differences of the distance. Entries where the two one-sided slopes differ are
+/// ties (the witness points jump) and are left out; returns how many entries were compared.
+int CompareWithDifferences(const RobotModel& robot, CollisionQuery& query, const Eigen::VectorXd& x, double margin) {
+  constexpr double kStep = 1e-5;
+  constexpr double kTie = 1e-3;
+  Kinematics kinematics(robot);
+  kinematics.Update(x);
+  const std::vector<Contact> contacts = Copy(query.Contacts(kinematics, margin));
+  const int m = robot.tangent_size();
+  std::vector<std::vector<double>> gradients;
+  for (const Contact& c : contacts) {
+    std::vector<double>& row = gradients.emplace_back(static_cast<size_t>(m), 0.0);
+    kinematics.AddPointGradient(c.link_a, c.point_a_W, c.normal_W, 1.0, row.data());
+    if (c.link_b != kScene) kinematics.AddPointGradient(c.link_b, c.point_b_W, c.normal_W, -1.0, row.data());
+  }
+  int compared = 0;
+  Kinematics moved(robot);
+  for (int i = 0; i < m; ++i) {
+    Eigen::VectorXd forward = x;
+    Eigen::VectorXd backward = x;
+    Retract(robot, x, kStep * Eigen::VectorXd::Unit(m, i), forward);
+    Retract(robot, x, -kStep * Eigen::VectorXd::Unit(m, i), backward);
+    const std::map<int, double> plus = DistancesAt(query, moved, forward, margin + 0.01);
+    const std::map<int, double> minus = DistancesAt(query, moved, backward, margin + 0.01);
+    for (size_t c = 0; c < contacts.size(); ++c) {
+      const auto p = plus.find(contacts[c].pair_id);
+      const auto q = minus.find(contacts[c].pair_id);
+      if (p == plus.end() || q == minus.end()) continue;  // now repeats another contact
+      const double ahead = (p->second - contacts[c].distance_m) / kStep;
+      const double behind = (contacts[c].distance_m - q->second) / kStep;
+      if (std::abs(ahead - behind) > kTie) continue;
+      EXPECT_NEAR(0.5 * (ahead + behind), gradients[c][static_cast<size_t>(i)], kTie);
+      ++compared;
+    }
+  }
+  return compared;
+}
+
+TEST(LinearisedDistance, MeetsFiniteDifferencesOnPrimitives) {
+  Fixture f;
+  CollisionQuery query(f.model);
+  Draw draw(46);
+  int compared = 0;
+  for (int round = 0; round < 60; ++round)
+    compared += CompareWithDifferences(f.robot, query, DrawPosture(f.robot, draw), 0.1);
+  EXPECT_GT(compared, 1500);
+}
+
+TEST(LinearisedDistance, MeetsFiniteDifferencesOnAtlasInTheGarage) {
+  LEGOPT_REQUIRE_FILE(GarageFile());
+  const RobotModel robot = Atlas();
+  const auto model = CollisionModel::Build(robot, Garage(), AtlasReference(robot));
+  CollisionQuery query(model);
+  int compared = 0;
+  Draw draw(47);
+  const auto stances = ReadStances(DataFolder() / "problemsposture.json");
+  for (size_t s = 0; s < stances.size(); s += 4) {
+    Eigen::VectorXd x = StandOn(robot, stances[s]);
+    for (int i = 0; i < robot.num_dofs(); ++i) x[i] += draw.Number(-0.05, 0.05);  // away from symmetric ties
+    compared += CompareWithDifferences(robot, query, x, 0.03);
+  }
+  EXPECT_GT(compared, 1000);
+}
+
+TEST(AtlasQuery, SolverIsNeitherBlockedNorBlindAtTheHips) {
+  LEGOPT_REQUIRE_FILE(DataFolder() / "atlas/atlas.urdf");
+  const RobotModel robot = Atlas();
+  const auto model = CollisionModel::Build(robot, {}, AtlasReference(robot));
+  CollisionQuery query(model);
+  Kinematics kinematics(robot);
+  TrimeshWorld world;
+  LinkTrimeshes meshes(robot, world);
+  int touching = 0;
+  int free = 0;
+  for (const std::string side : {"l", "r"}) {
+    const int uglut = robot.FindLink(side + "_uglut");
+    const int uleg = robot.FindLink(side + "_uleg");
+    const auto dof = [&](const std::string& joint) {
+      return robot.joints()[static_cast<size_t>(robot.FindJoint(side + joint))].dof;
+    };
+    for (double pitch = -1.5; pitch < 0.53; pitch += 0.1) {
+      for (const double roll : {-0.4, -0.2, 0.0, 0.2, 0.4}) {
+        Eigen::VectorXd x = ZeroPose(robot);
+        x[dof("_leg_lhy")] = pitch;
+        x[dof("_leg_mhx")] = roll;
+        kinematics.Update(x);
+        meshes.Place(kinematics);
+        const bool meshes_touch = meshes.Depth(meshes.geometry(uglut, 0), meshes.geometry(uleg, 0)) >= 0.0;
+        double depth = 0.0;
+        for (const Contact& c : query.Contacts(kinematics, 0.0)) {
+          if (c.link_a == uglut && c.link_b == uleg) depth = std::max(depth, -c.distance_m);
+        }
+        ++(meshes_touch ? touching : free);
+        if (meshes_touch) {
+          EXPECT_GT(depth, 0.0) << side << " pitch " << pitch << " roll " << roll;
+        }
+        if (pitch < 0.1) {
+          EXPECT_LT(depth, 1e-3) << side << " pitch " << pitch << " roll " << roll;
+        }
+      }
+    }
+  }
+  EXPECT_GT(touching, 5);
+  EXPECT_GT(free, 100);
+}
+
+}  // namespace
+}  // namespace legopt::test

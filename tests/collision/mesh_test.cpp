@@ -1,0 +1,196 @@
+#include "legopt/collision/mesh.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+
+#include "legopt/input_error.h"
+#include "tests/collision/test_shapes.h"
+
+namespace legopt::test {
+namespace {
+
+class MeshFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        std::filesystem::temp_directory_path() / ("legopt-mesh-test-" + std::to_string(::getpid()) + "-" +
+                                                  ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string Write(const std::string& name, const std::string& content) const {
+    std::ofstream(folder_ / name, std::ios::binary) << content;
+    return (folder_ / name).string();
+  }
+
+  static std::string BinaryStl(const std::vector<std::array<float, 9>>& triangles) {
+    std::string bytes(80, ' ');
+    const auto append = [&](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof(value)); };
+    append(static_cast<std::uint32_t>(triangles.size()));
+    for (const auto& t : triangles) {
+      for (int i = 0; i < 3; ++i) append(0.0F);
+      for (float c : t) append(c);
+      append(static_cast<std::uint16_t>(0));
+    }
+    return bytes;
+  }
+
+  /// The fault LoadMesh reports; empty when it does not throw.
+  static std::string ErrorOf(const std::string& path, const Eigen::Vector3d& scale = Eigen::Vector3d::Ones()) {
+    try {
+      LoadMesh(path, scale);
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.fault().file, path);
+      EXPECT_FALSE(error.fault().fix.empty());
+      return error.what();
+    }
+    return "";
+  }
+
+  std::filesystem::path folder_;
+};
+
+const std::vector<std::array<float, 9>> kTetrahedron = {
+    {0, 0, 0, 0, 1, 0, 1, 0, 0}, {0, 0, 0, 1, 0, 0, 0, 0, 1}, {0, 0, 0, 0, 0, 1, 0, 1, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+
+double SignedVolume(const TriangleMesh& mesh) {
+  double volume = 0.0;
+  for (const auto& t : mesh.triangles) {
+    const auto at = [&](size_t k) { return mesh.vertices[static_cast<size_t>(t[k])]; };
+    volume += at(0).cross(at(1)).dot(at(2)) / 6.0;
+  }
+  return volume;
+}
+
+TEST_F(MeshFile, StlIsWeldedAndKeepsTriangleOrder) {
+  const TriangleMesh mesh = LoadMesh(Write("tetra.stl", BinaryStl(kTetrahedron)));
+  EXPECT_EQ(mesh.vertices.size(), 4U);
+  ASSERT_EQ(mesh.triangles.size(), 4U);
+  EXPECT_NEAR(SignedVolume(mesh), 1.0 / 6.0, 1e-12);
+  EXPECT_EQ(mesh.vertices[static_cast<size_t>(mesh.triangles[3][0])], Eigen::Vector3d(1, 0, 0));
+}
+
+TEST_F(MeshFile, ObjPlyAndDaeGiveTheSameTetrahedron) {
+  const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+      "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+  const std::string dae =
+      R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="centimeter" meter="0.01"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="pa" count="12">0 0 0 100 0 0 0 100 0 0 0 100</float_array>
+<technique_common><accessor source="#pa" count="4" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node></visual_scene>
+</library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+  for (const auto& [name, content] :
+       std::map<std::string, std::string>{{"t.obj", obj}, {"t.ply", ply}, {"t.dae", dae}}) {
+    const TriangleMesh mesh = LoadMesh(Write(name, content));
+    EXPECT_EQ(mesh.vertices.size(), 4U) << name;
+    EXPECT_EQ(mesh.triangles.size(), 4U) << name;
+    EXPECT_NEAR(SignedVolume(mesh), 1.0 / 6.0, 1e-6) << name;
+    for (const Eigen::Vector3d& v : mesh.vertices) EXPECT_LT(v.norm(), 1.0 + 1e-6) << name;
+  }
+}
+
+TEST_F(MeshFile, ScaleAppliesAndMirroringKeepsOutsideOutside) {
+  const std::string path = Write("tetra.stl", BinaryStl(kTetrahedron));
+  EXPECT_NEAR(SignedVolume(LoadMesh(path, {2, 3, 4})), 24.0 / 6.0, 1e-12);
+  const TriangleMesh mirrored = LoadMesh(path, {1, -1, 1});
+  EXPECT_NEAR(SignedVolume(mirrored), 1.0 / 6.0, 1e-12);
+  for (const Eigen::Vector3d& v : mirrored.vertices) EXPECT_LE(v.y(), 0.0);
+}
+
+TEST_F(MeshFile, BadFilesAreRefusedByName) {
+  EXPECT_NE(ErrorOf((folder_ / "absent.stl").string()).find("does not exist"), std::string::npos);
+  EXPECT_NE(ErrorOf(folder_.string()).find("does not exist or is not a file"), std::string::npos);
+  EXPECT_NE(ErrorOf(Write("noise.stl", "this is no mesh")).find("cannot be read"), std::string::npos);
+  EXPECT_NE(ErrorOf(Write("empty.stl", "")).find("cannot be read"), std::string::npos);
+  EXPECT_NE(ErrorOf(Write("truncated.stl", BinaryStl(kTetrahedron).substr(0, 150))), "");
+  EXPECT_NE(ErrorOf(Write("none.stl", BinaryStl({}))), "");
+  EXPECT_NE(ErrorOf(Write("points.obj", "v 0 0 0\nv 1 0 0\n")), "");
+  EXPECT_NE(ErrorOf(Write("mesh.xyz", BinaryStl(kTetrahedron))), "");
+}
+
+TEST_F(MeshFile, NonFiniteNumbersAreRefused) {
+  auto triangles = kTetrahedron;
+  triangles[2][4] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_NE(ErrorOf(Write("nan.stl", BinaryStl(triangles))).find("finite"), std::string::npos);
+  triangles[2][4] = std::numeric_limits<float>::infinity();
+  EXPECT_NE(ErrorOf(Write("inf.stl", BinaryStl(triangles))).find("finite"), std::string::npos);
+  const std::string good = Write("tetra.stl", BinaryStl(kTetrahedron));
+  EXPECT_NE(ErrorOf(good, {1, 0, 1}).find("scale"), std::string::npos);
+  EXPECT_NE(ErrorOf(good, {1, std::numeric_limits<double>::infinity(), 1}).find("scale"), std::string::npos);
+}
+
+TEST_F(MeshFile, LoadingPrintsNothing) {
+  const std::string bad = Write("noise.stl", "this is no mesh");
+  const std::string good = Write("tetra.stl", BinaryStl(kTetrahedron));
+  ::testing::internal::CaptureStdout();
+  ::testing::internal::CaptureStderr();
+  EXPECT_THROW(LoadMesh(bad), InputError);
+  LoadMesh(good);
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
+
+struct PrimitiveCase {
+  ShapeSpec::Kind kind;
+  Eigen::Vector3d size;
+  double volume_m3;
+};
+
+TEST(Tessellate, PrimitivesAreClosedOutwardAndInscribed) {
+  const double r = 0.3;
+  const double l = 0.8;
+  const std::vector<PrimitiveCase> cases = {
+      {ShapeSpec::Kind::kBox, {1.0, 2.0, 3.0}, 6.0},
+      {ShapeSpec::Kind::kSphere, {r, 0, 0}, 4.0 / 3.0 * M_PI * r * r * r},
+      {ShapeSpec::Kind::kCylinder, {r, 0, l}, M_PI * r * r * l},
+      {ShapeSpec::Kind::kCapsule, {r, 0, l}, M_PI * r * r * (l + 4.0 / 3.0 * r)},
+  };
+  const Eigen::Isometry3d pose = At(1, 2, 3) * Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
+  for (const PrimitiveCase& c : cases) {
+    const ShapeSpec spec = Spec(c.kind, c.size, pose);
+    const TriangleMesh mesh = Tessellate(spec);
+    const ConvexShape exact = ConvexShape::FromPrimitive(spec);
+    for (const Eigen::Vector3d& v : mesh.vertices) EXPECT_LE(exact.BoundaryDistance(v), 1e-12);
+    std::map<std::pair<int, int>, int> edges;
+    for (const auto& t : mesh.triangles) {
+      for (size_t k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
+    }
+    for (const auto& [edge, count] : edges) {
+      EXPECT_EQ(count, 1);
+      EXPECT_EQ(edges.count({edge.second, edge.first}), 1U);
+    }
+    TriangleMesh centred = mesh;
+    for (Eigen::Vector3d& v : centred.vertices) v -= pose.translation();
+    EXPECT_GT(SignedVolume(centred), 0.96 * c.volume_m3);
+    EXPECT_LT(SignedVolume(centred), (1.0 + 1e-12) * c.volume_m3);
+  }
+}
+
+TEST(Tessellate, BadSizesAreRefused) {
+  for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(Tessellate(Spec(ShapeSpec::Kind::kBox, {1.0, bad, 1.0})), InputError);
+    EXPECT_THROW(Tessellate(Spec(ShapeSpec::Kind::kSphere, {bad, 0.0, 0.0})), InputError);
+    EXPECT_THROW(Tessellate(Spec(ShapeSpec::Kind::kCapsule, {0.1, 0.0, bad})), InputError);
+  }
+}
+
+}  // namespace
+}  // namespace legopt::test
