@@ -1,0 +1,40 @@
+#include "legopt/data_folder.h"
+
+#include <cstdlib>
+#include <string>
+#include <system_error>
+
+#include "legopt/input_error.h"
+
+namespace legopt {
+namespace {
+
+constexpr char kDefaultDataset[] = "garage-small";
+
+bool IsFolder(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::is_directory(path, error);
+}
+
+}  // namespace
+
+std::filesystem::path ProgramFolder() { return std::filesystem::read_symlink("/proc/self/exe").parent_path(); }
+
+std::filesystem::path DataFolder() {
+  if (const char* environment = std::getenv("LEGOPT_DATA"); environment != nullptr && *environment != '\0') {
+    if (IsFolder(environment)) return environment;
+    throw InputError({"LEGOPT_DATA", "", environment, "no such folder",
+                      "set it to the folder that holds suites/ and garage-small/, or unset it"});
+  }
+  if (IsFolder(LEGOPT_DATA_DIR)) return LEGOPT_DATA_DIR;
+  const auto installed = (ProgramFolder() / ".." / "share" / "legopt" / "data").lexically_normal();
+  if (IsFolder(installed)) return installed;
+  throw InputError(
+      {"", "", "",
+       "the embedded data folder is missing (looked for " LEGOPT_DATA_DIR " and " + installed.string() + ")",
+       "set LEGOPT_DATA to it, or give --dataset"});
+}
+
+std::filesystem::path DefaultDatasetFolder() { return DataFolder() / kDefaultDataset; }
+
+}  // namespace legopt

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+
+namespace legopt {
+
+/// Folder of the running program. Throws std::filesystem::filesystem_error where /proc is not mounted.
+std::filesystem::path ProgramFolder();
+
+/// The folder with the embedded datasets and suites: the environment variable LEGOPT_DATA, else the source folder that
+/// this build came from, else ../share/legopt/data beside the program. Throws InputError when none exists.
+std::filesystem::path DataFolder();
+
+/// The embedded default dataset, inside DataFolder(). Throws as it does.
+std::filesystem::path DefaultDatasetFolder();
+
+}  // namespace legopt

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+
+#include "legopt/collision/scene.h"
+
+namespace legopt {
+
+/// Reads a scene: a `.yaml` file of objects, or one mesh file (.stl .obj .dae .ply), which becomes one object.
+///
+///     objects:                                # required; all lengths in metres, angles in radians, world frame
+///       - {name: slab-0, shape: box, size: [10, 8, 0.2], position: [0, 0, -0.1], rpy: [0, 0.05, 0]}
+///       - {name: column, shape: cylinder, radius: 0.3, length: 3, position: [2, 0, 1.5]}   # axis z, centred
+///       - {name: ball, shape: sphere, radius: 0.1}
+///       - {name: rail, shape: capsule, radius: 0.05, length: 2}         # length without the caps
+///       - {name: car, shape: mesh, file: meshes/car.stl, scale: 1}      # scale: a number or [x, y, z]
+///
+/// `position` and `rpy` default to zero; rpy is fixed-axis roll, pitch, yaw (R = Rz Ry Rx), as in URDF. Names are
+/// unique. Mesh files are relative to the scene file and must exist; they are parsed when the collision model is built.
+/// Throws InputError: missing file, broken YAML, unknown key or shape (naming the nearest), a size that is not positive
+/// and finite, a name used twice, a mesh file of unknown type.
+Scene ReadSceneFile(const std::filesystem::path& path);
+
+/// True for the suffixes .stl .obj .dae .ply in any case.
+bool IsMeshFile(const std::filesystem::path& path);
+
+}  // namespace legopt

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace legopt {
+
+/// Where one foot has to stand, exactly as written in the problem file.
+///
+/// `position` is a point on the terrain (world, metres): the *sole* target, not the link frame. `rotation` has the
+/// surface normal as z axis and the foot's forward direction as x axis; it is unit within kQuaternionTolerance and is
+/// kept with the file's digits so that writing it back changes nothing.
+struct Foothold {
+  std::string link;
+  Eigen::Vector3d position;
+  Eigen::Quaterniond rotation;
+};
+
+/// The feet that carry the robot at the same time, in file order. Feet that are not listed are free.
+struct Stance {
+  std::vector<Foothold> footholds;
+};
+
+/// One problem of a benchmark: one stance for a posture, two or more for a motion.
+struct ProblemDefinition {
+  int id;
+  std::vector<Stance> stances;
+};
+
+bool operator==(const Foothold& a, const Foothold& b);
+bool operator==(const Stance& a, const Stance& b);
+bool operator==(const ProblemDefinition& a, const ProblemDefinition& b);
+
+/// Number of waypoints a solution must have: 1 for a single stance, else two identical copies of every stance, so that
+/// waypoint w belongs to stance StanceOfWaypoint(w) (reference, section 1.3).
+int NumWaypoints(const ProblemDefinition& problem);
+
+/// Index of the stance that constrains `waypoint`.
+inline int StanceOfWaypoint(int waypoint) { return waypoint / 2; }
+
+/// Largest deviation of a file quaternion's norm from 1. LegOpt's own files are unit to 7e-11.
+inline constexpr double kQuaternionTolerance = 1e-6;
+
+/// Names the place of a text inside a file, for error messages.
+struct TextSource {
+  std::string file;   ///< path
+  std::string field;  ///< e.g. "problem 3, stance 0"
+};
+
+/// Reads a LegOpt stance string: "link,qw qx qy qz px py pz ,link,..." with or without the trailing comma and spaces.
+///
+/// The quaternion is w x y z (the LegOpt README's "xyzw" is wrong). Throws InputError for an empty stance, a link
+/// without pose, a pose that has not 7 finite numbers, a quaternion that is not unit, and a link named twice. Whether
+/// the links exist is the dataset's check.
+Stance ParseStance(std::string_view text, const TextSource& source);
+
+/// Writes a stance string in LegOpt's form (trailing comma included) with shortest round-trip numbers:
+/// ParseStance(FormatStance(s)) == s, bit by bit.
+std::string FormatStance(const Stance& stance);
+
+}  // namespace legopt
