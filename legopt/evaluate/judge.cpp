@@ -1,0 +1,325 @@
+#include "legopt/evaluate/judge.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "legopt/collision/exact_collision.h"
+#include "legopt/input_error.h"
+#include "legopt/problem/support_polygon.h"
+#include "legopt/robot/kinematics.h"
+
+namespace legopt {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kMillimetres = 1000.0;
+constexpr int kDigits = 4;
+
+constexpr std::array<std::pair<Verdict, std::string_view>, 9> kVerdictNames = {{
+    {Verdict::kSuccess, "success"},
+    {Verdict::kWrongWaypointCount, "wrong_waypoint_count"},
+    {Verdict::kWrongSize, "wrong_size"},
+    {Verdict::kNotFinite, "not_finite"},
+    {Verdict::kFootPose, "foot_pose"},
+    {Verdict::kCom, "com"},
+    {Verdict::kJointLimit, "joint_limit"},
+    {Verdict::kEnvironmentCollision, "environment_collision"},
+    {Verdict::kSelfCollision, "self_collision"},
+}};
+
+std::string Text(double value) {
+  std::array<char, 32> buffer;
+  std::snprintf(buffer.data(), buffer.size(), "%.*g", kDigits, value);
+  return buffer.data();
+}
+
+std::string Length(double value_m) { return value_m < 1 ? Text(value_m * kMillimetres) + " mm" : Text(value_m) + " m"; }
+
+/// Negated so that NaN fails.
+bool Exceeds(double value, double tolerance) { return !(value <= tolerance); }
+
+/// Running maximum of a figure that starts as NaN ("never evaluated"); a NaN value counts as infinite.
+void Include(double value, double* largest) {
+  if (std::isnan(value)) value = kInfinity;
+  if (std::isnan(*largest) || value > *largest) *largest = value;
+}
+
+/// Largest component of a foot's pose error and which one it is.
+struct PoseError {
+  double violation = 0;
+  int component = 0;  ///< 0..2: quaternion x y z, 3..5: translation x y z, in the target frame
+};
+
+/// Reference 1.5, item 2: vector part of the quaternion and translation of inverse(target) * actual.
+PoseError FootPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual) {
+  const Eigen::Isometry3d error = target.inverse(Eigen::Isometry) * actual;
+  Eigen::Matrix<double, 6, 1> components;
+  components << Eigen::Quaterniond(error.linear()).normalized().vec(), error.translation();
+  PoseError result;
+  for (int i = 0; i < components.size(); ++i) {
+    const double violation = std::isnan(components[i]) ? kInfinity : std::abs(components[i]);
+    if (violation > result.violation) result = {.violation = violation, .component = i};
+  }
+  return result;
+}
+
+std::string DescribePoseError(const std::string& link, const PoseError& error) {
+  const std::string axis(1, "xyz"[error.component % 3]);
+  if (error.component >= 3) {
+    return link + " translation " + axis + " off by " + Length(error.violation) + " (tolerance " +
+           Length(kPoseTolerance) + ")";
+  }
+  return link + " rotation about " + axis + " off by " + Text(error.violation) + " (quaternion component, tolerance " +
+         Text(kPoseTolerance) + ", half the angle in rad)";
+}
+
+}  // namespace
+
+std::string_view ToString(Verdict verdict) {
+  const auto found = std::find_if(kVerdictNames.begin(), kVerdictNames.end(),
+                                  [verdict](const auto& entry) { return entry.first == verdict; });
+  return found->second;
+}
+
+Verdict ParseVerdict(std::string_view text) {
+  std::string known;
+  for (const auto& [verdict, name] : kVerdictNames) {
+    if (text == name) return verdict;
+    known += (known.empty() ? "" : ", ") + std::string(name);
+  }
+  throw InputError({.file = "",
+                    .field = "verdict",
+                    .value = std::string(text),
+                    .message = "unknown verdict",
+                    .fix = "known: " + known});
+}
+
+class Judge::Workspace {
+ public:
+  explicit Workspace(std::shared_ptr<const Dataset> dataset)
+      : dataset_(std::move(dataset)),
+        robot_(dataset_->robot()),
+        kinematics_(robot_),
+        collision_(robot_, dataset_->scene(), dataset_->collision_model()),
+        clamped_(robot_.configuration_size()),
+        torques_(robot_.num_dofs()) {}
+
+  const Dataset& dataset() const { return *dataset_; }
+
+  Evaluation Evaluate(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
+
+ private:
+  static void CheckTask(Task task, const ProblemDefinition& problem);
+  static void Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation);
+  bool IsWellFormed(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const;
+  void SetState(const Eigen::VectorXd& x);
+  void CheckFeet(const Stance& stance, int waypoint, Evaluation* evaluation);
+  void CheckCom(int waypoint, Evaluation* evaluation);
+  void CheckLimits(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const;
+  void CheckEnvironment(int waypoint, Evaluation* evaluation);
+  void CheckSelf(int waypoint, Evaluation* evaluation);
+  double Cost(std::span<const Eigen::VectorXd> waypoints);
+  const std::string& LinkName(int link) const { return robot_.links()[static_cast<size_t>(link)].name; }
+  std::string DescribeOverlap(const LinkPair& pair, double depth_m) const;
+
+  std::shared_ptr<const Dataset> dataset_;
+  const RobotModel& robot_;
+  Kinematics kinematics_;
+  ExactCollision collision_;
+  Eigen::VectorXd clamped_;
+  Eigen::VectorXd torques_;
+  std::vector<FootPlacement> placements_;  ///< feet of the present waypoint
+};
+
+void Judge::Workspace::CheckTask(Task task, const ProblemDefinition& problem) {
+  if (!problem.stances.empty() && (problem.stances.size() == 1) == (task == Task::kPosture)) return;
+  throw InputError({.file = "",
+                    .field = "problem " + std::to_string(problem.id),
+                    .value = std::to_string(problem.stances.size()) + " stances",
+                    .message = "does not fit the task '" + std::string(ToString(task)) + "'",
+                    .fix = "a posture problem has one stance, a motion problem two or more"});
+}
+
+/// Records a failure under both rules, unless an earlier one stands.
+void Judge::Workspace::Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation) {
+  if (evaluation->strict == Verdict::kSuccess) evaluation->strict = verdict;
+  if (evaluation->literal != Verdict::kSuccess) return;
+  evaluation->literal = verdict;
+  evaluation->failed_waypoint = waypoint;
+  evaluation->detail = (waypoint >= 0 ? "waypoint " + std::to_string(waypoint) + ": " : "") + detail;
+}
+
+bool Judge::Workspace::IsWellFormed(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const {
+  if (x.size() != robot_.configuration_size()) {
+    Fail(Verdict::kWrongSize, waypoint,
+         std::to_string(x.size()) + " numbers instead of " + std::to_string(robot_.configuration_size()), evaluation);
+    return false;
+  }
+  if (!x.allFinite()) {
+    Eigen::Index bad = 0;
+    while (std::isfinite(x[bad])) ++bad;
+    Fail(Verdict::kNotFinite, waypoint, "number " + std::to_string(bad) + " is " + Text(x[bad]), evaluation);
+    return false;
+  }
+  const double norm = x.tail<4>().stableNorm();
+  if (!(norm > 0)) {
+    Fail(Verdict::kNotFinite, waypoint, "the base quaternion has norm 0 and no direction", evaluation);
+    return false;
+  }
+  return true;
+}
+
+void Judge::Workspace::SetState(const Eigen::VectorXd& x) {
+  const int n = robot_.num_dofs();
+  clamped_ = x;
+  clamped_.head(n) = x.head(n).cwiseMax(robot_.lower_limits()).cwiseMin(robot_.upper_limits());
+  clamped_.tail<4>() = x.tail<4>().stableNormalized();
+  kinematics_.Update(clamped_);
+}
+
+void Judge::Workspace::CheckFeet(const Stance& stance, int waypoint, Evaluation* evaluation) {
+  placements_.clear();
+  for (const Foothold& foothold : stance.footholds) {
+    const Dataset::Foot& foot = dataset_->foot(foothold.link);
+    const Eigen::Isometry3d& actual = kinematics_.link_pose(foot.link_index);
+    placements_.push_back({.box_F = foot.box, .X_WF = actual});
+    const PoseError error = FootPoseError(dataset_->FootTarget(foothold), actual);
+    Include(error.violation, &evaluation->foot_violation);
+    if (Exceeds(error.violation, kPoseTolerance)) {
+      Fail(Verdict::kFootPose, waypoint, DescribePoseError(foothold.link, error), evaluation);
+    }
+  }
+}
+
+void Judge::Workspace::CheckCom(int waypoint, Evaluation* evaluation) {
+  // Coordinates near the largest double overflow in kinematics; such a pose has already failed.
+  const bool finite =
+      kinematics_.com().allFinite() && std::all_of(placements_.begin(), placements_.end(),
+                                                   [](const FootPlacement& p) { return p.X_WF.matrix().allFinite(); });
+  const double distance =
+      finite ? SignedDistanceToPolygon(SupportPolygon(placements_), kinematics_.com().head<2>()) : kInfinity;
+  Include(std::max(0.0, distance), &evaluation->com_violation_m);
+  if (Exceeds(distance, kComTolerance_m)) {
+    Fail(Verdict::kCom, waypoint,
+         "centre of mass " + Length(distance) + " outside the support polygon (tolerance " + Length(kComTolerance_m) +
+             ")",
+         evaluation);
+  }
+}
+
+void Judge::Workspace::CheckLimits(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const {
+  Include(0, &evaluation->limit_violation);
+  for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
+    const double lower = robot_.lower_limits()[dof];
+    const double upper = robot_.upper_limits()[dof];
+    const double below = lower - x[dof];
+    const double violation = std::max(below, x[dof] - upper);
+    Include(std::max(0.0, violation), &evaluation->limit_violation);
+    // The sums are the original's: lower - tolerance <= q <= upper + tolerance.
+    if (x[dof] >= lower - kLimitTolerance && x[dof] <= upper + kLimitTolerance) continue;
+    const Joint& joint = robot_.joints()[static_cast<size_t>(robot_.dof_joint(dof))];
+    const std::string unit = joint.type == JointType::kPrismatic ? " m" : " rad";
+    const bool is_below = below > 0;
+    Fail(Verdict::kJointLimit, waypoint,
+         joint.name + " = " + Text(x[dof]) + " is " + Text(violation) + unit + (is_below ? " below" : " above") +
+             " its limit " + Text(is_below ? lower : upper) + " (tolerance " + Text(kLimitTolerance) + unit + ")",
+         evaluation);
+  }
+}
+
+void Judge::Workspace::CheckEnvironment(int waypoint, Evaluation* evaluation) {
+  const ExactCollision::EnvironmentDepthResult deepest = collision_.DeepestEnvironmentContact(kinematics_);
+  Include(deepest.depth_m, &evaluation->environment_depth_m);
+  if (!Exceeds(deepest.depth_m, kDepthTolerance_m)) return;
+  Fail(Verdict::kEnvironmentCollision, waypoint,
+       LinkName(deepest.link) + " is " + Length(deepest.depth_m) + " deep in '" +
+           dataset_->scene().objects[static_cast<size_t>(deepest.object)].name + "' of the scene (tolerance " +
+           Length(kDepthTolerance_m) + ")",
+       evaluation);
+}
+
+std::string Judge::Workspace::DescribeOverlap(const LinkPair& pair, double depth_m) const {
+  return LinkName(pair.first) + " and " + LinkName(pair.second) + " overlap by " + Length(depth_m) + " (tolerance " +
+         Length(kDepthTolerance_m) + ")";
+}
+
+void Judge::Workspace::CheckSelf(int waypoint, Evaluation* evaluation) {
+  const ExactCollision::SelfDepths depths = collision_.SelfDepth(kinematics_);
+  Include(depths.literal_m, &evaluation->self_depth_literal_m);
+  Include(depths.strict_m, &evaluation->self_depth_strict_m);
+  if (Exceeds(depths.literal_m, kDepthTolerance_m)) {
+    Fail(Verdict::kSelfCollision, waypoint, DescribeOverlap(depths.literal_pair, depths.literal_m), evaluation);
+  }
+  if (!Exceeds(depths.strict_m, kDepthTolerance_m) || evaluation->strict != Verdict::kSuccess) return;
+  evaluation->strict = Verdict::kSelfCollision;
+  if (evaluation->literal != Verdict::kSuccess) return;
+  // Stands unless a later waypoint fails by the literal rule, too: Fail() then overwrites it.
+  evaluation->failed_waypoint = waypoint;
+  evaluation->detail = "waypoint " + std::to_string(waypoint) + ": by the strict rule only, " +
+                       DescribeOverlap(depths.strict_pair, depths.strict_m);
+}
+
+/// Reference 1.5, phase C, divided by the number of waypoints.
+double Judge::Workspace::Cost(std::span<const Eigen::VectorXd> waypoints) {
+  if (waypoints.size() == 1) {
+    SetState(waypoints[0]);
+    kinematics_.GravityTorques(dataset_->gravity_m_s2(), torques_);
+    return torques_.squaredNorm();
+  }
+  const int n = robot_.num_dofs();
+  double sum = 0;
+  for (size_t w = 1; w < waypoints.size(); ++w) {
+    sum += (waypoints[w].head(n) - waypoints[w - 1].head(n)).squaredNorm();
+  }
+  return sum / static_cast<double>(waypoints.size());
+}
+
+Evaluation Judge::Workspace::Evaluate(Task task, const ProblemDefinition& problem,
+                                      std::span<const Eigen::VectorXd> waypoints) {
+  CheckTask(task, problem);
+  for (const Stance& stance : problem.stances) {
+    for (const Foothold& foothold : stance.footholds) dataset_->foot(foothold.link);
+  }
+  Evaluation evaluation;
+  evaluation.num_waypoints = NumWaypoints(problem);
+  const int count = static_cast<int>(waypoints.size());
+  if (count != evaluation.num_waypoints) {
+    Fail(Verdict::kWrongWaypointCount, -1,
+         std::to_string(count) + " waypoints instead of " + std::to_string(evaluation.num_waypoints), &evaluation);
+    return evaluation;
+  }
+  for (int w = 0; w < count; ++w) {
+    const Eigen::VectorXd& x = waypoints[static_cast<size_t>(w)];
+    if (!IsWellFormed(x, w, &evaluation)) continue;
+    SetState(x);
+    CheckFeet(problem.stances[static_cast<size_t>(StanceOfWaypoint(w))], w, &evaluation);
+    CheckCom(w, &evaluation);
+    CheckLimits(x, w, &evaluation);
+  }
+  if (evaluation.literal != Verdict::kSuccess) return evaluation;
+  for (int w = 0; w < count; ++w) {
+    SetState(waypoints[static_cast<size_t>(w)]);
+    CheckEnvironment(w, &evaluation);
+    CheckSelf(w, &evaluation);
+  }
+  if (evaluation.literal == Verdict::kSuccess) evaluation.cost = Cost(waypoints);
+  return evaluation;
+}
+
+Judge::Judge(std::shared_ptr<const Dataset> dataset) : workspace_(std::make_unique<Workspace>(std::move(dataset))) {}
+Judge::~Judge() = default;
+Judge::Judge(Judge&&) noexcept = default;
+Judge& Judge::operator=(Judge&&) noexcept = default;
+
+const Dataset& Judge::dataset() const { return workspace_->dataset(); }
+
+Evaluation Judge::Evaluate(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints) {
+  return workspace_->Evaluate(task, problem, waypoints);
+}
+
+}  // namespace legopt

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "legopt/problem/dataset.h"
+#include "legopt/problem/stance.h"
+#include "legopt/problem/task.h"
+
+namespace legopt {
+
+/// Why a solution fails, or that it does not. In the order in which the benchmark checks one waypoint.
+enum class Verdict {
+  kSuccess,
+  kWrongWaypointCount,
+  kWrongSize,
+  kNotFinite,
+  kFootPose,
+  kCom,
+  kJointLimit,
+  kEnvironmentCollision,
+  kSelfCollision,
+};
+
+/// "success", "wrong_waypoint_count", "wrong_size", "not_finite", "foot_pose", "com", "joint_limit",
+/// "environment_collision", "self_collision".
+std::string_view ToString(Verdict verdict);
+/// Inverse; throws InputError listing the words.
+Verdict ParseVerdict(std::string_view text);
+
+/// Tolerances of the benchmark: a value above them fails, equality passes (reference 1.5).
+inline constexpr double kPoseTolerance = 1e-3;     ///< quaternion vector part (1) and translation (m)
+inline constexpr double kComTolerance_m = 1e-3;    ///< outside the support polygon
+inline constexpr double kLimitTolerance = 1e-3;    ///< rad or m beyond a joint limit
+inline constexpr double kDepthTolerance_m = 1e-3;  ///< contact depth
+
+/// What the judge found out about one solution.
+///
+/// The verdict is the *first* failure in the benchmark's order; the largest violations cover every waypoint that could
+/// be evaluated, also after it. A figure that was never evaluated is NaN (no waypoint had the right size, or phase A
+/// failed and collisions were not looked at).
+struct Evaluation {
+  static constexpr double kNotEvaluated = std::numeric_limits<double>::quiet_NaN();
+
+  Verdict literal = Verdict::kSuccess;  ///< by the original evaluator's rule: self-collision of the last pair only
+  Verdict strict = Verdict::kSuccess;   ///< every colliding link pair counts
+  int failed_waypoint = -1;             ///< of the literal failure; of the strict one when only that fails; -1: none
+  std::string detail;                   ///< for a human: which foot, joint or link, by how much; empty on success
+
+  // Largest over all waypoints that were evaluated; >= 0.
+  double foot_violation = kNotEvaluated;        ///< pose error component: quaternion vector part (1), translation (m)
+  double com_violation_m = kNotEvaluated;       ///< distance of the COM outside the support polygon, 0 inside
+  double limit_violation = kNotEvaluated;       ///< excess of the raw vector over a joint limit, rad (m for prismatic)
+  double environment_depth_m = kNotEvaluated;   ///< contact depth with the scene
+  double self_depth_literal_m = kNotEvaluated;  ///< contact depth of the last colliding pair of each waypoint
+  double self_depth_strict_m = kNotEvaluated;   ///< contact depth of all colliding pairs
+
+  double cost = kNotEvaluated;  ///< see Judge; NaN unless `literal` is success
+  int num_waypoints = 0;        ///< constraint waypoints: divisor of cost and time
+};
+
+/// Decides whether a solution solves a problem, exactly as the LegOpt evaluator does (reference, section 1.5), with
+/// exact triangle meshes, and computes its cost. Success is only what this class says.
+///
+/// Phase A, waypoint by waypoint: size, finite numbers, foot poses, COM, joint limits. Kinematics use the joints
+/// clamped to their limits, the limit test the raw vector. Phase B, only if A passed everywhere: environment,
+/// self-collision. Phase C, cost per waypoint:
+///
+///     posture: sum_i tau_i^2           tau: gravity torques with the base held fixed, N m
+///     motion:  1/W sum_w |q_w - q_{w-1}|^2     W = num_waypoints, raw joint values, base excluded
+///
+/// A problem with one stance has one waypoint and is scored as a posture, all others as a motion.
+/// Holds kinematics and collision workspaces: one thread at a time; the dataset is shared. Construction builds the
+/// dataset's collision model if nobody has yet, and throws InputError when a mesh is corrupt.
+class Judge {
+ public:
+  explicit Judge(std::shared_ptr<const Dataset> dataset);
+  ~Judge();
+  Judge(Judge&&) noexcept;
+  Judge& operator=(Judge&&) noexcept;
+
+  const Dataset& dataset() const;
+
+  /// `problem` need not be one of the dataset's, but its links must be feet of it (InputError). `waypoints` hold n + 7
+  /// numbers each; the quaternion (wxyz) need not be unit. Bad solutions never throw: they get a verdict.
+  Evaluation Evaluate(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
+
+ private:
+  class Workspace;
+  std::unique_ptr<Workspace> workspace_;
+};
+
+}  // namespace legopt

@@ -1,0 +1,189 @@
+#include "legopt/evaluate/solution_file.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "legopt/input_error.h"
+#include "legopt/problem/problem_file.h"
+
+namespace legopt {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* kSpace = " \t\r\n,";
+constexpr size_t kMaxNumberText = 32;
+
+/// Where a value stands, for messages.
+struct Place {
+  std::string file;
+  std::string field;
+
+  Place Inner(const std::string& part) const { return {file, field + ", " + part}; }
+};
+
+[[noreturn]] void Fail(const Place& place, std::string value, std::string message, std::string fix) {
+  throw InputError({.file = place.file,
+                    .field = place.field,
+                    .value = std::move(value),
+                    .message = std::move(message),
+                    .fix = std::move(fix)});
+}
+
+double ParseNumber(std::string_view token, const Place& place) {
+  const std::string_view digits = token.starts_with('+') ? token.substr(1) : token;
+  double value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error != std::errc() || end != digits.data() + digits.size()) {
+    Fail(place, std::string(token), "is not a number", "write numbers separated by newlines");
+  }
+  return value;
+}
+
+Eigen::VectorXd ToVector(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+Eigen::VectorXd ParseWaypoint(const Json& entry, const Place& place) {
+  std::vector<double> values;
+  if (entry.is_array()) {
+    for (const Json& number : entry) {
+      if (!number.is_number() && !number.is_null()) Fail(place, number.dump(), "is not a number", "write numbers");
+      values.push_back(number.is_null() ? kNan : number.get<double>());
+    }
+    return ToVector(values);
+  }
+  if (!entry.is_string()) Fail(place, entry.dump(), "is no waypoint", "write a text of numbers, or a list of numbers");
+  const std::string_view text = entry.get_ref<const std::string&>();
+  for (size_t begin = text.find_first_not_of(kSpace); begin != std::string_view::npos;) {
+    const size_t end = std::min(text.find_first_of(kSpace, begin), text.size());
+    values.push_back(ParseNumber(text.substr(begin, end - begin), place));
+    begin = text.find_first_not_of(kSpace, end);
+  }
+  return ToVector(values);
+}
+
+const Json& Require(const Json& object, const char* key, const Place& place) {
+  const auto entry = object.find(key);
+  if (entry == object.end()) Fail(place.Inner(key), "", "the key is missing", "add it (LegOpt solution format)");
+  return *entry;
+}
+
+Solution ParseSolution(const Json& entry, const Place& place) {
+  if (!entry.is_object()) Fail(place, entry.dump(), "must be an object", "write {\"method\": ..., \"x\": [...]}");
+  Solution solution;
+  const Json& method = Require(entry, "method", place);
+  if (!method.is_string()) Fail(place.Inner("method"), method.dump(), "must be a text", "write the method's name");
+  solution.method = method.get<std::string>();
+  const Place named{place.file, place.field + " (method '" + solution.method + "')"};
+  const Json& time = Require(entry, "timeSec", named);
+  if (!time.is_number() && !time.is_null()) {
+    Fail(named.Inner("timeSec"), time.dump(), "must be a number", "write seconds, or null when it was not measured");
+  }
+  solution.time_s = time.is_null() ? kNan : time.get<double>();
+  const Json& x = Require(entry, "x", named);
+  if (!x.is_array()) Fail(named.Inner("x"), x.dump(), "must be a list of waypoints", "write one text per waypoint");
+  for (size_t w = 0; w < x.size(); ++w) {
+    solution.waypoints.push_back(ParseWaypoint(x[w], named.Inner("waypoint " + std::to_string(w))));
+  }
+  if (const auto success = entry.find("success"); success != entry.end() && success->is_boolean()) {
+    solution.success = success->get<bool>();
+  }
+  if (const auto init = entry.find("initType"); init != entry.end() && init->is_string()) {
+    solution.init_type = init->get<std::string>();
+  }
+  return solution;
+}
+
+std::vector<Solution> ParseSolutions(const Json& problem, const Place& place) {
+  std::vector<Solution> solutions;
+  const auto list = problem.find("solution");
+  if (list == problem.end()) return solutions;
+  if (!list->is_array()) Fail(place.Inner("solution"), "", "must be a list", "write \"solution\": [{...}]");
+  std::set<std::string> methods;
+  for (size_t i = 0; i < list->size(); ++i) {
+    const Place inner = place.Inner("solution " + std::to_string(i));
+    solutions.push_back(ParseSolution((*list)[i], inner));
+    if (!methods.insert(solutions.back().method).second) {
+      Fail(inner, solutions.back().method, "the method has two solutions of one problem", "rename or remove one");
+    }
+  }
+  return solutions;
+}
+
+Task InferTask(const ProblemFile& file) {
+  for (const ProblemDefinition& problem : file.problems) {
+    if (!problem.stances.empty()) return problem.stances.size() == 1 ? Task::kPosture : Task::kMotion;
+  }
+  return Task::kPosture;
+}
+
+std::string FormatWaypoint(const Eigen::VectorXd& x) {
+  std::string text;
+  for (const double value : x) {
+    std::array<char, kMaxNumberText> buffer;
+    const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+    if (!text.empty()) text += '\n';
+    text.append(buffer.data(), result.ptr);
+  }
+  return text;
+}
+
+Json FormatSolution(const Solution& solution) {
+  Json entry = {{"method", solution.method}, {"x", Json::array()}};
+  entry["timeSec"] = std::isfinite(solution.time_s) ? Json(solution.time_s) : Json(nullptr);
+  for (const Eigen::VectorXd& x : solution.waypoints) entry["x"].push_back(FormatWaypoint(x));
+  if (solution.success) entry["success"] = *solution.success;
+  if (!solution.init_type.empty()) entry["initType"] = solution.init_type;
+  return entry;
+}
+
+}  // namespace
+
+SolutionFile ReadSolutions(const std::filesystem::path& path) {
+  const Json root = ReadJsonFile(path);
+  ProblemFile problems = ParseProblemFile(root, path.string(), true);
+  SolutionFile file{.robot = problems.robot,
+                    .scenario = problems.scenario,
+                    .task = problems.task.value_or(InferTask(problems)),
+                    .problems = {}};
+  const Json& list = root["problems"];
+  for (size_t i = 0; i < list.size(); ++i) {
+    ProblemDefinition& definition = problems.problems[i];
+    const Place place{path.string(), "problem " + std::to_string(definition.id)};
+    file.problems.push_back({.definition = std::move(definition), .solutions = ParseSolutions(list[i], place)});
+  }
+  return file;
+}
+
+void WriteSolutions(const std::filesystem::path& path, const SolutionFile& file) {
+  Json root = {{"robot", file.robot}, {"scenario", file.scenario}, {"task", ToString(file.task)}};
+  root["problems"] = Json::array();
+  for (const SolvedProblem& problem : file.problems) {
+    Json entry = {{"id", problem.definition.id}, {"solution", Json::array()}};
+    for (const Stance& stance : problem.definition.stances) entry["definition"].push_back(FormatStance(stance));
+    for (const Solution& solution : problem.solutions) entry["solution"].push_back(FormatSolution(solution));
+    root["problems"].push_back(std::move(entry));
+  }
+  const Place place{path.string(), ""};
+  const std::filesystem::path temporary = path.string() + ".new";
+  {
+    std::ofstream stream(temporary, std::ios::binary);
+    stream << root.dump(1) << '\n';
+    stream.flush();
+    if (!stream) Fail(place, "", "cannot be written", "check the folder, its permissions and the free space");
+  }
+  std::error_code error;
+  std::filesystem::rename(temporary, path, error);
+  if (error) Fail(place, "", "cannot be replaced: " + error.message(), "check the folder's permissions");
+}
+
+}  // namespace legopt

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "legopt/problem/stance.h"
+#include "legopt/problem/task.h"
+
+namespace legopt {
+
+/// One method's answer to one problem.
+struct Solution {
+  std::string method;                      ///< results are grouped by it; unique per problem
+  double time_s = 0;                       ///< `timeSec`: total seconds for the problem, NaN when not available
+  std::vector<Eigen::VectorXd> waypoints;  ///< `x`: n + 7 numbers each when well formed (the judge decides)
+  std::optional<bool> success;             ///< what the writer believes; the judge decides
+  std::string init_type;                   ///< `initType`; empty when absent
+};
+
+/// A problem of a solution file. `definition.stances` is empty when the file leaves `definition` out.
+struct SolvedProblem {
+  ProblemDefinition definition;
+  std::vector<Solution> solutions;
+};
+
+/// A LegOpt solution file: a problem file whose problems carry a `solution` array (reference 1.4).
+struct SolutionFile {
+  std::string robot;
+  std::string scenario;
+  Task task = Task::kPosture;
+  std::vector<SolvedProblem> problems;
+};
+
+/// Reads a LegOpt solution file. `x` may hold newline (or space) separated strings, as LegOpt writes them, or arrays of
+/// numbers; "nan" and null are read as NaN and 35 numbers as 35 numbers, for the judge to refuse. A missing `task` is
+/// inferred from the number of stances.
+/// Throws InputError naming file, problem and method: not JSON, no `problems`, duplicate id, two solutions of one
+/// method, `timeSec` missing, text that is not a number.
+SolutionFile ReadSolutions(const std::filesystem::path& path);
+
+/// Writes a file that ReadSolutions and LegOpt's own scripts read: numbers in their shortest round-trip form, so that
+/// reading gives the same bits and judging the same verdicts. Replaces `path` in one step. Throws InputError when it
+/// cannot be written.
+void WriteSolutions(const std::filesystem::path& path, const SolutionFile& file);
+
+}  // namespace legopt

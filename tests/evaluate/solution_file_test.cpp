@@ -1,0 +1,164 @@
+#include "legopt/evaluate/solution_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "legopt/problem/problem_file.h"
+#include "tests/problem/test_data.h"
+
+namespace legopt {
+namespace {
+
+using test::MessageOf;
+using test::ReadText;
+using test::WriteText;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class SolutionFileTest : public testing::Test {
+ protected:
+  SolutionFile Read(const std::string& text) {
+    WriteText(path_, text);
+    return ReadSolutions(path_);
+  }
+  /// A file with one problem whose `solution` list is given.
+  SolutionFile ReadList(const std::string& solutions) {
+    return Read(R"({"problems": [{"id": 4, "definition": ["l_foot,1 0 0 0 1 2 3 ,"], "solution": )" + solutions +
+                "}]}");
+  }
+  std::string Message(const std::string& solutions) {
+    return MessageOf([&] { ReadList(solutions); });
+  }
+  test::TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_.path() / "solutions.json";
+};
+
+TEST_F(SolutionFileTest, ReadsTheLegOptFormat) {
+  const SolutionFile file = Read(R"({"robot": "atlas", "scenario": "garage", "task": "posture", "problems": [
+    {"id": 4, "definition": ["l_foot,1 0 0 0 1 2 3 ,"], "solution": [
+      {"method": "A", "timeSec": 1.5, "x": ["1\n2.5\n-3e-2\n"], "success": true, "initType": "nominal"},
+      {"method": "B", "timeSec": 2, "x": [[1, 2, null], "nan 4"]}]},
+    {"id": 5}]})");
+  EXPECT_EQ(file.robot, "atlas");
+  EXPECT_EQ(file.scenario, "garage");
+  EXPECT_EQ(file.task, Task::kPosture);
+  ASSERT_EQ(file.problems.size(), 2u);
+  EXPECT_EQ(file.problems[0].definition.id, 4);
+  EXPECT_EQ(file.problems[0].definition.stances.size(), 1u);
+  EXPECT_TRUE(file.problems[1].definition.stances.empty());
+  EXPECT_TRUE(file.problems[1].solutions.empty());
+  const Solution& a = file.problems[0].solutions.at(0);
+  EXPECT_EQ(a.method, "A");
+  EXPECT_EQ(a.time_s, 1.5);
+  EXPECT_EQ(a.waypoints.at(0), Eigen::Vector3d(1, 2.5, -0.03));
+  EXPECT_EQ(a.success, true);
+  EXPECT_EQ(a.init_type, "nominal");
+  const Solution& b = file.problems[0].solutions.at(1);
+  ASSERT_EQ(b.waypoints.size(), 2u);
+  EXPECT_TRUE(std::isnan(b.waypoints[0][2]));
+  EXPECT_TRUE(std::isnan(b.waypoints[1][0]));
+  EXPECT_FALSE(b.success.has_value());
+}
+
+TEST_F(SolutionFileTest, TaskIsInferredWhenMissing) {
+  EXPECT_EQ(ReadList("[]").task, Task::kPosture);
+  EXPECT_EQ(Read(R"({"problems": [{"id": 0, "definition": ["f,1 0 0 0 0 0 0", "f,1 0 0 0 0 0 0"]}]})").task,
+            Task::kMotion);
+}
+
+TEST_F(SolutionFileTest, FaultsNameProblemMethodAndKey) {
+  EXPECT_THAT(Message(R"([{"timeSec": 1, "x": []}])"), HasSubstr("problem 4, solution 0, method: the key is missing"));
+  EXPECT_THAT(Message(R"([{"method": "A", "x": []}])"), AllOf(HasSubstr("method 'A'"), HasSubstr("timeSec")));
+  EXPECT_THAT(Message(R"([{"method": "A", "timeSec": "fast", "x": []}])"), HasSubstr("timeSec: must be a number"));
+  EXPECT_THAT(Message(R"([{"method": "A", "timeSec": 1}])"), HasSubstr("x: the key is missing"));
+  EXPECT_THAT(Message(R"([{"method": "A", "timeSec": 1, "x": "1 2"}])"), HasSubstr("list of waypoints"));
+  EXPECT_THAT(Message(R"([{"method": "A", "timeSec": 1, "x": ["1\n2x"]}])"),
+              AllOf(HasSubstr("waypoint 0"), HasSubstr("'2x'"), HasSubstr("not a number")));
+  EXPECT_THAT(Message(R"([{"method": "A", "timeSec": 1, "x": [[1, "2"]]}])"), HasSubstr("not a number"));
+  EXPECT_THAT(Message(R"([{"method": "A", "timeSec": 1, "x": []}, {"method": "A", "timeSec": 1, "x": []}])"),
+              HasSubstr("two solutions"));
+  EXPECT_THAT(MessageOf([&] { Read("{}"); }), HasSubstr("list of problems"));
+  EXPECT_THAT(MessageOf([&] { Read("[1"); }), HasSubstr("not valid JSON"));
+  EXPECT_THAT(MessageOf([&] { ReadSolutions(folder_.path() / "none.json"); }), HasSubstr("cannot be read"));
+}
+
+TEST_F(SolutionFileTest, RoundTripKeepsEveryBit) {
+  std::mt19937_64 generator(1);
+  SolutionFile file{.robot = "atlas", .scenario = "garage", .task = Task::kMotion, .problems = {}};
+  for (int id = 0; id < 3; ++id) {
+    const Stance stance = ParseStance("l_foot,0.6 0 0 0.8 0.1 0.2 0.3 ,", {.file = "", .field = ""});
+    SolvedProblem problem{.definition = {.id = id, .stances = {stance, stance}}, .solutions = {}};
+    for (const char* method : {"SQP", "I-SQP, 80%"}) {
+      Solution solution{.method = method, .time_s = 0.1 * id, .waypoints = {}, .success = id == 1, .init_type = "good"};
+      for (int w = 0; w < 4; ++w) {
+        Eigen::VectorXd x(36);
+        for (double& value : x) {
+          value = std::ldexp(static_cast<double>(generator() >> 11), -50 - static_cast<int>(generator() % 40));
+        }
+        x[0] = -0.0;
+        x[1] = 5e-324;
+        solution.waypoints.push_back(x);
+      }
+      problem.solutions.push_back(solution);
+    }
+    file.problems.push_back(problem);
+  }
+  WriteSolutions(path_, file);
+  const SolutionFile copy = ReadSolutions(path_);
+  EXPECT_EQ(copy.task, file.task);
+  ASSERT_EQ(copy.problems.size(), file.problems.size());
+  for (size_t p = 0; p < file.problems.size(); ++p) {
+    EXPECT_TRUE(copy.problems[p].definition == file.problems[p].definition);
+    ASSERT_EQ(copy.problems[p].solutions.size(), 2u);
+    for (size_t s = 0; s < 2; ++s) {
+      const Solution& a = file.problems[p].solutions[s];
+      const Solution& b = copy.problems[p].solutions[s];
+      EXPECT_EQ(b.method, a.method);
+      EXPECT_EQ(b.time_s, a.time_s);
+      EXPECT_EQ(b.success, a.success);
+      EXPECT_EQ(b.init_type, a.init_type);
+      ASSERT_EQ(b.waypoints.size(), 4u);
+      for (size_t w = 0; w < 4; ++w) {
+        EXPECT_EQ(0, std::memcmp(a.waypoints[w].data(), b.waypoints[w].data(), 36 * sizeof(double)));
+      }
+    }
+  }
+  WriteSolutions(folder_.path() / "again.json", copy);
+  EXPECT_EQ(ReadText(folder_.path() / "again.json"), ReadText(path_));
+}
+
+TEST_F(SolutionFileTest, NonFiniteNumbersSurvive) {
+  SolutionFile file;
+  const double inf = std::numeric_limits<double>::infinity();
+  file.problems.push_back({.definition = {.id = 0, .stances = {}}, .solutions = {}});
+  file.problems[0].solutions.push_back({.method = "m",
+                                        .time_s = std::nan(""),
+                                        .waypoints = {Eigen::Vector3d(std::nan(""), inf, -inf)},
+                                        .success = {},
+                                        .init_type = {}});
+  WriteSolutions(path_, file);
+  const SolutionFile copy = ReadSolutions(path_);
+  const Solution& solution = copy.problems[0].solutions[0];
+  EXPECT_TRUE(std::isnan(solution.time_s));
+  EXPECT_TRUE(std::isnan(solution.waypoints[0][0]));
+  EXPECT_EQ(solution.waypoints[0][1], inf);
+  EXPECT_EQ(solution.waypoints[0][2], -inf);
+}
+
+TEST_F(SolutionFileTest, WritesTextsOfNewlineSeparatedNumbers) {
+  SolutionFile file;
+  file.problems.push_back({.definition = {.id = 0, .stances = {}}, .solutions = {}});
+  file.problems[0].solutions.push_back(
+      {.method = "m", .time_s = 1, .waypoints = {Eigen::Vector2d(0.1, -2)}, .success = {}, .init_type = {}});
+  WriteSolutions(path_, file);
+  EXPECT_EQ(ReadJsonFile(path_)["problems"][0]["solution"][0]["x"][0], "0.1\n-2");
+  EXPECT_THAT(MessageOf([&] { WriteSolutions("/nonexistent/out.json", file); }), HasSubstr("cannot be written"));
+}
+
+}  // namespace
+}  // namespace legopt
