@@ -1,0 +1,81 @@
+#include "bus/endpoint.h"
+
+#include <sodium.h>
+
+#include <array>
+
+#include "bus/endpoint_core.h"
+
+namespace legopt::bus {
+
+std::string_view ToString(MessageType type) {
+  static constexpr std::array<std::string_view, kLastMessageType + 1> kNames = {
+      "unknown", "probe",  "hello",  "lease", "heartbeat", "result",
+      "method",  "submit", "status", "query", "cancel",    "shutdown"};
+  const auto index = static_cast<std::int16_t>(type);
+  return index >= 1 && index <= kLastMessageType ? kNames[static_cast<std::size_t>(index)] : kNames[0];
+}
+
+std::string_view ToString(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::kVersionRefused:
+      return "version_refused";
+    case ErrorCode::kUnknownType:
+      return "unknown_type";
+    case ErrorCode::kMalformed:
+      return "malformed";
+    case ErrorCode::kHandlerFailed:
+      return "handler_failed";
+    case ErrorCode::kTooLarge:
+      return "too_large";
+    case ErrorCode::kBusy:
+      return "busy";
+    case ErrorCode::kReplyGone:
+      return "reply_gone";
+  }
+  return "unknown";
+}
+
+void Responder::Reply(std::string body) {
+  if (const auto core = core_.lock()) core->Answer({caller_, session_, call_}, 0, std::move(body));
+}
+
+void Responder::Reject(ErrorCode code, std::string_view text) {
+  if (const auto core = core_.lock()) {
+    core->Answer({caller_, session_, call_}, static_cast<std::int16_t>(code), std::string(text));
+  }
+}
+
+Endpoint::Endpoint(Transport& transport, EndpointId self, std::uint64_t seed, EndpointOptions options)
+    : core_(std::make_shared<EndpointCore>(transport, self, seed, options)) {}
+Endpoint::~Endpoint() = default;
+
+EndpointId Endpoint::id() const { return core_->id(); }
+microseconds Endpoint::now() const { return core_->now(); }
+CallId Endpoint::Call(EndpointId to, MessageType type, std::string body, const CallOptions& options,
+                      CallCallback callback) {
+  return core_->Call(to, type, std::move(body), options, std::move(callback));
+}
+void Endpoint::Abandon(CallId call) { core_->Abandon(call); }
+void Endpoint::Serve(MessageType type, RequestHandler handler) { core_->Serve(type, std::move(handler)); }
+void Endpoint::Poll(microseconds max_wait) { core_->PollWith({}, max_wait); }
+void Endpoint::PollWith(std::span<pollfd> extra, microseconds max_wait) { core_->PollWith(extra, max_wait); }
+std::optional<microseconds> Endpoint::next_timer() const { return core_->next_timer(); }
+std::size_t Endpoint::num_open_calls() const { return core_->num_open_calls(); }
+std::size_t Endpoint::held_bytes() const { return core_->held_bytes(); }
+const Counters& Endpoint::counters() const { return core_->counters(); }
+
+EndpointId RandomEndpointId() {
+  constexpr std::uint64_t kFirst = std::uint64_t{1} << 32U;  // far above the role addresses
+  constexpr auto kLast = static_cast<std::uint64_t>(INT64_MAX);
+  return static_cast<EndpointId>(kFirst + RandomSeed() % (kLast - kFirst));
+}
+
+std::uint64_t RandomSeed() {
+  PrepareHashing();
+  std::uint64_t seed = 0;
+  randombytes_buf(&seed, sizeof(seed));
+  return seed;
+}
+
+}  // namespace legopt::bus

@@ -1,0 +1,238 @@
+// The receiving side of an endpoint, and how its frames are made.
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+#include "bus/endpoint_core.h"
+#include "bus/validate.h"
+
+namespace legopt::bus {
+namespace {
+
+bool IsRequest(FrameKind kind) { return kind == FrameKind::kRequest || kind == FrameKind::kRequestChunk; }
+
+std::string Text(std::span<const std::uint8_t> bytes) { return {bytes.begin(), bytes.end()}; }
+
+}  // namespace
+
+// ---- Sending ----
+
+FrameHeader EndpointCore::MakeHeader(FrameKind kind, std::int16_t type, const CallKey& key, EndpointId to) {
+  FrameHeader header;
+  header.kind = kind;
+  header.type = type;
+  header.deployment = transport_.deployment();
+  header.sender = self_;
+  header.destination = to;
+  header.session = key.session;
+  header.call_id = key.call_id;
+  header.nonce = ++nonce_;
+  return header;
+}
+
+void EndpointCore::SendSmall(const FrameHeader& header, std::string_view payload, Port port) {
+  std::memcpy(buffer_.data() + kFrameHeaderBytes, payload.data(), payload.size());
+  transport_.Send(port, SealFrame(header, payload.size(), buffer_));
+}
+
+void EndpointCore::SendError(const CallKey& key, std::int16_t type, ErrorCode code, std::string_view text) {
+  FrameHeader header = MakeHeader(FrameKind::kError, type, key, key.caller);
+  header.code = static_cast<std::int16_t>(code);
+  SendSmall(header, text);
+}
+
+void EndpointCore::SendAck(const ObjectKey& key, std::int16_t type, const ChunkAck& ack) {
+  const FrameHeader header = MakeHeader(FrameKind::kChunkAck, type, {key.peer, key.session, key.call_id}, key.peer);
+  const std::size_t bytes = WriteAck(ack, buffer_.data() + kFrameHeaderBytes);
+  transport_.Send(Port::kBulk, SealFrame(header, bytes, buffer_));
+}
+
+void EndpointCore::EmitChunk(const ObjectKey& key, std::int16_t type, const ChunkView& chunk) {
+  const FrameKind kind = key.of_reply ? FrameKind::kReplyChunk : FrameKind::kRequestChunk;
+  FrameHeader header = MakeHeader(kind, type, {key.peer, key.session, key.call_id}, key.peer);
+  if (!key.of_reply) header.completed_below = std::min(CompletedBelow(), key.call_id);
+  const std::size_t bytes = WriteChunk(chunk, buffer_.data() + kFrameHeaderBytes);
+  transport_.Send(Port::kBulk, SealFrame(header, bytes, buffer_));
+}
+
+// ---- Receiving ----
+
+void EndpointCore::OnDatagram(Port /*port*/, std::span<const std::uint8_t> datagram) noexcept {
+  try {
+    FrameView frame;
+    const FrameFault fault = OpenFrame(datagram, transport_.deployment(), self_, frame);
+    if (fault == FrameFault::kNone) {
+      Dispatch(frame);
+    } else {
+      CountFault(fault, frame);
+    }
+  } catch (...) {
+    ++counters_.handler_failures;  // out of memory at worst; the datagram is lost and will be repeated
+  }
+}
+
+void EndpointCore::CountFault(FrameFault fault, const FrameView& frame) {
+  switch (fault) {
+    case FrameFault::kNone:
+      return;
+    case FrameFault::kSize:
+      ++counters_.rejected_size;
+      return;
+    case FrameFault::kMalformed:
+      ++counters_.rejected_malformed;
+      return;
+    case FrameFault::kDeployment:
+      ++counters_.rejected_deployment;
+      return;
+    case FrameFault::kNotForUs:
+      ++counters_.not_for_us;
+      return;
+    case FrameFault::kTag:
+      ++counters_.rejected_tag;
+      return;
+    case FrameFault::kField:
+      ++counters_.rejected_field;
+      return;
+    case FrameFault::kVersion:
+      ++counters_.rejected_version;
+      if (IsRequest(frame.header.kind)) {
+        SendError(CallerKey(frame.header), frame.header.type, ErrorCode::kVersionRefused,
+                  "protocol version " + std::to_string(frame.header.version) + " refused: this party speaks version " +
+                      std::to_string(kProtocolVersion) + "; use the same release on both sides");
+      } else if (frame.header.kind == FrameKind::kError &&
+                 frame.header.code == static_cast<std::int16_t>(ErrorCode::kVersionRefused)) {
+        OnError(frame.header, frame.payload);
+      }
+      return;
+  }
+}
+
+void EndpointCore::Dispatch(const FrameView& frame) {
+  switch (frame.header.kind) {
+    case FrameKind::kRequest:
+      OnRequest(frame.header, Text(frame.payload));
+      return;
+    case FrameKind::kReply:
+      OnReply(frame.header, frame.payload);
+      return;
+    case FrameKind::kError:
+      OnError(frame.header, frame.payload);
+      return;
+    case FrameKind::kRequestChunk:
+    case FrameKind::kReplyChunk:
+      OnChunk(frame);
+      return;
+    case FrameKind::kChunkAck:
+      OnAck(frame);
+      return;
+  }
+}
+
+EndpointCore::Calls::iterator EndpointCore::FindOwnCall(const FrameHeader& header) {
+  const auto call = header.session == session_ ? calls_.find(header.call_id) : calls_.end();
+  if (call != calls_.end() && call->second.to == header.sender) return call;
+  if (header.session == session_ && header.call_id < next_call_) {
+    ++counters_.duplicate_replies;
+  } else {
+    ++counters_.rejected_field;
+  }
+  return calls_.end();
+}
+
+void EndpointCore::OnReply(const FrameHeader& header, std::span<const std::uint8_t> payload) {
+  const auto call = FindOwnCall(header);
+  if (call == calls_.end()) return;
+  ++counters_.calls_completed;
+  CallResult result;
+  result.status = CallResult::kOk;
+  result.body = Text(payload);
+  Finish(call, std::move(result));
+}
+
+void EndpointCore::OnError(const FrameHeader& header, std::span<const std::uint8_t> payload) {
+  const auto call = FindOwnCall(header);
+  if (call == calls_.end()) return;
+  if (header.code == static_cast<std::int16_t>(ErrorCode::kBusy)) return;  // the retry goes on, ever slower
+  ++counters_.calls_rejected;
+  CallResult result;
+  result.status = CallResult::kRejected;
+  result.code = static_cast<ErrorCode>(header.code);
+  result.error = CleanText(Text(payload), kMaxPayloadBytes);
+  Finish(call, std::move(result));
+}
+
+void EndpointCore::OnChunk(const FrameView& frame) {
+  ChunkView chunk;
+  if (!ReadChunk(frame.payload, options_.max_object_bytes, chunk)) {
+    ++counters_.rejected_field;
+    return;
+  }
+  if (frame.header.kind == FrameKind::kRequestChunk) {
+    OnRequestChunk(frame.header, chunk);
+  } else {
+    OnReplyChunk(frame.header, chunk);
+  }
+}
+
+void EndpointCore::OnRequestChunk(const FrameHeader& header, const ChunkView& chunk) {
+  const ObjectKey object{header.sender, header.session, header.call_id, false};
+  const CallKey key = CallerKey(header);
+  const auto verdict = replies_.Find(key).verdict;
+  if (!Serves(header.type)) {
+    if (chunk.ack_requested) OnRequest(header, {});  // refuses
+    return;
+  }
+  if (verdict != ReplyCache::Verdict::kNew) {
+    // The body is here already. One answer per burst is enough.
+    ++counters_.duplicate_chunks;
+    if (!chunk.ack_requested) return;
+    OnRequest(header, {});  // repeats the reply, if there is one
+    if (verdict == ReplyCache::Verdict::kOpen) SendAck(object, header.type, receiver_.CompleteAck(false));
+    return;
+  }
+  BulkReceiver::Outcome outcome = receiver_.Accept(object, chunk, now());
+  if (outcome.ack) SendAck(object, header.type, *outcome.ack);
+  if (!outcome.body) return;
+  OnRequest(header, std::move(*outcome.body));
+  // A reply acknowledges the request as well.
+  if (replies_.Find(key).verdict == ReplyCache::Verdict::kOpen) {
+    SendAck(object, header.type, receiver_.CompleteAck(false));
+  }
+}
+
+void EndpointCore::OnReplyChunk(const FrameHeader& header, const ChunkView& chunk) {
+  const ObjectKey object{header.sender, header.session, header.call_id, true};
+  const auto call = FindOwnCall(header);
+  if (call == calls_.end()) {
+    const bool ours = header.session == session_ && header.call_id < next_call_;
+    if (ours && chunk.ack_requested) SendAck(object, header.type, receiver_.CompleteAck(true));
+    return;
+  }
+  BulkReceiver::Outcome outcome = receiver_.Accept(object, chunk, now());
+  if (outcome.ack) SendAck(object, header.type, *outcome.ack);
+  if (!outcome.body) return;
+  SendAck(object, header.type, receiver_.CompleteAck(true));
+  ++counters_.calls_completed;
+  CallResult result;
+  result.status = CallResult::kOk;
+  result.body = std::move(*outcome.body);
+  Finish(call, std::move(result));
+}
+
+void EndpointCore::OnAck(const FrameView& frame) {
+  const FrameHeader& header = frame.header;
+  ChunkAck ack;
+  if (!ReadAck(frame.payload, ack) || (!ack.of_reply && header.session != session_)) {
+    ++counters_.rejected_field;
+    return;
+  }
+  const ObjectKey object{header.sender, header.session, header.call_id, ack.of_reply};
+  if (sender_.OnAck(object, ack, now()) || ack.of_reply || ack.complete) return;
+  // A reminder met a receiver that has lost the body, e.g. because it was restarted.
+  const auto call = calls_.find(header.call_id);
+  if (call == calls_.end() || call->second.to != header.sender || !call->second.large) return;
+  SendRequest(call->first, call->second);
+  ArmRetry(call->first, call->second);
+}
+
+}  // namespace legopt::bus

@@ -1,0 +1,92 @@
+#include "bus/field_check.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "bus/validate.h"
+
+namespace legopt::bus {
+
+void FieldCheck::Fail(std::string_view field, const std::string& value, const std::string& allowed) {
+  if (!fault_.empty()) return;
+  fault_ = std::string(field) + ": " + value + ": must be " + allowed;
+}
+
+FieldCheck& FieldCheck::Range(std::string_view field, std::int64_t value, std::int64_t low, std::int64_t high) {
+  if (value < low || value > high) {
+    Fail(field, std::to_string(value), "in " + std::to_string(low) + " .. " + std::to_string(high));
+  }
+  return *this;
+}
+
+FieldCheck& FieldCheck::AtLeast(std::string_view field, std::int64_t value, std::int64_t low) {
+  if (value < low) Fail(field, std::to_string(value), "at least " + std::to_string(low));
+  return *this;
+}
+
+FieldCheck& FieldCheck::NonZero(std::string_view field, std::int64_t value) {
+  if (value == 0) Fail(field, "0", "non-zero");
+  return *this;
+}
+
+FieldCheck& FieldCheck::Text(std::string_view field, const std::string& value, std::size_t least_bytes,
+                             std::size_t most_bytes) {
+  if (value.size() < least_bytes || value.size() > most_bytes) {
+    Fail(field, std::to_string(value.size()) + " bytes",
+         std::to_string(least_bytes) + " .. " + std::to_string(most_bytes) + " bytes");
+  } else if (!IsText(value)) {
+    Fail(field, "binary", "UTF-8 without NUL");
+  }
+  return *this;
+}
+
+FieldCheck& FieldCheck::Hash(std::string_view field, const std::string& value) {
+  constexpr std::size_t kHashDigits = 64;
+  const bool hex =
+      std::all_of(value.begin(), value.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+  if (value.size() != kHashDigits || !hex) {
+    Fail(field, CleanText(value, kHashDigits), "64 lower-case hexadecimal digits");
+  }
+  return *this;
+}
+
+FieldCheck& FieldCheck::OneOf(std::string_view field, const std::string& value, std::string_view first,
+                              std::string_view second) {
+  constexpr std::size_t kShown = 64;
+  if (value != first && value != second) {
+    Fail(field, CleanText(value, kShown), std::string(first).append(" or ").append(second));
+  }
+  return *this;
+}
+
+FieldCheck& FieldCheck::NanOrFinite(std::string_view field, double value) {
+  if (std::isinf(value)) Fail(field, std::to_string(value), "finite, or NaN for not available");
+  return *this;
+}
+
+FieldCheck& FieldCheck::Finite(std::string_view field, double value) {
+  if (!std::isfinite(value)) Fail(field, std::to_string(value), "finite");
+  return *this;
+}
+
+FieldCheck& FieldCheck::Count(std::string_view field, std::int64_t count, std::size_t array_size, std::int64_t most) {
+  Range(field, count, 0, most);
+  if (static_cast<std::size_t>(count) != array_size) {
+    Fail(field, std::to_string(count), "the size of its array, " + std::to_string(array_size));
+  }
+  return *this;
+}
+
+FieldCheck& FieldCheck::Require(bool holds, std::string_view what) {
+  if (!holds && fault_.empty()) fault_ = what;
+  return *this;
+}
+
+FieldCheck& FieldCheck::Nested(std::string_view field, std::size_t index, const std::string& fault) {
+  if (!fault.empty() && fault_.empty()) {
+    fault_ = std::string(field) + "[" + std::to_string(index) + "]." + fault;
+  }
+  return *this;
+}
+
+}  // namespace legopt::bus

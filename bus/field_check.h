@@ -1,0 +1,38 @@
+// Collects the first fault of a message while its fields are checked one after another. Private to bus.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace legopt::bus {
+
+class FieldCheck {
+ public:
+  // value in [low, high]
+  FieldCheck& Range(std::string_view field, std::int64_t value, std::int64_t low, std::int64_t high);
+  FieldCheck& AtLeast(std::string_view field, std::int64_t value, std::int64_t low);
+  FieldCheck& NonZero(std::string_view field, std::int64_t value);
+  // UTF-8 without NUL, of so many bytes
+  FieldCheck& Text(std::string_view field, const std::string& value, std::size_t least_bytes, std::size_t most_bytes);
+  // 64 lower-case hexadecimal digits
+  FieldCheck& Hash(std::string_view field, const std::string& value);
+  FieldCheck& OneOf(std::string_view field, const std::string& value, std::string_view first, std::string_view second);
+  FieldCheck& NanOrFinite(std::string_view field, double value);
+  FieldCheck& Finite(std::string_view field, double value);
+  // the count field of an array agrees with the array
+  FieldCheck& Count(std::string_view field, std::int64_t count, std::size_t array_size, std::int64_t most);
+  FieldCheck& Require(bool holds, std::string_view what);
+  // the fault of a nested message
+  FieldCheck& Nested(std::string_view field, std::size_t index, const std::string& fault);
+
+  bool ok() const { return fault_.empty(); }
+  std::string fault() const { return fault_; }
+
+ private:
+  void Fail(std::string_view field, const std::string& value, const std::string& allowed);
+  std::string fault_;
+};
+
+}  // namespace legopt::bus

@@ -1,0 +1,52 @@
+#include <arpa/inet.h>
+#include <netinet/in.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "bus/bus_error.h"
+#include "bus/lcm_transport.h"
+
+namespace legopt::bus {
+namespace {
+
+constexpr int kLowestPort = 1024;
+constexpr int kHighestPort = 65534;  // bulk is one above
+constexpr int kMaxTtl = 255;
+
+[[noreturn]] void Refuse(const std::string& fault) { throw BusError(BusErrorCode::kInvalidOption, fault); }
+
+}  // namespace
+
+LcmOptions LcmOptions::FromEnvironment() {
+  LcmOptions options;
+  if (const char* group = std::getenv("LEGOPT_GROUP"); group != nullptr && *group != '\0') options.group = group;
+  if (const char* text = std::getenv("LEGOPT_PORT"); text != nullptr && *text != '\0') {
+    char* end = nullptr;
+    const long port = std::strtol(text, &end, 10);
+    if (*end != '\0' || port < kLowestPort || port > kHighestPort) {
+      Refuse("LEGOPT_PORT: \"" + std::string(text) + "\": must be a number in 1024 .. 65534");
+    }
+    options.port = static_cast<int>(port);
+  }
+  options.Validate();
+  return options;
+}
+
+void LcmOptions::Validate() const {
+  in_addr address{};
+  if (::inet_pton(AF_INET, group.c_str(), &address) != 1 || !IN_MULTICAST(ntohl(address.s_addr))) {
+    Refuse("group: \"" + group + "\": must be an IPv4 multicast address, 224.0.0.0 .. 239.255.255.255");
+  }
+  if (port < kLowestPort || port > kHighestPort) {
+    Refuse("port: " + std::to_string(port) + ": must be in 1024 .. 65534 (the next one is used as well)");
+  }
+  if (ttl < 0 || ttl > kMaxTtl) Refuse("ttl: " + std::to_string(ttl) + ": must be in 0 .. 255");
+  constexpr std::size_t kLargestBuffer = std::size_t{1} << 30;
+  if (receive_buffer_bytes > kLargestBuffer) {
+    Refuse("receive_buffer_bytes: " + std::to_string(receive_buffer_bytes) + ": at most 1 GiB");
+  }
+  if (deployment < 0) Refuse("deployment: " + std::to_string(deployment) + ": must not be negative");
+}
+
+}  // namespace legopt::bus

@@ -1,0 +1,196 @@
+#include "bus/multicast_probe.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <string_view>
+
+#include "bus/endpoint.h"
+#include "bus/lcm_transport.h"
+
+namespace legopt::bus {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+class Socket {
+ public:
+  Socket() : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
+  ~Socket() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Socket(const Socket&) = delete;
+  Socket& operator=(const Socket&) = delete;
+  int fd() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+const sockaddr* Generic(const sockaddr_in& address) { return reinterpret_cast<const sockaddr*>(&address); }
+
+ProbeResult Failure(BusErrorCode code, std::string problem) {
+  ProbeResult result;
+  result.code = code;
+  result.problem = std::move(problem);
+  return result;
+}
+
+ProbeResult NoRoute(const std::string& group) {
+  const std::string fix = "ip link set lo up && ip route add " + group + "/32 dev lo";
+  return Failure(BusErrorCode::kNoMulticastRoute,
+                 "no interface of this host (network namespace) carries multicast group " + group + ". As root: " +
+                     fix + ". Without root, for one command: unshare -Urn sh -c '" + fix + " && exec COMMAND'");
+}
+
+ProbeResult SystemFailure(const std::string& group, int port, const char* step, int error) {
+  return Failure(BusErrorCode::kNetworkUnusable, "multicast " + group + ":" + std::to_string(port) + ": " + step +
+                                                     ": " + std::strerror(error) +
+                                                     "; check firewall and container network settings");
+}
+
+// The interface that has joined `group`, by /proc/net/igmp (groups there are hexadecimal in host byte order).
+std::string JoinedInterface(const in_addr& group) {
+  std::array<char, 16> wanted{};
+  std::snprintf(wanted.data(), wanted.size(), "%08X", group.s_addr);
+  std::ifstream igmp("/proc/net/igmp");
+  std::string interface;
+  for (std::string line; std::getline(igmp, line);) {
+    std::istringstream words(line);
+    std::string first;
+    std::string second;
+    words >> first >> second;
+    if (!line.empty() && line[0] != '\t') {
+      interface = second;
+    } else if (first == wanted.data()) {
+      return interface;
+    }
+  }
+  return {};
+}
+
+// One short-form LCM packet on LCM's self-test channel, with our own content.
+std::string ProbeDatagram() {
+  using std::string_view_literals::operator""sv;
+  std::string packet(
+      "LC02\0\0\0\0"
+      "LCM_SELF_TEST\0"sv);
+  return packet + "legopt " + std::to_string(RandomSeed());
+}
+
+bool Arrives(int receive_fd, const std::string& expected, milliseconds patience) {
+  const auto end = steady_clock::now() + patience;
+  std::array<char, kMaxDatagramBytes> buffer{};
+  while (steady_clock::now() < end) {
+    pollfd ready{receive_fd, POLLIN, 0};
+    const auto left = std::chrono::duration_cast<milliseconds>(end - steady_clock::now());
+    if (::poll(&ready, 1, static_cast<int>(left.count()) + 1) <= 0) continue;
+    const ssize_t size = ::recv(receive_fd, buffer.data(), buffer.size(), MSG_DONTWAIT);
+    if (size > 0 && expected == std::string_view(buffer.data(), static_cast<std::size_t>(size))) return true;
+  }
+  return false;
+}
+
+ProbeResult BindAndJoin(int fd, const std::string& group, sockaddr_in& address) {
+  const int port = ntohs(address.sin_port);
+  const int on = 1;
+  ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
+  if (::bind(fd, Generic(address), sizeof(address)) < 0) {
+    const int error = errno;
+    if (error == EADDRINUSE || error == EACCES) {
+      return Failure(BusErrorCode::kPortUnusable,
+                     "UDP port " + std::to_string(port) + ": " + std::strerror(error) +
+                         (error == EADDRINUSE ? ": another program holds it; choose " : "; choose ") +
+                         "another one with --port or LEGOPT_PORT");
+    }
+    return SystemFailure(group, port, "bind", error);
+  }
+  socklen_t length = sizeof(address);
+  ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &length);
+  ip_mreq membership{};
+  membership.imr_multiaddr = address.sin_addr;
+  if (::setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof(membership)) < 0) {
+    if (errno == ENODEV || errno == ENETUNREACH) return NoRoute(group);
+    return SystemFailure(group, port, "join group", errno);
+  }
+  ProbeResult joined;
+  joined.usable = true;
+  return joined;
+}
+
+}  // namespace
+
+ProbeResult ProbeMulticast(const std::string& group, int port, milliseconds patience) {
+  const Socket receiver;
+  const Socket sender;
+  if (receiver.fd() < 0 || sender.fd() < 0) return SystemFailure(group, port, "socket", errno);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  if (::inet_pton(AF_INET, group.c_str(), &address.sin_addr) != 1) {
+    return Failure(BusErrorCode::kInvalidOption, "group: \"" + group + "\": must be an IPv4 address");
+  }
+  ProbeResult result = BindAndJoin(receiver.fd(), group, address);
+  if (!result.usable) return result;
+  result.interface = JoinedInterface(address.sin_addr);
+
+  const unsigned char ttl = 0;
+  ::setsockopt(sender.fd(), IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof(ttl));
+  const std::string datagram = ProbeDatagram();
+  constexpr int kTries = 4;  // a busy receiver may lose one
+  for (int i = 0; i < kTries; ++i) {
+    if (::sendto(sender.fd(), datagram.data(), datagram.size(), 0, Generic(address), sizeof(address)) < 0) {
+      if (errno == ENETUNREACH || errno == ENODEV) return NoRoute(group);
+      return SystemFailure(group, port, "send", errno);
+    }
+    if (Arrives(receiver.fd(), datagram, patience / kTries)) return result;
+  }
+  return Failure(BusErrorCode::kNetworkUnusable,
+                 "multicast " + group + ":" + std::to_string(ntohs(address.sin_port)) +
+                     ": what this host sends does not come back to it" +
+                     (result.interface.empty() ? std::string() : " (interface " + result.interface + ")") +
+                     "; a firewall drops it, or the route is odd: allow UDP to the group, or as root: ip route add " +
+                     group + "/32 dev lo");
+}
+
+MulticastRoute ProbeMulticastRoute(const std::string& group) {
+  constexpr milliseconds kPatience(400);
+  const ProbeResult result = ProbeMulticast(group, 0, kPatience);
+  return {result.usable, result.interface, result.problem};
+}
+
+int FindFreePortPair(std::uint64_t seed) {
+  constexpr int kLowest = 20000;
+  constexpr std::uint64_t kPairs = 20000;
+  constexpr int kTries = 200;
+  std::mt19937_64 random(seed);
+  for (int i = 0; i < kTries; ++i) {
+    const int port = kLowest + 2 * static_cast<int>(random() % kPairs);
+    // Without SO_REUSEADDR a bind fails as soon as anybody holds the port, multicast listeners included.
+    const Socket control;
+    const Socket bulk;
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_ANY);
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    if (::bind(control.fd(), Generic(address), sizeof(address)) < 0) continue;
+    address.sin_port = htons(static_cast<std::uint16_t>(port + 1));
+    if (::bind(bulk.fd(), Generic(address), sizeof(address)) < 0) continue;
+    return port;
+  }
+  throw BusError(BusErrorCode::kPortUnusable, "no free pair of UDP ports found in 20000 - 59999");
+}
+
+}  // namespace legopt::bus

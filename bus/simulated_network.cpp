@@ -1,0 +1,161 @@
+#include "bus/simulated_network.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <utility>
+
+#include "bus/endpoint.h"
+
+namespace legopt::bus {
+
+struct SimulatedNetwork::Station {
+  DatagramReceiver* receiver = nullptr;
+  int partition = 0;
+  bool deaf = false;
+  TransportCounters counters;
+  std::multimap<microseconds, std::pair<Port, Bytes>> inbox;  // equal times keep the order of sending
+};
+
+Misfortune Misfortune::StandardChaos() {
+  Misfortune chaos;
+  chaos.drop = 0.2;
+  chaos.duplicate = 0.05;
+  chaos.reorder = 0.1;
+  chaos.max_delay = std::chrono::milliseconds(50);
+  return chaos;
+}
+
+SimulatedNetwork::SimulatedNetwork(std::uint64_t seed, const Misfortune& misfortune)
+    : random_(seed), misfortune_(misfortune) {}
+SimulatedNetwork::~SimulatedNetwork() = default;
+
+// Our own draws: std:: distributions differ between libraries.
+bool SimulatedNetwork::Chance(double probability) {
+  constexpr double kUnit = 1.0 / 9007199254740992.0;  // 2^-53
+  if (probability <= 0) return false;
+  return static_cast<double>(random_() >> 11U) * kUnit < probability;
+}
+
+std::uint64_t SimulatedNetwork::Below(std::uint64_t bound) { return bound == 0 ? 0 : random_() % bound; }
+
+void SimulatedNetwork::AdvanceTo(microseconds time) { now_ = std::max(now_, time); }
+
+std::optional<microseconds> SimulatedNetwork::next_delivery() const {
+  std::optional<microseconds> earliest;
+  for (const auto& station : stations_) {
+    if (station->inbox.empty()) continue;
+    const microseconds due = station->inbox.begin()->first;
+    if (!earliest || due < *earliest) earliest = due;
+  }
+  return earliest;
+}
+
+void SimulatedNetwork::SetPartition(const SimulatedTransport& transport, int partition) {
+  transport.station_->partition = partition;
+}
+
+void SimulatedNetwork::Inject(Port port, std::span<const std::uint8_t> datagram) { Send(nullptr, port, datagram); }
+
+void SimulatedNetwork::Send(const Station* from, Port port, std::span<const std::uint8_t> datagram) {
+  if (tap_) tap_(port, datagram);
+  const auto bytes = std::make_shared<const std::vector<std::uint8_t>>(datagram.begin(), datagram.end());
+  for (const auto& station : stations_) {
+    if (from != nullptr && from->partition != station->partition) continue;
+    if (Chance(misfortune_.drop)) continue;
+    Deliver(*station, port, bytes);
+    if (Chance(misfortune_.duplicate)) Deliver(*station, port, bytes);
+  }
+}
+
+void SimulatedNetwork::Deliver(Station& to, Port port, const Bytes& bytes) {
+  const auto spread = std::max<std::int64_t>(0, (misfortune_.max_delay - misfortune_.min_delay).count());
+  microseconds delay = misfortune_.min_delay;
+  if (spread > 0) delay += microseconds(Below(static_cast<std::uint64_t>(spread) + 1));
+  if (Chance(misfortune_.reorder)) {
+    delay += microseconds(Below(static_cast<std::uint64_t>(misfortune_.reorder_delay.count()) + 1));
+  }
+  to.inbox.emplace(now_ + delay, std::make_pair(port, Injure(bytes)));
+}
+
+SimulatedNetwork::Bytes SimulatedNetwork::Injure(const Bytes& bytes) {
+  const bool corrupt = Chance(misfortune_.corrupt);
+  const bool truncate = Chance(misfortune_.truncate);
+  if ((!corrupt && !truncate) || bytes->empty()) return bytes;
+  std::vector<std::uint8_t> injured = *bytes;
+  if (corrupt) {
+    constexpr std::uint64_t kMostChanges = 3;
+    constexpr std::uint64_t kOtherValues = 255;
+    for (std::uint64_t n = 1 + Below(kMostChanges); n > 0; --n) {
+      auto& byte = injured[Below(injured.size())];
+      byte = static_cast<std::uint8_t>(byte ^ (1 + Below(kOtherValues)));
+    }
+  }
+  if (truncate) injured.resize(Below(injured.size()));
+  return std::make_shared<const std::vector<std::uint8_t>>(std::move(injured));
+}
+
+bool SimulatedNetwork::Run(std::span<Endpoint* const> endpoints, const std::function<bool()>& done,
+                           microseconds limit) {
+  const microseconds end = now_ + limit;
+  while (true) {
+    for (Endpoint* endpoint : endpoints) endpoint->Poll(microseconds(0));
+    if (done()) return true;
+    if (now_ >= end) return false;
+    std::optional<microseconds> next = next_delivery();
+    for (const Endpoint* endpoint : endpoints) {
+      const auto timer = endpoint->next_timer();
+      if (timer && (!next || *timer < *next)) next = timer;
+    }
+    // Nothing scheduled: only `done` itself, or nobody, can change anything.
+    AdvanceTo(std::min(end, next.value_or(end)));
+  }
+}
+
+SimulatedTransport::SimulatedTransport(SimulatedNetwork& network, std::int64_t deployment)
+    : network_(&network), deployment_(deployment) {
+  network.stations_.push_back(std::make_unique<SimulatedNetwork::Station>());
+  station_ = network.stations_.back().get();
+}
+
+SimulatedTransport::~SimulatedTransport() {
+  std::erase_if(network_->stations_, [this](const auto& station) { return station.get() == station_; });
+}
+
+void SimulatedTransport::Send(Port port, std::span<const std::uint8_t> datagram) {
+  if (datagram.size() > kMaxDatagramBytes) {
+    std::fprintf(stderr, "legopt bus: broken invariant: datagram of %zu bytes, limit %zu\n", datagram.size(),
+                 kMaxDatagramBytes);
+    std::abort();
+  }
+  ++station_->counters.datagrams_sent;
+  station_->counters.bytes_sent += datagram.size();
+  network_->Send(station_, port, datagram);
+}
+
+void SimulatedTransport::SetReceiver(DatagramReceiver* receiver, EndpointId /*self*/) { station_->receiver = receiver; }
+
+int SimulatedTransport::Poll(std::span<pollfd> extra, microseconds /*max_wait*/) {
+  if (!extra.empty()) ::poll(extra.data(), extra.size(), 0);
+  int delivered = 0;
+  auto& inbox = station_->inbox;
+  while (!inbox.empty() && inbox.begin()->first <= network_->now()) {
+    const auto [port, bytes] = std::move(inbox.begin()->second);
+    inbox.erase(inbox.begin());
+    if (station_->deaf || station_->receiver == nullptr) continue;
+    ++delivered;
+    ++station_->counters.datagrams_received;
+    station_->counters.bytes_received += bytes->size();
+    station_->receiver->OnDatagram(port, *bytes);
+  }
+  return delivered;
+}
+
+microseconds SimulatedTransport::now() const { return network_->now(); }
+std::int64_t SimulatedTransport::deployment() const { return deployment_; }
+TransportCounters SimulatedTransport::counters() const { return station_->counters; }
+
+void SimulatedTransport::set_deaf(bool deaf) { station_->deaf = deaf; }
+
+}  // namespace legopt::bus

@@ -1,0 +1,112 @@
+// A seeded network in virtual time: the same Transport interface, every misfortune on demand, the same history each
+// time.
+//
+// Use: make a SimulatedNetwork, then one SimulatedTransport per party. Poll() of a simulated transport never waits: it
+// delivers what is due at the network's now(). The driver polls every party and then advances time:
+//     while (!done) { for (auto* e : endpoints) e->Poll(0us); network.AdvanceTo(earliest timer or delivery); }
+// Run() does that for endpoints.
+//
+// Thread rule: one thread for a network and all its transports. Source: reliability note, section 5.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+#include <span>
+#include <vector>
+
+#include "bus/transport.h"
+
+namespace legopt::bus {
+
+class Endpoint;
+class SimulatedTransport;
+
+// Probabilities are per datagram and receiver, each in [0, 1]. The defaults are a perfect, instant network.
+struct Misfortune {
+  double drop = 0;
+  double duplicate = 0;  // delivered once more, with its own delay
+  double reorder = 0;    // held back by an extra delay of up to `reorder_delay`
+  double corrupt = 0;    // 1 - 3 random bytes changed
+  double truncate = 0;   // cut at a random length
+  microseconds min_delay{0};
+  microseconds max_delay{0};
+  microseconds reorder_delay{50'000};
+
+  // The chaos of the reliability note, section 6: 20 % loss, 5 % duplication, 10 % reordering, 0 - 50 ms delay.
+  static Misfortune StandardChaos();
+};
+
+class SimulatedNetwork {
+ public:
+  explicit SimulatedNetwork(std::uint64_t seed, const Misfortune& misfortune = {});
+  ~SimulatedNetwork();
+  SimulatedNetwork(const SimulatedNetwork&) = delete;
+  SimulatedNetwork& operator=(const SimulatedNetwork&) = delete;
+
+  microseconds now() const { return now_; }
+  void set_misfortune(const Misfortune& misfortune) { misfortune_ = misfortune; }
+
+  // Moves time forward (never back) to `time`; delivers nothing by itself.
+  void AdvanceTo(microseconds time);
+  void Advance(microseconds duration) { AdvanceTo(now_ + duration); }
+  // When the earliest datagram under way is due; empty when none is.
+  std::optional<microseconds> next_delivery() const;
+
+  // Parties of different partitions do not hear each other; all start in 0. What is under way still arrives.
+  void SetPartition(const SimulatedTransport& transport, int partition);
+
+  // Puts a datagram on the wire as if a stranger had sent it.
+  void Inject(Port port, std::span<const std::uint8_t> datagram);
+  // Called for every datagram sent, before misfortune strikes; for size checks and recordings.
+  void SetTap(std::function<void(Port, std::span<const std::uint8_t>)> tap) { tap_ = std::move(tap); }
+
+  // Polls the endpoints and advances time until `done` returns true or `limit` of virtual time has passed since the
+  // call; returns whether `done` was reached.
+  bool Run(std::span<Endpoint* const> endpoints, const std::function<bool()>& done, microseconds limit);
+
+ private:
+  friend class SimulatedTransport;
+  struct Station;  // one attached transport
+  using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+
+  void Send(const Station* from, Port port, std::span<const std::uint8_t> datagram);
+  void Deliver(Station& to, Port port, const Bytes& bytes);
+  Bytes Injure(const Bytes& bytes);
+  bool Chance(double probability);
+  std::uint64_t Below(std::uint64_t bound);
+
+  std::mt19937_64 random_;
+  Misfortune misfortune_;
+  microseconds now_{0};
+  std::vector<std::unique_ptr<Station>> stations_;
+  std::function<void(Port, std::span<const std::uint8_t>)> tap_;
+};
+
+class SimulatedTransport final : public Transport {
+ public:
+  // `network` must outlive the transport. Transports of one network with different deployments hear each other and
+  // ignore it.
+  explicit SimulatedTransport(SimulatedNetwork& network, std::int64_t deployment = 1);
+  ~SimulatedTransport() override;
+
+  void Send(Port port, std::span<const std::uint8_t> datagram) override;
+  void SetReceiver(DatagramReceiver* receiver, EndpointId self) override;
+  int Poll(std::span<pollfd> extra, microseconds max_wait) override;
+  microseconds now() const override;
+  std::int64_t deployment() const override;
+  TransportCounters counters() const override;
+
+  // A dead or paused party: while deaf, arriving datagrams are lost.
+  void set_deaf(bool deaf);
+
+ private:
+  friend class SimulatedNetwork;
+  SimulatedNetwork* network_;
+  SimulatedNetwork::Station* station_;
+  std::int64_t deployment_;
+};
+
+}  // namespace legopt::bus

@@ -1,0 +1,106 @@
+#include "bus/socket_filter.h"
+
+#include <linux/filter.h>
+#include <sys/socket.h>
+
+#include <initializer_list>
+#include <vector>
+
+#include "bus/messages.h"
+
+namespace legopt::bus {
+namespace {
+
+// Offsets from the UDP header, where a filter on a UDP socket starts: 8 bytes of UDP, 8 of LCM, the channel with its
+// NUL, then the frame (frame.lcm).
+constexpr std::uint32_t kMagic = 8;
+constexpr std::uint32_t kChannel = 16;
+constexpr std::uint32_t kFrame = 23;
+constexpr std::uint32_t kDeployment = kFrame + 16;
+constexpr std::uint32_t kDestination = kFrame + 32;
+constexpr std::uint32_t kDestinationEnd = kDestination + 8;
+
+constexpr std::uint32_t Word(char a, char b, char c, char d) {
+  return (static_cast<std::uint32_t>(a) << 24U) | (static_cast<std::uint32_t>(b) << 16U) |
+         (static_cast<std::uint32_t>(c) << 8U) | static_cast<std::uint32_t>(d);
+}
+
+// Writes tests one after another; jumps go to two exits at the end, resolved by Finish().
+class Program {
+ public:
+  enum class Exit : std::uint8_t { kNext, kAccept, kDrop };
+
+  // Loads the word at `offset` (a packet too short for it is dropped by the kernel), masks it, compares, and leaves by
+  // `equal` or `other`.
+  void Test(std::uint32_t offset, std::uint32_t value, Exit equal, Exit other, std::uint32_t mask = ~0U) {
+    code_.push_back(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offset));
+    exits_.push_back({});
+    if (mask != ~0U) {
+      code_.push_back(BPF_STMT(BPF_ALU | BPF_AND | BPF_K, mask));
+      exits_.push_back({});
+    }
+    code_.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 0, 0));
+    exits_.push_back({equal, other});
+  }
+  // Goes on when the packet has at least `bytes`, else leaves by `shorter`.
+  void AtLeast(std::uint32_t bytes, Exit shorter) {
+    code_.push_back(BPF_STMT(BPF_LD | BPF_W | BPF_LEN, 0));
+    exits_.push_back({});
+    code_.push_back(BPF_JUMP(BPF_JMP | BPF_JGE | BPF_K, bytes, 0, 0));
+    exits_.push_back({Exit::kNext, shorter});
+  }
+
+  bool Attach(int socket_fd) {
+    constexpr std::uint32_t kWholePacket = 0xFFFFFFFFU;
+    const std::size_t accept = code_.size();
+    const std::size_t drop = accept + 1;
+    for (std::size_t i = 0; i < accept; ++i) {
+      const auto jump = [&](Exit exit) -> std::uint8_t {
+        if (exit == Exit::kNext) return 0;
+        return static_cast<std::uint8_t>((exit == Exit::kAccept ? accept : drop) - i - 1);
+      };
+      code_[i].jt = jump(exits_[i].equal);
+      code_[i].jf = jump(exits_[i].other);
+    }
+    code_.push_back(BPF_STMT(BPF_RET | BPF_K, kWholePacket));
+    code_.push_back(BPF_STMT(BPF_RET | BPF_K, 0));
+    const sock_fprog program{static_cast<unsigned short>(code_.size()), code_.data()};
+    return ::setsockopt(socket_fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof(program)) == 0;
+  }
+
+ private:
+  struct Exits {
+    Exit equal = Exit::kNext;
+    Exit other = Exit::kNext;
+  };
+  std::vector<sock_filter> code_;
+  std::vector<Exits> exits_;
+};
+
+std::uint32_t High(std::int64_t value) { return static_cast<std::uint32_t>(static_cast<std::uint64_t>(value) >> 32U); }
+std::uint32_t Low(std::int64_t value) { return static_cast<std::uint32_t>(value); }
+
+}  // namespace
+
+bool AttachSocketFilter(int socket_fd, std::int64_t deployment, std::int64_t self) {
+  using Exit = Program::Exit;
+  constexpr std::uint32_t kThreeBytes = 0xFFFFFF00U;
+  const std::int64_t fingerprint = legopt_msg::frame::getHash();
+  Program program;
+  program.Test(kMagic, Word('L', 'C', '0', '2'), Exit::kNext, Exit::kDrop);
+  program.Test(kChannel, Word('L', 'E', 'G', 'O'), Exit::kNext, Exit::kDrop);
+  program.Test(kChannel + 4, Word('P', 'T', '\0', '\0'), Exit::kNext, Exit::kDrop, kThreeBytes);
+  if (self != 0) {
+    // Only a well-formed frame of our deployment for somebody else stays out; what is odd comes in and is counted.
+    program.AtLeast(kDestinationEnd, Exit::kAccept);
+    program.Test(kFrame, High(fingerprint), Exit::kNext, Exit::kAccept);
+    program.Test(kFrame + 4, Low(fingerprint), Exit::kNext, Exit::kAccept);
+    program.Test(kDeployment, High(deployment), Exit::kNext, Exit::kAccept);
+    program.Test(kDeployment + 4, Low(deployment), Exit::kNext, Exit::kAccept);
+    program.Test(kDestination, High(self), Exit::kNext, Exit::kDrop);
+    program.Test(kDestination + 4, Low(self), Exit::kAccept, Exit::kDrop);
+  }
+  return program.Attach(socket_fd);
+}
+
+}  // namespace legopt::bus

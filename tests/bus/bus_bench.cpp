@@ -1,0 +1,77 @@
+// Cost of calls over real multicast on loopback: a server thread and a client thread, each with its own transport.
+// "process_us_per_call" is CPU time of both sides and of LCM's four reader threads together.
+#include <benchmark/benchmark.h>
+
+#include <atomic>
+#include <ctime>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "bus/bus_error.h"
+#include "bus/endpoint.h"
+#include "bus/lcm_transport.h"
+#include "bus/typed_calls.h"
+
+namespace legopt::bus {
+namespace {
+
+constexpr EndpointId kClient = 1000;
+
+class Server {
+ public:
+  explicit Server(const LcmOptions& options) : transport_(options), endpoint_(transport_, kServer, RandomSeed()) {
+    endpoint_.Serve(MessageType::kResult,
+                    [](Request&& request, Responder responder) { responder.Reply(std::move(request.body)); });
+    thread_ = std::thread([this] {
+      while (!stop_) endpoint_.Poll(std::chrono::milliseconds(10));
+    });
+  }
+  ~Server() {
+    stop_ = true;
+    thread_.join();
+  }
+
+ private:
+  LcmTransport transport_;
+  Endpoint endpoint_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+// range(0): bytes of the body, both ways; range(1): calls open at a time.
+void Calls(benchmark::State& state) {
+  try {
+    LcmOptions options;
+    options.port = FindFreePortPair(RandomSeed());
+    const Server server(options);
+    LcmTransport transport(options);
+    Endpoint client(transport, kClient, RandomSeed());
+    const std::string body(static_cast<std::size_t>(state.range(0)), 'x');
+    int open = 0;
+    const std::clock_t cpu_before = std::clock();
+    for (auto _ : state) {
+      while (open >= state.range(1)) client.Poll(std::chrono::milliseconds(10));
+      ++open;
+      client.Call(kServer, MessageType::kResult, body, {}, [&](CallResult&& result) {
+        --open;
+        if (result.status != CallResult::kOk) state.SkipWithError("a call failed");
+      });
+    }
+    while (open > 0) client.Poll(std::chrono::milliseconds(10));
+    const double cpu_us = 1e6 * static_cast<double>(std::clock() - cpu_before) / CLOCKS_PER_SEC;
+    state.SetItemsProcessed(state.iterations());
+    state.counters["process_us_per_call"] = cpu_us / static_cast<double>(state.iterations());
+    state.counters["retried"] = static_cast<double>(client.counters().requests_retried);
+    state.counters["chunks_resent"] = static_cast<double>(client.counters().chunks_resent);
+  } catch (const BusError& error) {
+    state.SkipWithError(error.what());
+  }
+}
+BENCHMARK(Calls)->Args({200, 1})->Args({200, 16})->Args({1000, 16})->UseRealTime();
+BENCHMARK(Calls)->Args({3000, 1})->Args({300'000, 1})->Args({300'000, 4})->UseRealTime();
+
+}  // namespace
+}  // namespace legopt::bus
+
+BENCHMARK_MAIN();

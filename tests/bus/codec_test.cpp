@@ -1,0 +1,240 @@
+// Encode and Decode of every message: what is legal survives, what is not is refused, and nothing throws or
+// over-allocates.
+#include "bus/codec.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+
+#include "tests/bus/sample_messages.h"
+
+namespace legopt::bus {
+namespace {
+
+// The bytes of a message as the generated encoder writes them, unchecked.
+template <class Message>
+std::string RawEncode(const Message& message) {
+  std::string bytes(static_cast<std::size_t>(message.getEncodedSize()), '\0');
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+template <class Message>
+class EveryMessage : public testing::Test {};
+
+using Messages = testing::Types<
+    legopt_msg::frame, legopt_msg::chunk, legopt_msg::chunk_ack, legopt_msg::probe_request, legopt_msg::probe_reply,
+    legopt_msg::dataset_ref, legopt_msg::hello_request, legopt_msg::hello_reply, legopt_msg::lease_request,
+    legopt_msg::lease, legopt_msg::lease_reply, legopt_msg::method_request, legopt_msg::method_reply,
+    legopt_msg::lease_state, legopt_msg::heartbeat_request, legopt_msg::heartbeat_reply, legopt_msg::result_request,
+    legopt_msg::result_reply, legopt_msg::submit_request, legopt_msg::submit_reply, legopt_msg::status_request,
+    legopt_msg::status_reply, legopt_msg::query_request, legopt_msg::query_reply, legopt_msg::cancel_request,
+    legopt_msg::cancel_reply, legopt_msg::shutdown_request, legopt_msg::shutdown_reply>;
+
+struct MessageNames {
+  template <class Message>
+  static std::string GetName(int /*index*/) {
+    return Message::getTypeName();
+  }
+};
+TYPED_TEST_SUITE(EveryMessage, Messages, MessageNames);
+
+TYPED_TEST(EveryMessage, RoundTrip) {
+  const TypeParam sample = Sample<TypeParam>();
+  EXPECT_EQ(Validate(sample), "");
+  const std::string bytes = Encode(sample);
+  EXPECT_EQ(bytes, RawEncode(sample));
+  std::string why;
+  const auto decoded = Decode<TypeParam>(bytes, &why);
+  ASSERT_TRUE(decoded.has_value()) << why;
+  EXPECT_EQ(Encode(*decoded), bytes);
+}
+
+TYPED_TEST(EveryMessage, TruncatedAtEveryLengthIsRefused) {
+  const std::string bytes = Encode(Sample<TypeParam>());
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    EXPECT_FALSE(Decode<TypeParam>(bytes.substr(0, length)).has_value()) << length;
+  }
+}
+
+TYPED_TEST(EveryMessage, ATrailingByteIsRefused) {
+  std::string why;
+  EXPECT_FALSE(Decode<TypeParam>(Encode(Sample<TypeParam>()) + '\0', &why).has_value());
+  EXPECT_NE(why.find(TypeParam::getTypeName()), std::string::npos) << why;
+}
+
+TYPED_TEST(EveryMessage, AnotherFingerprintIsRefused) {
+  std::string bytes = Encode(Sample<TypeParam>());
+  bytes[0] = static_cast<char>(bytes[0] ^ 1);
+  EXPECT_FALSE(Decode<TypeParam>(bytes).has_value());
+}
+
+// Every four bytes in turn become a length that is negative, enormous, or just wrong.
+TYPED_TEST(EveryMessage, HostileLengthsAreRefusedOrHarmless) {
+  const std::string bytes = Encode(Sample<TypeParam>());
+  for (std::size_t at = 8; at + 4 <= bytes.size(); ++at) {
+    for (const std::uint32_t length : {0xFFFFFFFFU, 0x80000000U, 0x7FFFFFFFU, 0x40000000U, 0U}) {
+      std::string changed = bytes;
+      for (std::size_t i = 0; i < 4; ++i) changed[at + i] = static_cast<char>(length >> (24 - 8 * i));
+      const auto decoded = Decode<TypeParam>(changed);
+      if (decoded) {
+        EXPECT_EQ(Validate(*decoded), "");
+      }
+    }
+  }
+}
+
+TYPED_TEST(EveryMessage, RandomChangesNeverYieldAnIllegalMessage) {
+  const std::string bytes = Encode(Sample<TypeParam>());
+  std::mt19937_64 random(1);
+  constexpr int kTries = 3000;
+  for (int i = 0; i < kTries; ++i) {
+    std::string changed = bytes;
+    for (std::uint64_t n = 1 + random() % 4; n > 0; --n) {
+      changed[8 + random() % (changed.size() - 8)] = static_cast<char>(random());
+    }
+    if (random() % 8 == 0) changed.resize(random() % (changed.size() + 1));
+    const auto decoded = Decode<TypeParam>(changed);
+    if (decoded) {
+      EXPECT_EQ(Validate(*decoded), "");
+      EXPECT_EQ(RawEncode(*decoded).size(), changed.size());
+    }
+  }
+}
+
+template <class Message>
+std::string WhyRefused(const Message& message) {
+  std::string why;
+  EXPECT_FALSE(Decode<Message>(RawEncode(message), &why).has_value());
+  return why;
+}
+
+TEST(Result, FiguresMayBeNanButNotInfinite) {
+  using Figure = double legopt_msg::result_request::*;
+  using M = legopt_msg::result_request;
+  for (const Figure figure :
+       {&M::solver_cost, &M::solver_violation, &M::cost, &M::foot_violation, &M::com_violation_m, &M::limit_violation,
+        &M::environment_depth_m, &M::self_depth_literal_m, &M::self_depth_strict_m}) {
+    M message = Sample<M>();
+    message.*figure = std::nan("");
+    EXPECT_TRUE(Decode<M>(RawEncode(message)).has_value());
+    message.*figure = std::numeric_limits<double>::infinity();
+    EXPECT_NE(WhyRefused(message), "");
+    const auto prepared = Decode<M>(Encode(message));
+    ASSERT_TRUE(prepared.has_value());
+    EXPECT_TRUE(std::isnan((*prepared).*figure));
+  }
+}
+
+TEST(Result, WaypointsMustBeFinite) {
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    auto message = Sample<legopt_msg::result_request>();
+    message.waypoints[3] = bad;
+    EXPECT_NE(WhyRefused(message).find("waypoints"), std::string::npos);
+    // A sender leaves them out and says so.
+    const auto prepared = Decode<legopt_msg::result_request>(Encode(message));
+    ASSERT_TRUE(prepared.has_value());
+    EXPECT_EQ(prepared->num_waypoints, 0);
+    EXPECT_TRUE(prepared->waypoints.empty());
+    EXPECT_NE(prepared->verdict_detail.find("not finite"), std::string::npos);
+  }
+}
+
+TEST(Result, CountsMustAgree) {
+  auto message = Sample<legopt_msg::result_request>();
+  message.num_waypoints = 3;
+  EXPECT_NE(WhyRefused(message).find("num_values"), std::string::npos);
+  EXPECT_THROW(Encode(message), BusError);
+}
+
+TEST(Result, TextsForHumansNeverPreventDelivery) {
+  auto message = Sample<legopt_msg::result_request>();
+  message.message = std::string(10'000, 'x');
+  message.log_tail = std::string(100'000, 'a') + "\xFF\xFE" + std::string("\0", 1) + "the end";
+  const auto decoded = Decode<legopt_msg::result_request>(Encode(message));
+  ASSERT_TRUE(decoded.has_value());
+  EXPECT_EQ(decoded->message.size(), 4096U);
+  EXPECT_TRUE(decoded->log_tail.ends_with("a???the end"));
+}
+
+TEST(Ranges, AreEnforced) {
+  auto lease = Sample<legopt_msg::lease>();
+  lease.task = "dance";
+  EXPECT_NE(WhyRefused(lease).find("task: dance"), std::string::npos);
+  lease = Sample<legopt_msg::lease>();
+  lease.method_hash[5] = 'X';
+  EXPECT_NE(WhyRefused(lease).find("method_hash"), std::string::npos);
+  lease = Sample<legopt_msg::lease>();
+  lease.token = 0;
+  EXPECT_NE(WhyRefused(lease).find("token"), std::string::npos);
+
+  auto leases = Sample<legopt_msg::lease_reply>();
+  leases.jobs[1].attempt = 0;
+  EXPECT_NE(WhyRefused(leases).find("jobs[1].attempt: 0"), std::string::npos);
+  leases = Sample<legopt_msg::lease_reply>();
+  leases.status = 1;
+  EXPECT_NE(WhyRefused(leases).find("num_jobs"), std::string::npos);
+
+  auto beat = Sample<legopt_msg::heartbeat_reply>();
+  beat.verdicts[0] = 3;
+  EXPECT_NE(WhyRefused(beat).find("verdicts"), std::string::npos);
+
+  auto hello = Sample<legopt_msg::hello_request>();
+  hello.slots = 0;
+  EXPECT_NE(WhyRefused(hello).find("slots"), std::string::npos);
+  hello = Sample<legopt_msg::hello_request>();
+  hello.worker_name = "\xC0\x80";  // overlong NUL
+  EXPECT_NE(WhyRefused(hello).find("worker_name"), std::string::npos);
+
+  auto query = Sample<legopt_msg::query_request>();
+  std::string bytes = Encode(query);
+  bytes[bytes.find(' ')] = '\0';
+  std::string why;
+  EXPECT_FALSE(Decode<legopt_msg::query_request>(bytes, &why).has_value());
+  EXPECT_NE(why.find("sql"), std::string::npos) << why;
+  query.sql[1] = '\0';
+  EXPECT_THROW(Encode(query), BusError);
+}
+
+TEST(Encode, TakesCountsFromTheArrays) {
+  auto message = Sample<legopt_msg::heartbeat_request>();
+  message.num_leases = 99;
+  const auto decoded = Decode<legopt_msg::heartbeat_request>(Encode(message));
+  ASSERT_TRUE(decoded.has_value());
+  EXPECT_EQ(decoded->num_leases, 2);
+}
+
+TEST(Encode, RefusesAnIllegalMessageByName) {
+  auto message = Sample<legopt_msg::cancel_request>();
+  message.experiment_id = 0;
+  try {
+    Encode(message);
+    FAIL();
+  } catch (const BusError& error) {
+    EXPECT_EQ(error.code(), BusErrorCode::kInvalidMessage);
+    EXPECT_STREQ(error.what(), "cancel_request: experiment_id: 0: must be at least 1");
+  }
+}
+
+TEST(Decode, AHugeCountInASmallMessageCostsNothing) {
+  // num_leases follows worker_id and server_instance.
+  std::string bytes = Encode(Sample<legopt_msg::heartbeat_request>());
+  constexpr std::size_t kCount = 8 + 8 + 8;
+  bytes[kCount] = 0x7F;
+  EXPECT_FALSE(Decode<legopt_msg::heartbeat_request>(bytes).has_value());
+}
+
+TEST(Text, Utf8IsRecognised) {
+  EXPECT_TRUE(IsText("plain \xC3\xA9 \xE2\x82\xAC \xF0\x9F\xA6\xBF"));
+  for (const char* bad : {"\x80", "\xC3", "\xC1\xBF", "\xE0\x80\x80", "\xED\xA0\x80", "\xF5\x80\x80\x80", "\xFF"}) {
+    EXPECT_FALSE(IsText(bad));
+    EXPECT_TRUE(IsText(CleanText(bad, 100)));
+  }
+  EXPECT_EQ(CleanText("ab\xE2\x82\xAC", 4), "ab");  // whole characters only
+}
+
+}  // namespace
+}  // namespace legopt::bus

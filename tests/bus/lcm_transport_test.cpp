@@ -1,0 +1,263 @@
+// What only the real transport can show: start-up errors with their codes, the socket filter, what the kernel grants.
+#include "bus/lcm_transport.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <thread>
+
+#include "bus/bus_error.h"
+#include "bus/endpoint.h"
+#include "tests/bus/test_bed.h"
+
+namespace legopt::bus {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr const char* kGroup = "239.255.76.67";
+constexpr EndpointId kClient = 1000;
+
+std::optional<BusErrorCode> CodeOf(const LcmOptions& options, std::string* message = nullptr) {
+  try {
+    LcmTransport transport(options);
+  } catch (const BusError& error) {
+    if (message != nullptr) *message = error.what();
+    return error.code();
+  }
+  return std::nullopt;
+}
+
+// Runs `body` on a thread of its own, which may change its network namespace without harm to other tests.
+template <class Body>
+void OnThread(Body body) {
+  std::thread(body).join();
+}
+
+struct Host {
+  LcmTransport transport;
+  Endpoint endpoint;
+  Host(const LcmOptions& options, EndpointId id) : transport(options), endpoint(transport, id, RandomSeed()) {}
+};
+
+bool RunUntil(std::vector<Endpoint*> endpoints, const std::function<bool()>& done) {
+  const auto end = std::chrono::steady_clock::now() + seconds(20);
+  while (!done() && std::chrono::steady_clock::now() < end) {
+    for (Endpoint* endpoint : endpoints) endpoint->Poll(milliseconds(1));
+  }
+  return done();
+}
+
+bool EchoWorks(const LcmOptions& options) {
+  Host server(options, kServer);
+  Host client(options, kClient);
+  server.endpoint.Serve(MessageType::kProbe,
+                        [](Request&& request, Responder responder) { responder.Reply(request.body); });
+  std::string answer;
+  client.endpoint.Call(kServer, MessageType::kProbe, "ping", {}, [&](CallResult&& r) { answer = r.body; });
+  return RunUntil({&server.endpoint, &client.endpoint}, [&] { return answer == "ping"; });
+}
+
+LcmOptions FreshOptions() {
+  LcmOptions options;
+  options.port = FindFreePortPair(RandomSeed());
+  return options;
+}
+
+class Udp : public testing::Test {
+ protected:
+  void SetUp() override {
+    const MulticastRoute route = ProbeMulticastRoute(kGroup);
+    if (!route.usable && !EnterPrivateNetwork(true)) GTEST_SKIP() << "NOT TESTED: " << route.problem;
+  }
+};
+
+TEST(LcmStartUp, WithoutMulticastRouteTheErrorNamesTheFix) {
+  bool entered = false;
+  std::string message;
+  std::optional<BusErrorCode> code;
+  MulticastRoute route;
+  OnThread([&] {
+    entered = EnterPrivateNetwork(false);
+    if (!entered) return;
+    LcmOptions options;
+    options.port = 23456;
+    code = CodeOf(options, &message);
+    route = ProbeMulticastRoute(kGroup);
+  });
+  if (!entered) GTEST_SKIP() << "NOT TESTED: needs root for a network namespace without routes";
+  EXPECT_EQ(code, BusErrorCode::kNoMulticastRoute) << message;
+  EXPECT_NE(message.find("ip link set lo up && ip route add 239.255.76.67/32 dev lo"), std::string::npos) << message;
+  EXPECT_FALSE(route.usable);
+  EXPECT_EQ(route.problem, message);
+}
+
+TEST(LcmStartUp, TheFixThatTheErrorNamesIsEnough) {
+  bool entered = false;
+  bool works = false;
+  OnThread([&] {
+    entered = EnterPrivateNetwork(true);
+    if (entered) works = EchoWorks(FreshOptions());
+  });
+  if (!entered) GTEST_SKIP() << "NOT TESTED: needs root for a network namespace";
+  EXPECT_TRUE(works);
+}
+
+TEST_F(Udp, APortHeldByAnotherProgramIsUnusable) {
+  for (const int offset : {0, 1}) {
+    const LcmOptions options = FreshOptions();
+    const int holder = ::socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(options.port + offset));
+    ASSERT_EQ(::bind(holder, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+    std::string message;
+    EXPECT_EQ(CodeOf(options, &message), BusErrorCode::kPortUnusable);
+    EXPECT_NE(message.find(std::to_string(options.port + offset)), std::string::npos) << message;
+    ::close(holder);
+    EXPECT_EQ(CodeOf(options), std::nullopt);
+  }
+}
+
+TEST(LcmOptionsTest, BadValuesAreNamed) {
+  const auto fault = [](auto change) {
+    LcmOptions options;
+    change(options);
+    std::string message;
+    EXPECT_EQ(CodeOf(options, &message), BusErrorCode::kInvalidOption);
+    return message;
+  };
+  EXPECT_NE(fault([](LcmOptions& o) { o.group = "10.0.0.1"; }).find("group: \"10.0.0.1\""), std::string::npos);
+  EXPECT_NE(fault([](LcmOptions& o) { o.group = "nonsense"; }).find("group"), std::string::npos);
+  EXPECT_NE(fault([](LcmOptions& o) { o.port = 65535; }).find("port: 65535"), std::string::npos);
+  EXPECT_NE(fault([](LcmOptions& o) { o.port = 80; }).find("port"), std::string::npos);
+  EXPECT_NE(fault([](LcmOptions& o) { o.ttl = 256; }).find("ttl"), std::string::npos);
+  EXPECT_NE(fault([](LcmOptions& o) { o.deployment = -1; }).find("deployment"), std::string::npos);
+}
+
+TEST(LcmOptionsTest, EnvironmentOverridesDefaults) {
+  ::setenv("LEGOPT_PORT", "8123", 1);
+  ::setenv("LEGOPT_GROUP", "239.1.2.3", 1);
+  EXPECT_EQ(LcmOptions::FromEnvironment().port, 8123);
+  EXPECT_EQ(LcmOptions::FromEnvironment().group, "239.1.2.3");
+  ::setenv("LEGOPT_PORT", "many", 1);
+  EXPECT_THROW(LcmOptions::FromEnvironment(), BusError);
+  ::unsetenv("LEGOPT_PORT");
+  ::unsetenv("LEGOPT_GROUP");
+}
+
+TEST_F(Udp, EqualAddressesMeanOneDeployment) {
+  const LcmOptions options = FreshOptions();
+  LcmOptions other = options;
+  other.port = FindFreePortPair(RandomSeed());
+  const LcmTransport first(options);
+  const LcmTransport second(options);
+  const LcmTransport third(other);
+  EXPECT_GT(first.deployment(), 0);
+  EXPECT_EQ(first.deployment(), second.deployment());
+  EXPECT_NE(first.deployment(), third.deployment());
+}
+
+TEST_F(Udp, TheReceiveBufferIsReadBack) {
+  LcmOptions options = FreshOptions();
+  options.receive_buffer_bytes = 100'000;
+  const LcmTransport modest(options);
+  EXPECT_GE(modest.granted_receive_buffer_bytes(), 2 * options.receive_buffer_bytes);
+  EXPECT_EQ(modest.receive_buffer_warning(), "");
+}
+
+TEST_F(Udp, ADatagramAboveTheLimitIsABrokenInvariant) {
+  LcmTransport transport(FreshOptions());
+  const std::vector<std::uint8_t> large(kMaxDatagramBytes + 1);
+  EXPECT_DEATH(transport.Send(Port::kControl, large), "1201 bytes");
+}
+
+TEST_F(Udp, TheSocketFilterKeepsTheTrafficOfOthersAway) {
+  const LcmOptions options = FreshOptions();
+  Host server(options, kServer);
+  Host client(options, kClient);
+  Host bystander(options, kClient + 1);
+  if (!bystander.transport.socket_filter_attached()) GTEST_SKIP() << "NOT TESTED: no socket filters here";
+  server.endpoint.Serve(MessageType::kProbe,
+                        [](Request&& request, Responder responder) { responder.Reply(request.body); });
+  int answers = 0;
+  constexpr int kCalls = 50;
+  const std::vector<Endpoint*> all = {&server.endpoint, &client.endpoint, &bystander.endpoint};
+  for (int i = 0; i < kCalls; ++i) {
+    client.endpoint.Call(kServer, MessageType::kProbe, "ping", {}, [&](CallResult&&) { ++answers; });
+    ASSERT_TRUE(RunUntil(all, [&] { return answers == i + 1; }));
+  }
+  EXPECT_EQ(bystander.endpoint.counters().datagrams_received, 0U);
+  EXPECT_GE(bystander.endpoint.counters().kernel_filtered, 2U * kCalls);
+}
+
+// Long-form packets, other channels and plain rubbish on the live ports (reliability note, 1.3 and figure 14).
+TEST_F(Udp, PacketsThatLcmMustNotSeeAreKeptAway) {
+  const LcmOptions options = FreshOptions();
+  Host server(options, kServer);
+  if (!server.transport.socket_filter_attached()) GTEST_SKIP() << "NOT TESTED: no socket filters here";
+  const int fd = ::socket(AF_INET, SOCK_DGRAM, 0);
+  const unsigned char ttl = 0;
+  ::setsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof(ttl));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(options.port));
+  ::inet_pton(AF_INET, kGroup, &address.sin_addr);
+  const auto send = [&](const std::string& packet) {
+    ::sendto(fd, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
+  };
+  // A fragment whose offset wraps around: it crashes an unprotected receiver.
+  const std::string wrapping("LC03\0\0\0\1\0\0\0\x10\xFF\xFF\xFF\xF8\0\1\0\2AAAAAAAAAAAAAAAAAAAAAAAA", 44);
+  send(wrapping);
+  for (int i = 0; i < 100; ++i)
+    send(std::string("LC02\0\0\0\0", 8) + "channel" + std::to_string(i) + std::string(50, '\0'));
+  send("x");
+  constexpr std::uint64_t kPackets = 102;
+  EXPECT_TRUE(RunUntil({&server.endpoint}, [&] { return server.endpoint.counters().kernel_filtered >= kPackets; }));
+  EXPECT_EQ(server.endpoint.counters().datagrams_received, 0U);
+  ::close(fd);
+  EXPECT_TRUE(EchoWorks(options));
+}
+
+TEST_F(Udp, ExtraDescriptorsWakeThePoll) {
+  Host host(FreshOptions(), kServer);
+  int pipe_fds[2];
+  ASSERT_EQ(::pipe(pipe_fds), 0);
+  ASSERT_EQ(::write(pipe_fds[1], "x", 1), 1);
+  pollfd extra{pipe_fds[0], POLLIN, 0};
+  host.endpoint.PollWith({&extra, 1}, seconds(30));
+  EXPECT_EQ(extra.revents, POLLIN);
+  char byte = 0;
+  ASSERT_EQ(::read(pipe_fds[0], &byte, 1), 1);
+  host.endpoint.PollWith({&extra, 1}, milliseconds(0));
+  EXPECT_EQ(extra.revents, 0);
+  ::close(pipe_fds[0]);
+  ::close(pipe_fds[1]);
+}
+
+TEST_F(Udp, NoDescriptorIsInheritedByPrograms) {
+  const LcmTransport transport(FreshOptions());
+  // The shell sees what it inherited; sockets would show as socket:[...].
+  EXPECT_NE(std::system("ls -l /proc/self/fd | grep -q socket:"), 0);
+}
+
+TEST_F(Udp, ManyTransportsComeAndGo) {
+  const auto descriptors = [] { return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {}); };
+  const LcmOptions options = FreshOptions();
+  { const LcmTransport warm_up(options); }
+  const auto before = descriptors();
+  constexpr int kTimes = 5;
+  for (int i = 0; i < kTimes; ++i) const LcmTransport transport(options);
+  EXPECT_EQ(descriptors(), before);
+}
+
+}  // namespace
+}  // namespace legopt::bus

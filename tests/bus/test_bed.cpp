@@ -1,0 +1,195 @@
+#include "tests/bus/test_bed.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sched.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <list>
+#include <stdexcept>
+
+#include "bus/lcm_transport.h"
+#include "bus/simulated_network.h"
+
+namespace legopt::bus {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr const char* kGroup = "239.255.76.67";
+
+template <class TransportType>
+struct Party {
+  std::unique_ptr<TransportType> transport;
+  std::unique_ptr<Endpoint> endpoint;
+};
+
+class SimulatedBed final : public TestBed {
+ public:
+  SimulatedBed() : network_(1) {
+    network_.SetTap([this](Port port, std::span<const std::uint8_t> bytes) {
+      recorded_.emplace_back(port, Datagram(bytes.begin(), bytes.end()));
+    });
+  }
+
+  Endpoint& Add(EndpointId id, const EndpointOptions& options, std::int64_t deployment) override {
+    Party<SimulatedTransport> party;
+    party.transport = std::make_unique<SimulatedTransport>(network_, deployment);
+    party.endpoint = std::make_unique<Endpoint>(*party.transport, id, ++seed_, options);
+    parties_.push_back(std::move(party));
+    return *parties_.back().endpoint;
+  }
+
+  void Remove(Endpoint& endpoint) override {
+    std::erase_if(parties_, [&](const auto& party) { return party.endpoint.get() == &endpoint; });
+  }
+
+  bool RunUntil(const std::function<bool()>& done, microseconds limit) override {
+    std::vector<Endpoint*> endpoints;
+    for (const auto& party : parties_) endpoints.push_back(party.endpoint.get());
+    return network_.Run(endpoints, done, limit);
+  }
+
+  void Inject(Port port, std::span<const std::uint8_t> datagram) override { network_.Inject(port, datagram); }
+  const std::vector<std::pair<Port, Datagram>>& recorded() override { return recorded_; }
+
+ private:
+  SimulatedNetwork network_;
+  std::vector<std::pair<Port, Datagram>> recorded_;
+  std::list<Party<SimulatedTransport>> parties_;  // not a vector: moving would part endpoint and transport
+  std::uint64_t seed_ = 0;
+};
+
+const sockaddr* Generic(const sockaddr_in& address) { return reinterpret_cast<const sockaddr*>(&address); }
+
+// A plain UDP listener and sender beside LCM on one port.
+class Wire {
+ public:
+  explicit Wire(int port) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+    const int on = 1;
+    const int buffer = 8 << 20;
+    const unsigned char ttl = 0;
+    address_.sin_family = AF_INET;
+    address_.sin_port = htons(static_cast<std::uint16_t>(port));
+    ::inet_pton(AF_INET, kGroup, &address_.sin_addr);
+    ip_mreq membership{};
+    membership.imr_multiaddr = address_.sin_addr;
+    ::setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &buffer, sizeof(buffer));
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &buffer, sizeof(buffer));
+    ::setsockopt(fd_, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof(ttl));
+    if (::bind(fd_, Generic(address_), sizeof(address_)) != 0 ||
+        ::setsockopt(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof(membership)) != 0) {
+      throw std::runtime_error("test wire: cannot join");
+    }
+  }
+  ~Wire() { ::close(fd_); }
+  Wire(const Wire&) = delete;
+  Wire& operator=(const Wire&) = delete;
+
+  void Send(std::span<const std::uint8_t> bytes) {
+    ::sendto(fd_, bytes.data(), bytes.size(), 0, Generic(address_), sizeof(address_));
+  }
+  // Calls `sink` with each packet waiting.
+  template <class Sink>
+  void Drain(Sink sink) {
+    std::array<std::uint8_t, 65536> buffer{};
+    for (ssize_t size = 0; (size = ::recv(fd_, buffer.data(), buffer.size(), 0)) >= 0;) {
+      sink(std::span<const std::uint8_t>(buffer.data(), static_cast<std::size_t>(size)));
+    }
+  }
+
+ private:
+  int fd_;
+  sockaddr_in address_{};
+};
+
+class UdpBed final : public TestBed {
+ public:
+  UdpBed() : port_(FindFreePortPair(RandomSeed())), control_(port_), bulk_(port_ + 1) {}
+
+  Endpoint& Add(EndpointId id, const EndpointOptions& options, std::int64_t deployment) override {
+    LcmOptions lcm;
+    lcm.group = kGroup;
+    lcm.port = port_;
+    lcm.ttl = 0;
+    lcm.deployment = deployment;
+    Party<LcmTransport> party;
+    party.transport = std::make_unique<LcmTransport>(lcm);
+    party.endpoint = std::make_unique<Endpoint>(*party.transport, id, RandomSeed(), options);
+    parties_.push_back(std::move(party));
+    return *parties_.back().endpoint;
+  }
+
+  void Remove(Endpoint& endpoint) override {
+    std::erase_if(parties_, [&](const auto& party) { return party.endpoint.get() == &endpoint; });
+  }
+
+  bool RunUntil(const std::function<bool()>& done, microseconds limit) override {
+    const auto end = std::chrono::steady_clock::now() + limit;
+    while (!done()) {
+      if (std::chrono::steady_clock::now() >= end) return false;
+      // One thread serves all: the first party waits a little, so that an idle bed does not spin.
+      microseconds wait = milliseconds(1);
+      for (const auto& party : parties_) {
+        party.endpoint->Poll(wait);
+        wait = microseconds(0);
+      }
+      Record();
+    }
+    return true;
+  }
+
+  void Inject(Port port, std::span<const std::uint8_t> datagram) override {
+    Datagram packet = {'L', 'C', '0', '2', 0, 0, 0, 0, 'L', 'E', 'G', 'O', 'P', 'T', 0};
+    packet.insert(packet.end(), datagram.begin(), datagram.end());
+    (port == Port::kControl ? control_ : bulk_).Send(packet);
+  }
+
+  const std::vector<std::pair<Port, Datagram>>& recorded() override {
+    Record();
+    return recorded_;
+  }
+
+ private:
+  void Record() {
+    for (const Port port : {Port::kControl, Port::kBulk}) {
+      (port == Port::kControl ? control_ : bulk_).Drain([&](std::span<const std::uint8_t> packet) {
+        constexpr std::size_t kLcmBytes = 15;
+        // LCM's self-tests pass by here too.
+        if (packet.size() < kLcmBytes || packet[8] != 'L' || packet[9] != 'E') return;
+        recorded_.emplace_back(port, Datagram(packet.begin() + kLcmBytes, packet.end()));
+      });
+    }
+  }
+
+  int port_;
+  Wire control_;
+  Wire bulk_;
+  std::vector<std::pair<Port, Datagram>> recorded_;
+  std::list<Party<LcmTransport>> parties_;  // not a vector: moving would part endpoint and transport
+};
+
+}  // namespace
+
+bool EnterPrivateNetwork(bool route) {
+  if (::geteuid() != 0 || ::unshare(CLONE_NEWNET) != 0) return false;
+  if (!route) return true;
+  return std::system("ip link set lo up && ip route add 239.255.76.67/32 dev lo") == 0;
+}
+
+std::unique_ptr<TestBed> MakeTestBed(BedKind kind, std::string* why) {
+  if (kind == BedKind::kSimulated) return std::make_unique<SimulatedBed>();
+  const MulticastRoute route = ProbeMulticastRoute(kGroup);
+  if (!route.usable && !EnterPrivateNetwork(true)) {
+    *why = "NOT TESTED over real multicast: " + route.problem;
+    return nullptr;
+  }
+  return std::make_unique<UdpBed>();
+}
+
+}  // namespace legopt::bus

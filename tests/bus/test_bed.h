@@ -1,0 +1,44 @@
+// One interface over both networks, so that the conformance suite runs on each: parties, waiting, recording, injecting.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bus/endpoint.h"
+#include "bus/transport.h"
+
+namespace legopt::bus {
+
+using Datagram = std::vector<std::uint8_t>;
+
+class TestBed {
+ public:
+  virtual ~TestBed() = default;
+
+  // A party with its own transport. Lives until Remove or the end of the bed.
+  virtual Endpoint& Add(EndpointId id, const EndpointOptions& options = {}, std::int64_t deployment = kDeployment) = 0;
+  virtual void Remove(Endpoint& endpoint) = 0;
+  // Polls all parties until `done`, or until `limit` of the bed's time has passed (then false).
+  virtual bool RunUntil(const std::function<bool()>& done, microseconds limit = std::chrono::seconds(30)) = 0;
+  // Puts a datagram on the wire from outside.
+  virtual void Inject(Port port, std::span<const std::uint8_t> datagram) = 0;
+  // Everything sent since the bed was made, injections included.
+  virtual const std::vector<std::pair<Port, Datagram>>& recorded() = 0;
+
+  static constexpr std::int64_t kDeployment = 4711;
+};
+
+enum class BedKind { kSimulated, kUdp };
+
+// Empty, with `why`, when real multicast cannot be had here.
+std::unique_ptr<TestBed> MakeTestBed(BedKind kind, std::string* why);
+
+// Moves the calling thread into a network namespace of its own (root only); with `route`, loopback is up and carries
+// multicast. False when that is not permitted.
+bool EnterPrivateNetwork(bool route);
+
+}  // namespace legopt::bus
