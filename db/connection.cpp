@@ -1,0 +1,270 @@
+#include "db/connection.h"
+
+#include <sqlite3.h>
+
+#include <cctype>
+#include <cmath>
+#include <utility>
+
+namespace legopt::db {
+namespace {
+
+constexpr std::chrono::milliseconds kBusyTimeout{5'000};
+
+struct Meaning {
+  StoreErrorCode code;
+  const char* advice;
+};
+
+// What the primary result code asks of us. Extended codes share its low byte.
+Meaning MeaningOf(int code) {
+  constexpr int kPrimaryMask = 0xff;
+  switch (code & kPrimaryMask) {
+    case SQLITE_FULL:
+      return {StoreErrorCode::kFull, "free space on the disk"};
+    case SQLITE_IOERR:
+    case SQLITE_NOLFS:
+    case SQLITE_NOMEM:
+    case SQLITE_PROTOCOL:
+      return {StoreErrorCode::kIo, "check the disk and its kernel messages"};
+    case SQLITE_CORRUPT:
+      return {StoreErrorCode::kCorrupt, "restore a backup"};
+    case SQLITE_NOTADB:
+      return {StoreErrorCode::kNotLegopt, "this is not a SQLite file; choose another file"};
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return {StoreErrorCode::kBusy, "another program holds a lock on the file; close it"};
+    case SQLITE_READONLY:
+    case SQLITE_CANTOPEN:
+    case SQLITE_PERM:
+      return {StoreErrorCode::kUnwritable, "check the path, that its folder exists, and the permissions"};
+    case SQLITE_AUTH:
+      return {StoreErrorCode::kBadQuery, "the database is read-only here: only SELECT is allowed"};
+    case SQLITE_INTERRUPT:
+      return {StoreErrorCode::kInterrupted, "ask for less or allow more time"};
+    case SQLITE_CONSTRAINT:
+    case SQLITE_MISMATCH:
+      return {StoreErrorCode::kConstraint, "this is a defect of legopt; please report it"};
+    default:
+      return {StoreErrorCode::kBadQuery, "check the SQL"};
+  }
+}
+
+int FlagsOf(Connection::Mode mode) {
+  constexpr int kCommon = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE | SQLITE_OPEN_EXRESCODE | SQLITE_OPEN_URI;
+  if (mode == Connection::Mode::kReadWriteCreate) return kCommon | SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  return kCommon | SQLITE_OPEN_READONLY;
+}
+
+// As a URI, so that no character of the path means anything.
+std::string UriOf(const std::filesystem::path& path, Connection::Mode mode) {
+  constexpr char kHex[] = "0123456789ABCDEF";
+  std::string uri = "file:";
+  for (const char c : std::filesystem::absolute(path).string()) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) != 0 || c == '/' || c == '.' || c == '-' || c == '_') {
+      uri += c;
+    } else {
+      uri += {'%', kHex[byte >> 4U], kHex[byte & 0xfU]};
+    }
+  }
+  return mode == Connection::Mode::kImmutable ? uri + "?immutable=1" : uri;
+}
+
+}  // namespace
+
+// --- Statement -------------------------------------------------------------------------------------------------------
+
+Statement::Statement(Connection& connection, std::string_view sql, bool persistent) : handle_(connection.handle()) {
+  const unsigned flags = persistent ? SQLITE_PREPARE_PERSISTENT : 0;
+  Check(sqlite3_prepare_v3(handle_, sql.data(), static_cast<int>(sql.size()), flags, &statement_, nullptr), SQLITE_OK);
+  if (statement_ == nullptr) throw StoreError(StoreErrorCode::kBadQuery, "empty SQL statement");
+}
+
+Statement::~Statement() { sqlite3_finalize(statement_); }
+
+Statement::Statement(Statement&& other) noexcept
+    : handle_(other.handle_), statement_(std::exchange(other.statement_, nullptr)) {}
+
+Statement& Statement::operator=(Statement&& other) noexcept {
+  std::swap(handle_, other.handle_);
+  std::swap(statement_, other.statement_);
+  return *this;
+}
+
+void Statement::Check(int code, int expected) {
+  if (code != expected) Connection::Throw(handle_, code, "run SQL");
+}
+
+Statement& Statement::Bind(int parameter, std::int64_t value) {
+  Check(sqlite3_bind_int64(statement_, parameter, value), SQLITE_OK);
+  return *this;
+}
+
+Statement& Statement::Bind(int parameter, double value) {
+  if (!std::isfinite(value)) return BindNull(parameter);
+  Check(sqlite3_bind_double(statement_, parameter, value), SQLITE_OK);
+  return *this;
+}
+
+Statement& Statement::Bind(int parameter, std::string_view text) {
+  // An empty view may have a null pointer, which SQLite would read as NULL.
+  const char* data = text.empty() ? "" : text.data();
+  Check(sqlite3_bind_text64(statement_, parameter, data, text.size(), SQLITE_TRANSIENT, SQLITE_UTF8), SQLITE_OK);
+  return *this;
+}
+
+Statement& Statement::Bind(int parameter, std::optional<std::int64_t> value) {
+  return value ? Bind(parameter, *value) : BindNull(parameter);
+}
+
+Statement& Statement::BindNull(int parameter) {
+  Check(sqlite3_bind_null(statement_, parameter), SQLITE_OK);
+  return *this;
+}
+
+Statement& Statement::BindBlob(int parameter, const void* data, std::size_t size) {
+  const void* bytes = size == 0 ? "" : data;
+  Check(sqlite3_bind_blob64(statement_, parameter, bytes, size, SQLITE_TRANSIENT), SQLITE_OK);
+  return *this;
+}
+
+bool Statement::Step() {
+  const int code = sqlite3_step(statement_);
+  if (code == SQLITE_ROW) return true;
+  if (code == SQLITE_DONE) return false;
+  // Reset first, so that the statement can be used again; the message must be read before.
+  const std::string message = sqlite3_errmsg(handle_);
+  Reset();
+  const Meaning meaning = MeaningOf(code);
+  const char* file = sqlite3_db_filename(handle_, "main");
+  throw StoreError(meaning.code, std::string(file == nullptr ? "" : file) + ": " + message + "; " + meaning.advice);
+}
+
+void Statement::Reset() {
+  sqlite3_reset(statement_);
+  sqlite3_clear_bindings(statement_);
+}
+
+void Statement::RunBound() {
+  while (Step()) {
+  }
+  Reset();
+}
+
+int Statement::num_columns() const { return sqlite3_column_count(statement_); }
+
+std::string Statement::column_name(int column) const {
+  const char* name = sqlite3_column_name(statement_, column);
+  return name == nullptr ? "" : name;
+}
+
+Statement::Type Statement::column_type(int column) const {
+  switch (sqlite3_column_type(statement_, column)) {
+    case SQLITE_INTEGER:
+      return Type::kInteger;
+    case SQLITE_FLOAT:
+      return Type::kReal;
+    case SQLITE_TEXT:
+      return Type::kText;
+    case SQLITE_BLOB:
+      return Type::kBlob;
+    default:
+      return Type::kNull;
+  }
+}
+
+std::int64_t Statement::column_int(int column) const { return sqlite3_column_int64(statement_, column); }
+double Statement::column_double(int column) const { return sqlite3_column_double(statement_, column); }
+
+std::string Statement::column_text(int column) const {
+  const void* data = sqlite3_column_blob(statement_, column);
+  const int size = sqlite3_column_bytes(statement_, column);
+  return data == nullptr ? std::string() : std::string(static_cast<const char*>(data), static_cast<std::size_t>(size));
+}
+
+bool Statement::read_only() const { return sqlite3_stmt_readonly(statement_) != 0; }
+
+// --- Connection ------------------------------------------------------------------------------------------------------
+
+Connection::Connection(const std::filesystem::path& path, Mode mode) : path_(path) {
+  const int code = sqlite3_open_v2(UriOf(path, mode).c_str(), &handle_, FlagsOf(mode), nullptr);
+  try {
+    if (code != SQLITE_OK) {
+      const Meaning meaning = MeaningOf(code);
+      throw StoreError(meaning.code,
+                       path.string() + ": cannot open the database: " + sqlite3_errstr(code) + "; " + meaning.advice);
+    }
+    Configure();
+  } catch (...) {
+    sqlite3_close(handle_);
+    throw;
+  }
+}
+
+Connection::~Connection() { sqlite3_close(handle_); }
+
+void Connection::Configure() {
+  SetBusyTimeout(kBusyTimeout);
+  const auto set = [this](int option, int value) {
+    if (const int code = sqlite3_db_config(handle_, option, value, nullptr); code != SQLITE_OK) {
+      Throw(handle_, code, "configure the connection");
+    }
+  };
+  set(SQLITE_DBCONFIG_ENABLE_FKEY, 1);
+  set(SQLITE_DBCONFIG_DEFENSIVE, 1);
+  set(SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0);
+  set(SQLITE_DBCONFIG_DQS_DML, 0);
+  set(SQLITE_DBCONFIG_DQS_DDL, 0);
+  set(SQLITE_DBCONFIG_ENABLE_LOAD_EXTENSION, 0);
+  Execute("PRAGMA mmap_size = 0");
+}
+
+void Connection::Execute(const std::string& sql) {
+  if (const int code = sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr); code != SQLITE_OK) {
+    Throw(handle_, code, "run SQL");
+  }
+}
+
+std::int64_t Connection::QueryInt(const std::string& sql) {
+  Statement statement(*this, sql, false);
+  return statement.Step() ? statement.column_int(0) : 0;
+}
+
+std::string Connection::QueryText(const std::string& sql) {
+  Statement statement(*this, sql, false);
+  return statement.Step() ? statement.column_text(0) : std::string();
+}
+
+std::int64_t Connection::changes() const { return sqlite3_changes64(handle_); }
+bool Connection::read_only() const { return sqlite3_db_readonly(handle_, "main") == 1; }
+void Connection::SetBusyTimeout(std::chrono::milliseconds timeout) {
+  sqlite3_busy_timeout(handle_, static_cast<int>(timeout.count()));
+}
+void Connection::Interrupt() { sqlite3_interrupt(handle_); }
+
+void Connection::Throw(sqlite3* handle, int code, const std::string& doing) {
+  const Meaning meaning = MeaningOf(code);
+  const char* file = handle == nullptr ? nullptr : sqlite3_db_filename(handle, "main");
+  throw StoreError(meaning.code, std::string(file == nullptr ? "" : file) + ": cannot " + doing + ": " +
+                                     (handle == nullptr ? sqlite3_errstr(code) : sqlite3_errmsg(handle)) + "; " +
+                                     meaning.advice);
+}
+
+// --- Transaction -----------------------------------------------------------------------------------------------------
+
+Transaction::Transaction(Connection& connection) : connection_(connection) { connection_.Execute("BEGIN IMMEDIATE"); }
+
+Transaction::~Transaction() {
+  // Some errors (FULL, IOERR, NOMEM) have rolled back already; then there is nothing left to do.
+  if (open_ && sqlite3_get_autocommit(connection_.handle()) == 0) {
+    sqlite3_exec(connection_.handle(), "ROLLBACK", nullptr, nullptr, nullptr);
+  }
+}
+
+void Transaction::Commit() {
+  connection_.Execute("COMMIT");
+  open_ = false;
+}
+
+}  // namespace legopt::db

@@ -1,0 +1,129 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "db/store_error.h"
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace legopt::db {
+
+class Connection;
+
+/// A prepared statement. Bind in any order, then Step until it returns false; Reset before the next use.
+/// Every failure is a StoreError. Must not outlive its connection. Thread rule: that of the connection.
+class Statement {
+ public:
+  Statement() = default;
+  Statement(Connection& connection, std::string_view sql, bool persistent = true);
+  ~Statement();
+  Statement(Statement&& other) noexcept;
+  Statement& operator=(Statement&& other) noexcept;
+
+  /// Parameters count from 1. Text and blobs are copied. A double that is not finite is bound as NULL.
+  Statement& Bind(int parameter, std::int64_t value);
+  Statement& Bind(int parameter, int value) { return Bind(parameter, static_cast<std::int64_t>(value)); }
+  Statement& Bind(int parameter, double value);
+  Statement& Bind(int parameter, std::string_view text);
+  Statement& Bind(int parameter, const char* text) { return Bind(parameter, std::string_view(text)); }
+  Statement& Bind(int parameter, const std::string& text) { return Bind(parameter, std::string_view(text)); }
+  Statement& Bind(int parameter, std::optional<std::int64_t> value);
+  Statement& BindNull(int parameter);
+  Statement& BindBlob(int parameter, const void* data, std::size_t size);
+
+  template <class... Values>
+  Statement& BindAll(const Values&... values) {
+    int parameter = 0;
+    (Bind(++parameter, values), ...);
+    return *this;
+  }
+
+  /// True: a row is there. False: done.
+  bool Step();
+  void Reset();
+  /// Bind all, run to the end, reset.
+  template <class... Values>
+  void Run(const Values&... values) {
+    BindAll(values...);
+    RunBound();
+  }
+  void RunBound();
+
+  enum class Type { kNull, kInteger, kReal, kText, kBlob };
+  int num_columns() const;
+  std::string column_name(int column) const;
+  Type column_type(int column) const;  ///< columns count from 0
+  std::int64_t column_int(int column) const;
+  double column_double(int column) const;
+  std::string column_text(int column) const;  ///< of text and blobs
+  bool read_only() const;
+
+ private:
+  friend class Connection;
+  void Check(int code, int expected);
+  sqlite3* handle_ = nullptr;
+  sqlite3_stmt* statement_ = nullptr;
+};
+
+/// A SQLite connection with the settings every legopt connection has: foreign keys enforced, defensive mode, untrusted
+/// schema, double-quoted strings and extension loading off, no mmap, a busy time-out.
+/// Thread rule: one thread at a time, except Interrupt. Never used across fork().
+class Connection {
+ public:
+  enum class Mode {
+    kReadWriteCreate,
+    kReadOnly,
+    kImmutable,  ///< read-only, for a file that nobody writes and whose folder cannot be written: no side files are
+                 ///< used
+  };
+
+  /// Throws StoreError (kUnwritable when the file cannot be opened that way).
+  Connection(const std::filesystem::path& path, Mode mode);
+  ~Connection();
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  sqlite3* handle() { return handle_; }
+
+  /// Runs one or more statements, ignoring rows.
+  void Execute(const std::string& sql);
+  /// First column of the first row, 0 without a row.
+  std::int64_t QueryInt(const std::string& sql);
+  std::string QueryText(const std::string& sql);
+  std::int64_t changes() const;
+  bool read_only() const;
+  /// How long a lock of another connection is waited for; 5 s unless set.
+  void SetBusyTimeout(std::chrono::milliseconds timeout);
+  void Interrupt();
+
+  /// Throws the StoreError that corresponds to a SQLite result code; `doing` completes "FILE: cannot ...".
+  [[noreturn]] static void Throw(sqlite3* handle, int code, const std::string& doing);
+
+ private:
+  void Configure();
+  std::filesystem::path path_;
+  sqlite3* handle_ = nullptr;
+};
+
+/// BEGIN IMMEDIATE ... COMMIT; rolled back by the destructor unless committed.
+class Transaction {
+ public:
+  explicit Transaction(Connection& connection);
+  ~Transaction();
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+  void Commit();
+
+ private:
+  Connection& connection_;
+  bool open_ = true;
+};
+
+}  // namespace legopt::db

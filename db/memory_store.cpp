@@ -1,0 +1,324 @@
+#include "db/memory_store.h"
+
+#include <deque>
+#include <functional>
+#include <set>
+#include <utility>
+
+namespace legopt::db {
+namespace {
+
+[[noreturn]] void Refuse(const std::string& message) {
+  throw StoreError(StoreErrorCode::kConstraint, "memory store: " + message);
+}
+
+void Require(bool legal, const std::string& message) {
+  if (!legal) Refuse(message);
+}
+
+bool IsHash(const std::string& text) {
+  constexpr std::size_t kHashDigits = 64;
+  return text.size() == kHashDigits && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+bool IsTask(const std::string& text) { return text == "posture" || text == "motion"; }
+bool IsInitialization(const std::string& text) { return text == "good" || text == "in_collision"; }
+
+struct Attempt {
+  std::int64_t token = 0;
+  std::int64_t worker_id = 0;
+  AttemptOutcome outcome = AttemptOutcome::kRunning;
+};
+
+struct JobRow {
+  std::int64_t experiment_id = 0;
+  JobState state = JobState::kQueued;
+  int returned = 0;
+  int max_attempts = 1;
+  std::deque<Attempt> attempts;  // undo keeps references to its elements
+};
+
+struct ExperimentRow {
+  ExperimentSummary summary;  // state and times; counts are taken from the jobs
+  std::string spec_json;
+};
+
+}  // namespace
+
+struct MemoryStore::Tables {
+  std::map<std::int64_t, ExperimentRow> experiments;
+  std::set<std::string> submissions;
+  std::map<std::string, std::string> options;  // by method hash
+  std::map<std::int64_t, JobRow> jobs;
+  std::map<std::int64_t, Accepted> results;
+  std::set<std::pair<std::int64_t, int>> stale;
+  std::map<std::int64_t, WorkerRecord> workers;
+  std::set<std::int64_t> endpoints;
+  std::set<std::int64_t> cells;
+  std::int64_t events = 0;
+
+  // How to take back what the running Apply has done, latest last.
+  std::vector<std::function<void()>> undo;
+
+  // Sets `place` and remembers the old value. Rows live in maps, so their addresses stay.
+  template <class T>
+  void Set(T& place, T value) {
+    undo.push_back([&place, old = place] { place = old; });
+    place = std::move(value);
+  }
+  template <class Map, class Key, class Row>
+  auto& Insert(Map& map, const Key& key, Row row, const char* what) {
+    const auto [where, inserted] = map.emplace(key, std::move(row));
+    Require(inserted, std::string(what) + " exists already");
+    undo.push_back([&map, key] { map.erase(key); });
+    return where->second;
+  }
+  template <class Set, class Key>
+  void InsertKey(Set& set, const Key& key, const char* what) {
+    Require(set.insert(key).second, std::string(what) + " exists already");
+    undo.push_back([&set, key] { set.erase(key); });
+  }
+
+  JobRow& JobOf(std::int64_t job_id) {
+    const auto job = jobs.find(job_id);
+    Require(job != jobs.end(), "no job " + std::to_string(job_id));
+    return job->second;
+  }
+  Attempt& RunningAttempt(std::int64_t job_id, int attempt) {
+    JobRow& job = JobOf(job_id);
+    Require(job.state == JobState::kLeased && attempt == static_cast<int>(job.attempts.size()) &&
+                job.attempts.back().outcome == AttemptOutcome::kRunning,
+            "job " + std::to_string(job_id) + " does not run attempt " + std::to_string(attempt));
+    return job.attempts.back();
+  }
+
+  void Do(const CreateExperiment& op);
+  void Do(const LeaseJob& op);
+  void Do(const EndAttempt& op);
+  void Do(const AcceptResult& op);
+  void Do(const RecordStaleResult& op);
+  void Do(const CancelExperiment& op);
+  void Do(const FinishExperiment& op);
+  void Do(const PutWorker& op);
+  void Do(const RecordEvent& op);
+  void Close(std::int64_t experiment_id, ExperimentState state, std::int64_t at_us);
+  ExperimentSummary Summarize(const ExperimentRow& row) const;
+};
+
+void MemoryStore::Tables::Do(const CreateExperiment& op) {
+  const NewExperiment& e = op.experiment;
+  Require(!e.jobs.empty() && e.experiment_id > 0 && !e.submission_id.empty() && !e.name.empty(), "bad experiment");
+  Require(IsHash(e.spec_hash) && IsHash(e.dataset.hash), "bad hash");
+  Require(e.seed >= 0 && e.repetitions >= 1 && e.max_attempts >= 1 && e.wall_limit_us > 0 && e.memory_limit_bytes > 0,
+          "number out of range");
+  InsertKey(submissions, e.submission_id, "submission");
+  ExperimentRow row;
+  row.summary.experiment_id = e.experiment_id;
+  row.summary.submission_id = e.submission_id;
+  row.summary.name = e.name;
+  row.summary.spec_hash = e.spec_hash;
+  row.summary.first_job_id = e.jobs.front().job_id;
+  row.summary.num_jobs = static_cast<std::int64_t>(e.jobs.size());
+  row.summary.submitted_at_us = e.submitted_at_us;
+  row.spec_json = e.spec_json;
+  Insert(experiments, e.experiment_id, row, "experiment");
+  for (const MethodRecord& method : e.methods) {
+    Require(IsHash(method.hash) && method.sample_size_percent >= 1 && method.multi_starts >= 0, "bad method");
+    if (options.emplace(method.hash, method.options_json).second) {
+      undo.push_back([this, hash = method.hash] { options.erase(hash); });
+    }
+  }
+  for (const CellRecord& cell : e.cells) {
+    Require(IsTask(cell.task) && IsInitialization(cell.initialization), "bad cell");
+    InsertKey(cells, cell.cell_id, "cell");
+  }
+  std::int64_t expected_id = e.jobs.front().job_id;
+  std::set<std::pair<std::pair<int, int>, int>> keys;
+  for (const NewJob& job : e.jobs) {
+    Require(job.job_id == expected_id++, "job ids are not consecutive");
+    const CellRecord& cell = e.cells.at(static_cast<std::size_t>(job.cell_index));
+    Require(e.problems.at(static_cast<std::size_t>(job.problem_index)).task == cell.task, "tasks differ");
+    Require(keys.insert({{job.cell_index, job.problem_index}, job.repetition}).second, "job exists already");
+    JobRow job_row;
+    job_row.experiment_id = e.experiment_id;
+    job_row.max_attempts = e.max_attempts;
+    Insert(jobs, job.job_id, job_row, "job");
+  }
+}
+
+void MemoryStore::Tables::Do(const LeaseJob& op) {
+  JobRow& job = JobOf(op.job_id);
+  const int charged = op.attempt - job.returned;
+  Require(job.state == JobState::kQueued && op.attempt == static_cast<int>(job.attempts.size()) + 1 && op.token > 0 &&
+              charged <= job.max_attempts,
+          "job " + std::to_string(op.job_id) + " cannot be leased");
+  Require(workers.contains(op.worker_id), "no worker " + std::to_string(op.worker_id));
+  Set(job.state, JobState::kLeased);
+  job.attempts.push_back({op.token, op.worker_id, AttemptOutcome::kRunning});
+  undo.push_back([&job] { job.attempts.pop_back(); });
+}
+
+void MemoryStore::Tables::Do(const EndAttempt& op) {
+  Require(op.next != JobState::kLeased && op.next != JobState::kDone && op.outcome != AttemptOutcome::kRunning &&
+              op.outcome != AttemptOutcome::kFinished,
+          "bad end of attempt");
+  Attempt& attempt = RunningAttempt(op.job_id, op.attempt);
+  JobRow& job = JobOf(op.job_id);
+  Set(attempt.outcome, op.outcome);
+  Set(job.state, op.next);
+  if (op.outcome == AttemptOutcome::kReturned) Set(job.returned, job.returned + 1);
+}
+
+void MemoryStore::Tables::Do(const AcceptResult& op) {
+  Attempt& attempt = RunningAttempt(op.job_id, op.attempt);
+  Require(FaultOf(op.result).empty(), FaultOf(op.result));
+  Insert(results, op.job_id, Accepted{op.job_id, op.attempt, op.result}, "result");
+  Set(attempt.outcome, AttemptOutcome::kFinished);
+  Set(JobOf(op.job_id).state, JobState::kDone);
+}
+
+void MemoryStore::Tables::Do(const RecordStaleResult& op) {
+  const JobRow& job = JobOf(op.job_id);
+  Require(op.attempt >= 1 && op.attempt <= static_cast<int>(job.attempts.size()), "stale result of no attempt");
+  Require(!op.reason.empty() && (op.outcome == AttemptOutcome::kFinished) == op.result.has_value(), "bad stale result");
+  if (!stale.contains({op.job_id, op.attempt})) InsertKey(stale, std::pair{op.job_id, op.attempt}, "stale result");
+}
+
+void MemoryStore::Tables::Close(std::int64_t experiment_id, ExperimentState state, std::int64_t at_us) {
+  const auto row = experiments.find(experiment_id);
+  Require(row != experiments.end() && row->second.summary.state == ExperimentState::kActive,
+          "experiment is not active");
+  Set(row->second.summary.state, state);
+  Set(row->second.summary.finished_at_us, at_us);
+}
+
+void MemoryStore::Tables::Do(const CancelExperiment& op) {
+  for (auto& [job_id, job] : jobs) {
+    if (job.experiment_id != op.experiment_id || IsTerminal(job.state)) continue;
+    if (job.state == JobState::kLeased) Set(job.attempts.back().outcome, AttemptOutcome::kCancelled);
+    Set(job.state, JobState::kCancelled);
+  }
+  Close(op.experiment_id, ExperimentState::kCancelled, op.at_us);
+}
+
+void MemoryStore::Tables::Do(const FinishExperiment& op) {
+  for (const auto& [job_id, job] : jobs) {
+    Require(job.experiment_id != op.experiment_id || IsTerminal(job.state), "experiment has open jobs");
+  }
+  Close(op.experiment_id, ExperimentState::kDone, op.at_us);
+}
+
+void MemoryStore::Tables::Do(const PutWorker& op) {
+  Require(op.worker.worker_id > 0 && op.worker.endpoint > 0 && op.worker.slots >= 1 && op.worker.pid >= 0,
+          "bad worker");
+  const auto known = workers.find(op.worker.worker_id);
+  if (known == workers.end()) {
+    InsertKey(endpoints, op.worker.endpoint, "endpoint");
+    Insert(workers, op.worker.worker_id, op.worker, "worker");
+  } else {
+    Require(known->second.endpoint == op.worker.endpoint, "a worker keeps its endpoint");
+    Set(known->second, op.worker);
+  }
+}
+
+void MemoryStore::Tables::Do(const RecordEvent& op) {
+  Require(!op.kind.empty() && op.kind.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") == std::string::npos,
+          "bad event");
+  Require(!op.experiment_id || experiments.contains(*op.experiment_id), "event of an unknown experiment");
+  Require(!op.job_id || jobs.contains(*op.job_id), "event of an unknown job");
+  Require(!op.worker_id || workers.contains(*op.worker_id), "event of an unknown worker");
+  Set(events, events + 1);
+}
+
+ExperimentSummary MemoryStore::Tables::Summarize(const ExperimentRow& row) const {
+  ExperimentSummary summary = row.summary;
+  for (std::int64_t id = summary.first_job_id; id < summary.first_job_id + summary.num_jobs; ++id) {
+    ++summary.jobs_by_state[static_cast<int>(jobs.at(id).state)];
+    const auto result = results.find(id);
+    if (result != results.end() && result->second.result.verdict_literal == kSuccess) ++summary.solved;
+  }
+  return summary;
+}
+
+MemoryStore::MemoryStore() : tables_(std::make_unique<Tables>()) {}
+MemoryStore::~MemoryStore() = default;
+
+void MemoryStore::Apply(std::span<const StoreOp> operations) {
+  if (fault_) throw StoreError(*fault_, "memory store: injected fault");
+  tables_->undo.clear();
+  try {
+    for (const StoreOp& operation : operations) {
+      std::visit([this](const auto& op) { tables_->Do(op); }, operation);
+    }
+  } catch (const StoreError&) {
+    for (auto undo = tables_->undo.rbegin(); undo != tables_->undo.rend(); ++undo) (*undo)();
+    throw;
+  }
+}
+
+OpenState MemoryStore::LoadOpenState() {
+  const auto after_last = [](const auto& map) { return map.empty() ? 1 : map.rbegin()->first + 1; };
+  OpenState state;
+  state.next_experiment_id = after_last(tables_->experiments);
+  state.next_job_id = after_last(tables_->jobs);
+  state.next_cell_id = tables_->cells.empty() ? 1 : *tables_->cells.rbegin() + 1;
+  state.next_worker_id = after_last(tables_->workers);
+  for (const auto& [id, row] : tables_->experiments) {
+    state.experiments.push_back(tables_->Summarize(row));
+    if (row.summary.state != ExperimentState::kActive) continue;
+    OpenExperiment& open = state.open.emplace_back();
+    open.experiment_id = id;
+    open.spec_json = row.spec_json;
+    for (std::int64_t job_id = row.summary.first_job_id; job_id < row.summary.first_job_id + row.summary.num_jobs;
+         ++job_id) {
+      const JobRow& job = tables_->jobs.at(job_id);
+      OpenJob& open_job = open.jobs.emplace_back();
+      open_job.state = job.state;
+      open_job.attempts = static_cast<int>(job.attempts.size());
+      open_job.returned = job.returned;
+      if (job.attempts.empty()) continue;
+      open_job.token = job.attempts.back().token;
+      open_job.worker_id = job.attempts.back().worker_id;
+      open_job.outcome = job.attempts.back().outcome;
+    }
+  }
+  state.workers = tables_->workers;
+  return state;
+}
+
+std::optional<AttemptRecord> MemoryStore::FindAttempt(std::int64_t job_id, int attempt) {
+  const auto job = tables_->jobs.find(job_id);
+  if (job == tables_->jobs.end() || attempt < 1 || attempt > static_cast<int>(job->second.attempts.size())) {
+    return std::nullopt;
+  }
+  const Attempt& found = job->second.attempts[static_cast<std::size_t>(attempt) - 1];
+  return AttemptRecord{found.token, found.worker_id, found.outcome, job->second.state};
+}
+
+std::optional<std::string> MemoryStore::FindMethodOptions(const std::string& hash) {
+  const auto options = tables_->options.find(hash);
+  if (options == tables_->options.end()) return std::nullopt;
+  return options->second;
+}
+
+std::optional<MemoryStore::Accepted> MemoryStore::accepted_result(std::int64_t job_id) const {
+  const auto result = tables_->results.find(job_id);
+  if (result == tables_->results.end()) return std::nullopt;
+  return result->second;
+}
+
+std::int64_t MemoryStore::num_accepted() const { return static_cast<std::int64_t>(tables_->results.size()); }
+std::int64_t MemoryStore::num_stale() const { return static_cast<std::int64_t>(tables_->stale.size()); }
+
+std::optional<JobState> MemoryStore::job_state(std::int64_t job_id) const {
+  const auto job = tables_->jobs.find(job_id);
+  if (job == tables_->jobs.end()) return std::nullopt;
+  return job->second.state;
+}
+
+int MemoryStore::num_attempts(std::int64_t job_id) const {
+  const auto job = tables_->jobs.find(job_id);
+  return job == tables_->jobs.end() ? 0 : static_cast<int>(job->second.attempts.size());
+}
+
+}  // namespace legopt::db

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace legopt::db {
+
+class Connection;
+
+/// "LGOP" in the file's header: how a legopt database is recognised (also by file(1)).
+inline constexpr std::int64_t kApplicationId = 0x4C474F50;
+
+/// One step of the schema: from version - 1 to version. Released steps never change.
+struct Migration {
+  int version;
+  std::string_view sql;
+};
+
+/// All steps, version 1 first; db/schema/*.sql, embedded by the build.
+std::span<const Migration> Migrations();
+
+/// The schema version this program writes.
+int SchemaVersion();
+
+/// What a file is, found without changing it.
+struct Identity {
+  bool empty = false;        ///< no tables, no marks: a new file
+  std::int64_t version = 0;  ///< schema version
+};
+
+/// Throws StoreError: kNotLegopt, kNewerSchema (than `newest`).
+Identity Identify(Connection& connection, int newest);
+
+/// Brings the database to the last of `migrations`, each step in one transaction together with its version mark.
+/// Throws StoreError as Identify, and what SQLite reports; then the schema is that of the last complete step.
+void Migrate(Connection& connection, std::span<const Migration> migrations);
+
+}  // namespace legopt::db

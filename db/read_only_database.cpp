@@ -1,0 +1,218 @@
+#include "db/read_only_database.h"
+
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "db/connection.h"
+#include "db/migrations.h"
+
+namespace legopt::db {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// PRAGMAs that only describe the schema; also reachable as table-valued functions.
+constexpr std::array<std::string_view, 6> kDescribing{"table_info", "table_xinfo", "table_list",
+                                                      "index_list", "index_info",  "foreign_key_list"};
+
+constexpr char kOnlySelect[] = "only SELECT is allowed here: the database is read-only";
+
+// Called by SQLite while it compiles a statement: what does not read is refused.
+int Authorize(void* /*context*/, int action, const char* first, const char* second, const char* /*database*/,
+              const char* /*trigger*/) {
+  switch (action) {
+    case SQLITE_SELECT:
+    case SQLITE_READ:
+    case SQLITE_RECURSIVE:
+      return SQLITE_OK;
+    case SQLITE_FUNCTION:
+      return std::string_view(second == nullptr ? "" : second) == "load_extension" ? SQLITE_DENY : SQLITE_OK;
+    case SQLITE_PRAGMA:
+      return std::find(kDescribing.begin(), kDescribing.end(), std::string_view(first == nullptr ? "" : first)) !=
+                     kDescribing.end()
+                 ? SQLITE_OK
+                 : SQLITE_DENY;
+    default:
+      return SQLITE_DENY;
+  }
+}
+
+// Bounds on what one statement may ask of the machine, whatever it says.
+void LimitResources(sqlite3* handle) {
+  constexpr int kMaxValueBytes = 64 << 20;
+  constexpr int kMaxSqlBytes = 100'000;
+  constexpr int kMaxDepth = 200;
+  constexpr int kMaxColumns = 500;
+  sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kMaxValueBytes);
+  sqlite3_limit(handle, SQLITE_LIMIT_SQL_LENGTH, kMaxSqlBytes);
+  sqlite3_limit(handle, SQLITE_LIMIT_EXPR_DEPTH, kMaxDepth);
+  sqlite3_limit(handle, SQLITE_LIMIT_COMPOUND_SELECT, kMaxDepth);
+  sqlite3_limit(handle, SQLITE_LIMIT_COLUMN, kMaxColumns);
+  sqlite3_limit(handle, SQLITE_LIMIT_ATTACHED, 0);
+  sqlite3_limit(handle, SQLITE_LIMIT_WORKER_THREADS, 0);
+}
+
+std::unique_ptr<Connection> Open(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) {
+    throw StoreError(StoreErrorCode::kNotFound, path.string() + ": no such database; check the path");
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    throw StoreError(StoreErrorCode::kNotLegopt, path.string() + ": not a file; name the database file");
+  }
+  try {
+    auto connection = std::make_unique<Connection>(path, Connection::Mode::kReadOnly);
+    connection->QueryInt("PRAGMA user_version");  // the first read opens the side files
+    return connection;
+  } catch (const StoreError& e) {
+    // A finished database in a folder that cannot be written: no side files can be made, and none are needed.
+    const bool log_exists = std::filesystem::exists(path.string() + "-wal", error);
+    if (e.code() != StoreErrorCode::kUnwritable || log_exists) throw;
+    return std::make_unique<Connection>(path, Connection::Mode::kImmutable);
+  }
+}
+
+Value ValueOf(const Statement& statement, int column) {
+  switch (statement.column_type(column)) {
+    case Statement::Type::kInteger:
+      return statement.column_int(column);
+    case Statement::Type::kReal:
+      return statement.column_double(column);
+    case Statement::Type::kText:
+      return statement.column_text(column);
+    case Statement::Type::kBlob:
+      return Blob{statement.column_text(column)};
+    case Statement::Type::kNull:
+      break;
+  }
+  return std::monostate{};
+}
+
+std::size_t BytesOf(const Value& value) {
+  constexpr std::size_t kPerValue = 40;
+  if (const auto* text = std::get_if<std::string>(&value)) return kPerValue + text->size();
+  if (const auto* blob = std::get_if<Blob>(&value)) return kPerValue + blob->bytes.size();
+  return kPerValue;
+}
+
+void BindValue(Statement& statement, int parameter, const Value& value) {
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+    statement.Bind(parameter, *integer);
+  } else if (const auto* real = std::get_if<double>(&value)) {
+    statement.Bind(parameter, *real);
+  } else if (const auto* text = std::get_if<std::string>(&value)) {
+    statement.Bind(parameter, *text);
+  } else if (const auto* blob = std::get_if<Blob>(&value)) {
+    statement.BindBlob(parameter, blob->bytes.data(), blob->bytes.size());
+  } else {
+    statement.BindNull(parameter);
+  }
+}
+
+}  // namespace
+
+class ReadOnlyDatabase::Impl {
+ public:
+  explicit Impl(const std::filesystem::path& path) : connection_(Open(path)) {
+    const Identity identity = Identify(*connection_, SchemaVersion());
+    if (identity.empty) {
+      throw StoreError(StoreErrorCode::kNotLegopt, path.string() + ": empty, not a legopt database; check the path");
+    }
+    if (identity.version < SchemaVersion()) {
+      throw StoreError(StoreErrorCode::kOlderSchema,
+                       path.string() + ": written by an older legopt (schema " + std::to_string(identity.version) +
+                           "); start legopt-server --db on it once, it upgrades the file");
+    }
+    connection_->Execute("PRAGMA query_only = 1; PRAGMA cache_size = -16384");
+    LimitResources(connection_->handle());
+    // A PRAGMA becomes a table-valued function at its first use, which looks like a change to the authorizer.
+    for (const std::string_view pragma : kDescribing) {
+      connection_->QueryText("SELECT 1 FROM pragma_" + std::string(pragma) + "('jobs')");
+    }
+    sqlite3_set_authorizer(connection_->handle(), Authorize, nullptr);
+    constexpr int kInstructionsPerCheck = 10'000;
+    sqlite3_progress_handler(connection_->handle(), kInstructionsPerCheck, OnProgress, this);
+  }
+
+  QueryResult Query(const std::string& sql, std::span<const Value> parameters, const QueryLimits& limits) {
+    const char* tail = nullptr;
+    deadline_ = Clock::now() + limits.time_limit;
+    RequireOneStatement(sql, &tail);
+    Statement statement(*connection_, sql, false);
+    if (!statement.read_only()) throw StoreError(StoreErrorCode::kBadQuery, kOnlySelect);
+    int parameter = 0;
+    for (const Value& value : parameters) BindValue(statement, ++parameter, value);
+    QueryResult result;
+    for (int column = 0; column < statement.num_columns(); ++column) {
+      result.columns.push_back(statement.column_name(column));
+    }
+    std::size_t bytes = 0;
+    while (statement.Step()) {
+      if (static_cast<std::int64_t>(result.rows.size()) >= limits.max_rows || bytes > limits.max_bytes) {
+        result.truncated = true;
+        break;
+      }
+      std::vector<Value>& row = result.rows.emplace_back();
+      row.reserve(result.columns.size());
+      for (int column = 0; column < statement.num_columns(); ++column) {
+        row.push_back(ValueOf(statement, column));
+        bytes += BytesOf(row.back());
+      }
+    }
+    return result;
+  }
+
+  void Interrupt() { connection_->Interrupt(); }
+
+ private:
+  static int OnProgress(void* self) { return Clock::now() > static_cast<Impl*>(self)->deadline_ ? 1 : 0; }
+
+  // A second statement would be ignored silently; say so instead.
+  void RequireOneStatement(const std::string& sql, const char** tail) {
+    sqlite3_stmt* first = nullptr;
+    const int code = sqlite3_prepare_v2(connection_->handle(), sql.c_str(), -1, &first, tail);
+    const bool empty = first == nullptr;
+    sqlite3_finalize(first);
+    if (code == SQLITE_AUTH) {
+      throw StoreError(StoreErrorCode::kBadQuery, kOnlySelect);
+    }
+    if (code != SQLITE_OK) {
+      const std::string message = sqlite3_errmsg(connection_->handle());
+      throw StoreError(code == SQLITE_INTERRUPT ? StoreErrorCode::kInterrupted : StoreErrorCode::kBadQuery,
+                       "bad SQL: " + message);
+    }
+    sqlite3_stmt* second = nullptr;
+    const int second_code = sqlite3_prepare_v2(connection_->handle(), *tail, -1, &second, nullptr);
+    sqlite3_finalize(second);
+    if (empty || second != nullptr || second_code != SQLITE_OK) {
+      throw StoreError(StoreErrorCode::kBadQuery, empty ? "empty SQL" : "one statement at a time, please");
+    }
+  }
+
+  std::unique_ptr<Connection> connection_;
+  Clock::time_point deadline_;
+};
+
+ReadOnlyDatabase::ReadOnlyDatabase(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {}
+ReadOnlyDatabase::~ReadOnlyDatabase() = default;
+ReadOnlyDatabase::ReadOnlyDatabase(ReadOnlyDatabase&&) noexcept = default;
+ReadOnlyDatabase& ReadOnlyDatabase::operator=(ReadOnlyDatabase&&) noexcept = default;
+
+QueryResult ReadOnlyDatabase::Query(const std::string& sql, std::span<const Value> parameters,
+                                    const QueryLimits& limits) {
+  return impl_->Query(sql, parameters, limits);
+}
+
+QueryResult ReadOnlyDatabase::Query(const std::string& sql, std::int64_t max_rows) {
+  QueryLimits limits;
+  limits.max_rows = max_rows;
+  return impl_->Query(sql, {}, limits);
+}
+
+void ReadOnlyDatabase::Interrupt() { impl_->Interrupt(); }
+
+}  // namespace legopt::db

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "db/store_error.h"
+
+namespace legopt::db {
+
+struct Blob {
+  std::string bytes;
+  bool operator==(const Blob&) const = default;
+};
+
+/// One SQL value: NULL, INTEGER, REAL, TEXT (UTF-8) or BLOB.
+using Value = std::variant<std::monostate, std::int64_t, double, std::string, Blob>;
+
+struct QueryResult {
+  std::vector<std::string> columns;
+  std::vector<std::vector<Value>> rows;  ///< each as long as `columns`
+  bool truncated = false;                ///< true: more rows existed than the limits allowed
+};
+
+/// What one query may cost. Reaching rows or bytes truncates; reaching the time limit is a kInterrupted error.
+struct QueryLimits {
+  std::int64_t max_rows = 1'000'000;
+  std::size_t max_bytes = std::size_t{256} << 20U;  ///< of values held in memory
+  std::chrono::milliseconds time_limit{60'000};
+};
+
+/// A legopt database opened for reading: live (a server may be writing to it), finished, or a backup.
+///
+/// Nothing can be changed through it: the connection is read-only, `query_only`, and an authorizer admits nothing but
+/// SELECT (and the PRAGMAs that describe the schema, as table-valued functions). Data of a running server is seen as of
+/// the last commit. Thread rule: one thread at a time, except Interrupt(). Not to be used across fork().
+class ReadOnlyDatabase {
+ public:
+  /// Throws StoreError: kNotFound, kNotLegopt, kNewerSchema, kOlderSchema, kUnwritable (not readable), kCorrupt.
+  explicit ReadOnlyDatabase(const std::filesystem::path& path);
+  ~ReadOnlyDatabase();
+  ReadOnlyDatabase(ReadOnlyDatabase&&) noexcept;
+  ReadOnlyDatabase& operator=(ReadOnlyDatabase&&) noexcept;
+
+  /// Runs one SELECT; `parameters` are bound to ?1, ?2, ...
+  /// Throws StoreError: kBadQuery (with SQLite's message), kInterrupted, kBusy, kIo, kCorrupt.
+  QueryResult Query(const std::string& sql, std::span<const Value> parameters = {}, const QueryLimits& limits = {});
+
+  /// The same with a row limit only.
+  QueryResult Query(const std::string& sql, std::int64_t max_rows);
+
+  /// Makes a running Query of another thread throw kInterrupted. No effect when none runs.
+  void Interrupt();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace legopt::db

@@ -1,0 +1,79 @@
+#include "db/records.h"
+
+#include <array>
+#include <cmath>
+
+namespace legopt::db {
+namespace {
+
+// In the order of the enumerators.
+constexpr std::array<std::string_view, 6> kJobStates{"queued", "leased", "done", "failed", "dead", "cancelled"};
+constexpr std::array<std::string_view, 9> kAttemptOutcomes{
+    "running", "finished", "crashed", "time_limit", "memory_limit", "error", "expired", "cancelled", "returned"};
+constexpr std::array<std::string_view, 3> kExperimentStates{"active", "done", "cancelled"};
+constexpr std::array<std::string_view, 7> kSolverStatuses{
+    "not_run",           "converged_feasible", "converged_infeasible", "iteration_limit", "time_limit",
+    "numerical_failure", "cancelled"};
+constexpr std::array<std::string_view, 9> kVerdicts{
+    kSuccess,      "wrong_waypoint_count",  "wrong_size",    "not_finite", "foot_pose", "com",
+    "joint_limit", "environment_collision", "self_collision"};
+
+template <class Enum, std::size_t n>
+std::optional<Enum> Parse(const std::array<std::string_view, n>& names, std::string_view text) {
+  for (std::size_t i = 0; i < n; ++i) {
+    if (names[i] == text) return static_cast<Enum>(i);
+  }
+  return std::nullopt;
+}
+
+template <std::size_t n>
+bool Contains(const std::array<std::string_view, n>& names, std::string_view text) {
+  for (const std::string_view name : names) {
+    if (name == text) return true;
+  }
+  return false;
+}
+
+std::string NegativeCount(const ResultRecord& result) {
+  if (result.iterations < 0) return "iterations";
+  if (result.restarts < 0) return "restarts";
+  if (result.wall_us < 0) return "wall_us";
+  if (result.cpu_us < 0) return "cpu_us";
+  if (result.involuntary_context_switches < 0) return "involuntary_context_switches";
+  if (result.peak_memory_bytes < 0) return "peak_memory_bytes";
+  return {};
+}
+
+}  // namespace
+
+std::string_view ToString(JobState state) { return kJobStates.at(static_cast<std::size_t>(state)); }
+std::string_view ToString(AttemptOutcome outcome) { return kAttemptOutcomes.at(static_cast<std::size_t>(outcome)); }
+std::string_view ToString(ExperimentState state) { return kExperimentStates.at(static_cast<std::size_t>(state)); }
+
+std::optional<JobState> ParseJobState(std::string_view text) { return Parse<JobState>(kJobStates, text); }
+std::optional<AttemptOutcome> ParseAttemptOutcome(std::string_view text) {
+  return Parse<AttemptOutcome>(kAttemptOutcomes, text);
+}
+std::optional<ExperimentState> ParseExperimentState(std::string_view text) {
+  return Parse<ExperimentState>(kExperimentStates, text);
+}
+
+std::string FaultOf(const ResultRecord& result) {
+  if (!Contains(kSolverStatuses, result.solver_status))
+    return "solver_status '" + result.solver_status + "' is unknown";
+  if (!Contains(kVerdicts, result.verdict_literal))
+    return "verdict_literal '" + result.verdict_literal + "' is unknown";
+  if (!Contains(kVerdicts, result.verdict_strict)) return "verdict_strict '" + result.verdict_strict + "' is unknown";
+  if (const std::string field = NegativeCount(result); !field.empty()) return field + " is negative";
+  if (result.num_waypoints < 1) return "num_waypoints is below 1";
+  const bool success = result.verdict_literal == kSuccess || result.verdict_strict == kSuccess;
+  if (success && !std::isfinite(result.cost)) return "a success without a finite cost";
+  const std::size_t size = result.waypoints.size();
+  if (size > 0 && (result.waypoint_size < 1 || size % static_cast<std::size_t>(result.waypoint_size) != 0)) {
+    return "the number of waypoint values (" + std::to_string(size) + ") is not a multiple of waypoint_size (" +
+           std::to_string(result.waypoint_size) + ")";
+  }
+  return {};
+}
+
+}  // namespace legopt::db

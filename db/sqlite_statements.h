@@ -1,0 +1,102 @@
+#pragma once
+
+// The SQL of SqliteStore, one named constant per statement. Private to the sqlite_store*.cpp files.
+
+namespace legopt::db::sql {
+
+inline constexpr char kLeaseJob[] =
+    "UPDATE jobs SET state = 'leased', attempts = ?2 "
+    "WHERE job_id = ?1 AND state = 'queued' AND attempts = ?2 - 1";
+
+inline constexpr char kInsertAttempt[] =
+    "INSERT INTO attempts (job_id, attempt, token, worker_id, leased_at_us) "
+    "VALUES (?1, ?2, ?3, ?4, ?5)";
+
+inline constexpr char kEndAttempt[] =
+    "UPDATE attempts SET outcome = ?3, exit_signal = nullif(?4, 0), message = ?5, log_tail = ?6, "
+    "ended_at_us = ?7 WHERE job_id = ?1 AND attempt = ?2 AND outcome = 'running'";
+
+inline constexpr char kEndJob[] =
+    "UPDATE jobs SET state = ?3, returned = returned + ?4 "
+    "WHERE job_id = ?1 AND state = 'leased' AND attempts = ?2";
+
+inline constexpr char kInsertResult[] =
+    "INSERT INTO results (job_id, cell_id, attempt, solver_status, iterations, restarts, wall_us, "
+    "cpu_us, involuntary_context_switches, peak_memory_bytes, solver_cost, solver_violation, "
+    "verdict_literal, verdict_strict, verdict_detail, failed_waypoint, cost, foot_violation, "
+    "com_violation_m, limit_violation, environment_depth_m, self_depth_literal_m, "
+    "self_depth_strict_m, num_waypoints, history_json, received_at_us) "
+    "VALUES (?1, (SELECT cell_id FROM jobs WHERE job_id = ?1), ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, "
+    "?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20, ?21, ?22, ?23, nullif(?24, ''), ?25)";
+
+inline constexpr char kInsertWaypoint[] = "INSERT INTO waypoints (job_id, waypoint, x) VALUES (?1, ?2, ?3)";
+
+inline constexpr char kInsertStale[] =
+    "INSERT INTO stale_results (job_id, attempt, outcome, reason, message, received_at_us, "
+    "solver_status, iterations, wall_us, cpu_us, verdict_literal, verdict_strict, verdict_detail, cost, "
+    "num_waypoints, waypoint_size, x) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17) "
+    "ON CONFLICT (job_id, attempt) DO NOTHING";
+
+inline constexpr char kCancelAttempts[] =
+    "UPDATE attempts SET outcome = 'cancelled', ended_at_us = ?2 "
+    "WHERE outcome = 'running' AND job_id IN (SELECT j.job_id FROM experiments AS e JOIN jobs AS j "
+    "ON j.job_id >= e.first_job_id AND j.job_id < e.first_job_id + e.num_jobs "
+    "WHERE e.experiment_id = ?1 AND j.state = 'leased')";
+
+inline constexpr char kCancelJobs[] =
+    "UPDATE jobs SET state = 'cancelled' WHERE state IN ('queued', 'leased') "
+    "AND cell_id IN (SELECT cell_id FROM cells WHERE experiment_id = ?1)";
+
+inline constexpr char kCloseExperiment[] =
+    "UPDATE experiments SET state = ?2, finished_at_us = ?3 "
+    "WHERE experiment_id = ?1 AND state = 'active'";
+
+inline constexpr char kPutWorker[] =
+    "INSERT INTO workers (worker_id, endpoint, name, hostname, pid, slots, build, first_seen_at_us, "
+    "last_seen_at_us) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?8) "
+    "ON CONFLICT (worker_id) DO UPDATE SET endpoint = ?2, name = ?3, hostname = ?4, pid = ?5, "
+    "slots = ?6, build = ?7, last_seen_at_us = ?8";
+
+inline constexpr char kInsertEvent[] =
+    "INSERT INTO events (kind, at_us, experiment_id, job_id, worker_id, detail) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
+
+inline constexpr char kPutDataset[] = "INSERT INTO datasets (hash, name) VALUES (?1, ?2) ON CONFLICT (hash) DO NOTHING";
+
+inline constexpr char kFindDataset[] = "SELECT dataset_id FROM datasets WHERE hash = ?1";
+
+inline constexpr char kPutMethod[] =
+    "INSERT INTO methods (hash, name, options_json, multi_starts, sample_size, incremental) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT (hash, name) DO NOTHING";
+
+inline constexpr char kFindMethod[] = "SELECT method_id FROM methods WHERE hash = ?1 AND name = ?2";
+
+inline constexpr char kPutProblem[] =
+    "INSERT INTO problems (dataset_id, task, problem_id, waypoints) VALUES (?1, ?2, ?3, ?4) "
+    "ON CONFLICT (dataset_id, task, problem_id) DO NOTHING";
+
+inline constexpr char kFindProblem[] =
+    "SELECT problem_key FROM problems WHERE dataset_id = ?1 AND task = ?2 AND problem_id = ?3";
+
+inline constexpr char kInsertExperiment[] =
+    "INSERT INTO experiments (experiment_id, submission_id, name, dataset_id, seed, repetitions, "
+    "max_attempts, wall_limit_us, memory_limit_bytes, first_job_id, num_jobs, spec_json, "
+    "spec_hash, submitted_at_us) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, "
+    "?14)";
+
+inline constexpr char kInsertCell[] =
+    "INSERT INTO cells (cell_id, experiment_id, method_id, task, initialization, num_jobs) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
+
+inline constexpr char kInsertJob[] =
+    "INSERT INTO jobs (job_id, cell_id, problem_key, repetition, max_attempts) "
+    "VALUES (?1, ?2, ?3, ?4, ?5)";
+
+inline constexpr char kFindAttempt[] =
+    "SELECT a.token, a.worker_id, a.outcome, j.state FROM attempts AS a JOIN jobs AS j USING (job_id) "
+    "WHERE a.job_id = ?1 AND a.attempt = ?2";
+
+inline constexpr char kFindOptions[] = "SELECT options_json FROM methods WHERE hash = ?1 ORDER BY method_id LIMIT 1";
+
+}  // namespace legopt::db::sql

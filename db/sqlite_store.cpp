@@ -1,0 +1,185 @@
+#include "db/sqlite_store.h"
+
+#include <bit>
+#include <string>
+
+#include "db/migrations.h"
+#include "db/sqlite_statements.h"
+#include "db/sqlite_store_impl.h"
+
+namespace legopt::db {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "waypoints are stored as little-endian float64");
+
+std::filesystem::path LockPath(std::filesystem::path path) { return path += ".lock"; }
+
+std::size_t NumRows(const ResultRecord& result) {
+  return result.waypoint_size > 0 ? result.waypoints.size() / static_cast<std::size_t>(result.waypoint_size) : 0;
+}
+
+}  // namespace
+
+std::unique_ptr<Store> OpenSqliteStore(const std::filesystem::path& path) {
+  return std::make_unique<SqliteStore>(path);
+}
+
+SqliteStore::SqliteStore(const std::filesystem::path& path)
+    : lock_(LockPath(path)), connection_(path, Connection::Mode::kReadWriteCreate) {
+  // Nothing may be changed before the file is known to be ours.
+  Identify(connection_, SchemaVersion());
+  if (connection_.read_only()) {
+    throw StoreError(StoreErrorCode::kUnwritable,
+                     path.string() + ": the database file is read-only; check permissions");
+  }
+  if (connection_.QueryText("PRAGMA journal_mode = WAL") != "wal") {
+    throw StoreError(StoreErrorCode::kUnwritable,
+                     path.string() + ": write-ahead logging is not possible here; use a local disk");
+  }
+  // FULL: a commit is on the disk when it returns. The log is cut back to 64 MiB after each checkpoint.
+  connection_.Execute(
+      "PRAGMA synchronous = FULL; PRAGMA journal_size_limit = 67108864; PRAGMA wal_autocheckpoint = 4000;"
+      "PRAGMA cache_size = -16384; PRAGMA temp_store = MEMORY");
+  Migrate(connection_, Migrations());
+  statements_.emplace(connection_);
+}
+
+SqliteStore::~SqliteStore() {
+  statements_.reset();
+  // Best effort and without waiting for readers: the log that is left is simply replayed at the next start.
+  try {
+    connection_.SetBusyTimeout(std::chrono::milliseconds(0));
+    connection_.Execute("PRAGMA wal_checkpoint(TRUNCATE)");
+  } catch (const StoreError&) {
+  }
+}
+
+SqliteStore::Statements::Statements(Connection& c)
+    : lease_job(c, sql::kLeaseJob),
+      insert_attempt(c, sql::kInsertAttempt),
+      end_attempt(c, sql::kEndAttempt),
+      end_job(c, sql::kEndJob),
+      insert_result(c, sql::kInsertResult),
+      insert_waypoint(c, sql::kInsertWaypoint),
+      insert_stale(c, sql::kInsertStale),
+      cancel_attempts(c, sql::kCancelAttempts),
+      cancel_jobs(c, sql::kCancelJobs),
+      close_experiment(c, sql::kCloseExperiment),
+      put_worker(c, sql::kPutWorker),
+      insert_event(c, sql::kInsertEvent),
+      put_dataset(c, sql::kPutDataset),
+      find_dataset(c, sql::kFindDataset),
+      put_method(c, sql::kPutMethod),
+      find_method(c, sql::kFindMethod),
+      put_problem(c, sql::kPutProblem),
+      find_problem(c, sql::kFindProblem),
+      insert_experiment(c, sql::kInsertExperiment),
+      insert_cell(c, sql::kInsertCell),
+      insert_job(c, sql::kInsertJob),
+      find_attempt(c, sql::kFindAttempt),
+      find_options(c, sql::kFindOptions) {}
+
+void SqliteStore::Apply(std::span<const StoreOp> operations) {
+  Transaction transaction(connection_);
+  for (const StoreOp& operation : operations) {
+    std::visit([this](const auto& op) { Do(op); }, operation);
+  }
+  transaction.Commit();
+  written_since_checkpoint_ = true;
+}
+
+void SqliteStore::RequireOneChange(const char* operation, std::int64_t job_id) {
+  if (connection_.changes() == 1) return;
+  throw StoreError(StoreErrorCode::kConstraint, std::string(operation) + ": not allowed in the state of " +
+                                                    std::to_string(job_id) + "; this is a defect of legopt");
+}
+
+void SqliteStore::Do(const LeaseJob& op) {
+  statements_->lease_job.Run(op.job_id, op.attempt);
+  RequireOneChange("LeaseJob", op.job_id);
+  statements_->insert_attempt.Run(op.job_id, op.attempt, op.token, op.worker_id, op.at_us);
+}
+
+void SqliteStore::EndJob(std::int64_t job_id, int attempt, JobState next, bool returned) {
+  statements_->end_job.Run(job_id, attempt, ToString(next), returned ? 1 : 0);
+  RequireOneChange("EndAttempt", job_id);
+}
+
+void SqliteStore::Do(const EndAttempt& op) {
+  if (op.next == JobState::kLeased || op.next == JobState::kDone || op.outcome == AttemptOutcome::kRunning ||
+      op.outcome == AttemptOutcome::kFinished) {
+    throw StoreError(StoreErrorCode::kConstraint, "EndAttempt: job " + std::to_string(op.job_id) + " cannot end as " +
+                                                      std::string(ToString(op.outcome)));
+  }
+  statements_->end_attempt.Run(op.job_id, op.attempt, ToString(op.outcome), op.exit_signal, op.message, op.log_tail,
+                               op.at_us);
+  RequireOneChange("EndAttempt", op.job_id);
+  EndJob(op.job_id, op.attempt, op.next, op.outcome == AttemptOutcome::kReturned);
+}
+
+void SqliteStore::Do(const AcceptResult& op) {
+  const ResultRecord& r = op.result;
+  if (const std::string fault = FaultOf(r); !fault.empty()) {
+    throw StoreError(StoreErrorCode::kConstraint, "AcceptResult: job " + std::to_string(op.job_id) + ": " + fault);
+  }
+  const std::optional<std::int64_t> failed =
+      r.failed_waypoint < 0 ? std::nullopt : std::optional<std::int64_t>(r.failed_waypoint);
+  statements_->insert_result.Run(
+      op.job_id, op.attempt, r.solver_status, r.iterations, r.restarts, r.wall_us, r.cpu_us,
+      r.involuntary_context_switches, r.peak_memory_bytes, r.solver_cost, r.solver_violation, r.verdict_literal,
+      r.verdict_strict, r.verdict_detail, failed, r.cost, r.foot_violation, r.com_violation_m, r.limit_violation,
+      r.environment_depth_m, r.self_depth_literal_m, r.self_depth_strict_m, r.num_waypoints, r.history_json, op.at_us);
+  const auto size = static_cast<std::size_t>(r.waypoint_size);
+  for (std::size_t row = 0; row < NumRows(r); ++row) {
+    statements_->insert_waypoint.BindAll(op.job_id, static_cast<std::int64_t>(row));
+    statements_->insert_waypoint.BindBlob(3, r.waypoints.data() + row * size, size * sizeof(double));
+    statements_->insert_waypoint.RunBound();
+  }
+  statements_->end_attempt.Run(op.job_id, op.attempt, ToString(AttemptOutcome::kFinished), 0, op.message, op.log_tail,
+                               op.at_us);
+  RequireOneChange("AcceptResult", op.job_id);
+  EndJob(op.job_id, op.attempt, JobState::kDone, false);
+}
+
+void SqliteStore::Do(const RecordStaleResult& op) {
+  Statement& s = statements_->insert_stale;
+  s.BindAll(op.job_id, op.attempt, ToString(op.outcome), op.reason, op.message, op.at_us);
+  if (op.result) {
+    const ResultRecord& r = *op.result;
+    s.Bind(7, r.solver_status).Bind(8, r.iterations).Bind(9, r.wall_us).Bind(10, r.cpu_us);
+    s.Bind(11, r.verdict_literal).Bind(12, r.verdict_strict).Bind(13, r.verdict_detail).Bind(14, r.cost);
+    s.Bind(15, r.num_waypoints).Bind(16, r.waypoint_size);
+    s.BindBlob(17, r.waypoints.data(), r.waypoints.size() * sizeof(double));
+  }
+  s.RunBound();
+}
+
+void SqliteStore::Do(const CancelExperiment& op) {
+  statements_->cancel_attempts.Run(op.experiment_id, op.at_us);
+  statements_->cancel_jobs.Run(op.experiment_id);
+  statements_->close_experiment.Run(op.experiment_id, ToString(ExperimentState::kCancelled), op.at_us);
+  RequireOneChange("CancelExperiment", op.experiment_id);
+}
+
+void SqliteStore::Do(const FinishExperiment& op) {
+  statements_->close_experiment.Run(op.experiment_id, ToString(ExperimentState::kDone), op.at_us);
+  RequireOneChange("FinishExperiment", op.experiment_id);
+}
+
+void SqliteStore::Do(const PutWorker& op) {
+  const WorkerRecord& w = op.worker;
+  statements_->put_worker.Run(w.worker_id, w.endpoint, w.name, w.hostname, w.pid, w.slots, w.build, w.seen_at_us);
+}
+
+void SqliteStore::Do(const RecordEvent& op) {
+  statements_->insert_event.Run(op.kind, op.at_us, op.experiment_id, op.job_id, op.worker_id, op.detail);
+}
+
+void SqliteStore::Idle() {
+  if (!written_since_checkpoint_) return;
+  written_since_checkpoint_ = false;
+  // A reader may hold parts of the log back; the next idle moment gets them.
+  connection_.Execute("PRAGMA wal_checkpoint(PASSIVE)");
+}
+
+}  // namespace legopt::db

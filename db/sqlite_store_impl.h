@@ -1,0 +1,59 @@
+#pragma once
+
+// Private to the sqlite_store*.cpp files.
+
+#include <filesystem>
+
+#include "db/connection.h"
+#include "db/lock_file.h"
+#include "db/store.h"
+
+namespace legopt::db {
+
+class SqliteStore final : public Store {
+ public:
+  explicit SqliteStore(const std::filesystem::path& path);
+  ~SqliteStore() override;
+
+  void Apply(std::span<const StoreOp> operations) override;
+  OpenState LoadOpenState() override;
+  std::optional<AttemptRecord> FindAttempt(std::int64_t job_id, int attempt) override;
+  std::optional<std::string> FindMethodOptions(const std::string& hash) override;
+  void Idle() override;
+
+ private:
+  // Prepared once; the SQL stands in sqlite_statements.h.
+  struct Statements {
+    explicit Statements(Connection& connection);
+    Statement lease_job, insert_attempt, end_attempt, end_job, insert_result, insert_waypoint, insert_stale;
+    Statement cancel_attempts, cancel_jobs, close_experiment, put_worker, insert_event;
+    Statement put_dataset, find_dataset, put_method, find_method, put_problem, find_problem;
+    Statement insert_experiment, insert_cell, insert_job;
+    Statement find_attempt, find_options;
+  };
+
+  void Do(const CreateExperiment& op);
+  void Do(const LeaseJob& op);
+  void Do(const EndAttempt& op);
+  void Do(const AcceptResult& op);
+  void Do(const RecordStaleResult& op);
+  void Do(const CancelExperiment& op);
+  void Do(const FinishExperiment& op);
+  void Do(const PutWorker& op);
+  void Do(const RecordEvent& op);
+  void EndJob(std::int64_t job_id, int attempt, JobState next, bool returned);
+  std::int64_t PutDataset(const DatasetRecord& dataset);
+  std::int64_t PutMethod(const MethodRecord& method);
+  std::int64_t PutProblem(std::int64_t dataset_id, const ProblemRecord& problem);
+  void RequireOneChange(const char* operation, std::int64_t job_id);
+  void LoadSummaries(OpenState& state);
+  void LoadOpenJobs(OpenState& state);
+  void LoadWorkers(OpenState& state);
+
+  LockFile lock_;
+  Connection connection_;
+  std::optional<Statements> statements_;  // after migration
+  bool written_since_checkpoint_ = false;
+};
+
+}  // namespace legopt::db

@@ -1,0 +1,131 @@
+#include <string>
+
+#include "db/sqlite_store_impl.h"
+
+namespace legopt::db {
+namespace {
+
+template <class Enum>
+Enum Require(std::optional<Enum> value, const std::string& text) {
+  if (!value) throw StoreError(StoreErrorCode::kCorrupt, "the database holds the unknown word '" + text + "'");
+  return *value;
+}
+
+JobState JobStateAt(const Statement& s, int column) {
+  const std::string text = s.column_text(column);
+  return Require(ParseJobState(text), text);
+}
+
+AttemptOutcome OutcomeAt(const Statement& s, int column) {
+  const std::string text = s.column_text(column);
+  return Require(ParseAttemptOutcome(text), text);
+}
+
+}  // namespace
+
+std::optional<AttemptRecord> SqliteStore::FindAttempt(std::int64_t job_id, int attempt) {
+  Statement& s = statements_->find_attempt;
+  std::optional<AttemptRecord> record;
+  if (s.BindAll(job_id, attempt).Step()) {
+    record = AttemptRecord{s.column_int(0), s.column_int(1), OutcomeAt(s, 2), JobStateAt(s, 3)};
+  }
+  s.Reset();
+  return record;
+}
+
+std::optional<std::string> SqliteStore::FindMethodOptions(const std::string& hash) {
+  Statement& s = statements_->find_options;
+  std::optional<std::string> options;
+  if (s.BindAll(hash).Step()) options = s.column_text(0);
+  s.Reset();
+  return options;
+}
+
+OpenState SqliteStore::LoadOpenState() {
+  OpenState state;
+  state.next_experiment_id = connection_.QueryInt("SELECT coalesce(max(experiment_id), 0) + 1 FROM experiments");
+  state.next_job_id = connection_.QueryInt("SELECT coalesce(max(job_id), 0) + 1 FROM jobs");
+  state.next_cell_id = connection_.QueryInt("SELECT coalesce(max(cell_id), 0) + 1 FROM cells");
+  state.next_worker_id = connection_.QueryInt("SELECT coalesce(max(worker_id), 0) + 1 FROM workers");
+  LoadSummaries(state);
+  LoadOpenJobs(state);
+  LoadWorkers(state);
+  return state;
+}
+
+void SqliteStore::LoadSummaries(OpenState& state) {
+  std::map<std::int64_t, ExperimentSummary> by_id;
+  Statement experiments(connection_,
+                        "SELECT experiment_id, submission_id, name, spec_hash, state, first_job_id, num_jobs, "
+                        "submitted_at_us, coalesce(finished_at_us, 0) FROM experiments");
+  while (experiments.Step()) {
+    ExperimentSummary& summary = by_id[experiments.column_int(0)];
+    summary.experiment_id = experiments.column_int(0);
+    summary.submission_id = experiments.column_text(1);
+    summary.name = experiments.column_text(2);
+    summary.spec_hash = experiments.column_text(3);
+    const std::string state_text = experiments.column_text(4);
+    summary.state = Require(ParseExperimentState(state_text), state_text);
+    summary.first_job_id = experiments.column_int(5);
+    summary.num_jobs = experiments.column_int(6);
+    summary.submitted_at_us = experiments.column_int(7);
+    summary.finished_at_us = experiments.column_int(8);
+  }
+  Statement counts(connection_,
+                   "SELECT c.experiment_id, j.state, count(*) FROM jobs AS j JOIN cells AS c USING (cell_id) "
+                   "GROUP BY c.experiment_id, j.state");
+  while (counts.Step()) {
+    by_id[counts.column_int(0)].jobs_by_state[static_cast<int>(JobStateAt(counts, 1))] = counts.column_int(2);
+  }
+  Statement solved(connection_, "SELECT experiment_id, sum(solved) FROM literal_scores GROUP BY experiment_id");
+  while (solved.Step()) by_id[solved.column_int(0)].solved = solved.column_int(1);
+  for (auto& [id, summary] : by_id) state.experiments.push_back(std::move(summary));
+}
+
+void SqliteStore::LoadOpenJobs(OpenState& state) {
+  Statement spec(connection_, "SELECT spec_json FROM experiments WHERE experiment_id = ?1");
+  Statement jobs(connection_,
+                 "SELECT j.state, j.attempts, j.returned, coalesce(a.token, 0), coalesce(a.worker_id, 0), "
+                 "coalesce(a.outcome, 'running') FROM jobs AS j "
+                 "LEFT JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts "
+                 "WHERE j.job_id >= ?1 AND j.job_id < ?2 ORDER BY j.job_id");
+  for (const ExperimentSummary& summary : state.experiments) {
+    if (summary.state != ExperimentState::kActive) continue;
+    OpenExperiment& open = state.open.emplace_back();
+    open.experiment_id = summary.experiment_id;
+    spec.BindAll(summary.experiment_id).Step();
+    open.spec_json = spec.column_text(0);
+    spec.Reset();
+    open.jobs.reserve(static_cast<std::size_t>(summary.num_jobs));
+    jobs.BindAll(summary.first_job_id, summary.first_job_id + summary.num_jobs);
+    while (jobs.Step()) {
+      open.jobs.push_back({JobStateAt(jobs, 0), static_cast<int>(jobs.column_int(1)),
+                           static_cast<int>(jobs.column_int(2)), jobs.column_int(3), jobs.column_int(4),
+                           OutcomeAt(jobs, 5)});
+    }
+    jobs.Reset();
+    if (static_cast<std::int64_t>(open.jobs.size()) != summary.num_jobs) {
+      throw StoreError(StoreErrorCode::kCorrupt, "experiment " + std::to_string(summary.experiment_id) + " has " +
+                                                     std::to_string(open.jobs.size()) + " jobs instead of " +
+                                                     std::to_string(summary.num_jobs) + "; restore a backup");
+    }
+  }
+}
+
+void SqliteStore::LoadWorkers(OpenState& state) {
+  Statement workers(connection_,
+                    "SELECT worker_id, endpoint, name, hostname, pid, slots, build, last_seen_at_us FROM workers");
+  while (workers.Step()) {
+    WorkerRecord& worker = state.workers[workers.column_int(0)];
+    worker.worker_id = workers.column_int(0);
+    worker.endpoint = workers.column_int(1);
+    worker.name = workers.column_text(2);
+    worker.hostname = workers.column_text(3);
+    worker.pid = workers.column_int(4);
+    worker.slots = static_cast<int>(workers.column_int(5));
+    worker.build = workers.column_text(6);
+    worker.seen_at_us = workers.column_int(7);
+  }
+}
+
+}  // namespace legopt::db

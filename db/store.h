@@ -1,0 +1,172 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "db/records.h"
+#include "db/store_error.h"
+
+namespace legopt::db {
+
+// --- Operations. Each is a value; a span of them is applied in order, in one transaction.
+// -----------------------------
+
+/// Adds an experiment with its methods, cells, problems and jobs (all queued). Methods, datasets and problems that are
+/// known already are shared. An equal submission id or experiment id is a kConstraint error.
+struct CreateExperiment {
+  NewExperiment experiment;
+};
+
+/// Job queued -> leased; adds attempt number `attempt` (= attempts so far + 1) with its token.
+struct LeaseJob {
+  std::int64_t job_id = 0;
+  int attempt = 0;
+  std::int64_t token = 0;  ///< positive, unique
+  std::int64_t worker_id = 0;
+  std::int64_t at_us = 0;
+};
+
+/// Ends the running attempt without a result. `next` is the job's new state: kQueued, kFailed, kDead or kCancelled.
+/// The outcome kReturned does not count against the job's maximum of attempts; kRunning and kFinished are not allowed.
+struct EndAttempt {
+  std::int64_t job_id = 0;
+  int attempt = 0;
+  AttemptOutcome outcome = AttemptOutcome::kCrashed;
+  JobState next = JobState::kQueued;
+  int exit_signal = 0;  ///< 0: none
+  std::string message;
+  std::string log_tail;
+  std::int64_t at_us = 0;
+};
+
+/// Job leased -> done: ends the running attempt as finished and stores its result, the only one the job will ever have.
+struct AcceptResult {
+  std::int64_t job_id = 0;
+  int attempt = 0;
+  ResultRecord result;
+  std::string message;
+  std::string log_tail;
+  std::int64_t at_us = 0;
+};
+
+/// Keeps, for audit, a report that came too late for its attempt. The attempt must exist; storing the same attempt's
+/// stale report again changes nothing.
+struct RecordStaleResult {
+  std::int64_t job_id = 0;
+  int attempt = 0;
+  AttemptOutcome outcome = AttemptOutcome::kFinished;  ///< what the worker reported
+  std::string reason;                                  ///< why it was stale
+  std::optional<ResultRecord> result;                  ///< empty unless finished
+  std::string message;
+  std::int64_t at_us = 0;
+};
+
+/// All queued and leased jobs -> cancelled, running attempts end as cancelled, experiment -> cancelled.
+struct CancelExperiment {
+  std::int64_t experiment_id = 0;
+  std::int64_t at_us = 0;
+};
+
+/// Experiment active -> done; every job must be terminal.
+struct FinishExperiment {
+  std::int64_t experiment_id = 0;
+  std::int64_t at_us = 0;
+};
+
+/// Adds the worker or, for a known id, updates its description and last sighting.
+struct PutWorker {
+  WorkerRecord worker;
+};
+
+/// A line of the log that people read: "server_started", "lease_expired", "job_dead", ...
+struct RecordEvent {
+  std::string kind;  ///< lower_snake word
+  std::int64_t at_us = 0;
+  std::optional<std::int64_t> experiment_id, job_id, worker_id;
+  std::string detail;
+};
+
+using StoreOp = std::variant<CreateExperiment, LeaseJob, EndAttempt, AcceptResult, RecordStaleResult, CancelExperiment,
+                             FinishExperiment, PutWorker, RecordEvent>;
+
+// --- What is read back. ----------------------------------------------------------------------------------------------
+
+/// A job of an open experiment as of the last commit.
+struct OpenJob {
+  JobState state = JobState::kQueued;
+  int attempts = 0;        ///< leases so far
+  int returned = 0;        ///< of these, not charged
+  std::int64_t token = 0;  ///< of the latest attempt; 0 when there was none
+  std::int64_t worker_id = 0;
+  AttemptOutcome outcome = AttemptOutcome::kRunning;  ///< of the latest attempt; meaningless when there was none
+};
+
+/// Totals of any experiment, open or closed.
+struct ExperimentSummary {
+  std::int64_t experiment_id = 0;
+  std::string submission_id;
+  std::string name;
+  std::string spec_hash;
+  ExperimentState state = ExperimentState::kActive;
+  std::int64_t first_job_id = 0;
+  std::int64_t num_jobs = 0;
+  std::int64_t jobs_by_state[kNumJobStates] = {};  ///< indexed by JobState
+  std::int64_t solved = 0;                         ///< results whose literal verdict is "success"
+  std::int64_t submitted_at_us = 0;
+  std::int64_t finished_at_us = 0;  ///< 0 while active
+};
+
+/// An active experiment with all that the scheduler needs to go on.
+struct OpenExperiment {
+  std::int64_t experiment_id = 0;
+  std::string spec_json;
+  std::vector<OpenJob> jobs;  ///< of first_job_id + 0, 1, ...
+};
+
+struct OpenState {
+  std::int64_t next_experiment_id = 1;
+  std::int64_t next_job_id = 1;
+  std::int64_t next_cell_id = 1;
+  std::int64_t next_worker_id = 1;
+  std::vector<ExperimentSummary> experiments;    ///< all, by id
+  std::vector<OpenExperiment> open;              ///< the active ones, by id
+  std::map<std::int64_t, WorkerRecord> workers;  ///< all, by worker_id
+};
+
+struct AttemptRecord {
+  std::int64_t token = 0;
+  std::int64_t worker_id = 0;
+  AttemptOutcome outcome = AttemptOutcome::kRunning;
+  JobState job_state = JobState::kQueued;
+};
+
+/// The durable memory of the server. Implementations: OpenSqliteStore (db/sqlite_store.h) and MemoryStore
+/// (db/memory_store.h); tests/db/store_conformance_test.cpp holds both to the same behaviour.
+///
+/// Thread rule: one thread at a time. Not to be used across fork().
+class Store {
+ public:
+  virtual ~Store() = default;
+
+  /// Applies all operations in order in one transaction. When it returns they are durable; when it throws StoreError
+  /// none of them happened and, if the error is transient(), the same call may be made again.
+  virtual void Apply(std::span<const StoreOp> operations) = 0;
+
+  virtual OpenState LoadOpenState() = 0;
+
+  /// An attempt of any job, open or not; empty when it was never leased.
+  virtual std::optional<AttemptRecord> FindAttempt(std::int64_t job_id, int attempt) = 0;
+
+  /// Canonical options of the method with this hash; empty when unknown.
+  virtual std::optional<std::string> FindMethodOptions(const std::string& hash) = 0;
+
+  /// Called when the server has nothing else to do: moves the log into the main file, so that it stays small.
+  virtual void Idle() {}
+};
+
+}  // namespace legopt::db

@@ -1,0 +1,164 @@
+// The numbers of the views on data small enough to compute by hand.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "db/read_only_database.h"
+#include "db/sqlite_store.h"
+#include "tests/db/store_samples.h"
+
+namespace legopt::db {
+namespace {
+
+// Two methods ("SQP" without and "SQP" with 10 restarts), posture (2 problems) and motion (1 problem of 4 waypoints),
+// both initialisations, 1 repetition: 12 jobs. Submitted in the order restarts 10, restarts 0.
+NewExperiment TwoMethods() {
+  NewExperiment e = SampleExperiment(1, 1, 1);
+  e.methods = {{"SQP", HashOf('a'), R"({"multi_starts":10})", 10, 100, false},
+               {"SQP", HashOf('b'), R"({"multi_starts":0})", 0, 80, true}};
+  e.problems = {{"posture", 3, 1}, {"posture", 5, 1}, {"motion", 0, 4}};
+  e.cells.clear();
+  e.jobs.clear();
+  std::int64_t job_id = 1;
+  for (int method = 0; method < 2; ++method) {
+    for (const char* task : {"posture", "motion"}) {
+      for (const char* initialization : {"good", "in_collision"}) {
+        const int cell = static_cast<int>(e.cells.size());
+        const bool posture = std::string(task) == "posture";
+        e.cells.push_back({cell + 1, method, task, initialization, posture ? 2 : 1});
+        for (int problem = posture ? 0 : 2; problem < (posture ? 2 : 3); ++problem) {
+          e.jobs.push_back({job_id++, cell, problem, 0});
+        }
+      }
+    }
+  }
+  return e;
+}
+
+class BenchmarkTable : public testing::Test {
+ protected:
+  void SetUp() override {
+    store_ = OpenSqliteStore(path_);
+    Apply({CreateExperiment{TwoMethods()}, PutWorker{SampleWorker(1)}});
+  }
+
+  void Apply(const std::vector<StoreOp>& ops) { store_->Apply(ops); }
+
+  void Finish(std::int64_t job_id, const std::string& literal, const std::string& strict, double cost,
+              std::int64_t wall_us, int num_waypoints) {
+    ResultRecord r = SampleResult(cost);
+    r.verdict_literal = literal;
+    r.verdict_strict = strict;
+    r.verdict_detail = literal == kSuccess ? "" : "foot l_foot off by 2.0 mm";
+    r.wall_us = wall_us;
+    r.num_waypoints = num_waypoints;
+    Apply({LeaseJob{job_id, 1, 100 + job_id, 1, 1}, AcceptResult{job_id, 1, r, "", "", 2}});
+  }
+
+  QueryResult Query(const std::string& sql) { return ReadOnlyDatabase(path_).Query(sql); }
+
+  TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_ / "results.sqlite";
+  std::unique_ptr<Store> store_;
+};
+
+using Row = std::vector<Value>;
+const Value kNull = std::monostate{};
+Value Int(std::int64_t value) { return value; }
+Value Text(const char* value) { return std::string(value); }
+
+TEST_F(BenchmarkTable, MeansOverSolvedPerWaypointAndNullWithoutSuccess) {
+  Finish(1, "success", "success", 400, 1'000, 1);  // method 1, posture, good
+  Finish(2, "success", "self_collision", 500, 3'000, 1);
+  Finish(3, "foot_pose", "foot_pose", std::nan(""), 9'000, 1);  // method 1, posture, in collision: nothing solved
+  Finish(4, "com", "com", std::nan(""), 9'000, 1);
+  Finish(5, "success", "success", 0.125, 8'000, 4);  // method 1, motion, good
+
+  const QueryResult table = Query("SELECT * FROM benchmark_table WHERE experiment_id = 1");
+  ASSERT_EQ(table.columns.size(), 20U);
+  EXPECT_EQ(table.columns[4], "posture_good_n");
+  EXPECT_EQ(table.columns[11], "posture_in_collision_time_s");
+  EXPECT_EQ(table.columns[19], "motion_in_collision_time_s");
+  ASSERT_EQ(table.rows.size(), 2U);
+  const Row restarts{Int(1), Text("SQP"), Int(10), Int(100),         //
+                     Int(2), Int(2),      450.0,   0.002,            // mean of 400 and 500; of 1 and 3 ms
+                     Int(2), Int(0),      kNull,   kNull,            // a dash, not 0
+                     Int(1), Int(1),      0.125,   8'000 / 1e6 / 4,  // per waypoint
+                     Int(1), Int(0),      kNull,   kNull};
+  EXPECT_EQ(table.rows[0], restarts);
+  const Row plain{Int(1), Text("SQP"), Int(0), Int(80), Int(2), Int(0), kNull,  kNull,  Int(2), Int(0),
+                  kNull,  kNull,       Int(1), Int(0),  kNull,  kNull,  Int(1), Int(0), kNull,  kNull};
+  EXPECT_EQ(table.rows[1], plain);
+}
+
+TEST_F(BenchmarkTable, CellsOfBothRulesWithFinishedJobs) {
+  Finish(1, "success", "success", 400, 1'000, 1);
+  Finish(2, "success", "self_collision", 500, 3'000, 1);
+  const QueryResult cells = Query(
+      "SELECT experiment, method_id, multi_starts, sample_size, incremental, rule, n, finished, solved, cost, time_s "
+      "FROM benchmark_cells WHERE task = 'posture' AND initialization = 'good' AND multi_starts = 10 ORDER BY rule");
+  ASSERT_EQ(cells.rows.size(), 2U);
+  EXPECT_EQ(cells.rows[0], (Row{Text("sample"), Int(1), Int(10), Int(100), Int(0), Text("literal"), Int(2), Int(2),
+                                Int(2), 450.0, 0.002}));
+  EXPECT_EQ(cells.rows[1], (Row{Text("sample"), Int(1), Int(10), Int(100), Int(0), Text("strict"), Int(2), Int(2),
+                                Int(1), 400.0, 0.001}));
+  EXPECT_EQ(Query("SELECT sum(finished), sum(n) FROM benchmark_cells WHERE rule = 'literal'").rows[0],
+            (Row{Int(2), Int(12)}));
+}
+
+TEST_F(BenchmarkTable, CellsThatAnExperimentLacksAreNull) {
+  Apply({CreateExperiment{SampleExperiment(2, 13, 9)}});
+  const QueryResult table = Query(
+      "SELECT posture_good_n, motion_good_n, motion_good_solved, motion_good_cost "
+      "FROM benchmark_table WHERE experiment_id = 2");
+  ASSERT_EQ(table.rows.size(), 1U);
+  EXPECT_EQ(table.rows[0], (Row{Int(2), kNull, kNull, kNull}));
+}
+
+TEST_F(BenchmarkTable, JobListNamesEverything) {
+  Finish(2, "success", "success", 500, 3'000, 1);
+  const QueryResult jobs = Query("SELECT * FROM job_list WHERE job_id = 2");
+  EXPECT_EQ(jobs.columns,
+            (std::vector<std::string>{"job_id", "experiment_id", "method", "task", "initialization", "problem_id",
+                                      "repetition", "state", "attempts", "solver_status", "verdict_literal",
+                                      "verdict_strict", "cost", "time_s", "wall_us", "cpu_us", "worker"}));
+  EXPECT_EQ(jobs.rows.at(0), (Row{Int(2), Int(1), Text("SQP"), Text("posture"), Text("good"), Int(5), Int(0),
+                                  Text("done"), Int(1), Text("converged_feasible"), Text("success"), Text("success"),
+                                  500.0, 0.003, Int(3'000), Int(1'900), Text("w1")}));
+  EXPECT_EQ(Query("SELECT * FROM job_list").rows.size(), 12U);
+}
+
+TEST_F(BenchmarkTable, FailuresTellWhy) {
+  Finish(1, "success", "success", 400, 1'000, 1);
+  Finish(2, "foot_pose", "foot_pose", std::nan(""), 3'000, 1);
+  Apply({LeaseJob{3, 1, 900, 1, 1},
+         EndAttempt{3, 1, AttemptOutcome::kCrashed, JobState::kDead, 11, "killed by SIGSEGV", "", 2}});
+  const QueryResult failures = Query("SELECT * FROM failures ORDER BY job_id");
+  EXPECT_EQ(failures.columns, (std::vector<std::string>{"experiment_id", "job_id", "method", "task", "initialization",
+                                                        "problem_id", "state", "solver_status", "verdict_literal",
+                                                        "verdict_strict", "detail", "message"}));
+  ASSERT_EQ(failures.rows.size(), 2U);
+  EXPECT_EQ(failures.rows[0][1], Int(2));
+  EXPECT_EQ(failures.rows[0][10], Text("foot l_foot off by 2.0 mm"));
+  EXPECT_EQ(failures.rows[1][1], Int(3));
+  EXPECT_EQ(failures.rows[1][6], Text("dead"));
+  EXPECT_EQ(failures.rows[1][11], Text("killed by SIGSEGV"));
+}
+
+TEST_F(BenchmarkTable, DisagreementsOfSolverAndJudgeAndOfTheRules) {
+  Finish(1, "success", "success", 400, 1'000, 1);
+  Finish(2, "success", "self_collision", 500, 3'000, 1);
+  Finish(3, "com", "com", std::nan(""), 3'000, 1);  // the solver says converged_feasible
+  EXPECT_EQ(Query("SELECT job_id FROM disagreements ORDER BY job_id").rows, (std::vector<Row>{{Int(2)}, {Int(3)}}));
+}
+
+TEST_F(BenchmarkTable, ExperimentListCountsEveryJobOnce) {
+  Finish(1, "success", "success", 400, 1'000, 1);
+  Apply({LeaseJob{2, 1, 900, 1, 1}});
+  EXPECT_EQ(Query("SELECT jobs, queued, leased, done, failed, dead, cancelled, solved FROM experiment_list").rows.at(0),
+            (Row{Int(12), Int(10), Int(1), Int(1), Int(0), Int(0), Int(0), Int(1)}));
+}
+
+}  // namespace
+}  // namespace legopt::db

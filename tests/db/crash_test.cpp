@@ -1,0 +1,171 @@
+// kill -9 of the process that writes: what it acknowledged is there, nothing is half there, no clean-up is needed.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <random>
+
+#include "db/connection.h"
+#include "db/sqlite_store.h"
+#include "tests/db/store_samples.h"
+
+namespace legopt::db {
+namespace {
+
+// Opens the store (creating or recovering it), goes on where it stands, and writes one byte to `pipe` per commit.
+// Each commit leases two jobs and gives both a result: half of one must never be seen. Never returns.
+[[noreturn]] void WriteForEver(const std::filesystem::path& path, int pipe) {
+  const auto store = OpenSqliteStore(path);
+  std::int64_t next = 1;
+  const OpenState state = store->LoadOpenState();
+  if (state.experiments.empty()) {
+    store->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1, 5000)}, PutWorker{SampleWorker(1)}});
+  } else {
+    next = state.experiments[0].jobs_by_state[static_cast<int>(JobState::kDone)] + 1;
+  }
+  ResultRecord result = SampleResult();
+  result.waypoints.assign(3 * 40, 0.5);
+  for (;; next += 2) {
+    std::vector<StoreOp> ops;
+    for (std::int64_t job = next; job < next + 2; ++job) {
+      ops.emplace_back(LeaseJob{job, 1, job, 1, 1});
+      ops.emplace_back(AcceptResult{job, 1, result, "", "log", 2});
+    }
+    store->Apply(ops);
+    const char acknowledgement = 'k';
+    if (write(pipe, &acknowledgement, 1) != 1) _exit(1);
+  }
+}
+
+TEST(Crash, AcknowledgedCommitsSurviveKill9AtAnyPoint) {
+  const TemporaryFolder folder;
+  const auto path = folder / "results.sqlite";
+  std::mt19937_64 random(20240607);
+  std::int64_t acknowledged = 0;
+  constexpr int kKills = 40;
+  for (int kill_number = 0; kill_number < kKills; ++kill_number) {
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    // The child forks before any database is open in this process.
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      close(ends[0]);
+      WriteForEver(path, ends[1]);
+    }
+    close(ends[1]);
+    // Dies after a random number of commits, at a random point of the next; sometimes while it opens or recovers.
+    const std::uint64_t commits = random() % 30;
+    char byte = 0;
+    for (std::uint64_t i = 0; i < commits && read(ends[0], &byte, 1) == 1; ++i) ++acknowledged;
+    for (std::uint64_t spin = random() % 300'000; spin > 0; --spin) asm volatile("");
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status));
+    while (read(ends[0], &byte, 1) == 1) ++acknowledged;
+    close(ends[0]);
+
+    Connection connection(path, Connection::Mode::kReadWriteCreate);
+    ASSERT_EQ(connection.QueryText("PRAGMA integrity_check"), "ok") << "kill " << kill_number;
+    ASSERT_EQ(connection.QueryInt("SELECT count(*) FROM pragma_foreign_key_check"), 0);
+    if (connection.QueryInt("SELECT count(*) FROM sqlite_schema WHERE name = 'jobs'") == 0) continue;
+    const std::int64_t done = connection.QueryInt("SELECT count(*) FROM jobs WHERE state = 'done'");
+    EXPECT_GE(done, 2 * acknowledged);
+    EXPECT_EQ(done % 2, 0) << "half of a commit";
+    EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM jobs WHERE state = 'leased'"), 0);
+    EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM results"), done);
+    EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM waypoints"), 40 * done);
+  }
+  EXPECT_GT(acknowledged, 0);
+}
+
+TEST(Crash, KilledMigrationLeavesOldOrNew) {
+  std::mt19937_64 random(7);
+  constexpr int kKills = 25;
+  for (int kill_number = 0; kill_number < kKills; ++kill_number) {
+    const TemporaryFolder folder;
+    const auto path = folder / "results.sqlite";
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      OpenSqliteStore(path);
+      _exit(0);
+    }
+    for (std::uint64_t spin = random() % 20'000'000; spin > 0; --spin) asm volatile("");
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    {
+      Connection connection(path, Connection::Mode::kReadWriteCreate);
+      const std::int64_t version = connection.QueryInt("PRAGMA user_version");
+      const std::int64_t tables = connection.QueryInt("SELECT count(*) FROM sqlite_schema WHERE name = 'jobs'");
+      const std::int64_t views = connection.QueryInt("SELECT count(*) FROM sqlite_schema WHERE name = 'failures'");
+      EXPECT_EQ(tables, version >= 1 ? 1 : 0);
+      EXPECT_EQ(views, version >= 2 ? 1 : 0);
+    }
+    OpenSqliteStore(path);  // goes on without clean-up
+  }
+}
+
+// Runs in a child: a limit on the size of files stands for a full disk. Returns what went wrong, 0 if nothing did.
+int FillTheDisk(const std::filesystem::path& path) {
+  signal(SIGXFSZ, SIG_IGN);
+  const auto store = OpenSqliteStore(path);
+  store->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1, 2000)}, PutWorker{SampleWorker(1)}});
+  rlimit unlimited{};
+  getrlimit(RLIMIT_FSIZE, &unlimited);
+  const rlimit full{1 << 20, unlimited.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &full);
+  ResultRecord result = SampleResult();
+  result.waypoints.assign(3 * 1000, 0.5);
+  std::vector<StoreOp> ops;
+  std::int64_t job = 0;
+  try {
+    while (++job < 4000) {
+      ops = {LeaseJob{job, 1, job, 1, 1}, AcceptResult{job, 1, result, "", "", 2}};
+      store->Apply(ops);
+    }
+    return 1;  // the disk was never full
+  } catch (const StoreError& error) {
+    if (!error.transient()) return 2;
+  }
+  // Reading goes on, and only what was acknowledged is there.
+  const OpenState state = store->LoadOpenState();
+  if (state.experiments.at(0).jobs_by_state[static_cast<int>(JobState::kDone)] != job - 1) return 3;
+  try {
+    store->Apply(ops);
+    return 4;  // still full
+  } catch (const StoreError& error) {
+    if (!error.transient()) return 5;
+  }
+  setrlimit(RLIMIT_FSIZE, &unlimited);
+  store->Apply(ops);  // the very same transaction, once there is space
+  return store->LoadOpenState().experiments.at(0).jobs_by_state[static_cast<int>(JobState::kDone)] == job ? 0 : 6;
+}
+
+TEST(Crash, FullDiskIsAStateThatPasses) {
+  const TemporaryFolder folder;
+  const auto path = folder / "results.sqlite";
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    int fault = 7;
+    try {
+      fault = FillTheDisk(path);
+    } catch (const std::exception&) {
+    }
+    _exit(fault);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  Connection connection(path, Connection::Mode::kReadWriteCreate);
+  EXPECT_EQ(connection.QueryText("PRAGMA integrity_check"), "ok");
+}
+
+}  // namespace
+}  // namespace legopt::db

@@ -1,0 +1,165 @@
+// Illegal rows cannot exist: each test offers the schema one that an error of the program could make.
+
+#include <gtest/gtest.h>
+
+#include "db/connection.h"
+#include "db/migrations.h"
+#include "db/sqlite_store.h"
+#include "tests/db/store_samples.h"
+
+namespace legopt::db {
+namespace {
+
+class Schema : public testing::Test {
+ protected:
+  // Experiment 1: jobs 1 - 4; job 1 done, job 2 leased, job 3 dead, job 4 queued.
+  void SetUp() override {
+    {
+      const auto store = OpenSqliteStore(folder_ / "db.sqlite");
+      store->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1)}, PutWorker{SampleWorker(1)},
+                                        LeaseJob{1, 1, 71, 1, 1}, AcceptResult{1, 1, SampleResult(), "", "", 2},
+                                        LeaseJob{2, 1, 72, 1, 3}, LeaseJob{3, 1, 73, 1, 4},
+                                        EndAttempt{3, 1, AttemptOutcome::kCrashed, JobState::kDead, 11, "", "", 5}});
+    }
+    connection_ = std::make_unique<Connection>(folder_ / "db.sqlite", Connection::Mode::kReadWriteCreate);
+  }
+
+  void ExpectRefused(const std::string& sql) {
+    try {
+      connection_->Execute(sql);
+      ADD_FAILURE() << "accepted: " << sql;
+    } catch (const StoreError& error) {
+      EXPECT_EQ(error.code(), StoreErrorCode::kConstraint) << sql << "\n" << error.what();
+    }
+  }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<Connection> connection_;
+};
+
+TEST_F(Schema, StrictTypes) {
+  ExpectRefused("UPDATE jobs SET repetition = 'two' WHERE job_id = 4");
+  ExpectRefused("UPDATE workers SET slots = NULL");
+}
+
+TEST_F(Schema, UnknownWords) {
+  ExpectRefused("UPDATE jobs SET state = 'running' WHERE job_id = 4");
+  ExpectRefused("UPDATE attempts SET outcome = 'ok' WHERE job_id = 2");
+  ExpectRefused("UPDATE experiments SET state = 'paused'");
+  ExpectRefused("UPDATE cells SET task = 'dance'");
+  ExpectRefused("UPDATE cells SET initialization = 'hard'");
+  ExpectRefused("INSERT INTO problems (dataset_id, task, problem_id, waypoints) VALUES (1, 'dance', 9, 1)");
+  ExpectRefused("INSERT INTO events (at_us, kind) VALUES (1, 'Not A Word')");
+}
+
+TEST_F(Schema, Ranges) {
+  ExpectRefused("UPDATE methods SET sample_size = 0");
+  ExpectRefused("UPDATE methods SET sample_size = 101");
+  ExpectRefused("UPDATE methods SET multi_starts = -1");
+  ExpectRefused("UPDATE methods SET incremental = 2");
+  ExpectRefused("UPDATE problems SET waypoints = 0");
+  ExpectRefused("UPDATE experiments SET max_attempts = 0");
+  ExpectRefused("UPDATE experiments SET seed = -1");
+  ExpectRefused("UPDATE jobs SET attempts = -1 WHERE job_id = 4");
+  ExpectRefused("UPDATE workers SET slots = 0");
+  ExpectRefused("UPDATE attempts SET token = 0 WHERE job_id = 2");
+}
+
+TEST_F(Schema, HashesAreHashes) {
+  ExpectRefused("UPDATE datasets SET hash = 'abc'");
+  ExpectRefused("UPDATE datasets SET hash = '" + std::string(64, 'G') + "'");
+  ExpectRefused("UPDATE methods SET hash = '" + std::string(63, 'a') + "'");
+}
+
+TEST_F(Schema, ForeignKeys) {
+  ExpectRefused("DELETE FROM datasets");
+  ExpectRefused("DELETE FROM methods");
+  ExpectRefused("DELETE FROM jobs WHERE job_id = 1");
+  ExpectRefused("DELETE FROM workers");
+  ExpectRefused("UPDATE cells SET experiment_id = 9");
+  ExpectRefused("UPDATE jobs SET problem_key = 99 WHERE job_id = 4");
+  ExpectRefused("INSERT INTO waypoints (job_id, waypoint, x) VALUES (4, 0, x'0000000000000000')");
+  ExpectRefused("INSERT INTO events (at_us, kind, job_id) VALUES (1, 'job_dead', 99)");
+}
+
+TEST_F(Schema, UniqueKeys) {
+  ExpectRefused("INSERT INTO datasets (name, hash) SELECT 'again', hash FROM datasets");
+  ExpectRefused(
+      "INSERT INTO methods (name, hash, options_json, multi_starts, sample_size, incremental) "
+      "SELECT name, hash, options_json, 5, 100, 0 FROM methods");
+  ExpectRefused("INSERT INTO problems (dataset_id, task, problem_id, waypoints) VALUES (1, 'posture', 0, 2)");
+  ExpectRefused("INSERT INTO cells SELECT 9, experiment_id, method_id, task, initialization, 1 FROM cells LIMIT 1");
+  ExpectRefused(
+      "INSERT INTO jobs (job_id, cell_id, problem_key, repetition, max_attempts) "
+      "SELECT 9, cell_id, problem_key, repetition, 3 FROM jobs WHERE job_id = 4");
+  ExpectRefused(
+      "UPDATE jobs SET state = 'leased', attempts = 2 WHERE job_id = 2;"
+      "INSERT INTO attempts (job_id, attempt, worker_id, token, leased_at_us) VALUES (2, 2, 1, 99, 1)");
+}
+
+TEST_F(Schema, AttemptsAndStatesAgree) {
+  ExpectRefused("UPDATE jobs SET state = 'leased' WHERE job_id = 4");
+  ExpectRefused("UPDATE jobs SET attempts = 4 WHERE job_id = 4");
+  ExpectRefused("UPDATE jobs SET returned = 1 WHERE job_id = 4");
+  ExpectRefused("UPDATE attempts SET ended_at_us = 9 WHERE job_id = 2");
+  ExpectRefused("UPDATE attempts SET outcome = 'crashed' WHERE job_id = 2");
+  ExpectRefused("INSERT INTO attempts (job_id, attempt, worker_id, token, leased_at_us) VALUES (4, 1, 1, 99, 1)");
+}
+
+TEST_F(Schema, TerminalJobsStay) {
+  ExpectRefused("UPDATE jobs SET state = 'queued' WHERE job_id = 1");
+  ExpectRefused("UPDATE jobs SET state = 'queued' WHERE job_id = 3");
+  ExpectRefused("UPDATE jobs SET attempts = 2 WHERE job_id = 3");
+}
+
+TEST_F(Schema, DoneNeedsAResultAndAResultNeedsALease) {
+  ExpectRefused("UPDATE jobs SET state = 'done' WHERE job_id = 2");
+  const std::string copy =
+      "INSERT INTO results (job_id, cell_id, attempt, solver_status, iterations, restarts, wall_us, cpu_us, "
+      "involuntary_context_switches, peak_memory_bytes, verdict_literal, verdict_strict, cost, num_waypoints, "
+      "received_at_us) SELECT ";
+  const std::string rest =
+      ", solver_status, iterations, restarts, wall_us, cpu_us, involuntary_context_switches, peak_memory_bytes, "
+      "verdict_literal, verdict_strict, cost, num_waypoints, received_at_us FROM results WHERE job_id = 1";
+  ExpectRefused(copy + "1, 1, 1" + rest);  // second result
+  ExpectRefused(copy + "4, 2, 1" + rest);  // queued
+  ExpectRefused(copy + "3, 2, 1" + rest);  // dead
+  ExpectRefused(copy + "2, 1, 2" + rest);  // not its attempt
+  ExpectRefused(copy + "2, 2, 1" + rest);  // not its cell
+  connection_->Execute(copy + "2, 1, 1" + rest);
+}
+
+TEST_F(Schema, ResultsAreFinalAndHonest) {
+  ExpectRefused("UPDATE results SET cost = 1");
+  connection_->Execute("DROP TRIGGER results_are_final");
+  ExpectRefused("UPDATE results SET cost = NULL");
+  ExpectRefused("UPDATE results SET verdict_literal = 'fine'");
+  ExpectRefused("UPDATE results SET solver_status = 'fine'");
+  ExpectRefused("UPDATE results SET wall_us = -1");
+  ExpectRefused("UPDATE results SET num_waypoints = 0");
+}
+
+TEST_F(Schema, WaypointsAreWholeNumbersOfDoubles) {
+  ExpectRefused("UPDATE waypoints SET x = x'00'");
+  ExpectRefused("UPDATE waypoints SET x = x''");
+  ExpectRefused("UPDATE waypoints SET waypoint = -1");
+}
+
+TEST_F(Schema, OpenExperimentCannotBeClosed) {
+  ExpectRefused("UPDATE experiments SET state = 'done', finished_at_us = 9");
+  ExpectRefused("UPDATE experiments SET finished_at_us = 9");
+}
+
+TEST_F(Schema, DoubleQuotedStringsAreErrors) {
+  EXPECT_THROW(connection_->QueryInt("SELECT \"no such column\""), StoreError);
+}
+
+TEST_F(Schema, WholeFileIsSound) {
+  EXPECT_EQ(connection_->QueryText("PRAGMA integrity_check"), "ok");
+  EXPECT_EQ(connection_->QueryInt("SELECT count(*) FROM pragma_foreign_key_check"), 0);
+  EXPECT_EQ(connection_->QueryInt("PRAGMA application_id"), kApplicationId);
+  EXPECT_EQ(connection_->QueryInt("PRAGMA user_version"), SchemaVersion());
+}
+
+}  // namespace
+}  // namespace legopt::db

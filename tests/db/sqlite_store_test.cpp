@@ -1,0 +1,156 @@
+// Opening, refusing and upgrading database files.
+
+#include "db/sqlite_store.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <fstream>
+
+#include "db/connection.h"
+#include "db/migrations.h"
+#include "tests/db/store_samples.h"
+
+namespace legopt::db {
+namespace {
+
+class SqliteStoreFile : public testing::Test {
+ protected:
+  void ExpectRefused(const std::filesystem::path& path, StoreErrorCode code) {
+    try {
+      OpenSqliteStore(path);
+      ADD_FAILURE() << "opened " << path;
+    } catch (const StoreError& error) {
+      EXPECT_EQ(error.code(), code) << error.what();
+      EXPECT_NE(std::string(error.what()).find(path.filename().string()), std::string::npos) << error.what();
+    }
+  }
+
+  std::int64_t QueryInt(const std::string& sql) {
+    Connection connection(path_, Connection::Mode::kReadWriteCreate);
+    return connection.QueryInt(sql);
+  }
+
+  // A database as schema version 1 wrote it, with one experiment in it.
+  void MakeVersion1() {
+    Connection connection(path_, Connection::Mode::kReadWriteCreate);
+    Migrate(connection, Migrations().first(1));
+    connection.Execute("INSERT INTO datasets VALUES (1, 'old', '" + HashOf('d') + "')");
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_ / "results.sqlite";
+};
+
+TEST_F(SqliteStoreFile, NewFileIsMarkedAndDurable) {
+  OpenSqliteStore(path_);
+  EXPECT_EQ(QueryInt("PRAGMA application_id"), kApplicationId);
+  EXPECT_EQ(QueryInt("PRAGMA user_version"), SchemaVersion());
+  Connection connection(path_, Connection::Mode::kReadWriteCreate);
+  EXPECT_EQ(connection.QueryText("PRAGMA journal_mode"), "wal");
+}
+
+TEST_F(SqliteStoreFile, PathMayHoldAnyCharacter) {
+  const auto odd = folder_ / "a b?c#d%41é.sqlite";
+  OpenSqliteStore(odd);
+  EXPECT_TRUE(std::filesystem::exists(odd));
+}
+
+TEST_F(SqliteStoreFile, SecondServerIsRefused) {
+  const auto first = OpenSqliteStore(path_);
+  ExpectRefused(path_, StoreErrorCode::kLocked);
+}
+
+TEST_F(SqliteStoreFile, LockEndsWithItsHolderAndLeavesNothing) {
+  OpenSqliteStore(path_);
+  EXPECT_FALSE(std::filesystem::exists(path_.string() + ".lock"));
+  OpenSqliteStore(path_);
+}
+
+TEST_F(SqliteStoreFile, LockFileOfADeadServerIsNoObstacle) {
+  std::ofstream(path_.string() + ".lock") << "process 1 on nowhere\n";
+  OpenSqliteStore(path_);
+}
+
+TEST_F(SqliteStoreFile, MissingFolderIsUnwritable) {
+  ExpectRefused(folder_ / "no" / "results.sqlite", StoreErrorCode::kUnwritable);
+}
+
+TEST_F(SqliteStoreFile, FolderIsUnwritable) {
+  std::filesystem::create_directory(folder_ / "folder");
+  ExpectRefused(folder_ / "folder", StoreErrorCode::kUnwritable);
+}
+
+TEST_F(SqliteStoreFile, ForeignFileIsRefusedAndUntouched) {
+  const std::string text(5000, 'x');
+  std::ofstream(path_) << text;
+  ExpectRefused(path_, StoreErrorCode::kNotLegopt);
+  std::ifstream file(path_);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), text);
+}
+
+TEST_F(SqliteStoreFile, ForeignDatabaseIsRefusedAndUntouched) {
+  {
+    Connection connection(path_, Connection::Mode::kReadWriteCreate);
+    connection.Execute("CREATE TABLE theirs (x)");
+  }
+  ExpectRefused(path_, StoreErrorCode::kNotLegopt);
+  EXPECT_EQ(QueryInt("SELECT count(*) FROM sqlite_schema"), 1);
+  Connection connection(path_, Connection::Mode::kReadWriteCreate);
+  EXPECT_EQ(connection.QueryText("PRAGMA journal_mode"), "delete");
+}
+
+TEST_F(SqliteStoreFile, NewerSchemaIsRefusedAndUntouched) {
+  OpenSqliteStore(path_);
+  const int newer = SchemaVersion() + 1;
+  {
+    Connection connection(path_, Connection::Mode::kReadWriteCreate);
+    connection.Execute("PRAGMA user_version = " + std::to_string(newer));
+  }
+  ExpectRefused(path_, StoreErrorCode::kNewerSchema);
+  EXPECT_EQ(QueryInt("PRAGMA user_version"), newer);
+}
+
+TEST_F(SqliteStoreFile, OlderSchemaIsUpgradedWithItsRows) {
+  MakeVersion1();
+  EXPECT_EQ(QueryInt("SELECT count(*) FROM sqlite_schema WHERE type = 'view'"), 0);
+  OpenSqliteStore(path_);
+  EXPECT_EQ(QueryInt("PRAGMA user_version"), SchemaVersion());
+  EXPECT_EQ(QueryInt("SELECT count(*) FROM datasets"), 1);
+  EXPECT_EQ(QueryInt("SELECT count(*) FROM benchmark_table"), 0);
+}
+
+TEST_F(SqliteStoreFile, FailingMigrationLeavesTheLastCompleteStep) {
+  MakeVersion1();
+  const std::array<Migration, 3> migrations{
+      Migrations()[0], Migration{2, "CREATE TABLE extra (x) STRICT"},
+      Migration{3, "CREATE TABLE more (x INTEGER) STRICT; INSERT INTO no_such_table VALUES (1)"}};
+  const std::array<Migration, 3> repaired{migrations[0], Migration{2, "CREATE TABLE extra (x INTEGER) STRICT"},
+                                          Migration{3, "CREATE TABLE more (x INTEGER) STRICT"}};
+  Connection connection(path_, Connection::Mode::kReadWriteCreate);
+  EXPECT_THROW(Migrate(connection, migrations), StoreError);  // STRICT needs a type: step 2 fails
+  EXPECT_EQ(connection.QueryInt("PRAGMA user_version"), 1);
+  const std::array<Migration, 3> half{repaired[0], repaired[1], migrations[2]};
+  EXPECT_THROW(Migrate(connection, half), StoreError);
+  EXPECT_EQ(connection.QueryInt("PRAGMA user_version"), 2);
+  EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM sqlite_schema WHERE name = 'more'"), 0);
+  Migrate(connection, repaired);
+  EXPECT_EQ(connection.QueryInt("PRAGMA user_version"), 3);
+  EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM sqlite_schema WHERE name = 'more'"), 1);
+}
+
+TEST_F(SqliteStoreFile, WaypointsAreLittleEndianDoubles) {
+  {
+    const auto store = OpenSqliteStore(path_);
+    ResultRecord result = SampleResult();
+    result.waypoints = {1.0, 2.0, 3.0, -0.5, 0.25, 1e300};
+    store->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1)}, PutWorker{SampleWorker(1)},
+                                      LeaseJob{1, 1, 71, 1, 1}, AcceptResult{1, 1, result, "", "", 2}});
+  }
+  Connection connection(path_, Connection::Mode::kReadWriteCreate);
+  EXPECT_EQ(connection.QueryText("SELECT group_concat(waypoint || ':' || hex(x)) FROM waypoints"),
+            "0:000000000000F03F00000000000000400000000000000840,1:000000000000E0BF000000000000D03F9C7500883CE4377E");
+}
+
+}  // namespace
+}  // namespace legopt::db
