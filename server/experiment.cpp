@@ -1,0 +1,69 @@
+#include "server/experiment.h"
+
+#include <utility>
+
+namespace legopt::server {
+
+Experiment::Experiment(std::int64_t experiment_id, std::int64_t first_job_id, ExperimentSpec spec)
+    : experiment_id_(experiment_id),
+      first_job_id_(first_job_id),
+      spec_(std::move(spec)),
+      jobs_(static_cast<std::size_t>(spec_.num_jobs())) {}
+
+std::optional<std::int64_t> Experiment::TakeQueued() {
+  while (!returned_.empty()) {
+    const std::int64_t index = *returned_.begin();
+    returned_.erase(returned_.begin());
+    if (job(index).state == db::JobState::kQueued) return index;
+  }
+  // Jobs that were leased or finished before a restart are passed over.
+  while (next_fresh_ < static_cast<std::int64_t>(jobs_.size())) {
+    const std::int64_t index = next_fresh_++;
+    if (job(index).state == db::JobState::kQueued) return index;
+  }
+  return std::nullopt;
+}
+
+db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t experiment_id, std::int64_t first_job_id,
+                                    std::int64_t first_cell_id) {
+  db::NewExperiment rows;
+  rows.experiment_id = experiment_id;
+  rows.name = spec.name;
+  rows.spec_json = spec.canonical_json;
+  rows.spec_hash = spec.hash;
+  rows.seed = spec.seed;
+  rows.repetitions = spec.repetitions;
+  rows.max_attempts = spec.max_attempts;
+  rows.wall_limit_us = spec.wall_limit_us;
+  rows.memory_limit_bytes = spec.memory_limit_bytes;
+  rows.dataset = spec.dataset;
+  rows.methods = spec.methods;
+  std::vector<int> first_problem;  // of each task, in rows.problems
+  for (const ExperimentSpec::TaskProblems& task : spec.tasks) {
+    first_problem.push_back(static_cast<int>(rows.problems.size()));
+    for (std::size_t i = 0; i < task.problems.size(); ++i) {
+      rows.problems.push_back({task.task, task.problems[i], task.waypoints[i]});
+    }
+  }
+  for (std::size_t method = 0; method < spec.methods.size(); ++method) {
+    for (const ExperimentSpec::TaskProblems& task : spec.tasks) {
+      for (const std::string& initialization : spec.initializations) {
+        const auto cell_id = first_cell_id + static_cast<std::int64_t>(rows.cells.size());
+        const auto num_jobs = static_cast<std::int64_t>(task.problems.size()) * spec.repetitions;
+        rows.cells.push_back({cell_id, static_cast<int>(method), task.task, initialization, num_jobs});
+      }
+    }
+  }
+  const std::int64_t num_jobs = spec.num_jobs();
+  rows.jobs.reserve(static_cast<std::size_t>(num_jobs));
+  for (std::int64_t index = 0; index < num_jobs; ++index) {
+    const JobCoordinates at = CoordinatesOf(spec, index);
+    const std::size_t cell =
+        (at.method * spec.tasks.size() + at.task) * spec.initializations.size() + at.initialization;
+    rows.jobs.push_back({first_job_id + index, static_cast<int>(cell),
+                         first_problem[at.task] + static_cast<int>(at.problem), static_cast<int>(at.repetition)});
+  }
+  return rows;
+}
+
+}  // namespace legopt::server

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "db/store.h"
+#include "server/spec.h"
+
+namespace legopt::server {
+
+/// What the scheduler keeps of one job: 16 bytes, so that a million jobs fit in memory.
+struct Job {
+  std::int64_t token = 0;  ///< of the latest attempt
+  std::uint16_t attempts = 0;
+  std::uint16_t returned = 0;
+  db::JobState state = db::JobState::kQueued;
+  db::AttemptOutcome outcome = db::AttemptOutcome::kRunning;   ///< of the latest attempt
+  db::AttemptOutcome previous = db::AttemptOutcome::kRunning;  ///< of the one before, as far as it ended in this life
+};
+
+/// An experiment in the scheduler's memory: its spec and the state of its jobs.
+class Experiment {
+ public:
+  Experiment(std::int64_t experiment_id, std::int64_t first_job_id, ExperimentSpec spec);
+
+  std::int64_t experiment_id() const { return experiment_id_; }
+  std::int64_t first_job_id() const { return first_job_id_; }
+  std::int64_t job_id(std::int64_t index) const { return first_job_id_ + index; }
+  const ExperimentSpec& spec() const { return spec_; }
+  std::int64_t num_jobs() const { return static_cast<std::int64_t>(jobs_.size()); }
+  Job& job(std::int64_t index) { return jobs_[static_cast<std::size_t>(index)]; }
+  const Job& job(std::int64_t index) const { return jobs_[static_cast<std::size_t>(index)]; }
+
+  /// Steady time at which the last job ended or the experiment was cancelled; empty while it is active.
+  std::optional<std::chrono::microseconds> closed_at;
+
+  /// Takes the next queued job in the order of work, jobs that came back first; empty when none is queued. The caller
+  /// makes it leased.
+  std::optional<std::int64_t> TakeQueued();
+  /// Puts a job back that TakeQueued gave.
+  void PutBack(std::int64_t index) { returned_.insert(index); }
+
+ private:
+  std::int64_t experiment_id_;
+  std::int64_t first_job_id_;
+  ExperimentSpec spec_;
+  std::vector<Job> jobs_;
+  std::int64_t next_fresh_ = 0;      ///< jobs before it have been taken at least once
+  std::set<std::int64_t> returned_;  ///< queued again
+};
+
+/// The rows that make the experiment: cells and jobs numbered from the given ids.
+db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t experiment_id, std::int64_t first_job_id,
+                                    std::int64_t first_cell_id);
+
+}  // namespace legopt::server

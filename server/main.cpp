@@ -1,0 +1,186 @@
+// legopt-server: the experiment service of one deployment over one database file.
+
+#include <signal.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <string>
+
+#include "bus/bus_error.h"
+#include "bus/lcm_transport.h"
+#include "db/sqlite_store.h"
+#include "server/server.h"
+
+namespace legopt::server {
+namespace {
+
+// Shared with the client and the worker; client/exit_codes.h documents them for users.
+constexpr int kExitUsage = 2;
+constexpr int kExitDatabaseUnusable = 6;
+constexpr int kExitNetworkUnusable = 7;
+constexpr int kExitInternal = 70;
+
+constexpr microseconds kProbePatience{400'000};
+constexpr microseconds kLongestWait{1'000'000};
+constexpr microseconds kLinger{200'000};  // answers repeats of the last requests before leaving
+
+struct Arguments {
+  std::filesystem::path database;
+  bus::LcmOptions network;
+  bool verbose = false;
+};
+
+// SIGINT and SIGTERM as a descriptor. Made before any thread, so that all of them have the signals blocked.
+class StopSignal {
+ public:
+  StopSignal() {
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGTERM);
+    sigprocmask(SIG_BLOCK, &signals, nullptr);
+    descriptor_ = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+    if (descriptor_ < 0) throw std::runtime_error("signalfd failed");
+  }
+  ~StopSignal() { close(descriptor_); }
+  StopSignal(const StopSignal&) = delete;
+  StopSignal& operator=(const StopSignal&) = delete;
+
+  int descriptor() const { return descriptor_; }
+  bool received() {
+    signalfd_siginfo info{};
+    return read(descriptor_, &info, sizeof(info)) == static_cast<ssize_t>(sizeof(info));
+  }
+
+ private:
+  int descriptor_ = -1;
+};
+
+std::int64_t WallClock() {
+  return std::chrono::duration_cast<microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+std::string Hostname() {
+  std::array<char, 256> name{};
+  gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+ServerOptions OptionsFor(const Arguments& arguments) {
+  ServerOptions options;
+  options.scheduler.server_instance = bus::RandomEndpointId();
+  options.version = LEGOPT_VERSION;
+  options.hostname = Hostname();
+  options.pid = getpid();
+  options.database = std::filesystem::absolute(arguments.database).string();
+  return options;
+}
+
+void WarnAboutNetwork(const Arguments& arguments, const bus::LcmTransport& transport) {
+  if (const std::string warning = transport.receive_buffer_warning(); !warning.empty()) spdlog::info(warning);
+  if (arguments.network.ttl > 0) {
+    spdlog::warn("TTL {}: messages leave this host and are not authenticated; use a trusted network only",
+                 arguments.network.ttl);
+  }
+}
+
+// Until a signal or a client stops it; then answers repeats of its last requests for a moment.
+void ServeUntilStopped(Server& server, bus::Endpoint& endpoint, StopSignal& stop) {
+  bool foreign_reported = false;
+  const std::array<pollfd, 1> extra{pollfd{stop.descriptor(), POLLIN, 0}};
+  while (!server.shutdown_requested() && !stop.received()) {
+    server.Round(kLongestWait, extra);
+    if (!foreign_reported && endpoint.counters().rejected_deployment > 0) {
+      foreign_reported = true;
+      spdlog::warn("another deployment uses this port; its messages are ignored. Give each its own --port");
+    }
+  }
+  server.Drain();
+  const microseconds end = endpoint.now() + kLinger;
+  while (endpoint.now() < end) server.Round(end - endpoint.now());
+}
+
+int Serve(const Arguments& arguments) {
+  StopSignal stop;
+  const auto store = db::OpenSqliteStore(arguments.database);
+  bus::LcmTransport transport(arguments.network);
+  WarnAboutNetwork(arguments, transport);
+  const std::string address = arguments.network.group + ":" + std::to_string(arguments.network.port);
+  if (const std::string other = FindOtherServer(transport, bus::RandomSeed(), kProbePatience); !other.empty()) {
+    std::cerr << "legopt-server: another server answers on " << address << " (" << other
+              << "); stop it or choose another --port\n";
+    return kExitNetworkUnusable;
+  }
+  bus::Endpoint endpoint(transport, bus::kServer, bus::RandomSeed());
+  QueryService queries(arguments.database);
+  Server server(endpoint, *store, &queries, OptionsFor(arguments), WallClock, bus::RandomEndpointId);
+  server.Work();
+  std::cout << "legopt-server ready on " << address << " with database "
+            << std::filesystem::absolute(arguments.database).string() << " (pid " << getpid() << ")" << std::endl;
+  ServeUntilStopped(server, endpoint, stop);
+  spdlog::info("stopping");
+  return 0;
+}
+
+int Run(int argc, char** argv) {
+  Arguments arguments;
+  arguments.network = bus::LcmOptions::FromEnvironment();
+  CLI::App app(
+      "The legopt experiment service: leases the jobs of submitted experiments to workers and stores their results.");
+  app.set_version_flag("--version", LEGOPT_VERSION);
+  app.add_option("--db", arguments.database, "Database file; created when missing")->required();
+  app.add_option("--port", arguments.network.port, "Control port; the next one carries bulk data (LEGOPT_PORT)")
+      ->capture_default_str();
+  app.add_option("--group", arguments.network.group, "Multicast group of the deployment (LEGOPT_GROUP)")
+      ->capture_default_str();
+  app.add_option("--ttl", arguments.network.ttl, "Hops that messages may travel; 0 stays on this host")
+      ->capture_default_str();
+  app.add_flag("--verbose", arguments.verbose, "Log what happens to stderr");
+  app.footer("Exit codes: 0 stopped, 2 wrong usage, 6 database unusable, 7 network unusable, 70 internal error.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kExitUsage;
+  }
+  spdlog::set_level(arguments.verbose ? spdlog::level::debug : spdlog::level::warn);
+  return Serve(arguments);
+}
+
+int ReportError(const std::string& what, int exit_code) {
+  std::cerr << "legopt-server: " << what << "\n";
+  return exit_code;
+}
+
+}  // namespace
+}  // namespace legopt::server
+
+int main(int argc, char** argv) {
+  namespace server = legopt::server;
+  using legopt::bus::BusError;
+  using legopt::bus::BusErrorCode;
+  using legopt::db::StoreError;
+  using legopt::db::StoreErrorCode;
+  // Standard output belongs to the "ready" line.
+  spdlog::set_default_logger(spdlog::stderr_logger_mt("legopt-server"));
+  try {
+    return server::Run(argc, argv);
+  } catch (const StoreError& error) {
+    const bool defect = error.code() == StoreErrorCode::kConstraint || error.code() == StoreErrorCode::kBadQuery;
+    return server::ReportError(error.what(), defect ? server::kExitInternal : server::kExitDatabaseUnusable);
+  } catch (const BusError& error) {
+    const bool usage = error.code() == BusErrorCode::kInvalidOption;
+    return server::ReportError(error.what(), usage ? server::kExitUsage : server::kExitNetworkUnusable);
+  } catch (const legopt::server::SpecError& error) {
+    return server::ReportError(std::string("the database holds an illegal experiment: ") + error.what(),
+                               server::kExitDatabaseUnusable);
+  } catch (const std::exception& error) {
+    return server::ReportError(error.what(), server::kExitInternal);
+  }
+}

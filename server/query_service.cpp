@@ -1,0 +1,170 @@
+#include "server/query_service.h"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "db/read_only_database.h"
+
+namespace legopt::server {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::size_t kMaxAnswerBytes = std::size_t{48} << 20;  // query_reply.json
+constexpr std::chrono::seconds kTimeLimit{30};
+
+std::string HexOf(const std::string& bytes) {
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string hex;
+  hex.reserve(2 * bytes.size());
+  for (const char c : bytes) {
+    const auto byte = static_cast<unsigned char>(c);
+    hex += kDigits[byte >> 4U];
+    hex += kDigits[byte & 0xfU];
+  }
+  return hex;
+}
+
+// Blobs become hexadecimal text, as SQL's hex() would.
+Json JsonOf(const db::Value& value) {
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) return *integer;
+  if (const auto* real = std::get_if<double>(&value)) return *real;
+  if (const auto* text = std::get_if<std::string>(&value)) return *text;
+  if (const auto* blob = std::get_if<db::Blob>(&value)) return HexOf(blob->bytes);
+  return nullptr;
+}
+
+legopt_msg::query_reply Failure(const std::string& message) {
+  legopt_msg::query_reply reply{};
+  reply.status = 1;
+  reply.message = message;
+  return reply;
+}
+
+legopt_msg::query_reply Answer(const db::QueryResult& result) {
+  Json rows = Json::array();
+  for (const auto& row : result.rows) {
+    Json cells = Json::array();
+    for (const db::Value& value : row) cells.push_back(JsonOf(value));
+    rows.push_back(std::move(cells));
+  }
+  const Json json{{"columns", result.columns}, {"rows", std::move(rows)}, {"truncated", result.truncated}};
+  legopt_msg::query_reply reply{};
+  // Text in the database may be anything that a worker once sent.
+  reply.json = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (reply.json.size() > kMaxAnswerBytes) {
+    return Failure("the answer has " + std::to_string(reply.json.size() >> 20U) +
+                   " MiB, more than the 48 that one reply may have; ask for fewer rows or columns");
+  }
+  return reply;
+}
+
+}  // namespace
+
+class QueryService::Impl {
+ public:
+  explicit Impl(std::filesystem::path database)
+      : path_(std::move(database)), event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+    if (event_ < 0) throw std::system_error(errno, std::generic_category(), "eventfd");
+    thread_ = std::thread([this] { Read(); });
+  }
+
+  ~Impl() {
+    {
+      const std::lock_guard lock(mutex_);
+      stopping_ = true;
+      if (running_ != nullptr) running_->Interrupt();
+    }
+    wake_.notify_all();
+    thread_.join();
+    close(event_);
+  }
+
+  bool Start(std::int64_t ticket, legopt_msg::query_request request) {
+    const std::lock_guard lock(mutex_);
+    if (waiting_.size() >= kMaxWaiting) return false;
+    waiting_.emplace_back(ticket, std::move(request));
+    wake_.notify_all();
+    return true;
+  }
+
+  int descriptor() const { return event_; }
+
+  std::vector<Finished> TakeFinished() {
+    std::uint64_t count = 0;
+    if (read(event_, &count, sizeof(count)) < 0) return {};
+    const std::lock_guard lock(mutex_);
+    return std::exchange(finished_, {});
+  }
+
+ private:
+  void Read() {
+    std::optional<db::ReadOnlyDatabase> database;
+    while (true) {
+      std::pair<std::int64_t, legopt_msg::query_request> next;
+      {
+        std::unique_lock lock(mutex_);
+        running_ = nullptr;
+        wake_.wait(lock, [this] { return stopping_ || !waiting_.empty(); });
+        if (stopping_) return;
+        next = std::move(waiting_.front());
+        waiting_.pop_front();
+      }
+      legopt_msg::query_reply reply = Run(database, next.second);
+      const std::lock_guard lock(mutex_);
+      finished_.push_back({next.first, std::move(reply)});
+      const std::uint64_t one = 1;
+      // Fails only when the counter is full: then the descriptor is readable already.
+      [[maybe_unused]] const ssize_t written = write(event_, &one, sizeof(one));
+    }
+  }
+
+  legopt_msg::query_reply Run(std::optional<db::ReadOnlyDatabase>& database, const legopt_msg::query_request& request) {
+    try {
+      if (!database) database.emplace(path_);
+      {
+        const std::lock_guard lock(mutex_);
+        if (stopping_) return Failure("the server is stopping");
+        running_ = &*database;
+      }
+      db::QueryLimits limits;
+      limits.max_rows = request.max_rows;
+      limits.max_bytes = kMaxAnswerBytes;
+      limits.time_limit = kTimeLimit;
+      return Answer(database->Query(request.sql, {}, limits));
+    } catch (const std::exception& error) {
+      return Failure(error.what());
+    }
+  }
+
+  std::filesystem::path path_;
+  int event_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool stopping_ = false;
+  std::deque<std::pair<std::int64_t, legopt_msg::query_request>> waiting_;
+  std::vector<Finished> finished_;
+  db::ReadOnlyDatabase* running_ = nullptr;  // what Interrupt may reach, under the mutex
+  std::thread thread_;                       // last: it uses everything above
+};
+
+QueryService::QueryService(std::filesystem::path database) : impl_(std::make_unique<Impl>(std::move(database))) {}
+QueryService::~QueryService() = default;
+bool QueryService::Start(std::int64_t ticket, legopt_msg::query_request request) {
+  return impl_->Start(ticket, std::move(request));
+}
+int QueryService::descriptor() const { return impl_->descriptor(); }
+std::vector<QueryService::Finished> QueryService::TakeFinished() { return impl_->TakeFinished(); }
+
+}  // namespace legopt::server

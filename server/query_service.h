@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "legopt_msg/query_reply.hpp"
+#include "legopt_msg/query_request.hpp"
+
+namespace legopt::server {
+
+/// Runs the SQL of clients on a read-only connection in a thread of its own, so that no query delays a lease.
+///
+/// One query at a time, each bounded in rows, bytes and time; at most `kMaxWaiting` wait. Thread rule: all functions
+/// belong to the thread that made the service.
+class QueryService {
+ public:
+  static constexpr std::size_t kMaxWaiting = 64;
+
+  /// `database` is opened at the first query, by the reader thread.
+  explicit QueryService(std::filesystem::path database);
+  /// Interrupts a running query.
+  ~QueryService();
+  QueryService(const QueryService&) = delete;
+  QueryService& operator=(const QueryService&) = delete;
+
+  /// False: too many are waiting.
+  bool Start(std::int64_t ticket, legopt_msg::query_request request);
+
+  struct Finished {
+    std::int64_t ticket;
+    legopt_msg::query_reply reply;
+  };
+  /// Readable while TakeFinished has something to give.
+  int descriptor() const;
+  std::vector<Finished> TakeFinished();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace legopt::server

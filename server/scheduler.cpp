@@ -1,0 +1,250 @@
+#include "server/scheduler.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "bus/messages.h"
+
+namespace legopt::server {
+namespace {
+
+std::int64_t& CountOf(db::ExperimentSummary& summary, db::JobState state) {
+  return summary.jobs_by_state[static_cast<int>(state)];
+}
+
+// Names are for tables; they change neither options nor hash.
+std::string WithoutName(const std::string& options_json) {
+  auto options = nlohmann::json::parse(options_json, nullptr, false);
+  if (options.is_object()) options.erase("name");
+  return options.dump();
+}
+
+}  // namespace
+
+Scheduler::Scheduler(const SchedulerOptions& options, db::OpenState state, TokenSource tokens, Lookup lookup,
+                     const Instant& now)
+    : options_(options),
+      tokens_(std::move(tokens)),
+      lookup_(std::move(lookup)),
+      next_experiment_id_(state.next_experiment_id),
+      next_job_id_(state.next_job_id),
+      next_cell_id_(state.next_cell_id),
+      next_worker_id_(state.next_worker_id) {
+  for (db::ExperimentSummary& summary : state.experiments) {
+    submissions_.emplace(summary.submission_id, summary.experiment_id);
+    summaries_.emplace(summary.experiment_id, std::move(summary));
+  }
+  for (auto& [id, record] : state.workers) {
+    worker_of_endpoint_.emplace(record.endpoint, id);
+    workers_[id].record = std::move(record);
+  }
+  for (const db::OpenExperiment& open : state.open) {
+    const db::ExperimentSummary& summary = summaries_.at(open.experiment_id);
+    auto experiment = std::make_unique<Experiment>(open.experiment_id, summary.first_job_id, ParseSpec(open.spec_json));
+    if (experiment->num_jobs() != static_cast<std::int64_t>(open.jobs.size())) {
+      throw SpecError("experiment " + std::to_string(open.experiment_id) + " is stored with another number of jobs");
+    }
+    for (std::int64_t index = 0; index < experiment->num_jobs(); ++index) {
+      const db::OpenJob& stored = open.jobs[static_cast<std::size_t>(index)];
+      Job& job = experiment->job(index);
+      job.token = stored.token;
+      job.attempts = static_cast<std::uint16_t>(stored.attempts);
+      job.returned = static_cast<std::uint16_t>(stored.returned);
+      job.state = stored.state;
+      job.outcome = stored.outcome;
+      if (stored.state != db::JobState::kLeased) continue;
+      // The worker may still be at it: it gets a full lease to be heard of.
+      leases_[experiment->job_id(index)] = {stored.worker_id, now.steady + options_.lease + options_.grace, false};
+      ++workers_[stored.worker_id].leases;
+    }
+    by_first_job_[summary.first_job_id] = experiment.get();
+    open_[open.experiment_id] = std::move(experiment);
+  }
+  next_scan_ = now.steady + options_.expiry_scan;
+}
+
+// --- Experiments -----------------------------------------------------------------------------------------------------
+
+legopt_msg::submit_reply Scheduler::Submit(const Instant& now, const legopt_msg::submit_request& request, Ops& ops) {
+  legopt_msg::submit_reply reply{};
+  const auto refuse = [&](const std::string& why) {
+    ++counters_.submissions_refused;
+    reply.status = 2;
+    reply.message = why;
+    return reply;
+  };
+  ExperimentSpec spec;
+  try {
+    spec = ParseSpec(request.spec_json);
+  } catch (const SpecError& error) {
+    return refuse(error.what());
+  }
+  if (const auto known = submissions_.find(request.submission_id); known != submissions_.end()) {
+    const db::ExperimentSummary& summary = summaries_.at(known->second);
+    if (summary.spec_hash != spec.hash) {
+      return refuse("submission id '" + request.submission_id + "' was used for experiment " +
+                    std::to_string(known->second) + " with another content; use a new id");
+    }
+    ++counters_.resubmitted;
+    reply.status = 1;
+    reply.experiment_id = known->second;
+    reply.num_jobs = summary.num_jobs;
+    return reply;
+  }
+  for (const db::MethodRecord& method : spec.methods) {
+    const auto options = lookup_.method_options(method.hash);
+    if (options && WithoutName(*options) != WithoutName(method.options_json)) {
+      return refuse("method '" + method.name + "': hash " + method.hash + " stands for other options already");
+    }
+  }
+  std::int64_t open_jobs = num_queued() + num_leases();
+  if (open_jobs + spec.num_jobs() > options_.max_open_jobs) {
+    return refuse("the server has " + std::to_string(open_jobs) + " open jobs and takes at most " +
+                  std::to_string(options_.max_open_jobs) + "; submit again later");
+  }
+  db::NewExperiment rows = MakeNewExperiment(spec, next_experiment_id_++, next_job_id_, next_cell_id_);
+  rows.submission_id = request.submission_id;
+  rows.submitted_at_us = now.wall_us;
+  next_job_id_ += spec.num_jobs();
+  next_cell_id_ += static_cast<std::int64_t>(rows.cells.size());
+  AddExperiment(rows, std::move(spec));
+  ++counters_.submitted;
+  reply.status = 0;
+  reply.experiment_id = rows.experiment_id;
+  reply.num_jobs = static_cast<std::int64_t>(rows.jobs.size());
+  ops.emplace_back(db::CreateExperiment{std::move(rows)});
+  ops.emplace_back(db::RecordEvent{"experiment_submitted", now.wall_us, reply.experiment_id, {}, {}, {}});
+  return reply;
+}
+
+void Scheduler::AddExperiment(const db::NewExperiment& rows, ExperimentSpec spec) {
+  db::ExperimentSummary summary;
+  summary.experiment_id = rows.experiment_id;
+  summary.submission_id = rows.submission_id;
+  summary.name = spec.name;
+  summary.spec_hash = spec.hash;
+  summary.first_job_id = rows.jobs.front().job_id;
+  summary.num_jobs = spec.num_jobs();
+  summary.submitted_at_us = rows.submitted_at_us;
+  CountOf(summary, db::JobState::kQueued) = summary.num_jobs;
+  auto experiment = std::make_unique<Experiment>(rows.experiment_id, summary.first_job_id, std::move(spec));
+  by_first_job_[summary.first_job_id] = experiment.get();
+  open_[rows.experiment_id] = std::move(experiment);
+  submissions_[summary.submission_id] = rows.experiment_id;
+  summaries_[rows.experiment_id] = std::move(summary);
+}
+
+legopt_msg::cancel_reply Scheduler::Cancel(const Instant& now, const legopt_msg::cancel_request& request, Ops& ops) {
+  legopt_msg::cancel_reply reply{};
+  const auto found = summaries_.find(request.experiment_id);
+  if (found == summaries_.end()) {
+    reply.status = 1;
+    reply.message = "there is no experiment " + std::to_string(request.experiment_id);
+    return reply;
+  }
+  if (found->second.state != db::ExperimentState::kActive) {
+    // Asked again, or too late: nothing is left to cancel, which is what the caller wants.
+    reply.message = "experiment " + std::to_string(request.experiment_id) + " is " +
+                    std::string(db::ToString(found->second.state)) + " already";
+    return reply;
+  }
+  Experiment& experiment = *open_.at(request.experiment_id);
+  for (std::int64_t index = 0; index < experiment.num_jobs(); ++index) {
+    Job& job = experiment.job(index);
+    if (db::IsTerminal(job.state)) continue;
+    if (job.state == db::JobState::kLeased) {
+      job.outcome = db::AttemptOutcome::kCancelled;
+      DropLease(experiment.job_id(index));
+    }
+    SetJobState(experiment, job, db::JobState::kCancelled);
+    ++reply.num_jobs;
+  }
+  counters_.jobs_cancelled += static_cast<std::uint64_t>(reply.num_jobs);
+  found->second.state = db::ExperimentState::kCancelled;
+  found->second.finished_at_us = now.wall_us;
+  experiment.closed_at = now.steady;
+  ops.emplace_back(db::CancelExperiment{request.experiment_id, now.wall_us});
+  ops.emplace_back(db::RecordEvent{"experiment_cancelled", now.wall_us, request.experiment_id, {}, {}, {}});
+  return reply;
+}
+
+void Scheduler::FinishIfComplete(const Instant& now, Experiment& experiment, Ops& ops) {
+  db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
+  const std::int64_t left = CountOf(summary, db::JobState::kQueued) + CountOf(summary, db::JobState::kLeased);
+  if (left > 0 || summary.state != db::ExperimentState::kActive) return;
+  summary.state = db::ExperimentState::kDone;
+  summary.finished_at_us = now.wall_us;
+  experiment.closed_at = now.steady;
+  ops.emplace_back(db::FinishExperiment{summary.experiment_id, now.wall_us});
+  ops.emplace_back(db::RecordEvent{"experiment_finished", now.wall_us, summary.experiment_id, {}, {}, {}});
+}
+
+// --- Small parts -----------------------------------------------------------------------------------------------------
+
+Scheduler::Worker* Scheduler::FindWorker(std::int64_t worker_id, bus::EndpointId sender) {
+  const auto found = workers_.find(worker_id);
+  return found == workers_.end() || found->second.record.endpoint != sender ? nullptr : &found->second;
+}
+
+Scheduler::JobRef Scheduler::FindJob(std::int64_t job_id) {
+  auto after = by_first_job_.upper_bound(job_id);
+  if (after == by_first_job_.begin()) return {};
+  Experiment* experiment = std::prev(after)->second;
+  const std::int64_t index = job_id - experiment->first_job_id();
+  return index < experiment->num_jobs() ? JobRef{experiment, index} : JobRef{};
+}
+
+void Scheduler::SetJobState(Experiment& experiment, Job& job, db::JobState state) {
+  db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
+  --CountOf(summary, job.state);
+  ++CountOf(summary, state);
+  job.state = state;
+}
+
+void Scheduler::DropLease(std::int64_t job_id) {
+  const auto lease = leases_.find(job_id);
+  if (lease == leases_.end()) return;
+  --workers_[lease->second.worker_id].leases;
+  leases_.erase(lease);
+}
+
+std::int64_t Scheduler::num_queued() const {
+  std::int64_t queued = 0;
+  for (const auto& [id, experiment] : open_) {
+    queued += summaries_.at(id).jobs_by_state[static_cast<int>(db::JobState::kQueued)];
+  }
+  return queued;
+}
+
+std::vector<WorkerStatus> Scheduler::workers() const {
+  std::vector<WorkerStatus> list;
+  for (const auto& [id, worker] : workers_) {
+    if (worker.online || worker.leases > 0) {
+      list.push_back({worker.record, worker.online, worker.last_seen, worker.leases, worker.datasets});
+    }
+  }
+  return list;
+}
+
+std::vector<std::pair<std::string_view, std::uint64_t>> SchedulerCounters::Listing() const {
+  return {{"submitted", submitted},
+          {"resubmitted", resubmitted},
+          {"submissions_refused", submissions_refused},
+          {"leases", leases},
+          {"heartbeats", heartbeats},
+          {"renewals", renewals},
+          {"unknown_leases", unknown_leases},
+          {"leases_expired", leases_expired},
+          {"results_accepted", results_accepted},
+          {"results_duplicate", results_duplicate},
+          {"results_stale", results_stale},
+          {"results_refused", results_refused},
+          {"attempts_failed", attempts_failed},
+          {"attempts_returned", attempts_returned},
+          {"jobs_dead", jobs_dead},
+          {"jobs_failed", jobs_failed},
+          {"jobs_cancelled", jobs_cancelled}};
+}
+
+}  // namespace legopt::server

@@ -1,0 +1,185 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bus/transport.h"
+#include "db/store.h"
+#include "legopt_msg/cancel_reply.hpp"
+#include "legopt_msg/cancel_request.hpp"
+#include "legopt_msg/heartbeat_reply.hpp"
+#include "legopt_msg/heartbeat_request.hpp"
+#include "legopt_msg/hello_reply.hpp"
+#include "legopt_msg/hello_request.hpp"
+#include "legopt_msg/lease_reply.hpp"
+#include "legopt_msg/lease_request.hpp"
+#include "legopt_msg/result_reply.hpp"
+#include "legopt_msg/result_request.hpp"
+#include "legopt_msg/submit_reply.hpp"
+#include "legopt_msg/submit_request.hpp"
+#include "server/experiment.h"
+
+namespace legopt::server {
+
+using std::chrono::microseconds;
+
+/// The moment at which a message is handled. Only `steady` decides anything; `wall_us` (microseconds since 1970) is
+/// written beside rows for people and may jump.
+struct Instant {
+  microseconds steady{0};
+  std::int64_t wall_us = 0;
+};
+
+struct SchedulerOptions {
+  std::int64_t server_instance = 0;        ///< random, of this server process
+  microseconds lease{10'000'000};          ///< renewed by every heartbeat that lists it
+  microseconds grace{1'500'000};           ///< waited beyond the lease: the worker stops itself first
+  microseconds heartbeat{1'000'000};       ///< asked of workers
+  microseconds expiry_scan{100'000};       ///< how often Tick looks for expired leases
+  microseconds retention{60'000'000};      ///< closed experiments stay in memory for late messages
+  microseconds min_retry{50'000};          ///< told to a worker for which there is no job now
+  microseconds retry_per_worker{2'000};    ///< times the number of workers: bounds the rate of idle requests
+  int max_leases_per_request = 64;         ///< whatever the worker asks for
+  int max_returns_per_job = 16;            ///< attempts given back without charge; further ones are charged
+  std::int64_t max_open_jobs = 4'000'000;  ///< of all active experiments; more is refused at submission
+};
+
+/// What the scheduler has seen since it was made.
+struct SchedulerCounters {
+  std::uint64_t submitted = 0, resubmitted = 0, submissions_refused = 0;
+  std::uint64_t leases = 0, heartbeats = 0, renewals = 0, unknown_leases = 0, leases_expired = 0;
+  std::uint64_t results_accepted = 0, results_duplicate = 0, results_stale = 0, results_refused = 0;
+  std::uint64_t attempts_failed = 0, attempts_returned = 0, jobs_dead = 0, jobs_failed = 0, jobs_cancelled = 0;
+
+  std::vector<std::pair<std::string_view, std::uint64_t>> Listing() const;
+};
+
+struct WorkerStatus {
+  db::WorkerRecord record;
+  bool online = false;
+  microseconds last_seen{0};
+  std::int64_t leases = 0;
+  std::vector<db::DatasetRecord> datasets;
+};
+
+/// Decides who works on what: the queue semantics of lcmtypes/PROTOCOL.md as a pure state machine.
+///
+/// Each message handler takes the time and the message and returns the reply; what must be durable before that reply
+/// may be sent is appended to `ops`. The caller applies the operations in order, whole batches at a time, and holds
+/// back replies until the commit. It has no clock, thread, randomness or input/output of its own: tokens come from
+/// `TokenSource`, what is no longer in memory from `Lookup`.
+///
+/// Promises, provided every batch is applied in order or the scheduler is thrown away:
+///  - a submission id makes one experiment; with other content it is refused;
+///  - a job has at most one lease at a time and at most one accepted result, under the token of its current lease;
+///  - attempts count when leased; `max_attempts` charged attempts make a job dead, with the last evidence;
+///  - after a restart from the store, running leases go on and can be completed by their workers.
+///
+/// Thread rule: one thread.
+class Scheduler {
+ public:
+  using Ops = std::vector<db::StoreOp>;
+  using TokenSource = std::function<std::int64_t()>;  ///< positive, unpredictable, never repeated
+  /// What the store knows and the scheduler does not keep in memory. Only committed facts are asked for.
+  struct Lookup {
+    std::function<std::optional<db::AttemptRecord>(std::int64_t job_id, int attempt)> attempt;
+    std::function<std::optional<std::string>(const std::string& method_hash)> method_options;
+  };
+
+  /// Takes up where the store stands. Leases that were running get a full lease from `now` on.
+  /// Throws SpecError when a stored spec is not legal (a damaged or foreign database).
+  Scheduler(const SchedulerOptions& options, db::OpenState state, TokenSource tokens, Lookup lookup,
+            const Instant& now);
+
+  legopt_msg::hello_reply Hello(const Instant& now, bus::EndpointId sender, const legopt_msg::hello_request& request,
+                                Ops& ops);
+  legopt_msg::lease_reply Lease(const Instant& now, bus::EndpointId sender, const legopt_msg::lease_request& request,
+                                Ops& ops);
+  legopt_msg::heartbeat_reply Heartbeat(const Instant& now, bus::EndpointId sender,
+                                        const legopt_msg::heartbeat_request& request);
+  legopt_msg::result_reply Result(const Instant& now, const legopt_msg::result_request& request, Ops& ops);
+  legopt_msg::submit_reply Submit(const Instant& now, const legopt_msg::submit_request& request, Ops& ops);
+  legopt_msg::cancel_reply Cancel(const Instant& now, const legopt_msg::cancel_request& request, Ops& ops);
+
+  /// Ends expired leases and forgets experiments closed long ago. Call it when next_deadline() is reached; later is
+  /// allowed (leases then live longer). Not to be called while earlier operations wait for a failing store.
+  void Tick(const Instant& now, Ops& ops);
+  std::optional<microseconds> next_deadline() const;
+
+  /// While draining no job is leased; workers are told so. Everything else goes on.
+  void set_draining(bool draining) { draining_ = draining; }
+
+  /// All experiments, by id.
+  const std::map<std::int64_t, db::ExperimentSummary>& experiments() const { return summaries_; }
+  /// Workers that were heard of within a lease, and those that still hold leases, by id.
+  std::vector<WorkerStatus> workers() const;
+  const SchedulerCounters& counters() const { return counters_; }
+  std::int64_t num_leases() const { return static_cast<std::int64_t>(leases_.size()); }
+  std::int64_t num_queued() const;
+
+ private:
+  struct LeaseState {
+    std::int64_t worker_id;
+    microseconds expires;
+    bool confirmed;  ///< listed by a heartbeat of its worker
+    std::int64_t progress_done = 0, progress_total = 0;
+  };
+  struct Worker {
+    db::WorkerRecord record;
+    std::vector<db::DatasetRecord> datasets;
+    microseconds last_seen{0};
+    bool online = false;   ///< set by SetOnline only
+    int online_slots = 0;  ///< its part of online_slots_
+    std::int64_t leases = 0;
+  };
+  struct JobRef {
+    Experiment* experiment = nullptr;
+    std::int64_t index = 0;
+  };
+
+  // scheduler.cpp
+  void AddExperiment(const db::NewExperiment& rows, ExperimentSpec spec);
+  Worker* FindWorker(std::int64_t worker_id, bus::EndpointId sender);
+  JobRef FindJob(std::int64_t job_id);
+  void SetJobState(Experiment& experiment, Job& job, db::JobState state);
+  void FinishIfComplete(const Instant& now, Experiment& experiment, Ops& ops);
+  void DropLease(std::int64_t job_id);
+  // scheduler_leases.cpp
+  void SetOnline(Worker& worker, bool online);
+  void LeaseFrom(const Instant& now, Experiment& experiment, Worker& worker, int max_jobs,
+                 legopt_msg::lease_reply& reply, Ops& ops);
+  std::string MismatchOf(const Worker& worker, const std::vector<std::string>& hashes, bool* same_name) const;
+  int FairShare(int wanted) const;
+  void ExpireLease(const Instant& now, std::int64_t job_id, Ops& ops);
+  // scheduler_results.cpp
+  legopt_msg::result_reply AcceptCurrent(const Instant& now, const JobRef& ref,
+                                         const legopt_msg::result_request& request, Ops& ops);
+  void EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt end, Ops& ops);
+  legopt_msg::result_reply AnswerEnded(const Instant& now, const db::AttemptRecord& record,
+                                       const legopt_msg::result_request& request, Ops& ops);
+  std::optional<db::AttemptRecord> AttemptOf(const JobRef& ref, std::int64_t job_id, int attempt) const;
+
+  SchedulerOptions options_;
+  TokenSource tokens_;
+  Lookup lookup_;
+  std::int64_t next_experiment_id_, next_job_id_, next_cell_id_, next_worker_id_;
+  std::map<std::int64_t, db::ExperimentSummary> summaries_;
+  std::map<std::string, std::int64_t> submissions_;           ///< submission id -> experiment
+  std::map<std::int64_t, std::unique_ptr<Experiment>> open_;  ///< by experiment id; closed ones until retention
+  std::map<std::int64_t, Experiment*> by_first_job_;
+  std::map<std::int64_t, Worker> workers_;  ///< by worker id
+  std::map<bus::EndpointId, std::int64_t> worker_of_endpoint_;
+  std::map<std::int64_t, LeaseState> leases_;  ///< by job id
+  std::int64_t online_workers_ = 0, online_slots_ = 0;
+  microseconds next_scan_{0};
+  bool draining_ = false;
+  SchedulerCounters counters_;
+};
+
+}  // namespace legopt::server

@@ -1,0 +1,265 @@
+#include <algorithm>
+
+#include "bus/messages.h"
+#include "server/scheduler.h"
+
+namespace legopt::server {
+namespace {
+
+// Status codes of the replies, lcmtypes/*.lcm.
+constexpr std::int32_t kHelloOk = 0;
+constexpr std::int32_t kHelloVersionRefused = 1;
+constexpr std::int32_t kHelloDatasetMismatch = 2;
+constexpr std::int32_t kLeased = 0;
+constexpr std::int32_t kNoneNow = 1;
+constexpr std::int32_t kUnknownWorker = 2;
+constexpr std::int32_t kDatasetMismatch = 3;
+constexpr std::int32_t kDraining = 4;
+constexpr std::int8_t kContinue = 0;
+constexpr std::int8_t kCancel = 1;
+constexpr std::int8_t kUnknownLease = 2;
+
+}  // namespace
+
+void Scheduler::SetOnline(Worker& worker, bool online) {
+  online_workers_ += (online ? 1 : 0) - (worker.online ? 1 : 0);
+  const int slots = online ? worker.record.slots : 0;
+  online_slots_ += slots - worker.online_slots;
+  worker.online_slots = slots;
+  worker.online = online;
+}
+
+legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sender,
+                                         const legopt_msg::hello_request& request, Ops& ops) {
+  legopt_msg::hello_reply reply{};
+  reply.server_instance = options_.server_instance;
+  reply.lease_us = options_.lease.count();
+  reply.heartbeat_us = options_.heartbeat.count();
+  if (request.protocol_version != bus::kProtocolVersion) {
+    reply.status = kHelloVersionRefused;
+    reply.message = "worker speaks protocol version " + std::to_string(request.protocol_version) + ", server speaks " +
+                    std::to_string(bus::kProtocolVersion) + "; run the same release on both";
+    return reply;
+  }
+  const auto known = worker_of_endpoint_.find(sender);
+  const std::int64_t worker_id = known != worker_of_endpoint_.end() ? known->second : next_worker_id_++;
+  worker_of_endpoint_[sender] = worker_id;
+  Worker& worker = workers_[worker_id];
+  worker.record = {worker_id,   sender,        request.worker_name, request.hostname,
+                   request.pid, request.slots, request.build,       now.wall_us};
+  worker.datasets.clear();
+  std::vector<std::string> hashes;
+  for (const legopt_msg::dataset_ref& dataset : request.datasets) {
+    worker.datasets.push_back({dataset.name, dataset.hash});
+    hashes.push_back(dataset.hash);
+  }
+  worker.last_seen = now.steady;
+  ops.emplace_back(db::PutWorker{worker.record});
+  if (!worker.online) {
+    ops.emplace_back(db::RecordEvent{"worker_joined", now.wall_us, {}, {}, worker_id, request.worker_name});
+  }
+  SetOnline(worker, true);
+  bool same_name = false;
+  const std::string mismatch = MismatchOf(worker, hashes, &same_name);
+  if (same_name) {
+    SetOnline(worker, false);  // it will not work
+    reply.status = kHelloDatasetMismatch;
+    reply.message = mismatch;
+    return reply;
+  }
+  reply.status = kHelloOk;
+  reply.worker_id = worker_id;
+  reply.message = mismatch;
+  return reply;
+}
+
+// Empty when there is no queued job, or one that the worker can do. Otherwise says which dataset is wanted; `same_name`
+// tells that the worker has a dataset of that name with other content, which is a mistake rather than another purpose.
+std::string Scheduler::MismatchOf(const Worker& worker, const std::vector<std::string>& hashes, bool* same_name) const {
+  std::string text;
+  *same_name = false;
+  for (const auto& [id, experiment] : open_) {
+    if (summaries_.at(id).jobs_by_state[static_cast<int>(db::JobState::kQueued)] == 0) continue;
+    const db::DatasetRecord& wanted = experiment->spec().dataset;
+    if (std::find(hashes.begin(), hashes.end(), wanted.hash) != hashes.end()) {
+      *same_name = false;
+      return {};
+    }
+    const auto twin = std::find_if(worker.datasets.begin(), worker.datasets.end(),
+                                   [&](const db::DatasetRecord& d) { return d.name == wanted.name; });
+    if (text.empty() || (twin != worker.datasets.end() && !*same_name)) {
+      text = "experiment " + std::to_string(id) + " was submitted with dataset '" + wanted.name + "' of content " +
+             wanted.hash + "; " +
+             (twin != worker.datasets.end() ? "this worker's '" + twin->name + "' has content " + twin->hash
+                                            : "this worker does not have it");
+    }
+    *same_name = *same_name || twin != worker.datasets.end();
+  }
+  return text;
+}
+
+legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sender,
+                                         const legopt_msg::lease_request& request, Ops& ops) {
+  legopt_msg::lease_reply reply{};
+  Worker* worker = FindWorker(request.worker_id, sender);
+  if (worker == nullptr || !worker->online || request.server_instance != options_.server_instance) {
+    reply.status = kUnknownWorker;
+    return reply;
+  }
+  worker->last_seen = now.steady;
+  const microseconds idle_retry = std::max(options_.min_retry, options_.retry_per_worker * online_workers_);
+  reply.retry_after_us = idle_retry.count();
+  if (draining_) {
+    reply.status = kDraining;
+    reply.message = "the server is stopping";
+    return reply;
+  }
+  const int wanted = FairShare(request.max_jobs);
+  for (auto& [id, experiment] : open_) {
+    if (static_cast<int>(reply.jobs.size()) >= wanted) break;
+    const auto& hashes = request.dataset_hashes;
+    if (std::find(hashes.begin(), hashes.end(), experiment->spec().dataset.hash) == hashes.end()) continue;
+    LeaseFrom(now, *experiment, *worker, wanted, reply, ops);
+  }
+  reply.num_jobs = static_cast<std::int32_t>(reply.jobs.size());
+  if (!reply.jobs.empty()) {
+    reply.status = kLeased;
+    return reply;
+  }
+  bool same_name = false;
+  reply.message = MismatchOf(*worker, request.dataset_hashes, &same_name);
+  reply.status = same_name ? kDatasetMismatch : kNoneNow;
+  return reply;
+}
+
+// Near the end of the queue nobody may take what others could do: at most half of what is left, shared by all slots.
+int Scheduler::FairShare(int wanted) const {
+  const std::int64_t share = num_queued() / (2 * std::max<std::int64_t>(online_slots_, 1));
+  const std::int64_t most = std::min<std::int64_t>(wanted, options_.max_leases_per_request);
+  return static_cast<int>(std::clamp<std::int64_t>(share, 1, std::max<std::int64_t>(most, 1)));
+}
+
+void Scheduler::LeaseFrom(const Instant& now, Experiment& experiment, Worker& worker, int max_jobs,
+                          legopt_msg::lease_reply& reply, Ops& ops) {
+  const ExperimentSpec& spec = experiment.spec();
+  while (static_cast<int>(reply.jobs.size()) < max_jobs) {
+    const std::optional<std::int64_t> index = experiment.TakeQueued();
+    if (!index) return;
+    Job& job = experiment.job(*index);
+    ++job.attempts;
+    job.token = tokens_();
+    job.previous = job.outcome;
+    job.outcome = db::AttemptOutcome::kRunning;
+    SetJobState(experiment, job, db::JobState::kLeased);
+    const std::int64_t job_id = experiment.job_id(*index);
+    leases_[job_id] = {worker.record.worker_id, now.steady + options_.lease + options_.grace, false};
+    ++worker.leases;
+    ++counters_.leases;
+    ops.emplace_back(db::LeaseJob{job_id, job.attempts, job.token, worker.record.worker_id, now.wall_us});
+
+    const JobCoordinates at = CoordinatesOf(spec, *index);
+    legopt_msg::lease& lease = reply.jobs.emplace_back();
+    lease.job_id = job_id;
+    lease.experiment_id = experiment.experiment_id();
+    lease.attempt = job.attempts;
+    lease.token = job.token;
+    lease.lease_us = options_.lease.count();
+    lease.dataset_hash = spec.dataset.hash;
+    lease.method_hash = spec.methods[at.method].hash;
+    lease.task = spec.tasks[at.task].task;
+    lease.initialization = spec.initializations[at.initialization];
+    lease.problem_id = spec.tasks[at.task].problems[at.problem];
+    lease.repetition = static_cast<std::int32_t>(at.repetition);
+    lease.experiment_seed = spec.seed;
+    lease.wall_limit_us = spec.wall_limit_us;
+    lease.memory_limit_bytes = spec.memory_limit_bytes;
+  }
+}
+
+legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::EndpointId sender,
+                                                 const legopt_msg::heartbeat_request& request) {
+  ++counters_.heartbeats;
+  legopt_msg::heartbeat_reply reply{};
+  reply.server_instance = options_.server_instance;
+  // After a restart a worker is known by its lease tokens before it has said hello again.
+  Worker* worker = FindWorker(request.worker_id, sender);
+  const bool registered = worker != nullptr && worker->online && request.server_instance == options_.server_instance;
+  if (worker != nullptr) worker->last_seen = now.steady;
+  reply.status = registered ? 0 : kUnknownWorker;
+  for (const legopt_msg::lease_state& held : request.leases) {
+    const JobRef ref = FindJob(held.job_id);
+    const Job* job = ref.experiment == nullptr ? nullptr : &ref.experiment->job(ref.index);
+    const bool latest = job != nullptr && job->attempts == held.attempt && job->token == held.token;
+    std::int8_t verdict = kUnknownLease;
+    if (latest && job->state == db::JobState::kLeased) {
+      LeaseState& lease = leases_.at(held.job_id);
+      lease.expires = now.steady + options_.lease + options_.grace;
+      lease.confirmed = true;
+      lease.progress_done = held.progress_done;
+      lease.progress_total = held.progress_total;
+      ++counters_.renewals;
+      verdict = kContinue;
+    } else if (latest && job->outcome == db::AttemptOutcome::kCancelled) {
+      verdict = kCancel;
+    } else if (latest && job->outcome == db::AttemptOutcome::kFinished) {
+      verdict = kContinue;  // its result is here; the acknowledgement is on its way
+    } else {
+      ++counters_.unknown_leases;
+    }
+    reply.verdicts.push_back(verdict);
+  }
+  reply.num_leases = static_cast<std::int32_t>(reply.verdicts.size());
+  return reply;
+}
+
+// --- Time ------------------------------------------------------------------------------------------------------------
+
+std::optional<microseconds> Scheduler::next_deadline() const {
+  const bool idle = leases_.empty() && open_.empty() && online_workers_ == 0;
+  return idle ? std::nullopt : std::optional(next_scan_);
+}
+
+void Scheduler::Tick(const Instant& now, Ops& ops) {
+  if (now.steady < next_scan_) return;
+  next_scan_ = now.steady + options_.expiry_scan;
+  std::vector<std::int64_t> expired;
+  for (const auto& [job_id, lease] : leases_) {
+    if (lease.expires <= now.steady) expired.push_back(job_id);
+  }
+  for (const std::int64_t job_id : expired) ExpireLease(now, job_id, ops);
+  const microseconds silence = options_.lease + options_.grace;
+  for (auto& [id, worker] : workers_) {
+    if (!worker.online || worker.last_seen + silence > now.steady) continue;
+    SetOnline(worker, false);
+    ops.emplace_back(db::RecordEvent{"worker_lost", now.wall_us, {}, {}, id, worker.record.name});
+  }
+  // Closed experiments are forgotten after a while. Their rows are committed long since: late results look there.
+  for (auto open = open_.begin(); open != open_.end();) {
+    const Experiment& experiment = *open->second;
+    if (experiment.closed_at && *experiment.closed_at + options_.retention <= now.steady) {
+      by_first_job_.erase(experiment.first_job_id());
+      open = open_.erase(open);
+    } else {
+      ++open;
+    }
+  }
+}
+
+void Scheduler::ExpireLease(const Instant& now, std::int64_t job_id, Ops& ops) {
+  const LeaseState lease = leases_.at(job_id);
+  const JobRef ref = FindJob(job_id);
+  const Worker& worker = workers_[lease.worker_id];
+  // A living worker that never mentioned the lease never got it: the reply was lost, the job did nothing wrong.
+  const bool never_arrived = !lease.confirmed && worker.online && worker.last_seen + options_.lease > now.steady;
+  ++counters_.leases_expired;
+  db::EndAttempt end;
+  end.job_id = job_id;
+  end.attempt = ref.experiment->job(ref.index).attempts;
+  end.outcome = never_arrived ? db::AttemptOutcome::kReturned : db::AttemptOutcome::kExpired;
+  end.message = never_arrived ? "the worker never received the lease"
+                              : "lease expired: nothing was heard of worker '" + worker.record.name + "' for " +
+                                    std::to_string((options_.lease + options_.grace).count() / 1000) + " ms";
+  EndCurrent(now, ref, std::move(end), ops);
+}
+
+}  // namespace legopt::server

@@ -1,0 +1,294 @@
+#include "server/server.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "bus/codec.h"
+#include "server/status.h"
+
+namespace legopt::server {
+namespace {
+
+constexpr std::size_t kMaxOpsPerCommit = 20'000;
+
+template <class Message>
+std::string EncodeReply(Message message) {
+  return bus::Encode(std::move(message));
+}
+
+}  // namespace
+
+Server::Server(bus::Endpoint& endpoint, db::Store& store, QueryService* queries, ServerOptions options,
+               WallClock wall_clock, Scheduler::TokenSource tokens)
+    : endpoint_(endpoint),
+      store_(store),
+      queries_(queries),
+      options_(std::move(options)),
+      wall_clock_(std::move(wall_clock)),
+      scheduler_(options_.scheduler, store.LoadOpenState(), std::move(tokens),
+                 {[&store](std::int64_t job_id, int attempt) { return store.FindAttempt(job_id, attempt); },
+                  [&store](const std::string& hash) { return store.FindMethodOptions(hash); }},
+                 Instant{endpoint.now(), wall_clock_()}),
+      started_(endpoint.now()),
+      last_commit_(endpoint.now()) {
+  ops_.emplace_back(db::RecordEvent{"server_started", wall_clock_(), {}, {}, {}, options_.version});
+  RegisterHandlers();
+}
+
+Server::~Server() {
+  for (std::int16_t type = 1; type <= bus::kLastMessageType; ++type) {
+    endpoint_.Serve(static_cast<bus::MessageType>(type), {});
+  }
+}
+
+Instant Server::Now() const { return {endpoint_.now(), wall_clock_()}; }
+
+// --- Handlers --------------------------------------------------------------------------------------------------------
+
+template <class Message, class Handler>
+void Server::Serve(bus::MessageType type, bool always, Handler handler) {
+  endpoint_.Serve(type, [this, always, handler](bus::Request&& request, bus::Responder responder) {
+    std::string why;
+    std::optional<Message> message = bus::Decode<Message>(request.body, &why);
+    if (!message) {
+      responder.Reject(bus::ErrorCode::kMalformed, why);
+      return;
+    }
+    if (always || store_healthy()) {
+      handler(request.sender, *message, responder);
+    } else if (deferred_.size() < options_.max_deferred) {
+      deferred_.emplace_back([handler, sender = request.sender, kept = std::move(*message), responder] {
+        handler(sender, kept, responder);
+      });
+    }
+    // Otherwise the request stays unanswered: its caller repeats it after a time-out.
+  });
+}
+
+void Server::RegisterHandlers() {
+  using bus::MessageType;
+  using Sender = bus::EndpointId;
+  Serve<legopt_msg::hello_request>(MessageType::kHello, false,
+                                   [this](Sender sender, const auto& request, auto responder) {
+                                     spdlog::info("hello from worker '{}' on {} with {} slot(s)", request.worker_name,
+                                                  request.hostname, request.slots);
+                                     Later(responder, EncodeReply(scheduler_.Hello(Now(), sender, request, ops_)));
+                                   });
+  Serve<legopt_msg::result_request>(MessageType::kResult, false, [this](Sender, const auto& request, auto responder) {
+    Later(responder, EncodeReply(scheduler_.Result(Now(), request, ops_)));
+  });
+  Serve<legopt_msg::submit_request>(MessageType::kSubmit, false, [this](Sender, const auto& request, auto responder) {
+    const auto reply = scheduler_.Submit(Now(), request, ops_);
+    spdlog::info("submission {}: status {}, experiment {}, {} jobs {}", request.submission_id, reply.status,
+                 reply.experiment_id, reply.num_jobs, reply.message);
+    Later(responder, EncodeReply(reply));
+  });
+  Serve<legopt_msg::cancel_request>(MessageType::kCancel, false, [this](Sender, const auto& request, auto responder) {
+    Later(responder, EncodeReply(scheduler_.Cancel(Now(), request, ops_)));
+  });
+  // Heartbeats renew in memory only: they must work while the disk does not.
+  Serve<legopt_msg::heartbeat_request>(MessageType::kHeartbeat, true,
+                                       [this](Sender sender, const auto& request, auto responder) {
+                                         responder.Reply(EncodeReply(scheduler_.Heartbeat(Now(), sender, request)));
+                                       });
+  Serve<legopt_msg::method_request>(MessageType::kMethod, true, [this](Sender, const auto& request, auto responder) {
+    const auto options = store_.FindMethodOptions(request.hash);
+    legopt_msg::method_reply reply{};
+    reply.status = options ? 0 : 1;
+    reply.options_json = options.value_or("");
+    responder.Reply(EncodeReply(reply));
+  });
+  Serve<legopt_msg::shutdown_request>(MessageType::kShutdown, true, [this](Sender, const auto&, auto responder) {
+    spdlog::info("shutdown requested");
+    shutdown_requested_ = true;
+    Drain();
+    responder.Reply(EncodeReply(legopt_msg::shutdown_reply{}));  // promises nothing that a disk must keep
+  });
+  ServeProbe();
+  ServeLease();
+  ServeStatus();
+  ServeQuery();
+}
+
+void Server::ServeProbe() {
+  Serve<legopt_msg::probe_request>(bus::MessageType::kProbe, true,
+                                   [this](bus::EndpointId, const auto&, auto responder) {
+                                     legopt_msg::probe_reply reply{};
+                                     reply.protocol_version = bus::kProtocolVersion;
+                                     reply.server_version = options_.version;
+                                     reply.hostname = options_.hostname;
+                                     reply.pid = options_.pid;
+                                     reply.server_instance = options_.scheduler.server_instance;
+                                     reply.database = options_.database;
+                                     reply.uptime_us = (endpoint_.now() - started_).count();
+                                     reply.wall_clock_us = wall_clock_();
+                                     responder.Reply(EncodeReply(reply));
+                                   });
+}
+
+void Server::ServeLease() {
+  Serve<legopt_msg::lease_request>(
+      bus::MessageType::kLease, true, [this](bus::EndpointId sender, const auto& request, auto responder) {
+        if (store_healthy()) {
+          Later(responder, EncodeReply(scheduler_.Lease(Now(), sender, request, ops_)));
+          return;
+        }
+        legopt_msg::lease_reply reply{};
+        reply.status = 1;
+        reply.retry_after_us = options_.max_store_retry.count();
+        reply.message = "no job is leased while the database cannot be written: " + store_error_;
+        responder.Reply(EncodeReply(reply));
+      });
+}
+
+void Server::ServeStatus() {
+  Serve<legopt_msg::status_request>(
+      bus::MessageType::kStatus, true, [this](bus::EndpointId, const auto& request, auto responder) {
+        nlohmann::json status = StatusJson(scheduler_, request.experiment_id, Now());
+        nlohmann::json transport = nlohmann::json::object();
+        for (const auto& [name, value] : endpoint_.counters().Listing()) transport[std::string(name)] = value;
+        status["server"]["transport"] = std::move(transport);
+        status["server"]["store_error"] = store_error_;
+        legopt_msg::status_reply reply{};
+        reply.json = status.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+        responder.Reply(EncodeReply(reply));
+      });
+}
+
+void Server::ServeQuery() {
+  Serve<legopt_msg::query_request>(
+      bus::MessageType::kQuery, true, [this](bus::EndpointId, const auto& request, auto responder) {
+        const std::int64_t ticket = next_query_++;
+        if (queries_ != nullptr && queries_->Start(ticket, request)) {
+          open_queries_.emplace(ticket, responder);
+          return;
+        }
+        legopt_msg::query_reply reply{};
+        reply.status = 1;
+        reply.message = queries_ == nullptr ? "this server has no database file" : "too many queries wait; try again";
+        responder.Reply(EncodeReply(reply));
+      });
+}
+
+void Server::FinishQueries() {
+  if (queries_ == nullptr || open_queries_.empty()) return;
+  for (QueryService::Finished& finished : queries_->TakeFinished()) {
+    const auto open = open_queries_.find(finished.ticket);
+    if (open == open_queries_.end()) continue;
+    open->second.Reply(EncodeReply(std::move(finished.reply)));
+    open_queries_.erase(open);
+  }
+}
+
+void Server::Later(bus::Responder responder, std::string body) {
+  replies_.push_back({std::move(responder), std::move(body)});
+}
+
+void Server::Drain() {
+  if (draining_) return;
+  draining_ = true;
+  scheduler_.set_draining(true);
+  ops_.emplace_back(db::RecordEvent{"server_stopping", wall_clock_(), {}, {}, {}, {}});
+}
+
+// --- Rounds ----------------------------------------------------------------------------------------------------------
+
+microseconds Server::WaitTime(microseconds max_wait) const {
+  const microseconds now = endpoint_.now();
+  microseconds wait = max_wait;
+  if (!store_healthy()) return std::clamp(store_retry_at_ - now, microseconds(0), wait);
+  if (!ops_.empty() || !replies_.empty()) return microseconds(0);
+  if (const auto deadline = scheduler_.next_deadline()) wait = std::min(wait, *deadline - now);
+  if (!tidy_) wait = std::min(wait, last_commit_ + options_.idle_checkpoint - now);
+  return std::max(wait, microseconds(0));
+}
+
+void Server::Round(microseconds max_wait, std::span<const pollfd> extra) {
+  std::vector<pollfd> descriptors(extra.begin(), extra.end());
+  if (queries_ != nullptr) descriptors.push_back({queries_->descriptor(), POLLIN, 0});
+  endpoint_.PollWith(descriptors, WaitTime(max_wait));
+  Work();
+}
+
+void Server::Work() {
+  FinishQueries();
+  if (store_healthy()) {
+    scheduler_.Tick(Now(), ops_);
+    CommitRound();
+  } else if (endpoint_.now() >= store_retry_at_) {
+    Commit();
+    if (store_healthy()) ResumeDeferred();
+  }
+  if (store_healthy() && !tidy_ && endpoint_.now() >= last_commit_ + options_.idle_checkpoint) {
+    tidy_ = true;
+    try {
+      store_.Idle();
+    } catch (const db::StoreError& error) {
+      // Nothing is lost: the log is only longer than it could be.
+      spdlog::warn("checkpoint: {}", error.what());
+    }
+  }
+}
+
+void Server::CommitRound() {
+  if (!ops_.empty()) {
+    Commit();
+  } else {
+    for (Pending& pending : replies_) pending.responder.Reply(std::move(pending.body));
+    replies_.clear();
+  }
+}
+
+void Server::Commit() {
+  try {
+    store_.Apply(ops_);
+  } catch (const db::StoreError& error) {
+    if (!error.transient()) throw;
+    if (store_healthy()) {
+      spdlog::error("the database cannot be written, nothing is leased or acknowledged: {}", error.what());
+      store_retry_after_ = options_.first_store_retry;
+    } else {
+      store_retry_after_ = std::min(2 * store_retry_after_, options_.max_store_retry);
+    }
+    store_error_ = error.what();
+    store_retry_at_ = endpoint_.now() + store_retry_after_;
+    return;
+  }
+  if (!store_healthy()) spdlog::warn("the database can be written again");
+  store_error_.clear();
+  ops_.clear();
+  if (ops_.capacity() > kMaxOpsPerCommit) ops_.shrink_to_fit();
+  last_commit_ = endpoint_.now();
+  tidy_ = false;
+  for (Pending& pending : replies_) pending.responder.Reply(std::move(pending.body));
+  replies_.clear();
+}
+
+// In the order of arrival; what they cause is committed in the next round.
+void Server::ResumeDeferred() {
+  std::deque<std::function<void()>> waiting = std::exchange(deferred_, {});
+  for (auto& handle : waiting) handle();
+}
+
+std::string FindOtherServer(bus::Transport& transport, std::uint64_t seed, microseconds patience) {
+  std::string found;
+  bool done = false;
+  bus::Endpoint endpoint(transport, bus::RandomEndpointId(), seed);
+  legopt_msg::probe_request request{};
+  bus::CallOptions call;
+  call.timeout = patience;
+  call.first_retry = patience / 8;
+  endpoint.Call(bus::kServer, bus::MessageType::kProbe, bus::Encode(request), call, [&](bus::CallResult&& result) {
+    done = true;
+    if (result.status == bus::CallResult::kTimeout) return;
+    const auto reply = bus::Decode<legopt_msg::probe_reply>(result.body);
+    found =
+        reply ? "process " + std::to_string(reply->pid) + " on " + reply->hostname + " with database " + reply->database
+              : "a server of another protocol version";
+  });
+  while (!done) endpoint.Poll(patience);
+  return found;
+}
+
+}  // namespace legopt::server

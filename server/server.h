@@ -1,0 +1,115 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bus/endpoint.h"
+#include "db/store.h"
+#include "server/query_service.h"
+#include "server/scheduler.h"
+
+namespace legopt::server {
+
+struct ServerOptions {
+  SchedulerOptions scheduler;
+  std::string version;                      ///< of this release
+  std::string hostname;                     ///< for humans
+  std::int64_t pid = 0;                     ///< for humans
+  std::string database;                     ///< absolute path, for humans
+  microseconds idle_checkpoint{1'000'000};  ///< quiet time after which the store may tidy up
+  microseconds first_store_retry{50'000};   ///< after a transient store error; doubles up to max_store_retry
+  microseconds max_store_retry{2'000'000};
+  std::size_t max_deferred = 4096;  ///< requests kept while the store fails; more are left to their callers
+};
+
+/// The scheduler on the bus, over a store: messages in, one transaction per round, then the replies.
+///
+/// A round takes what has arrived, applies all its operations in one commit, and only then sends the replies: whatever
+/// a caller is told is on disk. While the store reports a full disk, an I/O error or a lock, the same transaction is
+/// tried again and again; nothing is acknowledged or leased, heartbeats, status and queries are answered, and other
+/// requests wait. Other store errors end Round with that StoreError.
+///
+/// Thread rule: the endpoint's thread.
+class Server {
+ public:
+  using WallClock = std::function<std::int64_t()>;  ///< microseconds since 1970
+
+  /// Everything must outlive the server; `queries` may be null (then SQL is refused). Loads the store's open state.
+  /// Throws StoreError, SpecError.
+  Server(bus::Endpoint& endpoint, db::Store& store, QueryService* queries, ServerOptions options, WallClock wall_clock,
+         Scheduler::TokenSource tokens);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  /// Polls for at most `max_wait` (less when something is due) and does all that is to do. `extra` descriptors wake it
+  /// up; their revents are filled in.
+  void Round(microseconds max_wait, std::span<const pollfd> extra = {});
+  /// The part of a round after polling; for drivers that poll the endpoint themselves (simulations).
+  void Work();
+
+  /// A client asked for the end of the server.
+  bool shutdown_requested() const { return shutdown_requested_; }
+  /// Leases no more jobs, tells workers so, and notes the end in the events; committed by the next round.
+  void Drain();
+
+  bool store_healthy() const { return store_error_.empty(); }
+  const Scheduler& scheduler() const { return scheduler_; }
+
+ private:
+  struct Pending {
+    bus::Responder responder;
+    std::string body;
+  };
+
+  void RegisterHandlers();
+  /// Registers a handler that decodes, and that is put off while the store fails unless `always` is set.
+  template <class Message, class Handler>
+  void Serve(bus::MessageType type, bool always, Handler handler);
+  void ServeProbe();
+  void ServeQuery();
+  void ServeLease();
+  void ServeStatus();
+  void Later(bus::Responder responder, std::string body);  ///< reply after the commit
+  void FinishQueries();
+  void CommitRound();
+  void Commit();
+  void ResumeDeferred();
+  Instant Now() const;
+  microseconds WaitTime(microseconds max_wait) const;
+
+  bus::Endpoint& endpoint_;
+  db::Store& store_;
+  QueryService* queries_;
+  ServerOptions options_;
+  WallClock wall_clock_;
+  Scheduler scheduler_;
+  microseconds started_;
+
+  Scheduler::Ops ops_;
+  std::vector<Pending> replies_;
+  std::string store_error_;  ///< empty: healthy
+  microseconds store_retry_at_{0}, store_retry_after_{0};
+  std::deque<std::function<void()>> deferred_;
+  microseconds last_commit_{0};
+  bool tidy_ = true;
+  std::map<std::int64_t, bus::Responder> open_queries_;
+  std::int64_t next_query_ = 1;
+  bool shutdown_requested_ = false;
+  bool draining_ = false;
+};
+
+/// Asks whether a server answers on this transport, for up to `patience` of its clock: a description for an error
+/// message, empty when none answered. To be used before an endpoint serves there. For transports whose Poll waits, not
+/// simulated ones.
+std::string FindOtherServer(bus::Transport& transport, std::uint64_t seed, microseconds patience);
+
+}  // namespace legopt::server

@@ -1,0 +1,236 @@
+#include "server/spec.h"
+
+#include <sodium.h>
+
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <set>
+
+namespace legopt::server {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kSpecVersion = 1;
+constexpr std::size_t kMaxNameBytes = 200;
+constexpr std::size_t kMaxMethods = 1000;
+constexpr std::int64_t kMaxRepetitions = 100'000;
+constexpr std::int64_t kMaxAttempts = 100;
+constexpr std::int64_t kMaxProblemId = 1'000'000;
+constexpr std::int64_t kMaxWaypoints = 1'000'000;
+constexpr std::int64_t kMaxMultiStarts = 1'000'000;
+constexpr double kMaxWallTime_s = 7 * 86'400.0;
+constexpr double kMinMemory_mb = 64;
+constexpr double kMaxMemory_mb = 1 << 20;
+constexpr double kBytesPerMb = 1 << 20;
+
+[[noreturn]] void Refuse(const std::string& key, const std::string& what) {
+  throw SpecError("experiment spec: " + key + ": " + what);
+}
+
+// Every object is closed: an unknown key would silently change nothing.
+const Json& RequireObject(const Json& json, const std::string& key, std::initializer_list<const char*> allowed) {
+  if (!json.is_object()) Refuse(key, "must be an object");
+  for (const auto& [name, value] : json.items()) {
+    bool known = false;
+    for (const char* candidate : allowed) known = known || name == candidate;
+    if (!known) Refuse(key.empty() ? name : key + "." + name, "unknown key");
+  }
+  return json;
+}
+
+const Json& Member(const Json& object, const std::string& key, const char* name) {
+  const auto found = object.find(name);
+  if (found == object.end()) Refuse(key.empty() ? name : key + "." + name, "missing");
+  return *found;
+}
+
+const Json& Array(const Json& json, const std::string& key, std::size_t max_size) {
+  if (!json.is_array() || json.empty() || json.size() > max_size) {
+    Refuse(key, "must be a list of 1 to " + std::to_string(max_size) + " entries");
+  }
+  return json;
+}
+
+std::int64_t Integer(const Json& json, const std::string& key, std::int64_t low, std::int64_t high) {
+  const bool fits = json.is_number_unsigned() ? json.get<std::uint64_t>() <= static_cast<std::uint64_t>(high)
+                                              : json.is_number_integer() && json.get<std::int64_t>() <= high;
+  if (!fits || json.get<std::int64_t>() < low) {
+    Refuse(key, json.dump() + " is not an integer from " + std::to_string(low) + " to " + std::to_string(high));
+  }
+  return json.get<std::int64_t>();
+}
+
+double Number(const Json& json, const std::string& key, double low, double high) {
+  const double value = json.is_number() ? json.get<double>() : std::nan("");
+  if (!(value >= low && value <= high)) {
+    Refuse(key, json.dump() + " is not a number from " + Json(low).dump() + " to " + Json(high).dump());
+  }
+  return value;
+}
+
+std::string Text(const Json& json, const std::string& key) {
+  if (!json.is_string()) Refuse(key, "must be a text");
+  std::string text = json.get<std::string>();
+  if (text.empty() || text.size() > kMaxNameBytes || text.find('\0') != std::string::npos) {
+    Refuse(key, "must have 1 to " + std::to_string(kMaxNameBytes) + " bytes");
+  }
+  return text;
+}
+
+std::string Choice(const Json& json, const std::string& key, const char* first, const char* second) {
+  if (json != first && json != second) {
+    Refuse(key, json.dump() + " is neither '" + first + "' nor '" + second + "'");
+  }
+  return json.get<std::string>();
+}
+
+std::string Hash(const Json& json, const std::string& key) {
+  constexpr std::size_t kDigits = 64;
+  std::string hash = Text(json, key);
+  if (hash.size() != kDigits || hash.find_first_not_of("0123456789abcdef") != std::string::npos) {
+    Refuse(key, "must be 64 lower-case hexadecimal digits");
+  }
+  return hash;
+}
+
+ExperimentSpec::TaskProblems ParseTask(const Json& json, const std::string& key) {
+  RequireObject(json, key, {"task", "problems", "waypoints"});
+  ExperimentSpec::TaskProblems task;
+  task.task = Choice(Member(json, key, "task"), key + ".task", "posture", "motion");
+  const Json& problems = Array(Member(json, key, "problems"), key + ".problems", kMaxJobsPerExperiment);
+  const Json& waypoints = Array(Member(json, key, "waypoints"), key + ".waypoints", kMaxJobsPerExperiment);
+  if (waypoints.size() != problems.size()) {
+    Refuse(key + ".waypoints",
+           "has " + std::to_string(waypoints.size()) + " entries for " + std::to_string(problems.size()) + " problems");
+  }
+  std::set<int> seen;
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    const auto id = static_cast<int>(Integer(problems[i], key + ".problems", 0, kMaxProblemId));
+    if (!seen.insert(id).second) Refuse(key + ".problems", "problem " + std::to_string(id) + " stands there twice");
+    task.problems.push_back(id);
+    task.waypoints.push_back(static_cast<int>(Integer(waypoints[i], key + ".waypoints", 1, kMaxWaypoints)));
+  }
+  return task;
+}
+
+db::MethodRecord ParseMethod(const Json& json, const std::string& key) {
+  RequireObject(json, key, {"name", "hash", "options", "multi_starts", "sample_size", "incremental"});
+  db::MethodRecord method;
+  method.name = Text(Member(json, key, "name"), key + ".name");
+  method.hash = Hash(Member(json, key, "hash"), key + ".hash");
+  const Json& options = Member(json, key, "options");
+  if (!options.is_object()) Refuse(key + ".options", "must be an object");
+  method.options_json = options.dump();
+  method.multi_starts =
+      static_cast<int>(Integer(Member(json, key, "multi_starts"), key + ".multi_starts", 0, kMaxMultiStarts));
+  method.sample_size_percent =
+      static_cast<int>(Integer(Member(json, key, "sample_size"), key + ".sample_size", 1, 100));
+  const Json& incremental = Member(json, key, "incremental");
+  if (!incremental.is_boolean()) Refuse(key + ".incremental", "must be true or false");
+  method.incremental = incremental.get<bool>();
+  return method;
+}
+
+void ParseLists(const Json& json, ExperimentSpec& spec) {
+  std::set<std::string> seen;
+  for (const Json& task : Array(Member(json, "", "tasks"), "tasks", 2)) {
+    spec.tasks.push_back(ParseTask(task, "tasks[" + std::to_string(spec.tasks.size()) + "]"));
+    if (!seen.insert(spec.tasks.back().task).second) Refuse("tasks", "a task stands there twice");
+  }
+  for (const Json& initialization : Array(Member(json, "", "initializations"), "initializations", 2)) {
+    spec.initializations.push_back(Choice(initialization, "initializations", "good", "in_collision"));
+    if (!seen.insert(spec.initializations.back()).second) Refuse("initializations", "one stands there twice");
+  }
+  for (const Json& method : Array(Member(json, "", "methods"), "methods", kMaxMethods)) {
+    spec.methods.push_back(ParseMethod(method, "methods[" + std::to_string(spec.methods.size()) + "]"));
+    const db::MethodRecord& parsed = spec.methods.back();
+    if (!seen.insert(parsed.hash + parsed.name).second) {
+      Refuse("methods", "'" + parsed.name + "' stands there twice with the same options");
+    }
+  }
+}
+
+// Counted in floating point first: the product of four legal sizes may not fit an integer.
+void CheckSize(const ExperimentSpec& spec) {
+  double jobs = 0;
+  for (const auto& task : spec.tasks) jobs += static_cast<double>(task.problems.size());
+  jobs *= static_cast<double>(spec.methods.size() * spec.initializations.size()) * spec.repetitions;
+  if (jobs > static_cast<double>(kMaxJobsPerExperiment)) {
+    Refuse("", "makes " + Json(jobs).dump() + " jobs, more than " + std::to_string(kMaxJobsPerExperiment) +
+                   "; submit it in parts");
+  }
+}
+
+std::string Blake2bHex(const std::string& bytes) {
+  std::array<unsigned char, crypto_generichash_BYTES> digest{};
+  const auto* input = reinterpret_cast<const unsigned char*>(bytes.data());
+  crypto_generichash(digest.data(), digest.size(), input, bytes.size(), nullptr, 0);
+  std::array<char, 2 * crypto_generichash_BYTES + 1> hex{};
+  return sodium_bin2hex(hex.data(), hex.size(), digest.data(), digest.size());
+}
+
+}  // namespace
+
+std::int64_t ExperimentSpec::num_jobs() const {
+  std::size_t problems = 0;
+  for (const TaskProblems& task : tasks) problems += task.problems.size();
+  return static_cast<std::int64_t>(problems * methods.size() * initializations.size()) * repetitions;
+}
+
+ExperimentSpec ParseSpec(std::string_view text) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (json.is_discarded()) Refuse("", "is not JSON");
+  RequireObject(json, "",
+                {"spec_version", "name", "seed", "repetitions", "dataset", "tasks", "initializations", "methods",
+                 "limits", "max_attempts"});
+  Integer(Member(json, "", "spec_version"), "spec_version", kSpecVersion, kSpecVersion);
+  ExperimentSpec spec;
+  spec.name = Text(Member(json, "", "name"), "name");
+  spec.seed = Integer(Member(json, "", "seed"), "seed", 0, INT64_MAX);
+  spec.repetitions = static_cast<int>(Integer(Member(json, "", "repetitions"), "repetitions", 1, kMaxRepetitions));
+  const Json& dataset = RequireObject(Member(json, "", "dataset"), "dataset", {"name", "hash"});
+  spec.dataset = {Text(Member(dataset, "dataset", "name"), "dataset.name"),
+                  Hash(Member(dataset, "dataset", "hash"), "dataset.hash")};
+  ParseLists(json, spec);
+  const Json& limits = RequireObject(Member(json, "", "limits"), "limits", {"wall_time_s", "memory_mb"});
+  constexpr double kMinWallTime_s = 1e-3;
+  constexpr double kMicrosecondsPerSecond = 1e6;
+  spec.wall_limit_us =
+      std::llround(kMicrosecondsPerSecond * Number(Member(limits, "limits", "wall_time_s"), "limits.wall_time_s",
+                                                   kMinWallTime_s, kMaxWallTime_s));
+  spec.memory_limit_bytes = std::llround(
+      kBytesPerMb * Number(Member(limits, "limits", "memory_mb"), "limits.memory_mb", kMinMemory_mb, kMaxMemory_mb));
+  if (json.contains("max_attempts")) {
+    spec.max_attempts = static_cast<int>(Integer(json.at("max_attempts"), "max_attempts", 1, kMaxAttempts));
+  }
+  CheckSize(spec);
+  spec.canonical_json = json.dump();
+  spec.hash = Blake2bHex(spec.canonical_json);
+  return spec;
+}
+
+JobCoordinates CoordinatesOf(const ExperimentSpec& spec, std::int64_t index) {
+  std::size_t rest = static_cast<std::size_t>(index);
+  JobCoordinates at{};
+  const auto repetitions = static_cast<std::size_t>(spec.repetitions);
+  const std::size_t per_method =
+      static_cast<std::size_t>(spec.num_jobs()) / spec.methods.size();  // methods vary slowest
+  at.method = rest / per_method;
+  rest %= per_method;
+  for (at.task = 0;; ++at.task) {
+    const std::size_t per_task = spec.tasks[at.task].problems.size() * spec.initializations.size() * repetitions;
+    if (rest < per_task) break;
+    rest -= per_task;
+  }
+  const std::size_t per_initialization = spec.tasks[at.task].problems.size() * repetitions;
+  at.initialization = rest / per_initialization;
+  rest %= per_initialization;
+  at.problem = rest / repetitions;
+  at.repetition = rest % repetitions;
+  return at;
+}
+
+}  // namespace legopt::server

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "db/records.h"
+
+namespace legopt::server {
+
+/// An experiment as a client submits it, checked. Jobs are ordered by method, task, initialisation, problem,
+/// repetition.
+struct ExperimentSpec {
+  struct TaskProblems {
+    std::string task;            ///< "posture" or "motion"
+    std::vector<int> problems;   ///< ids in the dataset, no duplicates
+    std::vector<int> waypoints;  ///< of each problem
+  };
+
+  std::string name;
+  std::int64_t seed = 0;
+  int repetitions = 1;
+  db::DatasetRecord dataset;
+  std::vector<TaskProblems> tasks;
+  std::vector<std::string> initializations;  ///< "good", "in_collision"
+  std::vector<db::MethodRecord> methods;
+  std::int64_t wall_limit_us = 0;       ///< of one solve; (0, 7 days]
+  std::int64_t memory_limit_bytes = 0;  ///< of one job child; [64 MiB, 1 TiB]
+  int max_attempts = 3;                 ///< 1 - 100
+  std::string canonical_json;           ///< sorted keys, no white space
+  std::string hash;                     ///< 64 hex digits, BLAKE2b-256 of canonical_json
+
+  std::int64_t num_jobs() const;
+};
+
+/// The spec is not what lcmtypes/PROTOCOL.md describes. `what()` names the key, its value and the range.
+class SpecError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Most jobs that one experiment may have.
+inline constexpr std::int64_t kMaxJobsPerExperiment = 1'000'000;
+
+/// Throws SpecError. Every key is required but "max_attempts"; an unknown key is an error.
+ExperimentSpec ParseSpec(std::string_view json);
+
+/// What one job is, from its index in the experiment's order (0 <= index < num_jobs()).
+struct JobCoordinates {
+  std::size_t method, task, initialization, problem, repetition;  ///< indices into the spec
+};
+JobCoordinates CoordinatesOf(const ExperimentSpec& spec, std::int64_t index);
+
+}  // namespace legopt::server

@@ -1,0 +1,57 @@
+#include "server/status.h"
+
+#include <string>
+
+namespace legopt::server {
+namespace {
+
+using Json = nlohmann::json;
+
+Json ExperimentJson(const db::ExperimentSummary& summary) {
+  Json jobs{{"total", summary.num_jobs}};
+  for (int state = 0; state < db::kNumJobStates; ++state) {
+    jobs[std::string(db::ToString(static_cast<db::JobState>(state)))] = summary.jobs_by_state[state];
+  }
+  return {{"id", summary.experiment_id},
+          {"name", summary.name},
+          {"state", db::ToString(summary.state)},
+          {"jobs", std::move(jobs)},
+          {"solved", summary.solved},
+          {"submitted_at_us", summary.submitted_at_us},
+          {"finished_at_us", summary.finished_at_us == 0 ? Json() : Json(summary.finished_at_us)}};
+}
+
+Json WorkerJson(const WorkerStatus& worker, const Instant& now) {
+  constexpr double kSecondsPerMicrosecond = 1e-6;
+  std::string datasets;
+  for (const db::DatasetRecord& dataset : worker.datasets) datasets += (datasets.empty() ? "" : ", ") + dataset.name;
+  const double silent_s = static_cast<double>((now.steady - worker.last_seen).count()) * kSecondsPerMicrosecond;
+  return {{"id", worker.record.worker_id},
+          {"name", worker.record.name},
+          {"hostname", worker.record.hostname},
+          {"pid", worker.record.pid},
+          {"slots", worker.record.slots},
+          {"leases", worker.leases},
+          {"online", worker.online},
+          {"silent_s", worker.online ? Json(silent_s) : Json()},
+          {"datasets", std::move(datasets)},
+          {"build", worker.record.build}};
+}
+
+}  // namespace
+
+Json StatusJson(const Scheduler& scheduler, std::int64_t experiment_id, const Instant& now) {
+  Json experiments = Json::array();
+  for (const auto& [id, summary] : scheduler.experiments()) {
+    if (experiment_id == 0 || experiment_id == id) experiments.push_back(ExperimentJson(summary));
+  }
+  Json workers = Json::array();
+  for (const WorkerStatus& worker : scheduler.workers()) workers.push_back(WorkerJson(worker, now));
+  Json counters = Json::object();
+  for (const auto& [name, value] : scheduler.counters().Listing()) counters[std::string(name)] = value;
+  Json server{
+      {"queued", scheduler.num_queued()}, {"leased", scheduler.num_leases()}, {"scheduler", std::move(counters)}};
+  return {{"experiments", std::move(experiments)}, {"workers", std::move(workers)}, {"server", std::move(server)}};
+}
+
+}  // namespace legopt::server

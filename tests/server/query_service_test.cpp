@@ -1,0 +1,106 @@
+#include "server/query_service.h"
+
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include <nlohmann/json.hpp>
+
+#include "db/sqlite_store.h"
+#include "tests/db/store_samples.h"
+
+namespace legopt::server {
+namespace {
+
+using Json = nlohmann::json;
+
+class Queries : public testing::Test {
+ protected:
+  Queries() : store_(db::OpenSqliteStore(path_)), service_(path_) {
+    store_->Apply(std::vector<db::StoreOp>{db::CreateExperiment{db::SampleExperiment(1, 1, 1)},
+                                           db::PutWorker{db::SampleWorker(1)}, db::LeaseJob{1, 1, 7, 1, 1},
+                                           db::AcceptResult{1, 1, db::SampleResult(), "", "", 2}});
+  }
+
+  static legopt_msg::query_request Request(const std::string& sql, int max_rows = 100) {
+    legopt_msg::query_request request{};
+    request.sql = sql;
+    request.max_rows = max_rows;
+    return request;
+  }
+
+  // Waits on the descriptor, as the server does.
+  legopt_msg::query_reply Ask(const std::string& sql, int max_rows = 100) {
+    EXPECT_TRUE(service_.Start(++ticket_, Request(sql, max_rows)));
+    while (true) {
+      pollfd descriptor{service_.descriptor(), POLLIN, 0};
+      poll(&descriptor, 1, -1);
+      for (auto& finished : service_.TakeFinished()) {
+        if (finished.ticket == ticket_) return finished.reply;
+      }
+    }
+  }
+
+  db::TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_ / "results.sqlite";
+  std::unique_ptr<db::Store> store_;
+  QueryService service_;
+  std::int64_t ticket_ = 0;
+};
+
+TEST_F(Queries, AnswerIsJson) {
+  const auto reply = Ask("SELECT 1 AS one, 0.5 AS half, 'text' AS word, NULL AS missing, x'00ff' AS bytes");
+  EXPECT_EQ(reply.status, 0) << reply.message;
+  EXPECT_EQ(Json::parse(reply.json), Json::parse(R"({"columns":["one","half","word","missing","bytes"],
+      "rows":[[1,0.5,"text",null,"00ff"]],"truncated":false})"));
+}
+
+TEST_F(Queries, SeesWhatIsCommittedMeanwhile) {
+  EXPECT_EQ(Json::parse(Ask("SELECT count(*) FROM experiments").json)["rows"][0][0], 1);
+  store_->Apply(std::vector<db::StoreOp>{db::CreateExperiment{db::SampleExperiment(2, 5, 3)}});
+  EXPECT_EQ(Json::parse(Ask("SELECT count(*) FROM experiments").json)["rows"][0][0], 2);
+}
+
+TEST_F(Queries, RowsAreLimited) {
+  const Json answer = Json::parse(Ask("SELECT job_id FROM jobs", 3).json);
+  EXPECT_EQ(answer["rows"].size(), 3U);
+  EXPECT_EQ(answer["truncated"], true);
+}
+
+TEST_F(Queries, FaultsAreToldNotThrown) {
+  EXPECT_EQ(Ask("SELECT nonsense").status, 1);
+  EXPECT_NE(Ask("SELECT nonsense").message.find("nonsense"), std::string::npos);
+  EXPECT_NE(Ask("DELETE FROM jobs").message.find("read-only"), std::string::npos);
+  EXPECT_NE(
+      Ask("WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n LIMIT 400) SELECT hex(zeroblob(100000)) "
+          "FROM n",
+          1000)
+          .message.find("48"),
+      std::string::npos);
+}
+
+TEST_F(Queries, TextThatIsNotUtf8IsReplaced) {
+  EXPECT_EQ(Json::parse(Ask("SELECT CAST(x'61ff62' AS TEXT)").json)["rows"][0][0],
+            "a\xEF\xBF\xBD"
+            "b");
+}
+
+TEST_F(Queries, MissingDatabaseIsAnError) {
+  QueryService service(folder_ / "missing.sqlite");
+  EXPECT_TRUE(service.Start(1, Request("SELECT 1")));
+  pollfd descriptor{service.descriptor(), POLLIN, 0};
+  poll(&descriptor, 1, -1);
+  const auto finished = service.TakeFinished();
+  ASSERT_EQ(finished.size(), 1U);
+  EXPECT_EQ(finished[0].reply.status, 1);
+}
+
+TEST_F(Queries, DestructorInterruptsAndTooManyAreRefused) {
+  const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n";
+  std::size_t started = 0;
+  while (service_.Start(++ticket_, Request(endless)) && started < 1000) ++started;
+  EXPECT_GE(started, QueryService::kMaxWaiting);
+  EXPECT_LT(started, 1000U);
+}
+
+}  // namespace
+}  // namespace legopt::server

@@ -1,0 +1,183 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "bus/messages.h"
+#include "db/memory_store.h"
+#include "server/scheduler.h"
+#include "tests/db/store_samples.h"
+
+namespace legopt::server {
+
+using db::HashOf;
+
+inline nlohmann::json MethodJson(const std::string& name, char digit) {
+  return {
+      {"name", name},      {"hash", HashOf(digit)}, {"options", {{"name", name}, {"solver", std::string(1, digit)}}},
+      {"multi_starts", 0}, {"sample_size", 100},    {"incremental", false}};
+}
+
+/// Posture, good initialisation, problems 0 .. num_problems - 1, one method: num_problems jobs.
+inline nlohmann::json SampleSpec(int num_problems = 4) {
+  auto problems = nlohmann::json::array(), waypoints = nlohmann::json::array();
+  for (int i = 0; i < num_problems; ++i) {
+    problems.push_back(i);
+    waypoints.push_back(1);
+  }
+  return {{"spec_version", 1},
+          {"name", "sample"},
+          {"seed", 7},
+          {"repetitions", 1},
+          {"dataset", {{"name", "garage"}, {"hash", HashOf('d')}}},
+          {"tasks", {{{"task", "posture"}, {"problems", problems}, {"waypoints", waypoints}}}},
+          {"initializations", {"good"}},
+          {"methods", {MethodJson("SQP", 'a')}},
+          {"limits", {{"wall_time_s", 60}, {"memory_mb", 1024}}},
+          {"max_attempts", 3}};
+}
+
+inline legopt_msg::result_request ResultFor(std::int64_t worker_id, const legopt_msg::lease& lease, int outcome = 0) {
+  legopt_msg::result_request result{};
+  result.worker_id = worker_id;
+  result.job_id = lease.job_id;
+  result.attempt = lease.attempt;
+  result.token = lease.token;
+  result.outcome = static_cast<std::int8_t>(outcome);
+  result.failed_waypoint = -1;
+  if (outcome != 0) return result;
+  result.solver_status = "converged_feasible";
+  result.wall_us = 2000;
+  result.verdict_literal = "success";
+  result.verdict_strict = "success";
+  result.cost = static_cast<double>(lease.job_id) + lease.attempt / 100.0;  // tells later whose result it is
+  result.num_waypoints = 1;
+  result.waypoint_size = 2;
+  result.waypoints = {1.0, 2.0};
+  result.num_values = 2;
+  return result;
+}
+
+/// A scheduler on a memory store in virtual time. Every message is committed at once.
+class SchedulerTest : public testing::Test {
+ protected:
+  static constexpr bus::EndpointId kFirst = 1001, kSecond = 1002;
+
+  SchedulerTest() { Restart(); }
+
+  /// As after kill -9 and a new start: only the store remains.
+  void Restart() {
+    options_.server_instance = ++instance_;
+    scheduler_ = std::make_unique<Scheduler>(
+        options_, store_.LoadOpenState(), [this] { return ++token_; },
+        Scheduler::Lookup{[this](std::int64_t job, int attempt) { return store_.FindAttempt(job, attempt); },
+                          [this](const std::string& hash) { return store_.FindMethodOptions(hash); }},
+        now_);
+  }
+
+  void Commit() {
+    store_.Apply(ops_);
+    ops_.clear();
+  }
+
+  void Advance(microseconds duration) {
+    now_.steady += duration;
+    now_.wall_us += duration.count();
+    scheduler_->Tick(now_, ops_);
+    Commit();
+  }
+
+  legopt_msg::submit_reply Submit(const nlohmann::json& spec, const std::string& id = "s1") {
+    legopt_msg::submit_request request{};
+    request.submission_id = id;
+    request.spec_json = spec.dump();
+    const auto reply = scheduler_->Submit(now_, request, ops_);
+    Commit();
+    return reply;
+  }
+
+  legopt_msg::hello_reply Hello(bus::EndpointId endpoint, int slots = 1, char dataset_digit = 'd',
+                                const std::string& dataset = "garage") {
+    legopt_msg::hello_request request{};
+    request.protocol_version = bus::kProtocolVersion;
+    request.worker_name = "worker-" + std::to_string(endpoint);
+    request.pid = 1;
+    request.slots = slots;
+    legopt_msg::dataset_ref ref{};
+    ref.name = dataset;
+    ref.hash = HashOf(dataset_digit);
+    request.datasets = {ref};
+    request.num_datasets = 1;
+    const auto reply = scheduler_->Hello(now_, endpoint, request, ops_);
+    Commit();
+    worker_ids_[endpoint] = reply.worker_id;
+    return reply;
+  }
+
+  legopt_msg::lease_reply Lease(bus::EndpointId endpoint, int max_jobs = 1, char dataset_digit = 'd') {
+    legopt_msg::lease_request request{};
+    request.worker_id = worker_ids_[endpoint];
+    request.server_instance = options_.server_instance;
+    request.max_jobs = max_jobs;
+    request.dataset_hashes = {HashOf(dataset_digit)};
+    request.num_datasets = 1;
+    const auto reply = scheduler_->Lease(now_, endpoint, request, ops_);
+    Commit();
+    return reply;
+  }
+
+  legopt_msg::lease LeaseOne(bus::EndpointId endpoint) {
+    const auto reply = Lease(endpoint);
+    EXPECT_EQ(reply.jobs.size(), 1U) << reply.message;
+    return reply.jobs.empty() ? legopt_msg::lease{} : reply.jobs[0];
+  }
+
+  legopt_msg::heartbeat_reply Heartbeat(bus::EndpointId endpoint, const std::vector<legopt_msg::lease>& leases) {
+    legopt_msg::heartbeat_request request{};
+    request.worker_id = worker_ids_[endpoint];
+    request.server_instance = options_.server_instance;
+    for (const legopt_msg::lease& lease : leases) {
+      legopt_msg::lease_state state{};
+      state.job_id = lease.job_id;
+      state.attempt = lease.attempt;
+      state.token = lease.token;
+      request.leases.push_back(state);
+    }
+    return scheduler_->Heartbeat(now_, endpoint, request);
+  }
+
+  legopt_msg::result_reply Deliver(const legopt_msg::result_request& result) {
+    const auto reply = scheduler_->Result(now_, result, ops_);
+    Commit();
+    return reply;
+  }
+  legopt_msg::result_reply Finish(bus::EndpointId endpoint, const legopt_msg::lease& lease, int outcome = 0) {
+    return Deliver(ResultFor(worker_ids_[endpoint], lease, outcome));
+  }
+
+  legopt_msg::cancel_reply Cancel(std::int64_t experiment_id) {
+    legopt_msg::cancel_request request{};
+    request.experiment_id = experiment_id;
+    const auto reply = scheduler_->Cancel(now_, request, ops_);
+    Commit();
+    return reply;
+  }
+
+  db::JobState StateOf(std::int64_t job_id) { return store_.job_state(job_id).value(); }
+  const db::ExperimentSummary& Summary(std::int64_t id = 1) { return scheduler_->experiments().at(id); }
+
+  SchedulerOptions options_;
+  db::MemoryStore store_;
+  std::unique_ptr<Scheduler> scheduler_;
+  Scheduler::Ops ops_;
+  Instant now_{microseconds(1'000'000), 1'700'000'000'000'000};
+  std::int64_t instance_ = 500;
+  std::int64_t token_ = 9000;
+  std::map<bus::EndpointId, std::int64_t> worker_ids_;
+};
+
+}  // namespace legopt::server

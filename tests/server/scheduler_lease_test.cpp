@@ -1,0 +1,211 @@
+// Time, restarts and cancellation: the policies of the scheduler that protect running work, in virtual time.
+
+#include <gtest/gtest.h>
+
+#include "server/scheduler.h"
+#include "tests/server/scheduler_fixture.h"
+
+namespace legopt::server {
+namespace {
+
+using namespace std::chrono_literals;
+using db::JobState;
+
+// --- Time ------------------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerTest, SilentWorkersLeaseExpiresAfterLeaseAndGrace) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  const auto lease = LeaseOne(kFirst);
+  Heartbeat(kFirst, {lease});
+  Advance(options_.lease + options_.grace - 1ms);
+  EXPECT_EQ(StateOf(1), JobState::kLeased);
+  Advance(200ms);
+  EXPECT_EQ(StateOf(1), JobState::kQueued);
+  EXPECT_EQ(scheduler_->counters().leases_expired, 1U);
+  Hello(kSecond);
+  const auto second = LeaseOne(kSecond);
+  EXPECT_EQ(second.attempt, 2);
+  EXPECT_NE(second.token, lease.token);
+}
+
+TEST_F(SchedulerTest, HeartbeatsRenewForEver) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  const auto lease = LeaseOne(kFirst);
+  for (int i = 0; i < 100; ++i) {
+    Advance(1s);
+    EXPECT_EQ(Heartbeat(kFirst, {lease}).verdicts.at(0), 0);
+  }
+  EXPECT_EQ(Finish(kFirst, lease).status, 0);
+}
+
+TEST_F(SchedulerTest, ExpiryConsumesAttempts) {
+  Submit(SampleSpec(1));
+  for (int attempt = 1; attempt <= 3; ++attempt) {
+    Hello(kFirst);
+    const auto lease = LeaseOne(kFirst);
+    EXPECT_EQ(lease.attempt, attempt);
+    Advance(12s);
+  }
+  EXPECT_EQ(StateOf(1), JobState::kDead);
+}
+
+TEST_F(SchedulerTest, LateResultAfterExpiryIsStaleAndKept) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  const auto late = LeaseOne(kFirst);
+  Advance(12s);
+  EXPECT_EQ(Heartbeat(kFirst, {late}).verdicts.at(0), 2);
+  EXPECT_EQ(Finish(kFirst, late).status, 2) << "queued again";
+  Hello(kSecond);
+  const auto current = LeaseOne(kSecond);
+  EXPECT_EQ(Finish(kFirst, late).status, 2) << "leased again";
+  EXPECT_EQ(Finish(kSecond, current).status, 0);
+  EXPECT_EQ(Finish(kFirst, late).status, 2) << "done by another";
+  EXPECT_EQ(store_.num_stale(), 1);
+  EXPECT_EQ(store_.accepted_result(1)->attempt, 2);
+}
+
+TEST_F(SchedulerTest, StaleResultOfAClosedAndForgottenExperimentIsStillTold) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  const auto late = LeaseOne(kFirst);
+  Advance(12s);
+  Hello(kSecond);
+  const auto current = LeaseOne(kSecond);
+  Finish(kSecond, current);
+  Advance(options_.retention + 1s);
+  Advance(1s);
+  EXPECT_EQ(Finish(kFirst, late).status, 2);
+  EXPECT_EQ(Finish(kSecond, current).status, 1);
+  EXPECT_EQ(store_.num_stale(), 1);
+}
+
+TEST_F(SchedulerTest, LeaseThatNeverArrivedIsNotCharged) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  LeaseOne(kFirst);  // the reply is lost
+  for (int i = 0; i < 12; ++i) {
+    Advance(1s);
+    Heartbeat(kFirst, {});
+  }
+  EXPECT_EQ(StateOf(1), JobState::kQueued);
+  EXPECT_EQ(scheduler_->counters().attempts_returned, 1U);
+  EXPECT_EQ(scheduler_->counters().attempts_failed, 0U);
+}
+
+TEST_F(SchedulerTest, SilentWorkerMustSayHelloAgain) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  Advance(12s);
+  EXPECT_EQ(Heartbeat(kFirst, {}).status, 2);
+  EXPECT_EQ(Lease(kFirst).status, 2);
+  Hello(kFirst);
+  EXPECT_EQ(Heartbeat(kFirst, {}).status, 0);
+  EXPECT_EQ(Lease(kFirst).status, 0);
+}
+
+TEST_F(SchedulerTest, WallClockDecidesNothing) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  const auto lease = LeaseOne(kFirst);
+  for (const std::int64_t jump : {86'400'000'000LL, -2 * 86'400'000'000LL, 3'600'000'000LL}) {
+    now_.wall_us += jump;
+    Advance(1s);
+    EXPECT_EQ(Heartbeat(kFirst, {lease}).verdicts.at(0), 0);
+  }
+  EXPECT_EQ(Finish(kFirst, lease).status, 0);
+}
+
+TEST_F(SchedulerTest, IdleSchedulerHasNoDeadline) {
+  EXPECT_FALSE(scheduler_->next_deadline().has_value());
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  EXPECT_TRUE(scheduler_->next_deadline().has_value());
+  Finish(kFirst, LeaseOne(kFirst));
+  Advance(options_.retention + 1s);
+  EXPECT_FALSE(scheduler_->next_deadline().has_value());
+}
+
+// --- Restart ---------------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerTest, RunningLeaseSurvivesARestart) {
+  Submit(SampleSpec(2));
+  Hello(kFirst);
+  const auto lease = LeaseOne(kFirst);
+  Heartbeat(kFirst, {lease});
+  Restart();
+  const auto beat = Heartbeat(kFirst, {lease});
+  EXPECT_EQ(beat.status, 0 + 2) << "say hello";
+  EXPECT_EQ(beat.server_instance, options_.server_instance);
+  EXPECT_EQ(beat.verdicts.at(0), 0) << "and go on";
+  Hello(kSecond);
+  EXPECT_EQ(LeaseOne(kSecond).job_id, 2) << "the running job is not given away";
+  EXPECT_EQ(Finish(kFirst, lease).status, 0);
+  EXPECT_EQ(store_.accepted_result(1)->attempt, 1);
+}
+
+TEST_F(SchedulerTest, LeaseOfAWorkerThatDiedWithTheServerExpires) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  LeaseOne(kFirst);
+  Restart();
+  Advance(options_.lease);
+  EXPECT_EQ(StateOf(1), JobState::kLeased);
+  Advance(2s);
+  EXPECT_EQ(StateOf(1), JobState::kQueued);
+}
+
+TEST_F(SchedulerTest, QueueGoesOnWhereItStood) {
+  Submit(SampleSpec(5));
+  Hello(kFirst);
+  Finish(kFirst, LeaseOne(kFirst));
+  Finish(kFirst, LeaseOne(kFirst), 1);  // job 2 is queued again
+  LeaseOne(kFirst);                     // job 2 runs
+  LeaseOne(kFirst);                     // job 3 runs
+  Restart();
+  Hello(kSecond);
+  EXPECT_EQ(LeaseOne(kSecond).job_id, 4);
+  EXPECT_EQ(LeaseOne(kSecond).job_id, 5);
+  EXPECT_EQ(Lease(kSecond).status, 1);
+}
+
+// --- Cancellation ----------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerTest, CancelReachesWorkersByHeartbeatAndLateResultsAreStale) {
+  Submit(SampleSpec(3));
+  Hello(kFirst);
+  const auto done = LeaseOne(kFirst);
+  Finish(kFirst, done);
+  const auto running = LeaseOne(kFirst);
+  const auto reply = Cancel(1);
+  EXPECT_EQ(reply.status, 0);
+  EXPECT_EQ(reply.num_jobs, 2);
+  EXPECT_EQ(StateOf(1), JobState::kDone);
+  EXPECT_EQ(StateOf(2), JobState::kCancelled);
+  EXPECT_EQ(Heartbeat(kFirst, {running}).verdicts.at(0), 1);
+  EXPECT_EQ(Lease(kFirst).status, 1);
+  EXPECT_EQ(Finish(kFirst, running).status, 2) << "finished all the same";
+  EXPECT_EQ(store_.num_accepted(), 1);
+  EXPECT_EQ(Finish(kFirst, running, 4).status, 0) << "the worker reports that it stopped";
+  EXPECT_EQ(Cancel(1).status, 0) << "again";
+  EXPECT_EQ(Cancel(1).num_jobs, 0);
+  EXPECT_EQ(Cancel(9).status, 1);
+}
+
+TEST_F(SchedulerTest, CancelledStaysCancelledAfterARestart) {
+  Submit(SampleSpec(2));
+  Hello(kFirst);
+  const auto running = LeaseOne(kFirst);
+  Cancel(1);
+  Restart();
+  Hello(kFirst);
+  EXPECT_EQ(Lease(kFirst).status, 1);
+  EXPECT_EQ(Heartbeat(kFirst, {running}).verdicts.at(0), 2);
+  EXPECT_EQ(Finish(kFirst, running).status, 2);
+  EXPECT_EQ(store_.num_accepted(), 0);
+}
+
+}  // namespace
+}  // namespace legopt::server

@@ -1,0 +1,347 @@
+// Submission, leasing, results and attempts: the policies of the scheduler, one regime per test, in virtual time.
+
+#include "server/scheduler.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "server/status.h"
+#include "tests/server/scheduler_fixture.h"
+
+namespace legopt::server {
+namespace {
+
+using namespace std::chrono_literals;
+using db::JobState;
+
+// --- Submission ------------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerTest, SubmissionIsIdempotentById) {
+  const auto first = Submit(SampleSpec());
+  EXPECT_EQ(first.status, 0);
+  EXPECT_EQ(first.experiment_id, 1);
+  EXPECT_EQ(first.num_jobs, 4);
+  for (int i = 0; i < 3; ++i) {
+    const auto again = Submit(SampleSpec());
+    EXPECT_EQ(again.status, 1);
+    EXPECT_EQ(again.experiment_id, 1);
+    EXPECT_EQ(again.num_jobs, 4);
+    Restart();
+  }
+  EXPECT_EQ(Submit(SampleSpec(), "another").experiment_id, 2);
+}
+
+TEST_F(SchedulerTest, SameIdWithOtherContentIsRefused) {
+  Submit(SampleSpec(4));
+  const auto other = Submit(SampleSpec(5));
+  EXPECT_EQ(other.status, 2);
+  EXPECT_NE(other.message.find("s1"), std::string::npos);
+  EXPECT_EQ(scheduler_->experiments().size(), 1U);
+}
+
+TEST_F(SchedulerTest, IllegalSpecIsRefusedByName) {
+  auto spec = SampleSpec();
+  spec["repetitions"] = 0;
+  const auto reply = Submit(spec);
+  EXPECT_EQ(reply.status, 2);
+  EXPECT_NE(reply.message.find("repetitions"), std::string::npos);
+}
+
+TEST_F(SchedulerTest, MethodHashCannotMeanTwoThings) {
+  Submit(SampleSpec());
+  auto forged = SampleSpec();
+  forged["methods"][0]["options"]["solver"] = "other";
+  const auto reply = Submit(forged, "s2");
+  EXPECT_EQ(reply.status, 2);
+  EXPECT_NE(reply.message.find("hash"), std::string::npos);
+  auto renamed = SampleSpec();  // a name is no option
+  renamed["methods"][0]["name"] = renamed["methods"][0]["options"]["name"] = "mine";
+  EXPECT_EQ(Submit(renamed, "s3").status, 0);
+}
+
+TEST_F(SchedulerTest, TooManyOpenJobsArePushedBack) {
+  options_.max_open_jobs = 6;
+  Restart();
+  EXPECT_EQ(Submit(SampleSpec(4), "a").status, 0);
+  EXPECT_EQ(Submit(SampleSpec(4), "b").status, 2);
+  EXPECT_EQ(Submit(SampleSpec(2), "c").status, 0);
+}
+
+// --- Leases ----------------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerTest, LeaseTellsEverythingAboutTheJob) {
+  Submit(SampleSpec());
+  Hello(kFirst);
+  const auto lease = LeaseOne(kFirst);
+  EXPECT_EQ(lease.job_id, 1);
+  EXPECT_EQ(lease.experiment_id, 1);
+  EXPECT_EQ(lease.attempt, 1);
+  EXPECT_GT(lease.token, 0);
+  EXPECT_EQ(lease.lease_us, 10'000'000);
+  EXPECT_EQ(lease.dataset_hash, HashOf('d'));
+  EXPECT_EQ(lease.method_hash, HashOf('a'));
+  EXPECT_EQ(lease.task, "posture");
+  EXPECT_EQ(lease.initialization, "good");
+  EXPECT_EQ(lease.problem_id, 0);
+  EXPECT_EQ(lease.experiment_seed, 7);
+  EXPECT_EQ(lease.wall_limit_us, 60'000'000);
+  EXPECT_EQ(store_.num_attempts(1), 1);
+}
+
+TEST_F(SchedulerTest, JobsAreLeasedInOrderAndOnce) {
+  Submit(SampleSpec(2), "a");
+  Submit(SampleSpec(2), "b");
+  Hello(kFirst);
+  Hello(kSecond);
+  for (std::int64_t job = 1; job <= 4; ++job) EXPECT_EQ(LeaseOne(job % 2 == 0 ? kFirst : kSecond).job_id, job);
+  const auto none = Lease(kFirst);
+  EXPECT_EQ(none.status, 1);
+  EXPECT_GT(none.retry_after_us, 0);
+}
+
+TEST_F(SchedulerTest, BatchesAreSharedNearTheEnd) {
+  Submit(SampleSpec(100));
+  Hello(kFirst, 1);
+  Hello(kSecond, 1);
+  EXPECT_EQ(Lease(kFirst, 1000).jobs.size(), 25U);  // half of what is left, over two slots
+  EXPECT_EQ(Lease(kSecond, 10).jobs.size(), 10U);   // never more than asked for
+  std::size_t leased = 35;
+  while (true) {
+    const auto reply = Lease(kFirst, 1000);
+    if (reply.jobs.empty()) break;
+    leased += reply.jobs.size();
+  }
+  EXPECT_EQ(leased, 100U);
+}
+
+TEST_F(SchedulerTest, UnknownWorkerIsToldToSayHello) {
+  Submit(SampleSpec());
+  EXPECT_EQ(Lease(kFirst).status, 2);
+  Hello(kFirst);
+  worker_ids_[kSecond] = worker_ids_[kFirst];
+  EXPECT_EQ(Lease(kSecond).status, 2) << "another address under the same id";
+  EXPECT_EQ(Lease(kFirst).status, 0);
+  Restart();
+  EXPECT_EQ(Lease(kFirst).status, 2) << "not yet known to this instance";
+}
+
+TEST_F(SchedulerTest, WorkerKeepsItsIdOverHelloAndRestart) {
+  const std::int64_t id = Hello(kFirst).worker_id;
+  EXPECT_EQ(Hello(kFirst).worker_id, id);
+  Restart();
+  EXPECT_EQ(Hello(kFirst).worker_id, id);
+  EXPECT_NE(Hello(kSecond).worker_id, id);
+}
+
+TEST_F(SchedulerTest, OtherProtocolVersionIsRefused) {
+  legopt_msg::hello_request request{};
+  request.protocol_version = bus::kProtocolVersion + 1;
+  const auto reply = scheduler_->Hello(now_, kFirst, request, ops_);
+  EXPECT_EQ(reply.status, 1);
+  EXPECT_EQ(reply.worker_id, 0);
+  EXPECT_FALSE(reply.message.empty());
+}
+
+TEST_F(SchedulerTest, DrainingServerLeasesNothing) {
+  Submit(SampleSpec());
+  Hello(kFirst);
+  scheduler_->set_draining(true);
+  EXPECT_EQ(Lease(kFirst).status, 4);
+}
+
+// --- Datasets --------------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerTest, SameNameWithOtherContentIsAMismatchWithBothHashes) {
+  Submit(SampleSpec());
+  const auto hello = Hello(kFirst, 1, 'e');
+  EXPECT_EQ(hello.status, 2);
+  EXPECT_NE(hello.message.find(HashOf('d')), std::string::npos);
+  EXPECT_NE(hello.message.find(HashOf('e')), std::string::npos);
+}
+
+TEST_F(SchedulerTest, MismatchThatComesLaterIsToldAtTheNextLease) {
+  EXPECT_EQ(Hello(kFirst, 1, 'e').status, 0);
+  Submit(SampleSpec());
+  const auto lease = Lease(kFirst, 1, 'e');
+  EXPECT_EQ(lease.status, 3);
+  EXPECT_NE(lease.message.find(HashOf('d')), std::string::npos);
+  EXPECT_NE(lease.message.find(HashOf('e')), std::string::npos);
+}
+
+TEST_F(SchedulerTest, WorkerForAnotherDatasetWaits) {
+  Submit(SampleSpec());
+  EXPECT_EQ(Hello(kFirst, 1, 'e', "warehouse").status, 0);
+  const auto lease = Lease(kFirst, 1, 'e');
+  EXPECT_EQ(lease.status, 1);
+  EXPECT_NE(lease.message.find("garage"), std::string::npos);
+  auto spec = SampleSpec();
+  spec["dataset"] = {{"name", "warehouse"}, {"hash", HashOf('e')}};
+  Submit(spec, "s2");
+  EXPECT_EQ(Lease(kFirst, 1, 'e').jobs.at(0).experiment_id, 2);
+}
+
+// --- Results ---------------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerTest, ResultIsAcceptedOnceAndThenADuplicate) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  const auto lease = LeaseOne(kFirst);
+  EXPECT_EQ(Finish(kFirst, lease).status, 0);
+  EXPECT_EQ(StateOf(1), JobState::kDone);
+  EXPECT_EQ(Finish(kFirst, lease).status, 1);
+  Restart();
+  EXPECT_EQ(Finish(kFirst, lease).status, 1);
+  EXPECT_EQ(store_.num_accepted(), 1);
+  EXPECT_EQ(store_.num_stale(), 0);
+}
+
+TEST_F(SchedulerTest, ExperimentIsDoneWithItsLastJob) {
+  Submit(SampleSpec(2));
+  Hello(kFirst);
+  Finish(kFirst, LeaseOne(kFirst));
+  EXPECT_EQ(Summary().state, db::ExperimentState::kActive);
+  Finish(kFirst, LeaseOne(kFirst));
+  EXPECT_EQ(Summary().state, db::ExperimentState::kDone);
+  EXPECT_EQ(Summary().solved, 2);
+  EXPECT_TRUE(store_.LoadOpenState().open.empty());
+}
+
+TEST_F(SchedulerTest, WrongTokenIsRefused) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  auto lease = LeaseOne(kFirst);
+  lease.token += 1;
+  EXPECT_EQ(Finish(kFirst, lease).status, 3);
+  lease.token -= 1;
+  lease.attempt = 2;
+  EXPECT_EQ(Finish(kFirst, lease).status, 3);
+  lease.job_id = 77;
+  EXPECT_EQ(Finish(kFirst, lease).status, 3);
+  EXPECT_EQ(StateOf(1), JobState::kLeased);
+  EXPECT_EQ(store_.num_stale(), 0);
+}
+
+TEST_F(SchedulerTest, CostAndTimeAreDividedByTheProblemsWaypoints) {
+  auto spec = SampleSpec(1);
+  spec["tasks"][0]["waypoints"][0] = 12;
+  Submit(spec);
+  Hello(kFirst);
+  Finish(kFirst, LeaseOne(kFirst));
+  EXPECT_EQ(store_.accepted_result(1)->result.num_waypoints, 12);
+}
+
+TEST_F(SchedulerTest, IllegalResultCostsAnAttemptWithTheReason) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  for (int attempt = 1; attempt <= 3; ++attempt) {
+    auto result = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst));
+    result.cost = std::nan("");
+    const auto reply = Deliver(result);
+    EXPECT_EQ(reply.status, 3);
+    EXPECT_NE(reply.message.find("cost"), std::string::npos);
+  }
+  EXPECT_EQ(StateOf(1), JobState::kFailed);
+}
+
+// --- Attempts --------------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerTest, CrashingJobIsDeadAfterItsAttemptsAndNeighboursAreNot) {
+  Submit(SampleSpec(2));
+  Hello(kFirst);
+  for (int attempt = 1; attempt <= 3; ++attempt) {
+    const auto lease = LeaseOne(kFirst);
+    EXPECT_EQ(lease.job_id, 1) << "a job that came back goes first";
+    EXPECT_EQ(lease.attempt, attempt);
+    auto crash = ResultFor(worker_ids_[kFirst], lease, 1);
+    crash.exit_signal = 11;
+    EXPECT_EQ(Deliver(crash).status, 0);
+    EXPECT_EQ(Deliver(crash).status, 1) << "reported again";
+  }
+  EXPECT_EQ(StateOf(1), JobState::kDead);
+  EXPECT_EQ(store_.num_attempts(1), 3);
+  Finish(kFirst, LeaseOne(kFirst));
+  EXPECT_EQ(Summary().state, db::ExperimentState::kDone);
+}
+
+// Found by the random histories: the store does not know yet that the attempt has ended.
+TEST_F(SchedulerTest, RepeatedCrashReportInTheRoundOfTheNextLeaseIsADuplicate) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  const auto crash = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst), 1);
+  legopt_msg::lease_request request{};
+  request.worker_id = worker_ids_[kFirst];
+  request.server_instance = options_.server_instance;
+  request.max_jobs = 1;
+  request.dataset_hashes = {HashOf('d')};
+  EXPECT_EQ(scheduler_->Result(now_, crash, ops_).status, 0);
+  EXPECT_EQ(scheduler_->Lease(now_, kFirst, request, ops_).jobs.at(0).attempt, 2);
+  EXPECT_EQ(scheduler_->Result(now_, crash, ops_).status, 1);
+  Commit();
+  EXPECT_EQ(StateOf(1), JobState::kLeased);
+  EXPECT_EQ(store_.num_attempts(1), 2);
+}
+
+TEST_F(SchedulerTest, LimitsAndErrorsCostAttempts) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  Finish(kFirst, LeaseOne(kFirst), 2);
+  Finish(kFirst, LeaseOne(kFirst), 3);
+  EXPECT_EQ(StateOf(1), JobState::kQueued);
+  Finish(kFirst, LeaseOne(kFirst), 5);
+  EXPECT_EQ(StateOf(1), JobState::kFailed) << "the last attempt said that the job cannot run";
+}
+
+TEST_F(SchedulerTest, AttemptsSurviveARestart) {
+  Submit(SampleSpec(1));
+  for (int attempt = 1; attempt <= 3; ++attempt) {
+    Hello(kFirst);
+    Finish(kFirst, LeaseOne(kFirst), 1);
+    Restart();
+  }
+  EXPECT_EQ(StateOf(1), JobState::kDead);
+}
+
+TEST_F(SchedulerTest, JobGivenBackIsNotCharged) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(Finish(kFirst, LeaseOne(kFirst), 4).status, 0);
+  EXPECT_EQ(StateOf(1), JobState::kQueued);
+  Finish(kFirst, LeaseOne(kFirst));
+  EXPECT_EQ(StateOf(1), JobState::kDone);
+}
+
+TEST_F(SchedulerTest, GivingBackForEverIsCharged) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  int leases = 0;
+  while (!db::IsTerminal(StateOf(1)) && leases < 100) {
+    Finish(kFirst, LeaseOne(kFirst), 4);
+    ++leases;
+  }
+  EXPECT_EQ(leases, options_.max_returns_per_job + 3);
+}
+
+// --- Accounting ------------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerTest, StatusAddsUp) {
+  Submit(SampleSpec(4));
+  Submit(SampleSpec(2), "s2");
+  Hello(kFirst);
+  Finish(kFirst, LeaseOne(kFirst));
+  LeaseOne(kFirst);
+  const auto status = StatusJson(*scheduler_, 0, now_);
+  const auto& jobs = status["experiments"][0]["jobs"];
+  EXPECT_EQ(jobs["total"], 4);
+  EXPECT_EQ(jobs["queued"], 2);
+  EXPECT_EQ(jobs["leased"], 1);
+  EXPECT_EQ(jobs["done"], 1);
+  EXPECT_EQ(status["experiments"][0]["solved"], 1);
+  EXPECT_EQ(status["experiments"].size(), 2U);
+  EXPECT_EQ(status["workers"][0]["leases"], 1);
+  EXPECT_EQ(status["server"]["queued"], 4);
+  EXPECT_EQ(StatusJson(*scheduler_, 2, now_)["experiments"].size(), 1U);
+}
+
+}  // namespace
+}  // namespace legopt::server

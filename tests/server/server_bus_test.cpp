@@ -1,0 +1,296 @@
+// The server on a simulated network in virtual time, with scripted workers and clients.
+
+#include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "bus/codec.h"
+#include "bus/simulated_network.h"
+#include "server/server.h"
+#include "tests/server/scheduler_fixture.h"
+
+namespace legopt::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+// A party with its own transport; calls are decoded for it.
+class Party {
+ public:
+  Party(bus::SimulatedNetwork& network, bus::EndpointId id) : transport_(network), endpoint_(transport_, id, 17) {}
+
+  template <class Reply, class Message>
+  void Call(bus::MessageType type, const Message& message, std::function<void(const Reply&)> then) {
+    bus::CallOptions options;
+    options.timeout = 5s;
+    endpoint_.Call(bus::kServer, type, bus::Encode(message), options, [this, type, message, then](bus::CallResult&& r) {
+      if (r.status == bus::CallResult::kRejected) {
+        rejected_ = r.error;
+        return;
+      }
+      if (r.status == bus::CallResult::kTimeout) return Call<Reply>(type, message, then);  // a new call
+      std::string why;
+      const auto reply = bus::Decode<Reply>(r.body, &why);
+      ASSERT_TRUE(reply) << why;
+      then(*reply);
+    });
+  }
+
+  bus::Endpoint& endpoint() { return endpoint_; }
+  const std::string& rejected() const { return rejected_; }
+
+ private:
+  bus::SimulatedTransport transport_;
+  bus::Endpoint endpoint_;
+  std::string rejected_;
+};
+
+// Leases and finishes jobs until told otherwise.
+class ScriptedWorker {
+ public:
+  ScriptedWorker(bus::SimulatedNetwork& network, bus::EndpointId id) : party_(network, id) { Hello(); }
+
+  bus::Endpoint& endpoint() { return party_.endpoint(); }
+  int accepted = 0, refused = 0;
+
+ private:
+  void Hello() {
+    legopt_msg::hello_request request{};
+    request.protocol_version = bus::kProtocolVersion;
+    request.worker_name = "scripted";
+    request.pid = 1;
+    request.slots = 1;
+    legopt_msg::dataset_ref dataset{};
+    dataset.name = "garage";
+    dataset.hash = HashOf('d');
+    request.datasets = {dataset};
+    party_.Call<legopt_msg::hello_reply>(bus::MessageType::kHello, request, [this](const auto& reply) {
+      ASSERT_EQ(reply.status, 0) << reply.message;
+      registration_ = reply;
+      Lease();
+    });
+  }
+
+  void Lease() {
+    legopt_msg::lease_request request{};
+    request.worker_id = registration_.worker_id;
+    request.server_instance = registration_.server_instance;
+    request.max_jobs = 4;
+    request.dataset_hashes = {HashOf('d')};
+    party_.Call<legopt_msg::lease_reply>(bus::MessageType::kLease, request, [this](const auto& reply) {
+      if (reply.status == 2) return Hello();
+      if (reply.status == 4) return;
+      left_ = static_cast<int>(reply.jobs.size());
+      for (const auto& lease : reply.jobs) Deliver(lease);
+      if (left_ == 0) Lease();
+    });
+  }
+
+  void Deliver(const legopt_msg::lease& lease) {
+    auto result = ResultFor(registration_.worker_id, lease);
+    result.history_json = std::string(3000, ' ');  // more than one datagram
+    party_.Call<legopt_msg::result_reply>(bus::MessageType::kResult, result, [this](const auto& reply) {
+      ++(reply.status <= 1 ? accepted : refused);
+      if (--left_ == 0) Lease();
+    });
+  }
+
+  Party party_;
+  legopt_msg::hello_reply registration_{};
+  int left_ = 0;
+};
+
+class ServerOnBus : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { spdlog::set_level(spdlog::level::off); }
+
+  explicit ServerOnBus(const bus::Misfortune& misfortune = {}) : network_(99, misfortune) { StartServer(); }
+
+  void StartServer() {
+    server_.reset();
+    endpoint_.reset();
+    transport_.reset();
+    transport_ = std::make_unique<bus::SimulatedTransport>(network_);
+    endpoint_ = std::make_unique<bus::Endpoint>(*transport_, bus::kServer, ++lives_);
+    ServerOptions options;
+    options.scheduler.server_instance = static_cast<std::int64_t>(lives_);
+    options.version = "test";
+    options.pid = 1;
+    server_ = std::make_unique<Server>(
+        *endpoint_, store_, nullptr, options, [this] { return network_.now().count(); }, [this] { return ++token_; });
+  }
+
+  bool RunUntil(const std::function<bool()>& done, microseconds limit = 300s) {
+    const microseconds end = network_.now() + limit;
+    while (!done()) {
+      if (network_.now() > end) return false;
+      endpoint_->Poll(0us);
+      server_->Work();
+      client_.endpoint().Poll(0us);
+      for (auto& worker : workers_) worker->endpoint().Poll(0us);
+      network_.Advance(1ms);
+    }
+    return true;
+  }
+
+  void AddWorkers(int count) {
+    for (int i = 0; i < count; ++i) {
+      workers_.push_back(std::make_unique<ScriptedWorker>(network_, static_cast<bus::EndpointId>(1'000'000 + i)));
+    }
+  }
+
+  void Submit(const nlohmann::json& spec, const std::string& id = "s1") {
+    legopt_msg::submit_request request{};
+    request.submission_id = id;
+    request.spec_json = spec.dump();
+    client_.Call<legopt_msg::submit_reply>(bus::MessageType::kSubmit, request,
+                                           [this](const auto& reply) { submitted_ = reply; });
+  }
+
+  nlohmann::json Status() {
+    nlohmann::json status;
+    client_.Call<legopt_msg::status_reply>(bus::MessageType::kStatus, legopt_msg::status_request{},
+                                           [&](const auto& reply) { status = nlohmann::json::parse(reply.json); });
+    EXPECT_TRUE(RunUntil([&] { return !status.is_null(); }));
+    return status;
+  }
+
+  bool AllDone(std::int64_t experiment = 1) {
+    const auto& all = server_->scheduler().experiments();
+    return all.contains(experiment) && all.at(experiment).state == db::ExperimentState::kDone;
+  }
+
+  bus::SimulatedNetwork network_;
+  db::MemoryStore store_;
+  std::unique_ptr<bus::SimulatedTransport> transport_;
+  std::unique_ptr<bus::Endpoint> endpoint_;
+  std::unique_ptr<Server> server_;
+  Party client_{network_, 555'555};
+  std::vector<std::unique_ptr<ScriptedWorker>> workers_;
+  std::optional<legopt_msg::submit_reply> submitted_;
+  std::uint64_t lives_ = 0;
+  std::int64_t token_ = 0;
+};
+
+class ServerOnBadBus : public ServerOnBus {
+ protected:
+  ServerOnBadBus() : ServerOnBus(bus::Misfortune::StandardChaos()) {}
+};
+
+TEST_F(ServerOnBus, ExperimentIsWorkedOff) {
+  AddWorkers(2);
+  Submit(SampleSpec(50));
+  ASSERT_TRUE(RunUntil([&] { return AllDone(); }));
+  EXPECT_EQ(submitted_->status, 0);
+  EXPECT_EQ(store_.num_accepted(), 50);
+  const auto status = Status();
+  EXPECT_EQ(status["experiments"][0]["state"], "done");
+  EXPECT_EQ(status["experiments"][0]["jobs"]["done"], 50);
+  EXPECT_EQ(status["workers"].size(), 2U);
+  EXPECT_GT(status["server"]["transport"]["requests_handled"], 0);
+}
+
+TEST_F(ServerOnBadBus, ChaosChangesNothing) {
+  AddWorkers(2);
+  Submit(SampleSpec(40));
+  ASSERT_TRUE(RunUntil([&] { return AllDone(); }));
+  EXPECT_EQ(store_.num_accepted(), 40);
+}
+
+TEST_F(ServerOnBadBus, RestartsChangeNothing) {
+  AddWorkers(2);
+  Submit(SampleSpec(60));
+  for (int restart = 0; restart < 10 && !AllDone(); ++restart) {
+    const std::int64_t before = store_.num_accepted();
+    RunUntil([&] { return AllDone() || store_.num_accepted() > before + 3; });
+    StartServer();
+  }
+  ASSERT_TRUE(RunUntil([&] { return AllDone(); }));
+  EXPECT_EQ(store_.num_accepted(), 60);
+  EXPECT_TRUE(RunUntil([&] { return submitted_.has_value(); }));
+}
+
+TEST_F(ServerOnBus, NothingIsAcknowledgedOrLeasedWhileTheStoreFails) {
+  Submit(SampleSpec(4));
+  ASSERT_TRUE(RunUntil([&] { return submitted_.has_value(); }));
+  store_.FailWith(db::StoreErrorCode::kFull);
+  submitted_.reset();
+  Submit(SampleSpec(6), "s2");
+  EXPECT_FALSE(RunUntil([&] { return submitted_.has_value(); }, 2s));
+  EXPECT_FALSE(server_->store_healthy());
+  AddWorkers(1);
+  EXPECT_FALSE(RunUntil([&] { return server_->scheduler().num_leases() > 0; }, 3s));
+  EXPECT_NE(Status()["server"]["store_error"], "") << "it keeps answering";
+  store_.FailWith({});
+  ASSERT_TRUE(RunUntil([&] { return submitted_.has_value() && AllDone(1) && AllDone(2); }));
+  EXPECT_TRUE(server_->store_healthy());
+  EXPECT_EQ(store_.num_accepted(), 10);
+}
+
+TEST_F(ServerOnBus, StoreDefectEndsTheServer) {
+  Submit(SampleSpec(4));
+  store_.FailWith(db::StoreErrorCode::kCorrupt);
+  EXPECT_THROW(RunUntil([&] { return submitted_.has_value(); }, 2s), db::StoreError);
+}
+
+TEST_F(ServerOnBus, ProbeDescribesTheServer) {
+  std::optional<legopt_msg::probe_reply> probe;
+  client_.Call<legopt_msg::probe_reply>(bus::MessageType::kProbe, legopt_msg::probe_request{},
+                                        [&](const auto& reply) { probe = reply; });
+  ASSERT_TRUE(RunUntil([&] { return probe.has_value(); }));
+  EXPECT_EQ(probe->protocol_version, bus::kProtocolVersion);
+  EXPECT_EQ(probe->server_version, "test");
+  EXPECT_EQ(probe->server_instance, 1);
+}
+
+TEST_F(ServerOnBus, MethodOptionsAreServed) {
+  Submit(SampleSpec(1));
+  ASSERT_TRUE(RunUntil([&] { return submitted_.has_value(); }));
+  std::vector<legopt_msg::method_reply> replies;
+  for (const char digit : {'a', 'f'}) {
+    legopt_msg::method_request request{};
+    request.hash = HashOf(digit);
+    client_.Call<legopt_msg::method_reply>(bus::MessageType::kMethod, request,
+                                           [&](const auto& reply) { replies.push_back(reply); });
+    ASSERT_TRUE(RunUntil([&] { return replies.size() == (digit == 'a' ? 1U : 2U); }));
+  }
+  EXPECT_EQ(replies[0].status, 0);
+  EXPECT_EQ(nlohmann::json::parse(replies[0].options_json)["solver"], "a");
+  EXPECT_EQ(replies[1].status, 1);
+}
+
+TEST_F(ServerOnBus, QueryWithoutADatabaseFileIsRefusedPolitely) {
+  legopt_msg::query_request request{};
+  request.sql = "SELECT 1";
+  request.max_rows = 1;
+  std::optional<legopt_msg::query_reply> answer;
+  client_.Call<legopt_msg::query_reply>(bus::MessageType::kQuery, request, [&](const auto& reply) { answer = reply; });
+  ASSERT_TRUE(RunUntil([&] { return answer.has_value(); }));
+  EXPECT_EQ(answer->status, 1);
+}
+
+TEST_F(ServerOnBus, MalformedBodiesAreRejectedByField) {
+  bus::CallResult result;
+  bool done = false;
+  client_.endpoint().Call(bus::kServer, bus::MessageType::kLease, "garbage", {}, [&](bus::CallResult&& r) {
+    result = std::move(r);
+    done = true;
+  });
+  ASSERT_TRUE(RunUntil([&] { return done; }));
+  EXPECT_EQ(result.status, bus::CallResult::kRejected);
+  EXPECT_EQ(result.code, bus::ErrorCode::kMalformed);
+}
+
+TEST_F(ServerOnBus, ShutdownIsAnsweredAndDrains) {
+  bool answered = false;
+  client_.Call<legopt_msg::shutdown_reply>(bus::MessageType::kShutdown, legopt_msg::shutdown_request{},
+                                           [&](const auto& reply) { answered = reply.status == 0; });
+  ASSERT_TRUE(RunUntil([&] { return answered; }));
+  EXPECT_TRUE(server_->shutdown_requested());
+}
+
+}  // namespace
+}  // namespace legopt::server

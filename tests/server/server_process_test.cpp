@@ -1,0 +1,167 @@
+// The program legopt-server: the ready line, the clean end, and a distinct exit code for each cause of failure.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+
+#include "bus/endpoint.h"
+#include "bus/lcm_transport.h"
+#include "db/connection.h"
+#include "db/migrations.h"
+#include "db/sqlite_store.h"
+#include "tests/db/store_samples.h"
+
+namespace legopt::server {
+namespace {
+
+// A child process with its standard output and error in one pipe. Killed at the end if it still runs.
+class Process {
+ public:
+  explicit Process(const std::vector<std::string>& arguments) {
+    int ends[2];
+    if (pipe(ends) != 0) std::abort();
+    std::vector<char*> argv;
+    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(ends[1], STDOUT_FILENO);
+      dup2(ends[1], STDERR_FILENO);
+      close(ends[0]);
+      close(ends[1]);
+      execvp(argv[0], argv.data());
+      _exit(127);
+    }
+    close(ends[1]);
+    output_ = ends[0];
+  }
+  ~Process() {
+    if (pid_ > 0) {
+      kill(pid_, SIGKILL);
+      waitpid(pid_, nullptr, 0);
+    }
+    close(output_);
+  }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  // Reads until `word` has appeared; false when the output ended before.
+  bool WaitFor(const std::string& word) {
+    while (text_.find(word) == std::string::npos) {
+      char buffer[512];
+      const ssize_t size = read(output_, buffer, sizeof(buffer));
+      if (size <= 0) return false;
+      text_.append(buffer, static_cast<std::size_t>(size));
+    }
+    return true;
+  }
+
+  void Signal(int number) const { kill(pid_, number); }
+
+  // Waits for the end; the exit code, or 1000 + signal.
+  int Wait() {
+    WaitFor("\1");  // to the end of the output
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+  }
+
+  const std::string& text() const { return text_; }
+
+ private:
+  pid_t pid_ = -1;
+  int output_ = -1;
+  std::string text_;
+};
+
+class ServerProcess : public testing::Test {
+ protected:
+  void SetUp() override {
+    const bus::MulticastRoute route = bus::ProbeMulticastRoute(bus::LcmOptions{}.group);
+    if (!route.usable) GTEST_SKIP() << route.problem;
+    port_ = bus::FindFreePortPair(bus::RandomSeed());
+  }
+
+  std::vector<std::string> Command(const std::filesystem::path& database, int port) const {
+    return {LEGOPT_BINARY_DIR "/legopt-server", "--db", database.string(), "--port", std::to_string(port)};
+  }
+
+  void ExpectExit(const std::vector<std::string>& command, int code, const std::string& word) {
+    Process process(command);
+    EXPECT_EQ(process.Wait(), code) << process.text();
+    EXPECT_NE(process.text().find(word), std::string::npos) << process.text();
+  }
+
+  db::TemporaryFolder folder_;
+  std::filesystem::path database_ = folder_ / "results.sqlite";
+  int port_ = 0;
+};
+
+TEST_F(ServerProcess, SaysReadyAndStopsCleanly) {
+  for (const int signal_number : {SIGTERM, SIGINT}) {
+    Process server(Command(database_, port_));
+    ASSERT_TRUE(server.WaitFor("ready")) << server.text();
+    server.Signal(signal_number);
+    EXPECT_EQ(server.Wait(), 0) << server.text();
+    EXPECT_FALSE(std::filesystem::exists(database_.string() + "-wal")) << "checkpointed";
+    EXPECT_FALSE(std::filesystem::exists(database_.string() + ".lock"));
+  }
+}
+
+TEST_F(ServerProcess, StartsAgainAfterKill9) {
+  for (int i = 0; i < 3; ++i) {
+    Process server(Command(database_, port_));
+    ASSERT_TRUE(server.WaitFor("ready")) << server.text();
+    server.Signal(SIGKILL);
+    EXPECT_EQ(server.Wait(), 1000 + SIGKILL);
+  }
+}
+
+TEST_F(ServerProcess, SecondServerOnTheDatabaseIsRefused) {
+  Process first(Command(database_, port_));
+  ASSERT_TRUE(first.WaitFor("ready")) << first.text();
+  ExpectExit(Command(database_, bus::FindFreePortPair(bus::RandomSeed())), 6, "another legopt-server");
+}
+
+TEST_F(ServerProcess, SecondServerOnThePortIsRefused) {
+  Process first(Command(database_, port_));
+  ASSERT_TRUE(first.WaitFor("ready")) << first.text();
+  ExpectExit(Command(folder_ / "other.sqlite", port_), 7, database_.string());
+}
+
+TEST_F(ServerProcess, UnusableDatabasesHaveTheirExitCode) {
+  ExpectExit(Command(folder_ / "no" / "results.sqlite", port_), 6, "folder");
+  std::ofstream(folder_ / "text.sqlite") << std::string(5000, 'x');
+  ExpectExit(Command(folder_ / "text.sqlite", port_), 6, "not a SQLite file");
+  { db::OpenSqliteStore(database_); }
+  {
+    db::Connection connection(database_, db::Connection::Mode::kReadWriteCreate);
+    connection.Execute("PRAGMA user_version = " + std::to_string(db::SchemaVersion() + 1));
+  }
+  ExpectExit(Command(database_, port_), 6, "newer legopt");
+}
+
+TEST_F(ServerProcess, WrongUsageHasItsExitCode) {
+  ExpectExit({LEGOPT_BINARY_DIR "/legopt-server"}, 2, "--db");
+  std::vector<std::string> command = Command(database_, port_);
+  command.insert(command.end(), {"--group", "10.1.2.3"});
+  ExpectExit(command, 2, "multicast");
+}
+
+TEST_F(ServerProcess, MissingMulticastRouteHasItsExitCode) {
+  Process probe({"unshare", "-rn", "true"});
+  if (probe.Wait() != 0) GTEST_SKIP() << "user namespaces are not available here";
+  std::vector<std::string> command = Command(database_, port_);
+  command.insert(command.begin(), {"unshare", "-rn"});
+  ExpectExit(command, 7, "ip route add");
+}
+
+}  // namespace
+}  // namespace legopt::server
