@@ -1,0 +1,125 @@
+// A job on the embedded dataset: solve, then judge; and what the executor accepts.
+
+#include "worker/job_runner.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "legopt/input_error.h"
+#include "tests/worker/sample_messages.h"
+#include "worker/solve_executor.h"
+
+namespace legopt::worker {
+namespace {
+
+const std::filesystem::path kDataset = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "garage-small";
+
+class JobRunnerTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(kDataset / "dataset.yaml")) GTEST_SKIP() << "no dataset at " << kDataset;
+    dataset_ = Dataset::Load(kDataset);
+    job_.problem_id = dataset_->problems(Task::kPosture).front().id;
+    job_.experiment_seed = 1;
+  }
+
+  // The lease of `job_`, as the server would write it.
+  legopt_msg::lease Lease() const {
+    legopt_msg::lease lease = SampleLease(1);
+    lease.dataset_hash = dataset_->content_hash();
+    lease.method_hash = job_.method.Hash();
+    lease.problem_id = job_.problem_id;
+    return lease;
+  }
+
+  static JobExecutor::Hooks Hooks() {
+    return {[] { return false; }, [](int, int) {}, [] {}};
+  }
+
+  std::shared_ptr<const Dataset> dataset_;
+  Job job_;
+};
+
+TEST_F(JobRunnerTest, SolvesAndJudges) {
+  bool judging = false;
+  JobHooks hooks;
+  hooks.judging = [&judging] { judging = true; };
+  const JobResult result = RunJob(dataset_, job_, hooks);
+  EXPECT_NE(result.solve.status, SolveStatus::kNotRun);
+  ASSERT_EQ(result.solve.waypoints.size(), 1U);
+  EXPECT_EQ(result.solve.waypoints[0].size(), dataset_->robot().configuration_size());
+  EXPECT_EQ(result.evaluation.num_waypoints, 1);
+  EXPECT_TRUE(judging);
+  EXPECT_GT(result.peak_memory_bytes, 0);
+  EXPECT_GT(result.solve.wall_us, 0);
+}
+
+TEST_F(JobRunnerTest, TheSameJobGivesTheSameBitsFirstOrLater) {
+  job_.method.multi_starts = 2;
+  JobRunner warm(dataset_);
+  Job other = job_;
+  other.problem_id = dataset_->problems(Task::kPosture).back().id;
+  warm.Run(other);
+  const JobResult later = warm.Run(job_);
+  const JobResult first = RunJob(Dataset::Load(kDataset), job_);
+  ASSERT_EQ(first.solve.waypoints.size(), later.solve.waypoints.size());
+  EXPECT_EQ(first.solve.iterations, later.solve.iterations);
+  EXPECT_EQ(first.solve.status, later.solve.status);
+  EXPECT_TRUE(first.solve.waypoints[0] == later.solve.waypoints[0]);
+  EXPECT_EQ(first.evaluation.literal, later.evaluation.literal);
+}
+
+TEST_F(JobRunnerTest, CancellingEndsTheSolve) {
+  JobHooks hooks;
+  hooks.cancelled = [] { return true; };
+  EXPECT_EQ(RunJob(dataset_, job_, hooks).solve.status, SolveStatus::kCancelled);
+}
+
+TEST_F(JobRunnerTest, AProblemThatDoesNotExistIsAnInputError) {
+  job_.problem_id = 987654;
+  EXPECT_THROW(RunJob(dataset_, job_), InputError);
+}
+
+TEST_F(JobRunnerTest, TheExecutorAnnouncesWhatItLoaded) {
+  SolveExecutor executor({kDataset, kDataset});
+  const std::vector<LoadedDataset> loaded = executor.Load();
+  ASSERT_EQ(loaded.size(), 1U) << "the same content counts once";
+  EXPECT_EQ(loaded[0].hash, dataset_->content_hash());
+  EXPECT_EQ(loaded[0].name, dataset_->name());
+}
+
+TEST_F(JobRunnerTest, TheExecutorFillsTheResult) {
+  SolveExecutor executor({kDataset});
+  executor.Load();
+  const auto result = executor.Execute(Lease(), job_.method.ToJson().dump(), Hooks());
+  EXPECT_EQ(result.outcome, static_cast<int>(Outcome::kFinished));
+  EXPECT_EQ(result.num_waypoints, 1);
+  EXPECT_EQ(result.waypoints.size(), static_cast<std::size_t>(dataset_->robot().configuration_size()));
+  EXPECT_FALSE(result.verdict_literal.empty());
+  EXPECT_FALSE(result.solver_status.empty());
+  const nlohmann::json history = nlohmann::json::parse(result.history_json);
+  EXPECT_EQ(history.at("columns").size(), history.at("rows").at(0).size());
+}
+
+TEST_F(JobRunnerTest, TheExecutorRefusesOtherDatasetsAndForgedMethods) {
+  SolveExecutor executor({kDataset});
+  executor.Load();
+  legopt_msg::lease other_dataset = Lease();
+  other_dataset.dataset_hash = HexHash('0');
+  EXPECT_THROW(executor.Execute(other_dataset, job_.method.ToJson().dump(), Hooks()), InputError);
+  legopt_msg::lease forged = Lease();
+  forged.method_hash = HexHash('0');
+  EXPECT_THROW(executor.Execute(forged, job_.method.ToJson().dump(), Hooks()), InputError);
+  EXPECT_THROW(executor.Execute(forged, "{not json", Hooks()), InputError);
+  EXPECT_THROW(executor.Execute(forged, R"({"solver":"sqp","multi_stars":3})", Hooks()), InputError);
+}
+
+TEST_F(JobRunnerTest, TheExecutorRefusesFoldersThatAreNoDataset) {
+  SolveExecutor executor({kDataset / "nothing-here"});
+  EXPECT_THROW(executor.Load(), InputError);
+}
+
+}  // namespace
+}  // namespace legopt::worker

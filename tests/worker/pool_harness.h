@@ -1,0 +1,152 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "tests/worker/sample_messages.h"
+#include "worker/pool.h"
+
+namespace legopt::worker {
+
+/// A Pool in virtual time: collects its actions and plays server and job processes on request.
+class PoolHarness {
+ public:
+  explicit PoolHarness(PoolOptions options = {}) : pool(Named(std::move(options)), now) { Collect(); }
+
+  static PoolOptions Named(PoolOptions options) {
+    options.name = "test";
+    options.hostname = "host";
+    options.pid = 42;
+    options.build = "test build";
+    options.server_address = "239.0.0.1:7667";
+    return options;
+  }
+
+  void Advance(microseconds duration) {
+    now += duration;
+    pool.Tick(now);
+    Collect();
+  }
+
+  /// Moves on to each deadline in turn, until `duration` has passed.
+  void Run(microseconds duration) {
+    const microseconds end = now + duration;
+    while (pool.next_deadline() < end) {
+      now = std::max(now, pool.next_deadline());
+      pool.Tick(now);
+      Collect();
+    }
+    now = end;
+    pool.Tick(now);
+    Collect();
+  }
+
+  void Collect() {
+    for (Action& action : pool.TakeActions()) {
+      if (auto* exit = std::get_if<ExitWorker>(&action)) exit_code = exit->code;
+      if (auto* line = std::get_if<LogLine>(&action)) log += line->text + "\n";
+      actions.push_back(std::move(action));
+    }
+  }
+
+  /// Actions of one kind since the last Take of any kind of it; removes them.
+  template <class Kind>
+  std::vector<Kind> Take() {
+    std::vector<Kind> taken;
+    std::erase_if(actions, [&](const Action& action) {
+      if (const Kind* found = std::get_if<Kind>(&action)) {
+        taken.push_back(*found);
+        return true;
+      }
+      return false;
+    });
+    return taken;
+  }
+
+  void ChildrenReady() {
+    for (const StartChild& start : Take<StartChild>()) {
+      pool.OnChildReady(now, start.slot, {{"garage", HexHash('d')}});
+    }
+    Collect();
+  }
+
+  void ReplyHello(std::int64_t worker_id = 7, std::int64_t instance = 1) {
+    legopt_msg::hello_reply reply{};
+    reply.server_instance = instance;
+    reply.worker_id = worker_id;
+    reply.lease_us = 10'000'000;
+    reply.heartbeat_us = 1'000'000;
+    pool.OnHelloReply(now, &reply, "");
+    Collect();
+  }
+
+  void ReplyLease(const std::vector<legopt_msg::lease>& leases, int status = -1, std::int64_t retry_us = 100'000) {
+    legopt_msg::lease_reply reply{};
+    reply.status = status >= 0 ? status : leases.empty() ? 1 : 0;
+    reply.retry_after_us = retry_us;
+    reply.message = status == 3 ? "jobs need dataset garage " + HexHash('f') : "";
+    reply.jobs = leases;
+    reply.num_jobs = static_cast<std::int32_t>(leases.size());
+    pool.OnLeaseReply(now, &reply, "");
+    Collect();
+  }
+
+  void ReplyMethod(const std::string& hash, int status = 0) {
+    legopt_msg::method_reply reply{};
+    reply.status = status;
+    reply.options_json = status == 0 ? "{}" : "";
+    pool.OnMethodReply(now, hash, &reply, "");
+    Collect();
+  }
+
+  /// Answers the newest heartbeat with one verdict for all its leases.
+  void ReplyHeartbeat(int verdict = 0, int status = 0, std::int64_t instance = 1) {
+    const std::vector<CallHeartbeat> calls = Take<CallHeartbeat>();
+    ASSERT_FALSE(calls.empty());
+    legopt_msg::heartbeat_reply reply{};
+    reply.server_instance = instance;
+    reply.status = status;
+    reply.verdicts.assign(calls.back().request.leases.size(), static_cast<std::int8_t>(verdict));
+    reply.num_leases = static_cast<std::int32_t>(reply.verdicts.size());
+    pool.OnHeartbeatReply(now, &reply, "");
+    Collect();
+  }
+
+  void ReplyResult(const LeaseKey& key, int status = 0) {
+    legopt_msg::result_reply reply{};
+    reply.status = status;
+    pool.OnResultReply(now, key, &reply, "");
+    Collect();
+  }
+
+  void FinishJob(const AssignJob& job) {
+    pool.OnChildResult(now, job.slot, job.sequence, ResultWithoutSolution(Outcome::kFinished, "done"));
+    Collect();
+  }
+
+  void Exit(int slot, const ChildExit& exit) {
+    pool.OnChildExited(now, slot, exit);
+    Collect();
+  }
+
+  /// Ready, registered, with the jobs given running or waiting; takes all actions so far except the assignments.
+  void StartJobs(const std::vector<legopt_msg::lease>& leases) {
+    ChildrenReady();
+    Take<CallHello>();
+    ReplyHello();
+    Take<CallLease>();
+    ReplyLease(leases);
+    for (const CallMethod& call : Take<CallMethod>()) ReplyMethod(call.request.hash);
+  }
+
+  microseconds now{1'000'000};
+  Pool pool;
+  std::vector<Action> actions;
+  std::string log;
+  std::optional<int> exit_code;
+};
+
+}  // namespace legopt::worker

@@ -1,0 +1,387 @@
+// Registration, leases, prefetch, heartbeats, dataset mismatch, the end: Pool against a played server, in virtual time.
+
+#include "worker/pool.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/worker/pool_harness.h"
+#include "worker/exit_codes.h"
+
+namespace legopt::worker {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+PoolOptions WithSlots(int slots) {
+  PoolOptions options;
+  options.slots = slots;
+  return options;
+}
+
+TEST(PoolRegistrationTest, SaysHelloOnlyOnceADatasetIsLoadedAndHashed) {
+  PoolHarness harness(WithSlots(2));
+  EXPECT_EQ(harness.Take<StartChild>().size(), 2U);
+  harness.Run(seconds(5));
+  EXPECT_TRUE(harness.Take<CallHello>().empty());
+  harness.pool.OnChildReady(harness.now, 1, {{"garage", HexHash('d')}});
+  harness.Collect();
+  const auto hello = harness.Take<CallHello>();
+  ASSERT_EQ(hello.size(), 1U);
+  EXPECT_EQ(hello[0].request.slots, 2);
+  ASSERT_EQ(hello[0].request.datasets.size(), 1U);
+  EXPECT_EQ(hello[0].request.datasets[0].hash, HexHash('d'));
+}
+
+TEST(PoolRegistrationTest, KeepsTryingAndTellsTheUserOnce) {
+  PoolHarness harness;
+  harness.ChildrenReady();
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_EQ(harness.Take<CallHello>().size(), 1U) << i;
+    harness.Advance(seconds(1));
+    harness.pool.OnHelloReply(harness.now, nullptr, "no answer");
+    harness.Collect();
+    harness.Run(seconds(2));
+  }
+  const std::string told = "no answer from a server at 239.0.0.1:7667";
+  EXPECT_NE(harness.log.find(told), std::string::npos) << harness.log;
+  EXPECT_EQ(harness.log.find(told), harness.log.rfind(told)) << "within 30 s, once";
+  EXPECT_FALSE(harness.exit_code);
+  harness.ReplyHello();
+  EXPECT_NE(harness.log.find("the server answers"), std::string::npos);
+  EXPECT_TRUE(harness.pool.registered());
+}
+
+TEST(PoolRegistrationTest, GivesUpAfterWaitServer) {
+  PoolOptions options;
+  options.wait_server = seconds(4);
+  PoolHarness harness(options);
+  harness.Run(seconds(30));
+  EXPECT_FALSE(harness.exit_code) << "loading the datasets does not count";
+  harness.ChildrenReady();
+  harness.Advance(seconds(3));
+  harness.pool.OnHelloReply(harness.now, nullptr, "no answer");
+  harness.Run(milliseconds(999));
+  EXPECT_FALSE(harness.exit_code);
+  harness.Run(milliseconds(1));
+  EXPECT_EQ(harness.exit_code, kExitUnreachable);
+}
+
+TEST(PoolRegistrationTest, ARefusedVersionEndsTheWorker) {
+  PoolHarness harness;
+  harness.ChildrenReady();
+  legopt_msg::hello_reply reply{};
+  reply.status = 1;
+  reply.message = "protocol version 2 is needed";
+  harness.pool.OnHelloReply(harness.now, &reply, "");
+  harness.Collect();
+  EXPECT_EQ(harness.exit_code, kExitUsage);
+  EXPECT_NE(harness.log.find("protocol version 2 is needed"), std::string::npos);
+}
+
+TEST(PoolRegistrationTest, RegistersAgainWhenTheServerHasRestartedAndKeepsItsJobs) {
+  PoolHarness harness;
+  harness.StartJobs({SampleLease(1)});
+  ASSERT_EQ(harness.Take<AssignJob>().size(), 1U);
+  harness.Run(seconds(1));
+  harness.ReplyHeartbeat(0, 2, 99);
+  ASSERT_EQ(harness.Take<CallHello>().size(), 1U);
+  EXPECT_TRUE(harness.Take<CancelJob>().empty());
+  EXPECT_TRUE(harness.Take<KillChild>().empty());
+  harness.ReplyHello(8, 99);
+  const auto claim = harness.Take<CallHeartbeat>();
+  ASSERT_EQ(claim.size(), 1U) << "the job is claimed at once";
+  EXPECT_EQ(claim[0].request.worker_id, 8);
+  EXPECT_EQ(claim[0].request.server_instance, 99);
+  ASSERT_EQ(claim[0].request.leases.size(), 1U);
+  EXPECT_EQ(claim[0].request.leases[0].job_id, 1);
+}
+
+TEST(PoolDatasetTest, MismatchNamesBothHashesAndTheFixAndEndsWithItsCode) {
+  PoolHarness harness;
+  harness.ChildrenReady();
+  harness.ReplyHello();
+  harness.ReplyLease({}, 3);
+  EXPECT_EQ(harness.exit_code, kExitDatasetMismatch);
+  EXPECT_NE(harness.log.find(HexHash('d')), std::string::npos) << harness.log;
+  EXPECT_NE(harness.log.find(HexHash('f')), std::string::npos) << harness.log;
+  EXPECT_NE(harness.log.find("--dataset"), std::string::npos) << harness.log;
+}
+
+TEST(PoolDatasetTest, AJobOfAnotherDatasetIsNeverRun) {
+  PoolHarness harness;
+  legopt_msg::lease lease = SampleLease(1);
+  lease.dataset_hash = HexHash('f');
+  harness.StartJobs({lease});
+  EXPECT_TRUE(harness.Take<AssignJob>().empty());
+  const auto results = harness.Take<CallResult>();
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled)) << "given back";
+}
+
+TEST(PoolDatasetTest, FilesThatChangeUnderWayEndTheWorker) {
+  PoolHarness harness(WithSlots(2));
+  harness.Take<StartChild>();
+  harness.pool.OnChildReady(harness.now, 0, {{"garage", HexHash('d')}});
+  harness.pool.OnChildReady(harness.now, 1, {{"garage", HexHash('f')}});
+  harness.Collect();
+  ASSERT_EQ(harness.Take<KillChild>().size(), 1U);
+  EXPECT_EQ(harness.exit_code, kExitDatasetMismatch);
+}
+
+TEST(PoolDatasetTest, AnUnusableDatasetEndsTheWorkerWithTheChildsWords) {
+  PoolHarness harness;
+  harness.pool.OnChildStartFailed(harness.now, 0, "robot.urdf: link 'x' is missing");
+  harness.Collect();
+  EXPECT_EQ(harness.exit_code, kExitUsage);
+  EXPECT_NE(harness.log.find("link 'x' is missing"), std::string::npos);
+}
+
+TEST(PoolLeaseTest, AsksForOneJobPerIdleSlotAndNotAheadForLongJobs) {
+  PoolHarness harness(WithSlots(3));
+  harness.ChildrenReady();
+  harness.ReplyHello();
+  auto calls = harness.Take<CallLease>();
+  ASSERT_EQ(calls.size(), 1U);
+  EXPECT_EQ(calls[0].request.max_jobs, 3);
+  harness.ReplyLease({SampleLease(1), SampleLease(2), SampleLease(3)});
+  harness.ReplyMethod(HexHash('e'));
+  const auto jobs = harness.Take<AssignJob>();
+  ASSERT_EQ(jobs.size(), 3U);
+  EXPECT_TRUE(harness.Take<CallLease>().empty());
+  // A job of 5 s: nothing is fetched ahead.
+  harness.Run(seconds(1));
+  harness.ReplyHeartbeat();
+  harness.Advance(seconds(5));
+  harness.FinishJob(jobs[0]);
+  calls = harness.Take<CallLease>();
+  ASSERT_EQ(calls.size(), 1U);
+  EXPECT_EQ(calls[0].request.max_jobs, 1);
+}
+
+TEST(PoolLeaseTest, FetchesShortJobsAhead) {
+  PoolHarness harness(WithSlots(2));
+  harness.StartJobs({SampleLease(1), SampleLease(2)});
+  auto jobs = harness.Take<AssignJob>();
+  harness.Advance(milliseconds(10));
+  harness.FinishJob(jobs[0]);
+  const auto calls = harness.Take<CallLease>();
+  ASSERT_EQ(calls.size(), 1U);
+  EXPECT_EQ(calls[0].request.max_jobs, 1 + 2 * 6) << "60 ms of work for each of two slots, and the idle one";
+  std::vector<legopt_msg::lease> leases;
+  for (int i = 10; i < 23; ++i) leases.push_back(SampleLease(i));
+  harness.ReplyLease(leases);
+  EXPECT_EQ(harness.Take<AssignJob>().size(), 1U);
+  EXPECT_TRUE(harness.Take<CallLease>().empty()) << "enough at hand";
+  harness.Run(seconds(1));
+  EXPECT_EQ(harness.Take<CallHeartbeat>().back().request.leases.size(), 15U)
+      << "heartbeats renew what runs, what waits, and what is under way";
+}
+
+TEST(PoolLeaseTest, HonoursRetryAfter) {
+  PoolHarness harness;
+  harness.ChildrenReady();
+  harness.ReplyHello();
+  harness.Take<CallLease>();
+  harness.ReplyLease({}, 1, 300'000);
+  harness.Run(milliseconds(299));
+  EXPECT_TRUE(harness.Take<CallLease>().empty());
+  harness.Run(milliseconds(77));
+  EXPECT_EQ(harness.Take<CallLease>().size(), 1U) << "with at most a quarter of jitter";
+}
+
+TEST(PoolLeaseTest, TellsOnceWhyThereIsNothingToDo) {
+  PoolHarness harness;
+  harness.ChildrenReady();
+  harness.ReplyHello();
+  for (int i = 0; i < 3; ++i) {
+    legopt_msg::lease_reply reply{};
+    reply.status = 1;
+    reply.message = "jobs are there for dataset yard, which this worker does not have";
+    harness.pool.OnLeaseReply(harness.now, &reply, "");
+    harness.Run(seconds(1));
+  }
+  EXPECT_NE(harness.log.find("dataset yard"), std::string::npos);
+  EXPECT_EQ(harness.log.find("dataset yard"), harness.log.rfind("dataset yard"));
+}
+
+TEST(PoolLeaseTest, AsksForEachMethodOnceAndRunsNothingWithoutIt) {
+  PoolHarness harness(WithSlots(2));
+  harness.ChildrenReady();
+  harness.ReplyHello();
+  harness.ReplyLease({SampleLease(1), SampleLease(2)});
+  EXPECT_EQ(harness.Take<CallMethod>().size(), 1U);
+  EXPECT_TRUE(harness.Take<AssignJob>().empty());
+  harness.pool.OnMethodReply(harness.now, HexHash('e'), nullptr, "no answer");
+  harness.Run(seconds(1));
+  EXPECT_EQ(harness.Take<CallMethod>().size(), 1U) << "asked again";
+  harness.ReplyMethod(HexHash('e'));
+  EXPECT_EQ(harness.Take<AssignJob>().size(), 2U);
+}
+
+TEST(PoolLeaseTest, JobsOfAMethodThatTheServerDoesNotKnowAreErrors) {
+  PoolHarness harness;
+  harness.ChildrenReady();
+  harness.ReplyHello();
+  harness.ReplyLease({SampleLease(1)});
+  harness.ReplyMethod(HexHash('e'), 1);
+  const auto results = harness.Take<CallResult>();
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kError));
+}
+
+// The lease counts from before it was asked for, so that a slow reply does not stretch it.
+TEST(PoolLeaseTest, StopsAJobBeforeItsUnrenewedLeaseCanEnd) {
+  PoolHarness harness;
+  harness.ChildrenReady();
+  harness.ReplyHello();
+  const microseconds asked = harness.now;
+  harness.Advance(seconds(2));
+  harness.ReplyLease({SampleLease(1)});
+  harness.ReplyMethod(HexHash('e'));
+  ASSERT_EQ(harness.Take<AssignJob>().size(), 1U);
+  microseconds stopped(0);
+  microseconds killed(0);
+  while (harness.now < asked + seconds(20) && killed == microseconds(0)) {
+    harness.Advance(milliseconds(10));
+    if (!harness.Take<CancelJob>().empty()) stopped = harness.now;
+    if (!harness.Take<KillChild>().empty()) killed = harness.now;
+  }
+  EXPECT_GT(stopped, asked + seconds(8));
+  EXPECT_GT(killed, stopped);
+  EXPECT_LE(killed, asked + milliseconds(9'100)) << "a tenth of the lease is left";
+  harness.Exit(0, {9, 0, "", 0});
+  const auto results = harness.Take<CallResult>();
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled))
+      << "given back, should the server hear it";
+}
+
+TEST(PoolLeaseTest, HeartbeatsRenewFromWhenTheyWereSent) {
+  PoolHarness harness;
+  harness.StartJobs({SampleLease(1)});
+  for (int i = 0; i < 30; ++i) {
+    harness.Run(seconds(1));
+    harness.ReplyHeartbeat();
+  }
+  EXPECT_TRUE(harness.Take<CancelJob>().empty());
+  EXPECT_EQ(harness.pool.num_leases(), 1U);
+  // Now the server falls silent.
+  harness.Run(milliseconds(8'400));
+  EXPECT_TRUE(harness.Take<CancelJob>().empty());
+  harness.Run(milliseconds(200));
+  EXPECT_EQ(harness.Take<CancelJob>().size(), 1U);
+}
+
+TEST(PoolLeaseTest, AHeartbeatReplyOfTheWrongSizeRenewsNothing) {
+  PoolHarness harness;
+  harness.StartJobs({SampleLease(1)});
+  harness.Run(seconds(1));
+  harness.Take<CallHeartbeat>();
+  legopt_msg::heartbeat_reply reply{};
+  reply.server_instance = 1;
+  harness.pool.OnHeartbeatReply(harness.now, &reply, "");
+  harness.Run(milliseconds(7'600));
+  EXPECT_EQ(harness.Take<CancelJob>().size(), 1U);
+}
+
+TEST(PoolEndTest, LeavesWhenIdleOnlyIfToldTo) {
+  for (const bool exit_when_idle : {true, false}) {
+    PoolOptions options;
+    options.exit_when_idle = exit_when_idle;
+    PoolHarness harness(options);
+    harness.ChildrenReady();
+    harness.ReplyHello();
+    harness.ReplyLease({}, 1);
+    EXPECT_FALSE(harness.exit_code) << "none now is not none";
+    harness.Run(seconds(1));
+    harness.ReplyLease({}, 4);
+    EXPECT_EQ(harness.exit_code.has_value(), exit_when_idle);
+    if (exit_when_idle) {
+      EXPECT_EQ(*harness.exit_code, kExitOk);
+    }
+  }
+}
+
+TEST(PoolEndTest, FirstSignalFinishesAndDeliversWhatIsAtHand) {
+  PoolHarness harness;
+  harness.StartJobs({SampleLease(1)});
+  const auto jobs = harness.Take<AssignJob>();
+  harness.pool.Stop(harness.now);
+  harness.Collect();
+  EXPECT_FALSE(harness.exit_code);
+  harness.FinishJob(jobs[0]);
+  EXPECT_TRUE(harness.Take<CallLease>().empty()) << "takes no more";
+  EXPECT_FALSE(harness.exit_code) << "not before the result is acknowledged";
+  harness.ReplyResult(harness.Take<CallResult>().at(0).key);
+  EXPECT_EQ(harness.exit_code, kExitOk);
+}
+
+TEST(PoolEndTest, FirstSignalGivesBackWhatHasNotBegun) {
+  PoolHarness harness;
+  harness.StartJobs({SampleLease(1), SampleLease(2)});
+  ASSERT_EQ(harness.Take<AssignJob>().size(), 1U);
+  harness.pool.Stop(harness.now);
+  harness.Collect();
+  const auto results = harness.Take<CallResult>();
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0].key.job_id, 2);
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+}
+
+TEST(PoolEndTest, SecondSignalKillsAndGivesBack) {
+  PoolHarness harness;
+  harness.StartJobs({SampleLease(1)});
+  harness.pool.Stop(harness.now);
+  harness.pool.Stop(harness.now);
+  harness.Collect();
+  ASSERT_EQ(harness.Take<KillChild>().size(), 1U);
+  EXPECT_FALSE(harness.exit_code);
+  harness.Exit(0, {9, 0, "", 0});
+  EXPECT_TRUE(harness.Take<StartChild>().empty());
+  const auto results = harness.Take<CallResult>();
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+  harness.ReplyResult(results[0].key);
+  EXPECT_EQ(harness.exit_code, kExitInterrupted);
+}
+
+TEST(PoolEndTest, SecondSignalDoesNotWaitForASilentServer) {
+  PoolHarness harness;
+  harness.StartJobs({SampleLease(1)});
+  harness.pool.Stop(harness.now);
+  harness.pool.Stop(harness.now);
+  harness.Run(seconds(1));
+  EXPECT_EQ(harness.exit_code, kExitInterrupted);
+}
+
+TEST(PoolEndTest, ThirdSignalLeavesAtOnce) {
+  PoolHarness harness;
+  harness.StartJobs({SampleLease(1)});
+  for (int i = 0; i < 3; ++i) harness.pool.Stop(harness.now);
+  harness.Collect();
+  EXPECT_EQ(harness.exit_code, kExitInterrupted);
+}
+
+TEST(PoolEndTest, AnIdleWorkerStopsAtOnce) {
+  PoolHarness harness;
+  harness.ChildrenReady();
+  harness.pool.Stop(harness.now);
+  harness.Collect();
+  EXPECT_EQ(harness.exit_code, kExitOk);
+}
+
+TEST(PoolEndTest, ResultsForAServerThatStaysSilentDoNotHoldTheWorkerForEver) {
+  PoolHarness harness;
+  harness.StartJobs({SampleLease(1)});
+  harness.FinishJob(harness.Take<AssignJob>().at(0));
+  harness.pool.Stop(harness.now);
+  harness.Collect();
+  harness.Run(seconds(14));
+  EXPECT_FALSE(harness.exit_code);
+  harness.Run(seconds(1));
+  EXPECT_EQ(harness.exit_code, kExitUnreachable);
+}
+
+}  // namespace
+}  // namespace legopt::worker

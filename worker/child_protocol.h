@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "worker/job_executor.h"
+
+namespace legopt::worker {
+
+/// What supervisor and job process say to each other over their socket pair.
+///
+/// A frame is a header of 32 bytes, native byte order (both ends are the same program on one host), and a body:
+///
+///     offset  0  uint32  magic 0x4c474a31
+///     offset  4  uint32  type (FrameType)
+///     offset  8  uint64  sequence number of the job concerned; 0 when none
+///     offset 16  uint64  length of the body, bytes
+///     offset 24  uint64  SipHash-2-4 of bytes 4 - 23 and the body, under a fixed key
+///
+/// The supervisor believes nothing: whatever is not a well-formed frame at the right time ends the job process.
+enum class FrameType : std::uint32_t {
+  kJob = 1,          ///< to the child: lease and method options (EncodeJob)
+  kReady = 2,        ///< datasets are loaded; body: EncodeDatasets
+  kStartFailed = 3,  ///< body: why the datasets cannot be used, for the user
+  kProgress = 4,     ///< body: done and total, EncodeProgress
+  kJudging = 5,      ///< the solver has returned; empty body
+  kResult = 6,       ///< body: a result_request, identification included
+};
+
+struct Frame {
+  FrameType type{};
+  std::uint64_t sequence = 0;
+  std::string body;
+};
+
+inline constexpr std::size_t kFrameHeaderBytes = 32;
+/// Largest body in either direction: a result of 1e6 numbers fits, a mad length does not.
+inline constexpr std::size_t kMaxFrameBytes = std::size_t{32} << 20;
+
+std::string EncodeFrame(const Frame& frame);
+
+/// Cuts a byte stream into frames. After kGarbage it stays in that state.
+class FrameReader {
+ public:
+  enum class Status { kNeedMore, kFrame, kGarbage };
+
+  void Append(std::string_view bytes) { buffer_.append(bytes); }
+  /// Takes the next frame out. With kGarbage, `why` says what was wrong.
+  Status Next(Frame* frame, std::string* why);
+
+ private:
+  std::string buffer_;
+  std::size_t consumed_ = 0;
+  bool broken_ = false;
+};
+
+// Bodies. Decoders return false for whatever their encoder cannot have written.
+std::string EncodeJob(const legopt_msg::lease& lease, std::string_view options_json);
+bool DecodeJob(std::string_view body, legopt_msg::lease* lease, std::string* options_json);
+std::string EncodeDatasets(const std::vector<LoadedDataset>& datasets);
+bool DecodeDatasets(std::string_view body, std::vector<LoadedDataset>* datasets);
+std::string EncodeProgress(int done, int total);
+bool DecodeProgress(std::string_view body, int* done, int* total);
+
+}  // namespace legopt::worker

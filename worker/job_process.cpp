@@ -1,0 +1,156 @@
+#include "worker/job_process.h"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <optional>
+#include <string>
+
+#include "bus/codec.h"
+#include "worker/child_protocol.h"
+#include "worker/job_slot.h"
+#include "worker/outcome.h"
+#include "worker/process_guards.h"
+
+namespace legopt::worker {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kProgressInterval = std::chrono::milliseconds(100);
+constexpr std::size_t kReadBytes = 1U << 16;
+constexpr int kStartFailed = 1;
+
+// Written by the signal handler only; a job begins with it cleared. The supervisor never sends the signal once it has
+// the job's result, so that no request meets the wrong job.
+volatile std::sig_atomic_t stop_requested = 0;
+
+void OnStopRequest(int /*signal*/) { stop_requested = 1; }
+
+// The child's end of the socket pair; exits the process when the supervisor is gone.
+class Channel {
+ public:
+  explicit Channel(int fd) : fd_(fd) {}
+
+  // Waits for the next frame; empty when the supervisor has closed.
+  std::optional<Frame> Read() {
+    Frame frame;
+    std::string why;
+    for (;;) {
+      const FrameReader::Status status = reader_.Next(&frame, &why);
+      if (status == FrameReader::Status::kFrame) return frame;
+      if (status == FrameReader::Status::kGarbage) {
+        std::fprintf(stderr, "supervisor sent garbage: %s\n", why.c_str());
+        return std::nullopt;
+      }
+      const ssize_t count = read(fd_, buffer_.data(), buffer_.size());
+      if (count == 0 || (count < 0 && errno != EINTR)) return std::nullopt;
+      if (count > 0) reader_.Append({buffer_.data(), static_cast<std::size_t>(count)});
+    }
+  }
+
+  void Write(FrameType type, std::uint64_t sequence, std::string body) {
+    const std::string bytes = EncodeFrame({type, sequence, std::move(body)});
+    std::string_view rest = bytes;
+    while (!rest.empty()) {
+      const ssize_t count = send(fd_, rest.data(), rest.size(), MSG_NOSIGNAL);
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0) _exit(kChildOrphaned);
+      rest.remove_prefix(static_cast<std::size_t>(count));
+    }
+  }
+
+ private:
+  int fd_;
+  FrameReader reader_;
+  std::array<char, kReadBytes> buffer_{};
+};
+
+legopt_msg::result_request Execute(JobExecutor& executor, Channel& channel, const Frame& frame,
+                                   const legopt_msg::lease& lease, const std::string& options_json) {
+  Clock::time_point last_progress = Clock::now();
+  JobExecutor::Hooks hooks;
+  hooks.cancelled = [] { return stop_requested != 0; };
+  hooks.progress = [&](int done, int total) {
+    const Clock::time_point now = Clock::now();
+    if (now - last_progress < kProgressInterval) return;
+    last_progress = now;
+    channel.Write(FrameType::kProgress, frame.sequence, EncodeProgress(done, total));
+  };
+  hooks.judging = [&] { channel.Write(FrameType::kJudging, frame.sequence, {}); };
+  try {
+    return executor.Execute(lease, options_json, hooks);
+  } catch (const std::bad_alloc&) {
+    // What the job had built is in an unknown state: start anew.
+    std::fprintf(stderr, "out of memory: an allocation failed\n");
+    _exit(kChildOutOfMemory);
+  } catch (const std::exception& error) {
+    return ResultWithoutSolution(Outcome::kError, error.what());
+  }
+}
+
+std::string EncodeResult(const legopt_msg::lease& lease, legopt_msg::result_request result) {
+  result.worker_id = 1;  // the supervisor knows the right one
+  result.job_id = lease.job_id;
+  result.attempt = lease.attempt;
+  result.token = lease.token;
+  try {
+    std::string body = bus::Encode(result);
+    if (body.size() <= kMaxFrameBytes) return body;
+    result = ResultWithoutSolution(Outcome::kError, "the result is too large to be sent");
+  } catch (const bus::BusError& error) {
+    result = ResultWithoutSolution(Outcome::kError, error.what());
+  }
+  return EncodeResult(lease, std::move(result));
+}
+
+int ServeJobs(Channel& channel, JobExecutor& executor) {
+  while (const std::optional<Frame> frame = channel.Read()) {
+    legopt_msg::lease lease;
+    std::string options_json;
+    if (frame->type != FrameType::kJob || !DecodeJob(frame->body, &lease, &options_json)) {
+      std::fprintf(stderr, "supervisor sent what is not a job\n");
+      return kChildOrphaned;
+    }
+    stop_requested = 0;
+    ResetPeakMemory();
+    LimitMemoryGrowth(lease.memory_limit_bytes);
+    const legopt_msg::result_request result = Execute(executor, channel, *frame, lease, options_json);
+    LimitMemoryGrowth(0);
+    channel.Write(FrameType::kResult, frame->sequence, EncodeResult(lease, result));
+  }
+  return 0;
+}
+
+}  // namespace
+
+int RunJobProcess(int fd, int supervisor_pid, JobExecutor& executor) {
+  DieWithSupervisor(supervisor_pid);
+  LimitResources();
+  ReportMemoryExhaustion();
+  struct sigaction action {};
+  action.sa_handler = OnStopRequest;
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGUSR1, &action, nullptr);
+
+  Channel channel(fd);
+  std::vector<LoadedDataset> datasets;
+  try {
+    datasets = executor.Load();
+  } catch (const std::exception& error) {
+    channel.Write(FrameType::kStartFailed, 0, PrintableText(error.what(), kMaxMessageBytes));
+    return kStartFailed;
+  }
+  if (!ForbidNewProcesses()) std::fprintf(stderr, "warning: this system cannot keep jobs from starting processes\n");
+  channel.Write(FrameType::kReady, 0, EncodeDatasets(datasets));
+  return ServeJobs(channel, executor);
+}
+
+}  // namespace legopt::worker

@@ -1,0 +1,43 @@
+#include "worker/job_runner.h"
+
+#include <sys/resource.h>
+
+#include <utility>
+
+#include "legopt/solve/solve_problem.h"
+
+namespace legopt::worker {
+namespace {
+
+constexpr std::int64_t kKibibyte = 1024;
+
+}  // namespace
+
+JobRunner::JobRunner(std::shared_ptr<const Dataset> dataset) : dataset_(std::move(dataset)), judge_(dataset_) {
+  dataset_->collision_model();
+}
+
+JobResult JobRunner::Run(const Job& job, const JobHooks& hooks) {
+  const ProblemDefinition& problem = dataset_->problem(job.task, job.problem_id);
+  SolveSettings settings;
+  settings.experiment_seed = job.experiment_seed;
+  settings.repetition = job.repetition;
+  settings.wall_limit_s = job.wall_limit_s;
+  settings.cancelled = hooks.cancelled;
+  settings.progress = hooks.progress;
+
+  JobResult result;
+  result.solve = SolveProblem(*dataset_, job.task, job.problem_id, job.initialization, job.method, settings);
+  if (hooks.judging) hooks.judging();
+  result.evaluation = judge_.Evaluate(job.task, problem, result.solve.waypoints);
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  result.peak_memory_bytes = static_cast<std::int64_t>(usage.ru_maxrss) * kKibibyte;
+  return result;
+}
+
+JobResult RunJob(std::shared_ptr<const Dataset> dataset, const Job& job, const JobHooks& hooks) {
+  return JobRunner(std::move(dataset)).Run(job, hooks);
+}
+
+}  // namespace legopt::worker

@@ -1,0 +1,73 @@
+#include "worker/outcome.h"
+
+#include <csignal>
+#include <limits>
+
+namespace legopt::worker {
+namespace {
+
+// The bus mends broken UTF-8 on its way out; here it is terminals that must not be told what to do.
+std::string Printable(std::string_view text) {
+  std::string out(text);
+  for (char& c : out) {
+    constexpr unsigned char kFirstPrintable = 0x20;
+    constexpr unsigned char kDelete = 0x7f;
+    const auto byte = static_cast<unsigned char>(c);
+    if ((byte < kFirstPrintable && c != '\n' && c != '\t') || byte == kDelete) c = '?';
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string PrintableText(std::string_view text, std::size_t max_bytes) { return Printable(text.substr(0, max_bytes)); }
+
+std::string PrintableTail(std::string_view text, std::size_t max_bytes) {
+  if (text.size() > max_bytes) text.remove_prefix(text.size() - max_bytes);
+  return Printable(text);
+}
+
+legopt_msg::result_request ResultWithoutSolution(Outcome outcome, std::string_view message) {
+  constexpr double kNotAvailable = std::numeric_limits<double>::quiet_NaN();
+  legopt_msg::result_request result{};
+  result.outcome = static_cast<std::int8_t>(outcome);
+  result.message = PrintableText(message, kMaxMessageBytes);
+  result.solver_cost = kNotAvailable;
+  result.solver_violation = kNotAvailable;
+  result.failed_waypoint = -1;
+  result.cost = kNotAvailable;
+  result.foot_violation = kNotAvailable;
+  result.com_violation_m = kNotAvailable;
+  result.limit_violation = kNotAvailable;
+  result.environment_depth_m = kNotAvailable;
+  result.self_depth_literal_m = kNotAvailable;
+  result.self_depth_strict_m = kNotAvailable;
+  return result;
+}
+
+std::string SignalName(int signal) {
+  switch (signal) {
+    case SIGSEGV:
+      return "SIGSEGV (segmentation fault)";
+    case SIGABRT:
+      return "SIGABRT (aborted)";
+    case SIGBUS:
+      return "SIGBUS (bus error)";
+    case SIGFPE:
+      return "SIGFPE (arithmetic error)";
+    case SIGILL:
+      return "SIGILL (illegal instruction)";
+    case SIGKILL:
+      return "SIGKILL (killed from outside, perhaps because the machine ran out of memory)";
+    case SIGTERM:
+      return "SIGTERM (terminated from outside)";
+    case SIGSYS:
+      return "SIGSYS (forbidden system call)";
+    case SIGXCPU:
+      return "SIGXCPU (processor time limit)";
+    default:
+      return "signal " + std::to_string(signal);
+  }
+}
+
+}  // namespace legopt::worker

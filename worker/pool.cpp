@@ -1,0 +1,470 @@
+#include "worker/pool.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <utility>
+
+#include "worker/exit_codes.h"
+#include "worker/outcome.h"
+
+namespace legopt::worker {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr microseconds kFirstHelloRetry = milliseconds(100);
+constexpr microseconds kLastHelloRetry = seconds(2);
+constexpr microseconds kLeaseRetry = milliseconds(250);  // after a lost or malformed reply
+constexpr microseconds kSoonestAsk = milliseconds(5);
+constexpr microseconds kLatestAsk = seconds(10);
+constexpr microseconds kDefaultLease = seconds(10);
+constexpr microseconds kDefaultHeartbeat = seconds(1);
+constexpr microseconds kSilence = seconds(3);  // until the user is told
+constexpr microseconds kSilenceRepeat = seconds(30);
+constexpr std::size_t kMaxMethods = 1024;
+constexpr std::size_t kMaxLeases = 4096;            // what one heartbeat can carry
+constexpr std::size_t kMaxUndeliveredPerSlot = 64;  // above: no new leases
+constexpr double kShortJob_us = 500'000;            // below: always one lease ahead
+constexpr int kStopMarginDivisor = 10;
+
+std::string Seconds(microseconds duration) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1f s", std::chrono::duration<double>(duration).count());
+  return text.data();
+}
+
+}  // namespace
+
+Pool::Pool(PoolOptions options, microseconds now)
+    : options_(std::move(options)),
+      random_(static_cast<std::minstd_rand::result_type>(options_.seed)),
+      last_heard_(now) {
+  if (options_.slots < 1) std::abort();
+  for (int i = 0; i < options_.slots; ++i) slots_.push_back({JobSlot(options_.slot_times), {}});
+  Advance(now);
+}
+
+// --- Time ------------------------------------------------------------------------------------------------------------
+
+void Pool::Tick(microseconds now) { Advance(now); }
+
+void Pool::Advance(microseconds now) {
+  if (finished_) return;
+  AdvanceSlots(now);
+  ExpireLeases(now);
+  AskForRegistration(now);
+  AskForMethods(now);
+  Dispatch(now);
+  AskForLeases(now);
+  SendHeartbeat(now);
+  DeliverResults(now);
+  CheckEnd(now);
+}
+
+microseconds Pool::next_deadline() const {
+  microseconds next = microseconds::max();
+  if (finished_) return next;
+  const auto at = [&next](microseconds time) { next = std::min(next, time); };
+  for (const SlotEntry& slot : slots_) at(slot.machine.deadline());
+  if (!datasets_.empty()) {
+    if (!registration_ && !hello_in_flight_) at(next_hello_);
+    if (registration_ && !lease_in_flight_ && NumWantedLeases() > 0) at(next_lease_);
+    if (registration_ && !heartbeat_in_flight_) at(next_heartbeat_);
+    if (options_.wait_server != microseconds::max()) at(last_heard_ + options_.wait_server);
+  }
+  const bool delivering = CanDeliver();
+  for (const auto& [key, held] : leases_) {
+    if (held.phase != Phase::kDelivering) at(held.expires);
+    if (held.phase == Phase::kDelivering && !held.in_flight && delivering) at(held.next_delivery);
+  }
+  for (const auto& [hash, method] : methods_) {
+    if (!method.options_json && !method.in_flight) at(method.next_try);
+  }
+  if (draining_) at(DrainEnd());
+  return next;
+}
+
+std::vector<Action> Pool::TakeActions() { return std::exchange(actions_, {}); }
+
+void Pool::Log(LogLevel level, std::string text) { actions_.emplace_back(LogLine{level, std::move(text)}); }
+
+// --- Registration ----------------------------------------------------------------------------------------------------
+
+void Pool::AskForRegistration(microseconds now) {
+  if (registration_ || hello_in_flight_ || datasets_.empty() || now < next_hello_) return;
+  legopt_msg::hello_request request;
+  request.protocol_version = options_.protocol_version;
+  request.worker_name = options_.name;
+  request.hostname = options_.hostname;
+  request.pid = options_.pid;
+  request.slots = options_.slots;
+  request.build = options_.build;
+  for (const LoadedDataset& dataset : datasets_) {
+    legopt_msg::dataset_ref ref;
+    ref.name = dataset.name;
+    ref.hash = dataset.hash;
+    request.datasets.push_back(std::move(ref));
+  }
+  hello_in_flight_ = true;
+  actions_.emplace_back(CallHello{std::move(request)});
+}
+
+void Pool::OnHelloReply(microseconds now, const legopt_msg::hello_reply* reply, const std::string& error) {
+  hello_in_flight_ = false;
+  if (reply == nullptr) {
+    hello_backoff_ = std::clamp(hello_backoff_ * 2, kFirstHelloRetry, kLastHelloRetry);
+    next_hello_ = now + hello_backoff_;
+    ServerSilent(now, error);
+    Advance(now);
+    return;
+  }
+  HeardServer(now);
+  switch (reply->status) {
+    case 0: {
+      hello_backoff_ = microseconds(0);
+      Registration registration;
+      registration.worker_id = reply->worker_id;
+      registration.server_instance = reply->server_instance;
+      registration.lease = reply->lease_us > 0 ? microseconds(reply->lease_us) : kDefaultLease;
+      registration.heartbeat = reply->heartbeat_us > 0 ? microseconds(reply->heartbeat_us) : kDefaultHeartbeat;
+      registration_ = registration;
+      next_lease_ = now;
+      next_heartbeat_ = leases_.empty() ? now + registration.heartbeat : now;  // claim what we hold at once
+      for (auto& [key, held] : leases_) held.next_delivery = now;
+      Log(LogLevel::kInfo, "registered as worker " + std::to_string(reply->worker_id) + " with " +
+                               std::to_string(options_.slots) + " slot(s)");
+      TellOnce(reply->message);
+      break;
+    }
+    case 2:
+      Log(LogLevel::kError, MismatchText(reply->message));
+      Drain(now, kExitDatasetMismatch);
+      next_hello_ = microseconds::max();
+      break;
+    default:
+      Log(LogLevel::kError, "the server refuses this worker: " + PrintableText(reply->message, kMaxMessageBytes) +
+                                "; run server and workers of the same release");
+      Finish(kExitUsage);
+  }
+  Advance(now);
+}
+
+std::string Pool::MismatchText(const std::string& server_message) const {
+  std::string text = "dataset mismatch: " + PrintableText(server_message, kMaxMessageBytes) + ". This worker has";
+  const char* separator = " ";
+  for (const LoadedDataset& dataset : datasets_) {
+    text += separator + dataset.name + " " + dataset.hash;
+    separator = ", ";
+  }
+  return text +
+         ". Give the worker the same files as the client that submitted (--dataset DIR), or submit again with the "
+         "files that the workers have";
+}
+
+void Pool::ForgetRegistration(microseconds now, const std::string& why) {
+  if (!registration_) return;
+  Log(LogLevel::kInfo, why + "; registering again");
+  registration_.reset();
+  next_hello_ = now;
+}
+
+void Pool::HeardServer(microseconds now) {
+  last_heard_ = now;
+  if (silence_reported_) Log(LogLevel::kWarning, "the server answers");
+  silence_reported_ = false;
+}
+
+void Pool::ServerSilent(microseconds now, const std::string& error) {
+  if (now - last_heard_ < kSilence || (silence_reported_ && now < next_silence_report_)) return;
+  silence_reported_ = true;
+  next_silence_report_ = now + kSilenceRepeat;
+  Log(LogLevel::kWarning, "no answer from a server at " + options_.server_address + " for " +
+                              Seconds(now - last_heard_) + " (" + error + "); trying on");
+}
+
+// --- Leases ----------------------------------------------------------------------------------------------------------
+
+int Pool::NumWantedLeases() const {
+  if (draining_ || num_undelivered() > kMaxUndeliveredPerSlot * slots_.size()) return 0;
+  int idle = 0;
+  int live = 0;
+  for (const SlotEntry& slot : slots_) {
+    const JobSlot::State state = slot.machine.state();
+    idle += state == JobSlot::State::kIdle ? 1 : 0;
+    live += state == JobSlot::State::kIdle || state == JobSlot::State::kRunning ? 1 : 0;
+  }
+  int ahead = 0;  // per live slot
+  if (mean_job_us_ >= 0 && mean_job_us_ < kShortJob_us) {
+    const double jobs = static_cast<double>(options_.prefetch.count()) / std::max(mean_job_us_, 1.0);
+    ahead = std::clamp(static_cast<int>(std::min<double>(jobs, options_.max_prefetch_per_slot)), 1,
+                       options_.max_prefetch_per_slot);
+  }
+  const int ready = static_cast<int>(ready_.size());
+  const int wanted = idle + ahead * live - ready;
+  // Small top-ups are not worth a call while there is enough to go on with.
+  if (ready >= idle && 2 * ready > ahead * live) return 0;
+  const int room = static_cast<int>(kMaxLeases - std::min(kMaxLeases, leases_.size()));
+  constexpr int kMaxPerRequest = 1024;
+  return std::clamp(wanted, 0, std::min(room, kMaxPerRequest));
+}
+
+void Pool::AskForLeases(microseconds now) {
+  if (!registration_ || lease_in_flight_ || now < next_lease_) return;
+  const int wanted = NumWantedLeases();
+  if (wanted <= 0) return;
+  legopt_msg::lease_request request{};
+  request.worker_id = registration_->worker_id;
+  request.server_instance = registration_->server_instance;
+  request.max_jobs = wanted;
+  for (const LoadedDataset& dataset : datasets_) request.dataset_hashes.push_back(dataset.hash);
+  lease_in_flight_ = true;
+  lease_asked_at_ = now;
+  actions_.emplace_back(CallLease{std::move(request)});
+}
+
+void Pool::OnLeaseReply(microseconds now, const legopt_msg::lease_reply* reply, const std::string& error) {
+  lease_in_flight_ = false;
+  if (reply == nullptr) {
+    next_lease_ = now + kLeaseRetry;
+    ServerSilent(now, error);
+    Advance(now);
+    return;
+  }
+  HeardServer(now);
+  no_more_work_ = false;
+  const microseconds retry = Jittered(std::clamp(microseconds(reply->retry_after_us), kSoonestAsk, kLatestAsk));
+  switch (reply->status) {
+    case 0:
+      for (const legopt_msg::lease& lease : reply->jobs) AcceptLease(now, lease);
+      next_lease_ = now;
+      break;
+    case 1:
+      TellOnce(reply->message);
+      next_lease_ = now + retry;
+      break;
+    case 2:
+      ForgetRegistration(now, "the server does not know this worker");
+      break;
+    case 3:
+      Log(LogLevel::kError, MismatchText(reply->message));
+      Drain(now, kExitDatasetMismatch);
+      break;
+    default:
+      no_more_work_ = true;
+      next_lease_ = now + retry;
+  }
+  Advance(now);
+}
+
+// A quarter at most: workers that were told the same time shall not all come back together.
+microseconds Pool::Jittered(microseconds duration) {
+  constexpr double kMostJitter = 0.25;
+  const double unit = std::generate_canonical<double, 16>(random_);
+  return duration + microseconds(static_cast<std::int64_t>(kMostJitter * unit * static_cast<double>(duration.count())));
+}
+
+// Such as: no job here for the datasets of this worker.
+void Pool::TellOnce(const std::string& server_message) {
+  if (server_message.empty() || server_message == told_) return;
+  told_ = server_message;
+  Log(LogLevel::kWarning, PrintableText(server_message, kMaxMessageBytes));
+}
+
+microseconds Pool::StopMargin(const legopt_msg::lease& lease) const {
+  return microseconds(lease.lease_us / kStopMarginDivisor) + options_.slot_times.cancel_grace;
+}
+
+void Pool::AcceptLease(microseconds now, const legopt_msg::lease& lease) {
+  const LeaseKey key{lease.job_id, lease.attempt, lease.token};
+  HeldLease held;
+  held.lease = lease;
+  held.expires = lease_asked_at_ + microseconds(lease.lease_us) - StopMargin(lease);
+  if (!leases_.emplace(key, std::move(held)).second) return;  // told twice
+  ready_.push_back(key);
+  if (!HasDataset(lease.dataset_hash)) {
+    Log(LogLevel::kError, "was given a job for dataset " + lease.dataset_hash + ", which it does not have");
+    StopLease(now, key, StopReason::kShutdown);
+    return;
+  }
+  methods_.try_emplace(lease.method_hash);
+}
+
+bool Pool::HasDataset(const std::string& hash) const {
+  return std::any_of(datasets_.begin(), datasets_.end(), [&](const LoadedDataset& d) { return d.hash == hash; });
+}
+
+void Pool::ExpireLeases(microseconds now) {
+  std::vector<LeaseKey> expired;
+  for (const auto& [key, held] : leases_) {
+    if (held.phase != Phase::kDelivering && now >= held.expires) expired.push_back(key);
+  }
+  for (const LeaseKey& key : expired) {
+    // Asked once: the slot has its own deadline from here on.
+    leases_.at(key).expires = microseconds::max();
+    Log(LogLevel::kWarning, "job " + std::to_string(key.job_id) + ": lease not renewed in time, stopping the job");
+    StopLease(now, key, StopReason::kLeaseExpiring);
+  }
+}
+
+void Pool::AskForMethods(microseconds now) {
+  if (methods_.size() > kMaxMethods) {
+    std::erase_if(methods_, [](const auto& entry) { return entry.second.options_json.use_count() == 1; });
+    for (const LeaseKey& key : ready_) methods_.try_emplace(leases_.at(key).lease.method_hash);
+  }
+  for (auto& [hash, method] : methods_) {
+    if (method.options_json || method.in_flight || now < method.next_try) continue;
+    method.in_flight = true;
+    legopt_msg::method_request request;
+    request.hash = hash;
+    actions_.emplace_back(CallMethod{std::move(request)});
+  }
+}
+
+void Pool::OnMethodReply(microseconds now, const std::string& hash, const legopt_msg::method_reply* reply,
+                         const std::string& error) {
+  const auto it = methods_.find(hash);
+  if (it != methods_.end()) {
+    MethodEntry& method = it->second;
+    method.in_flight = false;
+    if (reply == nullptr) {
+      method.backoff = std::clamp(method.backoff * 2, kFirstHelloRetry, kLastHelloRetry);
+      method.next_try = now + method.backoff;
+      ServerSilent(now, error);
+    } else if (reply->status == 0) {
+      HeardServer(now);
+      method.options_json = std::make_shared<const std::string>(reply->options_json);
+    } else {
+      HeardServer(now);
+      methods_.erase(it);
+      const std::deque<LeaseKey> waiting = ready_;
+      for (const LeaseKey& key : waiting) {
+        if (leases_.at(key).lease.method_hash == hash) FailLease(now, key, "the server does not know method " + hash);
+      }
+    }
+  }
+  Advance(now);
+}
+
+// --- Heartbeats ------------------------------------------------------------------------------------------------------
+
+void Pool::SendHeartbeat(microseconds now) {
+  if (!registration_ || heartbeat_in_flight_ || now < next_heartbeat_) return;
+  legopt_msg::heartbeat_request request{};
+  request.worker_id = registration_->worker_id;
+  request.server_instance = registration_->server_instance;
+  heartbeat_keys_.clear();
+  for (const auto& [key, held] : leases_) {
+    legopt_msg::lease_state state{};
+    state.job_id = key.job_id;
+    state.attempt = key.attempt;
+    state.token = key.token;
+    state.progress_done = held.progress_done;
+    state.progress_total = held.progress_total;
+    request.leases.push_back(state);
+    heartbeat_keys_.push_back(key);
+  }
+  heartbeat_in_flight_ = true;
+  heartbeat_sent_at_ = now;
+  next_heartbeat_ = now + registration_->heartbeat;
+  actions_.emplace_back(CallHeartbeat{std::move(request)});
+}
+
+void Pool::OnHeartbeatReply(microseconds now, const legopt_msg::heartbeat_reply* reply, const std::string& error) {
+  heartbeat_in_flight_ = false;
+  if (reply == nullptr) {
+    ServerSilent(now, error);
+  } else if (HeardServer(now);
+             !registration_ || reply->status != 0 || reply->server_instance != registration_->server_instance) {
+    ForgetRegistration(now, "the server has restarted");
+  } else if (reply->verdicts.size() == heartbeat_keys_.size()) {
+    for (std::size_t i = 0; i < heartbeat_keys_.size(); ++i) {
+      const auto it = leases_.find(heartbeat_keys_[i]);
+      if (it == leases_.end() || it->second.phase == Phase::kDelivering) continue;  // the result's answer decides
+      HeldLease& held = it->second;
+      if (reply->verdicts[i] == 0) {
+        const microseconds renewed = heartbeat_sent_at_ + microseconds(held.lease.lease_us) - StopMargin(held.lease);
+        if (held.expires != microseconds::max()) held.expires = std::max(held.expires, renewed);
+        continue;
+      }
+      const bool cancelled = reply->verdicts[i] == 1;
+      Log(LogLevel::kInfo, "job " + std::to_string(it->first.job_id) +
+                               (cancelled ? ": cancelled" : ": the server has withdrawn the lease"));
+      StopLease(now, heartbeat_keys_[i], cancelled ? StopReason::kCancelled : StopReason::kUnknownLease);
+    }
+  }
+  Advance(now);
+}
+
+microseconds Pool::heartbeat_interval() const { return registration_ ? registration_->heartbeat : kDefaultHeartbeat; }
+
+microseconds Pool::lease_call_timeout() const { return (registration_ ? registration_->lease : kDefaultLease) / 2; }
+
+// --- The end ---------------------------------------------------------------------------------------------------------
+
+void Pool::Stop(microseconds now) {
+  if (killing_) {
+    Finish(kExitInterrupted);
+  } else if (draining_) {
+    killing_ = true;
+    if (!leases_.empty()) exit_code_ = kExitInterrupted;
+    drain_since_ = now;
+    for (int i = 0; i < options_.slots; ++i) {
+      Carry(i, slots_[static_cast<std::size_t>(i)].machine.Kill(StopReason::kShutdown, ""));
+    }
+  } else {
+    Drain(now, kExitOk);
+    if (!leases_.empty()) {
+      Log(LogLevel::kWarning,
+          "stopping after " + std::to_string(num_running()) + " running job(s); a second signal kills them");
+    }
+  }
+  Advance(now);
+}
+
+void Pool::Drain(microseconds now, int exit_code) {
+  if (draining_) return;
+  draining_ = true;
+  exit_code_ = exit_code;
+  drain_since_ = now;
+  for (SlotEntry& slot : slots_) slot.machine.Retire();
+  GiveBackReady(now);
+}
+
+void Pool::Finish(int exit_code) {
+  if (finished_) return;
+  finished_ = true;
+  actions_.emplace_back(ExitWorker{exit_code});
+}
+
+microseconds Pool::DrainEnd() const { return drain_since_ + (killing_ ? options_.kill_limit : options_.drain_limit); }
+
+void Pool::CheckEnd(microseconds now) {
+  if (finished_) return;
+  if (draining_) {
+    const bool only_deliveries = num_undelivered() == leases_.size();
+    if (leases_.empty()) {
+      Finish(exit_code_);
+    } else if (!only_deliveries && !killing_) {
+      drain_since_ = now;
+    } else if (now >= DrainEnd()) {
+      Log(LogLevel::kError, std::to_string(leases_.size()) + " result(s) could not be delivered");
+      Finish(killing_ ? kExitInterrupted : kExitUnreachable);
+    }
+    return;
+  }
+  if (options_.exit_when_idle && no_more_work_ && leases_.empty()) {
+    Log(LogLevel::kInfo, "no more work");
+    Finish(kExitOk);
+    return;
+  }
+  if (options_.wait_server != microseconds::max() && !datasets_.empty() && now >= last_heard_ + options_.wait_server) {
+    Log(LogLevel::kError, "no answer from a server at " + options_.server_address + " within " +
+                              Seconds(options_.wait_server) + "; is legopt-server running with this port and group?");
+    Finish(kExitUnreachable);
+  }
+}
+
+}  // namespace legopt::worker

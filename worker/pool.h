@@ -1,0 +1,213 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "legopt_msg/heartbeat_reply.hpp"
+#include "legopt_msg/hello_reply.hpp"
+#include "legopt_msg/lease_reply.hpp"
+#include "legopt_msg/method_reply.hpp"
+#include "legopt_msg/result_reply.hpp"
+#include "worker/actions.h"
+#include "worker/job_executor.h"
+#include "worker/job_slot.h"
+
+namespace legopt::worker {
+
+struct PoolOptions {
+  int slots = 1;  ///< >= 1
+  std::string name;
+  std::string hostname;
+  std::int64_t pid = 0;
+  std::string build;
+  std::int32_t protocol_version = 1;
+  std::string server_address;   ///< for messages: "GROUP:PORT"
+  bool exit_when_idle = false;  ///< leave when the server says that there is no more work
+  /// Leave with kExitUnreachable after this long without any word from the server; max(): keep trying.
+  microseconds wait_server = microseconds::max();
+  SlotTimes slot_times;
+  /// Work to hold ready per slot, so that short jobs need not wait for the network: leases are fetched ahead for this
+  /// much of the average job's duration. Long jobs are not fetched ahead: an idle slot elsewhere may take them.
+  microseconds prefetch = std::chrono::milliseconds(60);
+  int max_prefetch_per_slot = 24;
+  /// How long the last results are offered to a silent server after the first and the second order to stop.
+  microseconds drain_limit = std::chrono::seconds(15);
+  microseconds kill_limit = std::chrono::seconds(1);
+  std::uint64_t seed = 1;  ///< of the jitter on waiting times; workers should differ
+};
+
+/// Everything a worker decides: registration, leases, what runs where, when a job must stop, and which results are
+/// still to be delivered. A pure state machine: events with their time go in, actions come out (TakeActions); it owns
+/// no process, socket or clock. Time is steady, since an arbitrary start, and never goes back.
+///
+/// Promises (reliability note, section 2):
+///  - a lease counts from before it was asked for; its job is stopped a tenth of the lease before it could end
+///  unrenewed;
+///  - a result is offered until the server has answered it, over any restart of the server;
+///  - heartbeats cover running jobs, leases held ready, and results under way;
+///  - whatever a job process does costs one attempt of the job it had, and nothing else;
+///  - only datasets that a job process has loaded and hashed are announced, and only their jobs are accepted.
+///
+/// One thread.
+class Pool {
+ public:
+  Pool(PoolOptions options, microseconds now);
+
+  // --- From the job processes -------------------------------------------------------------------------------------
+  void OnChildReady(microseconds now, int slot, const std::vector<LoadedDataset>& datasets);
+  /// The process says that its datasets cannot be used, and why; its exit follows.
+  void OnChildStartFailed(microseconds now, int slot, const std::string& message);
+  void OnChildProgress(microseconds now, int slot, std::uint64_t sequence, int done, int total);
+  void OnChildJudging(microseconds now, int slot, std::uint64_t sequence);
+  void OnChildResult(microseconds now, int slot, std::uint64_t sequence, legopt_msg::result_request result);
+  void OnChildGarbage(microseconds now, int slot, const std::string& why);
+  void OnChildExited(microseconds now, int slot, const ChildExit& exit);
+
+  // --- From the server; a null reply means time-out or refusal, then `error` says what ------------------------------
+  void OnHelloReply(microseconds now, const legopt_msg::hello_reply* reply, const std::string& error);
+  void OnLeaseReply(microseconds now, const legopt_msg::lease_reply* reply, const std::string& error);
+  void OnHeartbeatReply(microseconds now, const legopt_msg::heartbeat_reply* reply, const std::string& error);
+  void OnMethodReply(microseconds now, const std::string& hash, const legopt_msg::method_reply* reply,
+                     const std::string& error);
+  void OnResultReply(microseconds now, const LeaseKey& key, const legopt_msg::result_reply* reply,
+                     const std::string& error);
+
+  // --- From outside -----------------------------------------------------------------------------------------------
+  /// First call: take no more jobs, give back what has not begun, finish and deliver the rest, leave with kExitOk.
+  /// Second: kill what runs, give it back, leave with kExitInterrupted. Third: leave at once.
+  void Stop(microseconds now);
+  /// Does what time demands. To be called at the latest at next_deadline().
+  void Tick(microseconds now);
+
+  /// max() when only an event can change anything.
+  microseconds next_deadline() const;
+  /// What is to be done, in order; empties the list.
+  std::vector<Action> TakeActions();
+
+  bool registered() const { return registration_.has_value(); }
+  /// Leases held: ready, running, and delivering.
+  std::size_t num_leases() const { return leases_.size(); }
+  std::size_t num_running() const;
+  std::size_t num_undelivered() const;
+
+  /// Limits of the calls that the surroundings make for a pool; the heartbeat's is its interval.
+  microseconds lease_call_timeout() const;
+  microseconds heartbeat_interval() const;
+
+ private:
+  enum class Phase { kReady, kRunning, kDelivering };
+  struct HeldLease {
+    legopt_msg::lease lease;
+    Phase phase = Phase::kReady;
+    microseconds expires{0};  // when its job must have been stopped
+    std::int64_t progress_done = 0;
+    std::int64_t progress_total = 0;
+    // Delivery:
+    std::shared_ptr<const legopt_msg::result_request> result;
+    bool in_flight = false;
+    microseconds next_delivery{0};
+    microseconds delivery_backoff{0};
+  };
+  struct MethodEntry {
+    std::shared_ptr<const std::string> options_json;  // null while asked for
+    bool in_flight = false;
+    microseconds next_try{0};
+    microseconds backoff{0};
+  };
+  struct Registration {
+    std::int64_t worker_id = 0;
+    std::int64_t server_instance = 0;
+    microseconds lease{0};
+    microseconds heartbeat{0};
+  };
+  struct SlotEntry {
+    JobSlot machine;
+    LeaseKey key;  // valid while machine.has_job()
+  };
+
+  // pool.cpp: registration, leases, the end
+  void Advance(microseconds now);
+  void AskForRegistration(microseconds now);
+  void AskForLeases(microseconds now);
+  void AskForMethods(microseconds now);
+  void SendHeartbeat(microseconds now);
+  void ExpireLeases(microseconds now);
+  void CheckEnd(microseconds now);
+  microseconds DrainEnd() const;
+  void AcceptLease(microseconds now, const legopt_msg::lease& lease);
+  void HeardServer(microseconds now);
+  void ServerSilent(microseconds now, const std::string& error);
+  void ForgetRegistration(microseconds now, const std::string& why);
+  void Drain(microseconds now, int exit_code);
+  void Finish(int exit_code);
+  microseconds Jittered(microseconds duration);
+  void TellOnce(const std::string& server_message);
+  std::string MismatchText(const std::string& server_message) const;
+  bool HasDataset(const std::string& hash) const;
+  microseconds StopMargin(const legopt_msg::lease& lease) const;
+  int NumWantedLeases() const;
+  void Log(LogLevel level, std::string text);
+
+  // pool_jobs.cpp: slots, results
+  void AdvanceSlots(microseconds now);
+  void Carry(int slot, JobSlot::Command command);
+  void Dispatch(microseconds now);
+  std::size_t NumIn(Phase phase) const;
+  bool CanDeliver() const;
+  void DeliverResults(microseconds now);
+  void EndStoppedJob(microseconds now, const LeaseKey& key, StopReason reason);
+  void EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit& exit);
+  void KeepResult(microseconds now, const LeaseKey& key, legopt_msg::result_request result);
+  void FailLease(microseconds now, const LeaseKey& key, const std::string& message);
+  void GiveBackReady(microseconds now);
+  void StopLease(microseconds now, const LeaseKey& key, StopReason reason);
+  void NoteDuration(microseconds duration);
+  void CheckStarts(const std::string& evidence);
+
+  PoolOptions options_;
+  std::vector<SlotEntry> slots_;
+  std::vector<Action> actions_;
+  std::map<LeaseKey, HeldLease> leases_;
+  std::deque<LeaseKey> ready_;  // leases without a slot yet, first come first served
+  std::map<std::string, MethodEntry> methods_;
+
+  std::vector<LoadedDataset> datasets_;  // as announced; empty until the first process is ready
+  std::optional<Registration> registration_;
+  bool hello_in_flight_ = false;
+  microseconds next_hello_{0};
+  microseconds hello_backoff_{0};
+
+  bool lease_in_flight_ = false;
+  microseconds lease_asked_at_{0};
+  microseconds next_lease_{0};
+  bool no_more_work_ = false;
+  std::string told_;  // the last message of the server that was logged
+  std::minstd_rand random_;
+
+  bool heartbeat_in_flight_ = false;
+  microseconds heartbeat_sent_at_{0};
+  microseconds next_heartbeat_{0};
+  std::vector<LeaseKey> heartbeat_keys_;
+
+  std::size_t deliveries_in_flight_ = 0;
+
+  microseconds last_heard_{0};
+  bool silence_reported_ = false;
+  microseconds next_silence_report_{0};
+
+  double mean_job_us_ = -1;  // moving average; negative: unknown
+  bool draining_ = false;
+  bool killing_ = false;
+  bool finished_ = false;
+  int exit_code_ = 0;
+  microseconds drain_since_{0};
+};
+
+}  // namespace legopt::worker

@@ -1,0 +1,186 @@
+#include "worker/process_guards.h"
+
+#include <fcntl.h>
+#include <linux/audit.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+#include "worker/job_slot.h"
+
+namespace legopt::worker {
+namespace {
+
+constexpr rlim_t kMaxDescriptors = 256;
+constexpr std::size_t kSignalStackBytes = 1U << 16;
+// A crash at an address below this is a dereferenced null pointer (plus a member or small index).
+constexpr std::uintptr_t kNullPageBytes = 1U << 20;
+// When not even this much can be mapped, memory was exhausted.
+constexpr std::size_t kProbeBytes = std::size_t{1} << 22;
+constexpr double kKibibyte = 1024;
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;  // sanitizers bring crash reports of their own
+#else
+constexpr bool kSanitized = false;
+#endif
+
+void Say(const char* text) {
+  // Nothing can be done about a failure here.
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
+}
+
+[[noreturn]] void ExitOutOfMemory() {
+  Say("out of memory: the job's memory limit is reached\n");
+  _exit(kChildOutOfMemory);
+}
+
+bool MemoryExhausted() {
+  void* probe = mmap(nullptr, kProbeBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (probe == MAP_FAILED) return true;
+  munmap(probe, kProbeBytes);
+  return false;
+}
+
+// C libraries seldom check malloc: what follows a failed one is a null dereference or an abort, with errno still set.
+// Async-signal-safe.
+void OnCrash(int signal, siginfo_t* info, void* /*context*/) {
+  const bool allocation_failed = errno == ENOMEM;
+  const bool at_null = signal == SIGABRT || reinterpret_cast<std::uintptr_t>(info->si_addr) < kNullPageBytes;
+  if ((allocation_failed && at_null) || MemoryExhausted()) ExitOutOfMemory();
+  // SA_RESETHAND has restored the default action: die of the signal itself, so that the supervisor sees which.
+  raise(signal);
+}
+
+}  // namespace
+
+void DieWithSupervisor(int supervisor_pid) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != supervisor_pid) _exit(kChildOrphaned);  // died before the request
+}
+
+void LimitResources() {
+  const rlimit no_core{0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+  rlimit files{};
+  if (getrlimit(RLIMIT_NOFILE, &files) == 0 && (files.rlim_cur == RLIM_INFINITY || files.rlim_cur > kMaxDescriptors)) {
+    files.rlim_cur = kMaxDescriptors;
+    files.rlim_max = kMaxDescriptors;
+    setrlimit(RLIMIT_NOFILE, &files);
+  }
+}
+
+void ReportMemoryExhaustion() {
+  std::set_new_handler(ExitOutOfMemory);
+  if (kSanitized) return;
+  static std::array<std::byte, kSignalStackBytes> signal_stack;
+  stack_t stack{};
+  stack.ss_sp = signal_stack.data();
+  stack.ss_size = signal_stack.size();
+  sigaltstack(&stack, nullptr);
+  struct sigaction action {};
+  action.sa_sigaction = OnCrash;
+  action.sa_flags = SA_SIGINFO | SA_ONSTACK | SA_RESETHAND | SA_NODEFER;
+  for (const int signal : {SIGSEGV, SIGBUS, SIGABRT}) sigaction(signal, &action, nullptr);
+}
+
+void LimitMemoryGrowth(std::int64_t extra_bytes) {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  if (extra_bytes > 0) {
+    // First field of statm: size of the address space in pages.
+    long pages = 0;
+    if (std::FILE* statm = std::fopen("/proc/self/statm", "re"); statm != nullptr) {
+      if (std::fscanf(statm, "%ld", &pages) != 1) pages = 0;
+      std::fclose(statm);
+    }
+    const rlim_t wanted =
+        static_cast<rlim_t>(pages) * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + static_cast<rlim_t>(extra_bytes);
+    limit.rlim_cur = limit.rlim_max == RLIM_INFINITY ? wanted : std::min(wanted, limit.rlim_max);
+  }
+  setrlimit(RLIMIT_AS, &limit);
+}
+
+void ResetPeakMemory() {
+  const int fd = open("/proc/self/clear_refs", O_WRONLY | O_CLOEXEC);
+  if (fd < 0) return;
+  // "5" resets the high-water mark of the resident size; where that is refused, the peak is the process's.
+  [[maybe_unused]] const ssize_t written = write(fd, "5", 1);
+  close(fd);
+}
+
+std::int64_t PeakMemoryBytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::int64_t>(static_cast<double>(usage.ru_maxrss) * kKibibyte);
+}
+
+#if defined(__x86_64__)
+
+bool ForbidNewProcesses() {
+  constexpr std::uint32_t kDeny = SECCOMP_RET_ERRNO | EPERM;
+  // clone3 hides its flags behind a pointer; without it libc falls back to clone.
+  constexpr std::uint32_t kAbsent = SECCOMP_RET_ERRNO | ENOSYS;
+  constexpr std::uint32_t kX32Bit = 0x40000000;
+  const auto load = [](std::size_t offset) -> sock_filter {
+    return BPF_STMT(BPF_LD | BPF_W | BPF_ABS, static_cast<std::uint32_t>(offset));
+  };
+  const auto returns = [](std::uint32_t value) -> sock_filter { return BPF_STMT(BPF_RET | BPF_K, value); };
+  // Jump over `skip` statements unless equal.
+  const auto if_equal = [](std::uint32_t value, std::uint8_t otherwise) -> sock_filter {
+    return BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 0, otherwise);
+  };
+  std::array<sock_filter, 22> program = {
+      load(offsetof(seccomp_data, arch)),
+      if_equal(AUDIT_ARCH_X86_64, 1),
+      BPF_JUMP(BPF_JMP | BPF_JA, 1, 0, 0),
+      returns(kDeny),
+      load(offsetof(seccomp_data, nr)),
+      BPF_JUMP(BPF_JMP | BPF_JGE | BPF_K, kX32Bit, 0, 1),
+      returns(kDeny),
+      if_equal(SYS_clone3, 1),
+      returns(kAbsent),
+      if_equal(SYS_fork, 1),
+      returns(kDeny),
+      if_equal(SYS_vfork, 1),
+      returns(kDeny),
+      if_equal(SYS_execve, 1),
+      returns(kDeny),
+      if_equal(SYS_execveat, 1),
+      returns(kDeny),
+      if_equal(SYS_clone, 3),
+      load(offsetof(seccomp_data, args)),  // low half of the flags, little endian
+      BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, CLONE_THREAD, 1, 0),
+      returns(kDeny),
+      returns(SECCOMP_RET_ALLOW),
+  };
+  sock_fprog filter{};
+  filter.len = static_cast<unsigned short>(program.size());
+  filter.filter = program.data();
+  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return false;
+  return prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) == 0;
+}
+
+#else
+
+bool ForbidNewProcesses() { return false; }
+
+#endif
+
+}  // namespace legopt::worker

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <poll.h>
+
+#include <chrono>
+#include <functional>
+#include <span>
+#include <string>
+
+#include "bus/endpoint.h"
+
+namespace legopt::worker {
+
+using std::chrono::microseconds;
+
+/// What a supervisor needs of the bus: calls to the server, a clock, and one place to wait. Over an Endpoint in the
+/// program; tests answer the calls themselves. One thread; callbacks run inside Wait.
+class ServerLink {
+ public:
+  virtual ~ServerLink() = default;
+
+  virtual microseconds now() const = 0;
+  /// Calls the server; `callback` runs once, also on time-out.
+  virtual void Call(bus::MessageType type, std::string body, microseconds timeout,
+                    std::function<void(bus::CallResult&&)> callback) = 0;
+  /// Waits until a callback has run, one of `extra` is ready (revents are set), or `max_wait` is over.
+  virtual void Wait(std::span<pollfd> extra, microseconds max_wait) = 0;
+};
+
+/// The link of the program. The endpoint must outlive it.
+class EndpointLink final : public ServerLink {
+ public:
+  explicit EndpointLink(bus::Endpoint& endpoint) : endpoint_(endpoint) {}
+
+  microseconds now() const override { return endpoint_.now(); }
+  void Call(bus::MessageType type, std::string body, microseconds timeout,
+            std::function<void(bus::CallResult&&)> callback) override {
+    bus::CallOptions options;
+    options.timeout = timeout;
+    endpoint_.Call(bus::kServer, type, std::move(body), options, std::move(callback));
+  }
+  void Wait(std::span<pollfd> extra, microseconds max_wait) override { endpoint_.PollWith(extra, max_wait); }
+
+ private:
+  bus::Endpoint& endpoint_;
+};
+
+}  // namespace legopt::worker

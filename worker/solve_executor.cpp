@@ -1,0 +1,144 @@
+#include "worker/solve_executor.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "legopt/input_error.h"
+#include "worker/outcome.h"
+
+namespace legopt::worker {
+namespace {
+
+constexpr double kMicrosecondsPerSecond = 1e6;
+constexpr std::size_t kMaxCachedMethods = 256;
+constexpr char kLeaseSource[] = "job from the server";
+
+// Six digits: for the eye and for plots.
+double Rounded(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.6g", value);
+  return std::strtod(text.data(), nullptr);
+}
+
+// One row per penalty value of each restart, {"columns": [...], "rows": [[...], ...]}: how many steps were tried and
+// accepted, and where it stood at its last accepted step. Every single step would make most results of postures exceed
+// a datagram, which costs more than solving easy ones; a replay gives them.
+std::string HistoryJson(const std::vector<IterationRecord>& history) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (auto first = history.begin(); first != history.end();) {
+    const auto end = std::find_if(first, history.end(), [&](const IterationRecord& step) {
+      return step.restart != first->restart || step.penalty != first->penalty;
+    });
+    const auto accepted = std::count_if(first, end, [](const IterationRecord& step) { return step.accepted; });
+    const IterationRecord* last = &*first;
+    for (auto step = first; step != end; ++step) {
+      if (step->accepted) last = &*step;
+    }
+    rows.push_back({first->restart, Rounded(first->penalty), end - first, accepted, Rounded(last->cost),
+                    Rounded(last->violation), Rounded((end - 1)->trust_box)});
+    first = end;
+  }
+  if (rows.empty()) return {};
+  const nlohmann::json document = {
+      {"columns", {"restart", "penalty", "steps", "accepted", "cost", "violation", "trust_box"}},
+      {"rows", std::move(rows)}};
+  std::string text = document.dump();
+  return text.size() <= kMaxHistoryBytes ? text : std::string();
+}
+
+// A solver that fails may leave anything; the judge has said so, and what has no shape is not sent.
+bool OneShape(const std::vector<Eigen::VectorXd>& waypoints) {
+  for (const Eigen::VectorXd& waypoint : waypoints) {
+    if (waypoint.size() != waypoints.front().size()) return false;
+  }
+  return !waypoints.empty();
+}
+
+}  // namespace
+
+SolveExecutor::SolveExecutor(std::vector<std::filesystem::path> folders) : folders_(std::move(folders)) {}
+
+std::vector<LoadedDataset> SolveExecutor::Load() {
+  std::vector<LoadedDataset> loaded;
+  for (const std::filesystem::path& folder : folders_) {
+    const std::shared_ptr<const Dataset> dataset = Dataset::Load(folder);
+    if (!runners_.try_emplace(dataset->content_hash(), dataset).second) continue;  // the same content twice
+    loaded.push_back({dataset->name(), dataset->content_hash()});
+  }
+  return loaded;
+}
+
+const Method& SolveExecutor::ReadMethod(const std::string& hash, std::string_view options_json) {
+  if (const auto known = methods_.find(hash); known != methods_.end()) return known->second;
+  const std::string source = "method " + hash;
+  const nlohmann::json options = nlohmann::json::parse(options_json, nullptr, false);
+  if (options.is_discarded()) {
+    throw InputError({source, "options", "", "not JSON", "run server and workers of the same release"});
+  }
+  Method method = Method::FromJson(options, source);
+  if (const std::string actual = method.Hash(); actual != hash) {
+    throw InputError({source, "hash", actual, "the options do not have the hash that names them",
+                      "run server, client and workers of the same release"});
+  }
+  if (methods_.size() >= kMaxCachedMethods) methods_.clear();
+  return methods_.emplace(hash, std::move(method)).first->second;
+}
+
+legopt_msg::result_request SolveExecutor::Execute(const legopt_msg::lease& lease, std::string_view options_json,
+                                                  const Hooks& hooks) {
+  const auto runner = runners_.find(lease.dataset_hash);
+  if (runner == runners_.end()) {
+    throw InputError({kLeaseSource, "dataset_hash", lease.dataset_hash, "this worker has no dataset with this content",
+                      "start the worker with --dataset DIR"});
+  }
+  Job job;
+  job.task = ParseTask(lease.task, kLeaseSource);
+  job.initialization = ParseInitialization(lease.initialization, kLeaseSource);
+  job.problem_id = lease.problem_id;
+  job.repetition = lease.repetition;
+  job.experiment_seed = static_cast<std::uint64_t>(lease.experiment_seed);
+  job.method = ReadMethod(lease.method_hash, options_json);
+  job.wall_limit_s = static_cast<double>(lease.wall_limit_us) / kMicrosecondsPerSecond;
+  return ToMessage(runner->second.Run(job, {hooks.cancelled, hooks.progress, hooks.judging}));
+}
+
+legopt_msg::result_request ToMessage(const JobResult& job) {
+  const SolveOutcome& solve = job.solve;
+  const Evaluation& evaluation = job.evaluation;
+  legopt_msg::result_request result = ResultWithoutSolution(Outcome::kFinished, solve.message);
+  if (solve.status == SolveStatus::kCancelled) result.outcome = static_cast<std::int8_t>(Outcome::kCancelled);
+  result.solver_status = ToString(solve.status);
+  result.iterations = solve.iterations;
+  result.restarts = solve.restarts;
+  result.wall_us = solve.wall_us;
+  result.cpu_us = solve.cpu_us;
+  result.involuntary_context_switches = solve.involuntary_context_switches;
+  result.peak_memory_bytes = job.peak_memory_bytes;
+  result.solver_cost = solve.cost;
+  result.solver_violation = solve.max_violation;
+  result.verdict_literal = ToString(evaluation.literal);
+  result.verdict_strict = ToString(evaluation.strict);
+  result.verdict_detail = evaluation.detail;
+  result.failed_waypoint = evaluation.failed_waypoint;
+  result.cost = evaluation.cost;
+  result.foot_violation = evaluation.foot_violation;
+  result.com_violation_m = evaluation.com_violation_m;
+  result.limit_violation = evaluation.limit_violation;
+  result.environment_depth_m = evaluation.environment_depth_m;
+  result.self_depth_literal_m = evaluation.self_depth_literal_m;
+  result.self_depth_strict_m = evaluation.self_depth_strict_m;
+  if (OneShape(solve.waypoints)) {
+    result.num_waypoints = static_cast<std::int32_t>(solve.waypoints.size());
+    result.waypoint_size = static_cast<std::int32_t>(solve.waypoints.front().size());
+    for (const Eigen::VectorXd& x : solve.waypoints)
+      result.waypoints.insert(result.waypoints.end(), x.begin(), x.end());
+  }
+  result.history_json = HistoryJson(solve.history);
+  return result;
+}
+
+}  // namespace legopt::worker

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "worker/job_executor.h"
+#include "worker/job_runner.h"
+
+namespace legopt::worker {
+
+/// The shipped executor: loads datasets from folders, solves and judges.
+///
+/// A job is accepted only when a dataset was loaded whose content hash is the one that the job names, and its method
+/// only when the options hash to the name under which they were sent; both are errors otherwise, and no solve is made.
+class SolveExecutor final : public JobExecutor {
+ public:
+  explicit SolveExecutor(std::vector<std::filesystem::path> folders);
+
+  /// Builds collision models and judges too. Throws InputError.
+  std::vector<LoadedDataset> Load() override;
+  legopt_msg::result_request Execute(const legopt_msg::lease& job, std::string_view options_json,
+                                     const Hooks& hooks) override;
+
+ private:
+  const Method& ReadMethod(const std::string& hash, std::string_view options_json);
+
+  std::vector<std::filesystem::path> folders_;
+  std::map<std::string, JobRunner> runners_;  // by content hash
+  std::map<std::string, Method> methods_;     // by hash
+};
+
+/// The fields of a result that describe `job`'s outcome (identification excluded).
+legopt_msg::result_request ToMessage(const JobResult& job);
+
+}  // namespace legopt::worker

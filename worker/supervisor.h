@@ -1,0 +1,81 @@
+#pragma once
+
+#include <spdlog/logger.h>
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "worker/child_process.h"
+#include "worker/pool.h"
+#include "worker/server_link.h"
+
+namespace legopt::worker {
+
+struct SupervisorOptions {
+  PoolOptions pool;
+  /// Program and arguments of a job process; it finds its socket at ChildProcess::kSocket.
+  std::vector<std::string> child_command;
+};
+
+/// Runs a worker: carries out what its Pool decides, on job processes and over the link to the server, and tells the
+/// pool what happens. Thin on purpose: no decision is made here.
+///
+/// All job processes are gone when Run has returned or thrown. One thread; the link and logger must outlive it.
+class Supervisor {
+ public:
+  Supervisor(ServerLink& link, SupervisorOptions options, spdlog::logger& logger);
+  ~Supervisor();
+
+  /// Works until the end; returns the exit status of the worker. Each `signal_bytes` read from `stop_fd` (a signalfd,
+  /// or a pipe in tests) is one order to stop; -1: none ever comes.
+  int Run(int stop_fd, std::size_t signal_bytes);
+
+  const Pool& pool() const { return pool_; }
+  /// Process of a slot, -1 when it has none.
+  pid_t child_pid(int slot) const;
+
+ private:
+  struct Child {
+    std::unique_ptr<ChildProcess> process;
+    bool deaf = false;                      // broke the protocol: nothing is read any more
+    std::optional<microseconds> closed_at;  // it has closed its socket, and should end soon
+  };
+
+  // Carries out all pending actions; an exit code when the worker is done.
+  std::optional<int> CarryOutActions();
+  template <class Request, class Handler>
+  void Ask(const Request& request, microseconds timeout, Handler handler);
+  void CarryOut(const StartChild& action);
+  void CarryOut(const AssignJob& action);
+  void CarryOut(const CancelJob& action);
+  void CarryOut(const KillChild& action);
+  void CarryOut(const CallHello& action);
+  void CarryOut(const CallLease& action);
+  void CarryOut(const CallHeartbeat& action);
+  void CarryOut(const CallMethod& action);
+  void CarryOut(const CallResult& action);
+  void CarryOut(const LogLine& action);
+  void CarryOut(const ExitWorker& action);
+
+  void HandleChild(int slot, std::span<const pollfd> ready);
+  void ReadFrames(int slot);
+  void HandleFrame(int slot, const Frame& frame);
+  void Garbage(int slot, const std::string& why);
+  void ForwardLog(int slot, ChildProcess& process);
+  microseconds WaitTime() const;
+  Child& child(int slot) { return children_[static_cast<std::size_t>(slot)]; }
+
+  ServerLink& link_;
+  SupervisorOptions options_;
+  spdlog::logger& logger_;
+  Pool pool_;
+  std::vector<Child> children_;
+  std::optional<int> exit_code_;
+  // Callbacks of calls that outlive this object do nothing.
+  std::shared_ptr<Supervisor*> self_;
+};
+
+}  // namespace legopt::worker

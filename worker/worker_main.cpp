@@ -1,0 +1,189 @@
+#include "worker/worker_main.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+#include "bus/bus_error.h"
+#include "bus/endpoint.h"
+#include "bus/lcm_transport.h"
+#include "legopt/data_folder.h"
+#include "legopt/input_error.h"
+#include "worker/exit_codes.h"
+#include "worker/job_process.h"
+#include "worker/supervisor.h"
+
+namespace legopt::worker {
+namespace {
+
+constexpr std::string_view kChildFlag = "--child";
+constexpr int kMaxSlots = 1024;
+constexpr std::size_t kMaxNameBytes = 200;
+constexpr char kBuild[] = "legopt " LEGOPT_VERSION ", " LEGOPT_COMPILER;
+
+struct CommandLine {
+  int slots = 1;
+  std::vector<std::filesystem::path> datasets;
+  std::string name;
+  std::optional<std::string> group;
+  std::optional<int> port;
+  int ttl = 0;
+  double wait_server_s = 0;
+  bool exit_when_idle = false;
+  bool verbose = false;
+};
+
+std::string HostName() {
+  std::array<char, kMaxNameBytes> name{};
+  if (gethostname(name.data(), name.size() - 1) != 0) return "unknown";
+  return name.data();
+}
+
+void Define(CLI::App& app, CommandLine& line) {
+  app.add_option("--slots", line.slots, "Jobs at the same time, one process each (default: number of processors)")
+      ->check(CLI::Range(1, kMaxSlots));
+  app.add_option("--dataset", line.datasets,
+                 "Dataset folder whose jobs this worker takes; may be repeated "
+                 "(default: the embedded garage-small)");
+  app.add_option("--name", line.name, "Name in tables and listings (default: the host's)");
+  app.add_flag("--exit-when-idle", line.exit_when_idle, "Leave when the server has no more work");
+  app.add_option("--wait-server", line.wait_server_s,
+                 "Seconds without any answer of a server after which to give up (default: never)")
+      ->check(CLI::PositiveNumber);
+  app.add_flag("--verbose", line.verbose, "Tell what happens, job processes included");
+  const std::string network = "Network";
+  app.add_option("--group", line.group, "Multicast group (default 239.255.76.67 or LEGOPT_GROUP)")->group(network);
+  app.add_option("--port", line.port, "Control port; port + 1 carries bulk data (default 7667 or LEGOPT_PORT)")
+      ->group(network);
+  constexpr int kLargestTtl = 255;
+  app.add_option("--ttl", line.ttl, "Network hops of what we send; 0 stays on this machine (default 0)")
+      ->check(CLI::Range(0, kLargestTtl))
+      ->group(network);
+  app.set_version_flag("--version", kBuild);
+  app.footer(
+      "Stop it with SIGTERM or Ctrl-C: it finishes the jobs at hand; a second signal kills them.\n"
+      "Exit codes: 0 done; 2 wrong usage or unusable dataset; 3 no server in time; 5 dataset mismatch;\n"
+      "7 network unusable; 8 stopped by a second signal while jobs ran; 70 internal error.");
+}
+
+// --child SUPERVISOR_PID FOLDER...: written by SupervisorMain only.
+int ChildMain(int argc, char** argv, const ExecutorFactory& make_executor) {
+  constexpr int kFirstFolder = 3;
+  int supervisor_pid = 0;
+  if (argc < kFirstFolder ||
+      std::from_chars(argv[2], argv[2] + std::string_view(argv[2]).size(), supervisor_pid).ec != std::errc{}) {
+    std::fprintf(stderr, "legopt-worker: %s is for the worker itself\n", argv[1]);
+    return kExitUsage;
+  }
+  const std::unique_ptr<JobExecutor> executor =
+      make_executor(std::vector<std::filesystem::path>(argv + kFirstFolder, argv + argc));
+  return RunJobProcess(ChildProcess::kSocket, supervisor_pid, *executor);
+}
+
+bus::LcmOptions NetworkOf(const CommandLine& line) {
+  bus::LcmOptions network = bus::LcmOptions::FromEnvironment();
+  if (line.group) network.group = *line.group;
+  if (line.port) network.port = *line.port;
+  network.ttl = line.ttl;
+  return network;
+}
+
+SupervisorOptions OptionsOf(const CommandLine& line, const bus::LcmOptions& network) {
+  SupervisorOptions options;
+  PoolOptions& pool = options.pool;
+  pool.slots = line.slots;
+  pool.hostname = HostName();
+  pool.name = (line.name.empty() ? pool.hostname : line.name).substr(0, kMaxNameBytes);
+  pool.pid = getpid();
+  pool.build = kBuild;
+  pool.seed = bus::RandomSeed();
+  pool.protocol_version = bus::kProtocolVersion;
+  pool.server_address = network.group + ":" + std::to_string(network.port);
+  pool.exit_when_idle = line.exit_when_idle;
+  if (line.wait_server_s > 0) {
+    pool.wait_server = std::chrono::duration_cast<microseconds>(std::chrono::duration<double>(line.wait_server_s));
+  }
+  // The running program, even if its file has been replaced since: all processes of a worker are of one build.
+  options.child_command = {"/proc/self/exe", std::string(kChildFlag), std::to_string(getpid())};
+  std::vector<std::filesystem::path> datasets = line.datasets;
+  if (datasets.empty()) datasets.push_back(DefaultDatasetFolder());
+  for (const std::filesystem::path& dataset : datasets) options.child_command.push_back(dataset.string());
+  return options;
+}
+
+// Blocks the signals that end programs, for this thread and those it starts, and makes them readable.
+int OpenStopSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
+  sigprocmask(SIG_BLOCK, &signals, nullptr);
+  return signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+int SupervisorMain(const CommandLine& line, spdlog::logger& logger) {
+  const int stop_signals = OpenStopSignals();
+  try {
+    const bus::LcmOptions network = NetworkOf(line);
+    const SupervisorOptions options = OptionsOf(line, network);
+    bus::LcmTransport transport(network);
+    if (const std::string warning = transport.receive_buffer_warning(); !warning.empty()) logger.warn(warning);
+    bus::Endpoint endpoint(transport, bus::RandomEndpointId(), bus::RandomSeed());
+    EndpointLink link(endpoint);
+    return Supervisor(link, options, logger).Run(stop_signals, sizeof(signalfd_siginfo));
+  } catch (const bus::BusError& error) {
+    logger.error(error.what());
+    switch (error.code()) {
+      case bus::BusErrorCode::kInvalidOption:
+        return kExitUsage;
+      case bus::BusErrorCode::kNoMulticastRoute:
+      case bus::BusErrorCode::kPortUnusable:
+      case bus::BusErrorCode::kNetworkUnusable:
+        return kExitNetworkUnusable;
+      case bus::BusErrorCode::kInvalidMessage:
+        break;
+    }
+    return kExitInternal;
+  }
+}
+
+}  // namespace
+
+int WorkerMain(int argc, char** argv, const ExecutorFactory& make_executor) {
+  try {
+    if (argc > 1 && argv[1] == kChildFlag) return ChildMain(argc, argv, make_executor);
+    CommandLine line;
+    line.slots = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, unsigned{kMaxSlots}));
+    CLI::App app("Runs jobs of a legopt server in a pool of job processes", "legopt-worker");
+    Define(app, line);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error) == 0 ? kExitOk : kExitUsage;
+    }
+    const auto logger = spdlog::stderr_color_st("legopt-worker");
+    logger->set_level(line.verbose ? spdlog::level::debug : spdlog::level::warn);
+    return SupervisorMain(line, *logger);
+  } catch (const InputError& error) {
+    std::fprintf(stderr, "legopt-worker: %s\n", error.what());
+    return kExitUsage;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "legopt-worker: %s\n", error.what());
+    return kExitInternal;
+  }
+}
+
+}  // namespace legopt::worker

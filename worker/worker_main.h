@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "worker/job_executor.h"
+
+namespace legopt::worker {
+
+/// Makes the executor of a job process for the given dataset folders. Called in the job process only.
+using ExecutorFactory = std::function<std::unique_ptr<JobExecutor>(std::vector<std::filesystem::path> folders)>;
+
+/// The program `legopt-worker` around an executor: parses the command line, then runs either the supervisor or, when
+/// the supervisor has started this very program so, one job process. Returns the exit status (exit_codes.h). Tests make
+/// workers with executors of their own of it. Call once, first thing in main.
+int WorkerMain(int argc, char** argv, const ExecutorFactory& make_executor);
+
+}  // namespace legopt::worker
