@@ -1,0 +1,64 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace legopt::client {
+
+/// How a child ended.
+struct ChildExit {
+  int code = 0;    ///< exit status, when `signal` is 0
+  int signal = 0;  ///< the signal that killed it
+  /// "exit code 7" or "signal 9 (Killed)".
+  std::string Describe() const;
+};
+
+/// A program that runs beside us and never outlives us: the kernel sends it SIGTERM when we die, and the destructor
+/// stops it. It stands in a process group of its own, so that Ctrl-C reaches only us and we decide the order of the
+/// end. Its standard input is empty; its standard output comes to us; its standard error goes to ours, or into memory
+/// when `quiet`, where ErrorTail() finds it. Thread rule: the thread that starts it must live as long as it does.
+class ChildProcess {
+ public:
+  /// Throws ClientError (kInternal) when the program cannot be started.
+  ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments, bool quiet);
+  ~ChildProcess();
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
+
+  pid_t pid() const { return pid_; }
+
+  /// Empty while the child runs. Also keeps its standard output flowing.
+  std::optional<ChildExit> Poll();
+
+  /// Waits for a line of standard output that contains `word`. False when the child ended, `timeout` passed, or
+  /// `give_up` (asked now and then) said so first.
+  bool WaitForLine(const std::string& word, std::chrono::milliseconds timeout, bool (*give_up)() = nullptr);
+
+  /// Waits for the end; empty when it is still running after `timeout` or `give_up` said so.
+  std::optional<ChildExit> Wait(std::chrono::milliseconds timeout, bool (*give_up)() = nullptr);
+
+  /// Sends a signal, if the child still runs.
+  void Signal(int number);
+
+  /// SIGTERM, and SIGKILL when that did not end it within `grace` or `give_up` said so. Returns how it ended.
+  ChildExit Stop(std::chrono::milliseconds grace, bool (*give_up)() = nullptr);
+
+  /// The last lines it wrote to standard error, for a report; empty when it was not quiet.
+  std::string ErrorTail() const;
+
+ private:
+  void DrainOutput();
+
+  pid_t pid_ = -1;
+  int output_fd_ = -1;
+  int error_fd_ = -1;
+  std::string output_;
+  std::optional<ChildExit> exit_;
+};
+
+}  // namespace legopt::client

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include "client/exit_codes.h"
+
+namespace legopt::client {
+
+/// A command cannot go on. `what()` is one line that names the cause and the fix; `main` prints it as
+/// "legopt: error: ..." and exits with `code()`.
+class ClientError : public std::runtime_error {
+ public:
+  ClientError(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  ExitCode code() const { return code_; }
+
+ private:
+  ExitCode code_;
+};
+
+}  // namespace legopt::client

@@ -1,0 +1,98 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands.h"
+#include "client/chosen_files.h"
+#include "client/options.h"
+#include "legopt/problem/content_hash.h"
+#include "legopt/problem/dataset.h"
+#include "legopt/problem/dataset_file.h"
+
+namespace legopt::client {
+namespace {
+
+struct Options {
+  std::optional<std::string> folder;
+  bool check = false;
+  ListingFormat format = ListingFormat::kText;
+};
+
+ExitCode CheckHashes(const std::filesystem::path& folder, const Options& options) {
+  const DatasetDescription description = ReadDatasetFile(folder);
+  const auto manifest = ComputeManifest(folder);
+  Listing listing;
+  listing.columns = {"file", "state", "hash"};
+  std::size_t faults = 0;
+  for (const auto& file : manifest) {
+    const auto expected = description.files.find(file.path);
+    std::string state = "ok";
+    if (expected == description.files.end())
+      state = "not in the manifest";
+    else if (expected->second != file.hash)
+      state = "differs";
+    faults += state == "ok" ? 0 : 1;
+    listing.rows.push_back({file.path, state, file.hash});
+  }
+  for (const auto& [path, hash] : description.files) {
+    const bool used =
+        std::any_of(manifest.begin(), manifest.end(), [&](const FileHash& file) { return file.path == path; });
+    if (used) continue;
+    ++faults;
+    listing.rows.push_back({path, "not used by the dataset", hash});
+  }
+  std::cout << RenderListing(listing, options.format) << std::flush;
+  if (faults == 0) return ExitCode::kOk;
+  throw ClientError(ExitCode::kDatasetMismatch, (folder / kDatasetFileName).string() + ": " + std::to_string(faults) +
+                                                    " hashes do not fit the files; 'legopt dataset hash " +
+                                                    folder.string() + "' writes them anew");
+}
+
+ExitCode Hash(const Options& options) {
+  const std::filesystem::path folder = *options.folder;
+  if (options.check) return CheckHashes(folder, options);
+  Listing listing;
+  listing.columns = {"file", "hash"};
+  for (const auto& file : WriteManifestHashes(folder)) listing.rows.push_back({file.path, file.hash});
+  std::cout << RenderListing(listing, options.format) << std::flush;
+  std::cerr << "dataset " << Dataset::Load(folder)->content_hash() << "\n";
+  return ExitCode::kOk;
+}
+
+ExitCode Info(const Options& options) {
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr));
+  Listing listing;
+  listing.columns = {"name",          "folder",           "robot",           "dofs", "mass_kg",
+                     "scene_objects", "posture_problems", "motion_problems", "hash"};
+  listing.rows.push_back({dataset->name(), dataset->folder().string(), dataset->robot().name(),
+                          dataset->robot().num_dofs(), dataset->robot().total_mass(), dataset->scene().objects.size(),
+                          dataset->problems(Task::kPosture).size(), dataset->problems(Task::kMotion).size(),
+                          dataset->content_hash()});
+  std::cout << RenderListing(listing, options.format);
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddDatasetCommand(CLI::App& app, Invocation* invocation) {
+  auto* dataset = app.add_subcommand("dataset", "Look after dataset folders");
+  dataset->require_subcommand(1);
+  dataset->fallthrough();
+
+  auto* hash = dataset->add_subcommand("hash", "Write the content hashes of all files into dataset.yaml");
+  const auto options = std::make_shared<Options>();
+  hash->add_option("DIR", options->folder, "Dataset folder")->required();
+  hash->add_flag("--check", options->check, "Only compare; exit code 5 when a hash does not fit");
+  AddFormatOption(*hash, &options->format);
+  hash->callback([=] { invocation->body = [options] { return Hash(*options); }; });
+
+  auto* info = dataset->add_subcommand("info", "Load a dataset, check its hashes and describe it");
+  const auto info_options = std::make_shared<Options>();
+  info->add_option("DIR", info_options->folder, "Dataset folder (default: the embedded garage-small)");
+  AddFormatOption(*info, &info_options->format);
+  info->callback([=] { invocation->body = [info_options] { return Info(*info_options); }; });
+}
+
+}  // namespace legopt::client

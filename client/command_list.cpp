@@ -1,0 +1,72 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "client/commands.h"
+#include "client/options.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr int kDefaultLimit = 1000;
+
+struct Options {
+  std::optional<std::int64_t> experiment;
+  std::optional<std::string> state, method, task, initialization, verdict;
+  std::optional<int> problem;
+  bool unsolved = false;
+  int limit = kDefaultLimit;
+  SourceOptions source;
+  ListingFormat format = ListingFormat::kText;
+};
+
+std::string Sql(const Options& options, std::int64_t experiment_id) {
+  std::string sql =
+      "SELECT job_id AS job, method, task, initialization, problem_id AS problem, repetition, state, attempts, "
+      "verdict_literal AS verdict, solver_status, cost, time_s, worker FROM job_list WHERE experiment_id = " +
+      std::to_string(experiment_id);
+  const auto restrict = [&sql](const char* column, const std::optional<std::string>& value) {
+    if (value) sql += " AND lower(" + std::string(column) + ") = lower(" + SqlText(*value) + ")";
+  };
+  restrict("state", options.state);
+  restrict("method", options.method);
+  restrict("task", options.task);
+  restrict("initialization", options.initialization);
+  restrict("verdict_literal", options.verdict);
+  if (options.problem) sql += " AND problem_id = " + std::to_string(*options.problem);
+  if (options.unsolved) sql += " AND (state IN ('failed', 'dead') OR verdict_literal <> 'success')";
+  return sql + " ORDER BY job_id";
+}
+
+ExitCode List(const Options& options) {
+  const auto source = OpenResults(options.source);
+  const auto experiment = FindExperiment(*source, options.experiment);
+  const Listing jobs = source->Query(Sql(options, experiment.id), options.limit);
+  std::cout << RenderListing(jobs, options.format);
+  if (jobs.truncated) std::cerr << "legopt: only the first " << jobs.rows.size() << " jobs are shown; raise --limit\n";
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddListCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand("list", "List the jobs of an experiment");
+  const auto options = std::make_shared<Options>();
+  command->add_option("ID", options->experiment, "Experiment (default: the newest)");
+  command->add_option("--state", options->state, "queued, leased, done, failed, dead or cancelled")
+      ->check(CLI::IsMember({"queued", "leased", "done", "failed", "dead", "cancelled"}));
+  command->add_option("--method", options->method, "Only this method");
+  command->add_option("--task", options->task, "posture or motion")->check(CLI::IsMember({"posture", "motion"}));
+  command->add_option("--initialization", options->initialization, "good or in_collision")
+      ->check(CLI::IsMember({"good", "in_collision"}));
+  command->add_option("--problem", options->problem, "Only this problem");
+  command->add_option("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose");
+  command->add_flag("--unsolved", options->unsolved, "Only jobs that ended without success");
+  command->add_option("--limit", options->limit, "Most jobs to list (default 1000)")
+      ->check(CLI::Range(1, ResultSource::kAllRows));
+  AddFormatOption(*command, &options->format);
+  AddSourceOptions(*command, &options->source);
+  command->callback([=] { invocation->body = [options] { return List(*options); }; });
+}
+
+}  // namespace legopt::client

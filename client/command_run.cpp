@@ -1,0 +1,165 @@
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <ctime>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands.h"
+#include "client/interrupt.h"
+#include "client/local_pool.h"
+#include "client/reading.h"
+#include "client/submission.h"
+#include "client/watching.h"
+
+namespace legopt::client {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr int kDefaultWorkers = 2;
+constexpr int kMaxWorkers = 1024;
+constexpr int kAlreadyKnown = 1;
+// A server of our own that was killed is back within a second or two.
+constexpr int kMaxSilentCalls = 20;
+constexpr milliseconds kCallTimeout{2000};
+constexpr milliseconds kStopPatience{3000};
+
+struct Options {
+  SuiteOptions suite;
+  NetworkOptions network;
+  std::optional<std::string> db;
+  int workers = kDefaultWorkers;
+  TableFormat format = TableFormat::kText;
+  std::string rule = "literal";
+};
+
+// quick-20261121-103000.sqlite; a number is added when that exists.
+std::filesystem::path NewDatabaseName(const std::string& suite) {
+  std::string stem;
+  for (const char c : suite) stem += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' ? c : '-';
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  ::localtime_r(&now, &local);
+  char time[32];
+  std::strftime(time, sizeof(time), "-%Y%m%d-%H%M%S", &local);
+  stem += time;
+  std::filesystem::path file = stem + ".sqlite";
+  for (int i = 2; std::filesystem::exists(file); ++i) file = stem + "-" + std::to_string(i) + ".sqlite";
+  return file;
+}
+
+void PrintStart(const Submission& submission, const legopt_msg::submit_reply& reply, const std::filesystem::path& db) {
+  std::cerr << "experiment " << reply.experiment_id << " in " << db.string() << ", dataset "
+            << submission.dataset_folder.string() << "\n"
+            << DescribeJobs(submission.spec) << "\n";
+  if (reply.status == kAlreadyKnown) {
+    std::cerr << "this experiment is in the database already: going on where it stopped (--new makes another one)\n";
+  }
+}
+
+struct Outcome {
+  std::int64_t experiment_id = 0;
+  bool interrupted = false;
+  ExperimentStatus status;
+};
+
+Outcome RunExperiment(const Submission& submission, const Options& options, LocalPool& pool,
+                      const std::filesystem::path& db) {
+  Outcome outcome;
+  try {
+    ServerConnection server(pool.network());
+    server.set_timeout(kCallTimeout);
+    const auto reply = server.Submit(submission.id, submission.spec.dump());
+    outcome.experiment_id = reply.experiment_id;
+    PrintStart(submission, reply, db);
+    std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers")
+              << "; Ctrl-C stops and keeps what is done\n";
+    outcome.status = WatchExperiment(
+        server, reply.experiment_id, [&pool] { pool.Supervise(); }, kMaxSilentCalls);
+  } catch (const ClientError& error) {
+    if (error.code() != ExitCode::kInterrupted) throw;
+    outcome.interrupted = true;
+    std::cerr << "\nlegopt: interrupted; running jobs are given back (again: stop at once)\n";
+  }
+  return outcome;
+}
+
+// A word of a command line that a shell takes as it stands.
+std::string ShellWord(const std::string& text) {
+  if (text.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./+,:@%") ==
+          std::string::npos &&
+      !text.empty()) {
+    return text;
+  }
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
+void PrintNextSteps(const std::string& db, const Outcome& outcome) {
+  const std::string id = std::to_string(outcome.experiment_id);
+  const std::string flags = " --db " + ShellWord(db);
+  std::cerr << "\nResults: " << db << "\n"
+            << "  legopt table " << id << flags << " --format latex\n"
+            << "  legopt list " << id << flags << " --unsolved\n"
+            << "  legopt query \"SELECT * FROM benchmark_table\"" << flags << "\n"
+            << "  legopt export " << id << flags << " --out solutions.json\n";
+}
+
+ExitCode Finish(const Options& options, const std::string& db, const Outcome& outcome) {
+  if (outcome.experiment_id == 0) return ExitCode::kInterrupted;
+  const auto source = OpenResults({db, {}});
+  std::cout << (options.format == TableFormat::kText ? "\n" : "")
+            << RenderBenchmarkTable(ReadBenchmarkTable(*source, outcome.experiment_id, options.rule), options.format)
+            << std::flush;
+  if (outcome.interrupted) {
+    std::cerr << "\nStopped before the end. To go on, give the same command with --db " << ShellWord(db) << "\n";
+    return ExitCode::kInterrupted;
+  }
+  if (outcome.status.state == "cancelled") {
+    std::cerr << "\nlegopt: this experiment was cancelled; --new runs it anew\n";
+  }
+  if (const auto hint = FailureHint(outcome.status, source->flags()); !hint.empty()) {
+    std::cerr << "\nlegopt: " << hint << "\n";
+  }
+  PrintNextSteps(db, outcome);
+  return OutcomeOf(outcome.status);
+}
+
+ExitCode Run(const Options& options, bool verbose) {
+  const Submission submission = PrepareSubmission(options.suite);
+  const std::filesystem::path db =
+      options.db ? std::filesystem::path(*options.db) : NewDatabaseName(submission.spec.at("name").get<std::string>());
+  const InterruptGuard guard;
+  Outcome outcome;
+  {
+    LocalPool pool({db, submission.dataset_folder, options.workers, options.network, verbose});
+    outcome = RunExperiment(submission, options, pool, db);
+    pool.Stop(kStopPatience);
+  }
+  return Finish(options, db.string(), outcome);
+}
+
+}  // namespace
+
+void AddRunCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand(
+      "run", "Run an experiment on this machine: server, workers, progress and table in one command");
+  const auto options = std::make_shared<Options>();
+  AddSuiteOptions(*command, &options->suite);
+  command->add_option(
+      "--db", options->db,
+      "Database file (default: made from suite and time). An unfinished experiment of the same content in "
+      "it is continued");
+  command->add_option("--workers", options->workers, "Jobs at the same time (default 2)")
+      ->check(CLI::Range(1, kMaxWorkers));
+  AddTableFormatOption(*command, &options->format);
+  AddRuleOption(*command, &options->rule);
+  command->add_option("--port", options->network.port, "Control port (default: a free pair of ports)")
+      ->group("Network");
+  command->add_option("--group", options->network.group, "Multicast group")->group("Network");
+  command->callback([=] { invocation->body = [options, invocation] { return Run(*options, invocation->verbose); }; });
+}
+
+}  // namespace legopt::client

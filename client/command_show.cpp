@@ -1,0 +1,99 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands.h"
+#include "client/options.h"
+
+namespace legopt::client {
+namespace {
+
+struct Options {
+  std::int64_t job = 0;
+  SourceOptions source;
+  bool json = false;
+};
+
+constexpr char kJobSql[] =
+    "SELECT j.job_id, c.experiment_id, e.name AS experiment, d.name AS dataset, d.hash AS dataset_hash, m.name AS "
+    "method, "
+    "m.hash AS method_hash, m.multi_starts, m.sample_size, c.task, c.initialization, p.problem_id, j.repetition, "
+    "e.seed, "
+    "m.options_json AS method_options, j.state, j.attempts, j.max_attempts, e.wall_limit_us / 1e6 AS wall_limit_s, "
+    "e.memory_limit_bytes FROM jobs AS j "
+    "JOIN "
+    "cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) JOIN datasets AS d USING (dataset_id) JOIN "
+    "methods AS m USING (method_id) JOIN problems AS p USING (problem_key) WHERE j.job_id = ";
+constexpr char kResultSql[] =
+    "SELECT solver_status, iterations, restarts, solver_cost, solver_violation, verdict_literal, verdict_strict, "
+    "verdict_detail, failed_waypoint, num_waypoints, cost, time_s, wall_us, cpu_us, involuntary_context_switches, "
+    "peak_memory_bytes, foot_violation, com_violation_m, limit_violation, environment_depth_m, self_depth_literal_m, "
+    "self_depth_strict_m, attempt FROM results WHERE job_id = ";
+constexpr char kAttemptsSql[] =
+    "SELECT attempt, outcome, w.name AS worker, w.hostname, exit_signal, (ended_at_us - leased_at_us) / 1e6 AS "
+    "seconds, "
+    "strftime('%Y-%m-%d %H:%M:%S', leased_at_us / 1000000, 'unixepoch') AS leased_utc, message, log_tail FROM attempts "
+    "JOIN "
+    "workers AS w USING (worker_id) WHERE job_id = ";
+
+// One row as "name  value" lines.
+std::string RenderFields(const Listing& listing) {
+  Listing fields;
+  fields.columns = {"field", "value"};
+  for (std::size_t i = 0; i < listing.columns.size(); ++i) {
+    const auto& value = listing.rows.front()[i];
+    if (value.is_null() || (value.is_string() && value.get<std::string>().empty())) continue;
+    fields.rows.push_back({listing.columns[i], value});
+  }
+  const std::string text = RenderListing(fields, ListingFormat::kText);
+  return text.substr(text.find('\n') + 1);  // without the heading
+}
+
+void PrintText(const Listing& job, const Listing& result, const Listing& attempts) {
+  std::cout << RenderFields(job);
+  std::cout << "\nResult\n" << (result.rows.empty() ? "none\n" : RenderFields(result));
+  Listing table = attempts;
+  table.columns.pop_back();
+  for (auto& row : table.rows) row.pop_back();
+  std::cout << "\nAttempts\n" << (table.rows.empty() ? "none\n" : RenderListing(table, ListingFormat::kText));
+  for (std::size_t i = 0; i < attempts.rows.size(); ++i) {
+    const auto& tail = attempts.At(i, "log_tail");
+    if (!tail.is_string() || tail.get<std::string>().empty()) continue;
+    std::cout << "\nLog of attempt " << attempts.At(i, "attempt") << "\n" << tail.get<std::string>() << "\n";
+  }
+}
+
+ExitCode Show(const Options& options) {
+  const auto source = OpenResults(options.source);
+  const std::string id = std::to_string(options.job);
+  const Listing job = source->Query(kJobSql + id);
+  if (job.rows.empty()) {
+    throw ClientError(ExitCode::kUsage, "there is no job " + id + "; 'legopt list" + source->flags() + "' lists them");
+  }
+  const Listing result = source->Query(kResultSql + id);
+  const Listing attempts = source->Query(kAttemptsSql + id + " ORDER BY attempt");
+  if (!options.json) {
+    PrintText(job, result, attempts);
+    return ExitCode::kOk;
+  }
+  auto json = ListingToJson(job).at(0);
+  json["method_options"] = nlohmann::ordered_json::parse(job.At(0, "method_options").get<std::string>());
+  json["result"] = result.rows.empty() ? nlohmann::ordered_json() : ListingToJson(result).at(0);
+  json["attempt_list"] = ListingToJson(attempts);
+  std::cout << json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << "\n";
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddShowCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand("show", "Show all that is known of one job: result, verdicts, attempts, logs");
+  const auto options = std::make_shared<Options>();
+  command->add_option("JOB", options->job, "Job, as 'legopt list' shows it")->required()->check(CLI::PositiveNumber);
+  AddTextOrJsonOption(*command, &options->json);
+  AddSourceOptions(*command, &options->source);
+  command->callback([=] { invocation->body = [options] { return Show(*options); }; });
+}
+
+}  // namespace legopt::client

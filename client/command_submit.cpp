@@ -1,0 +1,101 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands.h"
+#include "client/interrupt.h"
+#include "client/progress.h"
+#include "client/submission.h"
+#include "client/watching.h"
+
+namespace legopt::client {
+namespace {
+
+struct Options {
+  SuiteOptions suite;
+  NetworkOptions network;
+  bool dry_run = false;
+  bool wait = false;
+  bool json = false;
+};
+
+constexpr int kAlreadyKnown = 1;
+
+void PrintDryRun(const Submission& submission, const Options& options) {
+  if (options.json) {
+    std::cout << nlohmann::ordered_json{{"submission_id", submission.id},
+                                        {"jobs", submission.num_jobs},
+                                        {"spec", submission.spec}}
+                     .dump(2)
+              << "\n";
+    return;
+  }
+  const auto& spec = submission.spec;
+  const double limit_s = spec.at("limits").at("wall_time_s").get<double>();
+  std::cout << "experiment '" << spec.at("name").get<std::string>() << "' on dataset "
+            << spec.at("dataset").at("name").get<std::string>() << " ("
+            << spec.at("dataset").at("hash").get<std::string>().substr(0, 12) << "), seed " << spec.at("seed") << "\n"
+            << DescribeJobs(spec) << "\n";
+  for (const auto& method : spec.at("methods")) {
+    std::cout << "  " << method.at("name").get<std::string>() << ", " << method.at("multi_starts")
+              << " multi-starts, sample size " << method.at("sample_size") << " %\n";
+  }
+  std::cout << "at most " << FormatDuration(Seconds(limit_s * static_cast<double>(submission.num_jobs)))
+            << " of solving by the time limit, divided by the slots of the pool\n"
+            << "nothing was submitted (--dry-run)\n";
+}
+
+ExitCode Wait(ServerConnection& server, std::int64_t experiment_id) {
+  const InterruptGuard guard;
+  try {
+    const auto status = WatchExperiment(server, experiment_id);
+    if (const auto hint = FailureHint(status, ""); !hint.empty()) std::cerr << "legopt: " << hint << "\n";
+    return OutcomeOf(status);
+  } catch (const ClientError& error) {
+    if (error.code() != ExitCode::kInterrupted) throw;
+    std::cerr << "\nlegopt: experiment " << experiment_id << " goes on; 'legopt watch " << experiment_id
+              << "' returns to it, 'legopt cancel " << experiment_id << "' ends it\n";
+    return ExitCode::kInterrupted;
+  }
+}
+
+ExitCode Submit(const Options& options) {
+  const Submission submission = PrepareSubmission(options.suite);
+  if (options.dry_run) {
+    PrintDryRun(submission, options);
+    return ExitCode::kOk;
+  }
+  ServerConnection server(options.network);
+  const auto reply = server.Submit(submission.id, submission.spec.dump());
+  if (options.json) {
+    std::cout << nlohmann::ordered_json{{"experiment_id", reply.experiment_id},
+                                        {"jobs", reply.num_jobs},
+                                        {"created", reply.status != kAlreadyKnown}}
+              << std::endl;
+  } else {
+    std::cout << reply.experiment_id << std::endl;
+  }
+  if (reply.status == kAlreadyKnown) {
+    std::cerr << "legopt: this experiment was submitted before; --new makes another one\n";
+  } else {
+    std::cerr << DescribeJobs(submission.spec) << "\n";
+  }
+  return options.wait ? Wait(server, reply.experiment_id) : ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddSubmitCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand("submit", "Submit an experiment to the server; prints its id");
+  const auto options = std::make_shared<Options>();
+  AddSuiteOptions(*command, &options->suite);
+  command->add_flag("--dry-run", options->dry_run, "Check everything and print counts, but submit nothing");
+  command->add_flag("--wait", options->wait,
+                    "Show progress until the experiment is over; its end decides the exit code");
+  AddTextOrJsonOption(*command, &options->json);
+  AddNetworkOptions(*command, &options->network);
+  command->callback([=] { invocation->body = [options] { return Submit(*options); }; });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,31 @@
+#pragma once
+
+namespace legopt::client {
+
+/// What the exit status of `legopt` means. `legopt-server` and `legopt-worker` use the same numbers, so that a script
+/// can tell the causes apart whichever program reported them. `legopt --help` prints `kExitCodeHelp`.
+enum class ExitCode : int {
+  kOk = 0,                ///< done
+  kUsage = 2,             ///< wrong flag or bad input file (suite, dataset, solution file, SQL)
+  kUnreachable = 3,       ///< no server answered in time, or waiting timed out
+  kJobsFailed = 4,        ///< the experiment ended, but jobs crashed, died or could not run
+  kDatasetMismatch = 5,   ///< the dataset's content is not the one the experiment was made with
+  kDatabaseUnusable = 6,  ///< missing, unwritable, of a newer schema, or in use by another server
+  kNetworkUnusable = 7,   ///< no multicast route, or the port belongs to another deployment
+  kInterrupted = 8,       ///< cancelled by the user or interrupted by a signal
+  kInternal = 70,         ///< a defect of legopt; please report it
+};
+
+inline constexpr char kExitCodeHelp[] =
+    "Exit codes:\n"
+    "  0  done\n"
+    "  2  wrong usage or bad input file\n"
+    "  3  server unreachable or time-out\n"
+    "  4  jobs crashed, died or could not run\n"
+    "  5  dataset mismatch\n"
+    "  6  database unusable\n"
+    "  7  network unusable\n"
+    "  8  cancelled or interrupted\n"
+    " 70  internal error";
+
+}  // namespace legopt::client

@@ -1,0 +1,126 @@
+#include "client/experiment_spec.h"
+
+#include <sodium.h>
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "client/client_error.h"
+#include "legopt/input_error.h"
+#include "legopt/problem/dataset.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr int kSpecVersion = 1;
+constexpr std::size_t kSubmissionIdBytes = 16;
+
+void StartSodium() {
+  if (sodium_init() < 0) throw ClientError(ExitCode::kInternal, "libsodium cannot start");
+}
+
+std::string Hex(std::span<const unsigned char> bytes) {
+  std::string text(bytes.size() * 2 + 1, '\0');
+  sodium_bin2hex(text.data(), text.size(), bytes.data(), bytes.size());
+  text.pop_back();
+  return text;
+}
+
+std::string IdRange(const std::vector<DatasetFacts::Problem>& problems) {
+  const auto [low, high] =
+      std::minmax_element(problems.begin(), problems.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  return std::to_string(problems.size()) + " problems with ids from " + std::to_string(low->id) + " to " +
+         std::to_string(high->id);
+}
+
+nlohmann::json TaskJson(const Suite& suite, const TaskSelection& selection, const DatasetFacts& dataset) {
+  const auto& available = selection.task == "posture" ? dataset.posture : dataset.motion;
+  if (available.empty()) {
+    throw InputError({suite.file, "tasks", selection.task, "the dataset '" + dataset.name + "' has no such problems",
+                      "remove the task or choose another dataset"});
+  }
+  auto ids = nlohmann::json::array(), waypoints = nlohmann::json::array();
+  const auto add = [&](const DatasetFacts::Problem& problem) {
+    ids.push_back(problem.id);
+    waypoints.push_back(problem.waypoints);
+  };
+  if (!selection.problems) {
+    std::for_each(available.begin(), available.end(), add);
+  } else {
+    for (const int id : *selection.problems) {
+      const auto found = std::find_if(available.begin(), available.end(), [&](const auto& p) { return p.id == id; });
+      if (found == available.end()) {
+        throw InputError({suite.file, "problems", std::to_string(id),
+                          "is not a " + selection.task + " problem of the dataset '" + dataset.name + "'",
+                          "it has " + IdRange(available)});
+      }
+      add(*found);
+    }
+  }
+  return {{"task", selection.task}, {"problems", std::move(ids)}, {"waypoints", std::move(waypoints)}};
+}
+
+nlohmann::json MethodJson(const Method& method) {
+  return {{"name", method.name},
+          {"hash", method.Hash()},
+          {"options", method.ToJson()},
+          {"multi_starts", method.multi_starts},
+          {"sample_size", method.sample_size_percent},
+          {"incremental", method.incremental}};
+}
+
+std::vector<DatasetFacts::Problem> ProblemFacts(const std::vector<ProblemDefinition>& problems) {
+  std::vector<DatasetFacts::Problem> facts;
+  facts.reserve(problems.size());
+  for (const auto& problem : problems) facts.push_back({problem.id, NumWaypoints(problem)});
+  return facts;
+}
+
+}  // namespace
+
+DatasetFacts FactsOf(const Dataset& dataset) {
+  return {dataset.name(), dataset.content_hash(), ProblemFacts(dataset.problems(Task::kPosture)),
+          ProblemFacts(dataset.problems(Task::kMotion))};
+}
+
+nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset) {
+  auto tasks = nlohmann::json::array(), methods = nlohmann::json::array();
+  for (const auto& task : suite.tasks) tasks.push_back(TaskJson(suite, task, dataset));
+  for (const auto& method : suite.methods) methods.push_back(MethodJson(method));
+  return {{"spec_version", kSpecVersion},
+          {"name", suite.name},
+          {"seed", suite.seed},
+          {"repetitions", suite.repetitions},
+          {"dataset", {{"name", dataset.name}, {"hash", dataset.hash}}},
+          {"tasks", std::move(tasks)},
+          {"initializations", suite.initializations},
+          {"methods", std::move(methods)},
+          {"limits", {{"wall_time_s", suite.wall_time_s}, {"memory_mb", suite.memory_mb}}},
+          {"max_attempts", suite.max_attempts}};
+}
+
+std::int64_t CountJobs(const nlohmann::json& spec) {
+  std::int64_t problems = 0;
+  for (const auto& task : spec.at("tasks")) problems += static_cast<std::int64_t>(task.at("problems").size());
+  return problems * static_cast<std::int64_t>(spec.at("methods").size()) *
+         static_cast<std::int64_t>(spec.at("initializations").size()) * spec.at("repetitions").get<std::int64_t>();
+}
+
+std::string ContentSubmissionId(const nlohmann::json& spec) {
+  StartSodium();
+  const std::string text = spec.dump();
+  std::array<unsigned char, kSubmissionIdBytes> hash{};
+  crypto_generichash(hash.data(), hash.size(), reinterpret_cast<const unsigned char*>(text.data()), text.size(),
+                     nullptr, 0);
+  return Hex(hash);
+}
+
+std::string RandomSubmissionId() {
+  StartSodium();
+  std::array<unsigned char, kSubmissionIdBytes> bytes{};
+  randombytes_buf(bytes.data(), bytes.size());
+  return Hex(bytes);
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,45 @@
+#include "client/experiment_status.h"
+
+#include "client/client_error.h"
+
+namespace legopt::client {
+
+std::vector<ExperimentStatus> ParseExperiments(const nlohmann::json& status) {
+  std::vector<ExperimentStatus> experiments;
+  try {
+    for (const auto& entry : status.at("experiments")) {
+      const auto& jobs = entry.at("jobs");
+      const auto count = [&jobs](const char* key) { return jobs.at(key).get<std::int64_t>(); };
+      experiments.push_back({entry.at("id").get<std::int64_t>(), entry.at("name").get<std::string>(),
+                             entry.at("state").get<std::string>(), count("total"), count("queued"), count("leased"),
+                             count("done"), count("failed"), count("dead"), count("cancelled"),
+                             entry.at("solved").get<std::int64_t>()});
+    }
+  } catch (const nlohmann::json::exception& error) {
+    throw ClientError(ExitCode::kInternal, std::string("the server's status is not understood: ") + error.what() +
+                                               "; check that server and client are of the same version");
+  }
+  return experiments;
+}
+
+std::string StandstillReason(const nlohmann::json& status) {
+  int online = 0;
+  for (const auto& worker : status.value("workers", nlohmann::json::array())) {
+    if (!worker.value("online", false)) continue;
+    if (worker.value("leases", 0) > 0) return {};
+    ++online;
+  }
+  if (online == 0) return "no worker is connected; start one with 'legopt-worker --slots 2'";
+  return "workers are connected, but none takes these jobs; do they have the dataset ('legopt status' lists them)?";
+}
+
+nlohmann::json ParseStatusText(const std::string& text) {
+  auto status = nlohmann::json::parse(text, nullptr, false);
+  if (status.is_discarded()) {
+    throw ClientError(ExitCode::kInternal,
+                      "the server's status is not JSON; check that server and client are of the same version");
+  }
+  return status;
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace legopt::client {
+
+/// How far an experiment has come, as the server tells it.
+struct ExperimentStatus {
+  std::int64_t id = 0;
+  std::string name;
+  std::string state;           ///< "active", "done" or "cancelled"
+  std::int64_t total = 0;      ///< jobs; the six counts below add up to it
+  std::int64_t queued = 0;     ///< wait for a worker
+  std::int64_t leased = 0;     ///< are being worked on
+  std::int64_t done = 0;       ///< have their result, whatever the verdict
+  std::int64_t failed = 0;     ///< cannot run
+  std::int64_t dead = 0;       ///< used up their attempts
+  std::int64_t cancelled = 0;  ///< withdrawn
+  std::int64_t solved = 0;     ///< of `done`: successes by the judge's literal rule
+
+  std::int64_t finished() const { return done + failed + dead + cancelled; }
+  bool over() const { return state != "active"; }
+  bool operator==(const ExperimentStatus&) const = default;
+};
+
+/// Reads the experiments of a status reply. Throws ClientError (kInternal) when the text is not what a server sends.
+std::vector<ExperimentStatus> ParseExperiments(const nlohmann::json& status);
+
+/// Why an unfinished experiment does not move, as far as the server's status tells: nobody works on it because no
+/// worker is connected, or none that has its dataset. Empty when somebody does.
+std::string StandstillReason(const nlohmann::json& status);
+
+/// Parses the text of a status reply; same error.
+nlohmann::json ParseStatusText(const std::string& text);
+
+}  // namespace legopt::client

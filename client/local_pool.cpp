@@ -1,0 +1,149 @@
+#include "client/local_pool.h"
+
+#include <csignal>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include "bus/lcm_transport.h"
+#include "client/client_error.h"
+#include "client/interrupt.h"
+#include "legopt/data_folder.h"
+
+namespace legopt::client {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr char kServerProgram[] = "legopt-server";
+constexpr char kWorkerProgram[] = "legopt-worker";
+constexpr char kReadyWord[] = "ready";
+constexpr milliseconds kServerStart{20'000};
+constexpr milliseconds kServerStop{10'000};
+constexpr milliseconds kWorkerLeave{3'000};
+constexpr int kPortAttempts = 5;
+constexpr int kMaxRestarts = 20;
+
+bool IsKnownExitCode(int code) {
+  switch (static_cast<ExitCode>(code)) {
+    case ExitCode::kUsage:
+    case ExitCode::kUnreachable:
+    case ExitCode::kJobsFailed:
+    case ExitCode::kDatasetMismatch:
+    case ExitCode::kDatabaseUnusable:
+    case ExitCode::kNetworkUnusable:
+      return true;
+    default:
+      return false;
+  }
+}
+
+// The error line a child left, without its "PROGRAM: error: ".
+std::string LastWords(const std::string& program, const ChildProcess& child) {
+  std::string tail = child.ErrorTail();
+  if (const auto line = tail.rfind('\n'); line != std::string::npos) tail.erase(0, line + 1);
+  for (const std::string& prefix : {program + ": ", std::string("error: ")}) {
+    if (tail.rfind(prefix, 0) == 0) tail.erase(0, prefix.size());
+  }
+  return tail;
+}
+
+[[noreturn]] void Fail(const std::string& program, const ChildProcess& child, const ChildExit& exit) {
+  const auto code =
+      exit.signal == 0 && IsKnownExitCode(exit.code) ? static_cast<ExitCode>(exit.code) : ExitCode::kInternal;
+  const std::string words = LastWords(program, child);
+  throw ClientError(code, words.empty()
+                              ? program + " ended with " + exit.Describe() + "; run again with --verbose to see its log"
+                              : program + ": " + words);
+}
+
+}  // namespace
+
+LocalPool::LocalPool(LocalPoolOptions options) : options_(std::move(options)) {
+  // The group may come from the environment, the port only from a flag: a run is a deployment of its own.
+  options_.network.group = options_.network.Resolve().group;
+  options_.network.ttl = 0;
+  chosen_port_ = !options_.network.port.has_value();
+  StartServer();
+  StartWorker();
+}
+
+LocalPool::~LocalPool() { Stop(milliseconds(0)); }
+
+bool LocalPool::TryStartServer() {
+  std::vector<std::string> arguments = {"--db",    options_.database.string(),
+                                        "--group", *options_.network.group,
+                                        "--port",  std::to_string(*options_.network.port),
+                                        "--ttl",   "0"};
+  if (options_.verbose) arguments.emplace_back("--verbose");
+  server_ = std::make_unique<ChildProcess>(ProgramFolder() / kServerProgram, arguments, !options_.verbose);
+  if (server_->WaitForLine(kReadyWord, kServerStart, Interrupted)) return true;
+  if (Interrupted()) throw ClientError(ExitCode::kInterrupted, "interrupted");
+  const auto exit = server_->Poll();
+  if (!exit) {
+    throw ClientError(ExitCode::kUnreachable, std::string(kServerProgram) + " did not become ready within " +
+                                                  std::to_string(kServerStart.count() / 1000) +
+                                                  " s; run again with --verbose to see its log");
+  }
+  if (exit->signal == 0 && exit->code == static_cast<int>(ExitCode::kNetworkUnusable)) return false;
+  Fail(kServerProgram, *server_, *exit);
+}
+
+void LocalPool::StartServer() {
+  // Another program may take a port between our look and the server's bind: look again.
+  const int attempts = chosen_port_ ? kPortAttempts : 1;
+  for (int attempt = 1;; ++attempt) {
+    if (chosen_port_ && !server_) options_.network.port = bus::FindFreePortPair(bus::RandomSeed());
+    if (TryStartServer()) return;
+    if (attempt == attempts) Fail(kServerProgram, *server_, *server_->Poll());
+    server_.reset();
+  }
+}
+
+void LocalPool::StartWorker() {
+  std::vector<std::string> arguments = {"--slots",   std::to_string(options_.slots),
+                                        "--dataset", options_.dataset.string(),
+                                        "--group",   *options_.network.group,
+                                        "--port",    std::to_string(*options_.network.port),
+                                        "--ttl",     "0",
+                                        "--name",    "local"};
+  if (options_.verbose) arguments.emplace_back("--verbose");
+  worker_ = std::make_unique<ChildProcess>(ProgramFolder() / kWorkerProgram, arguments, !options_.verbose);
+}
+
+void LocalPool::CountRestart(const std::string& program, const ChildExit& exit) {
+  std::fprintf(stderr, "\nlegopt: warning: %s ended with %s; starting it again\n", program.c_str(),
+               exit.Describe().c_str());
+  if (++restarts_ > kMaxRestarts) {
+    throw ClientError(ExitCode::kInternal, program + " was killed again and again; run with --verbose to see why");
+  }
+}
+
+void LocalPool::Supervise() {
+  if (const auto exit = server_->Poll()) {
+    if (exit->signal == 0) Fail(kServerProgram, *server_, *exit);
+    CountRestart(kServerProgram, *exit);
+    // On the same port: the worker and our connection expect the server there.
+    if (!TryStartServer()) Fail(kServerProgram, *server_, *server_->Poll());
+  }
+  if (const auto exit = worker_->Poll()) {
+    if (exit->signal == 0) Fail(kWorkerProgram, *worker_, *exit);
+    CountRestart(kWorkerProgram, *exit);
+    StartWorker();
+  }
+}
+
+void LocalPool::Stop(milliseconds patience) {
+  if (worker_) {
+    worker_->Signal(SIGTERM);  // finish what runs, take nothing new
+    if (!worker_->Wait(patience, InterruptedTwice))
+      worker_->Stop(kWorkerLeave, InterruptedTwice);  // a second one: at once
+    worker_.reset();
+  }
+  if (server_) {
+    server_->Stop(kServerStop, InterruptedTwice);
+    server_.reset();
+  }
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,106 @@
+#include "client/options.h"
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "legopt/nearest_name.h"
+
+namespace legopt::client {
+namespace {
+
+// A flag whose values are words; the error names them and the nearest one.
+template <class Choice>
+void AddNamedChoice(CLI::App& app, const std::string& flag, Choice* target, const std::string& help,
+                    std::vector<std::pair<std::string, Choice>> choices) {
+  const auto choose = [flag, target, choices = std::move(choices)](const std::string& word) {
+    std::vector<std::string> names;
+    for (const auto& [name, choice] : choices) {
+      if (name == word) {
+        *target = choice;
+        return;
+      }
+      names.push_back(name);
+    }
+    throw CLI::ValidationError(flag, "'" + word + "' is not known; " + SuggestName(word, names));
+  };
+  app.add_option_function<std::string>(flag, choose, help)->type_name("WORD");
+}
+
+// A comma-separated list that takes one argument, so that it does not swallow what follows.
+void AddList(CLI::App& app, const std::string& flag, std::vector<std::string>* target, const std::string& help) {
+  app.add_option(flag, *target, help)->delimiter(',')->allow_extra_args(false)->type_name("LIST");
+}
+
+}  // namespace
+
+void AddNetworkOptions(CLI::App& app, NetworkOptions* options) {
+  constexpr double kShortestTimeout_s = 0.01, kLongestTimeout_s = 3600;
+  constexpr int kLargestTtl = 255;
+  const std::string group = "Network";
+  app.add_option("--group", options->group, "Multicast group (default 239.255.76.67 or LEGOPT_GROUP)")->group(group);
+  app.add_option("--port", options->port, "Control port; port + 1 carries bulk data (default 7667 or LEGOPT_PORT)")
+      ->group(group);
+  app.add_option("--ttl", options->ttl, "Network hops of what we send; 0 stays on this machine (default 0)")
+      ->check(CLI::Range(0, kLargestTtl))
+      ->group(group);
+  app.add_option("--timeout", options->timeout_s, "Seconds to wait for an answer of the server (default 5)")
+      ->check(CLI::Range(kShortestTimeout_s, kLongestTimeout_s))
+      ->group(group);
+}
+
+void AddSourceOptions(CLI::App& app, SourceOptions* options) {
+  app.add_option("--db", options->db, "Read this database file (read-only) instead of asking the server");
+  AddNetworkOptions(app, &options->network);
+}
+
+void AddFormatOption(CLI::App& app, ListingFormat* format) {
+  AddNamedChoice<ListingFormat>(app, "--format", format, "text, markdown, csv or json (default text)",
+                                {{"text", ListingFormat::kText},
+                                 {"markdown", ListingFormat::kMarkdown},
+                                 {"md", ListingFormat::kMarkdown},
+                                 {"csv", ListingFormat::kCsv},
+                                 {"json", ListingFormat::kJson}});
+}
+
+void AddTableFormatOption(CLI::App& app, TableFormat* format) {
+  AddNamedChoice<TableFormat>(app, "--format", format, "text, markdown, latex, csv or json (default text)",
+                              {{"text", TableFormat::kText},
+                               {"markdown", TableFormat::kMarkdown},
+                               {"md", TableFormat::kMarkdown},
+                               {"latex", TableFormat::kLatex},
+                               {"tex", TableFormat::kLatex},
+                               {"csv", TableFormat::kCsv},
+                               {"json", TableFormat::kJson}});
+}
+
+void AddRuleOption(CLI::App& app, std::string* rule) {
+  AddNamedChoice<std::string>(
+      app, "--rule", rule,
+      "Whose success counts: literal, as the original evaluator (default), or strict, every colliding pair",
+      {{"literal", "literal"}, {"strict", "strict"}});
+}
+
+void AddTextOrJsonOption(CLI::App& app, bool* json) {
+  AddNamedChoice<bool>(app, "--format", json, "text or json (default text)", {{"text", false}, {"json", true}});
+}
+
+void AddDatasetOption(CLI::App& app, std::optional<std::string>* dataset) {
+  app.add_option("--dataset", *dataset, "Dataset folder (default: the suite's, else the embedded garage-small)");
+}
+
+void AddSuiteOptions(CLI::App& app, SuiteOptions* options) {
+  app.add_option("SUITE", options->suite, "Experiment file (YAML), or the name of an embedded suite, e.g. quick")
+      ->required();
+  AddDatasetOption(app, &options->dataset);
+  AddList(app, "--methods", &options->filter.methods, "Keep only these methods, by name");
+  AddList(app, "--tasks", &options->filter.tasks, "Keep only these tasks: posture, motion");
+  AddList(app, "--problems", &options->filter.problems, "Keep only these problems: ids and ranges, e.g. 0-9,12");
+  AddList(app, "--initializations", &options->filter.initializations, "Keep only these: good, in_collision");
+  app.add_option("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
+      ->check(CLI::NonNegativeNumber);
+  app.add_flag("--new", options->fresh, "Make a new experiment although one of the same content exists");
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "client/benchmark_table.h"
+#include "client/listing.h"
+#include "client/result_source.h"
+#include "client/server_connection.h"
+#include "client/suite.h"
+
+namespace CLI {
+class App;
+}
+
+namespace legopt::client {
+
+// Flags that several commands share. Each function adds them to `app`; the target must outlive the parse.
+
+/// --group, --port, --ttl, --timeout
+void AddNetworkOptions(CLI::App& app, NetworkOptions* options);
+/// --db and the network flags
+void AddSourceOptions(CLI::App& app, SourceOptions* options);
+/// --format text|markdown|csv|json
+void AddFormatOption(CLI::App& app, ListingFormat* format);
+/// --format text|markdown|latex|csv|json
+void AddTableFormatOption(CLI::App& app, TableFormat* format);
+/// --format text|json
+void AddTextOrJsonOption(CLI::App& app, bool* json);
+/// --rule literal|strict
+void AddRuleOption(CLI::App& app, std::string* rule);
+/// --dataset
+void AddDatasetOption(CLI::App& app, std::optional<std::string>* dataset);
+
+/// What `run` and `submit` share: the suite, what to keep of it, and the dataset.
+struct SuiteOptions {
+  std::string suite;
+  std::optional<std::string> dataset;
+  SuiteFilter filter;
+  bool fresh = false;  ///< --new: a new experiment although one of the same content exists
+};
+void AddSuiteOptions(CLI::App& app, SuiteOptions* options);
+
+}  // namespace legopt::client

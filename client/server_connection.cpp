@@ -1,0 +1,124 @@
+#include "client/server_connection.h"
+
+#include <algorithm>
+#include <legopt_msg/cancel_request.hpp>
+#include <legopt_msg/probe_request.hpp>
+#include <legopt_msg/query_reply.hpp>
+#include <legopt_msg/query_request.hpp>
+#include <legopt_msg/status_reply.hpp>
+#include <legopt_msg/status_request.hpp>
+#include <legopt_msg/submit_request.hpp>
+#include <utility>
+
+#include "bus/typed_calls.h"
+#include "client/client_error.h"
+#include "client/experiment_status.h"
+#include "client/interrupt.h"
+
+namespace legopt::client {
+namespace {
+
+using std::chrono::microseconds;
+// A large query or submission may keep a reachable server busy; whether it is reachable is asked first, by a probe.
+constexpr microseconds kWorkTimeout = std::chrono::seconds(120);
+constexpr microseconds kPollSlice = std::chrono::milliseconds(100);
+constexpr int kReplyOk = 0;
+constexpr int kSubmitRefused = 2;
+
+microseconds ToMicroseconds(double seconds) {
+  return std::chrono::duration_cast<microseconds>(std::chrono::duration<double>(seconds));
+}
+
+}  // namespace
+
+bus::LcmOptions NetworkOptions::Resolve() const {
+  bus::LcmOptions options = bus::LcmOptions::FromEnvironment();
+  if (group) options.group = *group;
+  if (port) options.port = *port;
+  if (ttl) options.ttl = *ttl;
+  options.Validate();
+  return options;
+}
+
+ServerConnection::ServerConnection(const NetworkOptions& options)
+    : options_(options.Resolve()),
+      transport_(options_),
+      endpoint_(transport_, bus::RandomEndpointId(), bus::RandomSeed()),
+      timeout_(ToMicroseconds(options.timeout_s)) {}
+
+ServerConnection::~ServerConnection() = default;
+
+std::string ServerConnection::address() const { return options_.group + ":" + std::to_string(options_.port); }
+
+template <class Request>
+typename bus::CallOf<Request>::Reply ServerConnection::Ask(Request request, microseconds timeout) {
+  using Outcome = bus::CallOutcome<typename bus::CallOf<Request>::Reply>;
+  std::optional<Outcome> outcome;
+  bus::CallOptions call;
+  call.timeout = timeout;
+  const auto id = bus::CallMessage(endpoint_, bus::kServer, std::move(request), call,
+                                   [&outcome](Outcome&& reply) { outcome = std::move(reply); });
+  while (!outcome) {
+    endpoint_.Poll(kPollSlice);
+    if (!outcome && Interrupted()) {
+      endpoint_.Abandon(id);
+      throw ClientError(ExitCode::kInterrupted, "interrupted");
+    }
+  }
+  if (outcome->status == bus::CallResult::kTimeout) {
+    throw ClientError(ExitCode::kUnreachable,
+                      "no legopt-server answers at " + address() +
+                          "; start one ('legopt-server --db results.sqlite'), set --port or LEGOPT_PORT to where it "
+                          "listens, or read a database file with --db");
+  }
+  if (!outcome->ok()) {
+    throw ClientError(ExitCode::kUsage, "the server at " + address() + " refused the request: " + outcome->error);
+  }
+  return std::move(outcome->reply);
+}
+
+legopt_msg::probe_reply ServerConnection::Probe() {
+  legopt_msg::probe_request request;
+  request.nonce = 0;
+  return Ask(request, timeout_);
+}
+
+legopt_msg::submit_reply ServerConnection::Submit(const std::string& submission_id, const std::string& spec_json) {
+  Probe();
+  legopt_msg::submit_request request;
+  request.submission_id = submission_id;
+  request.spec_json = spec_json;
+  auto reply = Ask(request, std::max(timeout_, kWorkTimeout));
+  if (reply.status == kSubmitRefused) {
+    throw ClientError(ExitCode::kUsage, "the server refused the experiment: " + reply.message);
+  }
+  return reply;
+}
+
+nlohmann::json ServerConnection::Status(std::int64_t experiment_id) {
+  legopt_msg::status_request request;
+  request.experiment_id = experiment_id;
+  return ParseStatusText(Ask(request, timeout_).json);
+}
+
+nlohmann::json ServerConnection::Query(const std::string& sql, int max_rows) {
+  Probe();
+  legopt_msg::query_request request;
+  request.sql = sql;
+  request.max_rows = max_rows;
+  const auto reply = Ask(request, std::max(timeout_, kWorkTimeout));
+  if (reply.status != kReplyOk) throw ClientError(ExitCode::kUsage, "query: " + reply.message);
+  auto json = nlohmann::json::parse(reply.json, nullptr, false);
+  if (!json.is_object() || !json.contains("columns") || !json.contains("rows")) {
+    throw ClientError(ExitCode::kInternal, "the server's query result is not understood");
+  }
+  return json;
+}
+
+legopt_msg::cancel_reply ServerConnection::Cancel(std::int64_t experiment_id) {
+  legopt_msg::cancel_request request;
+  request.experiment_id = experiment_id;
+  return Ask(request, timeout_);
+}
+
+}  // namespace legopt::client

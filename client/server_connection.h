@@ -1,0 +1,61 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "bus/endpoint.h"
+#include "bus/lcm_transport.h"
+#include "bus/messages.h"
+
+namespace legopt::client {
+
+/// Where the server is: flags over environment (LEGOPT_GROUP, LEGOPT_PORT) over defaults.
+struct NetworkOptions {
+  std::optional<std::string> group;
+  std::optional<int> port;
+  std::optional<int> ttl;
+  double timeout_s = 5;  ///< how long a server may take to answer at all, (0, 3600]
+
+  /// Throws bus::BusError (kInvalidOption).
+  bus::LcmOptions Resolve() const;
+};
+
+/// Calls to the server of a deployment, one at a time. Every call throws ClientError: kUnreachable when no answer came
+/// in time, kUsage when the server refused the request, kInterrupted when the user interrupted the wait (only under an
+/// InterruptGuard), kInternal when the answer is not understood. Thread rule: one thread.
+class ServerConnection {
+ public:
+  /// Joins the network without asking anybody. Throws bus::BusError.
+  explicit ServerConnection(const NetworkOptions& options);
+  ~ServerConnection();
+
+  /// Who serves there?
+  legopt_msg::probe_reply Probe();
+  /// Submits a spec; equal ids make one experiment. A refusal is a kUsage error with the server's reason.
+  legopt_msg::submit_reply Submit(const std::string& submission_id, const std::string& spec_json);
+  /// Status of one experiment, or of all with 0; the JSON of the contract.
+  nlohmann::json Status(std::int64_t experiment_id);
+  /// Read-only SQL; the reply's JSON object: columns, rows, truncated.
+  nlohmann::json Query(const std::string& sql, int max_rows);
+  legopt_msg::cancel_reply Cancel(std::int64_t experiment_id);
+
+  /// "239.255.76.67:7667", for messages.
+  std::string address() const;
+  const bus::LcmTransport& transport() const { return transport_; }
+  /// Changes how long later calls wait for an answer.
+  void set_timeout(std::chrono::microseconds timeout) { timeout_ = timeout; }
+
+ private:
+  template <class Request>
+  typename bus::CallOf<Request>::Reply Ask(Request request, std::chrono::microseconds timeout);
+
+  bus::LcmOptions options_;
+  bus::LcmTransport transport_;
+  bus::Endpoint endpoint_;
+  std::chrono::microseconds timeout_;
+};
+
+}  // namespace legopt::client

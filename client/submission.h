@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "client/options.h"
+
+namespace legopt::client {
+
+/// An experiment ready to be submitted.
+struct Submission {
+  std::string id;       ///< derived from the content, random with --new
+  nlohmann::json spec;  ///< canonical
+  std::int64_t num_jobs = 0;
+  std::filesystem::path dataset_folder;  ///< what workers on this machine need
+};
+
+/// Reads the suite, applies the filters, loads the dataset and builds the spec. Throws InputError or ClientError;
+/// nothing is sent.
+Submission PrepareSubmission(const SuiteOptions& options);
+
+/// "80 jobs: 2 methods x 2 initializations x 20 posture problems x 1 repetition" for people.
+std::string DescribeJobs(const nlohmann::json& spec);
+
+}  // namespace legopt::client

@@ -1,0 +1,247 @@
+// Policy: every fault is one line "legopt: error: ..." with its own exit code; results are printed on standard output
+// and nothing else is.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "bus/bus_error.h"
+#include "bus/endpoint.h"
+#include "bus/lcm_transport.h"
+#include "program_run.h"
+#include "test_database.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class CommandLine : public testing::Test {
+ protected:
+  ProgramResult Run(const std::vector<std::string>& arguments,
+                    const std::map<std::string, std::string>& environment = {}) {
+    return RunLegopt(arguments, folder_.path(), environment);
+  }
+
+  std::string Write(const std::string& name, const std::string& text) {
+    const auto file = folder_.path() / name;
+    std::ofstream(file) << text;
+    return file.string();
+  }
+
+  // One line, with the program's name.
+  void ExpectError(const ProgramResult& result, int code, const std::string& words) {
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_THAT(result.err, AllOf(StartsWith("legopt: error: "), HasSubstr(words)));
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_EQ(result.out, "");
+  }
+
+  std::string Database() {
+    const auto file = folder_.path() / "test.sqlite";
+    TestExperiment experiment;
+    experiment.results = {{.problem = 0}, {.problem = 1, .verdict = "com"}};
+    WriteTestDatabase(file, experiment);
+    return file.string();
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(CommandLine, HelpNamesCommandsAndExitCodes) {
+  const auto result = Run({"--help"});
+  EXPECT_EQ(result.exit_code, 0);
+  for (const char* word : {"run", "submit", "watch", "status", "list", "show", "cancel", "table", "query", "evaluate",
+                           "export", "doctor", "dataset", "Exit codes", "database unusable"}) {
+    EXPECT_THAT(result.out, HasSubstr(word));
+  }
+}
+
+TEST_F(CommandLine, VersionIsPrinted) { EXPECT_THAT(Run({"--version"}).out, StartsWith("legopt ")); }
+
+TEST_F(CommandLine, WrongUsage) {
+  ExpectError(Run({}), 2, "--help");
+  ExpectError(Run({"tabel"}), 2, "did you mean 'table'?");
+  ExpectError(Run({"table", "--format", "jsn"}), 2, "did you mean 'json'?");
+  ExpectError(Run({"table", "--nonsense"}), 2, "--nonsense");
+  ExpectError(Run({"table", "--rule", "loose"}), 2, "loose");
+  ExpectError(Run({"cancel"}), 2, "ID");
+  ExpectError(Run({"run"}), 2, "SUITE");
+}
+
+TEST_F(CommandLine, UnknownSuiteNamesTheEmbeddedOnes) {
+  ExpectError(Run({"submit", "--dry-run", "quikc"}), 2, "quick");
+}
+
+TEST_F(CommandLine, UnknownSuiteKey) {
+  const auto suite = Write("bad.yaml", "tasks: posture\nmethdos: []\n");
+  for (const char* command : {"run", "submit"})
+    ExpectError(Run({command, suite}), 2, "bad.yaml:2: methdos: unknown key");
+}
+
+TEST_F(CommandLine, MissingDataset) {
+  const auto suite = Write("suite.yaml", "tasks: posture\nmethods: [{solver: sqp}]\n");
+  ExpectError(Run({"submit", "--dry-run", suite, "--dataset", "/nowhere/data"}), 2, "/nowhere/data");
+  ExpectError(Run({"submit", "--dry-run", suite}, {{"LEGOPT_DATA", "/nowhere/data"}}), 2, "LEGOPT_DATA");
+}
+
+TEST_F(CommandLine, DryRunCountsAndSubmitsNothing) {
+  const auto result = Run({"submit", "--dry-run", "quick", "--format", "json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto json = nlohmann::json::parse(result.out);
+  EXPECT_GT(json.at("jobs").get<int>(), 0);
+  EXPECT_EQ(json.at("spec").at("spec_version"), 1);
+  EXPECT_EQ(json.at("submission_id").get<std::string>().size(), 32U);
+}
+
+TEST_F(CommandLine, ListsDoNotSwallowTheSuite) {
+  const auto result =
+      Run({"submit", "--dry-run", "--problems", "0-2,5", "--initializations", "good", "quick", "--format", "json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out).at("spec").at("tasks")[0].at("problems"), (nlohmann::json{0, 1, 2, 5}));
+}
+
+TEST_F(CommandLine, MissingDatabase) {
+  for (const char* command : {"table", "list", "status"}) {
+    ExpectError(Run({command, "--db", "/nowhere/results.sqlite"}), 6, "/nowhere/results.sqlite");
+  }
+}
+
+TEST_F(CommandLine, ForeignDatabase) {
+  const auto file =
+      Write("text.sqlite", "this is not a database, but a long enough text to look like one at first sight\n");
+  ExpectError(Run({"table", "--db", file}), 6, "text.sqlite");
+}
+
+TEST_F(CommandLine, WrongSql) {
+  const auto file = Database();
+  ExpectError(Run({"query", "SELECT x FROM nowhere", "--db", file}), 2, "nowhere");
+  ExpectError(Run({"query", "DELETE FROM jobs", "--db", file}), 2, "");
+}
+
+TEST_F(CommandLine, UnknownIds) {
+  const auto file = Database();
+  ExpectError(Run({"table", "9", "--db", file}), 2, "no experiment 9");
+  ExpectError(Run({"show", "99", "--db", file}), 2, "no job 99");
+}
+
+TEST_F(CommandLine, TableInEveryFormat) {
+  const auto file = Database();
+  for (const char* format : {"text", "markdown", "latex", "csv", "json"}) {
+    const auto result = Run({"table", "--db", file, "--format", format});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("SQP")) << format;
+  }
+  EXPECT_THAT(Run({"table", "1", "--db", file}).out, HasSubstr("1/2"));
+}
+
+TEST_F(CommandLine, ListingsHaveJson) {
+  const auto file = Database();
+  EXPECT_EQ(nlohmann::json::parse(Run({"list", "--db", file, "--format", "json"}).out).size(), 2U);
+  EXPECT_EQ(nlohmann::json::parse(Run({"list", "--db", file, "--unsolved", "--format", "json"}).out).size(), 1U);
+  EXPECT_EQ(nlohmann::json::parse(Run({"list", "--db", file, "--state", "dead", "--format", "json"}).out).size(), 0U);
+  EXPECT_EQ(nlohmann::json::parse(Run({"status", "--db", file, "--format", "json"}).out)[0].at("solved"), 1);
+  const auto job = nlohmann::json::parse(Run({"show", "2", "--db", file, "--format", "json"}).out);
+  EXPECT_EQ(job.at("result").at("verdict_literal"), "com");
+  EXPECT_EQ(job.at("attempt_list").size(), 1U);
+  EXPECT_EQ(nlohmann::json::parse(Run({"query", "SELECT 1 AS one", "--db", file, "--format", "json"}).out)[0].at("one"),
+            1);
+}
+
+TEST_F(CommandLine, ShowTellsResultAndAttempts) {
+  const auto result = Run({"show", "2", "--db", Database()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("com"), HasSubstr("finished"), HasSubstr("worker-1")));
+}
+
+TEST_F(CommandLine, BadSolutionFile) {
+  ExpectError(Run({"evaluate", "/nowhere/solutions.json"}), 2, "/nowhere/solutions.json");
+  ExpectError(Run({"evaluate", Write("broken.json", "{\"problems\": [")}), 2, "broken.json");
+}
+
+TEST_F(CommandLine, ExportNeedsTheSameDataset) {
+  ExpectError(Run({"export", "--db", Database(), "--out", "out.json"}), 5, "--dataset");
+}
+
+TEST_F(CommandLine, DatasetInfoAndHashCheck) {
+  const auto folder = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "garage-small";
+  const auto info = Run({"dataset", "info", folder.string(), "--format", "json"});
+  ASSERT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_EQ(nlohmann::json::parse(info.out)[0].at("hash").get<std::string>().size(), 64U);
+  EXPECT_EQ(Run({"dataset", "hash", folder.string(), "--check"}).exit_code, 0);
+}
+
+TEST_F(CommandLine, DatasetHashFindsAndMendsAChange) {
+  const auto copy = folder_.path() / "copy";
+  std::filesystem::copy(std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "garage-small", copy,
+                        std::filesystem::copy_options::recursive);
+  std::ofstream(copy / "scene.yaml", std::ios::app) << "# one more line\n";
+  const auto check = Run({"dataset", "hash", copy.string(), "--check"});
+  EXPECT_EQ(check.exit_code, 5);
+  EXPECT_THAT(check.out, HasSubstr("differs"));
+  EXPECT_EQ(Run({"dataset", "info", copy.string()}).exit_code, 2);
+  EXPECT_EQ(Run({"dataset", "hash", copy.string()}).exit_code, 0);
+  EXPECT_EQ(Run({"dataset", "hash", copy.string(), "--check"}).exit_code, 0);
+  EXPECT_EQ(Run({"dataset", "info", copy.string()}).exit_code, 0);
+}
+
+// Commands that talk to a server, without one, on ports that nobody uses.
+class WithoutServer : public CommandLine {
+ protected:
+  void SetUp() override {
+    try {
+      port_ = std::to_string(bus::FindFreePortPair(bus::RandomSeed()));
+    } catch (const bus::BusError& error) {
+      GTEST_SKIP() << error.what();
+    }
+    if (!bus::ProbeMulticastRoute(bus::LcmOptions{}.group).usable) GTEST_SKIP() << "no multicast route here";
+  }
+  std::string port_;
+};
+
+TEST_F(WithoutServer, EveryCommandSaysSo) {
+  const std::vector<std::vector<std::string>> commands = {
+      {"status"},         {"list"}, {"table"}, {"watch"}, {"show", "1"}, {"cancel", "1"}, {"query", "SELECT 1"},
+      {"submit", "quick"}};
+  for (auto command : commands) {
+    command.insert(command.end(), {"--port", port_, "--timeout", "0.2"});
+    ExpectError(Run(command), 3, "no legopt-server answers at 239.255.76.67:" + port_);
+  }
+}
+
+TEST_F(WithoutServer, PortMayComeFromTheEnvironment) {
+  ExpectError(Run({"status", "--timeout", "0.2"}, {{"LEGOPT_PORT", port_}}), 3, port_);
+}
+
+TEST_F(WithoutServer, BadAddressIsAUsageError) {
+  ExpectError(Run({"status", "--group", "10.0.0.1"}), 2, "10.0.0.1");
+  ExpectError(Run({"status", "--port", "99"}), 2, "99");
+}
+
+TEST_F(WithoutServer, DoctorWarnsButDoesNotFail) {
+  const auto result = Run({"doctor", "--port", port_, "--timeout", "0.2", "--format", "json"});
+  const auto findings = nlohmann::json::parse(result.out);
+  bool server_seen = false;
+  for (const auto& finding : findings) {
+    if (finding.at("check") == "server") {
+      server_seen = true;
+      EXPECT_EQ(finding.at("state"), "warn");
+      EXPECT_NE(finding.at("fix"), "");
+    }
+    const bool must_be_ok = finding.at("check") == "dataset" || finding.at("check") == "multicast route";
+    EXPECT_TRUE(!must_be_ok || finding.at("state") == "ok") << finding;
+  }
+  EXPECT_TRUE(server_seen);
+}
+
+TEST_F(WithoutServer, DoctorFailsForABadDataset) {
+  const auto result = Run({"doctor", "--port", port_, "--timeout", "0.2", "--dataset", "/nowhere"});
+  EXPECT_NE(result.exit_code, 0);
+  EXPECT_THAT(result.out, HasSubstr("fail"));
+}
+
+}  // namespace
+}  // namespace legopt::client

@@ -1,0 +1,86 @@
+// Policy: the spec is canonical: equal experiments have equal text and identity, different ones do not; it names
+// nothing that the dataset does not have.
+#include "client/experiment_spec.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "client/submission.h"
+#include "legopt/input_error.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+const DatasetFacts kDataset = {"tiny", std::string(64, 'a'), {{0, 1}, {1, 1}, {7, 1}}, {}};
+
+Suite SuiteOf(const std::string& text) { return ParseSuite(text, "suite.yaml"); }
+
+TEST(ExperimentSpec, HoldsTheContractsKeys) {
+  const auto spec = BuildSpec(
+      SuiteOf("name: quick\ntasks: posture\nproblems: [7, 0]\nmethods:\n  - {solver: sqp, multi_starts: [0, 10]}\n"),
+      kDataset);
+  EXPECT_EQ(spec.at("spec_version"), 1);
+  EXPECT_EQ(spec.at("name"), "quick");
+  EXPECT_EQ(spec.at("seed"), 1);
+  EXPECT_EQ(spec.at("repetitions"), 1);
+  EXPECT_EQ(spec.at("dataset"), (nlohmann::json{{"name", "tiny"}, {"hash", std::string(64, 'a')}}));
+  EXPECT_EQ(spec.at("tasks"), nlohmann::json::parse(R"([{"task":"posture","problems":[0,7],"waypoints":[1,1]}])"));
+  EXPECT_EQ(spec.at("initializations"), (nlohmann::json{"good", "in_collision"}));
+  EXPECT_EQ(spec.at("limits"), (nlohmann::json{{"wall_time_s", 60.0}, {"memory_mb", 1024}}));
+  EXPECT_EQ(spec.at("max_attempts"), 3);
+  ASSERT_EQ(spec.at("methods").size(), 2U);
+  const auto& method = spec.at("methods")[1];
+  EXPECT_EQ(method.at("name"), "SQP");
+  EXPECT_EQ(method.at("hash").get<std::string>().size(), 64U);
+  EXPECT_EQ(method.at("multi_starts"), 10);
+  EXPECT_EQ(method.at("sample_size"), 100);
+  EXPECT_EQ(method.at("incremental"), false);
+  EXPECT_TRUE(method.at("options").is_object());
+}
+
+TEST(ExperimentSpec, AllProblemsWhenNoneAreNamed) {
+  const auto spec = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\nrepetitions: 4\n"), kDataset);
+  EXPECT_EQ(spec.at("tasks")[0].at("problems"), (nlohmann::json{0, 1, 7}));
+  EXPECT_EQ(CountJobs(spec), 1 * 2 * 3 * 4);
+  EXPECT_EQ(DescribeJobs(spec), "24 jobs: 1 method x 2 initializations x 3 posture problems x 4 repetitions");
+}
+
+TEST(ExperimentSpec, UnknownProblemIsNamedWithWhatThereIs) {
+  try {
+    BuildSpec(SuiteOf("tasks: posture\nproblems: [1, 5]\nmethods: [{solver: sqp}]\n"), kDataset);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(),
+                AllOf(HasSubstr("suite.yaml"), HasSubstr("'5'"), HasSubstr("tiny"), HasSubstr("from 0 to 7")));
+  }
+}
+
+TEST(ExperimentSpec, TaskWithoutProblemsIsRefused) {
+  EXPECT_THROW(BuildSpec(SuiteOf("tasks: motion\nmethods: [{solver: sqp}]\n"), kDataset), InputError);
+}
+
+TEST(ExperimentSpec, EqualContentHasEqualIdentity) {
+  const auto spec = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\n"), kDataset);
+  const auto same = BuildSpec(
+      SuiteOf("methods:\n  - solver: sqp\n    multi_starts: 0\nproblems: [0-7]\ntasks:\n  - posture\nseed: 1\n"),
+      {"tiny", kDataset.hash, {{0, 1}, {1, 1}, {2, 1}, {3, 1}, {4, 1}, {5, 1}, {6, 1}, {7, 1}}, {}});
+  const auto explicit_same = BuildSpec(
+      SuiteOf("methods:\n  - solver: sqp\n    multi_starts: 0\nproblems: [7, 0, 1]\ntasks:\n  - posture\nseed: 1\n"),
+      kDataset);
+  EXPECT_EQ(spec.dump(), explicit_same.dump());
+  EXPECT_EQ(ContentSubmissionId(spec), ContentSubmissionId(explicit_same));
+  EXPECT_NE(ContentSubmissionId(spec), ContentSubmissionId(same));
+  const auto other_seed = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\nseed: 2\n"), kDataset);
+  EXPECT_NE(ContentSubmissionId(spec), ContentSubmissionId(other_seed));
+}
+
+TEST(ExperimentSpec, RandomIdentitiesDiffer) {
+  EXPECT_EQ(RandomSubmissionId().size(), 32U);
+  EXPECT_NE(RandomSubmissionId(), RandomSubmissionId());
+}
+
+}  // namespace
+}  // namespace legopt::client

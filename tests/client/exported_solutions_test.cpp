@@ -1,0 +1,111 @@
+// Policy: what is exported is judged again with the same verdicts, and the method strings tell every result of a
+// problem apart.
+#include "client/exported_solutions.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "client/evaluation_report.h"
+#include "legopt/problem/dataset.h"
+#include "test_database.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::ElementsAre;
+
+TEST(MethodStrings, AreTheNamesWhenTheseSuffice) {
+  EXPECT_THAT(MethodStrings({{1, "SQP", 0, 100, "good", 0}, {2, "I-SQP", 10, 80, "good", 0}}),
+              ElementsAre("SQP", "I-SQP"));
+}
+
+TEST(MethodStrings, AddOnlyWhatTellsApart) {
+  EXPECT_THAT(MethodStrings({{1, "SQP", 0, 100, "good", 0},
+                             {1, "SQP", 0, 100, "in_collision", 0},
+                             {2, "SQP", 10, 100, "good", 0},
+                             {3, "SGD", 10, 100, "good", 0},
+                             {3, "SGD", 10, 100, "good", 1}}),
+              ElementsAre("SQP, 0 multi-starts, good", "SQP, 0 multi-starts, in_collision", "SQP, 10 multi-starts",
+                          "SGD, repetition 0", "SGD, repetition 1"));
+}
+
+TEST(MethodStrings, AreUniquePerKey) {
+  std::vector<ResultKey> keys;
+  for (int method = 1; method <= 3; ++method) {
+    for (const char* initialization : {"good", "in_collision"}) {
+      for (int repetition = 0; repetition < 2; ++repetition)
+        keys.push_back({method, "M", 0, 100, initialization, repetition});
+    }
+  }
+  const auto texts = MethodStrings(keys);
+  EXPECT_EQ(std::set<std::string>(texts.begin(), texts.end()).size(), keys.size());
+}
+
+TEST(MethodStrings, OfNothingAreNothing) { EXPECT_TRUE(MethodStrings({}).empty()); }
+
+// The folder of the shared benchmark data, with one solution that is known to be right.
+class ExportRoundTrip : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::filesystem::path data = LEGOPT_TEST_DATA_DIR;
+    if (!std::filesystem::exists(data / "sample_solution.json")) GTEST_SKIP() << "no shared test data in " << data;
+    dataset_ = Dataset::Load(data);
+    const auto sample = ReadSolutions(data / "sample_solution.json");
+    const Eigen::VectorXd x = sample.problems.at(0).solutions.at(0).waypoints.at(0);
+    Eigen::VectorXd shifted = x;
+    shifted[dataset_->robot().num_dofs()] += 0.5;
+    TestExperiment experiment;
+    experiment.dataset_name = dataset_->name();
+    experiment.dataset_hash = dataset_->content_hash();
+    experiment.methods = {{"SQP", 0}, {"SQP", 10}};
+    experiment.results = {
+        {.method = 0, .problem = 0, .cost = 955.88, .waypoints = {x}},
+        {.method = 0, .problem = 1, .verdict = "foot_pose", .waypoints = {shifted}},
+        {.method = 0, .initialization = "in_collision", .problem = 0, .cost = 955.88, .waypoints = {x}},
+        {.method = 1, .problem = 0, .verdict = "foot_pose", .waypoints = {shifted}},
+        {.method = 1, .problem = 1, .finished = false}};
+    WriteTestDatabase(folder_.path() / "test.sqlite", experiment);
+    source_ = OpenResults({(folder_.path() / "test.sqlite").string(), {}});
+    x_ = x;
+  }
+
+  TemporaryFolder folder_;
+  std::shared_ptr<const Dataset> dataset_;
+  std::unique_ptr<ResultSource> source_;
+  Eigen::VectorXd x_;
+};
+
+TEST_F(ExportRoundTrip, GivesTheSameVerdicts) {
+  const auto exported = ReadSolutionsOf(*source_, 1, *dataset_, {});
+  EXPECT_EQ(exported.num_solutions, 4);
+  EXPECT_EQ(exported.num_missing, 1);
+  ASSERT_EQ(exported.files.size(), 1U);
+  WriteSolutions(folder_.path() / "out.json", exported.files[0]);
+
+  const auto file = ReadSolutions(folder_.path() / "out.json");
+  EXPECT_EQ(file.problems.at(0).solutions.at(0).waypoints.at(0), x_);  // bit by bit
+  Judge judge(dataset_);
+  const auto report = EvaluateSolutions(file, judge, Rule::kLiteral);
+  EXPECT_TRUE(report.warnings.empty()) << report.warnings.front();
+  ASSERT_EQ(report.rows.size(), 4U);
+  for (const auto& row : report.rows) {
+    const bool solved = row.problem_id == 0 && row.method != "SQP, 10 multi-starts";
+    EXPECT_EQ(row.evaluation.literal, solved ? Verdict::kSuccess : Verdict::kFootPose) << row.method;
+    EXPECT_DOUBLE_EQ(row.time_s, 0.0015);
+  }
+}
+
+TEST_F(ExportRoundTrip, FilterSelects) {
+  const auto exported = ReadSolutionsOf(*source_, 1, *dataset_,
+                                        {.method = "sqp", .initialization = "in_collision", .task = Task::kPosture});
+  EXPECT_EQ(exported.num_solutions, 1);
+  EXPECT_EQ(exported.files.at(0).problems.at(0).solutions.at(0).method, "SQP");
+  EXPECT_EQ(exported.files.at(0).problems.at(0).solutions.at(0).init_type, "in_collision");
+  EXPECT_TRUE(ReadSolutionsOf(*source_, 1, *dataset_, {.method = {}, .initialization = {}, .task = Task::kMotion})
+                  .files.empty());
+}
+
+}  // namespace
+}  // namespace legopt::client

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace legopt::client {
+
+/// Process ids of the children of `parent` that run the program `name`.
+std::vector<int> ChildrenOf(int parent, const std::string& name);
+
+/// Blocks until a process that is not our child has ended.
+void WaitForEnd(int pid);
+
+/// What a program did.
+struct ProgramResult {
+  int exit_code = -1;  ///< 128 + signal when one killed it
+  std::string out;
+  std::string err;
+};
+
+/// Path of a program of this build; the file need not exist.
+std::filesystem::path BuiltProgram(const std::string& name);
+
+/// Runs `legopt ARGUMENTS` in `folder` until it ends. `environment` is added to ours.
+ProgramResult RunLegopt(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                        const std::map<std::string, std::string>& environment = {});
+
+/// A program that runs beside the test; killed at the end if it still runs.
+class RunningProgram {
+ public:
+  RunningProgram(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                 const std::filesystem::path& folder, const std::map<std::string, std::string>& environment = {});
+  ~RunningProgram();
+  RunningProgram(const RunningProgram&) = delete;
+  RunningProgram& operator=(const RunningProgram&) = delete;
+
+  int pid() const { return pid_; }
+  /// Blocks until `word` stands in what it wrote to standard error (or it ended). True when it does.
+  bool WaitForError(const std::string& word);
+  /// Blocks until it ends; everything it wrote.
+  ProgramResult Wait();
+
+ private:
+  bool ReadMore();
+
+  int pid_ = -1;
+  int out_fd_ = -1;
+  int err_fd_ = -1;
+  bool reaped_ = false;
+  ProgramResult result_;
+};
+
+}  // namespace legopt::client

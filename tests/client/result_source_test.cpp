@@ -1,0 +1,85 @@
+// Policy: a database file answers read-only SQL; the readers of tables and experiments work on it as on a server.
+#include "client/result_source.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "client/client_error.h"
+#include "client/reading.h"
+#include "db/store_error.h"
+#include "test_database.h"
+
+namespace legopt::client {
+namespace {
+
+class ResultSourceTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    TestExperiment experiment;
+    experiment.methods = {{"SQP", 0}, {"SQP", 10}};
+    experiment.results = {{.method = 0, .problem = 0, .cost = 300, .wall_us = 1000},
+                          {.method = 0, .problem = 1, .cost = 500, .wall_us = 3000},
+                          {.method = 0, .problem = 2, .verdict = "foot_pose"},
+                          {.method = 1, .initialization = "in_collision", .problem = 0, .finished = false},
+                          {.method = 1, .initialization = "in_collision", .problem = 1, .verdict = "com"}};
+    WriteTestDatabase(file_, experiment);
+    source_ = OpenResults({file_.string(), {}});
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_.path() / "test.sqlite";
+  std::unique_ptr<ResultSource> source_;
+};
+
+TEST_F(ResultSourceTest, ReadsTheBenchmarkTable) {
+  const auto table = ReadBenchmarkTable(*source_, std::nullopt, "literal");
+  EXPECT_EQ(table.experiment_id, 1);
+  EXPECT_EQ(table.experiment, "test");
+  EXPECT_EQ(table.dataset, "tiny");
+  ASSERT_EQ(table.rows.size(), 2U);
+  EXPECT_EQ(table.rows[0].multi_starts, 0);
+  EXPECT_EQ(table.rows[0].cells.at({"posture", "good"}), (BenchmarkCell{3, 3, 2, 400.0, 0.002}));
+  EXPECT_EQ(table.rows[1].multi_starts, 10);
+  EXPECT_EQ(table.rows[1].cells.at({"posture", "in_collision"}), (BenchmarkCell{2, 1, 0, std::nullopt, std::nullopt}));
+}
+
+TEST_F(ResultSourceTest, FindsTheNewestExperiment) {
+  const auto experiment = FindExperiment(*source_, std::nullopt);
+  EXPECT_EQ(experiment.id, 1);
+  EXPECT_EQ(experiment.state, "active");
+  EXPECT_EQ(experiment.dataset_hash, std::string(64, 'a'));
+}
+
+TEST_F(ResultSourceTest, UnknownExperimentIsAUsageError) {
+  try {
+    FindExperiment(*source_, 7);
+    FAIL();
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.code(), ExitCode::kUsage);
+    EXPECT_THAT(error.what(), testing::HasSubstr("no experiment 7"));
+  }
+}
+
+TEST_F(ResultSourceTest, RowLimitIsReported) {
+  EXPECT_TRUE(source_->Query("SELECT job_id FROM jobs", 2).truncated);
+  EXPECT_FALSE(source_->Query("SELECT job_id FROM jobs", 5).truncated);
+}
+
+TEST_F(ResultSourceTest, BlobsAreHexadecimal) { EXPECT_EQ(source_->Query("SELECT x'0aFF' AS b").At(0, "b"), "0AFF"); }
+
+TEST_F(ResultSourceTest, NothingCanBeChanged) {
+  for (const char* sql :
+       {"DELETE FROM jobs", "UPDATE experiments SET name = 'x'", "DROP TABLE jobs", "PRAGMA user_version = 9"}) {
+    EXPECT_THROW(source_->Query(sql), db::StoreError) << sql;
+  }
+  EXPECT_EQ(source_->Query("SELECT count(*) AS n FROM jobs").At(0, "n"), 5);
+}
+
+TEST(ResultSource, MissingFileIsADatabaseError) {
+  EXPECT_THROW(OpenResults({"/nowhere/results.sqlite", {}}), db::StoreError);
+}
+
+TEST(SqlText, CannotBeEscaped) { EXPECT_EQ(SqlText("a'b; DROP TABLE jobs"), "'a''b; DROP TABLE jobs'"); }
+
+}  // namespace
+}  // namespace legopt::client

@@ -1,0 +1,217 @@
+// Policy: a suite is read strictly. What is right is taken over exactly; every fault is an InputError that names the
+// place (FILE:LINE), the key and the fix.
+#include "client/suite.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+
+#include "legopt/input_error.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr char kComplete[] = R"(name: table
+dataset: ../garage-small
+seed: 7
+repetitions: 3
+tasks: [posture, motion]
+problems: [0, "3-5"]
+initializations: [good]
+methods:
+  - name: SQP
+    solver: sqp
+    multi_starts: [0, 10]
+limits: {wall_time_s: 2.5, memory_mb: 256}
+max_attempts: 2
+)";
+
+constexpr char kSmall[] = "tasks: posture\nmethods:\n  - {solver: sqp}\n";
+
+std::string FaultOf(const std::string& text) {
+  try {
+    ParseSuite(text, "suites/bad.yaml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Suite, TakesEveryKeyOver) {
+  const Suite suite = ParseSuite(kComplete, "data/suites/table.yaml");
+  EXPECT_EQ(suite.name, "table");
+  EXPECT_EQ(suite.dataset, std::filesystem::path("data/garage-small"));
+  EXPECT_EQ(suite.seed, 7);
+  EXPECT_EQ(suite.repetitions, 3);
+  ASSERT_EQ(suite.tasks.size(), 2U);
+  EXPECT_EQ(suite.tasks[0].task, "posture");
+  EXPECT_THAT(*suite.tasks[1].problems, ElementsAre(0, 3, 4, 5));
+  EXPECT_THAT(suite.initializations, ElementsAre("good"));
+  EXPECT_DOUBLE_EQ(suite.wall_time_s, 2.5);
+  EXPECT_EQ(suite.memory_mb, 256);
+  EXPECT_EQ(suite.max_attempts, 2);
+}
+
+TEST(Suite, ListsOfMethodValuesMakeSeveralMethods) {
+  const Suite suite = ParseSuite(kComplete, "table.yaml");
+  ASSERT_EQ(suite.methods.size(), 2U);
+  EXPECT_EQ(suite.methods[0].name, "SQP");
+  EXPECT_EQ(suite.methods[0].multi_starts, 0);
+  EXPECT_EQ(suite.methods[1].name, "SQP");
+  EXPECT_EQ(suite.methods[1].multi_starts, 10);
+  EXPECT_NE(suite.methods[0].Hash(), suite.methods[1].Hash());
+}
+
+TEST(Suite, DefaultsFillWhatIsNotSaid) {
+  const Suite suite = ParseSuite(kSmall, "folder/small.yaml");
+  EXPECT_EQ(suite.name, "small");
+  EXPECT_FALSE(suite.dataset.has_value());
+  EXPECT_EQ(suite.seed, 1);
+  EXPECT_EQ(suite.repetitions, 1);
+  EXPECT_FALSE(suite.tasks[0].problems.has_value());
+  EXPECT_THAT(suite.initializations, ElementsAre("good", "in_collision"));
+  EXPECT_EQ(suite.methods[0].name, "SQP");
+}
+
+TEST(Suite, TaskMayNameItsOwnProblems) {
+  const Suite suite = ParseSuite(
+      "tasks:\n  - {task: posture, problems: [2, 1]}\n  - motion\nproblems: 9\nmethods: [{solver: sqp}]\n", "s.yaml");
+  EXPECT_THAT(*suite.tasks[0].problems, ElementsAre(1, 2));
+  EXPECT_THAT(*suite.tasks[1].problems, ElementsAre(9));
+}
+
+TEST(Suite, AbsoluteDatasetStays) {
+  EXPECT_EQ(ParseSuite(std::string(kSmall) + "dataset: /srv/data\n", "a/b.yaml").dataset,
+            std::filesystem::path("/srv/data"));
+}
+
+struct BadSuite {
+  const char* name;
+  std::string text;
+  std::vector<std::string> message;  // all of these occur
+};
+
+class BadSuiteTest : public testing::TestWithParam<BadSuite> {};
+
+TEST_P(BadSuiteTest, IsNamedWithPlaceAndFix) {
+  const std::string fault = FaultOf(GetParam().text);
+  for (const auto& part : GetParam().message) EXPECT_THAT(fault, HasSubstr(part));
+}
+
+const std::string kMethods = "methods:\n  - {solver: sqp}\n";
+
+INSTANTIATE_TEST_SUITE_P(
+    Faults, BadSuiteTest,
+    testing::Values(
+        BadSuite{"UnknownKey",
+                 kSmall + std::string("problms: [1]\n"),
+                 {"bad.yaml:4", "problms", "unknown key", "did you mean 'problems'?"}},
+        BadSuite{"UnknownMethodKey",
+                 "tasks: posture\nmethods:\n  - solver: sqp\n    multistarts: 3\n",
+                 {"bad.yaml:4", "methods[0].multistarts", "unknown key", "multi_starts"}},
+        BadSuite{"UnknownLimit",
+                 kSmall + std::string("limits: {wall_time: 3}\n"),
+                 {"bad.yaml:4", "limits.wall_time", "wall_time_s"}},
+        BadSuite{"UnknownOption",
+                 "tasks: posture\nmethods:\n  - {solver: sqp, options: {trust_box: 0.1}}\n",
+                 {"bad.yaml:3", "trust_box"}},
+        BadSuite{"UnknownSolver", "tasks: posture\nmethods:\n  - {solver: spq}\n", {"bad.yaml:3", "spq", "sqp"}},
+        BadSuite{
+            "UnknownTask", "tasks: [walking]\n" + kMethods, {"bad.yaml:1", "tasks[0]", "walking", "posture, motion"}},
+        BadSuite{"UnknownInitialization",
+                 kSmall + std::string("initializations: [god]\n"),
+                 {"bad.yaml:4", "initializations[0]", "did you mean 'good'?"}},
+        BadSuite{"WrongType",
+                 kSmall + std::string("repetitions: many\n"),
+                 {"bad.yaml:4", "repetitions", "whole number", "many"}},
+        BadSuite{"QuotedNumber", kSmall + std::string("seed: \"1\"\n"), {"bad.yaml:4", "seed", "whole number"}},
+        BadSuite{"Fraction", kSmall + std::string("max_attempts: 1.5\n"), {"max_attempts", "1.5"}},
+        BadSuite{"OutOfRange", kSmall + std::string("limits: {memory_mb: 1}\n"), {"limits.memory_mb", "from 64"}},
+        BadSuite{"NegativeTime", kSmall + std::string("limits: {wall_time_s: -1}\n"), {"limits.wall_time_s", "-1"}},
+        BadSuite{
+            "NotANumberTime", kSmall + std::string("limits: {wall_time_s: .nan}\n"), {"limits.wall_time_s", ".nan"}},
+        BadSuite{"ListForScalar", kSmall + std::string("seed: [1, 2]\n"), {"bad.yaml:4", "seed", "a list"}},
+        BadSuite{"EmptyTasks", "tasks: []\n" + kMethods, {"bad.yaml:1", "tasks", "must not be empty"}},
+        BadSuite{"EmptyMethods", "tasks: posture\nmethods: []\n", {"bad.yaml:2", "methods", "must not be empty"}},
+        BadSuite{"EmptyProblems", kSmall + std::string("problems: []\n"), {"problems", "must not be empty"}},
+        BadSuite{"EmptyMultiStarts",
+                 "tasks: posture\nmethods:\n  - {solver: sqp, multi_starts: []}\n",
+                 {"methods[0].multi_starts", "must not be empty"}},
+        BadSuite{"MissingTasks", kMethods, {"tasks", "is missing"}},
+        BadSuite{"MissingMethods", "tasks: posture\n", {"methods", "is missing"}},
+        BadSuite{"MissingSolver",
+                 "tasks: posture\nmethods:\n  - {name: A}\n",
+                 {"bad.yaml:3", "methods[0].solver", "is missing"}},
+        BadSuite{"DuplicateMethodName",
+                 "tasks: posture\nmethods:\n  - {name: A, solver: sqp}\n  - {name: A, solver: sqp}\n",
+                 {"bad.yaml:4", "methods[1].name", "'A'", "name of its own"}},
+        BadSuite{"DuplicateKey", "seed: 1\nseed: 2\n" + std::string(kSmall), {"bad.yaml:2", "seed", "twice"}},
+        BadSuite{"DuplicateTask", "tasks: [posture, posture]\n" + kMethods, {"tasks[1]", "occurs twice"}},
+        BadSuite{"BadRange", kSmall + std::string("problems: [5-3]\n"), {"bad.yaml:4", "problems", "5-3", "range"}},
+        BadSuite{"NegativeProblem", kSmall + std::string("problems: [-3]\n"), {"problems", "-3"}},
+        BadSuite{"BrokenYaml", "tasks: [posture\nmethods: {\n", {"bad.yaml:", "not valid YAML"}},
+        BadSuite{"NotAMapping", "- posture\n", {"bad.yaml:1", "must be a mapping"}},
+        BadSuite{"Empty", "", {"bad.yaml", "must be a mapping"}}),
+    [](const auto& param_info) { return param_info.param.name; });
+
+TEST(Suite, MissingFileIsNamed) {
+  try {
+    ReadSuite("/nowhere/quick.yaml");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("/nowhere/quick.yaml"), HasSubstr("cannot be read")));
+  }
+}
+
+TEST(Suite, EmbeddedSuitesAreValid) {
+  const std::filesystem::path folder = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "suites";
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".yaml") {
+      EXPECT_NO_THROW(ReadSuite(entry.path())) << entry.path();
+    }
+  }
+}
+
+TEST(SuiteFilter, KeepsWhatIsNamed) {
+  Suite suite = ParseSuite(kComplete, "table.yaml");
+  SuiteFilter filter;
+  filter.methods = {"sqp"};
+  filter.tasks = {"motion"};
+  filter.problems = {"4-9"};
+  filter.seed = 11;
+  ApplyFilter(filter, &suite);
+  EXPECT_EQ(suite.methods.size(), 2U);
+  ASSERT_EQ(suite.tasks.size(), 1U);
+  EXPECT_EQ(suite.tasks[0].task, "motion");
+  EXPECT_THAT(*suite.tasks[0].problems, ElementsAre(4, 5));
+  EXPECT_EQ(suite.seed, 11);
+}
+
+TEST(SuiteFilter, RefusesWhatTheSuiteDoesNotHave) {
+  const auto fault = [](const SuiteFilter& filter) -> std::string {
+    Suite suite = ParseSuite(kComplete, "table.yaml");
+    try {
+      ApplyFilter(filter, &suite);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_THAT(fault({.methods = {"SQQ"}, .tasks = {}, .problems = {}, .initializations = {}, .seed = {}}),
+              AllOf(HasSubstr("--methods"), HasSubstr("did you mean 'SQP'?")));
+  EXPECT_THAT(fault({.methods = {}, .tasks = {}, .problems = {}, .initializations = {"in_collision"}, .seed = {}}),
+              AllOf(HasSubstr("--initializations"), HasSubstr("good")));
+  EXPECT_THAT(fault({.methods = {}, .tasks = {}, .problems = {"17"}, .initializations = {}, .seed = {}}),
+              HasSubstr("leaves no problem"));
+  EXPECT_THAT(fault({.methods = {}, .tasks = {}, .problems = {"x"}, .initializations = {}, .seed = {}}),
+              AllOf(HasSubstr("--problems"), HasSubstr("'x'")));
+}
+
+}  // namespace
+}  // namespace legopt::client

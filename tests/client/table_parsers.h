@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace legopt::client {
+
+/// A rendered benchmark table read back: the shown cells of every row, "-" for none, and the time unit of the header.
+struct ParsedTable {
+  std::vector<std::vector<std::string>> rows;
+  std::string time_unit;
+};
+
+ParsedTable ParseTextTable(const std::string& text);
+ParsedTable ParseMarkdownTable(const std::string& text);
+ParsedTable ParseLatexTable(const std::string& text);
+
+/// RFC 4180.
+std::vector<std::vector<std::string>> ParseCsv(const std::string& text);
+
+}  // namespace legopt::client

@@ -1,0 +1,101 @@
+#include "test_database.h"
+
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "db/sqlite_store.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr std::int64_t kWorker = 1;
+constexpr std::int64_t kNow_us = 1'700'000'000'000'000;
+
+db::ResultRecord RecordOf(const TestResult& result) {
+  db::ResultRecord record;
+  record.solver_status = result.verdict == "success" ? "converged_feasible" : "converged_infeasible";
+  record.wall_us = result.wall_us;
+  record.cpu_us = result.wall_us;
+  record.verdict_literal = record.verdict_strict = result.verdict;
+  record.verdict_detail = result.verdict == "success" ? "" : "made up";
+  record.cost = result.verdict == "success" ? result.cost : std::nan("");
+  record.num_waypoints = 1;
+  if (!result.waypoints.empty()) {
+    record.waypoint_size = static_cast<int>(result.waypoints.front().size());
+    for (const auto& x : result.waypoints)
+      record.waypoints.insert(record.waypoints.end(), x.data(), x.data() + x.size());
+  }
+  return record;
+}
+
+db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
+  db::NewExperiment description;
+  description.experiment_id = 1;
+  description.submission_id = "test";
+  description.name = experiment.name;
+  description.spec_json = "{}";
+  description.spec_hash = std::string(64, 'b');
+  description.seed = 1;
+  description.wall_limit_us = 1'000'000;
+  description.memory_limit_bytes = 1 << 30;
+  description.submitted_at_us = kNow_us;
+  description.dataset = {experiment.dataset_name, experiment.dataset_hash};
+  for (std::size_t i = 0; i < experiment.methods.size(); ++i) {
+    const std::string hash(64, static_cast<char>('0' + i));
+    description.methods.push_back(
+        {experiment.methods[i].name, hash, "{}", experiment.methods[i].multi_starts, 100, false});
+  }
+  std::map<std::pair<int, std::string>, int> cells;
+  std::map<int, int> problems;
+  std::int64_t job_id = 0;
+  for (const auto& result : experiment.results) {
+    const auto [cell, new_cell] =
+        cells.try_emplace({result.method, result.initialization}, static_cast<int>(description.cells.size()));
+    if (new_cell) {
+      description.cells.push_back({static_cast<std::int64_t>(description.cells.size()) + 1, result.method, "posture",
+                                   result.initialization, 0});
+    }
+    ++description.cells[static_cast<std::size_t>(cell->second)].num_jobs;
+    const auto [problem, new_problem] =
+        problems.try_emplace(result.problem, static_cast<int>(description.problems.size()));
+    if (new_problem) description.problems.push_back({"posture", result.problem, 1});
+    description.jobs.push_back({++job_id, cell->second, problem->second, 0});
+  }
+  return description;
+}
+
+}  // namespace
+
+TemporaryFolder::TemporaryFolder() {
+  std::string pattern = (std::filesystem::temp_directory_path() / "legopt-client-test-XXXXXX").string();
+  if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  path_ = pattern;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& experiment) {
+  const auto store = db::OpenSqliteStore(file);
+  std::vector<db::StoreOp> operations = {db::CreateExperiment{DescriptionOf(experiment)},
+                                         db::PutWorker{{kWorker, 99, "worker-1", "host", 1, 1, "build", kNow_us}}};
+  std::int64_t job_id = 0;
+  bool all_finished = true;
+  for (const auto& result : experiment.results) {
+    ++job_id;
+    all_finished = all_finished && result.finished;
+    if (!result.finished) continue;
+    operations.emplace_back(db::LeaseJob{job_id, 1, job_id, kWorker, kNow_us});
+    operations.emplace_back(db::AcceptResult{job_id, 1, RecordOf(result), "", "", kNow_us});
+  }
+  if (all_finished) operations.emplace_back(db::FinishExperiment{1, kNow_us});
+  store->Apply(operations);
+}
+
+}  // namespace legopt::client

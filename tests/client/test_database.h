@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace legopt::client {
+
+/// A folder of its own, removed at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// One job of a made-up experiment, with its result.
+struct TestResult {
+  int method = 0;  ///< index into TestExperiment::methods
+  std::string initialization = "good";
+  int problem = 0;
+  std::string verdict = "success";
+  double cost = 400.0;
+  std::int64_t wall_us = 1500;
+  std::vector<Eigen::VectorXd> waypoints = {};
+  bool finished = true;  ///< false: stays queued
+};
+
+struct TestMethod {
+  std::string name;
+  int multi_starts = 0;
+};
+
+struct TestExperiment {
+  std::string name = "test";
+  std::string dataset_name = "tiny";
+  std::string dataset_hash = std::string(64, 'a');
+  std::vector<TestMethod> methods = {{"SQP", 0}};
+  std::vector<TestResult> results;  ///< no two for the same method, initialization and problem
+};
+
+/// Writes a database through the real store: experiment 1, posture task, one job per result in order of `results`
+/// grouped by cell.
+void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& experiment);
+
+}  // namespace legopt::client

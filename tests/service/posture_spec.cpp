@@ -1,0 +1,23 @@
+#include "tests/service/posture_spec.h"
+
+#include "client/experiment_spec.h"
+#include "legopt/optimize/method.h"
+#include "legopt/problem/dataset.h"
+
+namespace legopt::service {
+
+std::filesystem::path DefaultDataset() { return std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "garage-small"; }
+
+nlohmann::json PostureSpec(int repetitions) {
+  Method method;
+  method.multi_starts = 2;
+  client::Suite suite;
+  suite.name = "postures";
+  suite.seed = 3;
+  suite.repetitions = repetitions;
+  suite.tasks = {{"posture", {}}};
+  suite.methods = {method};
+  return client::BuildSpec(suite, client::FactsOf(*Dataset::Load(DefaultDataset())));
+}
+
+}  // namespace legopt::service

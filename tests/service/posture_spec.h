@@ -1,0 +1,14 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+namespace legopt::service {
+
+/// The embedded dataset of this source tree.
+std::filesystem::path DefaultDataset();
+
+/// SQP with two restarts, from both starts, on all posture problems of the embedded dataset, `repetitions` times.
+nlohmann::json PostureSpec(int repetitions);
+
+}  // namespace legopt::service

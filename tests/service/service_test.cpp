@@ -1,0 +1,214 @@
+// Real processes over real LCM: what an experiment survives, and how start-up errors look. Stub jobs (stub_executor.h)
+// and the shipped worker on the embedded dataset.
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <cstring>
+#include <optional>
+
+#include "bus/lcm_transport.h"
+#include "tests/service/deployment.h"
+#include "tests/service/stub_executor.h"
+#include "worker/exit_codes.h"
+
+namespace legopt::service {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using worker::StubExecutor;
+
+constexpr int kExitDatabaseUnusable = 6;
+constexpr milliseconds kPatience = seconds(30);
+
+std::string Hex(const std::vector<double>& numbers) {
+  std::string hex;
+  for (const double number : numbers) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &number, sizeof bits);
+    for (int shift = 0; shift < 64; shift += 8) {  // little endian
+      constexpr char kDigits[] = "0123456789abcdef";
+      const auto byte = static_cast<unsigned>((bits >> shift) & 0xff);
+      hex += {kDigits[byte >> 4], kDigits[byte & 15]};
+    }
+  }
+  return hex;
+}
+
+class ServiceTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (const std::string why = Deployment::Unavailable(); !why.empty()) GTEST_SKIP() << "NO MULTICAST HERE: " << why;
+    deployment_.emplace();
+    deployment_->StartServer();
+  }
+
+  // Every job is done with exactly one result, which is the only right one, and no attempt was left open.
+  void ExpectComplete(std::int64_t experiment, int jobs) {
+    const std::string in_experiment =
+        " FROM jobs JOIN cells USING (cell_id) WHERE experiment_id = " + std::to_string(experiment);
+    EXPECT_EQ(deployment_->Query("SELECT count(*)" + in_experiment + " AND state = 'done'"),
+              std::vector<std::string>{std::to_string(jobs)});
+    EXPECT_EQ(deployment_->Query("SELECT count(*) FROM attempts WHERE outcome = 'running'"),
+              std::vector<std::string>{"0"});
+    const auto rows = deployment_->Query(
+        "SELECT j.problem_id, j.repetition, hex FROM (SELECT job_id, problem_id, repetition FROM job_list WHERE "
+        "experiment_id = " +
+        std::to_string(experiment) +
+        ") AS j LEFT JOIN (SELECT job_id, lower(hex(x)) AS hex FROM waypoints) USING (job_id) ORDER BY job_id");
+    ASSERT_EQ(rows.size(), static_cast<std::size_t>(jobs));
+    for (int i = 0; i < jobs; ++i) {
+      EXPECT_EQ(rows[static_cast<std::size_t>(i)], std::to_string(i) + "|0|" + Hex(StubExecutor::Solution(5, i, 0)));
+    }
+    EXPECT_EQ(deployment_->Query("SELECT count(*) FROM results JOIN attempts USING (job_id, attempt) WHERE outcome = "
+                                 "'finished'"),
+              deployment_->Query("SELECT count(*) FROM attempts WHERE outcome = 'finished'"));
+  }
+
+  std::optional<Deployment> deployment_;
+};
+
+TEST_F(ServiceTest, SubmittedJobsAreDoneOnce) {
+  const auto first = deployment_->StartStubWorker({"--slots", "2", "--name", "first"});
+  const auto second = deployment_->StartStubWorker({"--slots", "2", "--name", "second"});
+  const std::int64_t experiment = deployment_->Submit(StubSpec(400, 2), "a");
+  EXPECT_EQ(deployment_->Submit(StubSpec(400, 2), "a"), experiment) << "submitting again changes nothing";
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  ExpectComplete(experiment, 400);
+  EXPECT_EQ(deployment_->Query("SELECT count(DISTINCT worker) FROM job_list"), std::vector<std::string>{"2"});
+  first->Signal(SIGTERM);
+  const auto exit = first->Wait(kPatience);
+  ASSERT_TRUE(exit);
+  EXPECT_EQ(exit->code, worker::kExitOk) << first->ErrorTail();
+}
+
+TEST_F(ServiceTest, AKilledWorkerCostsAttemptsButNoJob) {
+  auto victim = deployment_->StartStubWorker({"--slots", "2"});
+  const auto other = deployment_->StartStubWorker({"--slots", "1"});
+  const std::int64_t experiment = deployment_->Submit(StubSpec(150, 20), "a");
+  ASSERT_TRUE(deployment_->WaitForJobs(experiment, 40));
+  victim->Signal(SIGKILL);
+  victim->Wait(kPatience);
+  victim = deployment_->StartStubWorker({"--slots", "2"});
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  ExpectComplete(experiment, 150);
+}
+
+TEST_F(ServiceTest, AKilledServerWastesNothing) {
+  const auto first = deployment_->StartStubWorker({"--slots", "2"});
+  const auto second = deployment_->StartStubWorker({"--slots", "1"});
+  const std::int64_t experiment = deployment_->Submit(StubSpec(150, 20), "a");
+  for (const int jobs : {30, 80}) {
+    ASSERT_TRUE(deployment_->WaitForJobs(experiment, jobs));
+    deployment_->KillServer();
+    deployment_->StartServer();
+  }
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  ExpectComplete(experiment, 150);
+  EXPECT_EQ(deployment_->Query("SELECT max(attempts - returned) FROM jobs"), std::vector<std::string>{"1"})
+      << "no attempt was lost";
+}
+
+TEST_F(ServiceTest, APoisonousJobDiesAloneAfterItsAttempts) {
+  const auto worker = deployment_->StartStubWorker({"--slots", "2"});
+  nlohmann::json spec = StubSpec(30, 0);
+  spec["methods"][0]["options"]["crash_problem"] = 7;
+  spec["methods"][0]["hash"] = std::string(64, 'c');
+  const std::int64_t experiment = deployment_->Submit(spec, "a");
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  EXPECT_EQ(deployment_->Query("SELECT state, count(*), max(attempts) FROM jobs GROUP BY state ORDER BY state"),
+            (std::vector<std::string>{"dead|1|3", "done|29|1"}));
+  EXPECT_EQ(deployment_->Query("SELECT DISTINCT outcome, exit_signal FROM attempts WHERE outcome <> 'finished'"),
+            std::vector<std::string>{"crashed|" + std::to_string(SIGABRT)});
+}
+
+TEST_F(ServiceTest, CancellingStopsRunningJobs) {
+  const auto worker = deployment_->StartStubWorker({"--slots", "1"});
+  const std::int64_t experiment = deployment_->Submit(StubSpec(5, 60'000), "a");
+  ASSERT_TRUE(deployment_->WaitFor(
+      experiment, [](const nlohmann::json& status) { return status.at("jobs").at("leased").get<int>() > 0; }));
+  deployment_->connection().Cancel(experiment);
+  // The slot is free again when the next experiment is done.
+  const std::int64_t next = deployment_->Submit(StubSpec(3, 1), "b");
+  ASSERT_TRUE(deployment_->WaitUntilDone(next));
+  EXPECT_EQ(
+      deployment_->Query("SELECT DISTINCT state FROM job_list WHERE experiment_id = " + std::to_string(experiment)),
+      std::vector<std::string>{"cancelled"});
+  EXPECT_EQ(deployment_->Query("SELECT count(*) FROM results JOIN cells USING (cell_id) WHERE experiment_id = " +
+                               std::to_string(experiment)),
+            std::vector<std::string>{"0"});
+}
+
+TEST_F(ServiceTest, AWorkerThatIsToldToStopGivesItsJobsBack) {
+  const auto leaving = deployment_->StartStubWorker({"--slots", "2"});
+  const std::int64_t experiment = deployment_->Submit(StubSpec(2, 3'000), "a");
+  ASSERT_TRUE(deployment_->WaitFor(
+      experiment, [](const nlohmann::json& status) { return status.at("jobs").at("leased").get<int>() == 2; }));
+  leaving->Signal(SIGTERM);
+  leaving->Signal(SIGINT);
+  const auto exit = leaving->Wait(kPatience);
+  ASSERT_TRUE(exit);
+  EXPECT_EQ(exit->code, worker::kExitInterrupted) << leaving->ErrorTail();
+  const auto staying = deployment_->StartStubWorker({"--slots", "2"});
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  ExpectComplete(experiment, 2);
+  EXPECT_EQ(deployment_->Query("SELECT max(attempts - returned) FROM jobs"), std::vector<std::string>{"1"});
+}
+
+TEST_F(ServiceTest, ADatasetMismatchEndsTheWorkerWithBothHashes) {
+  deployment_->Submit(StubSpec(3, 0), "a");
+  const auto worker = deployment_->StartWorker("stub_worker", {"--slots", "1", "--dataset", "stub-f"});
+  const auto exit = worker->Wait(kPatience);
+  ASSERT_TRUE(exit);
+  EXPECT_EQ(exit->code, worker::kExitDatasetMismatch);
+  const std::string error = worker->ErrorTail();
+  EXPECT_NE(error.find(std::string(64, 'f')), std::string::npos) << error;
+  EXPECT_NE(error.find(std::string(64, 'd')), std::string::npos) << error;
+  EXPECT_NE(error.find("--dataset"), std::string::npos) << error;
+}
+
+TEST_F(ServiceTest, ASecondServerOnOneDatabaseIsRefused) {
+  const auto second = deployment_->ExtraServer(deployment_->database(), bus::FindFreePortPair(bus::RandomSeed()));
+  const auto exit = second->Wait(kPatience);
+  ASSERT_TRUE(exit);
+  EXPECT_EQ(exit->code, kExitDatabaseUnusable) << second->ErrorTail();
+}
+
+TEST_F(ServiceTest, APortThatServesAnotherDeploymentIsRefused) {
+  const auto second = deployment_->ExtraServer(deployment_->folder() / "other.sqlite");
+  const auto exit = second->Wait(kPatience);
+  ASSERT_TRUE(exit);
+  EXPECT_EQ(exit->code, worker::kExitNetworkUnusable) << second->ErrorTail();
+}
+
+TEST_F(ServiceTest, AWorkerMayStartBeforeItsServer) {
+  deployment_->KillServer();
+  const auto worker = deployment_->StartStubWorker();
+  deployment_->StartServer();
+  const std::int64_t experiment = deployment_->Submit(StubSpec(10, 0), "a");
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  ExpectComplete(experiment, 10);
+}
+
+TEST_F(ServiceTest, AWorkerWithoutAServerGivesUpWhenToldTo) {
+  deployment_->KillServer();
+  const auto worker = deployment_->StartStubWorker({"--slots", "1", "--wait-server", "0.3"});
+  const auto exit = worker->Wait(kPatience);
+  ASSERT_TRUE(exit);
+  EXPECT_EQ(exit->code, worker::kExitUnreachable);
+  EXPECT_NE(worker->ErrorTail().find("legopt-server"), std::string::npos) << worker->ErrorTail();
+}
+
+TEST_F(ServiceTest, WrongUsageOfTheWorkerHasItsExitCode) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"--slots", "0"}, {"--slot", "2"}, {"--dataset", "/nonexistent/folder"}}) {
+    const auto worker = deployment_->StartWorker("legopt-worker", arguments);
+    const auto exit = worker->Wait(kPatience);
+    ASSERT_TRUE(exit);
+    EXPECT_EQ(exit->code, worker::kExitUsage) << worker->ErrorTail();
+  }
+}
+
+}  // namespace
+}  // namespace legopt::service

@@ -1,0 +1,57 @@
+#include "tests/service/stub_executor.h"
+
+#include <cstdlib>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "worker/outcome.h"
+
+namespace legopt::worker {
+
+std::vector<LoadedDataset> StubExecutor::Load() {
+  constexpr std::size_t kDigits = 64;
+  std::vector<LoadedDataset> loaded;
+  for (const std::filesystem::path& folder : folders_) {
+    const std::string text = folder.filename().string();
+    loaded.push_back({text.substr(0, text.find('-')), std::string(kDigits, text.back())});
+  }
+  return loaded;
+}
+
+std::vector<double> StubExecutor::Solution(std::int64_t seed, int problem_id, int repetition) {
+  constexpr std::size_t kNumbers = 36;
+  std::seed_seq seeds{seed, std::int64_t{problem_id}, std::int64_t{repetition}};
+  std::mt19937_64 random(seeds);
+  std::vector<double> x(kNumbers);
+  for (double& value : x) value = static_cast<double>(random() >> 11) * 0x1p-53;
+  return x;
+}
+
+legopt_msg::result_request StubExecutor::Execute(const legopt_msg::lease& job, std::string_view options_json,
+                                                 const Hooks& hooks) {
+  const nlohmann::json options = nlohmann::json::parse(options_json);
+  if (options.value("crash_problem", -1) == job.problem_id) std::abort();
+  const int work_ms = options.value("work_ms", 0);
+  legopt_msg::result_request result = ResultWithoutSolution(Outcome::kFinished, "");
+  for (int i = 0; i < work_ms; ++i) {
+    if (hooks.cancelled()) {
+      result.outcome = static_cast<std::int8_t>(Outcome::kCancelled);
+      return result;
+    }
+    const timespec millisecond{0, 1'000'000};
+    nanosleep(&millisecond, nullptr);
+    hooks.progress(i + 1, work_ms);
+  }
+  result.solver_status = "converged_feasible";
+  result.verdict_literal = "success";
+  result.verdict_strict = "success";
+  result.wall_us = 1000;
+  result.cost = 1;
+  result.waypoints = Solution(job.experiment_seed, job.problem_id, job.repetition);
+  result.num_waypoints = 1;
+  result.waypoint_size = static_cast<std::int32_t>(result.waypoints.size());
+  return result;
+}
+
+}  // namespace legopt::worker

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "worker/job_executor.h"
+
+namespace legopt::worker {
+
+/// Jobs without numerics, to test the way they travel. A dataset "folder" is just a name and a hexadecimal digit,
+/// "NAME-d": its content hash is 64 times the digit. Method options: {"work_ms": how long a job takes, default 0;
+/// "crash_problem": id of a problem whose job aborts, default none}.
+class StubExecutor final : public JobExecutor {
+ public:
+  explicit StubExecutor(std::vector<std::filesystem::path> folders) : folders_(std::move(folders)) {}
+
+  std::vector<LoadedDataset> Load() override;
+  legopt_msg::result_request Execute(const legopt_msg::lease& job, std::string_view options_json,
+                                     const Hooks& hooks) override;
+
+  /// The 36 numbers that every attempt at this job must give.
+  static std::vector<double> Solution(std::int64_t seed, int problem_id, int repetition);
+
+ private:
+  std::vector<std::filesystem::path> folders_;
+};
+
+}  // namespace legopt::worker
