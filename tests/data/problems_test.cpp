@@ -1,0 +1,133 @@
+// Policy: the embedded problems are well posed. Every foot stands with its whole sole on one plane face of one piece,
+// does not enter any other piece, and the stances stay within the ranges of the LegOpt posture problems. Whether a
+// solver finds a posture is not tested here.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "tests/data/embedded_dataset.h"
+
+namespace legopt {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kOnSurface_m = 1e-5;
+constexpr double kSupport_m = 1e-3;
+
+/// The face of `box` on which `point` lies and whose outward normal is `normal`: face axes in the world, or nothing.
+struct Face {
+  Eigen::Isometry3d pose;       ///< z = outward normal, origin at the face's centre
+  Eigen::Vector2d half_size_m;  ///< along x and y
+};
+
+std::optional<Face> FaceUnder(const SceneObject& object, const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
+  if (object.shape.kind != ShapeSpec::Kind::kBox) return std::nullopt;
+  const Eigen::Isometry3d& pose = object.shape.pose;
+  const Eigen::Vector3d local = pose.inverse() * point;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double along = pose.linear().col(axis).dot(normal);
+    if (std::abs(along) < 1 - 1e-9) continue;
+    const double half = object.shape.size[axis] / 2;
+    const double sign = along > 0 ? 1.0 : -1.0;
+    if (std::abs(sign * local[axis] - half) > kOnSurface_m) return std::nullopt;
+    const int u = (axis + 1) % 3;
+    const int v = (axis + 2) % 3;
+    Face face{.pose = Eigen::Isometry3d::Identity(),
+              .half_size_m = {object.shape.size[u] / 2, object.shape.size[v] / 2}};
+    face.pose.linear() << pose.linear().col(u), pose.linear().col(v) * sign, pose.linear().col(axis) * sign;
+    face.pose.translation() = pose.translation() + sign * half * pose.linear().col(axis);
+    return face;
+  }
+  return std::nullopt;
+}
+
+bool CarriesWholeSole(const Dataset& dataset, const Foothold& foothold, const Face& face) {
+  const Eigen::AlignedBox3d& box = dataset.foot(foothold.link).box;
+  for (const double x : {box.min().x(), box.max().x()}) {
+    for (const double y : {box.min().y(), box.max().y()}) {
+      const Eigen::Vector3d corner =
+          face.pose.inverse() * (foothold.position + foothold.rotation * Eigen::Vector3d(x, y, 0));
+      const bool inside = std::abs(corner.x()) <= face.half_size_m.x() && std::abs(corner.y()) <= face.half_size_m.y();
+      if (!inside || std::abs(corner.z()) > kSupport_m) return false;
+    }
+  }
+  return true;
+}
+
+TEST(EmbeddedProblems, LoadWithMatchingHashes) {
+  ASSERT_NO_THROW(EmbeddedDataset());
+  EXPECT_EQ(EmbeddedDataset()->name(), "garage-small");
+  EXPECT_EQ(EmbeddedDataset()->content_hash().size(), 64u);
+  EXPECT_GE(EmbeddedDataset()->problems(Task::kPosture).size(), 20u);
+}
+
+TEST(EmbeddedProblems, AreDifferentStancesWithIdsInOrder) {
+  std::set<std::string> texts;
+  int expected = 0;
+  for (const ProblemDefinition& problem : EmbeddedDataset()->problems(Task::kPosture)) {
+    EXPECT_EQ(problem.id, expected++);
+    ASSERT_EQ(problem.stances.size(), 1u) << "problem " << problem.id;
+    texts.insert(FormatStance(problem.stances[0]));
+  }
+  EXPECT_EQ(texts.size(), EmbeddedDataset()->problems(Task::kPosture).size());
+}
+
+TEST(EmbeddedProblems, StayWithinTheRangesOfTheBenchmark) {
+  int double_supports = 0;
+  for (const ProblemDefinition& problem : EmbeddedDataset()->problems(Task::kPosture)) {
+    const std::vector<Foothold>& feet = problem.stances[0].footholds;
+    for (const Foothold& foot : feet) {
+      const double up = (foot.rotation * Eigen::Vector3d::UnitZ()).z();
+      EXPECT_LE(std::acos(std::min(1.0, up)), 25 * kPi / 180) << "problem " << problem.id;
+    }
+    if (feet.size() != 2) continue;
+    ++double_supports;
+    EXPECT_EQ(feet[0].link, "l_foot");
+    EXPECT_EQ(feet[1].link, "r_foot");
+    const Eigen::Vector3d step = feet[1].position - feet[0].position;
+    EXPECT_GE(step.head<2>().norm(), 0.24) << "problem " << problem.id;
+    EXPECT_LE(step.head<2>().norm(), 0.68) << "problem " << problem.id;
+    EXPECT_LE(std::abs(step.z()), 0.30) << "problem " << problem.id;
+  }
+  EXPECT_GE(double_supports, 20);
+}
+
+TEST(EmbeddedProblems, EverySoleLiesWhollyOnOneFace) {
+  const Dataset& dataset = *EmbeddedDataset();
+  for (const ProblemDefinition& problem : dataset.problems(Task::kPosture)) {
+    for (const Foothold& foothold : problem.stances[0].footholds) {
+      const Eigen::Vector3d normal = foothold.rotation * Eigen::Vector3d::UnitZ();
+      const bool carried =
+          std::any_of(dataset.scene().objects.begin(), dataset.scene().objects.end(), [&](const SceneObject& object) {
+            const std::optional<Face> face = FaceUnder(object, foothold.position, normal);
+            return face && CarriesWholeSole(dataset, foothold, *face);
+          });
+      EXPECT_TRUE(carried) << "problem " << problem.id << ", " << foothold.link;
+    }
+  }
+}
+
+TEST(EmbeddedProblems, NoFootEntersAnyPiece) {
+  const Dataset& dataset = *EmbeddedDataset();
+  for (const Dataset::Foot& foot : dataset.feet()) {
+    const std::vector<ShapeSpec>& shapes = dataset.robot().links()[static_cast<size_t>(foot.link_index)].collision;
+    ASSERT_EQ(shapes.size(), 1u) << foot.link << " is one box";
+    Probe probe(shapes[0], dataset.scene());
+    for (const ProblemDefinition& problem : dataset.problems(Task::kPosture)) {
+      for (const Foothold& foothold : problem.stances[0].footholds) {
+        if (foothold.link != foot.link) continue;
+        const auto contacts = probe.Contacts(dataset.FootTarget(foothold), 0.005);
+        EXPECT_FALSE(contacts.empty()) << "problem " << problem.id << ": " << foot.link << " hovers";
+        for (const Contact& contact : contacts) {
+          EXPECT_GT(contact.distance_m, 0.0) << "problem " << problem.id << ", " << foot.link;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace legopt

@@ -1,0 +1,176 @@
+// Policy: the embedded robot is the benchmark's Atlas in everything but its shape. Kinematics, limits and masses equal
+// the tables of the reference (skipped, loudly, where these are not at hand); its own shapes do not hinder it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <sstream>
+
+#include "legopt/collision/exact_collision.h"
+#include "tests/data/embedded_dataset.h"
+
+namespace legopt {
+namespace {
+
+using Row = std::map<std::string, std::string>;
+
+std::vector<std::string> Split(const std::string& line) {
+  std::vector<std::string> fields;
+  std::istringstream stream(line);
+  for (std::string field; std::getline(stream, field, ',');) fields.push_back(field);
+  return fields;
+}
+
+std::vector<Row> ReadTable(const std::filesystem::path& path) {
+  std::ifstream stream(path);
+  std::string line;
+  std::getline(stream, line);
+  const std::vector<std::string> keys = Split(line);
+  std::vector<Row> rows;
+  while (std::getline(stream, line)) {
+    std::vector<std::string> fields = Split(line);
+    fields.resize(keys.size());
+    Row& row = rows.emplace_back();
+    for (size_t i = 0; i < keys.size(); ++i) row[keys[i]] = fields[i];
+  }
+  return rows;
+}
+
+double Number(const Row& row, const std::string& key) { return std::stod(row.at(key)); }
+
+Eigen::Vector3d Vector(const Row& row, const std::string& prefix) {
+  return {Number(row, prefix + "_x"), Number(row, prefix + "_y"), Number(row, prefix + "_z")};
+}
+
+class RobotFacts : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const std::filesystem::path folder = LEGOPT_REFERENCE_DIR;
+    if (!std::filesystem::exists(folder / "atlas-joints.csv")) {
+      GTEST_SKIP() << "NOT CHECKED: the tables atlas-joints.csv and atlas-links.csv are not in " << folder;
+    }
+    joints_ = ReadTable(folder / "atlas-joints.csv");
+    links_ = ReadTable(folder / "atlas-links.csv");
+  }
+  const RobotModel& robot() const { return EmbeddedDataset()->robot(); }
+
+  std::vector<Row> joints_;
+  std::vector<Row> links_;
+};
+
+TEST_F(RobotFacts, JointsEqualTheTable) {
+  ASSERT_EQ(robot().joints().size(), joints_.size());
+  for (size_t j = 0; j < joints_.size(); ++j) {
+    const Row& row = joints_[j];
+    const Joint& joint = robot().joints()[j];
+    EXPECT_EQ(joint.name, row.at("name"));
+    EXPECT_EQ(joint.dof, row.at("dof_index").empty() ? -1 : std::stoi(row.at("dof_index"))) << joint.name;
+    EXPECT_EQ(robot().links()[static_cast<size_t>(joint.parent_link)].name, row.at("parent")) << joint.name;
+    EXPECT_EQ(robot().links()[static_cast<size_t>(joint.child_link)].name, row.at("child")) << joint.name;
+    EXPECT_TRUE(joint.origin.translation().isApprox(Vector(row, "origin"), 1e-12) ||
+                (joint.origin.translation() - Vector(row, "origin")).norm() < 1e-12)
+        << joint.name;
+    if (joint.dof < 0) continue;
+    EXPECT_LT((joint.axis - Vector(row, "axis").normalized()).norm(), 1e-8) << joint.name;
+    const bool limited = joint.type != JointType::kContinuous;
+    EXPECT_EQ(limited, !row.at("lower_rad").empty()) << joint.name;
+    if (!limited) continue;
+    EXPECT_DOUBLE_EQ(joint.lower, Number(row, "lower_rad")) << joint.name;
+    EXPECT_DOUBLE_EQ(joint.upper, Number(row, "upper_rad")) << joint.name;
+  }
+}
+
+TEST_F(RobotFacts, LinksEqualTheTable) {
+  ASSERT_EQ(robot().links().size(), links_.size());
+  for (size_t i = 0; i < links_.size(); ++i) {
+    const Link& link = robot().links()[i];
+    EXPECT_EQ(link.name, links_[i].at("name"));
+    EXPECT_DOUBLE_EQ(link.mass, Number(links_[i], "mass")) << link.name;
+    EXPECT_LT((link.com - Vector(links_[i], "com")).norm(), 1e-12) << link.name;
+  }
+  EXPECT_NEAR(robot().total_mass(), 90.7776740, 1e-6);
+}
+
+TEST_F(RobotFacts, FeetHaveTheSoleOfTheTable) {
+  for (const Dataset::Foot& foot : EmbeddedDataset()->feet()) {
+    const Row& row = links_[static_cast<size_t>(foot.link_index)];
+    EXPECT_LT((foot.box.min() - Vector(row, "aabb_min")).norm(), 1e-8) << foot.link;
+    EXPECT_LT((foot.box.max() - Vector(row, "aabb_max")).norm(), 1e-8) << foot.link;
+  }
+}
+
+TEST_F(RobotFacts, ShapesStayInsideTheBoundingBoxesOfTheTable) {
+  for (size_t i = 0; i < links_.size(); ++i) {
+    for (const ShapeSpec& shape : robot().links()[i].collision) {
+      const TriangleMesh mesh = Tessellate(shape);
+      for (const Eigen::Vector3d& vertex : mesh.vertices) {
+        const Eigen::Vector3d point = vertex;
+        EXPECT_TRUE(((point - Vector(links_[i], "aabb_min")).array() > -1e-8).all() &&
+                    ((Vector(links_[i], "aabb_max") - point).array() > -1e-8).all())
+            << robot().links()[i].name << " at " << point.transpose();
+      }
+    }
+  }
+}
+
+Eigen::VectorXd NominalConfiguration(const Dataset& dataset) {
+  constexpr double kHighAboveTheScene_m = 100;
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(dataset.robot().configuration_size());
+  const int n = dataset.robot().num_dofs();
+  x.head(n) = dataset.nominal_joints();
+  x[n + 2] = kHighAboveTheScene_m;
+  x[n + 3] = 1;
+  return x;
+}
+
+TEST(RobotShape, OnlyPelvisAndUpperTorsoAreIgnoredBeyondNeighbours) {
+  const CollisionModel& model = *EmbeddedDataset()->collision_model();
+  const RobotModel& robot = EmbeddedDataset()->robot();
+  const int num_links = static_cast<int>(robot.links().size());
+  for (int b = 0; b < num_links; ++b) {
+    for (int a = 0; a < b; ++a) {
+      const bool expected = a == robot.FindLink("pelvis") && b == robot.FindLink("utorso");
+      EXPECT_EQ(model.pair_status(a, b) == CollisionModel::PairStatus::kIgnoredReferencePose, expected)
+          << robot.links()[static_cast<size_t>(a)].name << ", " << robot.links()[static_cast<size_t>(b)].name;
+    }
+  }
+  EXPECT_GT(model.checked_pairs().size(), 300u);
+}
+
+TEST(RobotShape, NominalPostureIsFreeOfSelfCollision) {
+  const Dataset& dataset = *EmbeddedDataset();
+  Kinematics kinematics(dataset.robot());
+  kinematics.Update(NominalConfiguration(dataset));
+  CollisionQuery query(dataset.collision_model());
+  for (const Contact& contact : query.Contacts(kinematics, 0.01)) {
+    ADD_FAILURE() << dataset.robot().links()[static_cast<size_t>(contact.link_a)].name << " and link " << contact.link_b
+                  << " are " << contact.distance_m << " m apart";
+  }
+  ExactCollision exact(dataset.robot(), dataset.scene(), dataset.collision_model());
+  EXPECT_EQ(exact.SelfDepth(kinematics).strict_m, 0.0);
+}
+
+TEST(RobotShape, ArmsKneesAndHipsMoveFreely) {
+  const Dataset& dataset = *EmbeddedDataset();
+  const RobotModel& robot = dataset.robot();
+  Kinematics kinematics(robot);
+  CollisionQuery query(dataset.collision_model());
+  constexpr int kSteps = 16;
+  for (const char* name : {"l_arm_shx", "r_arm_shx", "l_arm_ely", "r_arm_ely", "l_arm_elx", "r_arm_elx", "l_leg_lhy",
+                           "r_leg_lhy", "l_leg_kny", "r_leg_kny", "l_leg_uay", "r_leg_uay", "neck_ay"}) {
+    const int dof = robot.joints()[static_cast<size_t>(robot.FindJoint(name))].dof;
+    ASSERT_GE(dof, 0) << name;
+    Eigen::VectorXd x = NominalConfiguration(dataset);
+    for (int step = 0; step <= kSteps; ++step) {
+      x[dof] = std::lerp(robot.lower_limits()[dof], robot.upper_limits()[dof], static_cast<double>(step) / kSteps);
+      kinematics.Update(x);
+      EXPECT_TRUE(query.Contacts(kinematics, 0.0).empty()) << name << " = " << x[dof];
+    }
+  }
+}
+
+}  // namespace
+}  // namespace legopt
