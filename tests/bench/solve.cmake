@@ -1,1 +1,0 @@
-legopt_add_benchmark(solve_bench SOURCES solve_bench.cpp LIBRARIES legopt_solve legopt_evaluate)
