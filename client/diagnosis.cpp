@@ -9,6 +9,7 @@
 
 #include "bus/bus_error.h"
 #include "bus/messages.h"
+#include "client/chosen_files.h"
 #include "client/client_error.h"
 #include "client/progress.h"
 #include "db/read_only_database.h"

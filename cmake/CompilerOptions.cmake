@@ -5,8 +5,10 @@ target_compile_options(legopt_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Woverloaded-virtual
   $<$<BOOL:${LEGOPT_WERROR}>:-Werror>)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # False alarms of g++ 12: the first two inside Eigen's assignments of 3-vectors, the last for "literal" + std::string.
-  target_compile_options(legopt_options INTERFACE -Wno-array-bounds -Wno-maybe-uninitialized -Wno-restrict)
+  # False alarms of g++ 12: the first two inside Eigen's assignments of 3-vectors, the others for "literal" + std::string.
+  target_compile_options(legopt_options INTERFACE
+    -Wno-array-bounds -Wno-maybe-uninitialized -Wno-restrict -Wno-stringop-overflow)
+  target_link_options(legopt_options INTERFACE -Wno-stringop-overflow)  # link-time optimisation warns once more
 endif()
 
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")

@@ -180,6 +180,8 @@ OdeConvexWorld::OdeConvexWorld(const std::vector<ConvexShape>& solids, const std
     dGeomID geom = CreateSolid(solids[i], solid_sets[i], &impl_->margin_m);
     impl_->solids.push_back(geom);
     dSpaceAdd(impl_->space, geom);
+    // Sorts it into the tree now: left to the first query, ODE would search one list of all solids for each of them.
+    dSpaceClean(impl_->space);
   }
   for (const SupportSet& set : moving) impl_->moving.push_back(CreateConvex(&set, &impl_->margin_m));
 }
