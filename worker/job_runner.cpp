@@ -4,8 +4,6 @@
 
 #include <utility>
 
-#include "legopt/solve/solve_problem.h"
-
 namespace legopt::worker {
 namespace {
 
@@ -13,9 +11,8 @@ constexpr std::int64_t kKibibyte = 1024;
 
 }  // namespace
 
-JobRunner::JobRunner(std::shared_ptr<const Dataset> dataset) : dataset_(std::move(dataset)), judge_(dataset_) {
-  dataset_->collision_model();
-}
+JobRunner::JobRunner(std::shared_ptr<const Dataset> dataset)
+    : dataset_(std::move(dataset)), solver_(dataset_), judge_(dataset_) {}
 
 JobResult JobRunner::Run(const Job& job, const JobHooks& hooks) {
   const ProblemDefinition& problem = dataset_->problem(job.task, job.problem_id);
@@ -27,7 +24,7 @@ JobResult JobRunner::Run(const Job& job, const JobHooks& hooks) {
   settings.progress = hooks.progress;
 
   JobResult result;
-  result.solve = SolveProblem(*dataset_, job.task, job.problem_id, job.initialization, job.method, settings);
+  result.solve = solver_.Solve(job.task, job.problem_id, job.initialization, job.method, settings);
   if (hooks.judging) hooks.judging();
   result.evaluation = judge_.Evaluate(job.task, problem, result.solve.waypoints);
   rusage usage{};

@@ -9,6 +9,7 @@
 #include "legopt/optimize/solve_outcome.h"
 #include "legopt/problem/dataset.h"
 #include "legopt/problem/task.h"
+#include "legopt/solve/problem_solver.h"
 
 namespace legopt::worker {
 
@@ -55,6 +56,7 @@ class JobRunner {
 
  private:
   std::shared_ptr<const Dataset> dataset_;
+  ProblemSolver solver_;
   Judge judge_;
 };
 

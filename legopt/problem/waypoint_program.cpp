@@ -7,18 +7,18 @@
 
 namespace legopt {
 
-std::unique_ptr<WaypointProgram> WaypointProgram::Posture(const Dataset& dataset, const Stance& stance,
-                                                          const ContactOptions& contacts) {
-  std::unique_ptr<WaypointProgram> program(new WaypointProgram(dataset, {&stance}, contacts));
+std::unique_ptr<WaypointProgram> WaypointProgram::Posture(const Dataset& dataset, CollisionQuery& query,
+                                                          const Stance& stance, const ContactOptions& contacts) {
+  std::unique_ptr<WaypointProgram> program(new WaypointProgram(dataset, query, {&stance}, contacts));
   program->terms_.insert(program->terms_.begin(), std::make_unique<TorqueCostTerm>(0, program->states_[0]));
   return program;
 }
 
-WaypointProgram::WaypointProgram(const Dataset& dataset, const std::vector<const Stance*>& stances,
-                                 const ContactOptions& contacts)
-    : robot_(&dataset.robot()), query_(dataset.collision_model()) {
+WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query,
+                                 const std::vector<const Stance*>& stances, const ContactOptions& contacts)
+    : robot_(&dataset.robot()) {
   for (size_t t = 0; t < stances.size(); ++t) {
-    states_.emplace_back(*robot_, query_, contacts.range_m);
+    states_.emplace_back(*robot_, query, contacts.range_m);
     AddConstraints(dataset, *stances[t], static_cast<int>(t), contacts.margin_m);
   }
 }

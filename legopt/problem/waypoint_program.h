@@ -16,14 +16,15 @@ struct ContactOptions {
   double range_m = 0.03;   ///< pairs nearer than this become rows; > margin_m
 };
 
-/// A chain of waypoints of one robot, each bound to a stance: one pose term per foot, the centre of mass over the support
-/// polygon of the targets, collision, joint limits as bounds. Costs are added by the task.
+/// A chain of waypoints of one robot, each bound to a stance: one pose term per foot, the centre of mass over the
+/// support polygon of the targets, collision, joint limits as bounds. Costs are added by the task.
 ///
-/// A workspace that shares ownership of nothing but the collision model: the dataset must outlive it. One thread.
+/// A workspace: the dataset and the collision query, which must be one of the dataset's collision model, must outlive
+/// it. One thread.
 class WaypointProgram : public Program {
  public:
   /// The posture task: one waypoint with the torque cost; five terms in double support.
-  static std::unique_ptr<WaypointProgram> Posture(const Dataset& dataset, const Stance& stance,
+  static std::unique_ptr<WaypointProgram> Posture(const Dataset& dataset, CollisionQuery& query, const Stance& stance,
                                                   const ContactOptions& contacts);
 
   int num_waypoints() const override { return static_cast<int>(states_.size()); }
@@ -40,11 +41,11 @@ class WaypointProgram : public Program {
   WaypointState& state(int waypoint) { return states_[static_cast<size_t>(waypoint)]; }
 
  private:
-  WaypointProgram(const Dataset& dataset, const std::vector<const Stance*>& stances, const ContactOptions& contacts);
+  WaypointProgram(const Dataset& dataset, CollisionQuery& query, const std::vector<const Stance*>& stances,
+                  const ContactOptions& contacts);
   void AddConstraints(const Dataset& dataset, const Stance& stance, int waypoint, double margin_m);
 
   const RobotModel* robot_;
-  CollisionQuery query_;
   std::deque<WaypointState> states_;  ///< terms point into it
   std::vector<std::unique_ptr<Term>> terms_;
 };

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "legopt/evaluate/judge.h"
-#include "legopt/solve/solve_problem.h"
+#include "legopt/solve/problem_solver.h"
 
 namespace legopt {
 namespace {
@@ -30,11 +30,12 @@ Initialization Start(const benchmark::State& state) {
 void PostureSqp(benchmark::State& state) {
   const auto dataset = Load(state);
   if (dataset == nullptr) return;
+  ProblemSolver solver(dataset);
   const auto& problems = dataset->problems(Task::kPosture);
   double solves = 0, iterations = 0, wall_us = 0, cpu_us = 0, feasible = 0;
   for (auto _ : state) {
     for (const ProblemDefinition& problem : problems) {
-      const SolveOutcome outcome = SolveProblem(*dataset, Task::kPosture, problem.id, Start(state), {}, {});
+      const SolveOutcome outcome = solver.Solve(Task::kPosture, problem.id, Start(state), {}, {});
       solves += 1;
       iterations += outcome.iterations;
       wall_us += static_cast<double>(outcome.wall_us);
@@ -52,9 +53,10 @@ BENCHMARK(PostureSqp)->ArgsProduct({{0, 1}, {0, 1}})->Unit(benchmark::kMilliseco
 void JudgeOneWaypoint(benchmark::State& state) {
   const auto dataset = Load(state);
   if (dataset == nullptr) return;
+  ProblemSolver solver(dataset);
   Judge judge(dataset);
   const ProblemDefinition& problem = dataset->problems(Task::kPosture).front();
-  const SolveOutcome outcome = SolveProblem(*dataset, Task::kPosture, problem.id, Initialization::kGood, {}, {});
+  const SolveOutcome outcome = solver.Solve(Task::kPosture, problem.id, Initialization::kGood, {}, {});
   for (auto _ : state) {
     benchmark::DoNotOptimize(judge.Evaluate(Task::kPosture, problem, outcome.waypoints).cost);
   }

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "legopt/evaluate/judge.h"
-#include "legopt/solve/solve_problem.h"
+#include "legopt/solve/problem_solver.h"
 #include "tests/problem/test_data.h"
 
 namespace legopt {
@@ -19,11 +19,12 @@ class LegOptPostures : public ::testing::Test {
   Row Run(int multi_starts, Initialization start) {
     const auto dataset = Dataset::Load(test::LegOptFolder());
     Judge judge(dataset);
+    ProblemSolver solver(dataset);
     Method method;
     method.multi_starts = multi_starts;
     Row row;
     for (const ProblemDefinition& problem : dataset->problems(Task::kPosture)) {
-      const SolveOutcome outcome = SolveProblem(*dataset, Task::kPosture, problem.id, start, method, {});
+      const SolveOutcome outcome = solver.Solve(Task::kPosture, problem.id, start, method, {});
       const Evaluation evaluation = judge.Evaluate(Task::kPosture, problem, outcome.waypoints);
       if (evaluation.literal != Verdict::kSuccess) {
         std::printf("problem %d, %s: %s; solver %s %s\n", problem.id, std::string(ToString(start)).c_str(),

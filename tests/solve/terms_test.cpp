@@ -15,8 +15,8 @@ namespace legopt {
 namespace {
 
 constexpr double kStep = 1e-6;
-constexpr double kTolerance = 2e-6;   // rounding 1e-16 / step on values up to 20, plus h^2 times the third derivative
-constexpr double kNoise_rad = 0.15;   // keeps clear of ties between parallel faces
+constexpr double kTolerance = 2e-6;  // rounding 1e-16 / step on values up to 20, plus h^2 times the third derivative
+constexpr double kNoise_rad = 0.15;  // keeps clear of ties between parallel faces
 
 /// Contacts are comparable when the same pairs are seen in the same order.
 bool SamePairs(const std::vector<Contact>& a, const std::vector<Contact>& b) {
@@ -37,7 +37,9 @@ bool SmoothContact(const Contact& centre, const Contact& moved) {
 class TermDerivatives {
  public:
   TermDerivatives(const Dataset& dataset, const Stance& stance, double range_m)
-      : dataset_(dataset), program_(WaypointProgram::Posture(dataset, stance, {.margin_m = 5e-4, .range_m = range_m})) {}
+      : dataset_(dataset),
+        query_(dataset.collision_model()),
+        program_(WaypointProgram::Posture(dataset, query_, stance, {.margin_m = 5e-4, .range_m = range_m})) {}
 
   WaypointProgram& program() { return *program_; }
   int contacts_compared() const { return contacts_compared_; }
@@ -88,6 +90,7 @@ class TermDerivatives {
   }
 
   const Dataset& dataset_;
+  CollisionQuery query_;
   std::unique_ptr<WaypointProgram> program_;
   std::vector<Contact> centre_;
   int contacts_compared_ = 0;
@@ -130,7 +133,8 @@ TEST(Terms, APostureInDoubleSupportHasFiveTerms) {
   const test::TemporaryFolder temporary;
   const test::SyntheticFolder folder(temporary.path() / "dataset");
   const auto dataset = Dataset::Load(folder.path());
-  const auto program = WaypointProgram::Posture(*dataset, dataset->problems(Task::kPosture)[0].stances[0], {});
+  CollisionQuery query(dataset->collision_model());
+  const auto program = WaypointProgram::Posture(*dataset, query, dataset->problems(Task::kPosture)[0].stances[0], {});
   EXPECT_EQ(program->terms().size(), 5u);  // reading 1
 }
 
@@ -138,7 +142,8 @@ TEST(Terms, BoundsAreTheJointLimits) {
   const test::TemporaryFolder temporary;
   const test::SyntheticFolder folder(temporary.path() / "dataset");
   const auto dataset = Dataset::Load(folder.path());
-  const auto program = WaypointProgram::Posture(*dataset, dataset->problems(Task::kPosture)[0].stances[0], {});
+  CollisionQuery query(dataset->collision_model());
+  const auto program = WaypointProgram::Posture(*dataset, query, dataset->problems(Task::kPosture)[0].stances[0], {});
   const RobotModel& robot = dataset->robot();
   Eigen::VectorXd x = test::StandingUpright();
   x[test::kLeftHip] = 100.0;

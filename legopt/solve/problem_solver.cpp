@@ -1,9 +1,10 @@
-#include "legopt/solve/solve_problem.h"
+#include "legopt/solve/problem_solver.h"
 
 #include <cmath>
 #include <memory>
 #include <random>
 #include <string>
+#include <utility>
 
 #include "legopt/blake2b.h"
 #include "legopt/input_error.h"
@@ -41,16 +42,20 @@ std::string WorstTerm(const Program& program, const SqpSolver::Result& result) {
 
 }  // namespace
 
-SolveOutcome SolveProblem(const Dataset& dataset, Task task, int problem_id, Initialization initialization,
-                          const Method& method, const SolveSettings& settings) {
+ProblemSolver::ProblemSolver(std::shared_ptr<const Dataset> dataset)
+    : dataset_(std::move(dataset)), query_(dataset_->collision_model()) {}
+
+SolveOutcome ProblemSolver::Solve(Task task, int problem_id, Initialization initialization, const Method& method,
+                                  const SolveSettings& settings) {
+  const Dataset& dataset = *dataset_;
   const ProblemDefinition& problem = dataset.problem(task, problem_id);
   if (task != Task::kPosture) {
-    throw InputError({method.name, "task", std::string(ToString(task)), "no method solves this task",
-                      "use posture problems"});
+    throw InputError(
+        {method.name, "task", std::string(ToString(task)), "no method solves this task", "use posture problems"});
   }
   const Stance& stance = problem.stances.front();
   const std::unique_ptr<WaypointProgram> program =
-      WaypointProgram::Posture(dataset, stance, {method.collision_margin_m, method.contact_range_m});
+      WaypointProgram::Posture(dataset, query_, stance, {method.collision_margin_m, method.contact_range_m});
   const std::string method_hash = method.Hash();
 
   const SolveTimer timer;

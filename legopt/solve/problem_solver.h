@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "legopt/collision/collision_query.h"
+#include "legopt/optimize/method.h"
+#include "legopt/optimize/solve_outcome.h"
+#include "legopt/problem/dataset.h"
+#include "legopt/problem/task.h"
+
+namespace legopt {
+
+/// What a solve depends on besides dataset, problem and method.
+struct SolveSettings {
+  std::uint64_t experiment_seed = 1;
+  int repetition = 0;
+  double wall_limit_s = 60.0;                         ///< soft limit, checked between iterations; > 0
+  std::function<bool()> cancelled;                    ///< polled between iterations; may be empty
+  std::function<void(int done, int total)> progress;  ///< attempts finished of attempts allowed; may be empty
+};
+
+/// Solves problems of one dataset, one after the other, by any method with multi-start: one attempt from the initial
+/// guess, then up to `method.multi_starts` attempts from perturbed ones (readings 10 and 29) until an attempt converges
+/// feasibly.
+///
+/// Deterministic: all noise comes from a generator seeded by (experiment seed, task, problem, initialisation, method,
+/// repetition, restart); what was solved before has no influence. One thread at a time.
+class ProblemSolver {
+ public:
+  /// Builds the dataset's collision model when nobody has yet, and its own collision query.
+  explicit ProblemSolver(std::shared_ptr<const Dataset> dataset);
+
+  /// Throws InputError when the dataset has no such problem.
+  SolveOutcome Solve(Task task, int problem_id, Initialization initialization, const Method& method,
+                     const SolveSettings& settings);
+
+ private:
+  std::shared_ptr<const Dataset> dataset_;
+  CollisionQuery query_;
+};
+
+}  // namespace legopt
