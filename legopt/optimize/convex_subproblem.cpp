@@ -30,18 +30,13 @@ void ConvexSubproblem::Clear() {
 }
 
 void ConvexSubproblem::AddCost(int block, const LinearModel& model) {
-  const auto count = static_cast<size_t>(model.rows());
-  row_pointers_.resize(count);
-  row_weights_.assign(count, 2.0);
   for (int i = 0; i < model.rows(); ++i) constant_ += model.value(i) * model.value(i);
+  if (model.rows() == 0) return;
   for (int k = 0; k < model.num_waypoints(); ++k) {
     double* gradient = gradient_.data() + static_cast<size_t>(block + k) * static_cast<size_t>(stride_);
-    for (int i = 0; i < model.rows(); ++i) {
-      row_pointers_[static_cast<size_t>(i)] = model.row(k, i);
-      kernels::Axpy(2.0 * model.value(i), model.row(k, i), gradient, stride_);
-    }
-    kernels::AccumulateUpper(diagonal_.data() + BlockOffset(block + k), block_size_, stride_, row_pointers_.data(),
-                             row_weights_.data(), model.rows());
+    for (int i = 0; i < model.rows(); ++i) kernels::Axpy(2.0 * model.value(i), model.row(k, i), gradient, stride_);
+    kernels::AddProductsUpper(2.0, model.row(k, 0), stride_, model.row(k, 0), stride_, model.rows(),
+                              diagonal_.data() + BlockOffset(block + k), stride_);
   }
   if (model.num_waypoints() < 2) return;
   has_coupling_ = true;
@@ -86,7 +81,8 @@ double ConvexSubproblem::Value(Eigen::Ref<const Eigen::VectorXd> dx) const {
   const auto stride = static_cast<size_t>(stride_);
   for (int t = 0; t < num_blocks_; ++t) {
     std::copy(dx.data() + static_cast<Eigen::Index>(t) * block_size_,
-              dx.data() + static_cast<Eigen::Index>(t + 1) * block_size_, padded_.data() + static_cast<size_t>(t) * stride);
+              dx.data() + static_cast<Eigen::Index>(t + 1) * block_size_,
+              padded_.data() + static_cast<size_t>(t) * stride);
   }
   double value = constant_;
   for (int t = 0; t < num_blocks_; ++t) {

@@ -76,8 +76,6 @@ class ConvexSubproblem {
   std::vector<Row> rows_;
   std::vector<double> coefficients_;
   mutable std::vector<double> padded_;
-  std::vector<const double*> row_pointers_;
-  std::vector<double> row_weights_;
 };
 
 /// A solver of ConvexSubproblem. One thread; keeps its workspace between solves.

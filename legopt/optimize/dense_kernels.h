@@ -1,8 +1,8 @@
 #pragma once
 
-/// Small dense kernels for the interior-point solver: matrices of a few dozen rows, row-major, rows padded to whole
-/// vectors of four doubles. Eigen's general products cost about twice as much at these sizes. Header-only so that the
-/// loops are inlined; pure functions of their arguments.
+/// Small dense kernels for the interior-point solver: matrices of a few dozen rows, row-major, rows padded with zeros
+/// to whole vectors of four doubles ("stride"). Eigen's general products cost about twice as much at these sizes.
+/// Header-only so that the loops are inlined; pure functions of their arguments.
 
 #include <cmath>
 #include <cstddef>
@@ -14,12 +14,14 @@ using Lanes = double __attribute__((vector_size(kLanes * sizeof(double)), aligne
 
 inline Lanes Load(const double* p) { return *reinterpret_cast<const Lanes*>(p); }
 inline void Store(double* p, Lanes v) { *reinterpret_cast<Lanes*>(p) = v; }
+inline Lanes Broadcast(double c) { return Lanes{c, c, c, c}; }
+inline double Sum(Lanes v) { return (v[0] + v[2]) + (v[1] + v[3]); }
 
 /// sum_i a_i b_i over `padded` entries.
 inline double Dot(const double* a, const double* b, int padded) {
   Lanes sum = {0, 0, 0, 0};
   for (int j = 0; j < padded; j += kLanes) sum += Load(a + j) * Load(b + j);
-  return (sum[0] + sum[2]) + (sum[1] + sum[3]);
+  return Sum(sum);
 }
 
 /// y += c x over `padded` entries.
@@ -27,116 +29,167 @@ inline void Axpy(double c, const double* x, double* y, int padded) {
   for (int j = 0; j < padded; j += kLanes) Store(y + j, Load(y + j) + c * Load(x + j));
 }
 
-/// Upper triangle of M (size x size, row stride `stride`) += sum_r w_r a_r a_r^T for four rows a_r. Entries below the
-/// diagonal within the diagonal's vector are overwritten with values of no meaning.
-inline void RankFourUpper(double* m, int size, int stride, const double* const a[4], const double w[4]) {
-  for (int i = 0; i < size; ++i) {
-    const Lanes c0 = w[0] * a[0][i] - Lanes{};
-    const Lanes c1 = w[1] * a[1][i] - Lanes{};
-    const Lanes c2 = w[2] * a[2][i] - Lanes{};
-    const Lanes c3 = w[3] * a[3][i] - Lanes{};
-    double* row = m + static_cast<std::ptrdiff_t>(i) * stride;
-    for (int j = i / kLanes * kLanes; j < stride; j += kLanes) {
-      Store(row + j, Load(row + j) + c0 * Load(a[0] + j) + c1 * Load(a[1] + j) + c2 * Load(a[2] + j) +
-                         c3 * Load(a[3] + j));
-    }
-  }
-}
-
-/// Full M (rows x stride) += sum_r w_r a_r b_r^T for four pairs of rows.
-inline void RankFourFull(double* m, int rows, int stride, const double* const a[4], const double* const b[4],
-                         const double w[4]) {
-  for (int i = 0; i < rows; ++i) {
-    double* row = m + static_cast<std::ptrdiff_t>(i) * stride;
-    const double c0 = w[0] * a[0][i], c1 = w[1] * a[1][i], c2 = w[2] * a[2][i], c3 = w[3] * a[3][i];
-    for (int j = 0; j < stride; j += kLanes) {
-      Store(row + j,
-            Load(row + j) + c0 * Load(b[0] + j) + c1 * Load(b[1] + j) + c2 * Load(b[2] + j) + c3 * Load(b[3] + j));
-    }
-  }
-}
-
-/// Upper triangle of M += sum over `count` rows, row r at rows[r], weight w[r].
-inline void AccumulateUpper(double* m, int size, int stride, const double* const* rows, const double* w, int count) {
+/// out += sum_r c_r row_r for `count` rows that lie `step` apart.
+inline void AddCombination(const double* c, const double* rows, std::ptrdiff_t step, int count, double* out,
+                           int padded) {
   int r = 0;
-  for (; r + kLanes <= count; r += kLanes) RankFourUpper(m, size, stride, rows + r, w + r);
-  if (r == count) return;
-  const double* a[4] = {rows[r], rows[r], rows[r], rows[r]};
-  double rest[4] = {0, 0, 0, 0};
-  for (int k = 0; r + k < count; ++k) {
-    a[k] = rows[r + k];
-    rest[k] = w[r + k];
+  for (; r + kLanes <= count; r += kLanes, rows += kLanes * step) {
+    const Lanes c0 = Broadcast(c[r]), c1 = Broadcast(c[r + 1]), c2 = Broadcast(c[r + 2]), c3 = Broadcast(c[r + 3]);
+    for (int j = 0; j < padded; j += kLanes) {
+      Store(out + j, Load(out + j) + c0 * Load(rows + j) + c1 * Load(rows + step + j) + c2 * Load(rows + 2 * step + j) +
+                         c3 * Load(rows + 3 * step + j));
+    }
   }
-  RankFourUpper(m, size, stride, a, rest);
+  for (; r < count; ++r, rows += step) Axpy(c[r], rows, out, padded);
 }
 
-/// In-place Cholesky factor M = U^T U of the upper triangle. Rows and columns beyond `size` must be the identity's (pad).
-/// A pivot that is not above `min_pivot` is replaced by `min_pivot`. Returns false when a pivot is not finite.
+/// out_r += row_r . x for `count` rows that lie `step` apart.
+inline void AddProducts(const double* rows, std::ptrdiff_t step, int count, const double* x, double* out, int padded) {
+  int r = 0;
+  for (; r + kLanes <= count; r += kLanes, rows += kLanes * step) {
+    Lanes s0 = {}, s1 = {}, s2 = {}, s3 = {};
+    for (int j = 0; j < padded; j += kLanes) {
+      const Lanes v = Load(x + j);
+      s0 += v * Load(rows + j);
+      s1 += v * Load(rows + step + j);
+      s2 += v * Load(rows + 2 * step + j);
+      s3 += v * Load(rows + 3 * step + j);
+    }
+    out[r] += Sum(s0);
+    out[r + 1] += Sum(s1);
+    out[r + 2] += Sum(s2);
+    out[r + 3] += Sum(s3);
+  }
+  for (; r < count; ++r, rows += step) out[r] += Dot(rows, x, padded);
+}
+
+/// A tile of four rows and kWidth vectors: M += sign * sum_r a_r b_r^T, a_r four entries, kept in registers throughout.
+template <int kWidth>
+inline void AddTile(double sign, const double* a, std::ptrdiff_t a_step, const double* b, std::ptrdiff_t b_step,
+                    int count, double* m, std::ptrdiff_t stride) {
+  Lanes s[kLanes][kWidth] = {};
+  for (int r = 0; r < count; ++r, a += a_step, b += b_step) {
+    Lanes v[kWidth];
+    for (int q = 0; q < kWidth; ++q) v[q] = Load(b + q * kLanes);
+    for (int p = 0; p < kLanes; ++p) {
+      const Lanes c = Broadcast(a[p]);
+      for (int q = 0; q < kWidth; ++q) s[p][q] += c * v[q];
+    }
+  }
+  for (int p = 0; p < kLanes; ++p) {
+    for (int q = 0; q < kWidth; ++q) {
+      double* entry = m + p * stride + q * kLanes;
+      Store(entry, Load(entry) + sign * s[p][q]);
+    }
+  }
+}
+
+/// Four rows of M, `columns` wide, += sign * sum_r a_r b_r^T.
+inline void AddPanel(double sign, const double* a, std::ptrdiff_t a_step, const double* b, std::ptrdiff_t b_step,
+                     int count, double* m, std::ptrdiff_t stride, int columns) {
+  constexpr int kTile = 3;  // with it accumulators, factors and one broadcast fill the sixteen vector registers
+  int j = 0;
+  for (; j + kTile * kLanes <= columns; j += kTile * kLanes) {
+    AddTile<kTile>(sign, a, a_step, b + j, b_step, count, m + j, stride);
+  }
+  if (columns - j == 2 * kLanes) AddTile<2>(sign, a, a_step, b + j, b_step, count, m + j, stride);
+  if (columns - j == kLanes) AddTile<1>(sign, a, a_step, b + j, b_step, count, m + j, stride);
+}
+
+/// Upper triangle of M (stride x stride) += sign * sum over `count` rows of a_r b_r^T, where the sum is symmetric (a_r
+/// a multiple of b_r). Entries below the diagonal within the diagonal's 4 x 4 blocks change too.
+inline void AddProductsUpper(double sign, const double* a, std::ptrdiff_t a_step, const double* b,
+                             std::ptrdiff_t b_step, int count, double* m, int stride) {
+  for (int i = 0; i < stride; i += kLanes) {
+    AddPanel(sign, a + i, a_step, b + i, b_step, count, m + static_cast<std::ptrdiff_t>(i) * stride + i, stride,
+             stride - i);
+  }
+}
+
+/// M (stride x stride) += sign * sum over `count` rows of a_r b_r^T.
+inline void AddProductsFull(double sign, const double* a, std::ptrdiff_t a_step, const double* b, std::ptrdiff_t b_step,
+                            int count, double* m, int stride) {
+  for (int i = 0; i < stride; i += kLanes) {
+    AddPanel(sign, a + i, a_step, b, b_step, count, m + static_cast<std::ptrdiff_t>(i) * stride, stride, stride);
+  }
+}
+
+/// In-place Cholesky factor M = U^T U of the upper triangle, with 1 / U_ii in place of U_ii and zeros below it within
+/// the diagonal's 4 x 4 blocks. Pad rows and columns must be the identity's. A pivot that is not above `min_pivot` is
+/// replaced by `min_pivot`. Returns false when a pivot is not finite.
 inline bool FactorUpper(double* m, int stride, double min_pivot) {
   for (int k = 0; k < stride; k += kLanes) {
-    for (int p = k; p < k + kLanes; ++p) {
-      double* row = m + static_cast<std::ptrdiff_t>(p) * stride;
-      for (int q = k; q < p; ++q) {
-        const double* above = m + static_cast<std::ptrdiff_t>(q) * stride;
-        Axpy(-above[p], above + k, row + k, stride - k);
+    double* panel = m + static_cast<std::ptrdiff_t>(k) * stride + k;
+    AddPanel(-1.0, m + k, stride, m + k, stride, k, panel, stride, stride - k);
+    for (int p = 0; p < kLanes; ++p) {
+      double* row = panel + static_cast<std::ptrdiff_t>(p) * stride;
+      for (int q = 0; q < p; ++q) {
+        const double* above = panel + static_cast<std::ptrdiff_t>(q) * stride;
+        Axpy(-above[p], above, row, stride - k);
       }
       double pivot = row[p];
       if (!std::isfinite(pivot)) return false;
       if (pivot < min_pivot) pivot = min_pivot;
-      const double root = std::sqrt(pivot);
-      const double inverse = 1.0 / root;
-      for (int j = k; j < stride; j += kLanes) Store(row + j, Load(row + j) * inverse);
-      row[p] = root;
-      for (int j = k; j < p; ++j) row[j] = 0.0;
+      const double inverse = 1.0 / std::sqrt(pivot);
+      for (int j = 0; j < stride - k; j += kLanes) Store(row + j, Load(row + j) * inverse);
+      for (int j = 0; j < p; ++j) row[j] = 0.0;
     }
-    if (k + kLanes >= stride) break;
-    const double* panel[4];
-    for (int p = 0; p < kLanes; ++p) panel[p] = m + static_cast<std::ptrdiff_t>(k + p) * stride + k + kLanes;
-    // The trailing block starts on a vector boundary, so that RankFourUpper's rows stay aligned with its columns.
-    double* trailing = m + static_cast<std::ptrdiff_t>(k + kLanes) * stride + k + kLanes;
-    const int rest = stride - k - kLanes;
-    for (int i = 0; i < rest; ++i) {
-      double* row = trailing + static_cast<std::ptrdiff_t>(i) * stride;
-      const double c0 = panel[0][i], c1 = panel[1][i], c2 = panel[2][i], c3 = panel[3][i];
-      for (int j = i / kLanes * kLanes; j < rest; j += kLanes) {
-        Store(row + j, Load(row + j) - c0 * Load(panel[0] + j) - c1 * Load(panel[1] + j) - c2 * Load(panel[2] + j) -
-                           c3 * Load(panel[3] + j));
-      }
+    for (int p = 0; p < kLanes; ++p) {
+      double& diagonal = panel[static_cast<std::ptrdiff_t>(p) * stride + p];
+      diagonal = 1.0 / diagonal;
     }
   }
   return true;
 }
 
-/// b <- U^-T b.
+/// b <- U^-T b for a factor of FactorUpper.
 inline void SolveTransposed(const double* u, int stride, double* b) {
-  for (int k = 0; k < stride; ++k) {
-    const double* row = u + static_cast<std::ptrdiff_t>(k) * stride;
-    const double value = b[k] / row[k];
-    const int from = k / kLanes * kLanes;
-    Axpy(-value, row + from, b + from, stride - from);  // entries before k in this vector are multiplied by zeros
-    b[k] = value;
+  for (int k = 0; k < stride; k += kLanes) {
+    const double* r0 = u + static_cast<std::ptrdiff_t>(k) * stride + k;
+    const double* r1 = r0 + stride;
+    const double* r2 = r1 + stride;
+    const double* r3 = r2 + stride;
+    const double b0 = b[k] * r0[0];
+    const double b1 = (b[k + 1] - r0[1] * b0) * r1[1];
+    const double b2 = (b[k + 2] - r0[2] * b0 - r1[2] * b1) * r2[2];
+    const double b3 = (b[k + 3] - r0[3] * b0 - r1[3] * b1 - r2[3] * b2) * r3[3];
+    const double solved[kLanes] = {-b0, -b1, -b2, -b3};
+    AddCombination(solved, r0 + kLanes, stride, kLanes, b + k + kLanes, stride - k - kLanes);
+    Store(b + k, Lanes{b0, b1, b2, b3});
   }
 }
 
-/// b <- U^-1 b.
+/// b <- U^-1 b for a factor of FactorUpper.
 inline void SolveUpper(const double* u, int stride, double* b) {
-  for (int k = stride - 1; k >= 0; --k) {
-    const double* row = u + static_cast<std::ptrdiff_t>(k) * stride;
-    const int from = k / kLanes * kLanes;
-    const double own = b[k];
-    b[k] = 0.0;
-    b[k] = (own - Dot(row + from, b + from, stride - from)) / row[k];
+  for (int k = stride - kLanes; k >= 0; k -= kLanes) {
+    const double* r0 = u + static_cast<std::ptrdiff_t>(k) * stride + k;
+    const double* r1 = r0 + stride;
+    const double* r2 = r1 + stride;
+    const double* r3 = r2 + stride;
+    double s[kLanes] = {};
+    AddProducts(r0 + kLanes, stride, kLanes, b + k + kLanes, s, stride - k - kLanes);
+    const double b3 = (b[k + 3] - s[3]) * r3[3];
+    const double b2 = (b[k + 2] - s[2] - r2[3] * b3) * r2[2];
+    const double b1 = (b[k + 1] - s[1] - r1[3] * b3 - r1[2] * b2) * r1[1];
+    const double b0 = (b[k] - s[0] - r0[3] * b3 - r0[2] * b2 - r0[1] * b1) * r0[0];
+    Store(b + k, Lanes{b0, b1, b2, b3});
   }
 }
 
-/// B <- U^-T B for a square B of `stride` padded rows and columns.
+/// B <- U^-T B for a factor of FactorUpper and a square B of `stride` padded rows and columns.
 inline void SolveTransposedBlock(const double* u, int stride, double* b) {
-  for (int k = 0; k < stride; ++k) {
-    const double* row = u + static_cast<std::ptrdiff_t>(k) * stride;
-    double* b_k = b + static_cast<std::ptrdiff_t>(k) * stride;
-    const double inverse = 1.0 / row[k];
-    for (int j = 0; j < stride; j += kLanes) Store(b_k + j, Load(b_k + j) * inverse);
-    for (int i = k + 1; i < stride; ++i) Axpy(-row[i], b_k, b + static_cast<std::ptrdiff_t>(i) * stride, stride);
+  for (int k = 0; k < stride; k += kLanes) {
+    double* panel = b + static_cast<std::ptrdiff_t>(k) * stride;
+    AddPanel(-1.0, u + k, stride, b, stride, k, panel, stride, stride);
+    const double* diagonal = u + static_cast<std::ptrdiff_t>(k) * stride + k;
+    for (int p = 0; p < kLanes; ++p) {
+      double* row = panel + static_cast<std::ptrdiff_t>(p) * stride;
+      for (int q = 0; q < p; ++q) {
+        Axpy(-diagonal[q * stride + p], panel + static_cast<std::ptrdiff_t>(q) * stride, row, stride);
+      }
+      const double inverse = diagonal[p * stride + p];
+      for (int j = 0; j < stride; j += kLanes) Store(row + j, Load(row + j) * inverse);
+    }
   }
 }
 

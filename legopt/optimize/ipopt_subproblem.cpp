@@ -13,7 +13,7 @@ namespace {
 using Ipopt::Index;
 using Ipopt::Number;
 
-constexpr double kInfinity = 2e19;       // beyond Ipopt's notion of "no bound"
+constexpr double kInfinity = 2e19;  // beyond Ipopt's notion of "no bound"
 constexpr double kMinTolerance = 1e-11;
 constexpr int kMaxIterations = 300;
 
@@ -85,7 +85,8 @@ class SlackProgram : public Ipopt::TNLP {
   bool eval_g(Index, const Number* x, bool, Index m, Number* g) override {
     for (Index c = 0; c < m; ++c) {
       const Constraint& constraint = constraints_[static_cast<size_t>(c)];
-      g[c] = constraint.sign * RowValue(problem_.rows()[constraint.row], x) - x[n_ + static_cast<Index>(constraint.row)];
+      g[c] =
+          constraint.sign * RowValue(problem_.rows()[constraint.row], x) - x[n_ + static_cast<Index>(constraint.row)];
     }
     return true;
   }
@@ -115,8 +116,8 @@ class SlackProgram : public Ipopt::TNLP {
     return true;
   }
 
-  bool eval_h(Index, const Number*, bool, Number factor, Index, const Number*, bool, Index, Index* rows,
-              Index* columns, Number* values) override {
+  bool eval_h(Index, const Number*, bool, Number factor, Index, const Number*, bool, Index, Index* rows, Index* columns,
+              Number* values) override {
     Index k = 0;
     ForEachHessianEntry([&](int i, int j, double h) {
       if (values != nullptr) {
@@ -164,7 +165,8 @@ class SlackProgram : public Ipopt::TNLP {
     const int size = problem_.block_size();
     for (int t = 0; t < problem_.num_blocks(); ++t) {
       for (int i = 0; i < size; ++i) {
-        for (int j = i; j < size; ++j) visit(t * size + i, t * size + j, problem_.hessian(t)[i * problem_.stride() + j]);
+        for (int j = i; j < size; ++j)
+          visit(t * size + i, t * size + j, problem_.hessian(t)[i * problem_.stride() + j]);
       }
       if (!problem_.has_coupling() || t + 1 == problem_.num_blocks()) continue;
       for (int i = 0; i < size; ++i) {

@@ -42,7 +42,8 @@ class KeyReader {
  public:
   KeyReader(const json& object, std::string source, std::string where)
       : object_(object), source_(std::move(source)), where_(std::move(where)) {
-    if (!object.is_object()) Fail(where_, object.dump(), "must be a map of keys and values", "write 'key: value' pairs");
+    if (!object.is_object())
+      Fail(where_, object.dump(), "must be a map of keys and values", "write 'key: value' pairs");
   }
 
   void Number(const char* key, double& value, double low, double high) {

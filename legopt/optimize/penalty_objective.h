@@ -9,16 +9,17 @@ namespace legopt {
 
 /// Exact values of a program's objective at one point. The penalty objective of the paper is F + mu V.
 struct ObjectiveValue {
-  double cost = 0.0;                  ///< F = sum of squares of the cost terms
-  double violation = 0.0;             ///< V = sum |h| + sum max(0, g)
-  double max_violation = 0.0;         ///< largest single |h_i| or max(0, g_i): what tolerances refer to
-  int worst_term = -1;                ///< index of the term with max_violation; -1 when there is none
+  double cost = 0.0;           ///< F = sum of squares of the cost terms
+  double violation = 0.0;      ///< V = sum |h| + sum max(0, g)
+  double max_violation = 0.0;  ///< largest single |h_i| or max(0, g_i): what tolerances refer to
+  int worst_term = -1;         ///< index of the term with max_violation; -1 when there is none
 
   double Merit(double penalty) const { return cost + penalty * violation; }
   bool IsFinite() const;
 };
 
-/// Evaluates all terms of `program` at x. `scratch` is reused between calls. Non-finite terms make the value non-finite.
+/// Evaluates all terms of `program` at x. `scratch` is reused between calls. Non-finite terms make the value
+/// non-finite.
 ObjectiveValue EvaluateObjective(Program& program, Eigen::Ref<const Eigen::VectorXd> x, std::vector<double>& scratch);
 
 }  // namespace legopt

@@ -15,7 +15,7 @@ enum class SolveStatus {
   kConvergedInfeasible,  ///< no progress possible at the largest penalty, constraints violated ("stuck")
   kIterationLimit,
   kTimeLimit,
-  kNumericalFailure,     ///< non-finite values at the start, or no subproblem could be solved
+  kNumericalFailure,  ///< non-finite values at the start, or no subproblem could be solved
   kCancelled,
 };
 
@@ -26,10 +26,10 @@ std::string_view ToString(SolveStatus status);
 /// One trial step of an optimiser.
 struct IterationRecord {
   int restart = 0;
-  double penalty = 0.0;        ///< mu
-  double trust_box = 0.0;      ///< half width; 0 for methods without
-  double cost = 0.0;           ///< F at the trial point
-  double violation = 0.0;      ///< largest single constraint violation at the trial point
+  double penalty = 0.0;    ///< mu
+  double trust_box = 0.0;  ///< half width; 0 for methods without
+  double cost = 0.0;       ///< F at the trial point
+  double violation = 0.0;  ///< largest single constraint violation at the trial point
   bool accepted = false;
 };
 
@@ -45,7 +45,7 @@ struct SolveOutcome {
   std::int64_t cpu_us = 0;                 ///< CPU time of the solving thread
   std::int64_t involuntary_context_switches = 0;
   std::vector<IterationRecord> history;
-  std::string message;                     ///< for humans: what failed, or empty
+  std::string message;  ///< for humans: what failed, or empty
 };
 
 }  // namespace legopt

@@ -10,9 +10,9 @@ namespace legopt {
 namespace {
 
 // The subproblem must be solved well enough for the convergence test on the predicted decrease to mean something.
-constexpr double kSubproblemShare = 0.05;      // of min_approx_improve
-constexpr double kSubproblemRelative = 1e-8;   // of the present merit
-constexpr double kTrustRestartFactor = 1.5;    // TrajOpt: s is at least 1.5 min / shrink after a penalty increase
+constexpr double kSubproblemShare = 0.05;     // of min_approx_improve
+constexpr double kSubproblemRelative = 1e-8;  // of the present merit
+constexpr double kTrustRestartFactor = 1.5;   // TrajOpt: s is at least 1.5 min / shrink after a penalty increase
 
 std::unique_ptr<SubproblemSolver> MakeSubproblemSolver(const std::string& name) {
   if (name == "ipopt") return std::make_unique<IpoptSubproblemSolver>();
@@ -112,8 +112,8 @@ bool SqpSolver::SolveSubproblem(const Program& program, const Eigen::VectorXd& x
   lower_ = lower_.cwiseMax(-trust_box_);
   upper_ = upper_.cwiseMin(trust_box_);
   subproblem_->SetBounds(lower_, upper_);
-  const double accuracy = std::max(kSubproblemShare * options_.min_approx_improve,
-                                   kSubproblemRelative * value_.Merit(penalty_));
+  const double accuracy =
+      std::max(kSubproblemShare * options_.min_approx_improve, kSubproblemRelative * value_.Merit(penalty_));
   return subproblem_solver_->Solve(*subproblem_, accuracy, dx_).status != SubproblemSolver::Status::kFailed;
 }
 
@@ -128,10 +128,10 @@ SqpSolver::StepEnd SqpSolver::TrustRegionLoop(Program& program, Eigen::VectorXd&
     program.Retract(x, dx_, x_trial_);
     const ObjectiveValue trial = EvaluateObjective(program, x_trial_, scratch_);
     const double actual = merit - trial.Merit(penalty_);
-    const bool converged = predicted < options_.min_approx_improve ||
-                           predicted < options_.min_approx_improve_frac * merit;
-    const bool accepted = !converged && trial.IsFinite() && actual >= 0.0 &&
-                          actual >= options_.improve_ratio_threshold * predicted;
+    const bool converged =
+        predicted < options_.min_approx_improve || predicted < options_.min_approx_improve_frac * merit;
+    const bool accepted =
+        !converged && trial.IsFinite() && actual >= 0.0 && actual >= options_.improve_ratio_threshold * predicted;
     if (history_ != nullptr) {
       history_->push_back({0, penalty_, trust_box_, trial.cost, trial.max_violation, accepted});
     }

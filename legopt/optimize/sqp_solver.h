@@ -24,17 +24,18 @@ using StopCheck = std::function<SolveStatus()>;
 ///       trust region   solves the subproblem in [x - s, x + s] until a step is accepted
 ///
 /// Deviations from TrajOpt's text are the recommended readings: tolerance per component (17), the whole solve ends at
-/// the first mu whose inner loop ends with the constraints satisfied (23), an inner loop that reaches its iteration limit
-/// counts as done (27) - but a feasible point at which the loop had not converged is reported as kIterationLimit. A step to a non-finite point is rejected.
+/// the first mu whose inner loop ends with the constraints satisfied (23), an inner loop that reaches its iteration
+/// limit counts as done (27) - but a feasible point at which the loop had not converged is reported as kIterationLimit.
+/// A step to a non-finite point is rejected.
 ///
 /// One thread; no allocation inside an iteration once buffers have grown (history excepted).
 class SqpSolver {
  public:
   struct Result {
     SolveStatus status = SolveStatus::kNotRun;
-    ObjectiveValue value;  ///< at the returned point
-    bool feasible = false; ///< every violation below the tolerance, converged or not
-    int iterations = 0;    ///< trial steps
+    ObjectiveValue value;   ///< at the returned point
+    bool feasible = false;  ///< every violation below the tolerance, converged or not
+    int iterations = 0;     ///< trial steps
   };
 
   explicit SqpSolver(const SqpOptions& options);
@@ -63,7 +64,7 @@ class SqpSolver {
   Eigen::VectorXd dx_, lower_, upper_, x_trial_;
   const StopCheck* stop_ = nullptr;
   std::vector<IterationRecord>* history_ = nullptr;
-  ObjectiveValue value_;             ///< exact, at x
+  ObjectiveValue value_;  ///< exact, at x
   double penalty_ = 0.0, trust_box_ = 0.0;
   int iterations_ = 0;
   SolveStatus stop_status_ = SolveStatus::kNotRun;

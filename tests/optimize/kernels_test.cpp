@@ -1,11 +1,10 @@
 // The hand-written kernels against Eigen.
 
-#include "legopt/optimize/dense_kernels.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 
+#include "legopt/optimize/dense_kernels.h"
 #include "legopt/problem/program.h"
 
 namespace legopt {
@@ -20,29 +19,54 @@ class Kernels : public ::testing::TestWithParam<int> {
     rows_ = RowMajor::Zero(kRows, stride_);
     rows_.leftCols(size_).setRandom();
     weights_ = Eigen::VectorXd::Random(kRows).cwiseAbs();
-    for (int i = 0; i < kRows; ++i) pointers_.push_back(rows_.row(i).data());
+    scaled_ = weights_.asDiagonal() * rows_;
     expected_ = rows_.transpose() * weights_.asDiagonal() * rows_;
     matrix_ = RowMajor::Identity(stride_, stride_);
-    kernels::AccumulateUpper(matrix_.data(), size_, stride_, pointers_.data(), weights_.data(), kRows);
+    kernels::AddProductsUpper(1.0, scaled_.data(), stride_, rows_.data(), stride_, kRows, matrix_.data(), stride_);
     expected_ += Eigen::MatrixXd::Identity(stride_, stride_);
   }
 
   static constexpr int kRows = 50;  // not a multiple of four
   int size_, stride_;
-  RowMajor rows_, matrix_;
+  RowMajor rows_, scaled_, matrix_;
   Eigen::VectorXd weights_;
-  std::vector<const double*> pointers_;
   Eigen::MatrixXd expected_;
 };
 
-TEST_P(Kernels, AccumulateUpper) {
+TEST_P(Kernels, AddProductsUpper) {
   const RowMajor difference = (matrix_ - expected_).triangularView<Eigen::Upper>();
   EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-12);
 }
 
+TEST_P(Kernels, AddProductsFull) {
+  const RowMajor right = RowMajor::Random(kRows, stride_);
+  RowMajor m = RowMajor::Ones(stride_, stride_);
+  kernels::AddProductsFull(-1.0, rows_.data(), stride_, right.data(), stride_, kRows, m.data(), stride_);
+  const RowMajor expected = RowMajor::Ones(stride_, stride_) - rows_.transpose() * right;
+  EXPECT_LT((m - expected).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST_P(Kernels, CombinationAndProductsOfRows) {
+  Eigen::RowVectorXd combination = Eigen::RowVectorXd::Ones(stride_);
+  kernels::AddCombination(weights_.data(), rows_.data(), stride_, kRows, combination.data(), stride_);
+  EXPECT_LT((combination - Eigen::RowVectorXd::Ones(stride_) - weights_.transpose() * rows_).cwiseAbs().maxCoeff(),
+            1e-12);
+  const Eigen::VectorXd x = Eigen::VectorXd::Random(stride_);
+  Eigen::VectorXd products = Eigen::VectorXd::Ones(kRows);
+  kernels::AddProducts(rows_.data(), stride_, kRows, x.data(), products.data(), stride_);
+  EXPECT_LT((products - Eigen::VectorXd::Ones(kRows) - rows_ * x).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+// The factor with the diagonal itself in place of its inverse.
+RowMajor Factor(const RowMajor& stored) {
+  RowMajor u = stored.triangularView<Eigen::Upper>();
+  u.diagonal() = u.diagonal().cwiseInverse();
+  return u;
+}
+
 TEST_P(Kernels, FactorAndSolve) {
   ASSERT_TRUE(kernels::FactorUpper(matrix_.data(), stride_, 1e-14));
-  const RowMajor u = matrix_.triangularView<Eigen::Upper>();
+  const RowMajor u = Factor(matrix_);
   EXPECT_LT((u.transpose() * u - expected_).cwiseAbs().maxCoeff(), 1e-11);
   const Eigen::VectorXd right = Eigen::VectorXd::Random(stride_);
   Eigen::VectorXd x = right;
@@ -54,7 +78,7 @@ TEST_P(Kernels, FactorAndSolve) {
 
 TEST_P(Kernels, BlockSolve) {
   ASSERT_TRUE(kernels::FactorUpper(matrix_.data(), stride_, 1e-14));
-  const RowMajor u = matrix_.triangularView<Eigen::Upper>();
+  const RowMajor u = Factor(matrix_);
   const RowMajor right = RowMajor::Random(stride_, stride_);
   RowMajor x = right;
   kernels::SolveTransposedBlock(matrix_.data(), stride_, x.data());

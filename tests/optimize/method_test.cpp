@@ -42,7 +42,8 @@ TEST(Method, HashIgnoresTheNameOnly) {
   const Method plain = Method::FromJson(json::parse(R"({"solver": "sqp"})"), "");
   const Method named = Method::FromJson(json::parse(R"({"solver": "sqp", "name": "other"})"), "");
   const Method spelled = Method::FromJson(json::parse(R"({"solver": "sqp", "options": {"trust_box_size": 0.1}})"), "");
-  const Method different = Method::FromJson(json::parse(R"({"solver": "sqp", "options": {"trust_box_size": 0.2}})"), "");
+  const Method different =
+      Method::FromJson(json::parse(R"({"solver": "sqp", "options": {"trust_box_size": 0.2}})"), "");
   EXPECT_EQ(plain.Hash().size(), 64u);
   EXPECT_EQ(plain.Hash(), named.Hash());
   EXPECT_EQ(plain.Hash(), spelled.Hash());

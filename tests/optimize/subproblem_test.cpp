@@ -59,7 +59,7 @@ TEST_P(Subproblem, QuadraticAtTheBound) {
 
 TEST_P(Subproblem, StrongPenaltyHoldsExactly) {
   ConvexSubproblem problem = Scalar(-1, 1);
-  problem.AddCost(0, OneRow({1.0}, -1.0));                                // (x - 1)^2 wants 1
+  problem.AddCost(0, OneRow({1.0}, -1.0));                                 // (x - 1)^2 wants 1
   problem.AddPenalties(0, OneRow({1.0}, 0.3), TermKind::kEquality, 10.0);  // 10 |x + 0.3|
   EXPECT_NEAR(Solve(problem)[0], -0.3, 1e-6);
 }
@@ -131,8 +131,13 @@ TEST(SubproblemSolvers, AgreeOnHeavyPenalties) {
 }
 
 TEST(SubproblemSolvers, AgreeOnChains) {
-  RandomSubproblemShape shape{.num_blocks = 5, .block_size = 9, .cost_rows = 4, .equality_rows = 3,
-                              .inequality_rows = 6, .coupled = true, .fixed_variables = 0};
+  RandomSubproblemShape shape{.num_blocks = 5,
+                              .block_size = 9,
+                              .cost_rows = 4,
+                              .equality_rows = 3,
+                              .inequality_rows = 6,
+                              .coupled = true,
+                              .fixed_variables = 0};
   for (unsigned seed = 1; seed <= 10; ++seed) ExpectSameOptimum(shape, seed);
   shape.fixed_variables = 9;  // the first waypoint of a window
   for (unsigned seed = 11; seed <= 20; ++seed) ExpectSameOptimum(shape, seed);

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace legopt {
+
+/// Variables v in boxes [lower, upper] with the multipliers of both sides, as an interior-point method moves them:
+///
+///     z_lower (v - lower) = z_upper (upper - v) = sigma,    z >= 0
+///
+/// Both sides of the solver's saddle point are such variables. Arrays have `size()` entries, a multiple of four; fixed
+/// variables and the rest of the last four have zero multipliers and steps and never limit anything.
+///
+/// Plain data with the method's element-wise arithmetic, in whole vectors. One thread; allocates only while it grows.
+class BoxedVariables {
+ public:
+  /// All variables fixed at zero. `count` is rounded up to whole vectors.
+  void Reset(size_t count);
+  void SetFree(size_t i, double lower, double upper);
+  void SetFixed(size_t i, double at);
+  size_t size() const { return value.size(); }
+
+  /// To be called when values have been set or moved.
+  void UpdateSlacks();
+  /// sum of the complementarity products.
+  double Gap() const;
+  /// The same after a step of length `length` along the direction at hand.
+  double GapAfter(double length) const;
+  /// theta_i = z_lower / (v - lower) + z_upper / (upper - v).
+  void BarrierHessian(std::vector<double>& theta) const;
+  /// Right-hand sides of the complementarity equations for the target `sigma`, with the second-order terms of the
+  /// direction at hand if `corrector`. Fills `drive`.
+  void Aim(double sigma, bool corrector);
+  /// Multiplier steps that go with `step`.
+  void CompleteDirection();
+  /// max(1, 1 / longest step that keeps all slacks and multipliers non-negative).
+  double InverseMaxStep() const;
+  void Move(double length);
+
+  std::vector<double> value, lower, upper, z_lower, z_upper;
+  std::vector<double> free;   ///< 1 or 0
+  std::vector<double> step;   ///< of value
+  std::vector<double> drive;  ///< what the complementarity targets add to the right-hand side of v's equation
+
+ private:
+  std::vector<double> inverse_below_, inverse_above_;  // of the slacks
+  std::vector<double> z_lower_step_, z_upper_step_;    // right-hand sides between Aim and CompleteDirection
+};
+
+}  // namespace legopt
