@@ -31,7 +31,7 @@ Server::Server(bus::Endpoint& endpoint, db::Store& store, QueryService* queries,
                   [&store](const std::string& hash) { return store.FindMethodOptions(hash); }},
                  Instant{endpoint.now(), wall_clock_()}),
       started_(endpoint.now()),
-      last_commit_(endpoint.now()) {
+      last_commit_(endpoint.now() - options_.commit_interval) {
   ops_.emplace_back(db::RecordEvent{"server_started", wall_clock_(), {}, {}, {}, options_.version});
   RegisterHandlers();
 }
@@ -145,6 +145,7 @@ void Server::ServeLease() {
 void Server::ServeStatus() {
   Serve<legopt_msg::status_request>(
       bus::MessageType::kStatus, true, [this](bus::EndpointId, const auto& request, auto responder) {
+        CommitNow();
         nlohmann::json status = StatusJson(scheduler_, request.experiment_id, Now());
         nlohmann::json transport = nlohmann::json::object();
         for (const auto& [name, value] : endpoint_.counters().Listing()) transport[std::string(name)] = value;
@@ -159,6 +160,7 @@ void Server::ServeStatus() {
 void Server::ServeQuery() {
   Serve<legopt_msg::query_request>(
       bus::MessageType::kQuery, true, [this](bus::EndpointId, const auto& request, auto responder) {
+        CommitNow();
         const std::int64_t ticket = next_query_++;
         if (queries_ != nullptr && queries_->Start(ticket, request)) {
           open_queries_.emplace(ticket, responder);
@@ -198,7 +200,10 @@ microseconds Server::WaitTime(microseconds max_wait) const {
   const microseconds now = endpoint_.now();
   microseconds wait = max_wait;
   if (!store_healthy()) return std::clamp(store_retry_at_ - now, microseconds(0), wait);
-  if (!ops_.empty() || !replies_.empty()) return microseconds(0);
+  if (!ops_.empty() || !replies_.empty()) {
+    if (CommitDue()) return microseconds(0);
+    wait = std::min(wait, last_commit_ + options_.commit_interval - now);
+  }
   if (const auto deadline = scheduler_.next_deadline()) wait = std::min(wait, *deadline - now);
   if (!tidy_) wait = std::min(wait, last_commit_ + options_.idle_checkpoint - now);
   return std::max(wait, microseconds(0));
@@ -231,13 +236,22 @@ void Server::Work() {
   }
 }
 
+bool Server::CommitDue() const {
+  return draining_ || replies_.size() >= options_.commit_batch ||
+         endpoint_.now() >= last_commit_ + options_.commit_interval;
+}
+
 void Server::CommitRound() {
   if (!ops_.empty()) {
-    Commit();
+    if (CommitDue()) Commit();
   } else {
     for (Pending& pending : replies_) pending.responder.Reply(std::move(pending.body));
     replies_.clear();
   }
+}
+
+void Server::CommitNow() {
+  if (store_healthy() && !ops_.empty()) Commit();
 }
 
 void Server::Commit() {

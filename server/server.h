@@ -20,10 +20,12 @@ namespace legopt::server {
 
 struct ServerOptions {
   SchedulerOptions scheduler;
-  std::string version;                      ///< of this release
-  std::string hostname;                     ///< for humans
-  std::int64_t pid = 0;                     ///< for humans
-  std::string database;                     ///< absolute path, for humans
+  std::string version;                  ///< of this release
+  std::string hostname;                 ///< for humans
+  std::int64_t pid = 0;                 ///< for humans
+  std::string database;                 ///< absolute path, for humans
+  microseconds commit_interval{5'000};  ///< between commits, unless commit_batch replies wait for one
+  std::size_t commit_batch = 16;
   microseconds idle_checkpoint{1'000'000};  ///< quiet time after which the store may tidy up
   microseconds first_store_retry{50'000};   ///< after a transient store error; doubles up to max_store_retry
   microseconds max_store_retry{2'000'000};
@@ -33,9 +35,11 @@ struct ServerOptions {
 /// The scheduler on the bus, over a store: messages in, one transaction per round, then the replies.
 ///
 /// A round takes what has arrived, applies all its operations in one commit, and only then sends the replies: whatever
-/// a caller is told is on disk. While the store reports a full disk, an I/O error or a lock, the same transaction is
-/// tried again and again; nothing is acknowledged or leased, heartbeats, status and queries are answered, and other
-/// requests wait. Other store errors end Round with that StoreError.
+/// a caller is told is on disk. A busy server groups rounds into one commit: it waits until commit_interval has passed
+/// since the last one or commit_batch replies depend on it. What arrives at an idle server is committed at once. While
+/// the store reports a full disk, an I/O error or a lock, the same transaction is tried again and again; nothing is
+/// acknowledged or leased, heartbeats, status and queries are answered, and other requests wait. Other store errors end
+/// Round with that StoreError.
 ///
 /// Thread rule: the endpoint's thread.
 class Server {
@@ -81,6 +85,9 @@ class Server {
   void Later(bus::Responder responder, std::string body);  ///< reply after the commit
   void FinishQueries();
   void CommitRound();
+  bool CommitDue() const;
+  /// Before an answer about the state: it tells, and a query sees, nothing but what is on disk and all that is known.
+  void CommitNow();
   void Commit();
   void ResumeDeferred();
   Instant Now() const;

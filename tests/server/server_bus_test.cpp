@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -103,6 +104,16 @@ class ScriptedWorker {
   int left_ = 0;
 };
 
+// A store that counts its commits.
+class CountingStore : public db::MemoryStore {
+ public:
+  void Apply(std::span<const db::StoreOp> operations) override {
+    MemoryStore::Apply(operations);
+    ++commits;
+  }
+  int commits = 0;
+};
+
 class ServerOnBus : public testing::Test {
  protected:
   static void SetUpTestSuite() { spdlog::set_level(spdlog::level::off); }
@@ -158,13 +169,16 @@ class ServerOnBus : public testing::Test {
     return status;
   }
 
+  /// On disk, not only in the scheduler.
   bool AllDone(std::int64_t experiment = 1) {
-    const auto& all = server_->scheduler().experiments();
-    return all.contains(experiment) && all.at(experiment).state == db::ExperimentState::kDone;
+    const std::vector<db::ExperimentSummary> all = store_.LoadOpenState().experiments;
+    return std::any_of(all.begin(), all.end(), [&](const db::ExperimentSummary& one) {
+      return one.experiment_id == experiment && one.state == db::ExperimentState::kDone;
+    });
   }
 
   bus::SimulatedNetwork network_;
-  db::MemoryStore store_;
+  CountingStore store_;
   std::unique_ptr<bus::SimulatedTransport> transport_;
   std::unique_ptr<bus::Endpoint> endpoint_;
   std::unique_ptr<Server> server_;
@@ -191,6 +205,46 @@ TEST_F(ServerOnBus, ExperimentIsWorkedOff) {
   EXPECT_EQ(status["experiments"][0]["jobs"]["done"], 50);
   EXPECT_EQ(status["workers"].size(), 2U);
   EXPECT_GT(status["server"]["transport"]["requests_handled"], 0);
+}
+
+class GroupedCommits : public ServerOnBus {
+ protected:
+  // Submissions, sent one after the other a moment apart, and the commits they took.
+  int CommitsFor(int submissions) {
+    const int before = store_.commits;
+    int answered = 0;
+    for (int i = 0; i < submissions; ++i) {
+      legopt_msg::submit_request request{};
+      request.submission_id = "g" + std::to_string(++submission_);
+      request.spec_json = SampleSpec(1).dump();
+      client_.Call<legopt_msg::submit_reply>(bus::MessageType::kSubmit, request, [&](const auto&) { ++answered; });
+      RunUntil([] { return false; }, 1ms);
+    }
+    EXPECT_TRUE(RunUntil([&] { return answered == submissions; }, 1s));
+    return store_.commits - before;
+  }
+
+  int submission_ = 0;
+};
+
+TEST_F(GroupedCommits, AnIdleServerAnswersAtOnceAndABusyOneOncePerInterval) {
+  RunUntil([] { return false; }, 100ms);
+  EXPECT_EQ(CommitsFor(1), 1);
+  RunUntil([] { return false; }, 100ms);
+  const microseconds start = network_.now();
+  const int commits = CommitsFor(40);
+  const auto intervals = static_cast<int>((network_.now() - start) / ServerOptions{}.commit_interval);
+  EXPECT_GE(commits, intervals / 2);
+  EXPECT_LE(commits, intervals + 1);
+  EXPECT_LT(commits, 30);
+}
+
+TEST_F(GroupedCommits, StatusCommitsBeforeItTells) {
+  CommitsFor(1);
+  Submit(SampleSpec(3), "late");
+  nlohmann::json status = Status();  // arrives within the interval of the commit before
+  EXPECT_EQ(status["experiments"].size(), store_.LoadOpenState().experiments.size());
+  EXPECT_EQ(status["experiments"].size(), 2U);
 }
 
 TEST_F(ServerOnBadBus, ChaosChangesNothing) {
