@@ -2,8 +2,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
-#include <vector>
 
+#include "legopt/optimize/option_fields.h"
 #include "legopt/optimize/sqp_options.h"
 
 namespace legopt {
@@ -18,25 +18,36 @@ namespace legopt {
 /// `name` is what tables print (default: the paper's name of the solver) and does not enter the hash.
 struct Method {
   std::string name = "SQP";
-  std::string solver = "sqp";      ///< "sqp"
-  int multi_starts = 0;            ///< restarts after a failed attempt, 0..1000 (reading 29)
-  int sample_size_percent = 100;   ///< share of terms refreshed per iteration
-  bool incremental = false;        ///< keep the last model of terms that are not refreshed
-  double restart_noise_deg = 5.0;  ///< half width of the uniform noise on every joint at a restart, (0, 180]
-  double collision_margin_m =
-      5e-4;  ///< distance kept from obstacles, [0, 0.1] (lessons: guards against ODE's triangle depths)
-  double contact_range_m = 0.03;  ///< pairs closer than this enter the problem, (collision_margin_m, 1]
+  std::string solver = "sqp";     ///< a word of the registry
+  int multi_starts = 0;           ///< restarts after a failed attempt, 0..1000 (reading 29)
+  int sample_size_percent = 100;  ///< share of terms refreshed per iteration
+  bool incremental = false;       ///< keep the last model or gradient of terms that are not refreshed
+
+  // Options of every method: how the problem is posed to the solver.
+  double restart_noise_deg = 5.0;    ///< half width of the uniform noise on every joint at a restart, (0, 180]
+  std::string collision = "solid";   ///< obstacles: "solid", or "surface" (two-sided triangles, reference 3.4)
+  double collision_margin_m = 5e-4;  ///< distance kept from obstacles, [0, 0.1] (guards against ODE's triangle depths)
+  double contact_range_m = 0.03;     ///< pairs closer than this enter the problem, (collision_margin_m, 1]
+  bool continuous_collision = true;  ///< motions: also between consecutive waypoints (paper)
+
+  // Options of the solvers; those of `solver` count.
   SqpOptions sqp;
 
   /// Throws InputError naming every unknown key (with the nearest valid one), wrong type and value out of range;
   /// `source` names the file in errors.
   static Method FromJson(const nlohmann::json& description, const std::string& source);
 
-  /// Canonical form: every option, defaults included.
+  /// Canonical form: every option that applies, defaults included.
   nlohmann::json ToJson() const;
 
   /// BLAKE2b-256 of the canonical form without the name, 64 hexadecimal digits.
   std::string Hash() const;
+
+  /// True when the outcome depends on random draws.
+  bool draws() const;
+
+  /// All options of the chosen solver.
+  void VisitOptions(OptionFields& fields);
 };
 
 }  // namespace legopt

@@ -4,6 +4,8 @@
 
 namespace legopt {
 
+class OptionFields;
+
 /// Numerical options of the trust-region SQP (reference 3.2). Defaults are TrajOpt's with the paper's penalties and the
 /// recommended readings; every one is a key under `options:` of a method.
 struct SqpOptions {
@@ -20,6 +22,8 @@ struct SqpOptions {
   int max_penalty_iterations = 11;        ///< mu = 1e2 .. 1e12 (paper), 1..20
   int max_iterations = 50;                ///< convexifications per penalty value, >= 1
   std::string subproblem = "interior_point";  ///< or "ipopt"
+
+  void Visit(OptionFields& fields);
 
   bool operator==(const SqpOptions&) const = default;
 };

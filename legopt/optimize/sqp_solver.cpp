@@ -21,8 +21,8 @@ std::unique_ptr<SubproblemSolver> MakeSubproblemSolver(const std::string& name) 
 
 }  // namespace
 
-SqpSolver::SqpSolver(const SqpOptions& options)
-    : options_(options), subproblem_solver_(MakeSubproblemSolver(options.subproblem)) {}
+SqpSolver::SqpSolver(const SqpOptions& options, const Sampling& sampling)
+    : options_(options), sampling_(sampling), subproblem_solver_(MakeSubproblemSolver(options.subproblem)) {}
 
 void SqpSolver::Prepare(const Program& program) {
   const Eigen::Index tangent = static_cast<Eigen::Index>(program.num_waypoints()) * program.tangent_size();
@@ -30,10 +30,9 @@ void SqpSolver::Prepare(const Program& program) {
       subproblem_->block_size() != program.tangent_size()) {
     subproblem_ = std::make_unique<ConvexSubproblem>(program.num_waypoints(), program.tangent_size());
   }
+  sampler_.Reset(program, sampling_);
   models_.resize(program.terms().size());
-  dx_.setZero(tangent);
-  lower_.setZero(tangent);
-  upper_.setZero(tangent);
+  for (auto* v : {&zero_, &dx_, &lower_, &upper_}) v->setZero(tangent);
   x_trial_.setZero(static_cast<Eigen::Index>(program.num_waypoints()) * program.point_size());
   trust_box_ = options_.trust_box_size;
   penalty_ = options_.initial_penalty;
@@ -42,14 +41,13 @@ void SqpSolver::Prepare(const Program& program) {
   hit_iteration_limit_ = false;
 }
 
-SqpSolver::Result SqpSolver::Solve(Program& program, Eigen::VectorXd& x, const StopCheck& stop,
-                                   std::vector<IterationRecord>* history) {
+SolverResult SqpSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
   Prepare(program);
-  stop_ = &stop;
-  history_ = history;
-  Result result;
+  context_ = &context;
+  SolverResult result;
   program.ProjectOnBounds(x);
   value_ = EvaluateObjective(program, x, scratch_);
+  at_x_ = true;
   if (!value_.IsFinite()) {
     result.status = SolveStatus::kNumericalFailure;
     result.value = value_;
@@ -62,7 +60,7 @@ SqpSolver::Result SqpSolver::Solve(Program& program, Eigen::VectorXd& x, const S
     hit_iteration_limit_ = end == InnerEnd::kIterationLimit;
     if (result.status != SolveStatus::kNotRun || Satisfied()) break;
     penalty_ *= options_.penalty_increase_ratio;
-    trust_box_ = std::max(trust_box_, kTrustRestartFactor * options_.min_trust_box_size / options_.trust_shrink_ratio);
+    trust_box_ = std::max(trust_box_, RestartedTrustBox());
   }
   if (result.status == SolveStatus::kNotRun) result.status = FinalStatus();
   result.value = value_;
@@ -71,19 +69,29 @@ SqpSolver::Result SqpSolver::Solve(Program& program, Eigen::VectorXd& x, const S
   return result;
 }
 
+double SqpSolver::RestartedTrustBox() const {
+  return kTrustRestartFactor * options_.min_trust_box_size / options_.trust_shrink_ratio;
+}
+
 SolveStatus SqpSolver::FinalStatus() const {
   if (hit_iteration_limit_) return SolveStatus::kIterationLimit;
   return Satisfied() ? SolveStatus::kConvergedFeasible : SolveStatus::kConvergedInfeasible;
 }
 
 SqpSolver::InnerEnd SqpSolver::ConvexifyLoop(Program& program, Eigen::VectorXd& x) {
+  bool refresh_all = sampling_.incremental;
   for (int k = 0; k < options_.max_iterations; ++k) {
-    Convexify(program);
+    Convexify(program, x, refresh_all);
+    refresh_all = false;
     switch (TrustRegionLoop(program, x)) {
       case StepEnd::kAccepted:
+        if (sampling_.incremental && Satisfied()) return InnerEnd::kConverged;
         break;
       case StepEnd::kConverged:
-        return InnerEnd::kConverged;
+        if (!sampling_.incremental || fresh_) return InnerEnd::kConverged;
+        refresh_all = true;
+        trust_box_ = std::max(trust_box_, RestartedTrustBox());
+        break;
       case StepEnd::kStopped:
         return InnerEnd::kStopped;
       case StepEnd::kFailed:
@@ -93,17 +101,40 @@ SqpSolver::InnerEnd SqpSolver::ConvexifyLoop(Program& program, Eigen::VectorXd& 
   return InnerEnd::kIterationLimit;
 }
 
-void SqpSolver::Convexify(Program& program) {
+void SqpSolver::Convexify(Program& program, const Eigen::VectorXd& x, bool refresh_all) {
+  if (!at_x_) program.SetPoint(x);
+  at_x_ = true;
+  const auto& terms = program.terms();
+  const bool all = refresh_all || sampler_.everything();
+  const std::vector<std::uint8_t>& drawn = all ? sampler_.All() : sampler_.Draw(*context_->generator);
+  for (size_t k = 0; k < terms.size(); ++k) {
+    if (drawn[k] != 0) terms[k]->Linearize(models_[k]);
+  }
+  in_subproblem_ = drawn;
+  if (sampling_.incremental) in_subproblem_.assign(terms.size(), 1);
+  fresh_ = all;
+  BuildSubproblem(program);
+}
+
+void SqpSolver::BuildSubproblem(const Program& program) {
   subproblem_->Clear();
   const auto& terms = program.terms();
   for (size_t k = 0; k < terms.size(); ++k) {
-    terms[k]->Linearize(models_[k]);
+    if (in_subproblem_[k] == 0) continue;
     const TermShape& shape = terms[k]->shape();
     if (shape.kind == TermKind::kCost) {
       subproblem_->AddCost(shape.waypoint, models_[k]);
     } else {
       subproblem_->AddPenalties(shape.waypoint, models_[k], shape.kind, penalty_);
     }
+  }
+}
+
+void SqpSolver::ShiftModels(const Program& program) {
+  const auto& terms = program.terms();
+  const int size = program.tangent_size();
+  for (size_t k = 0; k < terms.size(); ++k) {
+    models_[k].Shift(dx_.data() + static_cast<Eigen::Index>(terms[k]->shape().waypoint) * size, size);
   }
 }
 
@@ -119,21 +150,23 @@ bool SqpSolver::SolveSubproblem(const Program& program, const Eigen::VectorXd& x
 
 SqpSolver::StepEnd SqpSolver::TrustRegionLoop(Program& program, Eigen::VectorXd& x) {
   const double merit = value_.Merit(penalty_);
+  const double model = subproblem_->Value(zero_);  // the merit, unless terms are stale or missing
   while (trust_box_ >= options_.min_trust_box_size) {
-    stop_status_ = *stop_ ? (*stop_)() : SolveStatus::kNotRun;
+    stop_status_ = context_->Stopped();
     if (stop_status_ != SolveStatus::kNotRun) return StepEnd::kStopped;
     if (!SolveSubproblem(program, x)) return StepEnd::kFailed;
     ++iterations_;
-    const double predicted = merit - subproblem_->Value(dx_);
+    const double predicted = model - subproblem_->Value(dx_);
     program.Retract(x, dx_, x_trial_);
     const ObjectiveValue trial = EvaluateObjective(program, x_trial_, scratch_);
+    at_x_ = false;
     const double actual = merit - trial.Merit(penalty_);
     const bool converged =
         predicted < options_.min_approx_improve || predicted < options_.min_approx_improve_frac * merit;
     const bool accepted =
         !converged && trial.IsFinite() && actual >= 0.0 && actual >= options_.improve_ratio_threshold * predicted;
-    if (history_ != nullptr) {
-      history_->push_back({0, penalty_, trust_box_, trial.cost, trial.max_violation, accepted});
+    if (context_->history != nullptr) {
+      context_->history->push_back({0, penalty_, trust_box_, trial.cost, trial.max_violation, accepted});
     }
     if (converged) return StepEnd::kConverged;
     if (!accepted) {
@@ -141,8 +174,10 @@ SqpSolver::StepEnd SqpSolver::TrustRegionLoop(Program& program, Eigen::VectorXd&
       continue;
     }
     x.swap(x_trial_);
+    at_x_ = true;
     value_ = trial;
     trust_box_ *= options_.trust_expand_ratio;
+    if (sampling_.incremental) ShiftModels(program);
     return StepEnd::kAccepted;
   }
   return StepEnd::kConverged;

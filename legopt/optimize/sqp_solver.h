@@ -1,20 +1,17 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "legopt/optimize/convex_subproblem.h"
-#include "legopt/optimize/penalty_objective.h"
-#include "legopt/optimize/solve_outcome.h"
+#include "legopt/optimize/sampling.h"
+#include "legopt/optimize/solver.h"
 #include "legopt/optimize/sqp_options.h"
-#include "legopt/problem/program.h"
+#include "legopt/optimize/term_sampler.h"
 
 namespace legopt {
-
-/// Asked between iterations: kNotRun to go on, or the status to stop with (kTimeLimit, kCancelled).
-using StopCheck = std::function<SolveStatus()>;
 
 /// Sequential quadratic programming with l1 penalties in a trust box, as in TrajOpt (reference 3.2), with the paper's
 /// penalties mu = 1e2 .. 1e12. Three nested loops:
@@ -28,21 +25,16 @@ using StopCheck = std::function<SolveStatus()>;
 /// limit counts as done (27) - but a feasible point at which the loop had not converged is reported as kIterationLimit.
 /// A step to a non-finite point is rejected.
 ///
-/// One thread; no allocation inside an iteration once buffers have grown (history excepted).
-class SqpSolver {
+/// With a sample below 100 % the convexify loop refreshes a random subset of the terms. **Incremental** (I-SQP, the
+/// paper's Algorithm 1): the first convexification at each mu takes all terms, later ones keep the models of terms that
+/// were not drawn, moved along with x; the loop ends as soon as the constraints hold after an accepted step (24), and
+/// convergence is only ever declared on fresh models of all terms (25). **Not incremental** (SQP 80 %): the subproblem
+/// has the drawn terms only (26). In both, steps are accepted by the full merit.
+class SqpSolver : public Solver {
  public:
-  struct Result {
-    SolveStatus status = SolveStatus::kNotRun;
-    ObjectiveValue value;   ///< at the returned point
-    bool feasible = false;  ///< every violation below the tolerance, converged or not
-    int iterations = 0;     ///< trial steps
-  };
+  explicit SqpSolver(const SqpOptions& options, const Sampling& sampling = {});
 
-  explicit SqpSolver(const SqpOptions& options);
-
-  /// Starts from x (size num_waypoints * point_size) and leaves the best point there. Trial steps are appended to
-  /// `history` (may be null).
-  Result Solve(Program& program, Eigen::VectorXd& x, const StopCheck& stop, std::vector<IterationRecord>* history);
+  SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) override;
 
  private:
   enum class InnerEnd { kConverged, kIterationLimit, kStopped, kFailed };
@@ -51,19 +43,27 @@ class SqpSolver {
   void Prepare(const Program& program);
   InnerEnd ConvexifyLoop(Program& program, Eigen::VectorXd& x);
   StepEnd TrustRegionLoop(Program& program, Eigen::VectorXd& x);
-  void Convexify(Program& program);
+  /// Chooses the terms of the next subproblem and brings their models up to date.
+  void Convexify(Program& program, const Eigen::VectorXd& x, bool refresh_all);
+  void BuildSubproblem(const Program& program);
+  void ShiftModels(const Program& program);
   bool SolveSubproblem(const Program& program, const Eigen::VectorXd& x);
   bool Satisfied() const { return value_.max_violation < options_.constraint_tolerance; }
+  double RestartedTrustBox() const;
   SolveStatus FinalStatus() const;
 
   SqpOptions options_;
+  Sampling sampling_;
+  TermSampler sampler_;
   std::unique_ptr<SubproblemSolver> subproblem_solver_;
   std::unique_ptr<ConvexSubproblem> subproblem_;
-  std::vector<LinearModel> models_;  ///< one per term
+  std::vector<LinearModel> models_;          ///< one per term
+  std::vector<std::uint8_t> in_subproblem_;  ///< by term
+  bool fresh_ = false;                       ///< every term's model was made at x
+  bool at_x_ = false;                        ///< the program's point is x
   std::vector<double> scratch_;
-  Eigen::VectorXd dx_, lower_, upper_, x_trial_;
-  const StopCheck* stop_ = nullptr;
-  std::vector<IterationRecord>* history_ = nullptr;
+  Eigen::VectorXd zero_, dx_, lower_, upper_, x_trial_;
+  const SolverContext* context_ = nullptr;
   ObjectiveValue value_;  ///< exact, at x
   double penalty_ = 0.0, trust_box_ = 0.0;
   int iterations_ = 0;

@@ -18,4 +18,14 @@ void LinearModel::Reset(int rows, int tangent_size, int num_waypoints) {
   }
 }
 
+void LinearModel::Shift(const double* dx, int tangent_size) {
+  for (int k = 0; k < num_waypoints_; ++k) {
+    for (int i = 0; i < rows_; ++i) {
+      double sum = 0.0;
+      for (int j = 0; j < tangent_size; ++j) sum += row(k, i)[j] * dx[k * tangent_size + j];
+      value(i) += sum;
+    }
+  }
+}
+
 }  // namespace legopt

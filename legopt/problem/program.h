@@ -15,20 +15,24 @@ enum class TermKind { kCost, kEquality, kInequality };
 
 /// What an optimiser may know of a term: its place in the chain of waypoints, nothing of robots.
 struct TermShape {
-  std::string name;       ///< for messages, e.g. "foot l_foot"
+  std::string name;  ///< for messages, e.g. "foot l_foot"
   TermKind kind = TermKind::kCost;
   int waypoint = 0;       ///< first waypoint it touches
   int num_waypoints = 1;  ///< 1, or 2: the waypoint and its successor
+  int unit = -1;          ///< terms of equal unit >= 0 are sampled together, as one F_i of the paper; -1: on its own
 };
 
 /// Linear model of a term about the program's point: r(dx) = value + jacobian[0] dx_t (+ jacobian[1] dx_{t+1}).
 ///
-/// Row i of `jacobian[k]` starts at row(k, i) and has `stride` doubles (tangent size rounded up to whole SIMD vectors, the
-/// rest zero). Grows on demand and never shrinks, so that a model that is refilled allocates nothing.
+/// Row i of `jacobian[k]` starts at row(k, i) and has `stride` doubles (tangent size rounded up to whole SIMD vectors,
+/// the rest zero). Grows on demand and never shrinks, so that a model that is refilled allocates nothing.
 class LinearModel {
  public:
   /// Makes room for `rows` rows and zeroes them. Contents are lost.
   void Reset(int rows, int tangent_size, int num_waypoints);
+
+  /// Moves the point of expansion by dx (num_waypoints() blocks of `tangent_size`): value += jacobian dx.
+  void Shift(const double* dx, int tangent_size);
 
   int rows() const { return rows_; }
   int stride() const { return stride_; }

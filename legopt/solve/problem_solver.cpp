@@ -8,7 +8,7 @@
 
 #include "legopt/blake2b.h"
 #include "legopt/input_error.h"
-#include "legopt/optimize/sqp_solver.h"
+#include "legopt/optimize/registry.h"
 #include "legopt/problem/initial_guess.h"
 #include "legopt/problem/waypoint_program.h"
 #include "legopt/solve/solve_timer.h"
@@ -30,12 +30,12 @@ std::mt19937_64 Generator(Task task, int problem_id, Initialization initializati
 }
 
 /// True when attempt `a` is the better one to return: feasible first, then the smaller violation.
-bool Better(const SqpSolver::Result& a, const SqpSolver::Result& b) {
+bool Better(const SolverResult& a, const SolverResult& b) {
   if (a.feasible != b.feasible) return a.feasible;
   return a.value.IsFinite() && !(b.value.max_violation <= a.value.max_violation);
 }
 
-std::string WorstTerm(const Program& program, const SqpSolver::Result& result) {
+std::string WorstTerm(const Program& program, const SolverResult& result) {
   if (result.feasible || result.value.worst_term < 0) return "";
   return "largest violation: " + program.terms()[static_cast<size_t>(result.value.worst_term)]->shape().name;
 }
@@ -66,18 +66,18 @@ SolveOutcome ProblemSolver::Solve(Task task, int problem_id, Initialization init
                                                                                   : SolveStatus::kNotRun;
   };
   const Eigen::VectorXd start = InitialGuess(dataset, stance, initialization);
-  SqpSolver solver(method.sqp);
+  const std::unique_ptr<Solver> solver = MakeSolver(method);
   SolveOutcome outcome;
-  SqpSolver::Result best;
+  SolverResult best;
   Eigen::VectorXd best_x, x;
   for (int restart = 0; restart <= method.multi_starts; ++restart) {
     x = start;
+    std::mt19937_64 generator = Generator(task, problem_id, initialization, method_hash, settings, restart);
     if (restart > 0) {
-      std::mt19937_64 generator = Generator(task, problem_id, initialization, method_hash, settings, restart);
       PerturbJoints(dataset.robot(), generator, method.restart_noise_deg * kRadiansPerDegree, x);
     }
     const size_t first_record = outcome.history.size();
-    const SqpSolver::Result result = solver.Solve(*program, x, stop, &outcome.history);
+    const SolverResult result = solver->Solve(*program, x, {stop, &generator, &outcome.history});
     for (size_t i = first_record; i < outcome.history.size(); ++i) outcome.history[i].restart = restart;
     outcome.restarts = restart;
     outcome.iterations += result.iterations;

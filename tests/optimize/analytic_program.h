@@ -17,8 +17,8 @@ class AnalyticProgram : public Program {
   AnalyticProgram(Eigen::VectorXd lower, Eigen::VectorXd upper) : lower_(std::move(lower)), upper_(std::move(upper)) {}
 
   /// Jacobians by central differences: the programs are tiny and smooth.
-  void Add(TermKind kind, Residuals residuals) {
-    terms_.push_back(std::make_unique<FunctionTerm>(kind, std::move(residuals), x_));
+  void Add(TermKind kind, Residuals residuals, int unit = -1) {
+    terms_.push_back(std::make_unique<FunctionTerm>(kind, std::move(residuals), x_, unit));
   }
 
   int num_waypoints() const override { return 1; }
@@ -41,8 +41,8 @@ class AnalyticProgram : public Program {
  private:
   class FunctionTerm : public Term {
    public:
-    FunctionTerm(TermKind kind, Residuals residuals, const Eigen::VectorXd& x)
-        : Term({"function", kind, 0, 1}), residuals_(std::move(residuals)), x_(x) {}
+    FunctionTerm(TermKind kind, Residuals residuals, const Eigen::VectorXd& x, int unit)
+        : Term({"function", kind, 0, 1, unit}), residuals_(std::move(residuals)), x_(x) {}
     void Evaluate(std::vector<double>& values) override {
       const Eigen::VectorXd r = residuals_(x_);
       values.insert(values.end(), r.begin(), r.end());

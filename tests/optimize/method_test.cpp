@@ -29,6 +29,14 @@ TEST(Method, DefaultsAreThePapers) {
   EXPECT_EQ(method.sqp.max_penalty_iterations, 11);  // up to 1e12
 }
 
+TEST(Method, IncrementalVariantsCarryThePapersPrefix) {
+  const Method method =
+      Method::FromJson(json::parse(R"({"solver": "sqp", "sample_size": 80, "incremental": true})"), "");
+  EXPECT_EQ(method.name, "I-SQP");
+  EXPECT_TRUE(method.draws());
+  EXPECT_FALSE(Method{}.draws());
+}
+
 TEST(Method, CanonicalFormRoundTrips) {
   const Method method = Method::FromJson(
       json::parse(R"({"solver": "sqp", "name": "mine", "multi_starts": 10, "options": {"trust_box_size": 0.5}})"), "");
@@ -70,7 +78,8 @@ TEST(Method, WrongTypesAndRanges) {
   EXPECT_EQ(FaultOf(R"({"solver": "sqp", "options": {"constraint_tolerance": 0.1}})").field,
             "options.constraint_tolerance");
   EXPECT_EQ(FaultOf(R"({"name": "x"})").field, "solver");
-  EXPECT_EQ(FaultOf(R"({"solver": "sqp", "sample_size": 80})").field, "sample_size");
+  EXPECT_EQ(FaultOf(R"({"solver": "sqp", "sample_size": 0})").field, "sample_size");
+  EXPECT_EQ(FaultOf(R"({"solver": "sqp", "options": {"collision": "solids"}})").field, "options.collision");
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ struct RandomSubproblemShape {
   bool coupled = false;      ///< costs and rows between consecutive blocks
   double weight = 100.0;
   double box = 0.1;
-  int fixed_variables = 0;   ///< of the first block
+  int fixed_variables = 0;  ///< of the first block
 };
 
 /// A subproblem of the given shape with entries that look like a posture's; the same for the same seed.

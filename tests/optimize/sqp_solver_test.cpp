@@ -25,14 +25,14 @@ VectorXd One(double value) { return VectorXd::Constant(1, value); }
 
 class SqpOnSmallProblems : public ::testing::TestWithParam<std::string> {
  protected:
-  SqpSolver::Result Solve(AnalyticProgram& program, VectorXd& x, const StopCheck& stop = {}) {
+  SolverResult Solve(AnalyticProgram& program, VectorXd& x, const StopCheck& stop = {}) {
     SqpOptions options;
     options.subproblem = GetParam();
     options.min_approx_improve_frac = 1e-6;
     options.min_approx_improve = 1e-9;
     options.min_trust_box_size = 1e-6;
     options.max_iterations = 2000;  // curved constraints make steps short: the models have no curvature
-    return SqpSolver(options).Solve(program, x, stop, &history_);
+    return SqpSolver(options).Solve(program, x, {stop, nullptr, &history_});
   }
   std::vector<IterationRecord> history_;
 };
@@ -150,19 +150,19 @@ TEST(Sqp, FeasibleButNotConvergedIsNotCalledConverged) {
   SqpOptions options;
   options.max_iterations = 2;
   VectorXd x = Vector2d(0, 0);
-  const auto result = SqpSolver(options).Solve(program, x, {}, nullptr);
+  const auto result = SqpSolver(options).Solve(program, x, {});
   EXPECT_EQ(result.status, SolveStatus::kIterationLimit);
   EXPECT_TRUE(result.feasible);
 }
 
 TEST(Sqp, IterationLimitIsReported) {
   AnalyticProgram program = Plane();
-  program.Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] - 100.0); });
+  program.Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] - 50.0); });  // steps well above convergence
   SqpOptions options;
   options.max_iterations = 2;
   options.max_penalty_iterations = 2;
   VectorXd x = Vector2d(0, 0);
-  EXPECT_EQ(SqpSolver(options).Solve(program, x, {}, nullptr).status, SolveStatus::kIterationLimit);
+  EXPECT_EQ(SqpSolver(options).Solve(program, x, {}).status, SolveStatus::kIterationLimit);
 }
 
 }  // namespace

@@ -1,0 +1,31 @@
+#include "legopt/optimize/registry.h"
+
+#include <array>
+
+#include "legopt/optimize/sqp_solver.h"
+
+namespace legopt {
+namespace {
+
+Sampling SamplingOf(const Method& method) { return {method.sample_size_percent, method.incremental}; }
+
+constexpr std::array kSolvers = {
+    SolverEntry{
+        "sqp", "SQP", true, false, [](Method& m, OptionFields& f) { m.sqp.Visit(f); },
+        [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<SqpSolver>(m.sqp, SamplingOf(m)); }},
+};
+
+}  // namespace
+
+std::span<const SolverEntry> SolverRegistry() { return kSolvers; }
+
+const SolverEntry* FindSolver(const std::string& word) {
+  for (const SolverEntry& entry : kSolvers) {
+    if (word == entry.word) return &entry;
+  }
+  return nullptr;
+}
+
+std::unique_ptr<Solver> MakeSolver(const Method& method) { return FindSolver(method.solver)->make(method); }
+
+}  // namespace legopt

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <random>
+#include <vector>
+
+#include "legopt/optimize/penalty_objective.h"
+#include "legopt/optimize/solve_outcome.h"
+#include "legopt/problem/program.h"
+
+namespace legopt {
+
+/// Asked between iterations: kNotRun to go on, or the status to stop with (kTimeLimit, kCancelled). May be empty.
+using StopCheck = std::function<SolveStatus()>;
+
+/// What one attempt of a solver may use besides the program. The generator is the attempt's own: every random draw
+/// comes from it. `history` receives the trial steps and may be null.
+struct SolverContext {
+  StopCheck stop;
+  std::mt19937_64* generator = nullptr;  ///< not null for solvers that draw (Method::draws)
+  std::vector<IterationRecord>* history = nullptr;
+
+  SolveStatus Stopped() const { return stop ? stop() : SolveStatus::kNotRun; }
+};
+
+struct SolverResult {
+  SolveStatus status = SolveStatus::kNotRun;
+  ObjectiveValue value;   ///< at the returned point
+  bool feasible = false;  ///< every violation below the method's tolerance, converged or not
+  int iterations = 0;     ///< trial steps
+};
+
+/// An optimiser of the paper's penalty problem, min F(x) + mu V(x) with growing mu. It knows terms, not robots.
+///
+/// A workspace that may be used for one program after the other; one thread; no allocation inside an iteration once
+/// buffers have grown (history excepted).
+class Solver {
+ public:
+  virtual ~Solver() = default;
+
+  /// Starts from x (num_waypoints * point_size, any point) and leaves the best point found there: within the bounds,
+  /// feasible if any feasible one was found, else of smallest violation as far as the solver knows. A point where the
+  /// terms are not finite is never returned, unless the start was one (then status kNumericalFailure).
+  virtual SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) = 0;
+};
+
+}  // namespace legopt

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "legopt/optimize/sampling.h"
+#include "legopt/problem/program.h"
+
+namespace legopt {
+
+/// Draws the terms that an iteration looks at. What is drawn are sampling units (TermShape::unit), the paper's F_i
+/// (readings 1 to 3). Draws are the same on every machine and standard library. One thread.
+class TermSampler {
+ public:
+  /// For a program and a share of its units; the batch has max(1, round(percent/100 * units)) of them.
+  void Reset(const Program& program, const Sampling& sampling);
+
+  int num_units() const { return static_cast<int>(units_.size()); }
+  int batch_size() const { return batch_size_; }
+  /// Iterations per pass over all units.
+  int batches_per_epoch() const { return (num_units() + batch_size_ - 1) / batch_size_; }
+  bool everything() const { return batch_size_ == num_units(); }
+
+  /// An independent draw without replacement (SQP). Entry i of the result: term i is in it. Valid until the next call.
+  const std::vector<std::uint8_t>& Draw(std::mt19937_64& generator);
+
+  /// The next batch of a pass through all units in shuffled order (gradient methods); a pass that ends within a batch
+  /// makes the batch shorter.
+  const std::vector<std::uint8_t>& NextBatch(std::mt19937_64& generator);
+
+  /// Starts a new pass with the next call of NextBatch.
+  void Restart() { next_ = num_units(); }
+
+  /// All terms.
+  const std::vector<std::uint8_t>& All();
+
+ private:
+  void Shuffle(std::mt19937_64& generator, int count);
+  void Mark(int begin, int end);
+
+  std::vector<std::vector<int>> units_;  ///< terms of each unit
+  std::vector<int> order_;
+  std::vector<std::uint8_t> chosen_;
+  int batch_size_ = 1;
+  int next_ = 0;
+};
+
+}  // namespace legopt
