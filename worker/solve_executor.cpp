@@ -24,27 +24,27 @@ double Rounded(double value) {
   return std::strtod(text.data(), nullptr);
 }
 
-// One row per penalty value of each restart, {"columns": [...], "rows": [[...], ...]}: how many steps were tried and
-// accepted, and where it stood at its last accepted step. Every single step would make most results of postures exceed
-// a datagram, which costs more than solving easy ones; a replay gives them.
+// One row per penalty value of each restart of each window, {"columns": [...], "rows": [[...], ...]}: how many steps
+// were tried and accepted, and where it stood at its last accepted step. Every single step would make most results of
+// postures exceed a datagram, which costs more than solving easy ones; a replay gives them.
 std::string HistoryJson(const std::vector<IterationRecord>& history) {
   nlohmann::json rows = nlohmann::json::array();
   for (auto first = history.begin(); first != history.end();) {
     const auto end = std::find_if(first, history.end(), [&](const IterationRecord& step) {
-      return step.restart != first->restart || step.penalty != first->penalty;
+      return step.window != first->window || step.restart != first->restart || step.penalty != first->penalty;
     });
     const auto accepted = std::count_if(first, end, [](const IterationRecord& step) { return step.accepted; });
     const IterationRecord* last = &*first;
     for (auto step = first; step != end; ++step) {
       if (step->accepted) last = &*step;
     }
-    rows.push_back({first->restart, Rounded(first->penalty), end - first, accepted, Rounded(last->cost),
+    rows.push_back({first->window, first->restart, Rounded(first->penalty), end - first, accepted, Rounded(last->cost),
                     Rounded(last->violation), Rounded((end - 1)->trust_box)});
     first = end;
   }
   if (rows.empty()) return {};
   const nlohmann::json document = {
-      {"columns", {"restart", "penalty", "steps", "accepted", "cost", "violation", "trust_box"}},
+      {"columns", {"window", "restart", "penalty", "steps", "accepted", "cost", "violation", "trust_box"}},
       {"rows", std::move(rows)}};
   std::string text = document.dump();
   return text.size() <= kMaxHistoryBytes ? text : std::string();

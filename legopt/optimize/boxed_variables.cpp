@@ -25,6 +25,8 @@ void BoxedVariables::Reset(size_t count) {
   }
   lower.assign(padded, -1.0);
   upper.assign(padded, 1.0);
+  below_.assign(padded, 1.0);
+  above_.assign(padded, 1.0);
   inverse_below_.assign(padded, 1.0);
   inverse_above_.assign(padded, 1.0);
 }
@@ -41,20 +43,28 @@ void BoxedVariables::SetFixed(size_t i, double at) {
   upper[i] = at + 1.0;
 }
 
-void BoxedVariables::UpdateSlacks() {
+void BoxedVariables::Start() {
+  constexpr double kLeastShare = 1e-15;  // of a box
+  for (size_t i = 0; i < size(); ++i) {
+    const double least = kLeastShare * (upper[i] - lower[i]);
+    below_[i] = std::max(value[i] - lower[i], least);
+    above_[i] = std::max(upper[i] - value[i], least);
+  }
+  InvertSlacks();
+}
+
+void BoxedVariables::InvertSlacks() {
   for (size_t i = 0; i < size(); i += kLanes) {
-    const Lanes v = Load(&value[i]);
     const Lanes mask = Load(&free[i]);
-    Store(&inverse_below_[i], mask / (v - Load(&lower[i])));
-    Store(&inverse_above_[i], mask / (Load(&upper[i]) - v));
+    Store(&inverse_below_[i], mask / Load(&below_[i]));
+    Store(&inverse_above_[i], mask / Load(&above_[i]));
   }
 }
 
 double BoxedVariables::Gap() const {
   Lanes gap = {};
   for (size_t i = 0; i < size(); i += kLanes) {
-    const Lanes v = Load(&value[i]);
-    gap += Load(&z_lower[i]) * (v - Load(&lower[i])) + Load(&z_upper[i]) * (Load(&upper[i]) - v);
+    gap += Load(&z_lower[i]) * Load(&below_[i]) + Load(&z_upper[i]) * Load(&above_[i]);
   }
   return kernels::Sum(gap);
 }
@@ -62,9 +72,9 @@ double BoxedVariables::Gap() const {
 double BoxedVariables::GapAfter(double length) const {
   Lanes gap = {};
   for (size_t i = 0; i < size(); i += kLanes) {
-    const Lanes v = Load(&value[i]) + length * Load(&step[i]);
-    gap += (Load(&z_lower[i]) + length * Load(&z_lower_step_[i])) * (v - Load(&lower[i])) +
-           (Load(&z_upper[i]) + length * Load(&z_upper_step_[i])) * (Load(&upper[i]) - v);
+    const Lanes change = length * Load(&step[i]);
+    gap += (Load(&z_lower[i]) + length * Load(&z_lower_step_[i])) * (Load(&below_[i]) + change) +
+           (Load(&z_upper[i]) + length * Load(&z_upper_step_[i])) * (Load(&above_[i]) - change);
   }
   return kernels::Sum(gap);
 }
@@ -79,11 +89,10 @@ void BoxedVariables::BarrierHessian(std::vector<double>& theta) const {
 void BoxedVariables::Aim(double sigma, bool corrector) {
   const double second = corrector ? 1.0 : 0.0;
   for (size_t i = 0; i < size(); i += kLanes) {
-    const Lanes v = Load(&value[i]);
     const Lanes target = sigma * Load(&free[i]);
     const Lanes bend = second * Load(&step[i]);
-    const Lanes to_lower = target - Load(&z_lower[i]) * (v - Load(&lower[i])) - bend * Load(&z_lower_step_[i]);
-    const Lanes to_upper = target - Load(&z_upper[i]) * (Load(&upper[i]) - v) + bend * Load(&z_upper_step_[i]);
+    const Lanes to_lower = target - Load(&z_lower[i]) * Load(&below_[i]) - bend * Load(&z_lower_step_[i]);
+    const Lanes to_upper = target - Load(&z_upper[i]) * Load(&above_[i]) + bend * Load(&z_upper_step_[i]);
     Store(&z_lower_step_[i], to_lower);
     Store(&z_upper_step_[i], to_upper);
     Store(&drive[i], to_lower * Load(&inverse_below_[i]) - to_upper * Load(&inverse_above_[i]));
@@ -112,10 +121,14 @@ double BoxedVariables::InverseMaxStep() const {
 
 void BoxedVariables::Move(double length) {
   for (size_t i = 0; i < size(); i += kLanes) {
-    Store(&value[i], Load(&value[i]) + length * Load(&step[i]));
+    const Lanes change = length * Load(&step[i]);
+    Store(&value[i], Load(&value[i]) + change);
+    Store(&below_[i], Load(&below_[i]) + change);
+    Store(&above_[i], Load(&above_[i]) - change);
     Store(&z_lower[i], Load(&z_lower[i]) + length * Load(&z_lower_step_[i]));
     Store(&z_upper[i], Load(&z_upper[i]) + length * Load(&z_upper_step_[i]));
   }
+  InvertSlacks();
 }
 
 }  // namespace legopt

@@ -21,8 +21,9 @@ class BoxedVariables {
   void SetFixed(size_t i, double at);
   size_t size() const { return value.size(); }
 
-  /// To be called when values have been set or moved.
-  void UpdateSlacks();
+  /// To be called when values have been set. From here on the slacks v - lower and upper - v are moved along with v:
+  /// their differences would round to zero near a bound long before the method is done with it.
+  void Start();
   /// sum of the complementarity products.
   double Gap() const;
   /// The same after a step of length `length` along the direction at hand.
@@ -44,6 +45,9 @@ class BoxedVariables {
   std::vector<double> drive;  ///< what the complementarity targets add to the right-hand side of v's equation
 
  private:
+  void InvertSlacks();
+
+  std::vector<double> below_, above_;                  // slacks
   std::vector<double> inverse_below_, inverse_above_;  // of the slacks
   std::vector<double> z_lower_step_, z_upper_step_;    // right-hand sides between Aim and CompleteDirection
 };

@@ -28,8 +28,6 @@ SubproblemSolver::Result InteriorPointSolver::Solve(const ConvexSubproblem& prob
   result.status = Status::kIterationLimit;
   const double tolerance = std::max(accuracy / scale_, kRelativeGap * static_cast<double>(num_products_));
   for (; result.iterations < kMaxIterations; ++result.iterations) {
-    x_.UpdateSlacks();
-    y_.UpdateSlacks();
     Residuals(problem);
     const double gap = x_.Gap() + y_.Gap();
     if (!std::isfinite(gap)) {
@@ -158,6 +156,8 @@ void InteriorPointSolver::StartingPoint(const ConvexSubproblem& problem) {
   const double barrier = std::max(kStartBarrier * mean, kMinStartBarrier);
   for (size_t i = 0; i < num_y_; ++i) StartRow(i, row_scratch_[i], barrier);
 
+  x_.Start();
+  y_.Start();
   // With z still zero the dual residual is H x + g + A'y; zl - zu must equal it.
   Residuals(problem);
   for (size_t i = 0; i < num_x_; ++i) {

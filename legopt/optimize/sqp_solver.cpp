@@ -166,7 +166,7 @@ SqpSolver::StepEnd SqpSolver::TrustRegionLoop(Program& program, Eigen::VectorXd&
     const bool accepted =
         !converged && trial.IsFinite() && actual >= 0.0 && actual >= options_.improve_ratio_threshold * predicted;
     if (context_->history != nullptr) {
-      context_->history->push_back({0, penalty_, trust_box_, trial.cost, trial.max_violation, accepted});
+      context_->history->push_back({0, 0, penalty_, trust_box_, trial.cost, trial.max_violation, accepted});
     }
     if (converged) return StepEnd::kConverged;
     if (!accepted) {

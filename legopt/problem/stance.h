@@ -37,8 +37,11 @@ bool operator==(const ProblemDefinition& a, const ProblemDefinition& b);
 /// waypoint w belongs to stance StanceOfWaypoint(w) (reference, section 1.3).
 int NumWaypoints(const ProblemDefinition& problem);
 
+/// Waypoints of a motion per stance.
+inline constexpr int kWaypointsPerStance = 2;
+
 /// Index of the stance that constrains `waypoint`.
-inline int StanceOfWaypoint(int waypoint) { return waypoint / 2; }
+inline int StanceOfWaypoint(int waypoint) { return waypoint / kWaypointsPerStance; }
 
 /// Largest deviation of a file quaternion's norm from 1. LegOpt's own files are unit to 7e-11.
 inline constexpr double kQuaternionTolerance = 1e-6;

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "legopt/problem/support_polygon.h"
+#include "legopt/problem/velocity_term.h"
 #include "legopt/problem/waypoint_terms.h"
 
 namespace legopt {
@@ -11,6 +12,21 @@ std::unique_ptr<WaypointProgram> WaypointProgram::Posture(const Dataset& dataset
                                                           const Stance& stance, const ContactOptions& contacts) {
   std::unique_ptr<WaypointProgram> program(new WaypointProgram(dataset, query, {&stance}, contacts));
   program->terms_.insert(program->terms_.begin(), std::make_unique<TorqueCostTerm>(0, program->states_[0]));
+  return program;
+}
+
+std::unique_ptr<WaypointProgram> WaypointProgram::Window(const Dataset& dataset, CollisionQuery& query,
+                                                         std::span<const Stance> stances,
+                                                         const ContactOptions& contacts, bool fixed_first) {
+  std::vector<const Stance*> per_waypoint;
+  for (const Stance& stance : stances) per_waypoint.insert(per_waypoint.end(), kWaypointsPerStance, &stance);
+  std::unique_ptr<WaypointProgram> program(new WaypointProgram(dataset, query, per_waypoint, contacts));
+  program->fixed_first_ = fixed_first;
+  constexpr int kVelocityUnit = 0;
+  for (int t = 0; t + 1 < program->num_waypoints(); ++t) {
+    program->terms_.push_back(
+        std::make_unique<VelocityCostTerm>(t, kVelocityUnit, program->state(t), program->state(t + 1)));
+  }
   return program;
 }
 
@@ -42,7 +58,8 @@ void WaypointProgram::Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<co
                               Eigen::Ref<Eigen::VectorXd> x_next) const {
   const Eigen::Index points = point_size();
   const Eigen::Index tangents = tangent_size();
-  for (Eigen::Index t = 0; t < num_waypoints(); ++t) {
+  if (fixed_first_) x_next.head(points) = x.head(points);
+  for (Eigen::Index t = first_free(); t < num_waypoints(); ++t) {
     legopt::Retract(*robot_, x.segment(t * points, points), dx.segment(t * tangents, tangents),
                     x_next.segment(t * points, points));
   }
@@ -54,7 +71,11 @@ void WaypointProgram::StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref
   const Eigen::Index n = robot_->num_dofs();
   lower.setConstant(-std::numeric_limits<double>::infinity());
   upper.setConstant(std::numeric_limits<double>::infinity());
-  for (Eigen::Index t = 0; t < num_waypoints(); ++t) {
+  if (fixed_first_) {
+    lower.head(tangent_size()).setZero();
+    upper.head(tangent_size()).setZero();
+  }
+  for (Eigen::Index t = first_free(); t < num_waypoints(); ++t) {
     const auto joints = x.segment(t * point_size(), n);
     lower.segment(t * tangent_size(), n) = robot_->lower_limits() - joints;
     upper.segment(t * tangent_size(), n) = robot_->upper_limits() - joints;
@@ -63,7 +84,7 @@ void WaypointProgram::StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref
 
 void WaypointProgram::ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const {
   const Eigen::Index n = robot_->num_dofs();
-  for (Eigen::Index t = 0; t < num_waypoints(); ++t) {
+  for (Eigen::Index t = first_free(); t < num_waypoints(); ++t) {
     auto joints = x.segment(t * point_size(), n);
     joints = joints.cwiseMax(robot_->lower_limits()).cwiseMin(robot_->upper_limits());
   }

@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "legopt/problem/dataset.h"
@@ -27,6 +28,12 @@ class WaypointProgram : public Program {
   static std::unique_ptr<WaypointProgram> Posture(const Dataset& dataset, CollisionQuery& query, const Stance& stance,
                                                   const ContactOptions& contacts);
 
+  /// A window of the motion task: two waypoints per stance (readings 2, 6), the velocity cost as one sampling unit.
+  /// With `fixed_first` the first waypoint does not move (reading 12).
+  static std::unique_ptr<WaypointProgram> Window(const Dataset& dataset, CollisionQuery& query,
+                                                 std::span<const Stance> stances, const ContactOptions& contacts,
+                                                 bool fixed_first);
+
   int num_waypoints() const override { return static_cast<int>(states_.size()); }
   int tangent_size() const override { return robot_->tangent_size(); }
   int point_size() const override { return robot_->configuration_size(); }
@@ -45,7 +52,11 @@ class WaypointProgram : public Program {
                   const ContactOptions& contacts);
   void AddConstraints(const Dataset& dataset, const Stance& stance, int waypoint, double margin_m);
 
+  /// First waypoint that moves.
+  Eigen::Index first_free() const { return fixed_first_ ? 1 : 0; }
+
   const RobotModel* robot_;
+  bool fixed_first_ = false;
   std::deque<WaypointState> states_;  ///< terms point into it
   std::vector<std::unique_ptr<Term>> terms_;
 };

@@ -15,10 +15,13 @@ class WaypointState {
       : kinematics_(robot), query_(&query), contact_range_m_(contact_range_m) {}
 
   void Update(Eigen::Ref<const Eigen::VectorXd> x) {
+    configuration_ = x;
     kinematics_.Update(x);
     contacts_valid_ = false;
   }
 
+  /// n + 7 numbers.
+  const Eigen::VectorXd& configuration() const { return configuration_; }
   const Kinematics& kinematics() const { return kinematics_; }
 
   /// Pairs closer than the contact range, in the query's order.
@@ -32,6 +35,7 @@ class WaypointState {
   }
 
  private:
+  Eigen::VectorXd configuration_;
   Kinematics kinematics_;
   CollisionQuery* query_;
   double contact_range_m_;

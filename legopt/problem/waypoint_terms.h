@@ -11,8 +11,8 @@ namespace legopt {
 
 // The terms of one waypoint. Each refers to the state of its waypoint, which must outlive it.
 
-/// Cost: static torques in units of gravity, r = tau / g over all joints, base fixed in space (reading 13; 1.6). N m per
-/// m/s^2, that is kg m.
+/// Cost: static torques in units of gravity, r = tau / g over all joints, base fixed in space (reading 13; 1.6). N m
+/// per m/s^2, that is kg m.
 class TorqueCostTerm : public Term {
  public:
   TorqueCostTerm(int waypoint, WaypointState& state);
@@ -25,8 +25,9 @@ class TorqueCostTerm : public Term {
   Eigen::MatrixXd jacobian_;
 };
 
-/// Equality: a foot's link frame on its target. With E = target^-1 * actual, the vector part of E's unit quaternion (scalar
-/// part >= 0) and E's translation in m: exactly the six numbers that the judge looks at (reference 1.5, item 2).
+/// Equality: a foot's link frame on its target. With E = target^-1 * actual, the vector part of E's unit quaternion
+/// (scalar part >= 0) and E's translation in m: exactly the six numbers that the judge looks at (reference 1.5, item
+/// 2).
 class FootPoseTerm : public Term {
  public:
   FootPoseTerm(int waypoint, WaypointState& state, int link, const Eigen::Isometry3d& target, const std::string& name);
@@ -56,8 +57,8 @@ class ComTerm : public Term {
   Eigen::MatrixXd jacobian_;
 };
 
-/// Inequality: margin - d <= 0 for every pair of shapes nearer than the contact range, m. Linearised with contact points
-/// fixed in their links and a constant normal (contact.h; reference 3.4).
+/// Inequality: margin - d <= 0 for every pair of shapes nearer than the contact range, m. Linearised with contact
+/// points fixed in their links and a constant normal (contact.h; reference 3.4).
 class CollisionTerm : public Term {
  public:
   CollisionTerm(int waypoint, WaypointState& state, double margin_m);

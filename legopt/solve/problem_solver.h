@@ -16,17 +16,21 @@ namespace legopt {
 struct SolveSettings {
   std::uint64_t experiment_seed = 1;
   int repetition = 0;
-  double wall_limit_s = 60.0;                         ///< soft limit, checked between iterations; > 0
-  std::function<bool()> cancelled;                    ///< polled between iterations; may be empty
-  std::function<void(int done, int total)> progress;  ///< attempts finished of attempts allowed; may be empty
+  double wall_limit_s = 60.0;       ///< soft limit, checked between iterations; > 0
+  std::function<bool()> cancelled;  ///< polled between iterations; may be empty
+  /// Attempts finished of attempts allowed (posture), windows finished of all windows (motion); may be empty.
+  std::function<void(int done, int total)> progress;
 };
 
 /// Solves problems of one dataset, one after the other, by any method with multi-start: one attempt from the initial
-/// guess, then up to `method.multi_starts` attempts from perturbed ones (readings 10 and 29) until an attempt converges
-/// feasibly.
+/// guess, then up to `method.multi_starts` attempts from perturbed ones (readings 10 and 29) until an attempt ends
+/// feasible.
 ///
-/// Deterministic: all noise comes from a generator seeded by (experiment seed, task, problem, initialisation, method,
-/// repetition, restart); what was solved before has no influence. One thread at a time.
+/// A motion is solved window by window (readings 6 to 12); restarts are per window. A window that exhausts them ends
+/// the problem: the outcome holds the waypoints of the windows before it, and its message names window and term.
+///
+/// Deterministic: all random draws come from generators seeded by (experiment seed, task, problem, initialisation,
+/// method, repetition, window, restart); what was solved before has no influence. One thread at a time.
 class ProblemSolver {
  public:
   /// Builds the dataset's collision model when nobody has yet, and its own collision query.
@@ -37,6 +41,8 @@ class ProblemSolver {
                      const SolveSettings& settings);
 
  private:
+  class Run;
+
   std::shared_ptr<const Dataset> dataset_;
   CollisionQuery query_;
 };

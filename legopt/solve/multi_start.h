@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <random>
+#include <vector>
+
+#include "legopt/optimize/solver.h"
+
+namespace legopt {
+
+/// What the attempts at one program have in common.
+struct MultiStartSettings {
+  int max_restarts = 0;
+  /// The generator of an attempt; 0 is the first one.
+  std::function<std::mt19937_64(int restart)> generator;
+  /// Turns the original start into that of a restart (reading 10).
+  std::function<void(std::mt19937_64& generator, Eigen::VectorXd& x)> perturb;
+  /// Called after each attempt with the number of attempts made; may be empty.
+  std::function<void(int attempts)> attempted;
+  StopCheck stop;
+  std::vector<IterationRecord>* history = nullptr;  ///< may be null
+};
+
+struct MultiStartResult {
+  SolverResult best;  ///< feasible first, then the smaller violation; status of a stop, if there was one
+  Eigen::VectorXd x;
+  int restarts = 0;
+  int iterations = 0;  ///< of all attempts
+
+  bool stopped() const { return best.status == SolveStatus::kTimeLimit || best.status == SolveStatus::kCancelled; }
+};
+
+/// One attempt from `start`, then up to max_restarts from perturbed copies of it, until one ends feasible (reading 29).
+MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen::VectorXd& start,
+                                   const MultiStartSettings& settings);
+
+}  // namespace legopt

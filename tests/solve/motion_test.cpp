@@ -1,0 +1,114 @@
+// Motions: windows, what is kept of them, and their judgement.
+
+#include <gtest/gtest.h>
+
+#include "legopt/evaluate/judge.h"
+#include "legopt/solve/motion_windows.h"
+#include "legopt/solve/problem_solver.h"
+#include "tests/problem/synthetic_dataset.h"
+#include "tests/problem/test_data.h"
+
+namespace legopt {
+namespace {
+
+TEST(MotionWindows, SixStancesOverlappingByOne) {
+  for (int stances = 2; stances <= 499; ++stances) {
+    const std::vector<MotionWindow> windows = MotionWindows(stances);
+    EXPECT_EQ(static_cast<int>(windows.size()), 1 + std::max(0, (stances - 6 + 4) / 5)) << stances;
+    int next = 0;
+    for (const MotionWindow& window : windows) {
+      EXPECT_EQ(window.first_stance, next);
+      EXPECT_GE(window.num_stances, 2);
+      EXPECT_LE(window.num_stances, 6);
+      next = window.first_stance + window.num_stances - 1;
+    }
+    EXPECT_EQ(next, stances - 1);
+  }
+}
+
+class Motion : public ::testing::Test {
+ protected:
+  Motion() : folder_(temporary_.path() / "dataset"), dataset_(Dataset::Load(folder_.path())), solver_(dataset_) {}
+
+  test::TemporaryFolder temporary_;
+  test::SyntheticFolder folder_;
+  std::shared_ptr<const Dataset> dataset_;
+  ProblemSolver solver_;
+};
+
+TEST_F(Motion, IsSolvedAndJudged) {
+  SolveSettings settings;
+  std::vector<std::pair<int, int>> progress;
+  settings.progress = [&](int done, int total) { progress.emplace_back(done, total); };
+  const SolveOutcome outcome = solver_.Solve(Task::kMotion, 0, Initialization::kGood, {}, settings);
+  EXPECT_EQ(outcome.windows, 1);
+  EXPECT_EQ(outcome.windows_solved, 1);
+  EXPECT_EQ(progress, (std::vector<std::pair<int, int>>{{1, 1}}));
+  Judge judge(dataset_);
+  const Evaluation evaluation = judge.Evaluate(Task::kMotion, dataset_->problem(Task::kMotion, 0), outcome.waypoints);
+  EXPECT_EQ(evaluation.strict, Verdict::kSuccess) << evaluation.detail;
+  EXPECT_GE(outcome.cost, evaluation.cost * evaluation.num_waypoints - 1e-12) << "the base counts for the solver only";
+}
+
+TEST_F(Motion, AFailedWindowEndsTheProblemAndSaysWhich) {
+  Method method;
+  method.multi_starts = 2;
+  method.sqp.max_iterations = 1;
+  method.sqp.max_penalty_iterations = 1;
+  const SolveOutcome outcome = solver_.Solve(Task::kMotion, 0, Initialization::kInCollision, method, {});
+  EXPECT_EQ(outcome.windows_solved, 0);
+  EXPECT_EQ(outcome.restarts, 2);
+  EXPECT_TRUE(outcome.waypoints.empty());
+  EXPECT_NE(outcome.status, SolveStatus::kConvergedFeasible);
+  EXPECT_NE(outcome.message.find("window 0 of 1 (stances 0 to 2)"), std::string::npos) << outcome.message;
+}
+
+// Long enough for several windows, short enough for every day.
+constexpr size_t kMaxStances = 40;
+
+TEST(LegOptMotions, PlainSqpSolvesTheShortOnes) {
+  LEGOPT_SKIP_WITHOUT_TEST_DATA();
+  const auto dataset = Dataset::Load(test::LegOptFolder());
+  ProblemSolver solver(dataset);
+  Judge judge(dataset);
+  int tried = 0;
+  for (const ProblemDefinition& problem : dataset->problems(Task::kMotion)) {
+    if (problem.stances.size() > kMaxStances) continue;
+    for (const Initialization start : {Initialization::kGood, Initialization::kInCollision}) {
+      const SolveOutcome outcome = solver.Solve(Task::kMotion, problem.id, start, {}, {});
+      const Evaluation evaluation = judge.Evaluate(Task::kMotion, problem, outcome.waypoints);
+      EXPECT_EQ(evaluation.strict, Verdict::kSuccess) << problem.id << " " << outcome.message << evaluation.detail;
+      const std::vector<MotionWindow> windows = MotionWindows(static_cast<int>(problem.stances.size()));
+      EXPECT_GT(windows.size(), 3u);
+      EXPECT_EQ(outcome.windows_solved, static_cast<int>(windows.size()));
+      ++tried;
+    }
+  }
+  EXPECT_GT(tried, 0);
+}
+
+TEST(LegOptMotions, LaterWindowsLeaveTheirFirstWaypointAlone) {
+  LEGOPT_SKIP_WITHOUT_TEST_DATA();
+  const auto dataset = Dataset::Load(test::LegOptFolder());
+  ProblemSolver solver(dataset);
+  SolveSettings stop_after_one;
+  int windows_done = 0;
+  stop_after_one.progress = [&](int done, int) { windows_done = done; };
+  const ProblemDefinition* problem = nullptr;
+  for (const ProblemDefinition& one : dataset->problems(Task::kMotion)) {
+    if (one.stances.size() <= kMaxStances) problem = &one;
+  }
+  ASSERT_NE(problem, nullptr);
+  stop_after_one.cancelled = [&] { return windows_done >= 1; };
+  const SolveOutcome part = solver.Solve(Task::kMotion, problem->id, Initialization::kGood, {}, stop_after_one);
+  EXPECT_EQ(part.status, SolveStatus::kCancelled);
+  EXPECT_EQ(part.windows_solved, 1);
+  ASSERT_EQ(part.waypoints.size(), 12u);
+  const SolveOutcome whole = solver.Solve(Task::kMotion, problem->id, Initialization::kGood, {}, {});
+  ASSERT_EQ(whole.waypoints.size(), 2 * problem->stances.size());
+  for (size_t w = 0; w <= 10; ++w) EXPECT_EQ(whole.waypoints[w], part.waypoints[w]) << w;
+  EXPECT_NE(whole.waypoints[11], part.waypoints[11]) << "re-planned";
+}
+
+}  // namespace
+}  // namespace legopt
