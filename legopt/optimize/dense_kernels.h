@@ -115,9 +115,10 @@ inline void AddProductsFull(double sign, const double* a, std::ptrdiff_t a_step,
 }
 
 /// In-place Cholesky factor M = U^T U of the upper triangle, with 1 / U_ii in place of U_ii and zeros below it within
-/// the diagonal's 4 x 4 blocks. Pad rows and columns must be the identity's. A pivot that is not above `min_pivot` is
-/// replaced by `min_pivot`. Returns false when a pivot is not finite.
-inline bool FactorUpper(double* m, int stride, double min_pivot) {
+/// the diagonal's 4 x 4 blocks. Pad rows and columns must be the identity's. Every pivot is kept at or above the entry of
+/// `min_pivot` (stride positive numbers): below the rounding error of what was subtracted it would be noise, and blow up
+/// all that follows. Returns false when a pivot is not finite.
+inline bool FactorUpper(double* m, int stride, const double* min_pivot) {
   for (int k = 0; k < stride; k += kLanes) {
     double* panel = m + static_cast<std::ptrdiff_t>(k) * stride + k;
     AddPanel(-1.0, m + k, stride, m + k, stride, k, panel, stride, stride - k);
@@ -129,14 +130,11 @@ inline bool FactorUpper(double* m, int stride, double min_pivot) {
       }
       double pivot = row[p];
       if (!std::isfinite(pivot)) return false;
-      if (pivot < min_pivot) pivot = min_pivot;
+      if (pivot < min_pivot[k + p]) pivot = min_pivot[k + p];
       const double inverse = 1.0 / std::sqrt(pivot);
       for (int j = 0; j < stride - k; j += kLanes) Store(row + j, Load(row + j) * inverse);
+      row[p] = inverse;
       for (int j = 0; j < p; ++j) row[j] = 0.0;
-    }
-    for (int p = 0; p < kLanes; ++p) {
-      double& diagonal = panel[static_cast<std::ptrdiff_t>(p) * stride + p];
-      diagonal = 1.0 / diagonal;
     }
   }
   return true;

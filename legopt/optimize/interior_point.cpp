@@ -12,7 +12,8 @@ constexpr int kMaxIterations = 60;
 constexpr double kFixedWidth = 1e-14;  // bounds closer than this fix the variable
 constexpr double kStepToBoundary = 0.995;
 constexpr double kRelativeGap = 1e-12;  // of the scaled objective: the limit of double precision
-constexpr double kMinPivot = 1e-13;
+constexpr double kMinPivot = 1e-14;     // of the diagonal before elimination
+constexpr double kLeastPivot = 1e-200;
 constexpr double kStalledStep = 1e-8;
 constexpr double kStartInset = 0.1;     // share of a box's width kept free at the start
 constexpr double kStartBarrier = 0.05;  // of the mean row residual
@@ -259,8 +260,13 @@ void InteriorPointSolver::FixVariables() {
 }
 
 bool InteriorPointSolver::FactorChain() {
+  const auto stride = static_cast<size_t>(stride_);
+  min_pivot_.resize(num_x_);
+  for (size_t i = 0; i < num_x_; ++i) {
+    min_pivot_[i] = std::max(kMinPivot * matrix_[i * stride + i % stride], kLeastPivot);
+  }
   for (int t = 0; t < num_blocks_; ++t) {
-    if (!kernels::FactorUpper(Block(matrix_, t), stride_, kMinPivot)) return false;
+    if (!kernels::FactorUpper(Block(matrix_, t), stride_, Segment(min_pivot_, t))) return false;
     if (!chain_ || t + 1 == num_blocks_) continue;
     double* coupling = Block(coupling_, t);
     kernels::SolveTransposedBlock(Block(matrix_, t), stride_, coupling);

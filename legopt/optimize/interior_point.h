@@ -70,6 +70,7 @@ class InteriorPointSolver : public SubproblemSolver {
 
   std::vector<double> hessian_, hessian_coupling_;  ///< H, whole diagonal blocks
   std::vector<double> matrix_, coupling_;           ///< H + Theta + A'DA, then its factor
+  std::vector<double> min_pivot_;
   BoxedVariables x_, y_;
   std::vector<size_t> fixed_;        ///< indices of fixed variables, pad included
   std::vector<double> rd_, rp_;      ///< H x + g + A'y - zl + zu; A x + b + wl - wu

@@ -28,6 +28,7 @@ class Kernels : public ::testing::TestWithParam<int> {
 
   static constexpr int kRows = 50;  // not a multiple of four
   int size_, stride_;
+  Eigen::VectorXd min_pivot_ = Eigen::VectorXd::Constant(PaddedSize(GetParam()), 1e-14);
   RowMajor rows_, scaled_, matrix_;
   Eigen::VectorXd weights_;
   Eigen::MatrixXd expected_;
@@ -65,7 +66,7 @@ RowMajor Factor(const RowMajor& stored) {
 }
 
 TEST_P(Kernels, FactorAndSolve) {
-  ASSERT_TRUE(kernels::FactorUpper(matrix_.data(), stride_, 1e-14));
+  ASSERT_TRUE(kernels::FactorUpper(matrix_.data(), stride_, min_pivot_.data()));
   const RowMajor u = Factor(matrix_);
   EXPECT_LT((u.transpose() * u - expected_).cwiseAbs().maxCoeff(), 1e-11);
   const Eigen::VectorXd right = Eigen::VectorXd::Random(stride_);
@@ -77,7 +78,7 @@ TEST_P(Kernels, FactorAndSolve) {
 }
 
 TEST_P(Kernels, BlockSolve) {
-  ASSERT_TRUE(kernels::FactorUpper(matrix_.data(), stride_, 1e-14));
+  ASSERT_TRUE(kernels::FactorUpper(matrix_.data(), stride_, min_pivot_.data()));
   const RowMajor u = Factor(matrix_);
   const RowMajor right = RowMajor::Random(stride_, stride_);
   RowMajor x = right;
@@ -85,9 +86,23 @@ TEST_P(Kernels, BlockSolve) {
   EXPECT_LT((u.transpose() * x - right).cwiseAbs().maxCoeff(), 1e-10);
 }
 
+TEST_P(Kernels, NoiseInThePlaceOfAPivotDoesNotGrow) {
+  // A singular matrix: the exact pivots after the first are zero, the computed ones rounding errors of either sign.
+  const Eigen::RowVectorXd row = rows_.row(0);
+  RowMajor singular = 1e12 * row.transpose() * row;
+  singular.diagonal().tail(stride_ - size_).setOnes();
+  const Eigen::VectorXd least = (1e-14 * singular.diagonal()).cwiseMax(1e-200);
+  ASSERT_TRUE(kernels::FactorUpper(singular.data(), stride_, least.data()));
+  Eigen::VectorXd x = row.transpose();
+  kernels::SolveTransposed(singular.data(), stride_, x.data());
+  kernels::SolveUpper(singular.data(), stride_, x.data());
+  EXPECT_TRUE(x.allFinite());
+  EXPECT_LT(x.norm(), 1.0);
+}
+
 TEST_P(Kernels, NonFinitePivotIsReported) {
   matrix_(0, 0) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(kernels::FactorUpper(matrix_.data(), stride_, 1e-14));
+  EXPECT_FALSE(kernels::FactorUpper(matrix_.data(), stride_, min_pivot_.data()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, Kernels, ::testing::Values(1, 3, 4, 7, 8, 35, 36));
