@@ -115,9 +115,9 @@ inline void AddProductsFull(double sign, const double* a, std::ptrdiff_t a_step,
 }
 
 /// In-place Cholesky factor M = U^T U of the upper triangle, with 1 / U_ii in place of U_ii and zeros below it within
-/// the diagonal's 4 x 4 blocks. Pad rows and columns must be the identity's. Every pivot is kept at or above the entry of
-/// `min_pivot` (stride positive numbers): below the rounding error of what was subtracted it would be noise, and blow up
-/// all that follows. Returns false when a pivot is not finite.
+/// the diagonal's 4 x 4 blocks. Pad rows and columns must be the identity's. Every pivot is kept at or above the entry
+/// of `min_pivot` (stride positive numbers): below the rounding error of what was subtracted it would be noise, and
+/// blow up all that follows. Returns false when a pivot is not finite.
 inline bool FactorUpper(double* m, int stride, const double* min_pivot) {
   for (int k = 0; k < stride; k += kLanes) {
     double* panel = m + static_cast<std::ptrdiff_t>(k) * stride + k;

@@ -3,6 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "legopt/optimize/best_options.h"
 #include "legopt/optimize/option_fields.h"
 #include "legopt/optimize/sqp_options.h"
 
@@ -32,6 +33,7 @@ struct Method {
 
   // Options of the solvers; those of `solver` count.
   SqpOptions sqp;
+  BestOptions best;
 
   /// Throws InputError naming every unknown key (with the nearest valid one), wrong type and value out of range;
   /// `source` names the file in errors.

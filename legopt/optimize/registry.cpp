@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "legopt/optimize/best_solver.h"
 #include "legopt/optimize/sqp_solver.h"
 
 namespace legopt {
@@ -13,6 +14,8 @@ constexpr std::array kSolvers = {
     SolverEntry{
         "sqp", "SQP", true, false, [](Method& m, OptionFields& f) { m.sqp.Visit(f); },
         [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<SqpSolver>(m.sqp, SamplingOf(m)); }},
+    SolverEntry{"best", "LegOpt-best", false, true, [](Method& m, OptionFields& f) { m.best.Visit(f); },
+                [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<BestSolver>(m.best); }},
 };
 
 }  // namespace

