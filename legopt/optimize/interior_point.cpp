@@ -14,6 +14,8 @@ constexpr double kStepToBoundary = 0.995;
 constexpr double kRelativeGap = 1e-12;  // of the scaled objective: the limit of double precision
 constexpr double kMinPivot = 1e-14;     // of the diagonal before elimination
 constexpr double kLeastPivot = 1e-200;
+constexpr double kPivotFloorGrowth = 100.0;  // when a direction came out without finite numbers
+constexpr double kMaxPivotFloor = 1e-6;
 constexpr double kStalledStep = 1e-8;
 constexpr double kStartInset = 0.1;     // share of a box's width kept free at the start
 constexpr double kStartBarrier = 0.05;  // of the mean row residual
@@ -40,11 +42,10 @@ SubproblemSolver::Result InteriorPointSolver::Solve(const ConvexSubproblem& prob
       result.status = Status::kSolved;
       break;
     }
-    if (!Factor()) break;
-    Direction(0.0, false);
+    if (!AffineDirection()) break;
     const double affine_step = MaxStep();
     const double affine = (x_.GapAfter(affine_step) + y_.GapAfter(affine_step)) / gap;
-    Direction(affine * affine * affine * gap / static_cast<double>(num_products_), true);
+    if (!Direction(affine * affine * affine * gap / static_cast<double>(num_products_), true)) break;
     const double step = std::min(1.0, kStepToBoundary * MaxStep());
     x_.Move(step);
     y_.Move(step);
@@ -206,7 +207,14 @@ void InteriorPointSolver::Residuals(const ConvexSubproblem& problem) {
   AddRowProducts(x_.value, rp_);
 }
 
-bool InteriorPointSolver::Factor() {
+bool InteriorPointSolver::AffineDirection() {
+  for (double pivot_floor = kMinPivot; pivot_floor <= kMaxPivotFloor; pivot_floor *= kPivotFloorGrowth) {
+    if (Factor(pivot_floor) && Direction(0.0, false)) return true;
+  }
+  return false;
+}
+
+bool InteriorPointSolver::Factor(double pivot_floor) {
   const auto stride = static_cast<size_t>(stride_);
   std::copy(hessian_.begin(), hessian_.begin() + static_cast<std::ptrdiff_t>(num_x_ * stride), matrix_.begin());
   if (chain_) {
@@ -219,7 +227,7 @@ bool InteriorPointSolver::Factor() {
   x_.BarrierHessian(theta_);
   for (size_t i = 0; i < num_x_; ++i) matrix_[i * stride + i % stride] += theta_[i];
   FixVariables();
-  return FactorChain();
+  return FactorChain(pivot_floor);
 }
 
 void InteriorPointSolver::AddRows() {
@@ -259,11 +267,11 @@ void InteriorPointSolver::FixVariables() {
   }
 }
 
-bool InteriorPointSolver::FactorChain() {
+bool InteriorPointSolver::FactorChain(double pivot_floor) {
   const auto stride = static_cast<size_t>(stride_);
   min_pivot_.resize(num_x_);
   for (size_t i = 0; i < num_x_; ++i) {
-    min_pivot_[i] = std::max(kMinPivot * matrix_[i * stride + i % stride], kLeastPivot);
+    min_pivot_[i] = std::max(pivot_floor * matrix_[i * stride + i % stride], kLeastPivot);
   }
   for (int t = 0; t < num_blocks_; ++t) {
     if (!kernels::FactorUpper(Block(matrix_, t), stride_, Segment(min_pivot_, t))) return false;
@@ -293,7 +301,7 @@ void InteriorPointSolver::SolveFactored() {
   }
 }
 
-void InteriorPointSolver::Direction(double sigma, bool corrector) {
+bool InteriorPointSolver::Direction(double sigma, bool corrector) {
   // (H + Theta + A'DA) dx = -rd + drive_x - A'D (rp + drive_y);  dy = D (A dx + rp + drive_y)
   x_.Aim(sigma, corrector);
   y_.Aim(sigma, corrector);
@@ -304,12 +312,16 @@ void InteriorPointSolver::Direction(double sigma, bool corrector) {
   AddTransposedRows(row_scratch_, rhs_);
   for (const size_t i : fixed_) rhs_[i] = 0.0;
   SolveFactored();
+  double size = 0.0;
+  for (const double dx : rhs_) size += std::abs(dx);
+  if (!std::isfinite(size)) return false;
   std::copy(rhs_.begin(), rhs_.end(), x_.step.begin());
   for (size_t i = 0; i < y_.size(); ++i) y_.step[i] = rp_[i] + y_.drive[i];
   AddRowProducts(x_.step, y_.step);
   for (size_t i = 0; i < y_.size(); ++i) y_.step[i] *= weight_[i];
   x_.CompleteDirection();
   y_.CompleteDirection();
+  return true;
 }
 
 double InteriorPointSolver::MaxStep() const { return 1.0 / std::max(x_.InverseMaxStep(), y_.InverseMaxStep()); }

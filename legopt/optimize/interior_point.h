@@ -45,11 +45,14 @@ class InteriorPointSolver : public SubproblemSolver {
   void StartingPoint(const ConvexSubproblem& problem);
   void StartRow(size_t i, double a, double barrier);
   void Residuals(const ConvexSubproblem& problem);
-  bool Factor();
+  /// Factors the matrix and computes the predictor; pivots are lifted further until it is finite.
+  bool AffineDirection();
+  bool Factor(double pivot_floor);
   void AddRows();
   void FixVariables();
-  bool FactorChain();
-  void Direction(double sigma, bool corrector);
+  bool FactorChain(double pivot_floor);
+  /// False when it is not finite; the solver's variables are unharmed then.
+  bool Direction(double sigma, bool corrector);
   void SolveFactored();
   double MaxStep() const;
   /// rhs += A^T c and product += A x.
