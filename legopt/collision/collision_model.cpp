@@ -1,5 +1,6 @@
 #include "legopt/collision/collision_model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -59,6 +60,19 @@ int AddWhole(const LinkShapes& link, Impl& impl) {
   return static_cast<int>(impl.shapes.size()) - 1;
 }
 
+CollisionModel::Ball BallRound(const LinkShapes& link, const Impl& impl) {
+  if (link.num_pieces == 0) return {};
+  if (link.whole >= 0) {
+    const ConvexShape& whole = impl.shapes[static_cast<size_t>(link.whole)];
+    return {whole.centre(), whole.bounding_radius()};
+  }
+  Eigen::AlignedBox3d bounds;
+  for (int p = link.first_piece; p < link.first_piece + link.num_pieces; ++p) {
+    bounds.extend(impl.shapes[static_cast<size_t>(p)].bounds());
+  }
+  return {bounds.center(), 0.5 * bounds.diagonal().norm()};
+}
+
 /// One convex shape per geometry.
 void AddPieces(const Link& link, Impl& impl) {
   LinkShapes shapes;
@@ -70,6 +84,7 @@ void AddPieces(const Link& link, Impl& impl) {
   }
   shapes.num_pieces = static_cast<int>(impl.shapes.size()) - shapes.first_piece;
   shapes.whole = AddWhole(shapes, impl);
+  shapes.ball = BallRound(shapes, impl);
   impl.links.push_back(shapes);
 }
 
@@ -106,7 +121,7 @@ void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> referen
   for (const ConvexShape& shape : impl.shapes) impl.ranges.push_back(impl.link_points.Add(shape.points()));
 }
 
-void AddScene(const Scene& scene, const CollisionOptions& options, Impl& impl) {
+void AddSolids(const Scene& scene, const CollisionOptions& options, Impl& impl) {
   impl.solids = BuildSceneSolids(scene, options);
   std::vector<PointArena::Range> ranges;
   for (const ConvexShape& solid : impl.solids) ranges.push_back(impl.solid_points.Add(solid.points()));
@@ -117,6 +132,34 @@ void AddScene(const Scene& scene, const CollisionOptions& options, Impl& impl) {
     impl.solid_sets[i].lower = impl.solids[i].bounds().min();
     impl.solid_sets[i].upper = impl.solids[i].bounds().max();
   }
+}
+
+HalfSpace PlaneOf(const std::vector<Eigen::Vector3d>& corners) {
+  constexpr double kSliver = 1e-9;  // of the squared sides: below, round-off decides the normal
+  const Eigen::Vector3d ab = corners[1] - corners[0];
+  const Eigen::Vector3d ac = corners[2] - corners[0];
+  const Eigen::Vector3d cross = ab.cross(ac);
+  const double norm = cross.norm();
+  if (!(norm > kSliver * std::max(ab.squaredNorm(), ac.squaredNorm()))) return {Eigen::Vector3d::Zero(), 0.0};
+  const Eigen::Vector3d normal = cross / norm;
+  return {normal, -normal.dot(corners[0])};
+}
+
+void AddTriangles(const Scene& scene, Impl& impl) {
+  const TriangleMesh mesh = CollectSceneTriangles(scene);
+  impl.triangle_tree.emplace(mesh);
+  std::vector<PointArena::Range> ranges;
+  std::vector<Eigen::Vector3d> corners(3);
+  for (const auto& triangle : mesh.triangles) {
+    for (size_t k = 0; k < 3; ++k) corners[k] = mesh.vertices[static_cast<size_t>(triangle[k])];
+    ranges.push_back(impl.solid_points.Add(corners));
+    impl.triangle_planes.push_back(PlaneOf(corners));
+    SupportSet& set = impl.solid_sets.emplace_back();
+    set.centre = (corners[0] + corners[1] + corners[2]) / 3.0;
+    set.lower = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
+    set.upper = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
+  }
+  for (size_t i = 0; i < ranges.size(); ++i) impl.solid_points.View(ranges[i], impl.solid_sets[i]);
 }
 
 }  // namespace
@@ -135,7 +178,11 @@ std::shared_ptr<const CollisionModel> CollisionModel::Build(const RobotModel& ro
   }
   auto impl = std::make_unique<Impl>();
   AddRobot(robot, reference_x, options, *impl);
-  AddScene(scene, options, *impl);
+  if (options.scene == SceneRepresentation::kSurface) {
+    AddTriangles(scene, *impl);
+  } else {
+    AddSolids(scene, options, *impl);
+  }
   return std::shared_ptr<const CollisionModel>(new CollisionModel(std::move(impl)));
 }
 
@@ -156,7 +203,15 @@ const std::vector<LinkPair>& CollisionModel::decomposed_pairs() const { return i
 
 int CollisionModel::num_link_pieces(int link) const { return impl_->links.at(static_cast<size_t>(link)).num_pieces; }
 
-int CollisionModel::num_scene_solids() const { return static_cast<int>(impl_->solids.size()); }
+const CollisionModel::Ball& CollisionModel::link_ball(int link) const {
+  return impl_->links.at(static_cast<size_t>(link)).ball;
+}
+
+SceneRepresentation CollisionModel::scene_representation() const {
+  return impl_->surface() ? SceneRepresentation::kSurface : SceneRepresentation::kSolid;
+}
+
+int CollisionModel::num_scene_solids() const { return static_cast<int>(impl_->solid_sets.size()); }
 
 bool CollisionModel::SceneContains(const Eigen::Vector3d& point_W, double depth_m) const {
   for (const ConvexShape& solid : impl_->solids) {

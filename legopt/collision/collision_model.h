@@ -8,6 +8,7 @@
 
 #include "legopt/collision/mesh.h"
 #include "legopt/collision/scene.h"
+#include "legopt/collision/scene_representation.h"
 #include "legopt/robot/robot_model.h"
 
 namespace legopt {
@@ -15,7 +16,7 @@ namespace legopt {
 /// Two robot links, first < second.
 using LinkPair = std::pair<int, int>;
 
-/// How shapes are turned into convex solids. Lengths in metres. Validated by CollisionModel::Build (InputError).
+/// How shapes are turned into convex obstacles. Lengths in metres. Validated by CollisionModel::Build (InputError).
 struct CollisionOptions {
   /// Links whose hull forbids what is free (decomposed_pairs) are cut until their convex pieces stand off from the mesh
   /// by at most this much, or until `max_link_pieces` is reached. Smaller: more pieces, slower, fewer phantom contacts.
@@ -26,15 +27,18 @@ struct CollisionOptions {
   /// The same two for components of the scene that are neither convex nor vertical prisms.
   double scene_concavity_m = 0.03;
   int max_component_pieces = 24;
+  /// What the scene is made of; the robot's side does not depend on it.
+  SceneRepresentation scene = SceneRepresentation::kSolid;
 };
 
-/// Convex solids of a robot and of a scene, and the rule which link pairs are compared. What the solver collides.
+/// Convex shapes of a robot and of a scene, and the rule which link pairs are compared. What the solver collides.
 ///
 /// Robot: every geometry of a link becomes its primitive or its convex hull. Pairs of links whose hulls overlap in many
-/// postures in which the meshes are apart are compared by finer convex pieces that together cover the meshes. Scene:
-/// primitives stay primitives; a mesh is split into connected components, convex ones become one solid, vertical prisms
-/// are cut into convex prisms between their real top and bottom surfaces, others are decomposed approximately. No
-/// triangle mesh is kept: a convex shape never meets a triangle mesh (ODE would report nothing).
+/// postures in which the meshes are apart are compared by finer convex pieces that together cover the meshes. Scene of
+/// solids: primitives stay primitives; a mesh is split into connected components, convex ones become one solid,
+/// vertical prisms are cut into convex prisms between their real top and bottom surfaces, others are decomposed
+/// approximately. Scene as a surface: primitives are tessellated, every triangle is a flat convex shape. No triangle
+/// mesh is kept as such: a convex shape never meets an ODE triangle mesh (ODE would report nothing).
 ///
 /// Checked link pairs (reference 2.4): both links have geometry, more than one moving joint lies between them, and
 /// their exact triangle meshes do not intersect at `reference_x`.
@@ -63,11 +67,20 @@ class CollisionModel {
   const std::vector<LinkPair>& decomposed_pairs() const;
   /// Convex shapes of a link, one per geometry; 0 when it has none.
   int num_link_pieces(int link) const;
-  /// Convex solids of the scene.
+  /// A ball in the link's frame, m. Radius < 0 for links without geometry.
+  struct Ball {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    double radius = -1.0;
+  };
+  /// Holds all shapes of the link.
+  const Ball& link_ball(int link) const;
+
+  SceneRepresentation scene_representation() const;
+  /// Convex obstacles of the scene: solids or triangles.
   int num_scene_solids() const;
 
   /// True when the world point lies inside of a scene solid by more than `depth_m` [m]. Exact for hulls and primitives.
-  /// Slow (tests, tools).
+  /// A surface contains nothing. Slow (tests, tools).
   bool SceneContains(const Eigen::Vector3d& point_W, double depth_m = 0.0) const;
 
   struct Impl;  // internal: defined in model_data.h

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -53,7 +54,7 @@ bool Near(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b, double mar
 /// The two shapes of a contact; parallel to the contacts.
 struct Source {
   int a;      ///< shape of link_a
-  int other;  ///< solid, or shape of link_b
+  int other;  ///< obstacle, or shape of link_b
 };
 
 /// A run of shapes.
@@ -69,12 +70,14 @@ struct CollisionQuery::Impl {
       : model(std::move(collision_model)),
         data(model->impl()),
         moving(data.shapes.size()),
+        all_links(data.links.size()),
         moving_bounds(data.shapes.size()),
         link_bounds(data.links.size()),
         fresh(data.shapes.size()),
         ode(data.solids, data.solid_sets, moving) {
     placed.ResizeLike(data.link_points);
     for (size_t m = 0; m < moving.size(); ++m) placed.View(data.ranges[m], moving[m]);
+    std::iota(all_links.begin(), all_links.end(), 0);
     link_boxes.Resize(data.links.size());
     solid_boxes.Resize(data.solids.size());
     near_solids.reserve(data.solids.size());
@@ -116,10 +119,10 @@ struct CollisionQuery::Impl {
   Shapes Fine(int link) const { return {Link(link).first_fine, Link(link).num_fine}; }
 
   /// Places what bounds each link (its whole, or its pieces); other shapes wait until something comes near.
-  Eigen::AlignedBox3d PlaceLinks(const Kinematics& kinematics) {
+  Eigen::AlignedBox3d PlaceLinks(const Kinematics& kinematics, std::span<const int> links) {
     std::fill(fresh.begin(), fresh.end(), std::uint8_t{0});
     Eigen::AlignedBox3d robot;
-    for (int link = 0; link < num_links(); ++link) {
+    for (const int link : links) {
       const int whole = Link(link).whole;
       const Shapes shapes = whole >= 0 ? Shapes{whole, 1} : Pieces(link);
       Place(shapes, kinematics.link_pose(link));
@@ -139,15 +142,25 @@ struct CollisionQuery::Impl {
 
   void Report(int link_a, int link_b, const Source& source, const PairDistance& d) {
     const auto num_shapes = static_cast<int>(data.shapes.size());
-    const auto num_solids = static_cast<int>(data.solids.size());
+    const auto num_solids = static_cast<int>(data.solid_sets.size());
     const int pair_id = link_b == kScene ? source.a * num_solids + source.other
                                          : num_shapes * num_solids + source.a * num_shapes + source.other;
     contacts.push_back({link_a, link_b, d.point_a, d.point_b, d.normal, d.distance_m, pair_id});
     sources.push_back(source);
   }
 
-  void CollideLinkWithScene(int link, const Kinematics& kinematics, double margin);
-  void CollideWithSolid(int link, int solid, const Kinematics& kinematics, double margin);
+  /// Signed distance of a shape to an obstacle of the scene.
+  bool CollideWithObstacle(int shape, int obstacle, double margin, PairDistance& distance) {
+    if (!data.surface()) return ode.CollideWithSolid(shape, obstacle, margin, distance);
+    return SignedDistance(Set(shape), data.solid_sets[static_cast<size_t>(obstacle)], margin, distance);
+  }
+
+  void CollideWithScene(const Kinematics& kinematics, double margin, std::span<const int> links);
+  void CollideWithItself(const Kinematics& kinematics, double margin);
+  void CollectSolids(Eigen::AlignedBox3d robot, double margin);
+  void CollideLinkWithSolids(int link, const Kinematics& kinematics, double margin);
+  void CollideLinkWithTriangles(int link, const Kinematics& kinematics, double margin);
+  void CollideLinkWithObstacle(int link, int obstacle, const Kinematics& kinematics, double margin);
   void CollideLinks(int a, int b, const Kinematics& kinematics, double margin);
   bool LiesBehind(const Contact& contact, const Source& source, const Contact& nearer,
                   const Source& nearer_source) const;
@@ -157,6 +170,7 @@ struct CollisionQuery::Impl {
   std::shared_ptr<const CollisionModel> model;
   const CollisionModel::Impl& data;
   std::vector<SupportSet> moving;  ///< parallel to data.shapes
+  std::vector<int> all_links;
   std::vector<Eigen::AlignedBox3d> moving_bounds;
   std::vector<Eigen::AlignedBox3d> link_bounds;
   std::vector<std::uint8_t> fresh;
@@ -164,36 +178,93 @@ struct CollisionQuery::Impl {
   OdeConvexWorld ode;
   BoxArray link_boxes;
   BoxArray solid_boxes;
-  std::vector<int> near_solids;
+  std::vector<int> near_solids;  ///< of the robot; near triangles of one link
   std::vector<Contact> contacts;
   std::vector<Source> sources;
   std::vector<int> nearest_first;
 };
 
-void CollisionQuery::Impl::CollideWithSolid(int link, int solid, const Kinematics& kinematics, double margin) {
-  const Eigen::AlignedBox3d& box = data.solids[static_cast<size_t>(solid)].bounds();
+void CollisionQuery::Impl::CollideLinkWithObstacle(int link, int obstacle, const Kinematics& kinematics,
+                                                   double margin) {
+  const SupportSet& set = data.solid_sets[static_cast<size_t>(obstacle)];
+  const Eigen::AlignedBox3d box(set.lower, set.upper);
   const LinkShapes& shapes = Link(link);
   PairDistance distance;
   if (shapes.whole >= 0) {
     if (BallMisses(shapes.whole, box, margin)) return;
-    if (!ode.CollideWithSolid(shapes.whole, solid, margin, distance)) return;
+    if (!CollideWithObstacle(shapes.whole, obstacle, margin, distance)) return;
     if (shapes.num_pieces == 1) {
-      Report(link, kScene, {shapes.whole, solid}, distance);
+      Report(link, kScene, {shapes.whole, obstacle}, distance);
       return;
     }
   }
   Place(Pieces(link), kinematics.link_pose(link));
   for (int piece = shapes.first_piece; piece < shapes.first_piece + shapes.num_pieces; ++piece) {
     if (!Near(Bounds(piece), box, margin) || BallMisses(piece, box, margin)) continue;
-    if (ode.CollideWithSolid(piece, solid, margin, distance)) Report(link, kScene, {piece, solid}, distance);
+    if (CollideWithObstacle(piece, obstacle, margin, distance)) Report(link, kScene, {piece, obstacle}, distance);
   }
 }
 
-void CollisionQuery::Impl::CollideLinkWithScene(int link, const Kinematics& kinematics, double margin) {
+void CollisionQuery::Impl::CollideLinkWithSolids(int link, const Kinematics& kinematics, double margin) {
   const size_t begin = contacts.size();
   solid_boxes.ForEachNear(link_bounds[static_cast<size_t>(link)], margin, near_solids.size(),
-                          [&](size_t i) { CollideWithSolid(link, near_solids[i], kinematics, margin); });
+                          [&](size_t i) { CollideLinkWithObstacle(link, near_solids[i], kinematics, margin); });
   DropRepeats(begin);
+}
+
+void CollisionQuery::Impl::CollideLinkWithTriangles(int link, const Kinematics& kinematics, double margin) {
+  const size_t begin = contacts.size();
+  Eigen::AlignedBox3d box = link_bounds[static_cast<size_t>(link)];
+  box.min().array() -= margin;
+  box.max().array() += margin;
+  const CollisionModel::Ball& ball = Link(link).ball;
+  const Eigen::Vector3d centre = kinematics.link_pose(link) * ball.centre;
+  const double reach = ball.radius + margin;
+  near_solids.clear();
+  data.triangle_tree->AnyOverlapping(box, [&](int triangle) {
+    const HalfSpace& plane = data.triangle_planes[static_cast<size_t>(triangle)];
+    if (std::abs(plane.normal.dot(centre) + plane.offset) < reach) near_solids.push_back(triangle);
+    return false;
+  });
+  std::sort(near_solids.begin(), near_solids.end());
+  for (const int triangle : near_solids) CollideLinkWithObstacle(link, triangle, kinematics, margin);
+  DropRepeats(begin);
+}
+
+void CollisionQuery::Impl::CollectSolids(Eigen::AlignedBox3d robot, double margin) {
+  robot.min().array() -= margin;
+  robot.max().array() += margin;
+  ode.CollectSolids(robot, near_solids);
+  for (size_t i = 0; i < near_solids.size(); ++i) {
+    solid_boxes.Set(i, data.solids[static_cast<size_t>(near_solids[i])].bounds());
+  }
+}
+
+void CollisionQuery::Impl::CollideWithScene(const Kinematics& kinematics, double margin, std::span<const int> links) {
+  contacts.clear();
+  sources.clear();
+  const Eigen::AlignedBox3d robot = PlaceLinks(kinematics, links);
+  if (robot.isEmpty()) return;
+  if (!data.surface()) CollectSolids(robot, margin);
+  for (const int link : links) {
+    if (Link(link).num_pieces == 0) continue;
+    if (data.surface()) {
+      CollideLinkWithTriangles(link, kinematics, margin);
+    } else {
+      CollideLinkWithSolids(link, kinematics, margin);
+    }
+  }
+}
+
+void CollisionQuery::Impl::CollideWithItself(const Kinematics& kinematics, double margin) {
+  for (int b = 0; b < num_links(); ++b) {
+    if (Link(b).num_pieces == 0) continue;
+    link_boxes.ForEachNear(link_bounds[static_cast<size_t>(b)], margin, static_cast<size_t>(b), [&](size_t i) {
+      const int a = static_cast<int>(i);
+      if (data.pairs.status[data.PairIndex(a, b)] == CollisionModel::PairStatus::kChecked)
+        CollideLinks(a, b, kinematics, margin);
+    });
+  }
 }
 
 void CollisionQuery::Impl::CollideLinks(int a, int b, const Kinematics& kinematics, double margin) {
@@ -240,7 +311,8 @@ bool CollisionQuery::Impl::LiesBehind(const Contact& contact, const Source& sour
   return n.dot(own.Farthest(-n) - nearer.point_a_W) - own.radius >= -kSamePlane;
 }
 
-/// True when satisfying `nearer` satisfies `contact` as well, as far as a linear model can tell.
+/// True when satisfying `nearer` satisfies `contact` as well, as far as a linear model can tell. A triangle that is
+/// penetrated hides nothing behind it: its way out may be the wrong one, so that others hold the link back.
 bool CollisionQuery::Impl::Repeats(const Contact& contact, const Source& source, const Contact& nearer,
                                    const Source& nearer_source) const {
   constexpr double kSamePoint = 5e-3;    // m
@@ -250,6 +322,7 @@ bool CollisionQuery::Impl::Repeats(const Contact& contact, const Source& source,
       (contact.point_b_W - nearer.point_b_W).squaredNorm() <= kSamePoint * kSamePoint) {
     return true;
   }
+  if (data.surface() && contact.link_b == kScene && nearer.distance_m <= 0.0) return false;
   return LiesBehind(contact, source, nearer, nearer_source);
 }
 
@@ -292,30 +365,19 @@ CollisionQuery& CollisionQuery::operator=(CollisionQuery&&) noexcept = default;
 const CollisionModel& CollisionQuery::model() const { return *impl_->model; }
 
 std::span<const Contact> CollisionQuery::Contacts(const Kinematics& kinematics, double margin_m) {
-  Impl& impl = *impl_;
-  impl.contacts.clear();
-  impl.sources.clear();
-  Eigen::AlignedBox3d robot = impl.PlaceLinks(kinematics);
-  if (robot.isEmpty()) return {};
-  robot.min().array() -= margin_m;
-  robot.max().array() += margin_m;
-  impl.ode.CollectSolids(robot, impl.near_solids);
-  for (size_t i = 0; i < impl.near_solids.size(); ++i) {
-    impl.solid_boxes.Set(i, impl.data.solids[static_cast<size_t>(impl.near_solids[i])].bounds());
-  }
-  for (int link = 0; link < impl.num_links(); ++link) {
-    if (impl.Link(link).num_pieces > 0) impl.CollideLinkWithScene(link, kinematics, margin_m);
-  }
-  for (int b = 0; b < impl.num_links(); ++b) {
-    if (impl.Link(b).num_pieces == 0) continue;
-    impl.link_boxes.ForEachNear(
-        impl.link_bounds[static_cast<size_t>(b)], margin_m, static_cast<size_t>(b), [&](size_t i) {
-          const int a = static_cast<int>(i);
-          if (impl.data.pairs.status[impl.data.PairIndex(a, b)] == CollisionModel::PairStatus::kChecked)
-            impl.CollideLinks(a, b, kinematics, margin_m);
-        });
-  }
-  return impl.contacts;
+  impl_->CollideWithScene(kinematics, margin_m, impl_->all_links);
+  impl_->CollideWithItself(kinematics, margin_m);
+  return impl_->contacts;
+}
+
+std::span<const Contact> CollisionQuery::SceneContacts(const Kinematics& kinematics, double margin_m,
+                                                       std::span<const int> links) {
+  impl_->CollideWithScene(kinematics, margin_m, links);
+  return impl_->contacts;
+}
+
+std::span<const Contact> CollisionQuery::SceneContacts(const Kinematics& kinematics, double margin_m) {
+  return SceneContacts(kinematics, margin_m, impl_->all_links);
 }
 
 }  // namespace legopt

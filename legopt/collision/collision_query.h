@@ -11,8 +11,9 @@ namespace legopt {
 
 /// Finds what is near: the robot against the scene and against itself. A workspace on one CollisionModel.
 ///
-/// Exact signed distances between convex shapes (GJK, EPA), see the convention block in contact.h. ODE spaces are the
-/// broadphase and hold our convex geometry class beside ODE's primitives.
+/// Exact signed distances between convex shapes (GJK, EPA), see the convention block in contact.h. For solids, ODE
+/// spaces are the broadphase and hold our convex geometry class beside ODE's primitives; the triangles of a surface lie
+/// in a tree of bounding boxes that belongs to the model.
 ///
 /// Thread rule: one thread at a time; make one per thread (cheap, the model is shared). No allocation once the buffers
 /// have grown to the largest query seen.
@@ -25,10 +26,15 @@ class CollisionQuery {
 
   /// All contacts with distance < margin_m [m, >= 0] at the configuration held by `kinematics` (updated, of the model's
   /// robot). Each pair of shapes at most once; among contacts of one link that repeat each other (same obstacle plane,
-  /// nearly the same point) only the nearest is kept. Order: scene contacts by (link, solid), then self contacts by
-  /// (second, first) link. The result depends on the arguments only, never on earlier queries. The span is valid until
-  /// the next call.
+  /// nearly the same point) only the nearest is kept, but penetrating contacts all stay. Order: scene contacts by
+  /// (link, obstacle), then self contacts by (second, first) link. The result depends on the arguments only, never on
+  /// earlier queries. The span is valid until the next call.
   std::span<const Contact> Contacts(const Kinematics& kinematics, double margin_m);
+
+  /// The contacts of the given links (ascending, each once) with the scene, as Contacts() reports them.
+  std::span<const Contact> SceneContacts(const Kinematics& kinematics, double margin_m, std::span<const int> links);
+  /// The same for all links.
+  std::span<const Contact> SceneContacts(const Kinematics& kinematics, double margin_m);
 
   const CollisionModel& model() const;
 

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <vector>
 
 #include "legopt/collision/collision_model.h"
 #include "legopt/collision/convex_shape.h"
 #include "legopt/collision/link_pairs.h"
+#include "legopt/collision/triangle_bvh.h"
 
 namespace legopt {
 
@@ -17,22 +19,27 @@ struct LinkShapes {
   int num_fine = 0;
   /// Index into `shapes`: one hull round all pieces, to test first; the only piece; -1 when there is neither.
   int whole = -1;
+  CollisionModel::Ball ball;
 };
 
-/// Data behind CollisionModel. Points of links are in link frames, points of solids in the world.
+/// Data behind CollisionModel. Points of links are in link frames, points of obstacles in the world.
 struct CollisionModel::Impl {
   std::vector<LinkShapes> links;
   std::vector<ConvexShape> shapes;  ///< pieces, fine pieces and wholes of all links
   std::vector<PointArena::Range> ranges;
   PointArena link_points;
 
-  std::vector<ConvexShape> solids;
+  // Obstacles: solids, or the triangles of the surface.
+  std::vector<ConvexShape> solids;  ///< none for a surface
   PointArena solid_points;
-  std::vector<SupportSet> solid_sets;  ///< point into solid_points
+  std::vector<SupportSet> solid_sets;        ///< by obstacle; point into solid_points; bounds exact
+  std::optional<TriangleBvh> triangle_tree;  ///< surfaces only
+  std::vector<HalfSpace> triangle_planes;    ///< surfaces only, by obstacle; a zero normal for triangles without area
 
   LinkPairRules pairs;
   std::vector<bool> fine;  ///< num_links x num_links: the pair is compared by fine pieces
 
+  bool surface() const { return triangle_tree.has_value(); }
   size_t PairIndex(int a, int b) const { return static_cast<size_t>(a) * links.size() + static_cast<size_t>(b); }
 };
 

@@ -89,6 +89,20 @@ class MeshSolids {
   std::vector<ConvexShape> solids_;
 };
 
+/// Calls action(shape) for all objects and adds the object to the fault of any InputError.
+template <class Action>
+void ForEachObject(const Scene& scene, Action action) {
+  for (const SceneObject& object : scene.objects) {
+    try {
+      action(object.shape);
+    } catch (const InputError& error) {
+      InputError::Fault fault = error.fault();
+      fault.field = "scene object '" + object.name + "'" + (fault.field.empty() ? "" : ": " + fault.field);
+      throw InputError(std::move(fault));
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<ConvexShape> SolidsOfMesh(const TriangleMesh& mesh, const CollisionOptions& options) {
@@ -99,20 +113,25 @@ std::vector<ConvexShape> SolidsOfMesh(const TriangleMesh& mesh, const CollisionO
 
 std::vector<ConvexShape> BuildSceneSolids(const Scene& scene, const CollisionOptions& options) {
   std::vector<ConvexShape> solids;
-  for (const SceneObject& object : scene.objects) {
-    try {
-      if (object.shape.kind == ShapeSpec::Kind::kMesh) {
-        for (ConvexShape& solid : SolidsOfMesh(Tessellate(object.shape), options)) solids.push_back(std::move(solid));
-      } else {
-        solids.push_back(ConvexShape::FromPrimitive(object.shape));
-      }
-    } catch (const InputError& error) {
-      InputError::Fault fault = error.fault();
-      fault.field = "scene object '" + object.name + "'" + (fault.field.empty() ? "" : ": " + fault.field);
-      throw InputError(std::move(fault));
+  ForEachObject(scene, [&](const ShapeSpec& shape) {
+    if (shape.kind == ShapeSpec::Kind::kMesh) {
+      for (ConvexShape& solid : SolidsOfMesh(Tessellate(shape), options)) solids.push_back(std::move(solid));
+    } else {
+      solids.push_back(ConvexShape::FromPrimitive(shape));
     }
-  }
+  });
   return solids;
+}
+
+TriangleMesh CollectSceneTriangles(const Scene& scene) {
+  TriangleMesh all;
+  ForEachObject(scene, [&](const ShapeSpec& shape) {
+    const TriangleMesh mesh = Tessellate(shape);
+    const int first = static_cast<int>(all.vertices.size());
+    all.vertices.insert(all.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+    for (const auto& [a, b, c] : mesh.triangles) all.triangles.push_back({first + a, first + b, first + c});
+  });
+  return all;
 }
 
 }  // namespace legopt

@@ -4,6 +4,7 @@
 
 #include "legopt/collision/collision_model.h"
 #include "legopt/collision/convex_shape.h"
+#include "legopt/collision/mesh.h"
 #include "legopt/collision/scene.h"
 
 namespace legopt {
@@ -14,5 +15,9 @@ std::vector<ConvexShape> BuildSceneSolids(const Scene& scene, const CollisionOpt
 
 /// Convex shapes of one mesh, in its frame.
 std::vector<ConvexShape> SolidsOfMesh(const TriangleMesh& mesh, const CollisionOptions& options);
+
+/// Triangles of all scene objects, primitives tessellated, in world coordinates: objects in their order, triangles in
+/// the order of their files. Throws as BuildSceneSolids.
+TriangleMesh CollectSceneTriangles(const Scene& scene);
 
 }  // namespace legopt

@@ -213,10 +213,12 @@ std::vector<ProblemDefinition> Dataset::ReadProblems(Task task, const std::strin
   return std::move(problems.problems);
 }
 
-const std::shared_ptr<const CollisionModel>& Dataset::collision_model() const {
-  std::call_once(collision_once_,
-                 [this] { collision_model_ = CollisionModel::Build(robot_, scene_, self_collision_reference_); });
-  return collision_model_;
+const std::shared_ptr<const CollisionModel>& Dataset::collision_model(SceneRepresentation scene) const {
+  LazyCollisionModel& lazy = collision_models_.at(static_cast<size_t>(scene));
+  std::call_once(lazy.once, [&] {
+    lazy.model = CollisionModel::Build(robot_, scene_, self_collision_reference_, {.scene = scene});
+  });
+  return lazy.model;
 }
 
 const std::vector<ProblemDefinition>& Dataset::problems(Task task) const {

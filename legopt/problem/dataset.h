@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -50,9 +51,10 @@ class Dataset {
 
   const RobotModel& robot() const { return robot_; }
   const Scene& scene() const { return scene_; }
-  /// Solids of the scene, hulls of the links, checked link pairs. Built at the first call (seconds for a large mesh),
-  /// then shared; concurrent first calls build once. Throws InputError for a corrupt mesh.
-  const std::shared_ptr<const CollisionModel>& collision_model() const;
+  /// Obstacles of the scene, hulls of the links, checked link pairs. Built at the first call for each representation
+  /// (seconds for a large mesh), then shared; concurrent first calls build once. Throws InputError for a corrupt mesh.
+  const std::shared_ptr<const CollisionModel>& collision_model(
+      SceneRepresentation scene = SceneRepresentation::kSolid) const;
 
   /// Problems of a task in file order; empty when the dataset has none.
   const std::vector<ProblemDefinition>& problems(Task task) const;
@@ -105,8 +107,11 @@ class Dataset {
   double nominal_sole_height_m_ = 0;
   std::vector<Foot> feet_;
 
-  mutable std::once_flag collision_once_;
-  mutable std::shared_ptr<const CollisionModel> collision_model_;
+  struct LazyCollisionModel {
+    std::once_flag once;
+    std::shared_ptr<const CollisionModel> model;
+  };
+  mutable std::array<LazyCollisionModel, 2> collision_models_;  ///< by SceneRepresentation
 };
 
 }  // namespace legopt

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "legopt/collision/collision_query.h"
@@ -12,16 +14,24 @@ namespace legopt {
 class WaypointState {
  public:
   WaypointState(const RobotModel& robot, CollisionQuery& query, double contact_range_m)
-      : kinematics_(robot), query_(&query), contact_range_m_(contact_range_m) {}
+      : configuration_(Eigen::VectorXd::Constant(robot.configuration_size(), std::numeric_limits<double>::quiet_NaN())),
+        kinematics_(robot),
+        query_(&query),
+        contact_range_m_(contact_range_m) {}
 
+  /// Nothing happens when the waypoint is there already.
   void Update(Eigen::Ref<const Eigen::VectorXd> x) {
+    if (x == configuration_) return;
     configuration_ = x;
     kinematics_.Update(x);
     contacts_valid_ = false;
+    ++revision_;
   }
 
-  /// n + 7 numbers.
+  /// n + 7 numbers; not numbers before the first Update().
   const Eigen::VectorXd& configuration() const { return configuration_; }
+  /// Grows with every change of the configuration: what was computed at an equal revision still holds.
+  std::uint64_t revision() const { return revision_; }
   const Kinematics& kinematics() const { return kinematics_; }
 
   /// Pairs closer than the contact range, in the query's order.
@@ -36,6 +46,7 @@ class WaypointState {
 
  private:
   Eigen::VectorXd configuration_;
+  std::uint64_t revision_ = 0;
   Kinematics kinematics_;
   CollisionQuery* query_;
   double contact_range_m_;

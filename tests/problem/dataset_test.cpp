@@ -70,6 +70,15 @@ TEST_F(DatasetTest, CollisionModelIsBuiltOnceAlsoByManyThreads) {
   EXPECT_EQ(models[0]->num_links(), static_cast<int>(dataset->robot().links().size()));
 }
 
+TEST_F(DatasetTest, EachRepresentationOfTheSceneHasItsOwnModel) {
+  const auto dataset = Load();
+  const CollisionModel* surface = dataset->collision_model(SceneRepresentation::kSurface).get();
+  EXPECT_EQ(surface->scene_representation(), SceneRepresentation::kSurface);
+  EXPECT_EQ(surface, dataset->collision_model(SceneRepresentation::kSurface).get());
+  EXPECT_EQ(dataset->collision_model()->scene_representation(), SceneRepresentation::kSolid);
+  EXPECT_EQ(surface->checked_pairs(), dataset->collision_model()->checked_pairs());
+}
+
 TEST_F(DatasetTest, ManifestListsEveryUsedFileOnce) {
   std::vector<std::string> paths;
   for (const FileHash& file : ComputeManifest(folder_.path())) {
