@@ -1,6 +1,7 @@
 #include "legopt/collision/collision_query.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <numeric>
 #include <utility>
@@ -19,6 +20,10 @@ class BoxArray {
     for (auto& side : low_) side.resize(size);
     for (auto& side : high_) side.resize(size);
     hit_.resize(size);
+  }
+  /// At least `size` boxes; the present ones are lost when that makes it grow.
+  void Reserve(size_t size) {
+    if (size > hit_.size()) Resize(size);
   }
   void Set(size_t i, const Eigen::AlignedBox3d& box) {
     for (size_t axis = 0; axis < 3; ++axis) {
@@ -79,8 +84,8 @@ struct CollisionQuery::Impl {
     for (size_t m = 0; m < moving.size(); ++m) placed.View(data.ranges[m], moving[m]);
     std::iota(all_links.begin(), all_links.end(), 0);
     link_boxes.Resize(data.links.size());
-    solid_boxes.Resize(data.solids.size());
-    near_solids.reserve(data.solids.size());
+    obstacle_boxes.Reserve(data.solids.size());
+    near_obstacles.reserve(data.solids.size());
     constexpr size_t kContacts = 256;
     contacts.reserve(kContacts);
     sources.reserve(kContacts);
@@ -135,6 +140,14 @@ struct CollisionQuery::Impl {
     return robot;
   }
 
+  /// True when a triangle's plane is out of reach of the ball round a shape; its bounding box tells little of a ramp.
+  bool BallMissesPlane(int shape, int obstacle, double margin) const {
+    if (!data.surface()) return false;
+    const HalfSpace& plane = data.triangle_planes[static_cast<size_t>(obstacle)];
+    const double reach = data.shapes[static_cast<size_t>(shape)].bounding_radius() + margin;
+    return std::abs(plane.normal.dot(Set(shape).centre) + plane.offset) > reach;
+  }
+
   bool BallMisses(int shape, const Eigen::AlignedBox3d& box, double margin) const {
     const double reach = data.shapes[static_cast<size_t>(shape)].bounding_radius() + margin;
     return box.squaredExteriorDistance(Set(shape).centre) > reach * reach;
@@ -157,9 +170,9 @@ struct CollisionQuery::Impl {
 
   void CollideWithScene(const Kinematics& kinematics, double margin, std::span<const int> links);
   void CollideWithItself(const Kinematics& kinematics, double margin);
-  void CollectSolids(Eigen::AlignedBox3d robot, double margin);
-  void CollideLinkWithSolids(int link, const Kinematics& kinematics, double margin);
-  void CollideLinkWithTriangles(int link, const Kinematics& kinematics, double margin);
+  void CollectObstacles(Eigen::AlignedBox3d robot, double margin);
+  void CollectTriangles(const Eigen::AlignedBox3d& box);
+  void CollideLinkWithScene(int link, const Kinematics& kinematics, double margin);
   void CollideLinkWithObstacle(int link, int obstacle, const Kinematics& kinematics, double margin);
   void CollideLinks(int a, int b, const Kinematics& kinematics, double margin);
   bool LiesBehind(const Contact& contact, const Source& source, const Contact& nearer,
@@ -177,8 +190,8 @@ struct CollisionQuery::Impl {
   PointArena placed;
   OdeConvexWorld ode;
   BoxArray link_boxes;
-  BoxArray solid_boxes;
-  std::vector<int> near_solids;  ///< of the robot; near triangles of one link
+  BoxArray obstacle_boxes;  ///< parallel to near_obstacles
+  std::vector<int> near_obstacles;
   std::vector<Contact> contacts;
   std::vector<Source> sources;
   std::vector<int> nearest_first;
@@ -191,7 +204,7 @@ void CollisionQuery::Impl::CollideLinkWithObstacle(int link, int obstacle, const
   const LinkShapes& shapes = Link(link);
   PairDistance distance;
   if (shapes.whole >= 0) {
-    if (BallMisses(shapes.whole, box, margin)) return;
+    if (BallMisses(shapes.whole, box, margin) || BallMissesPlane(shapes.whole, obstacle, margin)) return;
     if (!CollideWithObstacle(shapes.whole, obstacle, margin, distance)) return;
     if (shapes.num_pieces == 1) {
       Report(link, kScene, {shapes.whole, obstacle}, distance);
@@ -205,39 +218,35 @@ void CollisionQuery::Impl::CollideLinkWithObstacle(int link, int obstacle, const
   }
 }
 
-void CollisionQuery::Impl::CollideLinkWithSolids(int link, const Kinematics& kinematics, double margin) {
+void CollisionQuery::Impl::CollideLinkWithScene(int link, const Kinematics& kinematics, double margin) {
   const size_t begin = contacts.size();
-  solid_boxes.ForEachNear(link_bounds[static_cast<size_t>(link)], margin, near_solids.size(),
-                          [&](size_t i) { CollideLinkWithObstacle(link, near_solids[i], kinematics, margin); });
+  obstacle_boxes.ForEachNear(link_bounds[static_cast<size_t>(link)], margin, near_obstacles.size(),
+                             [&](size_t i) { CollideLinkWithObstacle(link, near_obstacles[i], kinematics, margin); });
   DropRepeats(begin);
 }
 
-void CollisionQuery::Impl::CollideLinkWithTriangles(int link, const Kinematics& kinematics, double margin) {
-  const size_t begin = contacts.size();
-  Eigen::AlignedBox3d box = link_bounds[static_cast<size_t>(link)];
-  box.min().array() -= margin;
-  box.max().array() += margin;
-  const CollisionModel::Ball& ball = Link(link).ball;
-  const Eigen::Vector3d centre = kinematics.link_pose(link) * ball.centre;
-  const double reach = ball.radius + margin;
-  near_solids.clear();
-  data.triangle_tree->AnyOverlapping(box, [&](int triangle) {
-    const HalfSpace& plane = data.triangle_planes[static_cast<size_t>(triangle)];
-    if (std::abs(plane.normal.dot(centre) + plane.offset) < reach) near_solids.push_back(triangle);
-    return false;
-  });
-  std::sort(near_solids.begin(), near_solids.end());
-  for (const int triangle : near_solids) CollideLinkWithObstacle(link, triangle, kinematics, margin);
-  DropRepeats(begin);
-}
-
-void CollisionQuery::Impl::CollectSolids(Eigen::AlignedBox3d robot, double margin) {
+void CollisionQuery::Impl::CollectObstacles(Eigen::AlignedBox3d robot, double margin) {
   robot.min().array() -= margin;
   robot.max().array() += margin;
-  ode.CollectSolids(robot, near_solids);
-  for (size_t i = 0; i < near_solids.size(); ++i) {
-    solid_boxes.Set(i, data.solids[static_cast<size_t>(near_solids[i])].bounds());
+  if (data.surface()) {
+    CollectTriangles(robot);
+  } else {
+    ode.CollectSolids(robot, near_obstacles);
   }
+  obstacle_boxes.Reserve(near_obstacles.size());
+  for (size_t i = 0; i < near_obstacles.size(); ++i) {
+    const SupportSet& set = data.solid_sets[static_cast<size_t>(near_obstacles[i])];
+    obstacle_boxes.Set(i, {set.lower, set.upper});
+  }
+}
+
+void CollisionQuery::Impl::CollectTriangles(const Eigen::AlignedBox3d& box) {
+  near_obstacles.clear();
+  data.triangle_tree->AnyOverlapping(box, [&](int triangle) {
+    near_obstacles.push_back(triangle);
+    return false;
+  });
+  std::sort(near_obstacles.begin(), near_obstacles.end());
 }
 
 void CollisionQuery::Impl::CollideWithScene(const Kinematics& kinematics, double margin, std::span<const int> links) {
@@ -245,14 +254,9 @@ void CollisionQuery::Impl::CollideWithScene(const Kinematics& kinematics, double
   sources.clear();
   const Eigen::AlignedBox3d robot = PlaceLinks(kinematics, links);
   if (robot.isEmpty()) return;
-  if (!data.surface()) CollectSolids(robot, margin);
+  CollectObstacles(robot, margin);
   for (const int link : links) {
-    if (Link(link).num_pieces == 0) continue;
-    if (data.surface()) {
-      CollideLinkWithTriangles(link, kinematics, margin);
-    } else {
-      CollideLinkWithSolids(link, kinematics, margin);
-    }
+    if (Link(link).num_pieces > 0) CollideLinkWithScene(link, kinematics, margin);
   }
 }
 

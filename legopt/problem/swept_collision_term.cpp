@@ -11,6 +11,8 @@
 namespace legopt {
 namespace {
 
+constexpr int kQuarters = 4;
+
 /// No point of the ball moves farther between the two poses of its link.
 double LargestWay(const CollisionModel::Ball& ball, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   const Eigen::Matrix3d turn = b.linear() - a.linear();  // Frobenius norm 2 sqrt(2) sin(angle / 2)
@@ -37,8 +39,10 @@ SweptCollisionTerm::SweptCollisionTerm(int waypoint, WaypointState& from, Waypoi
       margin_m_(margin_m),
       range_m_(range_m),
       kinematics_(robot),
+      second_(robot),
       x_(robot.configuration_size()),
       gradient_(robot.tangent_size()),
+      ways_(robot.links().size(), 0.0),
       steps_(robot.links().size(), 1) {
   links_.reserve(robot.links().size());
 }
@@ -99,25 +103,38 @@ void SweptCollisionTerm::Refresh() {
 }
 
 int SweptCollisionTerm::ChooseSteps() {
-  InterpolateConfiguration(*robot_, from_->configuration(), to_->configuration(), 0.5, x_);
-  kinematics_.Update(x_);
+  MeasureWays();
   int most = 1;
   for (size_t link = 0; link < steps_.size(); ++link) {
-    steps_[link] = StepsOfLink(static_cast<int>(link));
-    most = std::max(most, steps_[link]);
+    int& steps = steps_[link];
+    steps = 1;
+    while (steps < kMostSteps && kQuarters * ways_[link] > kStep_m * steps) steps *= 2;
+    most = std::max(most, steps);
   }
   return most;
 }
 
-int SweptCollisionTerm::StepsOfLink(int link) const {
-  const CollisionModel::Ball& ball = query_->model().link_ball(link);
-  if (ball.radius < 0.0) return 1;
-  const Eigen::Isometry3d& middle = kinematics_.link_pose(link);
-  const double half_way = std::max(LargestWay(ball, from_->kinematics().link_pose(link), middle),
-                                   LargestWay(ball, middle, to_->kinematics().link_pose(link)));
-  int steps = 1;
-  while (steps < kMostSteps && 2.0 * half_way > kStep_m * steps) steps *= 2;
-  return steps;
+void SweptCollisionTerm::MeasureWays() {
+  std::fill(ways_.begin(), ways_.end(), 0.0);
+  const Kinematics* before = &from_->kinematics();
+  for (int quarter = 1; quarter < kQuarters; ++quarter) {
+    Kinematics& here = quarter % 2 == 0 ? second_ : kinematics_;
+    InterpolateConfiguration(*robot_, from_->configuration(), to_->configuration(),
+                             static_cast<double>(quarter) / kQuarters, x_);
+    here.Update(x_);
+    LengthenWays(*before, here);
+    before = &here;
+  }
+  LengthenWays(*before, to_->kinematics());
+}
+
+void SweptCollisionTerm::LengthenWays(const Kinematics& before, const Kinematics& after) {
+  for (size_t i = 0; i < ways_.size(); ++i) {
+    const int link = static_cast<int>(i);
+    const CollisionModel::Ball& ball = query_->model().link_ball(link);
+    if (ball.radius < 0.0) continue;
+    ways_[i] = std::max(ways_[i], LargestWay(ball, before.link_pose(link), after.link_pose(link)));
+  }
 }
 
 void SweptCollisionTerm::CollectRows(int most_steps) {

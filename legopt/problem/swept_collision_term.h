@@ -18,8 +18,9 @@ namespace legopt {
 /// of their waypoints. Each link has its own number of sub-steps, the smallest power of two such that none of its
 /// points moves more than kStep_m from one to the next, at most kMostSteps (longer ways then have longer steps), and is
 /// looked at only there: a standing foot costs nothing. N is the largest of these numbers. A point's way is taken as
-/// twice the larger of its ways from s = 0 to 1/2 and from 1/2 to 1. Powers of two because the numbers jump as the
-/// waypoints move: they jump seldom, and a finer set contains the coarser one, so that a jump up can only find more.
+/// four times the longest of its ways within the quarters of the path, which is good to a few per cent. Powers of two
+/// because the numbers jump as the waypoints move: they jump seldom, and a finer set contains the coarser one, so that
+/// a jump up can only find more.
 ///
 /// Rows. Of each pair of shapes only the nearest sample counts. It becomes a row when it violates the margin, or when
 /// it is nearer than the pair is at both ends. So, between jumps of N, the penalty sum max(0, margin - d) is as
@@ -54,7 +55,8 @@ class SweptCollisionTerm : public Term {
  private:
   void Refresh();
   int ChooseSteps();
-  int StepsOfLink(int link) const;
+  void MeasureWays();
+  void LengthenWays(const Kinematics& before, const Kinematics& after);
   void CollectRows(int most_steps);
   void KeepNearestSamples();
   bool Matters(const Row& row);
@@ -69,10 +71,12 @@ class SweptCollisionTerm : public Term {
   std::uint64_t from_revision_ = 0;  ///< of the rows; 0 is never that of a state in use
   std::uint64_t to_revision_ = 0;
   Kinematics kinematics_;
+  Kinematics second_;  ///< another place on the path
   Eigen::VectorXd x_;
   Eigen::VectorXd gradient_;
-  std::vector<int> steps_;  ///< by link
-  std::vector<int> links_;  ///< looked at in one sample
+  std::vector<double> ways_;  ///< by link: the longest within a quarter of the path, m
+  std::vector<int> steps_;    ///< by link
+  std::vector<int> links_;    ///< looked at in one sample
   std::vector<Row> rows_;
 };
 

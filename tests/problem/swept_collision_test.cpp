@@ -183,7 +183,9 @@ TEST(SweptCollision, PenaltyIsContinuousWhereTheStepsAre) {
   for (double height = kLow - 0.05; height < kLow + 0.05; height += kStep) {
     transition.Set(FootAt(-0.4, 0, height), FootAt(0.25, 0, kLow));
     const double violation = transition.Violation();
-    if (last >= 0.0 && transition.term().num_steps(0) == last_steps) EXPECT_NEAR(violation, last, 2 * kStep) << height;
+    if (last >= 0.0 && transition.term().num_steps(0) == last_steps) {
+      EXPECT_NEAR(violation, last, 2 * kStep) << height;
+    }
     last = violation;
     last_steps = transition.term().num_steps(0);
   }
