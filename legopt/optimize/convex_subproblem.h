@@ -78,6 +78,24 @@ class ConvexSubproblem {
   mutable std::vector<double> padded_;
 };
 
+/// Calls visit(i, j, H_ij) with i <= j, unpadded indices, in a fixed order: all entries of the diagonal blocks' upper
+/// triangles and, if `coupled`, of the blocks beside the diagonal, zeros included.
+template <class Visit>
+void ForEachHessianEntry(const ConvexSubproblem& problem, bool coupled, Visit visit) {
+  const int size = problem.block_size();
+  for (int t = 0; t < problem.num_blocks(); ++t) {
+    for (int i = 0; i < size; ++i) {
+      for (int j = i; j < size; ++j) visit(t * size + i, t * size + j, problem.hessian(t)[i * problem.stride() + j]);
+    }
+    if (!coupled || t + 1 == problem.num_blocks()) continue;
+    for (int i = 0; i < size; ++i) {
+      for (int j = 0; j < size; ++j) {
+        visit(t * size + i, (t + 1) * size + j, problem.coupling(t)[i * problem.stride() + j]);
+      }
+    }
+  }
+}
+
 /// A solver of ConvexSubproblem. One thread; keeps its workspace between solves.
 class SubproblemSolver {
  public:

@@ -1,11 +1,12 @@
 #include "legopt/optimize/ipopt_subproblem.h"
 
-#include <IpIpoptApplication.hpp>
 #include <IpSolveStatistics.hpp>
 #include <IpTNLP.hpp>
 #include <algorithm>
 #include <mutex>
 #include <vector>
+
+#include "legopt/optimize/ipopt_application.h"
 
 namespace legopt {
 namespace {
@@ -38,7 +39,7 @@ class SlackProgram : public Ipopt::TNLP {
     nnz_jac = 0;
     for (const Constraint& c : constraints_) nnz_jac += Entries(problem_.rows()[c.row]) + 1;
     nnz_hessian = 0;
-    ForEachHessianEntry([&nnz_hessian](int, int, double) { ++nnz_hessian; });
+    ForEachEntry([&nnz_hessian](int, int, double) { ++nnz_hessian; });
     style = C_STYLE;
     return true;
   }
@@ -66,7 +67,7 @@ class SlackProgram : public Ipopt::TNLP {
   bool eval_f(Index n, const Number* x, bool, Number& value) override {
     value = problem_.constant();
     for (Index i = 0; i < n_; ++i) value += problem_.gradient()[Padded(i)] * x[i];
-    ForEachHessianEntry([&value, x](int i, int j, double h) { value += (i == j ? 0.5 : 1.0) * h * x[i] * x[j]; });
+    ForEachEntry([&value, x](int i, int j, double h) { value += (i == j ? 0.5 : 1.0) * h * x[i] * x[j]; });
     for (Index i = n_; i < n; ++i) value += problem_.rows()[static_cast<size_t>(i - n_)].weight * x[i];
     value /= scale_;
     return true;
@@ -74,7 +75,7 @@ class SlackProgram : public Ipopt::TNLP {
 
   bool eval_grad_f(Index n, const Number* x, bool, Number* gradient) override {
     for (Index i = 0; i < n_; ++i) gradient[i] = problem_.gradient()[Padded(i)] / scale_;
-    ForEachHessianEntry([this, gradient, x](int i, int j, double h) {
+    ForEachEntry([this, gradient, x](int i, int j, double h) {
       gradient[i] += h * x[j] / scale_;
       if (i != j) gradient[j] += h * x[i] / scale_;
     });
@@ -119,7 +120,7 @@ class SlackProgram : public Ipopt::TNLP {
   bool eval_h(Index, const Number*, bool, Number factor, Index, const Number*, bool, Index, Index* rows, Index* columns,
               Number* values) override {
     Index k = 0;
-    ForEachHessianEntry([&](int i, int j, double h) {
+    ForEachEntry([&](int i, int j, double h) {
       if (values != nullptr) {
         values[k++] = factor * h / scale_;
       } else {
@@ -159,22 +160,9 @@ class SlackProgram : public Ipopt::TNLP {
     return sum;
   }
 
-  /// visit(i, j, H_ij) with i <= j, unpadded indices, in a fixed order.
   template <class Visit>
-  void ForEachHessianEntry(Visit visit) const {
-    const int size = problem_.block_size();
-    for (int t = 0; t < problem_.num_blocks(); ++t) {
-      for (int i = 0; i < size; ++i) {
-        for (int j = i; j < size; ++j)
-          visit(t * size + i, t * size + j, problem_.hessian(t)[i * problem_.stride() + j]);
-      }
-      if (!problem_.has_coupling() || t + 1 == problem_.num_blocks()) continue;
-      for (int i = 0; i < size; ++i) {
-        for (int j = 0; j < size; ++j) {
-          visit(t * size + i, (t + 1) * size + j, problem_.coupling(t)[i * problem_.stride() + j]);
-        }
-      }
-    }
+  void ForEachEntry(Visit visit) const {
+    ForEachHessianEntry(problem_, problem_.has_coupling(), visit);
   }
 
   const ConvexSubproblem& problem_;
@@ -188,12 +176,9 @@ class SlackProgram : public Ipopt::TNLP {
 
 SubproblemSolver::Result IpoptSubproblemSolver::Solve(const ConvexSubproblem& problem, double accuracy,
                                                       Eigen::Ref<Eigen::VectorXd> dx) {
-  static std::mutex mumps;
-  const std::lock_guard<std::mutex> lock(mumps);
+  const std::lock_guard<std::mutex> lock(IpoptMutex());
   const double scale = problem.max_weight() > 0.0 ? problem.max_weight() : 1.0;
-  Ipopt::SmartPtr<Ipopt::IpoptApplication> application = IpoptApplicationFactory();
-  application->Options()->SetIntegerValue("print_level", 0);
-  application->Options()->SetStringValue("sb", "yes");
+  Ipopt::SmartPtr<Ipopt::IpoptApplication> application = MakeQuietIpopt();
   application->Options()->SetNumericValue("tol", std::max(accuracy / scale, kMinTolerance));
   application->Options()->SetIntegerValue("max_iter", kMaxIterations);
   application->Options()->SetStringValue("mehrotra_algorithm", "yes");
@@ -201,7 +186,7 @@ SubproblemSolver::Result IpoptSubproblemSolver::Solve(const ConvexSubproblem& pr
   application->Options()->SetStringValue("jac_c_constant", "yes");
   application->Options()->SetStringValue("jac_d_constant", "yes");
   Result result;
-  if (application->Initialize() != Ipopt::Solve_Succeeded) return result;
+  if (!InitializeQuietly(*application)) return result;
   Ipopt::SmartPtr<SlackProgram> program = new SlackProgram(problem, dx);
   const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(Ipopt::GetRawPtr(program));
   if (Ipopt::IsValid(application->Statistics())) result.iterations = application->Statistics()->IterationCount();

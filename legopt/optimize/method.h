@@ -4,6 +4,7 @@
 #include <string>
 
 #include "legopt/optimize/best_options.h"
+#include "legopt/optimize/ipopt_options.h"
 #include "legopt/optimize/option_fields.h"
 #include "legopt/optimize/sqp_options.h"
 
@@ -34,6 +35,7 @@ struct Method {
   // Options of the solvers; those of `solver` count.
   SqpOptions sqp;
   BestOptions best;
+  IpoptOptions ipopt;
 
   /// Throws InputError naming every unknown key (with the nearest valid one), wrong type and value out of range;
   /// `source` names the file in errors.

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "legopt/optimize/best_solver.h"
+#include "legopt/optimize/ipopt_solver.h"
 #include "legopt/optimize/sqp_solver.h"
 
 namespace legopt {
@@ -16,6 +17,8 @@ constexpr std::array kSolvers = {
         [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<SqpSolver>(m.sqp, SamplingOf(m)); }},
     SolverEntry{"best", "LegOpt-best", false, true, [](Method& m, OptionFields& f) { m.best.Visit(f); },
                 [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<BestSolver>(m.best); }},
+    SolverEntry{"ipopt", "Ipopt", false, false, [](Method& m, OptionFields& f) { m.ipopt.Visit(f); },
+                [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<IpoptSolver>(m.ipopt); }},
 };
 
 }  // namespace

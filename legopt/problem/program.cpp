@@ -28,4 +28,10 @@ void LinearModel::Shift(const double* dx, int tangent_size) {
   }
 }
 
+void Term::RowKeys(int rows, std::vector<int>& keys) {
+  for (int i = 0; i < rows; ++i) keys.push_back(i);
+}
+
+void Program::PullBack(const double* /*dx*/, double* /*row*/) const {}
+
 }  // namespace legopt

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -72,6 +73,13 @@ class Term {
   /// Linear model at the program's point; its values equal those of Evaluate.
   virtual void Linearize(LinearModel& model) = 0;
 
+  /// Appends one key per row of Evaluate at the program's point. Rows of equal key at two points are the same function
+  /// of x, so that optimisers which need a fixed set of rows can follow them. Default: the place, 0, 1, 2, ...
+  virtual void RowKeys(int rows, std::vector<int>& keys);
+
+  /// Rows that Evaluate leaves out are below this (or implied by rows that it gives). Default: none is ever left out.
+  virtual double AbsentRow() const { return -std::numeric_limits<double>::infinity(); }
+
  private:
   TermShape shape_;
 };
@@ -95,6 +103,10 @@ class Program {
   /// x_next = x moved by dx (num_waypoints * tangent_size), kept within the bounds of the variables exactly.
   virtual void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
                        Eigen::Ref<Eigen::VectorXd> x_next) const = 0;
+
+  /// Turns `row`, a derivative by the tangent of one waypoint at Retract(x, dx), into the derivative by that waypoint's
+  /// block `dx` (tangent_size entries each; in place; independent of x). Default: nothing, for Retract = x + dx.
+  virtual void PullBack(const double* dx, double* row) const;
 
   /// Bounds of dx that keep x + dx within the variables' bounds (+-infinity where there are none; equal bounds fix a
   /// variable).

@@ -1,5 +1,7 @@
 #include "legopt/problem/waypoint_program.h"
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <limits>
 
 #include "legopt/problem/support_polygon.h"
@@ -64,6 +66,23 @@ void WaypointProgram::Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<co
                     x_next.segment(t * points, points));
   }
   ProjectOnBounds(x_next);
+}
+
+void WaypointProgram::PullBack(const double* dx, double* row) const {
+  constexpr double kSmallAngle = 1e-4;  // the next terms of the series are below 1e-16 there, or nearly so
+  const Eigen::Index base = robot_->num_dofs() + 3;
+  const Eigen::Map<const Eigen::Vector3d> phi(dx + base);
+  Eigen::Map<Eigen::Vector3d> g(row + base);
+  const double angle = phi.norm();
+  double first = 0.5;       // (1 - cos angle) / angle^2
+  double second = 1.0 / 6;  // (angle - sin angle) / angle^3
+  if (angle >= kSmallAngle) {
+    first = (1.0 - std::cos(angle)) / (angle * angle);
+    second = (angle - std::sin(angle)) / (angle * angle * angle);
+  }
+  // J^T g with J = I + first [phi]x + second [phi]x^2; the transpose changes the sign of the odd term.
+  const Eigen::Vector3d across = phi.cross(g);
+  g += second * phi.cross(across) - first * across;
 }
 
 void WaypointProgram::StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> lower,

@@ -41,6 +41,9 @@ class WaypointProgram : public Program {
   void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override;
   void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
                Eigen::Ref<Eigen::VectorXd> x_next) const override;
+  /// Joints and position are plain sums. A turn by phi of the base, exp(phi) R, moves by phi + d as the local tangent
+  /// J(phi) d, with J the left Jacobian of SO(3).
+  void PullBack(const double* dx, double* row) const override;
   void StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> lower,
                   Eigen::Ref<Eigen::VectorXd> upper) const override;
   void ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const override;

@@ -33,6 +33,7 @@ class WaypointState {
   /// Grows with every change of the configuration: what was computed at an equal revision still holds.
   std::uint64_t revision() const { return revision_; }
   const Kinematics& kinematics() const { return kinematics_; }
+  double contact_range_m() const { return contact_range_m_; }
 
   /// Pairs closer than the contact range, in the query's order.
   const std::vector<Contact>& contacts() {

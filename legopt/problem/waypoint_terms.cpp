@@ -110,6 +110,10 @@ void CollisionTerm::Evaluate(std::vector<double>& residuals) {
   for (const Contact& contact : state_->contacts()) residuals.push_back(margin_m_ - contact.distance_m);
 }
 
+void CollisionTerm::RowKeys(int /*rows*/, std::vector<int>& keys) {
+  for (const Contact& contact : state_->contacts()) keys.push_back(contact.pair_id);
+}
+
 void CollisionTerm::Linearize(LinearModel& model) {
   const std::vector<Contact>& contacts = state_->contacts();
   const Kinematics& kinematics = state_->kinematics();

@@ -64,6 +64,9 @@ class CollisionTerm : public Term {
   CollisionTerm(int waypoint, WaypointState& state, double margin_m);
   void Evaluate(std::vector<double>& residuals) override;
   void Linearize(LinearModel& model) override;
+  /// The pairs of shapes.
+  void RowKeys(int rows, std::vector<int>& keys) override;
+  double AbsentRow() const override { return margin_m_ - state_->contact_range_m(); }
 
  private:
   WaypointState* state_;

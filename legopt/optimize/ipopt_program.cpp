@@ -1,0 +1,150 @@
+#include "legopt/optimize/ipopt_program.h"
+
+#include <algorithm>
+
+namespace legopt {
+namespace {
+
+constexpr double kInfinity = 2e19;  // beyond Ipopt's notion of "no bound"
+
+}  // namespace
+
+IpoptProgram::IpoptProgram(SlottedProgram& slotted, const SolverContext& context, double tolerance, double band)
+    : slotted_(slotted), context_(context), tolerance_(tolerance), band_(band) {
+  last_dx_.setZero(slotted.num_variables());
+  Evaluate(last_dx_.data());
+}
+
+bool IpoptProgram::Evaluate(const Number* x) {
+  if (error_) return false;
+  try {
+    const bool finite = slotted_.Evaluate(x);
+    if (finite) NoteBest();
+    return finite;
+  } catch (...) {
+    error_ = std::current_exception();
+    return false;
+  }
+}
+
+bool IpoptProgram::Better(const ObjectiveValue& a, const ObjectiveValue& b) const {
+  const bool a_feasible = a.max_violation < tolerance_;
+  const bool b_feasible = b.max_violation < tolerance_;
+  if (a_feasible != b_feasible) return a_feasible;
+  return a_feasible ? a.cost < b.cost : a.max_violation < b.max_violation;
+}
+
+void IpoptProgram::NoteBest() {
+  if (best_x_.size() > 0 && !Better(slotted_.value(), best_value_)) return;
+  best_x_ = slotted_.x();
+  best_value_ = slotted_.value();
+}
+
+bool IpoptProgram::get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hessian, IndexStyleEnum& style) {
+  n = slotted_.num_variables();
+  m = static_cast<Index>(slotted_.rows().size());
+  nnz_jac = static_cast<Index>(slotted_.jacobian().size());
+  nnz_hessian = 0;
+  ForEachHessianEntry(slotted_.cost(), slotted_.coupled(), [&](int, int, double) { ++nnz_hessian; });
+  style = C_STYLE;
+  return true;
+}
+
+bool IpoptProgram::get_bounds_info(Index n, Number* x_l, Number* x_u, Index m, Number* g_l, Number* g_u) {
+  for (Index i = 0; i < n; ++i) {
+    x_l[i] = std::clamp(slotted_.lower()[i], -kInfinity, 0.0);
+    x_u[i] = std::clamp(slotted_.upper()[i], 0.0, kInfinity);
+  }
+  for (Index i = 0; i < m; ++i) {
+    const bool equality = slotted_.rows()[static_cast<size_t>(i)].kind == TermKind::kEquality;
+    g_l[i] = equality ? -band_ : -kInfinity;
+    g_u[i] = equality ? band_ : 0.0;
+  }
+  return true;
+}
+
+bool IpoptProgram::get_starting_point(Index n, bool, Number* x, bool, Number*, Number*, Index, bool, Number*) {
+  std::fill_n(x, n, 0.0);
+  return true;
+}
+
+bool IpoptProgram::eval_f(Index, const Number* x, bool, Number& value) {
+  if (!Evaluate(x)) return false;
+  value = slotted_.cost().constant();
+  return true;
+}
+
+bool IpoptProgram::eval_grad_f(Index n, const Number* x, bool, Number* gradient) {
+  if (!Evaluate(x)) return false;
+  const ConvexSubproblem& cost = slotted_.cost();
+  for (Index i = 0; i < n; ++i) {
+    const int padded = i / cost.block_size() * cost.stride() + i % cost.block_size();
+    gradient[i] = cost.gradient()[static_cast<size_t>(padded)];
+  }
+  return true;
+}
+
+bool IpoptProgram::eval_g(Index, const Number* x, bool, Index, Number* g) {
+  if (!Evaluate(x)) return false;
+  std::ranges::copy(slotted_.row_values(), g);
+  return true;
+}
+
+bool IpoptProgram::eval_jac_g(Index, const Number* x, bool, Index m, Index, Index* rows, Index* columns,
+                              Number* values) {
+  if (values != nullptr) {
+    if (!Evaluate(x)) return false;
+    std::ranges::copy(slotted_.jacobian(), values);
+    return true;
+  }
+  Index k = 0;
+  for (Index i = 0; i < m; ++i) {
+    const SlottedProgram::Row& row = slotted_.rows()[static_cast<size_t>(i)];
+    for (int j = 0; j < row.size; ++j, ++k) {
+      rows[k] = i;
+      columns[k] = row.first + j;
+    }
+  }
+  return true;
+}
+
+bool IpoptProgram::eval_h(Index, const Number* x, bool, Number factor, Index, const Number*, bool, Index, Index* rows,
+                          Index* columns, Number* values) {
+  if (values != nullptr && !Evaluate(x)) return false;
+  Index k = 0;
+  ForEachHessianEntry(slotted_.cost(), slotted_.coupled(), [&](int i, int j, double h) {
+    if (values != nullptr) {
+      values[k++] = factor * h;
+    } else {
+      rows[k] = j;  // lower triangle
+      columns[k++] = i;
+    }
+  });
+  return true;
+}
+
+bool IpoptProgram::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, Number, Number, Number, Number, Number,
+                                         Number, Number, Number, Index, const Ipopt::IpoptData*,
+                                         Ipopt::IpoptCalculatedQuantities*) {
+  if (error_) return false;
+  try {
+    if (iteration > 0) {
+      ++iterations_;
+      const ObjectiveValue& value = slotted_.value();  // Ipopt has just moved to the point that it evaluated last
+      if (context_.history != nullptr) context_.history->push_back({0, 0, 0, value.cost, value.max_violation, true});
+    }
+    stop_status_ = context_.Stopped();
+  } catch (...) {
+    error_ = std::current_exception();
+    return false;
+  }
+  return stop_status_ == SolveStatus::kNotRun;
+}
+
+void IpoptProgram::finalize_solution(Ipopt::SolverReturn, Index n, const Number* x, const Number*, const Number*, Index,
+                                     const Number*, const Number*, Number, const Ipopt::IpoptData*,
+                                     Ipopt::IpoptCalculatedQuantities*) {
+  last_dx_ = Eigen::Map<const Eigen::VectorXd>(x, n);
+}
+
+}  // namespace legopt

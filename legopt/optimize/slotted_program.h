@@ -1,0 +1,89 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "legopt/optimize/convex_subproblem.h"
+#include "legopt/optimize/penalty_objective.h"
+#include "legopt/problem/program.h"
+
+namespace legopt {
+
+/// A Program about a base point x0 as a smooth program of fixed structure in dx, for optimisers that need one:
+///
+///     min F(dx)   subject to   h_i(dx) = 0,   g_j(dx) <= 0,   lower <= dx <= upper,       x = Retract(x0, dx).
+///
+/// Rows of terms may come and go (contacts). Each row that was present at some base point has a *slot*, found by its key
+/// (Term::RowKeys); while it is absent the slot is at Term::AbsentRow with zero derivative, which continues the row where
+/// it leaves the contact range. A term that leaves rows out has one more slot, for the worst row without a slot of its
+/// own. Hence the feasible set is exactly the program's, at every dx and whichever slots exist; what is lost is
+/// smoothness, in the last slot when several new rows are violated at once. Rebase cures that: it gives slots to the
+/// rows at the new base point.
+///
+/// Derivatives are by dx, exactly: rows are linearised at x and pulled back through the retraction (Program::PullBack).
+///
+/// A workspace on one program, which must outlive its use; one thread; no allocation in Evaluate once grown.
+class SlottedProgram {
+ public:
+  struct Row {
+    TermKind kind = TermKind::kEquality;
+    int first = 0;     ///< first variable
+    int size = 0;      ///< number of variables, consecutive
+    size_t begin = 0;  ///< of the derivatives in jacobian()
+  };
+
+  /// For a program; no slots yet.
+  void Reset(Program& program);
+
+  /// Makes x the base point and gives slots to the rows there. True when there were rows without one.
+  bool Rebase(const Eigen::VectorXd& x);
+
+  /// Evaluates at dx unless that is where it is. False when anything is not finite.
+  bool Evaluate(const double* dx);
+
+  int num_variables() const { return static_cast<int>(dx_.size()); }
+  const std::vector<Row>& rows() const { return rows_; }
+  const Eigen::VectorXd& lower() const { return lower_; }
+  const Eigen::VectorXd& upper() const { return upper_; }
+
+  // At the point of the last Evaluate; derivatives only if it returned true.
+  const Eigen::VectorXd& x() const { return x_; }
+  const ObjectiveValue& value() const { return value_; }  ///< exact, of all rows
+  const ConvexSubproblem& cost() const { return *cost_; }  ///< F, its gradient and Gauss-Newton matrix at dx = "0"
+  bool coupled() const { return coupled_; }                ///< the matrix may have blocks off the diagonal
+  const std::vector<double>& row_values() const { return row_values_; }
+  const std::vector<double>& jacobian() const { return jacobian_; }
+
+ private:
+  struct Slot {
+    int key = 0;
+    size_t row = 0;
+  };
+  struct TermSlots {
+    std::vector<Slot> slots;  ///< ascending keys
+    size_t others = kNone;    ///< row of the worst row without a slot; kNone: the term never leaves rows out
+  };
+  static constexpr size_t kNone = static_cast<size_t>(-1);
+
+  bool AddSlots();
+  void LayOut();
+  void PullBack(const TermShape& shape);
+  void Linearize();
+  void Fill(size_t term);
+  void Put(size_t row, int model_row);
+  bool IsFinite() const;
+
+  Program* program_ = nullptr;
+  std::vector<TermSlots> term_slots_;
+  std::vector<Row> rows_;
+  std::unique_ptr<ConvexSubproblem> cost_;
+  bool coupled_ = false;
+  bool evaluated_ = false, finite_ = false;
+  ObjectiveValue value_;
+  Eigen::VectorXd base_, dx_, x_, lower_, upper_;
+  std::vector<double> row_values_, absent_, jacobian_, scratch_;
+  std::vector<int> keys_;
+  LinearModel model_;
+};
+
+}  // namespace legopt
