@@ -9,8 +9,8 @@ constexpr double kInfinity = 2e19;  // beyond Ipopt's notion of "no bound"
 
 }  // namespace
 
-IpoptProgram::IpoptProgram(SlottedProgram& slotted, const SolverContext& context, double tolerance, double band)
-    : slotted_(slotted), context_(context), tolerance_(tolerance), band_(band) {
+IpoptProgram::IpoptProgram(SlottedProgram& slotted, const SolverContext& context, const Settings& settings)
+    : slotted_(slotted), context_(context), settings_(settings) {
   last_dx_.setZero(slotted.num_variables());
   Evaluate(last_dx_.data());
 }
@@ -28,8 +28,8 @@ bool IpoptProgram::Evaluate(const Number* x) {
 }
 
 bool IpoptProgram::Better(const ObjectiveValue& a, const ObjectiveValue& b) const {
-  const bool a_feasible = a.max_violation < tolerance_;
-  const bool b_feasible = b.max_violation < tolerance_;
+  const bool a_feasible = a.max_violation < settings_.tolerance;
+  const bool b_feasible = b.max_violation < settings_.tolerance;
   if (a_feasible != b_feasible) return a_feasible;
   return a_feasible ? a.cost < b.cost : a.max_violation < b.max_violation;
 }
@@ -57,8 +57,8 @@ bool IpoptProgram::get_bounds_info(Index n, Number* x_l, Number* x_u, Index m, N
   }
   for (Index i = 0; i < m; ++i) {
     const bool equality = slotted_.rows()[static_cast<size_t>(i)].kind == TermKind::kEquality;
-    g_l[i] = equality ? -band_ : -kInfinity;
-    g_u[i] = equality ? band_ : 0.0;
+    g_l[i] = equality ? -settings_.band : -kInfinity;
+    g_u[i] = equality ? settings_.band : 0.0;
   }
   return true;
 }
@@ -114,7 +114,7 @@ bool IpoptProgram::eval_h(Index, const Number* x, bool, Number factor, Index, co
   Index k = 0;
   ForEachHessianEntry(slotted_.cost(), slotted_.coupled(), [&](int i, int j, double h) {
     if (values != nullptr) {
-      values[k++] = factor * h;
+      values[k++] = factor * (h + (i == j ? settings_.damping : 0.0));
     } else {
       rows[k] = j;  // lower triangle
       columns[k++] = i;

@@ -8,15 +8,22 @@
 
 namespace legopt {
 
-/// A SlottedProgram as Ipopt wants to see it, and a watch over the solve: it asks the stop check, records the history and
-/// remembers the best point. Variables are dx, starting at zero.
+/// A SlottedProgram as Ipopt wants to see it, and a watch over the solve: it asks the stop check, records the history
+/// and remembers the best point. Variables are dx, starting at zero.
 class IpoptProgram : public Ipopt::TNLP {
  public:
   using Index = Ipopt::Index;
   using Number = Ipopt::Number;
 
-  /// All must outlive the solve. `band` is the half width that replaces an equality; 0 for true equalities.
-  IpoptProgram(SlottedProgram& slotted, const SolverContext& context, double tolerance, double band);
+  /// What the solve is to know besides the problem.
+  struct Settings {
+    double tolerance = 0.0;  ///< violation from which on a point is infeasible
+    double band = 0.0;       ///< half width that replaces each equality; 0 for true equalities
+    double damping = 0.0;    ///< added to the diagonal of the Gauss-Newton matrix
+  };
+
+  /// All must outlive the solve.
+  IpoptProgram(SlottedProgram& slotted, const SolverContext& context, const Settings& settings);
 
   /// Best point met: feasible before infeasible, then lower cost or smaller violation.
   const Eigen::VectorXd& best_x() const { return best_x_; }
@@ -55,7 +62,7 @@ class IpoptProgram : public Ipopt::TNLP {
 
   SlottedProgram& slotted_;
   const SolverContext& context_;
-  double tolerance_, band_;
+  Settings settings_;
   Eigen::VectorXd best_x_, last_dx_;
   ObjectiveValue best_value_;
   int iterations_ = 0;

@@ -9,11 +9,12 @@
 namespace legopt {
 namespace {
 
-constexpr double kViolationShare = 0.1;    // of the constraint tolerance: what Ipopt aims at
-constexpr double kAcceptableFactor = 1e2;  // of the tolerance: where Ipopt may stop when it stagnates
-constexpr double kProgress = 0.9;          // of the violation: a failed round that came closer than this gets another
-constexpr double kLaterBarrier = 1e-3;     // of rounds after the first, which start near an optimum
-constexpr double kLaterPush = 1e-6;        // how far they are moved away from bounds
+constexpr double kViolationShare = 0.1;  // of the constraint tolerance: what Ipopt aims at
+constexpr double kStagnantError = 0.1;   // largest optimality error at which Ipopt may stop when the cost stagnates
+constexpr int kStagnantIterations = 5;
+constexpr double kProgress = 0.9;       // of the violation: a failed round that came closer than this gets another
+constexpr double kLaterBarrier = 1e-3;  // of rounds after the first, which start near an optimum
+constexpr double kLaterPush = 1e-6;     // how far they are moved away from bounds
 
 /// Ipopt requires at most as many equalities as free variables.
 bool TooManyEqualities(const SlottedProgram& slotted) {
@@ -26,7 +27,9 @@ void SetOptions(const IpoptOptions& options, int round, int max_iterations, Ipop
   list.SetIntegerValue("max_iter", max_iterations);
   list.SetNumericValue("tol", options.tolerance);
   list.SetNumericValue("constr_viol_tol", kViolationShare * options.constraint_tolerance);
-  list.SetNumericValue("acceptable_tol", kAcceptableFactor * options.tolerance);
+  list.SetIntegerValue("acceptable_iter", kStagnantIterations);
+  list.SetNumericValue("acceptable_tol", std::max(options.tolerance, kStagnantError));
+  list.SetNumericValue("acceptable_obj_change_tol", options.stagnation_frac);
   list.SetNumericValue("acceptable_constr_viol_tol", kViolationShare * options.constraint_tolerance);
   list.SetNumericValue("bound_relax_factor", 0.0);
   list.SetStringValue("mu_strategy", options.barrier);
@@ -66,21 +69,24 @@ SolveStatus IpoptSolver::RunRounds(Eigen::VectorXd& x, const SolverContext& cont
     const double violation = value_.max_violation;
     end = SolveRound(x, round, context);
     if (end == RoundEnd::kStopped || end == RoundEnd::kIterationLimit) break;
+    if (end == RoundEnd::kConverged && !slotted_.SharedSlotActive(options_.constraint_tolerance)) break;
     const bool grown = slotted_.Rebase(x);
     const bool closer = !Satisfied(value_) && value_.max_violation < kProgress * violation;
-    if (!grown && (end == RoundEnd::kConverged || !closer)) break;
+    if (!grown && !closer) break;
   }
   return Verdict(end);
 }
 
 IpoptSolver::RoundEnd IpoptSolver::SolveRound(Eigen::VectorXd& x, int round, const SolverContext& context) {
+  const int iterations_left = options_.max_iterations - iterations_;
+  if (iterations_left <= 0) return RoundEnd::kIterationLimit;
   const std::lock_guard<std::mutex> lock(IpoptMutex());
   const Ipopt::SmartPtr<Ipopt::IpoptApplication> application = MakeQuietIpopt();
-  SetOptions(options_, round, options_.max_iterations - iterations_, *application->Options());
+  SetOptions(options_, round, iterations_left, *application->Options());
   if (!InitializeQuietly(*application)) return RoundEnd::kFailed;
   const double band = TooManyEqualities(slotted_) ? 0.5 * options_.constraint_tolerance : 0.0;
   const Ipopt::SmartPtr<IpoptProgram> program =
-      new IpoptProgram(slotted_, context, options_.constraint_tolerance, band);
+      new IpoptProgram(slotted_, context, {options_.constraint_tolerance, band, options_.damping});
   const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(Ipopt::GetRawPtr(program));
   program->Rethrow();
   iterations_ += program->iterations();

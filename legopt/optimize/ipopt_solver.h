@@ -14,11 +14,12 @@ namespace legopt {
 ///
 /// Variables are dx about a base point; rows that come and go get slots. SlottedProgram says how and why that is sound:
 /// the feasible set of the program in slots is exactly the original one. Ipopt solves a sequence of such programs
-/// ("rounds"), each from where the last one ended: a round that converged at a point with rows that had no slot, or that
-/// failed but came closer to feasibility, is followed by another one about the new point with slots for all rows seen.
-/// Most problems need one or two.
+/// ("rounds"), each from where the last one ended: a round that converged at rows without a slot of their own, or that
+/// failed where it met such rows or came closer to feasibility, is followed by another one about the new point with
+/// slots for all rows there. Most problems need one.
 ///
-/// Second derivatives: Gauss-Newton for the costs, none for the constraints; or Ipopt's limited-memory BFGS of all.
+/// Second derivatives: Gauss-Newton for the costs plus a damping of the diagonal, none for the constraints; or Ipopt's
+/// limited-memory BFGS of all.
 /// When there are more equality rows than variables, equalities become bands of half the constraint tolerance (Ipopt
 /// demands degrees of freedom).
 ///
@@ -26,7 +27,8 @@ namespace legopt {
 /// with non-finite terms are refused to Ipopt, which then shortens its step.
 ///
 /// MUMPS allows one solve per process at a time: solves of all instances are serialised by a lock, and the stop check
-/// is not asked while waiting for it. Exceptions of terms and of the stop check pass through Solve, never through Ipopt.
+/// is not asked while waiting for it. Exceptions of terms and of the stop check pass through Solve, never through
+/// Ipopt.
 class IpoptSolver : public Solver {
  public:
   explicit IpoptSolver(const IpoptOptions& options) : options_(options) {}

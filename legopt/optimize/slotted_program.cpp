@@ -71,7 +71,7 @@ void SlottedProgram::LayOut() {
       return rows_.size() - 1;
     };
     for (Slot& slot : term_slots_[k].slots) slot.row = add_row();
-    if (inequality && std::isfinite(term.AbsentRow())) term_slots_[k].others = add_row();
+    if (inequality && std::isfinite(term.AbsentRow())) term_slots_[k].shared = add_row();
   }
   row_values_.assign(rows_.size(), 0.0);
   jacobian_.assign(begin, 0.0);
@@ -129,7 +129,7 @@ void SlottedProgram::Fill(size_t k) {
       worst = i;
     }
   }
-  if (worst >= 0 && term_slots.others != kNone) Put(term_slots.others, worst);
+  if (worst >= 0 && term_slots.shared != kNone) Put(term_slots.shared, worst);
 }
 
 void SlottedProgram::Put(size_t row, int model_row) {
@@ -138,6 +138,12 @@ void SlottedProgram::Put(size_t row, int model_row) {
   for (int b = 0; b * size < rows_[row].size; ++b) {
     std::copy_n(model_.row(b, model_row), size, jacobian_.data() + rows_[row].begin + static_cast<size_t>(b * size));
   }
+}
+
+bool SlottedProgram::SharedSlotActive(double tolerance) const {
+  return std::ranges::any_of(term_slots_, [&](const TermSlots& term) {
+    return term.shared != kNone && row_values_[term.shared] > -tolerance;
+  });
 }
 
 bool SlottedProgram::IsFinite() const {

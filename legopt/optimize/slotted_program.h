@@ -13,10 +13,10 @@ namespace legopt {
 ///
 ///     min F(dx)   subject to   h_i(dx) = 0,   g_j(dx) <= 0,   lower <= dx <= upper,       x = Retract(x0, dx).
 ///
-/// Rows of terms may come and go (contacts). Each row that was present at some base point has a *slot*, found by its key
-/// (Term::RowKeys); while it is absent the slot is at Term::AbsentRow with zero derivative, which continues the row where
-/// it leaves the contact range. A term that leaves rows out has one more slot, for the worst row without a slot of its
-/// own. Hence the feasible set is exactly the program's, at every dx and whichever slots exist; what is lost is
+/// Rows of terms may come and go (contacts). Each row that was present at some base point has a *slot*, found by its
+/// key (Term::RowKeys); while it is absent the slot is at Term::AbsentRow with zero derivative, which continues the row
+/// where it leaves the contact range. A term that leaves rows out has one more slot, for the worst row without a slot
+/// of its own. Hence the feasible set is exactly the program's, at every dx and whichever slots exist; what is lost is
 /// smoothness, in the last slot when several new rows are violated at once. Rebase cures that: it gives slots to the
 /// rows at the new base point.
 ///
@@ -48,11 +48,13 @@ class SlottedProgram {
 
   // At the point of the last Evaluate; derivatives only if it returned true.
   const Eigen::VectorXd& x() const { return x_; }
-  const ObjectiveValue& value() const { return value_; }  ///< exact, of all rows
+  const ObjectiveValue& value() const { return value_; }   ///< exact, of all rows
   const ConvexSubproblem& cost() const { return *cost_; }  ///< F, its gradient and Gauss-Newton matrix at dx = "0"
   bool coupled() const { return coupled_; }                ///< the matrix may have blocks off the diagonal
   const std::vector<double>& row_values() const { return row_values_; }
   const std::vector<double>& jacobian() const { return jacobian_; }
+  /// A row without a slot of its own is violated or nearer to that than `tolerance`.
+  bool SharedSlotActive(double tolerance) const;
 
  private:
   struct Slot {
@@ -61,7 +63,7 @@ class SlottedProgram {
   };
   struct TermSlots {
     std::vector<Slot> slots;  ///< ascending keys
-    size_t others = kNone;    ///< row of the worst row without a slot; kNone: the term never leaves rows out
+    size_t shared = kNone;    ///< row of the worst row without a slot; kNone: the term never leaves rows out
   };
   static constexpr size_t kNone = static_cast<size_t>(-1);
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -9,20 +10,27 @@
 
 namespace legopt {
 
-/// A small nonlinear program in R^n given by functions: one waypoint, tangent = point.
+/// A small nonlinear program given by functions: a chain of waypoints in R^n, tangent = point.
 class AnalyticProgram : public Program {
  public:
+  /// Of the concatenated waypoints that the term touches.
   using Residuals = std::function<Eigen::VectorXd(const Eigen::VectorXd&)>;
 
-  AnalyticProgram(Eigen::VectorXd lower, Eigen::VectorXd upper) : lower_(std::move(lower)), upper_(std::move(upper)) {}
+  /// Bounds of all waypoints together.
+  AnalyticProgram(Eigen::VectorXd lower, Eigen::VectorXd upper, int num_waypoints = 1)
+      : num_waypoints_(num_waypoints), lower_(std::move(lower)), upper_(std::move(upper)) {}
 
   /// Jacobians by central differences: the programs are tiny and smooth.
   void Add(TermKind kind, Residuals residuals, int unit = -1) {
-    terms_.push_back(std::make_unique<FunctionTerm>(kind, std::move(residuals), x_, unit));
+    AddShaped({"function", kind, 0, 1, unit}, std::move(residuals));
+  }
+  /// `absent_row`: see Term::AbsentRow, for functions whose number of rows varies.
+  void AddShaped(TermShape shape, Residuals residuals, double absent_row = -std::numeric_limits<double>::infinity()) {
+    terms_.push_back(std::make_unique<FunctionTerm>(std::move(shape), std::move(residuals), absent_row, *this));
   }
 
-  int num_waypoints() const override { return 1; }
-  int tangent_size() const override { return static_cast<int>(lower_.size()); }
+  int num_waypoints() const override { return num_waypoints_; }
+  int tangent_size() const override { return static_cast<int>(lower_.size()) / num_waypoints_; }
   int point_size() const override { return tangent_size(); }
   const std::vector<std::unique_ptr<Term>>& terms() const override { return terms_; }
   void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override { x_ = x; }
@@ -41,31 +49,43 @@ class AnalyticProgram : public Program {
  private:
   class FunctionTerm : public Term {
    public:
-    FunctionTerm(TermKind kind, Residuals residuals, const Eigen::VectorXd& x, int unit)
-        : Term({"function", kind, 0, 1, unit}), residuals_(std::move(residuals)), x_(x) {}
+    FunctionTerm(TermShape shape, Residuals residuals, double absent_row, const AnalyticProgram& program)
+        : Term(std::move(shape)), residuals_(std::move(residuals)), absent_row_(absent_row), program_(program) {}
     void Evaluate(std::vector<double>& values) override {
-      const Eigen::VectorXd r = residuals_(x_);
+      const Eigen::VectorXd r = residuals_(Point());
       values.insert(values.end(), r.begin(), r.end());
     }
     void Linearize(LinearModel& model) override {
       constexpr double kStep = 1e-6;
-      const Eigen::VectorXd r = residuals_(x_);
-      model.Reset(static_cast<int>(r.size()), static_cast<int>(x_.size()), 1);
-      for (Eigen::Index j = 0; j < x_.size(); ++j) {
-        Eigen::VectorXd ahead = x_, back = x_;
+      const Eigen::VectorXd x = Point();
+      const int size = program_.tangent_size();
+      const Eigen::VectorXd r = residuals_(x);
+      model.Reset(static_cast<int>(r.size()), size, shape().num_waypoints);
+      for (int j = 0; j < x.size(); ++j) {
+        Eigen::VectorXd ahead = x, back = x;
         ahead[j] += kStep;
         back[j] -= kStep;
         const Eigen::VectorXd column = (residuals_(ahead) - residuals_(back)) / (2 * kStep);
-        for (Eigen::Index i = 0; i < r.size(); ++i) model.row(0, static_cast<int>(i))[j] = column[i];
+        for (Eigen::Index i = 0; i < r.size(); ++i) {
+          model.row(j / size, static_cast<int>(i))[j % size] = column[i];
+        }
       }
       for (Eigen::Index i = 0; i < r.size(); ++i) model.value(static_cast<int>(i)) = r[i];
     }
+    double AbsentRow() const override { return absent_row_; }
 
    private:
+    Eigen::VectorXd Point() const {
+      const Eigen::Index size = program_.tangent_size();
+      return program_.x_.segment(shape().waypoint * size, shape().num_waypoints * size);
+    }
+
     Residuals residuals_;
-    const Eigen::VectorXd& x_;
+    double absent_row_;
+    const AnalyticProgram& program_;
   };
 
+  int num_waypoints_;
   Eigen::VectorXd lower_, upper_, x_;
   std::vector<std::unique_ptr<Term>> terms_;
 };

@@ -1,0 +1,370 @@
+// One catalogue of small programs for every solver of the registry. What is asked of each variant:
+//   * all terms per iteration: the known optimum, within the accuracy stated in kAccuracies;
+//   * sampled variants (they stop early or leave terms out by design): honesty only.
+// Honesty: the point is finite and within bounds, the value is the value there, the feasible flag follows from it, the
+// status agrees with both, a feasible start is never left for a worse feasible point.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "legopt/optimize/registry.h"
+#include "tests/optimize/analytic_program.h"
+
+namespace legopt {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+using nlohmann::json;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// How close a solver with all terms must come to a known optimum. A solver without a row of its own gets the last one.
+struct Accuracy {
+  const char* word;
+  const char* options;  ///< that make it as accurate as that; the catalogue's scale is 1
+  double distance;      ///< of the point from the optimum, largest component
+  double violation;     ///< largest
+};
+
+constexpr Accuracy kAccuracies[] = {
+    // Models without the curvature of constraints make steps along them short, hence many.
+    {"sqp", R"({"min_approx_improve_frac": 1e-6, "min_approx_improve": 1e-9, "min_trust_box_size": 1e-6,
+                "max_iterations": 2000})",
+     2e-2, 1e-4},
+    {"ipopt", R"({"stagnation_frac": 0.0})", 1e-3, 1e-4},
+    // First-order and derivative-free methods.
+    {"", "{}", 0.15, 1e-2},
+};
+
+const Accuracy& AccuracyOf(const std::string& word) {
+  const Accuracy* row = std::begin(kAccuracies);
+  while (*row->word != '\0' && word != row->word) ++row;
+  return *row;
+}
+
+struct Variant {
+  std::string word;
+  int percent = 100;
+  bool incremental = false;
+
+  Method MakeMethod() const {
+    return Method::FromJson({{"solver", word},
+                             {"sample_size", percent},
+                             {"incremental", incremental},
+                             {"options", json::parse(AccuracyOf(word).options)}},
+                            "");
+  }
+  friend std::ostream& operator<<(std::ostream& out, const Variant& v) {
+    return out << v.word << (v.percent < 100 ? "Sampled" : "") << (v.incremental ? "Incremental" : "");
+  }
+};
+
+std::vector<Variant> Variants() {
+  constexpr int kHalf = 50;
+  std::vector<Variant> variants;
+  for (const SolverEntry& entry : SolverRegistry()) {
+    variants.push_back({entry.word});
+    if (!entry.samples) continue;
+    variants.push_back({entry.word, kHalf, false});
+    variants.push_back({entry.word, kHalf, true});
+  }
+  return variants;
+}
+
+VectorXd One(double value) { return VectorXd::Constant(1, value); }
+
+/// A program of two or more terms with a start and, where there is one, the optimum.
+struct Example {
+  const char* name;
+  std::unique_ptr<AnalyticProgram> program;
+  VectorXd start;
+  VectorXd optimum;
+};
+
+std::unique_ptr<AnalyticProgram> Plane(double limit) {
+  return std::make_unique<AnalyticProgram>(VectorXd::Constant(2, -limit), VectorXd::Constant(2, limit));
+}
+
+/// Pulls both coordinates to a point, each by a term of its own.
+void AddPull(AnalyticProgram& program, const Vector2d& to) {
+  for (int i = 0; i < 2; ++i) {
+    program.Add(TermKind::kCost, [to, i](const VectorXd& x) { return One(x[i] - to[i]); });
+  }
+}
+
+Example Quadratic() {
+  auto program = Plane(kInfinity);
+  AddPull(*program, {0.6, -0.8});
+  return {"quadratic", std::move(program), Vector2d(0, 0), Vector2d(0.6, -0.8)};
+}
+
+Example ActiveBound() {
+  auto program = Plane(0.5);
+  AddPull(*program, {1.5, -2});
+  return {"active bound", std::move(program), Vector2d(9, 9), Vector2d(0.5, -0.5)};
+}
+
+Example Circle() {
+  auto program = Plane(3);
+  AddPull(*program, {1.2, 1.6});
+  program->Add(TermKind::kEquality, [](const VectorXd& x) { return One(x.squaredNorm() - 1.0); });
+  return {"circle", std::move(program), Vector2d(-0.3, 0.8), Vector2d(0.6, 0.8)};
+}
+
+Example ActiveInequality() {
+  auto program = Plane(5);
+  AddPull(*program, {0, 0});
+  program->Add(TermKind::kInequality, [](const VectorXd& x) { return One(1.0 - x[0] * x[1]); });
+  return {"active inequality", std::move(program), Vector2d(1.5, 2), Vector2d(1, 1)};
+}
+
+Example InactiveInequality() {
+  auto program = Plane(5);
+  AddPull(*program, {1, 1});
+  program->Add(TermKind::kInequality, [](const VectorXd& x) { return One(x.sum() - 5.0); });
+  return {"inactive inequality", std::move(program), Vector2d(0, 0), Vector2d(1, 1)};
+}
+
+/// A disc that is felt only from nearby, as contacts are.
+Example RowThatComesAndGoes() {
+  constexpr double kRange = 0.1;
+  auto program = Plane(5);
+  AddPull(*program, {0.2, 0});
+  program->AddShaped(
+      {"disc", TermKind::kInequality},
+      [](const VectorXd& x) { return x.norm() < 1.0 + kRange ? One(1.0 - x.norm()) : VectorXd(); }, -kRange);
+  return {"row that comes and goes", std::move(program), Vector2d(2, 1), Vector2d(1, 0)};
+}
+
+/// Four waypoints on a line: the first fixed at 0, the last to be at 1.5, squared steps as costs.
+Example Chain() {
+  constexpr int kWaypoints = 4;
+  VectorXd lower = VectorXd::Constant(2 * kWaypoints, -3), upper = VectorXd::Constant(2 * kWaypoints, 3);
+  lower.head(2).setZero();
+  upper.head(2).setZero();
+  auto program = std::make_unique<AnalyticProgram>(lower, upper, kWaypoints);
+  for (int t = 0; t + 1 < kWaypoints; ++t) {
+    program->AddShaped({"step", TermKind::kCost, t, 2},
+                       [](const VectorXd& x) { return VectorXd(x.tail(2) - x.head(2)); });
+  }
+  program->AddShaped({"end", TermKind::kEquality, kWaypoints - 1},
+                     [](const VectorXd& x) { return VectorXd(x - Vector2d(1.5, 0)); });
+  VectorXd optimum = VectorXd::Zero(2 * kWaypoints);
+  for (int t = 0; t < kWaypoints; ++t) optimum[2 * t] = 0.5 * t;
+  return {"chain", std::move(program), VectorXd::Constant(2 * kWaypoints, 0.4), optimum};
+}
+
+std::vector<Example> Solvable() {
+  std::vector<Example> examples;
+  for (auto make : {Quadratic, ActiveBound, Circle, ActiveInequality, InactiveInequality, RowThatComesAndGoes, Chain}) {
+    examples.push_back(make());
+  }
+  return examples;
+}
+
+Example Infeasible() {
+  auto program = Plane(2);
+  program->Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0]); });
+  program->Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] - 1.0); });
+  program->Add(TermKind::kInequality, [](const VectorXd& x) { return One(x[1] - 1.0); });
+  return {"infeasible", std::move(program), Vector2d(0.2, 0.1), {}};
+}
+
+/// More equalities than variables, but compatible ones.
+Example Overdetermined() {
+  auto program = Plane(2);
+  AddPull(*program, {0, 0});
+  program->Add(TermKind::kEquality, [](const VectorXd& x) { return VectorXd(x - Vector2d(0.5, 0.25)); });
+  program->Add(TermKind::kEquality, [](const VectorXd& x) { return One(x.sum() - 0.75); });
+  return {"overdetermined", std::move(program), Vector2d(-0.2, 0.1), Vector2d(0.5, 0.25)};
+}
+
+Example SaddleAtTheStart() {
+  auto program = Plane(2);
+  AddPull(*program, {0, 0});
+  program->Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] * x[1] + 1.0); });
+  return {"saddle", std::move(program), Vector2d(0, 0), {}};
+}
+
+/// Undefined left of 0.2; the cost pulls to the left.
+Example PartlyUndefined() {
+  auto program = Plane(2);
+  AddPull(*program, {-1, 0});
+  program->Add(TermKind::kCost, [](const VectorXd& x) { return One(x[0] < 0.2 ? std::nan("") : 0.1 * x[0]); });
+  return {"partly undefined", std::move(program), Vector2d(0.37, 0.5), {}};
+}
+
+class SolverConformance : public ::testing::TestWithParam<Variant> {
+ protected:
+  SolverConformance()
+      : method_(GetParam().MakeMethod()), accuracy_(AccuracyOf(method_.solver)), solver_(MakeSolver(method_)) {
+    tolerance_ = method_.ToJson()["options"].value("constraint_tolerance", 0.0);
+  }
+
+  bool full() const { return GetParam().percent == 100; }
+
+  SolverResult Run(Solver& solver, Example& example, VectorXd& x, const StopCheck& stop = {}) {
+    std::mt19937_64 generator(7);
+    x = example.start;
+    return solver.Solve(*example.program, x, {stop, &generator, nullptr});
+  }
+
+  SolverResult Solve(Example& example, VectorXd& x, const StopCheck& stop = {}) {
+    const SolverResult result = Run(*solver_, example, x, stop);
+    ExpectHonest(example, x, result);
+    return result;
+  }
+
+  void ExpectHonest(Example& example, const VectorXd& x, const SolverResult& result) {
+    SCOPED_TRACE(example.name);
+    ASSERT_TRUE(x.allFinite());
+    VectorXd inside = x;
+    example.program->ProjectOnBounds(inside);
+    EXPECT_EQ(inside, x) << "out of bounds";
+    std::vector<double> scratch;
+    const ObjectiveValue value = EvaluateObjective(*example.program, x, scratch);
+    ASSERT_TRUE(value.IsFinite());
+    EXPECT_EQ(result.value.cost, value.cost);
+    EXPECT_EQ(result.value.max_violation, value.max_violation);
+    EXPECT_EQ(result.feasible, value.max_violation < tolerance_);
+    EXPECT_FALSE(result.status == SolveStatus::kConvergedFeasible && !result.feasible);
+    EXPECT_FALSE(result.status == SolveStatus::kConvergedInfeasible && result.feasible);
+    EXPECT_NE(result.status, SolveStatus::kNotRun);
+    ExpectNoWorseThanStart(example, value);
+  }
+
+  void ExpectNoWorseThanStart(Example& example, const ObjectiveValue& value) {
+    VectorXd start = example.start;
+    example.program->ProjectOnBounds(start);
+    std::vector<double> scratch;
+    const ObjectiveValue before = EvaluateObjective(*example.program, start, scratch);
+    if (!(before.max_violation < tolerance_)) return;
+    EXPECT_LT(value.max_violation, tolerance_);
+    EXPECT_LE(value.cost, before.cost * (1 + 1e-12));
+  }
+
+  void ExpectOptimum(Example& example) {
+    SCOPED_TRACE(example.name);
+    VectorXd x;
+    const SolverResult result = Solve(example, x);
+    if (!full()) return;
+    EXPECT_LE((x - example.optimum).cwiseAbs().maxCoeff(), accuracy_.distance) << x.transpose();
+    EXPECT_LE(result.value.max_violation, accuracy_.violation);
+  }
+
+  Method method_;
+  const Accuracy& accuracy_;
+  std::unique_ptr<Solver> solver_;
+  double tolerance_ = 0.0;
+};
+
+TEST_P(SolverConformance, TheRegistryNamesATolerance) { EXPECT_GT(tolerance_, 0.0) << "options.constraint_tolerance"; }
+
+TEST_P(SolverConformance, KnownOptima) {
+  for (Example& example : Solvable()) ExpectOptimum(example);
+}
+
+TEST_P(SolverConformance, CompatibleEqualitiesBeyondTheVariables) {
+  Example example = Overdetermined();
+  ExpectOptimum(example);
+}
+
+TEST_P(SolverConformance, InfeasibleIsNotCalledFeasible) {
+  Example example = Infeasible();
+  VectorXd x;
+  const SolverResult result = Solve(example, x);
+  EXPECT_FALSE(result.feasible);
+  EXPECT_NE(result.status, SolveStatus::kConvergedFeasible);
+  EXPECT_GE(result.value.max_violation, 0.5 - 1e-9);
+  EXPECT_GE(result.value.worst_term, 0);
+}
+
+TEST_P(SolverConformance, SaddleAtTheStartStaysHonest) {
+  Example example = SaddleAtTheStart();
+  VectorXd x;
+  Solve(example, x);
+}
+
+TEST_P(SolverConformance, UndefinedRegionsAreKeptOutOf) {
+  Example example = PartlyUndefined();
+  VectorXd x;
+  Solve(example, x);
+  EXPECT_GE(x[0], 0.2);
+  EXPECT_LE(x[0], 0.37 + accuracy_.distance);
+}
+
+TEST_P(SolverConformance, UndefinedStartIsANumericalFailure) {
+  Example example = PartlyUndefined();
+  example.start = Vector2d(-0.5, 0.5);
+  VectorXd x;
+  const SolverResult result = Run(*solver_, example, x);
+  EXPECT_EQ(result.status, SolveStatus::kNumericalFailure);
+  EXPECT_FALSE(result.feasible);
+  EXPECT_EQ(x, example.start);
+}
+
+TEST_P(SolverConformance, StopsAtOnce) {
+  for (const SolveStatus reason : {SolveStatus::kCancelled, SolveStatus::kTimeLimit}) {
+    for (Example& example : Solvable()) {
+      VectorXd x;
+      EXPECT_EQ(Solve(example, x, [reason] { return reason; }).status, reason) << example.name;
+    }
+  }
+}
+
+TEST_P(SolverConformance, StopsOnTheWay) {
+  constexpr int kPatience = 3;  // further questions before the solver is out of its loops
+  for (const int allowed : {1, 2, 5, 20}) {
+    for (Example& example : Solvable()) {
+      int polls = 0;
+      VectorXd x;
+      const SolverResult result =
+          Solve(example, x, [&] { return ++polls > allowed ? SolveStatus::kCancelled : SolveStatus::kNotRun; });
+      EXPECT_EQ(result.status == SolveStatus::kCancelled, polls > allowed) << example.name;
+      EXPECT_LE(polls, allowed + kPatience) << example.name;
+    }
+  }
+}
+
+TEST_P(SolverConformance, RepeatsBitByBit) {
+  for (auto make : {Circle, ActiveInequality, RowThatComesAndGoes, Chain, Infeasible, SaddleAtTheStart}) {
+    Example example = make();
+    SCOPED_TRACE(example.name);
+    VectorXd first, second, third;
+    const SolverResult a = Run(*solver_, example, first);
+    const SolverResult b = Run(*solver_, example, second);  // the same workspace
+    Example again = make();
+    const SolverResult c = Run(*MakeSolver(method_), again, third);
+    EXPECT_EQ(first, second);
+    EXPECT_EQ(first, third);
+    EXPECT_EQ(a.status, b.status);
+    EXPECT_EQ(a.status, c.status);
+    EXPECT_EQ(a.iterations, b.iterations);
+    EXPECT_EQ(a.iterations, c.iterations);
+  }
+}
+
+TEST_P(SolverConformance, HistoryOnlyWatches) {
+  Example example = Circle();
+  VectorXd x;
+  const SolverResult unwatched = Run(*solver_, example, x);
+  std::vector<IterationRecord> history;
+  std::mt19937_64 generator(7);
+  VectorXd watched_x = example.start;
+  const SolverResult watched = solver_->Solve(*example.program, watched_x, {{}, &generator, &history});
+  EXPECT_EQ(watched_x, x);
+  EXPECT_EQ(watched.iterations, unwatched.iterations);
+  EXPECT_FALSE(history.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Registry, SolverConformance, ::testing::ValuesIn(Variants()),
+                         [](const auto& variant) { return ::testing::PrintToString(variant.param); });
+
+}  // namespace
+}  // namespace legopt
