@@ -16,12 +16,16 @@ class LegOptPostures : public ::testing::Test {
     double mean_cost = 0.0;
   };
 
-  Row Run(int multi_starts, Initialization start) {
+  static Row Run(int multi_starts, Initialization start) {
+    Method method;
+    method.multi_starts = multi_starts;
+    return Run(method, start);
+  }
+
+  static Row Run(const Method& method, Initialization start) {
     const auto dataset = Dataset::Load(test::LegOptFolder());
     Judge judge(dataset);
     ProblemSolver solver(dataset);
-    Method method;
-    method.multi_starts = multi_starts;
     Row row;
     for (const ProblemDefinition& problem : dataset->problems(Task::kPosture)) {
       const SolveOutcome outcome = solver.Solve(Task::kPosture, problem.id, start, method, {});
@@ -56,6 +60,17 @@ TEST_F(LegOptPostures, SqpWithRestarts) {
   for (const Initialization start : {Initialization::kGood, Initialization::kInCollision}) {
     const Row row = Run(10, start);
     EXPECT_EQ(row.solved, 35);
+    EXPECT_LE(row.mean_cost, kMaxMeanCost);
+  }
+}
+
+TEST_F(LegOptPostures, Ipopt) {
+  LEGOPT_SKIP_WITHOUT_TEST_DATA();
+  Method method;
+  method.solver = "ipopt";
+  for (const Initialization start : {Initialization::kGood, Initialization::kInCollision}) {
+    const Row row = Run(method, start);
+    EXPECT_GE(row.solved, 34);
     EXPECT_LE(row.mean_cost, kMaxMeanCost);
   }
 }
