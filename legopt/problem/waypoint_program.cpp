@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "legopt/problem/support_polygon.h"
+#include "legopt/problem/swept_collision_term.h"
 #include "legopt/problem/velocity_term.h"
 #include "legopt/problem/waypoint_terms.h"
 
@@ -28,6 +29,9 @@ std::unique_ptr<WaypointProgram> WaypointProgram::Window(const Dataset& dataset,
   for (int t = 0; t + 1 < program->num_waypoints(); ++t) {
     program->terms_.push_back(
         std::make_unique<VelocityCostTerm>(t, kVelocityUnit, program->state(t), program->state(t + 1)));
+    if (!contacts.continuous) continue;
+    program->terms_.push_back(std::make_unique<SweptCollisionTerm>(
+        t, program->state(t), program->state(t + 1), dataset.robot(), query, contacts.margin_m, contacts.range_m));
   }
   return program;
 }

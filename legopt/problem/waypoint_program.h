@@ -15,6 +15,7 @@ namespace legopt {
 struct ContactOptions {
   double margin_m = 5e-4;  ///< distance to keep
   double range_m = 0.03;   ///< pairs nearer than this become rows; > margin_m
+  bool continuous = true;  ///< windows: also between consecutive waypoints
 };
 
 /// A chain of waypoints of one robot, each bound to a stance: one pose term per foot, the centre of mass over the
@@ -28,7 +29,8 @@ class WaypointProgram : public Program {
   static std::unique_ptr<WaypointProgram> Posture(const Dataset& dataset, CollisionQuery& query, const Stance& stance,
                                                   const ContactOptions& contacts);
 
-  /// A window of the motion task: two waypoints per stance (readings 2, 6), the velocity cost as one sampling unit.
+  /// A window of the motion task: two waypoints per stance (readings 2, 6), the velocity cost as one sampling unit,
+  /// continuous collision between consecutive waypoints if asked for.
   /// With `fixed_first` the first waypoint does not move (reading 12).
   static std::unique_ptr<WaypointProgram> Window(const Dataset& dataset, CollisionQuery& query,
                                                  std::span<const Stance> stances, const ContactOptions& contacts,

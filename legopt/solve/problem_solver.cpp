@@ -57,7 +57,9 @@ class ProblemSolver::Run {
            std::to_string(problem.id) + "/" + std::string(ToString(initialization_)) + "/" + method_.Hash() + "/" +
            std::to_string(settings_.repetition) + "/";
   }
-  ContactOptions Contacts() const { return {method_.collision_margin_m, method_.contact_range_m}; }
+  ContactOptions Contacts() const {
+    return {method_.collision_margin_m, method_.contact_range_m, method_.continuous_collision};
+  }
   SolveStatus Stopped() const;
   void Perturb(std::mt19937_64& generator, int first_waypoint, Eigen::VectorXd& x) const;
   MultiStartSettings Attempts(std::string identity, int first_waypoint);
@@ -191,13 +193,20 @@ SolveOutcome ProblemSolver::Run::Motion(const ProblemDefinition& problem) {
   return Finish();
 }
 
-ProblemSolver::ProblemSolver(std::shared_ptr<const Dataset> dataset)
-    : dataset_(std::move(dataset)), query_(dataset_->collision_model()) {}
+ProblemSolver::ProblemSolver(std::shared_ptr<const Dataset> dataset) : dataset_(std::move(dataset)) {
+  Query(SceneRepresentation::kSolid);
+}
+
+CollisionQuery& ProblemSolver::Query(SceneRepresentation representation) {
+  std::unique_ptr<CollisionQuery>& query = queries_[static_cast<size_t>(representation)];
+  if (query == nullptr) query = std::make_unique<CollisionQuery>(dataset_->collision_model(representation));
+  return *query;
+}
 
 SolveOutcome ProblemSolver::Solve(Task task, int problem_id, Initialization initialization, const Method& method,
                                   const SolveSettings& settings) {
   const ProblemDefinition& problem = dataset_->problem(task, problem_id);
-  Run run(*dataset_, query_, initialization, method, settings);
+  Run run(*dataset_, Query(ParseSceneRepresentation(method.collision, method.name)), initialization, method, settings);
   return task == Task::kPosture ? run.Posture(problem) : run.Motion(problem);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -33,7 +34,8 @@ struct SolveSettings {
 /// method, repetition, window, restart); what was solved before has no influence. One thread at a time.
 class ProblemSolver {
  public:
-  /// Builds the dataset's collision model when nobody has yet, and its own collision query.
+  /// Builds the dataset's collision model of solids when nobody has yet, and its own collision query; those of the
+  /// surface at their first use, outside of the measured time.
   explicit ProblemSolver(std::shared_ptr<const Dataset> dataset);
 
   /// Throws InputError when the dataset has no such problem.
@@ -43,8 +45,10 @@ class ProblemSolver {
  private:
   class Run;
 
+  CollisionQuery& Query(SceneRepresentation representation);
+
   std::shared_ptr<const Dataset> dataset_;
-  CollisionQuery query_;
+  std::array<std::unique_ptr<CollisionQuery>, 2> queries_;  ///< by SceneRepresentation, built when first asked for
 };
 
 }  // namespace legopt

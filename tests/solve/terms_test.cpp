@@ -204,8 +204,8 @@ TEST(Terms, AFullWindowHasTheUnitsOfTheReference) {
       shared.insert(term->shape().unit);
     }
   }
-  // Reading 2: 18 foot poses, 12 centres of mass, 12 collision terms, one velocity cost (and 11 continuous collision).
-  EXPECT_EQ(alone, 18 + 12 + 12);
+  // Reading 2: foot poses, centres of mass, collision terms, continuous collision; one velocity cost: 54 in all.
+  EXPECT_EQ(alone, 18 + 12 + 12 + 11);
   EXPECT_EQ(shared.size(), 1u);
 }
 
