@@ -51,7 +51,7 @@ inline constexpr std::string_view kLayout<legopt_msg::heartbeat_request> = "88a(
 template <>
 inline constexpr std::string_view kLayout<legopt_msg::heartbeat_reply> = "84a(1)";
 template <>
-inline constexpr std::string_view kLayout<legopt_msg::result_request> = "88481ss4s44888888sss4888888844a(8)s";
+inline constexpr std::string_view kLayout<legopt_msg::result_request> = "88481ss4s44888888sss488888888884444a(8)s";
 template <>
 inline constexpr std::string_view kLayout<legopt_msg::result_reply> = "4s";
 template <>

@@ -141,9 +141,11 @@ void PrepareForWire(legopt_msg::result_request& message) {
     message.log_tail.erase(0, message.log_tail.size() - kLogBytes);  // keep the end
   Clean(message.log_tail, kLogBytes);
   Clean(message.verdict_detail);
-  for (double* figure : {&message.solver_cost, &message.solver_violation, &message.cost, &message.foot_violation,
-                         &message.com_violation_m, &message.limit_violation, &message.environment_depth_m,
-                         &message.self_depth_literal_m, &message.self_depth_strict_m}) {
+  for (double* figure :
+       {&message.solver_cost, &message.solver_violation, &message.cost, &message.foot_violation,
+        &message.com_violation_m, &message.limit_violation, &message.environment_depth_m, &message.self_depth_literal_m,
+        &message.self_depth_strict_m, &message.interpolation_environment_depth_m, &message.interpolation_self_depth_m,
+        &message.interpolation_free_share}) {
     InfiniteToNan(*figure);
   }
   for (const double value : message.waypoints) {
@@ -361,6 +363,15 @@ std::string Validate(const legopt_msg::result_request& m) {
       .NanOrFinite("environment_depth_m", m.environment_depth_m)
       .NanOrFinite("self_depth_literal_m", m.self_depth_literal_m)
       .NanOrFinite("self_depth_strict_m", m.self_depth_strict_m)
+      .NanOrFinite("interpolation_environment_depth_m", m.interpolation_environment_depth_m)
+      .NanOrFinite("interpolation_self_depth_m", m.interpolation_self_depth_m)
+      .NanOrFinite("interpolation_free_share", m.interpolation_free_share)
+      .Require(!(m.interpolation_environment_depth_m < 0 || m.interpolation_self_depth_m < 0),
+               "interpolation: a depth is negative")
+      .Require(!(m.interpolation_free_share < 0 || m.interpolation_free_share > 1),
+               "interpolation_free_share: must be within 0 .. 1")
+      .AtLeast("windows", m.windows, 0)
+      .Range("windows_solved", m.windows_solved, 0, m.windows)
       .Range("num_waypoints", m.num_waypoints, 0, kMostWaypoints)
       .Range("waypoint_size", m.waypoint_size, 0, kMostWaypointNumbers)
       .Count("num_values", m.num_values, m.waypoints.size(), INT32_MAX)

@@ -25,6 +25,11 @@ std::optional<double> OptionalNumber(const nlohmann::json& value) {
 
 }  // namespace
 
+bool BenchmarkTable::shows_collision() const {
+  return std::any_of(rows.begin(), rows.end(),
+                     [this](const BenchmarkRow& row) { return row.collision != rows.front().collision; });
+}
+
 std::int64_t BenchmarkTable::num_jobs() const {
   std::int64_t sum = 0;
   for (const auto& row : rows) {
@@ -42,7 +47,8 @@ std::int64_t BenchmarkTable::num_finished() const {
 }
 
 std::string BenchmarkCellsSql(std::int64_t experiment_id, const std::string& rule) {
-  return "SELECT method_id, method, multi_starts, sample_size, task, initialization, n, finished, solved, cost, "
+  return "SELECT method_id, method, multi_starts, sample_size, collision, task, initialization, n, finished, solved, "
+         "cost, "
          "time_s, "
          "experiment FROM benchmark_cells AS b WHERE experiment_id = " +
          std::to_string(experiment_id) + " AND rule = '" + (rule == "strict" ? "strict" : "literal") +
@@ -65,7 +71,8 @@ BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment
       table.rows.push_back({cells.At(i, "method").get<std::string>(),
                             cells.At(i, "multi_starts").get<std::int64_t>(),
                             cells.At(i, "sample_size").get<std::int64_t>(),
-                            {}});
+                            {},
+                            cells.At(i, "collision").get<std::string>()});
     }
     const BenchmarkColumn column{cells.At(i, "task").get<std::string>(),
                                  cells.At(i, "initialization").get<std::string>()};

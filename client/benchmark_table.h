@@ -32,6 +32,8 @@ struct BenchmarkRow {
   std::int64_t multi_starts = 0;
   std::int64_t sample_size = 100;  ///< percent
   std::map<BenchmarkColumn, BenchmarkCell> cells;
+  std::string collision = "solid";                      ///< the solver's obstacles: "solid" or "surface"
+  std::map<BenchmarkColumn, BenchmarkCell> paper = {};  ///< the paper's figures of this row; empty: not asked for
 };
 
 /// The paper's Table I for one experiment.
@@ -43,11 +45,13 @@ struct BenchmarkTable {
   std::vector<BenchmarkColumn> columns;  ///< in the paper's order, only those that the experiment has
   std::vector<BenchmarkRow> rows;        ///< in the experiment's order
 
+  /// Whether rows differ in their collision model, so that it needs a column.
+  bool shows_collision() const;
   std::int64_t num_jobs() const;
   std::int64_t num_finished() const;
 };
 
-/// The statement that reads a table's cells: columns method_id, method, multi_starts, sample_size, task,
+/// The statement that reads a table's cells: columns method_id, method, multi_starts, sample_size, collision, task,
 /// initialization, n, finished, solved, cost, time_s, experiment.
 std::string BenchmarkCellsSql(std::int64_t experiment_id, const std::string& rule);
 
@@ -71,9 +75,10 @@ std::string FormatSuccess(const BenchmarkCell& cell);
 
 /// Renders a table, with a final newline. All formats have the same rows, columns, counts and means:
 /// * text, Markdown and LaTeX (booktabs) show the paper's layout with the formatting functions above and "-" where
-///   nothing was solved; the header states the time unit;
+///   nothing was solved; the header states the time unit; the paper's figures stand in a line of their own below;
 /// * CSV and JSON hold the same cells unrounded, times in seconds, and nothing (null) where nothing was solved. CSV
-///   column names are those of the database's view: posture_good_n, ..._finished, ..._solved, ..._cost, ..._time_s.
+///   column names are those of the database's view: posture_good_n, ..._finished, ..._solved, ..._cost, ..._time_s;
+///   the paper's figures are paper_posture_good_n, ... and a member "paper".
 std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format);
 
 }  // namespace legopt::client

@@ -2,9 +2,9 @@
 #include <iostream>
 #include <memory>
 
+#include "client/chosen_files.h"
 #include "client/client_error.h"
 #include "client/commands.h"
-#include "client/chosen_files.h"
 #include "client/exported_solutions.h"
 #include "client/options.h"
 
@@ -14,7 +14,7 @@ namespace {
 struct Options {
   std::optional<std::int64_t> experiment;
   std::string out;
-  std::optional<std::string> method, initialization, task, dataset;
+  std::optional<std::string> method, initialization, task, collision, dataset;
   SourceOptions source;
 };
 
@@ -43,7 +43,7 @@ ExitCode Export(const Options& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
   const auto dataset = LoadDatasetOf(experiment, options);
-  ExportFilter filter{options.method, options.initialization, std::nullopt};
+  ExportFilter filter{options.method, options.initialization, std::nullopt, options.collision};
   if (options.task) filter.task = ParseTask(*options.task, "--task");
   const auto exported = ReadSolutionsOf(*source, experiment.id, *dataset, filter);
   if (exported.num_solutions == 0) {
@@ -78,6 +78,8 @@ void AddExportCommand(CLI::App& app, Invocation* invocation) {
       ->check(CLI::IsMember({"good", "in_collision"}));
   command->add_option("--task", options->task, "Only this task: posture or motion")
       ->check(CLI::IsMember({"posture", "motion"}));
+  command->add_option("--collision", options->collision, "Only methods with this model: solid or surface")
+      ->check(CLI::IsMember({"solid", "surface"}));
   command->add_option("--dataset", options->dataset,
                       "Dataset folder, for the problem definitions (default: the embedded garage-small)");
   AddSourceOptions(*command, &options->source);

@@ -1,8 +1,10 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <map>
 #include <memory>
 
 #include "client/commands.h"
+#include "client/experiment_status.h"
 #include "client/options.h"
 
 namespace legopt::client {
@@ -12,7 +14,7 @@ constexpr int kDefaultLimit = 1000;
 
 struct Options {
   std::optional<std::int64_t> experiment;
-  std::optional<std::string> state, method, task, initialization, verdict;
+  std::optional<std::string> state, method, task, initialization, verdict, collision;
   std::optional<int> problem;
   bool unsolved = false;
   int limit = kDefaultLimit;
@@ -33,15 +35,33 @@ std::string Sql(const Options& options, std::int64_t experiment_id) {
   restrict("task", options.task);
   restrict("initialization", options.initialization);
   restrict("verdict_literal", options.verdict);
+  restrict("collision", options.collision);
   if (options.problem) sql += " AND problem_id = " + std::to_string(*options.problem);
   if (options.unsolved) sql += " AND (state IN ('failed', 'dead') OR verdict_literal <> 'success')";
   return sql + " ORDER BY job_id";
 }
 
+// Of leased jobs only the server knows how far they are.
+void AddProgress(const Options& options, std::int64_t experiment_id, Listing* jobs) {
+  ServerConnection server(options.source.network);
+  std::map<std::int64_t, std::string> progress;
+  for (const auto& experiment : ParseExperiments(server.Status(experiment_id))) {
+    for (const auto& job : experiment.running) {
+      progress[job.job] = std::to_string(job.done) + "/" + std::to_string(job.total);
+    }
+  }
+  jobs->columns.emplace_back("progress");
+  for (std::size_t i = 0; i < jobs->rows.size(); ++i) {
+    const auto found = progress.find(jobs->At(i, "job").get<std::int64_t>());
+    jobs->rows[i].push_back(found == progress.end() ? nlohmann::json() : nlohmann::json(found->second));
+  }
+}
+
 ExitCode List(const Options& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
-  const Listing jobs = source->Query(Sql(options, experiment.id), options.limit);
+  Listing jobs = source->Query(Sql(options, experiment.id), options.limit);
+  if (!options.source.db) AddProgress(options, experiment.id, &jobs);
   std::cout << RenderListing(jobs, options.format);
   if (jobs.truncated) std::cerr << "legopt: only the first " << jobs.rows.size() << " jobs are shown; raise --limit\n";
   return ExitCode::kOk;
@@ -59,6 +79,8 @@ void AddListCommand(CLI::App& app, Invocation* invocation) {
   command->add_option("--task", options->task, "posture or motion")->check(CLI::IsMember({"posture", "motion"}));
   command->add_option("--initialization", options->initialization, "good or in_collision")
       ->check(CLI::IsMember({"good", "in_collision"}));
+  command->add_option("--collision", options->collision, "Only methods with this model: solid or surface")
+      ->check(CLI::IsMember({"solid", "surface"}));
   command->add_option("--problem", options->problem, "Only this problem");
   command->add_option("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose");
   command->add_flag("--unsolved", options->unsolved, "Only jobs that ended without success");

@@ -36,7 +36,9 @@ void AddQueryCommand(CLI::App& app, Invocation* invocation) {
       ->check(CLI::Range(1, ResultSource::kAllRows));
   AddFormatOption(*command, &options->format);
   AddSourceOptions(*command, &options->source);
-  command->footer("Views: benchmark_table, benchmark_cells, experiment_list, job_list, failures, disagreements");
+  command->footer(
+      "Views: benchmark_table, benchmark_cells, experiment_list, job_list, failures, disagreements, "
+      "interpolation_cells");
   command->callback([=] { invocation->body = [options] { return Query(*options); }; });
 }
 

@@ -111,7 +111,8 @@ ExitCode Finish(const Options& options, const std::string& db, const Outcome& ou
   if (outcome.experiment_id == 0) return ExitCode::kInterrupted;
   const auto source = OpenResults({db, {}});
   std::cout << (options.format == TableFormat::kText ? "\n" : "")
-            << RenderBenchmarkTable(ReadBenchmarkTable(*source, outcome.experiment_id, options.rule), options.format)
+            << RenderBenchmarkTable(ReadBenchmarkTable(*source, {outcome.experiment_id, options.rule, {}}),
+                                    options.format)
             << std::flush;
   if (outcome.interrupted) {
     std::cerr << "\nStopped before the end. To go on, give the same command with --db " << ShellWord(db) << "\n";

@@ -18,9 +18,11 @@ struct Options {
 constexpr char kJobSql[] =
     "SELECT j.job_id, c.experiment_id, e.name AS experiment, d.name AS dataset, d.hash AS dataset_hash, m.name AS "
     "method, "
-    "m.hash AS method_hash, m.multi_starts, m.sample_size, c.task, c.initialization, p.problem_id, j.repetition, "
+    "m.hash AS method_hash, m.multi_starts, m.sample_size, m.collision, c.task, c.initialization, p.problem_id, "
+    "j.repetition, "
     "e.seed, "
-    "m.options_json AS method_options, j.state, j.attempts, j.max_attempts, e.wall_limit_us / 1e6 AS wall_limit_s, "
+    "m.options_json AS method_options, j.state, j.attempts, j.max_attempts, coalesce(c.wall_limit_us, e.wall_limit_us) "
+    "/ 1e6 AS wall_limit_s, "
     "e.memory_limit_bytes FROM jobs AS j "
     "JOIN "
     "cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) JOIN datasets AS d USING (dataset_id) JOIN "
@@ -29,7 +31,8 @@ constexpr char kResultSql[] =
     "SELECT solver_status, iterations, restarts, solver_cost, solver_violation, verdict_literal, verdict_strict, "
     "verdict_detail, failed_waypoint, num_waypoints, cost, time_s, wall_us, cpu_us, involuntary_context_switches, "
     "peak_memory_bytes, foot_violation, com_violation_m, limit_violation, environment_depth_m, self_depth_literal_m, "
-    "self_depth_strict_m, attempt FROM results WHERE job_id = ";
+    "self_depth_strict_m, windows, windows_solved, interpolation_environment_depth_m, interpolation_self_depth_m, "
+    "interpolation_free_share, attempt FROM results WHERE job_id = ";
 constexpr char kAttemptsSql[] =
     "SELECT attempt, outcome, w.name AS worker, w.hostname, exit_signal, (ended_at_us - leased_at_us) / 1e6 AS "
     "seconds, "

@@ -27,6 +27,18 @@ Listing ExperimentListing(const std::vector<ExperimentStatus>& experiments) {
   return listing;
 }
 
+Listing RunningListing(const std::vector<ExperimentStatus>& experiments) {
+  Listing listing;
+  listing.columns = {"experiment", "job", "task", "worker", "done", "total", "unit"};
+  for (const auto& e : experiments) {
+    for (const auto& job : e.running) {
+      listing.rows.push_back(
+          {e.id, job.job, job.task, job.worker, job.done, job.total, job.task == "motion" ? "windows" : "attempts"});
+    }
+  }
+  return listing;
+}
+
 void RequireFound(const Listing& experiments, const Options& options) {
   if (options.experiment && experiments.rows.empty()) {
     throw ClientError(ExitCode::kUsage, "there is no experiment " + std::to_string(*options.experiment) +
@@ -51,7 +63,8 @@ ExitCode StatusOfServer(const Options& options) {
   ServerConnection server(options.source.network);
   const auto probe = server.Probe();
   const auto status = server.Status(options.experiment.value_or(0));
-  const Listing experiments = ExperimentListing(ParseExperiments(status));
+  const auto parsed = ParseExperiments(status);
+  const Listing experiments = ExperimentListing(parsed);
   RequireFound(experiments, options);
   if (options.format == ListingFormat::kJson) {
     std::cout << status.dump(2) << "\n";
@@ -66,6 +79,10 @@ ExitCode StatusOfServer(const Options& options) {
     std::cout << "No experiments yet; submit one with 'legopt submit SUITE'\n";
   } else {
     std::cout << RenderListing(experiments, options.format);
+  }
+  const Listing running = RunningListing(parsed);
+  if (!running.rows.empty() && options.format != ListingFormat::kCsv) {
+    std::cout << "\n" << RenderListing(running, options.format);
   }
   const Listing workers =
       ListingFromJson(status.value("workers", nlohmann::json::array()),

@@ -5,21 +5,32 @@
 #include "client/benchmark_table.h"
 #include "client/commands.h"
 #include "client/options.h"
+#include "client/paper_table.h"
 #include "client/reading.h"
+#include "legopt/data_folder.h"
 
 namespace legopt::client {
 namespace {
 
 struct Options {
-  std::optional<std::int64_t> experiment;
+  TableSelection selection;
   SourceOptions source;
   TableFormat format = TableFormat::kText;
-  std::string rule = "literal";
+  bool interpolation = false;
+  bool paper = false;
 };
+
+constexpr char kPaperTable[] = "paper-table1.csv";
 
 ExitCode Table(const Options& options) {
   const auto source = OpenResults(options.source);
-  std::cout << RenderBenchmarkTable(ReadBenchmarkTable(*source, options.experiment, options.rule), options.format);
+  if (options.interpolation) {
+    std::cout << RenderInterpolationTable(ReadInterpolationTable(*source, options.selection), options.format);
+    return ExitCode::kOk;
+  }
+  BenchmarkTable table = ReadBenchmarkTable(*source, options.selection);
+  if (options.paper) AddPaperFigures(ReadPaperTable(DataFolder() / kPaperTable), &table);
+  std::cout << RenderBenchmarkTable(table, options.format);
   return ExitCode::kOk;
 }
 
@@ -28,9 +39,16 @@ ExitCode Table(const Options& options) {
 void AddTableCommand(CLI::App& app, Invocation* invocation) {
   auto* command = app.add_subcommand("table", "Print the benchmark table of an experiment");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment (default: the newest)");
+  command->add_option("ID", options->selection.experiment, "Experiment (default: the newest)");
   AddTableFormatOption(*command, &options->format);
-  AddRuleOption(*command, &options->rule);
+  AddRuleOption(*command, &options->selection.rule);
+  command->add_option("--collision", options->selection.collision, "Only methods with this model: solid or surface")
+      ->check(CLI::IsMember({"solid", "surface"}));
+  auto* paper = command->add_flag("--paper", options->paper, "Show the paper's Table I beside it");
+  command
+      ->add_flag("--interpolation", options->interpolation,
+                 "Instead: what lies between the waypoints of the solved motions")
+      ->excludes(paper);
   AddSourceOptions(*command, &options->source);
   command->callback([=] { invocation->body = [options] { return Table(*options); }; });
 }

@@ -69,6 +69,19 @@ Listing FailureListing(const EvaluationReport& report) {
   return listing;
 }
 
+// Motions between their waypoints, one line per solution that was looked at.
+Listing InterpolationListing(const EvaluationReport& report) {
+  Listing listing;
+  listing.columns = {"method", "problem", "free_share", "environment_depth_m", "self_depth_m"};
+  for (const auto& row : report.rows) {
+    const InterpolationScore& score = row.evaluation.interpolation;
+    if (std::isnan(score.free_share)) continue;
+    listing.rows.push_back(
+        {row.method, row.problem_id, score.free_share, score.environment_depth_m, score.self_depth_m});
+  }
+  return listing;
+}
+
 nlohmann::ordered_json RowJson(const JudgedRow& row) {
   const Evaluation& e = row.evaluation;
   return {{"method", row.method},
@@ -86,6 +99,9 @@ nlohmann::ordered_json RowJson(const JudgedRow& row) {
           {"environment_depth_m", Number(e.environment_depth_m)},
           {"self_depth_literal_m", Number(e.self_depth_literal_m)},
           {"self_depth_strict_m", Number(e.self_depth_strict_m)},
+          {"interpolation_environment_depth_m", Number(e.interpolation.environment_depth_m)},
+          {"interpolation_self_depth_m", Number(e.interpolation.self_depth_m)},
+          {"interpolation_free_share", Number(e.interpolation.free_share)},
           {"claim_differs", row.claim_differs}};
 }
 
@@ -133,6 +149,8 @@ std::string RenderEvaluation(const EvaluationReport& report, ListingFormat forma
   std::string text = RenderListing(ShownSummary(report), format);
   const Listing failures = FailureListing(report);
   if (!failures.rows.empty()) text += "\nNot solved\n\n" + RenderListing(failures, format);
+  const Listing interpolation = InterpolationListing(report);
+  if (!interpolation.rows.empty()) text += "\nBetween waypoints\n\n" + RenderListing(interpolation, format);
   return text;
 }
 

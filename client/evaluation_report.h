@@ -32,7 +32,8 @@ struct EvaluationReport {
 EvaluationReport EvaluateSolutions(const SolutionFile& file, Judge& judge, Rule rule);
 
 /// Per method: successes, mean cost, mean time (per waypoint, over successes). Then, except in CSV, every solution that
-/// fails under the rule with the judge's detail. JSON holds every judged solution.
+/// fails under the rule with the judge's detail, and of motions what lies between their waypoints. JSON holds every
+/// judged solution.
 std::string RenderEvaluation(const EvaluationReport& report, ListingFormat format);
 
 }  // namespace legopt::client

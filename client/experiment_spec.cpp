@@ -34,29 +34,50 @@ std::string IdRange(const std::vector<DatasetFacts::Problem>& problems) {
          std::to_string(high->id);
 }
 
-nlohmann::json TaskJson(const Suite& suite, const TaskSelection& selection, const DatasetFacts& dataset) {
+nlohmann::json WallTimeJson(const Suite& suite) {
+  auto times = nlohmann::json::object();
+  for (const auto& task : suite.tasks) times[task.task] = suite.wall_time_s.Of(task.task);
+  const bool same = std::all_of(times.begin(), times.end(), [&](const auto& time) { return time == *times.begin(); });
+  return same ? *times.begin() : times;
+}
+
+// The problems of a task by the suite's selection, in its order.
+std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelection& selection,
+                                          const DatasetFacts& dataset) {
   const auto& available = selection.task == "posture" ? dataset.posture : dataset.motion;
   if (available.empty()) {
     throw InputError({suite.file, "tasks", selection.task, "the dataset '" + dataset.name + "' has no such problems",
                       "remove the task or choose another dataset"});
   }
+  if (!selection.problems) return available;
+  std::vector<DatasetFacts::Problem> selected;
+  for (const int id : *selection.problems) {
+    const auto found = std::find_if(available.begin(), available.end(), [&](const auto& p) { return p.id == id; });
+    if (found == available.end()) {
+      throw InputError({suite.file, "problems", std::to_string(id),
+                        "is not a " + selection.task + " problem of the dataset '" + dataset.name + "'",
+                        "it has " + IdRange(available)});
+    }
+    selected.push_back(*found);
+  }
+  return selected;
+}
+
+void LeaveOutLongMotions(const Suite& suite, std::vector<DatasetFacts::Problem>* problems) {
+  if (!suite.max_stances) return;
+  std::erase_if(*problems, [&](const auto& p) { return p.waypoints > kWaypointsPerStance * *suite.max_stances; });
+  if (!problems->empty()) return;
+  throw InputError({suite.file, "max_stances", std::to_string(*suite.max_stances), "leaves no motion problem",
+                    "raise it, or choose other problems"});
+}
+
+nlohmann::json TaskJson(const Suite& suite, const TaskSelection& selection, const DatasetFacts& dataset) {
+  auto problems = Select(suite, selection, dataset);
+  if (selection.task == "motion") LeaveOutLongMotions(suite, &problems);
   auto ids = nlohmann::json::array(), waypoints = nlohmann::json::array();
-  const auto add = [&](const DatasetFacts::Problem& problem) {
+  for (const auto& problem : problems) {
     ids.push_back(problem.id);
     waypoints.push_back(problem.waypoints);
-  };
-  if (!selection.problems) {
-    std::for_each(available.begin(), available.end(), add);
-  } else {
-    for (const int id : *selection.problems) {
-      const auto found = std::find_if(available.begin(), available.end(), [&](const auto& p) { return p.id == id; });
-      if (found == available.end()) {
-        throw InputError({suite.file, "problems", std::to_string(id),
-                          "is not a " + selection.task + " problem of the dataset '" + dataset.name + "'",
-                          "it has " + IdRange(available)});
-      }
-      add(*found);
-    }
   }
   return {{"task", selection.task}, {"problems", std::move(ids)}, {"waypoints", std::move(waypoints)}};
 }
@@ -96,7 +117,7 @@ nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset) {
           {"tasks", std::move(tasks)},
           {"initializations", suite.initializations},
           {"methods", std::move(methods)},
-          {"limits", {{"wall_time_s", suite.wall_time_s}, {"memory_mb", suite.memory_mb}}},
+          {"limits", {{"wall_time_s", WallTimeJson(suite)}, {"memory_mb", suite.memory_mb}}},
           {"max_attempts", suite.max_attempts}};
 }
 

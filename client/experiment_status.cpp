@@ -14,6 +14,11 @@ std::vector<ExperimentStatus> ParseExperiments(const nlohmann::json& status) {
                              entry.at("state").get<std::string>(), count("total"), count("queued"), count("leased"),
                              count("done"), count("failed"), count("dead"), count("cancelled"),
                              entry.at("solved").get<std::int64_t>()});
+      for (const auto& job : entry.value("running", nlohmann::json::array())) {
+        experiments.back().running.push_back(
+            {job.at("job").get<std::int64_t>(), job.at("task").get<std::string>(), job.at("worker").get<std::int64_t>(),
+             job.at("progress_done").get<std::int64_t>(), job.at("progress_total").get<std::int64_t>()});
+      }
     }
   } catch (const nlohmann::json::exception& error) {
     throw ClientError(ExitCode::kInternal, std::string("the server's status is not understood: ") + error.what() +

@@ -7,6 +7,16 @@
 
 namespace legopt::client {
 
+/// How far a running job is.
+struct RunningJob {
+  std::int64_t job = 0;
+  std::string task;
+  std::int64_t worker = 0;
+  std::int64_t done = 0, total = 0;  ///< windows of a motion, attempts of a posture
+
+  bool operator==(const RunningJob&) const = default;
+};
+
 /// How far an experiment has come, as the server tells it.
 struct ExperimentStatus {
   std::int64_t id = 0;
@@ -20,6 +30,8 @@ struct ExperimentStatus {
   std::int64_t dead = 0;       ///< used up their attempts
   std::int64_t cancelled = 0;  ///< withdrawn
   std::int64_t solved = 0;     ///< of `done`: successes by the judge's literal rule
+
+  std::vector<RunningJob> running = {};  ///< of `leased`: those that told their progress
 
   std::int64_t finished() const { return done + failed + dead + cancelled; }
   bool over() const { return state != "active"; }

@@ -30,6 +30,7 @@ std::string Where(std::int64_t experiment_id, const ExportFilter& filter) {
   std::string where = " WHERE c.experiment_id = " + std::to_string(experiment_id);
   if (filter.method) where += " AND lower(m.name) = lower(" + SqlText(*filter.method) + ")";
   if (filter.initialization) where += " AND c.initialization = " + SqlText(*filter.initialization);
+  if (filter.collision) where += " AND m.collision = " + SqlText(*filter.collision);
   if (filter.task) where += " AND c.task = " + SqlText(std::string(ToString(*filter.task)));
   return where;
 }
@@ -40,7 +41,8 @@ constexpr char kJoins[] =
 
 std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& where) {
   const Listing listing = source.Query(
-      "SELECT j.job_id, c.method_id, m.name AS method, m.multi_starts, m.sample_size, c.initialization, j.repetition, "
+      "SELECT j.job_id, c.method_id, m.name AS method, m.multi_starts, m.sample_size, m.collision, c.initialization, "
+      "j.repetition, "
       "c.task, p.problem_id, r.wall_us, r.verdict_literal, r.num_waypoints" +
       std::string(kJoins) + where + " AND r.job_id IS NOT NULL ORDER BY j.job_id");
   std::vector<ResultRow> rows;
@@ -49,7 +51,7 @@ std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& where) 
     const auto text = [&](const char* column) { return listing.At(i, column).get<std::string>(); };
     rows.push_back({integer("job_id"),
                     {integer("method_id"), text("method"), integer("multi_starts"), integer("sample_size"),
-                     text("initialization"), integer("repetition")},
+                     text("initialization"), integer("repetition"), text("collision")},
                     ParseTask(text("task"), "database"),
                     static_cast<int>(integer("problem_id")),
                     static_cast<double>(integer("wall_us")) * kSecondsPerMicrosecond,
@@ -151,6 +153,8 @@ std::vector<std::string> MethodStrings(const std::vector<ResultKey>& keys) {
   Extend(
       keys, &texts, [](const ResultKey& k) { return k.sample_size; },
       [](const ResultKey& k) { return "sample size " + std::to_string(k.sample_size); });
+  Extend(
+      keys, &texts, [](const ResultKey& k) { return k.collision; }, [](const ResultKey& k) { return k.collision; });
   Extend(
       keys, &texts, [](const ResultKey& k) { return k.method_id; },
       [](const ResultKey& k) { return "method " + std::to_string(k.method_id); });

@@ -16,6 +16,7 @@ struct ExportFilter {
   std::optional<std::string> method;  ///< name
   std::optional<std::string> initialization;
   std::optional<Task> task;
+  std::optional<std::string> collision;  ///< the methods' collision model
 };
 
 /// What tells the accepted results of an experiment apart, beside task and problem.
@@ -26,6 +27,7 @@ struct ResultKey {
   std::int64_t sample_size = 100;
   std::string initialization;
   std::int64_t repetition = 0;
+  std::string collision = "solid";
 
   bool operator==(const ResultKey&) const = default;
 };

@@ -98,6 +98,9 @@ void AddSuiteOptions(CLI::App& app, SuiteOptions* options) {
   AddList(app, "--tasks", &options->filter.tasks, "Keep only these tasks: posture, motion");
   AddList(app, "--problems", &options->filter.problems, "Keep only these problems: ids and ranges, e.g. 0-9,12");
   AddList(app, "--initializations", &options->filter.initializations, "Keep only these: good, in_collision");
+  AddList(app, "--collision", &options->filter.collision, "Keep only methods with these models: solid, surface");
+  app.add_option("--max-stances", options->filter.max_stances, "Leave longer motion problems out")
+      ->check(CLI::Range(2, 1'000'000));
   app.add_option("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
       ->check(CLI::NonNegativeNumber);
   app.add_flag("--new", options->fresh, "Make a new experiment although one of the same content exists");

@@ -34,6 +34,19 @@ std::string Counts(const ExperimentStatus& status) {
   return text;
 }
 
+// "windows 3/40, 7/61": how far the motions under way are. Postures are too short to be told.
+std::string Windows(const ExperimentStatus& status) {
+  constexpr int kMostShown = 4;
+  std::string text;
+  int motions = 0;
+  for (const RunningJob& job : status.running) {
+    if (job.task != "motion" || ++motions > kMostShown) continue;
+    text += (motions == 1 ? "windows " : ", ") + std::to_string(job.done) + "/" + std::to_string(job.total);
+  }
+  if (motions > kMostShown) text += ", +" + std::to_string(motions - kMostShown);
+  return text;
+}
+
 std::string Estimate(const ExperimentStatus& status, const Pace& pace) {
   if (status.finished() >= status.total) return {};
   return "ETA " + (pace.remaining ? FormatDuration(*pace.remaining) : std::string("-"));
@@ -100,7 +113,9 @@ std::string RenderProgressBar(const ExperimentStatus& status, const Pace& pace, 
   const std::string elapsed = FormatDuration(pace.elapsed);
   const std::string estimate = Estimate(status, pace);
   // From complete to bare; the first one that fits is taken.
-  const std::vector<std::string> variants = {Join({counts, rate, elapsed, estimate}), Join({counts, rate, estimate}),
+  const std::string windows = Windows(status);
+  const std::vector<std::string> variants = {Join({counts, windows, rate, elapsed, estimate}),
+                                             Join({counts, windows, rate, estimate}), Join({counts, windows, estimate}),
                                              Join({counts, estimate})};
   constexpr std::size_t kBrackets = 3;  // "[", "]" and the space after
   for (const auto& text : variants) {
@@ -115,7 +130,7 @@ std::string RenderProgressBar(const ExperimentStatus& status, const Pace& pace, 
 }
 
 std::string RenderProgressLine(const ExperimentStatus& status, const Pace& pace) {
-  return Join({"experiment " + std::to_string(status.id) + ":", Counts(status),
+  return Join({"experiment " + std::to_string(status.id) + ":", Counts(status), Windows(status),
                pace.jobs_per_s ? FormatRate(*pace.jobs_per_s) : "", FormatDuration(pace.elapsed),
                Estimate(status, pace)});
 }

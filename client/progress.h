@@ -52,8 +52,9 @@ std::string FormatDuration(Seconds duration);
 ///
 ///     [==========>         ] 52/80  38 solved  12.3 jobs/s  0:04  ETA 0:02
 ///
-/// Jobs that died or could not run are shown as soon as there are any. What does not fit is dropped, least important
-/// part first: the elapsed time, the rate, the bar.
+/// Jobs that died or could not run are shown as soon as there are any, and so are the windows solved of the motions
+/// under way ("windows 3/40, 7/61"). What does not fit is dropped, least important
+/// part first: the elapsed time, the rate, the windows, the bar.
 std::string RenderProgressBar(const ExperimentStatus& status, const Pace& pace, int width);
 
 /// The same facts as one plain line for a log file.

@@ -5,11 +5,23 @@
 #include <string>
 
 #include "client/benchmark_table.h"
+#include "client/interpolation_table.h"
 #include "client/result_source.h"
 
 namespace legopt::client {
 
-/// The benchmark table of an experiment (the newest one without `id`) under `rule`. Errors as of FindExperiment.
-BenchmarkTable ReadBenchmarkTable(ResultSource& source, std::optional<std::int64_t> id, const std::string& rule);
+/// Which table to read.
+struct TableSelection {
+  std::optional<std::int64_t> experiment;  ///< default: the newest
+  std::string rule = "literal";            ///< or "strict"
+  std::optional<std::string> collision;    ///< only methods with this collision model
+};
+
+/// The benchmark table of an experiment. Errors as of FindExperiment, and ClientError (kUsage) when no method has the
+/// collision model.
+BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection);
+
+/// The interpolation of its motions; the same errors, and one when it has none.
+InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelection& selection);
 
 }  // namespace legopt::client

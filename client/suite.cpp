@@ -16,14 +16,17 @@
 namespace legopt::client {
 namespace {
 
-const std::vector<std::string> kSuiteKeys = {"name",     "dataset",         "seed",    "repetitions", "tasks",
-                                             "problems", "initializations", "methods", "limits",      "max_attempts"};
-const std::vector<std::string> kMethodKeys = {"name",        "solver",      "multi_starts",
-                                              "sample_size", "incremental", "options"};
+const std::vector<std::string> kSuiteKeys = {"name",        "dataset",  "seed",         "repetitions",
+                                             "tasks",       "problems", "methods",      "initializations",
+                                             "max_stances", "limits",   "max_attempts", "collision"};
+const std::vector<std::string> kMethodKeys = {"name",        "solver",    "multi_starts", "sample_size",
+                                              "incremental", "collision", "options"};
 const std::vector<std::string> kTasks = {"posture", "motion"};
+const std::vector<std::string> kCollisions = {"solid", "surface"};
 const std::vector<std::string> kInitializations = {"good", "in_collision"};
 
 constexpr int kMaxProblemId = 1'000'000;
+constexpr int kMaxStances = 1'000'000;
 constexpr int kMaxRepetitions = 100'000;
 constexpr int kMaxAttempts = 100;
 constexpr int kMaxMultiStarts = 1000;
@@ -94,22 +97,36 @@ std::vector<std::optional<std::int64_t>> ReadMatrix(const YamlMap& map, const st
   return values;
 }
 
-// A table tells methods apart by name, multi-starts and sample size, so these three together must be unique.
+// A table tells methods apart by name, multi-starts, sample size and collision model, so these must be unique.
 void AddMethod(const nlohmann::json& map, const YAML::Node& node, const YamlMap& where, Suite* suite) {
   const std::string place = YamlPlace(where.file(), node);
   Method method = Method::FromJson(map, place);
   for (const auto& other : suite->methods) {
     if (other.name == method.name && other.multi_starts == method.multi_starts &&
-        other.sample_size_percent == method.sample_size_percent) {
+        other.sample_size_percent == method.sample_size_percent && other.collision == method.collision) {
       throw InputError({place, where.Path("name"), method.name,
-                        "another method has the same name, multi_starts and sample_size",
+                        "another method has the same name, multi_starts, sample_size and collision",
                         "give each method a name of its own, so that tables can tell them apart"});
     }
   }
   suite->methods.push_back(std::move(method));
 }
 
-void ReadMethod(const YamlMap& map, Suite* suite) {
+// The collision models that the suite or a method names: one method for each. None: as the options say.
+using Collision = std::optional<std::string>;
+
+std::vector<Collision> ReadCollisions(const YamlMap& map) {
+  if (!map.Has("collision")) return {std::nullopt};
+  std::vector<Collision> values;
+  const auto nodes = map.List("collision");
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    values.emplace_back(OneOf(kCollisions, nodes[i], map.file(), map.Path("collision", i)));
+  }
+  return values;
+}
+
+// The keys of a method that hold one value.
+nlohmann::json ReadPlainKeys(const YamlMap& map) {
   auto base = nlohmann::json::object();
   base["solver"] = map.String("solver");
   if (map.Has("name")) base["name"] = map.String("name");
@@ -121,31 +138,64 @@ void ReadMethod(const YamlMap& map, Suite* suite) {
     }
     if (options.IsMap()) base["options"] = YamlToJson(options, map.file(), map.Path("options"));
   }
+  return base;
+}
+
+// Of one method: the suite's, else its own. It may stand in one place only.
+std::vector<Collision> CollisionsOf(const YamlMap& map, const Collision& shared, const nlohmann::json& base) {
+  const bool option = base.contains("options") && base["options"].contains("collision");
+  if ((shared ? 1 : 0) + (map.Has("collision") ? 1 : 0) + (option ? 1 : 0) > 1) {
+    throw InputError({YamlPlace(map.file(), map.node()), map.Path("collision"), "",
+                      "is given more than once: by the suite, the method or its options", "keep one of them"});
+  }
+  return shared ? std::vector<Collision>{shared} : ReadCollisions(map);
+}
+
+void ReadMethod(const YamlMap& map, const Collision& shared, Suite* suite) {
+  const nlohmann::json base = ReadPlainKeys(map);
   std::vector<std::optional<std::int64_t>> multi_starts{std::nullopt}, sample_sizes{std::nullopt};
   if (map.Has("multi_starts")) multi_starts = ReadMatrix(map, "multi_starts", 0, kMaxMultiStarts);
   if (map.Has("sample_size")) sample_sizes = ReadMatrix(map, "sample_size", 1, 100);
-  for (const auto& starts : multi_starts) {
-    for (const auto& size : sample_sizes) {
-      auto method = base;
-      if (starts) method["multi_starts"] = *starts;
-      if (size) method["sample_size"] = *size;
-      AddMethod(method, map.node(), map, suite);
+  for (const auto& collision : CollisionsOf(map, shared, base)) {
+    for (const auto& starts : multi_starts) {
+      for (const auto& size : sample_sizes) {
+        auto method = base;
+        if (starts) method["multi_starts"] = *starts;
+        if (size) method["sample_size"] = *size;
+        if (collision) method["options"]["collision"] = *collision;
+        AddMethod(method, map.node(), map, suite);
+      }
     }
   }
 }
 
 void ReadMethods(const YamlMap& map, Suite* suite) {
   const auto nodes = map.List("methods");
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    ReadMethod(YamlMap(nodes[i], map.file(), map.Path("methods", i), kMethodKeys), suite);
+  for (const auto& collision : ReadCollisions(map)) {
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      ReadMethod(YamlMap(nodes[i], map.file(), map.Path("methods", i), kMethodKeys), collision, suite);
+    }
   }
+}
+
+// One number for all tasks, or a map with one for each.
+WallTimes ReadWallTimes(const YamlMap& limits) {
+  constexpr double kMin_s = 0.001;
+  WallTimes times;
+  if (!limits.Get("wall_time_s").IsMap()) {
+    times.posture = times.motion = limits.Number("wall_time_s", kMin_s, kMaxWallTime_s);
+    return times;
+  }
+  const YamlMap map(limits.Get("wall_time_s"), limits.file(), limits.Path("wall_time_s"), kTasks);
+  if (map.Has("posture")) times.posture = map.Number("posture", kMin_s, kMaxWallTime_s);
+  if (map.Has("motion")) times.motion = map.Number("motion", kMin_s, kMaxWallTime_s);
+  return times;
 }
 
 void ReadLimits(const YamlMap& map, Suite* suite) {
   const YamlMap limits(map.Get("limits"), map.file(), map.Path("limits"), {"wall_time_s", "memory_mb"});
-  constexpr double kMinWallTime_s = 0.001;
   constexpr int kMinMemory_mb = 64;
-  if (limits.Has("wall_time_s")) suite->wall_time_s = limits.Number("wall_time_s", kMinWallTime_s, kMaxWallTime_s);
+  if (limits.Has("wall_time_s")) suite->wall_time_s = ReadWallTimes(limits);
   if (limits.Has("memory_mb")) {
     suite->memory_mb = static_cast<int>(limits.Integer("memory_mb", kMinMemory_mb, kMaxMemory_mb));
   }
@@ -216,6 +266,7 @@ Suite ParseSuite(const std::string& text, const std::string& file) {
   ReadTasks(map, &suite);
   if (map.Has("initializations")) ReadInitializations(map, &suite);
   ReadMethods(map, &suite);
+  if (map.Has("max_stances")) suite.max_stances = static_cast<int>(map.Integer("max_stances", 2, kMaxStances));
   if (map.Has("limits")) ReadLimits(map, &suite);
   if (map.Has("max_attempts")) suite.max_attempts = static_cast<int>(map.Integer("max_attempts", 1, kMaxAttempts));
   return suite;
@@ -223,6 +274,8 @@ Suite ParseSuite(const std::string& text, const std::string& file) {
 
 void ApplyFilter(const SuiteFilter& filter, Suite* suite) {
   Keep(filter.methods, "--methods", suite->file, &suite->methods, [](const Method& method) { return method.name; });
+  Keep(filter.collision, "--collision", suite->file, &suite->methods,
+       [](const Method& method) { return method.collision; });
   Keep(filter.tasks, "--tasks", suite->file, &suite->tasks, [](const TaskSelection& task) { return task.task; });
   Keep(filter.initializations, "--initializations", suite->file, &suite->initializations,
        [](const std::string& initialization) { return initialization; });
@@ -244,6 +297,7 @@ void ApplyFilter(const SuiteFilter& filter, Suite* suite) {
     }
   }
   if (filter.seed) suite->seed = *filter.seed;
+  if (filter.max_stances) suite->max_stances = filter.max_stances;
 }
 
 std::vector<int> ParseProblemIds(const std::vector<std::string>& items, const std::string& place,

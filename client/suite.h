@@ -16,6 +16,14 @@ struct TaskSelection {
   std::optional<std::vector<int>> problems;  ///< sorted, without repetition
 };
 
+/// Wall-time limit of one job, by task; seconds.
+struct WallTimes {
+  double posture = 60;
+  double motion = 900;  ///< the longest ones have nearly a thousand waypoints
+
+  double Of(const std::string& task) const { return task == "motion" ? motion : posture; }
+};
+
 /// An experiment file (YAML). Keys, all in the paper's words:
 ///
 ///     name: quick                      # text; default: the file's name
@@ -24,15 +32,18 @@ struct TaskSelection {
 ///     repetitions: 1                   # each job so many times, with different random draws
 ///     tasks: [posture, motion]         # or maps: {task: posture, problems: [0, "3-9"]}
 ///     problems: [0, 1, "4-9"]          # ids and ranges for all tasks that do not name their own; default: all
+///     max_stances: 80                  # leaves longer motion problems out; default: none
 ///     initializations: [good, in_collision]   # default: both
+///     collision: [solid, surface]      # all methods once with each; default: as each method says
 ///     methods:
 ///       - name: SQP                    # what tables show; default: the paper's name of the solver
 ///         solver: sqp                  # required
 ///         multi_starts: [0, 10]        # a list makes one method per value
 ///         sample_size: 100             # percent; a list likewise
 ///         incremental: false
+///         collision: solid             # obstacles; a list likewise; not beside the suite's key
 ///         options: {}                  # of the solver, see legopt/optimize/method.h
-///     limits: {wall_time_s: 60, memory_mb: 1024}   # per job
+///     limits: {wall_time_s: 60, memory_mb: 1024}   # per job; or wall_time_s: {posture: 60, motion: 900}
 ///     max_attempts: 3                  # how often a job is started before it counts as dead
 struct Suite {
   std::string name;
@@ -42,8 +53,9 @@ struct Suite {
   int repetitions = 1;
   std::vector<TaskSelection> tasks;
   std::vector<std::string> initializations = {"good", "in_collision"};
-  std::vector<Method> methods;  ///< one per combination of `multi_starts` and `sample_size`, complete with defaults
-  double wall_time_s = 60;
+  std::optional<int> max_stances;  ///< of motion problems
+  std::vector<Method> methods;     ///< one per combination of the lists' values, complete with defaults
+  WallTimes wall_time_s;
   int memory_mb = 1024;
   int max_attempts = 3;
 };
@@ -55,6 +67,8 @@ struct SuiteFilter {
   std::vector<std::string> problems;         ///< ids and ranges to keep, e.g. "0-4"
   std::vector<std::string> initializations;  ///< to keep
   std::optional<std::int64_t> seed;
+  std::optional<int> max_stances;           ///< instead of the suite's
+  std::vector<std::string> collision = {};  ///< collision models to keep
 };
 
 /// Reads an experiment file. Throws `InputError` with FILE:LINE, the key and the fix.

@@ -124,6 +124,7 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
   Insert(experiments, e.experiment_id, row, "experiment");
   for (const MethodRecord& method : e.methods) {
     Require(IsHash(method.hash) && method.sample_size_percent >= 1 && method.multi_starts >= 0, "bad method");
+    Require(method.collision == "solid" || method.collision == "surface", "bad collision model");
     if (options.emplace(method.hash, method.options_json).second) {
       undo.push_back([this, hash = method.hash] { options.erase(hash); });
     }

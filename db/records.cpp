@@ -68,6 +68,16 @@ std::string FaultOf(const ResultRecord& result) {
   if (result.num_waypoints < 1) return "num_waypoints is below 1";
   const bool success = result.verdict_literal == kSuccess || result.verdict_strict == kSuccess;
   if (success && !std::isfinite(result.cost)) return "a success without a finite cost";
+  if (result.windows < 0 || result.windows_solved < 0 || result.windows_solved > result.windows) {
+    return "windows_solved (" + std::to_string(result.windows_solved) + ") is not within 0 .. windows (" +
+           std::to_string(result.windows) + ")";
+  }
+  if (result.interpolation_environment_depth_m < 0 || result.interpolation_self_depth_m < 0) {
+    return "a depth of the interpolation is negative";
+  }
+  if (result.interpolation_free_share < 0 || result.interpolation_free_share > 1) {
+    return "interpolation_free_share is not within 0 .. 1";
+  }
   const std::size_t size = result.waypoints.size();
   if (size > 0 && (result.waypoint_size < 1 || size % static_cast<std::size_t>(result.waypoint_size) != 0)) {
     return "the number of waypoint values (" + std::to_string(size) + ") is not a multiple of waypoint_size (" +

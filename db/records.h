@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -58,6 +59,7 @@ struct MethodRecord {
   int multi_starts = 0;
   int sample_size_percent = 100;
   bool incremental = false;
+  std::string collision = "solid";  ///< or "surface"; as among the options
 };
 
 struct ProblemRecord {
@@ -73,6 +75,7 @@ struct CellRecord {
   std::string task;
   std::string initialization;  ///< "good" or "in_collision"
   std::int64_t num_jobs = 0;
+  std::int64_t wall_limit_us = 0;  ///< of one job
 };
 
 struct NewJob {
@@ -91,7 +94,7 @@ struct NewExperiment {
   std::int64_t seed = 0;
   int repetitions = 1;
   int max_attempts = 3;
-  std::int64_t wall_limit_us = 0;
+  std::int64_t wall_limit_us = 0;  ///< the largest of the cells'
   std::int64_t memory_limit_bytes = 0;
   std::int64_t submitted_at_us = 0;
   DatasetRecord dataset;
@@ -136,6 +139,12 @@ struct ResultRecord {
   double environment_depth_m = 0;
   double self_depth_literal_m = 0;
   double self_depth_strict_m = 0;
+  // Between consecutive waypoints of a motion, see legopt/evaluate/interpolation.h; not finite for postures.
+  double interpolation_environment_depth_m = std::numeric_limits<double>::quiet_NaN();
+  double interpolation_self_depth_m = std::numeric_limits<double>::quiet_NaN();
+  double interpolation_free_share = std::numeric_limits<double>::quiet_NaN();  ///< of the transitions, 0 .. 1
+  int windows = 0;         ///< that the motion was cut into; 0: not solved by windows
+  int windows_solved = 0;  ///< 0 .. windows
   int num_waypoints =
       1;  ///< divisor of cost and time (constraint waypoints of the problem), not the rows of `waypoints`
   std::string history_json;

@@ -25,9 +25,11 @@ inline constexpr char kInsertResult[] =
     "cpu_us, involuntary_context_switches, peak_memory_bytes, solver_cost, solver_violation, "
     "verdict_literal, verdict_strict, verdict_detail, failed_waypoint, cost, foot_violation, "
     "com_violation_m, limit_violation, environment_depth_m, self_depth_literal_m, "
-    "self_depth_strict_m, num_waypoints, history_json, received_at_us) "
+    "self_depth_strict_m, num_waypoints, history_json, received_at_us, interpolation_environment_depth_m, "
+    "interpolation_self_depth_m, interpolation_free_share, windows, windows_solved) "
     "VALUES (?1, (SELECT cell_id FROM jobs WHERE job_id = ?1), ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, "
-    "?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20, ?21, ?22, ?23, nullif(?24, ''), ?25)";
+    "?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20, ?21, ?22, ?23, nullif(?24, ''), ?25, "
+    "?26, ?27, ?28, ?29, ?30)";
 
 inline constexpr char kInsertWaypoint[] = "INSERT INTO waypoints (job_id, waypoint, x) VALUES (?1, ?2, ?3)";
 
@@ -67,8 +69,8 @@ inline constexpr char kPutDataset[] = "INSERT INTO datasets (hash, name) VALUES 
 inline constexpr char kFindDataset[] = "SELECT dataset_id FROM datasets WHERE hash = ?1";
 
 inline constexpr char kPutMethod[] =
-    "INSERT INTO methods (hash, name, options_json, multi_starts, sample_size, incremental) "
-    "VALUES (?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT (hash, name) DO NOTHING";
+    "INSERT INTO methods (hash, name, options_json, multi_starts, sample_size, incremental, collision) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7) ON CONFLICT (hash, name) DO NOTHING";
 
 inline constexpr char kFindMethod[] = "SELECT method_id FROM methods WHERE hash = ?1 AND name = ?2";
 
@@ -86,8 +88,8 @@ inline constexpr char kInsertExperiment[] =
     "?14)";
 
 inline constexpr char kInsertCell[] =
-    "INSERT INTO cells (cell_id, experiment_id, method_id, task, initialization, num_jobs) "
-    "VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
+    "INSERT INTO cells (cell_id, experiment_id, method_id, task, initialization, num_jobs, wall_limit_us) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)";
 
 inline constexpr char kInsertJob[] =
     "INSERT INTO jobs (job_id, cell_id, problem_key, repetition, max_attempts) "

@@ -124,11 +124,15 @@ void SqliteStore::Do(const AcceptResult& op) {
   }
   const std::optional<std::int64_t> failed =
       r.failed_waypoint < 0 ? std::nullopt : std::optional<std::int64_t>(r.failed_waypoint);
+  using Count = std::optional<std::int64_t>;
+  const Count windows = r.windows > 0 ? Count(r.windows) : std::nullopt;
+  const Count solved = r.windows > 0 ? Count(r.windows_solved) : std::nullopt;
   statements_->insert_result.Run(
       op.job_id, op.attempt, r.solver_status, r.iterations, r.restarts, r.wall_us, r.cpu_us,
       r.involuntary_context_switches, r.peak_memory_bytes, r.solver_cost, r.solver_violation, r.verdict_literal,
       r.verdict_strict, r.verdict_detail, failed, r.cost, r.foot_violation, r.com_violation_m, r.limit_violation,
-      r.environment_depth_m, r.self_depth_literal_m, r.self_depth_strict_m, r.num_waypoints, r.history_json, op.at_us);
+      r.environment_depth_m, r.self_depth_literal_m, r.self_depth_strict_m, r.num_waypoints, r.history_json, op.at_us,
+      r.interpolation_environment_depth_m, r.interpolation_self_depth_m, r.interpolation_free_share, windows, solved);
   const auto size = static_cast<std::size_t>(r.waypoint_size);
   for (std::size_t row = 0; row < NumRows(r); ++row) {
     statements_->insert_waypoint.BindAll(op.job_id, static_cast<std::int64_t>(row));

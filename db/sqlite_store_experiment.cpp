@@ -34,7 +34,7 @@ std::int64_t SqliteStore::PutDataset(const DatasetRecord& dataset) {
 
 std::int64_t SqliteStore::PutMethod(const MethodRecord& method) {
   statements_->put_method.Run(method.hash, method.name, method.options_json, method.multi_starts,
-                              method.sample_size_percent, method.incremental ? 1 : 0);
+                              method.sample_size_percent, method.incremental ? 1 : 0, method.collision);
   return FindId(statements_->find_method.BindAll(method.hash, method.name));
 }
 
@@ -58,7 +58,8 @@ void SqliteStore::Do(const CreateExperiment& op) {
                                      e.submitted_at_us);
   for (const CellRecord& cell : e.cells) {
     statements_->insert_cell.Run(cell.cell_id, e.experiment_id, At(method_ids, cell.method_index, "method"), cell.task,
-                                 cell.initialization, cell.num_jobs);
+                                 cell.initialization, cell.num_jobs,
+                                 cell.wall_limit_us > 0 ? cell.wall_limit_us : e.wall_limit_us);
   }
   std::int64_t expected_id = first_job_id;
   for (const NewJob& job : e.jobs) {

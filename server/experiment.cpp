@@ -1,5 +1,6 @@
 #include "server/experiment.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace legopt::server {
@@ -34,12 +35,12 @@ db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t exp
   rows.seed = spec.seed;
   rows.repetitions = spec.repetitions;
   rows.max_attempts = spec.max_attempts;
-  rows.wall_limit_us = spec.wall_limit_us;
   rows.memory_limit_bytes = spec.memory_limit_bytes;
   rows.dataset = spec.dataset;
   rows.methods = spec.methods;
   std::vector<int> first_problem;  // of each task, in rows.problems
   for (const ExperimentSpec::TaskProblems& task : spec.tasks) {
+    rows.wall_limit_us = std::max(rows.wall_limit_us, task.wall_limit_us);
     first_problem.push_back(static_cast<int>(rows.problems.size()));
     for (std::size_t i = 0; i < task.problems.size(); ++i) {
       rows.problems.push_back({task.task, task.problems[i], task.waypoints[i]});
@@ -50,7 +51,8 @@ db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t exp
       for (const std::string& initialization : spec.initializations) {
         const auto cell_id = first_cell_id + static_cast<std::int64_t>(rows.cells.size());
         const auto num_jobs = static_cast<std::int64_t>(task.problems.size()) * spec.repetitions;
-        rows.cells.push_back({cell_id, static_cast<int>(method), task.task, initialization, num_jobs});
+        rows.cells.push_back(
+            {cell_id, static_cast<int>(method), task.task, initialization, num_jobs, task.wall_limit_us});
       }
     }
   }

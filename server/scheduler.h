@@ -40,7 +40,7 @@ struct SchedulerOptions {
   std::int64_t server_instance = 0;        ///< random, of this server process
   microseconds lease{10'000'000};          ///< renewed by every heartbeat that lists it
   microseconds grace{1'500'000};           ///< waited beyond the lease: the worker stops itself first
-  microseconds heartbeat{1'000'000};       ///< asked of workers
+  microseconds heartbeat{500'000};         ///< asked of workers; a cancelled job runs on for as long
   microseconds expiry_scan{100'000};       ///< how often Tick looks for expired leases
   microseconds retention{60'000'000};      ///< closed experiments stay in memory for late messages
   microseconds min_retry{50'000};          ///< told to a worker for which there is no job now
@@ -66,6 +66,14 @@ struct WorkerStatus {
   microseconds last_seen{0};
   std::int64_t leases = 0;
   std::vector<db::DatasetRecord> datasets;
+};
+
+/// A leased job whose worker told how far it is.
+struct JobProgress {
+  std::int64_t job_id = 0;
+  std::string task;
+  std::int64_t worker_id = 0;
+  std::int64_t done = 0, total = 0;  ///< windows of a motion, attempts of a posture
 };
 
 /// Decides who works on what: the queue semantics of lcmtypes/PROTOCOL.md as a pure state machine.
@@ -119,6 +127,8 @@ class Scheduler {
   const std::map<std::int64_t, db::ExperimentSummary>& experiments() const { return summaries_; }
   /// Workers that were heard of within a lease, and those that still hold leases, by id.
   std::vector<WorkerStatus> workers() const;
+  /// Running jobs of an experiment that have told their progress, by job id; at most `most`.
+  std::vector<JobProgress> Progress(std::int64_t experiment_id, std::size_t most) const;
   const SchedulerCounters& counters() const { return counters_; }
   std::int64_t num_leases() const { return static_cast<std::int64_t>(leases_.size()); }
   std::int64_t num_queued() const;

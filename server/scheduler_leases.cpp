@@ -19,6 +19,11 @@ constexpr std::int8_t kContinue = 0;
 constexpr std::int8_t kCancel = 1;
 constexpr std::int8_t kUnknownLease = 2;
 
+// A motion ends a batch: a worker that asked for many postures must not hold motions that others could begin.
+bool EndsWithMotion(const legopt_msg::lease_reply& reply) {
+  return !reply.jobs.empty() && reply.jobs.back().task == "motion";
+}
+
 }  // namespace
 
 void Scheduler::SetOnline(Worker& worker, bool online) {
@@ -116,7 +121,7 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   }
   const int wanted = FairShare(request.max_jobs);
   for (auto& [id, experiment] : open_) {
-    if (static_cast<int>(reply.jobs.size()) >= wanted) break;
+    if (static_cast<int>(reply.jobs.size()) >= wanted || EndsWithMotion(reply)) break;
     const auto& hashes = request.dataset_hashes;
     if (std::find(hashes.begin(), hashes.end(), experiment->spec().dataset.hash) == hashes.end()) continue;
     LeaseFrom(now, *experiment, *worker, wanted, reply, ops);
@@ -142,7 +147,7 @@ int Scheduler::FairShare(int wanted) const {
 void Scheduler::LeaseFrom(const Instant& now, Experiment& experiment, Worker& worker, int max_jobs,
                           legopt_msg::lease_reply& reply, Ops& ops) {
   const ExperimentSpec& spec = experiment.spec();
-  while (static_cast<int>(reply.jobs.size()) < max_jobs) {
+  while (static_cast<int>(reply.jobs.size()) < max_jobs && !EndsWithMotion(reply)) {
     const std::optional<std::int64_t> index = experiment.TakeQueued();
     if (!index) return;
     Job& job = experiment.job(*index);
@@ -171,7 +176,7 @@ void Scheduler::LeaseFrom(const Instant& now, Experiment& experiment, Worker& wo
     lease.problem_id = spec.tasks[at.task].problems[at.problem];
     lease.repetition = static_cast<std::int32_t>(at.repetition);
     lease.experiment_seed = spec.seed;
-    lease.wall_limit_us = spec.wall_limit_us;
+    lease.wall_limit_us = spec.tasks[at.task].wall_limit_us;
     lease.memory_limit_bytes = spec.memory_limit_bytes;
   }
 }
@@ -210,6 +215,23 @@ legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::Endpoi
   }
   reply.num_leases = static_cast<std::int32_t>(reply.verdicts.size());
   return reply;
+}
+
+std::vector<JobProgress> Scheduler::Progress(std::int64_t experiment_id, std::size_t most) const {
+  std::vector<JobProgress> list;
+  const auto open = open_.find(experiment_id);
+  if (open == open_.end()) return list;
+  const Experiment& experiment = *open->second;
+  const std::int64_t first = experiment.first_job_id();
+  const auto end = leases_.lower_bound(first + experiment.num_jobs());
+  for (auto lease = leases_.lower_bound(first); lease != end && list.size() < most; ++lease) {
+    const LeaseState& state = lease->second;
+    if (state.progress_total == 0) continue;
+    const JobCoordinates at = CoordinatesOf(experiment.spec(), lease->first - first);
+    list.push_back({lease->first, experiment.spec().tasks[at.task].task, state.worker_id, state.progress_done,
+                    state.progress_total});
+  }
+  return list;
 }
 
 // --- Time ------------------------------------------------------------------------------------------------------------

@@ -51,6 +51,11 @@ db::ResultRecord RecordOf(const legopt_msg::result_request& request) {
   record.environment_depth_m = request.environment_depth_m;
   record.self_depth_literal_m = request.self_depth_literal_m;
   record.self_depth_strict_m = request.self_depth_strict_m;
+  record.interpolation_environment_depth_m = request.interpolation_environment_depth_m;
+  record.interpolation_self_depth_m = request.interpolation_self_depth_m;
+  record.interpolation_free_share = request.interpolation_free_share;
+  record.windows = request.windows;
+  record.windows_solved = request.windows_solved;
   record.history_json = request.history_json;
   record.num_waypoints = std::max(request.num_waypoints, 1);
   record.waypoint_size = request.waypoint_size;

@@ -131,6 +131,9 @@ db::MethodRecord ParseMethod(const Json& json, const std::string& key) {
   const Json& incremental = Member(json, key, "incremental");
   if (!incremental.is_boolean()) Refuse(key + ".incremental", "must be true or false");
   method.incremental = incremental.get<bool>();
+  if (const auto solver = options.find("options"); solver != options.end() && solver->contains("collision")) {
+    method.collision = Choice(solver->at("collision"), key + ".options.options.collision", "solid", "surface");
+  }
   return method;
 }
 
@@ -151,6 +154,22 @@ void ParseLists(const Json& json, ExperimentSpec& spec) {
       Refuse("methods", "'" + parsed.name + "' stands there twice with the same options");
     }
   }
+}
+
+// One wall-time limit for all tasks, or a map with one for each.
+void ParseLimits(const Json& json, ExperimentSpec& spec) {
+  constexpr double kMinWallTime_s = 1e-3;
+  constexpr double kMicrosecondsPerSecond = 1e6;
+  const Json& limits = RequireObject(json, "limits", {"wall_time_s", "memory_mb"});
+  const Json& wall_time = Member(limits, "limits", "wall_time_s");
+  const std::string key = "limits.wall_time_s";
+  if (wall_time.is_object()) RequireObject(wall_time, key, {"posture", "motion"});
+  for (ExperimentSpec::TaskProblems& task : spec.tasks) {
+    const Json& limit = wall_time.is_object() ? Member(wall_time, key, task.task.c_str()) : wall_time;
+    task.wall_limit_us = std::llround(kMicrosecondsPerSecond * Number(limit, key, kMinWallTime_s, kMaxWallTime_s));
+  }
+  spec.memory_limit_bytes = std::llround(
+      kBytesPerMb * Number(Member(limits, "limits", "memory_mb"), "limits.memory_mb", kMinMemory_mb, kMaxMemory_mb));
 }
 
 // Counted in floating point first: the product of four legal sizes may not fit an integer.
@@ -195,14 +214,7 @@ ExperimentSpec ParseSpec(std::string_view text) {
   spec.dataset = {Text(Member(dataset, "dataset", "name"), "dataset.name"),
                   Hash(Member(dataset, "dataset", "hash"), "dataset.hash")};
   ParseLists(json, spec);
-  const Json& limits = RequireObject(Member(json, "", "limits"), "limits", {"wall_time_s", "memory_mb"});
-  constexpr double kMinWallTime_s = 1e-3;
-  constexpr double kMicrosecondsPerSecond = 1e6;
-  spec.wall_limit_us =
-      std::llround(kMicrosecondsPerSecond * Number(Member(limits, "limits", "wall_time_s"), "limits.wall_time_s",
-                                                   kMinWallTime_s, kMaxWallTime_s));
-  spec.memory_limit_bytes = std::llround(
-      kBytesPerMb * Number(Member(limits, "limits", "memory_mb"), "limits.memory_mb", kMinMemory_mb, kMaxMemory_mb));
+  ParseLimits(Member(json, "", "limits"), spec);
   if (json.contains("max_attempts")) {
     spec.max_attempts = static_cast<int>(Integer(json.at("max_attempts"), "max_attempts", 1, kMaxAttempts));
   }

@@ -7,15 +7,26 @@ namespace {
 
 using Json = nlohmann::json;
 
-Json ExperimentJson(const db::ExperimentSummary& summary) {
+constexpr std::size_t kMostRunningShown = 1000;  // keeps a reply small, however large the pool
+
+Json ExperimentJson(const db::ExperimentSummary& summary, const Scheduler& scheduler) {
   Json jobs{{"total", summary.num_jobs}};
   for (int state = 0; state < db::kNumJobStates; ++state) {
     jobs[std::string(db::ToString(static_cast<db::JobState>(state)))] = summary.jobs_by_state[state];
+  }
+  Json running = Json::array();
+  for (const JobProgress& job : scheduler.Progress(summary.experiment_id, kMostRunningShown)) {
+    running.push_back({{"job", job.job_id},
+                       {"task", job.task},
+                       {"worker", job.worker_id},
+                       {"progress_done", job.done},
+                       {"progress_total", job.total}});
   }
   return {{"id", summary.experiment_id},
           {"name", summary.name},
           {"state", db::ToString(summary.state)},
           {"jobs", std::move(jobs)},
+          {"running", std::move(running)},
           {"solved", summary.solved},
           {"submitted_at_us", summary.submitted_at_us},
           {"finished_at_us", summary.finished_at_us == 0 ? Json() : Json(summary.finished_at_us)}};
@@ -43,7 +54,7 @@ Json WorkerJson(const WorkerStatus& worker, const Instant& now) {
 Json StatusJson(const Scheduler& scheduler, std::int64_t experiment_id, const Instant& now) {
   Json experiments = Json::array();
   for (const auto& [id, summary] : scheduler.experiments()) {
-    if (experiment_id == 0 || experiment_id == id) experiments.push_back(ExperimentJson(summary));
+    if (experiment_id == 0 || experiment_id == id) experiments.push_back(ExperimentJson(summary, scheduler));
   }
   Json workers = Json::array();
   for (const WorkerStatus& worker : scheduler.workers()) workers.push_back(WorkerJson(worker, now));

@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <string>
 #include <utility>
 
 namespace legopt::worker {
@@ -27,10 +28,18 @@ JobResult JobRunner::Run(const Job& job, const JobHooks& hooks) {
   result.solve = solver_.Solve(job.task, job.problem_id, job.initialization, job.method, settings);
   if (hooks.judging) hooks.judging();
   result.evaluation = judge_.Evaluate(job.task, problem, result.solve.waypoints);
+  DescribeWindows(&result);
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   result.peak_memory_bytes = static_cast<std::int64_t>(usage.ru_maxrss) * kKibibyte;
   return result;
+}
+
+void DescribeWindows(JobResult* result) {
+  const SolveOutcome& solve = result->solve;
+  if (result->evaluation.literal != Verdict::kWrongWaypointCount || solve.windows == 0) return;
+  result->evaluation.detail +=
+      "; " + std::to_string(solve.windows_solved) + " of " + std::to_string(solve.windows) + " windows solved";
 }
 
 JobResult RunJob(std::shared_ptr<const Dataset> dataset, const Job& job, const JobHooks& hooks) {

@@ -60,6 +60,10 @@ class JobRunner {
   Judge judge_;
 };
 
+/// Adds to the judge's detail how far a motion came that lacks waypoints: it is infeasible by their count, and this is
+/// what a reader wants to know.
+void DescribeWindows(JobResult* result);
+
 /// One job, without keeping anything for a next one. As JobRunner.
 JobResult RunJob(std::shared_ptr<const Dataset> dataset, const Job& job, const JobHooks& hooks = {});
 

@@ -42,6 +42,9 @@ legopt_msg::result_request ResultWithoutSolution(Outcome outcome, std::string_vi
   result.environment_depth_m = kNotAvailable;
   result.self_depth_literal_m = kNotAvailable;
   result.self_depth_strict_m = kNotAvailable;
+  result.interpolation_environment_depth_m = kNotAvailable;
+  result.interpolation_self_depth_m = kNotAvailable;
+  result.interpolation_free_share = kNotAvailable;
   return result;
 }
 

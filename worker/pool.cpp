@@ -187,6 +187,14 @@ void Pool::ServerSilent(microseconds now, const std::string& error) {
 
 // --- Leases ----------------------------------------------------------------------------------------------------------
 
+// Motions take seconds to minutes, whatever the postures before them took: none is held ready that another worker
+// could begin.
+bool Pool::HoldsMotion() const {
+  return std::any_of(leases_.begin(), leases_.end(), [](const auto& entry) {
+    return entry.second.phase != Phase::kDelivering && entry.second.lease.task == "motion";
+  });
+}
+
 int Pool::NumWantedLeases() const {
   if (draining_ || num_undelivered() > kMaxUndeliveredPerSlot * slots_.size()) return 0;
   int idle = 0;
@@ -197,7 +205,7 @@ int Pool::NumWantedLeases() const {
     live += state == JobSlot::State::kIdle || state == JobSlot::State::kRunning ? 1 : 0;
   }
   int ahead = 0;  // per live slot
-  if (mean_job_us_ >= 0 && mean_job_us_ < kShortJob_us) {
+  if (mean_job_us_ >= 0 && mean_job_us_ < kShortJob_us && !HoldsMotion()) {
     const double jobs = static_cast<double>(options_.prefetch.count()) / std::max(mean_job_us_, 1.0);
     ahead = std::clamp(static_cast<int>(std::min<double>(jobs, options_.max_prefetch_per_slot)), 1,
                        options_.max_prefetch_per_slot);

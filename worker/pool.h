@@ -153,6 +153,7 @@ class Pool {
   bool HasDataset(const std::string& hash) const;
   microseconds StopMargin(const legopt_msg::lease& lease) const;
   int NumWantedLeases() const;
+  bool HoldsMotion() const;
   void Log(LogLevel level, std::string text);
 
   // pool_jobs.cpp: slots, results

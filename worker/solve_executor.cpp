@@ -131,6 +131,11 @@ legopt_msg::result_request ToMessage(const JobResult& job) {
   result.environment_depth_m = evaluation.environment_depth_m;
   result.self_depth_literal_m = evaluation.self_depth_literal_m;
   result.self_depth_strict_m = evaluation.self_depth_strict_m;
+  result.interpolation_environment_depth_m = evaluation.interpolation.environment_depth_m;
+  result.interpolation_self_depth_m = evaluation.interpolation.self_depth_m;
+  result.interpolation_free_share = evaluation.interpolation.free_share;
+  result.windows = solve.windows;
+  result.windows_solved = solve.windows_solved;
   if (OneShape(solve.waypoints)) {
     result.num_waypoints = static_cast<std::int32_t>(solve.waypoints.size());
     result.waypoint_size = static_cast<std::int32_t>(solve.waypoints.front().size());

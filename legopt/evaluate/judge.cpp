@@ -114,6 +114,7 @@ class Judge::Workspace {
   Evaluation Evaluate(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
 
  private:
+  Evaluation Judged(const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
   static void CheckTask(Task task, const ProblemDefinition& problem);
   static void Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation);
   bool IsWellFormed(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const;
@@ -285,6 +286,13 @@ Evaluation Judge::Workspace::Evaluate(Task task, const ProblemDefinition& proble
   for (const Stance& stance : problem.stances) {
     for (const Foothold& foothold : stance.footholds) dataset_->foot(foothold.link);
   }
+  Evaluation evaluation = Judged(problem, waypoints);
+  if (task == Task::kMotion) evaluation.interpolation = ScoreInterpolation(waypoints, kinematics_, collision_);
+  return evaluation;
+}
+
+/// Phases A to C.
+Evaluation Judge::Workspace::Judged(const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints) {
   Evaluation evaluation;
   evaluation.num_waypoints = NumWaypoints(problem);
   const int count = static_cast<int>(waypoints.size());

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "legopt/evaluate/interpolation.h"
 #include "legopt/problem/dataset.h"
 #include "legopt/problem/stance.h"
 #include "legopt/problem/task.h"
@@ -59,6 +60,8 @@ struct Evaluation {
   double self_depth_literal_m = kNotEvaluated;  ///< contact depth of the last colliding pair of each waypoint
   double self_depth_strict_m = kNotEvaluated;   ///< contact depth of all colliding pairs
 
+  InterpolationScore interpolation;  ///< motions, whatever the verdict; no part of it
+
   double cost = kNotEvaluated;  ///< see Judge; NaN unless `literal` is success
   int num_waypoints = 0;        ///< constraint waypoints: divisor of cost and time
 };
@@ -72,6 +75,8 @@ struct Evaluation {
 ///
 ///     posture: sum_i tau_i^2           tau: gravity torques with the base held fixed, N m
 ///     motion:  1/W sum_w |q_w - q_{w-1}|^2     W = num_waypoints, raw joint values, base excluded
+///
+/// Beside it every motion gets the score of its interpolation.
 ///
 /// A problem with one stance has one waypoint and is scored as a posture, all others as a motion.
 /// Holds kinematics and collision workspaces: one thread at a time; the dataset is shared. Construction builds the

@@ -68,14 +68,14 @@ const std::filesystem::path& MillionResults() {
       INSERT INTO datasets VALUES (1, 'garage', printf('%064x', 1));
       INSERT INTO workers VALUES (1, 2, 'w', 'host', 1, 1, '', 0, 0);
       WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 16)
-        INSERT INTO methods SELECT i, 'method ' || i, printf('%064x', i), '{}', 0, 100, 0 FROM n;
+        INSERT INTO methods SELECT i, 'method ' || i, printf('%064x', i), '{}', 0, 100, 0, 'solid' FROM n;
       WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i < 31249)
         INSERT INTO problems SELECT i + 1, 1, iif(i % 2, 'motion', 'posture'), i / 2, 1 FROM n;
       INSERT INTO experiments VALUES (1, 's', 'million', 'active', 1, 1, 1, 3, 1, 1, 1, 1000000, '{}',
         printf('%064x', 1), 0, NULL);
       WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i < 63)
         INSERT INTO cells SELECT i + 1, 1, 1 + i / 4, iif(i % 2, 'motion', 'posture'),
-          iif(i / 2 % 2, 'in_collision', 'good'), 15625 FROM n;
+          iif(i / 2 % 2, 'in_collision', 'good'), 15625, 1 FROM n;
       INSERT INTO jobs SELECT 15625 * (cell_id - 1) + 1 + problem_id, cell_id, problem_key, 0, 'leased', 1, 0, 3
         FROM cells JOIN problems USING (task);
       INSERT INTO attempts (job_id, attempt, worker_id, token, leased_at_us) SELECT job_id, 1, 1, job_id, 0 FROM jobs;

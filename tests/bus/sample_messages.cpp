@@ -216,6 +216,11 @@ legopt_msg::result_request Sample() {
   m.environment_depth_m = 0;
   m.self_depth_literal_m = 0;
   m.self_depth_strict_m = 0.002;
+  m.interpolation_environment_depth_m = 0.004;
+  m.interpolation_self_depth_m = 0;
+  m.interpolation_free_share = 0.75;
+  m.windows = 3;
+  m.windows_solved = 2;
   m.num_waypoints = 2;
   m.waypoint_size = 3;
   m.waypoints = {1, -2, 3.5, 0, -0.0, 1e300};

@@ -83,7 +83,7 @@ TEST(Wire, FaultsAreToldApart) {
   header.destination = 8;
   EXPECT_EQ(open(header), FrameFault::kNotForUs);
   header = Header();
-  header.version = 2;
+  header.version = kProtocolVersion + 1;
   EXPECT_EQ(open(header), FrameFault::kVersion);
   header = Header();
   header.kind = static_cast<FrameKind>(7);

@@ -5,8 +5,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 
+#include "client/interpolation_table.h"
+#include "client/paper_table.h"
 #include "table_parsers.h"
 
 namespace legopt::client {
@@ -156,11 +160,11 @@ TEST(BenchmarkTable, LatexIsBooktabsAndEscaped) {
 
 TEST(BenchmarkTable, IsBuiltFromTheViewsRows) {
   Listing cells;
-  cells.columns = {"method_id", "method",   "multi_starts", "sample_size", "task",   "initialization",
-                   "n",         "finished", "solved",       "cost",        "time_s", "experiment"};
-  cells.rows = {{9, "I-SQP", 10, 80, "motion", "good", 5, 5, 5, 0.13, 0.001, "e"},
-                {9, "I-SQP", 10, 80, "posture", "in_collision", 5, 5, 0, nullptr, nullptr, "e"},
-                {2, "SQP", 0, 100, "posture", "in_collision", 5, 4, 3, 400.0, 0.002, "e"}};
+  cells.columns = {"method_id", "method",   "multi_starts", "sample_size", "collision", "task",      "initialization",
+                   "n",         "finished", "solved",       "cost",        "time_s",    "experiment"};
+  cells.rows = {{9, "I-SQP", 10, 80, "solid", "motion", "good", 5, 5, 5, 0.13, 0.001, "e"},
+                {9, "I-SQP", 10, 80, "solid", "posture", "in_collision", 5, 5, 0, nullptr, nullptr, "e"},
+                {2, "SQP", 0, 100, "surface", "posture", "in_collision", 5, 4, 3, 400.0, 0.002, "e"}};
   const BenchmarkTable table = BuildBenchmarkTable(cells, 1, "strict");
   EXPECT_THAT(table.columns, ElementsAre(kPostureHard, kMotionGood));
   ASSERT_EQ(table.rows.size(), 2U);
@@ -169,6 +173,88 @@ TEST(BenchmarkTable, IsBuiltFromTheViewsRows) {
   EXPECT_EQ(table.rows[1].cells.at(kPostureHard), (BenchmarkCell{5, 4, 3, 400.0, 0.002}));
   EXPECT_EQ(table.num_jobs(), 15);
   EXPECT_EQ(table.num_finished(), 14);
+}
+
+TEST(BenchmarkTable, CollisionIsAColumnWhereItDiffers) {
+  BenchmarkTable table = Example();
+  EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kText), Not(HasSubstr("Collision")));
+  EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kCsv), Not(HasSubstr("collision,")));
+  table.rows[1].collision = "surface";
+  const auto text = ParseTextTable(RenderBenchmarkTable(table, TableFormat::kText));
+  EXPECT_EQ(text.rows[0][3], "solid");
+  EXPECT_EQ(text.rows[1][3], "surface");
+  EXPECT_EQ(ParseMarkdownTable(RenderBenchmarkTable(table, TableFormat::kMarkdown)).rows, text.rows);
+  const std::string latex = RenderBenchmarkTable(table, TableFormat::kLatex);
+  EXPECT_EQ(ParseLatexTable(latex).rows, text.rows);
+  EXPECT_THAT(latex, HasSubstr("\\cmidrule(lr){5-7}"));
+  EXPECT_EQ(ParseCsv(RenderBenchmarkTable(table, TableFormat::kCsv))[2][3], "surface");
+  EXPECT_EQ(nlohmann::json::parse(RenderBenchmarkTable(table, TableFormat::kJson)).at("rows")[1].at("collision"),
+            "surface");
+}
+
+class PaperTable : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto paper = ReadPaperTable(std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "paper-table1.csv");
+    ASSERT_EQ(paper.size(), 16U);
+    table_.rows[1].method = "i-sqp";
+    AddPaperFigures(paper, &table_);
+  }
+  BenchmarkTable table_ = Example();
+};
+
+TEST_F(PaperTable, MatchesByNameStartsAndSampleSize) {
+  EXPECT_EQ(table_.rows[0].paper.at(kPostureGood), (BenchmarkCell{50, 50, 49, 427.0, 1.32}));
+  EXPECT_EQ(table_.rows[1].paper.at(kMotionGood), (BenchmarkCell{50, 50, 42, 0.13, 0.53}));
+  BenchmarkTable other = Example();
+  AddPaperFigures({table_.rows[0]}, &other);
+  EXPECT_TRUE(other.rows[1].paper.empty());
+}
+
+TEST_F(PaperTable, StandsBesideOursInAllFormats) {
+  const auto text = ParseTextTable(RenderBenchmarkTable(table_, TableFormat::kText));
+  ASSERT_EQ(text.rows.size(), 4U);
+  EXPECT_THAT(text.rows[3], ElementsAre("", "paper", "10", "80", "50/50", "461", "1000", "50/50", "468", "1340",
+                                        "42/50", "0.13", "530"));
+  EXPECT_EQ(ParseMarkdownTable(RenderBenchmarkTable(table_, TableFormat::kMarkdown)).rows[3][3], "50/50");
+  EXPECT_EQ(ParseLatexTable(RenderBenchmarkTable(table_, TableFormat::kLatex)).rows[3][4], "461");
+  EXPECT_THAT(RenderBenchmarkTable(table_, TableFormat::kText), HasSubstr("Humanoids 2017"));
+  const auto csv = ParseCsv(RenderBenchmarkTable(table_, TableFormat::kCsv));
+  const auto column = std::find(csv[0].begin(), csv[0].end(), "paper_motion_good_solved") - csv[0].begin();
+  EXPECT_EQ(csv.at(2).at(static_cast<std::size_t>(column)), "42");
+  const auto json = nlohmann::json::parse(RenderBenchmarkTable(table_, TableFormat::kJson));
+  EXPECT_EQ(json.at("rows")[1].at("paper").at("motion").at("good").at("solved"), 42);
+}
+
+TEST_F(PaperTable, WhereNothingWasSolvedItHasADash) {
+  BenchmarkTable table = Example();
+  table.rows[1].method = "SQP";
+  AddPaperFigures(ReadPaperTable(std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "paper-table1.csv"), &table);
+  EXPECT_EQ(table.rows[1].paper.at(kMotionGood), (BenchmarkCell{50, 50, 0, std::nullopt, std::nullopt}));
+}
+
+TEST(InterpolationTable, AllFormatsHaveTheSameCells) {
+  Listing cells;
+  cells.columns = {"method_id",           "method",      "multi_starts", "sample_size", "collision", "experiment",
+                   "initialization",      "n",           "solved",       "scored",      "free",      "free_share",
+                   "environment_depth_m", "self_depth_m"};
+  cells.rows = {{3, "SQP", 0, 100, "solid", "e", "good", 5, 4, 4, 3, 0.975, 0.0123, 0.0},
+                {3, "SQP", 0, 100, "solid", "e", "in_collision", 5, 0, 0, 0, nullptr, nullptr, nullptr},
+                {4, "SQP", 0, 100, "surface", "e", "good", 5, 5, 5, 5, 1.0, 0.0004, 0.0002}};
+  const InterpolationTable table = BuildInterpolationTable(cells, 2, "literal");
+  const std::string text = RenderInterpolationTable(table, TableFormat::kText);
+  EXPECT_THAT(text, HasSubstr("experiment 2 'e'"));
+  const auto rows = ParseTextTable(text).rows;
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_THAT(rows[0], ElementsAre("SQP", "0", "100", "solid", "3/4", "97.5", "12.3", "0.0", "-", "-", "-", "-"));
+  EXPECT_THAT(rows[1], ElementsAre("SQP", "0", "100", "surface", "5/5", "100.0", "0.4", "0.2", "-", "-", "-", "-"));
+  EXPECT_EQ(ParseMarkdownTable(RenderInterpolationTable(table, TableFormat::kMarkdown)).rows, rows);
+  EXPECT_EQ(ParseLatexTable(RenderInterpolationTable(table, TableFormat::kLatex)).rows, rows);
+  const auto csv = ParseCsv(RenderInterpolationTable(table, TableFormat::kCsv));
+  EXPECT_THAT(csv[1], ElementsAre("SQP", "0", "100", "solid", "good", "5", "4", "4", "3", "0.975", "0.0123", "0.0"));
+  const auto json = nlohmann::json::parse(RenderInterpolationTable(table, TableFormat::kJson));
+  EXPECT_EQ(json.at("cells")[2].at("free"), 5);
+  EXPECT_TRUE(json.at("cells")[1].at("free_share").is_null());
 }
 
 TEST(BenchmarkTable, WithoutRowsItIsStillATable) {

@@ -41,6 +41,36 @@ TEST(ExperimentSpec, HoldsTheContractsKeys) {
   EXPECT_TRUE(method.at("options").is_object());
 }
 
+TEST(ExperimentSpec, LongMotionsAreLeftOut) {
+  const DatasetFacts dataset = {"tiny", std::string(64, 'a'), {{0, 1}}, {{0, 54}, {3, 160}, {4, 162}, {9, 998}}};
+  const auto problems = [&](const std::string& keys) {
+    return BuildSpec(SuiteOf("tasks: motion\nmethods: [{solver: sqp}]\n" + keys), dataset).at("tasks")[0];
+  };
+  EXPECT_EQ(problems("max_stances: 80\n").at("problems"), (nlohmann::json{0, 3}));
+  EXPECT_EQ(problems("max_stances: 80\n").at("waypoints"), (nlohmann::json{54, 160}));
+  EXPECT_EQ(problems("max_stances: 80\nproblems: [3, 9]\n").at("problems"), nlohmann::json::array({3}));
+  EXPECT_EQ(problems("").at("problems"), (nlohmann::json{0, 3, 4, 9}));
+  try {
+    problems("max_stances: 20\n");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("max_stances"), HasSubstr("20"), HasSubstr("no motion problem")));
+  }
+}
+
+TEST(ExperimentSpec, WallTimesDifferOnlyWhereTasksDo) {
+  const DatasetFacts dataset = {"tiny", std::string(64, 'a'), {{0, 1}}, {{0, 54}}};
+  const auto limit = [&](const std::string& tasks, const std::string& keys) {
+    const Suite suite = SuiteOf("tasks: " + tasks + "\nmethods: [{solver: sqp}]\n" + keys);
+    return BuildSpec(suite, dataset).at("limits").at("wall_time_s");
+  };
+  EXPECT_EQ(limit("posture", ""), 60);
+  EXPECT_EQ(limit("motion", "limits: {wall_time_s: {motion: 300}}\n"), 300);
+  EXPECT_EQ(limit("[posture, motion]", "limits: {wall_time_s: 20}\n"), 20);
+  EXPECT_EQ(limit("[posture, motion]", "limits: {wall_time_s: {motion: 300}}\n"),
+            (nlohmann::json{{"posture", 60.0}, {"motion", 300.0}}));
+}
+
 TEST(ExperimentSpec, AllProblemsWhenNoneAreNamed) {
   const auto spec = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\nrepetitions: 4\n"), kDataset);
   EXPECT_EQ(spec.at("tasks")[0].at("problems"), (nlohmann::json{0, 1, 7}));

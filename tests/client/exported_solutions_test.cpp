@@ -9,6 +9,7 @@
 
 #include "client/evaluation_report.h"
 #include "legopt/problem/dataset.h"
+#include "legopt/problem/initial_guess.h"
 #include "test_database.h"
 
 namespace legopt::client {
@@ -41,6 +42,11 @@ TEST(MethodStrings, AreUniquePerKey) {
   }
   const auto texts = MethodStrings(keys);
   EXPECT_EQ(std::set<std::string>(texts.begin(), texts.end()).size(), keys.size());
+}
+
+TEST(MethodStrings, TellCollisionModelsApart) {
+  EXPECT_THAT(MethodStrings({{1, "SQP", 0, 100, "good", 0, "solid"}, {2, "SQP", 0, 100, "good", 0, "surface"}}),
+              ElementsAre("SQP, solid", "SQP, surface"));
 }
 
 TEST(MethodStrings, OfNothingAreNothing) { EXPECT_TRUE(MethodStrings({}).empty()); }
@@ -97,13 +103,56 @@ TEST_F(ExportRoundTrip, GivesTheSameVerdicts) {
   }
 }
 
+// Whole and partly solved motions on the embedded dataset.
+TEST(ExportedMotions, KeepEveryBitAndArePartlyExportedWhenPartlySolved) {
+  const auto dataset = Dataset::Load(LEGOPT_SOURCE_DIR "/data/garage-small");
+  const ProblemDefinition& problem = dataset->problems(Task::kMotion).at(0);
+  std::vector<Eigen::VectorXd> whole;
+  for (const Stance& stance : problem.stances) {
+    whole.push_back(InitialGuess(*dataset, stance, Initialization::kGood));
+    whole.push_back(whole.back());
+  }
+  const std::vector<Eigen::VectorXd> part(whole.begin(), whole.begin() + 12);
+  TestExperiment experiment;
+  experiment.dataset_name = dataset->name();
+  experiment.dataset_hash = dataset->content_hash();
+  experiment.task = "motion";
+  experiment.num_waypoints = static_cast<int>(whole.size());
+  experiment.methods = {{"SQP", 0, "solid"}, {"SQP", 0, "surface"}};
+  experiment.results = {{.method = 0, .problem = problem.id, .verdict = "foot_pose", .waypoints = whole},
+                        {.method = 1, .problem = problem.id, .verdict = "wrong_waypoint_count", .waypoints = part}};
+  TemporaryFolder folder;
+  WriteTestDatabase(folder.path() / "test.sqlite", experiment);
+  const auto source = OpenResults({(folder.path() / "test.sqlite").string(), {}});
+  const auto exported = ReadSolutionsOf(*source, 1, *dataset, {});
+  ASSERT_EQ(exported.files.size(), 1U);
+  WriteSolutions(folder.path() / "out.json", exported.files[0]);
+
+  const auto file = ReadSolutions(folder.path() / "out.json");
+  EXPECT_EQ(file.task, Task::kMotion);
+  EXPECT_EQ(file.problems.at(0).solutions.at(0).method, "SQP, solid");
+  EXPECT_EQ(file.problems.at(0).solutions.at(0).waypoints, whole);
+  EXPECT_EQ(file.problems.at(0).solutions.at(1).waypoints, part);
+  Judge judge(dataset);
+  const auto report = EvaluateSolutions(file, judge, Rule::kLiteral);
+  ASSERT_EQ(report.rows.size(), 2U);
+  EXPECT_EQ(report.rows[0].evaluation.literal, Verdict::kFootPose);
+  EXPECT_EQ(report.rows[1].evaluation.literal, Verdict::kWrongWaypointCount);
+  EXPECT_THAT(RenderEvaluation(report, ListingFormat::kText), testing::HasSubstr("Between waypoints"));
+  ExportFilter surface;
+  surface.collision = "surface";
+  EXPECT_EQ(ReadSolutionsOf(*source, 1, *dataset, surface).num_solutions, 1);
+}
+
 TEST_F(ExportRoundTrip, FilterSelects) {
-  const auto exported = ReadSolutionsOf(*source_, 1, *dataset_,
-                                        {.method = "sqp", .initialization = "in_collision", .task = Task::kPosture});
+  const auto exported =
+      ReadSolutionsOf(*source_, 1, *dataset_,
+                      {.method = "sqp", .initialization = "in_collision", .task = Task::kPosture, .collision = {}});
   EXPECT_EQ(exported.num_solutions, 1);
   EXPECT_EQ(exported.files.at(0).problems.at(0).solutions.at(0).method, "SQP");
   EXPECT_EQ(exported.files.at(0).problems.at(0).solutions.at(0).init_type, "in_collision");
-  EXPECT_TRUE(ReadSolutionsOf(*source_, 1, *dataset_, {.method = {}, .initialization = {}, .task = Task::kMotion})
+  EXPECT_TRUE(ReadSolutionsOf(*source_, 1, *dataset_,
+                              {.method = {}, .initialization = {}, .task = Task::kMotion, .collision = {}})
                   .files.empty());
 }
 

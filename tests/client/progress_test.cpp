@@ -154,6 +154,20 @@ TEST(ExperimentStatus, IsReadFromTheServersReply) {
   EXPECT_EQ(experiments[0].solved, 2);
 }
 
+TEST(ExperimentStatus, TellsTheWindowsOfRunningMotions) {
+  const auto status = ParseExperiments(nlohmann::json::parse(R"({"experiments":[{"id":4,"name":"a","state":"active",
+      "jobs":{"queued":1,"leased":2,"done":3,"failed":0,"dead":0,"cancelled":0,"total":6},"solved":2,"running":[
+      {"job":7,"task":"motion","worker":1,"progress_done":3,"progress_total":40},
+      {"job":8,"task":"posture","worker":1,"progress_done":1,"progress_total":11},
+      {"job":9,"task":"motion","worker":2,"progress_done":0,"progress_total":61}]}],"workers":[]})"))
+                          .at(0);
+  ASSERT_EQ(status.running.size(), 3U);
+  EXPECT_EQ(status.running[0], (RunningJob{7, "motion", 1, 3, 40}));
+  EXPECT_THAT(RenderProgressLine(status, {}), HasSubstr("windows 3/40, 0/61  "));
+  EXPECT_THAT(RenderProgressBar(status, {}, 80), HasSubstr("windows 3/40, 0/61"));
+  EXPECT_THAT(RenderProgressBar(status, {}, 40), testing::Not(HasSubstr("windows")));
+}
+
 TEST(StandstillReason, TellsWhoIsMissing) {
   const auto reason = [](const char* workers) {
     return StandstillReason(nlohmann::json::parse(std::string(R"({"workers":)") + workers + "}"));

@@ -32,7 +32,7 @@ class ResultSourceTest : public testing::Test {
 };
 
 TEST_F(ResultSourceTest, ReadsTheBenchmarkTable) {
-  const auto table = ReadBenchmarkTable(*source_, std::nullopt, "literal");
+  const auto table = ReadBenchmarkTable(*source_, {});
   EXPECT_EQ(table.experiment_id, 1);
   EXPECT_EQ(table.experiment, "test");
   EXPECT_EQ(table.dataset, "tiny");

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <string>
 
+#include "client/paper_table.h"
 #include "legopt/input_error.h"
 
 namespace legopt::client {
@@ -53,7 +54,8 @@ TEST(Suite, TakesEveryKeyOver) {
   EXPECT_EQ(suite.tasks[0].task, "posture");
   EXPECT_THAT(*suite.tasks[1].problems, ElementsAre(0, 3, 4, 5));
   EXPECT_THAT(suite.initializations, ElementsAre("good"));
-  EXPECT_DOUBLE_EQ(suite.wall_time_s, 2.5);
+  EXPECT_DOUBLE_EQ(suite.wall_time_s.posture, 2.5);
+  EXPECT_DOUBLE_EQ(suite.wall_time_s.motion, 2.5);
   EXPECT_EQ(suite.memory_mb, 256);
   EXPECT_EQ(suite.max_attempts, 2);
 }
@@ -77,6 +79,36 @@ TEST(Suite, DefaultsFillWhatIsNotSaid) {
   EXPECT_FALSE(suite.tasks[0].problems.has_value());
   EXPECT_THAT(suite.initializations, ElementsAre("good", "in_collision"));
   EXPECT_EQ(suite.methods[0].name, "SQP");
+}
+
+TEST(Suite, CollisionMakesOneMethodPerValue) {
+  const Suite own = ParseSuite(
+      "tasks: posture\nmethods:\n  - {solver: sqp, multi_starts: [0, 10], collision: [solid, surface]}\n", "s.yaml");
+  ASSERT_EQ(own.methods.size(), 4U);
+  EXPECT_EQ(own.methods[0].collision, "solid");
+  EXPECT_EQ(own.methods[3].collision, "surface");
+  EXPECT_EQ(own.methods[3].multi_starts, 10);
+  EXPECT_NE(own.methods[0].Hash(), own.methods[2].Hash());
+
+  const std::string methods = "tasks: posture\nmethods:\n  - {solver: sqp}\n  - {name: B, solver: sqp}\n";
+  Suite shared = ParseSuite(methods + "collision: [surface, solid]\n", "s.yaml");
+  ASSERT_EQ(shared.methods.size(), 4U) << "all methods once with each";
+  EXPECT_EQ(shared.methods[1].name, "B");
+  EXPECT_EQ(shared.methods[1].collision, "surface");
+  EXPECT_EQ(shared.methods[2].name, "SQP");
+  EXPECT_EQ(shared.methods[2].collision, "solid");
+  SuiteFilter filter;
+  filter.collision = {"solid"};
+  ApplyFilter(filter, &shared);
+  EXPECT_EQ(shared.methods.size(), 2U);
+}
+
+TEST(Suite, WallTimeMayDifferByTask) {
+  const Suite suite = ParseSuite(std::string(kSmall) + "limits: {wall_time_s: {posture: 5, motion: 7.5}}\n", "s.yaml");
+  EXPECT_EQ(suite.wall_time_s.Of("posture"), 5);
+  EXPECT_EQ(suite.wall_time_s.Of("motion"), 7.5);
+  const Suite defaults = ParseSuite(kSmall, "s.yaml");
+  EXPECT_GT(defaults.wall_time_s.motion, defaults.wall_time_s.posture);
 }
 
 TEST(Suite, TaskMayNameItsOwnProblems) {
@@ -143,6 +175,16 @@ INSTANTIATE_TEST_SUITE_P(
         BadSuite{"EmptyMultiStarts",
                  "tasks: posture\nmethods:\n  - {solver: sqp, multi_starts: []}\n",
                  {"methods[0].multi_starts", "must not be empty"}},
+        BadSuite{"UnknownCollision",
+                 kSmall + std::string("collision: [solid, surfaces]\n"),
+                 {"bad.yaml:4", "collision[1]", "did you mean 'surface'?"}},
+        BadSuite{"CollisionTwice",
+                 "tasks: posture\ncollision: solid\nmethods:\n  - {solver: sqp, collision: solid}\n",
+                 {"bad.yaml:4", "methods[0].collision", "more than once"}},
+        BadSuite{"UnknownTaskLimit",
+                 kSmall + std::string("limits: {wall_time_s: {motions: 3}}\n"),
+                 {"limits.wall_time_s.motions", "did you mean 'motion'?"}},
+        BadSuite{"MaxStances", kSmall + std::string("max_stances: 1\n"), {"max_stances", "from 2"}},
         BadSuite{"MissingTasks", kMethods, {"tasks", "is missing"}},
         BadSuite{"MissingMethods", "tasks: posture\n", {"methods", "is missing"}},
         BadSuite{"MissingSolver",
@@ -178,6 +220,26 @@ TEST(Suite, EmbeddedSuitesAreValid) {
   }
 }
 
+// Both suites of Table I name the paper's rows, in its order.
+TEST(Suite, TableOneHasThePapersRows) {
+  const std::filesystem::path data = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data";
+  const auto paper = ReadPaperTable(data / "paper-table1.csv");
+  ASSERT_EQ(paper.size(), 16U);
+  for (const char* name : {"table1.yaml", "table1-short.yaml"}) {
+    const Suite suite = ReadSuite(data / "suites" / name);
+    EXPECT_EQ(suite.tasks.size(), 2U);
+    EXPECT_EQ(suite.initializations.size(), 2U);
+    ASSERT_EQ(suite.methods.size() % paper.size(), 0U);
+    for (std::size_t i = 0; i < suite.methods.size(); ++i) {
+      const auto& row = paper[i % paper.size()];
+      EXPECT_EQ(suite.methods[i].name, row.method);
+      EXPECT_EQ(suite.methods[i].multi_starts, row.multi_starts);
+      EXPECT_EQ(suite.methods[i].sample_size_percent, row.sample_size);
+      EXPECT_EQ(suite.methods[i].incremental, row.method.starts_with("I-"));
+    }
+  }
+}
+
 TEST(SuiteFilter, KeepsWhatIsNamed) {
   Suite suite = ParseSuite(kComplete, "table.yaml");
   SuiteFilter filter;
@@ -203,13 +265,37 @@ TEST(SuiteFilter, RefusesWhatTheSuiteDoesNotHave) {
     }
     return "no error";
   };
-  EXPECT_THAT(fault({.methods = {"SQQ"}, .tasks = {}, .problems = {}, .initializations = {}, .seed = {}}),
+  EXPECT_THAT(fault({.methods = {"SQQ"},
+                     .tasks = {},
+                     .problems = {},
+                     .initializations = {},
+                     .seed = {},
+                     .max_stances = {},
+                     .collision = {}}),
               AllOf(HasSubstr("--methods"), HasSubstr("did you mean 'SQP'?")));
-  EXPECT_THAT(fault({.methods = {}, .tasks = {}, .problems = {}, .initializations = {"in_collision"}, .seed = {}}),
+  EXPECT_THAT(fault({.methods = {},
+                     .tasks = {},
+                     .problems = {},
+                     .initializations = {"in_collision"},
+                     .seed = {},
+                     .max_stances = {},
+                     .collision = {}}),
               AllOf(HasSubstr("--initializations"), HasSubstr("good")));
-  EXPECT_THAT(fault({.methods = {}, .tasks = {}, .problems = {"17"}, .initializations = {}, .seed = {}}),
+  EXPECT_THAT(fault({.methods = {},
+                     .tasks = {},
+                     .problems = {"17"},
+                     .initializations = {},
+                     .seed = {},
+                     .max_stances = {},
+                     .collision = {}}),
               HasSubstr("leaves no problem"));
-  EXPECT_THAT(fault({.methods = {}, .tasks = {}, .problems = {"x"}, .initializations = {}, .seed = {}}),
+  EXPECT_THAT(fault({.methods = {},
+                     .tasks = {},
+                     .problems = {"x"},
+                     .initializations = {},
+                     .seed = {},
+                     .max_stances = {},
+                     .collision = {}}),
               AllOf(HasSubstr("--problems"), HasSubstr("'x'")));
 }
 

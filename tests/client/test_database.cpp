@@ -15,7 +15,7 @@ namespace {
 constexpr std::int64_t kWorker = 1;
 constexpr std::int64_t kNow_us = 1'700'000'000'000'000;
 
-db::ResultRecord RecordOf(const TestResult& result) {
+db::ResultRecord RecordOf(const TestResult& result, int num_waypoints) {
   db::ResultRecord record;
   record.solver_status = result.verdict == "success" ? "converged_feasible" : "converged_infeasible";
   record.wall_us = result.wall_us;
@@ -23,7 +23,7 @@ db::ResultRecord RecordOf(const TestResult& result) {
   record.verdict_literal = record.verdict_strict = result.verdict;
   record.verdict_detail = result.verdict == "success" ? "" : "made up";
   record.cost = result.verdict == "success" ? result.cost : std::nan("");
-  record.num_waypoints = 1;
+  record.num_waypoints = num_waypoints;
   if (!result.waypoints.empty()) {
     record.waypoint_size = static_cast<int>(result.waypoints.front().size());
     for (const auto& x : result.waypoints)
@@ -46,8 +46,8 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
   description.dataset = {experiment.dataset_name, experiment.dataset_hash};
   for (std::size_t i = 0; i < experiment.methods.size(); ++i) {
     const std::string hash(64, static_cast<char>('0' + i));
-    description.methods.push_back(
-        {experiment.methods[i].name, hash, "{}", experiment.methods[i].multi_starts, 100, false});
+    description.methods.push_back({experiment.methods[i].name, hash, "{}", experiment.methods[i].multi_starts, 100,
+                                   false, experiment.methods[i].collision});
   }
   std::map<std::pair<int, std::string>, int> cells;
   std::map<int, int> problems;
@@ -56,13 +56,13 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
     const auto [cell, new_cell] =
         cells.try_emplace({result.method, result.initialization}, static_cast<int>(description.cells.size()));
     if (new_cell) {
-      description.cells.push_back({static_cast<std::int64_t>(description.cells.size()) + 1, result.method, "posture",
-                                   result.initialization, 0});
+      description.cells.push_back({static_cast<std::int64_t>(description.cells.size()) + 1, result.method,
+                                   experiment.task, result.initialization, 0});
     }
     ++description.cells[static_cast<std::size_t>(cell->second)].num_jobs;
     const auto [problem, new_problem] =
         problems.try_emplace(result.problem, static_cast<int>(description.problems.size()));
-    if (new_problem) description.problems.push_back({"posture", result.problem, 1});
+    if (new_problem) description.problems.push_back({experiment.task, result.problem, experiment.num_waypoints});
     description.jobs.push_back({++job_id, cell->second, problem->second, 0});
   }
   return description;
@@ -92,7 +92,7 @@ void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& 
     all_finished = all_finished && result.finished;
     if (!result.finished) continue;
     operations.emplace_back(db::LeaseJob{job_id, 1, job_id, kWorker, kNow_us});
-    operations.emplace_back(db::AcceptResult{job_id, 1, RecordOf(result), "", "", kNow_us});
+    operations.emplace_back(db::AcceptResult{job_id, 1, RecordOf(result, experiment.num_waypoints), "", "", kNow_us});
   }
   if (all_finished) operations.emplace_back(db::FinishExperiment{1, kNow_us});
   store->Apply(operations);

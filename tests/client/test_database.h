@@ -35,6 +35,7 @@ struct TestResult {
 struct TestMethod {
   std::string name;
   int multi_starts = 0;
+  std::string collision = "solid";
 };
 
 struct TestExperiment {
@@ -42,10 +43,12 @@ struct TestExperiment {
   std::string dataset_name = "tiny";
   std::string dataset_hash = std::string(64, 'a');
   std::vector<TestMethod> methods = {{"SQP", 0}};
+  std::string task = "posture";
+  int num_waypoints = 1;            ///< of every problem
   std::vector<TestResult> results;  ///< no two for the same method, initialization and problem
 };
 
-/// Writes a database through the real store: experiment 1, posture task, one job per result in order of `results`
+/// Writes a database through the real store: experiment 1, one task, one job per result in order of `results`
 /// grouped by cell.
 void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& experiment);
 

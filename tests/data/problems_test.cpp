@@ -1,6 +1,6 @@
 // Policy: the embedded problems are well posed. Every foot stands with its whole sole on one plane face of one piece,
-// does not enter any other piece, and the stances stay within the ranges of the LegOpt posture problems. Whether a
-// solver finds a posture is not tested here.
+// does not enter any other piece, the stances stay within the ranges of the LegOpt posture problems, and motions walk
+// with moderate steps. Whether a solver finds a posture or a motion is not tested here.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -57,6 +57,27 @@ bool CarriesWholeSole(const Dataset& dataset, const Foothold& foothold, const Fa
   return true;
 }
 
+/// Every foothold of both tasks, with where it stands in the files.
+struct Standing {
+  std::string where;
+  Foothold foothold;
+};
+
+std::vector<Standing> AllFootholds(const Dataset& dataset) {
+  std::vector<Standing> all;
+  for (const Task task : {Task::kPosture, Task::kMotion}) {
+    for (const ProblemDefinition& problem : dataset.problems(task)) {
+      for (const Stance& stance : problem.stances) {
+        for (const Foothold& foothold : stance.footholds) {
+          all.push_back({std::string(ToString(task)) + " problem " + std::to_string(problem.id) + ", " + foothold.link,
+                         foothold});
+        }
+      }
+    }
+  }
+  return all;
+}
+
 TEST(EmbeddedProblems, LoadWithMatchingHashes) {
   ASSERT_NO_THROW(EmbeddedDataset());
   EXPECT_EQ(EmbeddedDataset()->name(), "garage-small");
@@ -95,18 +116,46 @@ TEST(EmbeddedProblems, StayWithinTheRangesOfTheBenchmark) {
   EXPECT_GE(double_supports, 20);
 }
 
+// Double, left, double, right, double, ...: while one foot stands the other one moves, and nothing else does.
+TEST(EmbeddedProblems, MotionsWalkWithModerateSteps) {
+  const auto& problems = EmbeddedDataset()->problems(Task::kMotion);
+  EXPECT_GE(problems.size(), 3u);
+  for (size_t id = 0; id < problems.size(); ++id) {
+    const std::vector<Stance>& stances = problems[id].stances;
+    EXPECT_EQ(problems[id].id, static_cast<int>(id));
+    EXPECT_EQ(stances.size() % 2, 1u) << "problem " << id;
+    EXPECT_GE(stances.size(), 5u);
+    EXPECT_LE(stances.size(), 15u);
+    for (size_t s = 0; s < stances.size(); ++s) {
+      const std::vector<Foothold>& feet = stances[s].footholds;
+      ASSERT_EQ(feet.size(), s % 2 == 0 ? 2u : 1u) << "problem " << id << ", stance " << s;
+      EXPECT_EQ(feet[0].link, s % 4 == 3 ? "r_foot" : "l_foot") << "problem " << id << ", stance " << s;
+      if (s % 2 == 0) continue;
+      const size_t standing = feet[0].link == "l_foot" ? 0 : 1;
+      const std::vector<Foothold>& before = stances[s - 1].footholds;
+      const std::vector<Foothold>& after = stances[s + 1].footholds;
+      EXPECT_EQ(before[standing].position, feet[0].position);
+      EXPECT_EQ(after[standing].position, feet[0].position);
+      const Eigen::Vector3d swing = after[1 - standing].position - before[1 - standing].position;
+      EXPECT_GE(swing.norm(), 0.1) << "problem " << id << ", stance " << s;
+      EXPECT_LE(swing.norm(), 0.5) << "problem " << id << ", stance " << s;
+      const Eigen::Vector3d step = after[1].position - after[0].position;
+      EXPECT_GE(step.head<2>().norm(), 0.24) << "problem " << id << ", stance " << s;
+      EXPECT_LE(step.head<2>().norm(), 0.68) << "problem " << id << ", stance " << s;
+    }
+  }
+}
+
 TEST(EmbeddedProblems, EverySoleLiesWhollyOnOneFace) {
   const Dataset& dataset = *EmbeddedDataset();
-  for (const ProblemDefinition& problem : dataset.problems(Task::kPosture)) {
-    for (const Foothold& foothold : problem.stances[0].footholds) {
-      const Eigen::Vector3d normal = foothold.rotation * Eigen::Vector3d::UnitZ();
-      const bool carried =
-          std::any_of(dataset.scene().objects.begin(), dataset.scene().objects.end(), [&](const SceneObject& object) {
-            const std::optional<Face> face = FaceUnder(object, foothold.position, normal);
-            return face && CarriesWholeSole(dataset, foothold, *face);
-          });
-      EXPECT_TRUE(carried) << "problem " << problem.id << ", " << foothold.link;
-    }
+  for (const auto& [where, foothold] : AllFootholds(dataset)) {
+    const Eigen::Vector3d normal = foothold.rotation * Eigen::Vector3d::UnitZ();
+    const bool carried =
+        std::any_of(dataset.scene().objects.begin(), dataset.scene().objects.end(), [&](const SceneObject& object) {
+          const std::optional<Face> face = FaceUnder(object, foothold.position, normal);
+          return face && CarriesWholeSole(dataset, foothold, *face);
+        });
+    EXPECT_TRUE(carried) << where << " at " << foothold.position.transpose();
   }
 }
 
@@ -116,15 +165,11 @@ TEST(EmbeddedProblems, NoFootEntersAnyPiece) {
     const std::vector<ShapeSpec>& shapes = dataset.robot().links()[static_cast<size_t>(foot.link_index)].collision;
     ASSERT_EQ(shapes.size(), 1u) << foot.link << " is one box";
     Probe probe(shapes[0], dataset.scene());
-    for (const ProblemDefinition& problem : dataset.problems(Task::kPosture)) {
-      for (const Foothold& foothold : problem.stances[0].footholds) {
-        if (foothold.link != foot.link) continue;
-        const auto contacts = probe.Contacts(dataset.FootTarget(foothold), 0.005);
-        EXPECT_FALSE(contacts.empty()) << "problem " << problem.id << ": " << foot.link << " hovers";
-        for (const Contact& contact : contacts) {
-          EXPECT_GT(contact.distance_m, 0.0) << "problem " << problem.id << ", " << foot.link;
-        }
-      }
+    for (const auto& [where, foothold] : AllFootholds(dataset)) {
+      if (foothold.link != foot.link) continue;
+      const auto contacts = probe.Contacts(dataset.FootTarget(foothold), 0.005);
+      EXPECT_FALSE(contacts.empty()) << where << " hovers";
+      for (const Contact& contact : contacts) EXPECT_GT(contact.distance_m, 0.0) << where;
     }
   }
 }

@@ -15,7 +15,7 @@ namespace {
 // both initialisations, 1 repetition: 12 jobs. Submitted in the order restarts 10, restarts 0.
 NewExperiment TwoMethods() {
   NewExperiment e = SampleExperiment(1, 1, 1);
-  e.methods = {{"SQP", HashOf('a'), R"({"multi_starts":10})", 10, 100, false},
+  e.methods = {{"SQP", HashOf('a'), R"({"multi_starts":10})", 10, 100, false, "surface"},
                {"SQP", HashOf('b'), R"({"multi_starts":0})", 0, 80, true}};
   e.problems = {{"posture", 3, 1}, {"posture", 5, 1}, {"motion", 0, 4}};
   e.cells.clear();
@@ -76,20 +76,48 @@ TEST_F(BenchmarkTable, MeansOverSolvedPerWaypointAndNullWithoutSuccess) {
   Finish(5, "success", "success", 0.125, 8'000, 4);  // method 1, motion, good
 
   const QueryResult table = Query("SELECT * FROM benchmark_table WHERE experiment_id = 1");
-  ASSERT_EQ(table.columns.size(), 20U);
-  EXPECT_EQ(table.columns[4], "posture_good_n");
-  EXPECT_EQ(table.columns[11], "posture_in_collision_time_s");
-  EXPECT_EQ(table.columns[19], "motion_in_collision_time_s");
+  ASSERT_EQ(table.columns.size(), 21U);
+  EXPECT_EQ(table.columns[4], "collision");
+  EXPECT_EQ(table.columns[5], "posture_good_n");
+  EXPECT_EQ(table.columns[12], "posture_in_collision_time_s");
+  EXPECT_EQ(table.columns[20], "motion_in_collision_time_s");
   ASSERT_EQ(table.rows.size(), 2U);
-  const Row restarts{Int(1), Text("SQP"), Int(10), Int(100),         //
-                     Int(2), Int(2),      450.0,   0.002,            // mean of 400 and 500; of 1 and 3 ms
-                     Int(2), Int(0),      kNull,   kNull,            // a dash, not 0
-                     Int(1), Int(1),      0.125,   8'000 / 1e6 / 4,  // per waypoint
-                     Int(1), Int(0),      kNull,   kNull};
+  const Row restarts{Int(1),          Text("SQP"), Int(10), Int(100),
+                     Text("surface"),                                         //
+                     Int(2),          Int(2),      450.0,   0.002,            // mean of 400 and 500; of 1 and 3 ms
+                     Int(2),          Int(0),      kNull,   kNull,            // a dash, not 0
+                     Int(1),          Int(1),      0.125,   8'000 / 1e6 / 4,  // per waypoint
+                     Int(1),          Int(0),      kNull,   kNull};
   EXPECT_EQ(table.rows[0], restarts);
-  const Row plain{Int(1), Text("SQP"), Int(0), Int(80), Int(2), Int(0), kNull,  kNull,  Int(2), Int(0),
-                  kNull,  kNull,       Int(1), Int(0),  kNull,  kNull,  Int(1), Int(0), kNull,  kNull};
+  const Row plain{Int(1), Text("SQP"), Int(0), Int(80), Text("solid"), Int(2), Int(0), kNull,  kNull, Int(2), Int(0),
+                  kNull,  kNull,       Int(1), Int(0),  kNull,         kNull,  Int(1), Int(0), kNull, kNull};
   EXPECT_EQ(table.rows[1], plain);
+}
+
+TEST_F(BenchmarkTable, InterpolationCoversTheSolvedMotions) {
+  const auto finish = [this](std::int64_t job_id, const std::string& strict, double scene_m, double self_m,
+                             double share) {
+    ResultRecord r = SampleResult(0.1);
+    r.verdict_strict = strict;
+    r.num_waypoints = 4;
+    r.windows = r.windows_solved = 1;
+    r.interpolation_environment_depth_m = scene_m;
+    r.interpolation_self_depth_m = self_m;
+    r.interpolation_free_share = share;
+    Apply({LeaseJob{job_id, 1, 100 + job_id, 1, 1}, AcceptResult{job_id, 1, r, "", "", 2}});
+  };
+  finish(5, "success", 0.004, 0, 0.75);              // method 1, motion, good
+  finish(6, "self_collision", 0.0005, 0.0001, 1.0);  // method 1, motion, in collision: solved by the literal rule
+  Finish(1, "success", "success", 400, 1'000, 1);    // a posture does not count
+  const std::string columns =
+      "SELECT rule, initialization, n, solved, scored, free, free_share, environment_depth_m, self_depth_m "
+      "FROM interpolation_cells WHERE multi_starts = 10 ORDER BY rule, initialization";
+  const std::vector<Row> expected{
+      {Text("literal"), Text("good"), Int(1), Int(1), Int(1), Int(0), 0.75, 0.004, 0.0},
+      {Text("literal"), Text("in_collision"), Int(1), Int(1), Int(1), Int(1), 1.0, 0.0005, 0.0001},
+      {Text("strict"), Text("good"), Int(1), Int(1), Int(1), Int(0), 0.75, 0.004, 0.0},
+      {Text("strict"), Text("in_collision"), Int(1), Int(0), Int(0), Int(0), kNull, kNull, kNull}};
+  EXPECT_EQ(Query(columns).rows, expected);
 }
 
 TEST_F(BenchmarkTable, CellsOfBothRulesWithFinishedJobs) {
@@ -119,13 +147,52 @@ TEST_F(BenchmarkTable, CellsThatAnExperimentLacksAreNull) {
 TEST_F(BenchmarkTable, JobListNamesEverything) {
   Finish(2, "success", "success", 500, 3'000, 1);
   const QueryResult jobs = Query("SELECT * FROM job_list WHERE job_id = 2");
-  EXPECT_EQ(jobs.columns,
-            (std::vector<std::string>{"job_id", "experiment_id", "method", "task", "initialization", "problem_id",
-                                      "repetition", "state", "attempts", "solver_status", "verdict_literal",
-                                      "verdict_strict", "cost", "time_s", "wall_us", "cpu_us", "worker"}));
-  EXPECT_EQ(jobs.rows.at(0), (Row{Int(2), Int(1), Text("SQP"), Text("posture"), Text("good"), Int(5), Int(0),
-                                  Text("done"), Int(1), Text("converged_feasible"), Text("success"), Text("success"),
-                                  500.0, 0.003, Int(3'000), Int(1'900), Text("w1")}));
+  EXPECT_EQ(jobs.columns, (std::vector<std::string>{"job_id",
+                                                    "experiment_id",
+                                                    "method",
+                                                    "collision",
+                                                    "task",
+                                                    "initialization",
+                                                    "problem_id",
+                                                    "repetition",
+                                                    "state",
+                                                    "attempts",
+                                                    "solver_status",
+                                                    "verdict_literal",
+                                                    "verdict_strict",
+                                                    "windows_solved",
+                                                    "windows",
+                                                    "cost",
+                                                    "time_s",
+                                                    "wall_us",
+                                                    "cpu_us",
+                                                    "interpolation_environment_depth_m",
+                                                    "interpolation_self_depth_m",
+                                                    "interpolation_free_share",
+                                                    "worker"}));
+  EXPECT_EQ(jobs.rows.at(0), (Row{Int(2),
+                                  Int(1),
+                                  Text("SQP"),
+                                  Text("surface"),
+                                  Text("posture"),
+                                  Text("good"),
+                                  Int(5),
+                                  Int(0),
+                                  Text("done"),
+                                  Int(1),
+                                  Text("converged_feasible"),
+                                  Text("success"),
+                                  Text("success"),
+                                  kNull,
+                                  kNull,
+                                  500.0,
+                                  0.003,
+                                  Int(3'000),
+                                  Int(1'900),
+                                  kNull,
+                                  kNull,
+                                  kNull,
+                                  Text("w1")}));
   EXPECT_EQ(Query("SELECT * FROM job_list").rows.size(), 12U);
 }
 

@@ -47,6 +47,7 @@ TEST_F(Schema, UnknownWords) {
   ExpectRefused("UPDATE attempts SET outcome = 'ok' WHERE job_id = 2");
   ExpectRefused("UPDATE experiments SET state = 'paused'");
   ExpectRefused("UPDATE cells SET task = 'dance'");
+  ExpectRefused("UPDATE methods SET collision = 'solids'");
   ExpectRefused("UPDATE cells SET initialization = 'hard'");
   ExpectRefused("INSERT INTO problems (dataset_id, task, problem_id, waypoints) VALUES (1, 'dance', 9, 1)");
   ExpectRefused("INSERT INTO events (at_us, kind) VALUES (1, 'Not A Word')");
@@ -63,6 +64,17 @@ TEST_F(Schema, Ranges) {
   ExpectRefused("UPDATE jobs SET attempts = -1 WHERE job_id = 4");
   ExpectRefused("UPDATE workers SET slots = 0");
   ExpectRefused("UPDATE attempts SET token = 0 WHERE job_id = 2");
+}
+
+TEST_F(Schema, FiguresOfMotionsHaveRanges) {
+  connection_->Execute("DROP TRIGGER results_are_final");
+  connection_->Execute("UPDATE results SET windows = 3, windows_solved = 3, interpolation_free_share = 1");
+  ExpectRefused("UPDATE results SET windows = 0");
+  ExpectRefused("UPDATE results SET windows_solved = 4");
+  ExpectRefused("UPDATE results SET interpolation_free_share = 1.1");
+  ExpectRefused("UPDATE results SET interpolation_self_depth_m = -1e-9");
+  ExpectRefused("UPDATE results SET interpolation_environment_depth_m = -1e-9");
+  ExpectRefused("UPDATE cells SET wall_limit_us = 0");
 }
 
 TEST_F(Schema, HashesAreHashes) {
@@ -88,7 +100,7 @@ TEST_F(Schema, UniqueKeys) {
       "INSERT INTO methods (name, hash, options_json, multi_starts, sample_size, incremental) "
       "SELECT name, hash, options_json, 5, 100, 0 FROM methods");
   ExpectRefused("INSERT INTO problems (dataset_id, task, problem_id, waypoints) VALUES (1, 'posture', 0, 2)");
-  ExpectRefused("INSERT INTO cells SELECT 9, experiment_id, method_id, task, initialization, 1 FROM cells LIMIT 1");
+  ExpectRefused("INSERT INTO cells SELECT 9, experiment_id, method_id, task, initialization, 1, 1 FROM cells LIMIT 1");
   ExpectRefused(
       "INSERT INTO jobs (job_id, cell_id, problem_key, repetition, max_attempts) "
       "SELECT 9, cell_id, problem_key, repetition, 3 FROM jobs WHERE job_id = 4");

@@ -120,6 +120,41 @@ TEST_F(SqliteStoreFile, OlderSchemaIsUpgradedWithItsRows) {
   EXPECT_EQ(QueryInt("SELECT count(*) FROM benchmark_table"), 0);
 }
 
+// Version 2 held results; what version 3 adds follows from them or is not known.
+TEST_F(SqliteStoreFile, ResultsOfVersion2GetTheNewColumns) {
+  {
+    Connection connection(path_, Connection::Mode::kReadWriteCreate);
+    Migrate(connection, Migrations().first(2));
+    connection.Execute(
+        "INSERT INTO datasets VALUES (1, 'old', '" + HashOf('d') +
+        "');"
+        "INSERT INTO methods VALUES (1, 'A', '" +
+        HashOf('a') + R"(', '{"options":{"collision":"surface"}}', 0, 100, 0);)" +
+        "INSERT INTO methods VALUES (2, 'B', '" + HashOf('b') + R"(', '{"solver":"sqp"}', 0, 100, 0);)" +
+        "INSERT INTO methods VALUES (3, 'C', '" + HashOf('c') + R"(', '{no json}', 0, 100, 0);)" +
+        "INSERT INTO problems VALUES (1, 1, 'motion', 0, 4);"
+        "INSERT INTO experiments VALUES (1, 's', 'old', 'active', 1, 1, 1, 3, 5000000, 100000000, 1, 1, '{}', '" +
+        HashOf('e') +
+        "', 1, NULL);"
+        "INSERT INTO cells VALUES (1, 1, 1, 'motion', 'good', 1);"
+        "INSERT INTO workers VALUES (1, 7, 'w', 'h', 1, 1, 'b', 1, 1);"
+        "INSERT INTO jobs VALUES (1, 1, 1, 0, 'leased', 1, 0, 3);"
+        "INSERT INTO attempts (job_id, attempt, worker_id, token, leased_at_us) VALUES (1, 1, 1, 5, 1);"
+        "INSERT INTO results (job_id, cell_id, attempt, solver_status, iterations, restarts, wall_us, cpu_us, "
+        "involuntary_context_switches, peak_memory_bytes, verdict_literal, verdict_strict, cost, num_waypoints, "
+        "received_at_us) VALUES (1, 1, 1, 'converged_feasible', 1, 0, 8, 8, 0, 0, 'success', 'success', 0.5, 4, 1)");
+  }
+  OpenSqliteStore(path_);
+  Connection connection(path_, Connection::Mode::kReadWriteCreate);
+  EXPECT_EQ(connection.QueryText("SELECT group_concat(collision) FROM (SELECT * FROM methods ORDER BY method_id)"),
+            "surface,solid,solid");
+  EXPECT_EQ(QueryInt("SELECT wall_limit_us FROM cells"), 5'000'000);
+  EXPECT_EQ(QueryInt("SELECT count(*) FROM results WHERE windows IS NULL AND interpolation_free_share IS NULL"), 1);
+  EXPECT_EQ(QueryInt("SELECT solved FROM interpolation_cells WHERE rule = 'literal'"), 1);
+  EXPECT_EQ(QueryInt("SELECT scored FROM interpolation_cells WHERE rule = 'literal'"), 0);
+  EXPECT_EQ(connection.QueryText("SELECT collision FROM benchmark_table"), "surface");
+}
+
 TEST_F(SqliteStoreFile, FailingMigrationLeavesTheLastCompleteStep) {
   MakeVersion1();
   const std::array<Migration, 3> migrations{

@@ -115,6 +115,21 @@ TEST_F(SchedulerTest, BatchesAreSharedNearTheEnd) {
   EXPECT_EQ(leased, 100U);
 }
 
+TEST_F(SchedulerTest, AMotionEndsABatch) {
+  nlohmann::json spec = SampleSpec(3);
+  spec["tasks"].push_back({{"task", "motion"}, {"problems", {0, 1, 2}}, {"waypoints", {30, 30, 30}}});
+  Submit(spec);
+  Hello(kFirst, 1);
+  std::string tasks;
+  for (auto reply = Lease(kFirst, 100); !reply.jobs.empty(); reply = Lease(kFirst, 100)) {
+    for (std::size_t i = 0; i < reply.jobs.size(); ++i) {
+      tasks += reply.jobs[i].task[0];
+      EXPECT_TRUE(reply.jobs[i].task == "posture" || i + 1 == reply.jobs.size());
+    }
+  }
+  EXPECT_EQ(tasks, "pppmmm");
+}
+
 TEST_F(SchedulerTest, UnknownWorkerIsToldToSayHello) {
   Submit(SampleSpec());
   EXPECT_EQ(Lease(kFirst).status, 2);
@@ -323,6 +338,37 @@ TEST_F(SchedulerTest, GivingBackForEverIsCharged) {
 }
 
 // --- Accounting ------------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerTest, StatusTellsHowFarRunningJobsAre) {
+  nlohmann::json spec = SampleSpec(3);
+  spec["tasks"][0]["task"] = "motion";
+  spec["limits"]["wall_time_s"] = {{"posture", 60}, {"motion", 600}};
+  Submit(spec);
+  Hello(kFirst, 2);
+  const auto lease = LeaseOne(kFirst);
+  EXPECT_EQ(lease.wall_limit_us, 600'000'000);
+  const auto silent = LeaseOne(kFirst);
+  legopt_msg::heartbeat_request request{};
+  request.worker_id = worker_ids_[kFirst];
+  request.server_instance = options_.server_instance;
+  for (const auto& held : {lease, silent}) {
+    legopt_msg::lease_state& state = request.leases.emplace_back();
+    state.job_id = held.job_id;
+    state.attempt = held.attempt;
+    state.token = held.token;
+  }
+  request.leases[0].progress_done = 3;
+  request.leases[0].progress_total = 40;
+  scheduler_->Heartbeat(now_, kFirst, request);
+  const auto running = StatusJson(*scheduler_, 0, now_)["experiments"][0]["running"];
+  ASSERT_EQ(running.size(), 1U) << "the other one has told nothing yet";
+  EXPECT_EQ(running[0]["job"], lease.job_id);
+  EXPECT_EQ(running[0]["task"], "motion");
+  EXPECT_EQ(running[0]["progress_done"], 3);
+  EXPECT_EQ(running[0]["progress_total"], 40);
+  Finish(kFirst, lease);
+  EXPECT_TRUE(StatusJson(*scheduler_, 0, now_)["experiments"][0]["running"].empty());
+}
 
 TEST_F(SchedulerTest, StatusAddsUp) {
   Submit(SampleSpec(4));

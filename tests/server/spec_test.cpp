@@ -24,7 +24,7 @@ TEST(Spec, SampleIsRead) {
   EXPECT_EQ(spec.name, "sample");
   EXPECT_EQ(spec.seed, 7);
   EXPECT_EQ(spec.num_jobs(), 3);
-  EXPECT_EQ(spec.wall_limit_us, 60'000'000);
+  EXPECT_EQ(spec.tasks[0].wall_limit_us, 60'000'000);
   EXPECT_EQ(spec.memory_limit_bytes, std::int64_t{1} << 30);
   EXPECT_EQ(spec.methods[0].hash, HashOf('a'));
 }
@@ -33,6 +33,33 @@ TEST(Spec, HashIgnoresLayoutAndOrderOfKeys) {
   const std::string compact = SampleSpec().dump(), spacious = SampleSpec().dump(4);
   EXPECT_EQ(ParseSpec(compact).hash, ParseSpec(spacious).hash);
   EXPECT_NE(ParseSpec(compact).hash, ParseSpec(SampleSpec(5).dump()).hash);
+}
+
+TEST(Spec, CollisionIsReadFromTheOptions) {
+  Json spec = SampleSpec();
+  EXPECT_EQ(ParseSpec(spec.dump()).methods[0].collision, "solid");
+  spec["methods"][0]["options"]["options"] = {{"collision", "surface"}};
+  EXPECT_EQ(ParseSpec(spec.dump()).methods[0].collision, "surface");
+  spec["methods"][0]["options"]["options"]["collision"] = "gas";
+  ExpectRefused(spec, "methods[0].options.options.collision");
+}
+
+TEST(Spec, WallTimeMayDifferByTask) {
+  Json spec = SampleSpec(1);
+  spec["tasks"].push_back({{"task", "motion"}, {"problems", {0}}, {"waypoints", {30}}});
+  EXPECT_EQ(ParseSpec(spec.dump()).tasks[1].wall_limit_us, 60'000'000);
+  spec["limits"]["wall_time_s"] = {{"posture", 10}, {"motion", 900}};
+  const ExperimentSpec parsed = ParseSpec(spec.dump());
+  EXPECT_EQ(parsed.tasks[0].wall_limit_us, 10'000'000);
+  EXPECT_EQ(parsed.tasks[1].wall_limit_us, 900'000'000);
+  const db::NewExperiment rows = MakeNewExperiment(parsed, 1, 1, 1);
+  EXPECT_EQ(rows.wall_limit_us, 900'000'000);
+  EXPECT_EQ(rows.cells[0].wall_limit_us, 10'000'000);
+  EXPECT_EQ(rows.cells[1].wall_limit_us, 900'000'000);
+  spec["limits"]["wall_time_s"] = {{"posture", 10}};
+  ExpectRefused(spec, "limits.wall_time_s.motion");
+  spec["limits"]["wall_time_s"] = {{"posture", 10}, {"motion", 9}, {"dance", 1}};
+  ExpectRefused(spec, "dance");
 }
 
 TEST(Spec, FaultsNameTheKey) {

@@ -140,6 +140,62 @@ TEST_F(ServiceTest, CancellingStopsRunningJobs) {
             std::vector<std::string>{"0"});
 }
 
+// A motion job of the largest size: 300 KB of solution, in chunks, whole on disk.
+nlohmann::json MotionSpec(int jobs, int work_ms, int waypoints, int waypoints_sent) {
+  nlohmann::json spec = StubSpec(jobs, work_ms);
+  spec["tasks"][0]["task"] = "motion";
+  for (auto& count : spec["tasks"][0]["waypoints"]) count = waypoints;
+  auto& method = spec["methods"][0];
+  method["options"]["waypoints"] = waypoints_sent;
+  method["options"]["windows"] = 100;
+  method["options"]["windows_solved"] = waypoints_sent * 100 / waypoints;
+  method["hash"] = std::string(60, 'b') + std::to_string(1000 + waypoints_sent);
+  return spec;
+}
+
+TEST_F(ServiceTest, MotionsOf499StancesArriveWhole) {
+  constexpr int kJobs = 6, kWaypoints = 998;
+  const auto worker = deployment_->StartStubWorker({"--slots", "2"});
+  const std::int64_t experiment = deployment_->Submit(MotionSpec(kJobs, 0, kWaypoints, kWaypoints), "a");
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  for (int job = 1; job <= kJobs; ++job) {
+    const auto rows = deployment_->Query("SELECT lower(hex(x)) FROM waypoints WHERE job_id = " + std::to_string(job) +
+                                         " ORDER BY waypoint");
+    std::string all;
+    for (const std::string& row : rows) all += row;
+    EXPECT_EQ(rows.size(), static_cast<std::size_t>(kWaypoints));
+    EXPECT_TRUE(all == Hex(StubExecutor::Solution(5, job - 1, 0, kWaypoints))) << "job " << job << ": other bits";
+  }
+  EXPECT_EQ(deployment_->Query("SELECT motion_good_solved FROM benchmark_table"),
+            std::vector<std::string>{std::to_string(kJobs)});
+  EXPECT_EQ(deployment_->Query("SELECT DISTINCT time_s FROM results"),
+            std::vector<std::string>{nlohmann::json(1000 / 1e6 / kWaypoints).dump()})
+      << "per waypoint";
+}
+
+TEST_F(ServiceTest, WhatWasSolvedOfAMotionIsStored) {
+  const auto worker = deployment_->StartStubWorker();
+  const std::int64_t experiment = deployment_->Submit(MotionSpec(1, 0, 60, 30), "a");
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  EXPECT_EQ(deployment_->Query("SELECT verdict_literal, windows_solved, windows, num_waypoints, (SELECT count(*) FROM "
+                               "waypoints) FROM results"),
+            std::vector<std::string>{"wrong_waypoint_count|50|100|60|30"});
+}
+
+TEST_F(ServiceTest, StatusTellsHowFarARunningMotionIs) {
+  const auto worker = deployment_->StartStubWorker();
+  const std::int64_t experiment = deployment_->Submit(MotionSpec(1, 60'000, 60, 60), "a");
+  nlohmann::json running;
+  ASSERT_TRUE(deployment_->WaitFor(experiment, [&running](const nlohmann::json& status) {
+    running = status.at("running");
+    return !running.empty() && running[0].at("progress_done") > 0;
+  }));
+  EXPECT_EQ(running[0].at("job"), 1);
+  EXPECT_EQ(running[0].at("task"), "motion");
+  EXPECT_EQ(running[0].at("progress_total"), 60'000);
+  deployment_->connection().Cancel(experiment);
+}
+
 TEST_F(ServiceTest, AWorkerThatIsToldToStopGivesItsJobsBack) {
   const auto leaving = deployment_->StartStubWorker({"--slots", "2"});
   const std::int64_t experiment = deployment_->Submit(StubSpec(2, 3'000), "a");

@@ -1,5 +1,6 @@
 #include "tests/service/stub_executor.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -8,6 +9,11 @@
 #include "worker/outcome.h"
 
 namespace legopt::worker {
+namespace {
+
+constexpr int kNumbers = 36;
+
+}  // namespace
 
 std::vector<LoadedDataset> StubExecutor::Load() {
   constexpr std::size_t kDigits = 64;
@@ -19,11 +25,10 @@ std::vector<LoadedDataset> StubExecutor::Load() {
   return loaded;
 }
 
-std::vector<double> StubExecutor::Solution(std::int64_t seed, int problem_id, int repetition) {
-  constexpr std::size_t kNumbers = 36;
+std::vector<double> StubExecutor::Solution(std::int64_t seed, int problem_id, int repetition, int waypoints) {
   std::seed_seq seeds{seed, std::int64_t{problem_id}, std::int64_t{repetition}};
   std::mt19937_64 random(seeds);
-  std::vector<double> x(kNumbers);
+  std::vector<double> x(kNumbers * static_cast<std::size_t>(waypoints));
   for (double& value : x) value = static_cast<double>(random() >> 11) * 0x1p-53;
   return x;
 }
@@ -48,9 +53,17 @@ legopt_msg::result_request StubExecutor::Execute(const legopt_msg::lease& job, s
   result.verdict_strict = "success";
   result.wall_us = 1000;
   result.cost = 1;
-  result.waypoints = Solution(job.experiment_seed, job.problem_id, job.repetition);
-  result.num_waypoints = 1;
-  result.waypoint_size = static_cast<std::int32_t>(result.waypoints.size());
+  result.num_waypoints = options.value("waypoints", 1);
+  result.waypoint_size = kNumbers;
+  result.waypoints = Solution(job.experiment_seed, job.problem_id, job.repetition, result.num_waypoints);
+  result.windows = options.value("windows", 0);
+  result.windows_solved = options.value("windows_solved", result.windows);
+  if (result.windows_solved < result.windows) {
+    result.solver_status = "converged_infeasible";
+    result.verdict_literal = result.verdict_strict = "wrong_waypoint_count";
+    result.verdict_detail = "stopped early";
+    result.cost = std::nan("");
+  }
   return result;
 }
 

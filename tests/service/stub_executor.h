@@ -11,7 +11,8 @@ namespace legopt::worker {
 
 /// Jobs without numerics, to test the way they travel. A dataset "folder" is just a name and a hexadecimal digit,
 /// "NAME-d": its content hash is 64 times the digit. Method options: {"work_ms": how long a job takes, default 0;
-/// "crash_problem": id of a problem whose job aborts, default none}.
+/// "crash_problem": id of a problem whose job aborts, default none; "waypoints": rows of the solution, default 1;
+/// "windows" and "windows_solved": what a motion tells, default none}. Progress counts milliseconds of work.
 class StubExecutor final : public JobExecutor {
  public:
   explicit StubExecutor(std::vector<std::filesystem::path> folders) : folders_(std::move(folders)) {}
@@ -20,8 +21,8 @@ class StubExecutor final : public JobExecutor {
   legopt_msg::result_request Execute(const legopt_msg::lease& job, std::string_view options_json,
                                      const Hooks& hooks) override;
 
-  /// The 36 numbers that every attempt at this job must give.
-  static std::vector<double> Solution(std::int64_t seed, int problem_id, int repetition);
+  /// The 36 numbers per waypoint that every attempt at this job must give.
+  static std::vector<double> Solution(std::int64_t seed, int problem_id, int repetition, int waypoints = 1);
 
  private:
   std::vector<std::filesystem::path> folders_;

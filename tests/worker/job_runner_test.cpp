@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -75,6 +76,51 @@ TEST_F(JobRunnerTest, CancellingEndsTheSolve) {
   JobHooks hooks;
   hooks.cancelled = [] { return true; };
   EXPECT_EQ(RunJob(dataset_, job_, hooks).solve.status, SolveStatus::kCancelled);
+}
+
+TEST_F(JobRunnerTest, AMotionThatLacksWaypointsTellsHowFarItCame) {
+  JobResult result;
+  result.evaluation.literal = Verdict::kWrongWaypointCount;
+  result.evaluation.detail = "20 waypoints instead of 30";
+  result.solve.windows = 3;
+  result.solve.windows_solved = 2;
+  DescribeWindows(&result);
+  EXPECT_EQ(result.evaluation.detail, "20 waypoints instead of 30; 2 of 3 windows solved");
+  EXPECT_EQ(ToMessage(result).windows_solved, 2);
+  EXPECT_EQ(ToMessage(result).windows, 3);
+  result.evaluation.literal = Verdict::kCom;
+  DescribeWindows(&result);
+  EXPECT_EQ(result.evaluation.detail, "20 waypoints instead of 30; 2 of 3 windows solved");
+}
+
+TEST_F(JobRunnerTest, AMotionTellsItsWindowsAndHasItsInterpolationScored) {
+  job_.task = Task::kMotion;
+  job_.problem_id = 0;
+  std::vector<std::pair<int, int>> progress;
+  JobHooks hooks;
+  hooks.progress = [&progress](int done, int total) { progress.emplace_back(done, total); };
+  const JobResult result = RunJob(dataset_, job_, hooks);
+  EXPECT_EQ(result.solve.windows, 3) << "15 stances";
+  EXPECT_EQ(static_cast<int>(progress.size()), result.solve.windows_solved);
+  EXPECT_EQ(result.evaluation.num_waypoints, 30);
+  const auto message = ToMessage(result);
+  EXPECT_EQ(message.windows, 3);
+  EXPECT_EQ(message.windows_solved, result.solve.windows_solved);
+  EXPECT_EQ(std::isnan(message.interpolation_free_share), result.solve.waypoints.size() < 2);
+}
+
+TEST_F(JobRunnerTest, AMotionOutOfTimeKeepsTheWindowsItSolved) {
+  job_.task = Task::kMotion;
+  job_.problem_id = 0;
+  bool stop = false;
+  JobHooks hooks;
+  hooks.progress = [&stop](int, int) { stop = true; };
+  hooks.cancelled = [&stop] { return stop; };
+  const JobResult result = RunJob(dataset_, job_, hooks);
+  ASSERT_EQ(result.solve.windows_solved, 1);
+  EXPECT_EQ(result.solve.waypoints.size(), 12U);
+  EXPECT_EQ(result.evaluation.literal, Verdict::kWrongWaypointCount);
+  EXPECT_EQ(result.evaluation.detail, "12 waypoints instead of 30; 1 of 3 windows solved");
 }
 
 TEST_F(JobRunnerTest, AProblemThatDoesNotExistIsAnInputError) {

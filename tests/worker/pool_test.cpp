@@ -178,6 +178,24 @@ TEST(PoolLeaseTest, FetchesShortJobsAhead) {
       << "heartbeats renew what runs, what waits, and what is under way";
 }
 
+TEST(PoolLeaseTest, HoldsNoMotionReadyHoweverShortThePosturesWere) {
+  PoolHarness harness(WithSlots(2));
+  harness.StartJobs({SampleLease(1), SampleLease(2)});
+  const auto jobs = harness.Take<AssignJob>();
+  harness.Advance(milliseconds(10));
+  harness.FinishJob(jobs[0]);
+  ASSERT_EQ(harness.Take<CallLease>().size(), 1U);
+  legopt_msg::lease motion = SampleLease(10);
+  motion.task = "motion";
+  harness.ReplyLease({motion});
+  EXPECT_EQ(harness.Take<AssignJob>().size(), 1U);
+  EXPECT_TRUE(harness.Take<CallLease>().empty()) << "both slots are busy, and nothing is fetched ahead of a motion";
+  harness.FinishJob(jobs[1]);
+  const auto calls = harness.Take<CallLease>();
+  ASSERT_EQ(calls.size(), 1U);
+  EXPECT_EQ(calls[0].request.max_jobs, 1);
+}
+
 TEST(PoolLeaseTest, HonoursRetryAfter) {
   PoolHarness harness;
   harness.ChildrenReady();
