@@ -64,7 +64,6 @@ class ReplyCache {
   std::optional<Reply> Answer(const CallKey& key, std::int16_t error, Body body);
 
   std::size_t held_bytes() const { return held_bytes_; }
-  std::size_t num_open() const { return num_open_; }
 
  private:
   struct PeerKey {

@@ -13,7 +13,6 @@ namespace legopt::bus {
 struct SimulatedNetwork::Station {
   DatagramReceiver* receiver = nullptr;
   int partition = 0;
-  bool deaf = false;
   TransportCounters counters;
   std::multimap<microseconds, std::pair<Port, Bytes>> inbox;  // equal times keep the order of sending
 };
@@ -143,7 +142,7 @@ int SimulatedTransport::Poll(std::span<pollfd> extra, microseconds /*max_wait*/)
   while (!inbox.empty() && inbox.begin()->first <= network_->now()) {
     const auto [port, bytes] = std::move(inbox.begin()->second);
     inbox.erase(inbox.begin());
-    if (station_->deaf || station_->receiver == nullptr) continue;
+    if (station_->receiver == nullptr) continue;
     ++delivered;
     ++station_->counters.datagrams_received;
     station_->counters.bytes_received += bytes->size();
@@ -155,7 +154,5 @@ int SimulatedTransport::Poll(std::span<pollfd> extra, microseconds /*max_wait*/)
 microseconds SimulatedTransport::now() const { return network_->now(); }
 std::int64_t SimulatedTransport::deployment() const { return deployment_; }
 TransportCounters SimulatedTransport::counters() const { return station_->counters; }
-
-void SimulatedTransport::set_deaf(bool deaf) { station_->deaf = deaf; }
 
 }  // namespace legopt::bus

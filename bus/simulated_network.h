@@ -99,9 +99,6 @@ class SimulatedTransport final : public Transport {
   std::int64_t deployment() const override;
   TransportCounters counters() const override;
 
-  // A dead or paused party: while deaf, arriving datagrams are lost.
-  void set_deaf(bool deaf);
-
  private:
   friend class SimulatedNetwork;
   SimulatedNetwork* network_;

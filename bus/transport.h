@@ -19,7 +19,8 @@ using std::chrono::microseconds;
 
 // Address of one party. Positive; chosen at random (63 bits) by everybody but the server.
 using EndpointId = std::int64_t;
-inline constexpr EndpointId kServer = 1;  // role address of the deployment's server
+inline constexpr EndpointId kServer = 1;           // role address of the deployment's server
+inline constexpr EndpointId kServerCandidate = 2;  // of all servers that are about to start
 
 // Largest datagram that a transport takes, in bytes of encoded frame (PROTOCOL.md, section 3).
 inline constexpr std::size_t kMaxDatagramBytes = 1200;

@@ -3,9 +3,9 @@
 #include <iostream>
 #include <memory>
 
+#include "client/chosen_files.h"
 #include "client/client_error.h"
 #include "client/commands.h"
-#include "client/chosen_files.h"
 #include "client/options.h"
 #include "legopt/problem/content_hash.h"
 #include "legopt/problem/dataset.h"

@@ -2,9 +2,9 @@
 #include <iostream>
 #include <memory>
 
+#include "client/chosen_files.h"
 #include "client/client_error.h"
 #include "client/commands.h"
-#include "client/chosen_files.h"
 #include "client/evaluation_report.h"
 #include "client/options.h"
 

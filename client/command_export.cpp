@@ -31,12 +31,26 @@ std::shared_ptr<const Dataset> LoadDatasetOf(const ExperimentInfo& experiment, c
   return dataset;
 }
 
+constexpr char kStandardOutput[] = "-";
+
 // The file itself for a single task, else one file per task: solutions-posture.json, solutions-motion.json.
 std::filesystem::path FileFor(const std::string& out, const SolutionFile& file, std::size_t num_files) {
   if (num_files == 1) return out;
   std::filesystem::path path(out);
   const std::string name = path.stem().string() + "-" + std::string(ToString(file.task)) + path.extension().string();
   return path.replace_filename(name);
+}
+
+void Write(const std::string& out, const SolutionFile& file, std::size_t num_files) {
+  const auto path = FileFor(out, file, num_files);
+  if (out == kStandardOutput) {
+    std::cout << FormatSolutions(file) << std::flush;
+    if (!std::cout) throw ClientError(ExitCode::kUsage, "standard output cannot be written");
+  } else {
+    WriteSolutions(path, file);
+  }
+  std::cerr << file.problems.size() << " " << ToString(file.task) << " problems written to "
+            << (out == kStandardOutput ? "standard output" : path.string()) << "\n";
 }
 
 ExitCode Export(const Options& options) {
@@ -51,11 +65,11 @@ ExitCode Export(const Options& options) {
                                             " has no results that match; 'legopt list " +
                                             std::to_string(experiment.id) + source->flags() + "' shows what there is");
   }
-  for (const auto& file : exported.files) {
-    const auto path = FileFor(options.out, file, exported.files.size());
-    WriteSolutions(path, file);
-    std::cerr << file.problems.size() << " " << ToString(file.task) << " problems written to " << path.string() << "\n";
+  if (options.out == kStandardOutput && exported.files.size() > 1) {
+    throw ClientError(ExitCode::kUsage,
+                      "the experiment has both tasks, which make two files: choose one with --task, or a --out FILE");
   }
+  for (const auto& file : exported.files) Write(options.out, file, exported.files.size());
   if (exported.num_missing > 0) {
     std::cerr << "legopt: warning: " << exported.num_missing
               << " jobs have no result (unfinished, dead or cancelled) and are not in the file\n";
@@ -71,7 +85,8 @@ void AddExportCommand(CLI::App& app, Invocation* invocation) {
   const auto options = std::make_shared<Options>();
   command->add_option("ID", options->experiment, "Experiment (default: the newest)");
   command
-      ->add_option("--out", options->out, "File to write; with both tasks, -posture and -motion are added to its name")
+      ->add_option("--out", options->out,
+                   "File to write, - for standard output; with both tasks, -posture and -motion are added to its name")
       ->required();
   command->add_option("--method", options->method, "Only this method");
   command->add_option("--initialization", options->initialization, "Only this one: good or in_collision")

@@ -11,6 +11,7 @@
 #include "client/reading.h"
 #include "client/submission.h"
 #include "client/watching.h"
+#include "legopt/data_folder.h"
 
 namespace legopt::client {
 namespace {
@@ -67,10 +68,14 @@ struct Outcome {
 Outcome RunExperiment(const Submission& submission, const Options& options, LocalPool& pool,
                       const std::filesystem::path& db) {
   Outcome outcome;
+  StoreTrouble trouble;
   try {
     ServerConnection server(pool.network());
     server.set_timeout(kCallTimeout);
-    const auto reply = server.Submit(submission.id, submission.spec.dump());
+    const auto reply = server.Submit(submission.id, submission.spec.dump(), [&] {
+      pool.Supervise();
+      trouble.Look(server.Status(0), nullptr);
+    });
     outcome.experiment_id = reply.experiment_id;
     PrintStart(submission, reply, db);
     std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers")
@@ -79,6 +84,7 @@ Outcome RunExperiment(const Submission& submission, const Options& options, Loca
         server, reply.experiment_id, [&pool] { pool.Supervise(); }, kMaxSilentCalls);
   } catch (const ClientError& error) {
     if (error.code() != ExitCode::kInterrupted) throw;
+    trouble.ThrowIfAny();
     outcome.interrupted = true;
     std::cerr << "\nlegopt: interrupted; running jobs are given back (again: stop at once)\n";
   }
@@ -97,17 +103,24 @@ std::string ShellWord(const std::string& text) {
   return word + "'";
 }
 
-void PrintNextSteps(const std::string& db, const Outcome& outcome) {
+// For the commands that need the problem definitions: their default is the embedded dataset.
+std::string DatasetFlag(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  return std::filesystem::equivalent(folder, DefaultDatasetFolder(), ignored) ? "" : " --dataset " + ShellWord(folder);
+}
+
+void PrintNextSteps(const std::string& db, const std::filesystem::path& dataset, const Outcome& outcome) {
   const std::string id = std::to_string(outcome.experiment_id);
   const std::string flags = " --db " + ShellWord(db);
   std::cerr << "\nResults: " << db << "\n"
             << "  legopt table " << id << flags << " --format latex\n"
             << "  legopt list " << id << flags << " --unsolved\n"
             << "  legopt query \"SELECT * FROM benchmark_table\"" << flags << "\n"
-            << "  legopt export " << id << flags << " --out solutions.json\n";
+            << "  legopt export " << id << flags << DatasetFlag(dataset) << " --out solutions.json\n";
 }
 
-ExitCode Finish(const Options& options, const std::string& db, const Outcome& outcome) {
+ExitCode Finish(const Options& options, const std::string& db, const std::filesystem::path& dataset,
+                const Outcome& outcome) {
   if (outcome.experiment_id == 0) return ExitCode::kInterrupted;
   const auto source = OpenResults({db, {}});
   std::cout << (options.format == TableFormat::kText ? "\n" : "")
@@ -124,7 +137,7 @@ ExitCode Finish(const Options& options, const std::string& db, const Outcome& ou
   if (const auto hint = FailureHint(outcome.status, source->flags()); !hint.empty()) {
     std::cerr << "\nlegopt: " << hint << "\n";
   }
-  PrintNextSteps(db, outcome);
+  PrintNextSteps(db, dataset, outcome);
   return OutcomeOf(outcome.status);
 }
 
@@ -139,7 +152,7 @@ ExitCode Run(const Options& options, bool verbose) {
     outcome = RunExperiment(submission, options, pool, db);
     pool.Stop(kStopPatience);
   }
-  return Finish(options, db.string(), outcome);
+  return Finish(options, db.string(), submission.dataset_folder, outcome);
 }
 
 }  // namespace

@@ -66,6 +66,9 @@ ExitCode StatusOfServer(const Options& options) {
   const auto parsed = ParseExperiments(status);
   const Listing experiments = ExperimentListing(parsed);
   RequireFound(experiments, options);
+  if (const std::string error = StoreError(status); !error.empty()) {
+    std::cerr << "legopt: warning: the server cannot write its database: " << error << "\n";
+  }
   if (options.format == ListingFormat::kJson) {
     std::cout << status.dump(2) << "\n";
     return ExitCode::kOk;

@@ -82,7 +82,9 @@ ExitCode Submit(const Options& options) {
     return ExitCode::kOk;
   }
   ServerConnection server(options.network);
-  const auto reply = server.Submit(submission.id, submission.spec.dump());
+  StoreTrouble trouble;
+  const auto reply =
+      server.Submit(submission.id, submission.spec.dump(), [&] { trouble.Look(server.Status(0), nullptr); });
   if (options.json) {
     std::cout << nlohmann::ordered_json{{"experiment_id", reply.experiment_id},
                                         {"jobs", reply.num_jobs},
@@ -92,7 +94,9 @@ ExitCode Submit(const Options& options) {
     std::cout << reply.experiment_id << std::endl;
   }
   if (reply.status == kAlreadyKnown) {
-    std::cerr << "legopt: this experiment was submitted before; --new makes another one\n";
+    const bool cancelled = ParseExperiments(server.Status(reply.experiment_id)).at(0).state == "cancelled";
+    std::cerr << "legopt: this experiment was submitted before" << (cancelled ? " and cancelled" : "")
+              << "; --new makes another one\n";
   } else {
     std::cerr << DescribeJobs(submission.spec) << "\n";
   }

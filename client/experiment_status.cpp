@@ -38,6 +38,10 @@ std::string StandstillReason(const nlohmann::json& status) {
   return "workers are connected, but none takes these jobs; do they have the dataset ('legopt status' lists them)?";
 }
 
+std::string StoreError(const nlohmann::json& status) {
+  return status.value(nlohmann::json::json_pointer("/server/store_error"), std::string());
+}
+
 nlohmann::json ParseStatusText(const std::string& text) {
   auto status = nlohmann::json::parse(text, nullptr, false);
   if (status.is_discarded()) {

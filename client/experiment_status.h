@@ -45,6 +45,9 @@ std::vector<ExperimentStatus> ParseExperiments(const nlohmann::json& status);
 /// worker is connected, or none that has its dataset. Empty when somebody does.
 std::string StandstillReason(const nlohmann::json& status);
 
+/// What the server says about a database that it cannot write at the moment; empty when all is well.
+std::string StoreError(const nlohmann::json& status);
+
 /// Parses the text of a status reply; same error.
 nlohmann::json ParseStatusText(const std::string& text);
 

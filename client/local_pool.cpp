@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -38,26 +39,43 @@ bool IsKnownExitCode(int code) {
   }
 }
 
-// The error line a child left, without its "PROGRAM: error: ".
-std::string LastWords(const std::string& program, const ChildProcess& child) {
-  std::string tail = child.ErrorTail();
-  if (const auto line = tail.rfind('\n'); line != std::string::npos) tail.erase(0, line + 1);
-  for (const std::string& prefix : {program + ": ", std::string("error: ")}) {
-    if (tail.rfind(prefix, 0) == 0) tail.erase(0, prefix.size());
-  }
-  return tail;
+// From the log lines of a child: "[date] [program] [level] text".
+std::string WithoutLogPrefix(const std::string& line, const std::string& program) {
+  const std::string name = "[" + program + "] [";
+  const auto level = line.find(name);
+  if (line.rfind('[', 0) != 0 || level == std::string::npos) return line;
+  const auto end = line.find("] ", level + name.size());
+  return end == std::string::npos ? line : line.substr(end + 2);
 }
 
 [[noreturn]] void Fail(const std::string& program, const ChildProcess& child, const ChildExit& exit) {
   const auto code =
       exit.signal == 0 && IsKnownExitCode(exit.code) ? static_cast<ExitCode>(exit.code) : ExitCode::kInternal;
-  const std::string words = LastWords(program, child);
+  const std::string words = LastWords(program, child.ErrorTail());
   throw ClientError(code, words.empty()
                               ? program + " ended with " + exit.Describe() + "; run again with --verbose to see its log"
                               : program + ": " + words);
 }
 
 }  // namespace
+
+std::string LastWords(const std::string& program, const std::string& tail) {
+  const std::string error_mark = "[" + program + "] [error] ";
+  std::string words;
+  bool is_error = false;
+  std::istringstream lines(tail);
+  for (std::string line; std::getline(lines, line);) {
+    // What happens to the other job processes after the error only hides its cause.
+    const bool error = line.find(error_mark) != std::string::npos;
+    if (is_error && !error) continue;
+    is_error = error;
+    words = WithoutLogPrefix(line, program);
+  }
+  for (const std::string& prefix : {program + ": ", std::string("error: ")}) {
+    if (words.rfind(prefix, 0) == 0) words.erase(0, prefix.size());
+  }
+  return words;
+}
 
 LocalPool::LocalPool(LocalPoolOptions options) : options_(std::move(options)) {
   // The group may come from the environment, the port only from a flag: a run is a deployment of its own.

@@ -19,6 +19,10 @@ struct LocalPoolOptions {
   bool verbose = false;    ///< let the children write to our standard error
 };
 
+/// The line of a child's error output that tells best why it gave up: the last one logged as an error, else the last
+/// one; without its log prefix, "PROGRAM: " and "error: ".
+std::string LastWords(const std::string& program, const std::string& tail);
+
 /// A server and a worker pool of our own, for one command: the programs beside this one, as child processes on this
 /// machine. A child that a signal killed is started again (the database and the leases make that safe); one that gave
 /// up by itself is an error. The destructor stops both. Thread rule: one thread.

@@ -1,6 +1,8 @@
 #include "client/options.h"
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -102,7 +104,7 @@ void AddSuiteOptions(CLI::App& app, SuiteOptions* options) {
   app.add_option("--max-stances", options->filter.max_stances, "Leave longer motion problems out")
       ->check(CLI::Range(2, 1'000'000));
   app.add_option("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()));
   app.add_flag("--new", options->fresh, "Make a new experiment although one of the same content exists");
 }
 

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <optional>
+#include <string>
 
 #include "client/experiment_status.h"
 #include "client/progress.h"
@@ -19,7 +20,8 @@ class ProgressPrinter {
   ProgressPrinter(const ProgressPrinter&) = delete;
   ProgressPrinter& operator=(const ProgressPrinter&) = delete;
 
-  void Show(const ExperimentStatus& status);
+  /// `note` stands behind the progress, e.g. why nothing moves; a plain line repeats it every kQuietPeriod.
+  void Show(const ExperimentStatus& status, const std::string& note = {});
 
   /// Ends the renewed line, so that something else may be printed. The next Show starts another one.
   void Break();
@@ -29,13 +31,14 @@ class ProgressPrinter {
 
  private:
   static constexpr Seconds kQuietPeriod{10};
-  bool DueAsLine(const ExperimentStatus& status) const;
+  bool DueAsLine(const ExperimentStatus& status, const std::string& note) const;
 
   bool terminal_;
   bool line_open_ = false;
   std::chrono::steady_clock::time_point start_;
   PaceMeter meter_;
   std::optional<ExperimentStatus> last_;
+  std::string last_note_;
   Seconds last_time_{0};
 };
 

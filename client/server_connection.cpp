@@ -8,6 +8,7 @@
 #include <legopt_msg/status_reply.hpp>
 #include <legopt_msg/status_request.hpp>
 #include <legopt_msg/submit_request.hpp>
+#include <memory>
 #include <utility>
 
 #include "bus/typed_calls.h"
@@ -22,6 +23,7 @@ using std::chrono::microseconds;
 // A large query or submission may keep a reachable server busy; whether it is reachable is asked first, by a probe.
 constexpr microseconds kWorkTimeout = std::chrono::seconds(120);
 constexpr microseconds kPollSlice = std::chrono::milliseconds(100);
+constexpr microseconds kTickInterval = std::chrono::milliseconds(500);
 constexpr int kReplyOk = 0;
 constexpr int kSubmitRefused = 2;
 
@@ -51,15 +53,23 @@ ServerConnection::~ServerConnection() = default;
 std::string ServerConnection::address() const { return options_.group + ":" + std::to_string(options_.port); }
 
 template <class Request>
-typename bus::CallOf<Request>::Reply ServerConnection::Ask(Request request, microseconds timeout) {
+typename bus::CallOf<Request>::Reply ServerConnection::Ask(Request request, microseconds timeout,
+                                                           const std::function<void()>& tick) {
   using Outcome = bus::CallOutcome<typename bus::CallOf<Request>::Reply>;
-  std::optional<Outcome> outcome;
+  // Shared, because a tick may leave by an exception before the answer comes.
+  const auto shared = std::make_shared<std::optional<Outcome>>();
+  std::optional<Outcome>& outcome = *shared;
   bus::CallOptions call;
   call.timeout = timeout;
   const auto id = bus::CallMessage(endpoint_, bus::kServer, std::move(request), call,
-                                   [&outcome](Outcome&& reply) { outcome = std::move(reply); });
+                                   [shared](Outcome&& reply) { *shared = std::move(reply); });
+  microseconds next_tick = endpoint_.now() + kTickInterval;
   while (!outcome) {
     endpoint_.Poll(kPollSlice);
+    if (!outcome && tick && endpoint_.now() >= next_tick) {
+      tick();
+      next_tick = endpoint_.now() + kTickInterval;
+    }
     if (!outcome && Interrupted()) {
       endpoint_.Abandon(id);
       throw ClientError(ExitCode::kInterrupted, "interrupted");
@@ -83,12 +93,13 @@ legopt_msg::probe_reply ServerConnection::Probe() {
   return Ask(request, timeout_);
 }
 
-legopt_msg::submit_reply ServerConnection::Submit(const std::string& submission_id, const std::string& spec_json) {
+legopt_msg::submit_reply ServerConnection::Submit(const std::string& submission_id, const std::string& spec_json,
+                                                  const std::function<void()>& tick) {
   Probe();
   legopt_msg::submit_request request;
   request.submission_id = submission_id;
   request.spec_json = spec_json;
-  auto reply = Ask(request, std::max(timeout_, kWorkTimeout));
+  auto reply = Ask(request, std::max(timeout_, kWorkTimeout), tick);
   if (reply.status == kSubmitRefused) {
     throw ClientError(ExitCode::kUsage, "the server refused the experiment: " + reply.message);
   }

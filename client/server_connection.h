@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -34,8 +35,10 @@ class ServerConnection {
 
   /// Who serves there?
   legopt_msg::probe_reply Probe();
-  /// Submits a spec; equal ids make one experiment. A refusal is a kUsage error with the server's reason.
-  legopt_msg::submit_reply Submit(const std::string& submission_id, const std::string& spec_json);
+  /// Submits a spec; equal ids make one experiment. A refusal is a kUsage error with the server's reason. `tick` is
+  /// called twice per second while the answer is awaited; it may make other calls, and may throw.
+  legopt_msg::submit_reply Submit(const std::string& submission_id, const std::string& spec_json,
+                                  const std::function<void()>& tick = {});
   /// Status of one experiment, or of all with 0; the JSON of the contract.
   nlohmann::json Status(std::int64_t experiment_id);
   /// Read-only SQL; the reply's JSON object: columns, rows, truncated.
@@ -50,7 +53,8 @@ class ServerConnection {
 
  private:
   template <class Request>
-  typename bus::CallOf<Request>::Reply Ask(Request request, std::chrono::microseconds timeout);
+  typename bus::CallOf<Request>::Reply Ask(Request request, std::chrono::microseconds timeout,
+                                           const std::function<void()>& tick = {});
 
   bus::LcmOptions options_;
   bus::LcmTransport transport_;

@@ -1,7 +1,7 @@
 #include "client/submission.h"
 
-#include "client/client_error.h"
 #include "client/chosen_files.h"
+#include "client/client_error.h"
 #include "client/experiment_spec.h"
 #include "legopt/problem/dataset.h"
 

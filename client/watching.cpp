@@ -49,13 +49,41 @@ class StandstillWarner {
 
 }  // namespace
 
+void StoreTrouble::Look(const nlohmann::json& status, ProgressPrinter* printer) {
+  const std::string error = StoreError(status);
+  const auto now = std::chrono::steady_clock::now();
+  if (error.empty() != error_.empty()) {
+    since_ = now;
+    if (printer != nullptr) printer->Break();
+    if (error.empty()) {
+      std::fprintf(stderr, "legopt: the server writes its database again\n");
+    } else {
+      std::fprintf(stderr,
+                   "legopt: warning: the server cannot write its database: %s. Nothing is lost: it goes on as soon as "
+                   "it can; free some space\n",
+                   error.c_str());
+    }
+  }
+  error_ = error;
+  if (now - since_ > kPatience) ThrowIfAny();
+}
+
+void StoreTrouble::ThrowIfAny() const {
+  if (error_.empty()) return;
+  throw ClientError(ExitCode::kDatabaseUnusable, "the server cannot write its database: " + error_ +
+                                                     ". What it acknowledged is kept; free some space and go on with "
+                                                     "the same command and the same --db");
+}
+
 ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experiment_id, const WatchTick& tick,
                                  int max_silent_calls) {
   ProgressPrinter printer;
   StandstillWarner warner;
+  StoreTrouble trouble;
   int silent_calls = 0;
   int interval_ms = kFirstInterval_ms;
   for (;;) {
+    if (Interrupted()) trouble.ThrowIfAny();
     if (Interrupted()) throw ClientError(ExitCode::kInterrupted, "interrupted");
     if (tick) tick();
     nlohmann::json reply;
@@ -67,7 +95,8 @@ ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experime
     }
     silent_calls = 0;
     const ExperimentStatus status = Find(reply, experiment_id, server);
-    printer.Show(status);
+    trouble.Look(reply, &printer);
+    printer.Show(status, trouble.note());
     // With a tick, somebody sees after the workers.
     if (!tick) warner.Look(reply, status, &printer);
     if (status.over()) {

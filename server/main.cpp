@@ -11,12 +11,15 @@
 #include <chrono>
 #include <filesystem>
 #include <iostream>
+#include <limits>
 #include <string>
 
 #include "bus/bus_error.h"
 #include "bus/lcm_transport.h"
 #include "db/sqlite_store.h"
+#include "server/port_claim.h"
 #include "server/server.h"
+#include "server/sole_server.h"
 
 namespace legopt::server {
 namespace {
@@ -91,12 +94,19 @@ void WarnAboutNetwork(const Arguments& arguments, const bus::LcmTransport& trans
   }
 }
 
-// Until a signal or a client stops it; then answers repeats of its last requests for a moment.
-void ServeUntilStopped(Server& server, bus::Endpoint& endpoint, StopSignal& stop) {
+// Until a signal or a client stops it; then answers repeats of its last requests for a moment. Before another server
+// of the deployment it stops at once, as in a crash: what was acknowledged is on disk, and its leases run out.
+int ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, StopSignal& stop) {
   bool foreign_reported = false;
   const std::array<pollfd, 1> extra{pollfd{stop.descriptor(), POLLIN, 0}};
   while (!server.shutdown_requested() && !stop.received()) {
     server.Round(kLongestWait, extra);
+    rivals.Look();
+    if (!rivals.rival().empty()) {
+      spdlog::error("another server answers on this port ({}): stopping before it takes or spoils any more work",
+                    rivals.rival());
+      return kExitNetworkUnusable;
+    }
     if (!foreign_reported && endpoint.counters().rejected_deployment > 0) {
       foreign_reported = true;
       spdlog::warn("another deployment uses this port; its messages are ignored. Give each its own --port");
@@ -105,28 +115,43 @@ void ServeUntilStopped(Server& server, bus::Endpoint& endpoint, StopSignal& stop
   server.Drain();
   const microseconds end = endpoint.now() + kLinger;
   while (endpoint.now() < end) server.Round(end - endpoint.now());
+  spdlog::info("stopping");
+  return 0;
+}
+
+// What keeps us from being the only server on these ports; empty: nothing does. The claim settles it on this machine,
+// the probe with servers on others.
+std::string ObstacleOnPorts(const PortClaim& claim, bus::LcmTransport& transport, const ServerOptions& options) {
+  auto self = ProbeReply(options, microseconds(0), WallClock());
+  // Without the claim we only ask who is there, and give way to everybody.
+  if (claim.taken()) self.server_instance = std::numeric_limits<std::int64_t>::max();
+  const std::string obstacle = FindObstacle(transport, bus::RandomSeed(), self, kProbePatience);
+  if (!obstacle.empty() || !claim.taken()) return obstacle;
+  return "another legopt-server of this machine uses UDP port " + std::to_string(*claim.taken()) +
+         " (each uses its --port and the next one); stop it or choose another --port";
 }
 
 int Serve(const Arguments& arguments) {
   StopSignal stop;
-  const auto store = db::OpenSqliteStore(arguments.database);
+  // The network first: a server that may not serve leaves no database behind.
   bus::LcmTransport transport(arguments.network);
   WarnAboutNetwork(arguments, transport);
   const std::string address = arguments.network.group + ":" + std::to_string(arguments.network.port);
-  if (const std::string other = FindOtherServer(transport, bus::RandomSeed(), kProbePatience); !other.empty()) {
-    std::cerr << "legopt-server: another server answers on " << address << " (" << other
-              << "); stop it or choose another --port\n";
+  const ServerOptions options = OptionsFor(arguments);
+  const PortClaim claim(arguments.network.port);
+  if (const std::string obstacle = ObstacleOnPorts(claim, transport, options); !obstacle.empty()) {
+    std::cerr << "legopt-server: " << address << ": " << obstacle << "\n";
     return kExitNetworkUnusable;
   }
+  const auto store = db::OpenSqliteStore(arguments.database);
   bus::Endpoint endpoint(transport, bus::kServer, bus::RandomSeed());
   QueryService queries(arguments.database);
-  Server server(endpoint, *store, &queries, OptionsFor(arguments), WallClock, bus::RandomEndpointId);
+  Server server(endpoint, *store, &queries, options, WallClock, bus::RandomEndpointId);
+  RivalWatch rivals(endpoint, options.scheduler.server_instance);
   server.Work();
-  std::cout << "legopt-server ready on " << address << " with database "
-            << std::filesystem::absolute(arguments.database).string() << " (pid " << getpid() << ")" << std::endl;
-  ServeUntilStopped(server, endpoint, stop);
-  spdlog::info("stopping");
-  return 0;
+  std::cout << "legopt-server ready on " << address << " with database " << options.database << " (pid " << getpid()
+            << ")" << std::endl;
+  return ServeUntilStopped(server, endpoint, rivals, stop);
 }
 
 int Run(int argc, char** argv) {

@@ -14,7 +14,7 @@ constexpr std::int32_t kLeased = 0;
 constexpr std::int32_t kNoneNow = 1;
 constexpr std::int32_t kUnknownWorker = 2;
 constexpr std::int32_t kDatasetMismatch = 3;
-constexpr std::int32_t kDraining = 4;
+constexpr std::int32_t kNoMoreWork = 4;
 constexpr std::int8_t kContinue = 0;
 constexpr std::int8_t kCancel = 1;
 constexpr std::int8_t kUnknownLease = 2;
@@ -115,7 +115,7 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   const microseconds idle_retry = std::max(options_.min_retry, options_.retry_per_worker * online_workers_);
   reply.retry_after_us = idle_retry.count();
   if (draining_) {
-    reply.status = kDraining;
+    reply.status = kNoMoreWork;
     reply.message = "the server is stopping";
     return reply;
   }
@@ -129,6 +129,10 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   reply.num_jobs = static_cast<std::int32_t>(reply.jobs.size());
   if (!reply.jobs.empty()) {
     reply.status = kLeased;
+    return reply;
+  }
+  if (num_queued() == 0 && num_leases() == 0) {  // a leased job may come back
+    reply.status = kNoMoreWork;
     return reply;
   }
   bool same_name = false;

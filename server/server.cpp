@@ -112,19 +112,12 @@ void Server::RegisterHandlers() {
 }
 
 void Server::ServeProbe() {
-  Serve<legopt_msg::probe_request>(bus::MessageType::kProbe, true,
-                                   [this](bus::EndpointId, const auto&, auto responder) {
-                                     legopt_msg::probe_reply reply{};
-                                     reply.protocol_version = bus::kProtocolVersion;
-                                     reply.server_version = options_.version;
-                                     reply.hostname = options_.hostname;
-                                     reply.pid = options_.pid;
-                                     reply.server_instance = options_.scheduler.server_instance;
-                                     reply.database = options_.database;
-                                     reply.uptime_us = (endpoint_.now() - started_).count();
-                                     reply.wall_clock_us = wall_clock_();
-                                     responder.Reply(EncodeReply(reply));
-                                   });
+  Serve<legopt_msg::probe_request>(
+      bus::MessageType::kProbe, true, [this](bus::EndpointId sender, const auto& request, auto responder) {
+        // Our own question whether there is another server: silence is the answer.
+        if (sender == bus::kServer && request.nonce == options_.scheduler.server_instance) return;
+        responder.Reply(EncodeReply(ProbeReply(options_, endpoint_.now() - started_, wall_clock_())));
+      });
 }
 
 void Server::ServeLease() {
@@ -285,24 +278,17 @@ void Server::ResumeDeferred() {
   for (auto& handle : waiting) handle();
 }
 
-std::string FindOtherServer(bus::Transport& transport, std::uint64_t seed, microseconds patience) {
-  std::string found;
-  bool done = false;
-  bus::Endpoint endpoint(transport, bus::RandomEndpointId(), seed);
-  legopt_msg::probe_request request{};
-  bus::CallOptions call;
-  call.timeout = patience;
-  call.first_retry = patience / 8;
-  endpoint.Call(bus::kServer, bus::MessageType::kProbe, bus::Encode(request), call, [&](bus::CallResult&& result) {
-    done = true;
-    if (result.status == bus::CallResult::kTimeout) return;
-    const auto reply = bus::Decode<legopt_msg::probe_reply>(result.body);
-    found =
-        reply ? "process " + std::to_string(reply->pid) + " on " + reply->hostname + " with database " + reply->database
-              : "a server of another protocol version";
-  });
-  while (!done) endpoint.Poll(patience);
-  return found;
+legopt_msg::probe_reply ProbeReply(const ServerOptions& options, microseconds uptime, std::int64_t wall_clock_us) {
+  legopt_msg::probe_reply reply{};
+  reply.protocol_version = bus::kProtocolVersion;
+  reply.server_version = options.version;
+  reply.hostname = options.hostname;
+  reply.pid = options.pid;
+  reply.server_instance = options.scheduler.server_instance;
+  reply.database = options.database;
+  reply.uptime_us = uptime.count();
+  reply.wall_clock_us = wall_clock_us;
+  return reply;
 }
 
 }  // namespace legopt::server

@@ -114,9 +114,7 @@ class Server {
   bool draining_ = false;
 };
 
-/// Asks whether a server answers on this transport, for up to `patience` of its clock: a description for an error
-/// message, empty when none answered. To be used before an endpoint serves there. For transports whose Poll waits, not
-/// simulated ones.
-std::string FindOtherServer(bus::Transport& transport, std::uint64_t seed, microseconds patience);
+/// What a server with these options answers to a probe.
+legopt_msg::probe_reply ProbeReply(const ServerOptions& options, microseconds uptime, std::int64_t wall_clock_us);
 
 }  // namespace legopt::server

@@ -29,7 +29,7 @@ struct PoolOptions {
   std::string build;
   std::int32_t protocol_version = 1;
   std::string server_address;   ///< for messages: "GROUP:PORT"
-  bool exit_when_idle = false;  ///< leave when the server says that there is no more work
+  bool exit_when_idle = false;  ///< leave when the server says that there is no more work (PROTOCOL.md, 9)
   /// Leave with kExitUnreachable after this long without any word from the server; max(): keep trying.
   microseconds wait_server = microseconds::max();
   SlotTimes slot_times;

@@ -32,7 +32,6 @@ constexpr std::size_t kSignalStackBytes = 1U << 16;
 constexpr std::uintptr_t kNullPageBytes = 1U << 20;
 // When not even this much can be mapped, memory was exhausted.
 constexpr std::size_t kProbeBytes = std::size_t{1} << 22;
-constexpr double kKibibyte = 1024;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kSanitized = true;  // sanitizers bring crash reports of their own
@@ -123,12 +122,6 @@ void ResetPeakMemory() {
   // "5" resets the high-water mark of the resident size; where that is refused, the peak is the process's.
   [[maybe_unused]] const ssize_t written = write(fd, "5", 1);
   close(fd);
-}
-
-std::int64_t PeakMemoryBytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::int64_t>(static_cast<double>(usage.ru_maxrss) * kKibibyte);
 }
 
 #if defined(__x86_64__)

@@ -25,7 +25,5 @@ void LimitMemoryGrowth(std::int64_t extra_bytes);
 
 /// Starts anew with the peak of the resident size, where the kernel allows it.
 void ResetPeakMemory();
-/// Largest resident size since then, bytes.
-std::int64_t PeakMemoryBytes();
 
 }  // namespace legopt::worker

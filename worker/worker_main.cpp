@@ -60,7 +60,8 @@ void Define(CLI::App& app, CommandLine& line) {
                  "Dataset folder whose jobs this worker takes; may be repeated "
                  "(default: the embedded garage-small)");
   app.add_option("--name", line.name, "Name in tables and listings (default: the host's)");
-  app.add_flag("--exit-when-idle", line.exit_when_idle, "Leave when the server has no more work");
+  app.add_flag("--exit-when-idle", line.exit_when_idle,
+               "Leave when every experiment of the server is over (also when it has none)");
   app.add_option("--wait-server", line.wait_server_s,
                  "Seconds without any answer of a server after which to give up (default: never)")
       ->check(CLI::PositiveNumber);

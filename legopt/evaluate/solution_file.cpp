@@ -146,6 +146,25 @@ Json FormatSolution(const Solution& solution) {
   return entry;
 }
 
+/// What `path` names once its symbolic links are followed; a dangling link names the file it would create.
+std::filesystem::path FollowLinks(std::filesystem::path path) {
+  constexpr int kMaxLinks = 40;
+  std::error_code error;
+  for (int i = 0; i < kMaxLinks && std::filesystem::is_symlink(path, error); ++i) {
+    path = path.parent_path() / std::filesystem::read_symlink(path, error);
+  }
+  return path;
+}
+
+void WriteText(const std::filesystem::path& where, const std::string& text, const std::filesystem::path& asked) {
+  std::ofstream stream(where, std::ios::binary);
+  stream << text;
+  stream.flush();
+  if (!stream) {
+    Fail({asked.string(), ""}, "", "cannot be written", "check the folder, its permissions and the free space");
+  }
+}
+
 }  // namespace
 
 SolutionFile ReadSolutions(const std::filesystem::path& path) {
@@ -164,7 +183,7 @@ SolutionFile ReadSolutions(const std::filesystem::path& path) {
   return file;
 }
 
-void WriteSolutions(const std::filesystem::path& path, const SolutionFile& file) {
+std::string FormatSolutions(const SolutionFile& file) {
   Json root = {{"robot", file.robot}, {"scenario", file.scenario}, {"task", ToString(file.task)}};
   root["problems"] = Json::array();
   for (const SolvedProblem& problem : file.problems) {
@@ -173,17 +192,23 @@ void WriteSolutions(const std::filesystem::path& path, const SolutionFile& file)
     for (const Solution& solution : problem.solutions) entry["solution"].push_back(FormatSolution(solution));
     root["problems"].push_back(std::move(entry));
   }
-  const Place place{path.string(), ""};
-  const std::filesystem::path temporary = path.string() + ".new";
-  {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream << root.dump(1) << '\n';
-    stream.flush();
-    if (!stream) Fail(place, "", "cannot be written", "check the folder, its permissions and the free space");
-  }
+  return root.dump(1) + '\n';
+}
+
+void WriteSolutions(const std::filesystem::path& path, const SolutionFile& file) {
   std::error_code error;
-  std::filesystem::rename(temporary, path, error);
-  if (error) Fail(place, "", "cannot be replaced: " + error.message(), "check the folder's permissions");
+  const std::filesystem::file_type type = std::filesystem::status(path, error).type();
+  if (type != std::filesystem::file_type::regular && type != std::filesystem::file_type::not_found) {
+    WriteText(path, FormatSolutions(file), path);
+    return;
+  }
+  const std::filesystem::path target = FollowLinks(path);
+  const std::filesystem::path temporary = target.string() + ".new";
+  WriteText(temporary, FormatSolutions(file), path);
+  std::filesystem::rename(temporary, target, error);
+  if (error) {
+    Fail({path.string(), ""}, "", "cannot be replaced: " + error.message(), "check the folder's permissions");
+  }
 }
 
 }  // namespace legopt

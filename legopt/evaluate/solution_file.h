@@ -41,9 +41,12 @@ struct SolutionFile {
 /// method, `timeSec` missing, text that is not a number.
 SolutionFile ReadSolutions(const std::filesystem::path& path);
 
-/// Writes a file that ReadSolutions and LegOpt's own scripts read: numbers in their shortest round-trip form, so that
-/// reading gives the same bits and judging the same verdicts. Replaces `path` in one step. Throws InputError when it
-/// cannot be written.
+/// The text of a file that ReadSolutions and LegOpt's own scripts read: numbers in their shortest round-trip form, so
+/// that reading gives the same bits and judging the same verdicts.
+std::string FormatSolutions(const SolutionFile& file);
+
+/// Writes that text. A regular file, or none, is replaced in one step; symbolic links are followed and stay; anything
+/// else (a device, a pipe) is written into. Throws InputError when it cannot be written.
 void WriteSolutions(const std::filesystem::path& path, const SolutionFile& file);
 
 }  // namespace legopt

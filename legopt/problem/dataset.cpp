@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 #include <utility>
 
+#include "legopt/collision/mesh.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
 #include "legopt/problem/content_hash.h"
@@ -36,6 +38,7 @@ Dataset::Dataset(fs::path folder, DatasetDescription description)
       robot_((VerifyListedFiles(), RobotModel::FromUrdfFile((folder_ / description_.robot_file).string()))),
       scene_(ReadSceneFile(folder_ / description_.scene_file)) {
   ResolveContentHash();
+  CheckMeshes();
   ResolveFeet();
   ResolvePostures();
   posture_problems_ = ReadProblems(Task::kPosture, description_.posture_file);
@@ -104,6 +107,24 @@ void Dataset::ResolveContentHash() {
                       .fix = "remove its line, or " + HashFix()});
   }
   content_hash_ = ContentHash(description_, manifest);
+}
+
+void Dataset::CheckMeshes() const {
+  std::set<std::string> checked;
+  const auto check = [&checked](const ShapeSpec& shape, const std::string& user) {
+    if (shape.kind != ShapeSpec::Kind::kMesh || !checked.insert(shape.mesh_file).second) return;
+    try {
+      LoadMesh(shape.mesh_file, shape.scale);
+    } catch (const InputError& error) {
+      InputError::Fault fault = error.fault();
+      fault.field = user + (fault.field.empty() ? "" : ": " + fault.field);
+      throw InputError(std::move(fault));
+    }
+  };
+  for (const SceneObject& object : scene_.objects) check(object.shape, "scene object '" + object.name + "'");
+  for (const Link& link : robot_.links()) {
+    for (const ShapeSpec& shape : link.collision) check(shape, "link '" + link.name + "'");
+  }
 }
 
 void Dataset::ResolveFeet() {

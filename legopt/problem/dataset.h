@@ -33,7 +33,7 @@ class Dataset {
     Eigen::AlignedBox3d box;
   };
 
-  /// Reads and checks the whole dataset; meshes of the scene are hashed, not parsed (that is collision_model()'s work).
+  /// Reads and checks the whole dataset; every mesh is read once, so that a corrupt one is found here, not by a worker.
   ///
   /// Throws InputError for a missing or malformed file, a content hash that differs from the manifest, an unknown key,
   /// link or joint (naming the nearest valid one), a foot without geometry, a stance that is not well formed, and
@@ -87,6 +87,7 @@ class Dataset {
   Dataset(std::filesystem::path folder, DatasetDescription description);
   void VerifyListedFiles() const;
   void ResolveContentHash();
+  void CheckMeshes() const;
   void ResolveFeet();
   void ResolvePostures();
   Eigen::VectorXd ResolveJoints(const std::map<std::string, double>& values, const std::string& key) const;

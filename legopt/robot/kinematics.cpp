@@ -169,9 +169,8 @@ void Kinematics::AddPointGradient(int link, const Eigen::Vector3d& p_W, const Ei
   const Eigen::Vector3d moment = p_W.cross(direction);  // n . (a x (p - o)) = a . (p x n - o x n)
   for (const int dof : model_->body_dofs(model_->link_body(link))) {
     const auto d = static_cast<size_t>(dof);
-    row[dof] += body_joints_[d].kind == AxisKind::kPrismatic
-                    ? axis_W_[d].dot(direction)
-                    : axis_W_[d].dot(moment - origin_[d + 1].cross(direction));
+    row[dof] += body_joints_[d].kind == AxisKind::kPrismatic ? axis_W_[d].dot(direction)
+                                                             : axis_W_[d].dot(moment - origin_[d + 1].cross(direction));
   }
   const Eigen::Vector3d base_moment = moment - origin_[0].cross(direction);
   for (int k = 0; k < 3; ++k) {

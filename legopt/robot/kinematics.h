@@ -70,16 +70,16 @@ class Kinematics {
 
   const RobotModel* model_;
   std::vector<BodyJoint> body_joints_;
-  std::vector<double> body_mass_;                 ///< of the body alone
-  std::vector<Eigen::Vector3d> body_com_;         ///< body frame
+  std::vector<double> body_mass_;          ///< of the body alone
+  std::vector<Eigen::Vector3d> body_com_;  ///< body frame
   std::vector<double> subtree_mass_;
-  std::vector<int> frame_links_;                  ///< links whose frame differs from their body's
+  std::vector<int> frame_links_;  ///< links whose frame differs from their body's
 
-  std::vector<Eigen::Matrix3d> rotation_;         ///< by body, world
-  std::vector<Eigen::Vector3d> origin_;           ///< by body, world
-  std::vector<Eigen::Vector3d> axis_W_;           ///< by dof
-  std::vector<Eigen::Vector3d> subtree_moment_;   ///< sum of m * com, by body, world
-  std::vector<Eigen::Vector3d> lever_;            ///< by dof: M_i dC_i/dq_i
+  std::vector<Eigen::Matrix3d> rotation_;        ///< by body, world
+  std::vector<Eigen::Vector3d> origin_;          ///< by body, world
+  std::vector<Eigen::Vector3d> axis_W_;          ///< by dof
+  std::vector<Eigen::Vector3d> subtree_moment_;  ///< sum of m * com, by body, world
+  std::vector<Eigen::Vector3d> lever_;           ///< by dof: M_i dC_i/dq_i
   std::vector<Eigen::Isometry3d> link_poses_;
   Eigen::Vector3d com_ = Eigen::Vector3d::Zero();
 };

@@ -15,16 +15,16 @@ struct ShapeSpec {
   /// Metres. Box: full extents x, y, z. Sphere: radius in x. Cylinder and capsule: radius in x, length in z; the axis
   /// is the shape's z, the shape is centred, a capsule's length excludes its caps. Unused for meshes.
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
-  std::string mesh_file;                                        ///< absolute path; meshes only
-  Eigen::Vector3d scale = Eigen::Vector3d::Ones();              ///< applied to mesh vertices
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();       ///< shape frame in the owner's frame
+  std::string mesh_file;                                   ///< absolute path; meshes only
+  Eigen::Vector3d scale = Eigen::Vector3d::Ones();         ///< applied to mesh vertices
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< shape frame in the owner's frame
 };
 
 struct Link {
   std::string name;
-  double mass = 0.0;                                      ///< kg; 0 when the link has no inertia
-  Eigen::Vector3d com = Eigen::Vector3d::Zero();          ///< centre of mass in the link frame, m
-  int parent_joint = -1;                                  ///< index into joints(); -1 for the base
+  double mass = 0.0;                              ///< kg; 0 when the link has no inertia
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< centre of mass in the link frame, m
+  int parent_joint = -1;                          ///< index into joints(); -1 for the base
   std::vector<ShapeSpec> collision;
 };
 
@@ -37,10 +37,10 @@ struct Joint {
   int parent_link = -1;
   int child_link = -1;
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();        ///< unit, in the joint frame
-  int dof = -1;                                           ///< -1 for fixed joints
-  double lower = 0.0;                                     ///< rad or m; -infinity when unlimited
-  double upper = 0.0;                                     ///< rad or m; +infinity when unlimited
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit, in the joint frame
+  int dof = -1;                                     ///< -1 for fixed joints
+  double lower = 0.0;                               ///< rad or m; -infinity when unlimited
+  double upper = 0.0;                               ///< rad or m; +infinity when unlimited
 };
 
 /// Kinematic tree of a floating-base robot: links, joints and degrees of freedom in depth-first order, children in the

@@ -102,7 +102,8 @@ class UrdfReader {
     if (element == nullptr) Fail("joint '" + name + "'", "", std::string("no <") + end + "> element", "add it");
     std::string link = Attribute(*element, "link", end);
     if (!link_names_.contains(link)) {
-      Fail("joint '" + name + "'", link, std::string(end) + " link does not exist", "define the link or correct the name");
+      Fail("joint '" + name + "'", link, std::string(end) + " link does not exist",
+           "define the link or correct the name");
     }
     return link;
   }
@@ -114,13 +115,15 @@ class UrdfReader {
            "use revolute, continuous, prismatic or fixed");
     }
     if (element.FirstChildElement("mimic") != nullptr) {
-      Fail("joint '" + joint.name + "'", "mimic", "mimic joints are not supported", "make the joint fixed or independent");
+      Fail("joint '" + joint.name + "'", "mimic", "mimic joints are not supported",
+           "make the joint fixed or independent");
     }
     for (const JointElement& other : joint_elements_) {
       if (other.name == joint.name) Fail("joint", joint.name, "two joints have this name", "rename one of them");
       if (other.child == joint.child) {
-        Fail("link '" + joint.child + "'", "", "is the child of two joints, '" + other.name + "' and '" + joint.name +
-             "' (a kinematic loop)", "remove one of the joints");
+        Fail("link '" + joint.child + "'", "",
+             "is the child of two joints, '" + other.name + "' and '" + joint.name + "' (a kinematic loop)",
+             "remove one of the joints");
       }
     }
   }
@@ -139,7 +142,8 @@ class UrdfReader {
       root_ = link;
     }
     if (root_.empty()) {
-      Fail("<robot>", "", "every link is the child of a joint (a kinematic loop)", "remove the joint that closes the loop");
+      Fail("<robot>", "", "every link is the child of a joint (a kinematic loop)",
+           "remove the joint that closes the loop");
     }
     // With one root and at most one parent per link, what is not reachable lies on a loop.
     size_t reached = 0;
@@ -172,7 +176,8 @@ class UrdfReader {
       Fail("<robot>", "", std::string("urdfdom: ") + error.what(), "correct the file");
     }
     if (urdf_ == nullptr) {
-      Fail("<robot>", "", "urdfdom refuses the file" + (log.text().empty() ? "" : ": " + log.text()), "correct the file");
+      Fail("<robot>", "", "urdfdom refuses the file" + (log.text().empty() ? "" : ": " + log.text()),
+           "correct the file");
     }
   }
 
@@ -329,8 +334,7 @@ RobotModel RobotModel::FromUrdfFile(const std::string& path) {
   return FromUrdfText(text.str(), path, fs::path(path).parent_path().string());
 }
 
-RobotModel RobotModel::FromUrdfText(const std::string& xml, const std::string& source,
-                                    const std::string& mesh_folder) {
+RobotModel RobotModel::FromUrdfText(const std::string& xml, const std::string& source, const std::string& mesh_folder) {
   return UrdfReader(xml, source, mesh_folder).Build();
 }
 

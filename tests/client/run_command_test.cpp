@@ -3,13 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
 
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
+#include "client/local_pool.h"
 #include "client/result_source.h"
+#include "legopt/data_folder.h"
 #include "program_run.h"
 #include "test_database.h"
 
@@ -18,6 +22,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 class RunCommand : public testing::Test {
  protected:
@@ -85,6 +90,10 @@ TEST_F(RunCommand, ExportAndEvaluateAgree) {
   ASSERT_EQ(Run({Suite(1), "--db", Db()}).exit_code, 0);
   const auto exported = RunLegopt({"export", "1", "--db", Db(), "--out", "out.json"}, folder_.path());
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
+  const auto streamed = RunLegopt({"export", "1", "--db", Db(), "--out", "-"}, folder_.path());
+  ASSERT_EQ(streamed.exit_code, 0) << streamed.err;
+  EXPECT_EQ(nlohmann::json::parse(streamed.out), nlohmann::json::parse(std::ifstream(folder_.path() / "out.json")));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "-"));
   const auto judged = RunLegopt({"evaluate", "out.json", "--format", "json"}, folder_.path());
   ASSERT_EQ(judged.exit_code, 0) << judged.err;
   const auto report = nlohmann::json::parse(judged.out);
@@ -142,6 +151,108 @@ TEST_F(RunCommand, KilledItLeavesNoProcessBehind) {
     ::kill(program.pid(), SIGKILL);
   }
   for (const int pid : children) WaitForEnd(pid);
+}
+
+TEST_F(RunCommand, CommandsItPrintsNameTheDataset) {
+  std::filesystem::copy(DefaultDatasetFolder(), folder_.path() / "my data", std::filesystem::copy_options::recursive);
+  const auto result = Run({Suite(1), "--db", Db(), "--dataset", "my data"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("--dataset '" + (folder_.path() / "my data").string() + "' --out"));
+  EXPECT_THAT(Run({Suite(1), "--db", Db()}).err, Not(HasSubstr("--dataset")));
+}
+
+// The server's share of a full disk: it may write no more bytes. (A file system of our own needs root.)
+class FullDisk {
+ public:
+  explicit FullDisk(int pid) : pid_(pid) {
+    ::prlimit(pid, RLIMIT_FSIZE, nullptr, &before_);
+    const rlimit none{1, before_.rlim_max};
+    ::prlimit(pid, RLIMIT_FSIZE, &none, nullptr);
+  }
+  ~FullDisk() { ::prlimit(pid_, RLIMIT_FSIZE, &before_, nullptr); }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  int pid_;
+  rlimit before_{};
+};
+
+class RunOnAFullDisk : public RunCommand {
+ protected:
+  void SetUp() override {
+    RunCommand::SetUp();
+    if (IsSkipped()) return;
+    ::signal(SIGXFSZ, SIG_IGN);  // inherited: writing fails instead of killing the server
+    port_ = bus::FindFreePortPair(bus::RandomSeed());
+    program_ = std::make_unique<RunningProgram>(
+        BuiltProgram("legopt"),
+        std::vector<std::string>{"run", Suite(kRepetitions), "--db", Db(), "--port", std::to_string(port_)},
+        folder_.path());
+    ASSERT_TRUE(program_->WaitForError("Ctrl-C stops"));
+    const auto servers = ChildrenOf(program_->pid(), "legopt-server");
+    ASSERT_EQ(servers.size(), 1U);
+    disk_ = std::make_unique<FullDisk>(servers[0]);
+    ASSERT_TRUE(program_->WaitForError("cannot write its database"));
+    ASSERT_TRUE(program_->WaitForError("the database cannot be written")) << "plain lines say it, too";
+  }
+  void TearDown() override { ::signal(SIGXFSZ, SIG_DFL); }
+
+  static constexpr int kRepetitions = 500;
+  int port_ = 0;
+  std::unique_ptr<RunningProgram> program_;
+  std::unique_ptr<FullDisk> disk_;
+};
+
+TEST_F(RunOnAFullDisk, SaysSoAndGoesOnWhenThereIsSpaceAgain) {
+  const auto status = RunLegopt({"status", "--port", std::to_string(port_)}, folder_.path());
+  EXPECT_THAT(status.err, HasSubstr("cannot write its database"));
+  disk_.reset();
+  ASSERT_TRUE(program_->WaitForError("writes its database again"));
+  const auto result = program_->Wait();
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("the database cannot be written"));
+  EXPECT_EQ(Count("results"), 6 * kRepetitions);
+}
+
+TEST_F(RunOnAFullDisk, InterruptedItHasTheExitCodeOfAnUnusableDatabase) {
+  ::kill(program_->pid(), SIGINT);
+  const auto result = program_->Wait();
+  EXPECT_EQ(result.exit_code, 6) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("free some space"));
+}
+
+TEST_F(RunCommand, CorruptSceneMeshIsNamedBeforeAnythingIsStored) {
+  const auto dataset = folder_.path() / "broken";
+  std::filesystem::create_directories(dataset);
+  for (const char* file : {"robot.urdf", "problems-posture.json"}) {
+    std::filesystem::copy(DefaultDatasetFolder() / file, dataset / file);
+  }
+  std::ofstream(dataset / "hall.stl") << std::string(300, 'x');
+  std::ofstream(dataset / "scene.yaml") << "objects:\n- {name: hall, shape: mesh, file: hall.stl}\n";
+  std::ifstream original(DefaultDatasetFolder() / "dataset.yaml");
+  std::ofstream copy(dataset / "dataset.yaml");
+  for (std::string line; std::getline(original, line) && line.rfind("files:", 0) != 0;) {
+    if (line.find("motion") == std::string::npos) copy << line << "\n";
+  }
+  copy.close();
+  RunLegopt({"dataset", "hash", dataset.string()}, folder_.path());
+  const auto result = Run({Suite(1), "--db", Db(), "--dataset", dataset.string()});
+  EXPECT_EQ(result.exit_code, 2) << result.err;
+  EXPECT_THAT(result.err, AllOf(HasSubstr("hall.stl"), HasSubstr("scene object 'hall'")));
+  EXPECT_FALSE(std::filesystem::exists(Db()));
+  const auto doctor = RunLegopt({"doctor", "--dataset", dataset.string()}, folder_.path());
+  EXPECT_EQ(doctor.exit_code, 2);
+  EXPECT_THAT(doctor.out, HasSubstr("hall.stl"));
+}
+
+TEST(LastWords, AnErrorComesBeforeWhatFollowsFromIt) {
+  const std::string stamp = "[2026-11-21 14:00:00.000] [legopt-worker] ";
+  EXPECT_EQ(LastWords("legopt-worker", stamp + "[error] x.stl: no triangles\n" + stamp + "[warning] slot 1: exited"),
+            "x.stl: no triangles");
+  EXPECT_EQ(LastWords("legopt-worker", stamp + "[warning] slot 1: exited"), "slot 1: exited");
+  EXPECT_EQ(LastWords("legopt-server", "legopt-server: a [b] c"), "a [b] c");
+  EXPECT_EQ(LastWords("legopt-server", ""), "");
 }
 
 TEST_F(RunCommand, UnwritableDatabase) {

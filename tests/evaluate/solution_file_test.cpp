@@ -1,7 +1,10 @@
 #include "legopt/evaluate/solution_file.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <limits>
@@ -158,6 +161,37 @@ TEST_F(SolutionFileTest, WritesTextsOfNewlineSeparatedNumbers) {
   WriteSolutions(path_, file);
   EXPECT_EQ(ReadJsonFile(path_)["problems"][0]["solution"][0]["x"][0], "0.1\n-2");
   EXPECT_THAT(MessageOf([&] { WriteSolutions("/nonexistent/out.json", file); }), HasSubstr("cannot be written"));
+}
+
+TEST_F(SolutionFileTest, LinksAreFollowedAndStay) {
+  const SolutionFile file;
+  const std::filesystem::path existing = folder_.path() / "existing.json";
+  WriteText(existing, "old");
+  std::filesystem::create_symlink("existing.json", folder_.path() / "link.json");
+  std::filesystem::create_symlink("absent.json", folder_.path() / "dangling.json");
+  for (const auto& [link, target] : {std::pair("link.json", "existing.json"), {"dangling.json", "absent.json"}}) {
+    WriteSolutions(folder_.path() / link, file);
+    EXPECT_TRUE(std::filesystem::is_symlink(folder_.path() / link)) << link;
+    EXPECT_TRUE(std::filesystem::is_regular_file(folder_.path() / target)) << target;
+    EXPECT_EQ(ReadText(folder_.path() / target), FormatSolutions(file));
+  }
+}
+
+TEST_F(SolutionFileTest, WhatIsNoRegularFileIsWrittenIntoAndStays) {
+  const SolutionFile file;
+  const std::filesystem::path pipe = folder_.path() / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  std::filesystem::create_symlink(pipe, folder_.path() / "link");
+  WriteSolutions(folder_.path() / "link", file);
+  std::string text(4096, '\0');
+  text.resize(static_cast<size_t>(std::max<ssize_t>(0, read(reader, text.data(), text.size()))));
+  close(reader);
+  EXPECT_EQ(text, FormatSolutions(file));
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe));
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_.path() / "link"));
+  EXPECT_THAT(MessageOf([&] { WriteSolutions(folder_.path(), file); }), HasSubstr("cannot be written"));
 }
 
 }  // namespace

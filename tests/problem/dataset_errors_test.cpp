@@ -89,6 +89,14 @@ TEST_F(DatasetErrorsTest, MissingMeshIsNamed) {
   EXPECT_THAT(LoadMessage(), AllOf(HasSubstr("meshes/rock.obj"), HasSubstr("does not exist")));
 }
 
+TEST_F(DatasetErrorsTest, CorruptMeshIsNamedWithItsUser) {
+  const fs::path mesh = folder_.path() / "meshes" / "rock.obj";
+  const std::string before = HashFile(mesh);
+  test::WriteText(mesh, "no mesh at all");
+  ReplaceInFile(folder_.path() / "dataset.yaml", before, HashFile(mesh));
+  EXPECT_THAT(LoadMessage(), AllOf(HasSubstr("meshes/rock.obj"), HasSubstr("'rock'")));
+}
+
 TEST_F(DatasetErrorsTest, HashMismatchNamesFileExpectedFoundAndFix) {
   const fs::path mesh = folder_.path() / "meshes" / "rock.obj";
   const std::string expected = HashFile(mesh);

@@ -66,7 +66,7 @@ class AtlasRegression : public ::testing::Test {
   Eigen::VectorXd x_;
 };
 
-constexpr double kLength = 1e-6;   // printed digits of the reference
+constexpr double kLength = 1e-6;  // printed digits of the reference
 constexpr double kTorque = 1e-3;
 
 TEST_F(AtlasRegression, ZeroConfiguration) {

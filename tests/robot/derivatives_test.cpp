@@ -35,8 +35,8 @@ constexpr const char* kMixedTree = R"(
     <limit lower="0" upper="1" effort="1" velocity="1"/></joint>
 </robot>)";
 
-constexpr double kStep = 1e-6;        // balances truncation (h^2) and rounding (1e-16 / h)
-constexpr double kTolerance = 2e-8;   // for values of order 1 to 100
+constexpr double kStep = 1e-6;       // balances truncation (h^2) and rounding (1e-16 / h)
+constexpr double kTolerance = 2e-8;  // for values of order 1 to 100
 constexpr double kGravity = 9.8;
 
 class Derivatives : public ::testing::Test {
@@ -135,9 +135,7 @@ TEST_F(Derivatives, GravityTorquesAreTheGradientOfThePotential) {
   Eigen::MatrixXd com(3, model_.tangent_size());
   kinematics_.ComJacobian(com);
   gradient.rightCols(3) = kGravity * model_.total_mass() * com.row(2).tail(3);
-  Check(gradient, [&] {
-    return Eigen::VectorXd::Constant(1, kGravity * model_.total_mass() * kinematics_.com().z());
-  });
+  Check(gradient, [&] { return Eigen::VectorXd::Constant(1, kGravity * model_.total_mass() * kinematics_.com().z()); });
 }
 
 TEST_F(Derivatives, GravityTorqueJacobian) {

@@ -41,8 +41,8 @@ TEST(Urdf, TreeOrderFollowsTheFileNotTheNames) {
 }
 
 TEST(Urdf, DepthFirstEvenWhenTheFileIsNot) {
-  const RobotModel model = Parse(R"(<link name="d"/>)" + kLinks + FixedJoint("1", "a", "b") + FixedJoint("2", "a", "c") +
-                                 FixedJoint("3", "b", "d"));
+  const RobotModel model = Parse(R"(<link name="d"/>)" + kLinks + FixedJoint("1", "a", "b") +
+                                 FixedJoint("2", "a", "c") + FixedJoint("3", "b", "d"));
   EXPECT_EQ(model.links()[0].name, "a");
   EXPECT_EQ(model.links()[1].name, "b");
   EXPECT_EQ(model.links()[2].name, "d");
@@ -67,9 +67,11 @@ TEST(Urdf, BadJoints) {
   ExpectFault(kLinks + R"(<joint name="1" type="floating"><parent link="a"/><child link="b"/></joint>)", "joint '1'",
               "not supported");
   ExpectFault(R"(<link name="a"/><link name="b"/><joint name="1" type="revolute"><parent link="a"/><child link="b"/>
-               <axis xyz="0 0 0"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>)", "joint '1'", "direction");
+               <axis xyz="0 0 0"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>)",
+              "joint '1'", "direction");
   ExpectFault(R"(<link name="a"/><link name="b"/><joint name="1" type="revolute"><parent link="a"/><child link="b"/>
-               <axis xyz="0 0 1"/><limit lower="2" upper="1" effort="1" velocity="1"/></joint>)", "joint '1': limit", "lower");
+               <axis xyz="0 0 1"/><limit lower="2" upper="1" effort="1" velocity="1"/></joint>)",
+              "joint '1': limit", "lower");
   ExpectFault(kLinks + FixedJoint("1", "a", "b") + FixedJoint("1", "a", "c"), "joint", "two joints");
 }
 

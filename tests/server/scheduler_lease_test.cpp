@@ -171,6 +171,21 @@ TEST_F(SchedulerTest, QueueGoesOnWhereItStood) {
   EXPECT_EQ(Lease(kSecond).status, 1);
 }
 
+// --- The end of work -------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerTest, NoMoreWorkIsToldOnceEveryExperimentIsOver) {
+  constexpr int kNoneNow = 1, kNoMoreWork = 4;
+  Hello(kFirst);
+  Hello(kSecond);
+  EXPECT_EQ(Lease(kFirst).status, kNoMoreWork) << "there is none yet";
+  EXPECT_GT(Lease(kFirst).retry_after_us, 0) << "those that wait ask again";
+  Submit(SampleSpec(1));
+  const auto lease = LeaseOne(kFirst);
+  EXPECT_EQ(Lease(kSecond).status, kNoneNow) << "the job may come back";
+  Finish(kFirst, lease);
+  EXPECT_EQ(Lease(kSecond).status, kNoMoreWork);
+}
+
 // --- Cancellation ----------------------------------------------------------------------------------------------------
 
 TEST_F(SchedulerTest, CancelReachesWorkersByHeartbeatAndLateResultsAreStale) {
@@ -185,7 +200,7 @@ TEST_F(SchedulerTest, CancelReachesWorkersByHeartbeatAndLateResultsAreStale) {
   EXPECT_EQ(StateOf(1), JobState::kDone);
   EXPECT_EQ(StateOf(2), JobState::kCancelled);
   EXPECT_EQ(Heartbeat(kFirst, {running}).verdicts.at(0), 1);
-  EXPECT_EQ(Lease(kFirst).status, 1);
+  EXPECT_EQ(Lease(kFirst).status, 4) << "a cancelled job does not come back";
   EXPECT_EQ(Finish(kFirst, running).status, 2) << "finished all the same";
   EXPECT_EQ(store_.num_accepted(), 1);
   EXPECT_EQ(Finish(kFirst, running, 4).status, 0) << "the worker reports that it stopped";
@@ -201,7 +216,7 @@ TEST_F(SchedulerTest, CancelledStaysCancelledAfterARestart) {
   Cancel(1);
   Restart();
   Hello(kFirst);
-  EXPECT_EQ(Lease(kFirst).status, 1);
+  EXPECT_EQ(Lease(kFirst).status, 4) << "nothing is left to do";
   EXPECT_EQ(Heartbeat(kFirst, {running}).verdicts.at(0), 2);
   EXPECT_EQ(Finish(kFirst, running).status, 2);
   EXPECT_EQ(store_.num_accepted(), 0);

@@ -7,9 +7,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdio>
 #include <fstream>
+#include <memory>
+#include <thread>
 
+#include "bus/codec.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "db/connection.h"
@@ -134,6 +138,59 @@ TEST_F(ServerProcess, SecondServerOnThePortIsRefused) {
   Process first(Command(database_, port_));
   ASSERT_TRUE(first.WaitFor("ready")) << first.text();
   ExpectExit(Command(folder_ / "other.sqlite", port_), 7, database_.string());
+}
+
+TEST_F(ServerProcess, OfServersStartedTogetherExactlyOneServes) {
+  constexpr int kRounds = 10;
+  constexpr int kServers = 2;
+  for (int round = 0; round < kRounds; ++round) {
+    const int port = bus::FindFreePortPair(bus::RandomSeed());
+    std::vector<std::unique_ptr<Process>> servers;
+    for (int i = 0; i < kServers; ++i) {
+      servers.push_back(std::make_unique<Process>(Command(folder_ / (std::to_string(i) + ".sqlite"), port)));
+    }
+    int ready = 0;
+    for (const auto& server : servers) {
+      if (server->WaitFor("ready")) {
+        ++ready;
+      } else {
+        EXPECT_EQ(server->Wait(), 7) << server->text();
+        EXPECT_NE(server->text().find("--port"), std::string::npos) << server->text();
+      }
+    }
+    EXPECT_EQ(ready, 1) << "round " << round;
+  }
+}
+
+TEST_F(ServerProcess, AnotherDeploymentOnAPortIsRefused) {
+  Process first(Command(database_, port_));
+  ASSERT_TRUE(first.WaitFor("ready")) << first.text();
+  const auto other = folder_ / "other.sqlite";
+  for (const int port : {port_ - 1, port_ + 1}) ExpectExit(Command(other, port), 7, "choose another --port");
+  std::vector<std::string> other_group = Command(other, port_);
+  other_group.insert(other_group.end(), {"--group", "239.255.76.99"});
+  ExpectExit(other_group, 7, "choose another --port");
+  EXPECT_FALSE(std::filesystem::exists(other)) << "a server that may not serve leaves no database behind";
+}
+
+TEST_F(ServerProcess, FramesOfAnotherDeploymentKeepItFromServing) {
+  bus::LcmOptions options;
+  options.port = port_;
+  options.deployment = 4711;
+  bus::LcmTransport transport(options);
+  bus::Endpoint stranger(transport, bus::RandomEndpointId(), bus::RandomSeed());
+  bus::CallOptions call;
+  call.timeout = std::chrono::minutes(1);
+  call.max_retry = call.first_retry = std::chrono::milliseconds(20);
+  stranger.Call(bus::kServer, bus::MessageType::kProbe, bus::Encode(legopt_msg::probe_request{}), call, {});
+  std::atomic<bool> done = false;
+  std::thread talk([&] {
+    while (!done) stranger.Poll(std::chrono::milliseconds(10));
+  });
+  ExpectExit(Command(database_, port_), 7, "another deployment");
+  done = true;
+  talk.join();
+  EXPECT_FALSE(std::filesystem::exists(database_));
 }
 
 TEST_F(ServerProcess, UnusableDatabasesHaveTheirExitCode) {
