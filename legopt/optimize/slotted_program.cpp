@@ -120,16 +120,17 @@ void SlottedProgram::Fill(size_t k) {
   const TermSlots& term_slots = term_slots_[k];
   keys_.clear();
   program_->terms()[k]->RowKeys(model_.rows(), keys_);
+  const bool varies = term_slots.shared != kNone;
   int worst = -1;
   for (int i = 0; i < model_.rows(); ++i) {
     const auto slot = std::ranges::lower_bound(term_slots.slots, keys_[static_cast<size_t>(i)], {}, &Slot::key);
     if (slot != term_slots.slots.end() && slot->key == keys_[static_cast<size_t>(i)]) {
-      Put(slot->row, i);
+      if (!varies || model_.value(i) > row_values_[slot->row]) Put(slot->row, i);
     } else if (worst < 0 || model_.value(i) > model_.value(worst)) {
       worst = i;
     }
   }
-  if (worst >= 0 && term_slots.shared != kNone) Put(term_slots.shared, worst);
+  if (worst >= 0 && varies && model_.value(worst) > row_values_[term_slots.shared]) Put(term_slots.shared, worst);
 }
 
 void SlottedProgram::Put(size_t row, int model_row) {

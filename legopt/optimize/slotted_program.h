@@ -15,10 +15,10 @@ namespace legopt {
 ///
 /// Rows of terms may come and go (contacts). Each row that was present at some base point has a *slot*, found by its
 /// key (Term::RowKeys); while it is absent the slot is at Term::AbsentRow with zero derivative, which continues the row
-/// where it leaves the contact range. A term that leaves rows out has one more slot, for the worst row without a slot
-/// of its own. Hence the feasible set is exactly the program's, at every dx and whichever slots exist; what is lost is
-/// smoothness, in the last slot when several new rows are violated at once. Rebase cures that: it gives slots to the
-/// rows at the new base point.
+/// where it leaves the contact range; of rows that share a key the larger counts. A term that leaves rows out has one
+/// more slot, for the worst row without a slot of its own. Hence the feasible set is exactly the program's, at every dx
+/// and whichever slots exist; what is lost is smoothness, in the last slot when several new rows are violated at once.
+/// Rebase cures that: it gives slots to the rows at the new base point.
 ///
 /// Derivatives are by dx, exactly: rows are linearised at x and pulled back through the retraction (Program::PullBack).
 ///

@@ -80,6 +80,11 @@ void SweptCollisionTerm::Linearize(LinearModel& model) {
   }
 }
 
+void SweptCollisionTerm::RowKeys(int /*rows*/, std::vector<int>& keys) {
+  Refresh();
+  for (const Row& row : rows_) keys.push_back(row.contact.pair_id);
+}
+
 std::span<const SweptCollisionTerm::Row> SweptCollisionTerm::rows() {
   Refresh();
   return rows_;

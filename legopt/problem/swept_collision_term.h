@@ -42,6 +42,10 @@ class SweptCollisionTerm : public Term {
                      CollisionQuery& query, double margin_m, double range_m);
   void Evaluate(std::vector<double>& residuals) override;
   void Linearize(LinearModel& model) override;
+  /// The pairs of shapes: one row each.
+  void RowKeys(int rows, std::vector<int>& keys) override;
+  /// Pairs that are nearer and yet have no row keep the margin on the way and are nearer still at an end.
+  double AbsentRow() const override { return margin_m_ - range_m_; }
 
   struct Row {
     Contact contact;

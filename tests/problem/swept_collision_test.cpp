@@ -263,6 +263,18 @@ int CompareWithDifferences(Transition& transition, const Eigen::VectorXd& a, con
   return compared;
 }
 
+/// One key per row, no key twice, and pairs keep theirs when they become rows elsewhere.
+void CheckKeys(Transition& transition) {
+  const std::vector<double> residuals = transition.Residuals();
+  std::vector<int> keys;
+  transition.term().RowKeys(static_cast<int>(residuals.size()), keys);
+  ASSERT_EQ(keys.size(), residuals.size());
+  for (size_t i = 0; i < keys.size(); ++i) EXPECT_EQ(keys[i], transition.term().rows()[i].contact.pair_id);
+  std::sort(keys.begin(), keys.end());
+  EXPECT_EQ(std::adjacent_find(keys.begin(), keys.end()), keys.end());
+  for (const double r : residuals) EXPECT_GE(r, transition.term().AbsentRow());
+}
+
 /// Transitions between perturbed starts of successive stances, the base turned as well.
 int CheckDataset(const Dataset& dataset, SceneRepresentation which, const std::vector<Stance>& stances,
                  double range_m) {
@@ -284,6 +296,7 @@ int CheckDataset(const Dataset& dataset, SceneRepresentation which, const std::v
   for (size_t t = 0; t + 1 < x.size(); ++t) {
     compared += CompareWithDifferences(transition, x[t], x[t + 1]);
     CheckSteps(transition, x[t], x[t + 1]);
+    CheckKeys(transition);
   }
   return compared;
 }
