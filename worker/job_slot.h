@@ -37,7 +37,7 @@ struct SlotTimes {
   microseconds start_limit = std::chrono::seconds(120);         ///< loading datasets
   microseconds kill_grace = std::chrono::seconds(1);            ///< beyond the wall limit of a job (solving)
   microseconds judge_limit = std::chrono::seconds(120);         ///< judging one solution
-  microseconds cancel_grace = std::chrono::milliseconds(400);   ///< between asking a job to stop and killing it
+  microseconds cancel_grace = std::chrono::milliseconds(500);   ///< between asking a job to stop and killing it
   microseconds first_restart = std::chrono::milliseconds(250);  ///< after a failed start; doubles
   microseconds last_restart = std::chrono::seconds(30);
 };
