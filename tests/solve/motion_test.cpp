@@ -36,16 +36,22 @@ class Motion : public ::testing::Test {
   ProblemSolver solver_;
 };
 
-TEST_F(Motion, IsSolvedAndJudged) {
+TEST(EmbeddedMotions, AreSolvedAndJudged) {
+  const auto dataset = Dataset::Load(std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small");
+  ProblemSolver solver(dataset);
+  Judge judge(dataset);
+  const ProblemDefinition& problem = dataset->problems(Task::kMotion).front();
+  const std::vector<MotionWindow> windows = MotionWindows(static_cast<int>(problem.stances.size()));
   SolveSettings settings;
-  std::vector<std::pair<int, int>> progress;
+  std::vector<std::pair<int, int>> progress, expected;
   settings.progress = [&](int done, int total) { progress.emplace_back(done, total); };
-  const SolveOutcome outcome = solver_.Solve(Task::kMotion, 0, Initialization::kGood, {}, settings);
-  EXPECT_EQ(outcome.windows, 1);
-  EXPECT_EQ(outcome.windows_solved, 1);
-  EXPECT_EQ(progress, (std::vector<std::pair<int, int>>{{1, 1}}));
-  Judge judge(dataset_);
-  const Evaluation evaluation = judge.Evaluate(Task::kMotion, dataset_->problem(Task::kMotion, 0), outcome.waypoints);
+  const SolveOutcome outcome = solver.Solve(Task::kMotion, problem.id, Initialization::kGood, {}, settings);
+  const auto total = static_cast<int>(windows.size());
+  for (int done = 1; done <= total; ++done) expected.emplace_back(done, total);
+  EXPECT_EQ(outcome.windows, total);
+  EXPECT_EQ(outcome.windows_solved, total);
+  EXPECT_EQ(progress, expected);
+  const Evaluation evaluation = judge.Evaluate(Task::kMotion, problem, outcome.waypoints);
   EXPECT_EQ(evaluation.strict, Verdict::kSuccess) << evaluation.detail;
   EXPECT_GE(outcome.cost, evaluation.cost * evaluation.num_waypoints - 1e-12) << "the base counts for the solver only";
 }
