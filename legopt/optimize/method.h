@@ -4,9 +4,13 @@
 #include <string>
 
 #include "legopt/optimize/best_options.h"
+#include "legopt/optimize/gradient_direction.h"
+#include "legopt/optimize/gradient_options.h"
 #include "legopt/optimize/ipopt_options.h"
 #include "legopt/optimize/option_fields.h"
 #include "legopt/optimize/sqp_options.h"
+#include "legopt/optimize/stomp_options.h"
+#include "legopt/optimize/waypoint_metric.h"
 
 namespace legopt {
 
@@ -36,6 +40,10 @@ struct Method {
   SqpOptions sqp;
   BestOptions best;
   IpoptOptions ipopt;
+  GradientOptions gradient;  ///< sgd, adam, nadam, chomp
+  MomentOptions moments;     ///< adam, nadam
+  MetricOptions metric;      ///< chomp
+  StompOptions stomp;
 
   /// Throws InputError naming every unknown key (with the nearest valid one), wrong type and value out of range;
   /// `source` names the file in errors.

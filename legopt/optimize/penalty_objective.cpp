@@ -6,6 +6,21 @@ namespace legopt {
 
 bool ObjectiveValue::IsFinite() const { return std::isfinite(cost) && std::isfinite(violation); }
 
+void ObjectiveValue::Add(TermKind kind, int term, const std::vector<double>& residuals) {
+  for (const double r : residuals) {
+    if (kind == TermKind::kCost) {
+      cost += r * r;
+      continue;
+    }
+    const double v = kind == TermKind::kEquality ? std::abs(r) : (r > 0.0 || std::isnan(r) ? r : 0.0);
+    violation += v;
+    if (v > max_violation) {
+      max_violation = v;
+      worst_term = term;
+    }
+  }
+}
+
 ObjectiveValue EvaluateObjective(Program& program, Eigen::Ref<const Eigen::VectorXd> x, std::vector<double>& scratch) {
   program.SetPoint(x);
   ObjectiveValue value;
@@ -13,19 +28,7 @@ ObjectiveValue EvaluateObjective(Program& program, Eigen::Ref<const Eigen::Vecto
   for (size_t k = 0; k < terms.size(); ++k) {
     scratch.clear();
     terms[k]->Evaluate(scratch);
-    const TermKind kind = terms[k]->shape().kind;
-    for (const double r : scratch) {
-      if (kind == TermKind::kCost) {
-        value.cost += r * r;
-        continue;
-      }
-      const double v = kind == TermKind::kEquality ? std::abs(r) : (r > 0.0 || std::isnan(r) ? r : 0.0);
-      value.violation += v;
-      if (v > value.max_violation) {
-        value.max_violation = v;
-        value.worst_term = static_cast<int>(k);
-      }
-    }
+    value.Add(terms[k]->shape().kind, static_cast<int>(k), scratch);
   }
   return value;
 }

@@ -14,6 +14,9 @@ struct ObjectiveValue {
   double max_violation = 0.0;  ///< largest single |h_i| or max(0, g_i): what tolerances refer to
   int worst_term = -1;         ///< index of the term with max_violation; -1 when there is none
 
+  /// Adds the residuals of one more term.
+  void Add(TermKind kind, int term, const std::vector<double>& residuals);
+
   double Merit(double penalty) const { return cost + penalty * violation; }
   bool IsFinite() const;
 };

@@ -1,15 +1,31 @@
 #include "legopt/optimize/registry.h"
 
 #include <array>
+#include <utility>
 
 #include "legopt/optimize/best_solver.h"
+#include "legopt/optimize/gradient_solver.h"
 #include "legopt/optimize/ipopt_solver.h"
 #include "legopt/optimize/sqp_solver.h"
+#include "legopt/optimize/stomp_solver.h"
 
 namespace legopt {
 namespace {
 
 Sampling SamplingOf(const Method& method) { return {method.sample_size_percent, method.incremental}; }
+
+std::unique_ptr<Solver> Descent(const Method& method, std::unique_ptr<GradientDirection> direction) {
+  return std::make_unique<GradientSolver>(method.gradient, std::move(direction), SamplingOf(method));
+}
+
+std::unique_ptr<Solver> MomentDescent(const Method& method, bool nesterov) {
+  return Descent(method, std::make_unique<MomentDirection>(method.moments, nesterov));
+}
+
+void VisitMomentDescent(Method& method, OptionFields& fields) {
+  method.gradient.Visit(fields);
+  method.moments.Visit(fields);
+}
 
 constexpr std::array kSolvers = {
     SolverEntry{
@@ -19,6 +35,20 @@ constexpr std::array kSolvers = {
                 [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<BestSolver>(m.best); }},
     SolverEntry{"ipopt", "Ipopt", false, false, [](Method& m, OptionFields& f) { m.ipopt.Visit(f); },
                 [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<IpoptSolver>(m.ipopt); }},
+    SolverEntry{"sgd", "SGD", true, false, [](Method& m, OptionFields& f) { m.gradient.Visit(f); },
+                [](const Method& m) { return Descent(m, std::make_unique<SteepestDirection>()); }},
+    SolverEntry{"adam", "Adam", true, false, VisitMomentDescent,
+                [](const Method& m) { return MomentDescent(m, false); }},
+    SolverEntry{"nadam", "Nadam", true, false, VisitMomentDescent,
+                [](const Method& m) { return MomentDescent(m, true); }},
+    SolverEntry{"chomp", "CHOMP", false, false,
+                [](Method& m, OptionFields& f) {
+                  m.gradient.Visit(f);
+                  m.metric.Visit(f);
+                },
+                [](const Method& m) { return Descent(m, std::make_unique<CovariantDirection>(m.metric)); }},
+    SolverEntry{"stomp", "STOMP", false, true, [](Method& m, OptionFields& f) { m.stomp.Visit(f); },
+                [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<StompSolver>(m.stomp); }},
 };
 
 }  // namespace

@@ -7,18 +7,9 @@
 #include <limits>
 
 #include "legopt/problem/dataset.h"
+#include "legopt/random_draws.h"
 
 namespace legopt {
-namespace {
-
-/// Uniform in [0, 1), from the upper 53 bits.
-double Uniform(std::mt19937_64& generator) {
-  constexpr int kDroppedBits = 11;
-  constexpr double kStep = 0x1.0p-53;
-  return static_cast<double>(generator() >> kDroppedBits) * kStep;
-}
-
-}  // namespace
 
 Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initialization initialization) {
   if (stance.footholds.empty()) {
@@ -52,7 +43,7 @@ Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initi
 void PerturbJoints(const RobotModel& robot, std::mt19937_64& generator, double half_width_rad,
                    Eigen::Ref<Eigen::VectorXd> x) {
   for (int dof = 0; dof < robot.num_dofs(); ++dof) {
-    const double noise = half_width_rad * (2 * Uniform(generator) - 1);
+    const double noise = half_width_rad * (2 * UniformDraw(generator) - 1);
     x[dof] = std::clamp(x[dof] + noise, robot.lower_limits()[dof], robot.upper_limits()[dof]);
   }
 }

@@ -1,0 +1,45 @@
+#include "legopt/optimize/gradient_direction.h"
+
+#include "legopt/optimize/option_fields.h"
+
+namespace legopt {
+
+void MomentOptions::Visit(OptionFields& fields) {
+  constexpr double kBelowOne = 0.999999;
+  fields.Number("beta1", beta1, 0.0, kBelowOne);
+  fields.Number("beta2", beta2, 0.0, kBelowOne);
+  fields.Number("epsilon", epsilon, 1e-300, 1.0);
+}
+
+void MomentDirection::Reset(const Program& program) {
+  const Eigen::Index size = static_cast<Eigen::Index>(program.num_waypoints()) * program.tangent_size();
+  first_.setZero(size);
+  second_.setZero(size);
+  beta1_power_ = beta2_power_ = 1.0;
+}
+
+void MomentDirection::Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) {
+  const double beta1 = options_.beta1, beta2 = options_.beta2;
+  first_ = beta1 * first_ + (1.0 - beta1) * gradient;
+  second_ = beta2 * second_ + (1.0 - beta2) * gradient.cwiseAbs2();
+  beta1_power_ *= beta1;
+  beta2_power_ *= beta2;
+  double of_first = 1.0 / (1.0 - beta1_power_), of_gradient = 0.0;
+  if (nesterov_) {
+    of_first = beta1 / (1.0 - beta1 * beta1_power_);
+    of_gradient = (1.0 - beta1) / (1.0 - beta1_power_);
+  }
+  direction = (of_first * first_ + of_gradient * gradient).array() /
+              ((second_ / (1.0 - beta2_power_)).array().sqrt() + options_.epsilon);
+}
+
+void CovariantDirection::Reset(const Program& program) {
+  metric_.Reset(program.num_waypoints(), program.tangent_size(), options_);
+}
+
+void CovariantDirection::Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) {
+  direction = gradient;
+  metric_.ApplyInverse(direction);
+}
+
+}  // namespace legopt

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "legopt/optimize/waypoint_metric.h"
+#include "legopt/problem/program.h"
+
+namespace legopt {
+
+class OptionFields;
+
+/// How a gradient method turns g_k, the (sampled or remembered) gradient, into the direction d_k of the step -alpha
+/// d_k.
+class GradientDirection {
+ public:
+  virtual ~GradientDirection() = default;
+  /// k = 0; forgets all gradients.
+  virtual void Reset(const Program& program) = 0;
+  /// One more gradient; `direction` has its size.
+  virtual void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) = 0;
+  /// True when the same gradient twice gives two directions.
+  virtual bool remembers() const = 0;
+};
+
+/// SGD: d = g.
+class SteepestDirection : public GradientDirection {
+ public:
+  void Reset(const Program&) override {}
+  void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) override { direction = gradient; }
+  bool remembers() const override { return false; }
+};
+
+struct MomentOptions {
+  double beta1 = 0.9;     ///< decay of the first moment (paper), [0, 1)
+  double beta2 = 0.999;   ///< decay of the second moment (paper), [0, 1)
+  double epsilon = 1e-8;  ///< reading 20, > 0
+
+  void Visit(OptionFields& fields);
+
+  bool operator==(const MomentOptions&) const = default;
+};
+
+/// Adam and Nadam (paper): with m_k = beta1 m_{k-1} + (1 - beta1) g_k, v_k = beta2 v_{k-1} + (1 - beta2) g_k^2, k = 1,
+/// 2, ..,
+///     d = mhat / (sqrt(v_k / (1 - beta2^k)) + epsilon),   element by element,
+///     Adam   mhat = m_k / (1 - beta1^k)
+///     Nadam  mhat = beta1 m_k / (1 - beta1^(k+1)) + (1 - beta1) g_k / (1 - beta1^k)
+class MomentDirection : public GradientDirection {
+ public:
+  MomentDirection(const MomentOptions& options, bool nesterov) : options_(options), nesterov_(nesterov) {}
+  void Reset(const Program& program) override;
+  void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) override;
+  bool remembers() const override { return true; }
+
+ private:
+  MomentOptions options_;
+  bool nesterov_;
+  double beta1_power_ = 1.0, beta2_power_ = 1.0;  ///< beta^k
+  Eigen::VectorXd first_, second_;
+};
+
+/// CHOMP (Ratliff et al., ICRA 2009): d = A^-1 g, A the metric of waypoint_metric.h.
+class CovariantDirection : public GradientDirection {
+ public:
+  explicit CovariantDirection(const MetricOptions& options) : options_(options) {}
+  void Reset(const Program& program) override;
+  void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) override;
+  bool remembers() const override { return false; }
+
+ private:
+  MetricOptions options_;
+  WaypointMetric metric_;
+};
+
+}  // namespace legopt

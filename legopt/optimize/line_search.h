@@ -1,0 +1,47 @@
+#pragma once
+
+namespace legopt {
+
+class OptionFields;
+
+/// A function of one variable along a search direction, alpha >= 0.
+class LineFunction {
+ public:
+  virtual ~LineFunction() = default;
+  virtual double Value(double alpha) = 0;  ///< not finite where undefined
+  virtual double Slope() = 0;              ///< derivative at the alpha of the last Value()
+};
+
+struct LineSearchOptions {
+  double sufficient_decrease = 1e-4;  ///< c1 of Wolfe's conditions (paper), (0, 1)
+  double curvature = 0.9;             ///< c2 (paper), (c1, 1)
+  double max_step = 1.0;              ///< largest change of any variable in one step; rad and m, > 0
+  double short_step = 1e-3;  ///< largest change of any variable where no Wolfe point is found (reading 21), >= 0
+  int max_trials = 20;       ///< points looked at per search, >= 1
+
+  void Visit(OptionFields& fields);
+
+  bool operator==(const LineSearchOptions&) const = default;
+};
+
+/// phi(0), phi'(0) and the steps to begin and end with.
+struct LineStart {
+  double value = 0.0;
+  double slope = 0.0;  ///< < 0
+  double first_alpha = 1.0;
+  double max_alpha = 1.0;
+};
+
+struct LineSearchResult {
+  double alpha = 0.0;  ///< 0: no point with sufficient decrease was found
+  double value = 0.0;  ///< phi(alpha)
+  bool wolfe = false;  ///< both conditions hold; else the lowest point found with sufficient decrease
+};
+
+/// Step length by Wolfe's strong conditions,
+///     phi(a) <= phi(0) + c1 a phi'(0),   |phi'(a)| <= c2 |phi'(0)|,
+/// found by bracketing and zooming (Nocedal and Wright, algorithms 3.5 and 3.6). A value that is not finite counts as
+/// too high. A step of max_alpha with sufficient decrease is taken whatever its slope.
+LineSearchResult SearchWolfe(LineFunction& phi, const LineStart& start, const LineSearchOptions& options);
+
+}  // namespace legopt

@@ -1,0 +1,92 @@
+#include "legopt/optimize/penalty_solver.h"
+
+namespace legopt {
+
+SolverResult PenaltySolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
+  context_ = &context;
+  iterations_ = 0;
+  stop_status_ = SolveStatus::kNotRun;
+  SolverResult result;
+  program.ProjectOnBounds(x);
+  lowest_.Take(x, EvaluateObjective(program, x, scratch_));
+  result.value = lowest_.value;
+  if (!lowest_.value.IsFinite()) {
+    result.status = SolveStatus::kNumericalFailure;
+    return result;
+  }
+  Prepare(program);
+  best_ = lowest_;
+  penalty_ = options_.initial_penalty;
+  InnerEnd end = InnerEnd::kConverged;
+  for (int k = 0; k < options_.max_penalty_iterations; ++k) {
+    end = MinimizeAtPenalty(program);
+    if (end == InnerEnd::kStopped || Satisfied(lowest_.value)) break;
+    penalty_ *= options_.penalty_increase_ratio;
+  }
+  x = best_.x;
+  result.value = best_.value;
+  result.feasible = Satisfied(best_.value);
+  result.iterations = iterations_;
+  if (end == InnerEnd::kStopped) {
+    result.status = stop_status_;
+  } else if (end == InnerEnd::kIterationLimit) {
+    result.status = SolveStatus::kIterationLimit;
+  } else {
+    result.status = result.feasible ? SolveStatus::kConvergedFeasible : SolveStatus::kConvergedInfeasible;
+  }
+  return result;
+}
+
+PenaltySolver::InnerEnd PenaltySolver::MinimizeAtPenalty(Program& program) {
+  iterations_at_penalty_ = 0;
+  x_ = lowest_.x;
+  Restart(program);
+  double reference = lowest_.value.Merit(penalty_);
+  int idle_epochs = 0;
+  while (idle_epochs < Patience()) {
+    finite_ = true;
+    const EpochEnd end = Epoch(program, x_);
+    if (stop_status_ != SolveStatus::kNotRun) return InnerEnd::kStopped;
+    if (end == EpochEnd::kInterrupted) return InnerEnd::kIterationLimit;
+    const double merit = lowest_.value.Merit(penalty_);
+    const bool improved = merit < (1.0 - options_.min_improve_frac) * reference;
+    if (end == EpochEnd::kStuck) break;
+    idle_epochs = improved ? 0 : idle_epochs + 1;
+    if (improved) reference = merit;
+    if (!finite_) {
+      x_ = lowest_.x;
+      Restart(program);
+    }
+  }
+  return InnerEnd::kConverged;
+}
+
+int PenaltySolver::Patience() const {
+  return Satisfied(lowest_.value) ? options_.max_epochs_when_satisfied : options_.max_epochs_without_improvement;
+}
+
+bool PenaltySolver::NextIteration() {
+  if (stop_status_ == SolveStatus::kNotRun) stop_status_ = context_->Stopped();
+  if (stop_status_ != SolveStatus::kNotRun || iterations_at_penalty_ >= options_.max_iterations) return false;
+  ++iterations_;
+  ++iterations_at_penalty_;
+  return true;
+}
+
+bool PenaltySolver::Visit(const Eigen::VectorXd& x, const ObjectiveValue& value) {
+  finite_ = value.IsFinite();
+  const bool lowest = finite_ && value.Merit(penalty_) < lowest_.value.Merit(penalty_);
+  if (lowest) lowest_.Take(x, value);
+  if (finite_ && Better(value, best_.value)) best_.Take(x, value);
+  if (context_->history != nullptr) {
+    context_->history->push_back({0, penalty_, 0.0, value.cost, value.max_violation, lowest});
+  }
+  return finite_;
+}
+
+bool PenaltySolver::Better(const ObjectiveValue& a, const ObjectiveValue& b) const {
+  if (Satisfied(a) != Satisfied(b)) return Satisfied(a);
+  return Satisfied(a) ? a.cost < b.cost : a.max_violation < b.max_violation;
+}
+
+}  // namespace legopt

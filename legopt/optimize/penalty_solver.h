@@ -1,0 +1,76 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "legopt/optimize/penalty_options.h"
+#include "legopt/optimize/solver.h"
+
+namespace legopt {
+
+/// The outer loop of methods that improve the penalty objective F + mu V in epochs: raises mu until the constraints
+/// hold, and within each mu runs epochs until the exact objective no longer improves. What an epoch is, the method
+/// says.
+///
+/// Readings: the whole solve ends at the first mu whose epochs end with the constraints satisfied (23); the epochs of a
+/// mu end after `max_epochs_without_improvement` of them (paper), sooner when the constraints are satisfied, or at the
+/// iteration limit, which counts as done (27) - but then a feasible result is reported as kIterationLimit. Each mu ends
+/// at the point of the lowest objective that its epochs visited.
+class PenaltySolver : public Solver {
+ public:
+  SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) final;
+
+ protected:
+  explicit PenaltySolver(const PenaltyOptions& options) : options_(options) {}
+
+  enum class EpochEnd {
+    kDone,
+    kStuck,        ///< another epoch would end where this one did
+    kInterrupted,  ///< NextIteration() said no
+  };
+
+  /// A new problem: sizes buffers.
+  virtual void Prepare(Program& program) = 0;
+  /// A new mu, or a new start after the terms stopped being finite: forgets moments, memory and step lengths (20).
+  virtual void Restart(Program& program) = 0;
+  /// Moves x within the bounds. Asks NextIteration() before every iteration and says Visit() after it; ends when that
+  /// says no.
+  virtual EpochEnd Epoch(Program& program, Eigen::VectorXd& x) = 0;
+
+  /// Counts an iteration; false when stopped or at the limit.
+  bool NextIteration();
+  /// Takes note of an iterate and its exact value; false when that is not finite.
+  bool Visit(const Eigen::VectorXd& x, const ObjectiveValue& value);
+  const SolverContext& context() const { return *context_; }
+  double penalty() const { return penalty_; }
+
+ private:
+  struct Candidate {
+    void Take(const Eigen::VectorXd& other_x, const ObjectiveValue& other_value) {
+      x = other_x;
+      value = other_value;
+    }
+    Eigen::VectorXd x;
+    ObjectiveValue value;
+  };
+  enum class InnerEnd { kConverged, kIterationLimit, kStopped };
+
+  InnerEnd MinimizeAtPenalty(Program& program);
+  int Patience() const;  ///< epochs without improvement at lowest_
+  bool Satisfied(const ObjectiveValue& value) const { return value.max_violation < options_.constraint_tolerance; }
+  /// True when a is the better one to return: feasible first; then the lower cost, or the smaller violation.
+  bool Better(const ObjectiveValue& a, const ObjectiveValue& b) const;
+
+  PenaltyOptions options_;
+  const SolverContext* context_ = nullptr;
+  double penalty_ = 0.0;
+  int iterations_ = 0, iterations_at_penalty_ = 0;
+  SolveStatus stop_status_ = SolveStatus::kNotRun;
+  Eigen::VectorXd x_;
+  bool finite_ = true;  ///< the last visited point's terms are
+  Candidate lowest_;    ///< of the objective at this mu
+  Candidate best_;      ///< of the solve
+  std::vector<double> scratch_;
+};
+
+}  // namespace legopt

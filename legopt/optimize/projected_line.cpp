@@ -1,0 +1,65 @@
+#include "legopt/optimize/projected_line.h"
+
+#include <limits>
+#include <utility>
+
+namespace legopt {
+
+void ProjectedLine::Reset(Program& program, SmoothObjective& objective) {
+  program_ = &program;
+  objective_ = &objective;
+  const Eigen::Index tangent = static_cast<Eigen::Index>(program.num_waypoints()) * program.tangent_size();
+  for (auto* v : {&lower_, &upper_, &step_, &gradient_}) v->setZero(tangent);
+  point_.setZero(static_cast<Eigen::Index>(program.num_waypoints()) * program.point_size());
+  term_gradients_.Reset(program);
+}
+
+void ProjectedLine::Aim(const Eigen::VectorXd& x, const Eigen::VectorXd& d, const TermMask& mask) {
+  x_ = &x;
+  d_ = &d;
+  mask_ = &mask;
+  program_->StepBounds(x, lower_, upper_);
+}
+
+double ProjectedLine::StartSlope(const Eigen::VectorXd& gradient) const {
+  double slope = 0.0;
+  for (Eigen::Index j = 0; j < d_->size(); ++j) {
+    const double direction = -(*d_)[j];
+    const bool held = direction < 0.0 ? lower_[j] >= 0.0 : upper_[j] <= 0.0;
+    if (!held) slope += direction * gradient[j];
+  }
+  return slope;
+}
+
+double ProjectedLine::MaxAlpha(double max_step) const {
+  const double largest = d_->lpNorm<Eigen::Infinity>();
+  return largest > 0.0 ? max_step / largest : std::numeric_limits<double>::infinity();
+}
+
+double ProjectedLine::Value(double alpha) {
+  alpha_ = alpha;
+  has_gradient_ = false;
+  step_ = (-alpha * *d_).cwiseMax(lower_).cwiseMin(upper_);
+  program_->Retract(*x_, step_, point_);
+  return objective_->Value(point_, *mask_);
+}
+
+void ProjectedLine::SwapGradients(TermGradients& of_terms, Eigen::VectorXd& sum) {
+  if (!has_gradient_) Slope();
+  std::swap(term_gradients_, of_terms);
+  gradient_.swap(sum);
+  has_gradient_ = false;
+}
+
+double ProjectedLine::Slope() {
+  objective_->Gradients(*mask_, term_gradients_);
+  term_gradients_.Sum(*program_, *mask_, gradient_);
+  has_gradient_ = true;
+  double slope = 0.0;
+  for (Eigen::Index j = 0; j < d_->size(); ++j) {
+    if (step_[j] > lower_[j] && step_[j] < upper_[j]) slope -= (*d_)[j] * gradient_[j];
+  }
+  return slope;
+}
+
+}  // namespace legopt

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "legopt/optimize/line_search.h"
+#include "legopt/optimize/smooth_objective.h"
+
+namespace legopt {
+
+/// phi(alpha) = F(P_C(x - alpha d)) over the terms of a mask, with P_C the projection on the variables' bounds (reading
+/// 22): the value is true, the slope is the directional derivative over the variables that are not at a bound.
+/// A workspace; one thread.
+class ProjectedLine : public LineFunction {
+ public:
+  void Reset(Program& program, SmoothObjective& objective);
+
+  /// The line from x along -d. The arguments must outlive the search.
+  void Aim(const Eigen::VectorXd& x, const Eigen::VectorXd& d, const TermMask& mask);
+
+  /// phi'(0), given the gradient at x.
+  double StartSlope(const Eigen::VectorXd& gradient) const;
+  /// The alpha at which the first variable has changed by `max_step`; +infinity when d is zero.
+  double MaxAlpha(double max_step) const;
+
+  double Value(double alpha) override;
+  double Slope() override;
+
+  double alpha() const { return alpha_; }                  ///< of the last Value()
+  const Eigen::VectorXd& point() const { return point_; }  ///< at alpha()
+  /// Gradients at alpha(), exchanged for the arguments.
+  void SwapGradients(TermGradients& of_terms, Eigen::VectorXd& sum);
+
+ private:
+  Program* program_ = nullptr;
+  SmoothObjective* objective_ = nullptr;
+  const Eigen::VectorXd *x_ = nullptr, *d_ = nullptr;
+  const TermMask* mask_ = nullptr;
+  double alpha_ = 0.0;
+  bool has_gradient_ = false;
+  Eigen::VectorXd lower_, upper_, step_, point_, gradient_;
+  TermGradients term_gradients_;
+};
+
+}  // namespace legopt

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "legopt/optimize/penalty_objective.h"
+#include "legopt/optimize/smooth_penalty.h"
+#include "legopt/problem/program.h"
+
+namespace legopt {
+
+/// Which terms a sum takes: entry i is nonzero when term i is in it.
+using TermMask = std::vector<std::uint8_t>;
+
+/// One gradient per term, in the tangent spaces of the waypoints that it touches (num_waypoints * tangent_size).
+class TermGradients {
+ public:
+  /// All zero, for the terms of `program`.
+  void Reset(const Program& program);
+
+  Eigen::VectorXd& of_term(size_t k) { return by_term_[k]; }
+
+  /// sum = gradients of the terms in `mask`, in the order of the terms; num_waypoints * tangent_size of the program.
+  void Sum(const Program& program, const TermMask& mask, Eigen::VectorXd& sum) const;
+
+ private:
+  std::vector<Eigen::VectorXd> by_term_;
+};
+
+/// The paper's smoothed penalty objective sum_i F_i, with F_i = f_i for costs and mu p(.) for constraints
+/// (smooth_penalty.h), over any subset of the terms. A workspace; one thread.
+class SmoothObjective {
+ public:
+  /// `program` must outlive the use that follows; `sharpness` is w of the smooth penalties, > 0.
+  void Reset(Program& program, double sharpness);
+  void set_penalty(double mu) { penalty_ = mu; }
+
+  /// Moves to x and sums the terms in `mask`. Not finite when a term is not.
+  double Value(Eigen::Ref<const Eigen::VectorXd> x, const TermMask& mask);
+
+  /// Exact values of the terms that the last Value() summed.
+  const ObjectiveValue& exact() const { return exact_; }
+
+  /// Gradients of the terms in `mask` at the point of the last Value().
+  void Gradients(const TermMask& mask, TermGradients& gradients);
+
+ private:
+  Program* program_ = nullptr;
+  double sharpness_ = 1.0, penalty_ = 1.0;
+  ObjectiveValue exact_;
+  std::vector<double> residuals_;
+  LinearModel model_;
+};
+
+}  // namespace legopt
