@@ -79,7 +79,7 @@ bool PenaltySolver::Visit(const Eigen::VectorXd& x, const ObjectiveValue& value)
   if (lowest) lowest_.Take(x, value);
   if (finite_ && Better(value, best_.value)) best_.Take(x, value);
   if (context_->history != nullptr) {
-    context_->history->push_back({0, penalty_, 0.0, value.cost, value.max_violation, lowest});
+    context_->history->push_back({0, 0, penalty_, 0.0, value.cost, value.max_violation, lowest});
   }
   return finite_;
 }

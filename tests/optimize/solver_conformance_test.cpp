@@ -32,6 +32,10 @@ struct Accuracy {
   double violation;     ///< largest
 };
 
+// A penalty just above the multipliers, as steep ones make first-order steps along a constraint short, and patience.
+constexpr const char* kPatientDescent = R"({"initial_penalty": 5, "min_improve_frac": 1e-7, "max_iterations": 5000,
+                                            "max_epochs_when_satisfied": 30, "max_epochs_without_improvement": 30})";
+
 constexpr Accuracy kAccuracies[] = {
     // Models without the curvature of constraints make steps along them short, hence many.
     {"sqp", R"({"min_approx_improve_frac": 1e-6, "min_approx_improve": 1e-9, "min_trust_box_size": 1e-6,
@@ -39,6 +43,11 @@ constexpr Accuracy kAccuracies[] = {
      2e-2, 1e-4},
     {"ipopt", R"({"stagnation_frac": 0.0})", 1e-3, 1e-4},
     // First-order and derivative-free methods.
+    {"sgd", kPatientDescent, 0.15, 1e-2},
+    {"adam", kPatientDescent, 0.15, 1e-2},
+    {"nadam", kPatientDescent, 0.15, 1e-2},
+    {"chomp", kPatientDescent, 0.15, 1e-2},
+    {"stomp", kPatientDescent, 0.15, 1e-2},
     {"", "{}", 0.15, 1e-2},
 };
 
