@@ -20,7 +20,10 @@ class GradientDirection {
   /// One more gradient; `direction` has its size.
   virtual void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) = 0;
   /// True when the same gradient twice gives two directions.
-  virtual bool remembers() const = 0;
+  virtual bool remembers() const { return false; }
+  /// True when an entry of d depends on other variables' gradients. The entries of g that push against a bound are then
+  /// to be zero: they would leak into variables that can move.
+  virtual bool couples() const { return false; }
 };
 
 /// SGD: d = g.
@@ -28,7 +31,6 @@ class SteepestDirection : public GradientDirection {
  public:
   void Reset(const Program&) override {}
   void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) override { direction = gradient; }
-  bool remembers() const override { return false; }
 };
 
 struct MomentOptions {
@@ -66,7 +68,7 @@ class CovariantDirection : public GradientDirection {
   explicit CovariantDirection(const MetricOptions& options) : options_(options) {}
   void Reset(const Program& program) override;
   void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) override;
-  bool remembers() const override { return false; }
+  bool couples() const override { return true; }
 
  private:
   MetricOptions options_;

@@ -35,8 +35,11 @@ PenaltySolver::EpochEnd GradientSolver::Epoch(Program& program, Eigen::VectorXd&
     const TermMask& batch = sampler_.NextBatch(*context().generator);
     const TermMask& seen = searches_all() ? all_ : batch;
     if (!looked_) LookAt(program, x, seen);
-    direction_rule_->Next(SampledGradient(program, batch), direction_);
-    const bool moved = Step(x, seen);
+    line_.Aim(x, direction_, seen);
+    sampled_ = SampledGradient(program, batch);
+    if (direction_rule_->couples()) line_.DropHeld(sampled_);
+    direction_rule_->Next(sampled_, direction_);
+    const bool moved = Step(x);
     if (moved || direction_rule_->remembers() || !sampler_.everything()) end = EpochEnd::kDone;
     looked_ = searches_all();
     if (!Visit(x, looked_ ? exact_ : EvaluateObjective(program, x, scratch_))) return EpochEnd::kDone;
@@ -61,8 +64,7 @@ const Eigen::VectorXd& GradientSolver::SampledGradient(const Program& program, c
   return memory_sum_;
 }
 
-bool GradientSolver::Step(Eigen::VectorXd& x, const TermMask& mask) {
-  line_.Aim(x, direction_, mask);
+bool GradientSolver::Step(Eigen::VectorXd& x) {
   LineStart start;
   start.value = value_;
   start.slope = line_.StartSlope(gradient_);

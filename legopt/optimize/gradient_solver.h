@@ -38,8 +38,8 @@ class GradientSolver : public PenaltySolver {
   void LookAt(Program& program, const Eigen::VectorXd& x, const TermMask& mask);
   /// The gradient that the direction is made of.
   const Eigen::VectorXd& SampledGradient(const Program& program, const TermMask& batch);
-  /// A line search along -direction_ over the terms of `mask`; true when x moved.
-  bool Step(Eigen::VectorXd& x, const TermMask& mask);
+  /// A search along line_; true when x moved.
+  bool Step(Eigen::VectorXd& x);
 
   GradientOptions options_;
   Sampling sampling_;
@@ -54,7 +54,7 @@ class GradientSolver : public PenaltySolver {
   bool looked_ = false;   ///< the following are of all terms at x
   double value_ = 0.0;    ///< smoothed
   ObjectiveValue exact_;
-  Eigen::VectorXd gradient_, memory_sum_, direction_;
+  Eigen::VectorXd gradient_, memory_sum_, sampled_, direction_;
   double last_alpha_ = 0.0;  ///< 0: none yet
   std::vector<double> scratch_;
 };

@@ -1,5 +1,7 @@
 #include "legopt/optimize/projected_line.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -25,14 +27,22 @@ double ProjectedLine::StartSlope(const Eigen::VectorXd& gradient) const {
   double slope = 0.0;
   for (Eigen::Index j = 0; j < d_->size(); ++j) {
     const double direction = -(*d_)[j];
-    const bool held = direction < 0.0 ? lower_[j] >= 0.0 : upper_[j] <= 0.0;
-    if (!held) slope += direction * gradient[j];
+    if (!Held(j, direction)) slope += direction * gradient[j];
   }
   return slope;
 }
 
+void ProjectedLine::DropHeld(Eigen::VectorXd& gradient) const {
+  for (Eigen::Index j = 0; j < gradient.size(); ++j) {
+    if (Held(j, -gradient[j])) gradient[j] = 0.0;
+  }
+}
+
 double ProjectedLine::MaxAlpha(double max_step) const {
-  const double largest = d_->lpNorm<Eigen::Infinity>();
+  double largest = 0.0;
+  for (Eigen::Index j = 0; j < d_->size(); ++j) {
+    if (!Held(j, -(*d_)[j])) largest = std::max(largest, std::abs((*d_)[j]));
+  }
   return largest > 0.0 ? max_step / largest : std::numeric_limits<double>::infinity();
 }
 

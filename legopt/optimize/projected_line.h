@@ -14,12 +14,14 @@ class ProjectedLine : public LineFunction {
  public:
   void Reset(Program& program, SmoothObjective& objective);
 
-  /// The line from x along -d. The arguments must outlive the search.
+  /// The line from x along -d, which may be filled in later. The arguments must outlive the search.
   void Aim(const Eigen::VectorXd& x, const Eigen::VectorXd& d, const TermMask& mask);
 
   /// phi'(0), given the gradient at x.
   double StartSlope(const Eigen::VectorXd& gradient) const;
-  /// The alpha at which the first variable has changed by `max_step`; +infinity when d is zero.
+  /// Zeroes the entries of the gradient at x that push a variable against its bound; all entries of fixed variables.
+  void DropHeld(Eigen::VectorXd& gradient) const;
+  /// The alpha at which the first variable that can move has changed by `max_step`; +infinity when none can.
   double MaxAlpha(double max_step) const;
 
   double Value(double alpha) override;
@@ -31,6 +33,9 @@ class ProjectedLine : public LineFunction {
   void SwapGradients(TermGradients& of_terms, Eigen::VectorXd& sum);
 
  private:
+  /// True when the bounds keep variable j from moving that way.
+  bool Held(Eigen::Index j, double way) const { return way < 0.0 ? lower_[j] >= 0.0 : upper_[j] <= 0.0; }
+
   Program* program_ = nullptr;
   SmoothObjective* objective_ = nullptr;
   const Eigen::VectorXd *x_ = nullptr, *d_ = nullptr;

@@ -8,7 +8,7 @@ class OptionFields;
 
 /// Options that CHOMP and STOMP share.
 struct MetricOptions {
-  double smoothness = 10.0;  ///< weight of the differences between waypoints, >= 0
+  double smoothness = 1.0;  ///< weight of the differences between waypoints, >= 0
 
   void Visit(OptionFields& fields);
 
