@@ -2,15 +2,10 @@
 
 #include <cmath>
 
+#include "legopt/random_draws.h"
+
 namespace legopt {
 namespace {
-
-/// Uniform in [-1, 1), equal on every machine.
-double Uniform(std::mt19937_64& generator) {
-  constexpr int kUnusedBits = 11;
-  constexpr double kScale = 0x1p-52;
-  return static_cast<double>(generator() >> kUnusedBits) * kScale - 1.0;
-}
 
 bool Stopped(const SolverResult& result) {
   return result.status == SolveStatus::kTimeLimit || result.status == SolveStatus::kCancelled;
@@ -52,7 +47,7 @@ void BestSolver::Scatter(const Program& program, const Eigen::VectorXd& from, do
   program.StepBounds(from, lower_, upper_);
   for (Eigen::Index i = 0; i < size; ++i) {
     if (std::isfinite(lower_[i]) && std::isfinite(upper_[i]) && lower_[i] < upper_[i]) {
-      dx_[i] = noise * Uniform(generator);
+      dx_[i] = noise * (2.0 * UniformDraw(generator) - 1.0);
     }
   }
   program.Retract(from, dx_, trial_);
