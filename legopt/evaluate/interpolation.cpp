@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "legopt/robot/interpolation.h"
+
 namespace legopt {
 namespace {
 
@@ -13,25 +15,16 @@ bool IsUsable(const RobotModel& robot, const Eigen::VectorXd& x) {
          x.tail<4>().stableNorm() > 0;
 }
 
-Eigen::Quaterniond Rotation(const Eigen::VectorXd& x) {
-  const Eigen::Vector4d wxyz = x.tail<4>().stableNormalized();
-  return {wxyz[0], wxyz[1], wxyz[2], wxyz[3]};
+/// Joints within their limits, unit quaternion.
+Eigen::VectorXd Normalised(const RobotModel& robot, const Eigen::VectorXd& waypoint) {
+  Eigen::VectorXd x = waypoint;
+  x.head(robot.num_dofs()) =
+      waypoint.head(robot.num_dofs()).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
+  x.tail<4>() = waypoint.tail<4>().stableNormalized();
+  return x;
 }
 
 }  // namespace
-
-void Interpolate(const RobotModel& robot, const Eigen::VectorXd& a, const Eigen::VectorXd& b, double t,
-                 Eigen::VectorXd* x) {
-  const int n = robot.num_dofs();
-  const auto clamped = [&](const Eigen::VectorXd& waypoint) {
-    return waypoint.head(n).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
-  };
-  x->resize(a.size());
-  x->head(n) = (1 - t) * clamped(a) + t * clamped(b);
-  x->segment<3>(n) = (1 - t) * a.segment<3>(n) + t * b.segment<3>(n);
-  const Eigen::Quaterniond rotation = Rotation(a).slerp(t, Rotation(b)).normalized();
-  x->tail<4>() << rotation.w(), rotation.x(), rotation.y(), rotation.z();
-}
 
 InterpolationScore ScoreInterpolation(std::span<const Eigen::VectorXd> waypoints, Kinematics& kinematics,
                                       ExactCollision& collision) {
@@ -41,11 +34,13 @@ InterpolationScore ScoreInterpolation(std::span<const Eigen::VectorXd> waypoints
   if (waypoints.size() < 2 || !usable) return {};
   InterpolationScore score{.environment_depth_m = 0, .self_depth_m = 0, .free_share = 0};
   Eigen::VectorXd x(robot.configuration_size());
+  Eigen::VectorXd from = Normalised(robot, waypoints[0]);
   int free = 0;
   for (size_t w = 1; w < waypoints.size(); ++w) {
+    const Eigen::VectorXd to = Normalised(robot, waypoints[w]);
     double deepest = 0;
     for (int k = 1; k <= kInterpolationSteps; ++k) {
-      Interpolate(robot, waypoints[w - 1], waypoints[w], static_cast<double>(k) / (kInterpolationSteps + 1), &x);
+      InterpolateConfiguration(robot, from, to, static_cast<double>(k) / (kInterpolationSteps + 1), x);
       kinematics.Update(x);
       const double environment = collision.EnvironmentDepth(kinematics);
       const double self = collision.SelfDepth(kinematics).strict_m;
@@ -54,6 +49,7 @@ InterpolationScore ScoreInterpolation(std::span<const Eigen::VectorXd> waypoints
       deepest = std::max({deepest, environment, self});
     }
     if (deepest <= kFreeDepth_m) ++free;
+    from = to;
   }
   score.free_share = static_cast<double>(free) / static_cast<double>(waypoints.size() - 1);
   return score;

@@ -26,19 +26,10 @@ struct InterpolationScore {
 /// Depth up to which a transition counts as free, m: the judge's tolerance.
 inline constexpr double kFreeDepth_m = 1e-3;
 
-/// The configuration at `t` in [0, 1] on the way from a to b, both n + 7:
-///
-///     joints, base position   (1 - t) a + t b
-///     base rotation           the geodesic: slerp, the short way
-///
-/// Joints are clamped to their limits first, quaternions may have any non-zero norm; that of `x` is unit. No allocation
-/// once `x` has its size.
-void Interpolate(const RobotModel& robot, const Eigen::VectorXd& a, const Eigen::VectorXd& b, double t,
-                 Eigen::VectorXd* x);
-
-/// Scores the transitions between all consecutive waypoints, with the exact meshes. `kinematics` and `collision` are
-/// workspaces of the robot. With less than two waypoints, or one that is not n + 7 finite numbers of reasonable size
-/// with a quaternion of non-zero norm, nothing is evaluated.
+/// Scores the transitions between all consecutive waypoints, with the exact meshes, on the path of
+/// robot/interpolation.h. Joints are clamped to their limits first, as for the verdict; quaternions may have any
+/// non-zero norm. `kinematics` and `collision` are workspaces of the robot. With less than two waypoints, or one that
+/// is not n + 7 finite numbers of reasonable size with a quaternion of non-zero norm, nothing is evaluated.
 InterpolationScore ScoreInterpolation(std::span<const Eigen::VectorXd> waypoints, Kinematics& kinematics,
                                       ExactCollision& collision);
 

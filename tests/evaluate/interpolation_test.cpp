@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "legopt/evaluate/judge.h"
+#include "legopt/robot/interpolation.h"
 #include "tests/problem/synthetic_dataset.h"
 #include "tests/problem/test_data.h"
 
@@ -26,8 +27,8 @@ class InterpolationTest : public testing::Test {
     return judge_.Evaluate(Task::kMotion, standing_twice_, waypoints);
   }
   Eigen::VectorXd Between(const Eigen::VectorXd& a, const Eigen::VectorXd& b, double t) {
-    Eigen::VectorXd x;
-    Interpolate(dataset_->robot(), a, b, t, &x);
+    Eigen::VectorXd x(a.size());
+    InterpolateConfiguration(dataset_->robot(), a, b, t, x);
     return x;
   }
 
@@ -56,10 +57,15 @@ TEST_F(InterpolationTest, JointsAndPositionAreLinearRotationIsTheGeodesic) {
 }
 
 TEST_F(InterpolationTest, JointsAreClampedFirst) {
-  const Eigen::VectorXd a = test::StandingUpright();
-  Eigen::VectorXd b = a;
-  b[kLeftShoulder] = 10;  // limit 2
-  EXPECT_NEAR(Between(a, b, 0.5)[kLeftShoulder], 1.0, 1e-15);
+  const double limit = dataset_->robot().upper_limits()[kLeftShoulder];
+  std::vector<Eigen::VectorXd> waypoints(4, test::StandingUpright());
+  waypoints[2][kLeftShoulder] = limit;
+  const InterpolationScore within = Motion(waypoints).interpolation;
+  waypoints[2][kLeftShoulder] = 5 * limit;  // unclamped, the arm would turn several times
+  const InterpolationScore beyond = Motion(waypoints).interpolation;
+  EXPECT_EQ(beyond.environment_depth_m, within.environment_depth_m);
+  EXPECT_EQ(beyond.self_depth_m, within.self_depth_m);
+  EXPECT_EQ(beyond.free_share, within.free_share);
 }
 
 TEST_F(InterpolationTest, AMotionThatStandsStillIsFree) {
