@@ -11,11 +11,15 @@ class OptionFields;
 struct BestOptions {
   static SqpOptions WideSqp() {
     SqpOptions sqp;
-    sqp.trust_box_size = 0.5;
+    sqp.trust_box_size = 2.0;
     sqp.trust_shrink_ratio = 0.3;
     sqp.trust_expand_ratio = 2.0;
     sqp.improve_ratio_threshold = 0.1;
     sqp.min_approx_improve_frac = 0.01;
+    sqp.trust_rule = "measured";
+    sqp.polish_violations = false;
+    sqp.subproblem_accuracy_frac = 1e-3;
+    sqp.constraint_tolerance = 4e-4;
     return sqp;
   }
 

@@ -14,7 +14,7 @@ bool Stopped(const SolverResult& result) {
 bool Better(const SolverResult& a, const SolverResult& b) {
   if (a.feasible != b.feasible) return a.feasible;
   if (!a.value.IsFinite()) return false;
-  return a.feasible ? a.value.cost < b.value.cost : a.value.max_violation < b.value.max_violation;
+  return a.feasible ? a.value.Objective() < b.value.Objective() : a.value.max_violation < b.value.max_violation;
 }
 
 }  // namespace

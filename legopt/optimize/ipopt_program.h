@@ -9,7 +9,8 @@
 namespace legopt {
 
 /// A SlottedProgram as Ipopt wants to see it, and a watch over the solve: it asks the stop check, records the history
-/// and remembers the best point. Variables are dx, starting at zero.
+/// and remembers the best point. Variables are dx, starting at zero, and for each row p of a preference its excess s:
+/// p - s <= 0, s >= 0, and weight s in the objective.
 class IpoptProgram : public Ipopt::TNLP {
  public:
   using Index = Ipopt::Index;
@@ -28,7 +29,7 @@ class IpoptProgram : public Ipopt::TNLP {
   /// Best point met: feasible before infeasible, then lower cost or smaller violation.
   const Eigen::VectorXd& best_x() const { return best_x_; }
   const ObjectiveValue& best_value() const { return best_value_; }
-  const Eigen::VectorXd& last_dx() const { return last_dx_; }  ///< where Ipopt ended
+  const Eigen::VectorXd& last_dx() const { return last_dx_; }  ///< where Ipopt ended; the step alone
   int iterations() const { return iterations_; }
   SolveStatus stop_status() const { return stop_status_; }
   /// Throws what a term or the stop check threw.
@@ -61,6 +62,7 @@ class IpoptProgram : public Ipopt::TNLP {
   bool Better(const ObjectiveValue& a, const ObjectiveValue& b) const;
 
   SlottedProgram& slotted_;
+  std::vector<size_t> preferred_;  ///< rows of preferences, in the order of their excesses
   const SolverContext& context_;
   Settings settings_;
   Eigen::VectorXd best_x_, last_dx_;

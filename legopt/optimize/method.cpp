@@ -50,7 +50,8 @@ void Method::VisitOptions(OptionFields& fields) {
   fields.Choice("collision", collision, {"solid", "surface"});
   fields.Number("collision_margin_m", collision_margin_m, 0.0, 0.1);
   fields.Number("contact_range_m", contact_range_m, 1e-3, 1.0);
-  fields.Boolean("continuous_collision", continuous_collision);
+  fields.Choice("continuous_collision", continuous_collision, {"none", "preferred", "required"});
+  fields.Number("continuous_weight", continuous_weight, 1e-3, 1e6);
   fields.Require(contact_range_m > collision_margin_m, "contact_range_m", json(contact_range_m).dump(),
                  "must exceed collision_margin_m", "raise it or lower collision_margin_m");
   FindSolver(solver)->visit(*this, fields);

@@ -34,7 +34,11 @@ struct Method {
   std::string collision = "solid";   ///< obstacles: "solid", or "surface" (two-sided triangles, reference 3.4)
   double collision_margin_m = 5e-4;  ///< distance kept from obstacles, [0, 0.1] (guards against ODE's triangle depths)
   double contact_range_m = 0.03;     ///< pairs closer than this enter the problem, (collision_margin_m, 1]
-  bool continuous_collision = true;  ///< motions: also between consecutive waypoints (paper)
+  /// Motions: collision between consecutive waypoints (paper, section IV). "none"; "preferred": a penalty of fixed
+  /// weight that cannot make a window fail, because the task does not require it; "required": a constraint like the
+  /// others.
+  std::string continuous_collision = "preferred";
+  double continuous_weight = 1e2;  ///< of "preferred": F grows by it per metre of penetration, > 0
 
   // Options of the solvers; those of `solver` count.
   SqpOptions sqp;

@@ -4,15 +4,26 @@
 
 namespace legopt {
 
-bool ObjectiveValue::IsFinite() const { return std::isfinite(cost) && std::isfinite(violation); }
+namespace {
 
-void ObjectiveValue::Add(TermKind kind, int term, const std::vector<double>& residuals) {
+/// max(0, r); NaN stays NaN.
+double Excess(double r) { return r > 0.0 || std::isnan(r) ? r : 0.0; }
+
+}  // namespace
+
+bool ObjectiveValue::IsFinite() const { return std::isfinite(Objective()) && std::isfinite(violation); }
+
+void ObjectiveValue::Add(const TermShape& shape, int term, const std::vector<double>& residuals) {
   for (const double r : residuals) {
-    if (kind == TermKind::kCost) {
+    if (shape.kind == TermKind::kCost) {
       cost += r * r;
       continue;
     }
-    const double v = kind == TermKind::kEquality ? std::abs(r) : (r > 0.0 || std::isnan(r) ? r : 0.0);
+    if (shape.kind == TermKind::kPreference) {
+      preference += shape.weight * Excess(r);
+      continue;
+    }
+    const double v = shape.kind == TermKind::kEquality ? std::abs(r) : Excess(r);
     violation += v;
     if (v > max_violation) {
       max_violation = v;
@@ -28,7 +39,7 @@ ObjectiveValue EvaluateObjective(Program& program, Eigen::Ref<const Eigen::Vecto
   for (size_t k = 0; k < terms.size(); ++k) {
     scratch.clear();
     terms[k]->Evaluate(scratch);
-    value.Add(terms[k]->shape().kind, static_cast<int>(k), scratch);
+    value.Add(terms[k]->shape(), static_cast<int>(k), scratch);
   }
   return value;
 }

@@ -7,17 +7,21 @@
 
 namespace legopt {
 
-/// Exact values of a program's objective at one point. The penalty objective of the paper is F + mu V.
+/// Exact values of a program's objective at one point. The penalty objective of the paper is F + mu V; preferences add
+/// to F.
 struct ObjectiveValue {
   double cost = 0.0;           ///< F = sum of squares of the cost terms
+  double preference = 0.0;     ///< P = sum weight max(0, p) of the preferences
   double violation = 0.0;      ///< V = sum |h| + sum max(0, g)
   double max_violation = 0.0;  ///< largest single |h_i| or max(0, g_i): what tolerances refer to
   int worst_term = -1;         ///< index of the term with max_violation; -1 when there is none
 
   /// Adds the residuals of one more term.
-  void Add(TermKind kind, int term, const std::vector<double>& residuals);
+  void Add(const TermShape& shape, int term, const std::vector<double>& residuals);
 
-  double Merit(double penalty) const { return cost + penalty * violation; }
+  /// What is minimised where the constraints hold: F + P.
+  double Objective() const { return cost + preference; }
+  double Merit(double penalty) const { return Objective() + penalty * violation; }
   bool IsFinite() const;
 };
 

@@ -86,7 +86,7 @@ bool PenaltySolver::Visit(const Eigen::VectorXd& x, const ObjectiveValue& value)
 
 bool PenaltySolver::Better(const ObjectiveValue& a, const ObjectiveValue& b) const {
   if (Satisfied(a) != Satisfied(b)) return Satisfied(a);
-  return Satisfied(a) ? a.cost < b.cost : a.max_violation < b.max_violation;
+  return Satisfied(a) ? a.Objective() < b.Objective() : a.max_violation < b.max_violation;
 }
 
 }  // namespace legopt

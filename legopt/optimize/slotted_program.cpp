@@ -62,10 +62,10 @@ void SlottedProgram::LayOut() {
     const TermShape& shape = term.shape();
     if (shape.kind == TermKind::kCost) continue;
     const int size = program_->tangent_size();
-    const bool inequality = shape.kind == TermKind::kInequality;
+    const bool inequality = shape.kind != TermKind::kEquality;
     const double absent = inequality ? std::max(term.AbsentRow(), -1.0) : 0.0;
     const auto add_row = [&] {
-      rows_.push_back({shape.kind, shape.waypoint * size, shape.num_waypoints * size, begin});
+      rows_.push_back({shape.kind, shape.waypoint * size, shape.num_waypoints * size, begin, shape.weight});
       absent_.push_back(absent);
       begin += static_cast<size_t>(rows_.back().size);
       return rows_.size() - 1;

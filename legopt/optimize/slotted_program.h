@@ -11,7 +11,9 @@ namespace legopt {
 
 /// A Program about a base point x0 as a smooth program of fixed structure in dx, for optimisers that need one:
 ///
-///     min F(dx)   subject to   h_i(dx) = 0,   g_j(dx) <= 0,   lower <= dx <= upper,       x = Retract(x0, dx).
+///     min F(dx) + sum_k w_k max(0, p_k(dx))   subject to   h_i(dx) = 0,   g_j(dx) <= 0,   lower <= dx <= upper,
+///
+/// with x = Retract(x0, dx), and w_k, p_k of the preferences: smooth but for the max, which is the reader's to treat.
 ///
 /// Rows of terms may come and go (contacts). Each row that was present at some base point has a *slot*, found by its
 /// key (Term::RowKeys); while it is absent the slot is at Term::AbsentRow with zero derivative, which continues the row
@@ -27,9 +29,10 @@ class SlottedProgram {
  public:
   struct Row {
     TermKind kind = TermKind::kEquality;
-    int first = 0;     ///< first variable
-    int size = 0;      ///< number of variables, consecutive
-    size_t begin = 0;  ///< of the derivatives in jacobian()
+    int first = 0;        ///< first variable
+    int size = 0;         ///< number of variables, consecutive
+    size_t begin = 0;     ///< of the derivatives in jacobian()
+    double weight = 0.0;  ///< of a preference
   };
 
   /// For a program; no slots yet.

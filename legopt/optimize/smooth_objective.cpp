@@ -3,6 +3,14 @@
 #include <cmath>
 
 namespace legopt {
+namespace {
+
+double Weight(const TermShape& shape, double penalty) {
+  if (shape.kind == TermKind::kCost) return 1.0;
+  return shape.kind == TermKind::kPreference ? shape.weight : penalty;
+}
+
+}  // namespace
 
 void TermGradients::Reset(const Program& program) {
   const auto& terms = program.terms();
@@ -35,11 +43,11 @@ double SmoothObjective::Value(Eigen::Ref<const Eigen::VectorXd> x, const TermMas
     if (mask[k] == 0) continue;
     residuals_.clear();
     terms[k]->Evaluate(residuals_);
-    const TermKind kind = terms[k]->shape().kind;
-    exact_.Add(kind, static_cast<int>(k), residuals_);
+    const TermShape& shape = terms[k]->shape();
+    exact_.Add(shape, static_cast<int>(k), residuals_);
     double share = 0.0;
-    for (const double r : residuals_) share += SmoothShare(kind, r, sharpness_).value;
-    sum += kind == TermKind::kCost ? share : penalty_ * share;
+    for (const double r : residuals_) share += SmoothShare(shape.kind, r, sharpness_).value;
+    sum += Weight(shape, penalty_) * share;
   }
   return sum;
 }
@@ -50,7 +58,7 @@ void SmoothObjective::Gradients(const TermMask& mask, TermGradients& gradients) 
   for (size_t k = 0; k < terms.size(); ++k) {
     if (mask[k] == 0) continue;
     const TermKind kind = terms[k]->shape().kind;
-    const double weight = kind == TermKind::kCost ? 1.0 : penalty_;
+    const double weight = Weight(terms[k]->shape(), penalty_);
     Eigen::VectorXd& gradient = gradients.of_term(k);
     gradient.setZero();
     terms[k]->Linearize(model_);

@@ -22,10 +22,11 @@ inline ValueAndSlope SmoothAbs(double h, double sharpness) {
   return {value, std::tanh(0.5 * sharpness * h)};
 }
 
-/// A residual's share of the smoothed objective, without mu: r^2, SmoothAbs(r), or SmoothAbs(max(0, r)). NaN stays NaN.
+/// A residual's share of the smoothed objective, without its weight: r^2, SmoothAbs(r), or SmoothAbs(max(0, r)). NaN
+/// stays NaN.
 inline ValueAndSlope SmoothShare(TermKind kind, double r, double sharpness) {
   if (kind == TermKind::kCost) return {r * r, 2.0 * r};
-  if (kind == TermKind::kInequality && r <= 0.0) return {};
+  if (kind != TermKind::kEquality && r <= 0.0) return {};
   return SmoothAbs(r, sharpness);
 }
 

@@ -19,6 +19,9 @@ void SqpOptions::Visit(OptionFields& fields) {
   fields.Number("penalty_increase_ratio", penalty_increase_ratio, 1.001, 1e6);
   fields.Integer("max_penalty_iterations", max_penalty_iterations, 1, 20);
   fields.Integer("max_iterations", max_iterations, 1, 100000);
+  fields.Choice("trust_rule", trust_rule, {"trajopt", "measured"});
+  fields.Boolean("polish_violations", polish_violations);
+  fields.Number("subproblem_accuracy_frac", subproblem_accuracy_frac, kTiny, 0.1);
   fields.Choice("subproblem", subproblem, {"interior_point", "ipopt"});
   fields.Require(trust_box_size > min_trust_box_size, "trust_box_size", std::to_string(trust_box_size),
                  "must exceed min_trust_box_size", "raise it or lower min_trust_box_size");

@@ -21,6 +21,12 @@ struct SqpOptions {
   double penalty_increase_ratio = 10.0;   ///< > 1
   int max_penalty_iterations = 11;        ///< mu = 1e2 .. 1e12 (paper), 1..20
   int max_iterations = 50;                ///< convexifications per penalty value, >= 1
+  /// Trust box between steps: "trajopt" multiplies by the ratios above after every step; "measured" expands only after
+  /// a step that reached the box and gained more than 3/4 of what was predicted, and shrinks from the rejected step.
+  std::string trust_rule = "trajopt";
+  /// false: while the constraints hold, a decrease of their remaining violations does not count as an improvement.
+  bool polish_violations = true;
+  double subproblem_accuracy_frac = 1e-8;     ///< a subproblem may end this share of the merit above its optimum, > 0
   std::string subproblem = "interior_point";  ///< or "ipopt"
 
   void Visit(OptionFields& fields);

@@ -10,9 +10,10 @@ namespace legopt {
 namespace {
 
 // The subproblem must be solved well enough for the convergence test on the predicted decrease to mean something.
-constexpr double kSubproblemShare = 0.05;     // of min_approx_improve
-constexpr double kSubproblemRelative = 1e-8;  // of the present merit
-constexpr double kTrustRestartFactor = 1.5;   // TrajOpt: s is at least 1.5 min / shrink after a penalty increase
+constexpr double kSubproblemShare = 0.05;    // of min_approx_improve
+constexpr double kGoodShare = 0.75;          // of the predicted decrease: the model is good where the step led
+constexpr double kReachedShare = 0.99;       // of the trust box: a step that long was cut by it
+constexpr double kTrustRestartFactor = 1.5;  // TrajOpt: s is at least 1.5 min / shrink after a penalty increase
 
 std::unique_ptr<SubproblemSolver> MakeSubproblemSolver(const std::string& name) {
   if (name == "ipopt") return std::make_unique<IpoptSubproblemSolver>();
@@ -125,7 +126,8 @@ void SqpSolver::BuildSubproblem(const Program& program) {
     if (shape.kind == TermKind::kCost) {
       subproblem_->AddCost(shape.waypoint, models_[k]);
     } else {
-      subproblem_->AddPenalties(shape.waypoint, models_[k], shape.kind, penalty_);
+      const double weight = shape.kind == TermKind::kPreference ? shape.weight : penalty_;
+      subproblem_->AddPenalties(shape.waypoint, models_[k], shape.kind, weight);
     }
   }
 }
@@ -143,44 +145,65 @@ bool SqpSolver::SolveSubproblem(const Program& program, const Eigen::VectorXd& x
   lower_ = lower_.cwiseMax(-trust_box_);
   upper_ = upper_.cwiseMin(trust_box_);
   subproblem_->SetBounds(lower_, upper_);
-  const double accuracy =
-      std::max(kSubproblemShare * options_.min_approx_improve, kSubproblemRelative * value_.Merit(penalty_));
+  ++iterations_;
+  const double accuracy = std::max(kSubproblemShare * options_.min_approx_improve,
+                                   options_.subproblem_accuracy_frac * value_.Merit(penalty_));
   return subproblem_solver_->Solve(*subproblem_, accuracy, dx_).status != SubproblemSolver::Status::kFailed;
 }
 
 SqpSolver::StepEnd SqpSolver::TrustRegionLoop(Program& program, Eigen::VectorXd& x) {
-  const double merit = value_.Merit(penalty_);
   const double model = subproblem_->Value(zero_);  // the merit, unless terms are stale or missing
   while (trust_box_ >= options_.min_trust_box_size) {
     stop_status_ = context_->Stopped();
     if (stop_status_ != SolveStatus::kNotRun) return StepEnd::kStopped;
     if (!SolveSubproblem(program, x)) return StepEnd::kFailed;
-    ++iterations_;
     const double predicted = model - subproblem_->Value(dx_);
-    program.Retract(x, dx_, x_trial_);
-    const ObjectiveValue trial = EvaluateObjective(program, x_trial_, scratch_);
-    at_x_ = false;
-    const double actual = merit - trial.Merit(penalty_);
-    const bool converged =
-        predicted < options_.min_approx_improve || predicted < options_.min_approx_improve_frac * merit;
-    const bool accepted =
-        !converged && trial.IsFinite() && actual >= 0.0 && actual >= options_.improve_ratio_threshold * predicted;
-    if (context_->history != nullptr) {
-      context_->history->push_back({0, 0, penalty_, trust_box_, trial.cost, trial.max_violation, accepted});
-    }
-    if (converged) return StepEnd::kConverged;
-    if (!accepted) {
-      trust_box_ *= options_.trust_shrink_ratio;
-      continue;
-    }
+    if (TooSmall(predicted)) return StepEnd::kConverged;
+    const Step step = TryStep(program, x, predicted);
+    ResizeTrustBox(step);
+    if (step == Step::kRejected) continue;
     x.swap(x_trial_);
     at_x_ = true;
-    value_ = trial;
-    trust_box_ *= options_.trust_expand_ratio;
     if (sampling_.incremental) ShiftModels(program);
     return StepEnd::kAccepted;
   }
   return StepEnd::kConverged;
+}
+
+bool SqpSolver::TooSmall(double predicted) const {
+  const double merit = value_.Merit(penalty_);
+  if (predicted < options_.min_approx_improve || predicted < options_.min_approx_improve_frac * merit) return true;
+  if (options_.polish_violations || !Satisfied()) return false;
+  return predicted - penalty_ * value_.violation < options_.min_approx_improve_frac * value_.Objective();
+}
+
+SqpSolver::Step SqpSolver::TryStep(Program& program, const Eigen::VectorXd& x, double predicted) {
+  const double merit = value_.Merit(penalty_);
+  program.Retract(x, dx_, x_trial_);
+  const ObjectiveValue trial = EvaluateObjective(program, x_trial_, scratch_);
+  at_x_ = false;
+  const double actual = merit - trial.Merit(penalty_);
+  const bool accepted = trial.IsFinite() && actual >= 0.0 && actual >= options_.improve_ratio_threshold * predicted;
+  if (context_->history != nullptr) {
+    context_->history->push_back({0, 0, penalty_, trust_box_, trial.cost, trial.max_violation, accepted});
+  }
+  if (!accepted) return Step::kRejected;
+  value_ = trial;
+  return actual > kGoodShare * predicted ? Step::kGood : Step::kAccepted;
+}
+
+void SqpSolver::ResizeTrustBox(Step step) {
+  const bool accepted = step != Step::kRejected;
+  if (options_.trust_rule == "trajopt") {
+    trust_box_ *= accepted ? options_.trust_expand_ratio : options_.trust_shrink_ratio;
+    return;
+  }
+  const double length = dx_.lpNorm<Eigen::Infinity>();
+  if (!accepted) {
+    trust_box_ = options_.trust_shrink_ratio * std::min(trust_box_, length);
+  } else if (step == Step::kGood && length > kReachedShare * trust_box_) {
+    trust_box_ *= options_.trust_expand_ratio;
+  }
 }
 
 }  // namespace legopt

@@ -39,10 +39,17 @@ class SqpSolver : public Solver {
  private:
   enum class InnerEnd { kConverged, kIterationLimit, kStopped, kFailed };
   enum class StepEnd { kAccepted, kConverged, kStopped, kFailed };
+  /// kGood: accepted, and the model predicted well.
+  enum class Step { kGood, kAccepted, kRejected };
 
   void Prepare(const Program& program);
   InnerEnd ConvexifyLoop(Program& program, Eigen::VectorXd& x);
   StepEnd TrustRegionLoop(Program& program, Eigen::VectorXd& x);
+  /// Evaluates x + dx_ and, if that is better, makes value_ its value; x itself stays.
+  Step TryStep(Program& program, const Eigen::VectorXd& x, double predicted);
+  /// A predicted decrease of the merit by which it is not worth going on.
+  bool TooSmall(double predicted) const;
+  void ResizeTrustBox(Step step);
   /// Chooses the terms of the next subproblem and brings their models up to date.
   void Convexify(Program& program, const Eigen::VectorXd& x, bool refresh_all);
   void BuildSubproblem(const Program& program);

@@ -83,8 +83,8 @@ ObjectiveValue StompSolver::Evaluate(Program& program, int rollout) {
     terms[k]->Evaluate(residuals_);
     const TermShape& shape = terms[k]->shape();
     ObjectiveValue share;
-    share.Add(shape.kind, static_cast<int>(k), residuals_);
-    value.Add(shape.kind, static_cast<int>(k), residuals_);
+    share.Add(shape, static_cast<int>(k), residuals_);
+    value.Add(shape, static_cast<int>(k), residuals_);
     local.segment(shape.waypoint, shape.num_waypoints).array() += OrderedMerit(share, penalty());
   }
   return value;

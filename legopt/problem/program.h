@@ -12,7 +12,9 @@ namespace legopt {
 ///   cost        F = sum_i r_i^2
 ///   equality    penalty * sum_i |r_i|
 ///   inequality  penalty * sum_i max(0, r_i)      (satisfied when r_i <= 0)
-enum class TermKind { kCost, kEquality, kInequality };
+///   preference  weight * sum_i max(0, r_i)       with a weight of its own that never grows: what is wished for, but
+///                                                must not stand in the way of the equalities and inequalities
+enum class TermKind { kCost, kEquality, kInequality, kPreference };
 
 /// What an optimiser may know of a term: its place in the chain of waypoints, nothing of robots.
 struct TermShape {
@@ -21,6 +23,7 @@ struct TermShape {
   int waypoint = 0;       ///< first waypoint it touches
   int num_waypoints = 1;  ///< 1, or 2: the waypoint and its successor
   int unit = -1;          ///< terms of equal unit >= 0 are sampled together, as one F_i of the paper; -1: on its own
+  double weight = 0.0;    ///< of a preference, > 0; others: unused
 };
 
 /// Linear model of a term about the program's point: r(dx) = value + jacobian[0] dx_t (+ jacobian[1] dx_{t+1}).

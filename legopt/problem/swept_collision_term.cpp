@@ -30,8 +30,9 @@ double DistanceOfPair(const std::vector<Contact>& contacts, int pair_id) {
 }  // namespace
 
 SweptCollisionTerm::SweptCollisionTerm(int waypoint, WaypointState& from, WaypointState& to, const RobotModel& robot,
-                                       CollisionQuery& query, double margin_m, double range_m)
-    : Term({"swept collision", TermKind::kInequality, waypoint, 2}),
+                                       CollisionQuery& query, double margin_m, double range_m, double preference_weight)
+    : Term({"swept collision", preference_weight > 0.0 ? TermKind::kPreference : TermKind::kInequality, waypoint, 2, -1,
+            preference_weight}),
       from_(&from),
       to_(&to),
       robot_(&robot),

@@ -11,8 +11,9 @@
 
 namespace legopt {
 
-/// Inequality: no collision with the environment on the way from one waypoint to the next, margin - d <= 0, m (the
-/// paper's continuous collision constraint; reference 3.4, 4.1). Robot links against the scene only, as there.
+/// Inequality or preference: no collision with the environment on the way from one waypoint to the next, margin - d <=
+/// 0, m (the paper's continuous collision constraint; reference 3.4, 4.1). Robot links against the scene only, as
+/// there.
 ///
 /// Samples. The path (interpolation.h) is looked at where s = k / N, 0 < k < N; the ends belong to the collision terms
 /// of their waypoints. Each link has its own number of sub-steps, the smallest power of two such that none of its
@@ -33,13 +34,14 @@ namespace legopt {
 /// the other still has a gradient of at least 1 / N of the whole (trap 8 of the lessons).
 class SweptCollisionTerm : public Term {
  public:
-  static constexpr double kStep_m = 0.05;
+  static constexpr double kStep_m = 0.1;
   static constexpr int kMostSteps = 32;
 
   /// `from` and `to`: states of `waypoint` and `waypoint` + 1; `range_m` > margin_m: pairs nearer than this may become
-  /// rows. States, robot and query (of the states' collision model) must outlive the term.
+  /// rows. `preference_weight`, per metre, makes it a preference; 0: an inequality. States, robot and query (of the
+  /// states' collision model) must outlive the term.
   SweptCollisionTerm(int waypoint, WaypointState& from, WaypointState& to, const RobotModel& robot,
-                     CollisionQuery& query, double margin_m, double range_m);
+                     CollisionQuery& query, double margin_m, double range_m, double preference_weight = 0.0);
   void Evaluate(std::vector<double>& residuals) override;
   void Linearize(LinearModel& model) override;
   /// The pairs of shapes: one row each.

@@ -29,9 +29,11 @@ std::unique_ptr<WaypointProgram> WaypointProgram::Window(const Dataset& dataset,
   for (int t = 0; t + 1 < program->num_waypoints(); ++t) {
     program->terms_.push_back(
         std::make_unique<VelocityCostTerm>(t, kVelocityUnit, program->state(t), program->state(t + 1)));
-    if (!contacts.continuous) continue;
-    program->terms_.push_back(std::make_unique<SweptCollisionTerm>(
-        t, program->state(t), program->state(t + 1), dataset.robot(), query, contacts.margin_m, contacts.range_m));
+    if (contacts.continuous == ContinuousCollision::kNone) continue;
+    const double weight = contacts.continuous == ContinuousCollision::kPreferred ? contacts.continuous_weight : 0.0;
+    program->terms_.push_back(std::make_unique<SweptCollisionTerm>(t, program->state(t), program->state(t + 1),
+                                                                   dataset.robot(), query, contacts.margin_m,
+                                                                   contacts.range_m, weight));
   }
   return program;
 }

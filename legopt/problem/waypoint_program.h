@@ -11,11 +11,16 @@
 
 namespace legopt {
 
+/// What collision between consecutive waypoints is to a program. The paper has it in the solver although the task does
+/// not require it (section IV): a preference cannot make a window fail that the task's constraints allow.
+enum class ContinuousCollision { kNone, kPreferred, kRequired };
+
 /// How collision enters a program. Metres.
 struct ContactOptions {
-  double margin_m = 5e-4;  ///< distance to keep
-  double range_m = 0.03;   ///< pairs nearer than this become rows; > margin_m
-  bool continuous = true;  ///< windows: also between consecutive waypoints
+  double margin_m = 5e-4;                                            ///< distance to keep
+  double range_m = 0.03;                                             ///< pairs nearer than this become rows; > margin_m
+  ContinuousCollision continuous = ContinuousCollision::kPreferred;  ///< windows
+  double continuous_weight = 1e2;                                    ///< of the preference, per metre, > 0
 };
 
 /// A chain of waypoints of one robot, each bound to a stance: one pose term per foot, the centre of mass over the
@@ -30,7 +35,7 @@ class WaypointProgram : public Program {
                                                   const ContactOptions& contacts);
 
   /// A window of the motion task: two waypoints per stance (readings 2, 6), the velocity cost as one sampling unit,
-  /// continuous collision between consecutive waypoints if asked for.
+  /// continuous collision between consecutive waypoints as asked for.
   /// With `fixed_first` the first waypoint does not move (reading 12).
   static std::unique_ptr<WaypointProgram> Window(const Dataset& dataset, CollisionQuery& query,
                                                  std::span<const Stance> stances, const ContactOptions& contacts,

@@ -27,6 +27,12 @@ std::mt19937_64 GeneratorOf(const std::string& identity) {
   return std::mt19937_64(std::stoull(Blake2bHex(identity).substr(0, kSeedDigits), nullptr, kHexadecimal));
 }
 
+/// Of the words that Method accepts.
+ContinuousCollision Continuous(const std::string& word) {
+  if (word == "none") return ContinuousCollision::kNone;
+  return word == "required" ? ContinuousCollision::kRequired : ContinuousCollision::kPreferred;
+}
+
 std::string WorstTerm(const Program& program, const SolverResult& result) {
   if (result.feasible || result.value.worst_term < 0) return "";
   const TermShape& shape = program.terms()[static_cast<size_t>(result.value.worst_term)]->shape();
@@ -58,7 +64,8 @@ class ProblemSolver::Run {
            std::to_string(settings_.repetition) + "/";
   }
   ContactOptions Contacts() const {
-    return {method_.collision_margin_m, method_.contact_range_m, method_.continuous_collision};
+    return {method_.collision_margin_m, method_.contact_range_m, Continuous(method_.continuous_collision),
+            method_.continuous_weight};
   }
   SolveStatus Stopped() const;
   void Perturb(std::mt19937_64& generator, int first_waypoint, Eigen::VectorXd& x) const;

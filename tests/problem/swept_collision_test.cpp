@@ -127,10 +127,10 @@ TEST(SweptCollision, WhatHardlyMovesHasNoRows) {
     const double buried = 0.5 * kFootHeight_m - 0.01;
     transition.Set(FootAt(0, 0, buried), FootAt(0, 0, buried));
     EXPECT_TRUE(transition.Residuals().empty());
-    transition.Set(FootAt(0, 0, buried), FootAt(0.049, 0, buried));
+    transition.Set(FootAt(0, 0, buried), FootAt(0.98 * SweptCollisionTerm::kStep_m, 0, buried));
     EXPECT_TRUE(transition.Residuals().empty());
     EXPECT_EQ(transition.term().num_steps(0), 1);
-    transition.Set(FootAt(0, 0, buried), FootAt(0.051, 0, buried));
+    transition.Set(FootAt(0, 0, buried), FootAt(1.02 * SweptCollisionTerm::kStep_m, 0, buried));
     EXPECT_EQ(transition.term().num_steps(0), 2);
     EXPECT_FALSE(transition.Residuals().empty());
     transition.Set(FootAt(0, 0, buried), FootAt(100, 0, buried));
