@@ -85,6 +85,8 @@ struct CollisionQuery::Impl {
     std::iota(all_links.begin(), all_links.end(), 0);
     link_boxes.Resize(data.links.size());
     obstacle_boxes.Reserve(data.solids.size());
+    around_boxes.Reserve(data.solids.size());
+    around.reserve(data.solids.size());
     near_obstacles.reserve(data.solids.size());
     constexpr size_t kContacts = 256;
     contacts.reserve(kContacts);
@@ -171,7 +173,7 @@ struct CollisionQuery::Impl {
   void CollideWithScene(const Kinematics& kinematics, double margin, std::span<const int> links);
   void CollideWithItself(const Kinematics& kinematics, double margin);
   void CollectObstacles(Eigen::AlignedBox3d robot, double margin);
-  void CollectTriangles(const Eigen::AlignedBox3d& box);
+  void CollectRegion(const Eigen::AlignedBox3d& robot);
   void CollideLinkWithScene(int link, const Kinematics& kinematics, double margin);
   void CollideLinkWithObstacle(int link, int obstacle, const Kinematics& kinematics, double margin);
   void CollideLinks(int a, int b, const Kinematics& kinematics, double margin);
@@ -190,8 +192,11 @@ struct CollisionQuery::Impl {
   PointArena placed;
   OdeConvexWorld ode;
   BoxArray link_boxes;
-  BoxArray obstacle_boxes;  ///< parallel to near_obstacles
+  Eigen::AlignedBox3d region;  ///< whose obstacles are `around`; empty at first
+  std::vector<int> around;     ///< ascending
+  BoxArray around_boxes;       ///< parallel to around
   std::vector<int> near_obstacles;
+  BoxArray obstacle_boxes;  ///< parallel to near_obstacles
   std::vector<Contact> contacts;
   std::vector<Source> sources;
   std::vector<int> nearest_first;
@@ -225,28 +230,41 @@ void CollisionQuery::Impl::CollideLinkWithScene(int link, const Kinematics& kine
   DropRepeats(begin);
 }
 
+/// Chooses among the obstacles around, which are searched anew only when the robot has left their region: queries
+/// follow each other closely along a motion.
 void CollisionQuery::Impl::CollectObstacles(Eigen::AlignedBox3d robot, double margin) {
   robot.min().array() -= margin;
   robot.max().array() += margin;
-  if (data.surface()) {
-    CollectTriangles(robot);
-  } else {
-    ode.CollectSolids(robot, near_obstacles);
-  }
-  obstacle_boxes.Reserve(near_obstacles.size());
-  for (size_t i = 0; i < near_obstacles.size(); ++i) {
-    const SupportSet& set = data.solid_sets[static_cast<size_t>(near_obstacles[i])];
-    obstacle_boxes.Set(i, {set.lower, set.upper});
-  }
+  if (!region.contains(robot)) CollectRegion(robot);
+  near_obstacles.clear();
+  obstacle_boxes.Reserve(around.size());
+  around_boxes.ForEachNear(robot, 0.0, around.size(), [&](size_t i) {
+    const SupportSet& set = data.solid_sets[static_cast<size_t>(around[i])];
+    obstacle_boxes.Set(near_obstacles.size(), {set.lower, set.upper});
+    near_obstacles.push_back(around[i]);
+  });
 }
 
-void CollisionQuery::Impl::CollectTriangles(const Eigen::AlignedBox3d& box) {
-  near_obstacles.clear();
-  data.triangle_tree->AnyOverlapping(box, [&](int triangle) {
-    near_obstacles.push_back(triangle);
-    return false;
-  });
-  std::sort(near_obstacles.begin(), near_obstacles.end());
+void CollisionQuery::Impl::CollectRegion(const Eigen::AlignedBox3d& robot) {
+  constexpr double kSpare_m = 0.5;
+  region = robot;
+  region.min().array() -= kSpare_m;
+  region.max().array() += kSpare_m;
+  around.clear();
+  if (data.surface()) {
+    data.triangle_tree->AnyOverlapping(region, [&](int triangle) {
+      around.push_back(triangle);
+      return false;
+    });
+    std::sort(around.begin(), around.end());
+  } else {
+    ode.CollectSolids(region, around);
+  }
+  around_boxes.Reserve(around.size());
+  for (size_t i = 0; i < around.size(); ++i) {
+    const SupportSet& set = data.solid_sets[static_cast<size_t>(around[i])];
+    around_boxes.Set(i, {set.lower, set.upper});
+  }
 }
 
 void CollisionQuery::Impl::CollideWithScene(const Kinematics& kinematics, double margin, std::span<const int> links) {
