@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <string>
 #include <vector>
 
-#include "legopt/optimize/sqp_solver.h"
+#include "legopt/optimize/registry.h"
 #include "legopt/problem/initial_guess.h"
 #include "legopt/problem/waypoint_program.h"
 #include "tests/optimize/heap_count.h"
@@ -15,48 +18,85 @@
 namespace legopt {
 namespace {
 
-class Allocations : public ::testing::TestWithParam<Sampling> {
+struct Variant {
+  std::string word;
+  bool sampled = false;
+
+  /// No solve ends early by success.
+  Method Make(int max_iterations) const {
+    nlohmann::json description = {
+        {"solver", word},
+        {"options",
+         {{"max_iterations", max_iterations}, {"constraint_tolerance", 1e-12}, {"max_penalty_iterations", 2}}}};
+    if (word == "best") {
+      description["options"]["rescues"] = 0;
+      description["options"]["refinements"] = 0;
+    }
+    if (sampled) description.update({{"sample_size", 80}, {"incremental", true}});
+    return Method::FromJson(description, "test");
+  }
+  friend std::ostream& operator<<(std::ostream& out, const Variant& v) {
+    return out << v.word << (v.sampled ? "Incremental" : "");
+  }
+};
+
+/// All solvers but Ipopt, whose iterations are not ours.
+std::vector<Variant> Variants() {
+  std::vector<Variant> variants;
+  for (const SolverEntry& entry : SolverRegistry()) {
+    if (std::string(entry.word) == "ipopt") continue;
+    variants.push_back({entry.word});
+    if (entry.samples) variants.push_back({entry.word, true});
+  }
+  return variants;
+}
+
+class Allocations : public ::testing::TestWithParam<Variant> {
  protected:
   struct Count {
     int iterations = 0;
     long blocks = 0;
   };
 
-  /// Of the second solve with the given number of convexifications per penalty. No solve ends early by success.
+  /// Of the second solve with the given number of iterations per penalty.
   static Count SecondSolve(Program& program, const Eigen::VectorXd& start, int max_iterations) {
-    SqpOptions options;
-    options.max_iterations = max_iterations;
-    options.constraint_tolerance = 1e-12;
-    options.max_penalty_iterations = 2;
-    SqpSolver solver(options, GetParam());
+    const std::unique_ptr<Solver> solver = MakeSolver(GetParam().Make(max_iterations));
     Count count;
     for (int solve = 0; solve < 2; ++solve) {
       Eigen::VectorXd x = start;
       std::mt19937_64 generator(3);
       const SolverContext context{{}, &generator, nullptr};
       const long before = test::HeapCount();
-      count.iterations = solver.Solve(program, x, context).iterations;
+      count.iterations = solver->Solve(program, x, context).iterations;
       count.blocks = test::HeapCount() - before;
     }
     return count;
+  }
+
+  static void ExpectIndependentOfIterations(Program& program, const Eigen::VectorXd& start) {
+    const Count full = SecondSolve(program, start, 20);
+    const Count brief = SecondSolve(program, start, 1);
+    EXPECT_GT(full.iterations, brief.iterations + 3);
+    EXPECT_EQ(full.blocks, brief.blocks) << full.iterations << " iterations against " << brief.iterations;
+    EXPECT_LE(full.blocks, kOnce);
   }
 
   static void ExpectIndependentOfIterations(const std::filesystem::path& folder) {
     const auto dataset = Dataset::Load(folder);
     CollisionQuery query(dataset->collision_model());
     const Stance& stance = dataset->problem(Task::kPosture, 0).stances.front();
-    const auto program = WaypointProgram::Posture(*dataset, query, stance, {});
+    const auto posture = WaypointProgram::Posture(*dataset, query, stance, {});
+    const auto window = WaypointProgram::Window(*dataset, query, std::vector{stance, stance}, {}, false);
     for (const Initialization initialization : {Initialization::kGood, Initialization::kInCollision}) {
       const Eigen::VectorXd start = InitialGuess(*dataset, stance, initialization);
-      const Count brief = SecondSolve(*program, start, 1);
-      const Count full = SecondSolve(*program, start, 20);
-      EXPECT_GT(full.iterations, brief.iterations + 3);
-      EXPECT_EQ(full.blocks, brief.blocks) << full.iterations << " iterations against " << brief.iterations;
-      EXPECT_LE(full.blocks, kSampler);
+      ExpectIndependentOfIterations(*posture, start);
+      Eigen::VectorXd all = start.replicate(window->num_waypoints(), 1);
+      for (Eigen::Index t = 0; t < window->num_waypoints(); ++t) all[t * start.size()] += 0.05 * static_cast<double>(t);
+      ExpectIndependentOfIterations(*window, all);
     }
   }
 
-  static constexpr long kSampler = 30;  // TermSampler::Reset lists the terms
+  static constexpr long kOnce = 30;  // per solve: TermSampler::Reset lists the terms
 };
 
 TEST(HeapCount, SeesWhatItIsMeantToSee) {
@@ -83,8 +123,8 @@ TEST_P(Allocations, DoNotDependOnTheNumberOfIterationsOnAtlas) {
   ExpectIndependentOfIterations(test::LegOptFolder());
 }
 
-INSTANTIATE_TEST_SUITE_P(Samplings, Allocations, ::testing::Values(Sampling{100, false}, Sampling{80, true}),
-                         [](const auto& sampling) { return sampling.param.incremental ? "Incremental" : "All"; });
+INSTANTIATE_TEST_SUITE_P(Solvers, Allocations, ::testing::ValuesIn(Variants()),
+                         [](const auto& variant) { return ::testing::PrintToString(variant.param); });
 
 }  // namespace
 }  // namespace legopt
