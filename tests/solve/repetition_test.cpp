@@ -1,0 +1,77 @@
+// The same job gives the same bits, for every solver of the registry and both tasks, whatever the solver did before.
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "legopt/optimize/registry.h"
+#include "legopt/solve/problem_solver.h"
+#include "tests/problem/test_data.h"
+
+namespace legopt {
+namespace {
+
+struct Variant {
+  std::string word;
+  bool incremental = false;
+
+  /// A few iterations and restarts: the result may be poor, but every draw is made.
+  Method Make(const char* collision) const {
+    nlohmann::json description = {
+        {"solver", word}, {"multi_starts", 1}, {"options", {{"max_iterations", 6}, {"collision", collision}}}};
+    if (word != "ipopt") description["options"]["max_penalty_iterations"] = 2;
+    if (incremental) description.update({{"sample_size", 50}, {"incremental", true}});
+    return Method::FromJson(description, "test");
+  }
+  friend std::ostream& operator<<(std::ostream& out, const Variant& v) {
+    return out << v.word << (v.incremental ? "Incremental" : "");
+  }
+};
+
+std::vector<Variant> Variants() {
+  std::vector<Variant> variants;
+  for (const SolverEntry& entry : SolverRegistry()) {
+    variants.push_back({entry.word});
+    if (entry.samples) variants.push_back({entry.word, true});
+  }
+  return variants;
+}
+
+class Repetition : public ::testing::TestWithParam<Variant> {
+ protected:
+  static void ExpectSame(const SolveOutcome& a, const SolveOutcome& b) {
+    EXPECT_EQ(a.status, b.status);
+    EXPECT_EQ(a.iterations, b.iterations);
+    EXPECT_EQ(a.restarts, b.restarts);
+    EXPECT_EQ(a.cost, b.cost);
+    EXPECT_EQ(a.max_violation, b.max_violation);
+    ASSERT_EQ(a.waypoints.size(), b.waypoints.size());
+    for (size_t w = 0; w < a.waypoints.size(); ++w) EXPECT_EQ(a.waypoints[w], b.waypoints[w]) << w;
+    ASSERT_EQ(a.history.size(), b.history.size());
+    for (size_t i = 0; i < a.history.size(); ++i) EXPECT_EQ(a.history[i].violation, b.history[i].violation) << i;
+  }
+};
+
+TEST_P(Repetition, SameJobSameBits) {
+  const auto dataset = Dataset::Load(std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small");
+  for (const char* collision : {"solid", "surface"}) {
+    const Method method = GetParam().Make(collision);
+    ProblemSolver used(dataset);
+    used.Solve(Task::kPosture, dataset->problems(Task::kPosture).back().id, Initialization::kGood, method, {});
+    for (const Task task : {Task::kPosture, Task::kMotion}) {
+      const int id = dataset->problems(task).front().id;
+      ProblemSolver fresh(dataset);
+      const SolveOutcome first = fresh.Solve(task, id, Initialization::kInCollision, method, {});
+      const SolveOutcome second = used.Solve(task, id, Initialization::kInCollision, method, {});
+      EXPECT_FALSE(first.history.empty());
+      ExpectSame(first, second);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Solvers, Repetition, ::testing::ValuesIn(Variants()),
+                         [](const auto& variant) { return ::testing::PrintToString(variant.param); });
+
+}  // namespace
+}  // namespace legopt
