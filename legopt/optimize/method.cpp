@@ -65,6 +65,7 @@ Method Method::FromJson(const json& description, const std::string& source) {
   }
   reader.Choice("solver", method.solver, SolverWords());
   const SolverEntry& entry = *FindSolver(method.solver);
+  method.contact_range_m = entry.contact_range_m;
   reader.Integer("multi_starts", method.multi_starts, 0, kMaxMultiStarts);
   reader.Integer("sample_size", method.sample_size_percent, 1, 100);
   reader.Boolean("incremental", method.incremental);

@@ -27,27 +27,31 @@ void VisitMomentDescent(Method& method, OptionFields& fields) {
   method.moments.Visit(fields);
 }
 
+// Models see obstacles ahead; plain penalties are zero until the margin (5e-4) is violated.
+constexpr double kAhead_m = 0.03;
+constexpr double kTouching_m = 1e-3;
+
 constexpr std::array kSolvers = {
     SolverEntry{
-        "sqp", "SQP", true, false, [](Method& m, OptionFields& f) { m.sqp.Visit(f); },
+        "sqp", "SQP", true, false, kAhead_m, [](Method& m, OptionFields& f) { m.sqp.Visit(f); },
         [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<SqpSolver>(m.sqp, SamplingOf(m)); }},
-    SolverEntry{"best", "LegOpt-best", false, true, [](Method& m, OptionFields& f) { m.best.Visit(f); },
+    SolverEntry{"best", "LegOpt-best", false, true, kAhead_m, [](Method& m, OptionFields& f) { m.best.Visit(f); },
                 [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<BestSolver>(m.best); }},
-    SolverEntry{"ipopt", "Ipopt", false, false, [](Method& m, OptionFields& f) { m.ipopt.Visit(f); },
+    SolverEntry{"ipopt", "Ipopt", false, false, kAhead_m, [](Method& m, OptionFields& f) { m.ipopt.Visit(f); },
                 [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<IpoptSolver>(m.ipopt); }},
-    SolverEntry{"sgd", "SGD", true, false, [](Method& m, OptionFields& f) { m.gradient.Visit(f); },
+    SolverEntry{"sgd", "SGD", true, false, kTouching_m, [](Method& m, OptionFields& f) { m.gradient.Visit(f); },
                 [](const Method& m) { return Descent(m, std::make_unique<SteepestDirection>()); }},
-    SolverEntry{"adam", "Adam", true, false, VisitMomentDescent,
+    SolverEntry{"adam", "Adam", true, false, kTouching_m, VisitMomentDescent,
                 [](const Method& m) { return MomentDescent(m, false); }},
-    SolverEntry{"nadam", "Nadam", true, false, VisitMomentDescent,
+    SolverEntry{"nadam", "Nadam", true, false, kTouching_m, VisitMomentDescent,
                 [](const Method& m) { return MomentDescent(m, true); }},
-    SolverEntry{"chomp", "CHOMP", false, false,
+    SolverEntry{"chomp", "CHOMP", false, false, kTouching_m,
                 [](Method& m, OptionFields& f) {
                   m.gradient.Visit(f);
                   m.metric.Visit(f);
                 },
                 [](const Method& m) { return Descent(m, std::make_unique<CovariantDirection>(m.metric)); }},
-    SolverEntry{"stomp", "STOMP", false, true, [](Method& m, OptionFields& f) { m.stomp.Visit(f); },
+    SolverEntry{"stomp", "STOMP", false, true, kTouching_m, [](Method& m, OptionFields& f) { m.stomp.Visit(f); },
                 [](const Method& m) -> std::unique_ptr<Solver> { return std::make_unique<StompSolver>(m.stomp); }},
 };
 

@@ -16,6 +16,7 @@ struct SolverEntry {
   const char* paper_name;  ///< what tables print, without the prefix "I-" of incremental variants
   bool samples;            ///< sample_size and incremental apply
   bool draws;              ///< draws random numbers even with all terms
+  double contact_range_m;  ///< default of that option: wide for solvers that linearise rows before they are violated
   void (*visit)(Method& method, OptionFields& fields);
   std::unique_ptr<Solver> (*make)(const Method& method);
 };

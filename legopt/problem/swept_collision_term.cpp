@@ -39,8 +39,8 @@ SweptCollisionTerm::SweptCollisionTerm(int waypoint, WaypointState& from, Waypoi
       query_(&query),
       margin_m_(margin_m),
       range_m_(range_m),
+      quarters_{Kinematics(robot), Kinematics(robot), Kinematics(robot)},
       kinematics_(robot),
-      second_(robot),
       x_(robot.configuration_size()),
       gradient_(robot.tangent_size()),
       ways_(robot.links().size(), 0.0),
@@ -63,7 +63,7 @@ void SweptCollisionTerm::Linearize(LinearModel& model) {
     const auto& [contact, s] = rows_[static_cast<size_t>(i)];
     if (s != placed_at) {
       InterpolateConfiguration(*robot_, from_->configuration(), to_->configuration(), s, x_);
-      kinematics_.Update(x_);
+      kinematics_.UpdatePoses(x_);
       turn = DifferentiateBaseTurn(*robot_, from_->configuration(), to_->configuration(), s);
       placed_at = s;
     }
@@ -124,10 +124,10 @@ void SweptCollisionTerm::MeasureWays() {
   std::fill(ways_.begin(), ways_.end(), 0.0);
   const Kinematics* before = &from_->kinematics();
   for (int quarter = 1; quarter < kQuarters; ++quarter) {
-    Kinematics& here = quarter % 2 == 0 ? second_ : kinematics_;
+    Kinematics& here = quarters_[static_cast<size_t>(quarter - 1)];
     InterpolateConfiguration(*robot_, from_->configuration(), to_->configuration(),
                              static_cast<double>(quarter) / kQuarters, x_);
-    here.Update(x_);
+    here.UpdatePoses(x_);
     LengthenWays(*before, here);
     before = &here;
   }
@@ -150,10 +150,18 @@ void SweptCollisionTerm::CollectRows(int most_steps) {
       if (k % (most_steps / steps_[link]) == 0) links_.push_back(static_cast<int>(link));
     }
     const double s = static_cast<double>(k) / most_steps;  // exact
-    InterpolateConfiguration(*robot_, from_->configuration(), to_->configuration(), s, x_);
-    kinematics_.Update(x_);
-    for (const Contact& contact : query_->SceneContacts(kinematics_, range_m_, links_)) rows_.push_back({contact, s});
+    const Kinematics& sample = PlaceSample(k, most_steps);
+    for (const Contact& contact : query_->SceneContacts(sample, range_m_, links_)) rows_.push_back({contact, s});
   }
+}
+
+const Kinematics& SweptCollisionTerm::PlaceSample(int k, int most_steps) {
+  const int quarters = kQuarters * k / most_steps;
+  if (quarters * most_steps == kQuarters * k) return quarters_[static_cast<size_t>(quarters - 1)];
+  InterpolateConfiguration(*robot_, from_->configuration(), to_->configuration(), static_cast<double>(k) / most_steps,
+                           x_);
+  kinematics_.UpdatePoses(x_);
+  return kinematics_;
 }
 
 void SweptCollisionTerm::KeepNearestSamples() {

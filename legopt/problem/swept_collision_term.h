@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -64,6 +65,8 @@ class SweptCollisionTerm : public Term {
   void MeasureWays();
   void LengthenWays(const Kinematics& before, const Kinematics& after);
   void CollectRows(int most_steps);
+  /// At sample k of `most_steps`.
+  const Kinematics& PlaceSample(int k, int most_steps);
   void KeepNearestSamples();
   bool Matters(const Row& row);
 
@@ -76,8 +79,8 @@ class SweptCollisionTerm : public Term {
 
   std::uint64_t from_revision_ = 0;  ///< of the rows; 0 is never that of a state in use
   std::uint64_t to_revision_ = 0;
-  Kinematics kinematics_;
-  Kinematics second_;  ///< another place on the path
+  std::array<Kinematics, 3> quarters_;  ///< at s = 1/4, 1/2, 3/4
+  Kinematics kinematics_;               ///< anywhere on the path
   Eigen::VectorXd x_;
   Eigen::VectorXd gradient_;
   std::vector<double> ways_;  ///< by link: the longest within a quarter of the path, m

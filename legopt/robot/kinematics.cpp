@@ -98,6 +98,11 @@ Kinematics::Kinematics(const RobotModel& model) : model_(&model) {
 }
 
 void Kinematics::Update(Eigen::Ref<const Eigen::VectorXd> x) {
+  UpdatePoses(x);
+  UpdateMasses();
+}
+
+void Kinematics::UpdatePoses(Eigen::Ref<const Eigen::VectorXd> x) {
   const int n = model_->num_dofs();
   rotation_[0] = Eigen::Quaterniond(x[n + 3], x[n + 4], x[n + 5], x[n + 6]).normalized().toRotationMatrix();
   origin_[0] = x.segment<3>(n);
@@ -112,7 +117,6 @@ void Kinematics::Update(Eigen::Ref<const Eigen::VectorXd> x) {
     pose.translation().noalias() = rotation_[body] * in_body.translation();
     pose.translation() += origin_[body];
   }
-  UpdateMasses();
 }
 
 void Kinematics::UpdateBody(int body, double q) {

@@ -15,7 +15,7 @@ void Retract(const RobotModel& model, Eigen::Ref<const Eigen::VectorXd> x, Eigen
 /// Forward kinematics, centre of mass, gravity torques and their derivatives at one configuration.
 ///
 /// A workspace: allocated once, used by one thread, refers to a model that must outlive it. All quantities hold for the
-/// configuration of the last Update(). Jacobian columns follow the tangent [dq, dp, dphi] of RobotModel.
+/// configuration of the last update. Jacobian columns follow the tangent [dq, dp, dphi] of RobotModel.
 class Kinematics {
  public:
   explicit Kinematics(const RobotModel& model);
@@ -24,6 +24,10 @@ class Kinematics {
 
   /// Computes all link poses and centres of mass. `x`: configuration, size n + 7; quaternion of any non-zero norm.
   void Update(Eigen::Ref<const Eigen::VectorXd> x);
+
+  /// Computes link poses, and what point gradients and Jacobians need of them. Centres of mass, torques and their
+  /// derivatives are undefined until the next Update().
+  void UpdatePoses(Eigen::Ref<const Eigen::VectorXd> x);
 
   /// Pose of a link's frame in the world, X_WL.
   const Eigen::Isometry3d& link_pose(int link) const { return link_poses_[static_cast<size_t>(link)]; }
