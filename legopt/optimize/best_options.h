@@ -15,7 +15,7 @@ struct BestOptions {
     sqp.trust_shrink_ratio = 0.3;
     sqp.trust_expand_ratio = 2.0;
     sqp.improve_ratio_threshold = 0.1;
-    sqp.min_approx_improve_frac = 0.01;
+    sqp.min_approx_improve_frac = 0.03;
     sqp.trust_rule = "measured";
     sqp.polish_violations = false;
     sqp.subproblem_accuracy_frac = 1e-3;
@@ -26,7 +26,7 @@ struct BestOptions {
   SqpOptions sqp = WideSqp();
   int rescues = 8;                ///< further starts while nothing feasible has been found, >= 0
   double rescue_noise = 0.15;     ///< half width of their noise on bounded variables; rad, m; > 0
-  int refinements = 1;            ///< further starts around the solution, for its cost; single waypoints only, >= 0
+  int refinements = 0;            ///< further starts around the solution, for its cost; single waypoints only, >= 0
   double refinement_noise = 0.5;  ///< half width of their noise, as above
 
   void Visit(OptionFields& fields);

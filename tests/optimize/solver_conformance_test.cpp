@@ -41,6 +41,10 @@ constexpr Accuracy kAccuracies[] = {
     {"sqp", R"({"min_approx_improve_frac": 1e-6, "min_approx_improve": 1e-9, "min_trust_box_size": 1e-6,
                 "max_iterations": 2000})",
      2e-2, 1e-4},
+    {"best", R"({"min_approx_improve_frac": 1e-6, "min_approx_improve": 1e-9, "min_trust_box_size": 1e-6,
+                 "max_iterations": 2000, "subproblem_accuracy_frac": 1e-8, "polish_violations": true,
+                 "constraint_tolerance": 1e-4})",
+     2e-2, 1e-4},
     {"ipopt", R"({"stagnation_frac": 0.0})", 1e-3, 1e-4},
     // First-order and derivative-free methods.
     {"sgd", kPatientDescent, 0.15, 1e-2},
