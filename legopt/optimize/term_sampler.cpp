@@ -28,9 +28,9 @@ void TermSampler::Reset(const Program& program, const Sampling& sampling) {
   Restart();
 }
 
-void TermSampler::Shuffle(std::mt19937_64& generator, int count) {
-  // Fisher and Yates, the first `count` places. The modulo's bias is below 1e-17 for any number of terms.
-  for (int i = 0; i < count; ++i) {
+void TermSampler::Shuffle(std::mt19937_64& generator, int first, int count) {
+  // Fisher and Yates. The modulo's bias is below 1e-17 for any number of terms.
+  for (int i = first; i < first + count; ++i) {
     const auto left = static_cast<std::uint64_t>(num_units() - i);
     std::swap(order_[static_cast<size_t>(i)], order_[static_cast<size_t>(i) + generator() % left]);
   }
@@ -46,19 +46,20 @@ void TermSampler::Mark(int begin, int end) {
 }
 
 const std::vector<std::uint8_t>& TermSampler::Draw(std::mt19937_64& generator) {
-  Shuffle(generator, batch_size_);
+  Shuffle(generator, 0, batch_size_);
   Mark(0, batch_size_);
   return chosen_;
 }
 
 const std::vector<std::uint8_t>& TermSampler::NextBatch(std::mt19937_64& generator) {
-  if (next_ >= num_units()) {
-    if (!everything()) Shuffle(generator, num_units());
+  const int left = num_units() - next_;
+  if (left < batch_size_) {
+    std::rotate(order_.begin(), order_.begin() + next_, order_.end());
+    if (!everything()) Shuffle(generator, left, num_units() - left);
     next_ = 0;
   }
-  const int end = std::min(next_ + batch_size_, num_units());
-  Mark(next_, end);
-  next_ = end;
+  Mark(next_, next_ + batch_size_);
+  next_ += batch_size_;
   return chosen_;
 }
 

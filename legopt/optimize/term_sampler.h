@@ -25,8 +25,9 @@ class TermSampler {
   /// An independent draw without replacement (SQP). Entry i of the result: term i is in it. Valid until the next call.
   const std::vector<std::uint8_t>& Draw(std::mt19937_64& generator);
 
-  /// The next batch of a pass through all units in shuffled order (gradient methods); a pass that ends within a batch
-  /// makes the batch shorter.
+  /// The next batch of a pass through all units in shuffled order (gradient methods). Every batch is full, as the paper
+  /// defines the sample size: what is left of a pass begins the next one, which fills the batch. (A batch of the
+  /// remainder alone, one term of a posture's five at 80 %, would throw the line search far off.)
   const std::vector<std::uint8_t>& NextBatch(std::mt19937_64& generator);
 
   /// Starts a new pass with the next call of NextBatch.
@@ -36,7 +37,8 @@ class TermSampler {
   const std::vector<std::uint8_t>& All();
 
  private:
-  void Shuffle(std::mt19937_64& generator, int count);
+  /// Random order of the units from `first` on; the first `count` places of it.
+  void Shuffle(std::mt19937_64& generator, int first, int count);
   void Mark(int begin, int end);
 
   std::vector<std::vector<int>> units_;  ///< terms of each unit
