@@ -120,13 +120,13 @@ std::string RenderCsv(const BenchmarkTable& table) {
     }
   };
   Listing listing;
-  listing.columns = {"method", "multi_starts", "sample_size"};
+  listing.columns = {"experiment", "dataset", "rule", "method", "multi_starts", "sample_size"};
   if (table.shows_collision()) listing.columns.emplace_back("collision");
   add_titles("", kFigures, &listing);
   if (compared) add_titles("paper_", kPaperFigures, &listing);
   for (const auto& row : table.rows) {
     auto& line = listing.rows.emplace_back();
-    line = {row.method, row.multi_starts, row.sample_size};
+    line = {table.experiment, table.dataset, table.rule, row.method, row.multi_starts, row.sample_size};
     if (table.shows_collision()) line.emplace_back(row.collision);
     AddFigures(table, row.cells, kFigures, &line);
     if (compared) AddFigures(table, row.paper, kPaperFigures, &line);

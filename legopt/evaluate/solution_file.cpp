@@ -89,6 +89,10 @@ Solution ParseSolution(const Json& entry, const Place& place) {
     Fail(named.Inner("timeSec"), time.dump(), "must be a number", "write seconds, or null when it was not measured");
   }
   solution.time_s = time.is_null() ? kNan : time.get<double>();
+  if (solution.time_s < 0.0) {
+    Fail(named.Inner("timeSec"), time.dump(), "must not be negative",
+         "write seconds, or null when it was not measured");
+  }
   const Json& x = Require(entry, "x", named);
   if (!x.is_array()) Fail(named.Inner("x"), x.dump(), "must be a list of waypoints", "write one text per waypoint");
   for (size_t w = 0; w < x.size(); ++w) {

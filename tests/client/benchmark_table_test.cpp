@@ -53,8 +53,10 @@ std::vector<std::vector<std::string>> FromCsv(const std::string& text, const Tim
   const auto lines = ParseCsv(text);
   std::vector<std::vector<std::string>> rows;
   for (std::size_t l = 1; l < lines.size(); ++l) {
-    std::vector<std::string> row(lines[l].begin(), lines[l].begin() + 3);
-    for (std::size_t i = 3; i < lines[l].size(); i += 5) {
+    EXPECT_THAT((std::vector<std::string>(lines[l].begin(), lines[l].begin() + 3)),
+                ElementsAre("table_1", "garage & co", "literal"));
+    std::vector<std::string> row(lines[l].begin() + 3, lines[l].begin() + 6);
+    for (std::size_t i = 6; i < lines[l].size(); i += 5) {
       const auto number = [](const std::string& field) {
         return field.empty() ? std::optional<double>() : std::optional(std::stod(field));
       };
@@ -187,7 +189,7 @@ TEST(BenchmarkTable, CollisionIsAColumnWhereItDiffers) {
   const std::string latex = RenderBenchmarkTable(table, TableFormat::kLatex);
   EXPECT_EQ(ParseLatexTable(latex).rows, text.rows);
   EXPECT_THAT(latex, HasSubstr("\\cmidrule(lr){5-7}"));
-  EXPECT_EQ(ParseCsv(RenderBenchmarkTable(table, TableFormat::kCsv))[2][3], "surface");
+  EXPECT_EQ(ParseCsv(RenderBenchmarkTable(table, TableFormat::kCsv))[2][6], "surface");
   EXPECT_EQ(nlohmann::json::parse(RenderBenchmarkTable(table, TableFormat::kJson)).at("rows")[1].at("collision"),
             "surface");
 }

@@ -76,6 +76,7 @@ TEST_F(SolutionFileTest, TaskIsInferredWhenMissing) {
 
 TEST_F(SolutionFileTest, FaultsNameProblemMethodAndKey) {
   EXPECT_THAT(Message(R"([{"timeSec": 1, "x": []}])"), HasSubstr("problem 4, solution 0, method: the key is missing"));
+  EXPECT_THAT(Message(R"([{"method": "A", "timeSec": -1, "x": []}])"), HasSubstr("must not be negative"));
   EXPECT_THAT(Message(R"([{"method": "A", "x": []}])"), AllOf(HasSubstr("method 'A'"), HasSubstr("timeSec")));
   EXPECT_THAT(Message(R"([{"method": "A", "timeSec": "fast", "x": []}])"), HasSubstr("timeSec: must be a number"));
   EXPECT_THAT(Message(R"([{"method": "A", "timeSec": 1}])"), HasSubstr("x: the key is missing"));
