@@ -3,8 +3,8 @@
 namespace legopt::bus {
 
 std::uint64_t Counters::rejected() const {
-  return rejected_size + rejected_malformed + rejected_version + rejected_deployment + rejected_tag + rejected_field +
-         rejected_type + rejected_body + rejected_object;
+  return rejected_size + rejected_malformed + rejected_version + rejected_deployment + rejected_tag +
+         rejected_unsigned + rejected_replay + rejected_field + rejected_type + rejected_body + rejected_object;
 }
 
 std::vector<std::pair<std::string_view, std::uint64_t>> Counters::Listing() const {
@@ -29,6 +29,7 @@ std::vector<std::pair<std::string_view, std::uint64_t>> Counters::Listing() cons
       {"replies_resent", replies_resent},
       {"replies_evicted", replies_evicted},
       {"requests_refused_busy", requests_refused_busy},
+      {"requests_challenged", requests_challenged},
       {"handler_failures", handler_failures},
       {"objects_sent", objects_sent},
       {"objects_received", objects_received},
@@ -41,6 +42,8 @@ std::vector<std::pair<std::string_view, std::uint64_t>> Counters::Listing() cons
       {"rejected_version", rejected_version},
       {"rejected_deployment", rejected_deployment},
       {"rejected_tag", rejected_tag},
+      {"rejected_unsigned", rejected_unsigned},
+      {"rejected_replay", rejected_replay},
       {"rejected_field", rejected_field},
       {"rejected_type", rejected_type},
       {"rejected_body", rejected_body},

@@ -34,7 +34,8 @@ struct Counters {
   std::uint64_t replies_resent = 0;      // answered from the cache
   std::uint64_t replies_evicted = 0;     // forgotten for lack of cache memory before the caller was done
   std::uint64_t requests_refused_busy = 0;
-  std::uint64_t handler_failures = 0;  // exceptions that a handler let out
+  std::uint64_t requests_challenged = 0;  // with a key: of sessions that had to prove themselves first
+  std::uint64_t handler_failures = 0;     // exceptions that a handler let out
 
   // Large bodies.
   std::uint64_t objects_sent = 0;  // every chunk acknowledged
@@ -49,7 +50,9 @@ struct Counters {
   std::uint64_t rejected_malformed = 0;   // not a frame: fingerprint, lengths, trailing bytes
   std::uint64_t rejected_version = 0;     // another protocol version
   std::uint64_t rejected_deployment = 0;  // foreign deployment
-  std::uint64_t rejected_tag = 0;         // damaged (or, with a key, forged)
+  std::uint64_t rejected_tag = 0;         // damaged; with a key also forged
+  std::uint64_t rejected_unsigned = 0;    // with a key: the tag of a party without one
+  std::uint64_t rejected_replay = 0;      // with a key: a request or proof seen before, or too old
   std::uint64_t rejected_field = 0;       // a field of the frame or chunk out of range
   std::uint64_t rejected_type = 0;        // a request that nobody serves
   std::uint64_t rejected_body = 0;        // body undecodable or a message field out of range

@@ -32,6 +32,10 @@ std::string_view ToString(ErrorCode code) {
       return "busy";
     case ErrorCode::kReplyGone:
       return "reply_gone";
+    case ErrorCode::kProveSession:
+      return "prove_session";
+    case ErrorCode::kKeyNeeded:
+      return "key_needed";
   }
   return "unknown";
 }

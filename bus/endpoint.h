@@ -43,6 +43,8 @@ enum class ErrorCode : std::int16_t {
   kTooLarge = 5,        // body or reply above the limit of an object
   kBusy = 6,            // too many open requests; the caller goes on retrying, so this ends no call
   kReplyGone = 7,       // handled before, but the reply is no longer cached
+  kProveSession = 8,    // with a key: answered by the bus itself, ends no call
+  kKeyNeeded = 9,       // the deployment has a key and the request was made without one
 };
 std::string_view ToString(ErrorCode code);
 

@@ -32,6 +32,7 @@ EndpointCore::EndpointCore(Transport& transport, EndpointId self, std::uint64_t 
     throw BusError(BusErrorCode::kInvalidOption, "max_object_bytes: " + std::to_string(options.max_object_bytes) +
                                                      ": must be in 1 .. " + std::to_string(kMaxMessageBytes));
   }
+  if (transport_.key() != nullptr) guard_.emplace(options.max_peers, random_());
   transport_.SetReceiver(this, self_);
 }
 

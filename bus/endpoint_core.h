@@ -20,6 +20,7 @@
 #include "bus/bulk_sender.h"
 #include "bus/endpoint.h"
 #include "bus/pacer.h"
+#include "bus/replay_guard.h"
 #include "bus/reply_cache.h"
 #include "bus/wire.h"
 
@@ -60,7 +61,8 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
     microseconds deadline{0};
     microseconds next_retry{0};
     microseconds interval{0};
-    bool large = false;  // the body travels as chunks
+    bool large = false;      // the body travels as chunks
+    int prompt_repeats = 0;  // made at once after a proof, see OnChallenge
   };
   using Calls = std::map<CallId, OpenCall>;  // ordered: the first one tells completed_below
   struct Timer {
@@ -75,12 +77,20 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   void SendRequest(CallId id, const OpenCall& call);
   void SendReply(const CallKey& key, const ReplyCache::Reply& reply);
   void SendError(const CallKey& key, std::int16_t type, ErrorCode code, std::string_view text);
+  void SendProof(const FrameHeader& challenged, std::int64_t challenge);
+  void SendKeyHint(const FrameHeader& header);
+  std::span<const std::uint8_t> Seal(const FrameHeader& header, std::size_t payload_bytes) {
+    return SealFrame(header, payload_bytes, buffer_, transport_.key());
+  }
   void SendAck(const ObjectKey& key, std::int16_t type, const ChunkAck& ack);
   void EmitChunk(const ObjectKey& key, std::int16_t type, const ChunkView& chunk);
 
   // Receiving.
   void Dispatch(const FrameView& frame);
   void CountFault(FrameFault fault, const FrameView& frame);
+  bool Admit(const FrameHeader& header);  // with a key: false when the request is to be dropped
+  void OnProof(const FrameView& frame);
+  void OnChallenge(Calls::iterator call, const FrameHeader& header, std::span<const std::uint8_t> payload);
   void OnRequest(const FrameHeader& header, std::string body);
   Calls::iterator FindOwnCall(const FrameHeader& header);  // counts when there is none
   void OnReply(const FrameHeader& header, std::span<const std::uint8_t> payload);
@@ -116,6 +126,8 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   BulkSender sender_;
   BulkReceiver receiver_;
   ReplyCache replies_;
+  std::optional<ReplayGuard> guard_;  // with a key
+  microseconds next_key_hint_{0};
   std::array<std::shared_ptr<const RequestHandler>, kLastMessageType + 1> handlers_;
   Calls calls_;
   CallId next_call_ = 1;

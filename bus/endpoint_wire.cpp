@@ -32,7 +32,7 @@ FrameHeader EndpointCore::MakeHeader(FrameKind kind, std::int16_t type, const Ca
 
 void EndpointCore::SendSmall(const FrameHeader& header, std::string_view payload, Port port) {
   std::memcpy(buffer_.data() + kFrameHeaderBytes, payload.data(), payload.size());
-  transport_.Send(port, SealFrame(header, payload.size(), buffer_));
+  transport_.Send(port, Seal(header, payload.size()));
 }
 
 void EndpointCore::SendError(const CallKey& key, std::int16_t type, ErrorCode code, std::string_view text) {
@@ -44,7 +44,7 @@ void EndpointCore::SendError(const CallKey& key, std::int16_t type, ErrorCode co
 void EndpointCore::SendAck(const ObjectKey& key, std::int16_t type, const ChunkAck& ack) {
   const FrameHeader header = MakeHeader(FrameKind::kChunkAck, type, {key.peer, key.session, key.call_id}, key.peer);
   const std::size_t bytes = WriteAck(ack, buffer_.data() + kFrameHeaderBytes);
-  transport_.Send(Port::kBulk, SealFrame(header, bytes, buffer_));
+  transport_.Send(Port::kBulk, Seal(header, bytes));
 }
 
 void EndpointCore::EmitChunk(const ObjectKey& key, std::int16_t type, const ChunkView& chunk) {
@@ -52,7 +52,7 @@ void EndpointCore::EmitChunk(const ObjectKey& key, std::int16_t type, const Chun
   FrameHeader header = MakeHeader(kind, type, {key.peer, key.session, key.call_id}, key.peer);
   if (!key.of_reply) header.completed_below = std::min(CompletedBelow(), key.call_id);
   const std::size_t bytes = WriteChunk(chunk, buffer_.data() + kFrameHeaderBytes);
-  transport_.Send(Port::kBulk, SealFrame(header, bytes, buffer_));
+  transport_.Send(Port::kBulk, Seal(header, bytes));
 }
 
 // ---- Receiving ----
@@ -60,7 +60,7 @@ void EndpointCore::EmitChunk(const ObjectKey& key, std::int16_t type, const Chun
 void EndpointCore::OnDatagram(Port /*port*/, std::span<const std::uint8_t> datagram) noexcept {
   try {
     FrameView frame;
-    const FrameFault fault = OpenFrame(datagram, transport_.deployment(), self_, frame);
+    const FrameFault fault = OpenFrame(datagram, transport_.deployment(), self_, frame, transport_.key());
     if (fault == FrameFault::kNone) {
       Dispatch(frame);
     } else {
@@ -90,6 +90,10 @@ void EndpointCore::CountFault(FrameFault fault, const FrameView& frame) {
     case FrameFault::kTag:
       ++counters_.rejected_tag;
       return;
+    case FrameFault::kUnsigned:
+      ++counters_.rejected_unsigned;
+      if (IsRequest(frame.header.kind)) SendKeyHint(frame.header);
+      return;
     case FrameFault::kField:
       ++counters_.rejected_field;
       return;
@@ -108,6 +112,7 @@ void EndpointCore::CountFault(FrameFault fault, const FrameView& frame) {
 }
 
 void EndpointCore::Dispatch(const FrameView& frame) {
+  if (IsRequest(frame.header.kind) && !Admit(frame.header)) return;
   switch (frame.header.kind) {
     case FrameKind::kRequest:
       OnRequest(frame.header, Text(frame.payload));
@@ -124,6 +129,9 @@ void EndpointCore::Dispatch(const FrameView& frame) {
       return;
     case FrameKind::kChunkAck:
       OnAck(frame);
+      return;
+    case FrameKind::kProof:
+      OnProof(frame);
       return;
   }
 }
@@ -153,6 +161,10 @@ void EndpointCore::OnError(const FrameHeader& header, std::span<const std::uint8
   const auto call = FindOwnCall(header);
   if (call == calls_.end()) return;
   if (header.code == static_cast<std::int16_t>(ErrorCode::kBusy)) return;  // the retry goes on, ever slower
+  if (guard_ && header.code == static_cast<std::int16_t>(ErrorCode::kProveSession)) {
+    OnChallenge(call, header, payload);
+    return;
+  }
   ++counters_.calls_rejected;
   CallResult result;
   result.status = CallResult::kRejected;

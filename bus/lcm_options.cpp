@@ -29,6 +29,7 @@ LcmOptions LcmOptions::FromEnvironment() {
     }
     options.port = static_cast<int>(port);
   }
+  if (const char* file = std::getenv("LEGOPT_KEY_FILE"); file != nullptr) options.key_file = file;
   options.Validate();
   return options;
 }
@@ -42,6 +43,12 @@ void LcmOptions::Validate() const {
     Refuse("port: " + std::to_string(port) + ": must be in 1024 .. 65534 (the next one is used as well)");
   }
   if (ttl < 0 || ttl > kMaxTtl) Refuse("ttl: " + std::to_string(ttl) + ": must be in 0 .. 255");
+  if (ttl > 0 && key_file.empty() && !trust_network) {
+    Refuse(
+        "ttl: " + std::to_string(ttl) +
+        ": messages would leave this host without a key; give one with --key-file ('legopt keygen FILE' makes it), or "
+        "--trust-network if everybody on that network may command this deployment");
+  }
   constexpr std::size_t kLargestBuffer = std::size_t{1} << 30;
   if (receive_buffer_bytes > kLargestBuffer) {
     Refuse("receive_buffer_bytes: " + std::to_string(receive_buffer_bytes) + ": at most 1 GiB");

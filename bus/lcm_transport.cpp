@@ -14,11 +14,13 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <vector>
 
 #include "bus/bus_error.h"
+#include "bus/message_key.h"
 #include "bus/multicast_probe.h"
 #include "bus/socket_filter.h"
 #include "bus/udp_statistics.h"
@@ -112,6 +114,7 @@ struct LcmTransport::Impl {
 
   LcmOptions options;
   std::int64_t deployment = 0;
+  std::shared_ptr<const MessageKey> key;
   std::array<Link, 2> links;
   DatagramReceiver* receiver = nullptr;
   bool filtered = false;
@@ -196,6 +199,7 @@ void LcmTransport::Impl::RefreshStatistics() {
 LcmTransport::LcmTransport(const LcmOptions& options) : impl_(std::make_unique<Impl>(options)) {
   options.Validate();
   impl_->deployment = options.deployment != 0 ? options.deployment : DeriveDeployment(options);
+  if (!options.key_file.empty()) impl_->key = MessageKey::Load(options.key_file);
   impl_->buffer_errors_at_start = ReceiveBufferErrors();
   // Descriptors are told apart by what is new; two transports must not be made at the same instant.
   static std::mutex one_at_a_time;
@@ -283,6 +287,15 @@ std::string LcmTransport::receive_buffer_warning() const {
   if (granted >= asked) return {};
   return "receive buffer of " + std::to_string(granted) + " bytes granted, " + std::to_string(asked) +
          " asked: bursts may be lost and repeated. As root: sysctl -w net.core.rmem_max=" + std::to_string(asked);
+}
+
+const MessageKey* LcmTransport::key() const { return impl_->key.get(); }
+
+std::string LcmTransport::missing_key_warning() const {
+  if (impl_->key != nullptr) return {};
+  const bool local = impl_->options.ttl == 0;
+  return std::string("no key: every program ") + (local ? "of this machine" : "that reaches the multicast group") +
+         " can command this deployment; 'legopt keygen FILE' makes a key for --key-file";
 }
 
 bool LcmTransport::socket_filter_attached() const { return impl_->filtered; }

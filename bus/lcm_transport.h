@@ -29,8 +29,13 @@ struct LcmOptions {
   std::size_t receive_buffer_bytes = 4U << 20;  // asked of the kernel, per port; see granted_receive_buffer_bytes()
   // Which deployment; 0 derives it from group and port, so that all programs given the same address agree.
   std::int64_t deployment = 0;
+  // File of the shared key (message_key.h), read when the transport is made; empty: messages carry checksums only.
+  std::string key_file;
+  // Without a key a TTL above 0 is refused, unless this says that everybody who can reach the group is trusted.
+  bool trust_network = false;
 
-  // Defaults overridden by LEGOPT_GROUP and LEGOPT_PORT of the environment. Throws BusError (kInvalidOption).
+  // Defaults overridden by LEGOPT_GROUP, LEGOPT_PORT and LEGOPT_KEY_FILE of the environment. Throws BusError
+  // (kInvalidOption).
   static LcmOptions FromEnvironment();
   // Throws BusError (kInvalidOption) naming the field and its range.
   void Validate() const;
@@ -38,7 +43,8 @@ struct LcmOptions {
 
 class LcmTransport final : public Transport {
  public:
-  // Throws BusError: kInvalidOption, kNoMulticastRoute, kPortUnusable, kNetworkUnusable.
+  // Throws BusError: kInvalidOption (also for what is wrong with the key file), kNoMulticastRoute, kPortUnusable,
+  // kNetworkUnusable.
   explicit LcmTransport(const LcmOptions& options);
   ~LcmTransport() override;
 
@@ -47,6 +53,7 @@ class LcmTransport final : public Transport {
   int Poll(std::span<pollfd> extra, microseconds max_wait) override;
   microseconds now() const override;
   std::int64_t deployment() const override;
+  const MessageKey* key() const override;
   // kernel_drops: UDP receive-buffer overflows in this network namespace since construction (all sockets of it);
   // kernel_filtered: per-socket drops of /proc/net/udp, i.e. kept away by the filter or lost for lack of buffer.
   TransportCounters counters() const override;
@@ -57,6 +64,8 @@ class LcmTransport final : public Transport {
   // What a warning should say when the grant is small; empty when it is as asked.
   std::string receive_buffer_warning() const;
   bool socket_filter_attached() const;
+  // One line for the start of a program that has no key, saying who can command it; empty with a key.
+  std::string missing_key_warning() const;
 
  private:
   struct Impl;

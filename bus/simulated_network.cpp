@@ -112,8 +112,9 @@ bool SimulatedNetwork::Run(std::span<Endpoint* const> endpoints, const std::func
   }
 }
 
-SimulatedTransport::SimulatedTransport(SimulatedNetwork& network, std::int64_t deployment)
-    : network_(&network), deployment_(deployment) {
+SimulatedTransport::SimulatedTransport(SimulatedNetwork& network, std::int64_t deployment,
+                                       std::shared_ptr<const MessageKey> key)
+    : network_(&network), deployment_(deployment), key_(std::move(key)) {
   network.stations_.push_back(std::make_unique<SimulatedNetwork::Station>());
   station_ = network.stations_.back().get();
 }

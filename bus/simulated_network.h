@@ -17,6 +17,7 @@
 #include <span>
 #include <vector>
 
+#include "bus/message_key.h"
 #include "bus/transport.h"
 
 namespace legopt::bus {
@@ -89,7 +90,8 @@ class SimulatedTransport final : public Transport {
  public:
   // `network` must outlive the transport. Transports of one network with different deployments hear each other and
   // ignore it.
-  explicit SimulatedTransport(SimulatedNetwork& network, std::int64_t deployment = 1);
+  explicit SimulatedTransport(SimulatedNetwork& network, std::int64_t deployment = 1,
+                              std::shared_ptr<const MessageKey> key = nullptr);
   ~SimulatedTransport() override;
 
   void Send(Port port, std::span<const std::uint8_t> datagram) override;
@@ -97,6 +99,7 @@ class SimulatedTransport final : public Transport {
   int Poll(std::span<pollfd> extra, microseconds max_wait) override;
   microseconds now() const override;
   std::int64_t deployment() const override;
+  const MessageKey* key() const override { return key_.get(); }
   TransportCounters counters() const override;
 
  private:
@@ -104,6 +107,7 @@ class SimulatedTransport final : public Transport {
   SimulatedNetwork* network_;
   SimulatedNetwork::Station* station_;
   std::int64_t deployment_;
+  std::shared_ptr<const MessageKey> key_;
 };
 
 }  // namespace legopt::bus

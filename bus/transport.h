@@ -15,6 +15,8 @@
 
 namespace legopt::bus {
 
+class MessageKey;
+
 using std::chrono::microseconds;
 
 // Address of one party. Positive; chosen at random (63 bits) by everybody but the server.
@@ -77,6 +79,10 @@ class Transport {
 
   // Which deployment this transport belongs to; stands in every frame, so that foreign traffic is recognised.
   virtual std::int64_t deployment() const = 0;
+
+  // The deployment's shared key, by which frames are tagged and checked; null without one. Lives as long as the
+  // transport.
+  virtual const MessageKey* key() const { return nullptr; }
 
   virtual TransportCounters counters() const = 0;
 };

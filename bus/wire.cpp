@@ -56,12 +56,16 @@ class Reader {
 
 using Tag = std::array<std::uint8_t, kTagBytes>;
 
-// BLAKE2b-128 of the datagram with zeros in place of the tag.
-Tag ComputeTag(std::span<const std::uint8_t> datagram) {
+// BLAKE2b-128 of the datagram with zeros in place of the tag, keyed if there is a key.
+Tag ComputeTag(std::span<const std::uint8_t> datagram, const MessageKey* key) {
   constexpr Tag kZeros{};
   crypto_generichash_state state;
   Tag tag;
-  crypto_generichash_init(&state, nullptr, 0, tag.size());
+  if (key == nullptr) {
+    crypto_generichash_init(&state, nullptr, 0, tag.size());
+  } else {
+    crypto_generichash_init(&state, key->bytes().data(), key->bytes().size(), tag.size());
+  }
   crypto_generichash_update(&state, datagram.data(), kTagOffset);
   crypto_generichash_update(&state, kZeros.data(), kZeros.size());
   const auto rest = datagram.subspan(kTagOffset + kTagBytes);
@@ -86,6 +90,9 @@ FrameHeader ReadHeader(Reader& reader) {
   return header;
 }
 
+// In constant time: a forger must not learn how many bytes were right.
+bool Equal(const Tag& a, const Tag& b) { return sodium_memcmp(a.data(), b.data(), a.size()) == 0; }
+
 bool FieldsAreLegal(const FrameHeader& header) {
   const auto kind = static_cast<std::int16_t>(header.kind);
   return kind >= 1 && kind <= kLastFrameKind && header.type >= 1 && header.code >= 0 && header.sender >= 1 &&
@@ -105,7 +112,8 @@ ObjectHash HashObject(std::span<const std::uint8_t> body) {
   return hash;
 }
 
-std::span<const std::uint8_t> SealFrame(const FrameHeader& header, std::size_t payload_bytes, DatagramBuffer& buffer) {
+std::span<const std::uint8_t> SealFrame(const FrameHeader& header, std::size_t payload_bytes, DatagramBuffer& buffer,
+                                        const MessageKey* key) {
   if (payload_bytes > kMaxPayloadBytes) {
     std::fprintf(stderr, "legopt bus: broken invariant: payload of %zu bytes, limit %zu\n", payload_bytes,
                  kMaxPayloadBytes);
@@ -126,12 +134,12 @@ std::span<const std::uint8_t> SealFrame(const FrameHeader& header, std::size_t p
       .Put(header.nonce);
   Writer(writer.at() + kTagBytes).Put(static_cast<std::int32_t>(payload_bytes));
   const std::span<const std::uint8_t> datagram(buffer.data(), kFrameHeaderBytes + payload_bytes);
-  writer.Bytes(ComputeTag(datagram));
+  writer.Bytes(ComputeTag(datagram, key));
   return datagram;
 }
 
-FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deployment, EndpointId self,
-                     FrameView& frame) {
+FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deployment, EndpointId self, FrameView& frame,
+                     const MessageKey* key) {
   if (datagram.empty() || datagram.size() > kMaxDatagramBytes) return FrameFault::kSize;
   if (datagram.size() < kFrameHeaderBytes) return FrameFault::kMalformed;
   Reader reader(datagram.data());
@@ -146,10 +154,20 @@ FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deploy
   frame.payload = datagram.subspan(kFrameHeaderBytes);
   if (frame.header.deployment != deployment) return FrameFault::kDeployment;
   if (frame.header.destination != self) return FrameFault::kNotForUs;
-  if (tag != ComputeTag(datagram)) return FrameFault::kTag;
+  const bool authentic = Equal(tag, ComputeTag(datagram, key));
+  const bool is_unsigned = !authentic && key != nullptr && Equal(tag, ComputeTag(datagram, nullptr));
+  if (!authentic && !is_unsigned) return FrameFault::kTag;
   if (!FieldsAreLegal(frame.header)) return FrameFault::kField;
+  if (is_unsigned) return FrameFault::kUnsigned;
   if (frame.header.version != kProtocolVersion) return FrameFault::kVersion;
   return FrameFault::kNone;
+}
+
+void WriteChallenge(std::int64_t challenge, std::uint8_t* payload) { Writer(payload).Put(challenge); }
+
+std::int64_t ReadChallenge(std::span<const std::uint8_t> payload) {
+  if (payload.size() != kChallengeBytes) return 0;
+  return std::max<std::int64_t>(0, Reader(payload.data()).Get<std::int64_t>());
 }
 
 std::size_t WriteChunk(const ChunkView& chunk, std::uint8_t* payload) {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 
+#include "bus/message_key.h"
 #include "bus/messages.h"
 #include "bus/transport.h"
 
@@ -20,12 +21,14 @@ enum class FrameKind : std::int16_t {
   kRequestChunk = 4,
   kReplyChunk = 5,
   kChunkAck = 6,
+  kProof = 7,  // of a session, where a key is configured
 };
-inline constexpr std::int16_t kLastFrameKind = 6;
+inline constexpr std::int16_t kLastFrameKind = 7;
 
 inline constexpr std::size_t kFrameHeaderBytes = 92;
 inline constexpr std::size_t kMaxPayloadBytes = kMaxDatagramBytes - kFrameHeaderBytes;
-inline constexpr std::size_t kChunkBytes = 1024;  // of a body, per chunk
+inline constexpr std::size_t kChallengeBytes = 8;  // payload of a proof, and of the refusal that asks for one
+inline constexpr std::size_t kChunkBytes = 1024;   // of a body, per chunk
 inline constexpr std::size_t kChunkHeaderBytes = 57;
 inline constexpr std::size_t kWindow = 32;  // chunks in flight to one receiver, at most
 inline constexpr std::size_t kObjectHashBytes = 32;
@@ -57,18 +60,25 @@ struct FrameView {
   std::span<const std::uint8_t> payload;
 };
 
-enum class FrameFault { kNone, kSize, kMalformed, kDeployment, kNotForUs, kVersion, kTag, kField };
+enum class FrameFault { kNone, kSize, kMalformed, kDeployment, kNotForUs, kTag, kUnsigned, kField, kVersion };
 
 using DatagramBuffer = std::array<std::uint8_t, kMaxDatagramBytes>;
 
 // Writes a frame around a payload that already stands at buffer[kFrameHeaderBytes ...]; returns the whole datagram.
-// `payload_bytes` must be at most kMaxPayloadBytes (aborts otherwise).
-std::span<const std::uint8_t> SealFrame(const FrameHeader& header, std::size_t payload_bytes, DatagramBuffer& buffer);
+// `payload_bytes` must be at most kMaxPayloadBytes (aborts otherwise). The tag is made with `key`, if there is one.
+std::span<const std::uint8_t> SealFrame(const FrameHeader& header, std::size_t payload_bytes, DatagramBuffer& buffer,
+                                        const MessageKey* key = nullptr);
 
-// Checks in this order: size, form, deployment, destination, tag, version, fields. On kVersion the header is filled in,
-// so that the sender can be told. `frame` points into `datagram`.
-FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deployment, EndpointId self,
-                     FrameView& frame);
+// Checks in this order: size, form, deployment, destination, tag (kUnsigned: the tag of somebody without the key),
+// fields, version. On kUnsigned and kVersion the header is legal, so that the sender can be told. `frame` points into
+// `datagram`.
+FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deployment, EndpointId self, FrameView& frame,
+                     const MessageKey* key = nullptr);
+
+// A challenge as payload.
+void WriteChallenge(std::int64_t challenge, std::uint8_t* payload);
+// 0 when it is not exactly one positive challenge.
+std::int64_t ReadChallenge(std::span<const std::uint8_t> payload);
 
 struct ChunkView {
   std::int64_t total_bytes = 0;

@@ -87,6 +87,7 @@ void AddCommands(CLI::App& app, Invocation* invocation) {
   AddExportCommand(app, invocation);
   AddDatasetCommand(app, invocation);
   AddDoctorCommand(app, invocation);
+  AddKeygenCommand(app, invocation);
 }
 
 // CLI11 would only say that a command is missing.

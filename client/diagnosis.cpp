@@ -72,6 +72,13 @@ Finding CheckBuffers(const bus::LcmOptions& network, const bus::LcmTransport& tr
   return {"receive buffers", warning.empty() ? State::kOk : State::kWarn, detail, warning, {}};
 }
 
+Finding CheckKey(const bus::LcmOptions& network, const bus::LcmTransport& transport) {
+  if (transport.key() != nullptr) return {"message tags", State::kOk, "keyed by " + network.key_file, "", {}};
+  const std::string warning = transport.missing_key_warning();
+  if (network.ttl == 0) return {"message tags", State::kOk, warning, "", {}};
+  return {"message tags", State::kWarn, "messages leave this machine without a key", warning, {}};
+}
+
 Finding CheckServer(const legopt_msg::probe_reply& probe, const std::string& address) {
   const std::string detail = "legopt-server " + probe.server_version + " at " + address + " on " + probe.hostname +
                              ", database " + probe.database + ", up " +
@@ -123,6 +130,7 @@ void CheckNetwork(const DiagnosisOptions& options, std::vector<Finding>* finding
     if (findings->back().state == State::kOk) {
       ServerConnection server(network);
       findings->push_back(CheckBuffers(resolved, server.transport()));
+      findings->push_back(CheckKey(resolved, server.transport()));
       try {
         probe = server.Probe();
         findings->push_back(CheckServer(*probe, server.address()));

@@ -47,6 +47,11 @@ void AddNetworkOptions(CLI::App& app, NetworkOptions* options) {
   app.add_option("--ttl", options->ttl, "Network hops of what we send; 0 stays on this machine (default 0)")
       ->check(CLI::Range(0, kLargestTtl))
       ->group(group);
+  app.add_option("--key-file", options->key_file,
+                 "Shared key of the deployment, made by 'legopt keygen' (default LEGOPT_KEY_FILE)")
+      ->group(group);
+  app.add_flag("--trust-network", options->trust_network, "Let messages leave this machine without a key")
+      ->group(group);
   app.add_option("--timeout", options->timeout_s, "Seconds to wait for an answer of the server (default 5)")
       ->check(CLI::Range(kShortestTimeout_s, kLongestTimeout_s))
       ->group(group);

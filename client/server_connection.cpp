@@ -38,6 +38,8 @@ bus::LcmOptions NetworkOptions::Resolve() const {
   if (group) options.group = *group;
   if (port) options.port = *port;
   if (ttl) options.ttl = *ttl;
+  if (key_file) options.key_file = *key_file;
+  options.trust_network = trust_network;
   options.Validate();
   return options;
 }
@@ -79,7 +81,8 @@ typename bus::CallOf<Request>::Reply ServerConnection::Ask(Request request, micr
     throw ClientError(ExitCode::kUnreachable,
                       "no legopt-server answers at " + address() +
                           "; start one ('legopt-server --db results.sqlite'), set --port or LEGOPT_PORT to where it "
-                          "listens, or read a database file with --db");
+                          "listens, or read a database file with --db" +
+                          (transport_.key() == nullptr ? "" : ". A server without this key cannot answer us"));
   }
   if (!outcome->ok()) {
     throw ClientError(ExitCode::kUsage, "the server at " + address() + " refused the request: " + outcome->error);

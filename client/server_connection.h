@@ -13,11 +13,13 @@
 
 namespace legopt::client {
 
-/// Where the server is: flags over environment (LEGOPT_GROUP, LEGOPT_PORT) over defaults.
+/// Where the server is: flags over environment (LEGOPT_GROUP, LEGOPT_PORT, LEGOPT_KEY_FILE) over defaults.
 struct NetworkOptions {
   std::optional<std::string> group;
   std::optional<int> port;
   std::optional<int> ttl;
+  std::optional<std::string> key_file;
+  bool trust_network = false;  ///< let messages leave this host without a key
   double timeout_s = 5;  ///< how long a server may take to answer at all, (0, 3600]
 
   /// Throws bus::BusError (kInvalidOption).

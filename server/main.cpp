@@ -86,12 +86,9 @@ ServerOptions OptionsFor(const Arguments& arguments) {
   return options;
 }
 
-void WarnAboutNetwork(const Arguments& arguments, const bus::LcmTransport& transport) {
+void WarnAboutNetwork(const bus::LcmTransport& transport) {
   if (const std::string warning = transport.receive_buffer_warning(); !warning.empty()) spdlog::info(warning);
-  if (arguments.network.ttl > 0) {
-    spdlog::warn("TTL {}: messages leave this host and are not authenticated; use a trusted network only",
-                 arguments.network.ttl);
-  }
+  if (const std::string warning = transport.missing_key_warning(); !warning.empty()) spdlog::warn(warning);
 }
 
 // Until a signal or a client stops it; then answers repeats of its last requests for a moment. Before another server
@@ -135,7 +132,7 @@ int Serve(const Arguments& arguments) {
   StopSignal stop;
   // The network first: a server that may not serve leaves no database behind.
   bus::LcmTransport transport(arguments.network);
-  WarnAboutNetwork(arguments, transport);
+  WarnAboutNetwork(transport);
   const std::string address = arguments.network.group + ":" + std::to_string(arguments.network.port);
   const ServerOptions options = OptionsFor(arguments);
   const PortClaim claim(arguments.network.port);
@@ -167,6 +164,10 @@ int Run(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--ttl", arguments.network.ttl, "Hops that messages may travel; 0 stays on this host")
       ->capture_default_str();
+  app.add_option("--key-file", arguments.network.key_file,
+                 "Shared key of the deployment, made by 'legopt keygen' (LEGOPT_KEY_FILE)");
+  app.add_flag("--trust-network", arguments.network.trust_network,
+               "Let messages leave this host without a key: everybody on the network may command this server");
   app.add_flag("--verbose", arguments.verbose, "Log what happens to stderr");
   app.footer("Exit codes: 0 stopped, 2 wrong usage, 6 database unusable, 7 network unusable, 70 internal error.");
   try {

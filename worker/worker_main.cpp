@@ -42,6 +42,8 @@ struct CommandLine {
   std::optional<std::string> group;
   std::optional<int> port;
   int ttl = 0;
+  std::optional<std::string> key_file;
+  bool trust_network = false;
   double wait_server_s = 0;
   bool exit_when_idle = false;
   bool verbose = false;
@@ -74,6 +76,10 @@ void Define(CLI::App& app, CommandLine& line) {
   app.add_option("--ttl", line.ttl, "Network hops of what we send; 0 stays on this machine (default 0)")
       ->check(CLI::Range(0, kLargestTtl))
       ->group(network);
+  app.add_option("--key-file", line.key_file,
+                 "Shared key of the deployment, made by 'legopt keygen' (default LEGOPT_KEY_FILE)")
+      ->group(network);
+  app.add_flag("--trust-network", line.trust_network, "Let messages leave this host without a key")->group(network);
   app.set_version_flag("--version", kBuild);
   app.footer(
       "Stop it with SIGTERM or Ctrl-C: it finishes the jobs at hand; a second signal kills them.\n"
@@ -100,6 +106,8 @@ bus::LcmOptions NetworkOf(const CommandLine& line) {
   if (line.group) network.group = *line.group;
   if (line.port) network.port = *line.port;
   network.ttl = line.ttl;
+  if (line.key_file) network.key_file = *line.key_file;
+  network.trust_network = line.trust_network;
   return network;
 }
 
@@ -142,6 +150,7 @@ int SupervisorMain(const CommandLine& line, spdlog::logger& logger) {
     const SupervisorOptions options = OptionsOf(line, network);
     bus::LcmTransport transport(network);
     if (const std::string warning = transport.receive_buffer_warning(); !warning.empty()) logger.warn(warning);
+    if (const std::string warning = transport.missing_key_warning(); !warning.empty()) logger.warn(warning);
     bus::Endpoint endpoint(transport, bus::RandomEndpointId(), bus::RandomSeed());
     EndpointLink link(endpoint);
     return Supervisor(link, options, logger).Run(stop_signals, sizeof(signalfd_siginfo));

@@ -10,6 +10,7 @@
 
 #include "bus/endpoint.h"
 #include "bus/simulated_network.h"
+#include "tests/bus/test_bed.h"
 
 namespace legopt::bus {
 namespace {
@@ -29,8 +30,8 @@ std::string RandomBody(std::mt19937_64& random, std::size_t bytes) {
 struct Party {
   SimulatedTransport transport;
   Endpoint endpoint;
-  Party(SimulatedNetwork& network, EndpointId id, std::uint64_t seed)
-      : transport(network), endpoint(transport, id, seed) {}
+  Party(SimulatedNetwork& network, EndpointId id, std::uint64_t seed, std::shared_ptr<const MessageKey> key = nullptr)
+      : transport(network, 1, std::move(key)), endpoint(transport, id, seed) {}
 };
 
 struct Outcome {
@@ -43,7 +44,8 @@ struct Outcome {
 };
 
 // Two clients call one server: small, middling and large bodies, large replies, replies now and later.
-Outcome Play(std::uint64_t seed, const Misfortune& misfortune, std::size_t largest) {
+Outcome Play(std::uint64_t seed, const Misfortune& misfortune, std::size_t largest,
+             const std::shared_ptr<const MessageKey>& key = nullptr) {
   SimulatedNetwork network(seed, misfortune);
   Outcome outcome;
   network.SetTap([&](Port, std::span<const std::uint8_t> bytes) {
@@ -51,9 +53,9 @@ Outcome Play(std::uint64_t seed, const Misfortune& misfortune, std::size_t large
     for (const std::uint8_t byte : bytes) outcome.transcript = (outcome.transcript ^ byte) * kPrime;
   });
   std::mt19937_64 random(seed);
-  Party server(network, kServer, random());
+  Party server(network, kServer, random(), key);
   std::vector<std::unique_ptr<Party>> clients;
-  for (int i = 0; i < 2; ++i) clients.push_back(std::make_unique<Party>(network, kFirstClient + i, random()));
+  for (int i = 0; i < 2; ++i) clients.push_back(std::make_unique<Party>(network, kFirstClient + i, random(), key));
 
   std::map<std::string, int> handled;
   std::vector<std::pair<Responder, std::string>> later;
@@ -98,14 +100,15 @@ Outcome Play(std::uint64_t seed, const Misfortune& misfortune, std::size_t large
 
 constexpr int kCalls = 8;
 
-void Expect(const Misfortune& misfortune, int seeds, std::size_t largest) {
+void Expect(const Misfortune& misfortune, int seeds, std::size_t largest,
+            const std::shared_ptr<const MessageKey>& key = nullptr) {
   if (const char* only = std::getenv("LEGOPT_CHAOS_SEED"); only != nullptr) {
-    const Outcome outcome = Play(std::strtoull(only, nullptr, 10), misfortune, largest);
+    const Outcome outcome = Play(std::strtoull(only, nullptr, 10), misfortune, largest, key);
     EXPECT_EQ(outcome.answered, kCalls);
     return;
   }
   for (int seed = 1; seed <= seeds; ++seed) {
-    const Outcome outcome = Play(static_cast<std::uint64_t>(seed), misfortune, largest);
+    const Outcome outcome = Play(static_cast<std::uint64_t>(seed), misfortune, largest, key);
     ASSERT_EQ(outcome.unfinished, 0) << "LEGOPT_CHAOS_SEED=" << seed;
     ASSERT_EQ(outcome.answered, kCalls) << "LEGOPT_CHAOS_SEED=" << seed;
     ASSERT_EQ(outcome.wrong, 0) << "LEGOPT_CHAOS_SEED=" << seed;
@@ -122,6 +125,16 @@ TEST(Chaos, DamagedDatagramsNeverBecomeWrongContent) {
   misfortune.corrupt = 0.2;
   misfortune.truncate = 0.05;
   Expect(misfortune, 200, 30'000);
+}
+
+TEST(Chaos, StandardChaosWithAKey) { Expect(Misfortune::StandardChaos(), 200, 30'000, TestKey()); }
+
+TEST(Chaos, DamageAndDuplicationWithAKey) {
+  Misfortune misfortune = Misfortune::StandardChaos();
+  misfortune.duplicate = 0.4;
+  misfortune.corrupt = 0.2;
+  misfortune.truncate = 0.05;
+  Expect(misfortune, 100, 30'000, TestKey());
 }
 
 TEST(Chaos, HeavyDuplicationAndReordering) {

@@ -63,7 +63,15 @@ class Conformance : public testing::TestWithParam<BedKind> {
 };
 
 inline std::string BedName(const testing::TestParamInfo<BedKind>& parameter) {
-  return parameter.param == BedKind::kSimulated ? "Simulated" : "Udp";
+  switch (parameter.param) {
+    case BedKind::kSimulated:
+      return "Simulated";
+    case BedKind::kSimulatedWithKey:
+      return "SimulatedWithKey";
+    case BedKind::kUdp:
+      return "Udp";
+  }
+  return "";
 }
 
 }  // namespace legopt::bus

@@ -247,7 +247,8 @@ TEST_P(CallConformance, CallsFromHandlersAndCallbacksWork) {
   EXPECT_TRUE(bed_->RunUntil([&] { return last == "<<a>>"; }));
 }
 
-INSTANTIATE_TEST_SUITE_P(Networks, CallConformance, testing::Values(BedKind::kSimulated, BedKind::kUdp), BedName);
+INSTANTIATE_TEST_SUITE_P(Networks, CallConformance,
+                         testing::Values(BedKind::kSimulated, BedKind::kSimulatedWithKey, BedKind::kUdp), BedName);
 
 }  // namespace
 }  // namespace legopt::bus

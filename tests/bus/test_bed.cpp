@@ -30,7 +30,7 @@ struct Party {
 
 class SimulatedBed final : public TestBed {
  public:
-  SimulatedBed() : network_(1) {
+  explicit SimulatedBed(std::shared_ptr<const MessageKey> key) : network_(1), key_(std::move(key)) {
     network_.SetTap([this](Port port, std::span<const std::uint8_t> bytes) {
       recorded_.emplace_back(port, Datagram(bytes.begin(), bytes.end()));
     });
@@ -38,7 +38,7 @@ class SimulatedBed final : public TestBed {
 
   Endpoint& Add(EndpointId id, const EndpointOptions& options, std::int64_t deployment) override {
     Party<SimulatedTransport> party;
-    party.transport = std::make_unique<SimulatedTransport>(network_, deployment);
+    party.transport = std::make_unique<SimulatedTransport>(network_, deployment, key_);
     party.endpoint = std::make_unique<Endpoint>(*party.transport, id, ++seed_, options);
     parties_.push_back(std::move(party));
     return *parties_.back().endpoint;
@@ -59,6 +59,7 @@ class SimulatedBed final : public TestBed {
 
  private:
   SimulatedNetwork network_;
+  std::shared_ptr<const MessageKey> key_;
   std::vector<std::pair<Port, Datagram>> recorded_;
   std::list<Party<SimulatedTransport>> parties_;  // not a vector: moving would part endpoint and transport
   std::uint64_t seed_ = 0;
@@ -176,6 +177,12 @@ class UdpBed final : public TestBed {
 
 }  // namespace
 
+std::shared_ptr<const MessageKey> TestKey(std::uint8_t first_byte) {
+  std::array<std::uint8_t, MessageKey::kBytes> bytes{};
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(first_byte + i);
+  return std::make_shared<const MessageKey>(std::span<const std::uint8_t, MessageKey::kBytes>(bytes));
+}
+
 bool EnterPrivateNetwork(bool route) {
   if (::geteuid() != 0 || ::unshare(CLONE_NEWNET) != 0) return false;
   if (!route) return true;
@@ -183,7 +190,8 @@ bool EnterPrivateNetwork(bool route) {
 }
 
 std::unique_ptr<TestBed> MakeTestBed(BedKind kind, std::string* why) {
-  if (kind == BedKind::kSimulated) return std::make_unique<SimulatedBed>();
+  if (kind == BedKind::kSimulated) return std::make_unique<SimulatedBed>(nullptr);
+  if (kind == BedKind::kSimulatedWithKey) return std::make_unique<SimulatedBed>(TestKey());
   const MulticastRoute route = ProbeMulticastRoute(kGroup);
   if (!route.usable && !EnterPrivateNetwork(true)) {
     *why = "NOT TESTED over real multicast: " + route.problem;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bus/endpoint.h"
+#include "bus/message_key.h"
 #include "bus/transport.h"
 
 namespace legopt::bus {
@@ -32,7 +33,10 @@ class TestBed {
   static constexpr std::int64_t kDeployment = 4711;
 };
 
-enum class BedKind { kSimulated, kUdp };
+enum class BedKind { kSimulated, kSimulatedWithKey, kUdp };
+
+// A key that everybody may know.
+std::shared_ptr<const MessageKey> TestKey(std::uint8_t first_byte = 0);
 
 // Empty, with `why`, when real multicast cannot be had here.
 std::unique_ptr<TestBed> MakeTestBed(BedKind kind, std::string* why);

@@ -86,7 +86,7 @@ TEST(Wire, FaultsAreToldApart) {
   header.version = kProtocolVersion + 1;
   EXPECT_EQ(open(header), FrameFault::kVersion);
   header = Header();
-  header.kind = static_cast<FrameKind>(7);
+  header.kind = static_cast<FrameKind>(kLastFrameKind + 1);
   EXPECT_EQ(open(header), FrameFault::kField);
   header = Header();
   header.completed_below = 11;  // beyond the call itself

@@ -1,0 +1,78 @@
+// The part of an endpoint that only a deployment with a key has: sessions prove themselves, replays are refused
+// (PROTOCOL.md, section 11).
+#include <algorithm>
+#include <string_view>
+
+#include "bus/endpoint_core.h"
+
+namespace legopt::bus {
+
+// ---- Served party ----
+
+bool EndpointCore::Admit(const FrameHeader& header) {
+  if (!guard_) return true;
+  switch (guard_->Check(header.sender, header.session, header.nonce)) {
+    case ReplayGuard::Verdict::kFresh:
+      return true;
+    case ReplayGuard::Verdict::kReplayed:
+      ++counters_.rejected_replay;
+      return false;
+    case ReplayGuard::Verdict::kUnproven:
+      break;
+  }
+  ++counters_.requests_challenged;
+  FrameHeader challenge = MakeHeader(FrameKind::kError, header.type, CallerKey(header), header.sender);
+  challenge.code = static_cast<std::int16_t>(ErrorCode::kProveSession);
+  WriteChallenge(guard_->challenge(), buffer_.data() + kFrameHeaderBytes);
+  transport_.Send(Port::kControl, Seal(challenge, kChallengeBytes));
+  return false;
+}
+
+void EndpointCore::OnProof(const FrameView& frame) {
+  const FrameHeader& header = frame.header;
+  const std::int64_t answer = ReadChallenge(frame.payload);
+  if (!guard_ || answer == 0) {
+    ++counters_.rejected_field;
+  } else if (!guard_->Prove(header.sender, header.session, header.nonce, answer)) {
+    ++counters_.rejected_replay;
+  }
+}
+
+// Tells a caller without a key, which could not understand a tagged refusal, what it needs. Rarely enough that a flood
+// of unsigned requests makes no flood of answers.
+void EndpointCore::SendKeyHint(const FrameHeader& header) {
+  constexpr microseconds kInterval = std::chrono::milliseconds(100);
+  constexpr std::string_view kHint = "this deployment uses a key: give the same one with --key-file or LEGOPT_KEY_FILE";
+  if (now() < next_key_hint_) return;
+  next_key_hint_ = now() + kInterval;
+  FrameHeader hint = MakeHeader(FrameKind::kError, header.type, CallerKey(header), header.sender);
+  hint.code = static_cast<std::int16_t>(ErrorCode::kKeyNeeded);
+  std::copy(kHint.begin(), kHint.end(), buffer_.begin() + kFrameHeaderBytes);
+  transport_.Send(Port::kControl, SealFrame(hint, kHint.size(), buffer_));
+}
+
+// ---- Caller ----
+
+void EndpointCore::SendProof(const FrameHeader& challenged, std::int64_t challenge) {
+  const FrameHeader proof =
+      MakeHeader(FrameKind::kProof, challenged.type, {self_, session_, challenged.call_id}, challenged.sender);
+  WriteChallenge(challenge, buffer_.data() + kFrameHeaderBytes);
+  transport_.Send(Port::kControl, Seal(proof, kChallengeBytes));
+}
+
+// Proves, and repeats the request at once instead of after its interval. Only a few times per call, so that a party
+// that challenges for ever cannot keep us busy; large bodies repeat their own chunks.
+void EndpointCore::OnChallenge(Calls::iterator call, const FrameHeader& header, std::span<const std::uint8_t> payload) {
+  constexpr int kPromptRepeats = 4;
+  const std::int64_t challenge = ReadChallenge(payload);
+  if (challenge == 0) {
+    ++counters_.rejected_field;
+    return;
+  }
+  SendProof(header, challenge);
+  if (call->second.large || call->second.prompt_repeats >= kPromptRepeats) return;
+  ++call->second.prompt_repeats;
+  SendRequest(call->first, call->second);
+}
+
+}  // namespace legopt::bus

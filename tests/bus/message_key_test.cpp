@@ -1,0 +1,128 @@
+// A key file is taken only when it is a regular file of ours that nobody else may read and that holds one key.
+#include "bus/message_key.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "bus/bus_error.h"
+#include "bus/lcm_transport.h"
+
+namespace legopt::bus {
+namespace {
+
+class KeyFile : public testing::Test {
+ protected:
+  KeyFile() {
+    std::string name = (std::filesystem::temp_directory_path() / "legopt-key-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) std::abort();
+    folder_ = name;
+  }
+  ~KeyFile() override { std::filesystem::remove_all(folder_); }
+
+  std::string Write(const std::string& text, ::mode_t mode = 0600) const {
+    const std::string file = folder_ / "key";
+    std::filesystem::remove(file);
+    std::ofstream(file) << text;
+    ::chmod(file.c_str(), mode);
+    return file;
+  }
+  // The message of the refusal; empty when the file is taken.
+  static std::string Fault(const std::string& file) {
+    try {
+      MessageKey::Load(file);
+    } catch (const BusError& error) {
+      EXPECT_EQ(error.code(), BusErrorCode::kInvalidOption);
+      EXPECT_NE(std::string(error.what()).find(file), std::string::npos) << error.what();
+      return error.what();
+    }
+    return {};
+  }
+  static void ExpectFault(const std::string& file, const std::string& word) {
+    EXPECT_NE(Fault(file).find(word), std::string::npos) << Fault(file);
+  }
+
+  std::filesystem::path folder_;
+};
+
+const std::string kDigits = "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1F";
+
+TEST_F(KeyFile, IsHexadecimalTextWithOrWithoutALineEnd) {
+  for (const char* end : {"", "\n", "\r\n"}) {
+    const auto key = MessageKey::Load(Write(kDigits + end));
+    ASSERT_NE(key, nullptr);
+    for (std::size_t i = 0; i < MessageKey::kBytes; ++i) EXPECT_EQ(key->bytes()[i], i);
+  }
+}
+
+TEST_F(KeyFile, MustHoldExactlyOneKey) {
+  for (const std::string& text :
+       {std::string(), std::string("\n"), kDigits.substr(2), kDigits.substr(1), kDigits + "00", kDigits + "\n\n",
+        " " + kDigits.substr(1), "g" + kDigits.substr(1), kDigits.substr(0, 62) + ":0", std::string(100'000, '0')}) {
+    ExpectFault(Write(text), "64 hexadecimal digits");
+  }
+}
+
+TEST_F(KeyFile, MustNotBeOpenToOthers) {
+  for (const ::mode_t mode : {0640, 0604, 0620, 0610, 0601, 0602, 0666}) ExpectFault(Write(kDigits, mode), "chmod 600");
+  EXPECT_EQ(Fault(Write(kDigits, 0400)), "");
+}
+
+TEST_F(KeyFile, MustBeARegularFile) {
+  ExpectFault(folder_, "not a regular file");
+  const std::string pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  ExpectFault(pipe, "not a regular file");
+  ExpectFault("/dev/zero", "not a regular file");
+  ExpectFault(folder_ / "missing", "legopt keygen");
+}
+
+TEST_F(KeyFile, MustBelongToUs) {
+  if (::geteuid() != 0) GTEST_SKIP() << "NOT TESTED: only root can give a file away";
+  const std::string file = Write(kDigits);
+  ASSERT_EQ(::chown(file.c_str(), 12345, 12345), 0);
+  ExpectFault(file, "12345");
+}
+
+TEST_F(KeyFile, MayBeALinkToOne) {
+  const std::string file = Write(kDigits);
+  std::filesystem::create_symlink(file, folder_ / "link");
+  EXPECT_EQ(Fault(folder_ / "link"), "");
+}
+
+TEST_F(KeyFile, IsMadeFreshPrivateAndOnlyOnce) {
+  const std::string file = folder_ / "new", second = folder_ / "second";
+  MessageKey::CreateFile(file);
+  MessageKey::CreateFile(second);
+  struct stat status {};
+  ASSERT_EQ(::stat(file.c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777U, 0600U);
+  const auto bytes = [](const std::string& f) {
+    const auto key = MessageKey::Load(f);
+    return std::vector<std::uint8_t>(key->bytes().begin(), key->bytes().end());
+  };
+  EXPECT_NE(bytes(file), bytes(second));
+  EXPECT_THROW(MessageKey::CreateFile(file), BusError);
+  EXPECT_THROW(MessageKey::CreateFile(folder_ / "no" / "folder"), BusError);
+}
+
+TEST_F(KeyFile, IsNeededToLeaveTheHost) {
+  LcmOptions options;
+  options.ttl = 1;
+  EXPECT_THROW(options.Validate(), BusError);
+  options.trust_network = true;
+  EXPECT_NO_THROW(options.Validate());
+  options.trust_network = false;
+  options.key_file = Write(kDigits);
+  EXPECT_NO_THROW(options.Validate());
+  options.key_file = Write(kDigits, 0644);
+  EXPECT_THROW(const LcmTransport transport(options), BusError) << "a bad key is no key";
+}
+
+}  // namespace
+}  // namespace legopt::bus

@@ -1,0 +1,117 @@
+// The test vectors that PROTOCOL.md prints are what this code sends: a worker in another language can be checked
+// against the text alone.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "bus/codec.h"
+#include "bus/wire.h"
+#include "tests/bus/test_bed.h"
+
+namespace legopt::bus {
+namespace {
+
+// "name" -> bytes, of lines "    vector NAME" and the hexadecimal lines after each.
+std::map<std::string, Datagram> ReadVectors() {
+  std::ifstream file(LEGOPT_SOURCE_DIR "/lcmtypes/PROTOCOL.md");
+  std::map<std::string, Datagram> vectors;
+  Datagram* current = nullptr;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string word, name;
+    if (line.rfind("    vector ", 0) == 0) {
+      words >> word >> name;
+      current = &vectors[name];
+    } else if (line.rfind("    ", 0) != 0) {
+      current = nullptr;
+    } else if (current != nullptr) {
+      while (words >> word) {
+        for (std::size_t i = 0; i + 1 < word.size(); i += 2) {
+          current->push_back(static_cast<std::uint8_t>(std::strtoul(word.substr(i, 2).c_str(), nullptr, 16)));
+        }
+      }
+    }
+  }
+  return vectors;
+}
+
+std::string Hex(std::span<const std::uint8_t> bytes) {
+  static constexpr char kHex[] = "0123456789abcdef";
+  std::string text;
+  for (const std::uint8_t byte : bytes) {
+    text += kHex[byte >> 4U];
+    text += kHex[byte & 15U];
+  }
+  return text;
+}
+
+// The request of the vectors: the first probe of a caller.
+FrameHeader Probe() {
+  FrameHeader header;
+  header.kind = FrameKind::kRequest;
+  header.type = static_cast<std::int16_t>(MessageType::kProbe);
+  header.deployment = 4711;
+  header.sender = 0x123456789;
+  header.destination = kServer;
+  header.session = 0x0102030405060708;
+  header.call_id = 1;
+  header.completed_below = 1;
+  header.nonce = 1;
+  return header;
+}
+
+std::string ProbeBody() {
+  legopt_msg::probe_request request{};
+  request.nonce = 42;
+  return Encode(request);
+}
+
+class ProtocolVector : public testing::Test {
+ protected:
+  void Expect(const std::string& name, const FrameHeader& header, const std::string& body, const MessageKey* key) {
+    std::copy(body.begin(), body.end(), buffer_.begin() + kFrameHeaderBytes);
+    EXPECT_EQ(Hex(vectors_[name]), Hex(SealFrame(header, body.size(), buffer_, key))) << name;
+  }
+  static std::string Challenge() {
+    std::string bytes(kChallengeBytes, '\0');
+    WriteChallenge(0x1122334455667788, reinterpret_cast<std::uint8_t*>(bytes.data()));
+    return bytes;
+  }
+
+  std::map<std::string, Datagram> vectors_ = ReadVectors();
+  std::shared_ptr<const MessageKey> key_ = TestKey();
+  DatagramBuffer buffer_{};
+};
+
+TEST_F(ProtocolVector, Key) { EXPECT_EQ(Hex(vectors_["key"]), Hex(key_->bytes())); }
+
+TEST_F(ProtocolVector, RequestWithoutAndWithKey) {
+  Expect("request", Probe(), ProbeBody(), nullptr);
+  Expect("request-keyed", Probe(), ProbeBody(), key_.get());
+}
+
+TEST_F(ProtocolVector, Challenge) {
+  FrameHeader header = Probe();
+  header.kind = FrameKind::kError;
+  header.code = static_cast<std::int16_t>(ErrorCode::kProveSession);
+  std::swap(header.sender, header.destination);
+  header.completed_below = 0;
+  header.nonce = 7;
+  Expect("challenge", header, Challenge(), key_.get());
+}
+
+TEST_F(ProtocolVector, Proof) {
+  FrameHeader header = Probe();
+  header.kind = FrameKind::kProof;
+  header.completed_below = 0;
+  header.nonce = 2;
+  Expect("proof", header, Challenge(), key_.get());
+}
+
+}  // namespace
+}  // namespace legopt::bus

@@ -1,0 +1,138 @@
+// Real processes under a shared key: honest work goes through, also over restarts of the server; others are told what
+// they lack; no program leaves the host or starts with a bad key by accident.
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+
+#include "bus/message_key.h"
+#include "client/client_error.h"
+#include "tests/service/deployment.h"
+
+namespace legopt::service {
+namespace {
+
+constexpr char kKeyVariable[] = "LEGOPT_KEY_FILE";
+constexpr int kExitUsage = 2;
+constexpr std::chrono::milliseconds kPatience{20'000};
+
+class KeyTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (const std::string why = Deployment::Unavailable(); !why.empty()) GTEST_SKIP() << "NO MULTICAST HERE: " << why;
+    std::string pattern = (std::filesystem::temp_directory_path() / "legopt-key-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    key_file_ = (folder_ / "key").string();
+    bus::MessageKey::CreateFile(key_file_);
+  }
+  void TearDown() override {
+    deployment_.reset();
+    unsetenv(kKeyVariable);
+    if (!folder_.empty()) std::filesystem::remove_all(folder_);
+  }
+
+  void UseKey() { setenv(kKeyVariable, key_file_.c_str(), 1); }
+  void Start() {
+    deployment_.emplace();
+    deployment_->StartServer();
+  }
+  client::NetworkOptions Network() const {
+    client::NetworkOptions network;
+    network.port = deployment_->port();
+    network.timeout_s = 3;
+    return network;
+  }
+  // A server with further arguments, that is expected to give up.
+  void ExpectRefusal(const std::vector<std::string>& arguments, const std::string& word) {
+    std::vector<std::string> all = {"--db", (folder_ / "refused.sqlite").string()};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    client::ChildProcess server(Program("legopt-server"), all, true);
+    const auto exit = server.Wait(kPatience);
+    ASSERT_TRUE(exit.has_value());
+    EXPECT_EQ(exit->code, kExitUsage) << server.ErrorTail();
+    EXPECT_NE(server.ErrorTail().find(word), std::string::npos) << server.ErrorTail();
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "refused.sqlite"));
+  }
+
+  std::filesystem::path folder_;
+  std::string key_file_;
+  std::optional<Deployment> deployment_;
+};
+
+TEST_F(KeyTest, WorkGoesThroughOverRestartsOfTheServer) {
+  UseKey();
+  Start();
+  const auto worker = deployment_->StartStubWorker({"--slots", "2"});
+  constexpr int kJobs = 60;
+  const std::int64_t experiment = deployment_->Submit(StubSpec(kJobs, 10), "a");
+  ASSERT_TRUE(deployment_->WaitForJobs(experiment, kJobs / 3));
+  deployment_->KillServer();
+  deployment_->StartServer();
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  EXPECT_EQ(deployment_->Query("SELECT count(*) FROM results"), std::vector<std::string>{std::to_string(kJobs)});
+  EXPECT_EQ(deployment_->server().ErrorTail().find("no key"), std::string::npos);
+}
+
+TEST_F(KeyTest, WhoeverHasNoKeyIsToldSo) {
+  UseKey();
+  Start();
+  unsetenv(kKeyVariable);
+  client::ServerConnection stranger(Network());
+  try {
+    stranger.Probe();
+    ADD_FAILURE() << "answered";
+  } catch (const client::ClientError& error) {
+    EXPECT_NE(std::string(error.what()).find("--key-file"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(KeyTest, WhoeverHasAKeyAgainstAServerWithoutIsToldWhatMayBeWrong) {
+  Start();
+  UseKey();
+  client::NetworkOptions network = Network();
+  network.timeout_s = 1;
+  client::ServerConnection stranger(network);
+  try {
+    stranger.Probe();
+    ADD_FAILURE() << "answered";
+  } catch (const client::ClientError& error) {
+    EXPECT_EQ(error.code(), client::ExitCode::kUnreachable);
+    EXPECT_NE(std::string(error.what()).find("key"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(KeyTest, WithoutAKeyTheStartSaysSoInOneLine) {
+  Start();
+  const std::string words = deployment_->server().ErrorTail();
+  EXPECT_NE(words.find("no key"), std::string::npos) << words;
+  EXPECT_EQ(words.find('\n'), std::string::npos) << "one line: " << words;
+}
+
+TEST_F(KeyTest, NothingLeavesTheHostWithoutAKeyUnlessToldSo) {
+  Start();
+  const std::string port = std::to_string(deployment_->port());
+  ExpectRefusal({"--ttl", "1", "--port", port}, "--key-file");
+  const auto worker = deployment_->StartStubWorker({"--slots", "1", "--ttl", "1"});
+  const auto exit = worker->Wait(kPatience);
+  ASSERT_TRUE(exit.has_value());
+  EXPECT_EQ(exit->code, kExitUsage) << worker->ErrorTail();
+  client::NetworkOptions network = Network();
+  network.ttl = 1;
+  EXPECT_ANY_THROW(client::ServerConnection{network});
+  network.trust_network = true;
+  EXPECT_NO_THROW(client::ServerConnection(network).Probe());
+}
+
+TEST_F(KeyTest, ABadKeyFileIsNeverIgnored) {
+  ::chmod(key_file_.c_str(), 0644);
+  ExpectRefusal({"--key-file", key_file_}, "chmod 600");
+  ExpectRefusal({"--key-file", (folder_ / "missing").string()}, "keygen");
+  ExpectRefusal({"--key-file", folder_.string()}, "regular file");
+}
+
+}  // namespace
+}  // namespace legopt::service
