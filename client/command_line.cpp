@@ -36,6 +36,8 @@ ExitCode CodeOf(const db::StoreError& error) {
       return ExitCode::kUsage;
     case db::StoreErrorCode::kInterrupted:
       return ExitCode::kUnreachable;
+    case db::StoreErrorCode::kNewerSchema:
+      return ExitCode::kNewerDatabase;
     default:
       return ExitCode::kDatabaseUnusable;
   }
@@ -88,6 +90,7 @@ void AddCommands(CLI::App& app, Invocation* invocation) {
   AddDatasetCommand(app, invocation);
   AddDoctorCommand(app, invocation);
   AddKeygenCommand(app, invocation);
+  AddBackupCommand(app, invocation);
 }
 
 // CLI11 would only say that a command is missing.

@@ -31,6 +31,7 @@ void AddEvaluateCommand(CLI::App& app, Invocation* invocation);
 void AddExportCommand(CLI::App& app, Invocation* invocation);
 void AddDatasetCommand(CLI::App& app, Invocation* invocation);
 void AddDoctorCommand(CLI::App& app, Invocation* invocation);
+void AddBackupCommand(CLI::App& app, Invocation* invocation);
 void AddKeygenCommand(CLI::App& app, Invocation* invocation);
 
 /// Parses and runs a whole command line, reports errors on standard error as "legopt: error: ..." and returns the exit

@@ -12,6 +12,7 @@
 #include "client/chosen_files.h"
 #include "client/client_error.h"
 #include "client/progress.h"
+#include "db/audit.h"
 #include "db/read_only_database.h"
 #include "legopt/data_folder.h"
 #include "legopt/input_error.h"
@@ -170,16 +171,41 @@ Finding CheckDataset(const DiagnosisOptions& options) {
   }
 }
 
-Finding CheckDatabase(const std::string& file) {
+// What is wrong inside, one finding per rule; nothing when the file is sound.
+std::vector<Finding> CheckInside(const std::string& file) {
+  std::vector<Finding> findings;
+  for (const db::Defect& defect : db::Audit(file)) {
+    const std::string more = defect.places > 1 ? " (and " + std::to_string(defect.places - 1) + " more)" : "";
+    findings.push_back({"database: " + defect.rule, State::kFail, defect.detail + more,
+                        "stop the server and restore a backup, or go on reading with care",
+                        ExitCode::kDatabaseUnusable});
+  }
+  return findings;
+}
+
+Finding Summarise(const std::string& file) {
+  db::ReadOnlyDatabase database(file);
+  const auto result = database.Query("SELECT count(*), coalesce(sum(num_jobs), 0) FROM experiments", 1);
+  const auto number = [&](std::size_t column) {
+    return std::to_string(std::get<std::int64_t>(result.rows.at(0).at(column)));
+  };
+  return {"database",
+          State::kOk,
+          file + ": " + number(0) + " experiments, " + number(1) + " jobs; " + std::to_string(db::AuditRules().size()) +
+              " rules kept",
+          "",
+          {}};
+}
+
+void CheckDatabase(const std::string& file, std::vector<Finding>* findings) {
   try {
-    db::ReadOnlyDatabase database(file);
-    const auto result = database.Query("SELECT count(*), coalesce(sum(num_jobs), 0) FROM experiments", 1);
-    const auto number = [&](std::size_t column) {
-      return std::to_string(std::get<std::int64_t>(result.rows.at(0).at(column)));
-    };
-    return {"database", State::kOk, file + ": " + number(0) + " experiments, " + number(1) + " jobs", "", {}};
+    const auto defects = CheckInside(file);
+    findings->insert(findings->end(), defects.begin(), defects.end());
+    if (defects.empty()) findings->push_back(Summarise(file));
   } catch (const db::StoreError& error) {
-    return {"database", State::kFail, error.what(), "", ExitCode::kDatabaseUnusable};
+    const bool newer = error.code() == db::StoreErrorCode::kNewerSchema;
+    findings->push_back(
+        {"database", State::kFail, error.what(), "", newer ? ExitCode::kNewerDatabase : ExitCode::kDatabaseUnusable});
   }
 }
 
@@ -189,7 +215,7 @@ std::vector<Finding> Diagnose(const DiagnosisOptions& options) {
   std::vector<Finding> findings = {CheckVersions(), CheckPrograms()};
   CheckNetwork(options, &findings);
   findings.push_back(CheckDataset(options));
-  if (options.db) findings.push_back(CheckDatabase(*options.db));
+  if (options.db) CheckDatabase(*options.db, &findings);
   return findings;
 }
 

@@ -10,9 +10,10 @@ enum class ExitCode : int {
   kUnreachable = 3,       ///< no server answered in time, or waiting timed out
   kJobsFailed = 4,        ///< the experiment ended, but jobs crashed, died or could not run
   kDatasetMismatch = 5,   ///< the dataset's content is not the one the experiment was made with
-  kDatabaseUnusable = 6,  ///< missing, unwritable, of a newer schema, or in use by another server
+  kDatabaseUnusable = 6,  ///< missing, unwritable, damaged, or in use by another server
   kNetworkUnusable = 7,   ///< no multicast route, or the port belongs to another deployment
   kInterrupted = 8,       ///< cancelled by the user or interrupted by a signal
+  kNewerDatabase = 9,     ///< the database was written by a newer legopt; this one leaves it alone
   kInternal = 70,         ///< a defect of legopt; please report it
 };
 
@@ -26,6 +27,7 @@ inline constexpr char kExitCodeHelp[] =
     "  6  database unusable\n"
     "  7  network unusable\n"
     "  8  cancelled or interrupted\n"
+    "  9  database of a newer legopt\n"
     " 70  internal error";
 
 }  // namespace legopt::client

@@ -33,6 +33,7 @@ bool IsKnownExitCode(int code) {
     case ExitCode::kDatasetMismatch:
     case ExitCode::kDatabaseUnusable:
     case ExitCode::kNetworkUnusable:
+    case ExitCode::kNewerDatabase:
       return true;
     default:
       return false;

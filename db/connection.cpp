@@ -52,12 +52,15 @@ Meaning MeaningOf(int code) {
 
 int FlagsOf(Connection::Mode mode) {
   constexpr int kCommon = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE | SQLITE_OPEN_EXRESCODE | SQLITE_OPEN_URI;
-  if (mode == Connection::Mode::kReadWriteCreate) return kCommon | SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  if (mode == Connection::Mode::kReadWriteCreate || mode == Connection::Mode::kMemory) {
+    return kCommon | SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  }
   return kCommon | SQLITE_OPEN_READONLY;
 }
 
 // As a URI, so that no character of the path means anything.
 std::string UriOf(const std::filesystem::path& path, Connection::Mode mode) {
+  if (mode == Connection::Mode::kMemory) return ":memory:";
   constexpr char kHex[] = "0123456789ABCDEF";
   std::string uri = "file:";
   for (const char c : std::filesystem::absolute(path).string()) {
@@ -234,6 +237,15 @@ std::int64_t Connection::QueryInt(const std::string& sql) {
 std::string Connection::QueryText(const std::string& sql) {
   Statement statement(*this, sql, false);
   return statement.Step() ? statement.column_text(0) : std::string();
+}
+
+void Connection::CopyFrom(Connection& source) {
+  sqlite3_backup* backup = sqlite3_backup_init(handle_, "main", source.handle_, "main");
+  if (backup == nullptr) Throw(handle_, sqlite3_errcode(handle_), "begin the copy");
+  constexpr int kAllPages = -1;
+  const int step = sqlite3_backup_step(backup, kAllPages);
+  const int finish = sqlite3_backup_finish(backup);
+  if (step != SQLITE_DONE) Throw(handle_, step == SQLITE_OK ? finish : step, "copy the database");
 }
 
 std::int64_t Connection::changes() const { return sqlite3_changes64(handle_); }

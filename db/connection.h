@@ -81,6 +81,7 @@ class Connection {
     kReadOnly,
     kImmutable,  ///< read-only, for a file that nobody writes and whose folder cannot be written: no side files are
                  ///< used
+    kMemory,     ///< a database of its own in memory; the path is a name only
   };
 
   /// Throws StoreError (kUnwritable when the file cannot be opened that way).
@@ -97,6 +98,9 @@ class Connection {
   /// First column of the first row, 0 without a row.
   std::int64_t QueryInt(const std::string& sql);
   std::string QueryText(const std::string& sql);
+  /// Replaces everything in this database by what is committed in `source`, read in one transaction: a copy in several
+  /// steps would begin again with every commit of a server.
+  void CopyFrom(Connection& source);
   std::int64_t changes() const;
   bool read_only() const;
   /// How long a lock of another connection is waited for; 5 s unless set.

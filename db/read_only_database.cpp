@@ -55,27 +55,6 @@ void LimitResources(sqlite3* handle) {
   sqlite3_limit(handle, SQLITE_LIMIT_WORKER_THREADS, 0);
 }
 
-std::unique_ptr<Connection> Open(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) {
-    throw StoreError(StoreErrorCode::kNotFound, path.string() + ": no such database; check the path");
-  }
-  if (!std::filesystem::is_regular_file(status)) {
-    throw StoreError(StoreErrorCode::kNotLegopt, path.string() + ": not a file; name the database file");
-  }
-  try {
-    auto connection = std::make_unique<Connection>(path, Connection::Mode::kReadOnly);
-    connection->QueryInt("PRAGMA user_version");  // the first read opens the side files
-    return connection;
-  } catch (const StoreError& e) {
-    // A finished database in a folder that cannot be written: no side files can be made, and none are needed.
-    const bool log_exists = std::filesystem::exists(path.string() + "-wal", error);
-    if (e.code() != StoreErrorCode::kUnwritable || log_exists) throw;
-    return std::make_unique<Connection>(path, Connection::Mode::kImmutable);
-  }
-}
-
 Value ValueOf(const Statement& statement, int column) {
   switch (statement.column_type(column)) {
     case Statement::Type::kInteger:
@@ -115,18 +94,44 @@ void BindValue(Statement& statement, int parameter, const Value& value) {
 
 }  // namespace
 
+std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) {
+    throw StoreError(StoreErrorCode::kNotFound, path.string() + ": no such database; check the path");
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    throw StoreError(StoreErrorCode::kNotLegopt, path.string() + ": not a file; name the database file");
+  }
+  try {
+    auto connection = std::make_unique<Connection>(path, Connection::Mode::kReadOnly);
+    connection->QueryInt("PRAGMA user_version");  // the first read opens the side files
+    return connection;
+  } catch (const StoreError& e) {
+    // A finished database in a folder that cannot be written: no side files can be made, and none are needed.
+    const bool log_exists = std::filesystem::exists(path.string() + "-wal", error);
+    if (e.code() != StoreErrorCode::kUnwritable || log_exists) throw;
+    return std::make_unique<Connection>(path, Connection::Mode::kImmutable);
+  }
+}
+
+void RequireCurrentSchema(Connection& connection) {
+  const std::string file = connection.path().string();
+  const Identity identity = Identify(connection, SchemaVersion());
+  if (identity.empty) {
+    throw StoreError(StoreErrorCode::kNotLegopt, file + ": empty, not a legopt database; check the path");
+  }
+  if (identity.version < SchemaVersion()) {
+    throw StoreError(StoreErrorCode::kOlderSchema, file + ": written by an older legopt (schema " +
+                                                       std::to_string(identity.version) +
+                                                       "); start legopt-server --db on it once, it upgrades the file");
+  }
+}
+
 class ReadOnlyDatabase::Impl {
  public:
-  explicit Impl(const std::filesystem::path& path) : connection_(Open(path)) {
-    const Identity identity = Identify(*connection_, SchemaVersion());
-    if (identity.empty) {
-      throw StoreError(StoreErrorCode::kNotLegopt, path.string() + ": empty, not a legopt database; check the path");
-    }
-    if (identity.version < SchemaVersion()) {
-      throw StoreError(StoreErrorCode::kOlderSchema,
-                       path.string() + ": written by an older legopt (schema " + std::to_string(identity.version) +
-                           "); start legopt-server --db on it once, it upgrades the file");
-    }
+  explicit Impl(const std::filesystem::path& path) : connection_(OpenForReading(path)) {
+    RequireCurrentSchema(*connection_);
     connection_->Execute("PRAGMA query_only = 1; PRAGMA cache_size = -16384");
     LimitResources(connection_->handle());
     // A PRAGMA becomes a table-valued function at its first use, which looks like a change to the authorizer.

@@ -35,6 +35,14 @@ struct QueryLimits {
   std::chrono::milliseconds time_limit{60'000};
 };
 
+class Connection;
+
+/// A read-only connection, also to a live database and to a finished one in a folder that cannot be written.
+/// Throws StoreError: kNotFound, kNotLegopt (not a file), kUnwritable (not readable), kCorrupt.
+std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path);
+/// Throws StoreError: kNotLegopt, kNewerSchema, kOlderSchema.
+void RequireCurrentSchema(Connection& connection);
+
 /// A legopt database opened for reading: live (a server may be writing to it), finished, or a backup.
 ///
 /// Nothing can be changed through it: the connection is read-only, `query_only`, and an authorizer admits nothing but

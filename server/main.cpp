@@ -28,6 +28,7 @@ namespace {
 constexpr int kExitUsage = 2;
 constexpr int kExitDatabaseUnusable = 6;
 constexpr int kExitNetworkUnusable = 7;
+constexpr int kExitNewerDatabase = 9;
 constexpr int kExitInternal = 70;
 
 constexpr microseconds kProbePatience{400'000};
@@ -169,7 +170,9 @@ int Run(int argc, char** argv) {
   app.add_flag("--trust-network", arguments.network.trust_network,
                "Let messages leave this host without a key: everybody on the network may command this server");
   app.add_flag("--verbose", arguments.verbose, "Log what happens to stderr");
-  app.footer("Exit codes: 0 stopped, 2 wrong usage, 6 database unusable, 7 network unusable, 70 internal error.");
+  app.footer(
+      "Exit codes: 0 stopped, 2 wrong usage, 6 database unusable, 7 network unusable, "
+      "9 database of a newer legopt, 70 internal error.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -198,6 +201,9 @@ int main(int argc, char** argv) {
   try {
     return server::Run(argc, argv);
   } catch (const StoreError& error) {
+    if (error.code() == StoreErrorCode::kNewerSchema) {
+      return server::ReportError(error.what(), server::kExitNewerDatabase);
+    }
     const bool defect = error.code() == StoreErrorCode::kConstraint || error.code() == StoreErrorCode::kBadQuery;
     return server::ReportError(error.what(), defect ? server::kExitInternal : server::kExitDatabaseUnusable);
   } catch (const BusError& error) {

@@ -202,7 +202,7 @@ TEST_F(ServerProcess, UnusableDatabasesHaveTheirExitCode) {
     db::Connection connection(database_, db::Connection::Mode::kReadWriteCreate);
     connection.Execute("PRAGMA user_version = " + std::to_string(db::SchemaVersion() + 1));
   }
-  ExpectExit(Command(database_, port_), 6, "newer legopt");
+  ExpectExit(Command(database_, port_), 9, "newer legopt");
 }
 
 TEST_F(ServerProcess, WrongUsageHasItsExitCode) {

@@ -1,0 +1,189 @@
+#include "db/audit.h"
+
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <memory>
+#include <string_view>
+
+#include "db/connection.h"
+#include "db/migrations.h"
+#include "db/read_only_database.h"
+
+namespace legopt::db {
+namespace {
+
+// Each statement gives one row per offender: the first column names it.
+struct Rule {
+  std::string_view name;
+  std::string_view meaning;  // "... : FIRST"
+  std::string_view sql;
+};
+
+constexpr std::array kRules{
+    Rule{"done_has_result", "a job is done without its accepted result: job ",
+         "SELECT job_id FROM jobs WHERE state = 'done' AND job_id NOT IN (SELECT job_id FROM results)"},
+    Rule{"result_is_of_done_job", "an accepted result belongs to a job that is not done: job ",
+         "SELECT r.job_id FROM results AS r LEFT JOIN jobs AS j USING (job_id) WHERE j.state IS NOT 'done'"},
+    Rule{"result_is_of_last_finished_attempt", "a result is not of its job's last attempt, finished: job ",
+         "SELECT r.job_id FROM results AS r JOIN jobs AS j USING (job_id) LEFT JOIN attempts AS a "
+         "ON a.job_id = r.job_id AND a.attempt = r.attempt "
+         "WHERE r.attempt <> j.attempts OR a.outcome IS NOT 'finished'"},
+    Rule{"finished_attempt_has_result", "an attempt has finished, but its job has no result of it: job ",
+         "SELECT a.job_id FROM attempts AS a LEFT JOIN results AS r ON r.job_id = a.job_id AND r.attempt = a.attempt "
+         "WHERE a.outcome = 'finished' AND r.job_id IS NULL"},
+    Rule{"attempts_are_counted", "the count of attempts is not the number of leases recorded: job ",
+         "SELECT j.job_id FROM jobs AS j LEFT JOIN (SELECT job_id, count(*) AS n, max(attempt) AS last FROM attempts "
+         "GROUP BY job_id) AS a USING (job_id) WHERE j.attempts <> coalesce(a.n, 0) OR j.attempts <> coalesce(a.last, "
+         "0)"},
+    Rule{"returned_attempts_are_counted", "the count of returned attempts is not what is recorded: job ",
+         "SELECT j.job_id FROM jobs AS j LEFT JOIN (SELECT job_id, count(*) AS n FROM attempts WHERE outcome = "
+         "'returned' GROUP BY job_id) AS a USING (job_id) WHERE j.returned <> coalesce(a.n, 0)"},
+    Rule{"attempts_stay_within_maximum", "more attempts were charged than allowed: job ",
+         "SELECT job_id FROM jobs WHERE attempts - returned > max_attempts"},
+    Rule{"leased_job_has_owner", "a job is leased without a running attempt: job ",
+         "SELECT job_id FROM jobs AS j WHERE state = 'leased' AND NOT EXISTS (SELECT 1 FROM attempts AS a WHERE "
+         "a.job_id = j.job_id AND a.attempt = j.attempts AND a.outcome = 'running')"},
+    Rule{"running_attempt_is_of_leased_job", "an attempt is running, but its job is not leased: job ",
+         "SELECT a.job_id FROM attempts AS a LEFT JOIN jobs AS j USING (job_id) WHERE a.outcome = 'running' AND "
+         "(j.state IS NOT 'leased' OR a.attempt <> j.attempts)"},
+    Rule{"tokens_are_unique", "two leases have the same token: token ",
+         "SELECT token FROM attempts GROUP BY token HAVING count(*) > 1"},
+    Rule{"closed_experiment_has_no_open_job", "an experiment is over with jobs queued or leased: experiment ",
+         "SELECT DISTINCT e.experiment_id FROM experiments AS e JOIN cells AS c USING (experiment_id) JOIN jobs AS j "
+         "USING (cell_id) WHERE e.state <> 'active' AND j.state IN ('queued', 'leased')"},
+    Rule{
+        "experiment_has_its_jobs", "the jobs of an experiment are not those it was made with: experiment ",
+        "SELECT e.experiment_id FROM experiments AS e LEFT JOIN (SELECT c.experiment_id, count(*) AS n, min(j.job_id) "
+        "AS first, max(j.job_id) AS last FROM cells AS c JOIN jobs AS j USING (cell_id) GROUP BY c.experiment_id) AS a "
+        "USING (experiment_id) WHERE e.num_jobs IS NOT a.n OR e.first_job_id IS NOT a.first OR "
+        "e.first_job_id + e.num_jobs - 1 IS NOT a.last"},
+    Rule{"cell_has_its_jobs", "the jobs of a cell are not as many as it was made with: cell ",
+         "SELECT c.cell_id FROM cells AS c LEFT JOIN (SELECT cell_id, count(*) AS n FROM jobs GROUP BY cell_id) AS a "
+         "USING (cell_id) WHERE c.num_jobs IS NOT a.n"},
+    Rule{"tasks_of_cell_and_problem_agree", "a job's problem is of another task than its cell: job ",
+         "SELECT j.job_id FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN problems AS p USING (problem_key) WHERE "
+         "c.task <> p.task"},
+    Rule{"result_is_in_cell_of_job", "a result counts in another cell than its job's: job ",
+         "SELECT r.job_id FROM results AS r JOIN jobs AS j USING (job_id) WHERE r.cell_id <> j.cell_id"},
+    Rule{"waypoints_have_no_gaps", "waypoints are missing or of different sizes: job ",
+         "SELECT job_id FROM waypoints GROUP BY job_id HAVING count(*) <> max(waypoint) + 1 OR "
+         "min(length(x)) <> max(length(x))"},
+    Rule{"times_are_in_order", "an attempt ended before it began: job ",
+         "SELECT job_id FROM attempts WHERE ended_at_us < leased_at_us"},
+};
+
+class TemporaryFile {
+ public:
+  TemporaryFile() {
+    std::string name = (std::filesystem::temp_directory_path() / "legopt-audit-XXXXXX").string();
+    const int fd = ::mkstemp(name.data());
+    if (fd < 0)
+      throw StoreError(StoreErrorCode::kUnwritable, name + ": cannot be created; set TMPDIR to another folder");
+    ::close(fd);
+    path_ = name;
+  }
+  ~TemporaryFile() {
+    for (const char* suffix : {"", "-journal", "-wal", "-shm"}) ::unlink((path_.string() + suffix).c_str());
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+void CheckIntegrity(Connection& connection, std::vector<Defect>& defects) {
+  Statement check(connection, "PRAGMA integrity_check(20)", false);
+  Defect defect{"integrity", "", 0};
+  while (check.Step()) {
+    const std::string line = check.column_text(0);
+    if (line == "ok") continue;
+    if (defect.places++ == 0) defect.detail = "the file is damaged: " + line;
+  }
+  if (defect.places > 0) defects.push_back(std::move(defect));
+}
+
+void CheckForeignKeys(Connection& connection, std::vector<Defect>& defects) {
+  Statement check(connection, "PRAGMA foreign_key_check", false);
+  Defect defect{"foreign_keys", "", 0};
+  while (check.Step()) {
+    if (defect.places++ > 0) continue;
+    defect.detail = "a row refers to one that does not exist: table " + check.column_text(0) + ", row " +
+                    (check.column_type(1) == Statement::Type::kNull ? "?" : std::to_string(check.column_int(1))) +
+                    ", into " + check.column_text(2);
+  }
+  if (defect.places > 0) defects.push_back(std::move(defect));
+}
+
+// (kind, name) and definition of everything in the schema.
+std::vector<std::pair<std::string, std::string>> SchemaOf(Connection& connection) {
+  std::vector<std::pair<std::string, std::string>> schema;
+  Statement read(connection, "SELECT type, name, sql FROM sqlite_schema WHERE name NOT GLOB 'sqlite_*' ORDER BY 1, 2",
+                 false);
+  while (read.Step()) schema.emplace_back(read.column_text(0) + " " + read.column_text(1), read.column_text(2));
+  return schema;
+}
+
+void CheckSchema(Connection& connection, std::vector<Defect>& defects) {
+  Connection fresh(":memory:", Connection::Mode::kMemory);
+  Migrate(fresh, Migrations());
+  const auto is = SchemaOf(connection);
+  Defect defect{"schema", "", 0};
+  for (const auto& [name, sql] : SchemaOf(fresh)) {
+    bool same = false;
+    for (const auto& [found, text] : is) same = same || (found == name && text == sql);
+    if (!same && defect.places++ == 0) defect.detail = "missing or changed: " + name;
+  }
+  if (defect.places > 0) defects.push_back(std::move(defect));
+}
+
+void CheckRule(Connection& connection, const Rule& rule, std::vector<Defect>& defects) {
+  Defect defect{std::string(rule.name), "", 0};
+  try {
+    Statement check(connection, rule.sql, false);
+    while (check.Step()) {
+      if (defect.places++ == 0) defect.detail = std::string(rule.meaning) + check.column_text(0);
+    }
+  } catch (const StoreError& error) {
+    if (error.code() != StoreErrorCode::kCorrupt) throw;
+    defect = {defect.rule, "cannot be checked, the file is too damaged", 1};
+  }
+  if (defect.places > 0) defects.push_back(std::move(defect));
+}
+
+}  // namespace
+
+std::vector<std::string> AuditRules() {
+  std::vector<std::string> names = {"integrity", "foreign_keys", "schema"};
+  for (const Rule& rule : kRules) names.emplace_back(rule.name);
+  return names;
+}
+
+std::vector<Defect> AuditFile(Connection& connection) {
+  std::vector<Defect> defects;
+  CheckIntegrity(connection, defects);
+  CheckForeignKeys(connection, defects);
+  return defects;
+}
+
+std::vector<Defect> Audit(const std::filesystem::path& file) {
+  const TemporaryFile temporary;
+  Connection copy(temporary.path(), Connection::Mode::kReadWriteCreate);
+  // Nobody needs it after a crash.
+  copy.Execute("PRAGMA synchronous = OFF; PRAGMA journal_mode = OFF");
+  {
+    const std::unique_ptr<Connection> live = OpenForReading(file);
+    RequireCurrentSchema(*live);
+    copy.CopyFrom(*live);
+  }
+  copy.Execute("PRAGMA journal_mode = DELETE");
+  std::vector<Defect> defects = AuditFile(copy);
+  CheckSchema(copy, defects);
+  for (const Rule& rule : kRules) CheckRule(copy, rule, defects);
+  return defects;
+}
+
+}  // namespace legopt::db

@@ -1,0 +1,108 @@
+#include "db/backup.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include "db/audit.h"
+#include "db/connection.h"
+#include "db/migrations.h"
+#include "db/read_only_database.h"
+
+namespace legopt::db {
+namespace {
+
+[[noreturn]] void Fail(StoreErrorCode code, const std::filesystem::path& file, const std::string& what) {
+  throw StoreError(code, file.string() + ": " + what);
+}
+
+std::string Reason() { return std::strerror(errno); }
+
+// The copy while it is made; gone at the end unless it got its name.
+class PartialFile {
+ public:
+  explicit PartialFile(const std::filesystem::path& target)
+      : target_(target), path_(target.string() + ".partial-" + std::to_string(::getpid())) {
+    std::error_code ignored;
+    if (std::filesystem::exists(std::filesystem::symlink_status(target, ignored))) {
+      Fail(StoreErrorCode::kUnwritable, target, "exists already and is not overwritten; choose another name");
+    }
+    const int fd = ::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd < 0) Fail(StoreErrorCode::kUnwritable, path_, "cannot be created: " + Reason());
+    ::close(fd);
+  }
+  ~PartialFile() {
+    for (const char* suffix : {"", "-journal", "-wal", "-shm"}) ::unlink((path_.string() + suffix).c_str());
+  }
+  PartialFile(const PartialFile&) = delete;
+  PartialFile& operator=(const PartialFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+  // Durable, and under its name only if nothing has that name by now.
+  void Finish() {
+    Sync(path_, O_RDONLY);
+    if (::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target_.c_str(), RENAME_NOREPLACE) != 0) {
+      // Some file systems cannot rename so; a hard link never replaces anything either.
+      const bool linked = errno != EEXIST && ::link(path_.c_str(), target_.c_str()) == 0;
+      if (!linked) Fail(StoreErrorCode::kUnwritable, target_, "cannot be given its name: " + Reason());
+    }
+    const std::filesystem::path folder = target_.parent_path();
+    Sync(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY);
+  }
+
+ private:
+  static void Sync(const std::filesystem::path& path, int flags) {
+    const int fd = ::open(path.c_str(), flags | O_CLOEXEC);
+    const bool synced = fd >= 0 && ::fsync(fd) == 0;
+    const std::string reason = Reason();
+    if (fd >= 0) ::close(fd);
+    if (!synced) Fail(StoreErrorCode::kIo, path, "cannot be synced to the disk: " + reason);
+  }
+
+  std::filesystem::path target_;
+  std::filesystem::path path_;
+};
+
+BackupReport Describe(Connection& copy) {
+  BackupReport report;
+  report.schema_version = copy.QueryInt("PRAGMA user_version");
+  report.bytes = copy.QueryInt("PRAGMA page_count") * copy.QueryInt("PRAGMA page_size");
+  report.experiments = copy.QueryInt("SELECT count(*) FROM experiments");
+  report.jobs = copy.QueryInt("SELECT count(*) FROM jobs");
+  report.results = copy.QueryInt("SELECT count(*) FROM results");
+  return report;
+}
+
+}  // namespace
+
+BackupReport BackUp(const std::filesystem::path& source, const std::filesystem::path& target) {
+  const std::unique_ptr<Connection> live = OpenForReading(source);
+  if (Identify(*live, SchemaVersion()).empty) {
+    Fail(StoreErrorCode::kNotLegopt, source, "empty, not a legopt database; check the path");
+  }
+  PartialFile partial(target);
+  BackupReport report;
+  {
+    Connection copy(partial.path(), Connection::Mode::kReadWriteCreate);
+    copy.Execute("PRAGMA synchronous = FULL");
+    copy.CopyFrom(*live);
+    // One file, without side files, readable from read-only folders; a server switches back to write-ahead logging.
+    copy.Execute("PRAGMA journal_mode = DELETE");
+    if (const auto defects = AuditFile(copy); !defects.empty()) {
+      Fail(StoreErrorCode::kCorrupt, source,
+           "the copy is not sound (" + defects.front().detail +
+               "), so the database is not either; restore an older backup");
+    }
+    report = Describe(copy);
+  }
+  partial.Finish();
+  return report;
+}
+
+}  // namespace legopt::db

@@ -1,0 +1,212 @@
+// A full disk, an I/O error, a failing sync or the end of the process at every single call that changes the disk: no
+// acknowledgement without commit, no wrong row, and the work goes on by itself afterwards. Acceptance figures 17, 18.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <functional>
+#include <set>
+#include <vector>
+
+#include "db/audit.h"
+#include "db/connection.h"
+#include "db/sqlite_store.h"
+#include "tests/db/faulty_vfs.h"
+#include "tests/db/store_samples.h"
+
+namespace legopt::db {
+namespace {
+
+using Fault = FaultyVfs::Fault;
+constexpr int kJobs = 50;
+constexpr int kJobsPerCommit = 10;
+
+// The folder is in memory where possible: hundreds of runs must not wait for a disk.
+std::filesystem::path FastFolder() {
+  std::string name = std::filesystem::exists("/dev/shm") ? "/dev/shm/legopt-fault-XXXXXX" : "/tmp/legopt-fault-XXXXXX";
+  if (mkdtemp(name.data()) == nullptr) std::abort();
+  return name;
+}
+
+// A run of 50 jobs as the server makes it: every batch is tried again until the store takes it, and acknowledged then.
+class JobRun {
+ public:
+  explicit JobRun(std::filesystem::path path) : path_(std::move(path)) {}
+
+  // Goes on from what is on disk to the end. `acknowledged` is called with each job whose result is acknowledged.
+  // False: the store refused for a reason that does not pass, or for ever.
+  bool Finish(const std::function<void(std::int64_t)>& acknowledged) {
+    const auto store = Open();
+    if (store == nullptr) return false;
+    OpenState state = store->LoadOpenState();
+    if (state.experiments.empty()) {
+      if (!Apply(*store, {CreateExperiment{SampleExperiment(1, 1, 1, kJobs / 2)}, PutWorker{SampleWorker(1)}})) {
+        return false;
+      }
+      state = store->LoadOpenState();
+    }
+    if (state.open.empty()) return true;
+    std::vector<StoreOp> batch;
+    std::vector<std::int64_t> jobs;
+    for (std::int64_t job = 1; job <= kJobs; ++job) {
+      const OpenJob& open = state.open[0].jobs[static_cast<std::size_t>(job - 1)];
+      if (open.state == JobState::kDone) continue;
+      batch.emplace_back(LeaseJob{job, 1, 1000 + job, 1, 1});
+      batch.emplace_back(AcceptResult{job, 1, SampleResult(static_cast<double>(job)), "", "log", 2});
+      jobs.push_back(job);
+      if (job % kJobsPerCommit != 0) continue;
+      if (!Apply(*store, batch)) return false;
+      for (const std::int64_t done : jobs) acknowledged(done);
+      batch.clear();
+      jobs.clear();
+      Tidy(*store);
+    }
+    return Apply(*store, {FinishExperiment{1, 3}});
+  }
+
+  // A start that failed for lack of space or by an I/O error is made again, as a supervisor would.
+  std::unique_ptr<Store> Open() {
+    for (int attempt = 0; attempt < kPatience; ++attempt) {
+      try {
+        return OpenSqliteStore(path_);
+      } catch (const StoreError& error) {
+        last_ = error.what();
+      }
+    }
+    return nullptr;
+  }
+
+  const std::string& last() const { return last_; }
+
+ private:
+  static constexpr int kPatience = 20;
+
+  bool Apply(Store& store, const std::vector<StoreOp>& ops) {
+    for (int attempt = 0; attempt < kPatience; ++attempt) {
+      try {
+        store.Apply(ops);
+        return true;
+      } catch (const StoreError& error) {
+        last_ = error.what();
+        if (!error.transient()) return false;
+      }
+    }
+    return false;
+  }
+
+  // Checkpoints may fail as well; the log stays and is used.
+  void Tidy(Store& store) {
+    try {
+      store.Idle();
+    } catch (const StoreError& error) {
+      last_ = error.what();
+    }
+  }
+
+  std::filesystem::path path_;
+  std::string last_;
+};
+
+class StorageFault : public testing::Test {
+ protected:
+  ~StorageFault() override { std::filesystem::remove_all(folder_); }
+
+  void Fresh() {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directory(folder_);
+  }
+
+  void ExpectWhole(const std::string& when) {
+    for (const Defect& defect : Audit(path_)) ADD_FAILURE() << when << ": " << defect.rule << ": " << defect.detail;
+    Connection connection(path_, Connection::Mode::kReadOnly);
+    EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM results WHERE cost = job_id"), kJobs) << when;
+    EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM attempts"), kJobs) << when << ": nothing twice";
+    EXPECT_EQ(connection.QueryText("SELECT state FROM experiments"), "done") << when;
+  }
+
+  // Strikes at call 1, 2, 3, ... until a whole run is over before the fault's turn. Returns the number of calls.
+  std::int64_t StrikeEverywhere(Fault fault, std::int64_t length) {
+    FaultyVfs vfs;
+    for (std::int64_t call = 1;; ++call) {
+      Fresh();
+      const std::string when = "call " + std::to_string(call);
+      vfs.Arm(fault, call, length);
+      JobRun run(path_);
+      std::set<std::int64_t> acknowledged;
+      const bool finished = run.Finish([&](std::int64_t job) {
+        EXPECT_TRUE(acknowledged.insert(job).second);
+        // What is acknowledged is on disk: another connection sees it.
+        const auto faults = vfs.faults();
+        Connection other(path_, Connection::Mode::kReadOnly);
+        EXPECT_EQ(other.QueryInt("SELECT count(*) FROM results WHERE job_id = " + std::to_string(job)), 1) << when;
+        EXPECT_EQ(vfs.faults(), faults);
+      });
+      EXPECT_TRUE(finished) << when << ": " << run.last();
+      EXPECT_EQ(acknowledged.size(), static_cast<std::size_t>(kJobs)) << when;
+      const bool struck = vfs.faults() > 0;
+      vfs.Disarm();
+      ExpectWhole(when);
+      if (!struck || HasFailure()) return call - 1;
+    }
+  }
+
+  std::filesystem::path folder_ = FastFolder();
+  std::filesystem::path path_ = folder_ / "results.sqlite";
+};
+
+TEST_F(StorageFault, AnIoErrorAtAnyCallPasses) {
+  const std::int64_t calls = StrikeEverywhere(Fault::kIoError, 1);
+  EXPECT_GT(calls, 100);
+  RecordProperty("calls", static_cast<int>(calls));
+}
+
+TEST_F(StorageFault, AFullDiskAtAnyCallPassesOnceThereIsSpace) { EXPECT_GT(StrikeEverywhere(Fault::kFull, 6), 100); }
+
+TEST_F(StorageFault, AFailingSyncIsNoCommit) { EXPECT_GT(StrikeEverywhere(Fault::kSyncFailed, 2), 10); }
+
+// The process ends before the call, which is half done. Whoever starts next finds what was acknowledged, whole.
+TEST_F(StorageFault, DeathAtAnyCallLosesNothingAcknowledged) {
+  for (std::int64_t call = 1;; ++call) {
+    Fresh();
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      FaultyVfs vfs;
+      vfs.Arm(Fault::kDie, call);
+      const bool finished = JobRun(path_).Finish([&](std::int64_t job) {
+        const auto byte = static_cast<char>(job);
+        if (write(ends[1], &byte, 1) != 1) _exit(1);
+      });
+      _exit(finished ? 0 : 2);
+    }
+    close(ends[1]);
+    std::set<std::int64_t> acknowledged;
+    for (char byte = 0; read(ends[0], &byte, 1) == 1;) acknowledged.insert(byte);
+    close(ends[0]);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status));
+    ASSERT_TRUE(WEXITSTATUS(status) == 9 || WEXITSTATUS(status) == 0) << WEXITSTATUS(status);
+    const std::string when = "death before call " + std::to_string(call);
+    {
+      ASSERT_NE(JobRun(path_).Open(), nullptr) << when;
+      Connection connection(path_, Connection::Mode::kReadOnly);
+      for (const std::int64_t job : acknowledged) {
+        ASSERT_EQ(connection.QueryInt("SELECT count(*) FROM results WHERE job_id = " + std::to_string(job)), 1) << when;
+      }
+      for (const Defect& defect : Audit(path_)) ADD_FAILURE() << when << ": " << defect.rule << ": " << defect.detail;
+    }
+    JobRun rest(path_);
+    ASSERT_TRUE(rest.Finish([](std::int64_t) {})) << when << ": " << rest.last();
+    ExpectWhole(when);
+    if (WEXITSTATUS(status) == 0 || HasFailure()) {
+      EXPECT_GT(call, 100);
+      return;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace legopt::db
