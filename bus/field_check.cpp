@@ -40,6 +40,34 @@ FieldCheck& FieldCheck::Text(std::string_view field, const std::string& value, s
   return *this;
 }
 
+bool NestsWithin(std::string_view json, int most) {
+  int depth = 0;
+  bool in_text = false;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (in_text) {
+      if (c == '\\') ++i;
+      if (c == '"') in_text = false;
+    } else if (c == '"') {
+      in_text = true;
+    } else if (c == '[' || c == '{') {
+      if (++depth > most) return false;
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+  return true;
+}
+
+FieldCheck& FieldCheck::Json(std::string_view field, const std::string& value, std::size_t least_bytes,
+                             std::size_t most_bytes) {
+  Text(field, value, least_bytes, most_bytes);
+  if (!NestsWithin(value, kMaxJsonNesting)) {
+    Fail(field, "JSON", "nested at most " + std::to_string(kMaxJsonNesting) + " deep");
+  }
+  return *this;
+}
+
 FieldCheck& FieldCheck::Hash(std::string_view field, const std::string& value) {
   constexpr std::size_t kHashDigits = 64;
   const bool hex =

@@ -8,6 +8,10 @@
 
 namespace legopt::bus {
 
+inline constexpr int kMaxJsonNesting = 64;
+// Whether no array or object of the text stands in more than `most` others. True of much that is no JSON at all.
+bool NestsWithin(std::string_view json, int most);
+
 class FieldCheck {
  public:
   // value in [low, high]
@@ -16,6 +20,8 @@ class FieldCheck {
   FieldCheck& NonZero(std::string_view field, std::int64_t value);
   // UTF-8 without NUL, of so many bytes
   FieldCheck& Text(std::string_view field, const std::string& value, std::size_t least_bytes, std::size_t most_bytes);
+  // Text() of JSON that nests at most kMaxJsonNesting deep: who reads it, or shows it in an error, may recurse
+  FieldCheck& Json(std::string_view field, const std::string& value, std::size_t least_bytes, std::size_t most_bytes);
   // 64 lower-case hexadecimal digits
   FieldCheck& Hash(std::string_view field, const std::string& value);
   FieldCheck& OneOf(std::string_view field, const std::string& value, std::string_view first, std::string_view second);

@@ -301,7 +301,7 @@ std::string Validate(const legopt_msg::method_request& m) { return FieldCheck().
 std::string Validate(const legopt_msg::method_reply& m) {
   return FieldCheck()
       .Range("status", m.status, 0, 1)
-      .Text("options_json", m.options_json, m.status == 0 ? 2 : 0, kOptionsBytes)
+      .Json("options_json", m.options_json, m.status == 0 ? 2 : 0, kOptionsBytes)
       .fault();
 }
 
@@ -377,7 +377,7 @@ std::string Validate(const legopt_msg::result_request& m) {
       .Count("num_values", m.num_values, m.waypoints.size(), INT32_MAX)
       .Require(std::int64_t{m.num_waypoints} * m.waypoint_size == m.num_values,
                "num_values: must be num_waypoints * waypoint_size")
-      .Text("history_json", m.history_json, 0, kJsonBytes);
+      .Json("history_json", m.history_json, 0, kJsonBytes);
   for (const double value : m.waypoints) {
     if (!std::isfinite(value)) return check.Finite("waypoints", value).fault();
   }
@@ -391,7 +391,7 @@ std::string Validate(const legopt_msg::result_reply& m) {
 std::string Validate(const legopt_msg::submit_request& m) {
   return FieldCheck()
       .Text("submission_id", m.submission_id, 1, kIdBytes)
-      .Text("spec_json", m.spec_json, 1, kJsonBytes)
+      .Json("spec_json", m.spec_json, 1, kJsonBytes)
       .fault();
 }
 
@@ -409,7 +409,7 @@ std::string Validate(const legopt_msg::status_request& m) {
 }
 
 std::string Validate(const legopt_msg::status_reply& m) {
-  return FieldCheck().Text("json", m.json, 2, kJsonBytes).fault();
+  return FieldCheck().Json("json", m.json, 2, kJsonBytes).fault();
 }
 
 std::string Validate(const legopt_msg::query_request& m) {
@@ -420,7 +420,7 @@ std::string Validate(const legopt_msg::query_reply& m) {
   return FieldCheck()
       .Range("status", m.status, 0, 1)
       .Text("message", m.message, 0, kTextBytes)
-      .Text("json", m.json, m.status == 0 ? 2 : 0, kAnswerBytes)
+      .Json("json", m.json, m.status == 0 ? 2 : 0, kAnswerBytes)
       .fault();
 }
 

@@ -26,7 +26,9 @@ void AddDoctorCommand(CLI::App& app, Invocation* invocation) {
   auto* command = app.add_subcommand("doctor", "Check network, programs, server, clock, dataset; says what to fix");
   const auto options = std::make_shared<Options>();
   AddDatasetOption(*command, &options->diagnosis.dataset);
-  command->add_option("--db", options->diagnosis.db, "Also check this database file: integrity, foreign keys, schema and everything that rows promise each other");
+  command->add_option(
+      "--db", options->diagnosis.db,
+      "Also check this database file: integrity, foreign keys, schema and everything that rows promise each other");
   AddFormatOption(*command, &options->format);
   AddNetworkOptions(*command, &options->diagnosis.network);
   command->callback([=] { invocation->body = [options] { return Doctor(*options); }; });

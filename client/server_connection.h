@@ -20,7 +20,7 @@ struct NetworkOptions {
   std::optional<int> ttl;
   std::optional<std::string> key_file;
   bool trust_network = false;  ///< let messages leave this host without a key
-  double timeout_s = 5;  ///< how long a server may take to answer at all, (0, 3600]
+  double timeout_s = 5;        ///< how long a server may take to answer at all, (0, 3600]
 
   /// Throws bus::BusError (kInvalidOption).
   bus::LcmOptions Resolve() const;

@@ -12,6 +12,8 @@ namespace legopt::client {
 namespace {
 
 constexpr int kMaxNesting = 16;
+// Aliases let a few lines stand for billions of values.
+constexpr int kMaxValues = 10'000;
 
 std::string Describe(const YAML::Node& node) {
   switch (node.Type()) {
@@ -53,14 +55,16 @@ nlohmann::json ScalarToJson(const YAML::Node& node, const std::string& file, con
   return text;
 }
 
-nlohmann::json ToJson(const YAML::Node& node, const std::string& file, const std::string& field, int depth) {
+nlohmann::json ToJson(const YAML::Node& node, const std::string& file, const std::string& field, int depth,
+                      int* values) {
+  if (++*values > kMaxValues) throw YamlFault(file, node, field, "holds too many values", "");
   if (depth > kMaxNesting) throw YamlFault(file, node, field, "is nested too deeply", "");
   switch (node.Type()) {
     case YAML::NodeType::Scalar:
       return ScalarToJson(node, file, field);
     case YAML::NodeType::Sequence: {
       auto array = nlohmann::json::array();
-      for (const auto& item : node) array.push_back(ToJson(item, file, field, depth + 1));
+      for (const auto& item : node) array.push_back(ToJson(item, file, field, depth + 1, values));
       return array;
     }
     case YAML::NodeType::Map: {
@@ -68,7 +72,7 @@ nlohmann::json ToJson(const YAML::Node& node, const std::string& file, const std
       for (const auto& item : node) {
         const std::string key = YamlString(item.first, file, field);
         if (object.contains(key)) throw YamlFault(file, item.first, field, "has the key twice", "remove one of them");
-        object[key] = ToJson(item.second, file, field + "." + key, depth + 1);
+        object[key] = ToJson(item.second, file, field + "." + key, depth + 1, values);
       }
       return object;
     }
@@ -105,7 +109,8 @@ std::int64_t YamlInteger(const YAML::Node& node, const std::string& file, const 
 }
 
 nlohmann::json YamlToJson(const YAML::Node& node, const std::string& file, const std::string& field) {
-  return ToJson(node, file, field, 0);
+  int values = 0;
+  return ToJson(node, file, field, 0, &values);
 }
 
 YamlMap::YamlMap(const YAML::Node& node, std::string file, std::string path, std::vector<std::string> valid_keys)

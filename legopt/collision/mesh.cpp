@@ -1,14 +1,22 @@
 #include "legopt/collision/mesh.h"
 
+#include <assimp/BaseImporter.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <fstream>
+#include <memory>
+#include <set>
+#include <sstream>
+#include <string>
 #include <unordered_map>
+#include <vector>
 
 #include "legopt/input_error.h"
 
@@ -18,6 +26,50 @@ namespace {
 [[noreturn]] void Refuse(const std::string& path, const std::string& field, const std::string& value,
                          const std::string& message, const std::string& fix) {
   throw InputError({path, field, value, message, fix});
+}
+
+constexpr const char* kExportAgain = "export the mesh again or repair it";
+
+/// Assimp also tries every other format whose mark it finds in the file; those readers are never needed, and each is
+/// one more to be attacked.
+void KeepNeededReaders(Assimp::Importer& importer) {
+  std::vector<Assimp::BaseImporter*> others;
+  for (std::size_t i = 0; i < importer.GetImporterCount(); ++i) {
+    std::set<std::string> suffixes;
+    importer.GetImporter(i)->GetExtensionList(suffixes);
+    const bool needed = std::any_of(suffixes.begin(), suffixes.end(), [](const std::string& suffix) {
+      return suffix == "stl" || suffix == "obj" || suffix == "dae" || suffix == "ply";
+    });
+    if (!needed) others.push_back(importer.GetImporter(i));
+  }
+  for (Assimp::BaseImporter* reader : others) {
+    const std::unique_ptr<Assimp::BaseImporter> ours(reader);  // no longer the importer's once it is unregistered
+    importer.UnregisterLoader(reader);
+  }
+}
+
+/// A PLY header says how many elements follow, and assimp takes memory for them before it looks for them; each takes at
+/// least one byte. A header without end keeps it reading for ever.
+void CheckPlyHeader(const std::string& path) {
+  constexpr int kMaxHeaderLines = 1000;
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  const auto is = [&line](std::size_t i, char lower) { return i < line.size() && (line[i] | 0x20) == lower; };
+  if (!std::getline(file, line) || !is(0, 'p') || !is(1, 'l') || !is(2, 'y')) return;
+  std::error_code error;
+  const auto bytes = std::filesystem::file_size(path, error);
+  for (int number = 0; number < kMaxHeaderLines && std::getline(file, line); ++number) {
+    std::istringstream words(line);
+    std::string keyword, name;
+    std::uintmax_t count = 0;
+    words >> keyword >> name;
+    if (keyword == "end_header") return;
+    if (keyword != "element") continue;
+    if (!(words >> count) || count > bytes) {
+      Refuse(path, "element " + name, line, "the file is too short for so many", kExportAgain);
+    }
+  }
+  Refuse(path, "end_header", "", "the header has no end", kExportAgain);
 }
 
 /// Exact coordinates as a hash key; -0.0 and 0.0 are one point.
@@ -45,10 +97,15 @@ class MeshBuilder {
   MeshBuilder(const std::string& path, const Eigen::Vector3d& scale)
       : path_(path), scale_(scale), mirrored_(scale.prod() < 0.0) {}
 
-  void AddNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent) {
+  void AddNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, int depth = 0) {
+    constexpr int kMaxDepth = 100;
+    if (depth > kMaxDepth) Refuse(path_, "node", node.mName.C_Str(), "is nested too deeply", kExportAgain);
     const aiMatrix4x4 transform = parent * node.mTransformation;
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) AddMesh(*scene.mMeshes[node.mMeshes[i]], transform);
-    for (unsigned i = 0; i < node.mNumChildren; ++i) AddNode(scene, *node.mChildren[i], transform);
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+      if (node.mMeshes[i] >= scene.mNumMeshes) Refuse(path_, "node", node.mName.C_Str(), "has no mesh", kExportAgain);
+      AddMesh(*scene.mMeshes[node.mMeshes[i]], transform);
+    }
+    for (unsigned i = 0; i < node.mNumChildren; ++i) AddNode(scene, *node.mChildren[i], transform, depth + 1);
   }
 
   TriangleMesh Take() { return std::move(mesh_); }
@@ -61,6 +118,13 @@ class MeshBuilder {
     for (unsigned i = 0; i < source.mNumFaces; ++i) {
       const aiFace& face = source.mFaces[i];
       if (face.mNumIndices != 3) continue;  // points and lines
+      // Assimp hands on what stands in the file.
+      for (unsigned corner = 0; corner < 3; ++corner) {
+        if (face.mIndices[corner] >= source.mNumVertices) {
+          Refuse(path_, "face " + std::to_string(i), std::to_string(face.mIndices[corner]), "there is no such vertex",
+                 kExportAgain);
+        }
+      }
       std::array<int, 3> triangle = {index[face.mIndices[0]], index[face.mIndices[1]], index[face.mIndices[2]]};
       if (flip) std::swap(triangle[1], triangle[2]);
       if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) continue;
@@ -72,7 +136,7 @@ class MeshBuilder {
     const Eigen::Vector3d point = scale_.cwiseProduct(Eigen::Vector3d(v.x, v.y, v.z));
     if (!point.allFinite()) {
       Refuse(path_, "vertex", std::to_string(v.x) + " " + std::to_string(v.y) + " " + std::to_string(v.z),
-             "coordinate is not a finite number", "export the mesh again or repair it");
+             "coordinate is not a finite number", kExportAgain);
     }
     const VertexKey key{{point.x() + 0.0, point.y() + 0.0, point.z() + 0.0}};
     const auto [it, inserted] = index_.try_emplace(key, static_cast<int>(mesh_.vertices.size()));
@@ -100,7 +164,9 @@ TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale) {
     Refuse(path, "scale", std::to_string(scale.x()) + " " + std::to_string(scale.y()) + " " + std::to_string(scale.z()),
            "mesh scale must be finite and not zero", "give three factors such as 0.001 0.001 0.001");
   }
+  CheckPlyHeader(path);
   Assimp::Importer importer;
+  KeepNeededReaders(importer);
   // As in ROS tools: vertices are taken in the axes they were authored in; units are converted to metres.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = nullptr;

@@ -60,8 +60,16 @@ Json ReadJsonFile(const std::filesystem::path& path) {
   if (!stream || std::filesystem::is_directory(path)) {
     Fail(path.string(), "", "", "cannot be read", "check that the file exists and is readable");
   }
+  // What is deeper would overflow the stack of whoever walks through it, even to show it in an error.
+  constexpr int kMaxDepth = 64;
+  const auto check_depth = [&path](int depth, Json::parse_event_t /*event*/, Json& /*parsed*/) {
+    if (depth > kMaxDepth) {
+      Fail(path.string(), "", "", "nested more than " + std::to_string(kMaxDepth) + " deep", "see the LegOpt format");
+    }
+    return true;
+  };
   try {
-    return Json::parse(stream);
+    return Json::parse(stream, check_depth);
   } catch (const Json::parse_error& error) {
     Fail(path.string(), "byte " + std::to_string(error.byte), "", "not valid JSON: " + std::string(error.what()),
          "correct the syntax");

@@ -1,0 +1,91 @@
+// No message names a path to open or a command to run. Every text that a message carries is listed here with what it is
+// for; a new one fails this test until somebody has thought about it.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+
+namespace {
+
+// What the programs do with a text. None of it opens or runs anything:
+//   shown      printed or stored for humans
+//   compared   looked up among things that the program has already, as a hash or an identity
+//   word       one of a fixed set, anything else is refused
+//   json       parsed by fixed keys: server/spec.cpp, the methods' option readers, listings
+//   sql        one statement on a read-only connection that can neither attach nor load
+//   (tests/db/read_only_database_test)
+const std::map<std::string, std::string> kTexts = {
+    {"cancel_reply.message", "shown"},
+    {"dataset_ref.name", "shown"},
+    {"dataset_ref.hash", "compared"},
+    {"hello_reply.message", "shown"},
+    {"hello_request.worker_name", "shown"},
+    {"hello_request.hostname", "shown"},
+    {"hello_request.build", "shown"},
+    {"lease.dataset_hash", "compared"},
+    {"lease.method_hash", "compared"},
+    {"lease.task", "word"},
+    {"lease.initialization", "word"},
+    {"lease_reply.message", "shown"},
+    {"lease_request.dataset_hashes", "compared"},
+    {"method_reply.options_json", "json"},
+    {"method_request.hash", "compared"},
+    {"probe_reply.server_version", "shown"},
+    {"probe_reply.hostname", "shown"},
+    {"probe_reply.database", "shown"},  // where the server's database is, for its operator; clients never open it
+    {"query_reply.message", "shown"},
+    {"query_reply.json", "json"},
+    {"query_request.sql", "sql"},
+    {"result_reply.message", "shown"},
+    {"result_request.message", "shown"},
+    {"result_request.log_tail", "shown"},
+    {"result_request.solver_status", "word"},
+    {"result_request.verdict_literal", "word"},
+    {"result_request.verdict_strict", "word"},
+    {"result_request.verdict_detail", "shown"},
+    {"result_request.history_json", "shown"},
+    {"status_reply.json", "json"},
+    {"submit_reply.message", "shown"},
+    {"submit_request.submission_id", "compared"},
+    {"submit_request.spec_json", "json"},
+};
+
+TEST(NoPaths, EveryTextOfEveryMessageIsAccountedFor) {
+  std::set<std::string> found;
+  const std::regex field(R"(^\s*string\s+(\w+))");
+  for (const auto& entry : std::filesystem::directory_iterator(LEGOPT_SOURCE_DIR "/lcmtypes")) {
+    if (entry.path().extension() != ".lcm") continue;
+    std::ifstream file(entry.path());
+    for (std::string line; std::getline(file, line);) {
+      std::smatch match;
+      if (std::regex_search(line, match, field)) found.insert(entry.path().stem().string() + "." + match[1].str());
+    }
+  }
+  for (const std::string& text : found) EXPECT_TRUE(kTexts.contains(text)) << text << ": what is it for?";
+  for (const auto& [text, use] : kTexts) EXPECT_TRUE(found.contains(text)) << text << " is gone";
+}
+
+// Calls that open by a name or start a program stand only where the name comes from the command line or this machine.
+TEST(NoPaths, WhatServesMessagesNeitherOpensNorRunsAnything) {
+  const std::regex opens(
+      R"(\b(fopen|ofstream|ifstream|fstream|system|popen|execv\w*|execl\w*|posix_spawn\w*|dlopen)\b)");
+  for (const char* room : {"bus", "server"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(LEGOPT_SOURCE_DIR "/" + std::string(room))) {
+      if (entry.path().extension() != ".cpp") continue;
+      // /proc and /sys only, by constant names.
+      if (entry.path().filename() == "udp_statistics.cpp" || entry.path().filename() == "multicast_probe.cpp") continue;
+      std::ifstream file(entry.path());
+      int number = 0;
+      for (std::string line; std::getline(file, line);) {
+        ++number;
+        EXPECT_FALSE(std::regex_search(line, opens)) << entry.path() << ":" << number << ": " << line;
+      }
+    }
+  }
+}
+
+}  // namespace

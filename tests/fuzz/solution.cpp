@@ -1,0 +1,13 @@
+// The reader of LegOpt solution files: it reads, or throws InputError.
+#include "legopt/evaluate/solution_file.h"
+#include "legopt/input_error.h"
+#include "tests/fuzz/fuzz_input.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const legopt::fuzz::InputFile file({reinterpret_cast<const char*>(data), size}, ".json");
+  try {
+    static_cast<void>(legopt::ReadSolutions(file.path()));
+  } catch (const legopt::InputError&) {
+  }
+  return 0;
+}
