@@ -88,6 +88,7 @@ void AddCommands(CLI::App& app, Invocation* invocation) {
   AddEvaluateCommand(app, invocation);
   AddExportCommand(app, invocation);
   AddDatasetCommand(app, invocation);
+  AddGenerateCommand(app, invocation);
   AddDoctorCommand(app, invocation);
   AddKeygenCommand(app, invocation);
   AddBackupCommand(app, invocation);

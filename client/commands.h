@@ -30,6 +30,7 @@ void AddQueryCommand(CLI::App& app, Invocation* invocation);
 void AddEvaluateCommand(CLI::App& app, Invocation* invocation);
 void AddExportCommand(CLI::App& app, Invocation* invocation);
 void AddDatasetCommand(CLI::App& app, Invocation* invocation);
+void AddGenerateCommand(CLI::App& app, Invocation* invocation);
 void AddDoctorCommand(CLI::App& app, Invocation* invocation);
 void AddBackupCommand(CLI::App& app, Invocation* invocation);
 void AddKeygenCommand(CLI::App& app, Invocation* invocation);

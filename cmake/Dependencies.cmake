@@ -17,6 +17,14 @@ pkg_check_modules(SQLITE REQUIRED IMPORTED_TARGET sqlite3>=3.40)
 pkg_check_modules(SODIUM REQUIRED IMPORTED_TARGET libsodium)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)
+pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)
+
+# voro++ has no pkg-config file.
+find_library(VORO_LIBRARY voro++ REQUIRED)
+find_path(VORO_INCLUDE_DIR voro++/voro++.hh REQUIRED)
+add_library(voro++ UNKNOWN IMPORTED)
+set_target_properties(voro++ PROPERTIES
+  IMPORTED_LOCATION ${VORO_LIBRARY} INTERFACE_INCLUDE_DIRECTORIES ${VORO_INCLUDE_DIR})
 
 # lcm-gen stands beside liblcm; Debian ships no CMake configuration for it.
 pkg_get_variable(LCM_PREFIX lcm prefix)

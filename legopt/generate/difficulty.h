@@ -1,0 +1,30 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "legopt/generate/terrain.h"
+
+namespace legopt {
+
+/// How hard a scene is to walk through, from samples on a square grid in plan, on every storey.
+///
+/// A sample is a surface that looks up; it is walkable when it is no steeper than `slope_rad`, when nothing is within
+/// `headroom_m` above it, and when at least six of its eight neighbours have ground within `step_m` of its height.
+struct DifficultyOptions {
+  double grid_m = 0.2;
+  double slope_rad = 0.45;
+  double headroom_m = 1.7;
+  double step_m = 0.12;
+};
+
+struct Difficulty {
+  double walkable_m2 = 0.0;
+  double height_variance_m2 = 0.0;  ///< of the surface over 3 x 3 samples, mean over walkable samples
+  double clearance_m = 0.0;         ///< height free above walkable samples, at most 3 m each, mean
+};
+
+/// `plan`: where to sample.
+Difficulty MeasureDifficulty(const Terrain& terrain, const Eigen::AlignedBox2d& plan,
+                             const DifficultyOptions& options = {});
+
+}  // namespace legopt

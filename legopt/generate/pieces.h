@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "legopt/collision/mesh.h"
+#include "legopt/generate/building.h"
+#include "legopt/generate/collapse.h"
+#include "legopt/generate/fracture.h"
+
+namespace legopt {
+
+/// One convex solid of a scenario, world frame; coordinates are representable as float.
+struct Piece {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<std::vector<int>> faces;  ///< as in Cell
+  int member = -1;
+};
+
+/// The solids of a snapshot: members none of whose cells has moved as a whole, of the others every cell that is left
+/// where the simulation put it. Cells thrown farther than `margin_m` beyond the plan are left out.
+std::vector<Piece> PiecesOf(const Building& building, const std::vector<Cell>& cells, const Snapshot& snapshot,
+                            double margin_m = 6.0);
+
+/// All pieces as one mesh: each is a closed surface with outward winding; faces are cut into fans of triangles.
+/// Vertices of different pieces are separate. `piece_of_triangle` may be null.
+TriangleMesh MeshOf(const std::vector<Piece>& pieces, std::vector<int>* piece_of_triangle = nullptr);
+
+/// Faults of a mesh that ought to bound solids.
+struct MeshFaults {
+  int open_edges = 0;           ///< edges whose triangles do not pair up in opposite directions
+  int inverted_components = 0;  ///< closed bodies of negative volume
+  bool none() const { return open_edges == 0 && inverted_components == 0; }
+};
+MeshFaults FindMeshFaults(const TriangleMesh& mesh);
+
+/// Writes a binary little-endian PLY with float coordinates. Throws InputError when the file cannot be written.
+void WritePly(const std::filesystem::path& path, const TriangleMesh& mesh);
+
+}  // namespace legopt

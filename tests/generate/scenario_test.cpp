@@ -1,0 +1,87 @@
+#include "legopt/generate/scenario.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "legopt/collision/scene_solids.h"
+#include "legopt/generate/text_file.h"
+#include "tests/problem/test_data.h"
+
+namespace legopt {
+namespace {
+
+TEST(Scenario, WordsOfKindAndLevel) {
+  EXPECT_EQ(ParseScenarioLevel("hard"), ScenarioLevel::kHard);
+  EXPECT_EQ(ParseBuildingKind("house"), BuildingKind::kHouse);
+  EXPECT_NE(test::MessageOf([] { ParseScenarioLevel("easyer"); }).find("easier"), std::string::npos);
+  EXPECT_NE(test::MessageOf([] { ParseBuildingKind("garag"); }).find("garage"), std::string::npos);
+}
+
+TEST(Scenario, SameSeedSameBytesOtherSeedOtherBuilding) {
+  ScenarioOptions options;
+  options.kind = BuildingKind::kHouse;
+  options.collapse.snapshots_s = {0.15};
+  const test::TemporaryFolder folder;
+  const auto write = [&](const char* name) {
+    std::filesystem::create_directories(folder.path() / name);
+    const Scenario scenario = MakeScenario(options, {});
+    WriteScenario(scenario, folder.path() / name, false);
+    return test::ReadText(folder.path() / name / kSceneMeshName) +
+           test::ReadText(folder.path() / name / kScenarioFileName);
+  };
+  const std::string first = write("a");
+  EXPECT_EQ(first, write("b"));
+  options.seed = 2;
+  EXPECT_NE(first, write("c"));
+}
+
+TEST(Scenario, SolverSeesOneSolidPerPieceOfTheMesh) {
+  ScenarioOptions options;
+  options.kind = BuildingKind::kGarage;
+  options.collapse.snapshots_s = {0.3};
+  const Scenario scenario = MakeScenario(options, {});
+  const TriangleMesh mesh = MeshOf(scenario.pieces);
+  EXPECT_TRUE(FindMeshFaults(mesh).none());
+  const auto solids = SolidsOfMesh(mesh, {});
+  // Untouched plates of one plane may be joined; nothing may be decomposed approximately into more.
+  EXPECT_LE(solids.size(), scenario.pieces.size());
+  EXPECT_GT(solids.size(), scenario.pieces.size() / 2);
+  EXPECT_LT(scenario.pieces.size(), 1500u);
+}
+
+TEST(Scenario, ManifestNamesEveryFileWithItsHash) {
+  ScenarioOptions options;
+  options.kind = BuildingKind::kHouse;
+  options.collapse.snapshots_s = {0.05};
+  const test::TemporaryFolder folder;
+  WriteScenario(MakeScenario(options, {}), folder.path(), true);
+  const auto manifest = nlohmann::json::parse(test::ReadText(folder.path() / kScenarioFileName));
+  EXPECT_EQ(manifest["kind"], "house");
+  EXPECT_EQ(manifest["files"].size(), 5u);
+  for (const auto& [file, hash] : manifest["files"].items()) {
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / file));
+    EXPECT_EQ(hash.get<std::string>().size(), 64u);
+  }
+  const double share = manifest["difficulty"]["walkable_share"];
+  EXPECT_GT(share, 0.5);
+  EXPECT_LT(share, 1.05);  // where a wall is gone there is a little more ground
+}
+
+TEST(NewFolder, NothingIsOverwrittenAndUnfinishedWorkIsKept) {
+  const test::TemporaryFolder folder;
+  const auto out = folder.path() / "out";
+  {
+    NewFolder first(out, "a");
+    test::WriteText(first.path() / "stage", "1");
+  }
+  EXPECT_NE(test::MessageOf([&] { NewFolder other(out, "b"); }).find("other parameters"), std::string::npos);
+  NewFolder again(out, "a");
+  EXPECT_EQ(test::ReadText(again.path() / "stage"), "1");
+  again.Finish();
+  EXPECT_TRUE(std::filesystem::exists(out / "stage"));
+  EXPECT_NE(test::MessageOf([&] { NewFolder third(out, "a"); }).find("exists"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace legopt
