@@ -1,13 +1,20 @@
 #include <CLI/CLI.hpp>
-#include <chrono>
+#include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <thread>
 
 #include "client/commands.h"
 #include "client/generation_progress.h"
+#include "legopt/data_folder.h"
+#include "legopt/generate/dataset_builder.h"
 #include "legopt/generate/scenario.h"
 #include "legopt/generate/text_file.h"
+#include "legopt/problem/dataset.h"
 
 namespace legopt::client {
 namespace {
@@ -49,6 +56,59 @@ ExitCode GenerateScenario(const ScenarioFlags& flags) {
   return ExitCode::kOk;
 }
 
+struct DatasetFlags {
+  ScenarioFlags scenario;
+  std::optional<std::string> robot;
+  std::optional<std::string> from;
+  std::string name;
+  DatasetOptions options;
+};
+
+void AddInstanceFlags(CLI::App& app, DatasetFlags* flags) {
+  DatasetOptions& options = flags->options;
+  app.add_option("--name", flags->name, "Name of the dataset (default: that of the folder)");
+  app.add_option("--stances", options.stances, "Stances sampled")->capture_default_str();
+  app.add_option("--same-floor", options.same_floor, "Motion problems on one floor")->capture_default_str();
+  app.add_option("--different-floors", options.different_floors, "Motion problems between floors")
+      ->capture_default_str();
+  app.add_option("--postures", options.postures, "Posture problems")->capture_default_str();
+  app.add_option("--radius", options.radius_m, "Largest distance of the feet, m (default: by the robot's size)");
+  app.add_option("--slope", options.slope_rad, "Steepest ground, rad (default: 0.45)");
+  options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  app.add_option("--threads", options.threads, "The result does not depend on it (default: all cores)");
+}
+
+ExitCode BuildDataset(const DatasetFlags& flags) {
+  DatasetOptions options = flags.options;
+  const std::filesystem::path out = std::filesystem::path(flags.scenario.out).lexically_normal();
+  options.name = !flags.name.empty() ? flags.name : (out.has_filename() ? out : out.parent_path()).filename().string();
+  options.seed = flags.scenario.seed;
+  options.pictures = !flags.scenario.no_pictures;
+  if (flags.from) {
+    options.robot_folder = *flags.from;
+  } else {
+    options.robot_folder = flags.robot ? std::filesystem::path(*flags.robot) : DefaultDatasetFolder();
+    options.scenario = OptionsOf(flags.scenario);
+  }
+  const std::string source = Dataset::Load(options.robot_folder)->content_hash();
+  NewFolder folder(out, options.Identity() + ", from " + source + "\n");
+  GenerationProgress progress;
+  const DatasetReport report = legopt::BuildDataset(
+      options, folder.path(), [&](const std::string& stage, double done, double total, const std::string& unit) {
+        progress.Show(stage, done, total, unit);
+      });
+  progress.Break();
+  folder.Finish();
+  for (const HistogramRow& row : report.histograms) {
+    std::cout << row.heading << "\n\n";
+    for (const Histogram& histogram : row.histograms) std::cout << FormatHistogram(histogram) << "\n";
+  }
+  if (!report.tally.empty()) std::cout << "stances: " << report.tally << "\n";
+  std::cout << "plans: " << report.pairs_tried << " pairs tried, at most " << report.largest_motion
+            << " stances per motion\ndataset " << report.content_hash << "\n";
+  return ExitCode::kOk;
+}
+
 }  // namespace
 
 void AddGenerateCommand(CLI::App& app, Invocation* invocation) {
@@ -60,6 +120,28 @@ void AddGenerateCommand(CLI::App& app, Invocation* invocation) {
   const auto flags = std::make_shared<ScenarioFlags>();
   AddScenarioFlags(*scenario, flags.get());
   scenario->callback([=] { invocation->body = [flags] { return GenerateScenario(*flags); }; });
+
+  auto* dataset =
+      generate->add_subcommand("dataset", "Scenario, stances, footstep plans and problems: a whole dataset");
+  const auto dataset_flags = std::make_shared<DatasetFlags>();
+  AddScenarioFlags(*dataset, &dataset_flags->scenario);
+  dataset->add_option("--robot", dataset_flags->robot,
+                      "Dataset folder whose robot is used (default: the embedded one's)");
+  AddInstanceFlags(*dataset, dataset_flags.get());
+  dataset->callback([=] { invocation->body = [dataset_flags] { return BuildDataset(*dataset_flags); }; });
+
+  auto* problems =
+      generate->add_subcommand("problems", "Stances, footstep plans and problems for a robot and scene of yours");
+  const auto problem_flags = std::make_shared<DatasetFlags>();
+  problems
+      ->add_option("--from", problem_flags->from,
+                   "Dataset folder with the robot and the scene; its problems are not used")
+      ->required();
+  problems->add_option("--seed", problem_flags->scenario.seed, "All random draws follow from it")
+      ->capture_default_str();
+  problems->add_option("--out", problem_flags->scenario.out, "Folder to make; it must not exist")->required();
+  AddInstanceFlags(*problems, problem_flags.get());
+  problems->callback([=] { invocation->body = [problem_flags] { return BuildDataset(*problem_flags); }; });
 }
 
 }  // namespace legopt::client

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "legopt/blake2b.h"
+#include "legopt/generate/seeds.h"
 #include "legopt/generate/text_file.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
@@ -58,12 +58,6 @@ void CheckWritten(const std::filesystem::path& path, size_t pieces) {
                     "the generated mesh is not closed and wound outwards", "use another seed and report this one"});
 }
 
-std::uint64_t SeedOf(std::uint64_t seed, const char* purpose) {
-  constexpr size_t kDigits = 16;
-  constexpr int kHexadecimal = 16;
-  return std::stoull(Blake2bHex(std::to_string(seed) + "/" + purpose).substr(0, kDigits), nullptr, kHexadecimal);
-}
-
 }  // namespace
 
 std::string_view ToString(ScenarioLevel level) { return kLevelNames.at(static_cast<size_t>(level)); }
@@ -78,14 +72,15 @@ ScenarioLevel ParseScenarioLevel(std::string_view text) {
 Scenario MakeScenario(const ScenarioOptions& options, const CollapseProgress& progress) {
   Scenario scenario;
   scenario.options = options;
-  scenario.building = MakeBuilding(options.kind, SeedOf(options.seed, "building"));
-  std::mt19937_64 generator(SeedOf(options.seed, "fracture"));
+  scenario.building = MakeBuilding(options.kind, DeriveSeed(options.seed, "building"));
+  std::mt19937_64 generator(DeriveSeed(options.seed, "fracture"));
   const std::vector<Cell> cells = Fracture(scenario.building, options.fracture, generator);
   const std::vector<Bond> bonds = FindBonds(scenario.building, cells);
   CollapseOptions collapse = options.collapse;
   collapse.snapshots_s.resize(std::min(collapse.snapshots_s.size(), static_cast<size_t>(options.level) + 1));
   const Snapshot snapshot =
-      SimulateCollapse(scenario.building, cells, bonds, collapse, SeedOf(options.seed, "collapse"), progress).back();
+      SimulateCollapse(scenario.building, cells, bonds, collapse, DeriveSeed(options.seed, "collapse"), progress)
+          .back();
   scenario.pieces = PiecesOf(scenario.building, cells, snapshot);
   scenario.time_s = snapshot.time_s;
   scenario.num_cells = static_cast<int>(cells.size());

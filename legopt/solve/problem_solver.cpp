@@ -212,7 +212,11 @@ CollisionQuery& ProblemSolver::Query(SceneRepresentation representation) {
 
 SolveOutcome ProblemSolver::Solve(Task task, int problem_id, Initialization initialization, const Method& method,
                                   const SolveSettings& settings) {
-  const ProblemDefinition& problem = dataset_->problem(task, problem_id);
+  return Solve(task, dataset_->problem(task, problem_id), initialization, method, settings);
+}
+
+SolveOutcome ProblemSolver::Solve(Task task, const ProblemDefinition& problem, Initialization initialization,
+                                  const Method& method, const SolveSettings& settings) {
   Run run(*dataset_, Query(ParseSceneRepresentation(method.collision, method.name)), initialization, method, settings);
   return task == Task::kPosture ? run.Posture(problem) : run.Motion(problem);
 }

@@ -41,6 +41,9 @@ class ProblemSolver {
   /// Throws InputError when the dataset has no such problem.
   SolveOutcome Solve(Task task, int problem_id, Initialization initialization, const Method& method,
                      const SolveSettings& settings);
+  /// The same for a problem that is not (yet) one of the dataset's. Its links must be feet of the dataset (InputError).
+  SolveOutcome Solve(Task task, const ProblemDefinition& problem, Initialization initialization, const Method& method,
+                     const SolveSettings& settings);
 
  private:
   class Run;

@@ -1,0 +1,366 @@
+#include "legopt/generate/dataset_builder.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "legopt/collision/mesh.h"
+#include "legopt/evaluate/solution_file.h"
+#include "legopt/generate/dataset_writer.h"
+#include "legopt/generate/parallel.h"
+#include "legopt/generate/seeds.h"
+#include "legopt/generate/stance_features.h"
+#include "legopt/generate/text_file.h"
+#include "legopt/input_error.h"
+#include "legopt/problem/content_hash.h"
+#include "legopt/problem/problem_file.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPostureFile = "problems-posture.json";
+constexpr const char* kMotionFile = "problems-motion.json";
+constexpr const char* kStancesFile = "stances.json";
+constexpr const char* kSolutionsFile = "solutions-posture.json";
+
+/// Posture problem and its proof.
+struct Proven {
+  Stance stance;
+  PostureProof proof;
+};
+
+class Builder {
+ public:
+  Builder(const DatasetOptions& options, fs::path folder, const BuildProgress& progress)
+      : options_(options), folder_(std::move(folder)), progress_(progress) {}
+
+  DatasetReport Build() {
+    PrepareFolder();
+    dataset_ = Dataset::Load(folder_);
+    CheckScene();
+    ProbeOptions probe = ProbeOptions::For(*dataset_);
+    probe.reach_m = options_.radius_m.value_or(probe.reach_m);
+    probe.slope_rad = options_.slope_rad.value_or(probe.slope_rad);
+    model_ = ProbeModel::Build(dataset_, probe);
+    const std::vector<Stance> stances = Stances();
+    Plan(stances);
+    SelectPostures();
+    Describe();
+    Finish();
+    return std::move(report_);
+  }
+
+ private:
+  void Show(const std::string& stage, double done, double total, const std::string& unit) const {
+    if (progress_) progress_(stage, done, total, unit);
+  }
+  void PrepareFolder();
+  void MakeScene();
+  void CheckScene() const;
+  std::vector<Stance> Stances();
+  void Plan(const std::vector<Stance>& stances);
+  void SelectPostures();
+  std::vector<Stance> DifferentStances() const;
+  std::vector<StanceFeatures> Features(const std::vector<Stance>& stances) const;
+  void Describe();
+  void DescribePlans(const std::vector<std::pair<FloorChange, PlannedPair>>& tried) const;
+  void Finish();
+  std::string scenario_name() const { return options_.name; }
+
+  const DatasetOptions& options_;
+  fs::path folder_;
+  const BuildProgress& progress_;
+  std::shared_ptr<const Dataset> dataset_;
+  std::shared_ptr<const ProbeModel> model_;
+  Eigen::AlignedBox2d region_;
+  std::vector<ProblemDefinition> motions_;
+  std::vector<Proven> postures_;
+  DatasetReport report_;
+};
+
+void Builder::MakeScene() {
+  if (fs::exists(folder_ / kScenarioFileName)) return;
+  const Scenario scenario =
+      MakeScenario(*options_.scenario, [&](double done, double total) { Show("collapse", done, total, "s"); });
+  WriteScenario(scenario, folder_, options_.pictures);
+}
+
+/// A dataset without problems, so that it can be loaded.
+void Builder::PrepareFolder() {
+  const auto source = Dataset::Load(options_.robot_folder);
+  DatasetDescription description = DescribeDataset(options_.robot_folder);
+  CopyRobot(*source, description, folder_);
+  if (options_.scenario) {
+    MakeScene();
+    description.scene_file = kSceneMeshName;
+    const Building building = MakeBuilding(options_.scenario->kind, DeriveSeed(options_.scenario->seed, "building"));
+    constexpr double kMargin_m = 1.0;
+    region_ = building.plan;
+    region_.min().array() -= kMargin_m;
+    region_.max().array() += kMargin_m;
+  } else {
+    CopyScene(*source, description, folder_);
+  }
+  description.name = options_.name;
+  description.posture_file = kPostureFile;
+  description.motion_file = kMotionFile;
+  WriteTextFile(folder_ / kDatasetFileName,
+                FormatDatasetFile(description, "Made by `legopt generate`; " + options_.Identity()));
+  for (const auto& [file, task] : {std::pair(kPostureFile, Task::kPosture), std::pair(kMotionFile, Task::kMotion)}) {
+    WriteTextFile(folder_ / file, FormatProblems({}, task, source->robot().name(), scenario_name()));
+  }
+  WriteManifestHashes(folder_);
+}
+
+/// Solver and judge disagree about a mesh that is not closed and wound outwards.
+void Builder::CheckScene() const {
+  for (const SceneObject& object : dataset_->scene().objects) {
+    if (object.shape.kind != ShapeSpec::Kind::kMesh) continue;
+    const MeshFaults faults = FindMeshFaults(Tessellate(object.shape));
+    if (faults.none()) continue;
+    const bool holes = faults.open_edges > 0;
+    throw InputError({object.shape.mesh_file, "scene object '" + object.name + "'",
+                      holes ? std::to_string(faults.open_edges) + " open edges"
+                            : std::to_string(faults.inverted_components) + " bodies",
+                      holes ? "the mesh has holes" : "the mesh is wound inside out",
+                      holes ? "close it" : "turn the triangles of these bodies round"});
+  }
+}
+
+std::vector<Stance> Builder::Stances() {
+  const fs::path path = folder_ / kStancesFile;
+  std::vector<Stance> stances;
+  if (fs::exists(path)) {
+    for (const ProblemDefinition& problem : ReadProblemFile(path).problems) stances.push_back(problem.stances.front());
+    return stances;
+  }
+  StanceSamplerOptions sampler;
+  sampler.count = options_.stances;
+  sampler.seed = options_.seed;
+  sampler.region = region_;
+  sampler.threads = options_.threads;
+  Show("stances", 0, sampler.count, "stances");
+  const SampledStances sampled =
+      SampleStances(model_, sampler, [&](int done, int total) { Show("stances", done, total, "stances"); });
+  report_.tally = sampled.tally.Describe();
+  std::vector<ProblemDefinition> problems;
+  for (const Stance& stance : sampled.stances) problems.push_back({static_cast<int>(problems.size()), {stance}});
+  WriteTextFile(path, FormatProblems(problems, Task::kPosture, dataset_->robot().name(), scenario_name()));
+  return sampled.stances;
+}
+
+/// Motion problems: first those that change floors, as in the paper's files.
+void Builder::Plan(const std::vector<Stance>& stances) {
+  Show("map of the ground", 0, 1, "maps");
+  const auto guide = std::make_shared<const GuideMap>(*model_);
+  std::vector<std::pair<FloorChange, PlannedPair>> tried;
+  for (const FloorChange change : {FloorChange::kDifferent, FloorChange::kSame}) {
+    PairOptions pairs;
+    pairs.seed = options_.seed;
+    pairs.wanted = change == FloorChange::kSame ? options_.same_floor : options_.different_floors;
+    pairs.threads = options_.threads;
+    if (pairs.wanted == 0) continue;
+    const std::string stage = "plans, " + std::string(ToString(change)) + " floor";
+    Show(stage, 0, pairs.wanted, "plans");
+    int kept = 0;
+    for (PlannedPair& pair : PlanPairs(model_, guide, PlannerOptions{}, stances, change, pairs,
+                                       folder_ / ("plans-" + std::string(ToString(change)) + ".json"),
+                                       [&](int done, int total) { Show(stage, done, total, "plans"); })) {
+      if (pair.found() && kept < pairs.wanted) {
+        ++kept;
+        motions_.push_back({static_cast<int>(motions_.size()), pair.plan.stances});
+        report_.largest_motion = std::max(report_.largest_motion, static_cast<int>(pair.plan.stances.size()));
+      }
+      tried.emplace_back(change, std::move(pair));
+    }
+  }
+  report_.pairs_tried = static_cast<int>(tried.size());
+  DescribePlans(tried);
+}
+
+void Builder::DescribePlans(const std::vector<std::pair<FloorChange, PlannedPair>>& tried) const {
+  std::string text = "floor,pair,start,goal,found,steps,cost,bound,expansions\n";
+  for (const auto& [change, pair] : tried) {
+    std::array<char, 160> line;
+    std::snprintf(line.data(), line.size(), "%s,%d,%d,%d,%d,%d,%.4f,%.4f,%lld\n", std::string(ToString(change)).c_str(),
+                  pair.pair, pair.start, pair.goal, pair.found() ? 1 : 0, pair.plan.steps, pair.plan.cost,
+                  pair.plan.bound, static_cast<long long>(pair.plan.expansions));
+    text += line.data();
+  }
+  WriteTextFile(folder_ / "plans.csv", text);
+}
+
+/// Stances on two feet of all plans, each once, in order.
+std::vector<Stance> Builder::DifferentStances() const {
+  std::vector<Stance> stances;
+  std::map<std::string, int> seen;
+  for (const ProblemDefinition& motion : motions_) {
+    for (const Stance& stance : motion.stances) {
+      if (stance.footholds.size() < 2 || !seen.emplace(FormatStance(stance), 0).second) continue;
+      stances.push_back(stance);
+    }
+  }
+  return stances;
+}
+
+std::vector<StanceFeatures> Builder::Features(const std::vector<Stance>& stances) const {
+  std::vector<StanceFeatures> features(stances.size());
+  std::vector<StanceProbe> probes;
+  for (int k = 0; k < options_.threads; ++k) probes.emplace_back(model_);
+  ForEachIndex(options_.threads, stances.size(), [&](int worker, size_t i) {
+    features[i] = FeaturesOf(stances[i], probes[static_cast<size_t>(worker)]);
+  });
+  return features;
+}
+
+/// Of each cluster the stance nearest to its centre that has a posture.
+void Builder::SelectPostures() {
+  if (options_.postures == 0) return;
+  const std::vector<Stance> stances = DifferentStances();
+  std::vector<Eigen::Vector3d> points;
+  for (const StanceFeatures& f : Features(stances)) points.emplace_back(f.length_m, f.height_m, f.trunk_distance_m);
+  const std::vector<std::vector<int>> clusters =
+      ClusterPoints(points, options_.postures, DeriveSeed(options_.seed, "clusters"));
+  std::vector<Proven> chosen(clusters.size());
+  std::vector<PostureProver> provers;
+  for (int k = 0; k < options_.threads; ++k) provers.emplace_back(dataset_);
+  Show("postures", 0, options_.postures, "postures");
+  ForEachIndex(options_.threads, clusters.size(), [&](int worker, size_t c) {
+    for (const int member : clusters[c]) {
+      Proven candidate{stances[static_cast<size_t>(member)], {}};
+      candidate.proof = provers[static_cast<size_t>(worker)].Prove(candidate.stance, static_cast<int>(c));
+      if (!candidate.proof.accepted) continue;
+      chosen[c] = std::move(candidate);
+      return;
+    }
+  });
+  std::copy_if(std::make_move_iterator(chosen.begin()), std::make_move_iterator(chosen.end()),
+               std::back_inserter(postures_), [](const Proven& p) { return p.proof.accepted; });
+  Show("postures", static_cast<double>(postures_.size()), options_.postures, "postures");
+  if (std::ssize(postures_) == options_.postures) return;
+  throw InputError({"selection", "posture problems", std::to_string(postures_.size()),
+                    "only so many clusters hold a stance with a posture", "ask for fewer, or for more plans"});
+}
+
+/// The paper's two figures.
+void Builder::Describe() {
+  constexpr double kDegrees = 180.0 / M_PI;
+  std::string csv = "task,id,stance,length_m,height_m,tilt_deg,trunk_distance_m\n";
+  const auto row = [&](const std::string& heading, const std::vector<StanceFeatures>& features) {
+    HistogramRow result{heading, {}};
+    const auto add = [&](const char* title, const char* unit, auto value) {
+      std::vector<double> values;
+      for (const StanceFeatures& f : features) values.push_back(value(f));
+      result.histograms.push_back(MakeHistogram(title, unit, values));
+    };
+    add("stance length", "m", [](const StanceFeatures& f) { return f.length_m; });
+    add("stance height", "m", [](const StanceFeatures& f) { return f.height_m; });
+    add("foot tilt", "deg", [](const StanceFeatures& f) { return kDegrees * f.tilt_rad; });
+    add("trunk distance", "m", [](const StanceFeatures& f) { return f.trunk_distance_m; });
+    return result;
+  };
+  const auto list = [&](const char* task, int id, int stance, const StanceFeatures& f) {
+    std::array<char, 160> line;
+    std::snprintf(line.data(), line.size(), "%s,%d,%d,%.4f,%.4f,%.3f,%.4f\n", task, id, stance, f.length_m, f.height_m,
+                  kDegrees * f.tilt_rad, f.trunk_distance_m);
+    csv += line.data();
+  };
+  std::vector<Stance> stances;
+  for (const Proven& posture : postures_) stances.push_back(posture.stance);
+  const std::vector<StanceFeatures> posture_features = Features(stances);
+  for (size_t i = 0; i < stances.size(); ++i) list("posture", static_cast<int>(i), 0, posture_features[i]);
+  report_.histograms.push_back(row("Posture problems", posture_features));
+
+  std::vector<double> lengths;
+  std::vector<StanceFeatures> motion_features;
+  for (const ProblemDefinition& motion : motions_) {
+    lengths.push_back(static_cast<double>(motion.stances.size()));
+    const std::vector<StanceFeatures> features = Features(motion.stances);
+    for (size_t s = 0; s < features.size(); ++s) {
+      if (motion.stances[s].footholds.size() < 2) continue;
+      list("motion", motion.id, static_cast<int>(s), features[s]);
+      motion_features.push_back(features[s]);
+    }
+  }
+  HistogramRow motions = row("Motion problems, stances on two feet", motion_features);
+  motions.histograms.insert(motions.histograms.begin(), MakeHistogram("stances per problem", "", lengths));
+  report_.histograms.push_back(std::move(motions));
+  std::string text;
+  for (const HistogramRow& r : report_.histograms) {
+    text += r.heading + "\n\n";
+    for (const Histogram& histogram : r.histograms) text += FormatHistogram(histogram) + "\n";
+  }
+  WriteTextFile(folder_ / "features.csv", csv);
+  WriteTextFile(folder_ / "histograms.txt", text);
+  WriteTextFile(folder_ / "histograms.svg", FormatHistogramsAsSvg(report_.histograms));
+}
+
+void Builder::Finish() {
+  const std::string& robot = dataset_->robot().name();
+  std::vector<ProblemDefinition> postures;
+  SolutionFile solutions{robot, scenario_name(), Task::kPosture, {}};
+  for (const Proven& posture : postures_) {
+    postures.push_back({static_cast<int>(postures.size()), {posture.stance}});
+    Solution solution;
+    solution.method = PostureProver::method_name();
+    solution.time_s = std::nan("");  // times differ from run to run; this file does not
+    solution.waypoints = {posture.proof.x};
+    solution.success = true;
+    solutions.problems.push_back({postures.back(), {std::move(solution)}});
+  }
+  WriteTextFile(folder_ / kPostureFile, FormatProblems(postures, Task::kPosture, robot, scenario_name()));
+  WriteTextFile(folder_ / kMotionFile, FormatProblems(motions_, Task::kMotion, robot, scenario_name()));
+  WriteTextFile(folder_ / kSolutionsFile, FormatSolutions(solutions));
+  WriteManifestHashes(folder_);
+  report_.content_hash = Dataset::Load(folder_)->content_hash();
+  for (const char* state : {"plans-same.json", "plans-different.json"}) fs::remove(folder_ / state);
+}
+
+void Validate(const DatasetOptions& options) {
+  const auto refuse = [](const char* field, const std::string& value, const char* message, const char* fix) {
+    throw InputError({"", field, value, message, fix});
+  };
+  const bool plain = !options.name.empty() &&
+                     std::all_of(options.name.begin(), options.name.end(),
+                                 [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; });
+  if (!plain) refuse("--name", options.name, "must consist of letters, digits, '-' and '_'", "e.g. my-garage");
+  constexpr int kMost = 100000;
+  for (const auto& [field, value, least] :
+       {std::tuple("--stances", options.stances, 2), std::tuple("--same-floor", options.same_floor, 0),
+        std::tuple("--different-floors", options.different_floors, 0), std::tuple("--postures", options.postures, 0),
+        std::tuple("--threads", options.threads, 1)}) {
+    if (value < least || value > kMost) refuse(field, std::to_string(value), "out of range", "see --help");
+  }
+  if (options.same_floor + options.different_floors == 0) {
+    refuse("--same-floor", "0", "a dataset needs plans: postures are chosen from their stances", "ask for some");
+  }
+}
+
+}  // namespace
+
+std::string DatasetOptions::Identity() const {
+  std::string text = "name " + name;
+  if (scenario) {
+    text += ", " + std::string(ToString(scenario->kind)) + " " + std::string(ToString(scenario->level)) +
+            ", scenario seed " + std::to_string(scenario->seed);
+  }
+  text += ", seed " + std::to_string(seed) + ", stances " + std::to_string(stances) + ", plans " +
+          std::to_string(same_floor) + " + " + std::to_string(different_floors) + ", postures " +
+          std::to_string(postures);
+  if (radius_m) text += ", radius " + std::to_string(*radius_m);
+  if (slope_rad) text += ", slope " + std::to_string(*slope_rad);
+  return text;
+}
+
+DatasetReport BuildDataset(const DatasetOptions& options, const fs::path& folder, const BuildProgress& progress) {
+  Validate(options);
+  return Builder(options, folder, progress).Build();
+}
+
+}  // namespace legopt

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "legopt/generate/histogram.h"
+#include "legopt/generate/pair_planner.h"
+#include "legopt/generate/scenario.h"
+#include "legopt/generate/stance_sampler.h"
+
+namespace legopt {
+
+/// A dataset to be made: where robot and scene come from, and how many problems.
+struct DatasetOptions {
+  std::string name;                         ///< of the dataset; letters, digits, '-', '_'
+  std::filesystem::path robot_folder;       ///< a dataset: its robot and constants
+  std::optional<ScenarioOptions> scenario;  ///< generated scene; without it the scene of `robot_folder`
+  bool pictures = true;
+  std::uint64_t seed = 1;
+  int stances = 100;
+  int same_floor = 25;  ///< motion problems
+  int different_floors = 25;
+  int postures = 50;
+  int threads = 1;
+  std::optional<double> radius_m;  ///< largest distance of the feet
+  std::optional<double> slope_rad;
+
+  /// Everything that decides the result, as text: resuming is allowed when it is equal.
+  std::string Identity() const;
+};
+
+/// What was made, for the user's eyes.
+struct DatasetReport {
+  std::string content_hash;
+  std::string tally;  ///< of the stances
+  int pairs_tried = 0;
+  int largest_motion = 0;                ///< stances
+  std::vector<HistogramRow> histograms;  ///< the paper's two figures
+};
+
+/// stage, done, of all, unit; called from one thread at a time; may be empty.
+using BuildProgress = std::function<void(const std::string&, double, double, const std::string&)>;
+
+/// Makes a whole dataset in `folder`, which exists: scene, robot, stances, footstep plans, 25 + 25 motion problems,
+/// posture problems by K-means over (stance length, stance height, trunk distance), and a proof for each of them.
+///
+/// Files: those of a dataset (dataset_file.h), scenario.json and pictures for a generated scene, stances.json,
+/// plans.csv, features.csv, histograms.txt and .svg, solutions-posture.json (accepted by the judge, both rules). Stages
+/// that `folder` already holds from an interrupted run of the same options are not done again. The result depends on
+/// the options only, whatever the number of threads.
+/// Throws InputError: see the parts; a scene mesh with holes or inverted winding; a robot without two feet.
+DatasetReport BuildDataset(const DatasetOptions& options, const std::filesystem::path& folder,
+                           const BuildProgress& progress);
+
+}  // namespace legopt

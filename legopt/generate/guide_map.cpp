@@ -1,0 +1,165 @@
+#include "legopt/generate/guide_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+
+namespace legopt {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+}  // namespace
+
+GuideMap::GuideMap(const ProbeModel& model, double cell_m)
+    : cell_m_(cell_m), step_m_(model.options.step_m), origin_(model.terrain.bounds().min().head<2>()) {
+  const Eigen::Vector3d size = model.terrain.bounds().sizes();
+  columns_ = 1 + static_cast<int>(size.x() / cell_m_);
+  rows_ = 1 + static_cast<int>(size.y() / cell_m_);
+  std::vector<bool> blocked(static_cast<size_t>(columns_) * static_cast<size_t>(rows_), false);
+  AddSolid(model, blocked);
+  Index();
+  BridgeGaps(blocked, 0.5 * model.options.reach_m);
+  Index();
+}
+
+int GuideMap::CellOf(double x, double y) const {
+  const int i = std::clamp(static_cast<int>((x - origin_.x()) / cell_m_), 0, columns_ - 1);
+  const int j = std::clamp(static_cast<int>((y - origin_.y()) / cell_m_), 0, rows_ - 1);
+  return j * columns_ + i;
+}
+
+/// A cell is blocked when it has surfaces but none of them has room above it, at any height.
+void GuideMap::AddSolid(const ProbeModel& model, std::vector<bool>& blocked) {
+  const Terrain& terrain = model.terrain;
+  const double least_nz = std::cos(model.options.slope_rad);
+  const double shin_m = 0.5 * model.options.trunk_low_m;
+  std::vector<Terrain::Hit> hits;
+  for (int cell = 0; cell < columns_ * rows_; ++cell) {
+    std::vector<float> heights;
+    bool any = false;
+    for (int sample = 0; sample < 4; ++sample) {
+      const double x = origin_.x() + (cell % columns_ + 0.25 + 0.5 * (sample % 2)) * cell_m_;
+      const double y = origin_.y() + (cell / columns_ + 0.25 + 0.5 * (sample / 2)) * cell_m_;
+      terrain.Ground(x, y, terrain.bounds().min().z(), terrain.bounds().max().z(), hits);
+      for (const Terrain::Hit& hit : hits) {
+        any = true;
+        if (terrain.normal(hit.triangle).z() < least_nz) continue;
+        if (terrain.NextAbove(x, y, hit.z_m) - hit.z_m >= shin_m) heights.push_back(static_cast<float>(hit.z_m));
+      }
+    }
+    blocked[static_cast<size_t>(cell)] = any;
+    std::sort(heights.begin(), heights.end(), std::greater<>());
+    float last = kInfinity;
+    for (const float z : heights) {
+      if (last - z < 0.5F * static_cast<float>(step_m_)) continue;
+      nodes_.push_back({cell, z});
+      last = z;
+    }
+  }
+}
+
+void GuideMap::Index() {
+  std::stable_sort(nodes_.begin(), nodes_.end(),
+                   [](const Node& a, const Node& b) { return a.cell != b.cell ? a.cell < b.cell : a.z > b.z; });
+  first_.assign(static_cast<size_t>(columns_ * rows_) + 1, 0);
+  for (const Node& node : nodes_) ++first_[static_cast<size_t>(node.cell) + 1];
+  for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
+}
+
+/// Of the cells within reach of a solid node, those that have nothing near its height and nothing that blocks.
+void GuideMap::BridgeGaps(const std::vector<bool>& blocked, double reach_m) {
+  const int span = static_cast<int>(std::floor(reach_m / cell_m_));
+  const size_t solid = nodes_.size();
+  std::vector<std::vector<float>> added(blocked.size());
+  for (size_t n = 0; n < solid; ++n) {
+    const Node node = nodes_[n];
+    for (int dj = -span; dj <= span; ++dj) {
+      for (int di = -span; di <= span; ++di) {
+        const int i = node.cell % columns_ + di;
+        const int j = node.cell / columns_ + dj;
+        if (i < 0 || j < 0 || i >= columns_ || j >= rows_ || di * di + dj * dj > span * span) continue;
+        const auto cell = static_cast<size_t>(j * columns_ + i);
+        bool taken = false;
+        for (int k = first_[cell]; k < first_[cell + 1]; ++k) {
+          taken = taken || std::abs(nodes_[static_cast<size_t>(k)].z - node.z) < static_cast<float>(step_m_);
+        }
+        const bool wall = blocked[cell] && first_[cell] == first_[cell + 1];
+        for (const float z : added[cell]) taken = taken || std::abs(z - node.z) < static_cast<float>(step_m_);
+        if (!taken && !wall) added[cell].push_back(node.z);
+      }
+    }
+  }
+  for (size_t cell = 0; cell < added.size(); ++cell) {
+    for (const float z : added[cell]) nodes_.push_back({static_cast<int>(cell), z});
+  }
+}
+
+int GuideMap::NearestNode(const Eigen::Vector3d& point) const {
+  const int cell = CellOf(point.x(), point.y());
+  int best = -1;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int dj = -1; dj <= 1; ++dj) {
+    for (int di = -1; di <= 1; ++di) {
+      const int i = cell % columns_ + di;
+      const int j = cell / columns_ + dj;
+      if (i < 0 || j < 0 || i >= columns_ || j >= rows_) continue;
+      const auto at = static_cast<size_t>(j * columns_ + i);
+      for (int k = first_[at]; k < first_[at + 1]; ++k) {
+        const double dz = std::abs(nodes_[static_cast<size_t>(k)].z - point.z());
+        const double distance = dz + (di != 0 || dj != 0 ? cell_m_ : 0.0);
+        if (dz > step_m_ || distance >= nearest) continue;
+        nearest = distance;
+        best = k;
+      }
+    }
+  }
+  return best;
+}
+
+std::vector<float> GuideMap::DistancesTo(std::span<const Eigen::Vector3d> goals) const {
+  std::vector<float> distances(nodes_.size(), kInfinity);
+  using Entry = std::pair<float, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+  for (const Eigen::Vector3d& goal : goals) {
+    const int node = NearestNode(goal);
+    if (node < 0) continue;
+    distances[static_cast<size_t>(node)] = 0.0F;
+    open.emplace(0.0F, node);
+  }
+  const auto edge = static_cast<float>(cell_m_);
+  while (!open.empty()) {
+    const auto [distance, index] = open.top();
+    open.pop();
+    if (distance > distances[static_cast<size_t>(index)]) continue;
+    const Node node = nodes_[static_cast<size_t>(index)];
+    for (int dj = -1; dj <= 1; ++dj) {
+      for (int di = -1; di <= 1; ++di) {
+        const int i = node.cell % columns_ + di;
+        const int j = node.cell / columns_ + dj;
+        if (i < 0 || j < 0 || i >= columns_ || j >= rows_) continue;
+        const float length = edge * (di != 0 && dj != 0 ? std::sqrt(2.0F) : 1.0F);
+        const auto cell = static_cast<size_t>(j * columns_ + i);
+        for (int k = first_[cell]; k < first_[cell + 1]; ++k) {
+          const auto other = static_cast<size_t>(k);
+          if (std::abs(nodes_[other].z - node.z) > static_cast<float>(step_m_)) continue;
+          if (distance + length >= distances[other]) continue;
+          distances[other] = distance + length;
+          open.emplace(distances[other], k);
+        }
+      }
+    }
+  }
+  return distances;
+}
+
+double GuideMap::LowerBound(const std::vector<float>& distances, const Eigen::Vector3d& point) const {
+  const int node = NearestNode(point);
+  if (node < 0) return std::numeric_limits<double>::infinity();
+  const double detour = std::cos(M_PI / 8.0);
+  const double ends = 2.0 * std::sqrt(2.0) * cell_m_;
+  return std::max(0.0, detour * distances[static_cast<size_t>(node)] - ends);
+}
+
+}  // namespace legopt

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "legopt/generate/stance_probe.h"
+
+namespace legopt {
+
+/// Coarse map of where feet can be, for the planner's heuristic: a lower bound of the length of any walk.
+///
+/// Nodes are (square of `cell_m`, height). A square has a node where one of its four samples meets a surface that is
+/// flat enough and has room for a shin above it. Gaps (no surface within the step height) are bridged by nodes up to
+/// half a step's reach from solid ones, because feet may stride over them; blocked squares (walls, cars) are not.
+/// Neighbours (of eight) within the step height are joined.
+class GuideMap {
+ public:
+  explicit GuideMap(const ProbeModel& model, double cell_m = 0.2);
+
+  /// Distances from any of the goals by Dijkstra over the grid [m]; by node; infinity where there is no way.
+  std::vector<float> DistancesTo(std::span<const Eigen::Vector3d> goals) const;
+  /// Lower bound of the length of a walk from `point`, given the result of DistancesTo: the grid distance without the
+  /// detour of eight directions (factor cos 22.5 deg) and without the squares at both ends.
+  double LowerBound(const std::vector<float>& distances, const Eigen::Vector3d& point) const;
+
+ private:
+  struct Node {
+    int cell;
+    float z;
+  };
+  int CellOf(double x, double y) const;
+  void AddSolid(const ProbeModel& model, std::vector<bool>& blocked);
+  void BridgeGaps(const std::vector<bool>& blocked, double reach_m);
+  void Index();
+  int NearestNode(const Eigen::Vector3d& point) const;
+
+  double cell_m_;
+  double step_m_;
+  Eigen::Vector2d origin_;
+  int columns_ = 0, rows_ = 0;
+  std::vector<Node> nodes_;  ///< by cell, then descending height
+  std::vector<int> first_;   ///< by cell: index of its first node; one more at the end
+};
+
+}  // namespace legopt
