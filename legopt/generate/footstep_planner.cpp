@@ -112,7 +112,8 @@ class Search {
   struct State {
     int foothold = -1;  ///< number in the table; -1: both feet on the goal
     double g = kInfinity;
-    double h = 0.0;
+    double h = 0.0;      ///< estimate of the steps that are left
+    double least = 0.0;  ///< lower bound of them
     int parent = -1;
     int round = -1;  ///< of the last expansion
   };
@@ -129,13 +130,14 @@ class Search {
   void Relax(int from, int to, double cost);
   bool Improve(std::int64_t limit);
   double LeastPossible();
-  FootstepPlan Extract(double proven);
+  FootstepPlan Extract();
   void Reopen();
 
   FootstepPlanner::Impl& planner_;
   const Stance& start_;
   std::array<int, 2> goal_{};  ///< numbers in the table
-  std::vector<float> distances_;
+  std::vector<float> cautious_;
+  std::vector<float> shortest_;
   std::vector<State> states_;
   std::unordered_map<int, int> state_of_;  ///< by number in the table; looked up only
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open_;
@@ -154,15 +156,19 @@ Search::Search(FootstepPlanner::Impl& planner, const Stance& start, const Stance
     goal_[static_cast<size_t>(foot)] = planner.table.AddLoose(foot, foothold);
     places[static_cast<size_t>(foot)] = foothold.position;
   }
-  distances_ = planner.guide->DistancesTo(places);
+  cautious_ = planner.guide->DistancesTo(places, GuideMap::Measure::kCautious);
+  shortest_ = planner.guide->DistancesTo(places, GuideMap::Measure::kShortest);
   StateOf(planner.table.AddLoose(kLeft, start.footholds[kLeft]));
 }
 
 int Search::StateOf(int foothold) {
   const auto [found, fresh] = state_of_.try_emplace(foothold, static_cast<int>(states_.size()));
   if (fresh) {
-    const double length = planner_.guide->LowerBound(distances_, planner_.table.entry(foothold).foothold.position);
-    states_.push_back({.foothold = foothold, .h = length / planner_.model->options.reach_m});
+    const Eigen::Vector3d& place = planner_.table.entry(foothold).foothold.position;
+    const double reach = planner_.model->options.reach_m;
+    states_.push_back({.foothold = foothold,
+                       .h = planner_.guide->Distance(cautious_, place) / reach,
+                       .least = planner_.guide->LowerBound(shortest_, place) / reach});
   }
   return found->second;
 }
@@ -265,7 +271,7 @@ bool Search::Improve(std::int64_t limit) {
 double Search::LeastPossible() {
   double least = At(kDone).g;
   for (const std::set<int>* set : {&members_, &inconsistent_}) {
-    for (const int id : *set) least = std::min(least, At(id).g + At(id).h);
+    for (const int id : *set) least = std::min(least, At(id).g + At(id).least);
   }
   return least;
 }
@@ -279,11 +285,10 @@ void Search::Reopen() {
   ++round_;
 }
 
-/// `proven`: inflation of the last search that was finished.
-FootstepPlan Search::Extract(double proven) {
+FootstepPlan Search::Extract() {
   FootstepPlan plan;
   plan.cost = At(kDone).g;
-  plan.bound = std::max(1.0, std::min(proven, plan.cost / LeastPossible()));
+  plan.bound = std::max(1.0, plan.cost / LeastPossible());
   std::vector<Foothold> steps;
   const int last = At(kDone).parent;
   const int other = 1 - planner_.table.entry(At(last).foothold).foot;
@@ -306,14 +311,12 @@ std::optional<FootstepPlan> Search::Run() {
   members_.insert(kStart);
   if (!Improve(planner_.options.max_expansions)) return {};
   const std::int64_t limit = expansions_ + planner_.options.extra_expansions;
-  double proven = epsilon_;
   while (epsilon_ > 1.0) {
     epsilon_ = std::max(1.0, epsilon_ - planner_.options.epsilon_step);
     Reopen();
     if (!Improve(limit)) break;
-    proven = epsilon_;
   }
-  return Extract(proven);
+  return Extract();
 }
 
 }  // namespace

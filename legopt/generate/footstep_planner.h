@@ -16,16 +16,16 @@ namespace legopt {
 /// the robot; positions are relative to the foot that stands, turned by its heading.
 struct PlannerOptions {
   std::vector<double> forward_m = {-0.25, 0.0, 0.15, 0.3, 0.45, 0.58};
-  std::vector<double> sideways_m = {0.22, 0.3, 0.4};              ///< outwards
-  std::vector<double> turn_rad = {0.0, M_PI / 18.0, M_PI / 9.0};  ///< outwards
-  double grid_m = 0.05;                                           ///< footholds lie on this grid ...
-  int headings = 36;                                              ///< ... with one of these headings
+  std::vector<double> sideways_m = {0.22, 0.3, 0.4};  ///< outwards
+  std::vector<double> turn_rad = {0.0, M_PI / 9.0};   ///< outwards
+  double grid_m = 0.1;                                ///< footholds lie on this grid ...
+  int headings = 36;                                  ///< ... with one of these headings
   std::vector<double> slides_m = {0.0, 0.03, -0.03};  ///< along the heading, tried in turn where a foot does not hold
   double height_cost = 0.3;                           ///< of a step over the full step height, in steps
   double turn_cost = 0.2;                             ///< of a turn by 30 degrees, in steps
-  double first_epsilon = 3.0;                         ///< inflation of the heuristic at the beginning, >= 1
-  double epsilon_step = 0.5;                          ///< by which it shrinks after every solution
-  std::int64_t max_expansions = 12000;                ///< until the first solution
+  double first_epsilon = 5.0;                         ///< inflation of the heuristic at the beginning, >= 1
+  double epsilon_step = 1.0;                          ///< by which it shrinks after every solution
+  std::int64_t max_expansions = 8000;                 ///< until the first solution
   std::int64_t extra_expansions = 1500;               ///< after it, to improve the bound
 };
 
@@ -45,8 +45,10 @@ struct FootstepPlan {
 /// (StanceProbe), the feet are at most the reach apart, and the trunk box over both feet is free. Near the goal its
 /// exact footholds are actions, too. Cost: 1 per step plus shares for height and turning.
 ///
-/// Heuristic: GuideMap::LowerBound / reach, a lower bound of the number of steps, because consecutive footholds are at
-/// most the reach apart. Bound: min(epsilon, cost / smallest g + h of the states still open), as published.
+/// Heuristic: the cautious distance of GuideMap over the reach, an estimate of the steps that are left, not a bound.
+/// Bound: cost / min of g + l over the states still open, where l = GuideMap::LowerBound / reach is a lower bound of
+/// the number of steps (consecutive footholds are at most the reach apart) up to the resolution of the map. This is the
+/// published bound of ARA* without its first part, epsilon, which needs an admissible heuristic.
 ///
 /// One thread. Footholds found are remembered for later plans and do not change them.
 class FootstepPlanner {

@@ -233,7 +233,7 @@ class GarageMaker {
     const int upper_i = i == 2 ? 4 : 1;
     const int upper_j = 1 + DrawIndex(2);
     building_.foci.emplace_back(upper_i * pitch_x_, upper_j * pitch_y_, 1.5 * storey_);
-    building_.foci.emplace_back((i == 2 ? 0.5 : 4.5) * pitch_x_, width_, storey_ + 0.5 * kParapet);
+    building_.foci.emplace_back((i == 2 ? 3.5 : 4.5) * pitch_x_, width_, storey_ + 0.5 * kParapet);
     const std::array<std::string, 4> names = {first + std::to_string(j), first + std::to_string(side),
                                               "column-0-" + std::to_string(i + 1) + "-" + std::to_string(j),
                                               "column-1-" + std::to_string(upper_i) + "-" + std::to_string(upper_j)};

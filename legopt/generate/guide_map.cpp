@@ -9,6 +9,7 @@ namespace legopt {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNarrow = 4.0F;  // price of places that a walker avoids
 
 }  // namespace
 
@@ -20,6 +21,7 @@ GuideMap::GuideMap(const ProbeModel& model, double cell_m)
   std::vector<bool> blocked(static_cast<size_t>(columns_) * static_cast<size_t>(rows_), false);
   AddSolid(model, blocked);
   Index();
+  PriceNarrowPlaces(blocked);
   BridgeGaps(blocked, 0.5 * model.options.reach_m);
   Index();
 }
@@ -35,9 +37,10 @@ void GuideMap::AddSolid(const ProbeModel& model, std::vector<bool>& blocked) {
   const Terrain& terrain = model.terrain;
   const double least_nz = std::cos(model.options.slope_rad);
   const double shin_m = 0.5 * model.options.trunk_low_m;
+  const double trunk_top_m = model.options.trunk_low_m + model.options.trunk_m.z();
   std::vector<Terrain::Hit> hits;
   for (int cell = 0; cell < columns_ * rows_; ++cell) {
-    std::vector<float> heights;
+    std::vector<std::pair<float, float>> heights;  // and prices
     bool any = false;
     for (int sample = 0; sample < 4; ++sample) {
       const double x = origin_.x() + (cell % columns_ + 0.25 + 0.5 * (sample % 2)) * cell_m_;
@@ -46,15 +49,16 @@ void GuideMap::AddSolid(const ProbeModel& model, std::vector<bool>& blocked) {
       for (const Terrain::Hit& hit : hits) {
         any = true;
         if (terrain.normal(hit.triangle).z() < least_nz) continue;
-        if (terrain.NextAbove(x, y, hit.z_m) - hit.z_m >= shin_m) heights.push_back(static_cast<float>(hit.z_m));
+        const double room = terrain.NextAbove(x, y, hit.z_m) - hit.z_m;
+        if (room >= shin_m) heights.emplace_back(static_cast<float>(hit.z_m), room < trunk_top_m ? kNarrow : 1.0F);
       }
     }
     blocked[static_cast<size_t>(cell)] = any;
     std::sort(heights.begin(), heights.end(), std::greater<>());
     float last = kInfinity;
-    for (const float z : heights) {
+    for (const auto& [z, price] : heights) {
       if (last - z < 0.5F * static_cast<float>(step_m_)) continue;
-      nodes_.push_back({cell, z});
+      nodes_.push_back({cell, z, price});
       last = z;
     }
   }
@@ -66,6 +70,24 @@ void GuideMap::Index() {
   first_.assign(static_cast<size_t>(columns_ * rows_) + 1, 0);
   for (const Node& node : nodes_) ++first_[static_cast<size_t>(node.cell) + 1];
   for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
+}
+
+/// Of the solid nodes: a neighbouring cell has no ground to stand on at this height, and something else stands there.
+void GuideMap::PriceNarrowPlaces(const std::vector<bool>& blocked) {
+  constexpr int kSpan = 2;
+  for (Node& node : nodes_) {
+    for (int k = 0; k < (2 * kSpan + 1) * (2 * kSpan + 1); ++k) {
+      const int i = node.cell % columns_ + k % (2 * kSpan + 1) - kSpan;
+      const int j = node.cell / columns_ + k / (2 * kSpan + 1) - kSpan;
+      if (i < 0 || j < 0 || i >= columns_ || j >= rows_) continue;
+      const auto cell = static_cast<size_t>(j * columns_ + i);
+      bool level = false;
+      for (int n = first_[cell]; n < first_[cell + 1]; ++n) {
+        level = level || std::abs(nodes_[static_cast<size_t>(n)].z - node.z) <= static_cast<float>(step_m_);
+      }
+      if (!level && blocked[cell]) node.price = kNarrow;
+    }
+  }
 }
 
 /// Of the cells within reach of a solid node, those that have nothing near its height and nothing that blocks.
@@ -92,7 +114,7 @@ void GuideMap::BridgeGaps(const std::vector<bool>& blocked, double reach_m) {
     }
   }
   for (size_t cell = 0; cell < added.size(); ++cell) {
-    for (const float z : added[cell]) nodes_.push_back({static_cast<int>(cell), z});
+    for (const float z : added[cell]) nodes_.push_back({static_cast<int>(cell), z, kNarrow});
   }
 }
 
@@ -118,7 +140,7 @@ int GuideMap::NearestNode(const Eigen::Vector3d& point) const {
   return best;
 }
 
-std::vector<float> GuideMap::DistancesTo(std::span<const Eigen::Vector3d> goals) const {
+std::vector<float> GuideMap::DistancesTo(std::span<const Eigen::Vector3d> goals, Measure measure) const {
   std::vector<float> distances(nodes_.size(), kInfinity);
   using Entry = std::pair<float, int>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
@@ -134,12 +156,13 @@ std::vector<float> GuideMap::DistancesTo(std::span<const Eigen::Vector3d> goals)
     open.pop();
     if (distance > distances[static_cast<size_t>(index)]) continue;
     const Node node = nodes_[static_cast<size_t>(index)];
+    const float price = measure == Measure::kCautious ? node.price : 1.0F;
     for (int dj = -1; dj <= 1; ++dj) {
       for (int di = -1; di <= 1; ++di) {
         const int i = node.cell % columns_ + di;
         const int j = node.cell / columns_ + dj;
         if (i < 0 || j < 0 || i >= columns_ || j >= rows_) continue;
-        const float length = edge * (di != 0 && dj != 0 ? std::sqrt(2.0F) : 1.0F);
+        const float length = edge * (di != 0 && dj != 0 ? std::sqrt(2.0F) : 1.0F) * price;
         const auto cell = static_cast<size_t>(j * columns_ + i);
         for (int k = first_[cell]; k < first_[cell + 1]; ++k) {
           const auto other = static_cast<size_t>(k);
@@ -154,12 +177,15 @@ std::vector<float> GuideMap::DistancesTo(std::span<const Eigen::Vector3d> goals)
   return distances;
 }
 
-double GuideMap::LowerBound(const std::vector<float>& distances, const Eigen::Vector3d& point) const {
+double GuideMap::Distance(const std::vector<float>& distances, const Eigen::Vector3d& point) const {
   const int node = NearestNode(point);
-  if (node < 0) return std::numeric_limits<double>::infinity();
+  return node < 0 ? std::numeric_limits<double>::infinity() : distances[static_cast<size_t>(node)];
+}
+
+double GuideMap::LowerBound(const std::vector<float>& shortest, const Eigen::Vector3d& point) const {
   const double detour = std::cos(M_PI / 8.0);
   const double ends = 2.0 * std::sqrt(2.0) * cell_m_;
-  return std::max(0.0, detour * distances[static_cast<size_t>(node)] - ends);
+  return std::max(0.0, detour * Distance(shortest, point) - ends);
 }
 
 }  // namespace legopt
