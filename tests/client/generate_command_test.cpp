@@ -1,0 +1,52 @@
+// Policy: `generate` makes new folders only, repeats itself byte by byte, and names what is wrong with its arguments.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "client/exit_codes.h"
+#include "program_run.h"
+#include "tests/problem/test_data.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr int kUsage = static_cast<int>(ExitCode::kUsage);
+
+TEST(GenerateCommand, ScenarioRepeatsByteByByteAndNothingIsOverwritten) {
+  const test::TemporaryFolder folder;
+  const std::vector<std::string> words = {"generate", "scenario", "--kind", "house", "--seed", "5", "--no-pictures"};
+  const auto run = [&](const std::string& out) {
+    std::vector<std::string> all = words;
+    all.insert(all.end(), {"--out", out});
+    return RunLegopt(all, folder.path());
+  };
+  const ProgramResult first = run("a");
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_THAT(first.out, HasSubstr("walkable_share"));
+  ASSERT_EQ(run("b").exit_code, 0);
+  for (const char* file : {"scene.ply", "scenario.json"}) {
+    EXPECT_EQ(test::ReadText(folder.path() / "a" / file), test::ReadText(folder.path() / "b" / file)) << file;
+  }
+  const ProgramResult again = run("a");
+  EXPECT_EQ(again.exit_code, kUsage);
+  EXPECT_THAT(again.err, HasSubstr("exists already"));
+}
+
+TEST(GenerateCommand, BadArgumentsAreNamed) {
+  const test::TemporaryFolder folder;
+  const auto error_of = [&](const std::vector<std::string>& words) {
+    const ProgramResult result = RunLegopt(words, folder.path());
+    EXPECT_EQ(result.exit_code, kUsage) << result.err;
+    return result.err;
+  };
+  EXPECT_THAT(error_of({"generate", "scenario", "--kind", "hous", "--out", "a"}), HasSubstr("house"));
+  EXPECT_THAT(error_of({"generate", "scenario", "--level", "hardest", "--out", "a"}), HasSubstr("hard"));
+  EXPECT_THAT(error_of({"generate", "scenario"}), HasSubstr("--out"));
+  EXPECT_THAT(error_of({"generate", "problems", "--from", "nowhere", "--out", "a"}), HasSubstr("nowhere"));
+  EXPECT_THAT(error_of({"generate", "dataset", "--postures", "-3", "--out", "a"}), HasSubstr("--postures"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "a"));
+}
+
+}  // namespace
+}  // namespace legopt::client
