@@ -90,6 +90,7 @@ ExitCode BuildDataset(const DatasetFlags& flags) {
     options.robot_folder = flags.robot ? std::filesystem::path(*flags.robot) : DefaultDatasetFolder();
     options.scenario = OptionsOf(flags.scenario);
   }
+  options.Validate();
   const std::string source = Dataset::Load(options.robot_folder)->content_hash();
   NewFolder folder(out, options.Identity() + ", from " + source + "\n");
   GenerationProgress progress;

@@ -322,26 +322,6 @@ void Builder::Finish() {
   for (const char* state : {"plans-same.json", "plans-different.json"}) fs::remove(folder_ / state);
 }
 
-void Validate(const DatasetOptions& options) {
-  const auto refuse = [](const char* field, const std::string& value, const char* message, const char* fix) {
-    throw InputError({"", field, value, message, fix});
-  };
-  const bool plain = !options.name.empty() &&
-                     std::all_of(options.name.begin(), options.name.end(),
-                                 [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; });
-  if (!plain) refuse("--name", options.name, "must consist of letters, digits, '-' and '_'", "e.g. my-garage");
-  constexpr int kMost = 100000;
-  for (const auto& [field, value, least] :
-       {std::tuple("--stances", options.stances, 2), std::tuple("--same-floor", options.same_floor, 0),
-        std::tuple("--different-floors", options.different_floors, 0), std::tuple("--postures", options.postures, 0),
-        std::tuple("--threads", options.threads, 1)}) {
-    if (value < least || value > kMost) refuse(field, std::to_string(value), "out of range", "see --help");
-  }
-  if (options.same_floor + options.different_floors == 0) {
-    refuse("--same-floor", "0", "a dataset needs plans: postures are chosen from their stances", "ask for some");
-  }
-}
-
 }  // namespace
 
 std::string DatasetOptions::Identity() const {
@@ -358,8 +338,28 @@ std::string DatasetOptions::Identity() const {
   return text;
 }
 
+void DatasetOptions::Validate() const {
+  const auto refuse = [](const char* field, const std::string& value, const char* message, const char* fix) {
+    throw InputError({"", field, value, message, fix});
+  };
+  const bool plain = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '_';
+  });
+  if (!plain) refuse("--name", name, "must consist of letters, digits, '-' and '_'", "e.g. my-garage");
+  constexpr int kMost = 100000;
+  for (const auto& [field, value, least] :
+       {std::tuple("--stances", stances, 2), std::tuple("--same-floor", same_floor, 0),
+        std::tuple("--different-floors", different_floors, 0), std::tuple("--postures", postures, 0),
+        std::tuple("--threads", threads, 1)}) {
+    if (value < least || value > kMost) refuse(field, std::to_string(value), "out of range", "see --help");
+  }
+  if (same_floor + different_floors == 0) {
+    refuse("--same-floor", "0", "a dataset needs plans: postures are chosen from their stances", "ask for some");
+  }
+}
+
 DatasetReport BuildDataset(const DatasetOptions& options, const fs::path& folder, const BuildProgress& progress) {
-  Validate(options);
+  options.Validate();
   return Builder(options, folder, progress).Build();
 }
 

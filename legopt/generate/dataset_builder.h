@@ -30,6 +30,8 @@ struct DatasetOptions {
 
   /// Everything that decides the result, as text: resuming is allowed when it is equal.
   std::string Identity() const;
+  /// Throws InputError naming the command-line flag that is out of range.
+  void Validate() const;
 };
 
 /// What was made, for the user's eyes.
