@@ -35,6 +35,8 @@ class Conformance : public testing::TestWithParam<BedKind> {
     client_ = &bed_->Add(kClient);
   }
 
+  static bool keyed() { return GetParam() == BedKind::kSimulatedWithKey; }
+
   void ServeEcho(Endpoint& endpoint) {
     endpoint.Serve(MessageType::kQuery, [this](Request&& request, Responder responder) {
       ++handled_;
