@@ -69,6 +69,10 @@ void SimulatedNetwork::Send(const Station* from, Port port, std::span<const std:
 }
 
 void SimulatedNetwork::Deliver(Station& to, Port port, const Bytes& bytes) {
+  if (to.inbox.size() >= misfortune_.receive_buffer) {
+    ++to.counters.kernel_drops;
+    return;
+  }
   const auto spread = std::max<std::int64_t>(0, (misfortune_.max_delay - misfortune_.min_delay).count());
   microseconds delay = misfortune_.min_delay;
   if (spread > 0) delay += microseconds(Below(static_cast<std::uint64_t>(spread) + 1));
@@ -154,6 +158,10 @@ int SimulatedTransport::Poll(std::span<pollfd> extra, microseconds /*max_wait*/)
 
 microseconds SimulatedTransport::now() const { return network_->now(); }
 std::int64_t SimulatedTransport::deployment() const { return deployment_; }
+std::optional<microseconds> SimulatedTransport::next_arrival() const {
+  if (station_->inbox.empty()) return std::nullopt;
+  return station_->inbox.begin()->first;
+}
 TransportCounters SimulatedTransport::counters() const { return station_->counters; }
 
 }  // namespace legopt::bus

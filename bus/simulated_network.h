@@ -35,6 +35,8 @@ struct Misfortune {
   microseconds min_delay{0};
   microseconds max_delay{0};
   microseconds reorder_delay{50'000};
+  // Datagrams that may wait for a party, those under way included; more are lost, as in a kernel's receive buffer.
+  std::size_t receive_buffer = SIZE_MAX;
 
   // The chaos of the reliability note, section 6: 20 % loss, 5 % duplication, 10 % reordering, 0 - 50 ms delay.
   static Misfortune StandardChaos();
@@ -101,6 +103,9 @@ class SimulatedTransport final : public Transport {
   std::int64_t deployment() const override;
   const MessageKey* key() const override { return key_.get(); }
   TransportCounters counters() const override;
+
+  // When this party's next datagram is due, perhaps in the past; empty when none is under way.
+  std::optional<microseconds> next_arrival() const;
 
  private:
   friend class SimulatedNetwork;

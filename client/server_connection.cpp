@@ -7,7 +7,6 @@
 #include <legopt_msg/query_request.hpp>
 #include <legopt_msg/status_reply.hpp>
 #include <legopt_msg/status_request.hpp>
-#include <legopt_msg/submit_request.hpp>
 #include <memory>
 #include <utility>
 
@@ -15,6 +14,7 @@
 #include "client/client_error.h"
 #include "client/experiment_status.h"
 #include "client/interrupt.h"
+#include "client/submit_call.h"
 
 namespace legopt::client {
 namespace {
@@ -55,39 +55,48 @@ ServerConnection::~ServerConnection() = default;
 std::string ServerConnection::address() const { return options_.group + ":" + std::to_string(options_.port); }
 
 template <class Request>
-typename bus::CallOf<Request>::Reply ServerConnection::Ask(Request request, microseconds timeout,
-                                                           const std::function<void()>& tick) {
+typename bus::CallOf<Request>::Reply ServerConnection::Ask(Request request, microseconds timeout) {
   using Outcome = bus::CallOutcome<typename bus::CallOf<Request>::Reply>;
-  // Shared, because a tick may leave by an exception before the answer comes.
-  const auto shared = std::make_shared<std::optional<Outcome>>();
-  std::optional<Outcome>& outcome = *shared;
+  const auto outcome = std::make_shared<std::optional<Outcome>>();
   bus::CallOptions call;
   call.timeout = timeout;
   const auto id = bus::CallMessage(endpoint_, bus::kServer, std::move(request), call,
-                                   [shared](Outcome&& reply) { *shared = std::move(reply); });
+                                   [outcome](Outcome&& reply) { *outcome = std::move(reply); });
+  try {
+    Await([&] { return outcome->has_value(); }, {});
+  } catch (const ClientError&) {
+    endpoint_.Abandon(id);
+    throw;
+  }
+  return Answer(std::move(**outcome));
+}
+
+// A tick may leave by an exception before the answer comes.
+void ServerConnection::Await(const std::function<bool()>& answered, const std::function<void()>& tick) {
   microseconds next_tick = endpoint_.now() + kTickInterval;
-  while (!outcome) {
+  while (!answered()) {
     endpoint_.Poll(kPollSlice);
-    if (!outcome && tick && endpoint_.now() >= next_tick) {
+    if (!answered() && tick && endpoint_.now() >= next_tick) {
       tick();
       next_tick = endpoint_.now() + kTickInterval;
     }
-    if (!outcome && Interrupted()) {
-      endpoint_.Abandon(id);
-      throw ClientError(ExitCode::kInterrupted, "interrupted");
-    }
+    if (!answered() && Interrupted()) throw ClientError(ExitCode::kInterrupted, "interrupted");
   }
-  if (outcome->status == bus::CallResult::kTimeout) {
+}
+
+template <class Reply>
+Reply ServerConnection::Answer(bus::CallOutcome<Reply> outcome) const {
+  if (outcome.status == bus::CallResult::kTimeout) {
     throw ClientError(ExitCode::kUnreachable,
                       "no legopt-server answers at " + address() +
                           "; start one ('legopt-server --db results.sqlite'), set --port or LEGOPT_PORT to where it "
                           "listens, or read a database file with --db" +
                           (transport_.key() == nullptr ? "" : ". A server without this key cannot answer us"));
   }
-  if (!outcome->ok()) {
-    throw ClientError(ExitCode::kUsage, "the server at " + address() + " refused the request: " + outcome->error);
+  if (!outcome.ok()) {
+    throw ClientError(ExitCode::kUsage, "the server at " + address() + " refused the request: " + outcome.error);
   }
-  return std::move(outcome->reply);
+  return std::move(outcome.reply);
 }
 
 legopt_msg::probe_reply ServerConnection::Probe() {
@@ -98,11 +107,12 @@ legopt_msg::probe_reply ServerConnection::Probe() {
 
 legopt_msg::submit_reply ServerConnection::Submit(const std::string& submission_id, const std::string& spec_json,
                                                   const std::function<void()>& tick) {
-  Probe();
   legopt_msg::submit_request request;
   request.submission_id = submission_id;
   request.spec_json = spec_json;
-  auto reply = Ask(request, std::max(timeout_, kWorkTimeout), tick);
+  const SubmitCall call(endpoint_, std::move(request), {timeout_, kWorkTimeout});
+  Await([&] { return call.outcome().has_value(); }, tick);
+  auto reply = Answer(*call.outcome());
   if (reply.status == kSubmitRefused) {
     throw ClientError(ExitCode::kUsage, "the server refused the experiment: " + reply.message);
   }

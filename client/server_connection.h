@@ -9,7 +9,7 @@
 
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
-#include "bus/messages.h"
+#include "bus/typed_calls.h"
 
 namespace legopt::client {
 
@@ -55,8 +55,10 @@ class ServerConnection {
 
  private:
   template <class Request>
-  typename bus::CallOf<Request>::Reply Ask(Request request, std::chrono::microseconds timeout,
-                                           const std::function<void()>& tick = {});
+  typename bus::CallOf<Request>::Reply Ask(Request request, std::chrono::microseconds timeout);
+  void Await(const std::function<bool()>& answered, const std::function<void()>& tick);
+  template <class Reply>
+  Reply Answer(bus::CallOutcome<Reply> outcome) const;
 
   bus::LcmOptions options_;
   bus::LcmTransport transport_;

@@ -310,6 +310,9 @@ std::optional<MemoryStore::Accepted> MemoryStore::accepted_result(std::int64_t j
 
 std::int64_t MemoryStore::num_accepted() const { return static_cast<std::int64_t>(tables_->results.size()); }
 std::int64_t MemoryStore::num_stale() const { return static_cast<std::int64_t>(tables_->stale.size()); }
+bool MemoryStore::has_stale(std::int64_t job_id, int attempt) const {
+  return tables_->stale.contains({job_id, attempt});
+}
 
 std::optional<JobState> MemoryStore::job_state(std::int64_t job_id) const {
   const auto job = tables_->jobs.find(job_id);

@@ -30,6 +30,7 @@ class MemoryStore : public Store {
   std::optional<Accepted> accepted_result(std::int64_t job_id) const;
   std::int64_t num_accepted() const;
   std::int64_t num_stale() const;
+  bool has_stale(std::int64_t job_id, int attempt) const;
   std::optional<JobState> job_state(std::int64_t job_id) const;
   int num_attempts(std::int64_t job_id) const;
 

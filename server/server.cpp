@@ -56,13 +56,21 @@ void Server::Serve(bus::MessageType type, bool always, Handler handler) {
       return;
     }
     if (always || store_healthy()) {
-      handler(request.sender, *message, responder);
-    } else if (deferred_.size() < options_.max_deferred) {
-      deferred_.emplace_back([handler, sender = request.sender, kept = std::move(*message), responder] {
-        handler(sender, kept, responder);
-      });
+      try {
+        handler(request.sender, *message, responder);
+        return;
+      } catch (const db::StoreError& error) {
+        // Handlers read before they change anything: this one can be run again.
+        if (!error.transient()) throw;
+        StoreFailed(error);
+      }
     }
-    // Otherwise the request stays unanswered: its caller repeats it after a time-out.
+    // Beyond the limit the request stays unanswered: its caller repeats it after a time-out.
+    if (deferred_.size() >= options_.max_deferred) return;
+    deferred_.push_back({[handler, sender = request.sender, kept = std::move(*message), responder] {
+                           handler(sender, kept, responder);
+                         },
+                         responder});
   });
 }
 
@@ -252,17 +260,10 @@ void Server::Commit() {
     store_.Apply(ops_);
   } catch (const db::StoreError& error) {
     if (!error.transient()) throw;
-    if (store_healthy()) {
-      spdlog::error("the database cannot be written, nothing is leased or acknowledged: {}", error.what());
-      store_retry_after_ = options_.first_store_retry;
-    } else {
-      store_retry_after_ = std::min(2 * store_retry_after_, options_.max_store_retry);
-    }
-    store_error_ = error.what();
-    store_retry_at_ = endpoint_.now() + store_retry_after_;
+    StoreFailed(error);
     return;
   }
-  if (!store_healthy()) spdlog::warn("the database can be written again");
+  if (!store_healthy()) spdlog::warn("the database can be used again");
   store_error_.clear();
   ops_.clear();
   if (ops_.capacity() > kMaxOpsPerCommit) ops_.shrink_to_fit();
@@ -272,10 +273,31 @@ void Server::Commit() {
   replies_.clear();
 }
 
+void Server::StoreFailed(const db::StoreError& error) {
+  if (store_healthy()) {
+    spdlog::error("the database cannot be used, nothing is leased or acknowledged: {}", error.what());
+    store_retry_after_ = options_.first_store_retry;
+  } else {
+    store_retry_after_ = std::min(2 * store_retry_after_, options_.max_store_retry);
+  }
+  store_error_ = error.what();
+  store_retry_at_ = endpoint_.now() + store_retry_after_;
+}
+
 // In the order of arrival; what they cause is committed in the next round.
 void Server::ResumeDeferred() {
-  std::deque<std::function<void()>> waiting = std::exchange(deferred_, {});
-  for (auto& handle : waiting) handle();
+  while (store_healthy() && !deferred_.empty()) {
+    try {
+      deferred_.front().handle();
+    } catch (const db::StoreError& error) {
+      if (!error.transient()) throw;
+      StoreFailed(error);
+      return;
+    } catch (const std::exception& error) {
+      deferred_.front().responder.Reject(bus::ErrorCode::kHandlerFailed, error.what());
+    }
+    deferred_.pop_front();
+  }
 }
 
 legopt_msg::probe_reply ProbeReply(const ServerOptions& options, microseconds uptime, std::int64_t wall_clock_us) {

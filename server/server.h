@@ -37,9 +37,9 @@ struct ServerOptions {
 /// A round takes what has arrived, applies all its operations in one commit, and only then sends the replies: whatever
 /// a caller is told is on disk. A busy server groups rounds into one commit: it waits until commit_interval has passed
 /// since the last one or commit_batch replies depend on it. What arrives at an idle server is committed at once. While
-/// the store reports a full disk, an I/O error or a lock, the same transaction is tried again and again; nothing is
-/// acknowledged or leased, heartbeats, status and queries are answered, and other requests wait. Other store errors end
-/// Round with that StoreError.
+/// the store reports a full disk, an I/O error or a lock, in writing or reading, the same transaction is tried again
+/// and again; nothing is acknowledged or leased, heartbeats, status and queries are answered, and other requests wait.
+/// Other store errors end Round with that StoreError.
 ///
 /// Thread rule: the endpoint's thread.
 class Server {
@@ -59,6 +59,10 @@ class Server {
   void Round(microseconds max_wait, std::span<const pollfd> extra = {});
   /// The part of a round after polling; for drivers that poll the endpoint themselves (simulations).
   void Work();
+  /// How long such a driver may wait before Work has something to do although nothing arrives; at most `max_wait`.
+  microseconds WaitTime(microseconds max_wait) const;
+  /// Nothing waits for a commit: the scheduler and the store agree.
+  bool settled() const { return ops_.empty(); }
 
   /// A client asked for the end of the server.
   bool shutdown_requested() const { return shutdown_requested_; }
@@ -72,6 +76,10 @@ class Server {
   struct Pending {
     bus::Responder responder;
     std::string body;
+  };
+  struct Deferred {
+    std::function<void()> handle;
+    bus::Responder responder;
   };
 
   void RegisterHandlers();
@@ -89,9 +97,9 @@ class Server {
   /// Before an answer about the state: it tells, and a query sees, nothing but what is on disk and all that is known.
   void CommitNow();
   void Commit();
+  void StoreFailed(const db::StoreError& error);
   void ResumeDeferred();
   Instant Now() const;
-  microseconds WaitTime(microseconds max_wait) const;
 
   bus::Endpoint& endpoint_;
   db::Store& store_;
@@ -105,7 +113,7 @@ class Server {
   std::vector<Pending> replies_;
   std::string store_error_;  ///< empty: healthy
   microseconds store_retry_at_{0}, store_retry_after_{0};
-  std::deque<std::function<void()>> deferred_;
+  std::deque<Deferred> deferred_;
   microseconds last_commit_{0};
   bool tidy_ = true;
   std::map<std::int64_t, bus::Responder> open_queries_;

@@ -14,8 +14,6 @@
 namespace legopt::worker {
 namespace {
 
-constexpr microseconds kResultTimeout = std::chrono::seconds(10);
-constexpr microseconds kCallTimeout = std::chrono::seconds(3);
 constexpr microseconds kLongestWait = std::chrono::seconds(1);
 // Between a job process closing its socket and being gone; a crash takes a moment.
 constexpr microseconds kClosingGrace = std::chrono::milliseconds(500);
@@ -29,10 +27,10 @@ Supervisor::Supervisor(ServerLink& link, SupervisorOptions options, spdlog::logg
       options_(std::move(options)),
       logger_(logger),
       pool_(options_.pool, link.now()),
-      children_(static_cast<std::size_t>(options_.pool.slots)),
-      self_(std::make_shared<Supervisor*>(this)) {}
+      calls_(link_, pool_),
+      children_(static_cast<std::size_t>(options_.pool.slots)) {}
 
-Supervisor::~Supervisor() { *self_ = nullptr; }
+Supervisor::~Supervisor() = default;
 
 pid_t Supervisor::child_pid(int slot) const {
   const auto& process = children_[static_cast<std::size_t>(slot)].process;
@@ -208,54 +206,6 @@ void Supervisor::ForwardLog(int slot, ChildProcess& process) {
     if (end > 0) logger_.debug("slot {}: {}", slot, PrintableText(rest.substr(0, end), kMaxMessageBytes));
     rest.remove_prefix(std::min(end + 1, rest.size()));
   }
-}
-
-// --- The server ------------------------------------------------------------------------------------------------------
-
-template <class Request, class Handler>
-void Supervisor::Ask(const Request& request, microseconds timeout, Handler handler) {
-  using Reply = typename bus::CallOf<Request>::Reply;
-  link_.Call(bus::CallOf<Request>::kType, bus::Encode(request), timeout,
-             [self = self_, handler = std::move(handler)](bus::CallResult&& result) {
-               if (*self == nullptr) return;
-               std::string error = result.error;
-               std::optional<Reply> reply;
-               if (result.status == bus::CallResult::kOk) reply = bus::Decode<Reply>(result.body, &error);
-               handler((*self)->pool_, (*self)->link_.now(), reply ? &*reply : nullptr, error);
-             });
-}
-
-void Supervisor::CarryOut(const CallHello& action) {
-  Ask(action.request, kCallTimeout,
-      [](Pool& pool, microseconds now, const legopt_msg::hello_reply* reply, const std::string& error) {
-        pool.OnHelloReply(now, reply, error);
-      });
-}
-
-void Supervisor::CarryOut(const CallLease& action) {
-  Ask(action.request, pool_.lease_call_timeout(),
-      [](Pool& pool, microseconds now, const legopt_msg::lease_reply* reply, const std::string& error) {
-        pool.OnLeaseReply(now, reply, error);
-      });
-}
-
-void Supervisor::CarryOut(const CallHeartbeat& action) {
-  Ask(action.request, pool_.heartbeat_interval(),
-      [](Pool& pool, microseconds now, const legopt_msg::heartbeat_reply* reply, const std::string& error) {
-        pool.OnHeartbeatReply(now, reply, error);
-      });
-}
-
-void Supervisor::CarryOut(const CallMethod& action) {
-  Ask(action.request, kCallTimeout,
-      [hash = action.request.hash](Pool& pool, microseconds now, const legopt_msg::method_reply* reply,
-                                   const std::string& error) { pool.OnMethodReply(now, hash, reply, error); });
-}
-
-void Supervisor::CarryOut(const CallResult& action) {
-  Ask(*action.request, kResultTimeout,
-      [key = action.key](Pool& pool, microseconds now, const legopt_msg::result_reply* reply,
-                         const std::string& error) { pool.OnResultReply(now, key, reply, error); });
 }
 
 // --- Humans, and the end ---------------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@
 
 #include "worker/child_process.h"
 #include "worker/pool.h"
+#include "worker/pool_calls.h"
 #include "worker/server_link.h"
 
 namespace legopt::worker {
@@ -46,17 +47,14 @@ class Supervisor {
 
   // Carries out all pending actions; an exit code when the worker is done.
   std::optional<int> CarryOutActions();
-  template <class Request, class Handler>
-  void Ask(const Request& request, microseconds timeout, Handler handler);
   void CarryOut(const StartChild& action);
   void CarryOut(const AssignJob& action);
   void CarryOut(const CancelJob& action);
   void CarryOut(const KillChild& action);
-  void CarryOut(const CallHello& action);
-  void CarryOut(const CallLease& action);
-  void CarryOut(const CallHeartbeat& action);
-  void CarryOut(const CallMethod& action);
-  void CarryOut(const CallResult& action);
+  template <class Call>
+  void CarryOut(const Call& action) {
+    calls_.CarryOut(action);
+  }
   void CarryOut(const LogLine& action);
   void CarryOut(const ExitWorker& action);
 
@@ -72,10 +70,9 @@ class Supervisor {
   SupervisorOptions options_;
   spdlog::logger& logger_;
   Pool pool_;
+  PoolCalls calls_;
   std::vector<Child> children_;
   std::optional<int> exit_code_;
-  // Callbacks of calls that outlive this object do nothing.
-  std::shared_ptr<Supervisor*> self_;
 };
 
 }  // namespace legopt::worker

@@ -1,0 +1,161 @@
+#include "tests/simulation/checker.h"
+
+#include <algorithm>
+
+namespace legopt::simulation {
+namespace {
+
+using db::AttemptOutcome;
+using db::JobState;
+
+constexpr int kMaxAttempts = 3;  // as in ExperimentText
+
+constexpr int kFinished = 0;  // result_request.outcome
+constexpr int kCancelled = 4;
+constexpr int kAccepted = 0;  // result_reply.status
+constexpr int kDuplicate = 1;
+constexpr int kStale = 2;
+
+AttemptOutcome OutcomeOf(int reported) {
+  constexpr AttemptOutcome kOutcomes[] = {AttemptOutcome::kFinished,  AttemptOutcome::kCrashed,
+                                          AttemptOutcome::kTimeLimit, AttemptOutcome::kMemoryLimit,
+                                          AttemptOutcome::kCancelled, AttemptOutcome::kError};
+  return kOutcomes[reported];
+}
+
+class Checker {
+ public:
+  Checker(const Record& record, const StoredState& state, const JobManners& manners)
+      : record_(record), state_(state), manners_(manners), faults_(record.violations) {}
+
+  std::vector<std::string> Run() {
+    CheckSubmissions();
+    for (const auto& [id, job] : state_.jobs) CheckJob(id, job);
+    for (const auto& [key, attempt] : state_.attempts) CheckAttempt(key, attempt);
+    for (const auto& [key, report] : record_.reports) CheckReport(key, report);
+    CheckCancelled();
+    return faults_;
+  }
+
+ private:
+  void Fault(const std::string& what) { faults_.push_back(what); }
+
+  void CheckSubmissions() {
+    std::map<std::string, std::int64_t> found;
+    for (const auto& [id, experiment] : state_.experiments) {
+      const auto submission = record_.submissions.find(experiment.submission_id);
+      if (submission == record_.submissions.end()) {
+        Fault("unexpected: experiment " + std::to_string(id) + " of submission " + experiment.submission_id);
+      } else if (submission->second.num_jobs != experiment.num_jobs) {
+        Fault("wrong state: experiment " + std::to_string(id) + " has " + std::to_string(experiment.num_jobs) +
+              " jobs");
+      }
+      if (!found.emplace(experiment.submission_id, id).second) {
+        Fault("duplicated: submission " + experiment.submission_id + " made two experiments");
+      }
+    }
+    for (const auto& [id, submission] : record_.submissions) {
+      if (!submission.experiment_id) continue;
+      const auto stored = found.find(id);
+      if (stored == found.end() || stored->second != *submission.experiment_id) {
+        Fault("lost: submission " + id + " was acknowledged as experiment " +
+              std::to_string(*submission.experiment_id));
+      }
+    }
+  }
+
+  void CheckJob(std::int64_t id, const StoredState::Job& job) {
+    const std::string name = "job " + std::to_string(id);
+    if ((job.state == JobState::kDone) != job.accepted.has_value()) Fault("wrong state: " + name + ": done or not");
+    if (!db::IsTerminal(job.state)) Fault("lost: " + name + " never ended");
+    if (job.accepted && IsPoison(manners_, id)) Fault("unexpected: " + name + " is poison and has a result");
+    if (job.accepted && job.cost != CostOf(id, *job.accepted)) {
+      Fault("wrong state: " + name + " has the result of another job or attempt");
+    }
+    int charged = 0;
+    for (int attempt = 1; attempt <= job.attempts; ++attempt) {
+      const AttemptOutcome outcome = state_.attempts.at({id, attempt}).outcome;
+      charged += outcome != AttemptOutcome::kReturned && outcome != AttemptOutcome::kCancelled ? 1 : 0;
+    }
+    const bool used_up = job.state == JobState::kDead || job.state == JobState::kFailed;
+    if (used_up ? charged != kMaxAttempts : charged > kMaxAttempts) {
+      Fault("wrong state: " + name + " is " + std::string(db::ToString(job.state)) + " after " +
+            std::to_string(charged) + " charged attempts");
+    }
+    const auto& experiment = state_.experiments.at(job.experiment_id);
+    if (job.state == JobState::kCancelled && experiment.state != db::ExperimentState::kCancelled) {
+      Fault("wrong state: " + name + " is cancelled, its experiment is not");
+    }
+  }
+
+  // What a worker alone can know must have been reported by the one that had the lease.
+  void CheckAttempt(const AttemptKey& key, const db::AttemptRecord& attempt) {
+    const std::string name = "attempt " + std::to_string(key.second) + " of job " + std::to_string(key.first);
+    if (attempt.outcome == AttemptOutcome::kRunning) Fault("lost: " + name + " runs for ever");
+    if (attempt.outcome == AttemptOutcome::kExpired || attempt.outcome == AttemptOutcome::kReturned ||
+        attempt.outcome == AttemptOutcome::kCancelled) {
+      return;
+    }
+    const auto report = record_.reports.find({key.first, key.second, attempt.token});
+    const bool sent = report != record_.reports.end();
+    // What was given back too often is charged as an error.
+    const bool given_back = sent && report->second.outcome == kCancelled && attempt.outcome == AttemptOutcome::kError;
+    if (!sent || (OutcomeOf(report->second.outcome) != attempt.outcome && !given_back)) {
+      Fault("unexpected: " + name + " ended as " + std::string(db::ToString(attempt.outcome)));
+    }
+  }
+
+  void CheckReport(const Record::ResultKey& key, const Record::Report& report) {
+    const auto& [job_id, attempt, token] = key;
+    const std::string name = "report of attempt " + std::to_string(attempt) + " of job " + std::to_string(job_id);
+    const auto stored = state_.attempts.find({job_id, attempt});
+    if (stored == state_.attempts.end() || stored->second.token != token) {
+      return Fault("lost: lease of the " + name);
+    }
+    for (const int answer : report.answers) {
+      if (report.outcome == kCancelled) {
+        if (answer > kDuplicate || stored->second.outcome == AttemptOutcome::kFinished) {
+          Fault("wrong state: the " + name + ", given back, was answered with " + std::to_string(answer));
+        }
+      } else if (answer == kAccepted || answer == kDuplicate) {
+        if (stored->second.outcome != OutcomeOf(report.outcome)) Fault("lost: the " + name + " was acknowledged");
+        const auto& accepted = state_.jobs.at(job_id).accepted;
+        if (report.outcome == kFinished && accepted != attempt) Fault("lost: the result in the " + name);
+      } else if (answer == kStale) {
+        if (!state_.stale.contains({job_id, attempt})) Fault("lost: the stale " + name + " was not kept");
+        if (state_.jobs.at(job_id).accepted == attempt) Fault("wrong state: the " + name + " is stale and accepted");
+      } else {
+        Fault("wrong state: the " + name + " was refused");
+      }
+    }
+  }
+
+  void CheckCancelled() {
+    for (const auto& [id, experiment] : state_.experiments) {
+      const auto told = record_.results_at_cancel.find(id);
+      if (experiment.state == db::ExperimentState::kCancelled && !record_.cancel_asked.contains(id)) {
+        Fault("unexpected: experiment " + std::to_string(id) + " is cancelled");
+      }
+      if (told == record_.results_at_cancel.end()) continue;
+      if (AcceptedOf(state_, id) != told->second) {
+        Fault("unexpected: results of experiment " + std::to_string(id) + " after it was cancelled");
+      }
+      if (experiment.state == db::ExperimentState::kActive) {
+        Fault("lost: the cancellation of experiment " + std::to_string(id));
+      }
+    }
+  }
+
+  const Record& record_;
+  const StoredState& state_;
+  const JobManners& manners_;
+  std::vector<std::string> faults_;
+};
+
+}  // namespace
+
+std::vector<std::string> FaultsOf(const Record& record, const StoredState& state, const JobManners& manners) {
+  return Checker(record, state, manners).Run();
+}
+
+}  // namespace legopt::simulation

@@ -1,0 +1,106 @@
+#include "tests/simulation/disk.h"
+
+#include <cstdlib>
+
+#include "db/connection.h"
+#include "db/read_only_database.h"
+#include "db/sqlite_store.h"
+
+namespace legopt::simulation {
+namespace {
+
+// Memory where there is such a folder: a commit must reach the file, not a platter.
+std::filesystem::path MakeFolder() {
+  const std::filesystem::path memory = "/dev/shm";
+  const auto parent = std::filesystem::is_directory(memory) ? memory : std::filesystem::temp_directory_path();
+  std::string name = (parent / "legopt-simulation-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) std::abort();
+  return name;
+}
+
+std::int64_t IntOf(const db::Value& value) { return std::get<std::int64_t>(value); }
+const std::string& TextOf(const db::Value& value) { return std::get<std::string>(value); }
+
+}  // namespace
+
+StoredState MemoryDisk::Read() {
+  StoredState state;
+  for (const db::ExperimentSummary& summary : store_.LoadOpenState().experiments) {
+    state.experiments[summary.experiment_id] = {summary.submission_id, summary.state, summary.first_job_id,
+                                                summary.num_jobs};
+    for (std::int64_t id = summary.first_job_id; id < summary.first_job_id + summary.num_jobs; ++id) {
+      StoredState::Job& job = state.jobs[id];
+      job.experiment_id = summary.experiment_id;
+      job.state = store_.job_state(id).value();
+      job.attempts = store_.num_attempts(id);
+      if (const auto result = store_.accepted_result(id)) {
+        job.accepted = result->attempt;
+        job.cost = result->result.cost;
+      }
+      for (int attempt = 1; attempt <= job.attempts; ++attempt) {
+        state.attempts[{id, attempt}] = store_.FindAttempt(id, attempt).value();
+        if (store_.has_stale(id, attempt)) state.stale.insert({id, attempt});
+      }
+    }
+  }
+  return state;
+}
+
+SqliteDisk::SqliteDisk() : folder_(MakeFolder()) {}
+
+SqliteDisk::~SqliteDisk() {
+  store_.reset();
+  std::filesystem::remove_all(folder_);
+}
+
+db::Store& SqliteDisk::Open() {
+  store_ = db::OpenSqliteStore(folder_ / "results.sqlite");
+  return *store_;
+}
+
+StoredState SqliteDisk::Read() {
+  StoredState state;
+  db::ReadOnlyDatabase database(folder_ / "results.sqlite");
+  for (const auto& row :
+       database.Query("SELECT experiment_id, submission_id, state, first_job_id, num_jobs FROM experiments").rows) {
+    state.experiments[IntOf(row[0])] = {TextOf(row[1]), db::ParseExperimentState(TextOf(row[2])).value(), IntOf(row[3]),
+                                        IntOf(row[4])};
+  }
+  for (const auto& row : database
+                             .Query("SELECT j.job_id, c.experiment_id, j.state, j.attempts, r.attempt, r.cost "
+                                    "FROM jobs AS j JOIN cells AS c USING (cell_id) LEFT JOIN results AS r "
+                                    "ON r.job_id = j.job_id")
+                             .rows) {
+    StoredState::Job& job = state.jobs[IntOf(row[0])];
+    job.experiment_id = IntOf(row[1]);
+    job.state = db::ParseJobState(TextOf(row[2])).value();
+    job.attempts = static_cast<int>(IntOf(row[3]));
+    if (std::holds_alternative<std::int64_t>(row[4])) {
+      job.accepted = static_cast<int>(IntOf(row[4]));
+      job.cost = std::get<double>(row[5]);
+    }
+  }
+  for (const auto& row : database
+                             .Query("SELECT a.job_id, a.attempt, a.token, a.worker_id, a.outcome, j.state "
+                                    "FROM attempts AS a JOIN jobs AS j USING (job_id)")
+                             .rows) {
+    state.attempts[{IntOf(row[0]), static_cast<int>(IntOf(row[1]))}] = {IntOf(row[2]), IntOf(row[3]),
+                                                                        db::ParseAttemptOutcome(TextOf(row[4])).value(),
+                                                                        db::ParseJobState(TextOf(row[5])).value()};
+  }
+  for (const auto& row : database.Query("SELECT job_id, attempt FROM stale_results").rows) {
+    state.stale.insert({IntOf(row[0]), static_cast<int>(IntOf(row[1]))});
+  }
+  return state;
+}
+
+std::string SqliteDisk::Examine() {
+  db::Connection database(folder_ / "results.sqlite", db::Connection::Mode::kReadOnly);
+  std::string faults;
+  if (const std::string told = database.QueryText("PRAGMA integrity_check"); told != "ok") faults += told;
+  db::Statement keys(database, "PRAGMA foreign_key_check");
+  while (keys.Step()) faults += " foreign key of " + keys.column_text(0);
+  return faults;
+}
+
+}  // namespace legopt::simulation

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+
+namespace legopt::simulation {
+
+/// The text of an experiment with `num_problems` jobs on dataset ddd...d, each third of them a motion when
+/// `motions` is set. `wall_limit_s` bounds each attempt; `name` is part of the content.
+std::string ExperimentText(const std::string& name, int num_problems, double wall_limit_s, bool motions);
+
+}  // namespace legopt::simulation

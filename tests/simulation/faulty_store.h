@@ -1,0 +1,57 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "db/store.h"
+#include "tests/simulation/process.h"
+
+namespace legopt::simulation {
+
+/// The faults of a disk, as long as they are set. They outlive the processes that meet them.
+struct DiskFaults {
+  std::optional<db::StoreErrorCode> writes;  ///< every commit fails so
+  bool reads = false;                        ///< reading fails with kIo
+};
+
+/// A store as a process meets it: its disk may fail, and the process may die before a commit, or after it and before
+/// anybody was told.
+class FaultyStore final : public db::Store {
+ public:
+  /// All must outlive it.
+  FaultyStore(db::Store& inner, Life& life, const DiskFaults& faults) : inner_(inner), life_(life), faults_(faults) {}
+
+  void Apply(std::span<const db::StoreOp> operations) override {
+    if (!life_.Pass()) throw ProcessDied{};
+    if (faults_.writes) throw db::StoreError(*faults_.writes, "simulated disk: writing fails");
+    inner_.Apply(operations);
+    if (!life_.Pass()) throw ProcessDied{};
+  }
+  db::OpenState LoadOpenState() override {
+    CheckReading();
+    return inner_.LoadOpenState();
+  }
+  std::optional<db::AttemptRecord> FindAttempt(std::int64_t job_id, int attempt) override {
+    CheckReading();
+    return inner_.FindAttempt(job_id, attempt);
+  }
+  std::optional<std::string> FindMethodOptions(const std::string& hash) override {
+    CheckReading();
+    return inner_.FindMethodOptions(hash);
+  }
+  void Idle() override {
+    if (faults_.writes) throw db::StoreError(*faults_.writes, "simulated disk: writing fails");
+    inner_.Idle();
+  }
+
+ private:
+  void CheckReading() const {
+    if (faults_.reads) throw db::StoreError(db::StoreErrorCode::kIo, "simulated disk: reading fails");
+  }
+
+  db::Store& inner_;
+  Life& life_;
+  const DiskFaults& faults_;
+};
+
+}  // namespace legopt::simulation

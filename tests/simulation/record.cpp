@@ -1,0 +1,67 @@
+#include "tests/simulation/record.h"
+
+#include <algorithm>
+
+namespace legopt::simulation {
+
+std::int64_t AcceptedOf(const StoredState& state, std::int64_t experiment_id) {
+  return std::count_if(state.jobs.begin(), state.jobs.end(), [experiment_id](const auto& job) {
+    return job.second.experiment_id == experiment_id && job.second.accepted;
+  });
+}
+
+void Record::OnSubmitted(const std::string& submission_id, std::int64_t experiment_id, std::int64_t num_jobs) {
+  Submission& submission = submissions[submission_id];
+  if (submission.experiment_id && *submission.experiment_id != experiment_id) {
+    Violation("duplicated: submission " + submission_id + " was acknowledged as experiment " +
+              std::to_string(*submission.experiment_id) + " and as " + std::to_string(experiment_id));
+  }
+  if (num_jobs != submission.num_jobs) {
+    Violation("wrong state: submission " + submission_id + " was acknowledged with " + std::to_string(num_jobs) +
+              " jobs instead of " + std::to_string(submission.num_jobs));
+  }
+  submission.experiment_id = experiment_id;
+}
+
+void Record::OnCancelled(std::int64_t experiment_id, const StoredState& state) {
+  results_at_cancel.emplace(experiment_id, AcceptedOf(state, experiment_id));
+}
+
+void Record::OnLease(const legopt_msg::lease& lease) {
+  const auto [known, first] = leases.emplace(lease.token, std::pair(lease.job_id, lease.attempt));
+  if (!first && known->second != std::pair(lease.job_id, static_cast<int>(lease.attempt))) {
+    Violation("duplicated: a token was given twice, for jobs " + std::to_string(known->second.first) + " and " +
+              std::to_string(lease.job_id));
+  }
+}
+
+void Record::OnRun(std::uint64_t life, std::int64_t job_id) {
+  auto& others = running_[job_id];
+  for (const auto& [other, excused] : others) {
+    if (!excused) Violation("duplicated: two workers run job " + std::to_string(job_id) + " at once");
+  }
+  others[life] = false;
+}
+
+void Record::OnRunEnded(std::uint64_t life, std::int64_t job_id) { running_[job_id].erase(life); }
+
+void Record::Excuse(std::uint64_t life) {
+  for (auto& [job, lives] : running_) {
+    if (const auto run = lives.find(life); run != lives.end()) run->second = true;
+  }
+}
+
+void Record::OnReport(const legopt_msg::result_request& request) {
+  const Report report{request.outcome, request.cost, {}};
+  const auto [known, first] = reports.emplace(ResultKey{request.job_id, request.attempt, request.token}, report);
+  if (!first && known->second.outcome != report.outcome) {
+    Violation("wrong state: a worker reported attempt " + std::to_string(request.attempt) + " of job " +
+              std::to_string(request.job_id) + " in two ways");
+  }
+}
+
+void Record::OnAnswer(const legopt_msg::result_request& request, int status) {
+  reports.at({request.job_id, request.attempt, request.token}).answers.insert(status);
+}
+
+}  // namespace legopt::simulation

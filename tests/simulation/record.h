@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "legopt_msg/lease.hpp"
+#include "legopt_msg/result_request.hpp"
+#include "tests/simulation/disk.h"
+
+namespace legopt::simulation {
+
+/// What clients and workers did and what they were told: the history that the checker holds against the database.
+/// Faults that show at once are noted in `violations`.
+class Record {
+ public:
+  using ResultKey = std::tuple<std::int64_t, int, std::int64_t>;  ///< job, attempt, token
+
+  struct Submission {
+    std::int64_t num_jobs = 0;
+    std::optional<std::int64_t> experiment_id;  ///< as acknowledged
+  };
+  struct Report {
+    int outcome = 0;
+    double cost = 0;
+    std::set<int> answers;  ///< statuses of result_reply that were heard
+  };
+
+  void Violation(std::string what) { violations.push_back(std::move(what)); }
+
+  // Clients.
+  void OnSubmit(const std::string& submission_id, std::int64_t num_jobs) {
+    submissions[submission_id].num_jobs = num_jobs;
+  }
+  void OnSubmitted(const std::string& submission_id, std::int64_t experiment_id, std::int64_t num_jobs);
+  void OnCancelled(std::int64_t experiment_id, const StoredState& state);
+
+  // Workers. `life` names one life of one worker.
+  void OnLease(const legopt_msg::lease& lease);
+  void OnRun(std::uint64_t life, std::int64_t job_id);
+  void OnRunEnded(std::uint64_t life, std::int64_t job_id);
+  /// A paused worker cannot stop its jobs: these may run beside others.
+  void Excuse(std::uint64_t life);
+  void OnReport(const legopt_msg::result_request& request);
+  void OnAnswer(const legopt_msg::result_request& request, int status);
+
+  std::map<std::string, Submission> submissions;
+  std::set<std::int64_t> cancel_asked;
+  std::map<std::int64_t, std::int64_t> results_at_cancel;  ///< experiment -> accepted results when told "cancelled"
+  std::map<std::int64_t, std::pair<std::int64_t, int>> leases;  ///< token -> job, attempt
+  std::map<ResultKey, Report> reports;
+  std::vector<std::string> violations;
+
+ private:
+  std::map<std::int64_t, std::map<std::uint64_t, bool>> running_;  ///< job -> life -> excused
+};
+
+std::int64_t AcceptedOf(const StoredState& state, std::int64_t experiment_id);
+
+}  // namespace legopt::simulation

@@ -1,0 +1,171 @@
+#include "tests/simulation/simulated_client.h"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "bus/typed_calls.h"
+
+namespace legopt::simulation {
+namespace {
+
+constexpr microseconds kPresence{2'000'000};  // until a server must have answered
+constexpr microseconds kWork{5'000'000};
+constexpr microseconds kAskAgain{300'000};
+constexpr microseconds kStatusEvery{2'500'000};
+constexpr int kCreated = 0;
+constexpr int kKnown = 1;
+constexpr int kRefused = 2;
+
+}  // namespace
+
+SimulatedClient::SimulatedClient(World& world, Record& record, SimulatedServer& server)
+    : Process(world), record_(record), server_(server) {}
+
+SimulatedClient::~SimulatedClient() { Bury(); }
+
+bool SimulatedClient::Start() {
+  constexpr std::int64_t kFirstAddress = std::int64_t{1} << 32U;
+  endpoint_ = std::make_unique<bus::Endpoint>(
+      transport(), kFirstAddress + static_cast<std::int64_t>(world().Draw() >> 2U), world().Draw());
+  asking_ = false;
+  next_ask_ = world().now();
+  next_status_ = world().now() + world().Within(microseconds(0), kStatusEvery);
+  return true;
+}
+
+void SimulatedClient::Bury() {
+  submission_.reset();
+  endpoint_.reset();
+}
+
+microseconds SimulatedClient::next_turn() const {
+  microseconds next = std::min(next_status_, endpoint_->next_timer().value_or(microseconds::max()));
+  if (!asking_ && !plan_.empty()) next = std::min(next, next_ask_);
+  return next;
+}
+
+void SimulatedClient::Turn() {
+  endpoint_->Poll(microseconds(0));
+  if (submission_ && submission_->outcome()) TakeSubmitAnswer();
+  if (!asking_ && !plan_.empty() && world().now() >= next_ask_) {
+    asking_ = true;
+    plan_.front().ask(plan_.front());
+  }
+  if (world().now() >= next_status_) AskStatus();
+}
+
+// Not heard: asked again, as a user or a script would.
+void SimulatedClient::Answered(bool heard) {
+  asking_ = false;
+  next_ask_ = world().now() + kAskAgain;
+  if (heard) plan_.pop_front();
+}
+
+// --- Submissions -----------------------------------------------------------------------------------------------------
+
+void SimulatedClient::Submit(const std::string& submission_id, const std::string& spec_json, std::int64_t num_jobs) {
+  legopt_msg::submit_request request{};
+  request.submission_id = submission_id;
+  request.spec_json = spec_json;
+  const auto send = [this, request, num_jobs](const Step& step) {
+    record_.OnSubmit(step.submission_id, num_jobs);
+    SendSubmission(step.submission_id, request, false);
+  };
+  plan_.push_back({submission_id, send});
+  if (world().Chance(0.3)) plan_.push_back({submission_id, send});
+  if (world().Chance(0.2)) {
+    auto altered = request;
+    nlohmann::json other = nlohmann::json::parse(spec_json);
+    other["seed"] = 8;
+    altered.spec_json = other.dump();
+    plan_.push_back(
+        {submission_id, [this, altered](const Step& step) { SendSubmission(step.submission_id, altered, true); }});
+  }
+}
+
+void SimulatedClient::SendSubmission(const std::string& id, const legopt_msg::submit_request& request, bool altered) {
+  submission_ =
+      std::make_unique<client::SubmitCall>(*endpoint_, request, client::SubmitCall::Patience{kPresence, kWork});
+  on_submitted_ = [this, id, altered](const client::SubmitCall::Outcome& outcome) {
+    const int status = outcome.reply.status;
+    if (altered ? status != kRefused : status != kCreated && status != kKnown) {
+      record_.Violation("wrong state: submission " + id + (altered ? " with other content" : "") +
+                        " was answered with status " + std::to_string(status) + " " + outcome.reply.message);
+    } else if (!altered) {
+      record_.OnSubmitted(id, outcome.reply.experiment_id, outcome.reply.num_jobs);
+    }
+  };
+}
+
+void SimulatedClient::TakeSubmitAnswer() {
+  const client::SubmitCall::Outcome outcome = *submission_->outcome();
+  submission_.reset();
+  if (outcome.ok()) on_submitted_(outcome);
+  Answered(outcome.ok());
+}
+
+// --- Cancelling, status ----------------------------------------------------------------------------------------------
+
+void SimulatedClient::Cancel(const std::string& submission_id) {
+  plan_.push_back({submission_id, [this](const Step& step) { SendCancel(step.submission_id); }});
+}
+
+void SimulatedClient::SendCancel(const std::string& submission_id) {
+  const auto experiment_id = record_.submissions[submission_id].experiment_id;
+  if (!experiment_id) return Answered(false);  // another client has it under way
+  record_.cancel_asked.insert(*experiment_id);
+  legopt_msg::cancel_request request{};
+  request.experiment_id = *experiment_id;
+  bus::CallOptions options;
+  options.timeout = kPresence;
+  bus::CallMessage(
+      *endpoint_, bus::kServer, request, options,
+      [this, id = *experiment_id](bus::CallOutcome<legopt_msg::cancel_reply>&& reply) {
+        if (reply.ok() && reply.reply.status != 0) {
+          record_.Violation("lost: experiment " + std::to_string(id) + " cannot be cancelled: " + reply.reply.message);
+        }
+        if (reply.ok()) record_.OnCancelled(id, server_.disk().Read());
+        Answered(reply.ok());
+      });
+}
+
+void SimulatedClient::AskStatus() {
+  next_status_ = world().now() + kStatusEvery;
+  bus::CallOptions options;
+  options.timeout = kStatusEvery / 2;
+  std::set<std::int64_t> known;
+  for (const auto& [id, submission] : record_.submissions) {
+    if (submission.experiment_id) known.insert(*submission.experiment_id);
+  }
+  bus::CallMessage(*endpoint_, bus::kServer, legopt_msg::status_request{}, options,
+                   [this, known, done = done_](bus::CallOutcome<legopt_msg::status_reply>&& reply) {
+                     if (reply.ok()) CheckStatus(reply.reply.json, known, done);
+                   });
+}
+
+// What was acknowledged or shown before this was asked is still there, and every job is in one state.
+void SimulatedClient::CheckStatus(const std::string& json, std::set<std::int64_t> known,
+                                  const std::map<std::int64_t, std::int64_t>& done_before) {
+  const auto status = nlohmann::json::parse(json);
+  const bool on_disk = status.at("server").at("store_error").get<std::string>().empty();
+  for (const auto& experiment : status.at("experiments")) {
+    const auto id = experiment.at("id").get<std::int64_t>();
+    const auto& jobs = experiment.at("jobs");
+    known.erase(id);
+    std::int64_t sum = 0;
+    for (const char* state : {"queued", "leased", "done", "failed", "dead", "cancelled"}) {
+      sum += jobs.at(state).get<std::int64_t>();
+    }
+    const auto done = jobs.at("done").get<std::int64_t>();
+    const auto before = done_before.find(id);
+    if (sum != jobs.at("total").get<std::int64_t>() || (before != done_before.end() && done < before->second)) {
+      record_.Violation("wrong state: status of experiment " + std::to_string(id) + " shows " + jobs.dump());
+    }
+    if (on_disk) done_[id] = std::max(done_[id], done);
+  }
+  if (!known.empty()) {
+    record_.Violation("lost: status does not list experiment " + std::to_string(*known.begin()));
+  }
+}
+
+}  // namespace legopt::simulation

@@ -1,0 +1,233 @@
+#include "tests/simulation/simulated_worker.h"
+
+#include <csignal>
+#include <utility>
+
+#include "bus/codec.h"
+#include "worker/outcome.h"
+
+namespace legopt::simulation {
+namespace {
+
+using worker::Outcome;
+
+constexpr microseconds kRestart{400'000};
+constexpr std::uint64_t kLivesPerWorker = 100'000;
+
+}  // namespace
+
+bool IsPoison(const JobManners& manners, std::int64_t job_id) {
+  constexpr std::int64_t kWhich = 3;
+  return manners.poison_every > 0 && job_id % manners.poison_every == kWhich % manners.poison_every;
+}
+
+double CostOf(std::int64_t job_id, int attempt) { return static_cast<double>(job_id) + attempt / 128.0; }
+
+/// The link of the program, and a record of what was leased, sent and answered.
+class SimulatedWorker::ObservedLink final : public worker::ServerLink {
+ public:
+  ObservedLink(bus::Endpoint& endpoint, Record& record) : link_(endpoint), record_(record) {}
+
+  microseconds now() const override { return link_.now(); }
+  void Call(bus::MessageType type, std::string body, microseconds timeout,
+            std::function<void(bus::CallResult&&)> callback) override {
+    if (type == bus::MessageType::kResult) {
+      const auto request = bus::Decode<legopt_msg::result_request>(body).value();
+      record_.OnReport(request);
+      callback = [this, request, callback = std::move(callback)](bus::CallResult&& result) {
+        if (result.status == bus::CallResult::kOk) {
+          record_.OnAnswer(request, bus::Decode<legopt_msg::result_reply>(result.body).value().status);
+        }
+        callback(std::move(result));
+      };
+    } else if (type == bus::MessageType::kLease) {
+      callback = [this, callback = std::move(callback)](bus::CallResult&& result) {
+        if (result.status == bus::CallResult::kOk) {
+          for (const auto& lease : bus::Decode<legopt_msg::lease_reply>(result.body).value().jobs) {
+            record_.OnLease(lease);
+          }
+        }
+        callback(std::move(result));
+      };
+    }
+    link_.Call(type, std::move(body), timeout, std::move(callback));
+  }
+  void Wait(std::span<pollfd> extra, microseconds max_wait) override { link_.Wait(extra, max_wait); }
+
+ private:
+  worker::EndpointLink link_;
+  Record& record_;
+};
+
+SimulatedWorker::SimulatedWorker(World& world, Record& record, std::uint64_t number, int slots, JobManners manners)
+    : Process(world), record_(record), number_(number), slots_(slots), manners_(manners) {}
+
+SimulatedWorker::~SimulatedWorker() { Bury(); }
+
+std::uint64_t SimulatedWorker::life_id() const { return number_ * kLivesPerWorker + lives(); }
+
+// --- The process -----------------------------------------------------------------------------------------------------
+
+bool SimulatedWorker::Start() {
+  constexpr std::int64_t kFirstAddress = std::int64_t{1} << 32U;
+  const auto address = kFirstAddress + static_cast<std::int64_t>(world().Draw() >> 2U);
+  endpoint_ = std::make_unique<bus::Endpoint>(transport(), address, world().Draw());
+  link_ = std::make_unique<ObservedLink>(*endpoint_, record_);
+  worker::PoolOptions options;
+  options.slots = slots_;
+  options.name = "worker " + std::to_string(number_);
+  options.pid = 1;
+  options.protocol_version = bus::kProtocolVersion;
+  options.seed = world().Draw();
+  pool_ = std::make_unique<worker::Pool>(options, world().now());
+  calls_ = std::make_unique<worker::PoolCalls>(*link_, *pool_);
+  children_.assign(static_cast<std::size_t>(slots_), {});
+  exiting_ = false;
+  return true;
+}
+
+// Job processes die with their supervisor.
+void SimulatedWorker::Bury() {
+  for (const Child& process : children_) {
+    if (process.sequence != 0) record_.OnRunEnded(life_id(), process.job_id);
+  }
+  children_.clear();
+  arrived_.clear();
+  calls_.reset();
+  pool_.reset();
+  link_.reset();
+  endpoint_.reset();
+}
+
+microseconds SimulatedWorker::next_turn() const {
+  if (!arrived_.empty()) return world().now();
+  return std::min(pool_->next_deadline(), endpoint_->next_timer().value_or(microseconds::max()));
+}
+
+void SimulatedWorker::Turn() {
+  link_->Wait({}, microseconds(0));
+  for (auto& event : std::exchange(arrived_, {})) event();
+  pool_->Tick(world().now());
+  CarryOutActions();
+  if (exiting_) Exit(kRestart);
+}
+
+void SimulatedWorker::Stop() {
+  if (!up() || paused()) return;
+  pool_->Stop(world().now());
+  CarryOutActions();
+}
+
+void SimulatedWorker::CarryOutActions() {
+  for (auto actions = pool_->TakeActions(); !actions.empty(); actions = pool_->TakeActions()) {
+    for (const worker::Action& action : actions) {
+      std::visit([this](const auto& specific) { CarryOut(specific); }, action);
+    }
+  }
+}
+
+// --- Job processes ---------------------------------------------------------------------------------------------------
+
+void SimulatedWorker::Later(int slot, microseconds after, std::function<void()> event) {
+  const std::uint64_t life = life_id();
+  const std::uint64_t generation = child(slot).generation;
+  world().After(after, [this, slot, life, generation, event = std::move(event)] {
+    if (!up() || life_id() != life || child(slot).generation != generation) return;
+    arrived_.push_back([this, slot, generation, event] {
+      if (child(slot).generation == generation) event();
+    });
+  });
+}
+
+void SimulatedWorker::LaterInJob(int slot, microseconds after, std::function<void()> event) {
+  Later(slot, after, [this, slot, sequence = child(slot).sequence, event = std::move(event)] {
+    if (child(slot).sequence == sequence) event();
+  });
+}
+
+void SimulatedWorker::CarryOut(const worker::StartChild& action) {
+  Child& process = child(action.slot);
+  const std::uint64_t generation = process.generation + 1;
+  process = Child{};
+  process.generation = generation;
+  process.up = true;
+  Later(action.slot, world().Within(microseconds(5'000), microseconds(60'000)), [this, slot = action.slot] {
+    pool_->OnChildReady(world().now(), slot, {{"garage", std::string(64, 'd')}});
+  });
+}
+
+void SimulatedWorker::CarryOut(const worker::AssignJob& action) {
+  Child& process = child(action.slot);
+  process.sequence = action.sequence;
+  process.job_id = action.lease.job_id;
+  process.attempt = action.lease.attempt;
+  record_.OnRun(life_id(), process.job_id);
+  if (IsPoison(manners_, process.job_id) || world().Chance(manners_.misbehaves)) return Misbehave(action.slot);
+  LaterInJob(action.slot, world().Within(manners_.shortest, manners_.longest),
+             [this, slot = action.slot] { Finish(slot, ResultOf(child(slot))); });
+}
+
+void SimulatedWorker::Misbehave(int slot) {
+  const microseconds after = world().Within(microseconds(1'000), manners_.longest / 4);
+  const std::uint64_t how = IsPoison(manners_, child(slot).job_id) ? 0 : world().Below(5);
+  LaterInJob(slot, after, [this, slot, how] {
+    constexpr int kOutOfMemory = worker::kChildOutOfMemory;
+    switch (how) {
+      case 0:
+        return ChildExits(slot, SIGSEGV, 0);
+      case 1:
+        return ChildExits(slot, 0, kOutOfMemory);
+      case 2:
+        return Finish(slot, worker::ResultWithoutSolution(Outcome::kError, "no such problem"));
+      case 3:
+        return pool_->OnChildGarbage(world().now(), slot, "noise");
+      default:
+        return;  // hangs until its wall-time limit
+    }
+  });
+}
+
+legopt_msg::result_request SimulatedWorker::ResultOf(const Child& process) {
+  legopt_msg::result_request result = worker::ResultWithoutSolution(Outcome::kFinished, "");
+  result.solver_status = "converged_feasible";
+  result.wall_us = 1000;
+  result.verdict_literal = "success";
+  result.verdict_strict = "success";
+  result.cost = CostOf(process.job_id, process.attempt);
+  result.waypoint_size = 36;
+  constexpr std::uint64_t kMostRows = 20;
+  result.num_waypoints = world().Chance(manners_.large) ? 1 + static_cast<int>(world().Below(kMostRows)) : 1;
+  result.num_values = result.num_waypoints * result.waypoint_size;
+  result.waypoints.assign(static_cast<std::size_t>(result.num_values), result.cost);
+  return result;
+}
+
+void SimulatedWorker::Finish(int slot, legopt_msg::result_request result) {
+  Child& process = child(slot);
+  record_.OnRunEnded(life_id(), process.job_id);
+  pool_->OnChildResult(world().now(), slot, std::exchange(process.sequence, 0), std::move(result));
+}
+
+void SimulatedWorker::ChildExits(int slot, int signal, int exit_code) {
+  Child& process = child(slot);
+  if (process.sequence != 0) record_.OnRunEnded(life_id(), process.job_id);
+  process.sequence = 0;
+  process.up = false;
+  ++process.generation;
+  pool_->OnChildExited(world().now(), slot, {signal, exit_code, "last words", 1 << 20U});
+}
+
+void SimulatedWorker::CarryOut(const worker::CancelJob& action) {
+  if (child(action.slot).sequence == 0 || world().Chance(manners_.deaf)) return;
+  LaterInJob(action.slot, world().Within(microseconds(1'000), microseconds(100'000)), [this, slot = action.slot] {
+    Finish(slot, worker::ResultWithoutSolution(Outcome::kCancelled, "cancelled"));
+  });
+}
+
+void SimulatedWorker::CarryOut(const worker::KillChild& action) {
+  if (!child(action.slot).up) return;
+  Later(action.slot, world().Within(microseconds(500), microseconds(5'000)),
+        [this, slot = action.slot] { ChildExits(slot, SIGKILL, 0); });
+}
+
+}  // namespace legopt::simulation

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bus/endpoint.h"
+#include "tests/simulation/process.h"
+#include "tests/simulation/record.h"
+#include "worker/pool.h"
+#include "worker/pool_calls.h"
+#include "worker/server_link.h"
+
+namespace legopt::simulation {
+
+/// How jobs of a simulated worker go.
+struct JobManners {
+  microseconds shortest{5'000};
+  microseconds longest{1'500'000};
+  double misbehaves = 0.05;       ///< share of jobs that crash, hang, report an error or break the protocol
+  double large = 0.1;             ///< share of results that need several chunks
+  double deaf = 0.2;              ///< share of jobs that ignore being cancelled
+  std::int64_t poison_every = 8;  ///< one job id in so many crashes its process each time; 0: none
+};
+
+/// Whether the job is one that crashes whoever runs it.
+bool IsPoison(const JobManners& manners, std::int64_t job_id);
+
+/// What a finished attempt reports as its cost, so that it can be told whose result was stored.
+double CostOf(std::int64_t job_id, int attempt);
+
+/// The real Pool with its calls on a bus endpoint, over job processes that are played, as a process that can die.
+class SimulatedWorker final : public Process {
+ public:
+  /// All must outlive it. `number` tells workers apart.
+  SimulatedWorker(World& world, Record& record, std::uint64_t number, int slots, JobManners manners);
+  ~SimulatedWorker() override;
+
+  /// SIGTERM, as a user would stop it; it starts again a while after it has left.
+  void Stop();
+  const worker::Pool* pool() const { return pool_.get(); }
+  std::uint64_t life_id() const;
+
+ private:
+  class ObservedLink;
+  // A job process.
+  struct Child {
+    std::uint64_t generation = 0;  // events for an earlier process of the slot are void
+    bool up = false;
+    std::uint64_t sequence = 0;  // of its job, 0: none
+    std::int64_t job_id = 0;
+    int attempt = 0;
+  };
+
+  bool Start() override;
+  void Turn() override;
+  microseconds next_turn() const override;
+  void Bury() override;
+  void OnPause() override { record_.Excuse(life_id()); }
+
+  void CarryOutActions();
+  void CarryOut(const worker::StartChild& action);
+  void CarryOut(const worker::AssignJob& action);
+  void CarryOut(const worker::CancelJob& action);
+  void CarryOut(const worker::KillChild& action);
+  void CarryOut(const worker::LogLine&) {}
+  void CarryOut(const worker::ExitWorker&) { exiting_ = true; }
+  template <class Call>
+  void CarryOut(const Call& action) {
+    calls_->CarryOut(action);
+  }
+  void Misbehave(int slot);
+  void Finish(int slot, legopt_msg::result_request result);
+  void ChildExits(int slot, int signal, int exit_code);
+  /// Runs `event` later unless that job process is gone by then.
+  void Later(int slot, microseconds after, std::function<void()> event);
+  /// The same, unless the process is at another job by then.
+  void LaterInJob(int slot, microseconds after, std::function<void()> event);
+  legopt_msg::result_request ResultOf(const Child& child);
+  Child& child(int slot) { return children_[static_cast<std::size_t>(slot)]; }
+
+  Record& record_;
+  std::uint64_t number_;
+  int slots_;
+  JobManners manners_;
+  std::unique_ptr<bus::Endpoint> endpoint_;
+  std::unique_ptr<ObservedLink> link_;
+  std::unique_ptr<worker::Pool> pool_;
+  std::unique_ptr<worker::PoolCalls> calls_;
+  std::vector<Child> children_;
+  std::vector<std::function<void()>> arrived_;  // from job processes
+  bool exiting_ = false;
+};
+
+}  // namespace legopt::simulation
