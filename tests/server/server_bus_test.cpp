@@ -104,14 +104,19 @@ class ScriptedWorker {
   int left_ = 0;
 };
 
-// A store that counts its commits.
+// A store that counts its commits, and whose disk may fail in reading.
 class CountingStore : public db::MemoryStore {
  public:
+  std::optional<std::string> FindMethodOptions(const std::string& hash) override {
+    if (reading_fails) throw db::StoreError(db::StoreErrorCode::kIo, "reading fails");
+    return MemoryStore::FindMethodOptions(hash);
+  }
   void Apply(std::span<const db::StoreOp> operations) override {
     MemoryStore::Apply(operations);
     ++commits;
   }
   int commits = 0;
+  bool reading_fails = false;
 };
 
 class ServerOnBus : public testing::Test {
@@ -282,6 +287,21 @@ TEST_F(ServerOnBus, NothingIsAcknowledgedOrLeasedWhileTheStoreFails) {
   ASSERT_TRUE(RunUntil([&] { return submitted_.has_value() && AllDone(1) && AllDone(2); }));
   EXPECT_TRUE(server_->store_healthy());
   EXPECT_EQ(store_.num_accepted(), 10);
+}
+
+// Found by the simulation: a request put off while writing failed, whose handler then could not read, ended the server.
+TEST_F(ServerOnBus, RequestsWaitWhileReadingFails) {
+  store_.FailWith(db::StoreErrorCode::kIo);
+  store_.reading_fails = true;
+  Submit(SampleSpec(3));
+  EXPECT_FALSE(RunUntil([&] { return submitted_.has_value(); }, 2s));
+  store_.FailWith({});
+  EXPECT_FALSE(RunUntil([&] { return submitted_.has_value(); }, 2s));
+  EXPECT_EQ(endpoint_->counters().handler_failures, 0U);
+  store_.reading_fails = false;
+  ASSERT_TRUE(RunUntil([&] { return submitted_.has_value(); }, 5s));
+  EXPECT_EQ(submitted_->status, 0);
+  EXPECT_TRUE(server_->store_healthy());
 }
 
 TEST_F(ServerOnBus, StoreDefectEndsTheServer) {

@@ -25,7 +25,7 @@ class History {
         server_(world_, *disk_, record_, QuickTimes()),
         nemesis_(world_, {server_, workers_, clients_}) {
     if (world_.Chance(0.3)) manners_.longest = kShortJobs;
-    if (world_.Chance(0.2)) manners_.longest = kLongJobs;
+    if (world_.Chance(0.4)) manners_.longest = kLongJobs;
     const std::uint64_t num_workers = 2 + world_.Below(3);
     for (std::uint64_t i = 0; i < num_workers; ++i) {
       const int slots = 1 + static_cast<int>(world_.Below(2));

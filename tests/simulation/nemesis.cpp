@@ -64,7 +64,7 @@ void Nemesis::Land(Blow blow) {
     case Blow::kPartition: {
       SimulatedWorker& worker = AnyWorker();
       worker.SetPartition(1);
-      return world_.After(Outage(), [&worker] { worker.SetPartition(0); });
+      return world_.After(world_.Within(kSecond, 8 * kSecond), [&worker] { worker.SetPartition(0); });
     }
     default:
       return LandOnServer(blow);
