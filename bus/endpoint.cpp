@@ -10,8 +10,8 @@ namespace legopt::bus {
 
 std::string_view ToString(MessageType type) {
   static constexpr std::array<std::string_view, kLastMessageType + 1> kNames = {
-      "unknown", "probe",  "hello",  "lease", "heartbeat", "result",
-      "method",  "submit", "status", "query", "cancel",    "shutdown"};
+      "unknown", "probe",  "hello", "lease",  "heartbeat", "result", "method",
+      "submit",  "status", "query", "cancel", "shutdown",  "control"};
   const auto index = static_cast<std::int16_t>(type);
   return index >= 1 && index <= kLastMessageType ? kNames[static_cast<std::size_t>(index)] : kNames[0];
 }

@@ -71,6 +71,10 @@ inline constexpr std::string_view kLayout<legopt_msg::cancel_request> = "8";
 template <>
 inline constexpr std::string_view kLayout<legopt_msg::cancel_reply> = "48s";
 template <>
+inline constexpr std::string_view kLayout<legopt_msg::control_request> = "814s";
+template <>
+inline constexpr std::string_view kLayout<legopt_msg::control_reply> = "48s";
+template <>
 inline constexpr std::string_view kLayout<legopt_msg::shutdown_request> = "8";
 template <>
 inline constexpr std::string_view kLayout<legopt_msg::shutdown_reply> = "4";

@@ -1,6 +1,7 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <string>
 
@@ -30,6 +31,14 @@ LcmOptions LcmOptions::FromEnvironment() {
     options.port = static_cast<int>(port);
   }
   if (const char* file = std::getenv("LEGOPT_KEY_FILE"); file != nullptr) options.key_file = file;
+  if (const char* text = std::getenv("LEGOPT_DEPLOYMENT"); text != nullptr && *text != '\0') {
+    char* end = nullptr;
+    errno = 0;
+    options.deployment = std::strtoll(text, &end, 10);
+    if (*end != '\0' || errno != 0 || options.deployment < 1) {
+      Refuse("LEGOPT_DEPLOYMENT: \"" + std::string(text) + "\": must be a positive number of 63 bits");
+    }
+  }
   options.Validate();
   return options;
 }

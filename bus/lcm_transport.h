@@ -34,8 +34,8 @@ struct LcmOptions {
   // Without a key a TTL above 0 is refused, unless this says that everybody who can reach the group is trusted.
   bool trust_network = false;
 
-  // Defaults overridden by LEGOPT_GROUP, LEGOPT_PORT and LEGOPT_KEY_FILE of the environment. Throws BusError
-  // (kInvalidOption).
+  // Defaults overridden by LEGOPT_GROUP, LEGOPT_PORT, LEGOPT_DEPLOYMENT and LEGOPT_KEY_FILE of the environment. Throws
+  // BusError (kInvalidOption).
   static LcmOptions FromEnvironment();
   // Throws BusError (kInvalidOption) naming the field and its range.
   void Validate() const;

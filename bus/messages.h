@@ -7,6 +7,8 @@
 #include "legopt_msg/cancel_request.hpp"
 #include "legopt_msg/chunk.hpp"
 #include "legopt_msg/chunk_ack.hpp"
+#include "legopt_msg/control_reply.hpp"
+#include "legopt_msg/control_request.hpp"
 #include "legopt_msg/dataset_ref.hpp"
 #include "legopt_msg/frame.hpp"
 #include "legopt_msg/heartbeat_reply.hpp"
@@ -50,8 +52,9 @@ enum class MessageType : std::int16_t {
   kQuery = 9,      // client runs read-only SQL
   kCancel = 10,    // client cancels an experiment
   kShutdown = 11,  // client or launcher stops the server
+  kControl = 12,   // client pauses, resumes, holds, releases, favours or retries an experiment
 };
-inline constexpr std::int16_t kLastMessageType = 11;
+inline constexpr std::int16_t kLastMessageType = 12;
 
 // CallOf<Request>::kType and CallOf<Request>::Reply: which call a request message opens, and what answers it.
 template <class Request>
@@ -105,6 +108,11 @@ template <>
 struct CallOf<legopt_msg::cancel_request> {
   static constexpr MessageType kType = MessageType::kCancel;
   using Reply = legopt_msg::cancel_reply;
+};
+template <>
+struct CallOf<legopt_msg::control_request> {
+  static constexpr MessageType kType = MessageType::kControl;
+  using Reply = legopt_msg::control_reply;
 };
 template <>
 struct CallOf<legopt_msg::shutdown_request> {

@@ -25,7 +25,9 @@ constexpr std::int64_t kMostWaypoints = 1'000'000;
 constexpr std::int64_t kMostWaypointNumbers = 4096;
 constexpr std::int64_t kMostRows = 1'000'000;
 constexpr std::int64_t kMostSignals = 64;
+constexpr std::int64_t kMostPriority = 1000;
 constexpr size_t kNameBytes = 256;
+constexpr size_t kReasonBytes = 1000;
 constexpr size_t kIdBytes = 128;
 constexpr size_t kWordBytes = 64;
 constexpr size_t kTextBytes = 4096;
@@ -172,6 +174,14 @@ void PrepareForWire(legopt_msg::query_reply& message) {
 }
 template <>
 void PrepareForWire(legopt_msg::cancel_reply& message) {
+  Clean(message.message);
+}
+template <>
+void PrepareForWire(legopt_msg::control_request& message) {
+  Clean(message.reason, kReasonBytes);
+}
+template <>
+void PrepareForWire(legopt_msg::control_reply& message) {
   Clean(message.message);
 }
 
@@ -429,6 +439,25 @@ std::string Validate(const legopt_msg::cancel_request& m) {
 }
 
 std::string Validate(const legopt_msg::cancel_reply& m) {
+  return FieldCheck()
+      .Range("status", m.status, 0, 2)
+      .AtLeast("num_jobs", m.num_jobs, 0)
+      .Text("message", m.message, 0, kTextBytes)
+      .fault();
+}
+
+std::string Validate(const legopt_msg::control_request& m) {
+  const bool hold = m.action == 2;
+  const std::int64_t most = m.action == 4 ? kMostPriority : 0;
+  return FieldCheck()
+      .AtLeast("experiment_id", m.experiment_id, 1)
+      .Range("action", m.action, 0, 5)
+      .Range("priority", m.priority, -most, most)
+      .Text("reason", m.reason, hold ? 1 : 0, hold ? kReasonBytes : 0)
+      .fault();
+}
+
+std::string Validate(const legopt_msg::control_reply& m) {
   return FieldCheck()
       .Range("status", m.status, 0, 2)
       .AtLeast("num_jobs", m.num_jobs, 0)

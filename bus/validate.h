@@ -44,6 +44,10 @@ template <>
 void PrepareForWire(legopt_msg::query_reply& message);
 template <>
 void PrepareForWire(legopt_msg::cancel_reply& message);
+template <>
+void PrepareForWire(legopt_msg::control_request& message);
+template <>
+void PrepareForWire(legopt_msg::control_reply& message);
 
 std::string Validate(const legopt_msg::frame& message);
 std::string Validate(const legopt_msg::chunk& message);
@@ -71,6 +75,8 @@ std::string Validate(const legopt_msg::query_request& message);
 std::string Validate(const legopt_msg::query_reply& message);
 std::string Validate(const legopt_msg::cancel_request& message);
 std::string Validate(const legopt_msg::cancel_reply& message);
+std::string Validate(const legopt_msg::control_request& message);
+std::string Validate(const legopt_msg::control_reply& message);
 std::string Validate(const legopt_msg::shutdown_request& message);
 std::string Validate(const legopt_msg::shutdown_reply& message);
 

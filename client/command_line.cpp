@@ -83,6 +83,7 @@ void AddCommands(CLI::App& app, Invocation* invocation) {
   AddListCommand(app, invocation);
   AddShowCommand(app, invocation);
   AddCancelCommand(app, invocation);
+  AddControlCommands(app, invocation);
   AddTableCommand(app, invocation);
   AddQueryCommand(app, invocation);
   AddEvaluateCommand(app, invocation);

@@ -18,11 +18,11 @@ struct Options {
 
 Listing ExperimentListing(const std::vector<ExperimentStatus>& experiments) {
   Listing listing;
-  listing.columns = {"experiment", "name",   "state", "jobs",      "queued", "leased",
-                     "done",       "failed", "dead",  "cancelled", "solved"};
+  listing.columns = {"experiment", "name", "state",  "priority", "jobs",      "queued",
+                     "leased",     "done", "failed", "dead",     "cancelled", "solved"};
   for (const auto& e : experiments) {
-    listing.rows.push_back(
-        {e.id, e.name, e.state, e.total, e.queued, e.leased, e.done, e.failed, e.dead, e.cancelled, e.solved});
+    listing.rows.push_back({e.id, e.name, StateText(e), e.priority, e.total, e.queued, e.leased, e.done, e.failed,
+                            e.dead, e.cancelled, e.solved});
   }
   return listing;
 }
@@ -49,9 +49,9 @@ void RequireFound(const Listing& experiments, const Options& options) {
 ExitCode StatusOfFile(const Options& options) {
   const auto source = OpenResults(options.source);
   std::string sql =
-      "SELECT experiment_id AS experiment, name, state, jobs, queued, leased, done, failed, dead, cancelled, solved "
-      "FROM "
-      "experiment_list";
+      "SELECT experiment_id AS experiment, name, iif(state <> 'active' OR hold = 'none', state, "
+      "iif(hold = 'held', 'held: ' || hold_reason, hold)) AS state, priority, jobs, queued, leased, done, failed, "
+      "dead, cancelled, solved FROM experiment_list";
   if (options.experiment) sql += " WHERE experiment_id = " + std::to_string(*options.experiment);
   const Listing experiments = source->Query(sql + " ORDER BY experiment_id");
   RequireFound(experiments, options);

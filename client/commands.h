@@ -25,6 +25,8 @@ void AddStatusCommand(CLI::App& app, Invocation* invocation);
 void AddListCommand(CLI::App& app, Invocation* invocation);
 void AddShowCommand(CLI::App& app, Invocation* invocation);
 void AddCancelCommand(CLI::App& app, Invocation* invocation);
+/// pause, resume, hold, release, priority, retry.
+void AddControlCommands(CLI::App& app, Invocation* invocation);
 void AddTableCommand(CLI::App& app, Invocation* invocation);
 void AddQueryCommand(CLI::App& app, Invocation* invocation);
 void AddEvaluateCommand(CLI::App& app, Invocation* invocation);

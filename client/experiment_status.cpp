@@ -13,7 +13,8 @@ std::vector<ExperimentStatus> ParseExperiments(const nlohmann::json& status) {
       experiments.push_back({entry.at("id").get<std::int64_t>(), entry.at("name").get<std::string>(),
                              entry.at("state").get<std::string>(), count("total"), count("queued"), count("leased"),
                              count("done"), count("failed"), count("dead"), count("cancelled"),
-                             entry.at("solved").get<std::int64_t>()});
+                             entry.at("solved").get<std::int64_t>(), entry.value("hold", "none"),
+                             entry.value("hold_reason", ""), entry.value("priority", 0)});
       for (const auto& job : entry.value("running", nlohmann::json::array())) {
         experiments.back().running.push_back(
             {job.at("job").get<std::int64_t>(), job.at("task").get<std::string>(), job.at("worker").get<std::int64_t>(),
@@ -27,7 +28,18 @@ std::vector<ExperimentStatus> ParseExperiments(const nlohmann::json& status) {
   return experiments;
 }
 
+std::string StateText(const ExperimentStatus& status) {
+  if (status.over() || status.hold == "none") return status.state;
+  return status.hold == "held" ? "held: " + status.hold_reason : status.hold;
+}
+
 std::string StandstillReason(const nlohmann::json& status) {
+  const auto experiments = status.contains("experiments") ? ParseExperiments(status) : std::vector<ExperimentStatus>{};
+  for (const auto& experiment : experiments) {
+    if (experiment.over() || experiment.hold == "none") continue;
+    return "experiment " + std::to_string(experiment.id) + " is " + StateText(experiment) + "; 'legopt " +
+           (experiment.hold == "held" ? "release " : "resume ") + std::to_string(experiment.id) + "' lets it go on";
+  }
   int online = 0;
   for (const auto& worker : status.value("workers", nlohmann::json::array())) {
     if (!worker.value("online", false)) continue;

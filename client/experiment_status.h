@@ -31,6 +31,10 @@ struct ExperimentStatus {
   std::int64_t cancelled = 0;  ///< withdrawn
   std::int64_t solved = 0;     ///< of `done`: successes by the judge's literal rule
 
+  std::string hold = "none";  ///< "none", "paused" or "held"
+  std::string hold_reason;    ///< when held
+  int priority = 0;           ///< larger begins earlier
+
   std::vector<RunningJob> running = {};  ///< of `leased`: those that told their progress
 
   std::int64_t finished() const { return done + failed + dead + cancelled; }
@@ -41,8 +45,11 @@ struct ExperimentStatus {
 /// Reads the experiments of a status reply. Throws ClientError (kInternal) when the text is not what a server sends.
 std::vector<ExperimentStatus> ParseExperiments(const nlohmann::json& status);
 
-/// Why an unfinished experiment does not move, as far as the server's status tells: nobody works on it because no
-/// worker is connected, or none that has its dataset. Empty when somebody does.
+/// "active", "done", "cancelled", or what keeps an active one back: "paused", "held: the reason".
+std::string StateText(const ExperimentStatus& status);
+
+/// Why an unfinished experiment does not move, as far as the server's status tells: nobody works on it because it is
+/// paused or held, no worker is connected, or none that has its dataset. Empty when somebody does.
 std::string StandstillReason(const nlohmann::json& status);
 
 /// What the server says about a database that it cannot write at the moment; empty when all is well.

@@ -139,6 +139,10 @@ nlohmann::json ServerConnection::Query(const std::string& sql, int max_rows) {
   return json;
 }
 
+legopt_msg::control_reply ServerConnection::Control(legopt_msg::control_request request) {
+  return Ask(std::move(request), timeout_);
+}
+
 legopt_msg::cancel_reply ServerConnection::Cancel(std::int64_t experiment_id) {
   legopt_msg::cancel_request request;
   request.experiment_id = experiment_id;

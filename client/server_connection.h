@@ -46,6 +46,7 @@ class ServerConnection {
   /// Read-only SQL; the reply's JSON object: columns, rows, truncated.
   nlohmann::json Query(const std::string& sql, int max_rows);
   legopt_msg::cancel_reply Cancel(std::int64_t experiment_id);
+  legopt_msg::control_reply Control(legopt_msg::control_request request);
 
   /// "239.255.76.67:7667", for messages.
   std::string address() const;

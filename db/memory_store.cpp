@@ -1,5 +1,6 @@
 #include "db/memory_store.h"
 
+#include <cstdlib>
 #include <deque>
 #include <functional>
 #include <set>
@@ -98,11 +99,14 @@ struct MemoryStore::Tables {
   void Do(const AcceptResult& op);
   void Do(const RecordStaleResult& op);
   void Do(const CancelExperiment& op);
+  void Do(const ControlExperiment& op);
+  void Do(const RetryExperiment& op);
   void Do(const FinishExperiment& op);
   void Do(const PutWorker& op);
   void Do(const RecordEvent& op);
   void Close(std::int64_t experiment_id, ExperimentState state, std::int64_t at_us);
   ExperimentSummary Summarize(const ExperimentRow& row) const;
+  OpenExperiment Open(const ExperimentRow& row) const;
 };
 
 void MemoryStore::Tables::Do(const CreateExperiment& op) {
@@ -191,6 +195,7 @@ void MemoryStore::Tables::Close(std::int64_t experiment_id, ExperimentState stat
           "experiment is not active");
   Set(row->second.summary.state, state);
   Set(row->second.summary.finished_at_us, at_us);
+  Set(row->second.summary.control, ExperimentControl{Hold::kNone, "", row->second.summary.control.priority});
 }
 
 void MemoryStore::Tables::Do(const CancelExperiment& op) {
@@ -200,6 +205,33 @@ void MemoryStore::Tables::Do(const CancelExperiment& op) {
     Set(job.state, JobState::kCancelled);
   }
   Close(op.experiment_id, ExperimentState::kCancelled, op.at_us);
+}
+
+void MemoryStore::Tables::Do(const ControlExperiment& op) {
+  const auto row = experiments.find(op.experiment_id);
+  Require(row != experiments.end() && row->second.summary.state == ExperimentState::kActive,
+          "experiment is not active");
+  Require(
+      (op.control.hold == Hold::kHeld) == !op.control.reason.empty() && std::abs(op.control.priority) <= kMaxPriority,
+      "bad control");
+  Set(row->second.summary.control, op.control);
+}
+
+void MemoryStore::Tables::Do(const RetryExperiment& op) {
+  const auto row = experiments.find(op.experiment_id);
+  Require(row != experiments.end() && row->second.summary.state != ExperimentState::kCancelled,
+          "experiment cannot be retried");
+  bool any = false;
+  for (auto& [job_id, job] : jobs) {
+    if (job.experiment_id != op.experiment_id) continue;
+    if (job.state != JobState::kFailed && job.state != JobState::kDead) continue;
+    Set(job.state, JobState::kQueued);
+    Set(job.returned, static_cast<int>(job.attempts.size()));
+    any = true;
+  }
+  Require(any, "no job to retry");
+  Set(row->second.summary.state, ExperimentState::kActive);
+  Set(row->second.summary.finished_at_us, std::int64_t{0});
 }
 
 void MemoryStore::Tables::Do(const FinishExperiment& op) {
@@ -241,6 +273,24 @@ ExperimentSummary MemoryStore::Tables::Summarize(const ExperimentRow& row) const
   return summary;
 }
 
+OpenExperiment MemoryStore::Tables::Open(const ExperimentRow& row) const {
+  OpenExperiment open;
+  open.experiment_id = row.summary.experiment_id;
+  open.spec_json = row.spec_json;
+  for (std::int64_t id = row.summary.first_job_id; id < row.summary.first_job_id + row.summary.num_jobs; ++id) {
+    const JobRow& job = jobs.at(id);
+    OpenJob& open_job = open.jobs.emplace_back();
+    open_job.state = job.state;
+    open_job.attempts = static_cast<int>(job.attempts.size());
+    open_job.returned = job.returned;
+    if (job.attempts.empty()) continue;
+    open_job.token = job.attempts.back().token;
+    open_job.worker_id = job.attempts.back().worker_id;
+    open_job.outcome = job.attempts.back().outcome;
+  }
+  return open;
+}
+
 MemoryStore::MemoryStore() : tables_(std::make_unique<Tables>()) {}
 MemoryStore::~MemoryStore() = default;
 
@@ -267,24 +317,16 @@ OpenState MemoryStore::LoadOpenState() {
   for (const auto& [id, row] : tables_->experiments) {
     state.experiments.push_back(tables_->Summarize(row));
     if (row.summary.state != ExperimentState::kActive) continue;
-    OpenExperiment& open = state.open.emplace_back();
-    open.experiment_id = id;
-    open.spec_json = row.spec_json;
-    for (std::int64_t job_id = row.summary.first_job_id; job_id < row.summary.first_job_id + row.summary.num_jobs;
-         ++job_id) {
-      const JobRow& job = tables_->jobs.at(job_id);
-      OpenJob& open_job = open.jobs.emplace_back();
-      open_job.state = job.state;
-      open_job.attempts = static_cast<int>(job.attempts.size());
-      open_job.returned = job.returned;
-      if (job.attempts.empty()) continue;
-      open_job.token = job.attempts.back().token;
-      open_job.worker_id = job.attempts.back().worker_id;
-      open_job.outcome = job.attempts.back().outcome;
-    }
+    state.open.push_back(tables_->Open(row));
   }
   state.workers = tables_->workers;
   return state;
+}
+
+std::optional<OpenExperiment> MemoryStore::LoadExperiment(std::int64_t experiment_id) {
+  const auto row = tables_->experiments.find(experiment_id);
+  if (row == tables_->experiments.end()) return std::nullopt;
+  return tables_->Open(row->second);
 }
 
 std::optional<AttemptRecord> MemoryStore::FindAttempt(std::int64_t job_id, int attempt) {

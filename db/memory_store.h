@@ -17,6 +17,7 @@ class MemoryStore : public Store {
   void Apply(std::span<const StoreOp> operations) override;
   OpenState LoadOpenState() override;
   std::optional<AttemptRecord> FindAttempt(std::int64_t job_id, int attempt) override;
+  std::optional<OpenExperiment> LoadExperiment(std::int64_t experiment_id) override;
   std::optional<std::string> FindMethodOptions(const std::string& hash) override;
 
   /// While set, Apply throws this code and changes nothing.

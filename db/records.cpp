@@ -11,6 +11,7 @@ constexpr std::array<std::string_view, 6> kJobStates{"queued", "leased", "done",
 constexpr std::array<std::string_view, 9> kAttemptOutcomes{
     "running", "finished", "crashed", "time_limit", "memory_limit", "error", "expired", "cancelled", "returned"};
 constexpr std::array<std::string_view, 3> kExperimentStates{"active", "done", "cancelled"};
+constexpr std::array<std::string_view, 3> kHolds{"none", "paused", "held"};
 constexpr std::array<std::string_view, 7> kSolverStatuses{
     "not_run",           "converged_feasible", "converged_infeasible", "iteration_limit", "time_limit",
     "numerical_failure", "cancelled"};
@@ -49,6 +50,7 @@ std::string NegativeCount(const ResultRecord& result) {
 std::string_view ToString(JobState state) { return kJobStates.at(static_cast<std::size_t>(state)); }
 std::string_view ToString(AttemptOutcome outcome) { return kAttemptOutcomes.at(static_cast<std::size_t>(outcome)); }
 std::string_view ToString(ExperimentState state) { return kExperimentStates.at(static_cast<std::size_t>(state)); }
+std::string_view ToString(Hold hold) { return kHolds.at(static_cast<std::size_t>(hold)); }
 
 std::optional<JobState> ParseJobState(std::string_view text) { return Parse<JobState>(kJobStates, text); }
 std::optional<AttemptOutcome> ParseAttemptOutcome(std::string_view text) {
@@ -57,6 +59,7 @@ std::optional<AttemptOutcome> ParseAttemptOutcome(std::string_view text) {
 std::optional<ExperimentState> ParseExperimentState(std::string_view text) {
   return Parse<ExperimentState>(kExperimentStates, text);
 }
+std::optional<Hold> ParseHold(std::string_view text) { return Parse<Hold>(kHolds, text); }
 
 std::string FaultOf(const ResultRecord& result) {
   if (!Contains(kSolverStatuses, result.solver_status))

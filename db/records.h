@@ -35,14 +35,34 @@ enum class AttemptOutcome : std::uint8_t {
 
 enum class ExperimentState : std::uint8_t { kActive, kDone, kCancelled };
 
+/// What keeps an active experiment from being worked on.
+enum class Hold : std::uint8_t {
+  kNone,
+  kPaused,  ///< no job is leased
+  kHeld,    ///< the same, and what ran was given back; has a reason
+};
+
+inline constexpr int kMaxPriority = 1000;  ///< least: -kMaxPriority
+
+/// What people decide about an experiment after its submission.
+struct ExperimentControl {
+  Hold hold = Hold::kNone;
+  std::string reason;  ///< not empty exactly when held
+  int priority = 0;    ///< larger: its jobs are leased before others'
+
+  bool operator==(const ExperimentControl&) const = default;
+};
+
 /// "queued", "leased", ...; "running", "finished", ...; "active", "done", "cancelled": the values of the columns.
 std::string_view ToString(JobState state);
 std::string_view ToString(AttemptOutcome outcome);
 std::string_view ToString(ExperimentState state);
+std::string_view ToString(Hold hold);  ///< "none", "paused", "held"
 /// Inverse of ToString; empty when the text names no value.
 std::optional<JobState> ParseJobState(std::string_view text);
 std::optional<AttemptOutcome> ParseAttemptOutcome(std::string_view text);
 std::optional<ExperimentState> ParseExperimentState(std::string_view text);
+std::optional<Hold> ParseHold(std::string_view text);
 
 inline constexpr bool IsTerminal(JobState state) { return state != JobState::kQueued && state != JobState::kLeased; }
 

@@ -50,8 +50,18 @@ inline constexpr char kCancelJobs[] =
     "UPDATE jobs SET state = 'cancelled' WHERE state IN ('queued', 'leased') "
     "AND cell_id IN (SELECT cell_id FROM cells WHERE experiment_id = ?1)";
 
+inline constexpr char kControlExperiment[] =
+    "UPDATE experiments SET hold = ?2, hold_reason = ?3, priority = ?4 WHERE experiment_id = ?1 AND state = 'active'";
+
+inline constexpr char kRetryJobs[] =
+    "UPDATE jobs SET state = 'queued', returned = attempts WHERE state IN ('failed', 'dead') "
+    "AND cell_id IN (SELECT cell_id FROM cells WHERE experiment_id = ?1)";
+
+inline constexpr char kReopenExperiment[] =
+    "UPDATE experiments SET state = 'active', finished_at_us = NULL WHERE experiment_id = ?1 AND state <> 'cancelled'";
+
 inline constexpr char kCloseExperiment[] =
-    "UPDATE experiments SET state = ?2, finished_at_us = ?3 "
+    "UPDATE experiments SET state = ?2, finished_at_us = ?3, hold = 'none', hold_reason = '' "
     "WHERE experiment_id = ?1 AND state = 'active'";
 
 inline constexpr char kPutWorker[] =

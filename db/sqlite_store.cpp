@@ -64,6 +64,9 @@ SqliteStore::Statements::Statements(Connection& c)
       insert_stale(c, sql::kInsertStale),
       cancel_attempts(c, sql::kCancelAttempts),
       cancel_jobs(c, sql::kCancelJobs),
+      control_experiment(c, sql::kControlExperiment),
+      retry_jobs(c, sql::kRetryJobs),
+      reopen_experiment(c, sql::kReopenExperiment),
       close_experiment(c, sql::kCloseExperiment),
       put_worker(c, sql::kPutWorker),
       insert_event(c, sql::kInsertEvent),
@@ -163,6 +166,22 @@ void SqliteStore::Do(const CancelExperiment& op) {
   statements_->cancel_jobs.Run(op.experiment_id);
   statements_->close_experiment.Run(op.experiment_id, ToString(ExperimentState::kCancelled), op.at_us);
   RequireOneChange("CancelExperiment", op.experiment_id);
+}
+
+void SqliteStore::Do(const ControlExperiment& op) {
+  statements_->control_experiment.Run(op.experiment_id, ToString(op.control.hold), op.control.reason,
+                                      op.control.priority);
+  RequireOneChange("ControlExperiment", op.experiment_id);
+}
+
+void SqliteStore::Do(const RetryExperiment& op) {
+  statements_->retry_jobs.Run(op.experiment_id);
+  if (connection_.changes() == 0) {
+    throw StoreError(StoreErrorCode::kConstraint, "RetryExperiment: experiment " + std::to_string(op.experiment_id) +
+                                                      " has no failed or dead job; this is a defect of legopt");
+  }
+  statements_->reopen_experiment.Run(op.experiment_id);
+  RequireOneChange("RetryExperiment", op.experiment_id);
 }
 
 void SqliteStore::Do(const FinishExperiment& op) {

@@ -18,6 +18,7 @@ class SqliteStore final : public Store {
   void Apply(std::span<const StoreOp> operations) override;
   OpenState LoadOpenState() override;
   std::optional<AttemptRecord> FindAttempt(std::int64_t job_id, int attempt) override;
+  std::optional<OpenExperiment> LoadExperiment(std::int64_t experiment_id) override;
   std::optional<std::string> FindMethodOptions(const std::string& hash) override;
   void Idle() override;
 
@@ -26,7 +27,8 @@ class SqliteStore final : public Store {
   struct Statements {
     explicit Statements(Connection& connection);
     Statement lease_job, insert_attempt, end_attempt, end_job, insert_result, insert_waypoint, insert_stale;
-    Statement cancel_attempts, cancel_jobs, close_experiment, put_worker, insert_event;
+    Statement cancel_attempts, cancel_jobs, control_experiment, retry_jobs, reopen_experiment, close_experiment;
+    Statement put_worker, insert_event;
     Statement put_dataset, find_dataset, put_method, find_method, put_problem, find_problem;
     Statement insert_experiment, insert_cell, insert_job;
     Statement find_attempt, find_options;
@@ -38,6 +40,8 @@ class SqliteStore final : public Store {
   void Do(const AcceptResult& op);
   void Do(const RecordStaleResult& op);
   void Do(const CancelExperiment& op);
+  void Do(const ControlExperiment& op);
+  void Do(const RetryExperiment& op);
   void Do(const FinishExperiment& op);
   void Do(const PutWorker& op);
   void Do(const RecordEvent& op);

@@ -57,7 +57,7 @@ void SqliteStore::LoadSummaries(OpenState& state) {
   std::map<std::int64_t, ExperimentSummary> by_id;
   Statement experiments(connection_,
                         "SELECT experiment_id, submission_id, name, spec_hash, state, first_job_id, num_jobs, "
-                        "submitted_at_us, coalesce(finished_at_us, 0) FROM experiments");
+                        "submitted_at_us, coalesce(finished_at_us, 0), hold, hold_reason, priority FROM experiments");
   while (experiments.Step()) {
     ExperimentSummary& summary = by_id[experiments.column_int(0)];
     summary.experiment_id = experiments.column_int(0);
@@ -70,6 +70,9 @@ void SqliteStore::LoadSummaries(OpenState& state) {
     summary.num_jobs = experiments.column_int(6);
     summary.submitted_at_us = experiments.column_int(7);
     summary.finished_at_us = experiments.column_int(8);
+    const std::string hold = experiments.column_text(9);
+    summary.control = {Require(ParseHold(hold), hold), experiments.column_text(10),
+                       static_cast<int>(experiments.column_int(11))};
   }
   Statement counts(connection_,
                    "SELECT c.experiment_id, j.state, count(*) FROM jobs AS j JOIN cells AS c USING (cell_id) "
@@ -83,33 +86,39 @@ void SqliteStore::LoadSummaries(OpenState& state) {
 }
 
 void SqliteStore::LoadOpenJobs(OpenState& state) {
-  Statement spec(connection_, "SELECT spec_json FROM experiments WHERE experiment_id = ?1");
+  for (const ExperimentSummary& summary : state.experiments) {
+    if (summary.state != ExperimentState::kActive) continue;
+    state.open.push_back(LoadExperiment(summary.experiment_id).value());
+  }
+}
+
+std::optional<OpenExperiment> SqliteStore::LoadExperiment(std::int64_t experiment_id) {
+  Statement experiment(connection_,
+                       "SELECT spec_json, first_job_id, num_jobs FROM experiments WHERE experiment_id = ?1");
+  if (!experiment.BindAll(experiment_id).Step()) return std::nullopt;
+  OpenExperiment open;
+  open.experiment_id = experiment_id;
+  open.spec_json = experiment.column_text(0);
+  const std::int64_t first_job_id = experiment.column_int(1);
+  const std::int64_t num_jobs = experiment.column_int(2);
   Statement jobs(connection_,
                  "SELECT j.state, j.attempts, j.returned, coalesce(a.token, 0), coalesce(a.worker_id, 0), "
                  "coalesce(a.outcome, 'running') FROM jobs AS j "
                  "LEFT JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts "
                  "WHERE j.job_id >= ?1 AND j.job_id < ?2 ORDER BY j.job_id");
-  for (const ExperimentSummary& summary : state.experiments) {
-    if (summary.state != ExperimentState::kActive) continue;
-    OpenExperiment& open = state.open.emplace_back();
-    open.experiment_id = summary.experiment_id;
-    spec.BindAll(summary.experiment_id).Step();
-    open.spec_json = spec.column_text(0);
-    spec.Reset();
-    open.jobs.reserve(static_cast<std::size_t>(summary.num_jobs));
-    jobs.BindAll(summary.first_job_id, summary.first_job_id + summary.num_jobs);
-    while (jobs.Step()) {
-      open.jobs.push_back({JobStateAt(jobs, 0), static_cast<int>(jobs.column_int(1)),
-                           static_cast<int>(jobs.column_int(2)), jobs.column_int(3), jobs.column_int(4),
-                           OutcomeAt(jobs, 5)});
-    }
-    jobs.Reset();
-    if (static_cast<std::int64_t>(open.jobs.size()) != summary.num_jobs) {
-      throw StoreError(StoreErrorCode::kCorrupt, "experiment " + std::to_string(summary.experiment_id) + " has " +
-                                                     std::to_string(open.jobs.size()) + " jobs instead of " +
-                                                     std::to_string(summary.num_jobs) + "; restore a backup");
-    }
+  open.jobs.reserve(static_cast<std::size_t>(num_jobs));
+  jobs.BindAll(first_job_id, first_job_id + num_jobs);
+  while (jobs.Step()) {
+    open.jobs.push_back({JobStateAt(jobs, 0), static_cast<int>(jobs.column_int(1)),
+                         static_cast<int>(jobs.column_int(2)), jobs.column_int(3), jobs.column_int(4),
+                         OutcomeAt(jobs, 5)});
   }
+  if (static_cast<std::int64_t>(open.jobs.size()) != num_jobs) {
+    throw StoreError(StoreErrorCode::kCorrupt, "experiment " + std::to_string(experiment_id) + " has " +
+                                                   std::to_string(open.jobs.size()) + " jobs instead of " +
+                                                   std::to_string(num_jobs) + "; restore a backup");
+  }
+  return open;
 }
 
 void SqliteStore::LoadWorkers(OpenState& state) {

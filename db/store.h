@@ -66,13 +66,25 @@ struct RecordStaleResult {
   std::int64_t at_us = 0;
 };
 
-/// All queued and leased jobs -> cancelled, running attempts end as cancelled, experiment -> cancelled.
+/// All queued and leased jobs -> cancelled, running attempts end as cancelled, experiment -> cancelled and held no more.
 struct CancelExperiment {
   std::int64_t experiment_id = 0;
   std::int64_t at_us = 0;
 };
 
-/// Experiment active -> done; every job must be terminal.
+/// Replaces what people decided about an active experiment.
+struct ControlExperiment {
+  std::int64_t experiment_id = 0;
+  ExperimentControl control;
+};
+
+/// All failed and dead jobs, at least one, -> queued with none of their attempts charged; experiment done -> active.
+/// A cancelled experiment cannot be retried.
+struct RetryExperiment {
+  std::int64_t experiment_id = 0;
+};
+
+/// Experiment active -> done and held no more; every job must be terminal.
 struct FinishExperiment {
   std::int64_t experiment_id = 0;
   std::int64_t at_us = 0;
@@ -92,7 +104,7 @@ struct RecordEvent {
 };
 
 using StoreOp = std::variant<CreateExperiment, LeaseJob, EndAttempt, AcceptResult, RecordStaleResult, CancelExperiment,
-                             FinishExperiment, PutWorker, RecordEvent>;
+                             ControlExperiment, RetryExperiment, FinishExperiment, PutWorker, RecordEvent>;
 
 // --- What is read back. ----------------------------------------------------------------------------------------------
 
@@ -113,6 +125,7 @@ struct ExperimentSummary {
   std::string name;
   std::string spec_hash;
   ExperimentState state = ExperimentState::kActive;
+  ExperimentControl control;
   std::int64_t first_job_id = 0;
   std::int64_t num_jobs = 0;
   std::int64_t jobs_by_state[kNumJobStates] = {};  ///< indexed by JobState
@@ -121,7 +134,7 @@ struct ExperimentSummary {
   std::int64_t finished_at_us = 0;  ///< 0 while active
 };
 
-/// An active experiment with all that the scheduler needs to go on.
+/// An experiment with all that the scheduler needs to go on.
 struct OpenExperiment {
   std::int64_t experiment_id = 0;
   std::string spec_json;
@@ -161,6 +174,9 @@ class Store {
 
   /// An attempt of any job, open or not; empty when it was never leased.
   virtual std::optional<AttemptRecord> FindAttempt(std::int64_t job_id, int attempt) = 0;
+
+  /// The jobs of any experiment, open or not; empty when it is unknown.
+  virtual std::optional<OpenExperiment> LoadExperiment(std::int64_t experiment_id) = 0;
 
   /// Canonical options of the method with this hash; empty when unknown.
   virtual std::optional<std::string> FindMethodOptions(const std::string& hash) = 0;

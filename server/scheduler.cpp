@@ -39,29 +39,33 @@ Scheduler::Scheduler(const SchedulerOptions& options, db::OpenState state, Token
     worker_of_endpoint_.emplace(record.endpoint, id);
     workers_[id].record = std::move(record);
   }
-  for (const db::OpenExperiment& open : state.open) {
-    const db::ExperimentSummary& summary = summaries_.at(open.experiment_id);
-    auto experiment = std::make_unique<Experiment>(open.experiment_id, summary.first_job_id, ParseSpec(open.spec_json));
-    if (experiment->num_jobs() != static_cast<std::int64_t>(open.jobs.size())) {
-      throw SpecError("experiment " + std::to_string(open.experiment_id) + " is stored with another number of jobs");
-    }
-    for (std::int64_t index = 0; index < experiment->num_jobs(); ++index) {
-      const db::OpenJob& stored = open.jobs[static_cast<std::size_t>(index)];
-      Job& job = experiment->job(index);
-      job.token = stored.token;
-      job.attempts = static_cast<std::uint16_t>(stored.attempts);
-      job.returned = static_cast<std::uint16_t>(stored.returned);
-      job.state = stored.state;
-      job.outcome = stored.outcome;
-      if (stored.state != db::JobState::kLeased) continue;
-      // The worker may still be at it: it gets a full lease to be heard of.
-      leases_[experiment->job_id(index)] = {stored.worker_id, now.steady + options_.lease + options_.grace, false};
-      ++workers_[stored.worker_id].leases;
-    }
-    by_first_job_[summary.first_job_id] = experiment.get();
-    open_[open.experiment_id] = std::move(experiment);
-  }
+  for (const db::OpenExperiment& open : state.open) Open(now, open);
   next_scan_ = now.steady + options_.expiry_scan;
+}
+
+// Takes an experiment up as the store has it.
+void Scheduler::Open(const Instant& now, const db::OpenExperiment& open) {
+  const db::ExperimentSummary& summary = summaries_.at(open.experiment_id);
+  auto experiment = std::make_unique<Experiment>(open.experiment_id, summary.first_job_id, ParseSpec(open.spec_json));
+  if (experiment->num_jobs() != static_cast<std::int64_t>(open.jobs.size())) {
+    throw SpecError("experiment " + std::to_string(open.experiment_id) + " is stored with another number of jobs");
+  }
+  for (std::int64_t index = 0; index < experiment->num_jobs(); ++index) {
+    const db::OpenJob& stored = open.jobs[static_cast<std::size_t>(index)];
+    Job& job = experiment->job(index);
+    job.token = stored.token;
+    job.attempts = static_cast<std::uint16_t>(stored.attempts);
+    job.returned = static_cast<std::uint16_t>(stored.returned);
+    job.state = stored.state;
+    job.outcome = stored.outcome;
+    if (stored.state != db::JobState::kLeased) continue;
+    // The worker may still be at it: it gets a full lease to be heard of.
+    leases_[experiment->job_id(index)] = {stored.worker_id, now.steady + options_.lease + options_.grace, false};
+    ++workers_[stored.worker_id].leases;
+  }
+  by_first_job_[summary.first_job_id] = experiment.get();
+  by_urgency_[{-summary.control.priority, open.experiment_id}] = experiment.get();
+  open_[open.experiment_id] = std::move(experiment);
 }
 
 // --- Experiments -----------------------------------------------------------------------------------------------------
@@ -130,6 +134,7 @@ void Scheduler::AddExperiment(const db::NewExperiment& rows, ExperimentSpec spec
   CountOf(summary, db::JobState::kQueued) = summary.num_jobs;
   auto experiment = std::make_unique<Experiment>(rows.experiment_id, summary.first_job_id, std::move(spec));
   by_first_job_[summary.first_job_id] = experiment.get();
+  by_urgency_[{-summary.control.priority, rows.experiment_id}] = experiment.get();
   open_[rows.experiment_id] = std::move(experiment);
   submissions_[summary.submission_id] = rows.experiment_id;
   summaries_[rows.experiment_id] = std::move(summary);
@@ -161,21 +166,27 @@ legopt_msg::cancel_reply Scheduler::Cancel(const Instant& now, const legopt_msg:
     ++reply.num_jobs;
   }
   counters_.jobs_cancelled += static_cast<std::uint64_t>(reply.num_jobs);
-  found->second.state = db::ExperimentState::kCancelled;
-  found->second.finished_at_us = now.wall_us;
-  experiment.closed_at = now.steady;
+  Close(now, experiment, db::ExperimentState::kCancelled);
   ops.emplace_back(db::CancelExperiment{request.experiment_id, now.wall_us});
   ops.emplace_back(db::RecordEvent{"experiment_cancelled", now.wall_us, request.experiment_id, {}, {}, {}});
   return reply;
+}
+
+// What held it back ends with it, so that a retry is not held.
+void Scheduler::Close(const Instant& now, Experiment& experiment, db::ExperimentState state) {
+  db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
+  summary.state = state;
+  summary.finished_at_us = now.wall_us;
+  summary.control.hold = db::Hold::kNone;
+  summary.control.reason.clear();
+  experiment.closed_at = now.steady;
 }
 
 void Scheduler::FinishIfComplete(const Instant& now, Experiment& experiment, Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
   const std::int64_t left = CountOf(summary, db::JobState::kQueued) + CountOf(summary, db::JobState::kLeased);
   if (left > 0 || summary.state != db::ExperimentState::kActive) return;
-  summary.state = db::ExperimentState::kDone;
-  summary.finished_at_us = now.wall_us;
-  experiment.closed_at = now.steady;
+  Close(now, experiment, db::ExperimentState::kDone);
   ops.emplace_back(db::FinishExperiment{summary.experiment_id, now.wall_us});
   ops.emplace_back(db::RecordEvent{"experiment_finished", now.wall_us, summary.experiment_id, {}, {}, {}});
 }
@@ -217,6 +228,19 @@ std::int64_t Scheduler::num_queued() const {
   return queued;
 }
 
+const db::ExperimentControl& Scheduler::ControlOf(std::int64_t experiment_id) const {
+  return summaries_.at(experiment_id).control;
+}
+
+std::int64_t Scheduler::num_leasable() const {
+  std::int64_t queued = 0;
+  for (const auto& [id, experiment] : open_) {
+    if (ControlOf(id).hold != db::Hold::kNone) continue;
+    queued += summaries_.at(id).jobs_by_state[static_cast<int>(db::JobState::kQueued)];
+  }
+  return queued;
+}
+
 std::vector<WorkerStatus> Scheduler::workers() const {
   std::vector<WorkerStatus> list;
   for (const auto& [id, worker] : workers_) {
@@ -244,7 +268,8 @@ std::vector<std::pair<std::string_view, std::uint64_t>> SchedulerCounters::Listi
           {"attempts_returned", attempts_returned},
           {"jobs_dead", jobs_dead},
           {"jobs_failed", jobs_failed},
-          {"jobs_cancelled", jobs_cancelled}};
+          {"jobs_cancelled", jobs_cancelled},
+          {"jobs_retried", jobs_retried}};
 }
 
 }  // namespace legopt::server

@@ -13,6 +13,8 @@
 #include "db/store.h"
 #include "legopt_msg/cancel_reply.hpp"
 #include "legopt_msg/cancel_request.hpp"
+#include "legopt_msg/control_reply.hpp"
+#include "legopt_msg/control_request.hpp"
 #include "legopt_msg/heartbeat_reply.hpp"
 #include "legopt_msg/heartbeat_request.hpp"
 #include "legopt_msg/hello_reply.hpp"
@@ -56,6 +58,7 @@ struct SchedulerCounters {
   std::uint64_t leases = 0, heartbeats = 0, renewals = 0, unknown_leases = 0, leases_expired = 0;
   std::uint64_t results_accepted = 0, results_duplicate = 0, results_stale = 0, results_refused = 0;
   std::uint64_t attempts_failed = 0, attempts_returned = 0, jobs_dead = 0, jobs_failed = 0, jobs_cancelled = 0;
+  std::uint64_t jobs_retried = 0;
 
   std::vector<std::pair<std::string_view, std::uint64_t>> Listing() const;
 };
@@ -87,7 +90,8 @@ struct JobProgress {
 ///  - a submission id makes one experiment; with other content it is refused;
 ///  - a job has at most one lease at a time and at most one accepted result, under the token of its current lease;
 ///  - attempts count when leased; `max_attempts` charged attempts make a job dead, with the last evidence;
-///  - after a restart from the store, running leases go on and can be completed by their workers.
+///  - after a restart from the store, running leases go on and can be completed by their workers;
+///  - no job of a paused or held experiment is leased, and larger priorities are leased first.
 ///
 /// Thread rule: one thread.
 class Scheduler {
@@ -98,6 +102,7 @@ class Scheduler {
   struct Lookup {
     std::function<std::optional<db::AttemptRecord>(std::int64_t job_id, int attempt)> attempt;
     std::function<std::optional<std::string>(const std::string& method_hash)> method_options;
+    std::function<std::optional<db::OpenExperiment>(std::int64_t experiment_id)> experiment;
   };
 
   /// Takes up where the store stands. Leases that were running get a full lease from `now` on.
@@ -114,6 +119,8 @@ class Scheduler {
   legopt_msg::result_reply Result(const Instant& now, const legopt_msg::result_request& request, Ops& ops);
   legopt_msg::submit_reply Submit(const Instant& now, const legopt_msg::submit_request& request, Ops& ops);
   legopt_msg::cancel_reply Cancel(const Instant& now, const legopt_msg::cancel_request& request, Ops& ops);
+  /// Pauses, resumes, holds, releases, favours or retries an experiment.
+  legopt_msg::control_reply Control(const Instant& now, const legopt_msg::control_request& request, Ops& ops);
 
   /// Ends expired leases and forgets experiments closed long ago. Call it when next_deadline() is reached; later is
   /// allowed (leases then live longer). Not to be called while earlier operations wait for a failing store.
@@ -158,8 +165,17 @@ class Scheduler {
   Worker* FindWorker(std::int64_t worker_id, bus::EndpointId sender);
   JobRef FindJob(std::int64_t job_id);
   void SetJobState(Experiment& experiment, Job& job, db::JobState state);
+  void Close(const Instant& now, Experiment& experiment, db::ExperimentState state);
   void FinishIfComplete(const Instant& now, Experiment& experiment, Ops& ops);
   void DropLease(std::int64_t job_id);
+  void Open(const Instant& now, const db::OpenExperiment& stored);
+  const db::ExperimentControl& ControlOf(std::int64_t experiment_id) const;
+  std::int64_t num_leasable() const;
+  // scheduler_control.cpp
+  legopt_msg::control_reply SetHold(const Instant& now, const legopt_msg::control_request& request, Ops& ops);
+  legopt_msg::control_reply SetPriority(const Instant& now, const legopt_msg::control_request& request, Ops& ops);
+  legopt_msg::control_reply Retry(const Instant& now, std::int64_t experiment_id, Ops& ops);
+  std::int64_t GiveBackRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops);
   // scheduler_leases.cpp
   void SetOnline(Worker& worker, bool online);
   void LeaseFrom(const Instant& now, Experiment& experiment, Worker& worker, int max_jobs,
@@ -183,7 +199,8 @@ class Scheduler {
   std::map<std::string, std::int64_t> submissions_;           ///< submission id -> experiment
   std::map<std::int64_t, std::unique_ptr<Experiment>> open_;  ///< by experiment id; closed ones until retention
   std::map<std::int64_t, Experiment*> by_first_job_;
-  std::map<std::int64_t, Worker> workers_;  ///< by worker id
+  std::map<std::pair<int, std::int64_t>, Experiment*> by_urgency_;  ///< of open_: negative priority, experiment id
+  std::map<std::int64_t, Worker> workers_;                          ///< by worker id
   std::map<bus::EndpointId, std::int64_t> worker_of_endpoint_;
   std::map<std::int64_t, LeaseState> leases_;  ///< by job id
   std::int64_t online_workers_ = 0, online_slots_ = 0;

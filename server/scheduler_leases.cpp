@@ -84,7 +84,9 @@ std::string Scheduler::MismatchOf(const Worker& worker, const std::vector<std::s
   std::string text;
   *same_name = false;
   for (const auto& [id, experiment] : open_) {
-    if (summaries_.at(id).jobs_by_state[static_cast<int>(db::JobState::kQueued)] == 0) continue;
+    const db::ExperimentSummary& summary = summaries_.at(id);
+    if (summary.jobs_by_state[static_cast<int>(db::JobState::kQueued)] == 0) continue;
+    if (summary.control.hold != db::Hold::kNone) continue;
     const db::DatasetRecord& wanted = experiment->spec().dataset;
     if (std::find(hashes.begin(), hashes.end(), wanted.hash) != hashes.end()) {
       *same_name = false;
@@ -120,8 +122,9 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     return reply;
   }
   const int wanted = FairShare(request.max_jobs);
-  for (auto& [id, experiment] : open_) {
+  for (auto& [urgency, experiment] : by_urgency_) {
     if (static_cast<int>(reply.jobs.size()) >= wanted || EndsWithMotion(reply)) break;
+    if (ControlOf(experiment->experiment_id()).hold != db::Hold::kNone) continue;
     const auto& hashes = request.dataset_hashes;
     if (std::find(hashes.begin(), hashes.end(), experiment->spec().dataset.hash) == hashes.end()) continue;
     LeaseFrom(now, *experiment, *worker, wanted, reply, ops);
@@ -143,7 +146,7 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
 
 // Near the end of the queue nobody may take what others could do: at most half of what is left, shared by all slots.
 int Scheduler::FairShare(int wanted) const {
-  const std::int64_t share = num_queued() / (2 * std::max<std::int64_t>(online_slots_, 1));
+  const std::int64_t share = num_leasable() / (2 * std::max<std::int64_t>(online_slots_, 1));
   const std::int64_t most = std::min<std::int64_t>(wanted, options_.max_leases_per_request);
   return static_cast<int>(std::clamp<std::int64_t>(share, 1, std::max<std::int64_t>(most, 1)));
 }
@@ -264,6 +267,7 @@ void Scheduler::Tick(const Instant& now, Ops& ops) {
     const Experiment& experiment = *open->second;
     if (experiment.closed_at && *experiment.closed_at + options_.retention <= now.steady) {
       by_first_job_.erase(experiment.first_job_id());
+      by_urgency_.erase({-ControlOf(open->first).priority, open->first});
       open = open_.erase(open);
     } else {
       ++open;

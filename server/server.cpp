@@ -28,11 +28,15 @@ Server::Server(bus::Endpoint& endpoint, db::Store& store, QueryService* queries,
       wall_clock_(std::move(wall_clock)),
       scheduler_(options_.scheduler, store.LoadOpenState(), std::move(tokens),
                  {[&store](std::int64_t job_id, int attempt) { return store.FindAttempt(job_id, attempt); },
-                  [&store](const std::string& hash) { return store.FindMethodOptions(hash); }},
+                  [&store](const std::string& hash) { return store.FindMethodOptions(hash); },
+                  [&store](std::int64_t id) { return store.LoadExperiment(id); }},
                  Instant{endpoint.now(), wall_clock_()}),
       started_(endpoint.now()),
       last_commit_(endpoint.now() - options_.commit_interval) {
   ops_.emplace_back(db::RecordEvent{"server_started", wall_clock_(), {}, {}, {}, options_.version});
+  for (const auto& [id, experiment] : scheduler_.experiments()) {
+    if (experiment.state == db::ExperimentState::kActive) health_.Begin(id, Counters());
+  }
   RegisterHandlers();
 }
 
@@ -94,6 +98,9 @@ void Server::RegisterHandlers() {
   });
   Serve<legopt_msg::cancel_request>(MessageType::kCancel, false, [this](Sender, const auto& request, auto responder) {
     Later(responder, EncodeReply(scheduler_.Cancel(Now(), request, ops_)));
+  });
+  Serve<legopt_msg::control_request>(MessageType::kControl, false, [this](Sender, const auto& request, auto responder) {
+    Later(responder, EncodeReply(scheduler_.Control(Now(), request, ops_)));
   });
   // Heartbeats renew in memory only: they must work while the disk does not.
   Serve<legopt_msg::heartbeat_request>(MessageType::kHeartbeat, true,
@@ -256,6 +263,10 @@ void Server::CommitNow() {
 }
 
 void Server::Commit() {
+  if (watched_ops_ < ops_.size())
+    health_.Watch(
+        watched_ops_, [this] { return Counters(); }, wall_clock_(), ops_);
+  watched_ops_ = ops_.size();
   try {
     store_.Apply(ops_);
   } catch (const db::StoreError& error) {
@@ -266,11 +277,19 @@ void Server::Commit() {
   if (!store_healthy()) spdlog::warn("the database can be used again");
   store_error_.clear();
   ops_.clear();
+  watched_ops_ = 0;
   if (ops_.capacity() > kMaxOpsPerCommit) ops_.shrink_to_fit();
   last_commit_ = endpoint_.now();
   tidy_ = false;
   for (Pending& pending : replies_) pending.responder.Reply(std::move(pending.body));
   replies_.clear();
+}
+
+TransportHealth::Listing Server::Counters() const {
+  TransportHealth::Listing counters = endpoint_.counters().Listing();
+  const TransportHealth::Listing decisions = scheduler_.counters().Listing();
+  counters.insert(counters.end(), decisions.begin(), decisions.end());
+  return counters;
 }
 
 void Server::StoreFailed(const db::StoreError& error) {

@@ -15,6 +15,7 @@
 #include "db/store.h"
 #include "server/query_service.h"
 #include "server/scheduler.h"
+#include "server/transport_health.h"
 
 namespace legopt::server {
 
@@ -98,6 +99,7 @@ class Server {
   void CommitNow();
   void Commit();
   void StoreFailed(const db::StoreError& error);
+  TransportHealth::Listing Counters() const;
   void ResumeDeferred();
   Instant Now() const;
 
@@ -110,6 +112,8 @@ class Server {
   microseconds started_;
 
   Scheduler::Ops ops_;
+  TransportHealth health_;
+  std::size_t watched_ops_ = 0;  ///< of ops_, seen by health_
   std::vector<Pending> replies_;
   std::string store_error_;  ///< empty: healthy
   microseconds store_retry_at_{0}, store_retry_after_{0};

@@ -152,6 +152,13 @@ TEST(LcmOptionsTest, EnvironmentOverridesDefaults) {
   EXPECT_THROW(LcmOptions::FromEnvironment(), BusError);
   ::unsetenv("LEGOPT_PORT");
   ::unsetenv("LEGOPT_GROUP");
+  ::setenv("LEGOPT_DEPLOYMENT", "77", 1);
+  EXPECT_EQ(LcmOptions::FromEnvironment().deployment, 77);
+  for (const char* illegal : {"0", "-1", "many", "99999999999999999999"}) {
+    ::setenv("LEGOPT_DEPLOYMENT", illegal, 1);
+    EXPECT_THROW(LcmOptions::FromEnvironment(), BusError) << illegal;
+  }
+  ::unsetenv("LEGOPT_DEPLOYMENT");
 }
 
 TEST_F(Udp, EqualAddressesMeanOneDeployment) {

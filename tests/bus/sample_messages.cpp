@@ -293,6 +293,22 @@ legopt_msg::cancel_reply Sample() {
   return m;
 }
 template <>
+legopt_msg::control_request Sample() {
+  legopt_msg::control_request m{};
+  m.experiment_id = 1;
+  m.action = 2;
+  m.reason = "the disk is being moved";
+  return m;
+}
+template <>
+legopt_msg::control_reply Sample() {
+  legopt_msg::control_reply m{};
+  m.status = 0;
+  m.num_jobs = 3;
+  m.message = "held";
+  return m;
+}
+template <>
 legopt_msg::shutdown_request Sample() {
   legopt_msg::shutdown_request m{};
   m.nonce = 1;

@@ -54,8 +54,9 @@ class CommandLine : public testing::Test {
 TEST_F(CommandLine, HelpNamesCommandsAndExitCodes) {
   const auto result = Run({"--help"});
   EXPECT_EQ(result.exit_code, 0);
-  for (const char* word : {"run", "submit", "watch", "status", "list", "show", "cancel", "table", "query", "evaluate",
-                           "export", "doctor", "dataset", "Exit codes", "database unusable"}) {
+  for (const char* word : {"run",   "submit",   "watch",  "status",  "list",     "show",       "cancel",
+                           "pause", "resume",   "hold",   "release", "priority", "retry",      "table",
+                           "query", "evaluate", "export", "doctor",  "dataset",  "Exit codes", "database unusable"}) {
     EXPECT_THAT(result.out, HasSubstr(word));
   }
 }
@@ -69,6 +70,8 @@ TEST_F(CommandLine, WrongUsage) {
   ExpectError(Run({"table", "--nonsense"}), 2, "--nonsense");
   ExpectError(Run({"table", "--rule", "loose"}), 2, "loose");
   ExpectError(Run({"cancel"}), 2, "ID");
+  ExpectError(Run({"hold", "1"}), 2, "REASON");
+  ExpectError(Run({"priority", "1", "1001"}), 2, "1001");
   ExpectError(Run({"run"}), 2, "SUITE");
 }
 

@@ -168,6 +168,15 @@ TEST(ExperimentStatus, TellsTheWindowsOfRunningMotions) {
   EXPECT_THAT(RenderProgressBar(status, {}, 40), testing::Not(HasSubstr("windows")));
 }
 
+TEST(StandstillReason, TellsWhatIsHeldBack) {
+  const auto status = nlohmann::json::parse(R"({"experiments":[{"id":4,"name":"a","state":"active","hold":"held",
+    "hold_reason":"the disk","priority":3,"jobs":{"total":1,"queued":1,"leased":0,"done":0,"failed":0,"dead":0,
+    "cancelled":0},"solved":0}],"workers":[{"online":true,"leases":0}]})");
+  EXPECT_EQ(StateText(ParseExperiments(status).at(0)), "held: the disk");
+  EXPECT_EQ(ParseExperiments(status).at(0).priority, 3);
+  EXPECT_EQ(StandstillReason(status), "experiment 4 is held: the disk; 'legopt release 4' lets it go on");
+}
+
 TEST(StandstillReason, TellsWhoIsMissing) {
   const auto reason = [](const char* workers) {
     return StandstillReason(nlohmann::json::parse(std::string(R"({"workers":)") + workers + "}"));

@@ -124,6 +124,21 @@ TEST_F(Schema, TerminalJobsStay) {
   ExpectRefused("UPDATE jobs SET attempts = 2 WHERE job_id = 3");
 }
 
+TEST_F(Schema, OnlyDeadAndFailedJobsAreTriedAgain) {
+  ExpectRefused("UPDATE jobs SET state = 'queued', returned = attempts WHERE job_id = 1");
+  ExpectRefused("UPDATE jobs SET state = 'queued' WHERE job_id = 3");
+  ExpectRefused("UPDATE jobs SET state = 'leased', returned = attempts WHERE job_id = 3");
+  connection_->Execute("UPDATE jobs SET state = 'queued', returned = attempts WHERE job_id = 3");
+}
+
+TEST_F(Schema, HoldsHaveReasonsAndPrioritiesBounds) {
+  ExpectRefused("UPDATE experiments SET hold = 'stopped'");
+  ExpectRefused("UPDATE experiments SET hold = 'held'");
+  ExpectRefused("UPDATE experiments SET hold = 'paused', hold_reason = 'why'");
+  ExpectRefused("UPDATE experiments SET priority = 1001");
+  connection_->Execute("UPDATE experiments SET hold = 'held', hold_reason = 'why', priority = -1000");
+}
+
 TEST_F(Schema, DoneNeedsAResultAndAResultNeedsALease) {
   ExpectRefused("UPDATE jobs SET state = 'done' WHERE job_id = 2");
   const std::string copy =

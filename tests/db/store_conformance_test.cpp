@@ -308,6 +308,47 @@ TEST_P(StoreConformance, TasksOfCellAndProblemAgree) {
   ExpectRefused({CreateExperiment{mixed}});
 }
 
+TEST_P(StoreConformance, DecisionsAboutAnExperimentAreKept) {
+  Prepare();
+  const ExperimentControl held{Hold::kHeld, "why", 7};
+  Apply({ControlExperiment{1, held}});
+  Reopen();
+  EXPECT_EQ(store().LoadOpenState().experiments.at(0).control, held);
+  Apply({ControlExperiment{1, {}}});
+  EXPECT_EQ(store().LoadOpenState().experiments.at(0).control, ExperimentControl{});
+  ExpectRefused({ControlExperiment{1, {Hold::kHeld, "", 0}}});
+  ExpectRefused({ControlExperiment{1, {Hold::kPaused, "why", 0}}});
+  ExpectRefused({ControlExperiment{1, {Hold::kNone, "", kMaxPriority + 1}}});
+  ExpectRefused({ControlExperiment{2, {}}});
+  Apply({CancelExperiment{1, 5}});
+  ExpectRefused({ControlExperiment{1, {}}});
+}
+
+TEST_P(StoreConformance, RetryQueuesWhatDiedAndChargesNothing) {
+  Prepare();
+  ExpectRefused({RetryExperiment{1}});
+  Apply({LeaseJob{1, 1, 71, 1, 1}, EndAttempt{1, 1, AttemptOutcome::kCrashed, JobState::kDead, 11, "", "", 2},
+         LeaseJob{2, 1, 72, 1, 1}, EndAttempt{2, 1, AttemptOutcome::kError, JobState::kFailed, 0, "", "", 2},
+         LeaseJob{3, 1, 73, 1, 1}, AcceptResult{3, 1, SampleResult(), "", "", 2}, LeaseJob{4, 1, 74, 1, 1},
+         AcceptResult{4, 1, SampleResult(), "", "", 2}, FinishExperiment{1, 3}});
+  EXPECT_TRUE(store().LoadOpenState().open.empty());
+  const auto closed = store().LoadExperiment(1);
+  ASSERT_TRUE(closed);
+  EXPECT_EQ(closed->jobs.at(0).state, JobState::kDead);
+  EXPECT_FALSE(store().LoadExperiment(2));
+  Apply({RetryExperiment{1}});
+  Reopen();
+  EXPECT_EQ(store().LoadOpenState().experiments.at(0).state, ExperimentState::kActive);
+  for (const std::int64_t job : {1, 2}) {
+    EXPECT_EQ(JobInStore(job).state, JobState::kQueued);
+    EXPECT_EQ(JobInStore(job).returned, 1);
+  }
+  EXPECT_EQ(JobInStore(3).state, JobState::kDone);
+  Apply({LeaseJob{1, 2, 75, 1, 4}});
+  EXPECT_EQ(JobInStore(1).attempts, 2);
+  ExpectRefused({RetryExperiment{1}});
+}
+
 INSTANTIATE_TEST_SUITE_P(Stores, StoreConformance, testing::Values(Kind::kSqlite, Kind::kMemory),
                          [](const auto& param) { return param.param == Kind::kSqlite ? "Sqlite" : "Memory"; });
 

@@ -75,7 +75,8 @@ class SchedulerTest : public testing::Test {
     scheduler_ = std::make_unique<Scheduler>(
         options_, store_.LoadOpenState(), [this] { return ++token_; },
         Scheduler::Lookup{[this](std::int64_t job, int attempt) { return store_.FindAttempt(job, attempt); },
-                          [this](const std::string& hash) { return store_.FindMethodOptions(hash); }},
+                          [this](const std::string& hash) { return store_.FindMethodOptions(hash); },
+                          [this](std::int64_t id) { return store_.LoadExperiment(id); }},
         now_);
   }
 
@@ -163,6 +164,18 @@ class SchedulerTest : public testing::Test {
     legopt_msg::cancel_request request{};
     request.experiment_id = experiment_id;
     const auto reply = scheduler_->Cancel(now_, request, ops_);
+    Commit();
+    return reply;
+  }
+
+  legopt_msg::control_reply Control(std::int64_t experiment_id, int action, const std::string& reason = "",
+                                    int priority = 0) {
+    legopt_msg::control_request request{};
+    request.experiment_id = experiment_id;
+    request.action = static_cast<std::int8_t>(action);
+    request.reason = reason;
+    request.priority = priority;
+    const auto reply = scheduler_->Control(now_, request, ops_);
     Commit();
     return reply;
   }

@@ -114,8 +114,13 @@ class CountingStore : public db::MemoryStore {
   void Apply(std::span<const db::StoreOp> operations) override {
     MemoryStore::Apply(operations);
     ++commits;
+    for (const db::StoreOp& operation : operations) {
+      const auto* event = std::get_if<db::RecordEvent>(&operation);
+      if (event != nullptr && event->kind == "transport_health") health[event->experiment_id.value()] = event->detail;
+    }
   }
   int commits = 0;
+  std::map<std::int64_t, std::string> health;  // by experiment
   bool reading_fails = false;
 };
 
@@ -287,6 +292,20 @@ TEST_F(ServerOnBus, NothingIsAcknowledgedOrLeasedWhileTheStoreFails) {
   ASSERT_TRUE(RunUntil([&] { return submitted_.has_value() && AllDone(1) && AllDone(2); }));
   EXPECT_TRUE(server_->store_healthy());
   EXPECT_EQ(store_.num_accepted(), 10);
+}
+
+TEST_F(ServerOnBus, TheEndOfAnExperimentTellsWhatTheBusWentThrough) {
+  AddWorkers(1);
+  Submit(SampleSpec(5));
+  ASSERT_TRUE(RunUntil([&] { return AllDone(); }));
+  Submit(SampleSpec(2), "s2");
+  ASSERT_TRUE(RunUntil([&] { return AllDone(2); }));
+  ASSERT_EQ(store_.health.size(), 2U);
+  const auto first = nlohmann::json::parse(store_.health.at(1));
+  EXPECT_EQ(first.at("results_accepted"), 5);
+  EXPECT_GT(first.at("datagrams_received").get<int>(), 5);
+  EXPECT_FALSE(first.contains("rejected_tag")) << "only what grew";
+  EXPECT_EQ(nlohmann::json::parse(store_.health.at(2)).at("results_accepted"), 2) << "since its own submission";
 }
 
 // Found by the simulation: a request put off while writing failed, whose handler then could not read, ended the server.

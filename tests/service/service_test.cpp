@@ -123,6 +123,31 @@ TEST_F(ServiceTest, APoisonousJobDiesAloneAfterItsAttempts) {
             std::vector<std::string>{"crashed|" + std::to_string(SIGABRT)});
 }
 
+TEST_F(ServiceTest, AHeldExperimentGivesItsJobsBackAndGoesOn) {
+  const auto worker = deployment_->StartStubWorker({"--slots", "2"});
+  const std::int64_t experiment = deployment_->Submit(StubSpec(12, 400), "a");
+  ASSERT_TRUE(deployment_->WaitForJobs(experiment, 2));
+  legopt_msg::control_request request{};
+  request.experiment_id = experiment;
+  request.action = 2;
+  request.reason = "the disk is being moved";
+  EXPECT_EQ(deployment_->connection().Control(request).status, 0);
+  EXPECT_TRUE(deployment_->WaitFor(experiment, [](const nlohmann::json& status) {
+    return status.at("jobs").at("leased") == 0 && status.at("hold_reason") == "the disk is being moved";
+  }));
+  deployment_->KillServer();
+  deployment_->StartServer();
+  EXPECT_EQ(deployment_->Query("SELECT hold, (SELECT count(*) FROM attempts WHERE outcome = 'running') FROM "
+                               "experiment_list"),
+            std::vector<std::string>{"held|0"});
+  request.action = 3;
+  request.reason.clear();
+  EXPECT_EQ(deployment_->connection().Control(request).status, 0);
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  ExpectComplete(experiment, 12);
+  EXPECT_EQ(deployment_->Query("SELECT max(attempts - returned) FROM jobs"), std::vector<std::string>{"1"});
+}
+
 TEST_F(ServiceTest, CancellingStopsRunningJobs) {
   const auto worker = deployment_->StartStubWorker({"--slots", "1"});
   const std::int64_t experiment = deployment_->Submit(StubSpec(5, 60'000), "a");

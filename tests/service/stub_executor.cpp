@@ -37,7 +37,9 @@ legopt_msg::result_request StubExecutor::Execute(const legopt_msg::lease& job, s
                                                  const Hooks& hooks) {
   const nlohmann::json options = nlohmann::json::parse(options_json);
   if (options.value("crash_problem", -1) == job.problem_id) std::abort();
-  const int work_ms = options.value("work_ms", 0);
+  const int spread_ms = options.value("work_spread_ms", 0);
+  constexpr int kStep_ms = 37;
+  const int work_ms = options.value("work_ms", 0) + (kStep_ms * job.problem_id) % (spread_ms + 1);
   legopt_msg::result_request result = ResultWithoutSolution(Outcome::kFinished, "");
   for (int i = 0; i < work_ms; ++i) {
     if (hooks.cancelled()) {

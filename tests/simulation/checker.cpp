@@ -72,11 +72,7 @@ class Checker {
     if (job.accepted && job.cost != CostOf(id, *job.accepted)) {
       Fault("wrong state: " + name + " has the result of another job or attempt");
     }
-    int charged = 0;
-    for (int attempt = 1; attempt <= job.attempts; ++attempt) {
-      const AttemptOutcome outcome = state_.attempts.at({id, attempt}).outcome;
-      charged += outcome != AttemptOutcome::kReturned && outcome != AttemptOutcome::kCancelled ? 1 : 0;
-    }
+    const int charged = job.attempts - job.returned;
     const bool used_up = job.state == JobState::kDead || job.state == JobState::kFailed;
     if (used_up ? charged != kMaxAttempts : charged > kMaxAttempts) {
       Fault("wrong state: " + name + " is " + std::string(db::ToString(job.state)) + " after " +

@@ -28,11 +28,13 @@ StoredState MemoryDisk::Read() {
   for (const db::ExperimentSummary& summary : store_.LoadOpenState().experiments) {
     state.experiments[summary.experiment_id] = {summary.submission_id, summary.state, summary.first_job_id,
                                                 summary.num_jobs};
+    const db::OpenExperiment open = store_.LoadExperiment(summary.experiment_id).value();
     for (std::int64_t id = summary.first_job_id; id < summary.first_job_id + summary.num_jobs; ++id) {
       StoredState::Job& job = state.jobs[id];
       job.experiment_id = summary.experiment_id;
       job.state = store_.job_state(id).value();
       job.attempts = store_.num_attempts(id);
+      job.returned = open.jobs.at(static_cast<std::size_t>(id - summary.first_job_id)).returned;
       if (const auto result = store_.accepted_result(id)) {
         job.accepted = result->attempt;
         job.cost = result->result.cost;
@@ -66,15 +68,17 @@ StoredState SqliteDisk::Read() {
     state.experiments[IntOf(row[0])] = {TextOf(row[1]), db::ParseExperimentState(TextOf(row[2])).value(), IntOf(row[3]),
                                         IntOf(row[4])};
   }
-  for (const auto& row : database
-                             .Query("SELECT j.job_id, c.experiment_id, j.state, j.attempts, r.attempt, r.cost "
-                                    "FROM jobs AS j JOIN cells AS c USING (cell_id) LEFT JOIN results AS r "
-                                    "ON r.job_id = j.job_id")
-                             .rows) {
+  for (const auto& row :
+       database
+           .Query("SELECT j.job_id, c.experiment_id, j.state, j.attempts, r.attempt, r.cost, j.returned "
+                  "FROM jobs AS j JOIN cells AS c USING (cell_id) LEFT JOIN results AS r "
+                  "ON r.job_id = j.job_id")
+           .rows) {
     StoredState::Job& job = state.jobs[IntOf(row[0])];
     job.experiment_id = IntOf(row[1]);
     job.state = db::ParseJobState(TextOf(row[2])).value();
     job.attempts = static_cast<int>(IntOf(row[3]));
+    job.returned = static_cast<int>(IntOf(row[6]));
     if (std::holds_alternative<std::int64_t>(row[4])) {
       job.accepted = static_cast<int>(IntOf(row[4]));
       job.cost = std::get<double>(row[5]);

@@ -28,6 +28,7 @@ struct StoredState {
     std::int64_t experiment_id = 0;
     db::JobState state{};
     int attempts = 0;
+    int returned = 0;             ///< of these, not charged
     std::optional<int> accepted;  ///< attempt whose result it has
     double cost = 0;              ///< of that result
   };

@@ -35,6 +35,10 @@ class FaultyStore final : public db::Store {
     CheckReading();
     return inner_.FindAttempt(job_id, attempt);
   }
+  std::optional<db::OpenExperiment> LoadExperiment(std::int64_t experiment_id) override {
+    CheckReading();
+    return inner_.LoadExperiment(experiment_id);
+  }
   std::optional<std::string> FindMethodOptions(const std::string& hash) override {
     CheckReading();
     return inner_.FindMethodOptions(hash);

@@ -76,6 +76,24 @@ class History {
       }
     }
     planned_ = num_experiments;
+    PlanDecisions();
+  }
+
+  // All by one client: another one would have to know what the first has stopped.
+  void PlanDecisions() {
+    SimulatedClient& user = *clients_.back();
+    for (std::uint64_t i = 0; i < planned_; ++i) {
+      const std::string id = "submission " + std::to_string(i);
+      const auto decide = [&](double probability, std::function<void()> action) {
+        if (!world_.Chance(probability)) return;
+        world_.At(world_.Within(microseconds(8'000'000), microseconds(24'000'000)), std::move(action));
+      };
+      const bool hold = world_.Chance(0.5);
+      const microseconds duration = world_.Within(microseconds(500'000), microseconds(8'000'000));
+      decide(0.25, [&user, id, hold, duration] { user.StopAndGoOn(id, hold, duration); });
+      decide(0.2, [&user, id] { user.Retry(id); });
+      decide(0.2, [&user, id, priority = 1 + static_cast<int>(i)] { user.Favour(id, priority); });
+    }
   }
 
   // Everybody has been answered, every job is over, every result was delivered.

@@ -23,6 +23,28 @@ void Record::OnSubmitted(const std::string& submission_id, std::int64_t experime
   submission.experiment_id = experiment_id;
 }
 
+std::int64_t AttemptsOf(const StoredState& state, std::int64_t experiment_id) {
+  std::int64_t attempts = 0;
+  for (const auto& [id, job] : state.jobs) attempts += job.experiment_id == experiment_id ? job.attempts : 0;
+  return attempts;
+}
+
+void Record::OnStopped(std::int64_t experiment_id, bool held, const StoredState& state) {
+  attempts_at_stop[experiment_id] = AttemptsOf(state, experiment_id);
+  const bool runs = std::any_of(state.jobs.begin(), state.jobs.end(), [experiment_id](const auto& job) {
+    return job.second.experiment_id == experiment_id && job.second.state == db::JobState::kLeased;
+  });
+  if (held && runs)
+    Violation("wrong state: a job of experiment " + std::to_string(experiment_id) + " runs though held");
+}
+
+void Record::OnGoOn(std::int64_t experiment_id, const StoredState& state) {
+  const auto stopped = attempts_at_stop.extract(experiment_id);
+  if (!stopped.empty() && stopped.mapped() != AttemptsOf(state, experiment_id)) {
+    Violation("unexpected: jobs of experiment " + std::to_string(experiment_id) + " were leased while it was stopped");
+  }
+}
+
 void Record::OnCancelled(std::int64_t experiment_id, const StoredState& state) {
   results_at_cancel.emplace(experiment_id, AcceptedOf(state, experiment_id));
 }

@@ -36,6 +36,10 @@ class Record {
     submissions[submission_id].num_jobs = num_jobs;
   }
   void OnSubmitted(const std::string& submission_id, std::int64_t experiment_id, std::int64_t num_jobs);
+  /// Told that nothing of the experiment is leased any more; with a hold, that nothing of it runs.
+  void OnStopped(std::int64_t experiment_id, bool held, const StoredState& state);
+  /// About to let it go on.
+  void OnGoOn(std::int64_t experiment_id, const StoredState& state);
   void OnCancelled(std::int64_t experiment_id, const StoredState& state);
 
   // Workers. `life` names one life of one worker.
@@ -50,6 +54,7 @@ class Record {
   std::map<std::string, Submission> submissions;
   std::set<std::int64_t> cancel_asked;
   std::map<std::int64_t, std::int64_t> results_at_cancel;  ///< experiment -> accepted results when told "cancelled"
+  std::map<std::int64_t, std::int64_t> attempts_at_stop;   ///< experiment -> attempts when told it is stopped
   std::map<std::int64_t, std::pair<std::int64_t, int>> leases;  ///< token -> job, attempt
   std::map<ResultKey, Report> reports;
   std::vector<std::string> violations;
@@ -58,6 +63,8 @@ class Record {
   std::map<std::int64_t, std::map<std::uint64_t, bool>> running_;  ///< job -> life -> excused
 };
 
+/// Results and attempts of an experiment.
 std::int64_t AcceptedOf(const StoredState& state, std::int64_t experiment_id);
+std::int64_t AttemptsOf(const StoredState& state, std::int64_t experiment_id);
 
 }  // namespace legopt::simulation

@@ -12,6 +12,8 @@ constexpr microseconds kPresence{2'000'000};  // until a server must have answer
 constexpr microseconds kWork{5'000'000};
 constexpr microseconds kAskAgain{300'000};
 constexpr microseconds kStatusEvery{2'500'000};
+constexpr std::int8_t kPause = 0, kResume = 1, kHold = 2, kRelease = 3, kPriority = 4, kRetry = 5;
+constexpr int kUnknownExperiment = 1;
 constexpr int kCreated = 0;
 constexpr int kKnown = 1;
 constexpr int kRefused = 2;
@@ -127,6 +129,56 @@ void SimulatedClient::SendCancel(const std::string& submission_id) {
         if (reply.ok()) record_.OnCancelled(id, server_.disk().Read());
         Answered(reply.ok());
       });
+}
+
+// --- Pause, hold, priority, retry ------------------------------------------------------------------------------------
+
+void SimulatedClient::StopAndGoOn(const std::string& submission_id, bool hold, microseconds duration) {
+  legopt_msg::control_request stop{};
+  stop.action = hold ? kHold : kPause;
+  if (hold) stop.reason = "simulated";
+  legopt_msg::control_request go_on{};
+  go_on.action = hold ? kRelease : kResume;
+  plan_.push_back({submission_id, [this, stop](const Step& step) { SendControl(step.submission_id, stop); }});
+  plan_.push_back({submission_id, [this, duration](const Step&) {
+                     Answered(true);
+                     next_ask_ = world().now() + duration;
+                   }});
+  plan_.push_back({submission_id, [this, go_on](const Step& step) { SendControl(step.submission_id, go_on); }});
+}
+
+void SimulatedClient::Retry(const std::string& submission_id) {
+  legopt_msg::control_request request{};
+  request.action = kRetry;
+  plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
+}
+
+void SimulatedClient::Favour(const std::string& submission_id, int priority) {
+  legopt_msg::control_request request{};
+  request.action = kPriority;
+  request.priority = priority;
+  plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
+}
+
+void SimulatedClient::SendControl(const std::string& submission_id, legopt_msg::control_request request) {
+  const auto experiment_id = record_.submissions[submission_id].experiment_id;
+  if (!experiment_id) return Answered(false);
+  request.experiment_id = *experiment_id;
+  if (request.action != kPause && request.action != kHold) record_.OnGoOn(*experiment_id, server_.disk().Read());
+  bus::CallOptions options;
+  options.timeout = kPresence;
+  bus::CallMessage(*endpoint_, bus::kServer, request, options,
+                   [this, request](bus::CallOutcome<legopt_msg::control_reply>&& reply) {
+                     const std::int64_t id = request.experiment_id;
+                     if (reply.ok() && reply.reply.status == kUnknownExperiment) {
+                       record_.Violation("lost: experiment " + std::to_string(id) + " cannot be controlled");
+                     }
+                     const bool stopped = request.action == kPause || request.action == kHold;
+                     if (reply.ok() && reply.reply.status == 0 && stopped) {
+                       record_.OnStopped(id, request.action == kHold, server_.disk().Read());
+                     }
+                     Answered(reply.ok());
+                   });
 }
 
 void SimulatedClient::AskStatus() {

@@ -27,6 +27,12 @@ class SimulatedClient final : public Process {
   void Submit(const std::string& submission_id, const std::string& spec_json, std::int64_t num_jobs);
   /// Cancels what a submission has made, once it is known.
   void Cancel(const std::string& submission_id);
+  /// Stops and, after `duration`, lets go on what a submission has made; with `hold`, gives back what runs.
+  void StopAndGoOn(const std::string& submission_id, bool hold, microseconds duration);
+  /// Has its failed and dead jobs tried again.
+  void Retry(const std::string& submission_id);
+  /// Makes its jobs begin before those of others.
+  void Favour(const std::string& submission_id, int priority);
   /// Nothing left to ask.
   bool done() const { return plan_.empty(); }
 
@@ -45,6 +51,7 @@ class SimulatedClient final : public Process {
   void SendSubmission(const std::string& id, const legopt_msg::submit_request& request, bool altered);
   void TakeSubmitAnswer();
   void SendCancel(const std::string& submission_id);
+  void SendControl(const std::string& submission_id, legopt_msg::control_request request);
   void AskStatus();
   void CheckStatus(const std::string& json, std::set<std::int64_t> known,
                    const std::map<std::int64_t, std::int64_t>& done_before);

@@ -1,0 +1,185 @@
+// Carries datagrams between two deployments' port pairs and injures them on the way: each port and the next one of one
+// pair to those of the other, in both directions. Parties of the two sides must use one deployment number
+// (LEGOPT_DEPLOYMENT), since it would follow from the port. Needs no privileges.
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <chrono>
+#include <iostream>
+#include <map>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::microseconds;
+
+struct Options {
+  std::string group = "239.255.76.67";
+  int near = 0;  // control ports of the two sides
+  int far = 0;
+  std::uint64_t seed = 1;
+  double drop = 0.2;
+  double duplicate = 0.05;
+  double reorder = 0.1;
+  int max_delay_ms = 50;
+};
+
+constexpr int kPorts = 2;               // control and bulk
+constexpr int kReorderDelay_ms = 50;    // on top of the delay of others
+constexpr std::size_t kLargest = 2048;  // above every datagram of ours
+
+int Require(int result, const char* what) {
+  if (result < 0) throw std::runtime_error(std::string("injuring relay: ") + what + " failed");
+  return result;
+}
+
+sockaddr_in Address(const std::string& group, int port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  inet_pton(AF_INET, group.c_str(), &address.sin_addr);
+  return address;
+}
+
+const sockaddr* Raw(const sockaddr_in& address) { return reinterpret_cast<const sockaddr*>(&address); }
+
+int OpenListener(const std::string& group, int port) {
+  const int fd = Require(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0), "socket");
+  const int yes = 1;
+  Require(setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes), "SO_REUSEADDR");
+  Require(setsockopt(fd, SOL_SOCKET, SO_REUSEPORT, &yes, sizeof yes), "SO_REUSEPORT");
+  const int buffer = 4 << 20;
+  setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
+  const sockaddr_in address = Address(group, port);
+  Require(bind(fd, Raw(address), sizeof address), "bind");
+  ip_mreq membership{};
+  membership.imr_multiaddr = address.sin_addr;
+  membership.imr_interface.s_addr = htonl(INADDR_ANY);
+  Require(setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership), "IP_ADD_MEMBERSHIP");
+  return fd;
+}
+
+// Bound, so that what it sends is recognised when it is heard again.
+int OpenSender() {
+  const int fd = Require(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0), "socket");
+  const unsigned char ttl = 0;
+  Require(setsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl), "IP_MULTICAST_TTL");
+  const sockaddr_in any = Address("0.0.0.0", 0);
+  Require(bind(fd, Raw(any), sizeof any), "bind");
+  return fd;
+}
+
+int PortOf(int fd) {
+  sockaddr_in own{};
+  socklen_t size = sizeof own;
+  Require(getsockname(fd, reinterpret_cast<sockaddr*>(&own), &size), "getsockname");
+  return ntohs(own.sin_port);
+}
+
+class Relay {
+ public:
+  explicit Relay(const Options& options) : options_(options), random_(options.seed), sender_(OpenSender()) {
+    for (int port = 0; port < kPorts; ++port) {
+      listeners_.push_back({OpenListener(options.group, options.near + port), options.far + port});
+      listeners_.push_back({OpenListener(options.group, options.far + port), options.near + port});
+    }
+    own_port_ = PortOf(sender_);
+  }
+
+  void Run() {
+    std::vector<pollfd> descriptors;
+    for (const Listener& listener : listeners_) descriptors.push_back({listener.fd, POLLIN, 0});
+    for (;;) {
+      poll(descriptors.data(), descriptors.size(), WaitTime_ms());
+      for (std::size_t i = 0; i < listeners_.size(); ++i) {
+        if ((descriptors[i].revents & POLLIN) != 0) Take(listeners_[i]);
+      }
+      SendDue();
+    }
+  }
+
+ private:
+  struct Listener {
+    int fd;
+    int to_port;
+  };
+  struct Datagram {
+    int to_port;
+    std::string bytes;
+  };
+
+  bool Chance(double probability) { return static_cast<double>(random_() >> 11U) * 0x1.0p-53 < probability; }
+
+  void Take(const Listener& listener) {
+    std::array<char, kLargest> buffer;
+    sockaddr_in source{};
+    socklen_t size = sizeof source;
+    const ssize_t bytes =
+        recvfrom(listener.fd, buffer.data(), buffer.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&source), &size);
+    if (bytes <= 0 || ntohs(source.sin_port) == own_port_) return;
+    if (Chance(options_.drop)) return;
+    const int copies = Chance(options_.duplicate) ? 2 : 1;
+    for (int i = 0; i < copies; ++i) {
+      microseconds delay(random_() % (static_cast<std::uint64_t>(options_.max_delay_ms) * 1000 + 1));
+      if (Chance(options_.reorder)) delay += microseconds(random_() % (kReorderDelay_ms * 1000));
+      under_way_.emplace(Clock::now() + delay,
+                         Datagram{listener.to_port, std::string(buffer.data(), static_cast<std::size_t>(bytes))});
+    }
+  }
+
+  void SendDue() {
+    while (!under_way_.empty() && under_way_.begin()->first <= Clock::now()) {
+      const Datagram datagram = std::move(under_way_.begin()->second);
+      under_way_.erase(under_way_.begin());
+      const sockaddr_in to = Address(options_.group, datagram.to_port);
+      sendto(sender_, datagram.bytes.data(), datagram.bytes.size(), 0, Raw(to), sizeof to);
+    }
+  }
+
+  int WaitTime_ms() const {
+    if (under_way_.empty()) return -1;
+    const auto wait = std::chrono::ceil<std::chrono::milliseconds>(under_way_.begin()->first - Clock::now());
+    return static_cast<int>(std::max<std::int64_t>(wait.count(), 0));
+  }
+
+  Options options_;
+  std::mt19937_64 random_;
+  int sender_;
+  int own_port_ = 0;
+  std::vector<Listener> listeners_;
+  std::multimap<Clock::time_point, Datagram> under_way_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Carries datagrams between two pairs of multicast ports and injures them.");
+  app.add_option("--group", options.group, "Multicast group of both sides")->capture_default_str();
+  app.add_option("--near", options.near, "Control port of one side")->required();
+  app.add_option("--far", options.far, "Control port of the other side")->required();
+  app.add_option("--seed", options.seed, "Of all misfortune")->capture_default_str();
+  app.add_option("--drop", options.drop, "Share of datagrams lost")->capture_default_str();
+  app.add_option("--duplicate", options.duplicate, "Share delivered twice")->capture_default_str();
+  app.add_option("--reorder", options.reorder, "Share held back by up to 50 ms more")->capture_default_str();
+  app.add_option("--max-delay-ms", options.max_delay_ms, "Delay of each, from 0")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    Relay relay(options);
+    std::cout << "relay ready" << std::endl;
+    relay.Run();
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << "\n";
+    return 1;
+  }
+}
