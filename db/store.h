@@ -66,7 +66,7 @@ struct RecordStaleResult {
   std::int64_t at_us = 0;
 };
 
-/// All queued and leased jobs -> cancelled, running attempts end as cancelled, experiment -> cancelled and held no more.
+/// All queued and leased jobs -> cancelled, running attempts end as cancelled, experiment -> cancelled, not held.
 struct CancelExperiment {
   std::int64_t experiment_id = 0;
   std::int64_t at_us = 0;

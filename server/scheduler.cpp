@@ -59,8 +59,9 @@ void Scheduler::Open(const Instant& now, const db::OpenExperiment& open) {
     job.state = stored.state;
     job.outcome = stored.outcome;
     if (stored.state != db::JobState::kLeased) continue;
-    // The worker may still be at it: it gets a full lease to be heard of.
-    leases_[experiment->job_id(index)] = {stored.worker_id, now.steady + options_.lease + options_.grace, false};
+    // The worker may still be at it. Without word from it the job must be free before a server that is restarted again
+    // and again is gone: a full lease each time would keep the jobs of dead workers leased for ever.
+    leases_[experiment->job_id(index)] = {stored.worker_id, now.steady + options_.lease * 9 / 10, false};
     ++workers_[stored.worker_id].leases;
   }
   by_first_job_[summary.first_job_id] = experiment.get();

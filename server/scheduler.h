@@ -105,7 +105,8 @@ class Scheduler {
     std::function<std::optional<db::OpenExperiment>(std::int64_t experiment_id)> experiment;
   };
 
-  /// Takes up where the store stands. Leases that were running get a full lease from `now` on.
+  /// Takes up where the store stands. Leases that were running get nine tenths of a lease from `now` on:
+  /// their last renewal is older than `now`, so that a worker that is not heard of has stopped its job by then.
   /// Throws SpecError when a stored spec is not legal (a damaged or foreign database).
   Scheduler(const SchedulerOptions& options, db::OpenState state, TokenSource tokens, Lookup lookup,
             const Instant& now);

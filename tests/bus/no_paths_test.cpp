@@ -20,6 +20,8 @@ namespace {
 //   (tests/db/read_only_database_test)
 const std::map<std::string, std::string> kTexts = {
     {"cancel_reply.message", "shown"},
+    {"control_reply.message", "shown"},
+    {"control_request.reason", "shown"},
     {"dataset_ref.name", "shown"},
     {"dataset_ref.hash", "compared"},
     {"hello_reply.message", "shown"},

@@ -151,10 +151,23 @@ TEST_F(SchedulerTest, LeaseOfAWorkerThatDiedWithTheServerExpires) {
   Hello(kFirst);
   LeaseOne(kFirst);
   Restart();
-  Advance(options_.lease);
+  Advance(options_.lease * 9 / 10 - 1ms);
   EXPECT_EQ(StateOf(1), JobState::kLeased);
-  Advance(2s);
+  Advance(200ms);
   EXPECT_EQ(StateOf(1), JobState::kQueued);
+}
+
+// Found by killing the server every ten seconds: its restarts must not keep a dead worker's lease alive.
+TEST_F(SchedulerTest, LeaseOfADeadWorkerExpiresThoughTheServerDiesEveryLease) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  LeaseOne(kFirst);
+  for (int life = 0; life < 2; ++life) {
+    Restart();
+    Advance(options_.lease - 500ms);
+  }
+  EXPECT_EQ(StateOf(1), JobState::kQueued);
+  EXPECT_EQ(scheduler_->counters().leases_expired, 0U) << "in the life before";
 }
 
 TEST_F(SchedulerTest, QueueGoesOnWhereItStood) {

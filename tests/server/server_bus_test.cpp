@@ -299,6 +299,7 @@ TEST_F(ServerOnBus, TheEndOfAnExperimentTellsWhatTheBusWentThrough) {
   Submit(SampleSpec(5));
   ASSERT_TRUE(RunUntil([&] { return AllDone(); }));
   Submit(SampleSpec(2), "s2");
+  AddWorkers(1);  // the first one has left
   ASSERT_TRUE(RunUntil([&] { return AllDone(2); }));
   ASSERT_EQ(store_.health.size(), 2U);
   const auto first = nlohmann::json::parse(store_.health.at(1));
