@@ -298,15 +298,20 @@ TEST_F(ServerOnBus, TheEndOfAnExperimentTellsWhatTheBusWentThrough) {
   AddWorkers(1);
   Submit(SampleSpec(5));
   ASSERT_TRUE(RunUntil([&] { return AllDone(); }));
+  submitted_.reset();
   Submit(SampleSpec(2), "s2");
-  AddWorkers(1);  // the first one has left
-  ASSERT_TRUE(RunUntil([&] { return AllDone(2); }));
-  ASSERT_EQ(store_.health.size(), 2U);
+  ASSERT_TRUE(RunUntil([&] { return submitted_.has_value(); }));
+  legopt_msg::cancel_request cancel{};
+  cancel.experiment_id = 2;
+  client_.Call<legopt_msg::cancel_reply>(bus::MessageType::kCancel, cancel, [](const auto&) {});
+  ASSERT_TRUE(RunUntil([&] { return store_.health.size() == 2U; }));
   const auto first = nlohmann::json::parse(store_.health.at(1));
   EXPECT_EQ(first.at("results_accepted"), 5);
   EXPECT_GT(first.at("datagrams_received").get<int>(), 5);
   EXPECT_FALSE(first.contains("rejected_tag")) << "only what grew";
-  EXPECT_EQ(nlohmann::json::parse(store_.health.at(2)).at("results_accepted"), 2) << "since its own submission";
+  const auto second = nlohmann::json::parse(store_.health.at(2));
+  EXPECT_EQ(second.at("jobs_cancelled"), 2);
+  EXPECT_FALSE(second.contains("results_accepted")) << "since its own submission";
 }
 
 // Found by the simulation: a request put off while writing failed, whose handler then could not read, ended the server.
