@@ -192,7 +192,8 @@ void BM_ScheduleOneJob(benchmark::State& state) {
   SchedulerOptions options;
   options.server_instance = 1;
   Scheduler scheduler(options, store.LoadOpenState(), [&] { return ++token; },
-                      {[](std::int64_t, int) { return std::nullopt; }, [](const std::string&) { return std::nullopt; }},
+                      {[](std::int64_t, int) { return std::nullopt; }, [](const std::string&) { return std::nullopt; },
+                       [](std::int64_t) { return std::nullopt; }},
                       {});
   Scheduler::Ops ops;
   legopt_msg::submit_request submit{};
