@@ -73,6 +73,8 @@ Json ReadJsonFile(const std::filesystem::path& path) {
   } catch (const Json::parse_error& error) {
     Fail(path.string(), "byte " + std::to_string(error.byte), "", "not valid JSON: " + std::string(error.what()),
          "correct the syntax");
+  } catch (const Json::out_of_range& error) {  // a number that no double holds
+    Fail(path.string(), "", "", "not valid JSON: " + std::string(error.what()), "write numbers below 1.8e308");
   }
 }
 

@@ -88,6 +88,7 @@ TEST_F(SolutionFileTest, FaultsNameProblemMethodAndKey) {
               HasSubstr("two solutions"));
   EXPECT_THAT(MessageOf([&] { Read("{}"); }), HasSubstr("list of problems"));
   EXPECT_THAT(MessageOf([&] { Read("[1"); }), HasSubstr("not valid JSON"));
+  EXPECT_THAT(MessageOf([&] { Read("[1e999]"); }), AllOf(HasSubstr("not valid JSON"), HasSubstr("1e999")));
   EXPECT_THAT(MessageOf([&] { ReadSolutions(folder_.path() / "none.json"); }), HasSubstr("cannot be read"));
 }
 

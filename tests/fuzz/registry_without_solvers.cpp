@@ -12,11 +12,11 @@ void VisitMoments(Method& method, OptionFields& fields) {
 }
 
 constexpr std::array kSolvers = {
-    SolverEntry{"sqp", "SQP", true, false, [](Method& m, OptionFields& f) { m.sqp.Visit(f); }, nullptr},
-    SolverEntry{"best", "LegOpt-best", false, true, [](Method& m, OptionFields& f) { m.best.Visit(f); }, nullptr},
-    SolverEntry{"ipopt", "Ipopt", false, false, [](Method& m, OptionFields& f) { m.ipopt.Visit(f); }, nullptr},
-    SolverEntry{"adam", "Adam", true, false, VisitMoments, nullptr},
-    SolverEntry{"stomp", "STOMP", false, true, [](Method& m, OptionFields& f) { m.stomp.Visit(f); }, nullptr},
+    SolverEntry{"sqp", "SQP", true, false, 0.03, [](Method& m, OptionFields& f) { m.sqp.Visit(f); }, nullptr},
+    SolverEntry{"best", "LegOpt-best", false, true, 0.03, [](Method& m, OptionFields& f) { m.best.Visit(f); }, nullptr},
+    SolverEntry{"ipopt", "Ipopt", false, false, 0.03, [](Method& m, OptionFields& f) { m.ipopt.Visit(f); }, nullptr},
+    SolverEntry{"adam", "Adam", true, false, 1e-3, VisitMoments, nullptr},
+    SolverEntry{"stomp", "STOMP", false, true, 1e-3, [](Method& m, OptionFields& f) { m.stomp.Visit(f); }, nullptr},
 };
 
 }  // namespace
