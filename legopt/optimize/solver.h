@@ -28,7 +28,7 @@ struct SolverResult {
   SolveStatus status = SolveStatus::kNotRun;
   ObjectiveValue value;   ///< at the returned point
   bool feasible = false;  ///< every violation below the method's tolerance, converged or not
-  int iterations = 0;     ///< trial steps
+  int iterations = 0;     ///< trial steps; of SQP subproblems, the one that showed convergence included
 };
 
 /// An optimiser of the paper's penalty problem, min F(x) + mu V(x) with growing mu. It knows terms, not robots.
