@@ -6,18 +6,18 @@
 #include <assimp/scene.h>
 
 #include <algorithm>
+#include <array>
 #include <assimp/Importer.hpp>
 #include <cstring>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <set>
-#include <sstream>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
+#include "legopt/collision/mesh_file_check.h"
 #include "legopt/input_error.h"
 
 namespace legopt {
@@ -48,28 +48,28 @@ void KeepNeededReaders(Assimp::Importer& importer) {
   }
 }
 
-/// A PLY header says how many elements follow, and assimp takes memory for them before it looks for them; each takes at
-/// least one byte. A header without end keeps it reading for ever.
-void CheckPlyHeader(const std::string& path) {
-  constexpr int kMaxHeaderLines = 1000;
-  std::ifstream file(path, std::ios::binary);
-  std::string line;
-  const auto is = [&line](std::size_t i, char lower) { return i < line.size() && (line[i] | 0x20) == lower; };
-  if (!std::getline(file, line) || !is(0, 'p') || !is(1, 'l') || !is(2, 'y')) return;
-  std::error_code error;
-  const auto bytes = std::filesystem::file_size(path, error);
-  for (int number = 0; number < kMaxHeaderLines && std::getline(file, line); ++number) {
-    std::istringstream words(line);
-    std::string keyword, name;
-    std::uintmax_t count = 0;
-    words >> keyword >> name;
-    if (keyword == "end_header") return;
-    if (keyword != "element") continue;
-    if (!(words >> count) || count > bytes) {
-      Refuse(path, "element " + name, line, "the file is too short for so many", kExportAgain);
+/// Cuts polygons into triangles. Assimp's step for that trusts what its readers say of a mesh: it reads vertices by
+/// indices that nobody checked, and ends the process where the stated kinds of faces are not those that are there. So
+/// both are looked at before, and a mesh without polygons is left alone.
+const aiScene* Triangulate(Assimp::Importer& importer, const std::string& path) {
+  bool has_polygons = false;
+  const aiScene& scene = *importer.GetScene();
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    aiMesh& mesh = *scene.mMeshes[m];
+    mesh.mPrimitiveTypes &= ~static_cast<unsigned>(aiPrimitiveType_POLYGON);
+    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
+      const aiFace& face = mesh.mFaces[i];
+      for (unsigned corner = 0; corner < face.mNumIndices; ++corner) {
+        if (face.mIndices[corner] >= mesh.mNumVertices) {
+          Refuse(path, "face " + std::to_string(i), std::to_string(face.mIndices[corner]), "there is no such vertex",
+                 kExportAgain);
+        }
+      }
+      if (face.mNumIndices > 3) mesh.mPrimitiveTypes |= aiPrimitiveType_POLYGON;
     }
+    has_polygons = has_polygons || (mesh.mPrimitiveTypes & aiPrimitiveType_POLYGON) != 0;
   }
-  Refuse(path, "end_header", "", "the header has no end", kExportAgain);
+  return has_polygons ? importer.ApplyPostProcessing(aiProcess_Triangulate) : &scene;
 }
 
 /// Exact coordinates as a hash key; -0.0 and 0.0 are one point.
@@ -118,13 +118,6 @@ class MeshBuilder {
     for (unsigned i = 0; i < source.mNumFaces; ++i) {
       const aiFace& face = source.mFaces[i];
       if (face.mNumIndices != 3) continue;  // points and lines
-      // Assimp hands on what stands in the file.
-      for (unsigned corner = 0; corner < 3; ++corner) {
-        if (face.mIndices[corner] >= source.mNumVertices) {
-          Refuse(path_, "face " + std::to_string(i), std::to_string(face.mIndices[corner]), "there is no such vertex",
-                 kExportAgain);
-        }
-      }
       std::array<int, 3> triangle = {index[face.mIndices[0]], index[face.mIndices[1]], index[face.mIndices[2]]};
       if (flip) std::swap(triangle[1], triangle[2]);
       if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) continue;
@@ -164,7 +157,7 @@ TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale) {
     Refuse(path, "scale", std::to_string(scale.x()) + " " + std::to_string(scale.y()) + " " + std::to_string(scale.z()),
            "mesh scale must be finite and not zero", "give three factors such as 0.001 0.001 0.001");
   }
-  CheckPlyHeader(path);
+  CheckMeshFile(path);
   Assimp::Importer importer;
   KeepNeededReaders(importer);
   // As in ROS tools: vertices are taken in the axes they were authored in; units are converted to metres.
@@ -172,8 +165,11 @@ TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale) {
   const aiScene* scene = nullptr;
   std::string reason;
   try {
-    scene = importer.ReadFile(path, aiProcess_Triangulate);
+    scene = importer.ReadFile(path, 0);
+    if (scene != nullptr) scene = Triangulate(importer, path);
     reason = importer.GetErrorString();
+  } catch (const InputError&) {
+    throw;
   } catch (const std::exception& e) {  // assimp lets a few through on damaged files
     scene = nullptr;
     reason = e.what();

@@ -126,6 +126,50 @@ TEST_F(MeshFile, BadFilesAreRefusedByName) {
   EXPECT_NE(ErrorOf(Write("mesh.xyz", BinaryStl(kTetrahedron))), "");
 }
 
+TEST_F(MeshFile, PolygonsAreCutIntoTriangles) {
+  const std::string obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nf 1 2 3 4\nf 2 5 3\n";
+  const TriangleMesh mesh = LoadMesh(Write("square.obj", obj));
+  EXPECT_EQ(mesh.vertices.size(), 5U);
+  EXPECT_EQ(mesh.triangles.size(), 3U);
+}
+
+/// Fault, and what the message must say. Assimp takes gigabytes, reads for ever or writes past its memory on these.
+TEST_F(MeshFile, DamageThatTheReaderWouldNotSurviveIsRefused) {
+  const auto ply = [](const std::string& elements) {
+    return "ply\nformat ascii 1.0\n" + elements + "end_header\n0 0 0\n";
+  };
+  const auto dae = [](const std::string& geometry) {
+    return R"(<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><library_geometries>)" +
+           geometry + "</library_geometries></COLLADA>";
+  };
+  struct Case {
+    std::string name, content, said;
+  };
+  const std::vector<Case> cases = {
+      {"many.ply", ply("element vertex 2000000000\nproperty float x\n"), "header line 3: the file is too short"},
+      {"negative.ply", ply("element vertex -1\nproperty float x\n"), "header line 3: is no line of a PLY header"},
+      {"twice.ply", ply("element vertex 1\nproperty float x\nelement vertex 1\n"), "header line 5: the element stands"},
+      {"type.ply", ply("element vertex 1\nproperty floa x\n"), "header line 4: is no line of a PLY header"},
+      {"early.ply", ply("property float x\n"), "header line 3: is no line of a PLY header"},
+      {"garbage.ply", ply("element vertex 1\nggggggg\n"), "header line 4: is no line of a PLY header"},
+      {"endless.ply", "ply\nformat ascii 1.0\ncomment\n", "end_header: the header has no end"},
+      {"count.dae", dae("<float_array count=\"99999999\">0</float_array>"), "<float_array> in line 1, count"},
+      {"negative.dae", dae("<triangles count=\"-3\"/>"), "<triangles> in line 1, count"},
+      {"indices.dae", dae("<p>0 1 2]3</p>"), "<p> in line 1: is no list of numbers (got ']3')"},
+      {"open.dae", "<COLLADA><library_geometries>", "not valid XML"},
+  };
+  for (const Case& c : cases) {
+    const std::string path = Write(c.name, c.content);
+    try {
+      LoadMesh(path);
+      ADD_FAILURE() << c.name << " was read";
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find(path + ": "), std::string::npos) << e.what();
+      EXPECT_NE(std::string(e.what()).find(c.said), std::string::npos) << e.what();
+    }
+  }
+}
+
 TEST_F(MeshFile, NonFiniteNumbersAreRefused) {
   auto triangles = kTetrahedron;
   triangles[2][4] = std::numeric_limits<float>::quiet_NaN();
