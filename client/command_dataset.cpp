@@ -90,7 +90,7 @@ void AddDatasetCommand(CLI::App& app, Invocation* invocation) {
 
   auto* info = dataset->add_subcommand("info", "Load a dataset, check its hashes and describe it");
   const auto info_options = std::make_shared<Options>();
-  info->add_option("DIR", info_options->folder, "Dataset folder (default: the embedded garage-small)");
+  info->add_option("DIR", info_options->folder, "Dataset folder (default: the embedded garage-easier)");
   AddFormatOption(*info, &info_options->format);
   info->callback([=] { invocation->body = [info_options] { return Info(*info_options); }; });
 }

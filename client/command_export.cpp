@@ -96,7 +96,7 @@ void AddExportCommand(CLI::App& app, Invocation* invocation) {
   command->add_option("--collision", options->collision, "Only methods with this model: solid or surface")
       ->check(CLI::IsMember({"solid", "surface"}));
   command->add_option("--dataset", options->dataset,
-                      "Dataset folder, for the problem definitions (default: the embedded garage-small)");
+                      "Dataset folder, for the problem definitions (default: the embedded garage-easier)");
   AddSourceOptions(*command, &options->source);
   command->callback([=] { invocation->body = [options] { return Export(*options); }; });
 }

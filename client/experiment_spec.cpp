@@ -47,7 +47,7 @@ std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelectio
   const auto& available = selection.task == "posture" ? dataset.posture : dataset.motion;
   if (available.empty()) {
     throw InputError({suite.file, "tasks", selection.task, "the dataset '" + dataset.name + "' has no such problems",
-                      "remove the task or choose another dataset"});
+                      "remove the task (--tasks) or choose another dataset"});
   }
   if (!selection.problems) return available;
   std::vector<DatasetFacts::Problem> selected;
@@ -66,20 +66,25 @@ std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelectio
 void LeaveOutLongMotions(const Suite& suite, std::vector<DatasetFacts::Problem>* problems) {
   if (!suite.max_stances) return;
   std::erase_if(*problems, [&](const auto& p) { return p.waypoints > kWaypointsPerStance * *suite.max_stances; });
-  if (!problems->empty()) return;
-  throw InputError({suite.file, "max_stances", std::to_string(*suite.max_stances), "leaves no motion problem",
-                    "raise it, or choose other problems"});
 }
 
-nlohmann::json TaskJson(const Suite& suite, const TaskSelection& selection, const DatasetFacts& dataset) {
-  auto problems = Select(suite, selection, dataset);
-  if (selection.task == "motion") LeaveOutLongMotions(suite, &problems);
-  auto ids = nlohmann::json::array(), waypoints = nlohmann::json::array();
-  for (const auto& problem : problems) {
-    ids.push_back(problem.id);
-    waypoints.push_back(problem.waypoints);
+// The suite's tasks with their problems. A task whose motions are all too long is left out as long as another remains.
+nlohmann::json TasksJson(const Suite& suite, const DatasetFacts& dataset) {
+  auto tasks = nlohmann::json::array();
+  for (const TaskSelection& selection : suite.tasks) {
+    auto problems = Select(suite, selection, dataset);
+    if (selection.task == "motion") LeaveOutLongMotions(suite, &problems);
+    if (problems.empty()) continue;
+    auto ids = nlohmann::json::array(), waypoints = nlohmann::json::array();
+    for (const auto& problem : problems) {
+      ids.push_back(problem.id);
+      waypoints.push_back(problem.waypoints);
+    }
+    tasks.push_back({{"task", selection.task}, {"problems", std::move(ids)}, {"waypoints", std::move(waypoints)}});
   }
-  return {{"task", selection.task}, {"problems", std::move(ids)}, {"waypoints", std::move(waypoints)}};
+  if (!tasks.empty()) return tasks;
+  throw InputError({suite.file, "max_stances", std::to_string(suite.max_stances.value_or(0)),
+                    "leaves no motion problem", "raise it, or choose other problems"});
 }
 
 nlohmann::json MethodJson(const Method& method) {
@@ -106,15 +111,14 @@ DatasetFacts FactsOf(const Dataset& dataset) {
 }
 
 nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset) {
-  auto tasks = nlohmann::json::array(), methods = nlohmann::json::array();
-  for (const auto& task : suite.tasks) tasks.push_back(TaskJson(suite, task, dataset));
+  auto methods = nlohmann::json::array();
   for (const auto& method : suite.methods) methods.push_back(MethodJson(method));
   return {{"spec_version", kSpecVersion},
           {"name", suite.name},
           {"seed", suite.seed},
           {"repetitions", suite.repetitions},
           {"dataset", {{"name", dataset.name}, {"hash", dataset.hash}}},
-          {"tasks", std::move(tasks)},
+          {"tasks", TasksJson(suite, dataset)},
           {"initializations", suite.initializations},
           {"methods", std::move(methods)},
           {"limits", {{"wall_time_s", WallTimeJson(suite)}, {"memory_mb", suite.memory_mb}}},

@@ -94,7 +94,7 @@ void AddTextOrJsonOption(CLI::App& app, bool* json) {
 }
 
 void AddDatasetOption(CLI::App& app, std::optional<std::string>* dataset) {
-  app.add_option("--dataset", *dataset, "Dataset folder (default: the suite's, else the embedded garage-small)");
+  app.add_option("--dataset", *dataset, "Dataset folder (default: the suite's, else the embedded garage-easier)");
 }
 
 void AddSuiteOptions(CLI::App& app, SuiteOptions* options) {

@@ -27,7 +27,7 @@ struct WallTimes {
 /// An experiment file (YAML). Keys, all in the paper's words:
 ///
 ///     name: quick                      # text; default: the file's name
-///     dataset: ../garage-small         # folder, relative to the file; default: the embedded dataset
+///     dataset: ../garage-easier         # folder, relative to the file; default: the embedded dataset
 ///     seed: 1                          # 0 .. 2^63-1; every random draw depends on it
 ///     repetitions: 1                   # each job so many times, with different random draws
 ///     tasks: [posture, motion]         # or maps: {task: posture, problems: [0, "3-9"]}

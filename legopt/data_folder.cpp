@@ -9,7 +9,7 @@
 namespace legopt {
 namespace {
 
-constexpr char kDefaultDataset[] = "garage-small";
+constexpr char kDefaultDataset[] = "garage-easier";
 
 bool IsFolder(const std::filesystem::path& path) {
   std::error_code error;
@@ -24,7 +24,7 @@ std::filesystem::path DataFolder() {
   if (const char* environment = std::getenv("LEGOPT_DATA"); environment != nullptr && *environment != '\0') {
     if (IsFolder(environment)) return environment;
     throw InputError({"LEGOPT_DATA", "", environment, "no such folder",
-                      "set it to the folder that holds suites/ and garage-small/, or unset it"});
+                      "set it to the folder that holds suites/ and garage-easier/, or unset it"});
   }
   if (IsFolder(LEGOPT_DATA_DIR)) return LEGOPT_DATA_DIR;
   const auto installed = (ProgramFolder() / ".." / "share" / "legopt" / "data").lexically_normal();

@@ -60,7 +60,7 @@ void Define(CLI::App& app, CommandLine& line) {
       ->check(CLI::Range(1, kMaxSlots));
   app.add_option("--dataset", line.datasets,
                  "Dataset folder whose jobs this worker takes; may be repeated "
-                 "(default: the embedded garage-small)");
+                 "(default: the embedded garage-easier)");
   app.add_option("--name", line.name, "Name in tables and listings (default: the host's)");
   app.add_flag("--exit-when-idle", line.exit_when_idle,
                "Leave when every experiment of the server is over (also when it has none)");

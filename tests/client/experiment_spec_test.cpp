@@ -50,6 +50,10 @@ TEST(ExperimentSpec, LongMotionsAreLeftOut) {
   EXPECT_EQ(problems("max_stances: 80\n").at("waypoints"), (nlohmann::json{54, 160}));
   EXPECT_EQ(problems("max_stances: 80\nproblems: [3, 9]\n").at("problems"), nlohmann::json::array({3}));
   EXPECT_EQ(problems("").at("problems"), (nlohmann::json{0, 3, 4, 9}));
+  const auto tasks =
+      BuildSpec(SuiteOf("tasks: [posture, motion]\nmax_stances: 20\nmethods: [{solver: sqp}]\n"), dataset);
+  ASSERT_EQ(tasks.at("tasks").size(), 1U) << "a task that has become empty is left out while another remains";
+  EXPECT_EQ(tasks.at("tasks")[0].at("task"), "posture");
   try {
     problems("max_stances: 20\n");
     FAIL();

@@ -233,6 +233,7 @@ TEST_F(RunCommand, CorruptSceneMeshIsNamedBeforeAnythingIsStored) {
   std::ifstream original(DefaultDatasetFolder() / "dataset.yaml");
   std::ofstream copy(dataset / "dataset.yaml");
   for (std::string line; std::getline(original, line) && line.rfind("files:", 0) != 0;) {
+    if (line.rfind("scene:", 0) == 0) line = "scene: scene.yaml";
     if (line.find("motion") == std::string::npos) copy << line << "\n";
   }
   copy.close();
