@@ -137,9 +137,9 @@ class ColladaCheck : public tinyxml2::XMLVisitor {
     for (const tinyxml2::XMLNode* child = element.FirstChild(); child != nullptr; child = child->NextSibling()) {
       if (child->ToText() == nullptr) continue;
       const std::string_view text = child->Value();
-      const auto strange = std::find_if_not(text.begin(), text.end(), [also](char c) {
-        return std::isdigit(static_cast<unsigned char>(c)) || std::isspace(static_cast<unsigned char>(c)) || c == '-' ||
-               also.find(c) != std::string_view::npos;
+      const auto strange = std::find_if(text.begin(), text.end(), [also](char c) {
+        constexpr std::string_view kAlways = "-0123456789 \t\r\n";  // of white space what the reader skips, no more
+        return kAlways.find(c) == std::string_view::npos && also.find(c) == std::string_view::npos;
       });
       if (strange != text.end())
         Refuse(path_, Place(element), std::string(strange, text.end()), "is no list of numbers");

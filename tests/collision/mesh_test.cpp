@@ -156,6 +156,7 @@ TEST_F(MeshFile, DamageThatTheReaderWouldNotSurviveIsRefused) {
       {"count.dae", dae("<float_array count=\"99999999\">0</float_array>"), "<float_array> in line 1, count"},
       {"negative.dae", dae("<triangles count=\"-3\"/>"), "<triangles> in line 1, count"},
       {"indices.dae", dae("<p>0 1 2]3</p>"), "<p> in line 1: is no list of numbers (got ']3')"},
+      {"space.dae", dae("<p>0 1 \v 2</p>"), "<p> in line 1: is no list of numbers"},
       {"open.dae", "<COLLADA><library_geometries>", "not valid XML"},
   };
   for (const Case& c : cases) {
