@@ -41,7 +41,8 @@ struct Arguments {
   bool verbose = false;
 };
 
-// SIGINT and SIGTERM as a descriptor. Made before any thread, so that all of them have the signals blocked.
+// SIGINT, SIGTERM and SIGHUP (a closed terminal) as a descriptor. Made before any thread, so that all of them have the
+// signals blocked.
 class StopSignal {
  public:
   StopSignal() {
@@ -49,6 +50,7 @@ class StopSignal {
     sigemptyset(&signals);
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGTERM);
+    sigaddset(&signals, SIGHUP);
     sigprocmask(SIG_BLOCK, &signals, nullptr);
     descriptor_ = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
     if (descriptor_ < 0) throw std::runtime_error("signalfd failed");

@@ -109,7 +109,7 @@ class ServerProcess : public testing::Test {
 };
 
 TEST_F(ServerProcess, SaysReadyAndStopsCleanly) {
-  for (const int signal_number : {SIGTERM, SIGINT}) {
+  for (const int signal_number : {SIGTERM, SIGINT, SIGHUP}) {
     Process server(Command(database_, port_));
     ASSERT_TRUE(server.WaitFor("ready")) << server.text();
     server.Signal(signal_number);
@@ -197,6 +197,11 @@ TEST_F(ServerProcess, UnusableDatabasesHaveTheirExitCode) {
   ExpectExit(Command(folder_ / "no" / "results.sqlite", port_), 6, "folder");
   std::ofstream(folder_ / "text.sqlite") << std::string(5000, 'x');
   ExpectExit(Command(folder_ / "text.sqlite", port_), 6, "not a SQLite file");
+  std::filesystem::create_directory(folder_ / "folder.sqlite");
+  for (const std::filesystem::path& no_file : {std::filesystem::path("/dev/null"), folder_ / "folder.sqlite"}) {
+    ExpectExit(Command(no_file, port_), 6, "is not a file");
+    EXPECT_FALSE(std::filesystem::exists(no_file.string() + ".lock"));
+  }
   { db::OpenSqliteStore(database_); }
   {
     db::Connection connection(database_, db::Connection::Mode::kReadWriteCreate);
