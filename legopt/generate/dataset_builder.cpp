@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -66,6 +67,8 @@ class Builder {
   std::vector<Stance> Stances();
   void Plan(const std::vector<Stance>& stances);
   void SelectPostures();
+  std::vector<Proven> ProveClusters(const std::vector<Stance>& stances,
+                                    const std::vector<std::vector<int>>& clusters) const;
   std::vector<Stance> DifferentStances() const;
   std::vector<StanceFeatures> Features(const std::vector<Stance>& stances) const;
   void Describe();
@@ -219,18 +222,40 @@ std::vector<StanceFeatures> Builder::Features(const std::vector<Stance>& stances
   return features;
 }
 
-/// Of each cluster the stance nearest to its centre that has a posture.
+/// Of each cluster the stance nearest to its centre that has a posture. Stances of a cluster that has none are no
+/// candidates: the others are clustered again.
 void Builder::SelectPostures() {
   if (options_.postures == 0) return;
-  const std::vector<Stance> stances = DifferentStances();
-  std::vector<Eigen::Vector3d> points;
-  for (const StanceFeatures& f : Features(stances)) points.emplace_back(f.length_m, f.height_m, f.trunk_distance_m);
-  const std::vector<std::vector<int>> clusters =
-      ClusterPoints(points, options_.postures, DeriveSeed(options_.seed, "clusters"));
+  std::vector<Stance> stances = DifferentStances();
+  Show("postures", 0, options_.postures, "postures");
+  while (std::ssize(stances) >= options_.postures) {
+    std::vector<Eigen::Vector3d> points;
+    for (const StanceFeatures& f : Features(stances)) points.emplace_back(f.length_m, f.height_m, f.trunk_distance_m);
+    const std::vector<std::vector<int>> clusters =
+        ClusterPoints(points, options_.postures, DeriveSeed(options_.seed, "clusters"));
+    postures_ = ProveClusters(stances, clusters);
+    const auto proven =
+        std::count_if(postures_.begin(), postures_.end(), [](const Proven& p) { return p.proof.accepted; });
+    Show("postures", static_cast<double>(proven), options_.postures, "postures");
+    if (proven == options_.postures) return;
+    std::vector<int> dropped;
+    for (size_t c = 0; c < clusters.size(); ++c) {
+      if (!postures_[c].proof.accepted) dropped.insert(dropped.end(), clusters[c].begin(), clusters[c].end());
+    }
+    std::sort(dropped.begin(), dropped.end(), std::greater<>());
+    for (const int member : dropped) stances.erase(stances.begin() + member);
+  }
+  throw InputError({"selection", "posture problems", std::to_string(stances.size()),
+                    "the plans have only so many different stances whose neighbourhood has postures",
+                    "ask for fewer posture problems, or for more plans"});
+}
+
+/// One entry per cluster, not accepted where no member has a posture.
+std::vector<Proven> Builder::ProveClusters(const std::vector<Stance>& stances,
+                                           const std::vector<std::vector<int>>& clusters) const {
   std::vector<Proven> chosen(clusters.size());
   std::vector<PostureProver> provers;
   for (int k = 0; k < options_.threads; ++k) provers.emplace_back(dataset_);
-  Show("postures", 0, options_.postures, "postures");
   ForEachIndex(options_.threads, clusters.size(), [&](int worker, size_t c) {
     for (const int member : clusters[c]) {
       Proven candidate{stances[static_cast<size_t>(member)], {}};
@@ -240,12 +265,7 @@ void Builder::SelectPostures() {
       return;
     }
   });
-  std::copy_if(std::make_move_iterator(chosen.begin()), std::make_move_iterator(chosen.end()),
-               std::back_inserter(postures_), [](const Proven& p) { return p.proof.accepted; });
-  Show("postures", static_cast<double>(postures_.size()), options_.postures, "postures");
-  if (std::ssize(postures_) == options_.postures) return;
-  throw InputError({"selection", "posture problems", std::to_string(postures_.size()),
-                    "only so many clusters hold a stance with a posture", "ask for fewer, or for more plans"});
+  return chosen;
 }
 
 /// The paper's two figures.

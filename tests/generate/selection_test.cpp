@@ -95,6 +95,9 @@ TEST_F(DatasetBuilding, BadInputIsNamed) {
   options_.name = "made";
   options_.different_floors = 1;
   EXPECT_NE(test::MessageOf([&] { Make("b"); }).find("no two of them"), std::string::npos);
+  options_.different_floors = 0;
+  options_.postures = 5000;  // more than the plans have stances
+  EXPECT_NE(test::MessageOf([&] { Make("c"); }).find("ask for fewer posture problems"), std::string::npos);
 }
 
 TEST_F(DatasetBuilding, MeshWithHolesOrInsideOutIsRefused) {
