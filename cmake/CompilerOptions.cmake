@@ -17,6 +17,10 @@ if(LEGOPT_ARCH AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   add_compile_options(-march=${LEGOPT_ARCH})
 endif()
 
+# No fusing of products and sums that the source does not ask for: it would depend on what is inlined where, and the same
+# seed would give other bits in another build (link-time optimised or not). Eigen's kernels fuse explicitly.
+add_compile_options(-ffp-contract=off)
+
 if(LEGOPT_FUZZ)
   if(NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")
     message(FATAL_ERROR "LEGOPT_FUZZ needs clang: cmake --preset fuzz")
