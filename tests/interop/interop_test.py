@@ -124,10 +124,9 @@ class WorkerTest(unittest.TestCase):
     def test_restart_with_a_key(self):
         deployment = self.deploy(key=True)
         experiment = deployment.submit([postures(12)])
-        worker = deployment.start_worker("--exit-when-idle", "--slots", "2", "--work", "0.5")
+        worker = deployment.start_worker("--exit-when-idle", "--slots", "2", "--work", "1")
         for done in (2, 6):
             deployment.wait_for(experiment, "done", done)
-            deployment.wait_for(experiment, "leased", 1)
             deployment.kill_server()
             deployment.start_server()
         code, words = leave(worker)
@@ -169,6 +168,15 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
         (facts,) = json.loads(deployment.client("dataset", "info", DATASET, "--format", "json"))
         self._hash = facts["hash"]
         return deployment
+
+    def specification(self):
+        """One job, in the words of PROTOCOL.md, section 9."""
+        return {"spec_version": 1, "name": "interop", "seed": 1, "repetitions": 1,
+                "dataset": {"name": "any", "hash": self._hash},
+                "tasks": [{"task": "posture", "problems": [0], "waypoints": [1]}], "initializations": ["good"],
+                "methods": [{"name": "none", "hash": "a" * 64, "options": {"solver": "none"}, "multi_starts": 0,
+                             "sample_size": 100, "incremental": False}],
+                "limits": {"wall_time_s": {"posture": 60}, "memory_mb": 64}}
 
     async def expect_refusal(self, code, word, call):
         with self.assertRaises(Refused) as caught:
@@ -228,10 +236,11 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
 
     async def test_leases_outlive_the_server(self):
         deployment = self.deploy()
-        deployment.submit([postures(1)])
         endpoint = self.endpoint(deployment)
+        reply = await endpoint.call("submit", submission_id="a", spec_json=json.dumps(self.specification()))
+        self.assertEqual((reply.status, reply.num_jobs), (0, 1), reply.message)
         told = await self.register(endpoint)
-        _, held = await self.lease(endpoint, told)
+        lease, held = await self.lease(endpoint, told)
         deployment.kill_server()
         deployment.start_server()
         state = {name: held[name] for name in ("job_id", "attempt", "token")}
@@ -241,6 +250,8 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
         self.assertEqual((await endpoint.call("lease", **told, max_jobs=1)).status, 2)
         reply = await endpoint.call("result", **held, **no_answer(GIVEN_BACK, ""))
         self.assertEqual(reply.status, ACCEPTED, "a report needs no hello")
+        reply = await endpoint.call("method", hash=lease.method_hash)
+        self.assertEqual(json.loads(reply.options_json), {"solver": "none"})
 
     async def test_nothing_counts_without_the_key_and_nothing_twice(self):
         deployment = self.deploy(key=True)

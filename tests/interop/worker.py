@@ -141,13 +141,12 @@ class Worker:
             except (TimedOut, Refused) as error:
                 say(f"heartbeat: {error}")  # unrenewed jobs stop by themselves
                 continue
-            registered = reply.status == OK and reply.server_instance == server.server_instance
             for job, verdict in zip(jobs, reply.verdicts):
                 if verdict == CONTINUE:
                     job.renew(asked)
-                elif registered or verdict == CANCEL:
+                else:
                     job.stop(verdict)
-            if not registered:
+            if reply.status == UNKNOWN_WORKER or reply.server_instance != server.server_instance:
                 await self._hello(server)
 
     async def _slot(self, number):
