@@ -28,7 +28,7 @@ CONTINUE, CANCEL, UNKNOWN_LEASE = range(3)  # of heartbeat_reply
 CANCELLED, ERROR = 4, 5                     # result_request.outcome
 RESULT_WORDS = ("accepted", "accepted before", "stale", "refused")
 TRY_AGAIN = (4, 7)  # codes after which a new call may do better
-EXIT_USAGE, EXIT_DATASET, EXIT_NETWORK = 2, 5, 7
+EXIT_OK, EXIT_USAGE, EXIT_UNREACHABLE, EXIT_DATASET, EXIT_NETWORK = 0, 2, 3, 5, 7
 STOP_SHARE = 0.9  # of a lease: nothing of an attempt may run after that
 HEARTBEAT_DEADLINE_S = 2.0
 HELD_READY_S = 2.0  # a job that has waited for so long behind others is given back
@@ -81,24 +81,28 @@ class Worker:
         self._options = options
         self._server = None  # its last hello_reply
         self._greeting = asyncio.Lock()
-        self._jobs = {}
+        self._jobs = set()
         self._methods = {}
         self._leaving = asyncio.Event()
+        self._hurrying = False
+        self._exit_code = EXIT_OK
 
     def leave(self):
         """Once: no more jobs. Twice: and give back those at hand."""
         if self._leaving.is_set():
-            for job in self._jobs.values():
+            self._hurrying = True
+            for job in self._jobs:
                 job.stop(CANCEL)
         self._leaving.set()
 
     async def run(self):
-        """Until told to leave. Throws GivingUp."""
+        """Until told to leave; returns the exit code. Throws GivingUp."""
         await self._hello(None)
         slots = [self._slot(number) for number in range(self._options.slots)]
         tasks = [asyncio.ensure_future(task) for task in [self._heartbeats(), *slots]]
         try:
             await asyncio.gather(*tasks)
+            return self._exit_code
         finally:
             for task in tasks:
                 task.cancel()
@@ -110,6 +114,8 @@ class Worker:
                 return await self._endpoint.call(name, **fields)
             except TimedOut as error:
                 say(f"{name}: {error}")
+                if self._hurrying or (self._leaving.is_set() and name != "result"):
+                    raise GivingUp(EXIT_UNREACHABLE, "left without the server") from error
             except Refused as error:
                 if error.code not in TRY_AGAIN:
                     raise GivingUp(EXIT_USAGE, f"{name}: {error}") from error
@@ -134,7 +140,7 @@ class Worker:
         """Renews all leases, and without any tells that the worker lives, until it leaves."""
         while self._jobs or not self._leaving.is_set():
             await asyncio.sleep(self._server.heartbeat_us / 1e6)
-            server, jobs, asked = self._server, list(self._jobs.values()), time.monotonic()
+            server, jobs, asked = self._server, list(self._jobs), time.monotonic()
             try:
                 reply = await self._endpoint.call("heartbeat", deadline=HEARTBEAT_DEADLINE_S, **told(server),
                                                   leases=[job.identity() for job in jobs])
@@ -156,13 +162,15 @@ class Worker:
                                      dataset_hashes=[self._dataset["hash"]])
             if reply.status == OK:
                 jobs = [Job(lease, asked) for lease in reply.jobs]
-                self._jobs.update((job.lease.job_id, job) for job in jobs)
+                self._jobs.update(jobs)
                 turn = asyncio.Lock()
                 await asyncio.gather(*(self._attempt(job, turn) for job in jobs))
             elif reply.status == UNKNOWN_WORKER:
                 await self._hello(server)
             elif reply.status == DATASET_MISMATCH:
-                raise GivingUp(EXIT_DATASET, reply.message)
+                say(reply.message)
+                self._exit_code = EXIT_DATASET
+                self._leaving.set()
             elif reply.status == NO_MORE_WORK and self._options.exit_when_idle:
                 self._leaving.set()
             else:
@@ -179,7 +187,7 @@ class Worker:
             await self._report(job, {"wall_us": int((time.monotonic() - begun) * 1e6), **result})
         else:
             say(f"job {job.lease.job_id}, attempt {job.lease.attempt}: lost")
-        del self._jobs[job.lease.job_id]
+        self._jobs.remove(job)
         if ours:
             turn.release()
 
@@ -253,7 +261,7 @@ async def serve(options, port):
         worker = Worker(endpoint, answers, dataset, options)
         for number in (signal.SIGTERM, signal.SIGINT):
             asyncio.get_running_loop().add_signal_handler(number, worker.leave)
-        await worker.run()
+        return await worker.run()
     finally:
         endpoint.close()
 
@@ -273,11 +281,10 @@ def main():
         say(f"multicast to {options.group} is unusable: {error}")
         return EXIT_NETWORK
     try:
-        asyncio.run(serve(options, port))
+        return asyncio.run(serve(options, port))
     except GivingUp as error:
         say(str(error))
         return error.exit_code
-    return 0
 
 
 if __name__ == "__main__":
