@@ -1,0 +1,58 @@
+"""Jobs "solved" from a LegOpt solution file, and judged by legopt's own judge, so that a report says what is so."""
+
+import json
+import subprocess
+
+NAN = float("nan")  # not available
+JUDGES_FIGURES = (
+    "cost", "foot_violation", "com_violation_m", "limit_violation", "environment_depth_m", "self_depth_literal_m",
+    "self_depth_strict_m", "interpolation_environment_depth_m", "interpolation_self_depth_m",
+    "interpolation_free_share")
+NO_SOLVER = {"solver_status": "not_run", "solver_cost": NAN, "solver_violation": NAN}
+FINISHED = 0
+
+
+def dataset_facts(legopt, folder):
+    """The dataset_ref of a dataset folder."""
+    (facts,) = json.loads(_run(legopt, "dataset", "info", folder, "--format", "json"))
+    return {"name": facts["name"], "hash": facts["hash"]}
+
+
+def no_answer(outcome, text):
+    """Fields of the result_request of an attempt without a solution."""
+    return {"outcome": outcome, "message": text, "failed_waypoint": -1, **NO_SOLVER,
+            **dict.fromkeys(JUDGES_FIGURES, NAN)}
+
+
+class Answers:
+    """The solutions of one file, by task and problem."""
+
+    def __init__(self, legopt, folder, file):
+        with open(file, encoding="utf-8") as text:
+            solutions = json.load(text)
+        judged = json.loads(_run(legopt, "evaluate", file, "--dataset", folder, "--format", "json"))
+        self._task = solutions["task"]
+        self._waypoints = {
+            problem["id"]: [[float(number) for number in waypoint.split()] for waypoint in problem["solution"][0]["x"]]
+            for problem in solutions["problems"]}
+        self._judged = {solution["problem"]: solution for solution in judged["solutions"]}
+
+    def solve(self, lease):
+        """Fields of the result_request that are about the solution; None when there is none for this job."""
+        if lease.task != self._task or lease.problem_id not in self._waypoints:
+            return None
+        waypoints = self._waypoints[lease.problem_id]
+        judged = self._judged[lease.problem_id]
+        failed = judged["failed_waypoint"]
+        return {
+            "outcome": FINISHED, **NO_SOLVER,
+            "verdict_literal": judged["verdict_literal"], "verdict_strict": judged["verdict_strict"],
+            "verdict_detail": judged["detail"], "failed_waypoint": -1 if failed is None else failed,
+            **{name: NAN if judged[name] is None else judged[name] for name in JUDGES_FIGURES},
+            "num_waypoints": len(waypoints), "waypoint_size": len(waypoints[0]),
+            "waypoints": [number for waypoint in waypoints for number in waypoint],
+        }
+
+
+def _run(*command):
+    return subprocess.run([str(word) for word in command], check=True, stdout=subprocess.PIPE).stdout
