@@ -46,6 +46,7 @@ class Gun {
 };
 
 struct Volley {
+  double took_s = 0;
   std::uint64_t fired = 0;
   std::uint64_t seen = 0;  // of these, by the programs
 };
@@ -68,6 +69,7 @@ Volley FireAll(int port, std::int64_t deployment, int packets, std::uint64_t see
       std::this_thread::sleep_until(begin + std::chrono::microseconds(std::int64_t{i} * 1'000'000 / kPerSecond));
     }
   }
+  volley.took_s = SecondsSince(begin);
   return volley;
 }
 
@@ -109,8 +111,9 @@ void MeasureHostility(const Request& request, Findings& findings) {
       experiment, [](const nlohmann::json& status) { return status.at("state") == "done"; },
       std::chrono::seconds(120 + packets / kPerSecond));
 
-  findings.Promise(done,
-                   "all " + std::to_string(kJobs) + " jobs done under " + std::to_string(volley.fired) + " packets");
+  findings.Promise(done, "all " + std::to_string(kJobs) + " jobs done under " + std::to_string(volley.fired) +
+                             " packets, " + std::to_string(static_cast<double>(volley.fired) / volley.took_s) +
+                             " per second");
   findings.Promise(!deployment.server().Poll() && !worker->Poll(), "server and worker are the same processes");
   findings.Promise(deployment.Query("SELECT count(*) FROM attempts") == std::vector<std::string>{std::to_string(kJobs)},
                    "no attempt was wasted");
