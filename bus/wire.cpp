@@ -153,10 +153,10 @@ FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deploy
   }
   frame.payload = datagram.subspan(kFrameHeaderBytes);
   if (frame.header.deployment != deployment) return FrameFault::kDeployment;
-  if (frame.header.destination != self) return FrameFault::kNotForUs;
-  const bool authentic = Equal(tag, ComputeTag(datagram, key));
-  const bool is_unsigned = !authentic && key != nullptr && Equal(tag, ComputeTag(datagram, nullptr));
-  if (!authentic && !is_unsigned) return FrameFault::kTag;
+  if (self != kAnybody && frame.header.destination != self) return FrameFault::kNotForUs;
+  frame.authentic = Equal(tag, ComputeTag(datagram, key));
+  const bool is_unsigned = !frame.authentic && key != nullptr && Equal(tag, ComputeTag(datagram, nullptr));
+  if (!frame.authentic && !is_unsigned) return FrameFault::kTag;
   if (!FieldsAreLegal(frame.header)) return FrameFault::kField;
   if (is_unsigned) return FrameFault::kUnsigned;
   if (frame.header.version != kProtocolVersion) return FrameFault::kVersion;

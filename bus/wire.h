@@ -1,6 +1,6 @@
 // Frames, chunks and acknowledgements as bytes, without allocation: the same encoding as the generated types frame,
-// chunk and chunk_ack (the tests compare them), written and read in place. Private to bus. Source: PROTOCOL.md,
-// sections 3, 6.
+// chunk and chunk_ack (the tests compare them), written and read in place. For bus, and for who only listens
+// (`legopt tap`). Source: PROTOCOL.md, sections 3, 6.
 #pragma once
 
 #include <array>
@@ -58,6 +58,7 @@ struct FrameHeader {
 struct FrameView {
   FrameHeader header;
   std::span<const std::uint8_t> payload;
+  bool authentic = false;  // the tag is right: under the key, or, where there is none, as a checksum
 };
 
 enum class FrameFault { kNone, kSize, kMalformed, kDeployment, kNotForUs, kTag, kUnsigned, kField, kVersion };
@@ -69,9 +70,11 @@ using DatagramBuffer = std::array<std::uint8_t, kMaxDatagramBytes>;
 std::span<const std::uint8_t> SealFrame(const FrameHeader& header, std::size_t payload_bytes, DatagramBuffer& buffer,
                                         const MessageKey* key = nullptr);
 
+inline constexpr EndpointId kAnybody = 0;  // as `self`: frames for every party are for us
+
 // Checks in this order: size, form, deployment, destination, tag (kUnsigned: the tag of somebody without the key),
-// fields, version. On kUnsigned and kVersion the header is legal, so that the sender can be told. `frame` points into
-// `datagram`.
+// fields, version. On kUnsigned and kVersion the header is legal, so that the sender can be told; but for kSize and
+// kMalformed it is at least filled in. `frame` points into `datagram`.
 FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deployment, EndpointId self, FrameView& frame,
                      const MessageKey* key = nullptr);
 

@@ -91,6 +91,7 @@ void AddCommands(CLI::App& app, Invocation* invocation) {
   AddDatasetCommand(app, invocation);
   AddGenerateCommand(app, invocation);
   AddDoctorCommand(app, invocation);
+  AddTapCommand(app, invocation);
   AddKeygenCommand(app, invocation);
   AddBackupCommand(app, invocation);
 }

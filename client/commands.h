@@ -35,6 +35,7 @@ void AddDatasetCommand(CLI::App& app, Invocation* invocation);
 void AddGenerateCommand(CLI::App& app, Invocation* invocation);
 void AddDoctorCommand(CLI::App& app, Invocation* invocation);
 void AddBackupCommand(CLI::App& app, Invocation* invocation);
+void AddTapCommand(CLI::App& app, Invocation* invocation);
 void AddKeygenCommand(CLI::App& app, Invocation* invocation);
 
 /// Parses and runs a whole command line, reports errors on standard error as "legopt: error: ..." and returns the exit

@@ -12,6 +12,8 @@
 namespace legopt::client {
 namespace {
 
+constexpr char kNetworkGroup[] = "Network";
+
 // A flag whose values are words; the error names them and the nearest one.
 template <class Choice>
 void AddNamedChoice(CLI::App& app, const std::string& flag, Choice* target, const std::string& help,
@@ -37,18 +39,23 @@ void AddList(CLI::App& app, const std::string& flag, std::vector<std::string>* t
 
 }  // namespace
 
+void AddListeningOptions(CLI::App& app, NetworkOptions* options) {
+  app.add_option("--group", options->group, "Multicast group (default 239.255.76.67 or LEGOPT_GROUP)")
+      ->group(kNetworkGroup);
+  app.add_option("--port", options->port, "Control port; port + 1 carries bulk data (default 7667 or LEGOPT_PORT)")
+      ->group(kNetworkGroup);
+  app.add_option("--key-file", options->key_file,
+                 "Shared key of the deployment, made by 'legopt keygen' (default LEGOPT_KEY_FILE)")
+      ->group(kNetworkGroup);
+}
+
 void AddNetworkOptions(CLI::App& app, NetworkOptions* options) {
   constexpr double kShortestTimeout_s = 0.01, kLongestTimeout_s = 3600;
   constexpr int kLargestTtl = 255;
-  const std::string group = "Network";
-  app.add_option("--group", options->group, "Multicast group (default 239.255.76.67 or LEGOPT_GROUP)")->group(group);
-  app.add_option("--port", options->port, "Control port; port + 1 carries bulk data (default 7667 or LEGOPT_PORT)")
-      ->group(group);
+  const std::string group = kNetworkGroup;
+  AddListeningOptions(app, options);
   app.add_option("--ttl", options->ttl, "Network hops of what we send; 0 stays on this machine (default 0)")
       ->check(CLI::Range(0, kLargestTtl))
-      ->group(group);
-  app.add_option("--key-file", options->key_file,
-                 "Shared key of the deployment, made by 'legopt keygen' (default LEGOPT_KEY_FILE)")
       ->group(group);
   app.add_flag("--trust-network", options->trust_network, "Let messages leave this machine without a key")
       ->group(group);

@@ -17,7 +17,9 @@ namespace legopt::client {
 
 // Flags that several commands share. Each function adds them to `app`; the target must outlive the parse.
 
-/// --group, --port, --ttl, --key-file, --trust-network, --timeout
+/// --group, --port, --key-file: for who only listens
+void AddListeningOptions(CLI::App& app, NetworkOptions* options);
+/// those, and --ttl, --trust-network, --timeout
 void AddNetworkOptions(CLI::App& app, NetworkOptions* options);
 /// --db and the network flags
 void AddSourceOptions(CLI::App& app, SourceOptions* options);

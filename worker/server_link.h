@@ -37,11 +37,15 @@ class EndpointLink final : public ServerLink {
             std::function<void(bus::CallResult&&)> callback) override {
     bus::CallOptions options;
     options.timeout = timeout;
+    // An idle slot waits for these; heartbeats, which repeat anyway, bound what a silent server costs.
+    if (type == bus::MessageType::kLease || type == bus::MessageType::kMethod) options.max_retry = kSlotWaits;
     endpoint_.Call(bus::kServer, type, std::move(body), options, std::move(callback));
   }
   void Wait(std::span<pollfd> extra, microseconds max_wait) override { endpoint_.PollWith(extra, max_wait); }
 
  private:
+  static constexpr microseconds kSlotWaits = std::chrono::milliseconds(250);
+
   bus::Endpoint& endpoint_;
 };
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "legopt/blake2b.h"
-#include "legopt/optimize/registry.h"
+#include "legopt/optimize/solver_factory.h"
 #include "legopt/problem/initial_guess.h"
 #include "legopt/problem/velocity_term.h"
 #include "legopt/problem/waypoint_program.h"

@@ -2,7 +2,9 @@
 // LEGOPT_CHAOS_SEED=<seed>.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <iostream>
 #include <map>
 #include <random>
 #include <string>
@@ -20,6 +22,7 @@ using std::chrono::minutes;
 using std::chrono::seconds;
 
 constexpr EndpointId kFirstClient = 1000;
+constexpr std::size_t kLargeBody = 300'000;
 
 std::string RandomBody(std::mt19937_64& random, std::size_t bytes) {
   std::string body(bytes, '\0');
@@ -162,27 +165,69 @@ TEST(Chaos, TheSameSeedGivesTheSameBytes) {
   }
 }
 
-// Acceptance figure 12 of the reliability note: a 300 KB body under standard chaos within 10 s (p99).
+// Acceptance figure 12 of the reliability note: 300 KB bodies under standard chaos, none corrupt, p99 10 s. 100 of them
+// here; LEGOPT_CHAOS_TRANSFERS=1000 for the whole figure.
 TEST(Chaos, ALargeBodyArrivesWithinTenSecondsUnderStandardChaos) {
-  constexpr int kTransfers = 100;
-  int slow = 0;
-  for (std::uint64_t seed = 1; seed <= kTransfers; ++seed) {
+  const char* asked = std::getenv("LEGOPT_CHAOS_TRANSFERS");
+  const auto transfers = asked == nullptr ? 100UL : std::max(1UL, std::strtoul(asked, nullptr, 10));
+  std::vector<double> seconds_taken;
+  for (std::uint64_t seed = 1; seed <= transfers; ++seed) {
     SimulatedNetwork network(seed, Misfortune::StandardChaos());
     Party server(network, kServer, seed);
     Party client(network, kFirstClient, seed + 1);
-    server.endpoint.Serve(MessageType::kResult, [](Request&&, Responder responder) { responder.Reply("ok"); });
+    std::mt19937_64 random(seed);
+    const std::string body = RandomBody(random, kLargeBody);
+    int whole = 0;
+    server.endpoint.Serve(MessageType::kResult, [&](Request&& request, Responder responder) {
+      ASSERT_TRUE(request.body == body) << "LEGOPT_CHAOS_SEED=" << seed << ": corrupt";
+      ++whole;
+      responder.Reply("ok");
+    });
     CallOptions options;
     options.timeout = minutes(2);
     bool done = false;
-    client.endpoint.Call(kServer, MessageType::kResult, std::string(300'000, 'x'), options,
+    client.endpoint.Call(kServer, MessageType::kResult, body, options,
                          [&](CallResult&& result) { done = result.status == CallResult::kOk; });
     const std::vector<Endpoint*> endpoints = {&server.endpoint, &client.endpoint};
     ASSERT_TRUE(network.Run(
         endpoints, [&] { return done; }, minutes(2)))
         << seed;
-    if (network.now() > seconds(10)) ++slow;
+    ASSERT_EQ(whole, 1) << seed;
+    seconds_taken.push_back(std::chrono::duration<double>(network.now()).count());
   }
-  EXPECT_LE(slow, 1);
+  std::sort(seconds_taken.begin(), seconds_taken.end());
+  const double p99_s = seconds_taken[(seconds_taken.size() - 1) * 99 / 100];
+  EXPECT_LE(p99_s, 10);
+  std::cout << "figure 12: " << transfers << " transfers of " << kLargeBody << " bytes, 0 corrupt, median "
+            << seconds_taken[seconds_taken.size() / 2] << " s, p99 " << p99_s << " s, slowest " << seconds_taken.back()
+            << " s\n";
+}
+
+// Figure 12 as well: what a sender leaves behind that dies in the middle is thrown away within a lease.
+TEST(Chaos, ASenderThatDiesMidwayLeavesNothingBehind) {
+  constexpr std::uint64_t kTrials = 30;
+  constexpr std::uint64_t kHalf = kLargeBody / 1024 / 2;  // chunks
+  for (std::uint64_t seed = 1; seed <= kTrials; ++seed) {
+    SimulatedNetwork network(seed, Misfortune::StandardChaos());
+    Party server(network, kServer, seed);
+    int handled = 0;
+    server.endpoint.Serve(MessageType::kResult, [&](Request&&, Responder) { ++handled; });
+    {
+      Party client(network, kFirstClient, seed + 1);
+      client.endpoint.Call(kServer, MessageType::kResult, std::string(kLargeBody, 'x'), {}, {});
+      const std::vector<Endpoint*> both = {&server.endpoint, &client.endpoint};
+      ASSERT_TRUE(network.Run(
+          both, [&] { return client.endpoint.counters().chunks_sent > kHalf; }, seconds(20)))
+          << seed;
+    }
+    EXPECT_GT(server.endpoint.held_bytes(), 0U);
+    const std::vector<Endpoint*> left = {&server.endpoint};
+    EXPECT_TRUE(network.Run(
+        left, [&] { return server.endpoint.held_bytes() == 0; }, seconds(11)))
+        << seed;
+    EXPECT_EQ(handled, 0);
+    EXPECT_EQ(server.endpoint.counters().objects_expired, 1U);
+  }
 }
 
 TEST(Chaos, APartitionDelaysCallsAndHealingFinishesThem) {

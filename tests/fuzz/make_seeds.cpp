@@ -77,7 +77,8 @@ int main(int argc, char** argv) {
   WriteMessages<frame, chunk, chunk_ack, probe_request, probe_reply, hello_request, hello_reply, lease_request,
                 lease_reply, method_request, method_reply, heartbeat_request, heartbeat_reply, result_request,
                 result_reply, submit_request, submit_reply, status_request, status_reply, query_request, query_reply,
-                cancel_request, cancel_reply, shutdown_request, shutdown_reply>(corpus / "messages");
+                cancel_request, cancel_reply, shutdown_request, shutdown_reply, control_request, control_reply>(
+      corpus / "messages");
   WriteFrames(corpus / "frame");
   // Steps of reassembler.cpp: choice, size of the body, index, time. Two whole bodies, in and out of order.
   Write(corpus / "reassembler" / "in-order",

@@ -11,10 +11,11 @@ namespace legopt::bus {
 namespace {
 
 using namespace legopt_msg;
-using All = std::tuple<frame, chunk, chunk_ack, probe_request, probe_reply, hello_request, hello_reply, lease_request,
-                       lease_reply, method_request, method_reply, heartbeat_request, heartbeat_reply, result_request,
-                       result_reply, submit_request, submit_reply, status_request, status_reply, query_request,
-                       query_reply, cancel_request, cancel_reply, shutdown_request, shutdown_reply>;
+using All =
+    std::tuple<frame, chunk, chunk_ack, probe_request, probe_reply, hello_request, hello_reply, lease_request,
+               lease_reply, method_request, method_reply, heartbeat_request, heartbeat_reply, result_request,
+               result_reply, submit_request, submit_reply, status_request, status_reply, query_request, query_reply,
+               cancel_request, cancel_reply, shutdown_request, shutdown_reply, control_request, control_reply>;
 
 template <class Message>
 void DecodeOne(std::string_view bytes) {

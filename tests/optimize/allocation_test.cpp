@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "legopt/optimize/registry.h"
+#include "legopt/optimize/solver_factory.h"
 #include "legopt/problem/initial_guess.h"
 #include "legopt/problem/waypoint_program.h"
 #include "tests/optimize/heap_count.h"

@@ -13,6 +13,7 @@
 #include <ostream>
 
 #include "legopt/optimize/registry.h"
+#include "legopt/optimize/solver_factory.h"
 #include "tests/optimize/analytic_program.h"
 
 namespace legopt {

@@ -154,8 +154,14 @@ TEST(Figures, No4AWorkerThatWasStoppedForThreeLeasesOverwritesNothing) {
   std::cout << "figure 4: 200 trials, 0 overwrites, " << stale << " stale results, idle within " << slowest_s << " s\n";
 }
 
-double SlowestReplacement(const bus::Misfortune& weather) {
-  double slowest_s = 0;
+// From the death of a worker until its job is leased again, and until it runs; the slowest of 100 trials.
+struct Replacement {
+  double leased_s = 0;
+  double running_s = 0;
+};
+
+Replacement SlowestReplacement(const bus::Misfortune& weather) {
+  Replacement slowest;
   for (std::uint64_t trial = 1; trial <= 100; ++trial) {
     Stage stage(trial, 2, 1, Honest(60s, 60s));
     stage.world.network().set_misfortune(weather);
@@ -164,20 +170,23 @@ double SlowestReplacement(const bus::Misfortune& weather) {
     stage.RunFor(stage.world.Within(1s, 3s));
     stage.Running()->Kill(3600s);
     const microseconds killed = stage.world.now();
+    EXPECT_TRUE(stage.RunUntil([&] { return stage.scheduler().counters().leases == 2; }, 60s));
+    slowest.leased_s = std::max(slowest.leased_s, Seconds(stage.world.now() - killed));
     EXPECT_TRUE(stage.RunUntil([&] { return stage.Running() != nullptr; }, 60s));
-    slowest_s = std::max(slowest_s, Seconds(stage.world.now() - killed));
+    slowest.running_s = std::max(slowest.running_s, Seconds(stage.world.now() - killed));
   }
-  return slowest_s;
+  return slowest;
 }
 
 TEST(Figures, No5ADeadWorkersJobRunsAgain) {
-  const double slowest_s = SlowestReplacement({});
-  EXPECT_LE(slowest_s, 12);
-  // Here the calls of the worker that takes over back off to one a second, too.
-  const double in_chaos_s = SlowestReplacement(bus::Misfortune::StandardChaos());
-  EXPECT_LE(in_chaos_s, 20);
-  std::cout << "figure 5: 100 trials, running again within " << slowest_s << " s; under standard chaos within "
-            << in_chaos_s << " s\n";
+  const Replacement calm = SlowestReplacement({});
+  EXPECT_LE(calm.running_s, 12);
+  // Here the lost calls of the worker that takes over count, too: for the lease, its answer and the method.
+  const Replacement chaos = SlowestReplacement(bus::Misfortune::StandardChaos());
+  EXPECT_LE(chaos.leased_s, 12.5);
+  EXPECT_LE(chaos.running_s, 14);
+  std::cout << "figure 5: 100 trials, leased again within " << calm.leased_s << " s, running within " << calm.running_s
+            << " s; under standard chaos " << chaos.leased_s << " s and " << chaos.running_s << " s\n";
 }
 
 TEST(Figures, No5LeasesDoNotExpireUnderStandardChaos) {

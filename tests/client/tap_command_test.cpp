@@ -1,0 +1,167 @@
+// Policy: `legopt tap` hears a deployment without taking part, prints one JSON object per line and nothing else on
+// standard output, and says when there was nothing to hear.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
+
+#include "bus/bus_error.h"
+#include "bus/endpoint.h"
+#include "bus/lcm_transport.h"
+#include "bus/message_key.h"
+#include "program_run.h"
+#include "test_database.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::HasSubstr;
+using Environment = std::map<std::string, std::string>;
+
+constexpr char kReady[] = "ready";
+constexpr char kListening[] = "listening";
+
+std::vector<nlohmann::json> Lines(const std::string& text) {
+  std::vector<nlohmann::json> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(nlohmann::json::parse(line));
+  return lines;
+}
+
+class TapCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!bus::ProbeMulticastRoute(bus::LcmOptions{}.group).usable) GTEST_SKIP() << "no multicast route here";
+    port_ = std::to_string(bus::FindFreePortPair(bus::RandomSeed()));
+  }
+
+  // A server that answers; `status` asks until it does.
+  void StartServer(const Environment& environment = {}) {
+    server_.emplace(BuiltProgram("legopt-server"),
+                    std::vector<std::string>{"--db", (folder_.path() / "tap.sqlite").string(), "--port", port_},
+                    folder_.path(), environment);
+    ASSERT_EQ(Status(environment), 0);
+  }
+  int Status(const Environment& environment = {}) {
+    return RunLegopt({"status", "--port", port_, "--timeout", "30"}, folder_.path(), environment).exit_code;
+  }
+  std::vector<std::string> Arguments(std::vector<std::string> more) {
+    more.insert(more.begin(), {"tap", "--port", port_});
+    return more;
+  }
+  // Taps while one `legopt status` runs (a probe and a status call), then interrupts it.
+  ProgramResult TapOneStatus(std::vector<std::string> arguments, const Environment& environment = {}) {
+    RunningProgram tap(BuiltProgram("legopt"), Arguments(std::move(arguments)), folder_.path(), environment);
+    EXPECT_TRUE(tap.WaitForError(kListening));
+    EXPECT_EQ(Status(server_environment_), 0);
+    kill(tap.pid(), SIGINT);
+    return tap.Wait();
+  }
+
+  TemporaryFolder folder_;
+  std::string port_;
+  Environment server_environment_;
+  std::optional<RunningProgram> server_;
+};
+
+TEST_F(TapCommand, ShowsACallFromRequestToReply) {
+  StartServer();
+  const auto result = TapOneStatus({"--type", "status"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto lines = Lines(result.out);
+  ASSERT_GE(lines.size(), 2U) << result.out;
+  EXPECT_EQ(lines.front().at("kind"), "request");
+  EXPECT_EQ(lines.front().at("type"), "status");
+  EXPECT_EQ(lines.front().at("destination"), 1);
+  EXPECT_EQ(lines.front().at("body"), (nlohmann::json{{"experiment_id", 0}}));
+  EXPECT_EQ(lines.front().at("tag"), "unsigned");
+  bool answered = false;
+  for (const auto& line : lines) {
+    EXPECT_EQ(line.at("type"), "status");
+    const bool reply = line.at("sender") == 1 && (line.contains("body") || line.contains("chunk"));
+    answered = answered || reply;
+  }
+  EXPECT_TRUE(answered) << result.out;
+  EXPECT_THAT(result.err, HasSubstr("heard"));
+}
+
+TEST_F(TapCommand, FiltersBySenderAndEndsAfterACount) {
+  StartServer();
+  RunningProgram tap(BuiltProgram("legopt"), Arguments({"--from", "server", "--count", "1"}), folder_.path());
+  ASSERT_TRUE(tap.WaitForError(kListening));
+  ASSERT_EQ(Status(), 0);
+  const auto result = tap.Wait();
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const auto lines = Lines(result.out);
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(lines[0].at("sender"), 1);
+}
+
+TEST_F(TapCommand, RatesAreATableOrObjects) {
+  StartServer();
+  const auto table = TapOneStatus({"--rates", "30"});
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_THAT(table.out, testing::AllOf(HasSubstr("datagrams_per_s"), HasSubstr("status"), HasSubstr("request")));
+  const auto json = Lines(TapOneStatus({"--rates", "30", "--format", "json"}).out);
+  ASSERT_EQ(json.size(), 1U);
+  EXPECT_GE(json[0].at("datagrams").get<int>(), 4);
+  EXPECT_EQ(json[0].at("rejected"), nlohmann::json::object());
+}
+
+TEST_F(TapCommand, AKeyIsCheckedAndNeverShown) {
+  const std::string file = (folder_.path() / "key").string();
+  bus::MessageKey::CreateFile(file);
+  server_environment_ = {{"LEGOPT_KEY_FILE", file}};
+  StartServer(server_environment_);
+  const auto with = TapOneStatus({}, server_environment_);
+  ASSERT_EQ(with.exit_code, 0) << with.err;
+  for (const auto& line : Lines(with.out)) EXPECT_EQ(line.at("tag"), "signed") << line;
+  std::ifstream stream(file);
+  std::string secret;
+  stream >> secret;
+  EXPECT_EQ((with.out + with.err).find(secret), std::string::npos);
+  const auto without = TapOneStatus({});
+  for (const auto& line : Lines(without.out)) {
+    EXPECT_EQ(line.at("tag"), "wrong") << line;
+    EXPECT_FALSE(line.contains("body"));
+  }
+  EXPECT_THAT(without.err, HasSubstr("--key-file"));
+}
+
+TEST_F(TapCommand, SilenceIsSaid) {
+  const auto result = RunLegopt(Arguments({"--seconds", "0.2"}), folder_.path());
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_EQ(result.out, "");
+  EXPECT_THAT(result.err, HasSubstr("nothing was heard at 239.255.76.67:" + port_));
+}
+
+// The server counts every datagram that reaches it: none comes from the tap.
+TEST_F(TapCommand, NothingIsSent) {
+  bus::LcmOptions network;
+  network.port = std::stoi(port_);
+  bus::LcmTransport ear(network);
+  RunningProgram tap(BuiltProgram("legopt"), Arguments({"--seconds", "0.5"}), folder_.path());
+  ASSERT_TRUE(tap.WaitForError(kListening));
+  tap.Wait();
+  while (ear.Poll({}, bus::microseconds(0)) > 0) {
+  }
+  EXPECT_EQ(ear.counters().datagrams_received, 0U);
+}
+
+TEST_F(TapCommand, WrongUsage) {
+  EXPECT_THAT(RunLegopt(Arguments({"--type", "leas"}), folder_.path()).err, HasSubstr("did you mean 'lease'?"));
+  for (const char* address : {"nobody", "0", "-4", "99999999999999999999"}) {
+    const auto result = RunLegopt(Arguments({"--from", address}), folder_.path());
+    EXPECT_EQ(result.exit_code, 2) << address;
+  }
+  EXPECT_EQ(RunLegopt(Arguments({"--rates", "0"}), folder_.path()).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace legopt::client

@@ -1,0 +1,220 @@
+#include <atomic>
+#include <bit>
+#include <csignal>
+#include <cstdlib>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "client/experiment_spec.h"
+#include "legopt/optimize/registry.h"
+#include "legopt/problem/dataset.h"
+#include "tests/figures/figures.h"
+#include "tests/figures/process_facts.h"
+#include "tests/service/deployment.h"
+#include "worker/solve_executor.h"
+
+namespace legopt::figures {
+namespace {
+
+using service::Deployment;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr int kProblems = 50;
+constexpr int kReplayed = 100;
+constexpr seconds kPatience{4 * 3600};
+constexpr int kNoLimit_s = 3600;  // of a job: a time limit would depend on the load
+
+// Every solver of the registry, with a restart so that random draws are made.
+nlohmann::json EverySolver(const Dataset& dataset, int problems) {
+  client::Suite suite;
+  suite.name = "determinism";
+  suite.seed = 23;
+  suite.initializations = {"in_collision"};
+  suite.wall_time_s.posture = kNoLimit_s;
+  suite.max_attempts = 100;  // being killed is not the jobs' fault
+  const client::DatasetFacts facts = client::FactsOf(dataset);
+  std::vector<int> ids;
+  for (const auto& problem : facts.posture) {
+    if (static_cast<int>(ids.size()) < problems) ids.push_back(problem.id);
+  }
+  suite.tasks = {{"posture", ids}};
+  for (const SolverEntry& entry : SolverRegistry()) {
+    suite.methods.push_back(Method::FromJson({{"solver", entry.word}, {"multi_starts", 1}}, "determinism"));
+  }
+  return client::BuildSpec(suite, facts);
+}
+
+// All that a solve decides; times and who made it are left out.
+constexpr char kSolution[] =
+    "SELECT method, problem_id, initialization, repetition, r.solver_status, r.iterations, r.restarts, "
+    "r.verdict_literal, r.verdict_strict, r.cost, waypoint, hex(x) FROM job_list JOIN results AS r USING (job_id) "
+    "LEFT JOIN waypoints USING (job_id) WHERE experiment_id = ";
+
+std::vector<std::string> Solutions(const Deployment& deployment, std::int64_t experiment) {
+  return deployment.Query(kSolution + std::to_string(experiment) + " ORDER BY method, problem_id, waypoint");
+}
+
+bool WaitUntilDone(Deployment& deployment, std::int64_t experiment) {
+  return deployment.WaitFor(
+      experiment, [](const nlohmann::json& status) { return status.at("state") != "active"; }, kPatience);
+}
+
+// Keeps as many cores busy as there are, unless others do so already.
+class Load {
+ public:
+  Load() {
+    const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+    double load = 0;
+    getloadavg(&load, 1);
+    for (unsigned i = 0; load < cores && i < cores; ++i) {
+      threads_.emplace_back([this] {
+        while (!stop_) std::atomic_signal_fence(std::memory_order_seq_cst);
+      });
+    }
+  }
+  ~Load() {
+    stop_ = true;
+    for (std::thread& thread : threads_) thread.join();
+  }
+  Load(const Load&) = delete;
+  Load& operator=(const Load&) = delete;
+
+ private:
+  std::atomic<bool> stop_{false};
+  std::vector<std::thread> threads_;
+};
+
+class Runs {
+ public:
+  Runs(const std::filesystem::path& dataset, nlohmann::json spec) : dataset_(dataset), spec_(std::move(spec)) {
+    deployment_.StartServer();
+  }
+
+  std::int64_t Calm() {
+    const auto worker = Worker();
+    return Done(deployment_.Submit(spec_, "calm"));
+  }
+  std::int64_t Loaded() {
+    const Load load;
+    const auto first = Worker();
+    const auto second = Worker();
+    return Done(deployment_.Submit(spec_, "loaded"));
+  }
+  // Job processes are killed now and then, so that second and third attempts decide; ever rarer, so that long jobs end.
+  std::int64_t Killed(std::uint64_t seed) {
+    milliseconds pause(1000);
+    std::mt19937_64 random(seed);
+    const auto first = Worker();
+    const auto second = Worker();
+    const std::int64_t experiment = deployment_.Submit(spec_, "killed");
+    auto next = Clock::now() + pause;
+    deployment_.WaitFor(
+        experiment,
+        [&](const nlohmann::json& status) {
+          if (Clock::now() >= next) {
+            const auto& victim = random() % 2 == 0 ? first : second;
+            for (const pid_t child : ChildrenOf(victim->pid())) kill(child, SIGKILL);
+            pause += pause / 10;
+            next = Clock::now() + pause;
+          }
+          return status.at("state") != "active";
+        },
+        kPatience);
+    return experiment;
+  }
+  Deployment& deployment() { return deployment_; }
+
+ private:
+  std::unique_ptr<client::ChildProcess> Worker() {
+    return deployment_.StartWorker("legopt-worker", {"--slots", "1", "--dataset", dataset_.string()});
+  }
+  std::int64_t Done(std::int64_t experiment) {
+    WaitUntilDone(deployment_, experiment);
+    return experiment;
+  }
+
+  std::filesystem::path dataset_;
+  nlohmann::json spec_;
+  Deployment deployment_;
+};
+
+std::string Hexadecimal(const std::vector<double>& numbers) {
+  constexpr char kDigits[] = "0123456789ABCDEF";
+  std::string hex;
+  for (const double number : numbers) {
+    const auto bits = std::bit_cast<std::uint64_t>(number);
+    for (unsigned shift = 0; shift < 64; shift += 8) {  // little-endian
+      const auto byte = static_cast<unsigned>(bits >> shift) & 255U;
+      hex += {kDigits[byte >> 4U], kDigits[byte & 15U]};
+    }
+  }
+  return hex;
+}
+
+// Solves stored rows once more, in this process; how many of `rows` came out the same.
+int Replay(Deployment& deployment, const std::filesystem::path& dataset, const nlohmann::json& spec, int rows,
+           std::uint64_t seed, int* replayed) {
+  worker::SolveExecutor executor({dataset});
+  const std::string hash = executor.Load().at(0).hash;
+  const auto stored = deployment.Query(
+      "SELECT m.hash, m.options_json, p.problem_id, c.initialization, j.repetition, r.solver_status, r.iterations, "
+      "hex(w.x) FROM results AS r JOIN jobs AS j USING (job_id) JOIN cells AS c ON c.cell_id = j.cell_id JOIN methods "
+      "AS m USING (method_id) JOIN problems AS p USING (problem_key) LEFT JOIN waypoints AS w ON w.job_id = r.job_id "
+      "ORDER BY r.job_id");
+  std::mt19937_64 random(seed);
+  int same = 0;
+  *replayed = std::min<int>(rows, static_cast<int>(stored.size()));
+  for (int i = 0; i < *replayed; ++i) {
+    std::vector<std::string> cells;
+    std::istringstream line(stored[random() % stored.size()]);
+    for (std::string cell; std::getline(line, cell, '|');) cells.push_back(cell);
+    legopt_msg::lease job{};
+    job.dataset_hash = hash;
+    job.method_hash = cells.at(0);
+    job.task = "posture";
+    job.problem_id = std::stoi(cells.at(2));
+    job.initialization = cells.at(3);
+    job.repetition = std::stoi(cells.at(4));
+    job.experiment_seed = spec.at("seed").get<std::int64_t>();
+    job.wall_limit_us = std::int64_t{kNoLimit_s} * 1'000'000;
+    worker::JobExecutor::Hooks hooks{[] { return false; }, [](int, int) {}, [] {}};
+    const legopt_msg::result_request again = executor.Execute(job, cells.at(1), hooks);
+    const std::string bits = again.waypoints.empty() ? "NULL" : Hexadecimal(again.waypoints);
+    const bool equal =
+        again.solver_status == cells.at(5) && std::to_string(again.iterations) == cells.at(6) && bits == cells.at(7);
+    same += equal ? 1 : 0;
+  }
+  return same;
+}
+
+}  // namespace
+
+void MeasureDeterminism(const Request& request, Findings& findings) {
+  findings.Begin("23");
+  const int problems = request.count > 0 ? request.count : kProblems;
+  const nlohmann::json spec = EverySolver(*Dataset::Load(request.dataset), problems);
+  Runs runs(request.dataset, spec);
+  const auto begin = Clock::now();
+  const std::vector<std::string> calm = Solutions(runs.deployment(), runs.Calm());
+  findings.Note(std::to_string(calm.size()) + " rows (solvers x problems) after " +
+                std::to_string(SecondsSince(begin)) + " s");
+  findings.Promise(static_cast<std::int64_t>(calm.size()) == client::CountJobs(spec), "every job has a solution");
+  findings.Promise(Solutions(runs.deployment(), runs.Loaded()) == calm,
+                   "the same status, iterations and bits by two workers on a loaded machine");
+  const std::int64_t killed = runs.Killed(request.seed);
+  const std::string retried = runs.deployment().Query("SELECT count(*) FROM job_list WHERE attempts > 1").at(0);
+  findings.Promise(Solutions(runs.deployment(), killed) == calm,
+                   "the same with job processes killed; " + retried + " jobs needed more than one attempt");
+  int replayed = 0;
+  const int same = Replay(runs.deployment(), request.dataset, spec, kReplayed, request.seed, &replayed);
+  findings.Promise(same == replayed, std::to_string(same) + " of " + std::to_string(replayed) +
+                                         " random rows solved once more by another program are the same bits");
+}
+
+}  // namespace legopt::figures

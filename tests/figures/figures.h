@@ -1,0 +1,36 @@
+// Acceptance figures of the reliability note (section 6) that need real processes, real time or a real file. Each
+// function makes its own deployment, prints what it saw and judges it. docs/reliability.md lists commands and figures.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "tests/figures/findings.h"
+
+namespace legopt::figures {
+
+struct Request {
+  int count = 0;       ///< trials, rows, packets or problems, as the figure says; 0: as the note asks
+  double minutes = 0;  ///< of readers and soak; 0: as the note asks
+  std::uint64_t seed = 1;
+  std::filesystem::path dataset;  ///< of determinism
+};
+
+/// 8: the slot of a job process that dies of SIGSEGV is back within 2 s. `count` deaths (20), shipped worker.
+void MeasureSlotReturn(const Request& request, Findings& findings);
+/// 9: an endless job ends within its limit + 1 s; no job process outlives its killed supervisor by 1 s. `count` (20).
+void MeasureLimits(const Request& request, Findings& findings);
+/// 14: `count` (1,000,000) hostile packets at 5,000/s during 200 jobs.
+void MeasureHostility(const Request& request, Findings& findings);
+/// 17, 20: ready within 2 s with `count` (100,000) result rows, also after SIGKILL; backup and restore of that file.
+void MeasureLargeFile(const Request& request, Findings& findings);
+/// 19: lease latency during a read of `minutes` (1), a backup and an export of `count` (100,000) rows.
+void MeasureReaders(const Request& request, Findings& findings);
+/// 23: every solver on `count` (50) problems of `dataset`, calm, loaded, and with killed workers; then 100 rows again.
+void MeasureDeterminism(const Request& request, Findings& findings);
+/// 25: what cannot start says so within a second, with its exit code.
+void MeasureStartUp(const Request& request, Findings& findings);
+/// 27: half load under 5 % loss for `minutes` (480): descriptors, threads, memory, log.
+void MeasureSoak(const Request& request, Findings& findings);
+
+}  // namespace legopt::figures

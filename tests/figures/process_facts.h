@@ -1,0 +1,35 @@
+// What the kernel tells about a process (/proc). Linux only.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace legopt::figures {
+
+struct ProcessFacts {
+  double resident_mb = 0;  ///< 2^20 bytes
+  int descriptors = 0;
+  int threads = 0;
+  double cpu_s = 0;  ///< user and system, of all its threads so far
+};
+
+/// Zeros for a process that is gone.
+ProcessFacts FactsOf(pid_t pid);
+std::vector<pid_t> ChildrenOf(pid_t pid);
+
+/// Watches for the end of any process, ours or not.
+class EndOf {
+ public:
+  explicit EndOf(pid_t pid);
+  ~EndOf();
+  EndOf(const EndOf&) = delete;
+  EndOf& operator=(const EndOf&) = delete;
+  bool reached() const;
+
+ private:
+  int fd_;
+};
+
+}  // namespace legopt::figures

@@ -1,0 +1,144 @@
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bus/endpoint.h"
+#include "bus/lcm_transport.h"
+#include "client/child_process.h"
+#include "client/exit_codes.h"
+#include "tests/figures/figures.h"
+#include "tests/service/deployment.h"
+
+namespace legopt::figures {
+namespace {
+
+using client::ChildProcess;
+using client::ExitCode;
+using std::chrono::seconds;
+
+constexpr char kUnshare[] = "/usr/bin/unshare";
+constexpr double kLimit_s = 1;
+constexpr std::chrono::milliseconds kPatience = seconds(30);
+
+// Something that cannot start: what it is called, its command, and what it must say.
+struct Case {
+  std::string name;
+  std::vector<std::string> command;
+  ExitCode code;
+  std::string words;
+};
+
+bool NamespacesWork() {
+  if (::access(kUnshare, X_OK) != 0) return false;
+  ChildProcess probe(kUnshare, {"-Urn", "true"}, true);
+  const auto exit = probe.Wait(kPatience);
+  return exit && exit->signal == 0 && exit->code == 0;
+}
+
+void MeasureRefusal(const Case& refused, Findings& findings) {
+  const auto begin = Clock::now();
+  ChildProcess program(refused.command.front(), {refused.command.begin() + 1, refused.command.end()}, true);
+  const auto exit = program.Wait(kPatience);
+  const double took_s = SecondsSince(begin);
+  const bool right = exit && exit->signal == 0 && exit->code == static_cast<int>(refused.code);
+  const bool named = program.ErrorTail().find(refused.words) != std::string::npos;
+  findings.Promise(right && named, refused.name + ": " + (exit ? exit->Describe() : "still running") +
+                                       (named ? "" : ", without \"" + refused.words + "\": " + program.ErrorTail()));
+  findings.Quantity(refused.name + " takes", took_s, kLimit_s, "s");
+}
+
+// Holds a UDP port for itself alone.
+class Squatter {
+ public:
+  explicit Squatter(int port) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    if (::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+      throw std::runtime_error("port " + std::to_string(port) + " cannot be held");
+    }
+  }
+  ~Squatter() { ::close(fd_); }
+  Squatter(const Squatter&) = delete;
+  Squatter& operator=(const Squatter&) = delete;
+
+ private:
+  int fd_;
+};
+
+// A namespace of a user of its own: no privilege to exceed net.core.rmem_max, so the buffer is smaller than asked.
+void MeasureSmallBuffer(const std::string& server, const std::string& database, Findings& findings) {
+  const std::string script =
+      "ip link set lo up && ip route add 239.255.76.67/32 dev lo && exec " + server + " --db " + database;
+  ChildProcess program(kUnshare, {"-Urn", "sh", "-c", script}, true);
+  const auto begin = Clock::now();
+  const bool ready = program.WaitForLine("ready", kPatience);
+  const double took_s = SecondsSince(begin);
+  program.Stop(seconds(5));
+  const bool warned = program.ErrorTail().find("receive buffer of") != std::string::npos;
+  if (!ready) {
+    findings.Note("small receive buffer: not measured: " + program.ErrorTail());
+  } else {
+    findings.Note(std::string("receive buffer in a namespace without privileges: ") +
+                  (warned ? "smaller than asked, said in a warning" : "as asked") + ", ready after " +
+                  std::to_string(took_s) + " s");
+  }
+}
+
+}  // namespace
+
+void MeasureStartUp(const Request& /*request*/, Findings& findings) {
+  findings.Begin("25");
+  service::Deployment deployment;
+  deployment.StartServer();
+  const std::string server = service::Program("legopt-server").string();
+  const std::string worker = service::Program("legopt-worker").string();
+  const std::string client = service::Program("legopt").string();
+  const std::string fresh = (deployment.folder() / "fresh.sqlite").string();
+  const std::string taken = std::to_string(deployment.port());
+  const int held = bus::FindFreePortPair(bus::RandomSeed());
+  const Squatter squatter(held);
+  const std::string free = std::to_string(bus::FindFreePortPair(bus::RandomSeed()));
+  const std::string port = std::to_string(held);
+  std::vector<Case> cases = {
+      {"server on the ports of another",
+       {server, "--db", fresh, "--port", taken},
+       ExitCode::kNetworkUnusable,
+       "--port"},
+      {"server on a port held by a stranger",
+       {server, "--db", fresh, "--port", port},
+       ExitCode::kNetworkUnusable,
+       port},
+      {"client on a port held by a stranger", {client, "status", "--port", port}, ExitCode::kNetworkUnusable, port},
+      {"server with a database in use",
+       {server, "--db", deployment.database().string(), "--port", free},
+       ExitCode::kDatabaseUnusable,
+       "results.sqlite"},
+      {"server with a database that cannot be written",
+       {server, "--db", "/proc/results.sqlite", "--port", free},
+       ExitCode::kDatabaseUnusable,
+       "/proc/results.sqlite"}};
+  if (NamespacesWork()) {
+    const std::vector<std::string> alone = {kUnshare, "-Urn"};
+    for (const auto& [name, command] :
+         {std::pair<std::string, std::vector<std::string>>{"server", {server, "--db", fresh}},
+          {"worker", {worker, "--slots", "1"}},
+          {"client", {client, "status"}}}) {
+      std::vector<std::string> all = alone;
+      all.insert(all.end(), command.begin(), command.end());
+      cases.push_back({name + " without a multicast route", all, ExitCode::kNetworkUnusable, "ip route add"});
+    }
+  } else {
+    findings.Note("without a multicast route: not measured, no namespaces here");
+  }
+  for (const Case& refused : cases) MeasureRefusal(refused, findings);
+  if (NamespacesWork()) MeasureSmallBuffer(server, fresh, findings);
+}
+
+}  // namespace legopt::figures
