@@ -58,6 +58,7 @@ void Pool::Advance(microseconds now) {
   AskForRegistration(now);
   AskForMethods(now);
   Dispatch(now);
+  GiveBackWaiting(now);
   AskForLeases(now);
   SendHeartbeat(now);
   DeliverResults(now);
@@ -83,6 +84,7 @@ microseconds Pool::next_deadline() const {
   for (const auto& [hash, method] : methods_) {
     if (!method.options_json && !method.in_flight) at(method.next_try);
   }
+  if (const auto end = WaitEnd()) at(*end);
   if (draining_) at(DrainEnd());
   return next;
 }
@@ -289,6 +291,7 @@ void Pool::AcceptLease(microseconds now, const legopt_msg::lease& lease) {
   const LeaseKey key{lease.job_id, lease.attempt, lease.token};
   HeldLease held;
   held.lease = lease;
+  held.accepted = now;
   held.expires = lease_asked_at_ + microseconds(lease.lease_us) - StopMargin(lease);
   if (!leases_.emplace(key, std::move(held)).second) return;  // told twice
   ready_.push_back(key);

@@ -37,6 +37,9 @@ struct PoolOptions {
   /// much of the average job's duration. Long jobs are not fetched ahead: an idle slot elsewhere may take them.
   microseconds prefetch = std::chrono::milliseconds(60);
   int max_prefetch_per_slot = 24;
+  /// A lease held ready for longer, because the jobs before it took longer than those that the estimate was made from,
+  /// is given back: another worker may have an idle slot.
+  microseconds longest_ready = std::chrono::seconds(2);
   /// How long the last results are offered to a silent server after the first and the second order to stop.
   microseconds drain_limit = std::chrono::seconds(15);
   microseconds kill_limit = std::chrono::seconds(1);
@@ -52,6 +55,7 @@ struct PoolOptions {
 ///  unrenewed;
 ///  - a result is offered until the server has answered it, over any restart of the server;
 ///  - heartbeats cover running jobs, leases held ready, and results under way;
+///  - jobs begin in the order of their leases; those held ready are few, and are given back when they would wait long;
 ///  - whatever a job process does costs one attempt of the job it had, and nothing else;
 ///  - only datasets that a job process has loaded and hashed are announced, and only their jobs are accepted.
 ///
@@ -106,7 +110,8 @@ class Pool {
   struct HeldLease {
     legopt_msg::lease lease;
     Phase phase = Phase::kReady;
-    microseconds expires{0};  // when its job must have been stopped
+    microseconds expires{0};   // when its job must have been stopped
+    microseconds accepted{0};  // when it was received
     std::int64_t progress_done = 0;
     std::int64_t progress_total = 0;
     // Delivery:
@@ -168,6 +173,8 @@ class Pool {
   void KeepResult(microseconds now, const LeaseKey& key, legopt_msg::result_request result);
   void FailLease(microseconds now, const LeaseKey& key, const std::string& message);
   void GiveBackReady(microseconds now);
+  void GiveBackWaiting(microseconds now);
+  std::optional<microseconds> WaitEnd() const;
   void StopLease(microseconds now, const LeaseKey& key, StopReason reason);
   void NoteDuration(microseconds duration);
   void CheckStarts(const std::string& evidence);
@@ -176,7 +183,7 @@ class Pool {
   std::vector<SlotEntry> slots_;
   std::vector<Action> actions_;
   std::map<LeaseKey, HeldLease> leases_;
-  std::deque<LeaseKey> ready_;  // leases without a slot yet, first come first served
+  std::deque<LeaseKey> ready_;  // leases without a slot yet, in the order of their leases
   std::map<std::string, MethodEntry> methods_;
 
   std::vector<LoadedDataset> datasets_;  // as announced; empty until the first process is ready

@@ -2,12 +2,19 @@
 // brings.
 //
 //   EmptyJobs          two workers of one slot, jobs that do nothing: jobs/s from the first lease to the last result
+//   QuickJobs          two workers of two slots, jobs that sleep for N ms: the share of the slots' time in which they
+//   have
+//                      a job, and the server's CPU time for each
 //   SolvingThroughput  the default dataset by SQP, once with one worker and once with two: jobs/s of both, and their
 //   ratio
 
 #include <benchmark/benchmark.h>
+#include <unistd.h>
 
+#include <ctime>
+#include <fstream>
 #include <memory>
+#include <sstream>
 #include <vector>
 
 #include "tests/service/deployment.h"
@@ -47,6 +54,54 @@ void EmptyJobs(benchmark::State& state) {
   state.counters["jobs/s"] = rate;
 }
 
+// What `sleeps` sleeps of a millisecond take here: the time of a stub's job.
+double SleepingSeconds(int sleeps) {
+  constexpr int kTimes = 20;
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < kTimes * sleeps; ++i) {
+    const timespec millisecond{0, 1'000'000};
+    nanosleep(&millisecond, nullptr);
+  }
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / kTimes;
+}
+
+// CPU time that a process has used, user and system: fields 14 and 15 of /proc/PID/stat.
+double CpuSeconds(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text((std::istreambuf_iterator<char>(file)), {});
+  std::istringstream fields(text.substr(text.rfind(')') + 2));
+  std::string skipped;
+  constexpr int kFieldsBefore = 11;
+  for (int i = 0; i < kFieldsBefore; ++i) fields >> skipped;
+  double user = 0;
+  double system = 0;
+  fields >> user >> system;
+  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+void QuickJobs(benchmark::State& state) {
+  constexpr int kWorkers = 2;
+  constexpr int kSlots = 2;
+  constexpr double kJobs = 4000;
+  const auto work_ms = static_cast<int>(state.range(0));
+  double rate = 0;
+  double cpu = 0;
+  for (auto _ : state) {
+    Deployment deployment;
+    deployment.StartServer();
+    const auto first = deployment.StartStubWorker({"--slots", std::to_string(kSlots)});
+    const auto second = deployment.StartStubWorker({"--slots", std::to_string(kSlots)});
+    RunExperiment(deployment, StubSpec(200, work_ms), "warm-up");
+    const double before = CpuSeconds(deployment.server().pid());
+    rate = RunExperiment(deployment, StubSpec(static_cast<int>(kJobs), work_ms), "measured");
+    cpu = CpuSeconds(deployment.server().pid()) - before;
+  }
+  constexpr double kPercent = 100;
+  state.counters["jobs/s"] = rate;
+  state.counters["busy %"] = kPercent * rate * SleepingSeconds(work_ms) / (kWorkers * kSlots);
+  state.counters["server us/job"] = kMicroseconds * cpu / kJobs;
+}
+
 void SolvingThroughput(benchmark::State& state) {
   const auto repetitions = static_cast<int>(state.range(0));
   double one = 0;
@@ -67,6 +122,7 @@ void SolvingThroughput(benchmark::State& state) {
 }
 
 BENCHMARK(EmptyJobs)->Arg(10'000)->Iterations(1)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(QuickJobs)->Arg(2)->Arg(5)->Arg(10)->Iterations(1)->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(SolvingThroughput)->Arg(40)->Iterations(1)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
