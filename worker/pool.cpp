@@ -30,13 +30,13 @@ constexpr std::size_t kMaxUndeliveredPerSlot = 64;  // above: no new leases
 constexpr double kShortJob_us = 500'000;            // below: always one lease ahead
 constexpr int kStopMarginDivisor = 10;
 
-std::string Seconds(microseconds duration) {
+}  // namespace
+
+std::string Pool::Seconds(microseconds duration) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.1f s", std::chrono::duration<double>(duration).count());
   return text.data();
 }
-
-}  // namespace
 
 Pool::Pool(PoolOptions options, microseconds now)
     : options_(std::move(options)),
@@ -85,7 +85,7 @@ microseconds Pool::next_deadline() const {
     if (!method.options_json && !method.in_flight) at(method.next_try);
   }
   if (const auto end = WaitEnd()) at(*end);
-  if (draining_) at(DrainEnd());
+  if (draining_) at(leases_.empty() ? LeaseAnswerEnd() : DrainEnd());
   return next;
 }
 
@@ -300,6 +300,7 @@ void Pool::AcceptLease(microseconds now, const legopt_msg::lease& lease) {
     StopLease(now, key, StopReason::kShutdown);
     return;
   }
+  if (draining_) return StopLease(now, key, StopReason::kShutdown);  // the answer to a request from before
   methods_.try_emplace(lease.method_hash);
 }
 
@@ -412,70 +413,5 @@ void Pool::OnHeartbeatReply(microseconds now, const legopt_msg::heartbeat_reply*
 microseconds Pool::heartbeat_interval() const { return registration_ ? registration_->heartbeat : kDefaultHeartbeat; }
 
 microseconds Pool::lease_call_timeout() const { return (registration_ ? registration_->lease : kDefaultLease) / 2; }
-
-// --- The end ---------------------------------------------------------------------------------------------------------
-
-void Pool::Stop(microseconds now) {
-  if (killing_) {
-    Finish(kExitInterrupted);
-  } else if (draining_) {
-    killing_ = true;
-    if (!leases_.empty()) exit_code_ = kExitInterrupted;
-    drain_since_ = now;
-    for (int i = 0; i < options_.slots; ++i) {
-      Carry(i, slots_[static_cast<std::size_t>(i)].machine.Kill(StopReason::kShutdown, ""));
-    }
-  } else {
-    Drain(now, kExitOk);
-    if (!leases_.empty()) {
-      Log(LogLevel::kWarning,
-          "stopping after " + std::to_string(num_running()) + " running job(s); a second signal kills them");
-    }
-  }
-  Advance(now);
-}
-
-void Pool::Drain(microseconds now, int exit_code) {
-  if (draining_) return;
-  draining_ = true;
-  exit_code_ = exit_code;
-  drain_since_ = now;
-  for (SlotEntry& slot : slots_) slot.machine.Retire();
-  GiveBackReady(now);
-}
-
-void Pool::Finish(int exit_code) {
-  if (finished_) return;
-  finished_ = true;
-  actions_.emplace_back(ExitWorker{exit_code});
-}
-
-microseconds Pool::DrainEnd() const { return drain_since_ + (killing_ ? options_.kill_limit : options_.drain_limit); }
-
-void Pool::CheckEnd(microseconds now) {
-  if (finished_) return;
-  if (draining_) {
-    const bool only_deliveries = num_undelivered() == leases_.size();
-    if (leases_.empty()) {
-      Finish(exit_code_);
-    } else if (!only_deliveries && !killing_) {
-      drain_since_ = now;
-    } else if (now >= DrainEnd()) {
-      Log(LogLevel::kError, std::to_string(leases_.size()) + " result(s) could not be delivered");
-      Finish(killing_ ? kExitInterrupted : kExitUnreachable);
-    }
-    return;
-  }
-  if (options_.exit_when_idle && no_more_work_ && leases_.empty()) {
-    Log(LogLevel::kInfo, "no more work");
-    Finish(kExitOk);
-    return;
-  }
-  if (options_.wait_server != microseconds::max() && !datasets_.empty() && now >= last_heard_ + options_.wait_server) {
-    Log(LogLevel::kError, "no answer from a server at " + options_.server_address + " within " +
-                              Seconds(options_.wait_server) + "; is legopt-server running with this port and group?");
-    Finish(kExitUnreachable);
-  }
-}
 
 }  // namespace legopt::worker

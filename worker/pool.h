@@ -137,21 +137,17 @@ class Pool {
     LeaseKey key;  // valid while machine.has_job()
   };
 
-  // pool.cpp: registration, leases, the end
+  // pool.cpp: registration, leases
   void Advance(microseconds now);
   void AskForRegistration(microseconds now);
   void AskForLeases(microseconds now);
   void AskForMethods(microseconds now);
   void SendHeartbeat(microseconds now);
   void ExpireLeases(microseconds now);
-  void CheckEnd(microseconds now);
-  microseconds DrainEnd() const;
   void AcceptLease(microseconds now, const legopt_msg::lease& lease);
   void HeardServer(microseconds now);
   void ServerSilent(microseconds now, const std::string& error);
   void ForgetRegistration(microseconds now, const std::string& why);
-  void Drain(microseconds now, int exit_code);
-  void Finish(int exit_code);
   microseconds Jittered(microseconds duration);
   void TellOnce(const std::string& server_message);
   std::string MismatchText(const std::string& server_message) const;
@@ -160,6 +156,14 @@ class Pool {
   int NumWantedLeases() const;
   bool HoldsMotion() const;
   void Log(LogLevel level, std::string text);
+  static std::string Seconds(microseconds duration);
+
+  // pool_end.cpp
+  void CheckEnd(microseconds now);
+  microseconds DrainEnd() const;
+  microseconds LeaseAnswerEnd() const;
+  void Drain(microseconds now, int exit_code);
+  void Finish(int exit_code);
 
   // pool_jobs.cpp: slots, results
   void AdvanceSlots(microseconds now);
