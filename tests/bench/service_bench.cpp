@@ -11,7 +11,6 @@
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
-#include <ctime>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -54,15 +53,19 @@ void EmptyJobs(benchmark::State& state) {
   state.counters["jobs/s"] = rate;
 }
 
-// What `sleeps` sleeps of a millisecond take here: the time of a stub's job.
-double SleepingSeconds(int sleeps) {
-  constexpr int kTimes = 20;
-  const auto start = std::chrono::steady_clock::now();
-  for (int i = 0; i < kTimes * sleeps; ++i) {
-    const timespec millisecond{0, 1'000'000};
-    nanosleep(&millisecond, nullptr);
-  }
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / kTimes;
+// Seconds that an experiment's jobs have had on their slots.
+double BusySeconds(const Deployment& deployment, const std::string& name) {
+  const std::string sql =
+      "SELECT sum(r.wall_us) FROM results AS r JOIN cells USING (cell_id) JOIN experiments AS e "
+      "USING (experiment_id) WHERE e.name = '";
+  return std::stod(deployment.Query(sql + name + "'").at(0)) / kMicroseconds;
+}
+
+nlohmann::json TimedStubSpec(const std::string& name, int jobs, int work_ms) {
+  nlohmann::json spec = StubSpec(jobs, work_ms);
+  spec["name"] = name;
+  spec["methods"][0]["options"]["timed"] = true;
+  return spec;
 }
 
 // CPU time that a process has used, user and system: fields 14 and 15 of /proc/PID/stat.
@@ -86,19 +89,21 @@ void QuickJobs(benchmark::State& state) {
   const auto work_ms = static_cast<int>(state.range(0));
   double rate = 0;
   double cpu = 0;
+  double busy = 0;
   for (auto _ : state) {
     Deployment deployment;
     deployment.StartServer();
     const auto first = deployment.StartStubWorker({"--slots", std::to_string(kSlots)});
     const auto second = deployment.StartStubWorker({"--slots", std::to_string(kSlots)});
-    RunExperiment(deployment, StubSpec(200, work_ms), "warm-up");
+    RunExperiment(deployment, TimedStubSpec("warm-up", 200, work_ms), "warm-up");
     const double before = CpuSeconds(deployment.server().pid());
-    rate = RunExperiment(deployment, StubSpec(static_cast<int>(kJobs), work_ms), "measured");
+    rate = RunExperiment(deployment, TimedStubSpec("measured", static_cast<int>(kJobs), work_ms), "measured");
+    busy = BusySeconds(deployment, "measured");
     cpu = CpuSeconds(deployment.server().pid()) - before;
   }
   constexpr double kPercent = 100;
   state.counters["jobs/s"] = rate;
-  state.counters["busy %"] = kPercent * rate * SleepingSeconds(work_ms) / (kWorkers * kSlots);
+  state.counters["busy %"] = kPercent * busy * rate / (kJobs * kWorkers * kSlots);
   state.counters["server us/job"] = kMicroseconds * cpu / kJobs;
 }
 
