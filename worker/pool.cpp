@@ -28,6 +28,7 @@ constexpr std::size_t kMaxMethods = 1024;
 constexpr std::size_t kMaxLeases = 4096;            // what one heartbeat can carry
 constexpr std::size_t kMaxUndeliveredPerSlot = 64;  // above: no new leases
 constexpr double kShortJob_us = 500'000;            // below: always one lease ahead
+constexpr double kAnswersAhead = 4;                 // half of it is left when more is asked for
 constexpr int kStopMarginDivisor = 10;
 
 }  // namespace
@@ -197,6 +198,15 @@ bool Pool::HoldsMotion() const {
   });
 }
 
+int Pool::NumAheadPerSlot() const {
+  if (mean_job_us_ < 0 || mean_job_us_ >= kShortJob_us || HoldsMotion()) return 0;
+  const double work_us = std::clamp(kAnswersAhead * mean_answer_us_, static_cast<double>(options_.prefetch.count()),
+                                    static_cast<double>(options_.longest_prefetch.count()));
+  const double jobs = work_us / std::max(mean_job_us_, 1.0);
+  return std::clamp(static_cast<int>(std::min<double>(jobs, options_.max_prefetch_per_slot)), 1,
+                    options_.max_prefetch_per_slot);
+}
+
 int Pool::NumWantedLeases() const {
   if (draining_ || num_undelivered() > kMaxUndeliveredPerSlot * slots_.size()) return 0;
   int idle = 0;
@@ -206,12 +216,7 @@ int Pool::NumWantedLeases() const {
     idle += state == JobSlot::State::kIdle ? 1 : 0;
     live += state == JobSlot::State::kIdle || state == JobSlot::State::kRunning ? 1 : 0;
   }
-  int ahead = 0;  // per live slot
-  if (mean_job_us_ >= 0 && mean_job_us_ < kShortJob_us && !HoldsMotion()) {
-    const double jobs = static_cast<double>(options_.prefetch.count()) / std::max(mean_job_us_, 1.0);
-    ahead = std::clamp(static_cast<int>(std::min<double>(jobs, options_.max_prefetch_per_slot)), 1,
-                       options_.max_prefetch_per_slot);
-  }
+  const int ahead = NumAheadPerSlot();
   const int ready = static_cast<int>(ready_.size());
   const int wanted = idle + ahead * live - ready;
   // Small top-ups are not worth a call while there is enough to go on with.
@@ -248,6 +253,7 @@ void Pool::OnLeaseReply(microseconds now, const legopt_msg::lease_reply* reply, 
   const microseconds retry = Jittered(std::clamp(microseconds(reply->retry_after_us), kSoonestAsk, kLatestAsk));
   switch (reply->status) {
     case 0:
+      mean_answer_us_ += kAverageWeight * (static_cast<double>((now - lease_asked_at_).count()) - mean_answer_us_);
       for (const legopt_msg::lease& lease : reply->jobs) AcceptLease(now, lease);
       next_lease_ = now;
       break;

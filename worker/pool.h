@@ -35,8 +35,10 @@ struct PoolOptions {
   SlotTimes slot_times;
   /// Work to hold ready per slot, so that short jobs need not wait for the network: leases are fetched ahead for this
   /// much of the average job's duration. Long jobs are not fetched ahead: an idle slot elsewhere may take them.
+  /// The slower the server's answers, the more: four times what they take, at most `longest_prefetch`.
   microseconds prefetch = std::chrono::milliseconds(60);
-  int max_prefetch_per_slot = 24;
+  microseconds longest_prefetch = std::chrono::milliseconds(250);
+  int max_prefetch_per_slot = 64;
   /// A lease held ready for longer, because the jobs before it took longer than those that the estimate was made from,
   /// is given back: another worker may have an idle slot.
   microseconds longest_ready = std::chrono::seconds(2);
@@ -106,6 +108,7 @@ class Pool {
   microseconds heartbeat_interval() const;
 
  private:
+  static constexpr double kAverageWeight = 0.2;  // of the newest value in a moving average
   enum class Phase { kReady, kRunning, kDelivering };
   struct HeldLease {
     legopt_msg::lease lease;
@@ -154,6 +157,7 @@ class Pool {
   bool HasDataset(const std::string& hash) const;
   microseconds StopMargin(const legopt_msg::lease& lease) const;
   int NumWantedLeases() const;
+  int NumAheadPerSlot() const;
   bool HoldsMotion() const;
   void Log(LogLevel level, std::string text);
   static std::string Seconds(microseconds duration);
@@ -214,7 +218,8 @@ class Pool {
   bool silence_reported_ = false;
   microseconds next_silence_report_{0};
 
-  double mean_job_us_ = -1;  // moving average; negative: unknown
+  double mean_job_us_ = -1;    // moving average; negative: unknown
+  double mean_answer_us_ = 0;  // likewise, between asking for jobs and having them
   bool draining_ = false;
   bool killing_ = false;
   bool finished_ = false;

@@ -17,7 +17,6 @@ constexpr microseconds kFirstDeliveryRetry = milliseconds(250);
 constexpr microseconds kLastDeliveryRetry = seconds(5);
 constexpr std::size_t kMaxDeliveriesInFlight = 64;
 constexpr int kHopelessStarts = 3;  // per slot, before any process was ever ready
-constexpr double kAverageWeight = 0.2;
 constexpr double kMicroseconds = 1e6;
 
 std::string JobName(const LeaseKey& key) {
