@@ -10,6 +10,22 @@
 
 namespace legopt::bus {
 
+namespace {
+
+// PROTOCOL.md, section 3: bytes 32 .. 39 of the frame; 0, which is nobody's address, when it is too short.
+EndpointId DestinationOf(std::span<const std::uint8_t> datagram) {
+  constexpr std::size_t kOffset = 32;
+  constexpr unsigned kBitsPerByte = 8;
+  if (datagram.size() < kOffset + sizeof(EndpointId)) return 0;
+  std::uint64_t destination = 0;
+  for (const std::uint8_t byte : datagram.subspan(kOffset, sizeof(EndpointId))) {
+    destination = (destination << kBitsPerByte) | byte;
+  }
+  return static_cast<EndpointId>(destination);
+}
+
+}  // namespace
+
 struct SimulatedNetwork::Station {
   DatagramReceiver* receiver = nullptr;
   int partition = 0;
@@ -59,13 +75,22 @@ void SimulatedNetwork::Inject(Port port, std::span<const std::uint8_t> datagram)
 
 void SimulatedNetwork::Send(const Station* from, Port port, std::span<const std::uint8_t> datagram) {
   if (tap_) tap_(port, datagram);
+  const auto reached = [from](const Station& to) { return from == nullptr || from->partition == to.partition; };
   const auto bytes = std::make_shared<const std::vector<std::uint8_t>>(datagram.begin(), datagram.end());
-  for (const auto& station : stations_) {
-    if (from != nullptr && from->partition != station->partition) continue;
-    if (Chance(misfortune_.drop)) continue;
-    Deliver(*station, port, bytes);
-    if (Chance(misfortune_.duplicate)) Deliver(*station, port, bytes);
+  if (filtered_) {
+    const auto to = station_of_.find(DestinationOf(datagram));
+    if (to != station_of_.end() && reached(*to->second)) SendTo(*to->second, port, bytes);
+    return;
   }
+  for (const auto& station : stations_) {
+    if (reached(*station)) SendTo(*station, port, bytes);
+  }
+}
+
+void SimulatedNetwork::SendTo(Station& to, Port port, const Bytes& bytes) {
+  if (Chance(misfortune_.drop)) return;
+  Deliver(to, port, bytes);
+  if (Chance(misfortune_.duplicate)) Deliver(to, port, bytes);
 }
 
 void SimulatedNetwork::Deliver(Station& to, Port port, const Bytes& bytes) {
@@ -124,6 +149,7 @@ SimulatedTransport::SimulatedTransport(SimulatedNetwork& network, std::int64_t d
 }
 
 SimulatedTransport::~SimulatedTransport() {
+  std::erase_if(network_->station_of_, [this](const auto& entry) { return entry.second == station_; });
   std::erase_if(network_->stations_, [this](const auto& station) { return station.get() == station_; });
 }
 
@@ -138,7 +164,11 @@ void SimulatedTransport::Send(Port port, std::span<const std::uint8_t> datagram)
   network_->Send(station_, port, datagram);
 }
 
-void SimulatedTransport::SetReceiver(DatagramReceiver* receiver, EndpointId /*self*/) { station_->receiver = receiver; }
+void SimulatedTransport::SetReceiver(DatagramReceiver* receiver, EndpointId self) {
+  station_->receiver = receiver;
+  std::erase_if(network_->station_of_, [this](const auto& entry) { return entry.second == station_; });
+  if (receiver != nullptr) network_->station_of_[self] = station_;
+}
 
 int SimulatedTransport::Poll(std::span<pollfd> extra, microseconds /*max_wait*/) {
   if (!extra.empty()) ::poll(extra.data(), extra.size(), 0);

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <random>
@@ -61,6 +62,10 @@ class SimulatedNetwork {
   // Parties of different partitions do not hear each other; all start in 0. What is under way still arrives.
   void SetPartition(const SimulatedTransport& transport, int partition);
 
+  // As with a socket filter at every party: a datagram reaches only the party that its frame is for. A fleet is
+  // simulated in a time that grows with what is said, not with who could hear it. To be set before anything is sent.
+  void SetFiltered() { filtered_ = true; }
+
   // Puts a datagram on the wire as if a stranger had sent it.
   void Inject(Port port, std::span<const std::uint8_t> datagram);
   // Called for every datagram sent, before misfortune strikes; for size checks and recordings.
@@ -76,6 +81,7 @@ class SimulatedNetwork {
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
 
   void Send(const Station* from, Port port, std::span<const std::uint8_t> datagram);
+  void SendTo(Station& to, Port port, const Bytes& bytes);
   void Deliver(Station& to, Port port, const Bytes& bytes);
   Bytes Injure(const Bytes& bytes);
   bool Chance(double probability);
@@ -85,6 +91,8 @@ class SimulatedNetwork {
   Misfortune misfortune_;
   microseconds now_{0};
   std::vector<std::unique_ptr<Station>> stations_;
+  bool filtered_ = false;
+  std::map<EndpointId, Station*> station_of_;
   std::function<void(Port, std::span<const std::uint8_t>)> tap_;
 };
 

@@ -61,7 +61,7 @@ void Scheduler::Open(const Instant& now, const db::OpenExperiment& open) {
     if (stored.state != db::JobState::kLeased) continue;
     // The worker may still be at it. Without word from it the job must be free before a server that is restarted again
     // and again is gone: a full lease each time would keep the jobs of dead workers leased for ever.
-    leases_[experiment->job_id(index)] = {stored.worker_id, now.steady + options_.lease * 9 / 10, false};
+    leases_[experiment->job_id(index)] = {stored.worker_id, now.steady + options_.lease * 9 / 10, false, next_order_++};
     ++workers_[stored.worker_id].leases;
   }
   by_first_job_[summary.first_job_id] = experiment.get();
@@ -197,6 +197,11 @@ void Scheduler::FinishIfComplete(const Instant& now, Experiment& experiment, Ops
 Scheduler::Worker* Scheduler::FindWorker(std::int64_t worker_id, bus::EndpointId sender) {
   const auto found = workers_.find(worker_id);
   return found == workers_.end() || found->second.record.endpoint != sender ? nullptr : &found->second;
+}
+
+void Scheduler::Hear(Worker& worker, const Instant& now) {
+  worker.last_seen = now.steady;
+  worker.charged = 0;
 }
 
 Scheduler::JobRef Scheduler::FindJob(std::int64_t job_id) {

@@ -90,6 +90,8 @@ struct JobProgress {
 ///  - a submission id makes one experiment; with other content it is refused;
 ///  - a job has at most one lease at a time and at most one accepted result, under the token of its current lease;
 ///  - attempts count when leased; `max_attempts` charged attempts make a job dead, with the last evidence;
+///  - a worker that falls silent costs at most one attempt per slot: those of its leases that were given first, as it
+///    begins them in that order; what it held ready is queued again without a charge;
 ///  - after a restart from the store, running leases go on and can be completed by their workers;
 ///  - no job of a paused or held experiment is leased, and larger priorities are leased first.
 ///
@@ -145,7 +147,8 @@ class Scheduler {
   struct LeaseState {
     std::int64_t worker_id;
     microseconds expires;
-    bool confirmed;  ///< listed by a heartbeat of its worker
+    bool confirmed;      ///< listed by a heartbeat of its worker
+    std::int64_t order;  ///< in which leases were given: their worker begins them so
     std::int64_t progress_done = 0, progress_total = 0;
   };
   struct Worker {
@@ -155,6 +158,7 @@ class Scheduler {
     bool online = false;   ///< set by SetOnline only
     int online_slots = 0;  ///< its part of online_slots_
     std::int64_t leases = 0;
+    int charged = 0;  ///< leases that expired at its cost since it was last heard of
   };
   struct JobRef {
     Experiment* experiment = nullptr;
@@ -164,6 +168,7 @@ class Scheduler {
   // scheduler.cpp
   void AddExperiment(const db::NewExperiment& rows, ExperimentSpec spec);
   Worker* FindWorker(std::int64_t worker_id, bus::EndpointId sender);
+  static void Hear(Worker& worker, const Instant& now);
   JobRef FindJob(std::int64_t job_id);
   void SetJobState(Experiment& experiment, Job& job, db::JobState state);
   void Close(const Instant& now, Experiment& experiment, db::ExperimentState state);
@@ -183,7 +188,8 @@ class Scheduler {
                  legopt_msg::lease_reply& reply, Ops& ops);
   std::string MismatchOf(const Worker& worker, const std::vector<std::string>& hashes, bool* same_name) const;
   int FairShare(int wanted) const;
-  void ExpireLease(const Instant& now, std::int64_t job_id, Ops& ops);
+  void ExpireLeases(const Instant& now, Ops& ops);
+  void ExpireLease(const Instant& now, std::int64_t job_id, bool may_have_begun, Ops& ops);
   // scheduler_results.cpp
   legopt_msg::result_reply AcceptCurrent(const Instant& now, const JobRef& ref,
                                          const legopt_msg::result_request& request, Ops& ops);
@@ -204,6 +210,7 @@ class Scheduler {
   std::map<std::int64_t, Worker> workers_;                          ///< by worker id
   std::map<bus::EndpointId, std::int64_t> worker_of_endpoint_;
   std::map<std::int64_t, LeaseState> leases_;  ///< by job id
+  std::int64_t next_order_ = 0;
   std::int64_t online_workers_ = 0, online_slots_ = 0;
   microseconds next_scan_{0};
   bool draining_ = false;

@@ -58,7 +58,7 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
     worker.datasets.push_back({dataset.name, dataset.hash});
     hashes.push_back(dataset.hash);
   }
-  worker.last_seen = now.steady;
+  Hear(worker, now);
   ops.emplace_back(db::PutWorker{worker.record});
   if (!worker.online) {
     ops.emplace_back(db::RecordEvent{"worker_joined", now.wall_us, {}, {}, worker_id, request.worker_name});
@@ -113,7 +113,7 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     reply.status = kUnknownWorker;
     return reply;
   }
-  worker->last_seen = now.steady;
+  Hear(*worker, now);
   const microseconds idle_retry = std::max(options_.min_retry, options_.retry_per_worker * online_workers_);
   reply.retry_after_us = idle_retry.count();
   if (draining_) {
@@ -164,7 +164,7 @@ void Scheduler::LeaseFrom(const Instant& now, Experiment& experiment, Worker& wo
     job.outcome = db::AttemptOutcome::kRunning;
     SetJobState(experiment, job, db::JobState::kLeased);
     const std::int64_t job_id = experiment.job_id(*index);
-    leases_[job_id] = {worker.record.worker_id, now.steady + options_.lease + options_.grace, false};
+    leases_[job_id] = {worker.record.worker_id, now.steady + options_.lease + options_.grace, false, next_order_++};
     ++worker.leases;
     ++counters_.leases;
     ops.emplace_back(db::LeaseJob{job_id, job.attempts, job.token, worker.record.worker_id, now.wall_us});
@@ -196,7 +196,7 @@ legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::Endpoi
   // After a restart a worker is known by its lease tokens before it has said hello again.
   Worker* worker = FindWorker(request.worker_id, sender);
   const bool registered = worker != nullptr && worker->online && request.server_instance == options_.server_instance;
-  if (worker != nullptr) worker->last_seen = now.steady;
+  if (worker != nullptr) Hear(*worker, now);
   reply.status = registered ? 0 : kUnknownWorker;
   for (const legopt_msg::lease_state& held : request.leases) {
     const JobRef ref = FindJob(held.job_id);
@@ -251,11 +251,7 @@ std::optional<microseconds> Scheduler::next_deadline() const {
 void Scheduler::Tick(const Instant& now, Ops& ops) {
   if (now.steady < next_scan_) return;
   next_scan_ = now.steady + options_.expiry_scan;
-  std::vector<std::int64_t> expired;
-  for (const auto& [job_id, lease] : leases_) {
-    if (lease.expires <= now.steady) expired.push_back(job_id);
-  }
-  for (const std::int64_t job_id : expired) ExpireLease(now, job_id, ops);
+  ExpireLeases(now, ops);
   const microseconds silence = options_.lease + options_.grace;
   for (auto& [id, worker] : workers_) {
     if (!worker.online || worker.last_seen + silence > now.steady) continue;
@@ -275,20 +271,42 @@ void Scheduler::Tick(const Instant& now, Ops& ops) {
   }
 }
 
-void Scheduler::ExpireLease(const Instant& now, std::int64_t job_id, Ops& ops) {
+// A worker begins its jobs in the order of their leases. So of those that have not ended, only the first ones, as many
+// as it has slots, can have begun: these are charged to what happened to the worker, the others happened to nobody.
+void Scheduler::ExpireLeases(const Instant& now, Ops& ops) {
+  const auto due = [&](const auto& entry) { return entry.second.expires <= now.steady; };
+  if (std::none_of(leases_.begin(), leases_.end(), due)) return;
+  std::vector<std::pair<std::int64_t, std::int64_t>> in_order;  // order, job
+  for (const auto& [job_id, lease] : leases_) in_order.emplace_back(lease.order, job_id);
+  std::sort(in_order.begin(), in_order.end());
+  std::map<std::int64_t, int> begun;  // worker -> of its leases that may have begun, so far
+  for (const auto& [order, job_id] : in_order) {
+    const LeaseState& lease = leases_.at(job_id);
+    const Worker& worker = workers_[lease.worker_id];
+    int& rank = begun.try_emplace(lease.worker_id, worker.charged).first->second;
+    const bool may_have_begun = rank < worker.record.slots;
+    rank += may_have_begun ? 1 : 0;
+    if (due(std::pair(job_id, lease))) ExpireLease(now, job_id, may_have_begun, ops);
+  }
+}
+
+void Scheduler::ExpireLease(const Instant& now, std::int64_t job_id, bool may_have_begun, Ops& ops) {
   const LeaseState lease = leases_.at(job_id);
   const JobRef ref = FindJob(job_id);
-  const Worker& worker = workers_[lease.worker_id];
+  Worker& worker = workers_[lease.worker_id];
   // A living worker that never mentioned the lease never got it: the reply was lost, the job did nothing wrong.
   const bool never_arrived = !lease.confirmed && worker.online && worker.last_seen + options_.lease > now.steady;
   ++counters_.leases_expired;
   db::EndAttempt end;
   end.job_id = job_id;
   end.attempt = ref.experiment->job(ref.index).attempts;
-  end.outcome = never_arrived ? db::AttemptOutcome::kReturned : db::AttemptOutcome::kExpired;
+  const bool charged = !never_arrived && may_have_begun;
+  end.outcome = charged ? db::AttemptOutcome::kExpired : db::AttemptOutcome::kReturned;
+  worker.charged += charged ? 1 : 0;
   end.message = never_arrived ? "the worker never received the lease"
                               : "lease expired: nothing was heard of worker '" + worker.record.name + "' for " +
                                     std::to_string((options_.lease + options_.grace).count() / 1000) + " ms";
+  if (!never_arrived && !may_have_begun) end.message += "; all slots of the worker had earlier jobs";
   EndCurrent(now, ref, std::move(end), ops);
 }
 

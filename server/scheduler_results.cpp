@@ -77,7 +77,7 @@ legopt_msg::result_reply Scheduler::Result(const Instant& now, const legopt_msg:
     return reply;
   }
   if (const auto found = workers_.find(record->worker_id); found != workers_.end()) {
-    found->second.last_seen = now.steady;
+    Hear(found->second, now);
   }
   const bool current = ref.experiment != nullptr && request.attempt == ref.experiment->job(ref.index).attempts &&
                        record->job_state == db::JobState::kLeased;

@@ -21,12 +21,12 @@ namespace legopt::server {
 
 struct ServerOptions {
   SchedulerOptions scheduler;
-  std::string version;                  ///< of this release
-  std::string hostname;                 ///< for humans
-  std::int64_t pid = 0;                 ///< for humans
-  std::string database;                 ///< absolute path, for humans
-  microseconds commit_interval{5'000};  ///< between commits, unless commit_batch replies wait for one
-  std::size_t commit_batch = 16;
+  std::string version;                   ///< of this release
+  std::string hostname;                  ///< for humans
+  std::int64_t pid = 0;                  ///< for humans
+  std::string database;                  ///< absolute path, for humans
+  microseconds commit_interval{10'000};  ///< between commits, unless commit_batch replies wait for one
+  std::size_t commit_batch = 64;
   microseconds idle_checkpoint{1'000'000};  ///< quiet time after which the store may tidy up
   microseconds first_store_retry{50'000};   ///< after a transient store error; doubles up to max_store_retry
   microseconds max_store_retry{2'000'000};

@@ -30,6 +30,7 @@ enum class StopReason {
   kLeaseExpiring,  ///< not renewed; the server may soon give the job to somebody else
   kGarbage,        ///< the process broke the protocol
   kShutdown,       ///< the worker is told to stop at once
+  kWaited,         ///< it had no slot for too long, another worker may have one
 };
 
 /// Times that a slot keeps to.

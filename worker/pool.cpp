@@ -28,15 +28,16 @@ constexpr std::size_t kMaxMethods = 1024;
 constexpr std::size_t kMaxLeases = 4096;            // what one heartbeat can carry
 constexpr std::size_t kMaxUndeliveredPerSlot = 64;  // above: no new leases
 constexpr double kShortJob_us = 500'000;            // below: always one lease ahead
+constexpr double kAnswersAhead = 4;                 // half of it is left when more is asked for
 constexpr int kStopMarginDivisor = 10;
 
-std::string Seconds(microseconds duration) {
+}  // namespace
+
+std::string Pool::Seconds(microseconds duration) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.1f s", std::chrono::duration<double>(duration).count());
   return text.data();
 }
-
-}  // namespace
 
 Pool::Pool(PoolOptions options, microseconds now)
     : options_(std::move(options)),
@@ -58,6 +59,7 @@ void Pool::Advance(microseconds now) {
   AskForRegistration(now);
   AskForMethods(now);
   Dispatch(now);
+  GiveBackWaiting(now);
   AskForLeases(now);
   SendHeartbeat(now);
   DeliverResults(now);
@@ -83,7 +85,8 @@ microseconds Pool::next_deadline() const {
   for (const auto& [hash, method] : methods_) {
     if (!method.options_json && !method.in_flight) at(method.next_try);
   }
-  if (draining_) at(DrainEnd());
+  if (const auto end = WaitEnd()) at(*end);
+  if (draining_) at(leases_.empty() ? LeaseAnswerEnd() : DrainEnd());
   return next;
 }
 
@@ -195,6 +198,15 @@ bool Pool::HoldsMotion() const {
   });
 }
 
+int Pool::NumAheadPerSlot() const {
+  if (mean_job_us_ < 0 || mean_job_us_ >= kShortJob_us || HoldsMotion()) return 0;
+  const double work_us = std::clamp(kAnswersAhead * mean_answer_us_, static_cast<double>(options_.prefetch.count()),
+                                    static_cast<double>(options_.longest_prefetch.count()));
+  const double jobs = work_us / std::max(mean_job_us_, 1.0);
+  return std::clamp(static_cast<int>(std::min<double>(jobs, options_.max_prefetch_per_slot)), 1,
+                    options_.max_prefetch_per_slot);
+}
+
 int Pool::NumWantedLeases() const {
   if (draining_ || num_undelivered() > kMaxUndeliveredPerSlot * slots_.size()) return 0;
   int idle = 0;
@@ -204,12 +216,7 @@ int Pool::NumWantedLeases() const {
     idle += state == JobSlot::State::kIdle ? 1 : 0;
     live += state == JobSlot::State::kIdle || state == JobSlot::State::kRunning ? 1 : 0;
   }
-  int ahead = 0;  // per live slot
-  if (mean_job_us_ >= 0 && mean_job_us_ < kShortJob_us && !HoldsMotion()) {
-    const double jobs = static_cast<double>(options_.prefetch.count()) / std::max(mean_job_us_, 1.0);
-    ahead = std::clamp(static_cast<int>(std::min<double>(jobs, options_.max_prefetch_per_slot)), 1,
-                       options_.max_prefetch_per_slot);
-  }
+  const int ahead = NumAheadPerSlot();
   const int ready = static_cast<int>(ready_.size());
   const int wanted = idle + ahead * live - ready;
   // Small top-ups are not worth a call while there is enough to go on with.
@@ -246,6 +253,7 @@ void Pool::OnLeaseReply(microseconds now, const legopt_msg::lease_reply* reply, 
   const microseconds retry = Jittered(std::clamp(microseconds(reply->retry_after_us), kSoonestAsk, kLatestAsk));
   switch (reply->status) {
     case 0:
+      mean_answer_us_ += kAverageWeight * (static_cast<double>((now - lease_asked_at_).count()) - mean_answer_us_);
       for (const legopt_msg::lease& lease : reply->jobs) AcceptLease(now, lease);
       next_lease_ = now;
       break;
@@ -289,6 +297,7 @@ void Pool::AcceptLease(microseconds now, const legopt_msg::lease& lease) {
   const LeaseKey key{lease.job_id, lease.attempt, lease.token};
   HeldLease held;
   held.lease = lease;
+  held.accepted = now;
   held.expires = lease_asked_at_ + microseconds(lease.lease_us) - StopMargin(lease);
   if (!leases_.emplace(key, std::move(held)).second) return;  // told twice
   ready_.push_back(key);
@@ -297,6 +306,7 @@ void Pool::AcceptLease(microseconds now, const legopt_msg::lease& lease) {
     StopLease(now, key, StopReason::kShutdown);
     return;
   }
+  if (draining_) return StopLease(now, key, StopReason::kShutdown);  // the answer to a request from before
   methods_.try_emplace(lease.method_hash);
 }
 
@@ -409,70 +419,5 @@ void Pool::OnHeartbeatReply(microseconds now, const legopt_msg::heartbeat_reply*
 microseconds Pool::heartbeat_interval() const { return registration_ ? registration_->heartbeat : kDefaultHeartbeat; }
 
 microseconds Pool::lease_call_timeout() const { return (registration_ ? registration_->lease : kDefaultLease) / 2; }
-
-// --- The end ---------------------------------------------------------------------------------------------------------
-
-void Pool::Stop(microseconds now) {
-  if (killing_) {
-    Finish(kExitInterrupted);
-  } else if (draining_) {
-    killing_ = true;
-    if (!leases_.empty()) exit_code_ = kExitInterrupted;
-    drain_since_ = now;
-    for (int i = 0; i < options_.slots; ++i) {
-      Carry(i, slots_[static_cast<std::size_t>(i)].machine.Kill(StopReason::kShutdown, ""));
-    }
-  } else {
-    Drain(now, kExitOk);
-    if (!leases_.empty()) {
-      Log(LogLevel::kWarning,
-          "stopping after " + std::to_string(num_running()) + " running job(s); a second signal kills them");
-    }
-  }
-  Advance(now);
-}
-
-void Pool::Drain(microseconds now, int exit_code) {
-  if (draining_) return;
-  draining_ = true;
-  exit_code_ = exit_code;
-  drain_since_ = now;
-  for (SlotEntry& slot : slots_) slot.machine.Retire();
-  GiveBackReady(now);
-}
-
-void Pool::Finish(int exit_code) {
-  if (finished_) return;
-  finished_ = true;
-  actions_.emplace_back(ExitWorker{exit_code});
-}
-
-microseconds Pool::DrainEnd() const { return drain_since_ + (killing_ ? options_.kill_limit : options_.drain_limit); }
-
-void Pool::CheckEnd(microseconds now) {
-  if (finished_) return;
-  if (draining_) {
-    const bool only_deliveries = num_undelivered() == leases_.size();
-    if (leases_.empty()) {
-      Finish(exit_code_);
-    } else if (!only_deliveries && !killing_) {
-      drain_since_ = now;
-    } else if (now >= DrainEnd()) {
-      Log(LogLevel::kError, std::to_string(leases_.size()) + " result(s) could not be delivered");
-      Finish(killing_ ? kExitInterrupted : kExitUnreachable);
-    }
-    return;
-  }
-  if (options_.exit_when_idle && no_more_work_ && leases_.empty()) {
-    Log(LogLevel::kInfo, "no more work");
-    Finish(kExitOk);
-    return;
-  }
-  if (options_.wait_server != microseconds::max() && !datasets_.empty() && now >= last_heard_ + options_.wait_server) {
-    Log(LogLevel::kError, "no answer from a server at " + options_.server_address + " within " +
-                              Seconds(options_.wait_server) + "; is legopt-server running with this port and group?");
-    Finish(kExitUnreachable);
-  }
-}
 
 }  // namespace legopt::worker

@@ -35,8 +35,13 @@ struct PoolOptions {
   SlotTimes slot_times;
   /// Work to hold ready per slot, so that short jobs need not wait for the network: leases are fetched ahead for this
   /// much of the average job's duration. Long jobs are not fetched ahead: an idle slot elsewhere may take them.
+  /// The slower the server's answers, the more: four times what they take, at most `longest_prefetch`.
   microseconds prefetch = std::chrono::milliseconds(60);
-  int max_prefetch_per_slot = 24;
+  microseconds longest_prefetch = std::chrono::milliseconds(250);
+  int max_prefetch_per_slot = 64;
+  /// A lease held ready for longer, because the jobs before it took longer than those that the estimate was made from,
+  /// is given back: another worker may have an idle slot.
+  microseconds longest_ready = std::chrono::seconds(2);
   /// How long the last results are offered to a silent server after the first and the second order to stop.
   microseconds drain_limit = std::chrono::seconds(15);
   microseconds kill_limit = std::chrono::seconds(1);
@@ -52,6 +57,7 @@ struct PoolOptions {
 ///  unrenewed;
 ///  - a result is offered until the server has answered it, over any restart of the server;
 ///  - heartbeats cover running jobs, leases held ready, and results under way;
+///  - jobs begin in the order of their leases; those held ready are few, and are given back when they would wait long;
 ///  - whatever a job process does costs one attempt of the job it had, and nothing else;
 ///  - only datasets that a job process has loaded and hashed are announced, and only their jobs are accepted.
 ///
@@ -102,11 +108,13 @@ class Pool {
   microseconds heartbeat_interval() const;
 
  private:
+  static constexpr double kAverageWeight = 0.2;  // of the newest value in a moving average
   enum class Phase { kReady, kRunning, kDelivering };
   struct HeldLease {
     legopt_msg::lease lease;
     Phase phase = Phase::kReady;
-    microseconds expires{0};  // when its job must have been stopped
+    microseconds expires{0};   // when its job must have been stopped
+    microseconds accepted{0};  // when it was received
     std::int64_t progress_done = 0;
     std::int64_t progress_total = 0;
     // Delivery:
@@ -132,29 +140,34 @@ class Pool {
     LeaseKey key;  // valid while machine.has_job()
   };
 
-  // pool.cpp: registration, leases, the end
+  // pool.cpp: registration, leases
   void Advance(microseconds now);
   void AskForRegistration(microseconds now);
   void AskForLeases(microseconds now);
   void AskForMethods(microseconds now);
   void SendHeartbeat(microseconds now);
   void ExpireLeases(microseconds now);
-  void CheckEnd(microseconds now);
-  microseconds DrainEnd() const;
   void AcceptLease(microseconds now, const legopt_msg::lease& lease);
   void HeardServer(microseconds now);
   void ServerSilent(microseconds now, const std::string& error);
   void ForgetRegistration(microseconds now, const std::string& why);
-  void Drain(microseconds now, int exit_code);
-  void Finish(int exit_code);
   microseconds Jittered(microseconds duration);
   void TellOnce(const std::string& server_message);
   std::string MismatchText(const std::string& server_message) const;
   bool HasDataset(const std::string& hash) const;
   microseconds StopMargin(const legopt_msg::lease& lease) const;
   int NumWantedLeases() const;
+  int NumAheadPerSlot() const;
   bool HoldsMotion() const;
   void Log(LogLevel level, std::string text);
+  static std::string Seconds(microseconds duration);
+
+  // pool_end.cpp
+  void CheckEnd(microseconds now);
+  microseconds DrainEnd() const;
+  microseconds LeaseAnswerEnd() const;
+  void Drain(microseconds now, int exit_code);
+  void Finish(int exit_code);
 
   // pool_jobs.cpp: slots, results
   void AdvanceSlots(microseconds now);
@@ -168,6 +181,8 @@ class Pool {
   void KeepResult(microseconds now, const LeaseKey& key, legopt_msg::result_request result);
   void FailLease(microseconds now, const LeaseKey& key, const std::string& message);
   void GiveBackReady(microseconds now);
+  void GiveBackWaiting(microseconds now);
+  std::optional<microseconds> WaitEnd() const;
   void StopLease(microseconds now, const LeaseKey& key, StopReason reason);
   void NoteDuration(microseconds duration);
   void CheckStarts(const std::string& evidence);
@@ -176,7 +191,7 @@ class Pool {
   std::vector<SlotEntry> slots_;
   std::vector<Action> actions_;
   std::map<LeaseKey, HeldLease> leases_;
-  std::deque<LeaseKey> ready_;  // leases without a slot yet, first come first served
+  std::deque<LeaseKey> ready_;  // leases without a slot yet, in the order of their leases
   std::map<std::string, MethodEntry> methods_;
 
   std::vector<LoadedDataset> datasets_;  // as announced; empty until the first process is ready
@@ -203,7 +218,8 @@ class Pool {
   bool silence_reported_ = false;
   microseconds next_silence_report_{0};
 
-  double mean_job_us_ = -1;  // moving average; negative: unknown
+  double mean_job_us_ = -1;    // moving average; negative: unknown
+  double mean_answer_us_ = 0;  // likewise, between asking for jobs and having them
   bool draining_ = false;
   bool killing_ = false;
   bool finished_ = false;

@@ -17,7 +17,6 @@ constexpr microseconds kFirstDeliveryRetry = milliseconds(250);
 constexpr microseconds kLastDeliveryRetry = seconds(5);
 constexpr std::size_t kMaxDeliveriesInFlight = 64;
 constexpr int kHopelessStarts = 3;  // per slot, before any process was ever ready
-constexpr double kAverageWeight = 0.2;
 constexpr double kMicroseconds = 1e6;
 
 std::string JobName(const LeaseKey& key) {
@@ -215,6 +214,8 @@ void Pool::EndStoppedJob(microseconds now, const LeaseKey& key, StopReason reaso
                         ResultWithoutSolution(Outcome::kCancelled, "given back: the lease was not renewed in time"));
     case StopReason::kShutdown:
       return KeepResult(now, key, ResultWithoutSolution(Outcome::kCancelled, "given back: the worker stops"));
+    case StopReason::kWaited:
+      return KeepResult(now, key, ResultWithoutSolution(Outcome::kCancelled, "given back: no slot was free for it"));
     case StopReason::kNone:
     case StopReason::kTimeLimit:
     case StopReason::kUnknownLease:
@@ -226,6 +227,25 @@ void Pool::EndStoppedJob(microseconds now, const LeaseKey& key, StopReason reaso
 void Pool::GiveBackReady(microseconds now) {
   const std::deque<LeaseKey> waiting = ready_;
   for (const LeaseKey& key : waiting) StopLease(now, key, StopReason::kShutdown);
+}
+
+// Empty unless a lease waits because of jobs: what waits for its method, or for the first job process to start, begins
+// as soon as anywhere else.
+std::optional<microseconds> Pool::WaitEnd() const {
+  const auto busy = [](const SlotEntry& slot) { return slot.machine.has_job(); };
+  const auto idle = [](const SlotEntry& slot) { return slot.machine.state() == JobSlot::State::kIdle; };
+  if (ready_.empty() || std::any_of(slots_.begin(), slots_.end(), idle) ||
+      std::none_of(slots_.begin(), slots_.end(), busy)) {
+    return std::nullopt;
+  }
+  return leases_.at(ready_.front()).accepted + options_.longest_ready;
+}
+
+void Pool::GiveBackWaiting(microseconds now) {
+  for (auto end = WaitEnd(); end && *end <= now; end = WaitEnd()) {
+    const LeaseKey key = ready_.front();
+    StopLease(now, key, StopReason::kWaited);
+  }
 }
 
 void Pool::EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit& exit) {
@@ -249,6 +269,7 @@ void Pool::EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit
     case StopReason::kUnknownLease:
     case StopReason::kLeaseExpiring:
     case StopReason::kShutdown:
+    case StopReason::kWaited:
       EndStoppedJob(now, slot.key, machine.stop_reason());
       return;
   }

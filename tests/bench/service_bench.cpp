@@ -2,12 +2,18 @@
 // brings.
 //
 //   EmptyJobs          two workers of one slot, jobs that do nothing: jobs/s from the first lease to the last result
+//   QuickJobs          two workers of two slots, jobs that sleep for N ms: the share of the slots' time in which they
+//   have
+//                      a job, and the server's CPU time for each
 //   SolvingThroughput  the default dataset by SQP, once with one worker and once with two: jobs/s of both, and their
 //   ratio
 
 #include <benchmark/benchmark.h>
+#include <unistd.h>
 
+#include <fstream>
 #include <memory>
+#include <sstream>
 #include <vector>
 
 #include "tests/service/deployment.h"
@@ -47,6 +53,60 @@ void EmptyJobs(benchmark::State& state) {
   state.counters["jobs/s"] = rate;
 }
 
+// Seconds that an experiment's jobs have had on their slots.
+double BusySeconds(const Deployment& deployment, const std::string& name) {
+  const std::string sql =
+      "SELECT sum(r.wall_us) FROM results AS r JOIN cells USING (cell_id) JOIN experiments AS e "
+      "USING (experiment_id) WHERE e.name = '";
+  return std::stod(deployment.Query(sql + name + "'").at(0)) / kMicroseconds;
+}
+
+nlohmann::json TimedStubSpec(const std::string& name, int jobs, int work_ms) {
+  nlohmann::json spec = StubSpec(jobs, work_ms);
+  spec["name"] = name;
+  spec["methods"][0]["options"]["timed"] = true;
+  return spec;
+}
+
+// CPU time that a process has used, user and system: fields 14 and 15 of /proc/PID/stat.
+double CpuSeconds(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text((std::istreambuf_iterator<char>(file)), {});
+  std::istringstream fields(text.substr(text.rfind(')') + 2));
+  std::string skipped;
+  constexpr int kFieldsBefore = 11;
+  for (int i = 0; i < kFieldsBefore; ++i) fields >> skipped;
+  double user = 0;
+  double system = 0;
+  fields >> user >> system;
+  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+void QuickJobs(benchmark::State& state) {
+  constexpr int kWorkers = 2;
+  constexpr int kSlots = 2;
+  constexpr double kJobs = 4000;
+  const auto work_ms = static_cast<int>(state.range(0));
+  double rate = 0;
+  double cpu = 0;
+  double busy = 0;
+  for (auto _ : state) {
+    Deployment deployment;
+    deployment.StartServer();
+    const auto first = deployment.StartStubWorker({"--slots", std::to_string(kSlots)});
+    const auto second = deployment.StartStubWorker({"--slots", std::to_string(kSlots)});
+    RunExperiment(deployment, TimedStubSpec("warm-up", 200, work_ms), "warm-up");
+    const double before = CpuSeconds(deployment.server().pid());
+    rate = RunExperiment(deployment, TimedStubSpec("measured", static_cast<int>(kJobs), work_ms), "measured");
+    busy = BusySeconds(deployment, "measured");
+    cpu = CpuSeconds(deployment.server().pid()) - before;
+  }
+  constexpr double kPercent = 100;
+  state.counters["jobs/s"] = rate;
+  state.counters["busy %"] = kPercent * busy * rate / (kJobs * kWorkers * kSlots);
+  state.counters["server us/job"] = kMicroseconds * cpu / kJobs;
+}
+
 void SolvingThroughput(benchmark::State& state) {
   const auto repetitions = static_cast<int>(state.range(0));
   double one = 0;
@@ -67,6 +127,7 @@ void SolvingThroughput(benchmark::State& state) {
 }
 
 BENCHMARK(EmptyJobs)->Arg(10'000)->Iterations(1)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(QuickJobs)->Arg(2)->Arg(5)->Arg(10)->Iterations(1)->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(SolvingThroughput)->Arg(40)->Iterations(1)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace

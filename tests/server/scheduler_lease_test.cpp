@@ -95,6 +95,68 @@ TEST_F(SchedulerTest, LeaseThatNeverArrivedIsNotCharged) {
   EXPECT_EQ(scheduler_->counters().attempts_failed, 0U);
 }
 
+TEST_F(SchedulerTest, SilentWorkerCostsAnAttemptPerSlotAndWhatItHeldReadyNone) {
+  Submit(SampleSpec(40));
+  Hello(kFirst, 2);
+  const auto leased = Lease(kFirst, 10).jobs;
+  ASSERT_EQ(leased.size(), 10U);
+  Finish(kFirst, leased[0]);
+  Finish(kFirst, leased[2]);
+  Heartbeat(kFirst, leased);
+  Advance(12s);
+  for (const auto& lease : leased) {
+    const bool done = lease.job_id == 1 || lease.job_id == 3;
+    EXPECT_EQ(StateOf(lease.job_id), done ? JobState::kDone : JobState::kQueued) << lease.job_id;
+    const bool charged = lease.job_id == 2 || lease.job_id == 4;
+    if (!done) {
+      EXPECT_EQ(store_.FindAttempt(lease.job_id, 1)->outcome,
+                charged ? db::AttemptOutcome::kExpired : db::AttemptOutcome::kReturned)
+          << lease.job_id;
+    }
+  }
+  EXPECT_EQ(scheduler_->counters().attempts_failed, 2U);
+  EXPECT_EQ(scheduler_->counters().attempts_returned, 6U);
+}
+
+TEST_F(SchedulerTest, LeasesThatEndOneAfterAnotherAreChargedInTheirOrder) {
+  Submit(SampleSpec(40));
+  Hello(kFirst);
+  const auto first = LeaseOne(kFirst);
+  Advance(1s);
+  const auto second = LeaseOne(kFirst);
+  const auto third = LeaseOne(kFirst);
+  Advance(1s);
+  Heartbeat(kFirst, {first});  // sent before the worker knew of the others
+  Advance(options_.lease + options_.grace - 1s);
+  EXPECT_EQ(StateOf(second.job_id), JobState::kQueued);
+  EXPECT_EQ(scheduler_->counters().attempts_failed, 0U) << "the first one may still run";
+  Advance(1s);
+  EXPECT_EQ(StateOf(first.job_id), JobState::kQueued);
+  EXPECT_EQ(store_.FindAttempt(first.job_id, 1)->outcome, db::AttemptOutcome::kExpired);
+  EXPECT_EQ(store_.FindAttempt(second.job_id, 1)->outcome, db::AttemptOutcome::kReturned);
+  EXPECT_EQ(store_.FindAttempt(third.job_id, 1)->outcome, db::AttemptOutcome::kReturned);
+}
+
+TEST_F(SchedulerTest, WhoIsHeardOfAgainIsChargedAgain) {
+  Submit(SampleSpec(40));
+  for (int life = 1; life <= 2; ++life) {
+    Hello(kFirst);
+    Lease(kFirst, 3);
+    Advance(12s);
+    EXPECT_EQ(scheduler_->counters().attempts_failed, static_cast<std::uint64_t>(life));
+  }
+}
+
+TEST_F(SchedulerTest, AWorkerThatDiedWithTheServerCostsAnAttemptPerSlot) {
+  Submit(SampleSpec(40));
+  Hello(kFirst);
+  EXPECT_EQ(Lease(kFirst, 5).jobs.size(), 5U);
+  Restart();
+  Advance(12s);
+  EXPECT_EQ(scheduler_->counters().attempts_failed, 1U);
+  EXPECT_EQ(scheduler_->counters().attempts_returned, 4U);
+}
+
 TEST_F(SchedulerTest, SilentWorkerMustSayHelloAgain) {
   Submit(SampleSpec(1));
   Hello(kFirst);

@@ -1,5 +1,6 @@
 #include "tests/service/stub_executor.h"
 
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
@@ -41,6 +42,7 @@ legopt_msg::result_request StubExecutor::Execute(const legopt_msg::lease& job, s
   constexpr int kStep_ms = 37;
   const int work_ms = options.value("work_ms", 0) + (kStep_ms * job.problem_id) % (spread_ms + 1);
   legopt_msg::result_request result = ResultWithoutSolution(Outcome::kFinished, "");
+  const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i < work_ms; ++i) {
     if (hooks.cancelled()) {
       result.outcome = static_cast<std::int8_t>(Outcome::kCancelled);
@@ -53,7 +55,9 @@ legopt_msg::result_request StubExecutor::Execute(const legopt_msg::lease& job, s
   result.solver_status = "converged_feasible";
   result.verdict_literal = "success";
   result.verdict_strict = "success";
-  result.wall_us = 1000;
+  const auto wall = std::chrono::steady_clock::now() - start;
+  constexpr std::int64_t kSame_us = 1000;  // so that equal jobs have equal results
+  result.wall_us = options.value("timed", false) ? wall / std::chrono::microseconds(1) : kSame_us;
   result.cost = 1;
   result.num_waypoints = options.value("waypoints", 1);
   result.waypoint_size = kNumbers;

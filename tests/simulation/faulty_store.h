@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -18,13 +19,17 @@ struct DiskFaults {
 /// anybody was told.
 class FaultyStore final : public db::Store {
  public:
-  /// All must outlive it.
-  FaultyStore(db::Store& inner, Life& life, const DiskFaults& faults) : inner_(inner), life_(life), faults_(faults) {}
+  using CommitObserver = std::function<void(std::span<const db::StoreOp>)>;
+
+  /// All must outlive it. `on_commit` is told what is on disk now.
+  FaultyStore(db::Store& inner, Life& life, const DiskFaults& faults, CommitObserver on_commit)
+      : inner_(inner), life_(life), faults_(faults), on_commit_(std::move(on_commit)) {}
 
   void Apply(std::span<const db::StoreOp> operations) override {
     if (!life_.Pass()) throw ProcessDied{};
     if (faults_.writes) throw db::StoreError(*faults_.writes, "simulated disk: writing fails");
     inner_.Apply(operations);
+    on_commit_(operations);
     if (!life_.Pass()) throw ProcessDied{};
   }
   db::OpenState LoadOpenState() override {
@@ -56,6 +61,7 @@ class FaultyStore final : public db::Store {
   db::Store& inner_;
   Life& life_;
   const DiskFaults& faults_;
+  CommitObserver on_commit_;
 };
 
 }  // namespace legopt::simulation

@@ -15,6 +15,8 @@ constexpr microseconds kRestCheck{100'000};
 constexpr std::uint64_t kSqliteEvery = 4;
 constexpr double kWallLimit_s = 8;
 constexpr microseconds kShortJobs{300'000};
+constexpr microseconds kQuickJobs{30'000};  // held ready by the dozen
+constexpr int kManyJobs = 60;
 constexpr microseconds kLongJobs{6'000'000};  // two leases
 
 class History {
@@ -26,6 +28,7 @@ class History {
         nemesis_(world_, {server_, workers_, clients_}) {
     if (world_.Chance(0.3)) manners_.longest = kShortJobs;
     if (world_.Chance(0.4)) manners_.longest = kLongJobs;
+    if (world_.Chance(0.2)) manners_.longest = kQuickJobs;
     const std::uint64_t num_workers = 2 + world_.Below(3);
     for (std::uint64_t i = 0; i < num_workers; ++i) {
       const int slots = 1 + static_cast<int>(world_.Below(2));
@@ -62,7 +65,8 @@ class History {
     const std::uint64_t num_experiments = 1 + world_.Below(4);
     for (std::uint64_t i = 0; i < num_experiments; ++i) {
       const std::string id = "submission " + std::to_string(i);
-      const int num_jobs = 3 + static_cast<int>(world_.Below(22));
+      const int more = manners_.longest == kQuickJobs ? kManyJobs : 0;
+      const int num_jobs = 3 + more + static_cast<int>(world_.Below(22));
       const std::string text = ExperimentText("e" + std::to_string(i), num_jobs, kWallLimit_s, world_.Chance(0.5));
       world_.At(world_.Within(microseconds(0), microseconds(10'000'000)), [this, id, text, num_jobs] {
         // Sometimes two people submit the same.

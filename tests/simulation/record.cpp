@@ -49,6 +49,24 @@ void Record::OnCancelled(std::int64_t experiment_id, const StoredState& state) {
   results_at_cancel.emplace(experiment_id, AcceptedOf(state, experiment_id));
 }
 
+// Leases end all at once where time is looked at, so that each silence of a worker is charged within one commit.
+void Record::OnCommit(std::span<const db::StoreOp> operations) {
+  std::map<std::int64_t, int> charged;  // leases that expired at the cost of a worker's silence, by worker
+  for (const db::StoreOp& operation : operations) {
+    if (const auto* put = std::get_if<db::PutWorker>(&operation)) slots_[put->worker.worker_id] = put->worker.slots;
+    if (const auto* lease = std::get_if<db::LeaseJob>(&operation)) {
+      workers_[{lease->job_id, lease->attempt}] = lease->worker_id;
+    }
+    const auto* end = std::get_if<db::EndAttempt>(&operation);
+    if (end == nullptr || end->outcome != db::AttemptOutcome::kExpired) continue;
+    const std::int64_t worker = workers_.at({end->job_id, end->attempt});
+    if (++charged[worker] == slots_.at(worker) + 1) {
+      Violation("wrong state: the silence of worker " + std::to_string(worker) +
+                " cost more attempts than it has slots");
+    }
+  }
+}
+
 void Record::OnLease(const legopt_msg::lease& lease) {
   const auto [known, first] = leases.emplace(lease.token, std::pair(lease.job_id, lease.attempt));
   if (!first && known->second != std::pair(lease.job_id, static_cast<int>(lease.attempt))) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <set>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -42,6 +43,9 @@ class Record {
   void OnGoOn(std::int64_t experiment_id, const StoredState& state);
   void OnCancelled(std::int64_t experiment_id, const StoredState& state);
 
+  // The server: these operations are on disk.
+  void OnCommit(std::span<const db::StoreOp> operations);
+
   // Workers. `life` names one life of one worker.
   void OnLease(const legopt_msg::lease& lease);
   void OnRun(std::uint64_t life, std::int64_t job_id);
@@ -61,6 +65,8 @@ class Record {
 
  private:
   std::map<std::int64_t, std::map<std::uint64_t, bool>> running_;  ///< job -> life -> excused
+  std::map<std::int64_t, int> slots_;                              ///< of workers, by id
+  std::map<AttemptKey, std::int64_t> workers_;                     ///< of attempts, by id
 };
 
 /// Results and attempts of an experiment.

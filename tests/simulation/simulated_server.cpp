@@ -25,7 +25,9 @@ SimulatedServer::~SimulatedServer() { Bury(); }
 
 bool SimulatedServer::Start() {
   try {
-    store_ = std::make_unique<FaultyStore>(disk_.Open(), life(), faults_);
+    store_ = std::make_unique<FaultyStore>(
+        disk_.Open(), life(), faults_,
+        [this](std::span<const db::StoreOp> operations) { record_.OnCommit(operations); });
     endpoint_ = std::make_unique<bus::Endpoint>(transport(), bus::kServer, world().Draw());
     server::ServerOptions options;
     options.scheduler = options_;

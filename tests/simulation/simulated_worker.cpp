@@ -43,9 +43,8 @@ class SimulatedWorker::ObservedLink final : public worker::ServerLink {
     } else if (type == bus::MessageType::kLease) {
       callback = [this, callback = std::move(callback)](bus::CallResult&& result) {
         if (result.status == bus::CallResult::kOk) {
-          for (const auto& lease : bus::Decode<legopt_msg::lease_reply>(result.body).value().jobs) {
-            record_.OnLease(lease);
-          }
+          const auto reply = bus::Decode<legopt_msg::lease_reply>(result.body).value();
+          for (const auto& lease : reply.jobs) record_.OnLease(lease);
         }
         callback(std::move(result));
       };

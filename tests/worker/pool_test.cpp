@@ -347,6 +347,40 @@ TEST(PoolEndTest, FirstSignalGivesBackWhatHasNotBegun) {
   EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
 }
 
+TEST(PoolEndTest, WhatIsLeasedAfterTheFirstSignalIsGivenBack) {
+  PoolHarness harness(WithSlots(2));
+  harness.StartJobs({SampleLease(1)});
+  ASSERT_EQ(harness.Take<AssignJob>().size(), 1U);
+  ASSERT_EQ(harness.Take<CallLease>().size(), 1U) << "for the other slot";
+  harness.pool.Stop(harness.now);
+  harness.Collect();
+  harness.ReplyLease({SampleLease(2)});
+  EXPECT_TRUE(harness.Take<AssignJob>().empty());
+  const auto results = harness.Take<CallResult>();
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0].key.job_id, 2);
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+}
+
+TEST(PoolEndTest, AWorkerThatLeavesWaitsASecondForWhatItAskedFor) {
+  for (const bool answered : {true, false}) {
+    PoolHarness harness;
+    harness.ChildrenReady();
+    harness.ReplyHello();
+    ASSERT_EQ(harness.Take<CallLease>().size(), 1U);
+    harness.pool.Stop(harness.now);
+    harness.Run(milliseconds(990));
+    EXPECT_FALSE(harness.exit_code);
+    if (answered) {
+      harness.ReplyLease({SampleLease(1)});
+      harness.ReplyResult(harness.Take<CallResult>().at(0).key);
+    } else {
+      harness.Run(milliseconds(20));
+    }
+    EXPECT_EQ(harness.exit_code, kExitOk);
+  }
+}
+
 TEST(PoolEndTest, SecondSignalKillsAndGivesBack) {
   PoolHarness harness;
   harness.StartJobs({SampleLease(1)});

@@ -1,0 +1,78 @@
+// What a server costs for a large fleet: real server code on a real database file, hundreds of real worker pools, a
+// simulated network in virtual time. Prints the CPU time of the server's part of the work for each result, its share of
+// a core at the rate of the fleet, and the memory of the whole process under way.
+//
+//     fleet_bench [--workers 500] [--slots 1] [--jobs 1000000] [--experiments 1] [--job-ms 250]
+//
+// The server's part is everything that the server's thread does but the kernel's work for UDP sockets, which
+// server_bench has.
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+
+#include "db/sqlite_store.h"
+#include "tests/db/store_samples.h"
+#include "tests/simulation/fleet.h"
+
+namespace {
+
+using legopt::simulation::Fleet;
+using legopt::simulation::FleetOptions;
+using Seconds = std::chrono::duration<double>;
+
+double ResidentMegabytes() {
+  std::ifstream statm("/proc/self/statm");
+  long pages = 0;
+  long resident = 0;
+  statm >> pages >> resident;
+  constexpr double kMegabyte = 1e6;
+  return static_cast<double>(resident * sysconf(_SC_PAGESIZE)) / kMegabyte;
+}
+
+void Print(const Fleet& fleet) {
+  const auto jobs = static_cast<double>(fleet.jobs_done());
+  const Seconds cpu = fleet.server_cpu();
+  const Seconds elapsed = fleet.elapsed();
+  constexpr double kMicroseconds = 1e6;
+  constexpr double kPercent = 100;
+  std::printf("%9.0f %12.1f %10.0f %14.1f %9.1f %8.1f %8.1f\n", jobs, elapsed.count(), jobs / elapsed.count(),
+              kMicroseconds * cpu.count() / jobs, kPercent * cpu.count() / elapsed.count(),
+              kPercent * fleet.busy_share(), ResidentMegabytes());
+  std::fflush(stdout);
+}
+
+int Run(const FleetOptions& options) {
+  spdlog::set_level(spdlog::level::off);
+  const legopt::db::TemporaryFolder folder;
+  const auto store = legopt::db::OpenSqliteStore(folder / "fleet.sqlite");
+  Fleet fleet(options, *store);
+  std::printf("%d workers of %d slot(s), %lld jobs, RSS %.1f MB before they are submitted\n", options.workers,
+              options.slots, static_cast<long long>(options.jobs), ResidentMegabytes());
+  std::printf("     jobs  virtual [s]  results/s  CPU/result[us]  core [%%]  busy [%%]  RSS [MB]\n");
+  int looks = 0;
+  constexpr int kEvery = 5;
+  const bool done = fleet.Run([&] {
+    if (++looks == 1 || looks % kEvery == 0) Print(fleet);
+  });
+  return done ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  FleetOptions options;
+  std::int64_t job_ms = options.job_time / std::chrono::milliseconds(1);
+  CLI::App app{"What a server costs for a large fleet"};
+  app.add_option("--workers", options.workers)->capture_default_str();
+  app.add_option("--slots", options.slots, "Of each worker")->capture_default_str();
+  app.add_option("--jobs", options.jobs)->capture_default_str();
+  app.add_option("--experiments", options.experiments, "Among which the jobs are divided")->capture_default_str();
+  app.add_option("--job-ms", job_ms, "What a job takes")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  options.job_time = std::chrono::milliseconds(job_ms);
+  return Run(options);
+}

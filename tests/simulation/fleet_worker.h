@@ -1,0 +1,60 @@
+#pragma once
+
+#include <random>
+#include <vector>
+
+#include "bus/endpoint.h"
+#include "bus/simulated_network.h"
+#include "worker/pool.h"
+#include "worker/pool_calls.h"
+#include "worker/server_link.h"
+
+namespace legopt::simulation {
+
+using std::chrono::microseconds;
+
+/// The real Pool with its calls, over job processes that are played: ready at once, never failing, each job over after
+/// its time. Cheaper than SimulatedWorker and without a record, so that there can be hundreds.
+class FleetWorker {
+ public:
+  FleetWorker(bus::SimulatedNetwork& network, int number, int slots, microseconds job_time);
+
+  bool due(microseconds now) const;
+  void Turn(microseconds now);
+  /// Time that its slots have spent with jobs that are over.
+  microseconds busy() const { return busy_; }
+
+ private:
+  struct Slot {
+    std::uint64_t sequence = 0;  // of its job, 0: none
+    legopt_msg::lease lease;
+    microseconds begun{0}, ends{0};
+  };
+
+  void EndJobs(microseconds now);
+  void CarryOutActions(microseconds now);
+  void CarryOut(microseconds now, const worker::StartChild& action);
+  void CarryOut(microseconds now, const worker::AssignJob& action);
+  void CarryOut(microseconds, const worker::CancelJob&) {}
+  void CarryOut(microseconds, const worker::KillChild&) {}
+  void CarryOut(microseconds, const worker::LogLine&) {}
+  void CarryOut(microseconds, const worker::ExitWorker&) {}
+  template <class Call>
+  void CarryOut(microseconds, const Call& action) {
+    calls_.CarryOut(action);
+  }
+
+  bus::SimulatedTransport transport_;
+  bus::Endpoint endpoint_;
+  worker::EndpointLink link_;
+  worker::Pool pool_;
+  worker::PoolCalls calls_;
+  std::vector<Slot> slots_;
+  std::vector<int> starting_;
+  std::mt19937_64 random_;
+  microseconds job_time_;
+  microseconds busy_{0};
+  microseconds next_turn_{0};
+};
+
+}  // namespace legopt::simulation
