@@ -1,3 +1,4 @@
+#include <array>
 #include <atomic>
 #include <bit>
 #include <csignal>
@@ -107,19 +108,27 @@ class Runs {
     return Done(deployment_.Submit(spec_, "loaded"));
   }
   // Job processes are killed now and then, so that second and third attempts decide; ever rarer, so that long jobs end.
+  // Not before both workers have done something: a worker whose processes never begin to work gives up, rightly.
   std::int64_t Killed(std::uint64_t seed) {
     milliseconds pause(1000);
     std::mt19937_64 random(seed);
-    const auto first = Worker();
-    const auto second = Worker();
+    const std::array workers = {Worker(), Worker()};
     const std::int64_t experiment = deployment_.Submit(spec_, "killed");
-    auto next = Clock::now() + pause;
+    const std::string at_work =
+        "SELECT count(DISTINCT worker) FROM job_list WHERE state = 'done' AND experiment_id = " +
+        std::to_string(experiment);
+    deployment_.WaitFor(
+        experiment,
+        [&](const nlohmann::json& /*status*/) {
+          return deployment_.Query(at_work).at(0) == std::to_string(workers.size());
+        },
+        kPatience);
+    auto next = Clock::now();
     deployment_.WaitFor(
         experiment,
         [&](const nlohmann::json& status) {
           if (Clock::now() >= next) {
-            const auto& victim = random() % 2 == 0 ? first : second;
-            for (const pid_t child : ChildrenOf(victim->pid())) kill(child, SIGKILL);
+            for (const pid_t child : ChildrenOf(workers[random() % workers.size()]->pid())) kill(child, SIGKILL);
             pause += pause / 10;
             next = Clock::now() + pause;
           }
