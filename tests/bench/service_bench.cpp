@@ -2,11 +2,10 @@
 // brings.
 //
 //   EmptyJobs          two workers of one slot, jobs that do nothing: jobs/s from the first lease to the last result
-//   QuickJobs          two workers of two slots, jobs that sleep for N ms: the share of the slots' time in which they
-//   have
-//                      a job, and the server's CPU time for each
-//   SolvingThroughput  the default dataset by SQP, once with one worker and once with two: jobs/s of both, and their
-//   ratio
+//   QuickJobs          two workers of two slots, jobs that sleep for N ms: which share of the time slots have a job
+//   SolvingThroughput  the default dataset by SQP: jobs/s of one worker, of two, and their ratio
+//
+// "server us/job" is the server's CPU time, "server MB" the most memory it took.
 
 #include <benchmark/benchmark.h>
 #include <unistd.h>
@@ -40,17 +39,50 @@ std::unique_ptr<client::ChildProcess> Solver(const Deployment& deployment) {
   return deployment.StartWorker("legopt-worker", {"--slots", "1", "--dataset", DefaultDataset().string()});
 }
 
+// CPU time that a process has used, user and system: fields 14 and 15 of /proc/PID/stat.
+double CpuSeconds(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text((std::istreambuf_iterator<char>(file)), {});
+  std::istringstream fields(text.substr(text.rfind(')') + 2));
+  std::string skipped;
+  constexpr int kFieldsBefore = 11;
+  for (int i = 0; i < kFieldsBefore; ++i) fields >> skipped;
+  double user = 0;
+  double system = 0;
+  fields >> user >> system;
+  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+// The most memory that a process has had, in megabytes: VmHWM of /proc/PID/status.
+double PeakMegabytes(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/status");
+  std::string word;
+  double kilobytes = 0;
+  while (file >> word && word != "VmHWM:") {
+  }
+  file >> kilobytes;
+  constexpr double kKilobytes = 1000;
+  return kilobytes / kKilobytes;
+}
+
 void EmptyJobs(benchmark::State& state) {
   double rate = 0;
+  double cpu = 0;
+  double peak = 0;
   for (auto _ : state) {
     Deployment deployment;
     deployment.StartServer();
     const auto first = deployment.StartStubWorker();
     const auto second = deployment.StartStubWorker();
     RunExperiment(deployment, StubSpec(200, 0), "warm-up");
+    const double before = CpuSeconds(deployment.server().pid());
     rate = RunExperiment(deployment, StubSpec(static_cast<int>(state.range(0)), 0), "measured");
+    cpu = CpuSeconds(deployment.server().pid()) - before;
+    peak = PeakMegabytes(deployment.server().pid());
   }
   state.counters["jobs/s"] = rate;
+  state.counters["server us/job"] = kMicroseconds * cpu / static_cast<double>(state.range(0));
+  state.counters["server MB"] = peak;
 }
 
 // Seconds that an experiment's jobs have had on their slots.
@@ -66,20 +98,6 @@ nlohmann::json TimedStubSpec(const std::string& name, int jobs, int work_ms) {
   spec["name"] = name;
   spec["methods"][0]["options"]["timed"] = true;
   return spec;
-}
-
-// CPU time that a process has used, user and system: fields 14 and 15 of /proc/PID/stat.
-double CpuSeconds(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  std::string text((std::istreambuf_iterator<char>(file)), {});
-  std::istringstream fields(text.substr(text.rfind(')') + 2));
-  std::string skipped;
-  constexpr int kFieldsBefore = 11;
-  for (int i = 0; i < kFieldsBefore; ++i) fields >> skipped;
-  double user = 0;
-  double system = 0;
-  fields >> user >> system;
-  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
 }
 
 void QuickJobs(benchmark::State& state) {
