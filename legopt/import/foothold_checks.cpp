@@ -8,7 +8,7 @@
 
 #include "legopt/collision/collision_query.h"
 #include "legopt/import/dataset_check.h"
-#include "legopt/import/quaternion_order.h"
+#include "legopt/import/ground.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
@@ -107,13 +107,15 @@ std::vector<DatasetFinding> CheckFootholdHeights(const Dataset& dataset, std::sp
   }
   const size_t all = footholds.size();
   const Severity off = 2 * on.values.size() < all ? Severity::kError : Severity::kWarning;
-  std::vector<DatasetFinding> findings = {{.severity = off == Severity::kError ? off : Severity::kInfo,
-                                           .check = "feet on surfaces",
-                                           .file = "",
-                                           .field = "",
-                                           .value = on.Count(all) + " footholds",
-                                           .message = "lie within 2 mm of a surface",
-                                           .fix = ""}};
+  std::vector<DatasetFinding> findings = {
+      {.severity = off == Severity::kError ? off : Severity::kInfo,
+       .check = "feet on surfaces",
+       .file = "",
+       .field = "",
+       .value = on.Count(all) + " footholds",
+       .message = "lie within 2 mm of a surface (" + std::to_string(hovering.values.size()) + " hovering, " +
+                  std::to_string(sunk.values.size()) + " sunk, " + std::to_string(lost.values.size()) + " without)",
+       .fix = ""}};
   if (off == Severity::kError) {
     findings.front().message += "; most do not: the problems do not belong to this scene";
     findings.front().fix = "check scene, unit of length and frame";

@@ -45,10 +45,24 @@ void CopyFile(const fs::path& from, const fs::path& to) {
 
 class Importer {
  public:
-  Importer(const ImportOptions& options, fs::path folder)
-      : options_(options), folder_(std::move(folder)), sources_(FindSources(options.source, options.files)) {}
+  Importer(const ImportOptions& options, const fs::path& folder)
+      : options_(options),
+        folder_(fs::weakly_canonical(folder)),
+        sources_(FindSources(options.source, options.files)) {}
 
+  /// Errors name the user's files, not our copies of them.
   ImportReport Import() {
+    try {
+      return Make();
+    } catch (const InputError& error) {
+      InputError::Fault fault = error.fault();
+      fault.file = OriginOf(fault.file).string();
+      throw InputError(std::move(fault));
+    }
+  }
+
+ private:
+  ImportReport Make() {
     NoteSources();
     WriteRobot();
     WriteScene();
@@ -63,7 +77,19 @@ class Importer {
     return std::move(report_);
   }
 
- private:
+  /// The source of a file that has been written into the folder; other paths as they are.
+  fs::path OriginOf(const fs::path& file) const {
+    const fs::path inside = file.lexically_relative(folder_);
+    if (inside.empty() || *inside.begin() == "..") return file;
+    const std::string name = inside.generic_string();
+    if (name == kRobotFileName) return sources_.robot;
+    if (name == description_.scene_file) return sources_.scene;
+    if (name == kPostureFile) return sources_.posture;
+    if (name == kMotionFile) return sources_.motion;
+    if (name == kDatasetFileName) return options_.source;
+    return inside;
+  }
+
   std::string InSource(const fs::path& file) const {
     return file.lexically_relative(fs::weakly_canonical(options_.source)).generic_string();
   }
@@ -103,6 +129,9 @@ class Importer {
       std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return std::tolower(c); });
       description_.scene_file = "scene" + suffix;
       if (!options_.fix_winding || !TurnScene(source)) CopyFile(sources_.scene, folder_ / description_.scene_file);
+    } else if (options_.fix_winding) {
+      throw InputError({sources_.scene.string(), "--fix-winding", "", "works on a scene that is a single mesh",
+                        "turn the meshes of its objects in a mesh editor"});
     } else {
       CopySceneObjects(source);
     }

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
+
+#include "legopt/import/ground.h"
 
 namespace legopt {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kGroundRange_m = 0.3;
 
 bool Agrees(const Eigen::Quaterniond& rotation, const Ground& ground) {
   const double least = std::cos((ground.found ? 5.0 : 45.0) * kDegree);
@@ -17,19 +17,6 @@ bool Agrees(const Eigen::Quaterniond& rotation, const Ground& ground) {
 }
 
 }  // namespace
-
-Ground FindGround(const Terrain& terrain, const Eigen::Vector3d& position) {
-  std::vector<Terrain::Hit> hits;
-  terrain.Ground(position.x(), position.y(), position.z() - kGroundRange_m, position.z() + kGroundRange_m, hits);
-  Ground ground;
-  for (const Terrain::Hit& hit : hits) {
-    const Eigen::Vector3d& normal = terrain.normal(hit.triangle);
-    const double gap_m = (position.z() - hit.z_m) * normal.z();
-    if (ground.found && std::abs(gap_m) >= std::abs(ground.gap_m)) continue;
-    ground = {.gap_m = gap_m, .point = {position.x(), position.y(), hit.z_m}, .normal = normal, .found = true};
-  }
-  return ground;
-}
 
 Eigen::Quaterniond ReadAsXFirst(const Eigen::Quaterniond& q) { return {q.z(), q.w(), q.x(), q.y()}; }
 

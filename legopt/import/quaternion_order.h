@@ -32,15 +32,4 @@ DatasetFinding JudgeQuaternionOrder(const QuaternionEvidence& evidence);
 /// The rotation of a pose whose numbers were x y z w, but have been read as w x y z.
 Eigen::Quaterniond ReadAsXFirst(const Eigen::Quaterniond& read_as_w_first);
 
-/// A surface near a position, straight above or below it.
-struct Ground {
-  double gap_m = 0.0;  ///< from the surface to the position along the surface's normal; > 0: the position is above
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< of the surface
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, up
-  bool found = false;
-};
-
-/// The surface that looks up nearest to the position, at most 0.3 m above or below.
-Ground FindGround(const Terrain& terrain, const Eigen::Vector3d& position);
-
 }  // namespace legopt

@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 using test::MessageOf;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 const DatasetFinding* Find(const ImportReport& report, const std::string& check, DatasetFinding::Severity severity) {
   const auto found = std::find_if(report.findings.begin(), report.findings.end(),
@@ -137,6 +138,9 @@ TEST(Import, InvertedScenesAreRefusedOrTurned) {
   const ImportReport turned = ImportDataset(options, clone.NewFolder("turned"));
   EXPECT_FALSE(AnyError(turned.findings));
   EXPECT_THAT(Find(turned, "winding", kInfo)->value, HasSubstr("1 bodies"));
+  const test::SyntheticFolder objects(clone.NewFolder("objects"));
+  options.source = objects.path();
+  EXPECT_THAT(MessageOf([&] { ImportDataset(options, clone.NewFolder("unmade")); }), HasSubstr("--fix-winding"));
 }
 
 TEST(Import, ARobotWithoutFeetIsRefused) {
@@ -148,12 +152,22 @@ TEST(Import, ARobotWithoutFeetIsRefused) {
   EXPECT_THAT(error(From(clone.path())), AllOf(HasSubstr("tiny.zae"), HasSubstr("--feet"), HasSubstr("l_foot")));
   ImportOptions options = From(clone.path());
   options.feet = {"l_fot"};
-  EXPECT_THAT(error(options), AllOf(HasSubstr("l_fot"), HasSubstr("did you mean 'l_foot'")));
+  EXPECT_THAT(error(options), AllOf(HasSubstr("l_fot"), HasSubstr("did you mean 'l_foot'"), Not(HasSubstr("/out"))));
   options.feet = {"camera"};
   EXPECT_THAT(error(options), AllOf(HasSubstr("camera"), HasSubstr("no collision geometry")));
   options.feet = {"l_foot", "r_foot"};
   const ImportReport report = ImportDataset(options, clone.NewFolder("out"));
   EXPECT_NE(Find(report, "problems", kWarning), nullptr) << "a dataset for generate problems";
+}
+
+TEST(Import, ErrorsNameTheUsersFiles) {
+  const test::CloneFolder clone;
+  const fs::path problems = clone.path() / "data" / "problemsposture.json";
+  test::ReplaceInFile(problems, "l_foot,1 0 0 0 0 0.1 0 ,r_foot", "l_hand,1 0 0 0 0 0.1 0 ,r_foot");
+  ImportOptions options = From(clone.path());
+  options.feet = {"l_foot", "r_foot"};
+  EXPECT_THAT(MessageOf([&] { ImportDataset(options, clone.NewFolder("out")); }),
+              AllOf(HasSubstr(problems.string()), HasSubstr("l_hand"), HasSubstr("not a foot")));
 }
 
 TEST(Import, OfTheLegOptDataFindsTheirKnownFaults) {
