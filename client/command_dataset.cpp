@@ -111,7 +111,7 @@ void AddDatasetCommand(CLI::App& app, Invocation* invocation) {
 
   auto* check = dataset->add_subcommand("check", "Check winding, quaternions, footholds and starts of a dataset");
   const auto check_options = std::make_shared<CheckOptions>();
-  check->add_option("DIR", check_options->folder, "Dataset folder (default: the embedded garage-small)");
+  check->add_option("DIR", check_options->folder, "Dataset folder (default: the embedded garage-easier)");
   AddTextOrJsonOption(*check, &check_options->json);
   check->callback([=] { invocation->body = [check_options] { return Check(*check_options); }; });
 
