@@ -6,7 +6,9 @@
 #include "client/chosen_files.h"
 #include "client/client_error.h"
 #include "client/commands.h"
+#include "client/finding_report.h"
 #include "client/options.h"
+#include "legopt/import/dataset_check.h"
 #include "legopt/problem/content_hash.h"
 #include "legopt/problem/dataset.h"
 #include "legopt/problem/dataset_file.h"
@@ -74,6 +76,25 @@ ExitCode Info(const Options& options) {
   return ExitCode::kOk;
 }
 
+struct CheckOptions {
+  std::optional<std::string> folder;
+  bool json = false;
+};
+
+ExitCode Check(const CheckOptions& options) {
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr));
+  const std::vector<DatasetFinding> findings = CheckDataset(*dataset);
+  if (options.json) {
+    std::cout << DatasetFindingsToJson(findings).dump(2) << "\n";
+  } else {
+    std::cout << RenderDatasetFindings(findings);
+  }
+  if (!AnyError(findings)) return ExitCode::kOk;
+  throw ClientError(ExitCode::kUsage, dataset->folder().string() +
+                                          ": the dataset has faults with which results would "
+                                          "mean nothing (marked FAIL)");
+}
+
 }  // namespace
 
 void AddDatasetCommand(CLI::App& app, Invocation* invocation) {
@@ -87,6 +108,12 @@ void AddDatasetCommand(CLI::App& app, Invocation* invocation) {
   hash->add_flag("--check", options->check, "Only compare; exit code 5 when a hash does not fit");
   AddFormatOption(*hash, &options->format);
   hash->callback([=] { invocation->body = [options] { return Hash(*options); }; });
+
+  auto* check = dataset->add_subcommand("check", "Check winding, quaternions, footholds and starts of a dataset");
+  const auto check_options = std::make_shared<CheckOptions>();
+  check->add_option("DIR", check_options->folder, "Dataset folder (default: the embedded garage-easier)");
+  AddTextOrJsonOption(*check, &check_options->json);
+  check->callback([=] { invocation->body = [check_options] { return Check(*check_options); }; });
 
   auto* info = dataset->add_subcommand("info", "Load a dataset, check its hashes and describe it");
   const auto info_options = std::make_shared<Options>();

@@ -90,6 +90,7 @@ void AddCommands(CLI::App& app, Invocation* invocation) {
   AddExportCommand(app, invocation);
   AddDatasetCommand(app, invocation);
   AddGenerateCommand(app, invocation);
+  AddImportCommand(app, invocation);
   AddDoctorCommand(app, invocation);
   AddTapCommand(app, invocation);
   AddKeygenCommand(app, invocation);

@@ -33,6 +33,7 @@ void AddEvaluateCommand(CLI::App& app, Invocation* invocation);
 void AddExportCommand(CLI::App& app, Invocation* invocation);
 void AddDatasetCommand(CLI::App& app, Invocation* invocation);
 void AddGenerateCommand(CLI::App& app, Invocation* invocation);
+void AddImportCommand(CLI::App& app, Invocation* invocation);
 void AddDoctorCommand(CLI::App& app, Invocation* invocation);
 void AddBackupCommand(CLI::App& app, Invocation* invocation);
 void AddTapCommand(CLI::App& app, Invocation* invocation);

@@ -28,7 +28,8 @@ namespace {
 }
 
 /// A PLY header, line by line: nothing but what the format knows, each element once, and no more of them than the file
-/// has bytes for. Assimp's reader writes past its memory on headers that repeat an element or garble a property.
+/// has bytes for. Assimp's reader writes past its memory on headers that repeat an element or garble a property; line
+/// ends at the start of binary data it takes for a part of the header, and reads everything after them wrong.
 class PlyHeaderCheck {
  public:
   PlyHeaderCheck(const std::string& path, std::uintmax_t bytes) : path_(path), bytes_(bytes) {}
@@ -39,7 +40,10 @@ class PlyHeaderCheck {
     for (int number = 2; number <= kMaxLines && std::getline(file, line); ++number) {
       field_ = "header line " + std::to_string(number);
       if (!line.empty() && line.back() == '\r') line.pop_back();
-      if (line == "end_header") return;
+      if (line == "end_header") {
+        CheckFirstByte(file);
+        return;
+      }
       std::vector<std::string> words;
       std::istringstream stream(line);
       for (std::string word; stream >> word;) words.push_back(word);
@@ -53,7 +57,14 @@ class PlyHeaderCheck {
   }
 
  private:
-  static bool IsFormat(const std::vector<std::string>& words) {
+  void CheckFirstByte(std::istream& file) const {
+    if (!binary_ || (file.peek() != '\n' && file.peek() != '\r')) return;
+    Refuse(path_, field_, "end_header",
+           "the data begin with the byte of a line end, which cannot be told from the header");
+  }
+
+  bool IsFormat(const std::vector<std::string>& words) {
+    binary_ = words.size() == 3 && words[1].starts_with("binary");
     return words.size() == 3 && words[2] == "1.0" &&
            (words[1] == "ascii" || words[1] == "binary_little_endian" || words[1] == "binary_big_endian");
   }
@@ -85,6 +96,7 @@ class PlyHeaderCheck {
   const std::string& path_;
   const std::uintmax_t bytes_;
   std::string field_;
+  bool binary_ = false;
   std::set<std::string> elements_;
 };
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "legopt/collision/mesh.h"
+#include "legopt/collision/mesh_faults.h"
 #include "legopt/evaluate/solution_file.h"
 #include "legopt/generate/dataset_writer.h"
 #include "legopt/generate/parallel.h"

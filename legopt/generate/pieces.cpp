@@ -1,14 +1,11 @@
 #include "legopt/generate/pieces.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <fstream>
-#include <map>
 #include <utility>
 
-#include "legopt/collision/mesh_components.h"
 #include "legopt/input_error.h"
 
 namespace legopt {
@@ -25,18 +22,17 @@ Piece PieceOf(const Cell& cell, const Eigen::Isometry3d& motion) {
   return piece;
 }
 
-double SixVolumes(const TriangleMesh& mesh) {
-  double sum = 0.0;
-  const auto at = [&](int i) -> const Vector3d& { return mesh.vertices[static_cast<size_t>(i)]; };
-  const Vector3d origin = mesh.vertices.empty() ? Vector3d(0.0, 0.0, 0.0) : mesh.vertices.front();
-  for (const auto& [a, b, c] : mesh.triangles) sum += (at(a) - origin).dot((at(b) - origin).cross(at(c) - origin));
-  return sum;
-}
-
 template <class Number>
 void Put(std::ofstream& stream, Number value) {
   static_assert(std::endian::native == std::endian::little, "PLY is written in the machine's order");
   stream.write(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+/// Assimp takes line ends at the start of the data for a part of the header.
+bool BeginsWithLineEnd(const TriangleMesh& mesh) {
+  if (mesh.vertices.empty()) return false;
+  const auto low_byte = std::bit_cast<std::uint32_t>(static_cast<float>(mesh.vertices.front().x())) & 0xFFU;
+  return low_byte == '\n' || low_byte == '\r';
 }
 
 }  // namespace
@@ -83,29 +79,15 @@ TriangleMesh MeshOf(const std::vector<Piece>& pieces, std::vector<int>* piece_of
   return mesh;
 }
 
-MeshFaults FindMeshFaults(const TriangleMesh& mesh) {
-  std::map<std::pair<int, int>, int> balance;  // uses from the smaller to the larger vertex minus the opposite ones
-  for (const auto& triangle : mesh.triangles) {
-    for (size_t k = 0; k < 3; ++k) {
-      const int a = triangle[k];
-      const int b = triangle[(k + 1) % 3];
-      balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
-    }
-  }
-  MeshFaults faults;
-  for (const auto& [edge, sum] : balance) faults.open_edges += sum != 0 ? 1 : 0;
-  for (const TriangleMesh& component : SplitIntoComponents(mesh)) {
-    faults.inverted_components += SixVolumes(component) < 0.0 ? 1 : 0;
-  }
-  return faults;
-}
-
 void WritePly(const std::filesystem::path& path, const TriangleMesh& mesh) {
+  const bool guarded = BeginsWithLineEnd(mesh);
   std::ofstream stream(path, std::ios::binary);
   stream << "ply\nformat binary_little_endian 1.0\ncomment metres, z up\nelement vertex " << mesh.vertices.size()
+         << (guarded ? "\nproperty uchar guard" : "")
          << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << mesh.triangles.size()
          << "\nproperty list uchar int vertex_indices\nend_header\n";
   for (const Vector3d& vertex : mesh.vertices) {
+    if (guarded) Put(stream, std::uint8_t{0});
     for (int axis = 0; axis < 3; ++axis) Put(stream, static_cast<float>(vertex[axis]));
   }
   for (const auto& triangle : mesh.triangles) {

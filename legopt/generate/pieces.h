@@ -26,15 +26,8 @@ std::vector<Piece> PiecesOf(const Building& building, const std::vector<Cell>& c
 /// Vertices of different pieces are separate. `piece_of_triangle` may be null.
 TriangleMesh MeshOf(const std::vector<Piece>& pieces, std::vector<int>* piece_of_triangle = nullptr);
 
-/// Faults of a mesh that ought to bound solids.
-struct MeshFaults {
-  int open_edges = 0;           ///< edges whose triangles do not pair up in opposite directions
-  int inverted_components = 0;  ///< closed bodies of negative volume
-  bool none() const { return open_edges == 0 && inverted_components == 0; }
-};
-MeshFaults FindMeshFaults(const TriangleMesh& mesh);
-
-/// Writes a binary little-endian PLY with float coordinates. Throws InputError when the file cannot be written.
+/// Writes a binary little-endian PLY with float coordinates; in the rare case that its first byte would be a line end,
+/// at which assimp stumbles, vertices also have a property `guard`. Throws InputError when the file cannot be written.
 void WritePly(const std::filesystem::path& path, const TriangleMesh& mesh);
 
 }  // namespace legopt

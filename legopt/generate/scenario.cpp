@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "legopt/collision/mesh_faults.h"
 #include "legopt/generate/seeds.h"
 #include "legopt/generate/text_file.h"
 #include "legopt/input_error.h"

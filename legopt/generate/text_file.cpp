@@ -56,4 +56,9 @@ void NewFolder::Finish() {
   if (error) Refuse(folder_, "cannot be made: " + error.message(), "the files are complete in " + partial_.string());
 }
 
+void NewFolder::Discard() {
+  std::error_code ignored;
+  fs::remove_all(partial_, ignored);
+}
+
 }  // namespace legopt

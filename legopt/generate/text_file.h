@@ -10,14 +10,16 @@ void WriteTextFile(const std::filesystem::path& path, const std::string& text);
 
 /// A folder that appears under its name only when it is complete.
 ///
-/// Everything is written into `DIR.partial`, which Finish() renames. The constructor throws InputError when `DIR`
-/// exists (nothing is ever overwritten), and when `DIR.partial` is there but was begun with another `identity`; with
-/// the same identity its files are kept, so that work can go on where it stopped.
+/// Everything is written into `DIR.partial`, which Finish() renames and Discard() removes. The constructor throws
+/// InputError when `DIR` exists (nothing is ever overwritten), and when `DIR.partial` is there but was begun with
+/// another `identity`; with the same identity its files are kept, so that work can go on where it stopped.
 class NewFolder {
  public:
   NewFolder(const std::filesystem::path& folder, const std::string& identity);
   const std::filesystem::path& path() const { return partial_; }
   void Finish();
+  /// Removes `DIR.partial` with everything in it; never throws.
+  void Discard();
 
  private:
   std::filesystem::path folder_;

@@ -56,14 +56,18 @@ DatasetDescription DescribeLegOptFolder(const fs::path& folder) {
   description.scene_file = TheOnly(absolute, meshes, "scene mesh (.stl, .obj, .dae, .ply)");
   if (fs::is_regular_file(absolute / kPostureFile)) description.posture_file = kPostureFile;
   if (fs::is_regular_file(absolute / kMotionFile)) description.motion_file = kMotionFile;
-  description.feet = {"l_foot", "r_foot"};
-  description.sole_offset_m = kAtlasSoleOffset_m;
-  description.nominal_posture = {{"l_leg_kny", kKnee_rad},        {"r_leg_kny", kKnee_rad},
-                                 {"l_leg_lhy", kHipAndAnkle_rad}, {"r_leg_lhy", kHipAndAnkle_rad},
-                                 {"l_leg_uay", kHipAndAnkle_rad}, {"r_leg_uay", kHipAndAnkle_rad},
-                                 {"l_arm_shx", -kShoulder_rad},   {"r_arm_shx", kShoulder_rad}};
-  description.self_collision_reference = {{"back_lbz", kReferenceBack_rad}, {"back_ubx", kReferenceBack_rad}};
+  SetBenchmarkConstants(&description);
   return description;
+}
+
+void SetBenchmarkConstants(DatasetDescription* description) {
+  description->feet = {"l_foot", "r_foot"};
+  description->sole_offset_m = kAtlasSoleOffset_m;
+  description->nominal_posture = {{"l_leg_kny", kKnee_rad},        {"r_leg_kny", kKnee_rad},
+                                  {"l_leg_lhy", kHipAndAnkle_rad}, {"r_leg_lhy", kHipAndAnkle_rad},
+                                  {"l_leg_uay", kHipAndAnkle_rad}, {"r_leg_uay", kHipAndAnkle_rad},
+                                  {"l_arm_shx", -kShoulder_rad},   {"r_arm_shx", kShoulder_rad}};
+  description->self_collision_reference = {{"back_lbz", kReferenceBack_rad}, {"back_ubx", kReferenceBack_rad}};
 }
 
 }  // namespace legopt

@@ -18,4 +18,8 @@ bool IsLegOptFolder(const std::filesystem::path& folder);
 /// names needs a dataset.yaml. Throws InputError when a file is missing or ambiguous.
 DatasetDescription DescribeLegOptFolder(const std::filesystem::path& folder);
 
+/// Sets the constants that this names for the benchmark's Atlas: feet, sole offset, gravity, nominal posture,
+/// self-collision reference.
+void SetBenchmarkConstants(DatasetDescription* description);
+
 }  // namespace legopt

@@ -107,6 +107,14 @@ TEST_F(MeshFile, ObjPlyAndDaeGiveTheSameTetrahedron) {
   }
 }
 
+TEST_F(MeshFile, BinaryPlyWhoseDataBeginWithALineEndIsRefused) {
+  const std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty uchar x\nproperty uchar y\nproperty uchar z\n"
+      "end_header\n";
+  EXPECT_NE(ErrorOf(Write("feed.ply", header + "\n12")).find("line end"), std::string::npos);
+  EXPECT_NE(ErrorOf(Write("return.ply", header + "\r12")).find("line end"), std::string::npos);
+}
+
 TEST_F(MeshFile, ScaleAppliesAndMirroringKeepsOutsideOutside) {
   const std::string path = Write("tetra.stl", BinaryStl(kTetrahedron));
   EXPECT_NEAR(SignedVolume(LoadMesh(path, {2, 3, 4})), 24.0 / 6.0, 1e-12);

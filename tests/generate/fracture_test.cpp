@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cstdint>
+
+#include "legopt/collision/mesh_faults.h"
 #include "legopt/generate/pieces.h"
+#include "tests/problem/test_data.h"
 
 namespace legopt {
 namespace {
@@ -120,6 +125,21 @@ TEST(Pieces, HolesAndInvertedBodiesAreFound) {
   EXPECT_EQ(FindMeshFaults(inverted).open_edges, 0);
   mesh.triangles.pop_back();
   EXPECT_EQ(FindMeshFaults(mesh).open_edges, 3);
+}
+
+TEST(Pieces, EveryFirstByteIsReadBack) {
+  const test::TemporaryFolder folder;
+  const std::string file = (folder.path() / "box.ply").string();
+  // The lowest bytes of these floats are a line feed, a carriage return, a space, zero and 3.
+  for (const std::uint32_t bits : {0xBCA3D70AU, 0x3F80000DU, 0x3F800020U, 0x3F800000U, 0x3F800003U}) {
+    TriangleMesh mesh;
+    mesh.vertices = {{std::bit_cast<float>(bits), 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, 4}};
+    mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    WritePly(file, mesh);
+    const TriangleMesh read = LoadMesh(file);
+    EXPECT_EQ(read.vertices, mesh.vertices) << bits;
+    EXPECT_EQ(read.triangles, mesh.triangles) << bits;
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "legopt/collision/mesh_faults.h"
 #include "legopt/collision/scene_solids.h"
 #include "legopt/generate/text_file.h"
 #include "tests/problem/test_data.h"

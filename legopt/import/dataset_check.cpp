@@ -1,0 +1,50 @@
+#include "legopt/import/dataset_check.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "legopt/collision/scene_solids.h"
+#include "legopt/import/quaternion_order.h"
+
+namespace legopt {
+namespace {
+
+void Append(std::vector<DatasetFinding> more, std::vector<DatasetFinding>* findings) {
+  std::move(more.begin(), more.end(), std::back_inserter(*findings));
+}
+
+FootholdList FootholdsOf(const Dataset& dataset) {
+  FootholdList footholds;
+  for (const Task task : {Task::kPosture, Task::kMotion}) footholds.Add(task, dataset.problems(task));
+  return footholds;
+}
+
+}  // namespace
+
+std::vector<DatasetFinding> CheckDataset(const Dataset& dataset) {
+  std::vector<DatasetFinding> findings = CheckRobot(dataset);
+  Append(CheckSceneMeshes(dataset), &findings);
+  const FootholdList footholds = FootholdsOf(dataset);
+  if (footholds.all().empty()) {
+    findings.push_back({.severity = DatasetFinding::Severity::kWarning,
+                        .check = "problems",
+                        .file = kDatasetFileName,
+                        .field = "problems",
+                        .value = "0",
+                        .message = "the dataset poses no problems",
+                        .fix = "'legopt generate problems --from DATASET --out NEW' makes some"});
+    return findings;
+  }
+  if (AnyError(findings)) return findings;
+  const Terrain terrain(CollectSceneTriangles(dataset.scene()));
+  findings.push_back(JudgeQuaternionOrder(WeighQuaternionOrder(footholds.all(), terrain)));
+  if (findings.back().severity == DatasetFinding::Severity::kError) return findings;
+  Append(CheckFootholdHeights(dataset, footholds.all(), terrain), &findings);
+  if (AnyError(findings)) return findings;
+  Append(CheckSoles(dataset, footholds.all(), terrain), &findings);
+  Append(CheckFootCollisions(dataset, footholds.all()), &findings);
+  Append(CheckTrunk(dataset), &findings);
+  return findings;
+}
+
+}  // namespace legopt

@@ -1,0 +1,232 @@
+// Checks of single footholds: where they are, what the sole rests on, what the foot touches.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "legopt/collision/collision_query.h"
+#include "legopt/import/dataset_check.h"
+#include "legopt/import/ground.h"
+#include "legopt/robot/kinematics.h"
+
+namespace legopt {
+namespace {
+
+using Severity = DatasetFinding::Severity;
+
+constexpr double kOnSurface_m = 2e-3;
+
+std::string Millimetres(double length_m) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.1f mm", 1e3 * length_m);
+  return text.data();
+}
+
+std::string Degrees(double angle_rad) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.1f deg", angle_rad * 180.0 / std::numbers::pi);
+  return text.data();
+}
+
+/// Some of all footholds, the problems that use them, and a quantity of each.
+struct Group {
+  std::vector<double> values;
+  ProblemIds problems;
+
+  void Add(const UsedFoothold& used, double value) {
+    values.push_back(value);
+    for (const auto& [task, ids] : used.problems) problems[task].insert(ids.begin(), ids.end());
+  }
+  std::string Count(size_t all) const { return std::to_string(values.size()) + " of " + std::to_string(all); }
+  double Median() {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+  }
+};
+
+/// Gaps that are all the sole offset: it was added once too often when the file was made.
+bool IsSoleOffset(double gap_m, const Dataset& dataset) {
+  return std::abs(gap_m - dataset.sole_offset_m()) < kOnSurface_m;
+}
+
+DatasetFinding Hovering(Group group, size_t all, const Dataset& dataset) {
+  const double median = group.Median();
+  DatasetFinding finding{.severity = Severity::kWarning,
+                         .check = "hovering feet",
+                         .file = "",
+                         .field = ToString(group.problems),
+                         .value = group.Count(all) + " footholds, median " + Millimetres(median),
+                         .message = "stand above the surface",
+                         .fix =
+                             "nothing is changed, so that results stay comparable with others on these files; lower "
+                             "the poses of problems of your own"};
+  if (IsSoleOffset(median, dataset)) {
+    finding.message +=
+        "; the height is the sole offset, which was applied once too often when the file was made (as "
+        "in the original benchmark)";
+  }
+  return finding;
+}
+
+/// Share of 45 points of the sole's rectangle that lie on the surface, the foot put down on the ground below it.
+double SupportedShare(const Dataset::Foot& foot, const Foothold& foothold, const Ground& ground,
+                      const Terrain& terrain) {
+  constexpr int kAlong = 9, kAcross = 5;
+  constexpr double kTolerance_m = 3e-3;
+  constexpr double kInset_m = 2e-3;  // a sole may end where its slab ends
+  const Eigen::Matrix3d rotation = foothold.rotation.normalized().toRotationMatrix();
+  const auto at = [](double low, double high, int k, int n) {
+    return low + kInset_m + (high - low - 2.0 * kInset_m) * k / (n - 1);
+  };
+  int supported = 0;
+  for (int i = 0; i < kAlong; ++i) {
+    for (int j = 0; j < kAcross; ++j) {
+      const Eigen::Vector3d p =
+          ground.point + rotation * Eigen::Vector3d(at(foot.box.min().x(), foot.box.max().x(), i, kAlong),
+                                                    at(foot.box.min().y(), foot.box.max().y(), j, kAcross), 0.0);
+      supported += terrain.Highest(p.x(), p.y(), p.z() - kTolerance_m, p.z() + kTolerance_m).triangle >= 0 ? 1 : 0;
+    }
+  }
+  return static_cast<double>(supported) / (kAlong * kAcross);
+}
+
+}  // namespace
+
+std::vector<DatasetFinding> CheckFootholdHeights(const Dataset& dataset, std::span<const UsedFoothold> footholds,
+                                                 const Terrain& terrain) {
+  Group on, hovering, sunk, lost;
+  for (const UsedFoothold& used : footholds) {
+    const Ground ground = FindGround(terrain, used.foothold.position);
+    Group& group = !ground.found                  ? lost
+                   : ground.gap_m > kOnSurface_m  ? hovering
+                   : ground.gap_m < -kOnSurface_m ? sunk
+                                                  : on;
+    group.Add(used, ground.gap_m);
+  }
+  const size_t all = footholds.size();
+  const Severity off = 2 * on.values.size() < all ? Severity::kError : Severity::kWarning;
+  std::vector<DatasetFinding> findings = {
+      {.severity = off == Severity::kError ? off : Severity::kInfo,
+       .check = "feet on surfaces",
+       .file = "",
+       .field = "",
+       .value = on.Count(all) + " footholds",
+       .message = "lie within 2 mm of a surface (" + std::to_string(hovering.values.size()) + " hovering, " +
+                  std::to_string(sunk.values.size()) + " sunk, " + std::to_string(lost.values.size()) + " without)",
+       .fix = ""}};
+  if (off == Severity::kError) {
+    findings.front().message += "; most do not: the problems do not belong to this scene";
+    findings.front().fix = "check scene, unit of length and frame";
+  }
+  if (!hovering.values.empty()) findings.push_back(Hovering(hovering, all, dataset));
+  if (!sunk.values.empty()) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .check = "sunk feet",
+                        .file = "",
+                        .field = ToString(sunk.problems),
+                        .value = sunk.Count(all) + " footholds, median " + Millimetres(sunk.Median()),
+                        .message = "lie below the surface, so that the foot will be in collision",
+                        .fix = "raise these poses"});
+  }
+  if (!lost.values.empty()) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .check = "feet on surfaces",
+                        .file = "",
+                        .field = ToString(lost.problems),
+                        .value = lost.Count(all) + " footholds",
+                        .message = "have no surface within 0.3 m above or below",
+                        .fix = "check these poses, and the scene for a hole below them"});
+  }
+  return findings;
+}
+
+std::vector<DatasetFinding> CheckSoles(const Dataset& dataset, std::span<const UsedFoothold> footholds,
+                                       const Terrain& terrain) {
+  constexpr double kWhole = 0.999, kEnough = 0.75;
+  constexpr double kSameNormal_rad = 5.0 * std::numbers::pi / 180.0;
+  Group whole, poor, tilted;
+  double steepest = 0.0;
+  for (const UsedFoothold& used : footholds) {
+    const Ground ground = FindGround(terrain, used.foothold.position);
+    if (!ground.found) continue;
+    const Eigen::Vector3d normal = used.foothold.rotation.normalized() * Eigen::Vector3d::UnitZ();
+    const double angle = std::acos(std::clamp(normal.dot(ground.normal), -1.0, 1.0));
+    if (angle > kSameNormal_rad) tilted.Add(used, angle);
+    steepest = std::max(steepest, std::acos(std::clamp(normal.z(), -1.0, 1.0)));
+    const double share = SupportedShare(dataset.foot(used.foothold.link), used.foothold, ground, terrain);
+    if (share >= kWhole) whole.Add(used, share);
+    if (share < kEnough) poor.Add(used, share);
+  }
+  std::vector<DatasetFinding> findings = {{.severity = Severity::kInfo,
+                                           .check = "soles",
+                                           .file = "",
+                                           .field = "",
+                                           .value = whole.Count(footholds.size()) + " footholds",
+                                           .message = "rest with the whole sole; steepest foot " + Degrees(steepest),
+                                           .fix = ""}};
+  if (!poor.values.empty()) {
+    findings.push_back(
+        {.severity = Severity::kWarning,
+         .check = "soles",
+         .file = "",
+         .field = ToString(poor.problems),
+         .value = poor.Count(footholds.size()) + " footholds",
+         .message = "have less than 75 % of the sole on the surface",
+         .fix = "the judge does not ask for more than the foot's pose; move them if they ought to hold"});
+  }
+  if (!tilted.values.empty()) {
+    findings.push_back({.severity = Severity::kWarning,
+                        .check = "soles",
+                        .file = "",
+                        .field = ToString(tilted.problems),
+                        .value = tilted.Count(footholds.size()) + " footholds, median " + Degrees(tilted.Median()),
+                        .message = "are tilted against the surface below them by more than 5 deg",
+                        .fix = "the z axis of a pose is the surface's normal"});
+  }
+  return findings;
+}
+
+std::vector<DatasetFinding> CheckFootCollisions(const Dataset& dataset, std::span<const UsedFoothold> footholds) {
+  constexpr double kJudgeDepth_m = 1e-3;
+  Kinematics kinematics(dataset.robot());
+  CollisionQuery query(dataset.collision_model());
+  Group colliding;
+  double deepest = 0.0;
+  for (const UsedFoothold& used : footholds) {
+    const int link = dataset.foot(used.foothold.link).link_index;
+    Eigen::VectorXd x = dataset.self_collision_reference();
+    kinematics.UpdatePoses(x);
+    const Eigen::Isometry3d base = dataset.FootTarget(used.foothold) * kinematics.link_pose(link).inverse();
+    const Eigen::Quaterniond q(base.linear());
+    x.tail<7>() << base.translation(), q.w(), q.x(), q.y(), q.z();
+    kinematics.UpdatePoses(x);
+    double depth = 0.0;
+    for (const Contact& contact : query.SceneContacts(kinematics, 0.0, std::span(&link, 1))) {
+      depth = std::max(depth, -contact.distance_m);
+    }
+    if (depth <= kJudgeDepth_m) continue;
+    colliding.Add(used, depth);
+    deepest = std::max(deepest, depth);
+  }
+  if (colliding.values.empty()) {
+    return {{.severity = Severity::kInfo,
+             .check = "feet in collision",
+             .file = "",
+             .field = "",
+             .value = colliding.Count(footholds.size()) + " footholds",
+             .message = "no foot at its target touches the scene deeper than 1 mm",
+             .fix = ""}};
+  }
+  return {
+      {.severity = Severity::kWarning,
+       .check = "feet in collision",
+       .file = "",
+       .field = ToString(colliding.problems),
+       .value = colliding.Count(footholds.size()) + " footholds, at most " + Millimetres(deepest),
+       .message = "put the foot into the scene although it is exactly at its target: hardly anybody can solve these",
+       .fix = "check sole_offset_m, and move these poses"}};
+}
+
+}  // namespace legopt

@@ -1,0 +1,317 @@
+#include "legopt/import/importer.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+#include "legopt/collision/mesh_faults.h"
+#include "legopt/collision/scene_solids.h"
+#include "legopt/generate/dataset_writer.h"
+#include "legopt/generate/pieces.h"
+#include "legopt/generate/terrain.h"
+#include "legopt/generate/text_file.h"
+#include "legopt/import/dataset_check.h"
+#include "legopt/import/quaternion_order.h"
+#include "legopt/import/robot_files.h"
+#include "legopt/input_error.h"
+#include "legopt/problem/content_hash.h"
+#include "legopt/problem/dataset.h"
+#include "legopt/problem/legopt_folder.h"
+#include "legopt/problem/link_box.h"
+#include "legopt/problem/problem_file.h"
+#include "legopt/problem/scene_file.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+using Severity = DatasetFinding::Severity;
+
+constexpr const char* kPostureFile = "problems-posture.json";
+constexpr const char* kMotionFile = "problems-motion.json";
+constexpr double kSoleClearance_m = 1e-3;  // the judge's tolerance (reference 1.2)
+
+void CopyFile(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::create_directories(to.parent_path(), error);
+  fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
+  if (error) {
+    throw InputError({from.string(), "", "", "cannot be copied: " + error.message(), "check permissions and space"});
+  }
+}
+
+class Importer {
+ public:
+  Importer(const ImportOptions& options, const fs::path& folder)
+      : options_(options),
+        folder_(fs::weakly_canonical(folder)),
+        sources_(FindSources(options.source, options.files)) {}
+
+  /// Errors name the user's files, not our copies of them.
+  ImportReport Import() {
+    try {
+      return Make();
+    } catch (const InputError& error) {
+      InputError::Fault fault = error.fault();
+      fault.file = OriginOf(fault.file).string();
+      throw InputError(std::move(fault));
+    }
+  }
+
+ private:
+  ImportReport Make() {
+    NoteSources();
+    WriteRobot();
+    WriteScene();
+    WriteProblems();
+    ChooseConstants();
+    WriteTextFile(folder_ / kDatasetFileName,
+                  FormatDatasetFile(description_, "Made by `legopt import` from " + options_.source.string()));
+    WriteManifestHashes(folder_);
+    const auto dataset = Dataset::Load(folder_);
+    report_.content_hash = dataset->content_hash();
+    for (DatasetFinding& finding : CheckDataset(*dataset)) report_.findings.push_back(std::move(finding));
+    return std::move(report_);
+  }
+
+  /// The source of a file that has been written into the folder; other paths as they are.
+  fs::path OriginOf(const fs::path& file) const {
+    const fs::path inside = file.lexically_relative(folder_);
+    if (inside.empty() || *inside.begin() == "..") return file;
+    const std::string name = inside.generic_string();
+    if (name == kRobotFileName) return sources_.robot;
+    if (name == description_.scene_file) return sources_.scene;
+    if (name == kPostureFile) return sources_.posture;
+    if (name == kMotionFile) return sources_.motion;
+    if (name == kDatasetFileName) return options_.source;
+    return inside;
+  }
+
+  std::string InSource(const fs::path& file) const {
+    return file.lexically_relative(fs::weakly_canonical(options_.source)).generic_string();
+  }
+
+  void Note(Severity severity, const std::string& check, const std::string& field, const std::string& value,
+            const std::string& message, const std::string& fix = "") {
+    report_.findings.push_back({severity, check, "", field, value, message, fix});
+  }
+
+  void NoteSources() {
+    std::string problems;
+    for (const fs::path& file : {sources_.posture, sources_.motion}) {
+      if (!file.empty()) problems += ", " + InSource(file);
+    }
+    Note(Severity::kInfo, "files", "", InSource(sources_.robot) + ", " + InSource(sources_.scene) + problems,
+         sources_.collada ? "robot by COLLADA kinematics, turned into a URDF" : "robot by URDF");
+  }
+
+  void WriteRobot() {
+    std::vector<DatasetFinding> findings;
+    if (sources_.collada) {
+      ColladaRobot robot = ReadColladaRobot(sources_.robot);
+      WriteColladaRobot(robot, folder_);
+      findings = std::move(robot.findings);
+    } else {
+      findings = CopyUrdfRobot(sources_.robot, folder_);
+    }
+    for (DatasetFinding& finding : findings) report_.findings.push_back(std::move(finding));
+    description_.robot_file = kRobotFileName;
+    robot_ = std::make_unique<RobotModel>(RobotModel::FromUrdfFile((folder_ / kRobotFileName).string()));
+  }
+
+  void WriteScene() {
+    const Scene source = ReadSceneFile(sources_.scene);
+    if (IsMeshFile(sources_.scene)) {
+      std::string suffix = sources_.scene.extension().string();
+      std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return std::tolower(c); });
+      description_.scene_file = "scene" + suffix;
+      if (!options_.fix_winding || !TurnScene(source)) CopyFile(sources_.scene, folder_ / description_.scene_file);
+    } else if (options_.fix_winding) {
+      throw InputError({sources_.scene.string(), "--fix-winding", "", "works on a scene that is a single mesh",
+                        "turn the meshes of its objects in a mesh editor"});
+    } else {
+      CopySceneObjects(source);
+    }
+    triangles_ = CollectSceneTriangles(ReadSceneFile(folder_ / description_.scene_file));
+  }
+
+  /// A scene.yaml and its meshes, in a folder of their own so that they cannot meet the robot's.
+  void CopySceneObjects(const Scene& source) {
+    const fs::path from = sources_.scene.parent_path();
+    description_.scene_file = "scene/" + sources_.scene.filename().string();
+    CopyFile(sources_.scene, folder_ / description_.scene_file);
+    for (const SceneObject& object : source.objects) {
+      if (object.shape.kind != ShapeSpec::Kind::kMesh) continue;
+      const fs::path relative = fs::path(object.shape.mesh_file).lexically_relative(from);
+      if (relative.empty() || *relative.begin() == "..") {
+        throw InputError({sources_.scene.string(), "object '" + object.name + "': file", object.shape.mesh_file,
+                          "the mesh lies outside of the scene's folder", "move it beside the scene file"});
+      }
+      CopyFile(object.shape.mesh_file, folder_ / "scene" / relative);
+    }
+  }
+
+  /// Writes the scene's mesh with all bodies wound outwards; false when they are already.
+  bool TurnScene(const Scene& source) {
+    const TriangleMesh mesh = CollectSceneTriangles(source);
+    const int inverted = FindMeshFaults(mesh).inverted_components;
+    if (inverted == 0) return false;
+    description_.scene_file = "scene.ply";
+    WritePly(folder_ / description_.scene_file, TurnInvertedComponents(mesh));
+    Note(Severity::kInfo, "winding", InSource(sources_.scene), std::to_string(inverted) + " bodies",
+         "were wound inside out and have been turned round; the scene is written as scene.ply");
+    return true;
+  }
+
+  void WriteProblems() {
+    FootholdList footholds;
+    std::vector<std::pair<Task, ProblemFile>> files;
+    for (const auto& [task, path] : {std::pair(Task::kPosture, sources_.posture), {Task::kMotion, sources_.motion}}) {
+      if (path.empty()) continue;
+      files.emplace_back(task, ReadProblemFile(path));
+      footholds.Add(task, files.back().second.problems);
+    }
+    CollectFeet(footholds);
+    const bool x_first =
+        WeighQuaternionOrder(footholds.all(), Terrain(triangles_)).verdict() == QuaternionEvidence::Verdict::kXFirst;
+    if (x_first) NoteConversion(footholds);
+    for (auto& [task, file] : files) WriteProblemFile(task, x_first, &file);
+    if (!files.empty()) return;
+    description_.posture_file = kPostureFile;
+    WriteTextFile(folder_ / kPostureFile, FormatProblems({}, Task::kPosture, robot_->name(), options_.name));
+  }
+
+  void NoteConversion(const FootholdList& footholds) {
+    const QuaternionEvidence evidence = WeighQuaternionOrder(footholds.all(), Terrain(triangles_));
+    Note(Severity::kInfo, "quaternion order", "definition", evidence.Describe(),
+         "quaternions were x y z w and have been turned into w x y z");
+  }
+
+  void WriteProblemFile(Task task, bool x_first, ProblemFile* file) {
+    const bool motion = task == Task::kMotion;
+    const std::string name = motion ? kMotionFile : kPostureFile;
+    (motion ? description_.motion_file : description_.posture_file) = name;
+    if (!x_first) {
+      CopyFile(motion ? sources_.motion : sources_.posture, folder_ / name);
+      return;
+    }
+    for (ProblemDefinition& problem : file->problems) {
+      for (Stance& stance : problem.stances) {
+        for (Foothold& foothold : stance.footholds) foothold.rotation = ReadAsXFirst(foothold.rotation);
+      }
+    }
+    WriteTextFile(folder_ / name, FormatProblems(file->problems, task, file->robot, file->scenario));
+  }
+
+  /// Links that the problems name, in the order of their first use.
+  void CollectFeet(const FootholdList& footholds) {
+    for (const UsedFoothold& used : footholds.all()) {
+      const std::string& link = used.foothold.link;
+      if (std::find(problem_feet_.begin(), problem_feet_.end(), link) == problem_feet_.end()) {
+        problem_feet_.push_back(link);
+      }
+    }
+  }
+
+  void ChooseConstants() {
+    const bool known = fs::is_regular_file(options_.source / kDatasetFileName);
+    DatasetDescription constants;
+    if (known) {
+      constants = ReadDatasetFile(options_.source);
+    } else if (IsBenchmarkRobot()) {
+      SetBenchmarkConstants(&constants);
+      Note(Severity::kInfo, "constants", "", "",
+           "the robot has the joints and feet of the benchmark's Atlas, and gets its constants");
+    }
+    description_.name = options_.name;
+    description_.gravity_m_s2 = constants.gravity_m_s2;
+    description_.nominal_posture = constants.nominal_posture;
+    description_.self_collision_reference = constants.self_collision_reference;
+    if (!options_.nominal_posture.empty()) description_.nominal_posture = options_.nominal_posture;
+    description_.feet = !options_.feet.empty()    ? options_.feet
+                        : !constants.feet.empty() ? constants.feet
+                                                  : problem_feet_;
+    if (description_.feet.empty()) RefuseWithoutFeet();
+    description_.sole_offset_m =
+        options_.sole_offset_m.value_or(constants.feet.empty() ? SoleOffset() : constants.sole_offset_m);
+    if (description_.nominal_posture.empty()) {
+      Note(Severity::kWarning, "nominal posture", kDatasetFileName, "all joints 0",
+           "solves start from straight legs, which is a bad start",
+           "bend the knees: --nominal JOINT=RADIANS for each joint, or edit nominal_posture and run 'legopt dataset "
+           "hash'");
+    }
+  }
+
+  bool IsBenchmarkRobot() const {
+    DatasetDescription benchmark;
+    SetBenchmarkConstants(&benchmark);
+    const auto has_joint = [&](const auto& entry) { return robot_->FindJoint(entry.first) >= 0; };
+    return std::all_of(benchmark.nominal_posture.begin(), benchmark.nominal_posture.end(), has_joint) &&
+           std::all_of(benchmark.self_collision_reference.begin(), benchmark.self_collision_reference.end(),
+                       has_joint) &&
+           std::all_of(benchmark.feet.begin(), benchmark.feet.end(),
+                       [&](const std::string& foot) { return robot_->FindLink(foot) >= 0; });
+  }
+
+  /// Ends of the tree that have a shape.
+  [[noreturn]] void RefuseWithoutFeet() const {
+    std::string ends;
+    for (int link = 0; link < std::ssize(robot_->links()); ++link) {
+      const bool end = std::none_of(robot_->joints().begin(), robot_->joints().end(),
+                                    [&](const Joint& joint) { return joint.parent_link == link; });
+      const Link& candidate = robot_->links()[static_cast<size_t>(link)];
+      if (end && !candidate.collision.empty()) ends += (ends.empty() ? "" : ", ") + candidate.name;
+    }
+    throw InputError({sources_.robot.string(), "feet", "", "no link is named as a foot, by no problem and no flag",
+                      "name them with --feet LEFT,RIGHT" +
+                          (ends.empty() ? std::string("; no end of the robot has collision geometry to stand on")
+                                        : "; ends of the robot: " + ends)});
+  }
+
+  /// Lowest point of the feet below their link frames, and the clearance; rounded up to micrometres.
+  double SoleOffset() {
+    double lowest = 0.0;
+    for (const std::string& foot : description_.feet) {
+      const int link = robot_->FindLink(foot);
+      if (link < 0) continue;  // Dataset::Load names the nearest link
+      const Eigen::AlignedBox3d box = LinkBox(robot_->links()[static_cast<size_t>(link)]);
+      if (!box.isEmpty()) lowest = std::min(lowest, box.min().z());
+    }
+    constexpr double kMicrometre = 1e-6;
+    return std::round((kSoleClearance_m - lowest) / kMicrometre) * kMicrometre;
+  }
+
+  const ImportOptions& options_;
+  fs::path folder_;
+  SourceLayout sources_;
+  DatasetDescription description_;
+  std::unique_ptr<RobotModel> robot_;
+  TriangleMesh triangles_;
+  std::vector<std::string> problem_feet_;
+  ImportReport report_;
+};
+
+}  // namespace
+
+void ImportOptions::Validate() const {
+  const auto refuse = [](const char* field, const std::string& value, const char* message, const char* fix) {
+    throw InputError({"", field, value, message, fix});
+  };
+  const bool plain = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '_';
+  });
+  if (!plain) refuse("--name", name, "must consist of letters, digits, '-' and '_'", "e.g. my-biped");
+  if (sole_offset_m && !(*sole_offset_m >= 0.0 && std::isfinite(*sole_offset_m))) {
+    refuse("--sole-offset", std::to_string(*sole_offset_m), "must not be negative", "leave it out");
+  }
+}
+
+ImportReport ImportDataset(const ImportOptions& options, const fs::path& folder) {
+  options.Validate();
+  return Importer(options, folder).Import();
+}
+
+}  // namespace legopt

@@ -1,0 +1,224 @@
+// Checks of the scene's meshes, of the robot, and of the robot over the stances.
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "legopt/collision/collision_query.h"
+#include "legopt/collision/mesh_faults.h"
+#include "legopt/import/dataset_check.h"
+#include "legopt/problem/initial_guess.h"
+#include "legopt/robot/kinematics.h"
+
+namespace legopt {
+namespace {
+
+using Severity = DatasetFinding::Severity;
+
+constexpr double kFewOpenEdges = 0.01;
+
+std::string InFolder(const Dataset& dataset, const std::string& file) {
+  return std::filesystem::path(file).lexically_relative(dataset.folder()).generic_string();
+}
+
+std::string Rounded(const char* format, double value) {
+  std::array<char, 48> text;
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+/// What is wrong with one mesh of the scene.
+std::vector<DatasetFinding> FaultsOf(const MeshFaults& faults, const std::string& file, const std::string& object) {
+  std::vector<DatasetFinding> findings;
+  if (faults.inverted_components > 0) {
+    findings.push_back(
+        {.severity = Severity::kError,
+         .check = "winding",
+         .file = file,
+         .field = object,
+         .value = std::to_string(faults.inverted_components) + " of " + std::to_string(faults.components) + " bodies",
+         .message = "are wound inside out: the judge would measure wrong depths, and no surface looks up",
+         .fix = "turn their triangles round, or import with --fix-winding"});
+  }
+  if (faults.open_edges > 0) {
+    const bool many = faults.open_edges > kFewOpenEdges * faults.edges;
+    findings.push_back(
+        {.severity = many ? Severity::kError : Severity::kWarning,
+         .check = "holes",
+         .file = file,
+         .field = object,
+         .value = std::to_string(faults.open_edges) + " of " + std::to_string(faults.edges) + " edges, in " +
+                  std::to_string(faults.open_components) + " of " + std::to_string(faults.components) + " bodies",
+         .message = many ? "are open: the mesh does not bound solids" : "are open; few enough to go on with",
+         .fix = "close the mesh, e.g. give sheets a thickness"});
+  }
+  return findings;
+}
+
+/// Links that stand or move the feet: all on the way from the base to a foot, base excluded.
+std::set<int> LegLinks(const Dataset& dataset) {
+  std::set<int> legs;
+  for (const Dataset::Foot& foot : dataset.feet()) {
+    for (int link = foot.link_index; link > 0;) {
+      legs.insert(link);
+      link = dataset.robot()
+                 .joints()[static_cast<size_t>(dataset.robot().links()[static_cast<size_t>(link)].parent_joint)]
+                 .parent_link;
+    }
+  }
+  return legs;
+}
+
+/// Trunk, arms and head: all links that are not on a leg.
+std::vector<int> UpperLinks(const Dataset& dataset) {
+  const std::set<int> legs = LegLinks(dataset);
+  std::vector<int> links;
+  for (int link = 0; link < std::ssize(dataset.robot().links()); ++link) {
+    if (!legs.contains(link)) links.push_back(link);
+  }
+  return links;
+}
+
+/// "r_hand (5), utorso (1)"
+std::string CountByLink(const Dataset& dataset, const std::map<int, std::set<int>>& problems) {
+  std::string text;
+  for (const auto& [link, ids] : problems) {
+    text += (text.empty() ? "" : ", ") + dataset.robot().links()[static_cast<size_t>(link)].name + " (" +
+            std::to_string(ids.size()) + ")";
+  }
+  return text;
+}
+
+/// Deepest contact of some links with the scene; link -1 when there is none.
+struct Deepest {
+  int link = -1;
+  double depth_m = 0.0;
+};
+
+Deepest DeepestContact(CollisionQuery& query, const Kinematics& kinematics, std::span<const int> links) {
+  Deepest deepest;
+  for (const Contact& contact : query.SceneContacts(kinematics, 0.0, links)) {
+    if (-contact.distance_m > deepest.depth_m) deepest = {contact.link_a, -contact.distance_m};
+  }
+  return deepest;
+}
+
+}  // namespace
+
+std::vector<DatasetFinding> CheckSceneMeshes(const Dataset& dataset) {
+  std::vector<DatasetFinding> findings;
+  int meshes = 0, bodies = 0;
+  size_t triangles = 0;
+  for (const SceneObject& object : dataset.scene().objects) {
+    if (object.shape.kind != ShapeSpec::Kind::kMesh) continue;
+    const TriangleMesh mesh = Tessellate(object.shape);
+    const MeshFaults faults = FindMeshFaults(mesh);
+    ++meshes;
+    bodies += faults.components;
+    triangles += mesh.triangles.size();
+    for (DatasetFinding& fault : FaultsOf(faults, InFolder(dataset, object.shape.mesh_file), object.name)) {
+      findings.push_back(std::move(fault));
+    }
+  }
+  if (!findings.empty()) return findings;
+  return {{.severity = Severity::kInfo,
+           .check = "winding",
+           .file = "",
+           .field = "",
+           .value = std::to_string(dataset.scene().objects.size()) + " objects, " + std::to_string(meshes) +
+                    " of them meshes with " + std::to_string(triangles) + " triangles in " + std::to_string(bodies) +
+                    " bodies",
+           .message = "closed and wound outwards",
+           .fix = ""}};
+}
+
+std::vector<DatasetFinding> CheckRobot(const Dataset& dataset) {
+  const RobotModel& robot = dataset.robot();
+  int shaped = 0, open = 0;
+  std::string inverted;
+  for (const Link& link : robot.links()) {
+    shaped += link.collision.empty() ? 0 : 1;
+    for (const ShapeSpec& shape : link.collision) {
+      if (shape.kind != ShapeSpec::Kind::kMesh) continue;
+      const MeshFaults faults = FindMeshFaults(Tessellate(shape));
+      open += faults.open_edges > 0 ? 1 : 0;
+      if (faults.inverted_components > 0) inverted += (inverted.empty() ? "" : ", ") + link.name;
+    }
+  }
+  std::string feet;
+  for (const Dataset::Foot& foot : dataset.feet()) feet += (feet.empty() ? "" : ", ") + foot.link;
+  std::vector<DatasetFinding> findings = {{.severity = Severity::kInfo,
+                                           .check = "robot",
+                                           .file = "",
+                                           .field = "",
+                                           .value = "'" + robot.name() + "', " + std::to_string(robot.num_dofs()) +
+                                                    " degrees of freedom, " + Rounded("%.3f kg", robot.total_mass()),
+                                           .message = std::to_string(robot.links().size()) + " links, " +
+                                                      std::to_string(shaped) + " with collision geometry; feet " +
+                                                      feet + ", sole offset " +
+                                                      Rounded("%.6f m", dataset.sole_offset_m()),
+                                           .fix = ""}};
+  if (!(robot.total_mass() > 0.0)) {
+    findings.push_back({.severity = Severity::kError,
+                        .check = "robot",
+                        .file = "",
+                        .field = "mass",
+                        .value = "0",
+                        .message = "the robot has no mass, so that balance and torques mean nothing",
+                        .fix = "give its links <inertial> elements (COLLADA: a physics model)"});
+  }
+  if (!inverted.empty() || open > 0) {
+    findings.push_back(
+        {.severity = inverted.empty() ? Severity::kInfo : Severity::kWarning,
+         .check = "link meshes",
+         .file = "",
+         .field = inverted,
+         .value = std::to_string(open) + " open",
+         .message = inverted.empty() ? "meshes that are not closed are common for a robot: the solver uses their hulls"
+                                     : "have bodies that are wound inside out: the judge may measure wrong depths",
+         .fix = inverted.empty() ? "" : "turn the triangles of these links' meshes round"});
+  }
+  return findings;
+}
+
+std::vector<DatasetFinding> CheckTrunk(const Dataset& dataset) {
+  const std::vector<int> links = UpperLinks(dataset);
+  Kinematics kinematics(dataset.robot());
+  CollisionQuery query(dataset.collision_model());
+  const int height = dataset.robot().num_dofs() + 2;
+  std::vector<DatasetFinding> findings;
+  for (const Task task : {Task::kPosture, Task::kMotion}) {
+    if (dataset.problems(task).empty()) continue;
+    ProblemIds problems;
+    std::map<int, std::set<int>> by_link;
+    double deepest_m = 0.0;
+    for (const ProblemDefinition& problem : dataset.problems(task)) {
+      for (const Stance& stance : problem.stances) {
+        Eigen::VectorXd x = InitialGuess(dataset, stance, Initialization::kGood);
+        x[height] -= kGoodSoleHeight_m;
+        kinematics.UpdatePoses(x);
+        const Deepest found = DeepestContact(query, kinematics, links);
+        if (found.link < 0) continue;
+        problems[task].insert(problem.id);
+        by_link[found.link].insert(problem.id);
+        deepest_m = std::max(deepest_m, found.depth_m);
+      }
+    }
+    DatasetFinding& finding = findings.emplace_back();
+    finding.check = "trunk in collision";
+    finding.field = ToString(problems);
+    finding.value = std::to_string(problems[task].size()) + " of " + std::to_string(dataset.problems(task).size()) +
+                    " " + std::string(ToString(task)) + " problems";
+    finding.message = "have trunk, arms or head in the scene in the nominal posture over a stance";
+    if (by_link.empty()) continue;
+    finding.severity = Severity::kWarning;
+    finding.message += Rounded(", at most %.2f m deep; deepest link ", deepest_m) + CountByLink(dataset, by_link);
+    finding.fix = "that makes them hard, not wrong; look at them if nobody solves them";
+  }
+  return findings;
+}
+
+}  // namespace legopt

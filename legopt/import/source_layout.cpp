@@ -1,0 +1,166 @@
+#include "legopt/import/source_layout.h"
+
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <functional>
+#include <sstream>
+#include <vector>
+
+#include "legopt/import/collada_document.h"
+#include "legopt/input_error.h"
+#include "legopt/problem/dataset_file.h"
+#include "legopt/problem/problem_file.h"
+#include "legopt/problem/scene_file.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Files = std::vector<fs::path>;
+
+/// All regular files below the folder, sorted.
+Files ListFiles(const fs::path& folder) {
+  Files files;
+  for (auto entry = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied);
+       entry != fs::recursive_directory_iterator(); ++entry) {
+    const bool hidden = entry->path().filename().string().starts_with('.');
+    if (hidden && entry->is_directory()) entry.disable_recursion_pending();
+    if (!hidden && entry->is_regular_file()) files.push_back(entry->path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+Files Select(const Files& files, const std::function<bool(const fs::path&)>& wanted) {
+  Files selected;
+  std::copy_if(files.begin(), files.end(), std::back_inserter(selected), wanted);
+  return selected;
+}
+
+class Finder {
+ public:
+  Finder(const fs::path& folder, const SourceChoices& choices) : folder_(folder), choices_(choices) {
+    if (!fs::is_directory(folder_)) Fail("", "", "the folder does not exist", "name the folder with the files");
+    files_ = ListFiles(folder_);
+  }
+
+  SourceLayout Find() {
+    SourceLayout layout;
+    if (fs::is_regular_file(folder_ / kDatasetFileName)) {
+      const DatasetDescription description = ReadDatasetFile(folder_);
+      layout.robot = Chosen(choices_.robot).value_or(folder_ / description.robot_file);
+      layout.scene = Chosen(choices_.scene).value_or(folder_ / description.scene_file);
+      if (!description.posture_file.empty()) layout.posture = folder_ / description.posture_file;
+      if (!description.motion_file.empty()) layout.motion = folder_ / description.motion_file;
+    } else {
+      layout.robot = Robot();
+      layout.scene = Scene(layout.robot);
+      FindProblems(&layout);
+    }
+    layout.posture = Chosen(choices_.posture).value_or(layout.posture);
+    layout.motion = Chosen(choices_.motion).value_or(layout.motion);
+    layout.collada = layout.robot.extension() != ".urdf";
+    return layout;
+  }
+
+ private:
+  [[noreturn]] void Fail(const std::string& field, const std::string& value, const std::string& message,
+                         const std::string& fix) const {
+    throw InputError({folder_.string(), field, value, message, fix});
+  }
+
+  std::optional<fs::path> Chosen(const std::optional<std::string>& name) const {
+    if (!name) return std::nullopt;
+    for (const fs::path& path : {fs::path(*name), folder_ / *name}) {
+      if (fs::is_regular_file(path)) return fs::absolute(path);
+    }
+    throw InputError({*name, "", "", "there is no such file, here or in " + folder_.string(), "correct the path"});
+  }
+
+  std::string Names(const Files& files) const {
+    std::string names;
+    for (const fs::path& file : files) names += (names.empty() ? "" : ", ") + file.lexically_relative(folder_).string();
+    return names;
+  }
+
+  fs::path TheOnly(const Files& found, const std::string& what, const std::string& flag) const {
+    if (found.size() == 1) return found.front();
+    Fail(what, Names(found), found.empty() ? "there is none" : "there are several", "name it with " + flag + " FILE");
+  }
+
+  fs::path Robot() const {
+    if (const auto chosen = Chosen(choices_.robot)) return *chosen;
+    const Files urdfs = Select(files_, [](const fs::path& file) { return file.extension() == ".urdf"; });
+    if (!urdfs.empty()) return TheOnly(urdfs, "robot (*.urdf)", "--robot");
+    return TheOnly(Select(files_, IsColladaRobot), "robot (*.urdf, or *.zae or *.dae with kinematics)", "--robot");
+  }
+
+  fs::path Scene(const fs::path& robot) const {
+    if (const auto chosen = Chosen(choices_.scene)) return *chosen;
+    if (const auto named = SceneOfEnvironment()) return *named;
+    if (fs::is_regular_file(folder_ / "scene.yaml")) return folder_ / "scene.yaml";
+    const Files meshes = Select(files_, [&](const fs::path& file) {
+      return file.parent_path() == folder_ && file != robot && IsMeshFile(file) && !IsColladaRobot(file);
+    });
+    return TheOnly(meshes, "scene (scene.yaml, or .stl .obj .dae .ply in the folder itself)", "--scene");
+  }
+
+  /// The mesh that an OpenRAVE environment in the folder shows.
+  std::optional<fs::path> SceneOfEnvironment() const {
+    for (const fs::path& file : files_) {
+      if (file.parent_path() != folder_ || file.extension() != ".xml") continue;
+      tinyxml2::XMLDocument document;
+      if (document.LoadFile(file.string().c_str()) != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr ||
+          document.RootElement()->Name() != std::string_view("Environment")) {
+        continue;
+      }
+      const tinyxml2::XMLElement* render = ColladaDocument::FindFirst(*document.RootElement(), "Render");
+      if (render == nullptr || render->GetText() == nullptr) continue;
+      std::string name;
+      std::istringstream(render->GetText()) >> name;  // a scale may follow
+      if (fs::is_regular_file(folder_ / name)) return folder_ / name;
+      throw InputError({file.string(), "<Render>", name, "the scene that the environment shows does not exist",
+                        "fetch it with 'git submodule update --init', or name another with --scene FILE"});
+    }
+    return std::nullopt;
+  }
+
+  void FindProblems(SourceLayout* layout) const {
+    const Files files = Select(files_, [](const fs::path& file) {
+      return file.extension() == ".json" && file.filename().string().starts_with("problems");
+    });
+    for (const fs::path& file : files) {
+      const bool motion = TaskOf(file) == Task::kMotion;
+      if (motion ? choices_.motion.has_value() : choices_.posture.has_value()) continue;
+      fs::path& place = motion ? layout->motion : layout->posture;
+      if (!place.empty()) {
+        Fail(motion ? "motion problems" : "posture problems", Names({place, file}), "there are several files",
+             motion ? "name one with --motion FILE" : "name one with --posture FILE");
+      }
+      place = file;
+    }
+  }
+
+  static Task TaskOf(const fs::path& file) {
+    const ProblemFile problems = ReadProblemFile(file);
+    if (problems.task) return *problems.task;
+    if (!problems.problems.empty()) {
+      return problems.problems.front().stances.size() == 1 ? Task::kPosture : Task::kMotion;
+    }
+    return file.filename().string().find("motion") != std::string::npos ? Task::kMotion : Task::kPosture;
+  }
+
+  fs::path folder_;
+  const SourceChoices& choices_;
+  Files files_;
+};
+
+}  // namespace
+
+SourceLayout FindSources(const fs::path& folder, const SourceChoices& choices) {
+  return Finder(fs::weakly_canonical(folder), choices).Find();
+}
+
+}  // namespace legopt

@@ -1,0 +1,153 @@
+// Policy: `import` makes new folders only and leaves nothing behind when it refuses; the example of docs/datasets.md
+// works, command by command as it stands there.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "bus/lcm_transport.h"
+#include "client/exit_codes.h"
+#include "client/result_source.h"
+#include "program_run.h"
+#include "tests/import/clone_folder.h"
+
+namespace legopt::client {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr int kUsage = static_cast<int>(ExitCode::kUsage);
+
+ProgramResult Import(const test::CloneFolder& clone, std::vector<std::string> more = {}) {
+  std::vector<std::string> words = {"import", clone.path().string(), "--out", "made"};
+  words.insert(words.end(), more.begin(), more.end());
+  return RunLegopt(words, clone.path().parent_path());
+}
+
+/// What stands beside the clone.
+std::vector<std::string> Made(const test::CloneFolder& clone) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(clone.path().parent_path())) {
+    if (entry.path() != clone.path()) names.push_back(entry.path().filename());
+  }
+  return names;
+}
+
+TEST(ImportCommand, MakesADatasetOnceAndSaysWhatItFound) {
+  const test::CloneFolder clone;
+  const ProgramResult first = Import(clone);
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_THAT(first.out, AllOf(HasSubstr("w first: 5 of 5"), HasSubstr("hovering"), HasSubstr("dataset ")))
+      << "hovering feet are looked for, too";
+  EXPECT_THAT(Made(clone), Contains("made"));
+  const ProgramResult again = Import(clone);
+  EXPECT_EQ(again.exit_code, kUsage);
+  EXPECT_THAT(again.err, HasSubstr("exists already"));
+  const ProgramResult checked = RunLegopt({"dataset", "check", "made"}, clone.path().parent_path());
+  EXPECT_EQ(checked.exit_code, 0) << checked.err;
+  EXPECT_THAT(checked.out, HasSubstr("trunk in collision"));
+}
+
+TEST(ImportCommand, AsJson) {
+  const test::CloneFolder clone;
+  const ProgramResult result = Import(clone, {"--format", "json", "--name", "yard"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto report = nlohmann::json::parse(result.out);
+  EXPECT_EQ(report.at("written"), true);
+  EXPECT_EQ(report.at("hash").get<std::string>().size(), 64U);
+  for (const auto& finding : report.at("findings")) {
+    EXPECT_THAT((std::vector<std::string>{"info", "warning"}), Contains(finding.at("severity")));
+    EXPECT_FALSE(finding.at("check").get<std::string>().empty());
+  }
+}
+
+TEST(ImportCommand, BadInputIsNamedAndNothingIsLeft) {
+  const test::CloneFolder clone;
+  const auto error = [&](const std::vector<std::string>& more) {
+    const ProgramResult result = Import(clone, more);
+    EXPECT_EQ(result.exit_code, kUsage) << result.err;
+    EXPECT_TRUE(Made(clone).empty());
+    EXPECT_THAT(result.err, Not(HasSubstr(".partial")));
+    return result.err;
+  };
+  EXPECT_THAT(error({"--feet", "l_fot,r_foot"}), HasSubstr("did you mean 'l_foot'"));
+  EXPECT_THAT(error({"--scene", "nowhere.stl"}), HasSubstr("nowhere.stl"));
+  EXPECT_THAT(error({"--nominal", "l_hip"}), AllOf(HasSubstr("--nominal"), HasSubstr("JOINT=RADIANS")));
+  EXPECT_THAT(error({"--nominal", "l_hop=0.1"}), HasSubstr("l_hip"));
+  EXPECT_THAT(error({"--name", "a b"}), HasSubstr("--name"));
+  EXPECT_THAT(error({"--sole-offset", "-1"}), HasSubstr("--sole-offset"));
+  EXPECT_EQ(RunLegopt({"import", "nowhere", "--out", "made"}, clone.path().parent_path()).exit_code, kUsage);
+  EXPECT_TRUE(Made(clone).empty());
+}
+
+TEST(ImportCommand, AMeshWithHolesIsAFindingAndNoDatasetIsMade) {
+  const test::CloneFolder clone;
+  const fs::path mesh = clone.path() / "destruction_scenarios" / "worlds" / "yard.stl";
+  std::string text = test::ReadText(mesh);
+  text.erase(text.find(" facet"), text.find("endfacet") + 9 - text.find(" facet"));
+  test::WriteText(mesh, text);
+  const ProgramResult result = Import(clone);
+  EXPECT_EQ(result.exit_code, kUsage);
+  EXPECT_THAT(result.out, AllOf(HasSubstr("FAIL"), HasSubstr("holes"), HasSubstr("scene.stl"), HasSubstr("3 of ")));
+  EXPECT_THAT(result.err, HasSubstr("no dataset was made"));
+  EXPECT_TRUE(Made(clone).empty());
+}
+
+/// The commands of a section of docs/datasets.md: indented lines that begin with "legopt", joined at backslashes.
+std::vector<std::vector<std::string>> DocumentedCommands(const std::string& heading) {
+  std::ifstream document(fs::path(LEGOPT_SOURCE_DIR) / "docs" / "datasets.md");
+  std::vector<std::vector<std::string>> commands;
+  bool inside = false, joined = false;
+  for (std::string line; std::getline(document, line);) {
+    if (line.starts_with("## ")) inside = line == "## " + heading;
+    if (!inside || (!joined && !line.starts_with("    legopt "))) continue;
+    if (!joined) commands.emplace_back();
+    std::istringstream words(line.substr(0, line.find('#')));
+    joined = false;
+    for (std::string word; words >> word;) {
+      if (word == "\\") {
+        joined = true;
+      } else {
+        commands.back().push_back(word);
+      }
+    }
+  }
+  return commands;
+}
+
+TEST(BringYourOwn, TheDocumentedExampleWorksFromFilesToTable) {
+  for (const char* program : {"legopt-server", "legopt-worker"}) {
+    if (!fs::exists(BuiltProgram(program))) GTEST_SKIP() << program << " is not built";
+  }
+  if (!bus::ProbeMulticastRoute(bus::LcmOptions{}.group).usable) GTEST_SKIP() << "no multicast route here";
+  const test::TemporaryFolder folder;
+  fs::create_directory_symlink(fs::path(LEGOPT_SOURCE_DIR) / "data", folder.path() / "data");
+  const auto commands = DocumentedCommands("Your own robot, from files to table");
+  ASSERT_GE(commands.size(), 4U);
+  std::string out;
+  for (std::vector<std::string> words : commands) {
+    words.erase(words.begin());  // "legopt"
+    const ProgramResult result = RunLegopt(words, folder.path());
+    ASSERT_EQ(result.exit_code, 0) << testing::PrintToString(words) << result.err;
+    out = result.out;
+  }
+  EXPECT_THAT(out, AllOf(HasSubstr("my-biped"), HasSubstr("SQP")));
+  const auto solved = [&](const std::string& task) {
+    return OpenResults({(folder.path() / "biped.sqlite").string(), {}})
+        ->Query("SELECT count(DISTINCT problem_id) AS n FROM job_list WHERE verdict_strict = 'success' AND task = '" +
+                task + "'")
+        .At(0, "n")
+        .get<int>();
+  };
+  EXPECT_GE(solved("posture"), 6);  // the one under the shelf is hard
+  EXPECT_EQ(solved("motion"), 2);
+}
+
+}  // namespace
+}  // namespace legopt::client

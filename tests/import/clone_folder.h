@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+
+#include "tests/problem/test_data.h"
+
+namespace legopt::test {
+
+/// A folder of these tests in the source tree: "clone" is laid out like a clone of the original benchmark.
+inline std::filesystem::path ImportTestFile(const std::string& name) {
+  return std::filesystem::path(LEGOPT_SOURCE_DIR) / "tests" / "import" / name;
+}
+
+/// A writable copy of the clone.
+class CloneFolder {
+ public:
+  CloneFolder() { std::filesystem::copy(ImportTestFile("clone"), path(), std::filesystem::copy_options::recursive); }
+  std::filesystem::path path() const { return folder_.path() / "clone"; }
+  /// Where a dataset can be made.
+  std::filesystem::path NewFolder(const std::string& name) const {
+    std::filesystem::create_directories(folder_.path() / name);
+    return folder_.path() / name;
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+}  // namespace legopt::test

@@ -1,0 +1,192 @@
+// Policy: a clone of the original benchmark and loose files become datasets that load; what was repaired and what was
+// decided is said; the source stays as it is.
+#include "legopt/import/importer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "legopt/generate/dataset_writer.h"
+#include "legopt/import/footholds.h"
+#include "legopt/problem/dataset.h"
+#include "legopt/problem/problem_file.h"
+#include "tests/import/clone_folder.h"
+#include "tests/problem/synthetic_dataset.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+using test::MessageOf;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+const DatasetFinding* Find(const ImportReport& report, const std::string& check, DatasetFinding::Severity severity) {
+  const auto found = std::find_if(report.findings.begin(), report.findings.end(),
+                                  [&](const DatasetFinding& f) { return f.check == check && f.severity == severity; });
+  return found == report.findings.end() ? nullptr : &*found;
+}
+
+ImportOptions From(const fs::path& source) {
+  ImportOptions options;
+  options.source = source;
+  options.name = "imported";
+  return options;
+}
+
+constexpr auto kInfo = DatasetFinding::Severity::kInfo;
+constexpr auto kWarning = DatasetFinding::Severity::kWarning;
+constexpr auto kError = DatasetFinding::Severity::kError;
+
+TEST(Import, OfACloneOfTheOriginalBenchmark) {
+  const test::CloneFolder clone;
+  const fs::path out = clone.NewFolder("out");
+  const ImportReport report = ImportDataset(From(clone.path()), out);
+  EXPECT_FALSE(AnyError(report.findings));
+  const auto dataset = Dataset::Load(out);
+  EXPECT_EQ(dataset->content_hash(), report.content_hash);
+  EXPECT_EQ(dataset->name(), "imported");
+  EXPECT_EQ(dataset->robot().num_dofs(), test::kSyntheticDofs);
+  EXPECT_EQ(dataset->problems(Task::kPosture).size(), 2U);
+  EXPECT_EQ(dataset->problems(Task::kMotion).size(), 1U);
+  ASSERT_EQ(dataset->feet().size(), 2U) << "the links that the problems name";
+  EXPECT_EQ(dataset->feet()[0].link, "l_foot");
+  EXPECT_NEAR(dataset->sole_offset_m(), test::kSyntheticSoleOffset_m, 1e-6) << "lowest point of the feet and 1 mm";
+  ASSERT_NE(Find(report, "quaternion order", kInfo), nullptr);
+  EXPECT_THAT(Find(report, "quaternion order", kInfo)->value, HasSubstr("w first: 5 of 5"));
+  EXPECT_NE(Find(report, "nominal posture", kWarning), nullptr);
+  EXPECT_EQ(test::ReadText(out / "problems-posture.json"),
+            test::ReadText(clone.path() / "data" / "problemsposture.json"));
+}
+
+TEST(Import, QuaternionsOfTheOtherOrderAreTurned) {
+  const test::CloneFolder clone;
+  const auto straight = Dataset::Load([&] {
+    const fs::path out = clone.NewFolder("straight");
+    ImportDataset(From(clone.path()), out);
+    return out;
+  }());
+  for (const Task task : {Task::kPosture, Task::kMotion}) {
+    const fs::path file = clone.path() / "data" / ("problems" + std::string(ToString(task)) + ".json");
+    ProblemFile problems = ReadProblemFile(file);
+    for (ProblemDefinition& problem : problems.problems) {
+      for (Stance& stance : problem.stances) {
+        for (Foothold& foothold : stance.footholds) {
+          const Eigen::Quaterniond q = foothold.rotation;
+          foothold.rotation = Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w());  // written as x y z w
+        }
+      }
+    }
+    test::WriteText(file, FormatProblems(problems.problems, task, "tiny", "yard"));
+  }
+  const fs::path out = clone.NewFolder("turned");
+  const ImportReport report = ImportDataset(From(clone.path()), out);
+  EXPECT_FALSE(AnyError(report.findings));
+  EXPECT_THAT(Find(report, "quaternion order", kInfo)->message, HasSubstr("turned into w x y z"));
+  const auto turned = Dataset::Load(out);
+  for (const Task task : {Task::kPosture, Task::kMotion}) {
+    EXPECT_EQ(turned->problems(task), straight->problems(task));
+  }
+}
+
+TEST(Import, OfAUrdfWithMeshesInPackages) {
+  const test::TemporaryFolder folder;
+  const test::SyntheticFolder synthetic(folder.path() / "ws" / "description");
+  const fs::path source = synthetic.path();
+  fs::remove(source / "dataset.yaml");
+  fs::create_directories(source / "models" / "a");
+  fs::copy(source / "meshes" / "rock.obj", source / "models" / "a" / "head.obj");
+  test::ReplaceInFile(source / "robot.urdf", "<box size='0.1 0.1 0.1'/>",
+                      "<mesh filename='package://description/models/a/head.obj' scale='0.1 0.1 0.1'/>");
+  test::ReplaceInFile(source / "robot.urdf", "<link name='lidar_link'/>",
+                      "<link name='lidar_link'><visual><geometry><sphere radius='1'/></geometry></visual></link>");
+  fs::create_directories(folder.path() / "out");
+  const ImportReport report = ImportDataset(From(source), folder.path() / "out");
+  EXPECT_FALSE(AnyError(report.findings));
+  ASSERT_NE(Find(report, "robot", kWarning), nullptr);
+  EXPECT_EQ(Find(report, "robot", kWarning)->value, "lidar_link");
+  fs::remove_all(source);
+  const auto dataset = Dataset::Load(folder.path() / "out");
+  EXPECT_TRUE(fs::exists(folder.path() / "out" / "meshes" / "head.obj"));
+  EXPECT_TRUE(fs::exists(folder.path() / "out" / "scene" / "meshes" / "rock.obj"));
+  EXPECT_EQ(dataset->scene().objects.size(), 3U);
+}
+
+TEST(Import, OfADatasetKeepsItsConstants) {
+  const test::TemporaryFolder folder;
+  const test::SyntheticFolder synthetic(folder.path() / "in");
+  fs::create_directories(folder.path() / "out");
+  const ImportReport report = ImportDataset(From(synthetic.path()), folder.path() / "out");
+  EXPECT_FALSE(AnyError(report.findings));
+  const auto dataset = Dataset::Load(folder.path() / "out");
+  EXPECT_EQ(dataset->nominal_joints(), Dataset::Load(synthetic.path())->nominal_joints());
+  EXPECT_EQ(dataset->sole_offset_m(), test::kSyntheticSoleOffset_m);
+}
+
+TEST(Import, InvertedScenesAreRefusedOrTurned) {
+  const test::CloneFolder clone;
+  const fs::path mesh = clone.path() / "destruction_scenarios" / "worlds" / "yard.obj";
+  test::WriteText(mesh,
+                  "v -9 -9 -1\nv 9 -9 -1\nv 9 9 -1\nv -9 9 -1\nv -9 -9 0\nv 9 -9 0\nv 9 9 0\nv -9 9 0\n"
+                  "f 1 2 3 4\nf 5 8 7 6\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n");
+  test::ReplaceInFile(clone.path() / "LegOptEnv.xml", "yard.stl", "yard.obj");
+  const ImportReport refused = ImportDataset(From(clone.path()), clone.NewFolder("refused"));
+  ASSERT_NE(Find(refused, "winding", kError), nullptr);
+  EXPECT_THAT(Find(refused, "winding", kError)->fix, HasSubstr("--fix-winding"));
+  ImportOptions options = From(clone.path());
+  options.fix_winding = true;
+  const ImportReport turned = ImportDataset(options, clone.NewFolder("turned"));
+  EXPECT_FALSE(AnyError(turned.findings));
+  EXPECT_THAT(Find(turned, "winding", kInfo)->value, HasSubstr("1 bodies"));
+  const test::SyntheticFolder objects(clone.NewFolder("objects"));
+  options.source = objects.path();
+  EXPECT_THAT(MessageOf([&] { ImportDataset(options, clone.NewFolder("unmade")); }), HasSubstr("--fix-winding"));
+}
+
+TEST(Import, ARobotWithoutFeetIsRefused) {
+  const test::CloneFolder clone;
+  fs::remove_all(clone.path() / "data");
+  const auto error = [&](const ImportOptions& options) {
+    return MessageOf([&] { ImportDataset(options, clone.NewFolder("out")); });
+  };
+  EXPECT_THAT(error(From(clone.path())), AllOf(HasSubstr("tiny.zae"), HasSubstr("--feet"), HasSubstr("l_foot")));
+  ImportOptions options = From(clone.path());
+  options.feet = {"l_fot"};
+  EXPECT_THAT(error(options), AllOf(HasSubstr("l_fot"), HasSubstr("did you mean 'l_foot'"), Not(HasSubstr("/out"))));
+  options.feet = {"camera"};
+  EXPECT_THAT(error(options), AllOf(HasSubstr("camera"), HasSubstr("no collision geometry")));
+  options.feet = {"l_foot", "r_foot"};
+  const ImportReport report = ImportDataset(options, clone.NewFolder("out"));
+  EXPECT_NE(Find(report, "problems", kWarning), nullptr) << "a dataset for generate problems";
+}
+
+TEST(Import, ErrorsNameTheUsersFiles) {
+  const test::CloneFolder clone;
+  const fs::path problems = clone.path() / "data" / "problemsposture.json";
+  test::ReplaceInFile(problems, "l_foot,1 0 0 0 0 0.1 0 ,r_foot", "l_hand,1 0 0 0 0 0.1 0 ,r_foot");
+  ImportOptions options = From(clone.path());
+  options.feet = {"l_foot", "r_foot"};
+  EXPECT_THAT(MessageOf([&] { ImportDataset(options, clone.NewFolder("out")); }),
+              AllOf(HasSubstr(problems.string()), HasSubstr("l_hand"), HasSubstr("not a foot")));
+}
+
+TEST(Import, OfTheLegOptDataFindsTheirKnownFaults) {
+  LEGOPT_SKIP_WITHOUT_TEST_DATA();
+  const test::TemporaryFolder folder;
+  const ImportReport report = ImportDataset(From(test::LegOptFolder()), folder.path());
+  EXPECT_FALSE(AnyError(report.findings));
+  const auto dataset = Dataset::Load(folder.path());
+  const auto bare = Dataset::Load(test::LegOptFolder());
+  EXPECT_EQ(dataset->sole_offset_m(), bare->sole_offset_m());
+  EXPECT_EQ(dataset->nominal_joints(), bare->nominal_joints());
+  EXPECT_EQ(dataset->problems(Task::kMotion), bare->problems(Task::kMotion));
+  EXPECT_NE(Find(report, "quaternion order", kInfo), nullptr);
+  const DatasetFinding* hovering = Find(report, "hovering feet", kWarning);
+  ASSERT_NE(hovering, nullptr);
+  EXPECT_THAT(hovering->value, HasSubstr("57 of 3655 footholds, median 82.4 mm"));
+  EXPECT_THAT(hovering->field, HasSubstr("posture 39; motion 1-2,"));
+  EXPECT_THAT(hovering->message, HasSubstr("sole offset"));
+}
+
+}  // namespace
+}  // namespace legopt
