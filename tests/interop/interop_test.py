@@ -100,7 +100,7 @@ class WorkerTest(unittest.TestCase):
         self.assertGreater(counters["objects_sent"], 0, "a lease reply of many jobs is large")
         # The judge says the same of what comes out.
         exported = deployment.folder / "exported.json"
-        deployment.client("export", 1, "--out", exported)
+        deployment.client("export", 1, "--dataset", DATASET, "--out", exported)
         judged = json.loads(deployment.client("evaluate", exported, "--dataset", DATASET, "--format", "json"))
         self.assertEqual(
             [(each["problem"], each["cost"], each["verdict_literal"], each["verdict_strict"])
