@@ -115,12 +115,13 @@ class Runs {
     const std::array workers = {Worker(), Worker()};
     const std::int64_t experiment = deployment_.Submit(spec_, "killed");
     const std::string at_work =
-        "SELECT count(DISTINCT worker) FROM job_list WHERE state = 'done' AND experiment_id = " +
+        "SELECT count(DISTINCT worker_id) FROM attempts JOIN job_list USING (job_id) WHERE outcome = 'finished' AND "
+        "experiment_id = " +
         std::to_string(experiment);
     deployment_.WaitFor(
         experiment,
-        [&](const nlohmann::json& /*status*/) {
-          return deployment_.Query(at_work).at(0) == std::to_string(workers.size());
+        [&](const nlohmann::json& status) {
+          return status.at("state") != "active" || deployment_.Query(at_work).at(0) == std::to_string(workers.size());
         },
         kPatience);
     auto next = Clock::now();
