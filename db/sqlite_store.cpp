@@ -25,7 +25,7 @@ std::unique_ptr<Store> OpenSqliteStore(const std::filesystem::path& path) {
   // Before the lock file is made beside it: SQLite opens a device, and fails later.
   if (const auto status = std::filesystem::status(path, error);
       std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    throw StoreError(StoreErrorCode::kNotLegopt,
+    throw StoreError(StoreErrorCode::kUnwritable,
                      path.string() + ": is not a file; name a file, which is created when it is missing");
   }
   return std::make_unique<SqliteStore>(path);
