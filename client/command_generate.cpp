@@ -64,21 +64,41 @@ struct DatasetFlags {
   DatasetOptions options;
 };
 
-void AddInstanceFlags(CLI::App& app, DatasetFlags* flags) {
+/// What decides which stances there are.
+CLI::Option* AddStanceFlags(CLI::App& app, DatasetFlags* flags) {
   DatasetOptions& options = flags->options;
   app.add_option("--name", flags->name, "Name of the dataset (default: that of the folder)");
-  app.add_option("--stances", options.stances, "Stances sampled")->capture_default_str();
-  app.add_option("--same-floor", options.same_floor, "Motion problems on one floor")->capture_default_str();
-  app.add_option("--different-floors", options.different_floors, "Motion problems between floors")
-      ->capture_default_str();
-  app.add_option("--postures", options.postures, "Posture problems")->capture_default_str();
   app.add_option("--radius", options.radius_m, "Largest distance of the feet, m (default: by the robot's size)");
   app.add_option("--slope", options.slope_rad, "Steepest ground, rad (default: 0.45)");
   options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   app.add_option("--threads", options.threads, "The result does not depend on it (default: all cores)");
+  return app.add_option("--stances", options.stances, "Stances sampled")->capture_default_str();
 }
 
-ExitCode BuildDataset(const DatasetFlags& flags) {
+void AddInstanceFlags(CLI::App& app, DatasetFlags* flags) {
+  DatasetOptions& options = flags->options;
+  CLI::Option* stances = AddStanceFlags(app, flags);
+  app.add_option("--proven", options.proven,
+                 "Solution file: its stances that have a posture, instead of sampling and proving some here")
+      ->excludes(stances);
+  app.add_option("--same-floor", options.same_floor, "Motion problems on one floor")->capture_default_str();
+  app.add_option("--different-floors", options.different_floors, "Motion problems between floors")
+      ->capture_default_str();
+  app.add_option("--postures", options.postures, "Posture problems")->capture_default_str();
+}
+
+/// Adds what is the same for all datasets: where robot and scene come from.
+void AddSourceFlags(CLI::App& app, DatasetFlags* flags) {
+  app.add_option("--from", flags->from, "Dataset folder with the robot and the scene; its problems are not used")
+      ->required();
+  app.add_option("--seed", flags->scenario.seed, "All random draws follow from it")->capture_default_str();
+  app.add_option("--out", flags->scenario.out, "Folder to make; it must not exist")->required();
+}
+
+using Build = DatasetReport (*)(const DatasetOptions&, const std::filesystem::path&, const BuildProgress&);
+
+/// Makes the folder by `build`, and says what was asked for as its identity.
+DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Build build) {
   DatasetOptions options = flags.options;
   const std::filesystem::path out = std::filesystem::path(flags.scenario.out).lexically_normal();
   options.name = !flags.name.empty() ? flags.name : (out.has_filename() ? out : out.parent_path()).filename().string();
@@ -92,21 +112,32 @@ ExitCode BuildDataset(const DatasetFlags& flags) {
   }
   options.Validate();
   const std::string source = Dataset::Load(options.robot_folder)->content_hash();
-  NewFolder folder(out, options.Identity() + ", from " + source + "\n");
+  NewFolder folder(out, what + options.Identity() + ", from " + source + "\n");
   GenerationProgress progress;
-  const DatasetReport report = legopt::BuildDataset(
-      options, folder.path(), [&](const std::string& stage, double done, double total, const std::string& unit) {
+  DatasetReport report =
+      build(options, folder.path(), [&](const std::string& stage, double done, double total, const std::string& unit) {
         progress.Show(stage, done, total, unit);
       });
   progress.Break();
   folder.Finish();
+  if (!report.tally.empty()) std::cout << "stances: " << report.tally << "\n";
+  return report;
+}
+
+ExitCode MakeDataset(const DatasetFlags& flags) {
+  const DatasetReport report = BuildFolder(flags, "", BuildDataset);
   for (const HistogramRow& row : report.histograms) {
     std::cout << row.heading << "\n\n";
     for (const Histogram& histogram : row.histograms) std::cout << FormatHistogram(histogram) << "\n";
   }
-  if (!report.tally.empty()) std::cout << "stances: " << report.tally << "\n";
   std::cout << "plans: " << report.pairs_tried << " pairs tried, at most " << report.largest_motion
             << " stances per motion\ndataset " << report.content_hash << "\n";
+  return ExitCode::kOk;
+}
+
+ExitCode MakeCandidates(const DatasetFlags& flags) {
+  const DatasetReport report = BuildFolder(flags, "candidates, ", BuildCandidates);
+  std::cout << "dataset " << report.content_hash << "\n";
   return ExitCode::kOk;
 }
 
@@ -129,20 +160,21 @@ void AddGenerateCommand(CLI::App& app, Invocation* invocation) {
   dataset->add_option("--robot", dataset_flags->robot,
                       "Dataset folder whose robot is used (default: the embedded one's)");
   AddInstanceFlags(*dataset, dataset_flags.get());
-  dataset->callback([=] { invocation->body = [dataset_flags] { return BuildDataset(*dataset_flags); }; });
+  dataset->callback([=] { invocation->body = [dataset_flags] { return MakeDataset(*dataset_flags); }; });
 
   auto* problems =
       generate->add_subcommand("problems", "Stances, footstep plans and problems for a robot and scene of yours");
   const auto problem_flags = std::make_shared<DatasetFlags>();
-  problems
-      ->add_option("--from", problem_flags->from,
-                   "Dataset folder with the robot and the scene; its problems are not used")
-      ->required();
-  problems->add_option("--seed", problem_flags->scenario.seed, "All random draws follow from it")
-      ->capture_default_str();
-  problems->add_option("--out", problem_flags->scenario.out, "Folder to make; it must not exist")->required();
+  AddSourceFlags(*problems, problem_flags.get());
   AddInstanceFlags(*problems, problem_flags.get());
-  problems->callback([=] { invocation->body = [problem_flags] { return BuildDataset(*problem_flags); }; });
+  problems->callback([=] { invocation->body = [problem_flags] { return MakeDataset(*problem_flags); }; });
+
+  auto* candidates = generate->add_subcommand(
+      "candidates", "Stances whose feasibility nobody has checked yet, as posture problems for the worker pool");
+  const auto candidate_flags = std::make_shared<DatasetFlags>();
+  AddSourceFlags(*candidates, candidate_flags.get());
+  AddStanceFlags(*candidates, candidate_flags.get());
+  candidates->callback([=] { invocation->body = [candidate_flags] { return MakeCandidates(*candidate_flags); }; });
 }
 
 }  // namespace legopt::client

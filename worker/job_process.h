@@ -9,9 +9,8 @@ namespace legopt::worker {
 ///
 /// Guards set up before anything is loaded (Linux):
 ///  - the process dies with its supervisor `supervisor_pid` (PR_SET_PDEATHSIG), whatever it is doing;
-///  - no core files, few descriptors; after loading no further processes (seccomp: fork, clone without CLONE_THREAD and
-///  exec fail
-///    with EPERM), since RLIMIT_NPROC does not bind root;
+///  - no core files, few descriptors; after loading no further processes (seccomp: fork, clone without CLONE_THREAD
+///    and exec fail with EPERM), since RLIMIT_NPROC does not bind root;
 ///  - per job the address space may grow by `memory_limit_bytes` of the lease (RLIMIT_AS); when that is not enough the
 ///    process exits with kChildOutOfMemory: from operator new, on std::bad_alloc, and on a crash at a null pointer or
 ///    abort right after an allocation had failed;

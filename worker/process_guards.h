@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 namespace legopt::worker {
 
 /// What keeps a job process from harming its host and its neighbours; see job_process.h. All act on the calling
@@ -19,9 +17,6 @@ void ReportMemoryExhaustion();
 /// Denies new processes and other programs from now on; threads stay possible. Returns false where the kernel or the
 /// architecture offers no filter (the process group is then the only containment).
 bool ForbidNewProcesses();
-
-/// Lets the address space grow by `extra_bytes` from here; 0 lifts the limit.
-void LimitMemoryGrowth(std::int64_t extra_bytes);
 
 /// Starts anew with the peak of the resident size, where the kernel allows it.
 void ResetPeakMemory();

@@ -1,187 +1,156 @@
 #include "legopt/collision/mesh.h"
 
-#include <assimp/BaseImporter.h>
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-
 #include <algorithm>
-#include <array>
-#include <assimp/Importer.hpp>
+#include <cstdint>
 #include <cstring>
-#include <exception>
 #include <filesystem>
-#include <memory>
-#include <set>
-#include <string>
-#include <unordered_map>
-#include <vector>
+#include <optional>
+#include <string_view>
 
 #include "legopt/collision/mesh_file_check.h"
+#include "legopt/collision/mesh_reader.h"
 #include "legopt/input_error.h"
+#include "legopt/isolated_call.h"
 
 namespace legopt {
 namespace {
 
-[[noreturn]] void Refuse(const std::string& path, const std::string& field, const std::string& value,
-                         const std::string& message, const std::string& fix) {
-  throw InputError({path, field, value, message, fix});
-}
+// What the reading process answers: a mesh or the fault of the file, each as counted sequences.
+constexpr char kMeshFollows = 'M';
+constexpr char kFaultFollows = 'F';
 
-constexpr const char* kExportAgain = "export the mesh again or repair it";
-
-/// Assimp also tries every other format whose mark it finds in the file; those readers are never needed, and each is
-/// one more to be attacked.
-void KeepNeededReaders(Assimp::Importer& importer) {
-  std::vector<Assimp::BaseImporter*> others;
-  for (std::size_t i = 0; i < importer.GetImporterCount(); ++i) {
-    std::set<std::string> suffixes;
-    importer.GetImporter(i)->GetExtensionList(suffixes);
-    const bool needed = std::any_of(suffixes.begin(), suffixes.end(), [](const std::string& suffix) {
-      return suffix == "stl" || suffix == "obj" || suffix == "dae" || suffix == "ply";
-    });
-    if (!needed) others.push_back(importer.GetImporter(i));
-  }
-  for (Assimp::BaseImporter* reader : others) {
-    const std::unique_ptr<Assimp::BaseImporter> ours(reader);  // no longer the importer's once it is unregistered
-    importer.UnregisterLoader(reader);
-  }
-}
-
-/// Cuts polygons into triangles. Assimp's step for that trusts what its readers say of a mesh: it reads vertices by
-/// indices that nobody checked, and ends the process where the stated kinds of faces are not those that are there. So
-/// both are looked at before, and a mesh without polygons is left alone.
-const aiScene* Triangulate(Assimp::Importer& importer, const std::string& path) {
-  bool has_polygons = false;
-  const aiScene& scene = *importer.GetScene();
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    aiMesh& mesh = *scene.mMeshes[m];
-    mesh.mPrimitiveTypes &= ~static_cast<unsigned>(aiPrimitiveType_POLYGON);
-    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
-      const aiFace& face = mesh.mFaces[i];
-      for (unsigned corner = 0; corner < face.mNumIndices; ++corner) {
-        if (face.mIndices[corner] >= mesh.mNumVertices) {
-          Refuse(path, "face " + std::to_string(i), std::to_string(face.mIndices[corner]), "there is no such vertex",
-                 kExportAgain);
-        }
-      }
-      if (face.mNumIndices > 3) mesh.mPrimitiveTypes |= aiPrimitiveType_POLYGON;
-    }
-    has_polygons = has_polygons || (mesh.mPrimitiveTypes & aiPrimitiveType_POLYGON) != 0;
-  }
-  return has_polygons ? importer.ApplyPostProcessing(aiProcess_Triangulate) : &scene;
-}
-
-/// Exact coordinates as a hash key; -0.0 and 0.0 are one point.
-struct VertexKey {
-  std::array<double, 3> xyz;
-  bool operator==(const VertexKey& other) const { return xyz == other.xyz; }
-};
-
-struct VertexHash {
-  std::size_t operator()(const VertexKey& key) const {
-    std::uint64_t hash = 0x9E3779B97F4A7C15ULL;
-    for (double c : key.xyz) {
-      std::uint64_t bits = 0;
-      std::memcpy(&bits, &c, sizeof(bits));
-      hash = (hash ^ bits) * 0xFF51AFD7ED558CCDULL;
-      hash ^= hash >> 32;
-    }
-    return hash;
-  }
-};
-
-/// Collects triangles of the file's nodes in order and welds their vertices.
-class MeshBuilder {
+class AnswerWriter {
  public:
-  MeshBuilder(const std::string& path, const Eigen::Vector3d& scale)
-      : path_(path), scale_(scale), mirrored_(scale.prod() < 0.0) {}
+  explicit AnswerWriter(char kind) : bytes_(1, kind) {}
 
-  void AddNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, int depth = 0) {
-    constexpr int kMaxDepth = 100;
-    if (depth > kMaxDepth) Refuse(path_, "node", node.mName.C_Str(), "is nested too deeply", kExportAgain);
-    const aiMatrix4x4 transform = parent * node.mTransformation;
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-      if (node.mMeshes[i] >= scene.mNumMeshes) Refuse(path_, "node", node.mName.C_Str(), "has no mesh", kExportAgain);
-      AddMesh(*scene.mMeshes[node.mMeshes[i]], transform);
-    }
-    for (unsigned i = 0; i < node.mNumChildren; ++i) AddNode(scene, *node.mChildren[i], transform, depth + 1);
+  template <typename Sequence>
+  void Add(const Sequence& values) {
+    const std::uint64_t count = values.size();
+    bytes_.append(reinterpret_cast<const char*>(&count), sizeof(count));
+    bytes_.append(reinterpret_cast<const char*>(values.data()), count * sizeof(*values.data()));
   }
 
-  TriangleMesh Take() { return std::move(mesh_); }
+  std::string Take() { return std::move(bytes_); }
 
  private:
-  void AddMesh(const aiMesh& source, const aiMatrix4x4& transform) {
-    std::vector<int> index(source.mNumVertices);
-    for (unsigned i = 0; i < source.mNumVertices; ++i) index[i] = AddVertex(transform * source.mVertices[i]);
-    const bool flip = mirrored_ != (transform.Determinant() < 0.0F);
-    for (unsigned i = 0; i < source.mNumFaces; ++i) {
-      const aiFace& face = source.mFaces[i];
-      if (face.mNumIndices != 3) continue;  // points and lines
-      std::array<int, 3> triangle = {index[face.mIndices[0]], index[face.mIndices[1]], index[face.mIndices[2]]};
-      if (flip) std::swap(triangle[1], triangle[2]);
-      if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) continue;
-      mesh_.triangles.push_back(triangle);
-    }
-  }
-
-  int AddVertex(const aiVector3D& v) {
-    const Eigen::Vector3d point = scale_.cwiseProduct(Eigen::Vector3d(v.x, v.y, v.z));
-    if (!point.allFinite()) {
-      Refuse(path_, "vertex", std::to_string(v.x) + " " + std::to_string(v.y) + " " + std::to_string(v.z),
-             "coordinate is not a finite number", kExportAgain);
-    }
-    const VertexKey key{{point.x() + 0.0, point.y() + 0.0, point.z() + 0.0}};
-    const auto [it, inserted] = index_.try_emplace(key, static_cast<int>(mesh_.vertices.size()));
-    if (inserted) mesh_.vertices.push_back(point);
-    return it->second;
-  }
-
-  const std::string& path_;
-  const Eigen::Vector3d scale_;
-  const bool mirrored_;
-  TriangleMesh mesh_;
-  std::unordered_map<VertexKey, int, VertexHash> index_;
+  std::string bytes_;
 };
 
-constexpr const char* kFormats = "give an STL, OBJ, DAE or PLY file with triangles";
+/// The reading process may have been corrupted: its answer is checked like any other input.
+class AnswerReader {
+ public:
+  explicit AnswerReader(std::string_view bytes) : rest_(bytes) {}
+
+  template <typename Sequence>
+  bool Read(Sequence& values) {
+    std::uint64_t count = 0;
+    if (rest_.size() < sizeof(count)) return false;
+    std::memcpy(&count, rest_.data(), sizeof(count));
+    rest_.remove_prefix(sizeof(count));
+    if (count > rest_.size() / sizeof(*values.data())) return false;
+    values.resize(count);
+    const std::size_t size = count * sizeof(*values.data());
+    if (size > 0) std::memcpy(static_cast<void*>(values.data()), rest_.data(), size);
+    rest_.remove_prefix(size);
+    return true;
+  }
+
+  bool at_end() const { return rest_.empty(); }
+
+ private:
+  std::string_view rest_;
+};
+
+std::string EncodeFault(const InputError::Fault& fault) {
+  AnswerWriter answer(kFaultFollows);
+  for (const std::string* text : {&fault.file, &fault.field, &fault.value, &fault.message, &fault.fix}) {
+    answer.Add(*text);
+  }
+  return answer.Take();
+}
+
+std::string EncodeMesh(const TriangleMesh& mesh) {
+  AnswerWriter answer(kMeshFollows);
+  answer.Add(mesh.vertices);
+  answer.Add(mesh.triangles);
+  return answer.Take();
+}
+
+std::optional<InputError::Fault> DecodeFault(std::string_view bytes) {
+  InputError::Fault fault;
+  AnswerReader answer(bytes);
+  for (std::string* text : {&fault.file, &fault.field, &fault.value, &fault.message, &fault.fix}) {
+    if (!answer.Read(*text)) return std::nullopt;
+  }
+  return answer.at_end() ? std::optional(fault) : std::nullopt;
+}
+
+std::optional<TriangleMesh> DecodeMesh(std::string_view bytes) {
+  TriangleMesh mesh;
+  AnswerReader answer(bytes);
+  if (!answer.Read(mesh.vertices) || !answer.Read(mesh.triangles) || !answer.at_end()) return std::nullopt;
+  const int count = static_cast<int>(mesh.vertices.size());
+  const auto in_range = [count](int index) { return index >= 0 && index < count; };
+  for (const std::array<int, 3>& triangle : mesh.triangles) {
+    if (!std::all_of(triangle.begin(), triangle.end(), in_range)) return std::nullopt;
+  }
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    if (!vertex.allFinite()) return std::nullopt;
+  }
+  return mesh;
+}
+
+[[noreturn]] void RefuseUnread(const std::string& path, const std::string& reason) {
+  throw InputError({path, "", "", "mesh cannot be read: " + reason, "export the mesh again or repair it"});
+}
+
+/// Some seventy times the time and thirty times the memory that sound files take: OBJ and DAE files of 35 MB are read
+/// at 30 MB/s, in 7 bytes per byte.
+IsolationLimits LimitsFor(std::uintmax_t file_bytes) {
+  constexpr std::uintmax_t kBytesPerCpuSecond = 500'000;
+  constexpr std::int64_t kBytesPerByte = 200;
+  constexpr std::int64_t kBaseBytes = std::int64_t{1} << 29;
+  IsolationLimits limits;
+  limits.cpu_s = 5 + static_cast<int>(file_bytes / kBytesPerCpuSecond);
+  limits.wall_s = 60 + 10 * limits.cpu_s;
+  limits.memory_bytes = kBaseBytes + kBytesPerByte * static_cast<std::int64_t>(file_bytes);
+  return limits;
+}
 
 }  // namespace
 
 TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
-    Refuse(path, "", "", "mesh file does not exist or is not a file", "check the path and mesh_folder");
+    throw InputError({path, "", "", "mesh file does not exist or is not a file", "check the path and mesh_folder"});
   }
   if (!scale.allFinite() || (scale.array() == 0.0).any()) {
-    Refuse(path, "scale", std::to_string(scale.x()) + " " + std::to_string(scale.y()) + " " + std::to_string(scale.z()),
-           "mesh scale must be finite and not zero", "give three factors such as 0.001 0.001 0.001");
+    const std::string factors =
+        std::to_string(scale.x()) + " " + std::to_string(scale.y()) + " " + std::to_string(scale.z());
+    throw InputError({path, "scale", factors, "mesh scale must be finite and not zero",
+                      "give three factors such as 0.001 0.001 0.001"});
   }
   CheckMeshFile(path);
-  Assimp::Importer importer;
-  KeepNeededReaders(importer);
-  // As in ROS tools: vertices are taken in the axes they were authored in; units are converted to metres.
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const aiScene* scene = nullptr;
-  std::string reason;
+  const auto read = [&path, &scale] {
+    try {
+      return EncodeMesh(ReadMesh(path, scale));
+    } catch (const InputError& fault) {
+      return EncodeFault(fault.fault());
+    }
+  };
+  std::string answer;
   try {
-    scene = importer.ReadFile(path, 0);
-    if (scene != nullptr) scene = Triangulate(importer, path);
-    reason = importer.GetErrorString();
-  } catch (const InputError&) {
-    throw;
-  } catch (const std::exception& e) {  // assimp lets a few through on damaged files
-    scene = nullptr;
-    reason = e.what();
+    answer = CallIsolated(read, LimitsFor(std::filesystem::file_size(path, error)));
+  } catch (const IsolatedCallFailed& failure) {
+    RefuseUnread(path, std::string("its reader failed: ") + failure.what());
   }
-  if (scene == nullptr || scene->mRootNode == nullptr) {
-    Refuse(path, "", "", "mesh cannot be read: " + (reason.empty() ? "unknown fault" : reason), kFormats);
+  const std::string_view content = answer;
+  if (content.starts_with(kFaultFollows)) {
+    if (std::optional<InputError::Fault> fault = DecodeFault(content.substr(1))) throw InputError(std::move(*fault));
+  } else if (content.starts_with(kMeshFollows)) {
+    if (std::optional<TriangleMesh> mesh = DecodeMesh(content.substr(1))) return std::move(*mesh);
   }
-  MeshBuilder builder(path, scale);
-  builder.AddNode(*scene, *scene->mRootNode, aiMatrix4x4());
-  TriangleMesh mesh = builder.Take();
-  if (mesh.triangles.empty()) Refuse(path, "", "", "mesh has no triangles", kFormats);
-  return mesh;
+  RefuseUnread(path, "its reader gave no answer that makes sense");
 }
 
 }  // namespace legopt

@@ -21,8 +21,9 @@ struct TriangleMesh {
 /// `scale` multiplies each axis; an odd number of negative factors also turns the winding round, so that outside stays
 /// outside. Vertices with identical coordinates are welded; triangles with two equal corners after that are dropped.
 /// DAE files: lengths are converted to metres by the file's unit; axes are taken as authored (no up-axis turn, as in
-/// ROS). Prints nothing. Thread-safe. Throws InputError: file missing, unreadable or of another format, no triangles, a
-/// coordinate or scale that is not finite.
+/// ROS). The file is read in a process of its own with limits (CallIsolated), since damaged ones crash the reader or
+/// keep it for ever. Prints nothing. Thread-safe. Throws InputError: file missing, unreadable or of another format, no
+/// triangles, a coordinate or scale that is not finite, a reader that crashed or exceeded its limits.
 TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale = Eigen::Vector3d::Ones());
 
 /// Triangles of any shape, in the frame of the shape's owner (`shape.pose` applied).

@@ -14,6 +14,8 @@
 #include "legopt/evaluate/solution_file.h"
 #include "legopt/generate/dataset_writer.h"
 #include "legopt/generate/parallel.h"
+#include "legopt/generate/posture_selection.h"
+#include "legopt/generate/proven_stances.h"
 #include "legopt/generate/seeds.h"
 #include "legopt/generate/stance_features.h"
 #include "legopt/generate/text_file.h"
@@ -43,17 +45,19 @@ class Builder {
       : options_(options), folder_(std::move(folder)), progress_(progress) {}
 
   DatasetReport Build() {
-    PrepareFolder();
-    dataset_ = Dataset::Load(folder_);
-    CheckScene();
-    ProbeOptions probe = ProbeOptions::For(*dataset_);
-    probe.reach_m = options_.radius_m.value_or(probe.reach_m);
-    probe.slope_rad = options_.slope_rad.value_or(probe.slope_rad);
-    model_ = ProbeModel::Build(dataset_, probe);
+    PrepareModel();
     const std::vector<Stance> stances = Stances();
     Plan(stances);
     SelectPostures();
     Describe();
+    FinishPostures();
+    Finish();
+    return std::move(report_);
+  }
+
+  DatasetReport BuildCandidates() {
+    PrepareModel();
+    WriteTextFile(folder_ / kPostureFile, FormatStances(Sample(false)));
     Finish();
     return std::move(report_);
   }
@@ -63,17 +67,19 @@ class Builder {
     if (progress_) progress_(stage, done, total, unit);
   }
   void PrepareFolder();
+  void PrepareModel();
   void MakeScene();
   void CheckScene() const;
   std::vector<Stance> Stances();
+  std::vector<Stance> Sample(bool prove);
+  std::string FormatStances(const std::vector<Stance>& stances) const;
   void Plan(const std::vector<Stance>& stances);
   void SelectPostures();
-  std::vector<Proven> ProveClusters(const std::vector<Stance>& stances,
-                                    const std::vector<std::vector<int>>& clusters) const;
   std::vector<Stance> DifferentStances() const;
   std::vector<StanceFeatures> Features(const std::vector<Stance>& stances) const;
   void Describe();
   void DescribePlans(const std::vector<std::pair<FloorChange, PlannedPair>>& tried) const;
+  void FinishPostures() const;
   void Finish();
   std::string scenario_name() const { return options_.name; }
 
@@ -122,6 +128,16 @@ void Builder::PrepareFolder() {
   WriteManifestHashes(folder_);
 }
 
+void Builder::PrepareModel() {
+  PrepareFolder();
+  dataset_ = Dataset::Load(folder_);
+  CheckScene();
+  ProbeOptions probe = ProbeOptions::For(*dataset_);
+  probe.reach_m = options_.radius_m.value_or(probe.reach_m);
+  probe.slope_rad = options_.slope_rad.value_or(probe.slope_rad);
+  model_ = ProbeModel::Build(dataset_, probe);
+}
+
 /// Solver and judge disagree about a mesh that is not closed and wound outwards.
 void Builder::CheckScene() const {
   for (const SceneObject& object : dataset_->scene().objects) {
@@ -144,19 +160,30 @@ std::vector<Stance> Builder::Stances() {
     for (const ProblemDefinition& problem : ReadProblemFile(path).problems) stances.push_back(problem.stances.front());
     return stances;
   }
+  stances = options_.proven ? ReadProvenStances(dataset_, *options_.proven) : Sample(true);
+  WriteTextFile(path, FormatStances(stances));
+  return stances;
+}
+
+std::vector<Stance> Builder::Sample(bool prove) {
   StanceSamplerOptions sampler;
   sampler.count = options_.stances;
   sampler.seed = options_.seed;
   sampler.region = region_;
   sampler.threads = options_.threads;
+  sampler.prove = prove;
   Show("stances", 0, sampler.count, "stances");
-  const SampledStances sampled =
+  SampledStances sampled =
       SampleStances(model_, sampler, [&](int done, int total) { Show("stances", done, total, "stances"); });
   report_.tally = sampled.tally.Describe();
+  return std::move(sampled.stances);
+}
+
+/// As posture problems, numbered in their order.
+std::string Builder::FormatStances(const std::vector<Stance>& stances) const {
   std::vector<ProblemDefinition> problems;
-  for (const Stance& stance : sampled.stances) problems.push_back({static_cast<int>(problems.size()), {stance}});
-  WriteTextFile(path, FormatProblems(problems, Task::kPosture, dataset_->robot().name(), scenario_name()));
-  return sampled.stances;
+  for (const Stance& stance : stances) problems.push_back({static_cast<int>(problems.size()), {stance}});
+  return FormatProblems(problems, Task::kPosture, dataset_->robot().name(), scenario_name());
 }
 
 /// Motion problems: first those that change floors, as in the paper's files.
@@ -223,50 +250,24 @@ std::vector<StanceFeatures> Builder::Features(const std::vector<Stance>& stances
   return features;
 }
 
-/// Of each cluster the stance nearest to its centre that has a posture. Stances of a cluster that has none are no
-/// candidates: the others are clustered again.
+/// By K-means over the features of all plans' stances, with their proofs.
 void Builder::SelectPostures() {
   if (options_.postures == 0) return;
-  std::vector<Stance> stances = DifferentStances();
+  const std::vector<Stance> stances = DifferentStances();
   Show("postures", 0, options_.postures, "postures");
-  while (std::ssize(stances) >= options_.postures) {
-    std::vector<Eigen::Vector3d> points;
-    for (const StanceFeatures& f : Features(stances)) points.emplace_back(f.length_m, f.height_m, f.trunk_distance_m);
-    const std::vector<std::vector<int>> clusters =
-        ClusterPoints(points, options_.postures, DeriveSeed(options_.seed, "clusters"));
-    postures_ = ProveClusters(stances, clusters);
-    const auto proven =
-        std::count_if(postures_.begin(), postures_.end(), [](const Proven& p) { return p.proof.accepted; });
-    Show("postures", static_cast<double>(proven), options_.postures, "postures");
-    if (proven == options_.postures) return;
-    std::vector<int> dropped;
-    for (size_t c = 0; c < clusters.size(); ++c) {
-      if (!postures_[c].proof.accepted) dropped.insert(dropped.end(), clusters[c].begin(), clusters[c].end());
-    }
-    std::sort(dropped.begin(), dropped.end(), std::greater<>());
-    for (const int member : dropped) stances.erase(stances.begin() + member);
-  }
-  throw InputError({"selection", "posture problems", std::to_string(stances.size()),
-                    "the plans have only so many different stances whose neighbourhood has postures",
-                    "ask for fewer posture problems, or for more plans"});
-}
-
-/// One entry per cluster, not accepted where no member has a posture.
-std::vector<Proven> Builder::ProveClusters(const std::vector<Stance>& stances,
-                                           const std::vector<std::vector<int>>& clusters) const {
-  std::vector<Proven> chosen(clusters.size());
+  std::vector<Eigen::Vector3d> points;
+  for (const StanceFeatures& f : Features(stances)) points.emplace_back(f.length_m, f.height_m, f.trunk_distance_m);
   std::vector<PostureProver> provers;
   for (int k = 0; k < options_.threads; ++k) provers.emplace_back(dataset_);
-  ForEachIndex(options_.threads, clusters.size(), [&](int worker, size_t c) {
-    for (const int member : clusters[c]) {
-      Proven candidate{stances[static_cast<size_t>(member)], {}};
-      candidate.proof = provers[static_cast<size_t>(worker)].Prove(candidate.stance, static_cast<int>(c));
-      if (!candidate.proof.accepted) continue;
-      chosen[c] = std::move(candidate);
-      return;
-    }
-  });
-  return chosen;
+  postures_.resize(static_cast<size_t>(options_.postures));
+  const auto prove = [&](int worker, size_t cluster, int member) {
+    Proven& candidate = postures_[cluster];
+    candidate.stance = stances[static_cast<size_t>(member)];
+    candidate.proof = provers[static_cast<size_t>(worker)].Prove(candidate.stance, static_cast<int>(cluster));
+    return candidate.proof.accepted;
+  };
+  SelectProven(points, options_.postures, DeriveSeed(options_.seed, "clusters"), options_.threads, prove,
+               [&](int proven, int count) { Show("postures", proven, count, "postures"); });
 }
 
 /// The paper's two figures.
@@ -322,7 +323,7 @@ void Builder::Describe() {
   WriteTextFile(folder_ / "histograms.svg", FormatHistogramsAsSvg(report_.histograms));
 }
 
-void Builder::Finish() {
+void Builder::FinishPostures() const {
   const std::string& robot = dataset_->robot().name();
   std::vector<ProblemDefinition> postures;
   SolutionFile solutions{robot, scenario_name(), Task::kPosture, {}};
@@ -336,8 +337,12 @@ void Builder::Finish() {
     solutions.problems.push_back({postures.back(), {std::move(solution)}});
   }
   WriteTextFile(folder_ / kPostureFile, FormatProblems(postures, Task::kPosture, robot, scenario_name()));
-  WriteTextFile(folder_ / kMotionFile, FormatProblems(motions_, Task::kMotion, robot, scenario_name()));
   WriteTextFile(folder_ / kSolutionsFile, FormatSolutions(solutions));
+}
+
+void Builder::Finish() {
+  WriteTextFile(folder_ / kMotionFile,
+                FormatProblems(motions_, Task::kMotion, dataset_->robot().name(), scenario_name()));
   WriteManifestHashes(folder_);
   report_.content_hash = Dataset::Load(folder_)->content_hash();
   for (const char* state : {"plans-same.json", "plans-different.json"}) fs::remove(folder_ / state);
@@ -356,6 +361,7 @@ std::string DatasetOptions::Identity() const {
           std::to_string(postures);
   if (radius_m) text += ", radius " + std::to_string(*radius_m);
   if (slope_rad) text += ", slope " + std::to_string(*slope_rad);
+  if (proven) text += ", proven stances " + HashFile(*proven);
   return text;
 }
 
@@ -374,14 +380,20 @@ void DatasetOptions::Validate() const {
         std::tuple("--threads", threads, 1)}) {
     if (value < least || value > kMost) refuse(field, std::to_string(value), "out of range", "see --help");
   }
-  if (same_floor + different_floors == 0) {
-    refuse("--same-floor", "0", "a dataset needs plans: postures are chosen from their stances", "ask for some");
-  }
 }
 
 DatasetReport BuildDataset(const DatasetOptions& options, const fs::path& folder, const BuildProgress& progress) {
   options.Validate();
+  if (options.same_floor + options.different_floors == 0) {
+    throw InputError(
+        {"", "--same-floor", "0", "a dataset needs plans: postures are chosen from their stances", "ask for some"});
+  }
   return Builder(options, folder, progress).Build();
+}
+
+DatasetReport BuildCandidates(const DatasetOptions& options, const fs::path& folder, const BuildProgress& progress) {
+  options.Validate();
+  return Builder(options, folder, progress).BuildCandidates();
 }
 
 }  // namespace legopt

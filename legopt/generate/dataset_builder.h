@@ -27,8 +27,11 @@ struct DatasetOptions {
   int threads = 1;
   std::optional<double> radius_m;  ///< largest distance of the feet
   std::optional<double> slope_rad;
+  /// Stances that have a posture (proven_stances.h), instead of sampling and proving `stances` of them.
+  std::optional<std::filesystem::path> proven;
 
-  /// Everything that decides the result, as text: resuming is allowed when it is equal.
+  /// Everything that decides the result, as text: resuming is allowed when it is equal. Throws InputError: `proven`
+  /// cannot be read.
   std::string Identity() const;
   /// Throws InputError naming the command-line flag that is out of range.
   void Validate() const;
@@ -56,5 +59,11 @@ using BuildProgress = std::function<void(const std::string&, double, double, con
 /// Throws InputError: see the parts; a scene mesh with holes or inverted winding; a robot without two feet.
 DatasetReport BuildDataset(const DatasetOptions& options, const std::filesystem::path& folder,
                            const BuildProgress& progress);
+
+/// Makes a dataset in `folder`, which exists, whose posture problems are `stances` stances that geometry allows and
+/// whose feasibility nobody has checked yet; no motions. Solving its problems as jobs is that check; what they prove is
+/// `proven` of another BuildDataset. Of the options, plans and postures are not used. Throws as BuildDataset does.
+DatasetReport BuildCandidates(const DatasetOptions& options, const std::filesystem::path& folder,
+                              const BuildProgress& progress);
 
 }  // namespace legopt

@@ -54,6 +54,21 @@ std::vector<Vector3d> StartCentres(const std::vector<Vector3d>& points, int k, s
   return centres;
 }
 
+double Distance2(const std::vector<Vector3d>& points, const std::vector<Vector3d>& centres,
+                 const std::vector<size_t>& owner, size_t i) {
+  return (points[i] - centres[owner[i]]).squaredNorm();
+}
+
+/// Index of the point farthest from the centre that it belongs to.
+size_t Farthest(const std::vector<Vector3d>& points, const std::vector<Vector3d>& centres,
+                const std::vector<size_t>& owner) {
+  size_t worst = 0;
+  for (size_t i = 1; i < points.size(); ++i) {
+    if (Distance2(points, centres, owner, i) > Distance2(points, centres, owner, worst)) worst = i;
+  }
+  return worst;
+}
+
 }  // namespace
 
 StanceFeatures FeaturesOf(const Stance& stance, StanceProbe& probe) {
@@ -80,6 +95,7 @@ std::vector<std::vector<int>> ClusterPoints(std::span<const Vector3d> points, in
   std::vector<Vector3d> centres = StartCentres(scaled, k, generator);
   std::vector<size_t> owner(scaled.size(), std::numeric_limits<size_t>::max());
   constexpr int kMostRounds = 200;
+  constexpr double kSamePlace2 = 1e-18;  // what rounding leaves between a point and the mean of its copies, squared
   for (int round = 0; round < kMostRounds; ++round) {
     bool changed = false;
     std::vector<Vector3d> sums(centres.size(), Vector3d::Zero());
@@ -90,6 +106,15 @@ std::vector<std::vector<int>> ClusterPoints(std::span<const Vector3d> points, in
       owner[i] = nearest;
       sums[nearest] += scaled[i];
       ++counts[nearest];
+    }
+    for (size_t c = 0; c < centres.size(); ++c) {
+      // A centre that lost all its points begins again where another one is worst.
+      const size_t farthest = counts[c] > 0 ? 0 : Farthest(scaled, centres, owner);
+      if (counts[c] == 0 && Distance2(scaled, centres, owner, farthest) > kSamePlace2) {
+        centres[c] = scaled[farthest];
+        owner[farthest] = c;
+        changed = true;
+      }
     }
     if (!changed) break;
     for (size_t c = 0; c < centres.size(); ++c) {

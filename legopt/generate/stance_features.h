@@ -24,7 +24,8 @@ StanceFeatures FeaturesOf(const Stance& stance, StanceProbe& probe);
 /// K-means (Lloyd) with k-means++ starts over points scaled by the standard deviation of each coordinate.
 ///
 /// Returns for each of `k` clusters the indices of all its points, nearest to the centre first; clusters in the order
-/// of their first point, none empty. Deterministic: draws from `seed` only. Needs 1 <= k <= points (InputError).
+/// of their first point, none empty; fewer than `k` when fewer points differ. Deterministic: draws from `seed` only.
+/// Needs 1 <= k <= points (InputError).
 std::vector<std::vector<int>> ClusterPoints(std::span<const Eigen::Vector3d> points, int k, std::uint64_t seed);
 
 }  // namespace legopt

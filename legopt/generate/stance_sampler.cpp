@@ -70,7 +70,9 @@ struct Candidate {
 class Sampler {
  public:
   Sampler(const std::shared_ptr<const ProbeModel>& model, const AreaTable& areas, const StanceSamplerOptions& options)
-      : probe_(model), prover_(model->dataset), areas_(areas), options_(options) {}
+      : probe_(model), areas_(areas), options_(options) {
+    if (options.prove) prover_.emplace(model->dataset);
+  }
 
   Candidate Try(std::int64_t number) {
     std::mt19937_64 generator(DeriveSeed(options_.seed, "stance/" + std::to_string(number)));
@@ -86,7 +88,7 @@ class Sampler {
         candidate.fate = Fate::kTrunk;
         continue;
       }
-      const bool proven = prover_.Prove(candidate.stance, 0).accepted;
+      const bool proven = !prover_ || prover_->Prove(candidate.stance, 0).accepted;
       candidate.fate = proven ? Fate::kStance : Fate::kInfeasible;
       return candidate;
     }
@@ -120,7 +122,7 @@ class Sampler {
   }
 
   StanceProbe probe_;
-  PostureProver prover_;
+  std::optional<PostureProver> prover_;
   const AreaTable& areas_;
   const StanceSamplerOptions& options_;
   std::vector<Foothold> footholds_;

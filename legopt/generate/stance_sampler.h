@@ -16,6 +16,7 @@ struct StanceSamplerOptions {
   int second_foot_tries = 12;   ///< per first foot
   Eigen::AlignedBox2d region;   ///< where first feet may stand; empty: everywhere
   int threads = 1;
+  bool prove = true;  ///< keep only stances that have a posture; otherwise all that geometry allows
 };
 
 /// How many candidates ended where.
@@ -37,7 +38,8 @@ struct SampledStances {
 /// Samples stances by the paper's procedure: a point uniform by area on all surfaces that are flat enough and a uniform
 /// yaw for the first foot; for the second one points uniform in the disc of the reach, on a surface within the step
 /// height, yaw within 30 degrees of the first; rejected are slopes, soles that do not rest whole, trunks in collision,
-/// and stances for which SQP with restarts finds no posture that the judge accepts (literal and strict rule).
+/// and, with `prove`, stances for which SQP with restarts finds no posture that the judge accepts (literal and strict
+/// rule).
 ///
 /// Candidate k depends on (seed, k) only, and stances are kept in the order of k: the result does not depend on the
 /// number of threads. `progress` (stances, wanted) is called from one thread at a time; may be empty. Throws InputError

@@ -33,6 +33,16 @@ TEST(GenerateCommand, ScenarioRepeatsByteByByteAndNothingIsOverwritten) {
   EXPECT_THAT(again.err, HasSubstr("exists already"));
 }
 
+TEST(GenerateCommand, CandidatesBecomeADatasetForTheWorkerPool) {
+  const test::TemporaryFolder folder;
+  const ProgramResult made = RunLegopt({"generate", "candidates", "--stances", "5", "--from",
+                                        std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small", "--out", "a"},
+                                       folder.path());
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const ProgramResult info = RunLegopt({"dataset", "info", "a", "--format", "csv"}, folder.path());
+  EXPECT_THAT(info.out, HasSubstr(",5,0,"));  // posture and motion problems
+}
+
 TEST(GenerateCommand, BadArgumentsAreNamed) {
   const test::TemporaryFolder folder;
   const auto error_of = [&](const std::vector<std::string>& words) {
@@ -45,6 +55,11 @@ TEST(GenerateCommand, BadArgumentsAreNamed) {
   EXPECT_THAT(error_of({"generate", "scenario"}), HasSubstr("--out"));
   EXPECT_THAT(error_of({"generate", "problems", "--from", "nowhere", "--out", "a"}), HasSubstr("nowhere"));
   EXPECT_THAT(error_of({"generate", "dataset", "--postures", "-3", "--out", "a"}), HasSubstr("--postures"));
+  EXPECT_THAT(error_of({"generate", "problems", "--from", "x", "--proven", "y", "--stances", "9", "--out", "a"}),
+              HasSubstr("--proven"));
+  const std::string small = std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small";
+  EXPECT_THAT(error_of({"generate", "problems", "--from", small, "--proven", "y.json", "--out", "a"}),
+              HasSubstr("y.json"));
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 

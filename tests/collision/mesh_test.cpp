@@ -79,17 +79,13 @@ TEST_F(MeshFile, StlIsWeldedAndKeepsTriangleOrder) {
   EXPECT_EQ(mesh.vertices[static_cast<size_t>(mesh.triangles[3][0])], Eigen::Vector3d(1, 0, 0));
 }
 
-TEST_F(MeshFile, ObjPlyAndDaeGiveTheSameTetrahedron) {
-  const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
-  const std::string ply =
-      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-      "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
-      "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
-  const std::string dae =
-      R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+/// With this attribute of the array of coordinates.
+std::string TetrahedronDae(const std::string& count) {
+  return R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
 <asset><unit name="centimeter" meter="0.01"/><up_axis>Z_UP</up_axis></asset>
 <library_geometries><geometry id="g"><mesh>
-<source id="p"><float_array id="pa" count="12">0 0 0 100 0 0 0 100 0 0 0 100</float_array>
+<source id="p"><float_array id="pa" )" +
+         count + R"(>0 0 0 100 0 0 0 100 0 0 0 100</float_array>
 <technique_common><accessor source="#pa" count="4" stride="3"><param name="X" type="float"/>
 <param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
 <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
@@ -97,8 +93,16 @@ TEST_F(MeshFile, ObjPlyAndDaeGiveTheSameTetrahedron) {
 </mesh></geometry></library_geometries>
 <library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node></visual_scene>
 </library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+}
+
+TEST_F(MeshFile, ObjPlyAndDaeGiveTheSameTetrahedron) {
+  const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+      "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
   for (const auto& [name, content] :
-       std::map<std::string, std::string>{{"t.obj", obj}, {"t.ply", ply}, {"t.dae", dae}}) {
+       std::map<std::string, std::string>{{"t.obj", obj}, {"t.ply", ply}, {"t.dae", TetrahedronDae("count=\"12\"")}}) {
     const TriangleMesh mesh = LoadMesh(Write(name, content));
     EXPECT_EQ(mesh.vertices.size(), 4U) << name;
     EXPECT_EQ(mesh.triangles.size(), 4U) << name;
@@ -139,6 +143,13 @@ TEST_F(MeshFile, PolygonsAreCutIntoTriangles) {
   const TriangleMesh mesh = LoadMesh(Write("square.obj", obj));
   EXPECT_EQ(mesh.vertices.size(), 5U);
   EXPECT_EQ(mesh.triangles.size(), 3U);
+}
+
+/// Assimp reads the first coordinate of an array without a count from nowhere.
+TEST_F(MeshFile, ReaderThatCrashesRefusesTheFile) {
+  const std::string fault = ErrorOf(Write("crash.dae", TetrahedronDae("")));
+  EXPECT_NE(fault.find("crash.dae: mesh cannot be read: its reader failed: it ended with "), std::string::npos)
+      << fault;
 }
 
 /// Fault, and what the message must say. Assimp takes gigabytes, reads for ever or writes past its memory on these.

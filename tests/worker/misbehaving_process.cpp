@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "legopt/input_error.h"
+#include "legopt/isolated_call.h"
 #include "tests/worker/misbehaviour.h"
 #include "tests/worker/played_server.h"
 #include "worker/child_process.h"
@@ -128,6 +129,9 @@ class MisbehavingExecutor final : public JobExecutor {
         break;
       case Misbehaviour::kForkBomb:
         result.iterations = CountForks();
+        break;
+      case Misbehaviour::kIsolatedCall:
+        result.message = CallIsolated([] { return std::string("answered"); }, {});
         break;
       case Misbehaviour::kExec:
         result.iterations = execl("/bin/true", "true", static_cast<char*>(nullptr)) == -1 ? 1 : 0;

@@ -18,6 +18,7 @@ enum class Misbehaviour : int {
   kCloseChannel,      ///< closes its channel and hangs
   kUntilCancelled,    ///< returns when asked to stop
   kForkBomb,          ///< starts as many processes as it can; reports how many
+  kIsolatedCall,      ///< an isolated call, whose answer is the message of the result
   kExec,              ///< tries to become another program
   kThread,            ///< starts a thread, which must work
   kThrow,             ///< std::runtime_error

@@ -134,6 +134,12 @@ TEST_F(SupervisorTest, AForkBombStartsNothing) {
   EXPECT_EQ(result.iterations, 0) << "processes started";
 }
 
+TEST_F(SupervisorTest, WhatShouldBeIsolatedRunsInTheJob) {
+  const auto result = RunOne(Misbehaviour::kIsolatedCall);
+  EXPECT_EQ(result.outcome, Code(Outcome::kFinished));
+  EXPECT_EQ(result.message, "answered");
+}
+
 TEST_F(SupervisorTest, AJobCannotBecomeAnotherProgram) { EXPECT_EQ(RunOne(Misbehaviour::kExec).iterations, 1); }
 
 TEST_F(SupervisorTest, AJobMayUseThreads) { EXPECT_EQ(RunOne(Misbehaviour::kThread).iterations, 1); }
