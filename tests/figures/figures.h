@@ -11,11 +11,13 @@ namespace legopt::figures {
 
 struct Request {
   int count = 0;       ///< trials, rows, packets or problems, as the figure says; 0: as the note asks
-  double minutes = 0;  ///< of readers and soak; 0: as the note asks
+  double minutes = 0;  ///< of readers, throughput and soak; 0: as the note asks
   std::uint64_t seed = 1;
   std::filesystem::path dataset;  ///< of determinism
 };
 
+/// 2: `count` (500) SIGKILLs of the server while clients submit: what was acknowledged is there, once.
+void MeasureDurability(const Request& request, Findings& findings);
 /// 8: the slot of a job process that dies of SIGSEGV is back within 2 s. `count` deaths (20), shipped worker.
 void MeasureSlotReturn(const Request& request, Findings& findings);
 /// 9: an endless job ends within its limit + 1 s; no job process outlives its killed supervisor by 1 s. `count` (20).
@@ -28,6 +30,8 @@ void MeasureLargeFile(const Request& request, Findings& findings);
 void MeasureReaders(const Request& request, Findings& findings);
 /// 23: every solver on `count` (50) problems of `dataset`, calm, loaded, and with killed workers; then 100 rows again.
 void MeasureDeterminism(const Request& request, Findings& findings);
+/// 24: `count` (10,000) jobs that take no time; then, for `minutes` (1), what messages cost a worker at work.
+void MeasureThroughput(const Request& request, Findings& findings);
 /// 25: what cannot start says so within a second, with its exit code.
 void MeasureStartUp(const Request& request, Findings& findings);
 /// 27: half load under 5 % loss for `minutes` (480): descriptors, threads, memory, log.

@@ -20,7 +20,8 @@ const std::map<std::string, Measure>& Measures() {
   static const std::map<std::string, Measure> measures = {
       {"slots", MeasureSlotReturn},     {"limits", MeasureLimits},   {"hostile", MeasureHostility},
       {"large-file", MeasureLargeFile}, {"readers", MeasureReaders}, {"determinism", MeasureDeterminism},
-      {"start-up", MeasureStartUp},     {"soak", MeasureSoak}};
+      {"start-up", MeasureStartUp},     {"soak", MeasureSoak},       {"durability", MeasureDurability},
+      {"throughput", MeasureThroughput}};
   return measures;
 }
 
@@ -35,7 +36,7 @@ int Run(int argc, char** argv) {
   app.add_option("NAME", name, "Which one; see docs/reliability.md")->required()->check(CLI::IsMember(names));
   app.add_option("--count", request.count, "Trials, rows, packets or problems (default: as the figure asks)")
       ->check(CLI::PositiveNumber);
-  app.add_option("--minutes", request.minutes, "Length of readers and soak")->check(CLI::PositiveNumber);
+  app.add_option("--minutes", request.minutes, "Length of readers, throughput and soak")->check(CLI::PositiveNumber);
   app.add_option("--seed", request.seed, "Of every random choice")->capture_default_str();
   app.add_option("--dataset", request.dataset, "Of determinism")->check(CLI::ExistingDirectory)->capture_default_str();
   app.add_flag("--strict", strict, "Fail also when a time is missed; for an idle machine");
