@@ -90,7 +90,7 @@ ServerOptions OptionsFor(const Arguments& arguments) {
 }
 
 void WarnAboutNetwork(const bus::LcmTransport& transport) {
-  if (const std::string warning = transport.receive_buffer_warning(); !warning.empty()) spdlog::info(warning);
+  if (const std::string warning = transport.receive_buffer_warning(); !warning.empty()) spdlog::warn(warning);
   if (const std::string warning = transport.missing_key_warning(); !warning.empty()) spdlog::warn(warning);
 }
 

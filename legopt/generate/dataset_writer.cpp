@@ -1,9 +1,11 @@
 #include "legopt/generate/dataset_writer.h"
 
+#include <algorithm>
 #include <array>
-#include <cstdio>
+#include <cctype>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string_view>
 #include <system_error>
 
 #include "legopt/input_error.h"
@@ -31,10 +33,24 @@ void CopyMesh(const fs::path& source, const ShapeSpec& shape, const fs::path& fo
 /// Shortest text that reads back as the same number.
 std::string Number(double value) { return nlohmann::json(value).dump(); }
 
+/// As it stands where YAML takes it for a text, else in quotes.
+std::string Text(const std::string& text) {
+  static constexpr std::array<std::string_view, 9> kWords = {"true", "false", "yes", "no", "on",
+                                                             "off",  "null",  "y",   "n"};
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  const auto inside = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '-' || c == '.' || c == '/'; };
+  const bool plain = !text.empty() && letter(text.front()) && std::all_of(text.begin(), text.end(), inside);
+  const bool word = std::any_of(kWords.begin(), kWords.end(), [&](std::string_view w) {
+    return std::equal(w.begin(), w.end(), text.begin(), text.end(),
+                      [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
+  });
+  return plain && !word ? text : nlohmann::json(text).dump();
+}
+
 void AddMap(const char* key, const std::map<std::string, double>& values, std::string& text) {
   if (values.empty()) return;
   text += std::string("\n") + key + ":\n";
-  for (const auto& [name, value] : values) text += "  " + name + ": " + Number(value) + "\n";
+  for (const auto& [name, value] : values) text += "  " + Text(name) + ": " + Number(value) + "\n";
 }
 
 }  // namespace
@@ -60,12 +76,12 @@ std::string FormatDatasetFile(const DatasetDescription& description, const std::
   std::string text;
   std::istringstream lines(comment);
   for (std::string line; std::getline(lines, line);) text += "# " + line + "\n";
-  text += std::string("format: ") + kDatasetFormat + "\nname: " + description.name +
-          "\nrobot: " + description.robot_file + "\nscene: " + description.scene_file + "\nproblems:\n";
-  if (!description.posture_file.empty()) text += "  posture: " + description.posture_file + "\n";
-  if (!description.motion_file.empty()) text += "  motion: " + description.motion_file + "\n";
+  text += std::string("format: ") + kDatasetFormat + "\nname: " + Text(description.name) +
+          "\nrobot: " + Text(description.robot_file) + "\nscene: " + Text(description.scene_file) + "\nproblems:\n";
+  if (!description.posture_file.empty()) text += "  posture: " + Text(description.posture_file) + "\n";
+  if (!description.motion_file.empty()) text += "  motion: " + Text(description.motion_file) + "\n";
   std::string feet;
-  for (const std::string& foot : description.feet) feet += (feet.empty() ? "" : ", ") + foot;
+  for (const std::string& foot : description.feet) feet += (feet.empty() ? "" : ", ") + Text(foot);
   text += "\nfeet: [" + feet + "]\nsole_offset_m: " + Number(description.sole_offset_m) +
           "\ngravity_m_s2: " + Number(description.gravity_m_s2) + "\n";
   AddMap("nominal_posture", description.nominal_posture, text);

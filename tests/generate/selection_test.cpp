@@ -5,6 +5,7 @@
 #include "legopt/evaluate/judge.h"
 #include "legopt/evaluate/solution_file.h"
 #include "legopt/generate/dataset_builder.h"
+#include "legopt/generate/dataset_writer.h"
 #include "legopt/generate/posture_selection.h"
 #include "legopt/generate/proven_stances.h"
 #include "legopt/generate/stance_features.h"
@@ -90,6 +91,28 @@ TEST(Histograms, CoverAllValuesWithRoundLimits) {
   const std::string svg = FormatHistogramsAsSvg(rows);
   EXPECT_EQ(svg.rfind("<svg", 0), 0u);
   EXPECT_NE(svg.find("Row"), std::string::npos);
+}
+
+TEST(DatasetFile, NamesThatYamlWouldMisreadAreQuoted) {
+  const test::TemporaryFolder folder;
+  DatasetDescription written;
+  written.name = "no";
+  written.robot_file = "robots/my robot.urdf";
+  written.scene_file = "scene.ply";
+  written.posture_file = "problems #1.json";
+  written.feet = {"left: foot", "[right]", "7", "sole, \"back\""};
+  written.sole_offset_m = 0.01;
+  written.nominal_posture = {{"knee: left", 0.5}, {"true", 0.25}};
+  written.files = {{"robots/my robot.urdf", std::string(64, '0')}};
+  test::WriteText(
+      folder.path() / kDatasetFileName,
+      FormatDatasetFile(written, "a test") + "files:\n  \"robots/my robot.urdf\": " + std::string(64, '0') + "\n");
+  const DatasetDescription read = ReadDatasetFile(folder.path());
+  EXPECT_EQ(read.name, written.name);
+  EXPECT_EQ(read.robot_file, written.robot_file);
+  EXPECT_EQ(read.posture_file, written.posture_file);
+  EXPECT_EQ(read.feet, written.feet);
+  EXPECT_EQ(read.nominal_posture, written.nominal_posture);
 }
 
 /// The whole way on a scene of four boxes.

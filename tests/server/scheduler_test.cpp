@@ -389,5 +389,35 @@ TEST_F(SchedulerTest, StatusAddsUp) {
   EXPECT_EQ(StatusJson(*scheduler_, 2, now_)["experiments"].size(), 1U);
 }
 
+/// PROTOCOL.md, section 9: what others may rely on.
+TEST_F(SchedulerTest, StatusHasTheDocumentedKeys) {
+  Submit(SampleSpec(2));
+  Hello(kFirst);
+  const legopt_msg::lease lease = LeaseOne(kFirst);
+  legopt_msg::heartbeat_request request{};
+  legopt_msg::lease_state& state = request.leases.emplace_back();
+  state.job_id = lease.job_id;
+  state.attempt = lease.attempt;
+  state.token = lease.token;
+  state.progress_total = 9;
+  request.worker_id = 1;
+  request.num_leases = 1;
+  scheduler_->Heartbeat(now_, kFirst, request);
+  const auto keys = [](const nlohmann::json& object) {
+    std::string text;
+    for (const auto& [key, value] : object.items()) text += key + " ";  // sorted
+    return text;
+  };
+  const auto status = StatusJson(*scheduler_, 0, now_);
+  EXPECT_EQ(keys(status), "experiments server workers ");
+  const auto& experiment = status["experiments"].at(0);
+  EXPECT_EQ(keys(experiment),
+            "finished_at_us hold hold_reason id jobs name priority running solved state submitted_at_us ");
+  EXPECT_EQ(keys(experiment["jobs"]), "cancelled dead done failed leased queued total ");
+  EXPECT_EQ(keys(experiment["running"].at(0)), "job progress_done progress_total task worker ");
+  EXPECT_EQ(keys(status["workers"].at(0)), "build datasets hostname id leases name online pid silent_s slots ");
+  EXPECT_EQ(keys(status["server"]), "leased queued scheduler ");  // the server adds store_error and transport
+}
+
 }  // namespace
 }  // namespace legopt::server
