@@ -5,8 +5,10 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <iostream>
 #include <memory>
+#include <string>
 
 #include "tests/simulation/checker.h"
 #include "tests/simulation/experiment_text.h"
@@ -39,10 +41,18 @@ double P99(std::vector<double> values) {
   return values[values.size() * 99 / 100 - (values.size() % 100 == 0 ? 1 : 0)];
 }
 
+/// Another series of the same figures: environment LEGOPT_FIGURE_SERIES, 0 by default.
+std::uint64_t SeriesOf(std::uint64_t seed) {
+  static const char* const text = std::getenv("LEGOPT_FIGURE_SERIES");
+  static const std::uint64_t series = text == nullptr ? 0 : std::stoull(text);
+  constexpr std::uint64_t kSeedsPerSeries = 1'000'000;
+  return seed + kSeedsPerSeries * series;
+}
+
 class Stage {
  public:
   Stage(std::uint64_t seed, int num_workers, int slots, const JobManners& manners)
-      : world(seed), server(world, disk, record, server::SchedulerOptions{}), client(world, record, server) {
+      : world(SeriesOf(seed)), server(world, disk, record, server::SchedulerOptions{}), client(world, record, server) {
     spdlog::set_level(spdlog::level::off);
     manners_ = manners;
     for (int i = 0; i < num_workers; ++i) {
