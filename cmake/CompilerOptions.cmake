@@ -35,4 +35,8 @@ elseif(CMAKE_BUILD_TYPE STREQUAL "Release")
   check_ipo_supported(RESULT ipo_supported OUTPUT ipo_output LANGUAGES CXX)
   option(LEGOPT_LTO "Link-time optimisation in Release builds" ${ipo_supported})
   set(CMAKE_INTERPROCEDURAL_OPTIMIZATION ${LEGOPT_LTO})
+  if(LEGOPT_LTO AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # Objects that hold machine code, too: tests link that (tests/CMakeLists.txt).
+    list(TRANSFORM CMAKE_CXX_COMPILE_OPTIONS_IPO REPLACE "^-fno-fat-lto-objects$" "-ffat-lto-objects")
+  endif()
 endif()
