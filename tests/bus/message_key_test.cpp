@@ -12,26 +12,21 @@
 
 #include "bus/bus_error.h"
 #include "bus/lcm_transport.h"
+#include "tests/temporary_folder.h"
 
 namespace legopt::bus {
 namespace {
 
 class KeyFile : public testing::Test {
  protected:
-  KeyFile() {
-    std::string name = (std::filesystem::temp_directory_path() / "legopt-key-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) std::abort();
-    folder_ = name;
-  }
-  ~KeyFile() override { std::filesystem::remove_all(folder_); }
-
   std::string Write(const std::string& text, ::mode_t mode = 0600) const {
-    const std::string file = folder_ / "key";
+    const std::string file = folder() / "key";
     std::filesystem::remove(file);
     std::ofstream(file) << text;
     ::chmod(file.c_str(), mode);
     return file;
   }
+  const std::filesystem::path& folder() const { return folder_.path(); }
   // The message of the refusal; empty when the file is taken.
   static std::string Fault(const std::string& file) {
     try {
@@ -47,7 +42,7 @@ class KeyFile : public testing::Test {
     EXPECT_NE(Fault(file).find(word), std::string::npos) << Fault(file);
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 const std::string kDigits = "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1F";
@@ -74,12 +69,12 @@ TEST_F(KeyFile, MustNotBeOpenToOthers) {
 }
 
 TEST_F(KeyFile, MustBeARegularFile) {
-  ExpectFault(folder_, "not a regular file");
-  const std::string pipe = folder_ / "pipe";
+  ExpectFault(folder(), "not a regular file");
+  const std::string pipe = folder() / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   ExpectFault(pipe, "not a regular file");
   ExpectFault("/dev/zero", "not a regular file");
-  ExpectFault(folder_ / "missing", "legopt keygen");
+  ExpectFault(folder() / "missing", "legopt keygen");
 }
 
 TEST_F(KeyFile, MustBelongToUs) {
@@ -91,12 +86,12 @@ TEST_F(KeyFile, MustBelongToUs) {
 
 TEST_F(KeyFile, MayBeALinkToOne) {
   const std::string file = Write(kDigits);
-  std::filesystem::create_symlink(file, folder_ / "link");
-  EXPECT_EQ(Fault(folder_ / "link"), "");
+  std::filesystem::create_symlink(file, folder() / "link");
+  EXPECT_EQ(Fault(folder() / "link"), "");
 }
 
 TEST_F(KeyFile, IsMadeFreshPrivateAndOnlyOnce) {
-  const std::string file = folder_ / "new", second = folder_ / "second";
+  const std::string file = folder() / "new", second = folder() / "second";
   MessageKey::CreateFile(file);
   MessageKey::CreateFile(second);
   struct stat status {};
@@ -108,7 +103,7 @@ TEST_F(KeyFile, IsMadeFreshPrivateAndOnlyOnce) {
   };
   EXPECT_NE(bytes(file), bytes(second));
   EXPECT_THROW(MessageKey::CreateFile(file), BusError);
-  EXPECT_THROW(MessageKey::CreateFile(folder_ / "no" / "folder"), BusError);
+  EXPECT_THROW(MessageKey::CreateFile(folder() / "no" / "folder"), BusError);
 }
 
 TEST_F(KeyFile, IsNeededToLeaveTheHost) {

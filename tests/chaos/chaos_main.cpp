@@ -21,6 +21,7 @@
 #include "client/server_connection.h"
 #include "db/read_only_database.h"
 #include "tests/service/deployment.h"
+#include "tests/temporary_folder.h"
 
 namespace legopt::chaos {
 namespace {
@@ -51,9 +52,6 @@ class Chaos {
  public:
   explicit Chaos(const Options& options) : options_(options), random_(options.seed) {
     setenv("LEGOPT_DEPLOYMENT", std::to_string(kNotARole + options.seed).c_str(), 1);
-    std::string pattern = (std::filesystem::temp_directory_path() / "legopt-chaos-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-    folder_ = pattern;
     near_ = bus::FindFreePortPair(bus::RandomSeed());
     do far_ = bus::FindFreePortPair(bus::RandomSeed());
     while (std::abs(far_ - near_) < 2);
@@ -61,8 +59,6 @@ class Chaos {
   ~Chaos() {
     workers_.clear();
     server_.reset();
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
   }
 
   // Whether all ended in time and the database keeps the promise.
@@ -184,7 +180,7 @@ class Chaos {
 
   Options options_;
   std::mt19937_64 random_;
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
   int near_ = 0, far_ = 0;
   std::unique_ptr<ChildProcess> relay_, server_;
   std::vector<std::unique_ptr<ChildProcess>> workers_;

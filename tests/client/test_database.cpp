@@ -70,17 +70,6 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
 
 }  // namespace
 
-TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "legopt-client-test-XXXXXX").string();
-  if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  path_ = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
 void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& experiment) {
   const auto store = db::OpenSqliteStore(file);
   std::vector<db::StoreOp> operations = {db::CreateExperiment{DescriptionOf(experiment)},

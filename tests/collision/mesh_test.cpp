@@ -1,7 +1,6 @@
 #include "legopt/collision/mesh.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdint>
@@ -13,20 +12,13 @@
 
 #include "legopt/input_error.h"
 #include "tests/collision/test_shapes.h"
+#include "tests/temporary_folder.h"
 
 namespace legopt::test {
 namespace {
 
 class MeshFile : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() / ("legopt-mesh-test-" + std::to_string(::getpid()) + "-" +
-                                                  ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::string Write(const std::string& name, const std::string& content) const {
     std::ofstream(folder_ / name, std::ios::binary) << content;
     return (folder_ / name).string();
@@ -56,7 +48,7 @@ class MeshFile : public ::testing::Test {
     return "";
   }
 
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 const std::vector<std::array<float, 9>> kTetrahedron = {
@@ -129,7 +121,7 @@ TEST_F(MeshFile, ScaleAppliesAndMirroringKeepsOutsideOutside) {
 
 TEST_F(MeshFile, BadFilesAreRefusedByName) {
   EXPECT_NE(ErrorOf((folder_ / "absent.stl").string()).find("does not exist"), std::string::npos);
-  EXPECT_NE(ErrorOf(folder_.string()).find("does not exist or is not a file"), std::string::npos);
+  EXPECT_NE(ErrorOf(folder_.path().string()).find("does not exist or is not a file"), std::string::npos);
   EXPECT_NE(ErrorOf(Write("noise.stl", "this is no mesh")).find("cannot be read"), std::string::npos);
   EXPECT_NE(ErrorOf(Write("empty.stl", "")).find("cannot be read"), std::string::npos);
   EXPECT_NE(ErrorOf(Write("truncated.stl", BinaryStl(kTetrahedron).substr(0, 150))), "");

@@ -21,13 +21,6 @@ using Fault = FaultyVfs::Fault;
 constexpr int kJobs = 50;
 constexpr int kJobsPerCommit = 10;
 
-// The folder is in memory where possible: hundreds of runs must not wait for a disk.
-std::filesystem::path FastFolder() {
-  std::string name = std::filesystem::exists("/dev/shm") ? "/dev/shm/legopt-fault-XXXXXX" : "/tmp/legopt-fault-XXXXXX";
-  if (mkdtemp(name.data()) == nullptr) std::abort();
-  return name;
-}
-
 // A run of 50 jobs as the server makes it: every batch is tried again until the store takes it, and acknowledged then.
 class JobRun {
  public:
@@ -109,11 +102,8 @@ class JobRun {
 
 class StorageFault : public testing::Test {
  protected:
-  ~StorageFault() override { std::filesystem::remove_all(folder_); }
-
   void Fresh() {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directory(folder_);
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) std::filesystem::remove(entry.path());
   }
 
   void ExpectWhole(const std::string& when) {
@@ -150,7 +140,7 @@ class StorageFault : public testing::Test {
     }
   }
 
-  std::filesystem::path folder_ = FastFolder();
+  TemporaryFolder folder_{TemporaryFolder::Place::kMemory};  // hundreds of runs must not wait for a disk
   std::filesystem::path path_ = folder_ / "results.sqlite";
 };
 

@@ -14,6 +14,7 @@
 #include "tests/figures/figures.h"
 #include "tests/figures/process_facts.h"
 #include "tests/service/deployment.h"
+#include "tests/temporary_folder.h"
 
 namespace legopt::figures {
 namespace {
@@ -81,9 +82,6 @@ class Soak {
  public:
   explicit Soak(std::uint64_t seed) {
     setenv("LEGOPT_DEPLOYMENT", std::to_string(seed + 1'000'000).c_str(), 1);
-    std::string pattern = (std::filesystem::temp_directory_path() / "legopt-soak-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-    folder_ = pattern;
     const int near = bus::FindFreePortPair(bus::RandomSeed());
     do far_ = bus::FindFreePortPair(bus::RandomSeed());
     while (std::abs(far_ - near) < 2);
@@ -100,11 +98,6 @@ class Soak {
       Add("worker " + std::to_string(i), "stub_worker",
           {"--slots", "1", "--dataset", "stub-d", "--port", std::to_string(far_)});
     }
-  }
-  ~Soak() {
-    watched_.clear();
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
   }
   Soak(const Soak&) = delete;
   Soak& operator=(const Soak&) = delete;
@@ -185,7 +178,7 @@ class Soak {
     }
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
   int far_ = 0;
   int submitted_ = 0;
   std::unique_ptr<ChildProcess> relay_;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "legopt/input_error.h"
+#include "tests/temporary_folder.h"
 
 namespace legopt::test {
 
@@ -24,26 +25,6 @@ inline std::filesystem::path LegOptFolder() {
   if (!std::filesystem::exists(::legopt::test::LegOptFolder() / "problemsposture.json"))                             \
   GTEST_SKIP() << "LegOpt test data not found in " << ::legopt::test::LegOptFolder() << "; set LEGOPT_TEST_DATA to " \
                << "a folder with problemsposture.json to run this test"
-
-/// A temporary folder that disappears with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "legopt-test-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) std::abort();
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 inline void WriteText(const std::filesystem::path& path, const std::string& text) {
   std::filesystem::create_directories(path.parent_path());

@@ -1,6 +1,5 @@
 #include "tests/service/deployment.h"
 
-#include <unistd.h>
 
 #include <csignal>
 #include <stdexcept>
@@ -47,20 +46,13 @@ std::string Deployment::Unavailable() {
 }
 
 Deployment::Deployment() : port_(bus::FindFreePortPair(bus::RandomSeed())) {
-  std::string pattern = (std::filesystem::temp_directory_path() / "legopt-service-XXXXXX").string();
-  if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-  folder_ = pattern;
   client::NetworkOptions network;
   network.group = kGroup;
   network.port = port_;
   connection_ = std::make_unique<client::ServerConnection>(network);
 }
 
-Deployment::~Deployment() {
-  server_.reset();
-  std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
-}
+Deployment::~Deployment() = default;
 
 std::unique_ptr<client::ChildProcess> Deployment::ExtraServer(const std::filesystem::path& database,
                                                               std::optional<int> port) {

@@ -11,6 +11,7 @@
 
 #include "client/child_process.h"
 #include "client/server_connection.h"
+#include "tests/temporary_folder.h"
 
 namespace legopt::service {
 
@@ -51,12 +52,12 @@ class Deployment {
   std::vector<std::string> Query(const std::string& sql) const;
 
   client::ServerConnection& connection() { return *connection_; }
-  const std::filesystem::path& folder() const { return folder_; }
+  const std::filesystem::path& folder() const { return folder_.path(); }
   std::filesystem::path database() const { return folder_ / "results.sqlite"; }
   int port() const { return port_; }
 
  private:
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;  // goes after the server
   int port_ = 0;
   std::unique_ptr<client::ChildProcess> server_;
   std::unique_ptr<client::ServerConnection> connection_;

@@ -11,6 +11,7 @@
 #include "bus/message_key.h"
 #include "client/client_error.h"
 #include "tests/service/deployment.h"
+#include "tests/temporary_folder.h"
 
 namespace legopt::service {
 namespace {
@@ -23,16 +24,12 @@ class KeyTest : public testing::Test {
  protected:
   void SetUp() override {
     if (const std::string why = Deployment::Unavailable(); !why.empty()) GTEST_SKIP() << "NO MULTICAST HERE: " << why;
-    std::string pattern = (std::filesystem::temp_directory_path() / "legopt-key-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
     key_file_ = (folder_ / "key").string();
     bus::MessageKey::CreateFile(key_file_);
   }
   void TearDown() override {
     deployment_.reset();
     unsetenv(kKeyVariable);
-    if (!folder_.empty()) std::filesystem::remove_all(folder_);
   }
 
   void UseKey() { setenv(kKeyVariable, key_file_.c_str(), 1); }
@@ -58,7 +55,7 @@ class KeyTest : public testing::Test {
     EXPECT_FALSE(std::filesystem::exists(folder_ / "refused.sqlite"));
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
   std::string key_file_;
   std::optional<Deployment> deployment_;
 };
@@ -131,7 +128,7 @@ TEST_F(KeyTest, ABadKeyFileIsNeverIgnored) {
   ::chmod(key_file_.c_str(), 0644);
   ExpectRefusal({"--key-file", key_file_}, "chmod 600");
   ExpectRefusal({"--key-file", (folder_ / "missing").string()}, "keygen");
-  ExpectRefusal({"--key-file", folder_.string()}, "regular file");
+  ExpectRefusal({"--key-file", folder_.path().string()}, "regular file");
 }
 
 }  // namespace

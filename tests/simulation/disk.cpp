@@ -1,6 +1,5 @@
 #include "tests/simulation/disk.h"
 
-#include <cstdlib>
 
 #include "db/connection.h"
 #include "db/read_only_database.h"
@@ -8,15 +7,6 @@
 
 namespace legopt::simulation {
 namespace {
-
-// Memory where there is such a folder: a commit must reach the file, not a platter.
-std::filesystem::path MakeFolder() {
-  const std::filesystem::path memory = "/dev/shm";
-  const auto parent = std::filesystem::is_directory(memory) ? memory : std::filesystem::temp_directory_path();
-  std::string name = (parent / "legopt-simulation-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) std::abort();
-  return name;
-}
 
 std::int64_t IntOf(const db::Value& value) { return std::get<std::int64_t>(value); }
 const std::string& TextOf(const db::Value& value) { return std::get<std::string>(value); }
@@ -46,13 +36,6 @@ StoredState MemoryDisk::Read() {
     }
   }
   return state;
-}
-
-SqliteDisk::SqliteDisk() : folder_(MakeFolder()) {}
-
-SqliteDisk::~SqliteDisk() {
-  store_.reset();
-  std::filesystem::remove_all(folder_);
 }
 
 db::Store& SqliteDisk::Open() {

@@ -11,6 +11,7 @@
 
 #include "db/memory_store.h"
 #include "db/store.h"
+#include "tests/temporary_folder.h"
 
 namespace legopt::simulation {
 
@@ -64,15 +65,13 @@ class MemoryDisk final : public Disk {
 /// A database file in a folder of its own, removed at the end.
 class SqliteDisk final : public Disk {
  public:
-  SqliteDisk();
-  ~SqliteDisk() override;
   db::Store& Open() override;
   void Close() override { store_.reset(); }
   StoredState Read() override;
   std::string Examine() override;
 
  private:
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_{test::TemporaryFolder::Place::kMemory};
   std::unique_ptr<db::Store> store_;
 };
 
