@@ -125,5 +125,17 @@ TEST_F(Planning, BadInputIsNamed) {
             std::string::npos);
 }
 
+TEST_F(Planning, RobotsWithoutTwoFeetAreRefused) {
+  const auto plain = folder_.path() / "plain";
+  std::string text = test::ReadText(plain / kDatasetFileName);
+  const std::string feet = "feet: [l_foot, r_foot]";
+  text.replace(text.find(feet), feet.size(), "feet: [l_foot]");
+  test::WriteText(plain / kDatasetFileName, text);
+  const auto hopper = Dataset::Load(plain);
+  EXPECT_NE(
+      test::MessageOf([&] { ProbeModel::Build(hopper, ProbeOptions::For(*hopper)); }).find("two feet (got '1 feet')"),
+      std::string::npos);
+}
+
 }  // namespace
 }  // namespace legopt
