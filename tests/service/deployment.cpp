@@ -1,6 +1,5 @@
 #include "tests/service/deployment.h"
 
-
 #include <csignal>
 #include <stdexcept>
 

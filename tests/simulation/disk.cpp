@@ -1,6 +1,5 @@
 #include "tests/simulation/disk.h"
 
-
 #include "db/connection.h"
 #include "db/read_only_database.h"
 #include "db/sqlite_store.h"
