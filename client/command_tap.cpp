@@ -26,6 +26,7 @@ using bus::microseconds;
 using std::chrono::duration;
 
 constexpr microseconds kPollSlice = std::chrono::milliseconds(50);
+constexpr microseconds kLastLook = std::chrono::seconds(1);
 constexpr microseconds kPatience = std::chrono::seconds(5);
 
 struct Options {
@@ -119,13 +120,11 @@ class TapRun {
     std::cerr << "legopt: listening at " << address_ << (transport_.key() == nullptr ? "" : ", signatures are checked")
               << "; Ctrl-C ends it" << std::endl;
     while (!Over()) {
-      for (const auto& datagram : listener_.Listen(kPollSlice)) {
-        if (!Enough()) Take(datagram);
-      }
-      std::cout.flush();
+      Hear();
       if (options_.rates && transport_.now() - interval_begin_ >= Span(*options_.rates)) EndInterval();
       SayIfSilent();
     }
+    HearWhatHasArrived();
     if (options_.rates && !Enough() && interval_.datagrams() > 0) EndInterval();
     return Conclude();
   }
@@ -138,6 +137,23 @@ class TapRun {
   bool Over() const {
     if (Interrupted() || Enough() || !std::cout) return true;
     return options_.seconds && transport_.now() - begin_ >= Span(*options_.seconds);
+  }
+
+  // True when there was something to hear.
+  bool Hear() {
+    const auto& heard = listener_.Listen(kPollSlice);
+    for (const auto& datagram : heard) {
+      if (!Enough()) Take(datagram);
+    }
+    std::cout.flush();
+    return !heard.empty();
+  }
+
+  // Who interrupts the tap wants to see what passed until then, and LCM's reader may be a moment behind.
+  void HearWhatHasArrived() {
+    const microseconds end = transport_.now() + kLastLook;
+    while (Interrupted() && !InterruptedTwice() && !Enough() && std::cout && transport_.now() < end && Hear()) {
+    }
   }
 
   void Take(const Listener::Datagram& datagram) {

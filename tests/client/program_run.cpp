@@ -114,6 +114,13 @@ bool RunningProgram::WaitForError(const std::string& word) {
   return true;
 }
 
+bool RunningProgram::WaitForOutput(const std::function<bool(const std::string&)>& enough) {
+  while (!enough(result_.out)) {
+    if (!ReadMore()) return false;
+  }
+  return true;
+}
+
 ProgramResult RunningProgram::Wait() {
   while (ReadMore()) {
   }

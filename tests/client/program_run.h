@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -39,6 +40,8 @@ class RunningProgram {
   int pid() const { return pid_; }
   /// Blocks until `word` stands in what it wrote to standard error (or it ended). True when it does.
   bool WaitForError(const std::string& word);
+  /// Blocks until what it wrote to standard output satisfies `enough` (or it ended). True when it does.
+  bool WaitForOutput(const std::function<bool(const std::string&)>& enough);
   /// Blocks until it ends; everything it wrote.
   ProgramResult Wait();
 
