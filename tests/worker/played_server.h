@@ -17,7 +17,8 @@
 
 namespace legopt::worker {
 
-/// A server inside the test's process: leases the queued jobs and keeps the results. Real clock, no network.
+/// A server inside the test's process: leases the queued jobs, keeps the results, and queues again what is given back,
+/// as a busy machine makes a worker do. Real clock, no network.
 class PlayedServer final : public ServerLink {
  public:
   /// Adds a job that misbehaves so; returns its id.
@@ -55,8 +56,10 @@ class PlayedServer final : public ServerLink {
     poll(extra.data(), extra.size(), answers.empty() ? static_cast<int>(milliseconds) : 0);
   }
 
-  std::map<std::int64_t, legopt_msg::result_request> results;  ///< by job id
-  std::map<std::int64_t, int> verdicts;                        ///< heartbeat verdicts by job id; 0 where absent
+  std::map<std::int64_t, legopt_msg::result_request> results;  ///< by job id, of what was not given back
+  std::vector<legopt_msg::result_request> given_back;
+  std::map<std::int64_t, legopt_msg::lease> leases;  ///< the last of each job, by its id
+  std::map<std::int64_t, int> verdicts;              ///< heartbeat verdicts by job id; 0 where absent
   std::function<void()> on_wait;
 
  private:
@@ -88,17 +91,31 @@ class PlayedServer final : public ServerLink {
         return bus::Encode(reply);
       }
       default: {
-        const auto result = bus::Decode<legopt_msg::result_request>(body).value();
         legopt_msg::result_reply reply{};
-        reply.status = results.emplace(result.job_id, result).second ? 0 : 1;
+        reply.status = Keep(bus::Decode<legopt_msg::result_request>(body).value()) ? 0 : 1;
         return bus::Encode(reply);
       }
     }
   }
 
+  // False for a result that is there already.
+  bool Keep(const legopt_msg::result_request& result) {
+    const bool is_given_back =
+        result.outcome == static_cast<int>(Outcome::kCancelled) && !verdicts.contains(result.job_id);
+    if (!is_given_back) return results.emplace(result.job_id, result).second;
+    legopt_msg::lease& lease = leases.at(result.job_id);
+    if (lease.token != result.token) return false;
+    given_back.push_back(result);
+    ++lease.attempt;
+    lease.token += kTokensPerAttempt;
+    queue_.push_back(lease);
+    return true;
+  }
+
   legopt_msg::lease_reply Lease(const legopt_msg::lease_request& request) {
     legopt_msg::lease_reply reply{};
     for (int i = 0; i < request.max_jobs && !queue_.empty(); ++i) {
+      leases[queue_.front().job_id] = queue_.front();
       reply.jobs.push_back(queue_.front());
       queue_.pop_front();
     }
@@ -109,6 +126,7 @@ class PlayedServer final : public ServerLink {
     return reply;
   }
 
+  static constexpr std::int64_t kTokensPerAttempt = 1'000'000;
   std::int64_t next_id_ = 1;
   std::size_t num_jobs_ = 0;
   std::deque<legopt_msg::lease> queue_;

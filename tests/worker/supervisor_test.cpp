@@ -63,7 +63,7 @@ TEST_F(SupervisorTest, RunsJobsOnAllSlots) {
   EXPECT_EQ(server_.results.size(), 200U);
   for (const auto& [id, result] : server_.results) {
     EXPECT_EQ(result.outcome, Code(Outcome::kFinished));
-    EXPECT_EQ(result.token, 1000 + id);
+    EXPECT_EQ(result.token, server_.leases[id].token);
   }
 }
 
@@ -222,8 +222,8 @@ TEST_F(SupervisorTest, SignalsDrainThenKill) {
   };
   EXPECT_EQ(supervisor.Run(pipe_ends[0], 1), kExitInterrupted);
   EXPECT_EQ(supervisor.child_pid(0), -1);
-  ASSERT_EQ(server_.results.size(), 1U);
-  EXPECT_EQ(server_.results.begin()->second.outcome, Code(Outcome::kCancelled)) << "given back";
+  EXPECT_TRUE(server_.results.empty());
+  EXPECT_EQ(server_.given_back.size(), 1U);
 }
 
 TEST(OrphanTest, NoJobProcessOutlivesItsKilledSupervisor) {
