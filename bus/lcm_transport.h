@@ -82,7 +82,7 @@ struct MulticastRoute {
 // the group. For `legopt doctor` and start-up.
 MulticastRoute ProbeMulticastRoute(const std::string& group);
 
-// A pair of ports (p, p + 1) that nobody uses now, from 20000 - 59999, drawn with `seed`. Throws BusError
+// A pair of ports (p, p + 1) that nobody uses now, from 20000 - 32767, drawn with `seed`. Throws BusError
 // (kPortUnusable).
 int FindFreePortPair(std::uint64_t seed);
 

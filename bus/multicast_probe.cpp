@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdint>
@@ -93,14 +94,18 @@ std::string ProbeDatagram() {
 bool Arrives(int receive_fd, const std::string& expected, milliseconds patience) {
   const auto end = steady_clock::now() + patience;
   std::array<char, kMaxDatagramBytes> buffer{};
-  while (steady_clock::now() < end) {
+  for (;;) {
     pollfd ready{receive_fd, POLLIN, 0};
     const auto left = std::chrono::duration_cast<milliseconds>(end - steady_clock::now());
-    if (::poll(&ready, 1, static_cast<int>(left.count()) + 1) <= 0) continue;
+    const int count = ::poll(&ready, 1, std::max(0, static_cast<int>(left.count()) + 1));
+    if (count <= 0) {
+      // Only now, so that after a pause of this process what came in time counts.
+      if (steady_clock::now() >= end) return false;
+      continue;
+    }
     const ssize_t size = ::recv(receive_fd, buffer.data(), buffer.size(), MSG_DONTWAIT);
     if (size > 0 && expected == std::string_view(buffer.data(), static_cast<std::size_t>(size))) return true;
   }
-  return false;
 }
 
 ProbeResult BindAndJoin(int fd, const std::string& group, sockaddr_in& address) {
@@ -172,8 +177,9 @@ MulticastRoute ProbeMulticastRoute(const std::string& group) {
 }
 
 int FindFreePortPair(std::uint64_t seed) {
+  // Below 32768, from where the kernel gives out ports to whoever sends: a pair must still be free when it is bound.
   constexpr int kLowest = 20000;
-  constexpr std::uint64_t kPairs = 20000;
+  constexpr std::uint64_t kPairs = 6384;
   constexpr int kTries = 200;
   std::mt19937_64 random(seed);
   for (int i = 0; i < kTries; ++i) {
@@ -190,7 +196,7 @@ int FindFreePortPair(std::uint64_t seed) {
     if (::bind(bulk.fd(), Generic(address), sizeof(address)) < 0) continue;
     return port;
   }
-  throw BusError(BusErrorCode::kPortUnusable, "no free pair of UDP ports found in 20000 - 59999");
+  throw BusError(BusErrorCode::kPortUnusable, "no free pair of UDP ports found in 20000 - 32767");
 }
 
 }  // namespace legopt::bus

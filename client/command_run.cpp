@@ -65,17 +65,27 @@ struct Outcome {
   ExperimentStatus status;
 };
 
+// A server that is too busy to say how it is may still be taking the experiment in.
+void LookAt(ServerConnection& server, StoreTrouble& trouble) {
+  server.set_timeout(kCallTimeout);
+  try {
+    trouble.Look(server.Status(0), nullptr);
+  } catch (const ClientError& error) {
+    if (error.code() != ExitCode::kUnreachable) throw;
+  }
+}
+
 Outcome RunExperiment(const Submission& submission, const Options& options, LocalPool& pool,
                       const std::filesystem::path& db) {
   Outcome outcome;
   StoreTrouble trouble;
   try {
     ServerConnection server(pool.network());
-    server.set_timeout(kCallTimeout);
     const auto reply = server.Submit(submission.id, submission.spec.dump(), [&] {
       pool.Supervise();
-      trouble.Look(server.Status(0), nullptr);
+      LookAt(server, trouble);
     });
+    server.set_timeout(kCallTimeout);
     outcome.experiment_id = reply.experiment_id;
     PrintStart(submission, reply, db);
     std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers")

@@ -27,6 +27,7 @@ using std::chrono::duration;
 
 constexpr microseconds kPollSlice = std::chrono::milliseconds(50);
 constexpr microseconds kLastLook = std::chrono::seconds(1);
+constexpr microseconds kQuiet = std::chrono::milliseconds(300);
 constexpr microseconds kPatience = std::chrono::seconds(5);
 
 struct Options {
@@ -152,7 +153,10 @@ class TapRun {
   // Who interrupts the tap wants to see what passed until then, and LCM's reader may be a moment behind.
   void HearWhatHasArrived() {
     const microseconds end = transport_.now() + kLastLook;
-    while (Interrupted() && !InterruptedTwice() && !Enough() && std::cout && transport_.now() < end && Hear()) {
+    microseconds heard_at = transport_.now();
+    while (Interrupted() && !InterruptedTwice() && !Enough() && std::cout) {
+      if (Hear()) heard_at = transport_.now();
+      if (transport_.now() >= std::min(end, heard_at + kQuiet)) return;
     }
   }
 

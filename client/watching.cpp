@@ -90,6 +90,7 @@ ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experime
     try {
       reply = server.Status(experiment_id);
     } catch (const ClientError& error) {
+      if (error.code() == ExitCode::kInterrupted) trouble.ThrowIfAny();
       if (error.code() != ExitCode::kUnreachable || ++silent_calls >= max_silent_calls) throw;
       continue;
     }

@@ -193,6 +193,7 @@ class ReadOnlyDatabase::Impl {
     sqlite3_stmt* second = nullptr;
     const int second_code = sqlite3_prepare_v2(connection_->handle(), *tail, -1, &second, nullptr);
     sqlite3_finalize(second);
+    if (second_code == SQLITE_INTERRUPT) throw StoreError(StoreErrorCode::kInterrupted, "interrupted");
     if (empty || second != nullptr || second_code != SQLITE_OK) {
       throw StoreError(StoreErrorCode::kBadQuery, empty ? "empty SQL" : "one statement at a time, please");
     }

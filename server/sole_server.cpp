@@ -85,6 +85,12 @@ std::string FindObstacle(bus::Transport& transport, std::uint64_t seed, const le
   bus::Endpoint endpoint(transport, bus::kServerCandidate, seed);
   Candidacy candidacy(endpoint, self, patience);
   while (!candidacy.over()) endpoint.Poll(patience);
+  // After a pause of this process the time is over before anything was read: what came meanwhile counts.
+  constexpr microseconds kLastLook = std::chrono::milliseconds(20);
+  const microseconds end = transport.now() + kLastLook;
+  do {
+    endpoint.Poll(std::max(microseconds(0), end - transport.now()));
+  } while (transport.now() < end && candidacy.other().empty());
   if (!candidacy.other().empty()) {
     return "another server answers there (" + candidacy.other() + "); stop it or choose another --port";
   }

@@ -92,21 +92,25 @@ TEST_P(CallConformance, RepeatedDatagramsOfSmallAndLargeCallsAreHandledOnce) {
   Settle();
   const auto recorded = bed_->recorded();
   for (const auto& [port, datagram] : recorded) bed_->Inject(port, datagram);
+  const auto noticed = [&] {
+    // With a key: the same bytes again, where a retry has a nonce of its own.
+    const Counters& server = server_->counters();
+    return (keyed() ? server.rejected_replay : server.duplicate_requests) > 0 &&
+           client_->counters().duplicate_replies > 0;
+  };
+  EXPECT_TRUE(bed_->RunUntil(noticed));
   Settle();
   EXPECT_EQ(handled_, 2);
-  if (keyed()) {
-    EXPECT_GT(server_->counters().rejected_replay, 0U);  // the same bytes again, where a retry has a nonce of its own
-  } else {
-    EXPECT_GT(server_->counters().duplicate_requests, 0U);
-  }
-  EXPECT_GT(client_->counters().duplicate_replies, 0U);
   EXPECT_EQ(CallAndWait("after").body, "<after>");
   EXPECT_EQ(handled_, 3);
 }
 
 TEST_P(CallConformance, ARepeatedRequestGetsItsCachedReply) {
   ServeEcho(*server_);
-  CallAndWait("once");
+  CallOptions options;
+  options.timeout = std::chrono::seconds(30);
+  options.first_retry = options.max_retry = std::chrono::seconds(10);  // the only repetition is the one below
+  CallAndWait("once", options);
   const auto recorded = bed_->recorded();
   ASSERT_FALSE(recorded.empty());
   bed_->Inject(recorded[0].first, recorded[0].second);
@@ -153,14 +157,14 @@ TEST_P(CallConformance, AReplyAfterTheTimeOutIsIgnored) {
   ASSERT_TRUE(bed_->RunUntil([&] { return callbacks == 1 && kept.has_value(); }));
   EXPECT_EQ(last.status, CallResult::kTimeout);
   kept->Reply("too late");
-  ASSERT_TRUE(bed_->RunUntil([&] { return client_->counters().duplicate_replies == 1; }));
+  ASSERT_TRUE(bed_->RunUntil([&] { return client_->counters().duplicate_replies >= 1; }));
   EXPECT_EQ(callbacks, 1);
   EXPECT_EQ(client_->counters().calls_timed_out, 1U);
 }
 
 TEST_P(CallConformance, ACallToNobodyTimesOutAfterRepeats) {
   CallOptions options;
-  options.timeout = milliseconds(200);
+  options.timeout = std::chrono::seconds(3);
   options.first_retry = milliseconds(10);
   std::optional<CallResult> result;
   client_->Call(4242, MessageType::kQuery, "anyone?", options, [&](CallResult&& r) { result = std::move(r); });

@@ -9,9 +9,11 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
+#include <thread>
 
 namespace legopt::client {
 namespace {
@@ -51,6 +53,17 @@ std::vector<int> ChildrenOf(int parent, const std::string& name) {
     std::error_code error;
     const auto program = std::filesystem::read_symlink("/proc/" + std::to_string(pid) + "/exe", error);
     if (!error && program.filename() == name) children.push_back(pid);
+  }
+  return children;
+}
+
+std::vector<int> WaitForChildren(int parent, const std::string& name) {
+  constexpr int kLooks = 6000;
+  constexpr std::chrono::milliseconds kBetweenLooks(10);
+  std::vector<int> children;
+  for (int look = 0; look < kLooks && children.empty(); ++look) {
+    children = ChildrenOf(parent, name);
+    if (children.empty()) std::this_thread::sleep_for(kBetweenLooks);
   }
   return children;
 }

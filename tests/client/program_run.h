@@ -11,6 +11,9 @@ namespace legopt::client {
 /// Process ids of the children of `parent` that run the program `name`.
 std::vector<int> ChildrenOf(int parent, const std::string& name);
 
+/// The same, once there are some; empty after a minute without. A child that was just made is not yet its program.
+std::vector<int> WaitForChildren(int parent, const std::string& name);
+
 /// Blocks until a process that is not our child has ended.
 void WaitForEnd(int pid);
 

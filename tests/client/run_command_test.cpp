@@ -77,11 +77,13 @@ TEST_F(RunCommand, NamesTheDatabaseAfterSuiteAndTime) {
 
 TEST_F(RunCommand, TheSameContentIsNotComputedTwice) {
   ASSERT_EQ(Run({Suite(1), "--db", Db()}).exit_code, 0);
+  const auto attempts = Count("attempts");
   const auto again = Run({Suite(1), "--db", Db()});
   EXPECT_EQ(again.exit_code, 0) << again.err;
   EXPECT_THAT(again.err, HasSubstr("in the database already"));
   EXPECT_EQ(Count("experiments"), 1);
-  EXPECT_EQ(Count("attempts"), 6);
+  EXPECT_EQ(Count("results"), 6);
+  EXPECT_EQ(Count("attempts"), attempts);
   ASSERT_EQ(Run({Suite(1), "--db", Db(), "--new"}).exit_code, 0);
   EXPECT_EQ(Count("experiments"), 2);
 }
@@ -129,7 +131,7 @@ TEST_F(RunCommand, KilledChildrenAreStartedAgain) {
   RunningProgram program(BuiltProgram("legopt"), {"run", Suite(kRepetitions), "--db", Db()}, folder_.path());
   ASSERT_TRUE(program.WaitForError("Ctrl-C stops"));
   for (const char* name : {"legopt-worker", "legopt-server"}) {
-    const auto children = ChildrenOf(program.pid(), name);
+    const auto children = WaitForChildren(program.pid(), name);
     ASSERT_EQ(children.size(), 1U) << name;
     ::kill(children[0], SIGKILL);
     ASSERT_TRUE(program.WaitForError(std::string(name) + " ended with signal 9"));
@@ -145,7 +147,7 @@ TEST_F(RunCommand, KilledItLeavesNoProcessBehind) {
     RunningProgram program(BuiltProgram("legopt"), {"run", Suite(500), "--db", Db()}, folder_.path());
     ASSERT_TRUE(program.WaitForError("Ctrl-C stops"));
     for (const char* name : {"legopt-worker", "legopt-server"}) {
-      for (const int pid : ChildrenOf(program.pid(), name)) children.push_back(pid);
+      for (const int pid : WaitForChildren(program.pid(), name)) children.push_back(pid);
     }
     ASSERT_EQ(children.size(), 2U);
     ::kill(program.pid(), SIGKILL);
@@ -190,7 +192,7 @@ class RunOnAFullDisk : public RunCommand {
         std::vector<std::string>{"run", Suite(kRepetitions), "--db", Db(), "--port", std::to_string(port_)},
         folder_.path());
     ASSERT_TRUE(program_->WaitForError("Ctrl-C stops"));
-    const auto servers = ChildrenOf(program_->pid(), "legopt-server");
+    const auto servers = WaitForChildren(program_->pid(), "legopt-server");
     ASSERT_EQ(servers.size(), 1U);
     disk_ = std::make_unique<FullDisk>(servers[0]);
     ASSERT_TRUE(program_->WaitForError("cannot write its database"));

@@ -18,6 +18,7 @@ using std::chrono::seconds;
 constexpr int kTrials = 20;
 constexpr milliseconds kPatience = seconds(60);
 constexpr double kMicro = 1e-6;
+constexpr char kBetweenJobs[] = "between two jobs";  // what the worker says of a process that dies without a job
 
 std::int64_t Number(const Deployment& deployment, const std::string& sql) {
   const auto rows = deployment.Query(sql);
@@ -36,6 +37,31 @@ double SlotReturn(const Deployment& deployment, int crash) {
   std::int64_t took_us = 0;
   WaitUntil([&] { return (took_us = Number(deployment, third)) > 0; }, kPatience);
   return static_cast<double>(took_us) * kMicro;
+}
+
+int TimesSaid(const client::ChildProcess& worker, const std::string& words) {
+  const std::string text = worker.ErrorTail();
+  int times = 0;
+  for (auto at = text.find(words); at != std::string::npos; at = text.find(words, at + 1)) ++times;
+  return times;
+}
+
+// Kills the worker's job process until one dies at work, which the server records as crash number `crash`: one that
+// waits for its next job costs no attempt. False when nothing comes of it.
+bool KillAtWork(const Deployment& deployment, const client::ChildProcess& worker, int crash) {
+  const std::string crashes = "SELECT count(*) FROM attempts WHERE outcome = 'crashed'";
+  constexpr int kTries = 20;
+  for (int i = 0; i < kTries; ++i) {
+    const int idle_deaths = TimesSaid(worker, kBetweenJobs);
+    if (!WaitUntil([&] { return !ChildrenOf(worker.pid()).empty(); }, kPatience)) return false;
+    kill(ChildrenOf(worker.pid()).at(0), SIGSEGV);
+    const auto ended = [&] {
+      return Number(deployment, crashes) > crash || TimesSaid(worker, kBetweenJobs) > idle_deaths;
+    };
+    if (!WaitUntil(ended, kPatience)) return false;
+    if (Number(deployment, crashes) > crash) return true;
+  }
+  return false;
 }
 
 nlohmann::json EndlessJobs(int jobs) {
@@ -103,11 +129,7 @@ void MeasureSlotReturn(const Request& request, Findings& findings) {
   deployment.WaitForJobs(experiment, 10);
   std::vector<double> took_s;
   for (int trial = 0; trial < trials; ++trial) {
-    const auto children = ChildrenOf(worker->pid());
-    if (children.empty()) break;
-    kill(children[0], SIGSEGV);
-    const std::string crashes = "SELECT count(*) FROM attempts WHERE outcome = 'crashed'";
-    if (!WaitUntil([&] { return Number(deployment, crashes) > trial; }, kPatience)) break;
+    if (!KillAtWork(deployment, *worker, trial)) break;
     took_s.push_back(SlotReturn(deployment, trial));
   }
   deployment.connection().Cancel(experiment);

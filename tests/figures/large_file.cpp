@@ -85,6 +85,7 @@ void MeasureLargeFile(const Request& request, Findings& findings) {
     deployment->WaitForJobs(1, rows + 20 * start);  // something is in the log
     deployment->KillServer();
     starts.Make(*deployment);
+    worker->Stop(seconds(20));  // delivers what it has: nothing changes once results are counted
   }
   const std::int64_t results = CountResults(deployment->database());
   findings.Promise(results >= rows, std::to_string(results) + " result rows, " + std::to_string(kStarts - 1) +

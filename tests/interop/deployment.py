@@ -88,6 +88,10 @@ class Deployment:
         return subprocess.Popen([str(word) for word in command], env=self._environment, text=True,
                                 stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
+    def call(self, command, *arguments):
+        """Runs a command of `legopt` that asks the server, patiently; returns what it prints."""
+        return self.client(command, *arguments, "--timeout", "30")
+
     def client(self, *arguments):
         """Runs `legopt`; returns what it prints."""
         done = subprocess.run([str(self._build / "legopt"), *map(str, arguments)], env=self._environment, text=True,
@@ -102,21 +106,21 @@ class Deployment:
         suite.write_text(json.dumps({
             "name": "interop", "dataset": str(DATASET), "tasks": tasks, "repetitions": repetitions,
             "initializations": ["good"], "max_attempts": max_attempts, "methods": [{"name": "SQP", "solver": "sqp"}]}))
-        return int(self.client("submit", suite))
+        return int(self.call("submit", suite))
 
     def query(self, sql):
         """Rows as tuples."""
-        return [tuple(row.values()) for row in json.loads(self.client("query", sql, "--format", "json"))]
+        return [tuple(row.values()) for row in json.loads(self.call("query", sql, "--format", "json"))]
 
     def jobs(self, experiment):
         """Numbers of jobs by state."""
-        (facts,) = json.loads(self.client("status", "--format", "json"))["experiments"]
+        (facts,) = json.loads(self.call("status", "--format", "json"))["experiments"]
         assert facts["id"] == experiment
         return facts["jobs"]
 
     def counters(self):
         """The server's, of its transport."""
-        return json.loads(self.client("status", "--format", "json"))["server"]["transport"]
+        return json.loads(self.call("status", "--format", "json"))["server"]["transport"]
 
     def wait_for(self, experiment, state, count):
         """Waits until `count` jobs are in a state."""

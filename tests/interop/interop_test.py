@@ -100,7 +100,7 @@ class WorkerTest(unittest.TestCase):
         self.assertGreater(counters["objects_sent"], 0, "a lease reply of many jobs is large")
         # The judge says the same of what comes out.
         exported = deployment.folder / "exported.json"
-        deployment.client("export", 1, "--dataset", DATASET, "--out", exported)
+        deployment.call("export", 1, "--dataset", DATASET, "--out", exported)
         judged = json.loads(deployment.client("evaluate", exported, "--dataset", DATASET, "--format", "json"))
         self.assertEqual(
             [(each["problem"], each["cost"], each["verdict_literal"], each["verdict_strict"])
@@ -132,7 +132,10 @@ class WorkerTest(unittest.TestCase):
         code, words = leave(worker)
         self.assertEqual(code, 0, words)
         self.expect_complete(deployment, 12)
-        self.assertEqual(deployment.query("SELECT count(*) FROM attempts"), [(12,)], words)
+        # A lease that died with the server before its reply was sent is an attempt, too, but nobody's.
+        self.assertEqual(
+            deployment.query("SELECT count(*) FROM attempts WHERE message NOT LIKE '%never received the lease%'"),
+            [(12,)], words)
 
 
 class EndpointTest(unittest.IsolatedAsyncioTestCase):
@@ -263,7 +266,7 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
         endpoint = self.endpoint(deployment, key)
         await endpoint.call("control", experiment_id=experiment, action=0)
         self.assertEqual(deployment.query("SELECT hold FROM experiment_list"), [("paused",)])
-        deployment.client("resume", experiment)
+        deployment.call("resume", experiment)
         recorded = list(endpoint.port.sent)
         for restarted in (False, True):
             if restarted:

@@ -1,5 +1,6 @@
 #include "tests/service/deployment.h"
 
+#include <algorithm>
 #include <csignal>
 #include <stdexcept>
 
@@ -48,6 +49,7 @@ Deployment::Deployment() : port_(bus::FindFreePortPair(bus::RandomSeed())) {
   client::NetworkOptions network;
   network.group = kGroup;
   network.port = port_;
+  network.timeout_s = 30;  // a busy machine is no fault
   connection_ = std::make_unique<client::ServerConnection>(network);
 }
 
@@ -103,6 +105,18 @@ bool Deployment::WaitFor(std::int64_t experiment, const std::function<bool(const
 
 bool Deployment::WaitUntilDone(std::int64_t experiment) {
   return WaitFor(experiment, [](const nlohmann::json& status) { return status.at("state") != "active"; });
+}
+
+bool Deployment::WaitForWorkers(int online) {
+  const auto end = std::chrono::steady_clock::now() + kStartLimit;
+  while (std::chrono::steady_clock::now() < end) {
+    const nlohmann::json status = connection_->Status(0);
+    const auto& workers = status.at("workers");
+    const auto takes_part = [](const nlohmann::json& worker) { return worker.at("online").get<bool>(); };
+    if (std::count_if(workers.begin(), workers.end(), takes_part) >= online) return true;
+    server_->Wait(kBetweenLooks);
+  }
+  return false;
 }
 
 bool Deployment::WaitForJobs(std::int64_t experiment, int count) {

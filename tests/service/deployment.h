@@ -45,6 +45,8 @@ class Deployment {
   bool WaitFor(std::int64_t experiment, const std::function<bool(const nlohmann::json&)>& done,
                std::chrono::seconds limit = std::chrono::seconds(50));
   bool WaitUntilDone(std::int64_t experiment);
+  /// Waits until so many workers take part; false after a while.
+  bool WaitForWorkers(int online);
   /// Waits until at least `count` jobs have ended.
   bool WaitForJobs(std::int64_t experiment, int count);
 

@@ -40,7 +40,7 @@ class KeyTest : public testing::Test {
   client::NetworkOptions Network() const {
     client::NetworkOptions network;
     network.port = deployment_->port();
-    network.timeout_s = 3;
+    network.timeout_s = 30;
     return network;
   }
   // A server with further arguments, that is expected to give up.
