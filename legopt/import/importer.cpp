@@ -4,18 +4,17 @@
 #include <cctype>
 #include <cmath>
 #include <memory>
-#include <system_error>
 #include <utility>
 
-#include "legopt/collision/mesh_faults.h"
 #include "legopt/collision/scene_solids.h"
 #include "legopt/generate/dataset_writer.h"
-#include "legopt/generate/pieces.h"
 #include "legopt/generate/terrain.h"
 #include "legopt/generate/text_file.h"
 #include "legopt/import/dataset_check.h"
+#include "legopt/import/file_copy.h"
 #include "legopt/import/quaternion_order.h"
 #include "legopt/import/robot_files.h"
+#include "legopt/import/scene_files.h"
 #include "legopt/input_error.h"
 #include "legopt/problem/content_hash.h"
 #include "legopt/problem/dataset.h"
@@ -33,15 +32,6 @@ using Severity = DatasetFinding::Severity;
 constexpr const char* kPostureFile = "problems-posture.json";
 constexpr const char* kMotionFile = "problems-motion.json";
 constexpr double kSoleClearance_m = 1e-3;  // the judge's tolerance (reference 1.2)
-
-void CopyFile(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  fs::create_directories(to.parent_path(), error);
-  fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
-  if (error) {
-    throw InputError({from.string(), "", "", "cannot be copied: " + error.message(), "check permissions and space"});
-  }
-}
 
 class Importer {
  public:
@@ -123,47 +113,10 @@ class Importer {
   }
 
   void WriteScene() {
-    const Scene source = ReadSceneFile(sources_.scene);
-    if (IsMeshFile(sources_.scene)) {
-      std::string suffix = sources_.scene.extension().string();
-      std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return std::tolower(c); });
-      description_.scene_file = "scene" + suffix;
-      if (!options_.fix_winding || !TurnScene(source)) CopyFile(sources_.scene, folder_ / description_.scene_file);
-    } else if (options_.fix_winding) {
-      throw InputError({sources_.scene.string(), "--fix-winding", "", "works on a scene that is a single mesh",
-                        "turn the meshes of its objects in a mesh editor"});
-    } else {
-      CopySceneObjects(source);
-    }
+    CopiedScene scene = CopyScene(sources_.scene, folder_, options_.source, options_.fix_winding);
+    description_.scene_file = scene.file;
+    for (DatasetFinding& finding : scene.findings) report_.findings.push_back(std::move(finding));
     triangles_ = CollectSceneTriangles(ReadSceneFile(folder_ / description_.scene_file));
-  }
-
-  /// A scene.yaml and its meshes, in a folder of their own so that they cannot meet the robot's.
-  void CopySceneObjects(const Scene& source) {
-    const fs::path from = sources_.scene.parent_path();
-    description_.scene_file = "scene/" + sources_.scene.filename().string();
-    CopyFile(sources_.scene, folder_ / description_.scene_file);
-    for (const SceneObject& object : source.objects) {
-      if (object.shape.kind != ShapeSpec::Kind::kMesh) continue;
-      const fs::path relative = fs::path(object.shape.mesh_file).lexically_relative(from);
-      if (relative.empty() || *relative.begin() == "..") {
-        throw InputError({sources_.scene.string(), "object '" + object.name + "': file", object.shape.mesh_file,
-                          "the mesh lies outside of the scene's folder", "move it beside the scene file"});
-      }
-      CopyFile(object.shape.mesh_file, folder_ / "scene" / relative);
-    }
-  }
-
-  /// Writes the scene's mesh with all bodies wound outwards; false when they are already.
-  bool TurnScene(const Scene& source) {
-    const TriangleMesh mesh = CollectSceneTriangles(source);
-    const int inverted = FindMeshFaults(mesh).inverted_components;
-    if (inverted == 0) return false;
-    description_.scene_file = "scene.ply";
-    WritePly(folder_ / description_.scene_file, TurnInvertedComponents(mesh));
-    Note(Severity::kInfo, "winding", InSource(sources_.scene), std::to_string(inverted) + " bodies",
-         "were wound inside out and have been turned round; the scene is written as scene.ply");
-    return true;
   }
 
   void WriteProblems() {

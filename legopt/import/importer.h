@@ -19,7 +19,7 @@ struct ImportOptions {
   std::vector<std::string> feet;                  ///< default: the links that the problems name
   std::optional<double> sole_offset_m;            ///< default: lowest point of the feet, and 1 mm
   std::map<std::string, double> nominal_posture;  ///< joint -> rad; default: see ImportDataset
-  bool fix_winding = false;  ///< turn bodies that are inside out; only for a scene that is a single mesh
+  bool fix_winding = false;                       ///< turn bodies of the scene that are inside out
 
   /// Throws InputError naming the flag that is out of range.
   void Validate() const;

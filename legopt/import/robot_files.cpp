@@ -11,6 +11,7 @@
 
 #include "legopt/generate/pieces.h"
 #include "legopt/generate/text_file.h"
+#include "legopt/import/file_copy.h"
 #include "legopt/input_error.h"
 
 namespace legopt {
@@ -142,11 +143,8 @@ class MeshCopier {
     const auto [place, fresh] = copies_.try_emplace(mesh.string());
     if (!fresh) return place->second;
     place->second = std::string(kRobotMeshFolder) + "/" + names_.Take(mesh.stem().string(), mesh.extension().string());
-    std::error_code error;
-    fs::copy_file(mesh, folder_ / place->second, fs::copy_options::overwrite_existing, error);
-    if (!error) return place->second;
-    throw InputError(
-        {mesh.string(), "", "", "cannot be copied: " + error.message(), "check permissions and free space"});
+    CopyFile(mesh, folder_ / place->second);
+    return place->second;
   }
 
  private:

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "legopt/generate/dataset_writer.h"
 #include "legopt/import/footholds.h"
 #include "legopt/problem/dataset.h"
@@ -138,9 +140,65 @@ TEST(Import, InvertedScenesAreRefusedOrTurned) {
   const ImportReport turned = ImportDataset(options, clone.NewFolder("turned"));
   EXPECT_FALSE(AnyError(turned.findings));
   EXPECT_THAT(Find(turned, "winding", kInfo)->value, HasSubstr("1 bodies"));
-  const test::SyntheticFolder objects(clone.NewFolder("objects"));
-  options.source = objects.path();
-  EXPECT_THAT(MessageOf([&] { ImportDataset(options, clone.NewFolder("unmade")); }), HasSubstr("--fix-winding"));
+}
+
+std::string TextOf(const fs::path& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+// One file inside out that two objects share, once by a quoted name, and one that is sound.
+TEST(Import, OfAllMeshesOfASceneOnlyThoseInsideOutAreTurned) {
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  const test::TemporaryFolder folder;
+  const test::SyntheticFolder synthetic(folder.path() / "in");
+  const fs::path source = synthetic.path();
+  test::WriteText(source / "meshes" / "rock.obj", corners + "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
+  test::WriteText(source / "meshes" / "stone.obj", corners + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  test::ReplaceInFile(source / "scene.yaml", "objects:",
+                      "# meshes/rock.obj is from a quarry\nobjects:\n"
+                      "  - {name: boulder, shape: mesh, file: \"meshes/rock.obj\", position: [7, 7, 1]}\n"
+                      "  - {name: stone, shape: mesh, file: meshes/stone.obj, position: [9, 5, 1]}");
+  const std::string scene = TextOf(source / "scene.yaml");
+
+  fs::create_directories(folder.path() / "refused");
+  const ImportReport refused = ImportDataset(From(source), folder.path() / "refused");
+  EXPECT_THAT(Find(refused, "winding", kError)->fix, HasSubstr("--fix-winding"));
+
+  ImportOptions options = From(source);
+  options.fix_winding = true;
+  const fs::path out = folder.path() / "out";
+  fs::create_directories(out);
+  const ImportReport turned = ImportDataset(options, out);
+  EXPECT_FALSE(AnyError(turned.findings));
+  const DatasetFinding* finding = Find(turned, "winding", kInfo);
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->field, "meshes/rock.obj");
+  EXPECT_EQ(finding->value, "1 bodies");
+  std::string expected = scene;
+  for (const std::string old : {"\"meshes/rock.obj\"", "file: meshes/rock.obj"}) {
+    const std::string key = old.front() == 'f' ? "file: " : "";
+    expected.replace(expected.rfind(old), old.size(), key + "'meshes/rock-turned.ply'");
+  }
+  EXPECT_EQ(TextOf(out / "scene" / "scene.yaml"), expected);
+  EXPECT_FALSE(fs::exists(out / "scene" / "meshes" / "rock.obj"));
+  EXPECT_EQ(TextOf(out / "scene" / "meshes" / "stone.obj"), TextOf(source / "meshes" / "stone.obj"));
+  EXPECT_EQ(TextOf(source / "scene.yaml"), scene) << "the source stays as it is";
+  const auto dataset = Dataset::Load(out);
+  EXPECT_EQ(dataset->scene().objects.size(), 5U);
+}
+
+TEST(Import, AMeshNameThatCannotBeReplacedIsNamed) {
+  const test::TemporaryFolder folder;
+  const test::SyntheticFolder synthetic(folder.path() / "in");
+  test::WriteText(synthetic.path() / "meshes" / "rock.obj",
+                  "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
+  test::ReplaceInFile(synthetic.path() / "scene.yaml", "file: meshes/rock.obj", "file: \"meshes/\\x72ock.obj\"");
+  ImportOptions options = From(synthetic.path());
+  options.fix_winding = true;
+  fs::create_directories(folder.path() / "out");
+  EXPECT_THAT(MessageOf([&] { ImportDataset(options, folder.path() / "out"); }),
+              AllOf(HasSubstr("scene.yaml"), HasSubstr("meshes/rock.obj"), HasSubstr("plain or quoted word")));
 }
 
 TEST(Import, ARobotWithoutFeetIsRefused) {

@@ -1,0 +1,145 @@
+#include "legopt/import/scene_files.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include "legopt/collision/mesh_faults.h"
+#include "legopt/generate/pieces.h"
+#include "legopt/generate/text_file.h"
+#include "legopt/import/file_copy.h"
+#include "legopt/input_error.h"
+#include "legopt/problem/scene_file.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSceneFolder = "scene";
+
+std::string Lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+class SceneCopy {
+ public:
+  SceneCopy(const fs::path& scene, const fs::path& folder, const fs::path& root, bool fix_winding)
+      : scene_(scene), folder_(folder), root_(root), fix_winding_(fix_winding) {}
+
+  CopiedScene Make() {
+    const Scene source = ReadSceneFile(scene_);
+    if (IsMeshFile(scene_)) {
+      CopyOneMesh();
+    } else {
+      CopyObjects(source);
+    }
+    return std::move(copied_);
+  }
+
+ private:
+  void CopyOneMesh() {
+    copied_.file = "scene.ply";
+    if (fix_winding_ && WriteTurned(scene_, copied_.file)) return;
+    copied_.file = "scene" + Lower(scene_.extension().string());
+    CopyFile(scene_, folder_ / copied_.file);
+  }
+
+  void CopyObjects(const Scene& source) {
+    copied_.file = (fs::path(kSceneFolder) / scene_.filename()).generic_string();
+    std::map<fs::path, fs::path> turned;  // relative to the scene's folder
+    for (const SceneObject& object : source.objects) {
+      if (object.shape.kind == ShapeSpec::Kind::kMesh) CopyMeshOf(object, &turned);
+    }
+    if (turned.empty()) {
+      CopyFile(scene_, folder_ / copied_.file);
+    } else {
+      WriteTextFile(folder_ / copied_.file, WithMeshes(turned));
+    }
+  }
+
+  void CopyMeshOf(const SceneObject& object, std::map<fs::path, fs::path>* turned) {
+    const fs::path relative = fs::path(object.shape.mesh_file).lexically_relative(scene_.parent_path());
+    if (relative.empty() || *relative.begin() == "..") {
+      throw InputError({scene_.string(), "object '" + object.name + "': file", object.shape.mesh_file,
+                        "the mesh lies outside of the scene's folder", "move it beside the scene file"});
+    }
+    if (turned->contains(relative)) return;
+    const fs::path replacement = FreeName(relative);
+    if (fix_winding_ && WriteTurned(object.shape.mesh_file, kSceneFolder / replacement)) {
+      turned->emplace(relative, replacement);
+    } else {
+      CopyFile(object.shape.mesh_file, folder_ / kSceneFolder / relative);
+    }
+  }
+
+  fs::path FreeName(fs::path mesh) const {
+    do {
+      mesh.replace_filename(mesh.stem().string() + "-turned.ply");
+    } while (fs::exists(scene_.parent_path() / mesh));
+    return mesh;
+  }
+
+  /// Writes a mesh with all bodies wound outwards, in the frame of its file; false when they are already.
+  bool WriteTurned(const fs::path& mesh_file, const fs::path& to) {
+    const TriangleMesh mesh = LoadMesh(mesh_file.string());
+    const int inverted = FindMeshFaults(mesh).inverted_components;
+    if (inverted == 0) return false;
+    fs::create_directories((folder_ / to).parent_path());
+    WritePly(folder_ / to, TurnInvertedComponents(mesh));
+    copied_.findings.push_back({.severity = DatasetFinding::Severity::kInfo,
+                                .check = "winding",
+                                .file = "",
+                                .field = mesh_file.lexically_relative(fs::weakly_canonical(root_)).generic_string(),
+                                .value = std::to_string(inverted) + " bodies",
+                                .message = "were wound inside out and have been turned round; the mesh is written as " +
+                                           to.filename().string(),
+                                .fix = ""});
+    return true;
+  }
+
+  /// The text of the scene file with other names of meshes; all else, comments included, stays as it is.
+  std::string WithMeshes(const std::map<fs::path, fs::path>& meshes) const {
+    std::ifstream stream(scene_, std::ios::binary);
+    std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+    const YAML::Node objects = YAML::Load(text)["objects"];
+    for (std::size_t i = objects.size(); i-- > 0;) {  // from the end, so that positions hold
+      const YAML::Node file = objects[i]["file"];
+      if (!file) continue;
+      const auto found = meshes.find(fs::path(file.Scalar()).lexically_normal());
+      if (found != meshes.end()) ReplaceScalar(file, found->second.generic_string(), &text);
+    }
+    return text;
+  }
+
+  void ReplaceScalar(const YAML::Node& node, const std::string& value, std::string* text) const {
+    const auto at = static_cast<std::size_t>(std::max(0, node.Mark().pos));
+    for (const char* quote : {"", "'", "\""}) {
+      const std::string written = quote + node.Scalar() + quote;
+      if (text->compare(at, written.size(), written) != 0) continue;
+      text->replace(at, written.size(), "'" + value + "'");
+      return;
+    }
+    throw InputError({scene_.string(), "file", node.Scalar(), "its mesh is to be replaced, and the name is not found",
+                      "write it as a plain or quoted word on the line of its key"});
+  }
+
+  const fs::path& scene_;
+  const fs::path& folder_;
+  const fs::path& root_;
+  bool fix_winding_;
+  CopiedScene copied_;
+};
+
+}  // namespace
+
+CopiedScene CopyScene(const fs::path& scene, const fs::path& folder, const fs::path& root, bool fix_winding) {
+  return SceneCopy(scene, folder, root, fix_winding).Make();
+}
+
+}  // namespace legopt
