@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstddef>
+#include <string>
+
 // The SQL of SqliteStore, one named constant per statement. Private to the sqlite_store*.cpp files.
 
 namespace legopt::db::sql {
@@ -101,9 +104,14 @@ inline constexpr char kInsertCell[] =
     "INSERT INTO cells (cell_id, experiment_id, method_id, task, initialization, num_jobs, wall_limit_us) "
     "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)";
 
-inline constexpr char kInsertJob[] =
-    "INSERT INTO jobs (job_id, cell_id, problem_key, repetition, max_attempts) "
-    "VALUES (?1, ?2, ?3, ?4, ?5)";
+inline constexpr std::size_t kJobsPerBatch = 64;
+inline constexpr std::size_t kValuesPerJob = 5;
+
+inline std::string InsertJobs(std::size_t count) {
+  std::string sql = "INSERT INTO jobs (job_id, cell_id, problem_key, repetition, max_attempts) VALUES ";
+  for (std::size_t i = 0; i < count; ++i) sql += i == 0 ? "(?, ?, ?, ?, ?)" : ", (?, ?, ?, ?, ?)";
+  return sql;
+}
 
 inline constexpr char kFindAttempt[] =
     "SELECT a.token, a.worker_id, a.outcome, j.state FROM attempts AS a JOIN jobs AS j USING (job_id) "

@@ -85,7 +85,8 @@ SqliteStore::Statements::Statements(Connection& c)
       find_problem(c, sql::kFindProblem),
       insert_experiment(c, sql::kInsertExperiment),
       insert_cell(c, sql::kInsertCell),
-      insert_job(c, sql::kInsertJob),
+      insert_job(c, sql::InsertJobs(1)),
+      insert_job_batch(c, sql::InsertJobs(sql::kJobsPerBatch)),
       find_attempt(c, sql::kFindAttempt),
       find_options(c, sql::kFindOptions) {}
 

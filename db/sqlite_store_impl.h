@@ -30,7 +30,7 @@ class SqliteStore final : public Store {
     Statement cancel_attempts, cancel_jobs, control_experiment, retry_jobs, reopen_experiment, close_experiment;
     Statement put_worker, insert_event;
     Statement put_dataset, find_dataset, put_method, find_method, put_problem, find_problem;
-    Statement insert_experiment, insert_cell, insert_job;
+    Statement insert_experiment, insert_cell, insert_job, insert_job_batch;
     Statement find_attempt, find_options;
   };
 
@@ -46,6 +46,7 @@ class SqliteStore final : public Store {
   void Do(const PutWorker& op);
   void Do(const RecordEvent& op);
   void EndJob(std::int64_t job_id, int attempt, JobState next, bool returned);
+  void InsertJobs(const NewExperiment& experiment, std::span<const std::int64_t> problem_keys);
   std::int64_t PutDataset(const DatasetRecord& dataset);
   std::int64_t PutMethod(const MethodRecord& method);
   std::int64_t PutProblem(std::int64_t dataset_id, const ProblemRecord& problem);
