@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -8,12 +9,16 @@
 #include <string>
 #include <thread>
 
+#include "client/client_error.h"
 #include "client/commands.h"
 #include "client/generation_progress.h"
+#include "client/interrupt.h"
 #include "legopt/data_folder.h"
 #include "legopt/generate/dataset_builder.h"
 #include "legopt/generate/scenario.h"
+#include "legopt/generate/source_check.h"
 #include "legopt/generate/text_file.h"
+#include "legopt/input_error.h"
 #include "legopt/problem/dataset.h"
 
 namespace legopt::client {
@@ -27,10 +32,16 @@ struct ScenarioFlags {
   bool no_pictures = false;
 };
 
+void AddSeedFlag(CLI::App& app, ScenarioFlags* flags) {
+  app.add_option("--seed", flags->seed, "All random draws follow from it")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);  // it would wrap around
+}
+
 void AddScenarioFlags(CLI::App& app, ScenarioFlags* flags) {
   app.add_option("--kind", flags->kind, "garage or house")->capture_default_str();
   app.add_option("--level", flags->level, "easier, easy, intermediate or hard")->capture_default_str();
-  app.add_option("--seed", flags->seed, "All random draws follow from it")->capture_default_str();
+  AddSeedFlag(app, flags);
   app.add_option("--out", flags->out, "Folder to make; it must not exist")->required();
   app.add_flag("--no-pictures", flags->no_pictures, "Leave the PNG files out");
 }
@@ -43,15 +54,46 @@ ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
   return options;
 }
 
+/// Makes `out` by `make` in a folder of its own, which is kept after an interruption, and after a refusal when stances
+/// were proven there, as the same command then goes on with them.
+void MakeFolder(const std::filesystem::path& out, const std::string& identity,
+                const std::function<void(const std::filesystem::path&, const BuildProgress&)>& make) {
+  NewFolder folder(out, identity);
+  const InterruptGuard guard;
+  GenerationProgress progress;
+  try {
+    make(folder.path(), [&](const std::string& stage, double done, double total, const std::string& unit) {
+      progress.Show(stage, done, total, unit);
+      if (Interrupted()) throw ClientError(ExitCode::kInterrupted, "interrupted");
+    });
+  } catch (const ClientError&) {
+    progress.Break();
+    throw ClientError(ExitCode::kInterrupted, "interrupted; the same command goes on with what is done, in " +
+                                                  folder.path().string() + "; to begin anew, remove it");
+  } catch (const InputError& error) {
+    progress.Break();
+    if (!std::filesystem::exists(folder.path() / kStancesFileName)) {
+      folder.Discard();
+      throw;
+    }
+    InputError::Fault fault = error.fault();
+    fault.fix += (fault.fix.empty() ? "" : "; ") + std::string("scene and stances are kept in ") +
+                 folder.path().string() + ": with another number of plans or postures the command goes on with them, " +
+                 "for all else remove it";
+    throw InputError(std::move(fault));
+  }
+  progress.Break();
+  folder.Finish();
+}
+
 ExitCode GenerateScenario(const ScenarioFlags& flags) {
   const ScenarioOptions options = OptionsOf(flags);
-  NewFolder folder(flags.out, "scenario " + flags.kind + " " + flags.level + " " + std::to_string(flags.seed) + "\n");
-  GenerationProgress progress;
-  const Scenario scenario =
-      MakeScenario(options, [&](double done, double total) { progress.Show("collapse", done, total, "s"); });
-  progress.Break();
-  WriteScenario(scenario, folder.path(), !flags.no_pictures);
-  folder.Finish();
+  const std::string identity = "scenario " + flags.kind + " " + flags.level + " " + std::to_string(flags.seed) + "\n";
+  Scenario scenario;
+  MakeFolder(flags.out, identity, [&](const std::filesystem::path& folder, const BuildProgress& progress) {
+    scenario = MakeScenario(options, [&](double done, double total) { progress("collapse", done, total, "s"); });
+    WriteScenario(scenario, folder, !flags.no_pictures);
+  });
   std::cout << DescribeScenario(scenario).dump(2) << "\n";
   return ExitCode::kOk;
 }
@@ -91,7 +133,7 @@ void AddInstanceFlags(CLI::App& app, DatasetFlags* flags) {
 void AddSourceFlags(CLI::App& app, DatasetFlags* flags) {
   app.add_option("--from", flags->from, "Dataset folder with the robot and the scene; its problems are not used")
       ->required();
-  app.add_option("--seed", flags->scenario.seed, "All random draws follow from it")->capture_default_str();
+  AddSeedFlag(app, &flags->scenario);
   app.add_option("--out", flags->scenario.out, "Folder to make; it must not exist")->required();
 }
 
@@ -111,15 +153,13 @@ DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Bu
     options.scenario = OptionsOf(flags.scenario);
   }
   options.Validate();
-  const std::string source = Dataset::Load(options.robot_folder)->content_hash();
-  NewFolder folder(out, what + options.Identity() + ", from " + source + "\n");
-  GenerationProgress progress;
-  DatasetReport report =
-      build(options, folder.path(), [&](const std::string& stage, double done, double total, const std::string& unit) {
-        progress.Show(stage, done, total, unit);
-      });
-  progress.Break();
-  folder.Finish();
+  const auto source = Dataset::Load(options.robot_folder);
+  CheckSource(source, options.ProbeFor(*source), !options.scenario);
+  const std::string identity = what + options.StancesIdentity() + ", from " + source->content_hash() + "\n";
+  DatasetReport report;
+  MakeFolder(out, identity, [&](const std::filesystem::path& folder, const BuildProgress& progress) {
+    report = build(options, folder, progress);
+  });
   if (!report.tally.empty()) std::cout << "stances: " << report.tally << "\n";
   return report;
 }

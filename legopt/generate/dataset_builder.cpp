@@ -9,14 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "legopt/collision/mesh.h"
-#include "legopt/collision/mesh_faults.h"
 #include "legopt/evaluate/solution_file.h"
 #include "legopt/generate/dataset_writer.h"
 #include "legopt/generate/parallel.h"
 #include "legopt/generate/posture_selection.h"
 #include "legopt/generate/proven_stances.h"
 #include "legopt/generate/seeds.h"
+#include "legopt/generate/source_check.h"
 #include "legopt/generate/stance_features.h"
 #include "legopt/generate/text_file.h"
 #include "legopt/input_error.h"
@@ -30,7 +29,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPostureFile = "problems-posture.json";
 constexpr const char* kMotionFile = "problems-motion.json";
-constexpr const char* kStancesFile = "stances.json";
 constexpr const char* kSolutionsFile = "solutions-posture.json";
 
 /// Posture problem and its proof.
@@ -69,7 +67,6 @@ class Builder {
   void PrepareFolder();
   void PrepareModel();
   void MakeScene();
-  void CheckScene() const;
   std::vector<Stance> Stances();
   std::vector<Stance> Sample(bool prove);
   std::string FormatStances(const std::vector<Stance>& stances) const;
@@ -81,7 +78,6 @@ class Builder {
   void DescribePlans(const std::vector<std::pair<FloorChange, PlannedPair>>& tried) const;
   void FinishPostures() const;
   void Finish();
-  std::string scenario_name() const { return options_.name; }
 
   const DatasetOptions& options_;
   fs::path folder_;
@@ -89,6 +85,7 @@ class Builder {
   std::shared_ptr<const Dataset> dataset_;
   std::shared_ptr<const ProbeModel> model_;
   Eigen::AlignedBox2d region_;
+  std::string scenario_name_;  // in the problem files; not the dataset's, which changes no result
   std::vector<ProblemDefinition> motions_;
   std::vector<Proven> postures_;
   DatasetReport report_;
@@ -109,6 +106,8 @@ void Builder::PrepareFolder() {
   if (options_.scenario) {
     MakeScene();
     description.scene_file = kSceneMeshName;
+    scenario_name_ =
+        std::string(ToString(options_.scenario->kind)) + "-" + std::string(ToString(options_.scenario->level));
     const Building building = MakeBuilding(options_.scenario->kind, DeriveSeed(options_.scenario->seed, "building"));
     constexpr double kMargin_m = 1.0;
     region_ = building.plan;
@@ -116,6 +115,7 @@ void Builder::PrepareFolder() {
     region_.max().array() += kMargin_m;
   } else {
     CopyScene(*source, description, folder_);
+    scenario_name_ = source->name();
   }
   description.name = options_.name;
   description.posture_file = kPostureFile;
@@ -123,7 +123,7 @@ void Builder::PrepareFolder() {
   WriteTextFile(folder_ / kDatasetFileName,
                 FormatDatasetFile(description, "Made by `legopt generate`; " + options_.Identity()));
   for (const auto& [file, task] : {std::pair(kPostureFile, Task::kPosture), std::pair(kMotionFile, Task::kMotion)}) {
-    WriteTextFile(folder_ / file, FormatProblems({}, task, source->robot().name(), scenario_name()));
+    WriteTextFile(folder_ / file, FormatProblems({}, task, source->robot().name(), scenario_name_));
   }
   WriteManifestHashes(folder_);
 }
@@ -131,30 +131,13 @@ void Builder::PrepareFolder() {
 void Builder::PrepareModel() {
   PrepareFolder();
   dataset_ = Dataset::Load(folder_);
-  CheckScene();
-  ProbeOptions probe = ProbeOptions::For(*dataset_);
-  probe.reach_m = options_.radius_m.value_or(probe.reach_m);
-  probe.slope_rad = options_.slope_rad.value_or(probe.slope_rad);
-  model_ = ProbeModel::Build(dataset_, probe);
-}
-
-/// Solver and judge disagree about a mesh that is not closed and wound outwards.
-void Builder::CheckScene() const {
-  for (const SceneObject& object : dataset_->scene().objects) {
-    if (object.shape.kind != ShapeSpec::Kind::kMesh) continue;
-    const MeshFaults faults = FindMeshFaults(Tessellate(object.shape));
-    if (faults.none()) continue;
-    const bool holes = faults.open_edges > 0;
-    throw InputError({object.shape.mesh_file, "scene object '" + object.name + "'",
-                      holes ? std::to_string(faults.open_edges) + " open edges"
-                            : std::to_string(faults.inverted_components) + " bodies",
-                      holes ? "the mesh has holes" : "the mesh is wound inside out",
-                      holes ? "close it" : "turn the triangles of these bodies round"});
-  }
+  RequireSoundMeshes(*dataset_);
+  RequireLeftFootFirst(*dataset_);
+  model_ = ProbeModel::Build(dataset_, options_.ProbeFor(*dataset_));
 }
 
 std::vector<Stance> Builder::Stances() {
-  const fs::path path = folder_ / kStancesFile;
+  const fs::path path = folder_ / kStancesFileName;
   std::vector<Stance> stances;
   if (fs::exists(path)) {
     for (const ProblemDefinition& problem : ReadProblemFile(path).problems) stances.push_back(problem.stances.front());
@@ -183,7 +166,7 @@ std::vector<Stance> Builder::Sample(bool prove) {
 std::string Builder::FormatStances(const std::vector<Stance>& stances) const {
   std::vector<ProblemDefinition> problems;
   for (const Stance& stance : stances) problems.push_back({static_cast<int>(problems.size()), {stance}});
-  return FormatProblems(problems, Task::kPosture, dataset_->robot().name(), scenario_name());
+  return FormatProblems(problems, Task::kPosture, dataset_->robot().name(), scenario_name_);
 }
 
 /// Motion problems: first those that change floors, as in the paper's files.
@@ -326,7 +309,7 @@ void Builder::Describe() {
 void Builder::FinishPostures() const {
   const std::string& robot = dataset_->robot().name();
   std::vector<ProblemDefinition> postures;
-  SolutionFile solutions{robot, scenario_name(), Task::kPosture, {}};
+  SolutionFile solutions{robot, scenario_name_, Task::kPosture, {}};
   for (const Proven& posture : postures_) {
     postures.push_back({static_cast<int>(postures.size()), {posture.stance}});
     Solution solution;
@@ -336,13 +319,13 @@ void Builder::FinishPostures() const {
     solution.success = true;
     solutions.problems.push_back({postures.back(), {std::move(solution)}});
   }
-  WriteTextFile(folder_ / kPostureFile, FormatProblems(postures, Task::kPosture, robot, scenario_name()));
+  WriteTextFile(folder_ / kPostureFile, FormatProblems(postures, Task::kPosture, robot, scenario_name_));
   WriteTextFile(folder_ / kSolutionsFile, FormatSolutions(solutions));
 }
 
 void Builder::Finish() {
   WriteTextFile(folder_ / kMotionFile,
-                FormatProblems(motions_, Task::kMotion, dataset_->robot().name(), scenario_name()));
+                FormatProblems(motions_, Task::kMotion, dataset_->robot().name(), scenario_name_));
   WriteManifestHashes(folder_);
   report_.content_hash = Dataset::Load(folder_)->content_hash();
   for (const char* state : {"plans-same.json", "plans-different.json"}) fs::remove(folder_ / state);
@@ -350,19 +333,29 @@ void Builder::Finish() {
 
 }  // namespace
 
-std::string DatasetOptions::Identity() const {
+std::string DatasetOptions::StancesIdentity() const {
   std::string text = "name " + name;
   if (scenario) {
     text += ", " + std::string(ToString(scenario->kind)) + " " + std::string(ToString(scenario->level)) +
             ", scenario seed " + std::to_string(scenario->seed);
   }
-  text += ", seed " + std::to_string(seed) + ", stances " + std::to_string(stances) + ", plans " +
-          std::to_string(same_floor) + " + " + std::to_string(different_floors) + ", postures " +
-          std::to_string(postures);
+  text += ", seed " + std::to_string(seed) + ", stances " + std::to_string(stances);
   if (radius_m) text += ", radius " + std::to_string(*radius_m);
   if (slope_rad) text += ", slope " + std::to_string(*slope_rad);
   if (proven) text += ", proven stances " + HashFile(*proven);
   return text;
+}
+
+std::string DatasetOptions::Identity() const {
+  return StancesIdentity() + ", plans " + std::to_string(same_floor) + " + " + std::to_string(different_floors) +
+         ", postures " + std::to_string(postures);
+}
+
+ProbeOptions DatasetOptions::ProbeFor(const Dataset& dataset) const {
+  ProbeOptions probe = ProbeOptions::For(dataset);
+  probe.reach_m = radius_m.value_or(probe.reach_m);
+  probe.slope_rad = slope_rad.value_or(probe.slope_rad);
+  return probe;
 }
 
 void DatasetOptions::Validate() const {

@@ -13,6 +13,9 @@
 
 namespace legopt {
 
+/// Name of the file, in the dataset's folder, of the stances that plans start and end at.
+inline constexpr const char* kStancesFileName = "stances.json";
+
 /// A dataset to be made: where robot and scene come from, and how many problems.
 struct DatasetOptions {
   std::string name;                         ///< of the dataset; letters, digits, '-', '_'
@@ -30,9 +33,13 @@ struct DatasetOptions {
   /// Stances that have a posture (proven_stances.h), instead of sampling and proving `stances` of them.
   std::optional<std::filesystem::path> proven;
 
-  /// Everything that decides the result, as text: resuming is allowed when it is equal. Throws InputError: `proven`
-  /// cannot be read.
+  /// Everything that decides the result, as text. Throws InputError: `proven` cannot be read.
   std::string Identity() const;
+  /// The part of it that decides scene and stances. Work may go on in a folder where it is equal: of the plans, whose
+  /// number may differ, as many are taken as a run from nothing would have made.
+  std::string StancesIdentity() const;
+  /// What counts as a place to stand for the robot of `dataset`.
+  ProbeOptions ProbeFor(const Dataset& dataset) const;
   /// Throws InputError naming the command-line flag that is out of range.
   void Validate() const;
 };

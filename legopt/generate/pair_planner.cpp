@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -82,6 +83,16 @@ int CountFound(const std::vector<PlannedPair>& pairs) {
   return static_cast<int>(std::count_if(pairs.begin(), pairs.end(), [](const auto& pair) { return pair.found(); }));
 }
 
+/// Takes away what was tried for more plans than are wanted now.
+void CutToWanted(int wanted, std::vector<PlannedPair>* pairs) {
+  size_t size = 0;
+  for (int found = 0; size < pairs->size() && found < wanted; size += kBatch) {
+    const auto batch = std::span(*pairs).subspan(size, std::min<size_t>(kBatch, pairs->size() - size));
+    found += static_cast<int>(std::count_if(batch.begin(), batch.end(), [](const auto& pair) { return pair.found(); }));
+  }
+  pairs->resize(std::min(size, pairs->size()));
+}
+
 [[noreturn]] void Refuse(FloorChange change, const std::string& value, const std::string& message) {
   throw InputError({"footstep plans", std::string(ToString(change)) + " floor", value, message,
                     "ask for fewer plans, for more stances, or use another seed or scene"});
@@ -97,6 +108,7 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
                                    const std::filesystem::path& state_file,
                                    const std::function<void(int, int)>& progress) {
   std::vector<PlannedPair> pairs = ReadState(state_file);
+  CutToWanted(options.wanted, &pairs);
   std::vector<FootstepPlanner> planners;
   for (int k = 0; k < options.threads; ++k) planners.emplace_back(model, guide, planner_options);
   while (CountFound(pairs) < options.wanted) {

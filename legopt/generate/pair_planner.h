@@ -37,8 +37,8 @@ struct PlannedPair {
 ///
 /// Pair k depends on (seed, kind, k) only, and pairs are tried in batches of fixed size: the result does not depend on
 /// the number of threads. What is tried is kept in `state_file` (JSON, replaced after every batch) and taken from there
-/// by a later call with the same arguments. `progress` (found, wanted) may be empty. Throws InputError: no such pair
-/// among the stances, or not enough plans.
+/// by a later call with the same arguments, of which only `wanted` may differ. `progress` (found, wanted) may be empty.
+/// Throws InputError: no such pair among the stances, or not enough plans.
 std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& model,
                                    const std::shared_ptr<const GuideMap>& guide, const PlannerOptions& planner_options,
                                    const std::vector<Stance>& stances, FloorChange change, const PairOptions& options,

@@ -15,7 +15,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 void Check(bool good, const char* field, double value, const std::string& message, const std::string& fix) {
-  if (!good) throw InputError({"stance options", field, std::to_string(value), message, fix});
+  if (!good) throw InputError({"", field, std::to_string(value), message, fix});
 }
 
 RobotModel MakeParts(const Dataset& dataset, const ProbeOptions& options) {
@@ -71,17 +71,18 @@ void ProbeOptions::Validate(const Dataset& dataset) const {
                       std::to_string(dataset.feet().size()) + " feet", "stances are sampled for robots with two feet",
                       "name the left and the right foot, in this order"});
   }
-  Check(slope_rad > 0.0 && slope_rad <= 1.0, "slope", slope_rad, "must lie in (0, 1] rad", "the default is 0.45");
+  Check(slope_rad > 0.0 && slope_rad <= 1.0, "--slope", slope_rad, "must lie in (0, 1] rad", "the default is 0.45");
   Check(support_m > 0.0, "support", support_m, "must be positive", "the default is 0.003 m");
   Check(trunk_m.minCoeff() > 0.0, "trunk", trunk_m.minCoeff(), "must have positive sides", "leave it out");
   Check(step_m > 0.0, "step", step_m, "must be positive", "leave it out");
   const double width =
       std::min(dataset.feet()[0].box.sizes().head<2>().minCoeff(), dataset.feet()[1].box.sizes().head<2>().minCoeff());
-  Check(reach_m > 1.2 * width, "radius", reach_m,
+  Check(std::isfinite(reach_m), "--radius", reach_m, "must be a finite length", "leave it out");
+  Check(reach_m > 1.2 * width, "--radius", reach_m,
         "is so small that the feet overlap (a foot is " + std::to_string(width) + " m wide)",
         "leave it out, or use a larger one");
   const double leg = -dataset.nominal_sole_height_m();
-  Check(reach_m < 1.3 * leg, "radius", reach_m,
+  Check(reach_m < 1.3 * leg, "--radius", reach_m,
         "is a step that nobody can make (the base stands " + std::to_string(leg) + " m above the soles)",
         "leave it out, or use a smaller one");
 }
@@ -99,7 +100,7 @@ std::shared_ptr<const ProbeModel> ProbeModel::Build(std::shared_ptr<const Datase
     found = terrain.normal(static_cast<int>(t)).z() >= least_nz;
   }
   if (!found) {
-    throw InputError({(dataset->folder() / "scene").string(), "", "",
+    throw InputError({(dataset->folder() / kDatasetFileName).string(), "scene", "",
                       "the scene has no walkable ground: no surface "
                       "looks up within " +
                           std::to_string(options.slope_rad) + " rad of the vertical",

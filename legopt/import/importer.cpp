@@ -22,6 +22,7 @@
 #include "legopt/problem/link_box.h"
 #include "legopt/problem/problem_file.h"
 #include "legopt/problem/scene_file.h"
+#include "legopt/robot/kinematics.h"
 
 namespace legopt {
 namespace {
@@ -113,7 +114,7 @@ class Importer {
   }
 
   void WriteScene() {
-    CopiedScene scene = CopyScene(sources_.scene, folder_, options_.source, options_.fix_winding);
+    CopiedScene scene = CopySceneFiles(sources_.scene, folder_, options_.source, options_.fix_winding);
     description_.scene_file = scene.file;
     for (DatasetFinding& finding : scene.findings) report_.findings.push_back(std::move(finding));
     triangles_ = CollectSceneTriangles(ReadSceneFile(folder_ / description_.scene_file));
@@ -128,23 +129,32 @@ class Importer {
       footholds.Add(task, files.back().second.problems);
     }
     CollectFeet(footholds);
-    const bool x_first =
-        WeighQuaternionOrder(footholds.all(), Terrain(triangles_)).verdict() == QuaternionEvidence::Verdict::kXFirst;
-    if (x_first) NoteConversion(footholds);
-    for (auto& [task, file] : files) WriteProblemFile(task, x_first, &file);
+    for (auto& [task, file] : files) WriteProblemFile(task, footholds, &file);
     if (!files.empty()) return;
     description_.posture_file = kPostureFile;
     WriteTextFile(folder_ / kPostureFile, FormatProblems({}, Task::kPosture, robot_->name(), options_.name));
   }
 
-  void NoteConversion(const FootholdList& footholds) {
-    const QuaternionEvidence evidence = WeighQuaternionOrder(footholds.all(), Terrain(triangles_));
-    Note(Severity::kInfo, "quaternion order", "definition", evidence.Describe(),
-         "quaternions were x y z w and have been turned into w x y z");
+  QuaternionEvidence Weigh(const FootholdList& footholds) const {
+    return WeighQuaternionOrder(footholds.all(), Terrain(triangles_));
   }
 
-  void WriteProblemFile(Task task, bool x_first, ProblemFile* file) {
+  /// The files of a clone may come from different hands, so each is weighed by itself; where that decides nothing, as
+  /// for feet that only turn by 0 or 180 degrees, all of them together.
+  bool IsXFirst(Task task, const ProblemFile& file, const FootholdList& all) {
+    FootholdList footholds;
+    footholds.Add(task, file.problems);
+    const QuaternionEvidence own = Weigh(footholds);
+    const QuaternionEvidence evidence = own.verdict() == QuaternionEvidence::Verdict::kEither ? Weigh(all) : own;
+    if (evidence.verdict() != QuaternionEvidence::Verdict::kXFirst) return false;
+    Note(Severity::kInfo, "quaternion order", std::string(ToString(task)) + " problems", evidence.Describe(),
+         "quaternions were x y z w and have been turned into w x y z");
+    return true;
+  }
+
+  void WriteProblemFile(Task task, const FootholdList& all, ProblemFile* file) {
     const bool motion = task == Task::kMotion;
+    const bool x_first = IsXFirst(task, *file, all);
     const std::string name = motion ? kMotionFile : kPostureFile;
     (motion ? description_.motion_file : description_.posture_file) = name;
     if (!x_first) {
@@ -159,7 +169,7 @@ class Importer {
     WriteTextFile(folder_ / name, FormatProblems(file->problems, task, file->robot, file->scenario));
   }
 
-  /// Links that the problems name, in the order of their first use.
+  /// Links that the problems name, in the order of their first use; of two, the left one first, as generation wants it.
   void CollectFeet(const FootholdList& footholds) {
     for (const UsedFoothold& used : footholds.all()) {
       const std::string& link = used.foothold.link;
@@ -167,6 +177,22 @@ class Importer {
         problem_feet_.push_back(link);
       }
     }
+    if (problem_feet_.size() == 2 && LateralPosition_m(problem_feet_[0]) < LateralPosition_m(problem_feet_[1])) {
+      std::swap(problem_feet_[0], problem_feet_[1]);
+    }
+  }
+
+  /// y of a link in the frame of the base, all joints at 0 or the limit next to it; 0 for a link that is not there.
+  double LateralPosition_m(const std::string& name) const {
+    const int link = robot_->FindLink(name);
+    if (link < 0) return 0.0;
+    Eigen::VectorXd posture = Eigen::VectorXd::Zero(robot_->configuration_size());
+    posture.head(robot_->num_dofs()) =
+        posture.head(robot_->num_dofs()).cwiseMax(robot_->lower_limits()).cwiseMin(robot_->upper_limits());
+    posture[robot_->num_dofs() + 3] = 1.0;
+    Kinematics kinematics(*robot_);
+    kinematics.UpdatePoses(posture);
+    return kinematics.link_pose(link).translation().y();
   }
 
   void ChooseConstants() {

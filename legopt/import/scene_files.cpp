@@ -81,7 +81,7 @@ class SceneCopy {
   fs::path FreeName(fs::path mesh) const {
     do {
       mesh.replace_filename(mesh.stem().string() + "-turned.ply");
-    } while (fs::exists(scene_.parent_path() / mesh));
+    } while (fs::exists(scene_.parent_path() / mesh) || fs::exists(folder_ / kSceneFolder / mesh));
     return mesh;
   }
 
@@ -92,14 +92,14 @@ class SceneCopy {
     if (inverted == 0) return false;
     fs::create_directories((folder_ / to).parent_path());
     WritePly(folder_ / to, TurnInvertedComponents(mesh));
-    copied_.findings.push_back({.severity = DatasetFinding::Severity::kInfo,
-                                .check = "winding",
-                                .file = "",
-                                .field = mesh_file.lexically_relative(fs::weakly_canonical(root_)).generic_string(),
-                                .value = std::to_string(inverted) + " bodies",
-                                .message = "were wound inside out and have been turned round; the mesh is written as " +
-                                           to.filename().string(),
-                                .fix = ""});
+    copied_.findings.push_back(
+        {.severity = DatasetFinding::Severity::kInfo,
+         .check = "winding",
+         .file = "",
+         .field = mesh_file.lexically_relative(fs::weakly_canonical(root_)).generic_string(),
+         .value = std::to_string(inverted) + (inverted == 1 ? " body" : " bodies"),
+         .message = "wound inside out, turned round; the mesh is written as " + to.filename().string(),
+         .fix = ""});
     return true;
   }
 
@@ -107,6 +107,7 @@ class SceneCopy {
   std::string WithMeshes(const std::map<fs::path, fs::path>& meshes) const {
     std::ifstream stream(scene_, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+    if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // a byte order mark, which positions do not count
     const YAML::Node objects = YAML::Load(text)["objects"];
     for (std::size_t i = objects.size(); i-- > 0;) {  // from the end, so that positions hold
       const YAML::Node file = objects[i]["file"];
@@ -138,7 +139,7 @@ class SceneCopy {
 
 }  // namespace
 
-CopiedScene CopyScene(const fs::path& scene, const fs::path& folder, const fs::path& root, bool fix_winding) {
+CopiedScene CopySceneFiles(const fs::path& scene, const fs::path& folder, const fs::path& root, bool fix_winding) {
   return SceneCopy(scene, folder, root, fix_winding).Make();
 }
 

@@ -21,7 +21,7 @@ struct CopiedScene {
 /// scene.ply or as NAME-turned.ply, which the copied scene.yaml then names; findings tell. Findings name files relative
 /// to `root`. Throws InputError: whatever ReadSceneFile and LoadMesh throw, a mesh outside of the scene's folder, a
 /// file that cannot be copied.
-CopiedScene CopyScene(const std::filesystem::path& scene, const std::filesystem::path& folder,
-                      const std::filesystem::path& root, bool fix_winding);
+CopiedScene CopySceneFiles(const std::filesystem::path& scene, const std::filesystem::path& folder,
+                           const std::filesystem::path& root, bool fix_winding);
 
 }  // namespace legopt

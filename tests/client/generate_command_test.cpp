@@ -1,9 +1,11 @@
 // Policy: `generate` makes new folders only, repeats itself byte by byte, and names what is wrong with its arguments.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include "client/exit_codes.h"
 #include "program_run.h"
+#include "tests/generate/plain_dataset.h"
 #include "tests/problem/test_data.h"
 
 namespace legopt::client {
@@ -33,6 +35,39 @@ TEST(GenerateCommand, ScenarioRepeatsByteByByteAndNothingIsOverwritten) {
   EXPECT_THAT(again.err, HasSubstr("exists already"));
 }
 
+TEST(GenerateCommand, AnInterruptionKeepsWhatIsDone) {
+  const test::TemporaryFolder folder;
+  const std::vector<std::string> words = {
+      "generate",  "problems", "--from", std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small",
+      "--stances", "2000",     "--out",  "a"};
+  RunningProgram program(BuiltProgram("legopt"), words, folder.path());
+  ASSERT_TRUE(program.WaitForError("stances 0 of 2000"));
+  ::kill(program.pid(), SIGINT);
+  const ProgramResult result = program.Wait();
+  EXPECT_EQ(result.exit_code, static_cast<int>(ExitCode::kInterrupted)) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("the same command goes on"));
+  EXPECT_THAT(result.err, HasSubstr("a.partial"));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "a.partial"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "a"));
+}
+
+// Nobody can plan to a floor that is not there; the stances were proven all the same.
+TEST(GenerateCommand, ARefusalAfterTheStancesKeepsThemForFewerPlans) {
+  const test::TemporaryFolder folder;
+  test::WritePlainDataset(folder.path() / "plain", test::kTwoLevels);
+  const auto run = [&](const std::string& different) {
+    return RunLegopt({"generate", "problems", "--from", "plain", "--stances", "12", "--same-floor", "1",
+                      "--different-floors", different, "--postures", "1", "--out", "a"},
+                     folder.path());
+  };
+  const ProgramResult refused = run("3");
+  EXPECT_EQ(refused.exit_code, kUsage);
+  EXPECT_THAT(refused.err, HasSubstr("with another number of plans"));
+  const ProgramResult made = run("0");
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(made.out, testing::Not(HasSubstr("stances: "))) << "none was sampled again";
+}
+
 TEST(GenerateCommand, CandidatesBecomeADatasetForTheWorkerPool) {
   const test::TemporaryFolder folder;
   const ProgramResult made = RunLegopt({"generate", "candidates", "--stances", "5", "--from",
@@ -60,6 +95,10 @@ TEST(GenerateCommand, BadArgumentsAreNamed) {
   const std::string small = std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small";
   EXPECT_THAT(error_of({"generate", "problems", "--from", small, "--proven", "y.json", "--out", "a"}),
               HasSubstr("y.json"));
+  EXPECT_THAT(error_of({"generate", "problems", "--from", small, "--radius", "0.05", "--out", "a"}),
+              HasSubstr("--radius"));
+  EXPECT_THAT(error_of({"generate", "dataset", "--slope", "2", "--out", "a"}), HasSubstr("--slope"));
+  EXPECT_THAT(error_of({"generate", "scenario", "--seed", "-1", "--out", "a"}), HasSubstr("--seed"));
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 
 #include "legopt/evaluate/judge.h"
@@ -8,7 +9,10 @@
 #include "legopt/generate/dataset_writer.h"
 #include "legopt/generate/posture_selection.h"
 #include "legopt/generate/proven_stances.h"
+#include "legopt/generate/source_check.h"
 #include "legopt/generate/stance_features.h"
+#include "legopt/input_error.h"
+#include "legopt/problem/content_hash.h"
 #include "legopt/problem/problem_file.h"
 #include "tests/generate/plain_dataset.h"
 #include "tests/problem/test_data.h"
@@ -163,6 +167,67 @@ TEST_F(DatasetBuilding, GoesOnWithStagesThatAreDone) {
   const DatasetReport report = Make("two");
   EXPECT_EQ(report.content_hash, hash);
   EXPECT_TRUE(report.tally.empty());  // nothing was sampled
+}
+
+// Fewer plans are wanted than an interrupted run had tried for.
+TEST_F(DatasetBuilding, GoesOnWithAnotherNumberOfPlansAsIfFromNothing) {
+  Make("one");
+  struct Interruption {};
+  options_.same_floor = 9;
+  std::filesystem::create_directories(folder_.path() / "two");
+  const auto stop_after_plans = [](const std::string& stage, double, double, const std::string&) {
+    if (stage == "postures") throw Interruption();
+  };
+  EXPECT_THROW(BuildDataset(options_, folder_.path() / "two", stop_after_plans), Interruption);
+  ASSERT_TRUE(std::filesystem::exists(folder_.path() / "two" / "plans-same.json"));
+  options_.same_floor = 2;
+  BuildDataset(options_, folder_.path() / "two", {});
+  for (const char* file : {"plans.csv", "problems-motion.json", "problems-posture.json", "features.csv"}) {
+    EXPECT_EQ(test::ReadText(folder_.path() / "one" / file), test::ReadText(folder_.path() / "two" / file)) << file;
+  }
+}
+
+TEST_F(DatasetBuilding, ItsNameChangesNoResult) {
+  const std::string hash = Make("one").content_hash;
+  options_.name = "another";
+  EXPECT_EQ(Make("two").content_hash, hash);
+}
+
+// What is refused is refused before a folder is made, and in the user's words.
+TEST_F(DatasetBuilding, TheSourceIsCheckedFirst) {
+  const auto source = options_.robot_folder;
+  const auto refusal = [&](const auto& change) {
+    DatasetOptions options = options_;
+    change(options);
+    return test::MessageOf([&] {
+      const auto dataset = Dataset::Load(source);
+      CheckSource(dataset, options.ProbeFor(*dataset), true);
+    });
+  };
+  const auto sound = Dataset::Load(source);
+  EXPECT_NO_THROW(CheckSource(sound, options_.ProbeFor(*sound), true));
+  EXPECT_NE(refusal([](DatasetOptions& o) { o.radius_m = std::nan(""); }).find("--radius: must be a finite"),
+            std::string::npos);
+  EXPECT_NE(refusal([](DatasetOptions& o) { o.radius_m = 5.0; }).find("--radius: is a step that nobody"),
+            std::string::npos);
+  EXPECT_NE(refusal([](DatasetOptions& o) { o.slope_rad = 2.0; }).find("--slope"), std::string::npos);
+
+  DatasetDescription description = ReadDatasetFile(source);
+  std::swap(description.feet.at(0), description.feet.at(1));
+  test::WriteText(source / kDatasetFileName, FormatDatasetFile(description, "for tests"));
+  WriteManifestHashes(source);
+  const std::string crossed = refusal([](DatasetOptions&) {});
+  EXPECT_NE(crossed.find("name the left foot first: feet: [l_foot, r_foot]"), std::string::npos) << crossed;
+  EXPECT_NE(crossed.find((source / kDatasetFileName).string()), std::string::npos) << crossed;
+  EXPECT_THROW(Make("crossed"), InputError);
+
+  std::swap(description.feet.at(0), description.feet.at(1));
+  test::WriteText(source / kDatasetFileName, FormatDatasetFile(description, "for tests"));
+  test::WriteText(source / "scene.yaml",
+                  "objects:\n  - {name: wall, shape: box, size: [1, 1, 1], rpy: [0.7, 0.6, 0]}\n");
+  WriteManifestHashes(source);
+  const std::string steep = refusal([](DatasetOptions&) {});
+  EXPECT_NE(steep.find("no walkable ground"), std::string::npos) << steep;
 }
 
 TEST_F(DatasetBuilding, CandidatesAreCheckedElsewhereAndProvenOnesUsed) {

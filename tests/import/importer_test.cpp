@@ -5,7 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
+#include <map>
 
 #include "legopt/generate/dataset_writer.h"
 #include "legopt/import/footholds.h"
@@ -91,6 +93,43 @@ TEST(Import, QuaternionsOfTheOtherOrderAreTurned) {
   }
 }
 
+// As when the files come from different hands.
+TEST(Import, EachProblemFileHasItsOwnOrderOfQuaternions) {
+  const test::CloneFolder clone;
+  const fs::path file = clone.path() / "data" / "problemsposture.json";
+  const auto straight = ReadProblemFile(file).problems;
+  test::ReplaceInFile(file, "1 0 0 0 0 0.1 0", "0 0 0 1 0 0.1 0");
+  test::ReplaceInFile(file, "1 0 0 0 0 -0.1 0", "0 0 0 1 0 -0.1 0");
+  test::ReplaceInFile(file, "0.7071067812 0 0 0.7071067812 2.9", "0 0 0.7071067812 0.7071067812 2.9");
+  test::ReplaceInFile(file, "0.7071067812 0 0 0.7071067812 3.1", "0 0 0.7071067812 0.7071067812 3.1");
+  const fs::path out = clone.NewFolder("mixed");
+  const ImportReport report = ImportDataset(From(clone.path()), out);
+  EXPECT_FALSE(AnyError(report.findings));
+  const DatasetFinding* finding = Find(report, "quaternion order", kInfo);
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->field, "posture problems");
+  EXPECT_EQ(test::ReadText(out / "problems-motion.json"),
+            test::ReadText(clone.path() / "data" / "problemsmotion.json"));
+  EXPECT_EQ(Dataset::Load(out)->problems(Task::kPosture), straight);
+}
+
+TEST(Import, TheLeftFootComesFirstWhateverTheProblemsNameFirst) {
+  const test::CloneFolder clone;
+  for (const char* name : {"problemsposture.json", "problemsmotion.json"}) {
+    const fs::path file = clone.path() / "data" / name;
+    ProblemFile problems = ReadProblemFile(file);
+    for (ProblemDefinition& problem : problems.problems) {
+      for (Stance& stance : problem.stances) std::reverse(stance.footholds.begin(), stance.footholds.end());
+    }
+    test::WriteText(file, FormatProblems(problems.problems, *problems.task, "tiny", "yard"));
+  }
+  const fs::path out = clone.NewFolder("out");
+  ImportDataset(From(clone.path()), out);
+  const auto dataset = Dataset::Load(out);
+  ASSERT_EQ(dataset->feet().size(), 2U);
+  EXPECT_EQ(dataset->feet()[0].link, "l_foot");
+}
+
 TEST(Import, OfAUrdfWithMeshesInPackages) {
   const test::TemporaryFolder folder;
   const test::SyntheticFolder synthetic(folder.path() / "ws" / "description");
@@ -139,7 +178,7 @@ TEST(Import, InvertedScenesAreRefusedOrTurned) {
   options.fix_winding = true;
   const ImportReport turned = ImportDataset(options, clone.NewFolder("turned"));
   EXPECT_FALSE(AnyError(turned.findings));
-  EXPECT_THAT(Find(turned, "winding", kInfo)->value, HasSubstr("1 bodies"));
+  EXPECT_THAT(Find(turned, "winding", kInfo)->value, HasSubstr("1 body"));
 }
 
 std::string TextOf(const fs::path& file) {
@@ -174,7 +213,7 @@ TEST(Import, OfAllMeshesOfASceneOnlyThoseInsideOutAreTurned) {
   const DatasetFinding* finding = Find(turned, "winding", kInfo);
   ASSERT_NE(finding, nullptr);
   EXPECT_EQ(finding->field, "meshes/rock.obj");
-  EXPECT_EQ(finding->value, "1 bodies");
+  EXPECT_EQ(finding->value, "1 body");
   std::string expected = scene;
   for (const std::string old : {"\"meshes/rock.obj\"", "file: meshes/rock.obj"}) {
     const std::string key = old.front() == 'f' ? "file: " : "";
@@ -186,6 +225,35 @@ TEST(Import, OfAllMeshesOfASceneOnlyThoseInsideOutAreTurned) {
   EXPECT_EQ(TextOf(source / "scene.yaml"), scene) << "the source stays as it is";
   const auto dataset = Dataset::Load(out);
   EXPECT_EQ(dataset->scene().objects.size(), 5U);
+}
+
+TEST(Import, MeshesOfOneNameAndDifferentSuffixesStayTwo) {
+  const test::TemporaryFolder folder;
+  const test::SyntheticFolder synthetic(folder.path() / "in");
+  const fs::path source = synthetic.path();
+  // Inside out, one a third of the other; the second has the suffix of another format and a byte order mark before all.
+  test::WriteText(source / "meshes" / "rock.obj",
+                  "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
+  test::WriteText(source / "meshes" / "rock.ply",
+                  "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+                  "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+                  "0 0 0\n3 0 0\n0 3 0\n0 0 3\n3 0 1 2\n3 0 3 1\n3 0 2 3\n3 1 3 2\n");
+  test::ReplaceInFile(source / "scene.yaml",
+                      "objects:", "objects:\n  - {name: big, shape: mesh, file: meshes/rock.ply, position: [7, 7, 1]}");
+  test::WriteText(source / "scene.yaml", "\xEF\xBB\xBF" + TextOf(source / "scene.yaml"));
+  ImportOptions options = From(source);
+  options.fix_winding = true;
+  fs::create_directories(folder.path() / "out");
+  EXPECT_FALSE(AnyError(ImportDataset(options, folder.path() / "out").findings));
+  std::map<std::string, double> sizes;
+  const auto dataset = Dataset::Load(folder.path() / "out");
+  for (const SceneObject& object : dataset->scene().objects) {
+    if (object.shape.kind != ShapeSpec::Kind::kMesh) continue;
+    const TriangleMesh mesh = LoadMesh(object.shape.mesh_file);
+    for (const Eigen::Vector3d& vertex : mesh.vertices) sizes[object.name] = std::max(sizes[object.name], vertex.x());
+  }
+  EXPECT_EQ(sizes.at("rock"), 1.0);
+  EXPECT_EQ(sizes.at("big"), 3.0);
 }
 
 TEST(Import, AMeshNameThatCannotBeReplacedIsNamed) {

@@ -1,0 +1,53 @@
+#include "legopt/generate/source_check.h"
+
+#include <string>
+
+#include "legopt/collision/mesh.h"
+#include "legopt/collision/mesh_faults.h"
+#include "legopt/input_error.h"
+#include "legopt/robot/kinematics.h"
+
+namespace legopt {
+
+void RequireSoundMeshes(const Dataset& dataset) {
+  for (const SceneObject& object : dataset.scene().objects) {
+    if (object.shape.kind != ShapeSpec::Kind::kMesh) continue;
+    const MeshFaults faults = FindMeshFaults(Tessellate(object.shape));
+    if (faults.none()) continue;
+    const bool holes = faults.open_edges > 0;
+    throw InputError({object.shape.mesh_file, "scene object '" + object.name + "'",
+                      holes ? std::to_string(faults.open_edges) + " open edges"
+                            : std::to_string(faults.inverted_components) + " bodies",
+                      holes ? "the mesh has holes" : "the mesh is wound inside out",
+                      holes ? "close it" : "turn the triangles of these bodies round"});
+  }
+}
+
+void RequireLeftFootFirst(const Dataset& dataset) {
+  if (dataset.feet().size() != 2) return;
+  constexpr double kSide_m = 1e-3;  // feet that stand one behind the other have no order
+  const Dataset::Foot& first = dataset.feet().at(0);
+  const Dataset::Foot& second = dataset.feet().at(1);
+  Eigen::VectorXd posture = dataset.self_collision_reference();  // for its base, which is at the origin
+  posture.head(dataset.nominal_joints().size()) = dataset.nominal_joints();
+  Kinematics kinematics(dataset.robot());
+  kinematics.Update(posture);
+  const double to_the_left_m = kinematics.link_pose(first.link_index).translation().y() -
+                               kinematics.link_pose(second.link_index).translation().y();
+  if (to_the_left_m > -kSide_m) return;
+  throw InputError(
+      {(dataset.folder() / kDatasetFileName).string(), "feet", first.link + ", " + second.link,
+       "the first foot stands to the right of the second in the nominal posture, and every plan would "
+       "cross the legs",
+       "name the left foot first: feet: [" + second.link + ", " + first.link + "], then run 'legopt dataset hash'"});
+}
+
+void CheckSource(const std::shared_ptr<const Dataset>& source, const ProbeOptions& options, bool uses_scene) {
+  options.Validate(*source);
+  RequireLeftFootFirst(*source);
+  if (!uses_scene) return;
+  RequireSoundMeshes(*source);
+  ProbeModel::Build(source, options);
+}
+
+}  // namespace legopt

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "legopt/generate/stance_probe.h"
+#include "legopt/problem/dataset.h"
+
+namespace legopt {
+
+/// Meshes that solver and judge would disagree about: with holes, or wound inside out. Throws InputError for the first.
+void RequireSoundMeshes(const Dataset& dataset);
+
+/// Of two feet, the first stands to the left in the nominal posture, as plans take it. Throws InputError.
+void RequireLeftFootFirst(const Dataset& dataset);
+
+/// Refuses, before anything is made, what a generation from this source would refuse: see ProbeOptions::Validate and
+/// RequireLeftFootFirst, and, when its own scene is used, RequireSoundMeshes and a scene without ground to stand on.
+/// Throws InputError that names the user's files and flags.
+void CheckSource(const std::shared_ptr<const Dataset>& source, const ProbeOptions& options, bool uses_scene);
+
+}  // namespace legopt
