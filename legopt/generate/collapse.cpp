@@ -19,28 +19,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-struct MaterialFacts {
-  double density_kg_m3;
-  double strength;  ///< of the bonds, relative to concrete
-};
-
-MaterialFacts FactsOf(Material material) {
-  switch (material) {
-    case Material::kGround:
-    case Material::kConcrete:
-      return {2400.0, 1.0};
-    case Material::kMasonry:
-      return {1900.0, 0.6};
-    case Material::kTimber:
-      return {600.0, 0.8};
-    case Material::kCar:
-      return {180.0, 1.0};
-    case Material::kPerson:
-      return {1000.0, 1.0};
-  }
-  return {1000.0, 1.0};
-}
-
 /// One ODE world: freed when the object dies.
 class World {
  public:
@@ -354,6 +332,24 @@ Snapshot Simulation::Take() const {
 }
 
 }  // namespace
+
+MaterialFacts FactsOf(Material material) {
+  switch (material) {
+    case Material::kGround:
+      return {"ground", 2400.0, 1.0};
+    case Material::kConcrete:
+      return {"concrete", 2400.0, 1.0};
+    case Material::kMasonry:
+      return {"masonry", 1900.0, 0.6};
+    case Material::kTimber:
+      return {"timber", 600.0, 0.8};
+    case Material::kCar:
+      return {"car", 180.0, 1.0};
+    case Material::kPerson:
+      return {"person", 1000.0, 1.0};
+  }
+  return {"", 1000.0, 1.0};
+}
 
 std::vector<Snapshot> SimulateCollapse(const Building& building, const std::vector<Cell>& cells,
                                        const std::vector<Bond>& bonds, const CollapseOptions& options,

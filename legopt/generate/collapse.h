@@ -3,12 +3,20 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <functional>
+#include <string_view>
 #include <vector>
 
 #include "legopt/generate/building.h"
 #include "legopt/generate/fracture.h"
 
 namespace legopt {
+
+struct MaterialFacts {
+  std::string_view name;
+  double density_kg_m3;
+  double strength;  ///< of the bonds, relative to concrete
+};
+MaterialFacts FactsOf(Material material);
 
 /// The simulation. Defaults suit concrete buildings of ten to thirty metres.
 struct CollapseOptions {

@@ -11,6 +11,7 @@
 
 #include "legopt/evaluate/solution_file.h"
 #include "legopt/generate/dataset_writer.h"
+#include "legopt/generate/generation_record.h"
 #include "legopt/generate/parallel.h"
 #include "legopt/generate/posture_selection.h"
 #include "legopt/generate/proven_stances.h"
@@ -29,6 +30,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPostureFile = "problems-posture.json";
 constexpr const char* kMotionFile = "problems-motion.json";
+constexpr const char* kGenerationFile = "generation.json";
 constexpr const char* kSolutionsFile = "solutions-posture.json";
 
 /// Posture problem and its proof.
@@ -134,6 +136,7 @@ void Builder::PrepareModel() {
   RequireSoundMeshes(*dataset_);
   RequireLeftFootFirst(*dataset_);
   model_ = ProbeModel::Build(dataset_, options_.ProbeFor(*dataset_));
+  WriteTextFile(folder_ / kGenerationFile, DescribeGeneration(options_, model_->options, PlannerOptions{}));
 }
 
 std::vector<Stance> Builder::Stances() {

@@ -59,7 +59,8 @@ using BuildProgress = std::function<void(const std::string&, double, double, con
 /// Makes a whole dataset in `folder`, which exists: scene, robot, stances, footstep plans, 25 + 25 motion problems,
 /// posture problems by K-means over (stance length, stance height, trunk distance), and a proof for each of them.
 ///
-/// Files: those of a dataset (dataset_file.h), scenario.json and pictures for a generated scene, stances.json,
+/// Files: those of a dataset (dataset_file.h), scenario.json, building.csv and pictures for a generated scene,
+/// generation.json (generation_record.h), stances.json,
 /// plans.csv, features.csv, histograms.txt and .svg, solutions-posture.json (accepted by the judge, both rules). Stages
 /// that `folder` already holds from an interrupted run of the same options are not done again. The result depends on
 /// the options only, whatever the number of threads.

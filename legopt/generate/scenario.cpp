@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -98,6 +99,36 @@ Scenario MakeScenario(const ScenarioOptions& options, const CollapseProgress& pr
   return scenario;
 }
 
+namespace {
+
+/// What the building is made of: one line per member, with the box around it, m.
+std::string ListMembers(const Building& building) {
+  std::string text = "name,material,cell_m,corners,fixed,fails,x_low,y_low,z_low,x_high,y_high,z_high\n";
+  for (const Member& member : building.members) {
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& corner : member.corners) box.extend(corner);
+    std::array<char, 256> line;
+    std::snprintf(line.data(), line.size(), "%s,%s,%g,%zu,%d,%d,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", member.name.c_str(),
+                  std::string(FactsOf(member.material).name).c_str(), member.cell_m, member.corners.size(),
+                  member.fixed ? 1 : 0, member.fails ? 1 : 0, box.min().x(), box.min().y(), box.min().z(),
+                  box.max().x(), box.max().y(), box.max().z());
+    text += line.data();
+  }
+  return text;
+}
+
+Json DescribeMaterials() {
+  Json materials;
+  for (const Material material : {Material::kGround, Material::kConcrete, Material::kMasonry, Material::kTimber,
+                                  Material::kCar, Material::kPerson}) {
+    const MaterialFacts facts = FactsOf(material);
+    materials[std::string(facts.name)] = {{"density_kg_m3", facts.density_kg_m3}, {"strength", facts.strength}};
+  }
+  return materials;
+}
+
+}  // namespace
+
 nlohmann::ordered_json DescribeScenario(const Scenario& scenario) {
   const ScenarioOptions& options = scenario.options;
   const FractureOptions& fracture = options.fracture;
@@ -124,6 +155,7 @@ nlohmann::ordered_json DescribeScenario(const Scenario& scenario) {
                       {"cracked_radius_m", collapse.cracked_radius_m},
                       {"friction", collapse.friction},
                       {"snapshots_s", collapse.snapshots_s}};
+  root["materials"] = DescribeMaterials();
   root["time_s"] = scenario.time_s;
   root["cells"] = scenario.num_cells;
   root["bonds"] = scenario.num_bonds;
@@ -135,6 +167,11 @@ nlohmann::ordered_json DescribeScenario(const Scenario& scenario) {
        scenario.intact.walkable_m2 > 0 ? scenario.damaged.walkable_m2 / scenario.intact.walkable_m2 : 0},
       {"damaged", ToJson(scenario.damaged)},
       {"intact", ToJson(scenario.intact)}};
+  const DifficultyOptions measure;
+  root["difficulty"]["measure"] = {{"grid_m", measure.grid_m},
+                                   {"slope_rad", measure.slope_rad},
+                                   {"headroom_m", measure.headroom_m},
+                                   {"step_m", measure.step_m}};
   return root;
 }
 
@@ -171,6 +208,8 @@ void WriteScenario(const Scenario& scenario, const std::filesystem::path& folder
   WritePly(folder / kSceneMeshName, mesh);
   CheckWritten(folder / kSceneMeshName, scenario.pieces.size());
   Json root = DescribeScenario(scenario);
+  WriteTextFile(folder / kMembersFileName, ListMembers(scenario.building));
+  root["files"][kMembersFileName] = HashFile(folder / kMembersFileName);
   root["files"][kSceneMeshName] = HashFile(folder / kSceneMeshName);
   if (pictures) {
     const Drawing drawing = DrawScenario(scenario);

@@ -58,6 +58,7 @@ std::vector<std::pair<std::string_view, Camera>> ScenarioCameras(const Building&
 
 inline constexpr const char* kSceneMeshName = "scene.ply";
 inline constexpr const char* kScenarioFileName = "scenario.json";
+inline constexpr const char* kMembersFileName = "building.csv";
 
 /// Writes scene.ply, scenario.json (DescribeScenario and the hashes of all other files) and, when asked for, a PNG per
 /// camera into an existing folder. The scene is read back and checked: closed, wound outwards, one solid per piece.
