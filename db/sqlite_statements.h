@@ -87,12 +87,7 @@ inline constexpr char kPutMethod[] =
 
 inline constexpr char kFindMethod[] = "SELECT method_id FROM methods WHERE hash = ?1 AND name = ?2";
 
-inline constexpr char kPutProblem[] =
-    "INSERT INTO problems (dataset_id, task, problem_id, waypoints) VALUES (?1, ?2, ?3, ?4) "
-    "ON CONFLICT (dataset_id, task, problem_id) DO NOTHING";
-
-inline constexpr char kFindProblem[] =
-    "SELECT problem_key FROM problems WHERE dataset_id = ?1 AND task = ?2 AND problem_id = ?3";
+inline constexpr char kFindProblems[] = "SELECT task, problem_id, problem_key FROM problems WHERE dataset_id = ?1";
 
 inline constexpr char kInsertExperiment[] =
     "INSERT INTO experiments (experiment_id, submission_id, name, dataset_id, seed, repetitions, "
@@ -104,13 +99,23 @@ inline constexpr char kInsertCell[] =
     "INSERT INTO cells (cell_id, experiment_id, method_id, task, initialization, num_jobs, wall_limit_us) "
     "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)";
 
-inline constexpr std::size_t kJobsPerBatch = 64;
-inline constexpr std::size_t kValuesPerJob = 5;
+// Rows of a submission that go into one statement: as many statements as rows would take twice the time.
+inline constexpr std::size_t kRowsPerBatch = 64;
+
+inline std::string Repeated(const std::string& row, std::size_t count) {
+  std::string sql = row;
+  for (std::size_t i = 1; i < count; ++i) sql += ", " + row;
+  return sql;
+}
+
+inline std::string InsertProblems(std::size_t count) {
+  return "INSERT INTO problems (dataset_id, task, problem_id, waypoints) VALUES " + Repeated("(?, ?, ?, ?)", count) +
+         " ON CONFLICT (dataset_id, task, problem_id) DO NOTHING";
+}
 
 inline std::string InsertJobs(std::size_t count) {
-  std::string sql = "INSERT INTO jobs (job_id, cell_id, problem_key, repetition, max_attempts) VALUES ";
-  for (std::size_t i = 0; i < count; ++i) sql += i == 0 ? "(?, ?, ?, ?, ?)" : ", (?, ?, ?, ?, ?)";
-  return sql;
+  return "INSERT INTO jobs (job_id, cell_id, problem_key, repetition, max_attempts) VALUES " +
+         Repeated("(?, ?, ?, ?, ?)", count);
 }
 
 inline constexpr char kFindAttempt[] =

@@ -81,12 +81,13 @@ SqliteStore::Statements::Statements(Connection& c)
       find_dataset(c, sql::kFindDataset),
       put_method(c, sql::kPutMethod),
       find_method(c, sql::kFindMethod),
-      put_problem(c, sql::kPutProblem),
-      find_problem(c, sql::kFindProblem),
+      find_problems(c, sql::kFindProblems),
+      insert_problem(c, sql::InsertProblems(1)),
+      insert_problem_batch(c, sql::InsertProblems(sql::kRowsPerBatch)),
       insert_experiment(c, sql::kInsertExperiment),
       insert_cell(c, sql::kInsertCell),
       insert_job(c, sql::InsertJobs(1)),
-      insert_job_batch(c, sql::InsertJobs(sql::kJobsPerBatch)),
+      insert_job_batch(c, sql::InsertJobs(sql::kRowsPerBatch)),
       find_attempt(c, sql::kFindAttempt),
       find_options(c, sql::kFindOptions) {}
 

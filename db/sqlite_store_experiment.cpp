@@ -1,5 +1,6 @@
-#include <array>
+#include <map>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "db/sqlite_statements.h"
@@ -36,6 +37,30 @@ void RequireLegal(const NewExperiment& experiment, const NewJob& job) {
   }
 }
 
+// problem_key by task and number
+using ProblemKeys = std::map<std::string, std::unordered_map<std::int64_t, std::int64_t>>;
+
+ProblemKeys ReadProblemKeys(Statement& find, std::int64_t dataset_id) {
+  ProblemKeys keys;
+  find.BindAll(dataset_id);
+  while (find.Step()) keys[find.column_text(0)].emplace(find.column_int(1), find.column_int(2));
+  find.Reset();
+  return keys;
+}
+
+// Inserts `count` rows, by `batch` while there are enough for it and then by `single`. `bind` binds row i from
+// `parameter` on and returns how many values that was.
+template <class Bind>
+void InBatches(Statement& batch, Statement& single, std::size_t count, const Bind& bind) {
+  for (std::size_t done = 0; done < count;) {
+    const bool many = count - done >= sql::kRowsPerBatch;
+    Statement& statement = many ? batch : single;
+    const std::size_t end = done + (many ? sql::kRowsPerBatch : 1);
+    for (int parameter = 1; done < end; ++done) parameter += bind(statement, parameter, done);
+    statement.RunBound();
+  }
+}
+
 }  // namespace
 
 std::int64_t SqliteStore::PutDataset(const DatasetRecord& dataset) {
@@ -49,9 +74,25 @@ std::int64_t SqliteStore::PutMethod(const MethodRecord& method) {
   return FindId(statements_->find_method.BindAll(method.hash, method.name));
 }
 
-std::int64_t SqliteStore::PutProblem(std::int64_t dataset_id, const ProblemRecord& problem) {
-  statements_->put_problem.Run(dataset_id, problem.task, problem.number, problem.waypoints);
-  return FindId(statements_->find_problem.BindAll(dataset_id, problem.task, problem.number));
+// Keys of the problems, in their order; those that are not there yet are put there.
+std::vector<std::int64_t> SqliteStore::PutProblems(std::int64_t dataset_id, std::span<const ProblemRecord> problems) {
+  ProblemKeys keys = ReadProblemKeys(statements_->find_problems, dataset_id);
+  std::vector<const ProblemRecord*> fresh;
+  for (const ProblemRecord& problem : problems) {
+    if (keys[problem.task].count(problem.number) == 0) fresh.push_back(&problem);
+  }
+  InBatches(statements_->insert_problem_batch, statements_->insert_problem, fresh.size(),
+            [&](Statement& statement, int parameter, std::size_t i) {
+              statement.Bind(parameter, dataset_id);
+              statement.Bind(parameter + 1, fresh[i]->task);
+              statement.Bind(parameter + 2, fresh[i]->number);
+              statement.Bind(parameter + 3, fresh[i]->waypoints);
+              return 4;
+            });
+  if (!fresh.empty()) keys = ReadProblemKeys(statements_->find_problems, dataset_id);
+  std::vector<std::int64_t> found;
+  for (const ProblemRecord& problem : problems) found.push_back(keys.at(problem.task).at(problem.number));
+  return found;
 }
 
 void SqliteStore::Do(const CreateExperiment& op) {
@@ -60,8 +101,7 @@ void SqliteStore::Do(const CreateExperiment& op) {
   const std::int64_t dataset_id = PutDataset(e.dataset);
   std::vector<std::int64_t> method_ids;
   for (const MethodRecord& method : e.methods) method_ids.push_back(PutMethod(method));
-  std::vector<std::int64_t> problem_keys;
-  for (const ProblemRecord& problem : e.problems) problem_keys.push_back(PutProblem(dataset_id, problem));
+  const std::vector<std::int64_t> problem_keys = PutProblems(dataset_id, e.problems);
   const std::int64_t first_job_id = e.jobs.front().job_id;
   statements_->insert_experiment.Run(e.experiment_id, e.submission_id, e.name, dataset_id, e.seed, e.repetitions,
                                      e.max_attempts, e.wall_limit_us, e.memory_limit_bytes, first_job_id,
@@ -75,24 +115,18 @@ void SqliteStore::Do(const CreateExperiment& op) {
   InsertJobs(e, problem_keys);
 }
 
-// Sixty-four rows per statement take half the time of as many statements, and everybody waits for a submission.
 void SqliteStore::InsertJobs(const NewExperiment& e, std::span<const std::int64_t> problem_keys) {
-  std::size_t done = 0;
-  const auto insert = [&](Statement& statement, std::size_t count) {
-    int parameter = 0;
-    for (const NewJob& job : std::span(e.jobs).subspan(done, count)) {
-      RequireLegal(e, job);
-      const std::int64_t cell_id = e.cells[static_cast<std::size_t>(job.cell_index)].cell_id;
-      const std::int64_t problem_key = problem_keys[static_cast<std::size_t>(job.problem_index)];
-      const std::array<std::int64_t, sql::kValuesPerJob> row = {job.job_id, cell_id, problem_key, job.repetition,
-                                                                e.max_attempts};
-      for (const std::int64_t value : row) statement.Bind(++parameter, value);
-    }
-    statement.RunBound();
-    done += count;
-  };
-  while (e.jobs.size() - done >= sql::kJobsPerBatch) insert(statements_->insert_job_batch, sql::kJobsPerBatch);
-  while (done < e.jobs.size()) insert(statements_->insert_job, 1);
+  InBatches(statements_->insert_job_batch, statements_->insert_job, e.jobs.size(),
+            [&](Statement& statement, int parameter, std::size_t i) {
+              const NewJob& job = e.jobs[i];
+              RequireLegal(e, job);
+              statement.Bind(parameter, job.job_id);
+              statement.Bind(parameter + 1, e.cells[static_cast<std::size_t>(job.cell_index)].cell_id);
+              statement.Bind(parameter + 2, problem_keys[static_cast<std::size_t>(job.problem_index)]);
+              statement.Bind(parameter + 3, job.repetition);
+              statement.Bind(parameter + 4, e.max_attempts);
+              return 5;
+            });
 }
 
 }  // namespace legopt::db

@@ -29,7 +29,8 @@ class SqliteStore final : public Store {
     Statement lease_job, insert_attempt, end_attempt, end_job, insert_result, insert_waypoint, insert_stale;
     Statement cancel_attempts, cancel_jobs, control_experiment, retry_jobs, reopen_experiment, close_experiment;
     Statement put_worker, insert_event;
-    Statement put_dataset, find_dataset, put_method, find_method, put_problem, find_problem;
+    Statement put_dataset, find_dataset, put_method, find_method;
+    Statement find_problems, insert_problem, insert_problem_batch;
     Statement insert_experiment, insert_cell, insert_job, insert_job_batch;
     Statement find_attempt, find_options;
   };
@@ -49,7 +50,7 @@ class SqliteStore final : public Store {
   void InsertJobs(const NewExperiment& experiment, std::span<const std::int64_t> problem_keys);
   std::int64_t PutDataset(const DatasetRecord& dataset);
   std::int64_t PutMethod(const MethodRecord& method);
-  std::int64_t PutProblem(std::int64_t dataset_id, const ProblemRecord& problem);
+  std::vector<std::int64_t> PutProblems(std::int64_t dataset_id, std::span<const ProblemRecord> problems);
   void RequireOneChange(const char* operation, std::int64_t job_id);
   void LoadSummaries(OpenState& state);
   void LoadOpenJobs(OpenState& state);

@@ -59,7 +59,7 @@ TEST(Scenario, ManifestNamesEveryFileWithItsHash) {
   WriteScenario(MakeScenario(options, {}), folder.path(), true);
   const auto manifest = nlohmann::json::parse(test::ReadText(folder.path() / kScenarioFileName));
   EXPECT_EQ(manifest["kind"], "house");
-  EXPECT_EQ(manifest["files"].size(), 5u);
+  EXPECT_EQ(manifest["files"].size(), 6u);  // mesh, members, four pictures
   for (const auto& [file, hash] : manifest["files"].items()) {
     EXPECT_TRUE(std::filesystem::exists(folder.path() / file));
     EXPECT_EQ(hash.get<std::string>().size(), 64u);
