@@ -389,7 +389,9 @@ DatasetReport BuildDataset(const DatasetOptions& options, const fs::path& folder
 
 DatasetReport BuildCandidates(const DatasetOptions& options, const fs::path& folder, const BuildProgress& progress) {
   options.Validate();
-  return Builder(options, folder, progress).BuildCandidates();
+  DatasetOptions used = options;  // what the files say of themselves
+  used.same_floor = used.different_floors = used.postures = 0;
+  return Builder(used, folder, progress).BuildCandidates();
 }
 
 }  // namespace legopt

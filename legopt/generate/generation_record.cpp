@@ -14,8 +14,11 @@ std::string DescribeGeneration(const DatasetOptions& options, const ProbeOptions
   Json root;
   root["format"] = "legopt-generation/1";
   root["seed"] = options.seed;
-  root["stances"] = options.stances;
-  if (options.proven) root["proven_stances"] = HashFile(*options.proven);
+  if (options.proven) {
+    root["proven_stances"] = HashFile(*options.proven);
+  } else {
+    root["stances"] = options.stances;
+  }
   root["plans"] = {{"same_floor", options.same_floor}, {"different_floors", options.different_floors}};
   root["postures"] = options.postures;
   root["stance"] = {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "legopt/evaluate/judge.h"
@@ -238,6 +239,9 @@ TEST_F(DatasetBuilding, CandidatesAreCheckedElsewhereAndProvenOnesUsed) {
   EXPECT_EQ(report.content_hash, candidates->content_hash());
   ASSERT_EQ(candidates->problems(Task::kPosture).size(), 12u);
   EXPECT_TRUE(candidates->problems(Task::kMotion).empty());
+  const auto record = nlohmann::json::parse(test::ReadText(candidates_folder / "generation.json"));
+  EXPECT_EQ(record.at("stances"), 12);
+  EXPECT_EQ(record.at("postures"), 0) << "none was asked for";
 
   // The check, here by hand; one solution is spoilt and yet called a success, one problem is left without any.
   PostureProver prover(candidates);
@@ -260,6 +264,7 @@ TEST_F(DatasetBuilding, CandidatesAreCheckedElsewhereAndProvenOnesUsed) {
   options_.proven = file;
   Make("one");
   EXPECT_EQ(ReadProblemFile(folder_.path() / "one" / "stances.json").problems.size(), proven.size());
+  EXPECT_FALSE(nlohmann::json::parse(test::ReadText(folder_.path() / "one" / "generation.json")).contains("stances"));
 
   for (SolvedProblem& problem : solutions.problems) problem.solutions.clear();
   WriteSolutions(file, solutions);
