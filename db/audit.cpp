@@ -32,14 +32,19 @@ constexpr std::array kRules{
          "WHERE r.attempt <> j.attempts OR a.outcome IS NOT 'finished'"},
     Rule{"finished_attempt_has_result", "an attempt has finished, but its job has no result of it: job ",
          "SELECT a.job_id FROM attempts AS a LEFT JOIN results AS r ON r.job_id = a.job_id AND r.attempt = a.attempt "
-         "WHERE a.outcome = 'finished' AND r.job_id IS NULL"},
+         "WHERE a.outcome = 'finished' AND r.job_id IS NULL AND NOT EXISTS (SELECT 1 FROM stale_results AS s WHERE "
+         "s.job_id = a.job_id AND s.attempt = a.attempt AND s.solver_status = 'time_limit')"},
     Rule{"attempts_are_counted", "the count of attempts is not the number of leases recorded: job ",
          "SELECT j.job_id FROM jobs AS j LEFT JOIN (SELECT job_id, count(*) AS n, max(attempt) AS last FROM attempts "
          "GROUP BY job_id) AS a USING (job_id) WHERE j.attempts <> coalesce(a.n, 0) OR j.attempts <> coalesce(a.last, "
          "0)"},
-    Rule{"returned_attempts_are_counted", "the count of returned attempts is not what is recorded: job ",
-         "SELECT j.job_id FROM jobs AS j LEFT JOIN (SELECT job_id, count(*) AS n FROM attempts WHERE outcome = "
-         "'returned' GROUP BY job_id) AS a USING (job_id) WHERE j.returned <> coalesce(a.n, 0)"},
+    // A retry lets all attempts so far count as returned; those that were returned later are added.
+    Rule{
+        "returned_attempts_are_counted", "the count of returned attempts is not what is recorded: job ",
+        "SELECT j.job_id FROM jobs AS j LEFT JOIN (SELECT job_id, count(*) AS n FROM attempts WHERE outcome = "
+        "'returned' GROUP BY job_id) AS a USING (job_id) WHERE j.returned <> coalesce(a.n, 0) AND NOT EXISTS (SELECT 1 "
+        "FROM attempts AS k WHERE k.job_id = j.job_id AND j.returned = k.attempt + (SELECT count(*) FROM attempts AS b "
+        "WHERE b.job_id = j.job_id AND b.attempt > k.attempt AND b.outcome = 'returned'))"},
     Rule{"attempts_stay_within_maximum", "more attempts were charged than allowed: job ",
          "SELECT job_id FROM jobs WHERE attempts - returned > max_attempts"},
     Rule{"leased_job_has_owner", "a job is leased without a running attempt: job ",

@@ -1,8 +1,10 @@
 #include "db/memory_store.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <set>
 #include <utility>
 
@@ -49,13 +51,15 @@ struct ExperimentRow {
 struct MemoryStore::Tables {
   std::map<std::int64_t, ExperimentRow> experiments;
   std::set<std::string> submissions;
-  std::map<std::string, std::string> options;  // by method hash
+  std::map<std::string, std::string> options;        // by method hash
+  std::map<std::string, std::string> dataset_names;  // by hash
   std::map<std::int64_t, JobRow> jobs;
   std::map<std::int64_t, Accepted> results;
   std::set<std::pair<std::int64_t, int>> stale;
   std::map<std::int64_t, WorkerRecord> workers;
   std::set<std::int64_t> endpoints;
-  std::set<std::int64_t> cells;
+  std::map<std::int64_t, std::int64_t> cells;                              // cell -> experiment
+  std::int64_t deleted_experiment = 0, deleted_job = 0, deleted_cell = 0;  // largest identifiers that are gone
   std::int64_t events = 0;
 
   // How to take back what the running Apply has done, latest last.
@@ -73,6 +77,12 @@ struct MemoryStore::Tables {
     Require(inserted, std::string(what) + " exists already");
     undo.push_back([&map, key] { map.erase(key); });
     return where->second;
+  }
+  // Takes the row out. Should it come back, then at the same address: earlier steps may have kept that.
+  template <class Map, class Key>
+  void Erase(Map& map, const Key& key) {
+    auto node = std::make_shared<typename Map::node_type>(map.extract(key));
+    if (!node->empty()) undo.push_back([&map, node] { map.insert(std::move(*node)); });
   }
   template <class Set, class Key>
   void InsertKey(Set& set, const Key& key, const char* what) {
@@ -101,17 +111,24 @@ struct MemoryStore::Tables {
   void Do(const CancelExperiment& op);
   void Do(const ControlExperiment& op);
   void Do(const RetryExperiment& op);
+  void Do(const DeleteExperiment& op);
+  void Do(const RenameExperiment& op);
+  void Do(const TagExperiment& op);
   void Do(const FinishExperiment& op);
   void Do(const PutWorker& op);
   void Do(const RecordEvent& op);
   void Close(std::int64_t experiment_id, ExperimentState state, std::int64_t at_us);
+  bool MayRetry(std::int64_t job_id, const JobRow& job, bool time_limited) const;
+  ExperimentRow& ExperimentOf(std::int64_t experiment_id);
   ExperimentSummary Summarize(const ExperimentRow& row) const;
   OpenExperiment Open(const ExperimentRow& row) const;
 };
 
 void MemoryStore::Tables::Do(const CreateExperiment& op) {
   const NewExperiment& e = op.experiment;
-  Require(!e.jobs.empty() && e.experiment_id > 0 && !e.submission_id.empty() && !e.name.empty(), "bad experiment");
+  Require(!e.jobs.empty() && e.experiment_id > 0 && !e.submission_id.empty() && FaultOfName(e.name).empty() &&
+              e.submitter.size() <= kMaxNameBytes,
+          "bad experiment");
   Require(IsHash(e.spec_hash) && IsHash(e.dataset.hash), "bad hash");
   Require(e.seed >= 0 && e.repetitions >= 1 && e.max_attempts >= 1 && e.wall_limit_us > 0 && e.memory_limit_bytes > 0,
           "number out of range");
@@ -124,6 +141,15 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
   row.summary.first_job_id = e.jobs.front().job_id;
   row.summary.num_jobs = static_cast<std::int64_t>(e.jobs.size());
   row.summary.submitted_at_us = e.submitted_at_us;
+  row.summary.submitter = e.submitter;
+  const auto [dataset, is_new] = dataset_names.emplace(e.dataset.hash, e.dataset.name);
+  if (is_new) undo.push_back([this, hash = e.dataset.hash] { dataset_names.erase(hash); });
+  row.summary.dataset = dataset->second;  // the same content under another name is the same dataset
+  for (const CellRecord& cell : e.cells) {
+    const std::string& name = e.methods.at(static_cast<std::size_t>(cell.method_index)).name;
+    std::vector<std::string>& names = row.summary.methods;
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
   row.spec_json = e.spec_json;
   Insert(experiments, e.experiment_id, row, "experiment");
   for (const MethodRecord& method : e.methods) {
@@ -135,7 +161,7 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
   }
   for (const CellRecord& cell : e.cells) {
     Require(IsTask(cell.task) && IsInitialization(cell.initialization), "bad cell");
-    InsertKey(cells, cell.cell_id, "cell");
+    Insert(cells, cell.cell_id, e.experiment_id, "cell");
   }
   std::int64_t expected_id = e.jobs.front().job_id;
   std::set<std::pair<std::pair<int, int>, int>> keys;
@@ -217,14 +243,23 @@ void MemoryStore::Tables::Do(const ControlExperiment& op) {
   Set(row->second.summary.control, op.control);
 }
 
+bool MemoryStore::Tables::MayRetry(std::int64_t job_id, const JobRow& job, bool time_limited) const {
+  if (job.state == JobState::kFailed || job.state == JobState::kDead) return true;
+  return time_limited && job.state == JobState::kDone && results.at(job_id).result.solver_status == kSolverTimeLimit;
+}
+
 void MemoryStore::Tables::Do(const RetryExperiment& op) {
   const auto row = experiments.find(op.experiment_id);
   Require(row != experiments.end() && row->second.summary.state != ExperimentState::kCancelled,
           "experiment cannot be retried");
   bool any = false;
   for (auto& [job_id, job] : jobs) {
-    if (job.experiment_id != op.experiment_id) continue;
-    if (job.state != JobState::kFailed && job.state != JobState::kDead) continue;
+    if (job.experiment_id != op.experiment_id || !MayRetry(job_id, job, op.time_limited)) continue;
+    if (job.state == JobState::kDone) {
+      const std::pair attempt{job_id, results.at(job_id).attempt};
+      if (!stale.contains(attempt)) InsertKey(stale, attempt, "stale result");
+      Erase(results, job_id);
+    }
     Set(job.state, JobState::kQueued);
     Set(job.returned, static_cast<int>(job.attempts.size()));
     any = true;
@@ -232,6 +267,53 @@ void MemoryStore::Tables::Do(const RetryExperiment& op) {
   Require(any, "no job to retry");
   Set(row->second.summary.state, ExperimentState::kActive);
   Set(row->second.summary.finished_at_us, std::int64_t{0});
+}
+
+ExperimentRow& MemoryStore::Tables::ExperimentOf(std::int64_t experiment_id) {
+  const auto row = experiments.find(experiment_id);
+  Require(row != experiments.end(), "no experiment " + std::to_string(experiment_id));
+  return row->second;
+}
+
+void MemoryStore::Tables::Do(const DeleteExperiment& op) {
+  const ExperimentSummary& summary = ExperimentOf(op.experiment_id).summary;
+  Require(summary.state != ExperimentState::kActive, "experiment is not closed");
+  Set(deleted_experiment, experiments.rbegin()->first);
+  Set(deleted_job, jobs.rbegin()->first);
+  Set(deleted_cell, cells.rbegin()->first);
+  for (std::int64_t job = summary.first_job_id; job < summary.first_job_id + summary.num_jobs; ++job) {
+    for (int attempt = 1; attempt <= static_cast<int>(jobs.at(job).attempts.size()); ++attempt) {
+      const std::pair key{job, attempt};
+      if (stale.erase(key) > 0) undo.push_back([this, key] { stale.insert(key); });
+    }
+    Erase(results, job);
+    Erase(jobs, job);
+  }
+  std::vector<std::int64_t> its_cells;
+  for (const auto& [cell, experiment] : cells) {
+    if (experiment == op.experiment_id) its_cells.push_back(cell);
+  }
+  for (const std::int64_t cell : its_cells) Erase(cells, cell);
+  submissions.erase(summary.submission_id);
+  undo.push_back([this, id = summary.submission_id] { submissions.insert(id); });
+  Erase(experiments, op.experiment_id);
+}
+
+void MemoryStore::Tables::Do(const RenameExperiment& op) {
+  Require(FaultOfName(op.name).empty(), "bad name");
+  Set(ExperimentOf(op.experiment_id).summary.name, op.name);
+}
+
+void MemoryStore::Tables::Do(const TagExperiment& op) {
+  Require(FaultOfTag(op.tag).empty(), "bad tag");
+  std::set<std::string>& tags = ExperimentOf(op.experiment_id).summary.tags;
+  std::set<std::string> next = tags;
+  if (op.set) {
+    next.insert(op.tag);
+  } else {
+    next.erase(op.tag);
+  }
+  Set(tags, std::move(next));
 }
 
 void MemoryStore::Tables::Do(const FinishExperiment& op) {
@@ -287,6 +369,10 @@ OpenExperiment MemoryStore::Tables::Open(const ExperimentRow& row) const {
     open_job.token = job.attempts.back().token;
     open_job.worker_id = job.attempts.back().worker_id;
     open_job.outcome = job.attempts.back().outcome;
+    const auto result = results.find(id);
+    if (result == results.end()) continue;
+    open_job.time_limited = result->second.result.solver_status == kSolverTimeLimit;
+    open_job.solved = result->second.result.verdict_literal == kSuccess;
   }
   return open;
 }
@@ -308,11 +394,13 @@ void MemoryStore::Apply(std::span<const StoreOp> operations) {
 }
 
 OpenState MemoryStore::LoadOpenState() {
-  const auto after_last = [](const auto& map) { return map.empty() ? 1 : map.rbegin()->first + 1; };
+  const auto after_last = [](const auto& map, std::int64_t deleted = 0) {
+    return std::max(map.empty() ? 0 : map.rbegin()->first, deleted) + 1;
+  };
   OpenState state;
-  state.next_experiment_id = after_last(tables_->experiments);
-  state.next_job_id = after_last(tables_->jobs);
-  state.next_cell_id = tables_->cells.empty() ? 1 : *tables_->cells.rbegin() + 1;
+  state.next_experiment_id = after_last(tables_->experiments, tables_->deleted_experiment);
+  state.next_job_id = after_last(tables_->jobs, tables_->deleted_job);
+  state.next_cell_id = after_last(tables_->cells, tables_->deleted_cell);
   state.next_worker_id = after_last(tables_->workers);
   for (const auto& [id, row] : tables_->experiments) {
     state.experiments.push_back(tables_->Summarize(row));

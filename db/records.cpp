@@ -45,7 +45,19 @@ std::string NegativeCount(const ResultRecord& result) {
   return {};
 }
 
+std::string FaultOfText(std::string_view text, std::size_t max_bytes) {
+  if (!text.empty() && text.size() <= max_bytes && text.find('\0') == std::string_view::npos) return {};
+  return "must have 1 to " + std::to_string(max_bytes) + " bytes";
+}
+
 }  // namespace
+
+std::string FaultOfName(std::string_view name) { return FaultOfText(name, kMaxNameBytes); }
+
+std::string FaultOfTag(std::string_view tag) {
+  if (tag.find(',') != std::string_view::npos) return "must not hold a comma";
+  return FaultOfText(tag, kMaxTagBytes);
+}
 
 std::string_view ToString(JobState state) { return kJobStates.at(static_cast<std::size_t>(state)); }
 std::string_view ToString(AttemptOutcome outcome) { return kAttemptOutcomes.at(static_cast<std::size_t>(outcome)); }

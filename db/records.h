@@ -68,7 +68,8 @@ inline constexpr bool IsTerminal(JobState state) { return state != JobState::kQu
 
 struct DatasetRecord {
   std::string name;
-  std::string hash;  ///< 64 lower-case hex digits
+  std::string hash;                           ///< 64 lower-case hex digits
+  std::vector<std::string> joint_names = {};  ///< of its robot, in the order of a solution; empty: not told
 };
 
 /// A method as submitted. Equal hash means equal options; the name is what tables show.
@@ -111,6 +112,7 @@ struct NewExperiment {
   std::string name;
   std::string spec_json;  ///< canonical text of the spec
   std::string spec_hash;  ///< 64 hex digits, of spec_json
+  std::string submitter;  ///< at most 200 bytes; may be empty
   std::int64_t seed = 0;
   int repetitions = 1;
   int max_attempts = 3;
@@ -173,6 +175,17 @@ struct ResultRecord {
 };
 
 inline constexpr std::string_view kSuccess = "success";
+
+inline constexpr std::string_view kSolverTimeLimit =
+    "time_limit";  ///< `solver_status` of a solve that the clock stopped
+
+inline constexpr std::size_t kMaxNameBytes = 200;
+inline constexpr std::size_t kMaxTagBytes = 100;
+
+/// Why the schema would refuse this as an experiment's name (1 .. kMaxNameBytes bytes without NUL) or tag (1 ..
+/// kMaxTagBytes bytes without NUL and comma); empty when it is legal.
+std::string FaultOfName(std::string_view name);
+std::string FaultOfTag(std::string_view tag);
 
 /// Why the schema would refuse the result (an unknown status or verdict, a negative count, a success without cost);
 /// empty when it is legal. Whoever takes results from others asks before storing.

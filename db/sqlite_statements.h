@@ -60,6 +60,55 @@ inline constexpr char kRetryJobs[] =
     "UPDATE jobs SET state = 'queued', returned = attempts WHERE state IN ('failed', 'dead') "
     "AND cell_id IN (SELECT cell_id FROM cells WHERE experiment_id = ?1)";
 
+inline constexpr char kTimeLimitedResults[] =
+    "SELECT r.job_id FROM results AS r JOIN cells AS c USING (cell_id) "
+    "WHERE c.experiment_id = ?1 AND r.solver_status = 'time_limit'";
+
+inline constexpr char kKeepResultAsStale[] =
+    "INSERT OR REPLACE INTO stale_results (job_id, attempt, outcome, reason, message, received_at_us, "
+    "solver_status, iterations, wall_us, cpu_us, verdict_literal, verdict_strict, verdict_detail, cost, "
+    "num_waypoints, waypoint_size, x) "
+    "SELECT job_id, attempt, 'finished', 'the time limit ended it, and the job was queued again', "
+    "'', ?2, solver_status, iterations, wall_us, cpu_us, verdict_literal, verdict_strict, verdict_detail, "
+    "cost, num_waypoints, ?3, ?4 FROM results WHERE job_id = ?1";
+
+inline constexpr char kReadWaypoints[] = "SELECT x FROM waypoints WHERE job_id = ?1 ORDER BY waypoint";
+
+inline constexpr char kDropResult[] = "DELETE FROM results WHERE job_id = ?1";
+
+inline constexpr char kDropWaypoints[] = "DELETE FROM waypoints WHERE job_id = ?1";
+
+inline constexpr char kRequeueDone[] =
+    "UPDATE jobs SET state = 'queued', returned = attempts WHERE job_id = ?1 AND state = 'done'";
+
+inline constexpr char kRememberDeletedIds[] =
+    "INSERT INTO deleted_ids SELECT 'experiment', max(experiment_id) FROM experiments UNION ALL "
+    "SELECT 'job', max(job_id) FROM jobs UNION ALL SELECT 'cell', max(cell_id) FROM cells WHERE true "
+    "ON CONFLICT (kind) DO UPDATE SET largest = max(largest, excluded.largest)";
+
+inline constexpr char kJobsOfClosed[] =
+    "SELECT first_job_id, first_job_id + num_jobs FROM experiments WHERE experiment_id = ?1 AND state <> 'active'";
+
+inline constexpr char kDeleteExperiment[] = "DELETE FROM experiments WHERE experiment_id = ?1";
+
+// What goes with it: of its jobs, ?1 <= job_id < ?2, and of itself.
+inline constexpr const char* kDeleteOfJobs[] = {"DELETE FROM events WHERE job_id >= ?1 AND job_id < ?2",
+                                                "DELETE FROM waypoints WHERE job_id >= ?1 AND job_id < ?2",
+                                                "DELETE FROM results WHERE job_id >= ?1 AND job_id < ?2",
+                                                "DELETE FROM stale_results WHERE job_id >= ?1 AND job_id < ?2",
+                                                "DELETE FROM attempts WHERE job_id >= ?1 AND job_id < ?2",
+                                                "DELETE FROM jobs WHERE job_id >= ?1 AND job_id < ?2"};
+inline constexpr const char* kDeleteOfExperiment[] = {"DELETE FROM cells WHERE experiment_id = ?1",
+                                                      "DELETE FROM experiment_tags WHERE experiment_id = ?1",
+                                                      "DELETE FROM events WHERE experiment_id = ?1"};
+
+inline constexpr char kRenameExperiment[] = "UPDATE experiments SET name = ?2 WHERE experiment_id = ?1";
+
+inline constexpr char kSetTag[] =
+    "INSERT INTO experiment_tags (experiment_id, tag) VALUES (?1, ?2) ON CONFLICT (experiment_id, tag) DO NOTHING";
+
+inline constexpr char kDropTag[] = "DELETE FROM experiment_tags WHERE experiment_id = ?1 AND tag = ?2";
+
 inline constexpr char kReopenExperiment[] =
     "UPDATE experiments SET state = 'active', finished_at_us = NULL WHERE experiment_id = ?1 AND state <> 'cancelled'";
 
@@ -77,7 +126,9 @@ inline constexpr char kInsertEvent[] =
     "INSERT INTO events (kind, at_us, experiment_id, job_id, worker_id, detail) "
     "VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
 
-inline constexpr char kPutDataset[] = "INSERT INTO datasets (hash, name) VALUES (?1, ?2) ON CONFLICT (hash) DO NOTHING";
+inline constexpr char kPutDataset[] =
+    "INSERT INTO datasets (hash, name, joint_names) VALUES (?1, ?2, nullif(?3, '')) ON CONFLICT (hash) DO UPDATE "
+    "SET joint_names = excluded.joint_names WHERE joint_names IS NULL AND excluded.joint_names IS NOT NULL";
 
 inline constexpr char kFindDataset[] = "SELECT dataset_id FROM datasets WHERE hash = ?1";
 
@@ -92,8 +143,8 @@ inline constexpr char kFindProblems[] = "SELECT task, problem_id, problem_key FR
 inline constexpr char kInsertExperiment[] =
     "INSERT INTO experiments (experiment_id, submission_id, name, dataset_id, seed, repetitions, "
     "max_attempts, wall_limit_us, memory_limit_bytes, first_job_id, num_jobs, spec_json, "
-    "spec_hash, submitted_at_us) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, "
-    "?14)";
+    "spec_hash, submitted_at_us, submitter) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, "
+    "?14, ?15)";
 
 inline constexpr char kInsertCell[] =
     "INSERT INTO cells (cell_id, experiment_id, method_id, task, initialization, num_jobs, wall_limit_us) "

@@ -183,16 +183,6 @@ void SqliteStore::Do(const ControlExperiment& op) {
   RequireOneChange("ControlExperiment", op.experiment_id);
 }
 
-void SqliteStore::Do(const RetryExperiment& op) {
-  statements_->retry_jobs.Run(op.experiment_id);
-  if (connection_.changes() == 0) {
-    throw StoreError(StoreErrorCode::kConstraint, "RetryExperiment: experiment " + std::to_string(op.experiment_id) +
-                                                      " has no failed or dead job; this is a defect of legopt");
-  }
-  statements_->reopen_experiment.Run(op.experiment_id);
-  RequireOneChange("RetryExperiment", op.experiment_id);
-}
-
 void SqliteStore::Do(const FinishExperiment& op) {
   statements_->close_experiment.Run(op.experiment_id, ToString(ExperimentState::kDone), op.at_us);
   RequireOneChange("FinishExperiment", op.experiment_id);

@@ -1,4 +1,5 @@
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -64,7 +65,10 @@ void InBatches(Statement& batch, Statement& single, std::size_t count, const Bin
 }  // namespace
 
 std::int64_t SqliteStore::PutDataset(const DatasetRecord& dataset) {
-  statements_->put_dataset.Run(dataset.hash, dataset.name);
+  // Names that are no UTF-8 are of no dataset that can be loaded; they must not end the server either.
+  const std::string joints =
+      nlohmann::json(dataset.joint_names).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  statements_->put_dataset.Run(dataset.hash, dataset.name, dataset.joint_names.empty() ? "" : joints);
   return FindId(statements_->find_dataset.BindAll(dataset.hash));
 }
 
@@ -106,7 +110,7 @@ void SqliteStore::Do(const CreateExperiment& op) {
   statements_->insert_experiment.Run(e.experiment_id, e.submission_id, e.name, dataset_id, e.seed, e.repetitions,
                                      e.max_attempts, e.wall_limit_us, e.memory_limit_bytes, first_job_id,
                                      static_cast<std::int64_t>(e.jobs.size()), e.spec_json, e.spec_hash,
-                                     e.submitted_at_us);
+                                     e.submitted_at_us, e.submitter);
   for (const CellRecord& cell : e.cells) {
     statements_->insert_cell.Run(cell.cell_id, e.experiment_id, At(method_ids, cell.method_index, "method"), cell.task,
                                  cell.initialization, cell.num_jobs,

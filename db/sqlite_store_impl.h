@@ -3,6 +3,7 @@
 // Private to the sqlite_store*.cpp files.
 
 #include <filesystem>
+#include <map>
 
 #include "db/connection.h"
 #include "db/lock_file.h"
@@ -43,16 +44,22 @@ class SqliteStore final : public Store {
   void Do(const CancelExperiment& op);
   void Do(const ControlExperiment& op);
   void Do(const RetryExperiment& op);
+  void Do(const DeleteExperiment& op);
+  void Do(const RenameExperiment& op);
+  void Do(const TagExperiment& op);
   void Do(const FinishExperiment& op);
   void Do(const PutWorker& op);
   void Do(const RecordEvent& op);
+  std::int64_t RequeueTimeLimited(const RetryExperiment& op);
   void EndJob(std::int64_t job_id, int attempt, JobState next, bool returned);
   void InsertJobs(const NewExperiment& experiment, std::span<const std::int64_t> problem_keys);
   std::int64_t PutDataset(const DatasetRecord& dataset);
   std::int64_t PutMethod(const MethodRecord& method);
   std::vector<std::int64_t> PutProblems(std::int64_t dataset_id, std::span<const ProblemRecord> problems);
   void RequireOneChange(const char* operation, std::int64_t job_id);
+  std::int64_t NextId(const char* kind, const char* table);
   void LoadSummaries(OpenState& state);
+  void LoadDescriptions(std::map<std::int64_t, ExperimentSummary>& by_id);
   void LoadOpenJobs(OpenState& state);
   void LoadWorkers(OpenState& state);
 

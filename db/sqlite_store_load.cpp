@@ -43,9 +43,9 @@ std::optional<std::string> SqliteStore::FindMethodOptions(const std::string& has
 
 OpenState SqliteStore::LoadOpenState() {
   OpenState state;
-  state.next_experiment_id = connection_.QueryInt("SELECT coalesce(max(experiment_id), 0) + 1 FROM experiments");
-  state.next_job_id = connection_.QueryInt("SELECT coalesce(max(job_id), 0) + 1 FROM jobs");
-  state.next_cell_id = connection_.QueryInt("SELECT coalesce(max(cell_id), 0) + 1 FROM cells");
+  state.next_experiment_id = NextId("experiment", "experiments");
+  state.next_job_id = NextId("job", "jobs");
+  state.next_cell_id = NextId("cell", "cells");
   state.next_worker_id = connection_.QueryInt("SELECT coalesce(max(worker_id), 0) + 1 FROM workers");
   LoadSummaries(state);
   LoadOpenJobs(state);
@@ -53,11 +53,19 @@ OpenState SqliteStore::LoadOpenState() {
   return state;
 }
 
+// One more than any that was ever given, also to what is deleted now.
+std::int64_t SqliteStore::NextId(const char* kind, const char* table) {
+  const std::string column = std::string(kind) + "_id";
+  return connection_.QueryInt("SELECT 1 + max((SELECT coalesce(max(" + column + "), 0) FROM " + table +
+                              "), coalesce((SELECT largest FROM deleted_ids WHERE kind = '" + kind + "'), 0))");
+}
+
 void SqliteStore::LoadSummaries(OpenState& state) {
   std::map<std::int64_t, ExperimentSummary> by_id;
   Statement experiments(connection_,
                         "SELECT experiment_id, submission_id, name, spec_hash, state, first_job_id, num_jobs, "
-                        "submitted_at_us, coalesce(finished_at_us, 0), hold, hold_reason, priority FROM experiments");
+                        "submitted_at_us, coalesce(finished_at_us, 0), hold, hold_reason, priority, submitter, "
+                        "(SELECT name FROM datasets AS d WHERE d.dataset_id = e.dataset_id) FROM experiments AS e");
   while (experiments.Step()) {
     ExperimentSummary& summary = by_id[experiments.column_int(0)];
     summary.experiment_id = experiments.column_int(0);
@@ -73,7 +81,10 @@ void SqliteStore::LoadSummaries(OpenState& state) {
     const std::string hold = experiments.column_text(9);
     summary.control = {Require(ParseHold(hold), hold), experiments.column_text(10),
                        static_cast<int>(experiments.column_int(11))};
+    summary.submitter = experiments.column_text(12);
+    summary.dataset = experiments.column_text(13);
   }
+  LoadDescriptions(by_id);
   Statement counts(connection_,
                    "SELECT c.experiment_id, j.state, count(*) FROM jobs AS j JOIN cells AS c USING (cell_id) "
                    "GROUP BY c.experiment_id, j.state");
@@ -83,6 +94,15 @@ void SqliteStore::LoadSummaries(OpenState& state) {
   Statement solved(connection_, "SELECT experiment_id, sum(solved) FROM literal_scores GROUP BY experiment_id");
   while (solved.Step()) by_id[solved.column_int(0)].solved = solved.column_int(1);
   for (auto& [id, summary] : by_id) state.experiments.push_back(std::move(summary));
+}
+
+void SqliteStore::LoadDescriptions(std::map<std::int64_t, ExperimentSummary>& by_id) {
+  Statement tags(connection_, "SELECT experiment_id, tag FROM experiment_tags");
+  while (tags.Step()) by_id[tags.column_int(0)].tags.insert(tags.column_text(1));
+  Statement methods(connection_,
+                    "SELECT c.experiment_id, m.name FROM cells AS c JOIN methods AS m USING (method_id) "
+                    "GROUP BY c.experiment_id, m.name ORDER BY c.experiment_id, min(c.cell_id)");
+  while (methods.Step()) by_id[methods.column_int(0)].methods.push_back(methods.column_text(1));
 }
 
 void SqliteStore::LoadOpenJobs(OpenState& state) {
@@ -103,15 +123,17 @@ std::optional<OpenExperiment> SqliteStore::LoadExperiment(std::int64_t experimen
   const std::int64_t num_jobs = experiment.column_int(2);
   Statement jobs(connection_,
                  "SELECT j.state, j.attempts, j.returned, coalesce(a.token, 0), coalesce(a.worker_id, 0), "
-                 "coalesce(a.outcome, 'running') FROM jobs AS j "
+                 "coalesce(a.outcome, 'running'), coalesce(r.solver_status = 'time_limit', 0), "
+                 "coalesce(r.solved_literal, 0) FROM jobs AS j "
                  "LEFT JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts "
+                 "LEFT JOIN results AS r ON r.job_id = j.job_id "
                  "WHERE j.job_id >= ?1 AND j.job_id < ?2 ORDER BY j.job_id");
   open.jobs.reserve(static_cast<std::size_t>(num_jobs));
   jobs.BindAll(first_job_id, first_job_id + num_jobs);
   while (jobs.Step()) {
     open.jobs.push_back({JobStateAt(jobs, 0), static_cast<int>(jobs.column_int(1)),
                          static_cast<int>(jobs.column_int(2)), jobs.column_int(3), jobs.column_int(4),
-                         OutcomeAt(jobs, 5)});
+                         OutcomeAt(jobs, 5), jobs.column_int(6) != 0, jobs.column_int(7) != 0});
   }
   if (static_cast<std::int64_t>(open.jobs.size()) != num_jobs) {
     throw StoreError(StoreErrorCode::kCorrupt, "experiment " + std::to_string(experiment_id) + " has " +

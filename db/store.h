@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <variant>
@@ -78,10 +79,32 @@ struct ControlExperiment {
   ExperimentControl control;
 };
 
-/// All failed and dead jobs, at least one, -> queued with none of their attempts charged; experiment done -> active.
-/// A cancelled experiment cannot be retried.
+/// All failed and dead jobs -> queued with none of their attempts charged; with `time_limited` also the done ones whose
+/// result has the solver status "time_limit": that result is kept among the stale ones, its solution with it, and
+/// counts no more. At least one job in all; experiment done -> active. A cancelled experiment cannot be retried.
 struct RetryExperiment {
   std::int64_t experiment_id = 0;
+  bool time_limited = false;
+  std::int64_t at_us = 0;  ///< becomes received_at_us of the stale results
+};
+
+/// Removes a closed experiment with its cells, jobs, attempts, results, solutions, stale results, tags and events. Its
+/// identifiers are never given again; methods, datasets, problems and workers stay.
+struct DeleteExperiment {
+  std::int64_t experiment_id = 0;
+};
+
+/// Gives an experiment of any state another name, legal by FaultOfName.
+struct RenameExperiment {
+  std::int64_t experiment_id = 0;
+  std::string name;
+};
+
+/// Gives an experiment of any state a tag, legal by FaultOfTag, or takes it away; no change when it is so already.
+struct TagExperiment {
+  std::int64_t experiment_id = 0;
+  std::string tag;
+  bool set = true;
 };
 
 /// Experiment active -> done and held no more; every job must be terminal.
@@ -104,7 +127,8 @@ struct RecordEvent {
 };
 
 using StoreOp = std::variant<CreateExperiment, LeaseJob, EndAttempt, AcceptResult, RecordStaleResult, CancelExperiment,
-                             ControlExperiment, RetryExperiment, FinishExperiment, PutWorker, RecordEvent>;
+                             ControlExperiment, RetryExperiment, DeleteExperiment, RenameExperiment, TagExperiment,
+                             FinishExperiment, PutWorker, RecordEvent>;
 
 // --- What is read back. ----------------------------------------------------------------------------------------------
 
@@ -116,6 +140,8 @@ struct OpenJob {
   std::int64_t token = 0;  ///< of the latest attempt; 0 when there was none
   std::int64_t worker_id = 0;
   AttemptOutcome outcome = AttemptOutcome::kRunning;  ///< of the latest attempt; meaningless when there was none
+  bool time_limited = false;                          ///< done, and its result has the solver status "time_limit"
+  bool solved = false;                                ///< done, and its literal verdict is "success"
 };
 
 /// Totals of any experiment, open or closed.
@@ -124,6 +150,10 @@ struct ExperimentSummary {
   std::string submission_id;
   std::string name;
   std::string spec_hash;
+  std::string submitter;
+  std::set<std::string> tags;
+  std::string dataset;               ///< its name
+  std::vector<std::string> methods;  ///< their names, each once, in the order of the table
   ExperimentState state = ExperimentState::kActive;
   ExperimentControl control;
   std::int64_t first_job_id = 0;

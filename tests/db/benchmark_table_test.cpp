@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "db/read_only_database.h"
@@ -76,21 +77,22 @@ TEST_F(BenchmarkTable, MeansOverSolvedPerWaypointAndNullWithoutSuccess) {
   Finish(5, "success", "success", 0.125, 8'000, 4);  // method 1, motion, good
 
   const QueryResult table = Query("SELECT * FROM benchmark_table WHERE experiment_id = 1");
-  ASSERT_EQ(table.columns.size(), 21U);
-  EXPECT_EQ(table.columns[4], "collision");
-  EXPECT_EQ(table.columns[5], "posture_good_n");
-  EXPECT_EQ(table.columns[12], "posture_in_collision_time_s");
-  EXPECT_EQ(table.columns[20], "motion_in_collision_time_s");
+  ASSERT_EQ(table.columns.size(), 22U);
+  EXPECT_EQ(table.columns[4], "incremental");
+  EXPECT_EQ(table.columns[5], "collision");
+  EXPECT_EQ(table.columns[6], "posture_good_n");
+  EXPECT_EQ(table.columns[13], "posture_in_collision_time_s");
+  EXPECT_EQ(table.columns[21], "motion_in_collision_time_s");
   ASSERT_EQ(table.rows.size(), 2U);
-  const Row restarts{Int(1),          Text("SQP"), Int(10), Int(100),
-                     Text("surface"),                                         //
-                     Int(2),          Int(2),      450.0,   0.002,            // mean of 400 and 500; of 1 and 3 ms
-                     Int(2),          Int(0),      kNull,   kNull,            // a dash, not 0
-                     Int(1),          Int(1),      0.125,   8'000 / 1e6 / 4,  // per waypoint
-                     Int(1),          Int(0),      kNull,   kNull};
+  const Row restarts{Int(1), Text("SQP"),     Int(10), Int(100),
+                     Int(0), Text("surface"),                            //
+                     Int(2), Int(2),          450.0,   0.002,            // mean of 400 and 500; of 1 and 3 ms
+                     Int(2), Int(0),          kNull,   kNull,            // a dash, not 0
+                     Int(1), Int(1),          0.125,   8'000 / 1e6 / 4,  // per waypoint
+                     Int(1), Int(0),          kNull,   kNull};
   EXPECT_EQ(table.rows[0], restarts);
-  const Row plain{Int(1), Text("SQP"), Int(0), Int(80), Text("solid"), Int(2), Int(0), kNull,  kNull, Int(2), Int(0),
-                  kNull,  kNull,       Int(1), Int(0),  kNull,         kNull,  Int(1), Int(0), kNull, kNull};
+  const Row plain{Int(1), Text("SQP"), Int(0), Int(80), Int(1), Text("solid"), Int(2), Int(0), kNull,  kNull, Int(2),
+                  Int(0), kNull,       kNull,  Int(1),  Int(0), kNull,         kNull,  Int(1), Int(0), kNull, kNull};
   EXPECT_EQ(table.rows[1], plain);
 }
 
@@ -150,6 +152,9 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
   EXPECT_EQ(jobs.columns, (std::vector<std::string>{"job_id",
                                                     "experiment_id",
                                                     "method",
+                                                    "multi_starts",
+                                                    "sample_size",
+                                                    "incremental",
                                                     "collision",
                                                     "task",
                                                     "initialization",
@@ -170,29 +175,12 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
                                                     "interpolation_self_depth_m",
                                                     "interpolation_free_share",
                                                     "worker"}));
-  EXPECT_EQ(jobs.rows.at(0), (Row{Int(2),
-                                  Int(1),
-                                  Text("SQP"),
-                                  Text("surface"),
-                                  Text("posture"),
-                                  Text("good"),
-                                  Int(5),
-                                  Int(0),
-                                  Text("done"),
-                                  Int(1),
-                                  Text("converged_feasible"),
-                                  Text("success"),
-                                  Text("success"),
-                                  kNull,
-                                  kNull,
-                                  500.0,
-                                  0.003,
-                                  Int(3'000),
-                                  Int(1'900),
-                                  kNull,
-                                  kNull,
-                                  kNull,
-                                  Text("w1")}));
+  EXPECT_EQ(
+      jobs.rows.at(0),
+      (Row{Int(2),          Int(1),          Text("SQP"), Int(10), Int(100),     Int(0), Text("surface"),
+           Text("posture"), Text("good"),    Int(5),      Int(0),  Text("done"), Int(1), Text("converged_feasible"),
+           Text("success"), Text("success"), kNull,       kNull,   500.0,        0.003,  Int(3'000),
+           Int(1'900),      kNull,           kNull,       kNull,   Text("w1")}));
   EXPECT_EQ(Query("SELECT * FROM job_list").rows.size(), 12U);
 }
 
@@ -201,16 +189,26 @@ TEST_F(BenchmarkTable, FailuresTellWhy) {
   Finish(2, "foot_pose", "foot_pose", std::nan(""), 3'000, 1);
   Apply({LeaseJob{3, 1, 900, 1, 1},
          EndAttempt{3, 1, AttemptOutcome::kCrashed, JobState::kDead, 11, "killed by SIGSEGV", "", 2}});
-  const QueryResult failures = Query("SELECT * FROM failures ORDER BY job_id");
-  EXPECT_EQ(failures.columns, (std::vector<std::string>{"experiment_id", "job_id", "method", "task", "initialization",
-                                                        "problem_id", "state", "solver_status", "verdict_literal",
-                                                        "verdict_strict", "detail", "message"}));
-  ASSERT_EQ(failures.rows.size(), 2U);
-  EXPECT_EQ(failures.rows[0][1], Int(2));
-  EXPECT_EQ(failures.rows[0][10], Text("foot l_foot off by 2.0 mm"));
-  EXPECT_EQ(failures.rows[1][1], Int(3));
-  EXPECT_EQ(failures.rows[1][6], Text("dead"));
-  EXPECT_EQ(failures.rows[1][11], Text("killed by SIGSEGV"));
+  EXPECT_EQ(Query("SELECT job_id, state, detail, message FROM failures ORDER BY job_id").rows,
+            (std::vector<Row>{{Int(2), Text("done"), Text("foot l_foot off by 2.0 mm"), Text("")},
+                              {Int(3), Text("dead"), kNull, Text("killed by SIGSEGV")}}));
+}
+
+// Two methods of one name are two methods wherever a method is named.
+TEST_F(BenchmarkTable, EveryViewThatNamesAMethodTellsThoseOfOneNameApart) {
+  int views = 0;
+  for (const Row& view : Query("SELECT name FROM pragma_table_list WHERE type = 'view'").rows) {
+    const std::string& name = std::get<std::string>(view.at(0));
+    const auto columns = Query("SELECT * FROM " + name).columns;
+    const auto has = [&](const char* column) { return std::count(columns.begin(), columns.end(), column) == 1; };
+    if (!has("method")) continue;
+    ++views;
+    for (const char* column : {"multi_starts", "sample_size", "incremental", "collision"}) {
+      EXPECT_TRUE(has(column)) << name << " has no column " << column;
+    }
+    EXPECT_EQ(has("problem_id"), has("repetition")) << name;
+  }
+  EXPECT_EQ(views, 6);
 }
 
 TEST_F(BenchmarkTable, DisagreementsOfSolverAndJudgeAndOfTheRules) {
@@ -225,6 +223,16 @@ TEST_F(BenchmarkTable, ExperimentListCountsEveryJobOnce) {
   Apply({LeaseJob{2, 1, 900, 1, 1}});
   EXPECT_EQ(Query("SELECT jobs, queued, leased, done, failed, dead, cancelled, solved FROM experiment_list").rows.at(0),
             (Row{Int(12), Int(10), Int(1), Int(1), Int(0), Int(0), Int(0), Int(1)}));
+}
+
+TEST_F(BenchmarkTable, ExperimentListTellsWhoseAndWhat) {
+  NewExperiment second = SampleExperiment(2, 13, 9);
+  second.submitter = "ada";
+  second.seed = 7;
+  Apply({CreateExperiment{second}, TagExperiment{2, "paper", true}, TagExperiment{2, "baseline", true}});
+  EXPECT_EQ(Query("SELECT name, submitter, tags, dataset, seed, repetitions FROM experiment_list").rows,
+            (std::vector<Row>{{Text("sample"), Text(""), Text(""), Text("garage"), Int(1), Int(1)},
+                              {Text("sample"), Text("ada"), Text("baseline,paper"), Text("garage"), Int(7), Int(1)}}));
 }
 
 }  // namespace

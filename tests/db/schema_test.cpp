@@ -131,6 +131,50 @@ TEST_F(Schema, OnlyDeadAndFailedJobsAreTriedAgain) {
   connection_->Execute("UPDATE jobs SET state = 'queued', returned = attempts WHERE job_id = 3");
 }
 
+TEST_F(Schema, OnlyResultsThatTheClockStoppedMakeWay) {
+  ExpectRefused("DELETE FROM results");
+  ExpectRefused("DELETE FROM waypoints");
+  connection_->Execute("DROP TRIGGER results_are_final; UPDATE results SET solver_status = 'time_limit'");
+  ExpectRefused("DELETE FROM results");  // not kept anywhere
+  connection_->Execute(
+      "INSERT INTO stale_results (job_id, attempt, outcome, reason, received_at_us, solver_status) "
+      "VALUES (1, 1, 'finished', 'why', 1, 'time_limit')");
+  ExpectRefused("UPDATE jobs SET state = 'queued', returned = attempts WHERE job_id = 1");  // it still has its result
+  connection_->Execute("BEGIN; PRAGMA defer_foreign_keys = ON; DELETE FROM results; DELETE FROM waypoints");
+  ExpectRefused("UPDATE jobs SET state = 'queued' WHERE job_id = 1");
+  ExpectRefused("UPDATE jobs SET state = 'leased', returned = attempts WHERE job_id = 1");
+  connection_->Execute("UPDATE jobs SET state = 'queued', returned = attempts WHERE job_id = 1; COMMIT");
+  ExpectRefused("DELETE FROM stale_results");
+}
+
+// Deferred, so that no foreign key hides what the triggers let pass.
+TEST_F(Schema, NothingOfAnExperimentGoesBeforeIt) {
+  connection_->Execute("BEGIN; PRAGMA defer_foreign_keys = ON");
+  for (const char* table : {"waypoints", "results", "attempts", "jobs", "experiments"}) {
+    ExpectRefused("DELETE FROM " + std::string(table));
+  }
+}
+
+TEST_F(Schema, AnExperimentGoesWithAllThatBelongsToIt) {
+  connection_->Execute("UPDATE jobs SET state = 'cancelled' WHERE state IN ('queued', 'leased')");
+  connection_->Execute("UPDATE experiments SET state = 'cancelled', finished_at_us = 9");
+  ExpectRefused("DELETE FROM experiments");
+  ExpectRefused("BEGIN; PRAGMA defer_foreign_keys = ON; DELETE FROM experiments; COMMIT");
+  connection_->Execute("ROLLBACK");
+}
+
+TEST_F(Schema, TagsAndJointNames) {
+  ExpectRefused("INSERT INTO experiment_tags VALUES (1, '')");
+  ExpectRefused("INSERT INTO experiment_tags VALUES (1, 'a,b')");
+  ExpectRefused("INSERT INTO experiment_tags VALUES (2, 'a')");
+  ExpectRefused("INSERT INTO experiment_tags VALUES (1, '" + std::string(101, 'x') + "')");
+  ExpectRefused("UPDATE experiments SET submitter = '" + std::string(201, 'x') + "'");
+  ExpectRefused("UPDATE datasets SET joint_names = 'hip'");
+  ExpectRefused("UPDATE datasets SET joint_names = '[]'");
+  ExpectRefused("INSERT INTO deleted_ids VALUES ('problem', 1)");
+  connection_->Execute("UPDATE datasets SET joint_names = '[\"hip\"]'");
+}
+
 TEST_F(Schema, HoldsHaveReasonsAndPrioritiesBounds) {
   ExpectRefused("UPDATE experiments SET hold = 'stopped'");
   ExpectRefused("UPDATE experiments SET hold = 'held'");

@@ -7,8 +7,10 @@
 #include <array>
 #include <fstream>
 
+#include "db/audit.h"
 #include "db/connection.h"
 #include "db/migrations.h"
+#include "db/read_only_database.h"
 #include "tests/db/store_samples.h"
 
 namespace legopt::db {
@@ -172,6 +174,82 @@ TEST_F(SqliteStoreFile, FailingMigrationLeavesTheLastCompleteStep) {
   Migrate(connection, repaired);
   EXPECT_EQ(connection.QueryInt("PRAGMA user_version"), 3);
   EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM sqlite_schema WHERE name = 'more'"), 1);
+}
+
+TEST_F(SqliteStoreFile, JointNamesAreKeptFromWhoeverTellsThemFirst) {
+  const auto store = OpenSqliteStore(path_);
+  const auto names = [this] {
+    return ReadOnlyDatabase(path_).Query("SELECT joint_names FROM datasets").rows.at(0).at(0);
+  };
+  const auto submit = [&](std::int64_t id, std::vector<std::string> joints) {
+    NewExperiment e = SampleExperiment(id, 4 * id, 2 * id);
+    e.dataset.joint_names = std::move(joints);
+    store->Apply(std::vector<StoreOp>{CreateExperiment{e}});
+  };
+  submit(1, {});
+  EXPECT_EQ(names(), Value(std::monostate{}));
+  submit(2, {"hip \"x\"", "knee"});
+  EXPECT_EQ(names(), Value(std::string(R"(["hip \"x\"","knee"])")));
+  submit(3, {"another"});
+  submit(4, {});
+  EXPECT_EQ(names(), Value(std::string(R"(["hip \"x\"","knee"])")));
+}
+
+// The clock of a busy machine stopped it: result and solution are kept, but not among what counts.
+TEST_F(SqliteStoreFile, ARetriedResultIsKeptWithItsSolution) {
+  const auto store = OpenSqliteStore(path_);
+  ResultRecord result = SampleResult(321);
+  result.solver_status = "time_limit";
+  result.waypoints = {1, 2, 3, 4, 5, 6};
+  store->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1)}, PutWorker{SampleWorker(1)},
+                                    LeaseJob{1, 1, 71, 1, 1}, AcceptResult{1, 1, result, "", "", 2},
+                                    RetryExperiment{1, true, 99}});
+  ReadOnlyDatabase database(path_);
+  const auto rows = [&](const char* sql) { return database.Query(sql).rows; };
+  using Row = std::vector<Value>;
+  EXPECT_EQ(rows("SELECT outcome, reason LIKE '%time limit%', received_at_us, solver_status, verdict_strict, cost, "
+                 "waypoint_size, hex(x) FROM stale_results"),
+            (std::vector<Row>{{std::string("finished"), std::int64_t{1}, std::int64_t{99}, std::string("time_limit"),
+                               std::string("success"), 321.0, std::int64_t{3},
+                               std::string("000000000000F03F00000000000000400000000000000840"
+                                           "000000000000104000000000000014400000000000001840")}}));
+  EXPECT_TRUE(rows("SELECT 1 FROM waypoints UNION ALL SELECT 1 FROM results").empty());
+  EXPECT_EQ(rows("SELECT sum(solved) FROM benchmark_cells"), (std::vector<Row>{{std::int64_t{0}}}));
+}
+
+TEST_F(SqliteStoreFile, NothingOfADeletedExperimentIsLeft) {
+  const auto store = OpenSqliteStore(path_);
+  store->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1)}, PutWorker{SampleWorker(1)},
+                                    LeaseJob{1, 1, 71, 1, 1}, AcceptResult{1, 1, SampleResult(), "", "", 2},
+                                    LeaseJob{2, 1, 72, 1, 1},
+                                    EndAttempt{2, 1, AttemptOutcome::kExpired, JobState::kQueued, 0, "", "", 2},
+                                    RecordStaleResult{2, 1, AttemptOutcome::kFinished, "late", SampleResult(), "", 3},
+                                    RecordEvent{"job_dead", 4, 1, 2, 1, ""}, TagExperiment{1, "paper", true},
+                                    CancelExperiment{1, 5}, DeleteExperiment{1}});
+  ReadOnlyDatabase database(path_);
+  for (const char* table : {"experiments", "experiment_tags", "cells", "jobs", "attempts", "results", "waypoints",
+                            "stale_results", "events"}) {
+    EXPECT_TRUE(database.Query("SELECT 1 FROM " + std::string(table)).rows.empty()) << table;
+  }
+  EXPECT_EQ(database.Query("SELECT kind, largest FROM deleted_ids ORDER BY kind").rows,
+            (std::vector<std::vector<Value>>{{std::string("cell"), std::int64_t{2}},
+                                             {std::string("experiment"), std::int64_t{1}},
+                                             {std::string("job"), std::int64_t{4}}}));
+  for (const Defect& defect : Audit(path_)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
+}
+
+// What `retry` leaves behind is sound, also after further leases were given back.
+TEST_F(SqliteStoreFile, RetriedJobsAreSound) {
+  const auto store = OpenSqliteStore(path_);
+  ResultRecord stopped = SampleResult();
+  stopped.solver_status = "time_limit";
+  store->Apply(std::vector<StoreOp>{
+      CreateExperiment{SampleExperiment(1, 1, 1)}, PutWorker{SampleWorker(1)}, LeaseJob{1, 1, 71, 1, 1},
+      EndAttempt{1, 1, AttemptOutcome::kReturned, JobState::kQueued, 0, "", "", 2}, LeaseJob{1, 2, 72, 1, 1},
+      EndAttempt{1, 2, AttemptOutcome::kCrashed, JobState::kDead, 11, "", "", 2}, LeaseJob{2, 1, 73, 1, 1},
+      AcceptResult{2, 1, stopped, "", "", 2}, RetryExperiment{1, true, 3}, LeaseJob{1, 3, 74, 1, 4},
+      EndAttempt{1, 3, AttemptOutcome::kReturned, JobState::kQueued, 0, "", "", 5}});
+  for (const Defect& defect : Audit(path_)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
 }
 
 TEST_F(SqliteStoreFile, WaypointsAreLittleEndianDoubles) {

@@ -38,7 +38,7 @@ class JobRun {
       }
       state = store->LoadOpenState();
     }
-    if (state.open.empty()) return true;
+    if (state.open.empty() || state.open[0].experiment_id != 1) return Change(*store);
     std::vector<StoreOp> batch;
     std::vector<std::int64_t> jobs;
     for (std::int64_t job = 1; job <= kJobs; ++job) {
@@ -54,7 +54,7 @@ class JobRun {
       jobs.clear();
       Tidy(*store);
     }
-    return Apply(*store, {FinishExperiment{1, 3}});
+    return Apply(*store, {FinishExperiment{1, 3}}) && Change(*store);
   }
 
   // A start that failed for lack of space or by an I/O error is made again, as a supervisor would.
@@ -70,6 +70,29 @@ class JobRun {
   }
 
   const std::string& last() const { return last_; }
+
+  // Then what people do: experiment 1 gets another name and a tag, experiment 2 comes, is tried again because the clock
+  // stopped it, and is deleted. Every step is known by what the step before left behind.
+  bool Change(Store& store) {
+    ResultRecord stopped = SampleResult();
+    stopped.solver_status = "time_limit";
+    OpenState state = store.LoadOpenState();
+    if (state.next_experiment_id == 2) {
+      std::vector<StoreOp> ops = {RenameExperiment{1, "renamed"}, TagExperiment{1, "tag", true},
+                                  CreateExperiment{SampleExperiment(2, kJobs + 1, 3, 1)}};
+      for (std::int64_t job = kJobs + 1; job <= kJobs + 2; ++job) {
+        ops.insert(ops.end(), {LeaseJob{job, 1, 1000 + job, 1, 1}, AcceptResult{job, 1, stopped, "", "", 2}});
+      }
+      ops.emplace_back(FinishExperiment{2, 4});
+      if (!Apply(store, ops)) return false;
+      state = store.LoadOpenState();
+    }
+    if (state.experiments.size() == 1) return true;  // deleted
+    if (state.experiments[1].solved == 2 && !Apply(store, {RetryExperiment{2, true, 5}})) return false;
+    state = store.LoadOpenState();
+    if (!state.open.empty() && !Apply(store, {CancelExperiment{2, 6}})) return false;
+    return Apply(store, {DeleteExperiment{2}});
+  }
 
  private:
   static constexpr int kPatience = 20;
@@ -111,7 +134,10 @@ class StorageFault : public testing::Test {
     Connection connection(path_, Connection::Mode::kReadOnly);
     EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM results WHERE cost = job_id"), kJobs) << when;
     EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM attempts"), kJobs) << when << ": nothing twice";
-    EXPECT_EQ(connection.QueryText("SELECT state FROM experiments"), "done") << when;
+    EXPECT_EQ(connection.QueryText("SELECT group_concat(state || name || tag) FROM experiments JOIN experiment_tags"),
+              "donerenamedtag")
+        << when;
+    EXPECT_EQ(connection.QueryInt("SELECT largest FROM deleted_ids WHERE kind = 'job'"), kJobs + 2) << when;
   }
 
   // Strikes at call 1, 2, 3, ... until a whole run is over before the fault's turn. Returns the number of calls.

@@ -349,6 +349,119 @@ TEST_P(StoreConformance, RetryQueuesWhatDiedAndChargesNothing) {
   ExpectRefused({RetryExperiment{1}});
 }
 
+// Jobs 1 and 2 done, stopped by the clock (2 judged a success all the same), 3 done, 4 dead; closed.
+void StopByTheClock(Store& store) {
+  ResultRecord stopped = SampleResult();
+  stopped.solver_status = "time_limit";
+  ResultRecord unsolved = stopped;
+  unsolved.verdict_literal = unsolved.verdict_strict = "com";
+  store.Apply(std::vector<StoreOp>{
+      LeaseJob{1, 1, 71, 1, 1}, AcceptResult{1, 1, unsolved, "", "", 2}, LeaseJob{2, 1, 72, 1, 1},
+      AcceptResult{2, 1, stopped, "", "", 2}, LeaseJob{3, 1, 73, 1, 1}, AcceptResult{3, 1, SampleResult(), "", "", 2},
+      LeaseJob{4, 1, 74, 1, 1}, EndAttempt{4, 1, AttemptOutcome::kCrashed, JobState::kDead, 11, "", "", 2},
+      FinishExperiment{1, 3}});
+}
+
+TEST_P(StoreConformance, RetryOfWhatTheClockStopped) {
+  Prepare();
+  StopByTheClock(store());
+  const auto closed = store().LoadExperiment(1);
+  EXPECT_TRUE(closed->jobs.at(0).time_limited);
+  EXPECT_FALSE(closed->jobs.at(0).solved);
+  EXPECT_TRUE(closed->jobs.at(1).time_limited);
+  EXPECT_TRUE(closed->jobs.at(1).solved);
+  EXPECT_FALSE(closed->jobs.at(2).time_limited);
+  EXPECT_EQ(store().LoadOpenState().experiments.at(0).solved, 2);
+  Apply({RetryExperiment{1, true, 9}});
+  Reopen();
+  EXPECT_EQ(store().LoadOpenState().experiments.at(0).solved, 1) << "a result that is tried again counts no more";
+  for (const std::int64_t job : {1, 2, 4}) {
+    EXPECT_EQ(JobInStore(job).state, JobState::kQueued) << job;
+    EXPECT_EQ(JobInStore(job).returned, 1) << job;
+    EXPECT_FALSE(JobInStore(job).time_limited) << job;
+  }
+  EXPECT_EQ(JobInStore(3).state, JobState::kDone);
+  ExpectRefused({RetryExperiment{1, true, 9}});
+  // The next result may be stopped and tried again as the first.
+  ResultRecord stopped = SampleResult();
+  stopped.solver_status = "time_limit";
+  Apply({LeaseJob{1, 2, 81, 1, 4}, AcceptResult{1, 2, stopped, "", "", 5}, RetryExperiment{1, true, 9},
+         LeaseJob{1, 3, 82, 1, 6}, AcceptResult{1, 3, SampleResult(), "", "", 7}});
+  EXPECT_EQ(JobInStore(1).attempts, 3);
+  EXPECT_EQ(store().FindAttempt(1, 1)->outcome, AttemptOutcome::kFinished) << "what happened stays";
+}
+
+TEST_P(StoreConformance, RetryLeavesWhatTheClockStoppedUnlessToldTo) {
+  Prepare();
+  StopByTheClock(store());
+  Apply({RetryExperiment{1}});
+  EXPECT_EQ(JobInStore(1).state, JobState::kDone);
+  EXPECT_EQ(JobInStore(4).state, JobState::kQueued);
+}
+
+TEST_P(StoreConformance, DescriptionsAreKept) {
+  NewExperiment e = SampleExperiment(1, 1, 1);
+  e.submitter = "ada";
+  e.methods.push_back({"Adam", HashOf('b'), "{}", 0, 100, false});
+  e.cells[1].method_index = 1;
+  Apply({CreateExperiment{e}});
+  Apply({TagExperiment{1, "paper", true}, TagExperiment{1, "paper", true}, TagExperiment{1, "old", true},
+         TagExperiment{1, "old", false}, TagExperiment{1, "never", false}, RenameExperiment{1, "another"}});
+  Reopen();
+  const ExperimentSummary summary = store().LoadOpenState().experiments.at(0);
+  EXPECT_EQ(summary.submitter, "ada");
+  EXPECT_EQ(summary.tags, std::set<std::string>{"paper"});
+  EXPECT_EQ(summary.name, "another");
+  EXPECT_EQ(summary.dataset, "garage");
+  EXPECT_EQ(summary.methods, (std::vector<std::string>{"SQP", "Adam"}));
+  for (const std::string& tag : {std::string(), std::string(101, 'x'), std::string("a,b")}) {
+    EXPECT_NE(FaultOfTag(tag), "") << tag;
+    ExpectRefused({TagExperiment{1, tag, true}});
+  }
+  for (const std::string& name : {std::string(), std::string(201, 'x')}) {
+    EXPECT_NE(FaultOfName(name), "");
+    ExpectRefused({RenameExperiment{1, name}});
+  }
+  ExpectRefused({RenameExperiment{2, "x"}});
+  ExpectRefused({TagExperiment{2, "x", true}});
+  ExpectRefused({TagExperiment{2, "x", false}});
+  Apply({TagExperiment{1, std::string(100, 'x'), true}, RenameExperiment{1, std::string(200, 'x')}});
+}
+
+TEST_P(StoreConformance, DeletedExperimentsAreGoneAndTheirNumbersWithThem) {
+  Prepare();
+  Apply({CreateExperiment{SampleExperiment(2, 5, 3)}, LeaseJob{5, 1, 75, 1, 1},
+         AcceptResult{5, 1, SampleResult(), "", "", 2}, LeaseJob{6, 1, 76, 1, 1},
+         EndAttempt{6, 1, AttemptOutcome::kExpired, JobState::kQueued, 0, "", "", 2},
+         RecordStaleResult{6, 1, AttemptOutcome::kFinished, "late", SampleResult(), "", 3},
+         RecordEvent{"job_dead", 4, 2, 6, 1, ""}, RecordEvent{"worker_lost", 4, {}, {}, 1, ""},
+         TagExperiment{2, "paper", true}});
+  ExpectRefused({DeleteExperiment{2}});
+  ExpectRefused({DeleteExperiment{3}});
+  Apply({CancelExperiment{2, 5}});
+  // All or nothing: a later refusal brings it back.
+  ExpectRefused({LeaseJob{1, 1, 71, 1, 6}, DeleteExperiment{2}, RenameExperiment{2, "gone"}});
+  EXPECT_EQ(JobInStore(1).state, JobState::kQueued);
+  EXPECT_EQ(store().FindAttempt(5, 1)->outcome, AttemptOutcome::kFinished);
+  EXPECT_EQ(store().LoadOpenState().experiments.at(1).solved, 1);
+  EXPECT_EQ(store().LoadOpenState().experiments.at(1).tags.size(), 1U);
+  Apply({DeleteExperiment{2}});
+  Reopen();
+  const OpenState state = store().LoadOpenState();
+  EXPECT_EQ(state.experiments.size(), 1U);
+  EXPECT_EQ(state.next_experiment_id, 3);
+  EXPECT_EQ(state.next_job_id, 9);
+  EXPECT_EQ(state.next_cell_id, 5);
+  EXPECT_FALSE(store().LoadExperiment(2));
+  EXPECT_FALSE(store().FindAttempt(5, 1));
+  ExpectRefused({DeleteExperiment{2}});
+  Apply({LeaseJob{1, 1, 71, 1, 6}});
+  // The same submission is a new experiment then.
+  NewExperiment again = SampleExperiment(3, 9, 5);
+  again.submission_id = "submission-2";
+  Apply({CreateExperiment{again}});
+}
+
 INSTANTIATE_TEST_SUITE_P(Stores, StoreConformance, testing::Values(Kind::kSqlite, Kind::kMemory),
                          [](const auto& param) { return param.param == Kind::kSqlite ? "Sqlite" : "Memory"; });
 
