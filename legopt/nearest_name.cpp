@@ -48,4 +48,11 @@ std::string SuggestName(std::string_view word, std::span<const std::string> cand
   return text;
 }
 
+bool IsMisspelling(std::string_view word, std::span<const std::string> candidates) {
+  constexpr std::size_t kLongWord = 6, kLongestName = 64;
+  if (word.size() > kLongestName) return false;
+  const std::string nearest = NearestName(word, candidates);
+  return !nearest.empty() && EditDistance(word, nearest) <= (nearest.size() < kLongWord ? 1U : 2U);
+}
+
 }  // namespace legopt

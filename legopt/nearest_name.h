@@ -13,4 +13,8 @@ std::string NearestName(std::string_view word, std::span<const std::string> cand
 /// "did you mean 'X'? valid: A, B, C" for an error's fix. Leaves the guess out when nothing is close.
 std::string SuggestName(std::string_view word, std::span<const std::string> candidates);
 
+/// True when `word` was certainly meant to be one of the candidates: one edit away, or two of a word of six letters or
+/// more, counted as above.
+bool IsMisspelling(std::string_view word, std::span<const std::string> candidates);
+
 }  // namespace legopt

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <optional>
 #include <string_view>
@@ -10,6 +9,7 @@
 #include "legopt/collision/mesh_file_check.h"
 #include "legopt/collision/mesh_reader.h"
 #include "legopt/input_error.h"
+#include "legopt/isolated_answer.h"
 #include "legopt/isolated_call.h"
 
 namespace legopt {
@@ -18,48 +18,6 @@ namespace {
 // What the reading process answers: a mesh or the fault of the file, each as counted sequences.
 constexpr char kMeshFollows = 'M';
 constexpr char kFaultFollows = 'F';
-
-class AnswerWriter {
- public:
-  explicit AnswerWriter(char kind) : bytes_(1, kind) {}
-
-  template <typename Sequence>
-  void Add(const Sequence& values) {
-    const std::uint64_t count = values.size();
-    bytes_.append(reinterpret_cast<const char*>(&count), sizeof(count));
-    bytes_.append(reinterpret_cast<const char*>(values.data()), count * sizeof(*values.data()));
-  }
-
-  std::string Take() { return std::move(bytes_); }
-
- private:
-  std::string bytes_;
-};
-
-/// The reading process may have been corrupted: its answer is checked like any other input.
-class AnswerReader {
- public:
-  explicit AnswerReader(std::string_view bytes) : rest_(bytes) {}
-
-  template <typename Sequence>
-  bool Read(Sequence& values) {
-    std::uint64_t count = 0;
-    if (rest_.size() < sizeof(count)) return false;
-    std::memcpy(&count, rest_.data(), sizeof(count));
-    rest_.remove_prefix(sizeof(count));
-    if (count > rest_.size() / sizeof(*values.data())) return false;
-    values.resize(count);
-    const std::size_t size = count * sizeof(*values.data());
-    if (size > 0) std::memcpy(static_cast<void*>(values.data()), rest_.data(), size);
-    rest_.remove_prefix(size);
-    return true;
-  }
-
-  bool at_end() const { return rest_.empty(); }
-
- private:
-  std::string_view rest_;
-};
 
 std::string EncodeFault(const InputError::Fault& fault) {
   AnswerWriter answer(kFaultFollows);

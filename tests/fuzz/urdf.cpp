@@ -1,14 +1,30 @@
-// The reader of robots: it reads, or throws InputError.
+// The reader of robots: it reads, or throws InputError; and what the check lets through, urdfdom reads without a word,
+// whole. No isolated process here: urdfdom itself must not crash on any checked text.
 #include <string>
 
 #include "legopt/input_error.h"
-#include "legopt/robot/robot_model.h"
+#include "legopt/robot/urdf_tree.h"
 #include "tests/fuzz/fuzz_input.h"
+
+namespace {
+
+legopt::UrdfContent Read(const legopt::CheckedUrdf& urdf) {
+  try {
+    return legopt::ReadByUrdfdom(urdf);
+  } catch (const legopt::InputError& error) {
+    legopt::fuzz::Require(false, error.what());
+  }
+  return {};
+}
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
-    static_cast<void>(legopt::RobotModel::FromUrdfText(std::string(reinterpret_cast<const char*>(data), size),
-                                                       "robot.urdf", "/nonexistent"));
+    const std::string xml(reinterpret_cast<const char*>(data), size);
+    const legopt::CheckedUrdf urdf = legopt::CheckUrdf(xml, "robot.urdf");
+    legopt::fuzz::Require(legopt::CheckUrdf(urdf.text, "robot.urdf").text == urdf.text, "a checked text is checked");
+    static_cast<void>(legopt::BuildUrdfTree(urdf, Read(urdf), "/nonexistent"));
   } catch (const legopt::InputError&) {
   }
   return 0;
