@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "worker/outcome.h"
+#include "worker/process_guards.h"
 
 extern char** environ;
 
@@ -67,11 +68,10 @@ std::vector<char*> Pointers(std::vector<std::string>& texts) {
 struct SpawnAttributes {
   SpawnAttributes() {
     posix_spawnattr_init(&value);
-    sigset_t none;
+    const sigset_t others = SignalsForOthers();
     sigset_t all;
-    sigemptyset(&none);
     sigfillset(&all);
-    posix_spawnattr_setsigmask(&value, &none);
+    posix_spawnattr_setsigmask(&value, &others);
     posix_spawnattr_setsigdefault(&value, &all);
     posix_spawnattr_setpgroup(&value, 0);
     posix_spawnattr_setflags(&value, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);

@@ -15,7 +15,8 @@ namespace legopt::worker {
 /// close-on-exec. The destructor kills the process and waits for its end. One thread.
 ///
 /// The process is made by posix_spawn (never a bare fork: the supervisor has LCM's threads) in a process group of its
-/// own, with nothing inherited but the socket (descriptor kSocket), /dev/null as input, and a pipe as output and error.
+/// own, with nothing inherited but the socket (descriptor kSocket), /dev/null as input, a pipe as output and error, and
+/// a signal mask that keeps away what is meant for the supervisor (process_guards.h).
 class ChildProcess {
  public:
   /// Descriptor of the socket in the child.
@@ -49,6 +50,7 @@ class ChildProcess {
   void ClearLogTail() { log_tail_.clear(); }
   const std::string& log_tail() const { return log_tail_; }
 
+  /// SIGUSR1, which job processes take from their supervisor only.
   void AskToStop();
   /// SIGKILL to the whole process group.
   void Kill();

@@ -32,8 +32,24 @@ constexpr int kStartFailed = 1;
 // Written by the signal handler only; a job begins with it cleared. The supervisor never sends the signal once it has
 // the job's result, so that no request meets the wrong job.
 volatile std::sig_atomic_t stop_requested = 0;
+volatile std::sig_atomic_t stop_requester = 0;  // the supervisor
 
-void OnStopRequest(int /*signal*/) { stop_requested = 1; }
+// Others send this signal, too: batch systems, to every process of a job, as a warning that its time is nearly over.
+void OnStopRequest(int /*signal*/, siginfo_t* info, void* /*context*/) {
+  if (info->si_code == SI_USER && info->si_pid == stop_requester) stop_requested = 1;
+}
+
+void ListenToStopRequests(int supervisor_pid) {
+  stop_requester = supervisor_pid;
+  struct sigaction action {};
+  action.sa_sigaction = OnStopRequest;
+  action.sa_flags = SA_SIGINFO | SA_RESTART;
+  sigaction(SIGUSR1, &action, nullptr);
+  sigset_t requests;
+  sigemptyset(&requests);
+  sigaddset(&requests, SIGUSR1);
+  sigprocmask(SIG_UNBLOCK, &requests, nullptr);
+}
 
 // The child's end of the socket pair; exits the process when the supervisor is gone.
 class Channel {
@@ -136,10 +152,7 @@ int RunJobProcess(int fd, int supervisor_pid, JobExecutor& executor) {
   DieWithSupervisor(supervisor_pid);
   LimitResources();
   ReportMemoryExhaustion();
-  struct sigaction action {};
-  action.sa_handler = OnStopRequest;
-  action.sa_flags = SA_RESTART;
-  sigaction(SIGUSR1, &action, nullptr);
+  ListenToStopRequests(supervisor_pid);
 
   Channel channel(fd);
   std::vector<LoadedDataset> datasets;

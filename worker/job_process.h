@@ -14,7 +14,8 @@ namespace legopt::worker {
 ///  - per job the address space may grow by `memory_limit_bytes` of the lease (RLIMIT_AS); when that is not enough the
 ///    process exits with kChildOutOfMemory: from operator new, on std::bad_alloc, and on a crash at a null pointer or
 ///    abort right after an allocation had failed;
-///  - SIGUSR1 asks the running job to stop soon.
+///  - SIGUSR1 of the supervisor, and of nobody else, asks the running job to stop soon; TERM, INT, HUP and USR2 are
+///    blocked (process_guards.h): only the supervisor ends a job.
 ///
 /// Single-threaded; takes over the process (signal handlers, new-handler, limits). Call once.
 int RunJobProcess(int fd, int supervisor_pid, JobExecutor& executor);

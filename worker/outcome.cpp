@@ -64,6 +64,10 @@ std::string SignalName(int signal) {
       return "SIGKILL (killed from outside, perhaps because the machine ran out of memory)";
     case SIGTERM:
       return "SIGTERM (terminated from outside)";
+    case SIGINT:
+      return "SIGINT (interrupted from outside)";
+    case SIGHUP:
+      return "SIGHUP (terminal or session closed)";
     case SIGSYS:
       return "SIGSYS (forbidden system call)";
     case SIGXCPU:

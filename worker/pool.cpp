@@ -55,6 +55,7 @@ void Pool::Tick(microseconds now) { Advance(now); }
 void Pool::Advance(microseconds now) {
   if (finished_) return;
   AdvanceSlots(now);
+  EndDrain(now);
   ExpireLeases(now);
   AskForRegistration(now);
   AskForMethods(now);
@@ -86,7 +87,9 @@ microseconds Pool::next_deadline() const {
     if (!method.options_json && !method.in_flight) at(method.next_try);
   }
   if (const auto end = WaitEnd()) at(*end);
-  if (draining_) at(leases_.empty() ? LeaseAnswerEnd() : DrainEnd());
+  at(IdleEnd());
+  if (draining_) at(leases_.empty() ? LeaseAnswerEnd() : DeliveryEnd());
+  if (draining_ && !gave_back_) at(drain_end_);
   return next;
 }
 
@@ -185,7 +188,13 @@ void Pool::ServerSilent(microseconds now, const std::string& error) {
   silence_reported_ = true;
   next_silence_report_ = now + kSilenceRepeat;
   Log(LogLevel::kWarning, "no answer from a server at " + options_.server_address + " for " +
-                              Seconds(now - last_heard_) + " (" + error + "); trying on");
+                              Seconds(now - last_heard_) + " (" + error + CausesOfSilence() + "); trying on");
+}
+
+// A server that has another key drops what we send without a word; to answer would tell strangers that it is there.
+std::string Pool::CausesOfSilence() const {
+  if (options_.key_file.empty()) return "";
+  return "; a server that has another key than " + options_.key_file + " does not answer either";
 }
 
 // --- Leases ----------------------------------------------------------------------------------------------------------

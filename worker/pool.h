@@ -29,6 +29,7 @@ struct PoolOptions {
   std::string build;
   std::int32_t protocol_version = 1;
   std::string server_address;   ///< for messages: "GROUP:PORT"
+  std::string key_file;         ///< for messages; empty: the deployment has no key
   bool exit_when_idle = false;  ///< leave when the server says that there is no more work (PROTOCOL.md, 9)
   /// Leave with kExitUnreachable after this long without any word from the server; max(): keep trying.
   microseconds wait_server = microseconds::max();
@@ -42,8 +43,14 @@ struct PoolOptions {
   /// A lease held ready for longer, because the jobs before it took longer than those that the estimate was made from,
   /// is given back: another worker may have an idle slot.
   microseconds longest_ready = std::chrono::seconds(2);
-  /// How long the last results are offered to a silent server after the first and the second order to stop.
-  microseconds drain_limit = std::chrono::seconds(15);
+  /// Leave when there has been no job for this long, server or not; counted from when the first process is ready.
+  microseconds idle_timeout = microseconds::max();
+  /// How long running jobs may go on after the first order to stop; then they are given back. Less than what docker
+  /// leaves a container between TERM and KILL (10 s; Slurm and Kubernetes 30 s): a job that is killed costs an attempt,
+  /// one that is given back only its time.
+  microseconds drain = std::chrono::seconds(8);
+  /// How long the last results are offered to a silent server: when the jobs are over, and after the second order.
+  microseconds delivery_limit = std::chrono::seconds(15);
   microseconds kill_limit = std::chrono::seconds(1);
   std::uint64_t seed = 1;  ///< of the jitter on waiting times; workers should differ
 };
@@ -86,8 +93,9 @@ class Pool {
                      const std::string& error);
 
   // --- From outside -----------------------------------------------------------------------------------------------
-  /// First call: take no more jobs, give back what has not begun, finish and deliver the rest, leave with kExitOk.
-  /// Second: kill what runs, give it back, leave with kExitInterrupted. Third: leave at once.
+  /// First call: take no more jobs, give back what has not begun, finish and deliver the rest, what still runs after
+  /// `drain` excepted: it is killed and given back. Leave with kExitOk. Second: kill what runs, give it back, leave
+  /// with kExitInterrupted. Third: leave at once.
   void Stop(microseconds now);
   /// Does what time demands. To be called at the latest at next_deadline().
   void Tick(microseconds now);
@@ -164,10 +172,16 @@ class Pool {
 
   // pool_end.cpp
   void CheckEnd(microseconds now);
-  microseconds DrainEnd() const;
+  void CheckDrained(microseconds now);
+  bool CheckIdle(microseconds now);
+  microseconds DeliveryEnd() const;
   microseconds LeaseAnswerEnd() const;
+  microseconds IdleEnd() const;
   void Drain(microseconds now, int exit_code);
+  void EndDrain(microseconds now);
+  void GiveBackRunning();
   void Finish(int exit_code);
+  std::string CausesOfSilence() const;
 
   // pool_jobs.cpp: slots, results
   void AdvanceSlots(microseconds now);
@@ -178,6 +192,7 @@ class Pool {
   void DeliverResults(microseconds now);
   void EndStoppedJob(microseconds now, const LeaseKey& key, StopReason reason);
   void EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit& exit);
+  bool EndedWithTheWorker(const JobSlot& machine, const ChildExit& exit) const;
   void KeepResult(microseconds now, const LeaseKey& key, legopt_msg::result_request result);
   void FailLease(microseconds now, const LeaseKey& key, const std::string& message);
   void GiveBackReady(microseconds now);
@@ -218,13 +233,17 @@ class Pool {
   bool silence_reported_ = false;
   microseconds next_silence_report_{0};
 
-  double mean_job_us_ = -1;    // moving average; negative: unknown
-  double mean_answer_us_ = 0;  // likewise, between asking for jobs and having them
-  bool draining_ = false;
+  double mean_job_us_ = -1;                 // moving average; negative: unknown
+  double mean_answer_us_ = 0;               // likewise, between asking for jobs and having them
+  std::optional<microseconds> idle_since_;  // no job held but for its delivery
+  bool told_to_stop_ = false;
+  bool draining_ = false;  // no new jobs
+  microseconds drain_end_ = microseconds::max();
+  bool gave_back_ = false;  // what ran: only deliveries are left
   bool killing_ = false;
   bool finished_ = false;
   int exit_code_ = 0;
-  microseconds drain_since_{0};
+  microseconds delivering_since_{0};  // since when nothing is left but to deliver
 };
 
 }  // namespace legopt::worker

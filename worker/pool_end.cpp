@@ -15,18 +15,19 @@ constexpr microseconds kLeaseAnswer = std::chrono::seconds(1);  // waited for by
 void Pool::Stop(microseconds now) {
   if (killing_) {
     Finish(kExitInterrupted);
-  } else if (draining_) {
+  } else if (told_to_stop_) {
     killing_ = true;
     if (!leases_.empty()) exit_code_ = kExitInterrupted;
-    drain_since_ = now;
-    for (int i = 0; i < options_.slots; ++i) {
-      Carry(i, slots_[static_cast<std::size_t>(i)].machine.Kill(StopReason::kShutdown, ""));
-    }
+    delivering_since_ = now;
+    GiveBackRunning();
   } else {
+    told_to_stop_ = true;
     Drain(now, kExitOk);
-    if (!leases_.empty()) {
-      Log(LogLevel::kWarning,
-          "stopping after " + std::to_string(num_running()) + " running job(s); a second signal kills them");
+    drain_end_ = now + options_.drain;
+    if (const std::size_t running = num_running(); running > 0) {
+      Log(LogLevel::kWarning, "told to stop: " + std::to_string(running) + " running job(s) may finish within " +
+                                  Seconds(options_.drain) +
+                                  ", then they are given back; a second signal gives them back at once");
     }
   }
   Advance(now);
@@ -36,9 +37,26 @@ void Pool::Drain(microseconds now, int exit_code) {
   if (draining_) return;
   draining_ = true;
   exit_code_ = exit_code;
-  drain_since_ = now;
+  delivering_since_ = now;
   for (SlotEntry& slot : slots_) slot.machine.Retire();
   GiveBackReady(now);
+}
+
+void Pool::EndDrain(microseconds now) {
+  if (!draining_ || gave_back_ || now < drain_end_) return;
+  if (const std::size_t running = num_running(); running > 0) {
+    Log(LogLevel::kWarning, std::to_string(running) + " job(s) still running after " + Seconds(options_.drain) +
+                                ": given back, at no cost to them but the time");
+    delivering_since_ = now;
+  }
+  GiveBackRunning();
+}
+
+void Pool::GiveBackRunning() {
+  gave_back_ = true;
+  for (int i = 0; i < options_.slots; ++i) {
+    Carry(i, slots_[static_cast<std::size_t>(i)].machine.Kill(StopReason::kShutdown, ""));
+  }
 }
 
 void Pool::Finish(int exit_code) {
@@ -47,27 +65,50 @@ void Pool::Finish(int exit_code) {
   actions_.emplace_back(ExitWorker{exit_code});
 }
 
-microseconds Pool::DrainEnd() const { return drain_since_ + (killing_ ? options_.kill_limit : options_.drain_limit); }
+microseconds Pool::DeliveryEnd() const {
+  return delivering_since_ + (killing_ ? options_.kill_limit : options_.delivery_limit);
+}
 
 // A worker that leaves hears what it has been leased meanwhile, and gives it back: its lease would run out at a cost.
 microseconds Pool::LeaseAnswerEnd() const {
   return lease_in_flight_ && !killing_ ? lease_asked_at_ + kLeaseAnswer : microseconds(0);
 }
 
+microseconds Pool::IdleEnd() const {
+  const bool counts = idle_since_ && !draining_ && options_.idle_timeout != microseconds::max();
+  return counts ? *idle_since_ + options_.idle_timeout : microseconds::max();
+}
+
+// Notes since when there has been no job, results under way not counted: without a server they may be so for ever.
+// True when that has been for too long.
+bool Pool::CheckIdle(microseconds now) {
+  if (datasets_.empty() || num_undelivered() != leases_.size()) {
+    idle_since_.reset();
+  } else if (!idle_since_) {
+    idle_since_ = now;
+  }
+  return now >= IdleEnd();
+}
+
+void Pool::CheckDrained(microseconds now) {
+  const bool only_deliveries = num_undelivered() == leases_.size();
+  if (leases_.empty() && now >= LeaseAnswerEnd()) {
+    Finish(exit_code_);
+  } else if (!only_deliveries && !gave_back_) {
+    delivering_since_ = now;
+  } else if (now >= DeliveryEnd()) {
+    Log(LogLevel::kError, std::to_string(leases_.size()) + " result(s) could not be delivered");
+    Finish(killing_ ? kExitInterrupted : kExitUnreachable);
+  }
+}
+
 void Pool::CheckEnd(microseconds now) {
   if (finished_) return;
-  if (draining_) {
-    const bool only_deliveries = num_undelivered() == leases_.size();
-    if (leases_.empty() && now >= LeaseAnswerEnd()) {
-      Finish(exit_code_);
-    } else if (!only_deliveries && !killing_) {
-      drain_since_ = now;
-    } else if (now >= DrainEnd()) {
-      Log(LogLevel::kError, std::to_string(leases_.size()) + " result(s) could not be delivered");
-      Finish(killing_ ? kExitInterrupted : kExitUnreachable);
-    }
-    return;
+  if (CheckIdle(now)) {
+    Log(LogLevel::kWarning, "no job for " + Seconds(options_.idle_timeout) + ": leaving");
+    Drain(now, kExitOk);
   }
+  if (draining_) return CheckDrained(now);
   if (options_.exit_when_idle && no_more_work_ && leases_.empty()) {
     Log(LogLevel::kInfo, "no more work");
     Finish(kExitOk);
@@ -75,7 +116,8 @@ void Pool::CheckEnd(microseconds now) {
   }
   if (options_.wait_server != microseconds::max() && !datasets_.empty() && now >= last_heard_ + options_.wait_server) {
     Log(LogLevel::kError, "no answer from a server at " + options_.server_address + " within " +
-                              Seconds(options_.wait_server) + "; is legopt-server running with this port and group?");
+                              Seconds(options_.wait_server) + "; is legopt-server running with this port and group?" +
+                              CausesOfSilence());
     Finish(kExitUnreachable);
   }
 }

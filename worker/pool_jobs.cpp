@@ -1,6 +1,8 @@
 // The part of Pool that deals with slots, job processes and results.
 
 #include <algorithm>
+#include <array>
+#include <csignal>
 #include <utility>
 
 #include "worker/exit_codes.h"
@@ -248,8 +250,21 @@ void Pool::GiveBackWaiting(microseconds now) {
   }
 }
 
+// What ends a worker from outside, a batch system at the end of its patience or the end of a container, may end its job
+// processes an instant earlier: no fault of their jobs.
+bool Pool::EndedWithTheWorker(const JobSlot& machine, const ChildExit& exit) const {
+  constexpr std::array kFromOutside = {SIGTERM, SIGINT, SIGHUP, SIGKILL};
+  return told_to_stop_ && machine.stop_reason() == StopReason::kNone &&
+         std::find(kFromOutside.begin(), kFromOutside.end(), exit.signal) != kFromOutside.end();
+}
+
 void Pool::EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit& exit) {
   const JobSlot& machine = slot.machine;
+  if (EndedWithTheWorker(machine, exit)) {
+    Log(LogLevel::kWarning, JobName(slot.key) + ": its process was ended by " + SignalName(exit.signal) +
+                                " while this worker stops; given back");
+    return EndStoppedJob(now, slot.key, StopReason::kShutdown);
+  }
   legopt_msg::result_request result;
   switch (machine.stop_reason()) {
     case StopReason::kNone:

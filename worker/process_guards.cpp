@@ -68,6 +68,13 @@ void OnCrash(int signal, siginfo_t* info, void* /*context*/) {
 
 }  // namespace
 
+sigset_t SignalsForOthers() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGUSR1, SIGUSR2}) sigaddset(&signals, signal);
+  return signals;
+}
+
 void DieWithSupervisor(int supervisor_pid) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != supervisor_pid) _exit(kChildOrphaned);  // died before the request

@@ -15,13 +15,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <utility>
 
 #include "bus/bus_error.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "legopt/data_folder.h"
+#include "legopt/granted_processors.h"
 #include "legopt/input_error.h"
 #include "worker/exit_codes.h"
 #include "worker/job_process.h"
@@ -32,11 +32,18 @@ namespace {
 
 constexpr std::string_view kChildFlag = "--child";
 constexpr int kMaxSlots = 1024;
+constexpr double kLongest_s = 604'800;  // a week
 constexpr std::size_t kMaxNameBytes = 200;
 constexpr char kBuild[] = "legopt " LEGOPT_VERSION ", " LEGOPT_COMPILER;
 
+double Seconds(microseconds duration) { return std::chrono::duration<double>(duration).count(); }
+
+microseconds Microseconds(double seconds) {
+  return std::chrono::duration_cast<microseconds>(std::chrono::duration<double>(seconds));
+}
+
 struct CommandLine {
-  int slots = 1;
+  std::optional<int> slots;
   std::vector<std::filesystem::path> datasets;
   std::string name;
   std::optional<std::string> group;
@@ -45,6 +52,8 @@ struct CommandLine {
   std::optional<std::string> key_file;
   bool trust_network = false;
   double wait_server_s = 0;
+  double drain_s = Seconds(PoolOptions().drain);
+  double idle_timeout_s = 0;
   bool exit_when_idle = false;
   bool verbose = false;
 };
@@ -56,7 +65,9 @@ std::string HostName() {
 }
 
 void Define(CLI::App& app, CommandLine& line) {
-  app.add_option("--slots", line.slots, "Jobs at the same time, one process each (default: number of processors)")
+  app.add_option("--slots", line.slots,
+                 "Jobs at the same time, one process each (default: the processors granted to this process by its "
+                 "affinity, Slurm, and the CPU quota of its control group)")
       ->check(CLI::Range(1, kMaxSlots));
   app.add_option("--dataset", line.datasets,
                  "Dataset folder whose jobs this worker takes; may be repeated "
@@ -64,6 +75,12 @@ void Define(CLI::App& app, CommandLine& line) {
   app.add_option("--name", line.name, "Name in tables and listings (default: the host's)");
   app.add_flag("--exit-when-idle", line.exit_when_idle,
                "Leave when every experiment of the server is over (also when it has none)");
+  app.add_option("--idle-timeout", line.idle_timeout_s,
+                 "Seconds without a job after which to leave, server or not (default: never)")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--drain", line.drain_s,
+                 "Seconds that running jobs may go on after the first signal; then they are given back (default 8)")
+      ->check(CLI::Range(0.0, kLongest_s));
   app.add_option("--wait-server", line.wait_server_s,
                  "Seconds without any answer of a server after which to give up (default: never)")
       ->check(CLI::PositiveNumber);
@@ -82,7 +99,8 @@ void Define(CLI::App& app, CommandLine& line) {
   app.add_flag("--trust-network", line.trust_network, "Let messages leave this host without a key")->group(network);
   app.set_version_flag("--version", kBuild);
   app.footer(
-      "Stop it with SIGTERM or Ctrl-C: it finishes the jobs at hand; a second signal kills them.\n"
+      "Stop it with SIGTERM or Ctrl-C: it takes no more jobs, finishes those that end within --drain and gives the\n"
+      "others back, which costs them no attempt; a second signal gives them back at once.\n"
       "Exit codes: 0 done; 2 wrong usage or unusable dataset; 3 no server in time; 5 dataset mismatch;\n"
       "7 network unusable; 8 stopped by a second signal while jobs ran; 70 internal error.");
 }
@@ -114,7 +132,7 @@ bus::LcmOptions NetworkOf(const CommandLine& line) {
 SupervisorOptions OptionsOf(const CommandLine& line, const bus::LcmOptions& network) {
   SupervisorOptions options;
   PoolOptions& pool = options.pool;
-  pool.slots = line.slots;
+  pool.slots = *line.slots;
   pool.hostname = HostName();
   pool.name = (line.name.empty() ? pool.hostname : line.name).substr(0, kMaxNameBytes);
   pool.pid = getpid();
@@ -123,9 +141,10 @@ SupervisorOptions OptionsOf(const CommandLine& line, const bus::LcmOptions& netw
   pool.protocol_version = bus::kProtocolVersion;
   pool.server_address = network.group + ":" + std::to_string(network.port);
   pool.exit_when_idle = line.exit_when_idle;
-  if (line.wait_server_s > 0) {
-    pool.wait_server = std::chrono::duration_cast<microseconds>(std::chrono::duration<double>(line.wait_server_s));
-  }
+  pool.key_file = network.key_file;
+  pool.drain = Microseconds(line.drain_s);
+  if (line.wait_server_s > 0) pool.wait_server = Microseconds(line.wait_server_s);
+  if (line.idle_timeout_s > 0) pool.idle_timeout = Microseconds(line.idle_timeout_s);
   // The running program, even if its file has been replaced since: all processes of a worker are of one build.
   options.child_command = {"/proc/self/exe", std::string(kChildFlag), std::to_string(getpid())};
   std::vector<std::filesystem::path> datasets = line.datasets;
@@ -134,17 +153,42 @@ SupervisorOptions OptionsOf(const CommandLine& line, const bus::LcmOptions& netw
   return options;
 }
 
-// Blocks the signals that end programs, for this thread and those it starts, and makes them readable.
+// nohup(1) and the like: a closed terminal shall not be heard of.
+bool IgnoresHangup() {
+  struct sigaction hangup {};
+  return sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
+}
+
+// Blocks the signals that end programs, for this thread and those it starts, and makes them readable. What batch
+// systems send as a mere warning, and a reader of our output that has gone, must not end the worker.
 int OpenStopSignals() {
+  for (const int signal : {SIGUSR1, SIGUSR2, SIGPIPE}) std::signal(signal, SIG_IGN);
   sigset_t signals;
   sigemptyset(&signals);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
+  for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
+  if (!IgnoresHangup()) sigaddset(&signals, SIGHUP);
   sigprocmask(SIG_BLOCK, &signals, nullptr);
   return signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
 }
 
-int SupervisorMain(const CommandLine& line, spdlog::logger& logger) {
+// As many slots as processors were granted, unless told otherwise; says which and why. Standard output: a log of
+// warnings stays empty when there are none.
+void SettleSlots(CommandLine& line, spdlog::logger& logger) {
+  const ProcessorGrant grant = GrantedProcessors(ReadProcessorFacts());
+  if (line.slots && *line.slots > grant.processors) {
+    logger.warn("--slots {} is more than was granted: {}. Jobs will take turns, and their wall times tell nothing",
+                *line.slots, grant.reason);
+  }
+  const bool told = line.slots.has_value();
+  if (!told) line.slots = std::min(grant.processors, kMaxSlots);
+  std::printf("legopt-worker: %d slot%s: %s%s\n", *line.slots, *line.slots == 1 ? "" : "s",
+              told ? "told by --slots; " : "", grant.reason.c_str());
+  std::fflush(stdout);
+}
+
+int SupervisorMain(CommandLine line, spdlog::logger& logger) {
   const int stop_signals = OpenStopSignals();
+  SettleSlots(line, logger);
   try {
     const bus::LcmOptions network = NetworkOf(line);
     const SupervisorOptions options = OptionsOf(line, network);
@@ -176,7 +220,6 @@ int WorkerMain(int argc, char** argv, const ExecutorFactory& make_executor) {
   try {
     if (argc > 1 && argv[1] == kChildFlag) return ChildMain(argc, argv, make_executor);
     CommandLine line;
-    line.slots = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, unsigned{kMaxSlots}));
     CLI::App app("Runs jobs of a legopt server in a pool of job processes", "legopt-worker");
     Define(app, line);
     try {

@@ -1,0 +1,235 @@
+// Workers as a batch system, a container engine or a service manager treats them: signals to every process of a job at
+// once, whatever group or session it is in, KILL afterwards, a part of the machine only, nobody to talk to. Real
+// processes over real LCM, stub jobs. What matters is what the attempts cost: nothing, unless a worker dies at work.
+
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/types.h>
+
+#include <csignal>
+#include <optional>
+
+#include "tests/figures/process_facts.h"
+#include "tests/service/deployment.h"
+#include "worker/exit_codes.h"
+
+namespace legopt::service {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Worker = std::unique_ptr<client::ChildProcess>;
+using Lines = std::vector<std::string>;
+
+constexpr milliseconds kPatience = seconds(60);
+constexpr int kLongJob_ms = 6'000;  // seen running by a test on a busy machine
+constexpr char kNohup[] = "/usr/bin/nohup";
+
+// Job processes first: their supervisor has heard nothing yet when they are hit.
+std::vector<pid_t> ProcessesOf(const std::vector<Worker>& workers) {
+  std::vector<pid_t> processes;
+  for (const Worker& worker : workers) {
+    for (const pid_t child : figures::ChildrenOf(worker->pid())) processes.push_back(child);
+  }
+  for (const Worker& worker : workers) processes.push_back(worker->pid());
+  return processes;
+}
+
+void SignalAll(const std::vector<pid_t>& processes, std::initializer_list<int> signals) {
+  for (const int signal : signals) {
+    for (const pid_t process : processes) ::kill(process, signal);
+  }
+}
+
+class BatchSystemTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (const std::string why = Deployment::Unavailable(); !why.empty()) GTEST_SKIP() << "NO MULTICAST HERE: " << why;
+    deployment_.emplace();
+    deployment_->StartServer();
+  }
+
+  std::vector<Worker> StartWorkers(int count, const std::string& drain_s) {
+    std::vector<Worker> workers;
+    for (int i = 0; i < count; ++i) {
+      workers.push_back(deployment_->StartStubWorker({"--slots", "2", "--drain", drain_s}));
+    }
+    return workers;
+  }
+
+  // As the workers tell: the server knows of a lease before its worker does.
+  bool WaitUntilRunning(std::int64_t experiment, std::size_t jobs) {
+    return deployment_->WaitFor(experiment,
+                                [jobs](const nlohmann::json& status) { return status.at("running").size() == jobs; });
+  }
+
+  bool WaitUntilAllGivenBack(std::int64_t experiment) {
+    return deployment_->WaitFor(experiment,
+                                [](const nlohmann::json& status) { return status.at("jobs").at("leased") == 0; });
+  }
+
+  static void ExpectExit(client::ChildProcess& worker, int code) {
+    const auto exit = worker.Wait(kPatience);
+    ASSERT_TRUE(exit) << "still there";
+    EXPECT_EQ(exit->Describe(), "exit code " + std::to_string(code)) << worker.ErrorTail();
+  }
+
+  Lines Charges() { return deployment_->Query("SELECT state, max(attempts - returned) FROM jobs GROUP BY state"); }
+
+  std::optional<Deployment> deployment_;
+};
+
+// --- Signals to everything -------------------------------------------------------------------------------------------
+
+// What Slurm does at preemption, scancel and the time limit.
+TEST_F(BatchSystemTest, ThreeRoundsOfTermToAllProcessesAtWorkChargeNothing) {
+  constexpr int kJobs = 4;
+  const std::int64_t experiment = deployment_->Submit(StubSpec(kJobs, kLongJob_ms), "a");
+  for (int round = 0; round < 3; ++round) {
+    const std::vector<Worker> workers = StartWorkers(2, "0.2");
+    ASSERT_TRUE(WaitUntilRunning(experiment, kJobs)) << "round " << round;
+    const std::vector<pid_t> processes = ProcessesOf(workers);
+    ASSERT_EQ(processes.size(), 6U) << "two supervisors with two job processes each";
+    SignalAll(processes, {SIGCONT, SIGTERM});
+    for (const Worker& worker : workers) ExpectExit(*worker, worker::kExitOk);
+    EXPECT_EQ(Charges(), Lines{"queued|0"}) << "round " << round;
+  }
+  const std::vector<Worker> staying = StartWorkers(2, "0.2");
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  EXPECT_EQ(Charges(), Lines{"done|1"});
+  EXPECT_EQ(deployment_->Query("SELECT DISTINCT outcome FROM attempts ORDER BY outcome"),
+            (Lines{"finished", "returned"}));
+}
+
+TEST_F(BatchSystemTest, JobsThatEndWithinTheDrainAreDone) {
+  const std::int64_t experiment = deployment_->Submit(StubSpec(2, kLongJob_ms), "a");
+  const std::vector<Worker> workers = StartWorkers(1, "60");
+  ASSERT_TRUE(WaitUntilRunning(experiment, 2));
+  for (const int signal : {SIGTERM, SIGUSR1, SIGUSR2}) SignalAll(ProcessesOf(workers), {signal});
+  ExpectExit(*workers[0], worker::kExitOk);
+  EXPECT_EQ(deployment_->Query("SELECT state, attempts, returned FROM jobs"), (Lines{"done|1|0", "done|1|0"}));
+}
+
+// The end of a batch job's patience: KILL to everything, long after the jobs have been given back.
+TEST_F(BatchSystemTest, KillOfAllAfterTheDrainChargesNothing) {
+  const std::int64_t experiment = deployment_->Submit(StubSpec(4, 60'000), "a");
+  const std::vector<Worker> workers = StartWorkers(2, "0.2");
+  ASSERT_TRUE(WaitUntilRunning(experiment, 4));
+  const std::vector<pid_t> processes = ProcessesOf(workers);
+  SignalAll(processes, {SIGCONT, SIGTERM});
+  ASSERT_TRUE(WaitUntilAllGivenBack(experiment));
+  for (const Worker& worker : workers) worker->Signal(SIGKILL);
+  for (const Worker& worker : workers) worker->Wait(kPatience);
+  EXPECT_EQ(Charges(), Lines{"queued|0"});
+}
+
+// KILL does not hit all processes of a job in the same instant: supervisors that outlive their job processes know why.
+TEST_F(BatchSystemTest, KillOfJobProcessesAfterTermChargesNothing) {
+  const std::int64_t experiment = deployment_->Submit(StubSpec(4, 60'000), "a");
+  const std::vector<Worker> workers = StartWorkers(2, "60");
+  ASSERT_TRUE(WaitUntilRunning(experiment, 4));
+  std::vector<pid_t> processes = ProcessesOf(workers);
+  SignalAll(processes, {SIGCONT, SIGTERM});
+  for (const Worker& worker : workers) {
+    while (worker->ErrorTail().find("told to stop") == std::string::npos) ASSERT_FALSE(worker->Wait(milliseconds(20)));
+  }
+  processes.resize(processes.size() - workers.size());
+  SignalAll(processes, {SIGKILL});
+  for (const Worker& worker : workers) ExpectExit(*worker, worker::kExitOk);
+  EXPECT_EQ(Charges(), Lines{"queued|0"});
+}
+
+// Warnings that a batch system may send to every process before it means it.
+TEST_F(BatchSystemTest, WarningsToAllProcessesChangeNothing) {
+  const std::int64_t experiment = deployment_->Submit(StubSpec(4, kLongJob_ms), "a");
+  const std::vector<Worker> workers = StartWorkers(2, "60");
+  ASSERT_TRUE(WaitUntilRunning(experiment, 4));
+  SignalAll(ProcessesOf(workers), {SIGUSR1, SIGUSR2});
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  EXPECT_EQ(deployment_->Query("SELECT DISTINCT state, attempts, returned FROM jobs"), Lines{"done|1|0"});
+}
+
+TEST_F(BatchSystemTest, ATerminalThatClosesDoesNotEndAWorkerUnderNohup) {
+  const std::int64_t experiment = deployment_->Submit(StubSpec(1, kLongJob_ms), "a");
+  if (!std::filesystem::exists(kNohup)) GTEST_SKIP() << "NOT TESTED: no " << kNohup;
+  const Worker worker =
+      deployment_->StartWorker(kNohup, {Program("stub_worker"), "--slots", "1", "--dataset", "stub-d"});
+  ASSERT_TRUE(WaitUntilRunning(experiment, 1));
+  worker->Signal(SIGHUP);
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  const std::int64_t next = deployment_->Submit(StubSpec(1, 0), "b");
+  EXPECT_TRUE(deployment_->WaitUntilDone(next)) << "it takes no more jobs";
+}
+
+// --- A part of the machine -------------------------------------------------------------------------------------------
+
+// The affinity mask of this thread, and of the programs that it starts, is one processor of those it had.
+class OneProcessor {
+ public:
+  OneProcessor() {
+    CPU_ZERO(&before_);
+    if (sched_getaffinity(0, sizeof before_, &before_) != 0) return;
+    int first = 0;
+    while (first < CPU_SETSIZE && !CPU_ISSET(first, &before_)) ++first;
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(first, &one);
+    set_ = sched_setaffinity(0, sizeof one, &one) == 0;
+  }
+  ~OneProcessor() {
+    if (set_) sched_setaffinity(0, sizeof before_, &before_);
+  }
+  OneProcessor(const OneProcessor&) = delete;
+  OneProcessor& operator=(const OneProcessor&) = delete;
+  bool set() const { return set_; }
+
+ private:
+  cpu_set_t before_{};
+  bool set_ = false;
+};
+
+TEST_F(BatchSystemTest, SlotsAreWhatWasGranted) {
+  const OneProcessor granted;
+  if (!granted.set()) GTEST_SKIP() << "NOT TESTED: sched_setaffinity is refused here";
+  const Worker worker = deployment_->StartStubWorker({});
+  ASSERT_TRUE(worker->WaitForLine("legopt-worker: 1 slot: ", kPatience)) << worker->ErrorTail();
+  ASSERT_TRUE(deployment_->WaitForWorkers(1));
+  EXPECT_EQ(deployment_->connection().Status(0).at("workers").at(0).at("slots"), 1);
+  EXPECT_EQ(worker->ErrorTail().find("more than was granted"), std::string::npos) << worker->ErrorTail();
+}
+
+TEST_F(BatchSystemTest, MoreSlotsThanGrantedAreAllowedAndTold) {
+  const OneProcessor granted;
+  if (!granted.set()) GTEST_SKIP() << "NOT TESTED: sched_setaffinity is refused here";
+  const Worker worker = deployment_->StartStubWorker({"--slots", "2"});
+  ASSERT_TRUE(worker->WaitForLine("legopt-worker: 2 slots: told by --slots; ", kPatience)) << worker->ErrorTail();
+  ASSERT_TRUE(deployment_->WaitForWorkers(1));
+  EXPECT_EQ(deployment_->connection().Status(0).at("workers").at(0).at("slots"), 2);
+  EXPECT_NE(worker->ErrorTail().find("--slots 2 is more than was granted"), std::string::npos) << worker->ErrorTail();
+}
+
+// --- Nobody to talk to -----------------------------------------------------------------------------------------------
+
+TEST_F(BatchSystemTest, AWorkerWithoutJobsLeavesAfterItsIdleTimeout) {
+  const Worker worker = deployment_->StartStubWorker({"--slots", "1", "--idle-timeout", "0.3"});
+  ExpectExit(*worker, worker::kExitOk);
+  EXPECT_NE(worker->ErrorTail().find("no job for 0.3 s: leaving"), std::string::npos) << worker->ErrorTail();
+}
+
+TEST_F(BatchSystemTest, AWorkerWithoutAServerLeavesAfterItsIdleTimeout) {
+  deployment_->KillServer();
+  const Worker worker = deployment_->StartStubWorker({"--slots", "1", "--idle-timeout", "0.3"});
+  ExpectExit(*worker, worker::kExitOk);
+}
+
+// A job longer than the time-out is no idleness, and the time begins anew after it.
+TEST_F(BatchSystemTest, AJobIsNoIdleness) {
+  const std::int64_t experiment = deployment_->Submit(StubSpec(1, 3'000), "a");
+  const Worker worker = deployment_->StartStubWorker({"--slots", "1", "--idle-timeout", "2.5"});
+  ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
+  EXPECT_EQ(deployment_->Query("SELECT attempts, returned FROM jobs"), Lines{"1|0"});
+  ExpectExit(*worker, worker::kExitOk);
+}
+
+}  // namespace
+}  // namespace legopt::service
