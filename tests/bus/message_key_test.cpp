@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -78,9 +80,10 @@ TEST_F(KeyFile, MustBeARegularFile) {
 }
 
 TEST_F(KeyFile, MustBelongToUs) {
-  if (::geteuid() != 0) GTEST_SKIP() << "NOT TESTED: only root can give a file away";
   const std::string file = Write(kDigits);
-  ASSERT_EQ(::chown(file.c_str(), 12345, 12345), 0);
+  if (::chown(file.c_str(), 12345, 12345) != 0) {
+    GTEST_SKIP() << "NOT TESTED: giving a file away is refused: " << std::strerror(errno);
+  }
   ExpectFault(file, "12345");
 }
 

@@ -7,8 +7,10 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <list>
 #include <stdexcept>
 
@@ -183,18 +185,18 @@ std::shared_ptr<const MessageKey> TestKey(std::uint8_t first_byte) {
   return std::make_shared<const MessageKey>(std::span<const std::uint8_t, MessageKey::kBytes>(bytes));
 }
 
-bool EnterPrivateNetwork(bool route) {
-  if (::geteuid() != 0 || ::unshare(CLONE_NEWNET) != 0) return false;
-  if (!route) return true;
-  return std::system("ip link set lo up && ip route add 239.255.76.67/32 dev lo") == 0;
+std::string EnterPrivateNetwork(bool route) {
+  if (::unshare(CLONE_NEWNET) != 0) return std::string("unshare(CLONE_NEWNET): ") + std::strerror(errno);
+  constexpr char kRoute[] = "ip link set lo up && ip route add 239.255.76.67/32 dev lo";
+  return !route || std::system(kRoute) == 0 ? "" : std::string("'") + kRoute + "'";
 }
 
 std::unique_ptr<TestBed> MakeTestBed(BedKind kind, std::string* why) {
   if (kind == BedKind::kSimulated) return std::make_unique<SimulatedBed>(nullptr);
   if (kind == BedKind::kSimulatedWithKey) return std::make_unique<SimulatedBed>(TestKey());
   const MulticastRoute route = ProbeMulticastRoute(kGroup);
-  if (!route.usable && !EnterPrivateNetwork(true)) {
-    *why = "NOT TESTED over real multicast: " + route.problem;
+  if (const std::string refused = route.usable ? "" : EnterPrivateNetwork(true); !refused.empty()) {
+    *why = "NOT TESTED over real multicast: " + route.problem + "; refused: " + refused;
     return nullptr;
   }
   return std::make_unique<UdpBed>();

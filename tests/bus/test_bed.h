@@ -41,8 +41,8 @@ std::shared_ptr<const MessageKey> TestKey(std::uint8_t first_byte = 0);
 // Empty, with `why`, when real multicast cannot be had here.
 std::unique_ptr<TestBed> MakeTestBed(BedKind kind, std::string* why);
 
-// Moves the calling thread into a network namespace of its own (root only); with `route`, loopback is up and carries
-// multicast. False when that is not permitted.
-bool EnterPrivateNetwork(bool route);
+// Moves the calling thread into a network namespace of its own; with `route`, loopback is up and carries multicast.
+// Returns what was refused of that, empty when it is done.
+std::string EnterPrivateNetwork(bool route);
 
 }  // namespace legopt::bus

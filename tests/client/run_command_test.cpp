@@ -5,6 +5,8 @@
 #include <signal.h>
 #include <sys/resource.h>
 
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -169,14 +171,16 @@ class FullDisk {
   explicit FullDisk(int pid) : pid_(pid) {
     ::prlimit(pid, RLIMIT_FSIZE, nullptr, &before_);
     const rlimit none{1, before_.rlim_max};
-    ::prlimit(pid, RLIMIT_FSIZE, &none, nullptr);
+    full_ = ::prlimit(pid, RLIMIT_FSIZE, &none, nullptr) == 0;
   }
   ~FullDisk() { ::prlimit(pid_, RLIMIT_FSIZE, &before_, nullptr); }
   FullDisk(const FullDisk&) = delete;
   FullDisk& operator=(const FullDisk&) = delete;
+  bool full() const { return full_; }
 
  private:
   int pid_;
+  bool full_ = false;
   rlimit before_{};
 };
 
@@ -195,6 +199,7 @@ class RunOnAFullDisk : public RunCommand {
     const auto servers = WaitForChildren(program_->pid(), "legopt-server");
     ASSERT_EQ(servers.size(), 1U);
     disk_ = std::make_unique<FullDisk>(servers[0]);
+    if (!disk_->full()) GTEST_SKIP() << "NOT TESTED: prlimit on another process is refused: " << std::strerror(errno);
     ASSERT_TRUE(program_->WaitForError("cannot write its database"));
     ASSERT_TRUE(program_->WaitForError("the database cannot be written")) << "plain lines say it, too";
   }

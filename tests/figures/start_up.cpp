@@ -24,6 +24,8 @@ using client::ExitCode;
 using std::chrono::seconds;
 
 constexpr char kUnshare[] = "/usr/bin/unshare";
+constexpr char kOwnNetwork[] = "-n";
+constexpr char kOwnUser[] = "-Urn";
 constexpr double kLimit_s = 1;
 constexpr std::chrono::milliseconds kPatience = seconds(30);
 
@@ -35,9 +37,10 @@ struct Case {
   std::string words;
 };
 
-bool NamespacesWork() {
+// Whether unshare(1) may do this here.
+bool Unshares(const std::string& options) {
   if (::access(kUnshare, X_OK) != 0) return false;
-  ChildProcess probe(kUnshare, {"-Urn", "true"}, true);
+  ChildProcess probe(kUnshare, {options, "true"}, true);
   const auto exit = probe.Wait(kPatience);
   return exit && exit->signal == 0 && exit->code == 0;
 }
@@ -84,7 +87,7 @@ bool KernelGrantsLess() {
 void MeasureSmallBuffer(const std::string& server, const std::string& database, Findings& findings) {
   const std::string script =
       "ip link set lo up && ip route add 239.255.76.67/32 dev lo && exec " + server + " --db " + database;
-  ChildProcess program(kUnshare, {"-Urn", "sh", "-c", script}, true);
+  ChildProcess program(kUnshare, {kOwnUser, "sh", "-c", script}, true);
   const auto begin = Clock::now();
   const bool ready = program.WaitForLine("ready", kPatience);
   const double took_s = SecondsSince(begin);
@@ -133,8 +136,11 @@ void MeasureStartUp(const Request& /*request*/, Findings& findings) {
        {server, "--db", "/proc/results.sqlite", "--port", free},
        ExitCode::kDatabaseUnusable,
        "/proc/results.sqlite"}};
-  if (NamespacesWork()) {
-    const std::vector<std::string> alone = {kUnshare, "-Urn"};
+  // Root needs no user namespace, and in a chroot gets none.
+  const bool as_root = Unshares(kOwnNetwork);
+  const bool as_own_user = Unshares(kOwnUser);
+  if (as_root || as_own_user) {
+    const std::vector<std::string> alone = {kUnshare, as_root ? kOwnNetwork : kOwnUser};
     for (const auto& [name, command] :
          {std::pair<std::string, std::vector<std::string>>{"server", {server, "--db", fresh}},
           {"worker", {worker, "--slots", "1"}},
@@ -144,10 +150,14 @@ void MeasureStartUp(const Request& /*request*/, Findings& findings) {
       cases.push_back({name + " without a multicast route", all, ExitCode::kNetworkUnusable, "ip route add"});
     }
   } else {
-    findings.Note("without a multicast route: not measured, no namespaces here");
+    findings.Note("without a multicast route: not measured, 'unshare -n' and 'unshare -Urn' are refused here");
   }
   for (const Case& refused : cases) MeasureRefusal(refused, findings);
-  if (NamespacesWork()) MeasureSmallBuffer(server, fresh, findings);
+  if (as_own_user) {
+    MeasureSmallBuffer(server, fresh, findings);
+  } else {
+    findings.Note("small receive buffer: not measured, 'unshare -Urn' is refused here");
+  }
 }
 
 }  // namespace legopt::figures
