@@ -36,6 +36,19 @@ constexpr size_t kOptionsBytes = size_t{1} << 20;
 constexpr size_t kJsonBytes = size_t{16} << 20;
 constexpr size_t kAnswerBytes = size_t{48} << 20;
 
+// control_request.action, as far as it decides what else the message holds.
+constexpr int kControlHold = 2, kControlPriority = 4, kControlRename = 7, kControlTag = 8, kControlUntag = 9;
+constexpr int kLastControl = 10;
+
+// A reason, name or tag; 0: none.
+constexpr size_t MostReasonBytes(int action) {
+  constexpr size_t kExperimentNameBytes = 200;
+  constexpr size_t kTagBytes = 100;
+  if (action == kControlHold) return kReasonBytes;
+  if (action == kControlRename) return kExperimentNameBytes;
+  return action == kControlTag || action == kControlUntag ? kTagBytes : 0;
+}
+
 template <class Array>
 std::int32_t CountOf(const Array& array) {
   return static_cast<std::int32_t>(array.size());
@@ -447,13 +460,13 @@ std::string Validate(const legopt_msg::cancel_reply& m) {
 }
 
 std::string Validate(const legopt_msg::control_request& m) {
-  const bool hold = m.action == 2;
-  const std::int64_t most = m.action == 4 ? kMostPriority : 0;
+  const std::int64_t most = m.action == kControlPriority ? kMostPriority : 0;
+  const size_t most_bytes = MostReasonBytes(m.action);
   return FieldCheck()
       .AtLeast("experiment_id", m.experiment_id, 1)
-      .Range("action", m.action, 0, 5)
+      .Range("action", m.action, 0, kLastControl)
       .Range("priority", m.priority, -most, most)
-      .Text("reason", m.reason, hold ? 1 : 0, hold ? kReasonBytes : 0)
+      .Text("reason", m.reason, most_bytes > 0 ? 1 : 0, most_bytes)
       .fault();
 }
 

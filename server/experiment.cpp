@@ -9,7 +9,9 @@ Experiment::Experiment(std::int64_t experiment_id, std::int64_t first_job_id, Ex
     : experiment_id_(experiment_id),
       first_job_id_(first_job_id),
       spec_(std::move(spec)),
-      jobs_(static_cast<std::size_t>(spec_.num_jobs())) {}
+      jobs_(static_cast<std::size_t>(spec_.num_jobs())),
+      use_of_task_(spec_.tasks.size()),
+      use_of_kind_(spec_.methods.size() * spec_.tasks.size()) {}
 
 std::optional<std::int64_t> Experiment::TakeQueued() {
   while (!returned_.empty()) {
@@ -25,6 +27,21 @@ std::optional<std::int64_t> Experiment::TakeQueued() {
   return std::nullopt;
 }
 
+std::int64_t Experiment::ExpectedUse_us(std::int64_t index) const {
+  const JobCoordinates at = CoordinatesOf(spec_, index);
+  const Mean& kind = use_of_kind_[at.method * spec_.tasks.size() + at.task];
+  const Mean& known = kind.count > 0 ? kind : use_of_task_[at.task];
+  return known.count > 0 ? known.sum_us / known.count : spec_.tasks[at.task].wall_limit_us;
+}
+
+void Experiment::NoteUse(std::int64_t index, std::int64_t used_us) {
+  const JobCoordinates at = CoordinatesOf(spec_, index);
+  for (Mean* mean : {&use_of_task_[at.task], &use_of_kind_[at.method * spec_.tasks.size() + at.task]}) {
+    mean->sum_us += used_us;
+    ++mean->count;
+  }
+}
+
 db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t experiment_id, std::int64_t first_job_id,
                                     std::int64_t first_cell_id) {
   db::NewExperiment rows;
@@ -32,6 +49,7 @@ db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t exp
   rows.name = spec.name;
   rows.spec_json = spec.canonical_json;
   rows.spec_hash = spec.hash;
+  rows.submitter = spec.submitter;
   rows.seed = spec.seed;
   rows.repetitions = spec.repetitions;
   rows.max_attempts = spec.max_attempts;

@@ -19,7 +19,10 @@ struct Job {
   db::JobState state = db::JobState::kQueued;
   db::AttemptOutcome outcome = db::AttemptOutcome::kRunning;   ///< of the latest attempt
   db::AttemptOutcome previous = db::AttemptOutcome::kRunning;  ///< of the one before, as far as it ended in this life
+  bool time_limited : 1 = false;                               ///< done, and the clock stopped its solve
+  bool solved : 1 = false;                                     ///< done, and its literal verdict is "success"
 };
+static_assert(sizeof(Job) == 16);
 
 /// An experiment in the scheduler's memory: its spec and the state of its jobs.
 class Experiment {
@@ -36,6 +39,8 @@ class Experiment {
 
   /// Steady time at which the last job ended or the experiment was cancelled; empty while it is active.
   std::optional<std::chrono::microseconds> closed_at;
+  /// Its queued jobs, none while it is paused or held, as last accounted for.
+  std::int64_t leasable = 0;
 
   /// Takes the next queued job in the order of work, jobs that came back first; empty when none is queued. The caller
   /// makes it leased.
@@ -43,13 +48,25 @@ class Experiment {
   /// Puts a job back that TakeQueued gave.
   void PutBack(std::int64_t index) { returned_.insert(index); }
 
+  /// CPU time, in microseconds, that an attempt of this job is expected to use: the mean over what is known of its kind
+  /// (method and task), else of its task, else its wall-clock limit, which is more than it will use.
+  std::int64_t ExpectedUse_us(std::int64_t index) const;
+  /// An attempt of this job has finished after this much CPU time.
+  void NoteUse(std::int64_t index, std::int64_t used_us);
+
  private:
+  struct Mean {
+    std::int64_t sum_us = 0, count = 0;
+  };
+
   std::int64_t experiment_id_;
   std::int64_t first_job_id_;
   ExperimentSpec spec_;
   std::vector<Job> jobs_;
   std::int64_t next_fresh_ = 0;      ///< jobs before it have been taken at least once
   std::set<std::int64_t> returned_;  ///< queued again
+  std::vector<Mean> use_of_task_;    ///< of finished attempts in this life of the server
+  std::vector<Mean> use_of_kind_;    ///< likewise; method after method
 };
 
 /// The rows that make the experiment: cells and jobs numbered from the given ids.

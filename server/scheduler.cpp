@@ -46,27 +46,39 @@ Scheduler::Scheduler(const SchedulerOptions& options, db::OpenState state, Token
 // Takes an experiment up as the store has it.
 void Scheduler::Open(const Instant& now, const db::OpenExperiment& open) {
   const db::ExperimentSummary& summary = summaries_.at(open.experiment_id);
-  auto experiment = std::make_unique<Experiment>(open.experiment_id, summary.first_job_id, ParseSpec(open.spec_json));
-  if (experiment->num_jobs() != static_cast<std::int64_t>(open.jobs.size())) {
+  auto owned = std::make_unique<Experiment>(open.experiment_id, summary.first_job_id, ParseSpec(open.spec_json));
+  if (owned->num_jobs() != static_cast<std::int64_t>(open.jobs.size())) {
     throw SpecError("experiment " + std::to_string(open.experiment_id) + " is stored with another number of jobs");
   }
-  for (std::int64_t index = 0; index < experiment->num_jobs(); ++index) {
+  Experiment& experiment = *owned;
+  AddOpen(std::move(owned));
+  for (std::int64_t index = 0; index < experiment.num_jobs(); ++index) {
     const db::OpenJob& stored = open.jobs[static_cast<std::size_t>(index)];
-    Job& job = experiment->job(index);
+    Job& job = experiment.job(index);
     job.token = stored.token;
     job.attempts = static_cast<std::uint16_t>(stored.attempts);
     job.returned = static_cast<std::uint16_t>(stored.returned);
     job.state = stored.state;
     job.outcome = stored.outcome;
+    job.time_limited = stored.time_limited;
+    job.solved = stored.solved;
     if (stored.state != db::JobState::kLeased) continue;
     // The worker may still be at it. Without word from it the job must be free before a server that is restarted again
     // and again is gone: a full lease each time would keep the jobs of dead workers leased for ever.
-    leases_[experiment->job_id(index)] = {stored.worker_id, now.steady + options_.lease * 9 / 10, false, next_order_++};
-    ++workers_[stored.worker_id].leases;
+    const microseconds expires = now.steady + options_.lease * 9 / 10;
+    AddLease(experiment, index, {stored.worker_id, expires, false, next_order_++, now.steady});
   }
-  by_first_job_[summary.first_job_id] = experiment.get();
-  by_urgency_[{-summary.control.priority, open.experiment_id}] = experiment.get();
-  open_[open.experiment_id] = std::move(experiment);
+  num_queued_ += CountOf(summaries_.at(open.experiment_id), db::JobState::kQueued);
+  UpdateWaiting(experiment);
+}
+
+// Its jobs take no part before UpdateWaiting.
+void Scheduler::AddOpen(std::unique_ptr<Experiment> experiment) {
+  const std::int64_t id = experiment->experiment_id();
+  const ExperimentSpec& spec = experiment->spec();
+  shares_.Add(id, spec.submitter, summaries_.at(id).control.priority, spec.dataset.hash);
+  by_first_job_[experiment->first_job_id()] = experiment.get();
+  open_[id] = std::move(experiment);
 }
 
 // --- Experiments -----------------------------------------------------------------------------------------------------
@@ -129,16 +141,22 @@ void Scheduler::AddExperiment(const db::NewExperiment& rows, ExperimentSpec spec
   summary.submission_id = rows.submission_id;
   summary.name = spec.name;
   summary.spec_hash = spec.hash;
+  summary.submitter = spec.submitter;
+  summary.dataset = spec.dataset.name;
+  for (const db::MethodRecord& method : spec.methods) {
+    auto& names = summary.methods;
+    if (std::find(names.begin(), names.end(), method.name) == names.end()) names.push_back(method.name);
+  }
   summary.first_job_id = rows.jobs.front().job_id;
   summary.num_jobs = spec.num_jobs();
   summary.submitted_at_us = rows.submitted_at_us;
   CountOf(summary, db::JobState::kQueued) = summary.num_jobs;
-  auto experiment = std::make_unique<Experiment>(rows.experiment_id, summary.first_job_id, std::move(spec));
-  by_first_job_[summary.first_job_id] = experiment.get();
-  by_urgency_[{-summary.control.priority, rows.experiment_id}] = experiment.get();
-  open_[rows.experiment_id] = std::move(experiment);
+  num_queued_ += summary.num_jobs;
   submissions_[summary.submission_id] = rows.experiment_id;
+  const std::int64_t first_job_id = summary.first_job_id;
   summaries_[rows.experiment_id] = std::move(summary);
+  AddOpen(std::make_unique<Experiment>(rows.experiment_id, first_job_id, std::move(spec)));
+  UpdateWaiting(*open_.at(rows.experiment_id));
 }
 
 legopt_msg::cancel_reply Scheduler::Cancel(const Instant& now, const legopt_msg::cancel_request& request, Ops& ops) {
@@ -161,7 +179,7 @@ legopt_msg::cancel_reply Scheduler::Cancel(const Instant& now, const legopt_msg:
     if (db::IsTerminal(job.state)) continue;
     if (job.state == db::JobState::kLeased) {
       job.outcome = db::AttemptOutcome::kCancelled;
-      DropLease(experiment.job_id(index));
+      DropLease(now, {&experiment, index});
     }
     SetJobState(experiment, job, db::JobState::kCancelled);
     ++reply.num_jobs;
@@ -216,35 +234,45 @@ void Scheduler::SetJobState(Experiment& experiment, Job& job, db::JobState state
   db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
   --CountOf(summary, job.state);
   ++CountOf(summary, state);
+  num_queued_ += (state == db::JobState::kQueued ? 1 : 0) - (job.state == db::JobState::kQueued ? 1 : 0);
   job.state = state;
+  UpdateWaiting(experiment);
 }
 
-void Scheduler::DropLease(std::int64_t job_id) {
-  const auto lease = leases_.find(job_id);
-  if (lease == leases_.end()) return;
-  --workers_[lease->second.worker_id].leases;
-  leases_.erase(lease);
+// To be called whenever the number of its queued jobs has changed, or whether they may be leased.
+void Scheduler::UpdateWaiting(Experiment& experiment) {
+  db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
+  const bool free = summary.control.hold == db::Hold::kNone;
+  const std::int64_t leasable = free ? CountOf(summary, db::JobState::kQueued) : 0;
+  num_leasable_ += leasable - experiment.leasable;
+  experiment.leasable = leasable;
+  shares_.SetWaiting(experiment.experiment_id(), leasable > 0);
 }
 
-std::int64_t Scheduler::num_queued() const {
-  std::int64_t queued = 0;
-  for (const auto& [id, experiment] : open_) {
-    queued += summaries_.at(id).jobs_by_state[static_cast<int>(db::JobState::kQueued)];
+void Scheduler::AddLease(Experiment& experiment, std::int64_t index, LeaseState lease) {
+  lease.expected_us = experiment.ExpectedUse_us(index);
+  shares_.Begin(experiment.experiment_id(), lease.expected_us);
+  ++workers_[lease.worker_id].leases;
+  leases_[experiment.job_id(index)] = std::move(lease);
+}
+
+// What its worker has not told is taken for the time since it got the job, however many wait there before it. More
+// than the job may use is not believed.
+void Scheduler::DropLease(const Instant& now, const JobRef& ref) {
+  constexpr std::int64_t kLeastUse_us = 100;  // what handing it out costs: jobs for nothing have their turns, too
+  const auto found = leases_.find(ref.experiment->job_id(ref.index));
+  if (found == leases_.end()) return;
+  const LeaseState lease = found->second;
+  leases_.erase(found);
+  --workers_[lease.worker_id].leases;
+  const std::int64_t told_us = lease.used_us.value_or((now.steady - lease.since).count());
+  const JobCoordinates at = CoordinatesOf(ref.experiment->spec(), ref.index);
+  const std::int64_t most_us = ref.experiment->spec().tasks[at.task].wall_limit_us;
+  const std::int64_t used_us = std::max(std::min(told_us, most_us), kLeastUse_us);
+  shares_.End(ref.experiment->experiment_id(), lease.expected_us, used_us);
+  if (ref.experiment->job(ref.index).outcome == db::AttemptOutcome::kFinished) {
+    ref.experiment->NoteUse(ref.index, used_us);
   }
-  return queued;
-}
-
-const db::ExperimentControl& Scheduler::ControlOf(std::int64_t experiment_id) const {
-  return summaries_.at(experiment_id).control;
-}
-
-std::int64_t Scheduler::num_leasable() const {
-  std::int64_t queued = 0;
-  for (const auto& [id, experiment] : open_) {
-    if (ControlOf(id).hold != db::Hold::kNone) continue;
-    queued += summaries_.at(id).jobs_by_state[static_cast<int>(db::JobState::kQueued)];
-  }
-  return queued;
 }
 
 std::vector<WorkerStatus> Scheduler::workers() const {
@@ -275,7 +303,8 @@ std::vector<std::pair<std::string_view, std::uint64_t>> SchedulerCounters::Listi
           {"jobs_dead", jobs_dead},
           {"jobs_failed", jobs_failed},
           {"jobs_cancelled", jobs_cancelled},
-          {"jobs_retried", jobs_retried}};
+          {"jobs_retried", jobs_retried},
+          {"jobs_deleted", jobs_deleted}};
 }
 
 }  // namespace legopt::server

@@ -26,6 +26,7 @@
 #include "legopt_msg/submit_reply.hpp"
 #include "legopt_msg/submit_request.hpp"
 #include "server/experiment.h"
+#include "server/fair_share.h"
 
 namespace legopt::server {
 
@@ -58,7 +59,7 @@ struct SchedulerCounters {
   std::uint64_t leases = 0, heartbeats = 0, renewals = 0, unknown_leases = 0, leases_expired = 0;
   std::uint64_t results_accepted = 0, results_duplicate = 0, results_stale = 0, results_refused = 0;
   std::uint64_t attempts_failed = 0, attempts_returned = 0, jobs_dead = 0, jobs_failed = 0, jobs_cancelled = 0;
-  std::uint64_t jobs_retried = 0;
+  std::uint64_t jobs_retried = 0, jobs_deleted = 0;
 
   std::vector<std::pair<std::string_view, std::uint64_t>> Listing() const;
 };
@@ -93,7 +94,9 @@ struct JobProgress {
 ///  - a worker that falls silent costs at most one attempt per slot: those of its leases that were given first, as it
 ///    begins them in that order; what it held ready is queued again without a charge;
 ///  - after a restart from the store, running leases go on and can be completed by their workers;
-///  - no job of a paused or held experiment is leased, and larger priorities are leased first.
+///  - no job of a paused or held experiment is leased, and larger priorities are leased first;
+///  - among equal priorities submitters share the workers in equal parts of CPU time, and so do the experiments of each
+///    (fair_share.h), from the start of this process on: what was used before it is forgotten.
 ///
 /// Thread rule: one thread.
 class Scheduler {
@@ -122,7 +125,7 @@ class Scheduler {
   legopt_msg::result_reply Result(const Instant& now, const legopt_msg::result_request& request, Ops& ops);
   legopt_msg::submit_reply Submit(const Instant& now, const legopt_msg::submit_request& request, Ops& ops);
   legopt_msg::cancel_reply Cancel(const Instant& now, const legopt_msg::cancel_request& request, Ops& ops);
-  /// Pauses, resumes, holds, releases, favours or retries an experiment.
+  /// Pauses, resumes, holds, releases, favours, retries, renames, tags or deletes an experiment.
   legopt_msg::control_reply Control(const Instant& now, const legopt_msg::control_request& request, Ops& ops);
 
   /// Ends expired leases and forgets experiments closed long ago. Call it when next_deadline() is reached; later is
@@ -141,14 +144,17 @@ class Scheduler {
   std::vector<JobProgress> Progress(std::int64_t experiment_id, std::size_t most) const;
   const SchedulerCounters& counters() const { return counters_; }
   std::int64_t num_leases() const { return static_cast<std::int64_t>(leases_.size()); }
-  std::int64_t num_queued() const;
+  std::int64_t num_queued() const { return num_queued_; }
 
  private:
   struct LeaseState {
     std::int64_t worker_id;
     microseconds expires;
-    bool confirmed;      ///< listed by a heartbeat of its worker
-    std::int64_t order;  ///< in which leases were given: their worker begins them so
+    bool confirmed;                            ///< listed by a heartbeat of its worker
+    std::int64_t order;                        ///< in which leases were given: their worker begins them so
+    microseconds since;                        ///< it was given, or this server started
+    std::int64_t expected_us = 0;              ///< CPU time that it was charged beforehand
+    std::optional<std::int64_t> used_us = {};  ///< that it used, as told
     std::int64_t progress_done = 0, progress_total = 0;
   };
   struct Worker {
@@ -173,21 +179,25 @@ class Scheduler {
   void SetJobState(Experiment& experiment, Job& job, db::JobState state);
   void Close(const Instant& now, Experiment& experiment, db::ExperimentState state);
   void FinishIfComplete(const Instant& now, Experiment& experiment, Ops& ops);
-  void DropLease(std::int64_t job_id);
+  void AddLease(Experiment& experiment, std::int64_t index, LeaseState lease);
+  void DropLease(const Instant& now, const JobRef& ref);
+  void UpdateWaiting(Experiment& experiment);
+  void AddOpen(std::unique_ptr<Experiment> experiment);
   void Open(const Instant& now, const db::OpenExperiment& stored);
-  const db::ExperimentControl& ControlOf(std::int64_t experiment_id) const;
-  std::int64_t num_leasable() const;
   // scheduler_control.cpp
   legopt_msg::control_reply SetHold(const Instant& now, const legopt_msg::control_request& request, Ops& ops);
   legopt_msg::control_reply SetPriority(const Instant& now, const legopt_msg::control_request& request, Ops& ops);
-  legopt_msg::control_reply Retry(const Instant& now, std::int64_t experiment_id, Ops& ops);
+  legopt_msg::control_reply Retry(const Instant& now, std::int64_t experiment_id, bool time_limited, Ops& ops);
+  std::int64_t QueueAgain(Experiment& experiment, bool time_limited);
+  legopt_msg::control_reply Rename(const Instant& now, const legopt_msg::control_request& request, Ops& ops);
+  legopt_msg::control_reply SetTag(const legopt_msg::control_request& request, Ops& ops);
+  legopt_msg::control_reply Delete(const Instant& now, std::int64_t experiment_id, Ops& ops);
   std::int64_t GiveBackRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops);
   // scheduler_leases.cpp
   void SetOnline(Worker& worker, bool online);
-  void LeaseFrom(const Instant& now, Experiment& experiment, Worker& worker, int max_jobs,
-                 legopt_msg::lease_reply& reply, Ops& ops);
+  legopt_msg::lease LeaseFrom(const Instant& now, Experiment& experiment, Worker& worker, Ops& ops);
   std::string MismatchOf(const Worker& worker, const std::vector<std::string>& hashes, bool* same_name) const;
-  int FairShare(int wanted) const;
+  int BatchSize(int wanted) const;
   void ExpireLeases(const Instant& now, Ops& ops);
   void ExpireLease(const Instant& now, std::int64_t job_id, bool may_have_begun, Ops& ops);
   // scheduler_results.cpp
@@ -196,6 +206,7 @@ class Scheduler {
   void EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt end, Ops& ops);
   legopt_msg::result_reply AnswerEnded(const Instant& now, const db::AttemptRecord& record,
                                        const legopt_msg::result_request& request, Ops& ops);
+  bool IsDeleted(std::int64_t job_id) const;
   std::optional<db::AttemptRecord> AttemptOf(const JobRef& ref, std::int64_t job_id, int attempt) const;
 
   SchedulerOptions options_;
@@ -206,8 +217,11 @@ class Scheduler {
   std::map<std::string, std::int64_t> submissions_;           ///< submission id -> experiment
   std::map<std::int64_t, std::unique_ptr<Experiment>> open_;  ///< by experiment id; closed ones until retention
   std::map<std::int64_t, Experiment*> by_first_job_;
-  std::map<std::pair<int, std::int64_t>, Experiment*> by_urgency_;  ///< of open_: negative priority, experiment id
-  std::map<std::int64_t, Worker> workers_;                          ///< by worker id
+  std::map<std::int64_t, std::int64_t> deleted_jobs_;  ///< first -> after the last, of what this process has deleted
+  FairShare shares_;                                   ///< of open_
+  std::int64_t num_queued_ = 0;                        ///< jobs of all experiments
+  std::int64_t num_leasable_ = 0;                      ///< of these, not paused or held
+  std::map<std::int64_t, Worker> workers_;             ///< by worker id
   std::map<bus::EndpointId, std::int64_t> worker_of_endpoint_;
   std::map<std::int64_t, LeaseState> leases_;  ///< by job id
   std::int64_t next_order_ = 0;

@@ -7,8 +7,22 @@
 namespace legopt::server {
 namespace {
 
-// control_request.action; the values 0 to 5 are checked by the bus.
-enum class Action : std::int8_t { kPause, kResume, kHold, kRelease, kPriority, kRetry };
+// control_request.action; the values 0 to 10 are checked by the bus.
+enum class Action : std::int8_t {
+  kPause,
+  kResume,
+  kHold,
+  kRelease,
+  kPriority,
+  kRetry,
+  kRetryTimeLimited,
+  kRename,
+  kTag,
+  kUntag,
+  kDelete
+};
+
+constexpr std::size_t kMostTags = 100;  // of an experiment
 
 // Status codes of control_reply.
 constexpr std::int32_t kDone = 0;
@@ -20,6 +34,10 @@ legopt_msg::control_reply Answer(std::int32_t status, std::string message) {
   reply.status = status;
   reply.message = std::move(message);
   return reply;
+}
+
+std::string NameOf(const legopt_msg::control_request& request) {
+  return "experiment " + std::to_string(request.experiment_id);
 }
 
 // What the experiment becomes; empty when it is so already. `*refusal` tells why it cannot be.
@@ -64,14 +82,32 @@ const char* EventOf(Action action) {
 }  // namespace
 
 legopt_msg::control_reply Scheduler::Control(const Instant& now, const legopt_msg::control_request& request, Ops& ops) {
+  const auto action = static_cast<Action>(request.action);
   const auto found = summaries_.find(request.experiment_id);
-  const std::string name = "experiment " + std::to_string(request.experiment_id);
-  if (found == summaries_.end()) return Answer(kUnknownExperiment, "there is no " + name);
-  if (static_cast<Action>(request.action) == Action::kRetry) return Retry(now, request.experiment_id, ops);
-  if (found->second.state != db::ExperimentState::kActive) {
-    return Answer(kRefused, name + " is " + std::string(db::ToString(found->second.state)) + " already");
+  if (found == summaries_.end()) {
+    // Numbers are given one after the other and never again: this one was there.
+    const bool was_there = request.experiment_id < next_experiment_id_;
+    if (was_there && action == Action::kDelete) return Answer(kDone, NameOf(request) + " was deleted already");
+    return Answer(kUnknownExperiment, was_there ? NameOf(request) + " was deleted" : "there is no " + NameOf(request));
   }
-  if (static_cast<Action>(request.action) == Action::kPriority) return SetPriority(now, request, ops);
+  switch (action) {
+    case Action::kRetry:
+    case Action::kRetryTimeLimited:
+      return Retry(now, request.experiment_id, action == Action::kRetryTimeLimited, ops);
+    case Action::kRename:
+      return Rename(now, request, ops);
+    case Action::kTag:
+    case Action::kUntag:
+      return SetTag(request, ops);
+    case Action::kDelete:
+      return Delete(now, request.experiment_id, ops);
+    default:
+      break;
+  }
+  if (found->second.state != db::ExperimentState::kActive) {
+    return Answer(kRefused, NameOf(request) + " is " + std::string(db::ToString(found->second.state)) + " already");
+  }
+  if (action == Action::kPriority) return SetPriority(now, request, ops);
   return SetHold(now, request, ops);
 }
 
@@ -89,6 +125,7 @@ legopt_msg::control_reply Scheduler::SetHold(const Instant& now, const legopt_ms
     return reply;
   }
   summary.control = *next;
+  UpdateWaiting(*open_.at(summary.experiment_id));
   ops.emplace_back(db::ControlExperiment{summary.experiment_id, *next});
   ops.emplace_back(db::RecordEvent{EventOf(action), now.wall_us, summary.experiment_id, {}, {}, request.reason});
   if (action == Action::kHold) {
@@ -117,44 +154,113 @@ legopt_msg::control_reply Scheduler::SetPriority(const Instant& now, const legop
                                                  Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
   if (summary.control.priority == request.priority) return Answer(kDone, "it has this priority already");
-  auto entry = by_urgency_.extract({-summary.control.priority, summary.experiment_id});
   summary.control.priority = request.priority;
-  entry.key() = {-request.priority, summary.experiment_id};
-  by_urgency_.insert(std::move(entry));
+  shares_.SetPriority(summary.experiment_id, request.priority);
   ops.emplace_back(db::ControlExperiment{summary.experiment_id, summary.control});
   ops.emplace_back(db::RecordEvent{
       "experiment_priority", now.wall_us, summary.experiment_id, {}, {}, std::to_string(request.priority)});
   return Answer(kDone, "");
 }
 
-// Idempotent: what was queued again is neither failed nor dead when this is heard twice.
-legopt_msg::control_reply Scheduler::Retry(const Instant& now, std::int64_t experiment_id, Ops& ops) {
+// Idempotent: what was queued again is not over when this is heard twice.
+legopt_msg::control_reply Scheduler::Retry(const Instant& now, std::int64_t experiment_id, bool time_limited,
+                                           Ops& ops) {
+  const std::string name = "experiment " + std::to_string(experiment_id);
   db::ExperimentSummary& summary = summaries_.at(experiment_id);
   if (summary.state == db::ExperimentState::kCancelled) {
-    return Answer(kRefused, "experiment " + std::to_string(experiment_id) + " was cancelled; submit it as a new one");
+    return Answer(kRefused, name + " was cancelled; submit it as a new one");
   }
   legopt_msg::control_reply reply = Answer(kDone, "");
   const auto count = [&summary](db::JobState state) { return summary.jobs_by_state[static_cast<int>(state)]; };
-  reply.num_jobs = count(db::JobState::kFailed) + count(db::JobState::kDead);
-  if (reply.num_jobs == 0) {
-    reply.message = "no job of experiment " + std::to_string(experiment_id) + " has failed or died";
-    return reply;
+  const bool none_failed = count(db::JobState::kFailed) + count(db::JobState::kDead) == 0;
+  if (!none_failed || time_limited) {
+    if (!open_.contains(experiment_id)) {
+      Open(now, lookup_.experiment(experiment_id).value());
+      open_.at(experiment_id)->closed_at = now.steady;
+    }
+    reply.num_jobs = QueueAgain(*open_.at(experiment_id), time_limited);
   }
-  if (!open_.contains(experiment_id)) Open(now, lookup_.experiment(experiment_id).value());
-  Experiment& experiment = *open_.at(experiment_id);
-  for (std::int64_t index = 0; index < experiment.num_jobs(); ++index) {
-    Job& job = experiment.job(index);
-    if (job.state != db::JobState::kFailed && job.state != db::JobState::kDead) continue;
-    job.returned = job.attempts;
-    SetJobState(experiment, job, db::JobState::kQueued);
-    experiment.PutBack(index);
+  if (reply.num_jobs == 0) {
+    reply.message = "no job of " + name + " has failed or died" + (time_limited ? ", or was stopped by the clock" : "");
+    return reply;
   }
   summary.state = db::ExperimentState::kActive;
   summary.finished_at_us = 0;
-  experiment.closed_at.reset();
+  open_.at(experiment_id)->closed_at.reset();
   counters_.jobs_retried += static_cast<std::uint64_t>(reply.num_jobs);
-  ops.emplace_back(db::RetryExperiment{experiment_id});
+  ops.emplace_back(db::RetryExperiment{experiment_id, time_limited, now.wall_us});
   ops.emplace_back(db::RecordEvent{"experiment_retried", now.wall_us, experiment_id, {}, {}, {}});
+  return reply;
+}
+
+// What failed or died and, with `time_limited`, what the clock stopped, whose result counts no more. Returns how many.
+std::int64_t Scheduler::QueueAgain(Experiment& experiment, bool time_limited) {
+  db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
+  std::int64_t queued = 0;
+  for (std::int64_t index = 0; index < experiment.num_jobs(); ++index) {
+    Job& job = experiment.job(index);
+    const bool failed = job.state == db::JobState::kFailed || job.state == db::JobState::kDead;
+    if (!failed && !(time_limited && job.time_limited)) continue;
+    if (job.solved) --summary.solved;
+    job.solved = job.time_limited = false;
+    job.returned = job.attempts;
+    SetJobState(experiment, job, db::JobState::kQueued);
+    experiment.PutBack(index);
+    ++queued;
+  }
+  return queued;
+}
+
+legopt_msg::control_reply Scheduler::Rename(const Instant& now, const legopt_msg::control_request& request, Ops& ops) {
+  db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
+  if (const std::string fault = db::FaultOfName(request.reason); !fault.empty()) {
+    return Answer(kRefused, "the name of an experiment " + fault);
+  }
+  if (summary.name == request.reason) return Answer(kDone, NameOf(request) + " has this name already");
+  ops.emplace_back(db::RenameExperiment{summary.experiment_id, request.reason});
+  ops.emplace_back(db::RecordEvent{"experiment_renamed", now.wall_us, summary.experiment_id, {}, {}, summary.name});
+  summary.name = request.reason;
+  return Answer(kDone, "");
+}
+
+legopt_msg::control_reply Scheduler::SetTag(const legopt_msg::control_request& request, Ops& ops) {
+  db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
+  const bool set = static_cast<Action>(request.action) == Action::kTag;
+  const std::string& tag = request.reason;
+  if (const std::string fault = db::FaultOfTag(tag); !fault.empty()) return Answer(kRefused, "a tag " + fault);
+  if (summary.tags.contains(tag) == set) {
+    return Answer(kDone, NameOf(request) + (set ? " has this tag already" : " does not have this tag"));
+  }
+  if (set && summary.tags.size() >= kMostTags) {
+    return Answer(kRefused, NameOf(request) + " has " + std::to_string(kMostTags) + " tags, as many as may be");
+  }
+  if (set) {
+    summary.tags.insert(tag);
+  } else {
+    summary.tags.erase(tag);
+  }
+  ops.emplace_back(db::TagExperiment{summary.experiment_id, tag, set});
+  return Answer(kDone, "");
+}
+
+// Nothing of it is leased. Late reports find nothing; its numbers are never given again.
+legopt_msg::control_reply Scheduler::Delete(const Instant& now, std::int64_t id, Ops& ops) {
+  const auto found = summaries_.find(id);
+  const db::ExperimentSummary& summary = found->second;
+  const std::string name = "experiment " + std::to_string(id);
+  if (summary.state == db::ExperimentState::kActive) return Answer(kRefused, name + " is active; cancel it first");
+  legopt_msg::control_reply reply = Answer(kDone, "");
+  reply.num_jobs = summary.num_jobs;
+  counters_.jobs_deleted += static_cast<std::uint64_t>(summary.num_jobs);
+  ops.emplace_back(db::DeleteExperiment{id});
+  ops.emplace_back(
+      db::RecordEvent{"experiment_deleted", now.wall_us, {}, {}, {}, std::to_string(id) + " " + summary.name});
+  deleted_jobs_[summary.first_job_id] = summary.first_job_id + summary.num_jobs;
+  by_first_job_.erase(summary.first_job_id);
+  shares_.Remove(id);
+  open_.erase(id);
+  submissions_.erase(summary.submission_id);
+  summaries_.erase(found);
   return reply;
 }
 

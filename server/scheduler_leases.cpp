@@ -121,13 +121,14 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     reply.message = "the server is stopping";
     return reply;
   }
-  const int wanted = FairShare(request.max_jobs);
-  for (auto& [urgency, experiment] : by_urgency_) {
-    if (static_cast<int>(reply.jobs.size()) >= wanted || EndsWithMotion(reply)) break;
-    if (ControlOf(experiment->experiment_id()).hold != db::Hold::kNone) continue;
-    const auto& hashes = request.dataset_hashes;
-    if (std::find(hashes.begin(), hashes.end(), experiment->spec().dataset.hash) == hashes.end()) continue;
-    LeaseFrom(now, *experiment, *worker, wanted, reply, ops);
+  const int wanted = BatchSize(request.max_jobs);
+  const auto has = [&hashes = request.dataset_hashes](const std::string& dataset) {
+    return std::find(hashes.begin(), hashes.end(), dataset) != hashes.end();
+  };
+  while (static_cast<int>(reply.jobs.size()) < wanted && !EndsWithMotion(reply)) {
+    const std::optional<std::int64_t> next = shares_.First(has);
+    if (!next) break;
+    reply.jobs.push_back(LeaseFrom(now, *open_.at(*next), *worker, ops));
   }
   reply.num_jobs = static_cast<std::int32_t>(reply.jobs.size());
   if (!reply.jobs.empty()) {
@@ -145,47 +146,45 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
 }
 
 // Near the end of the queue nobody may take what others could do: at most half of what is left, shared by all slots.
-int Scheduler::FairShare(int wanted) const {
-  const std::int64_t share = num_leasable() / (2 * std::max<std::int64_t>(online_slots_, 1));
+int Scheduler::BatchSize(int wanted) const {
+  const std::int64_t share = num_leasable_ / (2 * std::max<std::int64_t>(online_slots_, 1));
   const std::int64_t most = std::min<std::int64_t>(wanted, options_.max_leases_per_request);
   return static_cast<int>(std::clamp<std::int64_t>(share, 1, std::max<std::int64_t>(most, 1)));
 }
 
-void Scheduler::LeaseFrom(const Instant& now, Experiment& experiment, Worker& worker, int max_jobs,
-                          legopt_msg::lease_reply& reply, Ops& ops) {
+// Leases the next job of an experiment that has queued ones.
+legopt_msg::lease Scheduler::LeaseFrom(const Instant& now, Experiment& experiment, Worker& worker, Ops& ops) {
   const ExperimentSpec& spec = experiment.spec();
-  while (static_cast<int>(reply.jobs.size()) < max_jobs && !EndsWithMotion(reply)) {
-    const std::optional<std::int64_t> index = experiment.TakeQueued();
-    if (!index) return;
-    Job& job = experiment.job(*index);
-    ++job.attempts;
-    job.token = tokens_();
-    job.previous = job.outcome;
-    job.outcome = db::AttemptOutcome::kRunning;
-    SetJobState(experiment, job, db::JobState::kLeased);
-    const std::int64_t job_id = experiment.job_id(*index);
-    leases_[job_id] = {worker.record.worker_id, now.steady + options_.lease + options_.grace, false, next_order_++};
-    ++worker.leases;
-    ++counters_.leases;
-    ops.emplace_back(db::LeaseJob{job_id, job.attempts, job.token, worker.record.worker_id, now.wall_us});
+  const std::int64_t index = experiment.TakeQueued().value();
+  Job& job = experiment.job(index);
+  ++job.attempts;
+  job.token = tokens_();
+  job.previous = job.outcome;
+  job.outcome = db::AttemptOutcome::kRunning;
+  SetJobState(experiment, job, db::JobState::kLeased);
+  const std::int64_t job_id = experiment.job_id(index);
+  const microseconds expires = now.steady + options_.lease + options_.grace;
+  AddLease(experiment, index, {worker.record.worker_id, expires, false, next_order_++, now.steady});
+  ++counters_.leases;
+  ops.emplace_back(db::LeaseJob{job_id, job.attempts, job.token, worker.record.worker_id, now.wall_us});
 
-    const JobCoordinates at = CoordinatesOf(spec, *index);
-    legopt_msg::lease& lease = reply.jobs.emplace_back();
-    lease.job_id = job_id;
-    lease.experiment_id = experiment.experiment_id();
-    lease.attempt = job.attempts;
-    lease.token = job.token;
-    lease.lease_us = options_.lease.count();
-    lease.dataset_hash = spec.dataset.hash;
-    lease.method_hash = spec.methods[at.method].hash;
-    lease.task = spec.tasks[at.task].task;
-    lease.initialization = spec.initializations[at.initialization];
-    lease.problem_id = spec.tasks[at.task].problems[at.problem];
-    lease.repetition = static_cast<std::int32_t>(at.repetition);
-    lease.experiment_seed = spec.seed;
-    lease.wall_limit_us = spec.tasks[at.task].wall_limit_us;
-    lease.memory_limit_bytes = spec.memory_limit_bytes;
-  }
+  const JobCoordinates at = CoordinatesOf(spec, index);
+  legopt_msg::lease lease{};
+  lease.job_id = job_id;
+  lease.experiment_id = experiment.experiment_id();
+  lease.attempt = job.attempts;
+  lease.token = job.token;
+  lease.lease_us = options_.lease.count();
+  lease.dataset_hash = spec.dataset.hash;
+  lease.method_hash = spec.methods[at.method].hash;
+  lease.task = spec.tasks[at.task].task;
+  lease.initialization = spec.initializations[at.initialization];
+  lease.problem_id = spec.tasks[at.task].problems[at.problem];
+  lease.repetition = static_cast<std::int32_t>(at.repetition);
+  lease.experiment_seed = spec.seed;
+  lease.wall_limit_us = spec.tasks[at.task].wall_limit_us;
+  lease.memory_limit_bytes = spec.memory_limit_bytes;
+  return lease;
 }
 
 legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::EndpointId sender,
@@ -263,7 +262,7 @@ void Scheduler::Tick(const Instant& now, Ops& ops) {
     const Experiment& experiment = *open->second;
     if (experiment.closed_at && *experiment.closed_at + options_.retention <= now.steady) {
       by_first_job_.erase(experiment.first_job_id());
-      by_urgency_.erase({-ControlOf(open->first).priority, open->first});
+      shares_.Remove(open->first);
       open = open_.erase(open);
     } else {
       ++open;
@@ -307,6 +306,8 @@ void Scheduler::ExpireLease(const Instant& now, std::int64_t job_id, bool may_ha
                               : "lease expired: nothing was heard of worker '" + worker.record.name + "' for " +
                                     std::to_string((options_.lease + options_.grace).count() / 1000) + " ms";
   if (!never_arrived && !may_have_begun) end.message += "; all slots of the worker had earlier jobs";
+  const microseconds last_renewal = lease.expires - options_.lease - options_.grace;
+  leases_.at(job_id).used_us = charged ? std::max(last_renewal - lease.since, microseconds(0)).count() : 0;
   EndCurrent(now, ref, std::move(end), ops);
 }
 

@@ -66,15 +66,19 @@ db::ResultRecord RecordOf(const legopt_msg::result_request& request) {
 }  // namespace
 
 legopt_msg::result_reply Scheduler::Result(const Instant& now, const legopt_msg::result_request& request, Ops& ops) {
-  const JobRef ref = FindJob(request.job_id);
-  const std::optional<db::AttemptRecord> record = AttemptOf(ref, request.job_id, request.attempt);
-  if (!record || record->token != request.token) {
+  const auto refuse = [&](const std::string& why) {
     ++counters_.results_refused;
     legopt_msg::result_reply reply{};
     reply.status = kRefused;
-    reply.message = "job " + std::to_string(request.job_id) + " was never leased as attempt " +
-                    std::to_string(request.attempt) + " with this token; the database may be another one";
+    reply.message = "job " + std::to_string(request.job_id) + why;
     return reply;
+  };
+  if (IsDeleted(request.job_id)) return refuse(" was deleted with its experiment");
+  const JobRef ref = FindJob(request.job_id);
+  const std::optional<db::AttemptRecord> record = AttemptOf(ref, request.job_id, request.attempt);
+  if (!record || record->token != request.token) {
+    return refuse(" was never leased as attempt " + std::to_string(request.attempt) +
+                  " with this token; its experiment was deleted, or the database is another one");
   }
   if (const auto found = workers_.find(record->worker_id); found != workers_.end()) {
     Hear(found->second, now);
@@ -82,6 +86,11 @@ legopt_msg::result_reply Scheduler::Result(const Instant& now, const legopt_msg:
   const bool current = ref.experiment != nullptr && request.attempt == ref.experiment->job(ref.index).attempts &&
                        record->job_state == db::JobState::kLeased;
   if (!current) return AnswerEnded(now, *record, request, ops);
+  LeaseState& lease = leases_.at(request.job_id);
+  // Without a word on it, a job that is given back was not begun.
+  const bool given_back = OutcomeOf(request) == db::AttemptOutcome::kCancelled;
+  const std::int64_t told_us = request.cpu_us > 0 ? request.cpu_us : request.wall_us;
+  if (told_us > 0 || given_back) lease.used_us = told_us;
   if (OutcomeOf(request) == db::AttemptOutcome::kFinished) return AcceptCurrent(now, ref, request, ops);
 
   db::EndAttempt end;
@@ -96,6 +105,12 @@ legopt_msg::result_reply Scheduler::Result(const Instant& now, const legopt_msg:
   EndCurrent(now, ref, std::move(end), ops);
   ++counters_.results_accepted;
   return {};
+}
+
+// The store may still have what is deleted in the same round: it is not to be asked then.
+bool Scheduler::IsDeleted(std::int64_t job_id) const {
+  const auto after = deleted_jobs_.upper_bound(job_id);
+  return after != deleted_jobs_.begin() && job_id < std::prev(after)->second;
 }
 
 // The latest attempt of a job in memory is there; an earlier one, or one of a closed experiment, is in the store: its
@@ -140,8 +155,10 @@ legopt_msg::result_reply Scheduler::AcceptCurrent(const Instant& now, const JobR
   }
   Job& job = ref.experiment->job(ref.index);
   job.outcome = db::AttemptOutcome::kFinished;
-  if (record.verdict_literal == db::kSuccess) ++summaries_.at(ref.experiment->experiment_id()).solved;
-  DropLease(request.job_id);
+  job.time_limited = record.solver_status == db::kSolverTimeLimit;
+  job.solved = record.verdict_literal == db::kSuccess;
+  if (job.solved) ++summaries_.at(ref.experiment->experiment_id()).solved;
+  DropLease(now, ref);
   SetJobState(*ref.experiment, job, db::JobState::kDone);
   ops.emplace_back(db::AcceptResult{request.job_id, request.attempt, std::move(record), request.message,
                                     request.log_tail, now.wall_us});
@@ -172,7 +189,7 @@ void Scheduler::EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt
   }
   end.at_us = now.wall_us;
   job.outcome = end.outcome;
-  DropLease(end.job_id);
+  DropLease(now, ref);
   SetJobState(experiment, job, end.next);
   if (end.next == db::JobState::kQueued) experiment.PutBack(ref.index);
   std::optional<db::RecordEvent> event;

@@ -204,10 +204,11 @@ ExperimentSpec ParseSpec(std::string_view text) {
   if (json.is_discarded()) Refuse("", "is not JSON");
   RequireObject(json, "",
                 {"spec_version", "name", "seed", "repetitions", "dataset", "tasks", "initializations", "methods",
-                 "limits", "max_attempts"});
+                 "limits", "max_attempts", "submitter"});
   Integer(Member(json, "", "spec_version"), "spec_version", kSpecVersion, kSpecVersion);
   ExperimentSpec spec;
   spec.name = Text(Member(json, "", "name"), "name");
+  if (json.contains("submitter")) spec.submitter = Text(json.at("submitter"), "submitter");
   spec.seed = Integer(Member(json, "", "seed"), "seed", 0, INT64_MAX);
   spec.repetitions = static_cast<int>(Integer(Member(json, "", "repetitions"), "repetitions", 1, kMaxRepetitions));
   const Json& dataset = RequireObject(Member(json, "", "dataset"), "dataset", {"name", "hash"});

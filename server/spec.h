@@ -21,6 +21,7 @@ struct ExperimentSpec {
   };
 
   std::string name;
+  std::string submitter;  ///< who shares the workers with others under this name; empty: nobody said
   std::int64_t seed = 0;
   int repetitions = 1;
   db::DatasetRecord dataset;
@@ -44,7 +45,7 @@ class SpecError : public std::runtime_error {
 /// Most jobs that one experiment may have.
 inline constexpr std::int64_t kMaxJobsPerExperiment = 1'000'000;
 
-/// Throws SpecError. Every key is required but "max_attempts"; an unknown key is an error.
+/// Throws SpecError. Every key is required but "max_attempts" and "submitter"; an unknown key is an error.
 ExperimentSpec ParseSpec(std::string_view json);
 
 /// What one job is, from its index in the experiment's order (0 <= index < num_jobs()).

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
 #include <string>
 
@@ -200,6 +201,32 @@ TEST(Ranges, AreEnforced) {
   EXPECT_NE(why.find("sql"), std::string::npos) << why;
   query.sql[1] = '\0';
   EXPECT_THROW(Encode(query), BusError);
+}
+
+// Each action takes its own priority and text, and there is none above the last.
+TEST(Ranges, ControlRequestsHoldWhatTheirActionNeeds) {
+  const auto fault = [](int action, const std::string& reason, int priority = 0) {
+    legopt_msg::control_request m{};
+    m.experiment_id = 1;
+    m.action = static_cast<std::int8_t>(action);
+    m.reason = reason;
+    m.priority = priority;
+    return Validate(m);
+  };
+  for (const int action : {0, 1, 3, 4, 5, 6, 10}) {
+    EXPECT_EQ(fault(action, ""), "") << action;
+    EXPECT_NE(fault(action, "x"), "") << action;
+  }
+  const std::map<int, std::size_t> with_text = {{2, 1000}, {7, 200}, {8, 100}, {9, 100}};
+  for (const auto& [action, most] : with_text) {
+    EXPECT_NE(fault(action, ""), "") << action;
+    EXPECT_EQ(fault(action, std::string(most, 'x')), "") << action;
+    EXPECT_NE(fault(action, std::string(most + 1, 'x')), "") << action;
+  }
+  for (int action = 0; action <= 10; ++action) EXPECT_EQ(fault(action, with_text.contains(action) ? "x" : ""), "");
+  EXPECT_EQ(fault(4, "", 1000), "");
+  EXPECT_NE(fault(6, "", 1), "");
+  for (const int action : {-1, 11}) EXPECT_NE(fault(action, ""), "") << action;
 }
 
 TEST(Encode, TakesCountsFromTheArrays) {

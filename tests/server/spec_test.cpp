@@ -29,6 +29,21 @@ TEST(Spec, SampleIsRead) {
   EXPECT_EQ(spec.methods[0].hash, HashOf('a'));
 }
 
+TEST(Spec, ASubmitterMayBeNamed) {
+  Json spec = SampleSpec();
+  EXPECT_EQ(ParseSpec(spec.dump()).submitter, "") << "older ones name none";
+  const std::string hash = ParseSpec(spec.dump()).hash;
+  spec["submitter"] = std::string(200, 'x');
+  const ExperimentSpec named = ParseSpec(spec.dump());
+  EXPECT_EQ(named.submitter.size(), 200U);
+  EXPECT_NE(named.hash, hash);
+  EXPECT_EQ(MakeNewExperiment(named, 1, 1, 1).submitter, named.submitter);
+  for (const Json& bad : {Json(""), Json(std::string(201, 'x')), Json(7), Json()}) {
+    spec["submitter"] = bad;
+    ExpectRefused(spec, "submitter");
+  }
+}
+
 TEST(Spec, HashIgnoresLayoutAndOrderOfKeys) {
   const std::string compact = SampleSpec().dump(), spacious = SampleSpec().dump(4);
   EXPECT_EQ(ParseSpec(compact).hash, ParseSpec(spacious).hash);

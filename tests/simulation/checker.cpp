@@ -57,6 +57,7 @@ class Checker {
     for (const auto& [id, submission] : record_.submissions) {
       if (!submission.experiment_id) continue;
       const auto stored = found.find(id);
+      if (record_.MayBeDeleted(id)) continue;
       if (stored == found.end() || stored->second != *submission.experiment_id) {
         Fault("lost: submission " + id + " was acknowledged as experiment " +
               std::to_string(*submission.experiment_id));
@@ -105,6 +106,7 @@ class Checker {
     const auto& [job_id, attempt, token] = key;
     const std::string name = "report of attempt " + std::to_string(attempt) + " of job " + std::to_string(job_id);
     const auto stored = state_.attempts.find({job_id, attempt});
+    if (stored == state_.attempts.end() && record_.MayBeDeleted(job_id)) return;
     if (stored == state_.attempts.end() || stored->second.token != token) {
       return Fault("lost: lease of the " + name);
     }
@@ -116,7 +118,9 @@ class Checker {
       } else if (answer == kAccepted || answer == kDuplicate) {
         if (stored->second.outcome != OutcomeOf(report.outcome)) Fault("lost: the " + name + " was acknowledged");
         const auto& accepted = state_.jobs.at(job_id).accepted;
-        if (report.outcome == kFinished && accepted != attempt) Fault("lost: the result in the " + name);
+        if (report.outcome == kFinished && accepted != attempt && !Retried({job_id, attempt})) {
+          Fault("lost: the result in the " + name);
+        }
       } else if (answer == kStale) {
         if (!state_.stale.contains({job_id, attempt})) Fault("lost: the stale " + name + " was not kept");
         if (state_.jobs.at(job_id).accepted == attempt) Fault("wrong state: the " + name + " is stale and accepted");
@@ -124,6 +128,12 @@ class Checker {
         Fault("wrong state: the " + name + " was refused");
       }
     }
+  }
+
+  // A result of a solve that the clock stopped is kept apart when its job is tried again.
+  bool Retried(const AttemptKey& key) const {
+    const std::int64_t experiment = state_.jobs.at(key.first).experiment_id;
+    return record_.time_limit_retried.contains(experiment) && state_.stale.contains(key);
   }
 
   void CheckCancelled() {

@@ -85,6 +85,7 @@ class History {
 
   // All by one client: another one would have to know what the first has stopped.
   void PlanDecisions() {
+    constexpr double kRetried = 0.3, kTimeLimited = 0.6;
     SimulatedClient& user = *clients_.back();
     for (std::uint64_t i = 0; i < planned_; ++i) {
       const std::string id = "submission " + std::to_string(i);
@@ -95,7 +96,10 @@ class History {
       const bool hold = world_.Chance(0.5);
       const microseconds duration = world_.Within(microseconds(500'000), microseconds(8'000'000));
       decide(0.25, [&user, id, hold, duration] { user.StopAndGoOn(id, hold, duration); });
-      decide(0.2, [&user, id] { user.Retry(id); });
+      const bool time_limited = world_.Chance(kTimeLimited);
+      decide(kRetried, [&user, id, time_limited] { user.Retry(id, time_limited); });
+      decide(0.15, [&user, id] { user.Label(id, "labelled " + id); });
+      decide(0.15, [&user, id] { user.Delete(id); });
       decide(0.2, [&user, id, priority = 1 + static_cast<int>(i)] { user.Favour(id, priority); });
     }
   }
@@ -114,7 +118,7 @@ class History {
     for (const auto& worker : workers_) {
       if (worker->up() && worker->pool()->num_leases() > 0) return false;
     }
-    return server_.server()->scheduler().experiments().size() >= planned_;
+    return server_.server()->scheduler().experiments().size() + record_.delete_asked.size() >= planned_;
   }
 
   World world_;

@@ -12,7 +12,7 @@ std::int64_t AcceptedOf(const StoredState& state, std::int64_t experiment_id) {
 
 void Record::OnSubmitted(const std::string& submission_id, std::int64_t experiment_id, std::int64_t num_jobs) {
   Submission& submission = submissions[submission_id];
-  if (submission.experiment_id && *submission.experiment_id != experiment_id) {
+  if (submission.experiment_id && *submission.experiment_id != experiment_id && !MayBeDeleted(submission_id)) {
     Violation("duplicated: submission " + submission_id + " was acknowledged as experiment " +
               std::to_string(*submission.experiment_id) + " and as " + std::to_string(experiment_id));
   }
@@ -49,10 +49,34 @@ void Record::OnCancelled(std::int64_t experiment_id, const StoredState& state) {
   results_at_cancel.emplace(experiment_id, AcceptedOf(state, experiment_id));
 }
 
+void Record::OnDeleted(std::int64_t experiment_id, const StoredState& state) {
+  if (state.experiments.contains(experiment_id)) {
+    Violation("wrong state: experiment " + std::to_string(experiment_id) + " is there though deleted");
+  }
+}
+
+bool Record::MayBeDeleted(std::int64_t job_id) const {
+  const auto after = first_jobs_.upper_bound(job_id);
+  return after != first_jobs_.begin() && delete_asked.contains(std::prev(after)->second);
+}
+
+bool Record::MayBeDeleted(const std::string& submission_id) const {
+  const auto submission = submissions.find(submission_id);
+  return submission != submissions.end() && submission->second.experiment_id &&
+         delete_asked.contains(*submission->second.experiment_id);
+}
+
 // Leases end all at once where time is looked at, so that each silence of a worker is charged within one commit.
 void Record::OnCommit(std::span<const db::StoreOp> operations) {
   std::map<std::int64_t, int> charged;  // leases that expired at the cost of a worker's silence, by worker
   for (const db::StoreOp& operation : operations) {
+    if (const auto* create = std::get_if<db::CreateExperiment>(&operation)) {
+      const std::int64_t id = create->experiment.experiment_id, first = create->experiment.jobs.front().job_id;
+      if (!first_jobs_.empty() && (id <= first_jobs_.rbegin()->second || first <= first_jobs_.rbegin()->first)) {
+        Violation("duplicated: experiment " + std::to_string(id) + " or its jobs have numbers that were given before");
+      }
+      first_jobs_[first] = id;
+    }
     if (const auto* put = std::get_if<db::PutWorker>(&operation)) slots_[put->worker.worker_id] = put->worker.slots;
     if (const auto* lease = std::get_if<db::LeaseJob>(&operation)) {
       workers_[{lease->job_id, lease->attempt}] = lease->worker_id;

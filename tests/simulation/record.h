@@ -42,6 +42,7 @@ class Record {
   /// About to let it go on.
   void OnGoOn(std::int64_t experiment_id, const StoredState& state);
   void OnCancelled(std::int64_t experiment_id, const StoredState& state);
+  void OnDeleted(std::int64_t experiment_id, const StoredState& state);
 
   // The server: these operations are on disk.
   void OnCommit(std::span<const db::StoreOp> operations);
@@ -56,7 +57,11 @@ class Record {
   void OnAnswer(const legopt_msg::result_request& request, int status);
 
   std::map<std::string, Submission> submissions;
-  std::set<std::int64_t> cancel_asked;
+  /// Whether the experiment of a job, or of a submission, was asked to be deleted: nothing of it needs to be there.
+  bool MayBeDeleted(std::int64_t job_id) const;
+  bool MayBeDeleted(const std::string& submission_id) const;
+
+  std::set<std::int64_t> cancel_asked, delete_asked, time_limit_retried;  ///< experiments
   std::map<std::int64_t, std::int64_t> results_at_cancel;  ///< experiment -> accepted results when told "cancelled"
   std::map<std::int64_t, std::int64_t> attempts_at_stop;   ///< experiment -> attempts when told it is stopped
   std::map<std::int64_t, std::pair<std::int64_t, int>> leases;  ///< token -> job, attempt
@@ -66,6 +71,7 @@ class Record {
  private:
   std::map<std::int64_t, std::map<std::uint64_t, bool>> running_;  ///< job -> life -> excused
   std::map<std::int64_t, int> slots_;                              ///< of workers, by id
+  std::map<std::int64_t, std::int64_t> first_jobs_;                ///< of all experiments that ever were -> experiment
   std::map<AttemptKey, std::int64_t> workers_;                     ///< of attempts, by id
 };
 

@@ -12,7 +12,8 @@ constexpr microseconds kPresence{2'000'000};  // until a server must have answer
 constexpr microseconds kWork{5'000'000};
 constexpr microseconds kAskAgain{300'000};
 constexpr microseconds kStatusEvery{2'500'000};
-constexpr std::int8_t kPause = 0, kResume = 1, kHold = 2, kRelease = 3, kPriority = 4, kRetry = 5;
+constexpr std::int8_t kPause = 0, kResume = 1, kHold = 2, kRelease = 3, kPriority = 4, kRetry = 5,
+                      kRetryTimeLimited = 6, kRename = 7, kTag = 8, kDelete = 10;
 constexpr int kUnknownExperiment = 1;
 constexpr int kCreated = 0;
 constexpr int kKnown = 1;
@@ -90,6 +91,8 @@ void SimulatedClient::SendSubmission(const std::string& id, const legopt_msg::su
       std::make_unique<client::SubmitCall>(*endpoint_, request, client::SubmitCall::Patience{kPresence, kWork});
   on_submitted_ = [this, id, altered](const client::SubmitCall::Outcome& outcome) {
     const int status = outcome.reply.status;
+    // The id of what was deleted is free: the other content may have it now.
+    if (record_.MayBeDeleted(id) && (altered || status == kRefused)) return;
     if (altered ? status != kRefused : status != kCreated && status != kKnown) {
       record_.Violation("wrong state: submission " + id + (altered ? " with other content" : "") +
                         " was answered with status " + std::to_string(status) + " " + outcome.reply.message);
@@ -123,7 +126,7 @@ void SimulatedClient::SendCancel(const std::string& submission_id) {
   bus::CallMessage(
       *endpoint_, bus::kServer, request, options,
       [this, id = *experiment_id](bus::CallOutcome<legopt_msg::cancel_reply>&& reply) {
-        if (reply.ok() && reply.reply.status != 0) {
+        if (reply.ok() && reply.reply.status != 0 && !record_.delete_asked.contains(id)) {
           record_.Violation("lost: experiment " + std::to_string(id) + " cannot be cancelled: " + reply.reply.message);
         }
         if (reply.ok()) record_.OnCancelled(id, server_.disk().Read());
@@ -147,10 +150,26 @@ void SimulatedClient::StopAndGoOn(const std::string& submission_id, bool hold, m
   plan_.push_back({submission_id, [this, go_on](const Step& step) { SendControl(step.submission_id, go_on); }});
 }
 
-void SimulatedClient::Retry(const std::string& submission_id) {
+void SimulatedClient::Retry(const std::string& submission_id, bool time_limited) {
   legopt_msg::control_request request{};
-  request.action = kRetry;
+  request.action = time_limited ? kRetryTimeLimited : kRetry;
   plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
+}
+
+void SimulatedClient::Delete(const std::string& submission_id) {
+  Cancel(submission_id);
+  legopt_msg::control_request request{};
+  request.action = kDelete;
+  plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
+}
+
+void SimulatedClient::Label(const std::string& submission_id, const std::string& text) {
+  legopt_msg::control_request request{};
+  request.reason = text;
+  for (const std::int8_t action : {kRename, kTag}) {
+    request.action = action;
+    plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
+  }
 }
 
 void SimulatedClient::Favour(const std::string& submission_id, int priority) {
@@ -165,12 +184,17 @@ void SimulatedClient::SendControl(const std::string& submission_id, legopt_msg::
   if (!experiment_id) return Answered(false);
   request.experiment_id = *experiment_id;
   if (request.action != kPause && request.action != kHold) record_.OnGoOn(*experiment_id, server_.disk().Read());
+  if (request.action == kRetryTimeLimited) record_.time_limit_retried.insert(*experiment_id);
+  if (request.action == kDelete) record_.delete_asked.insert(*experiment_id);
   bus::CallOptions options;
   options.timeout = kPresence;
   bus::CallMessage(*endpoint_, bus::kServer, request, options,
                    [this, request](bus::CallOutcome<legopt_msg::control_reply>&& reply) {
                      const std::int64_t id = request.experiment_id;
-                     if (reply.ok() && reply.reply.status == kUnknownExperiment) {
+                     if (reply.ok() && reply.reply.status == 0 && request.action == kDelete) {
+                       record_.OnDeleted(id, server_.disk().Read());
+                     }
+                     if (reply.ok() && reply.reply.status == kUnknownExperiment && !record_.delete_asked.contains(id)) {
                        record_.Violation("lost: experiment " + std::to_string(id) + " cannot be controlled");
                      }
                      const bool stopped = request.action == kPause || request.action == kHold;
@@ -210,11 +234,14 @@ void SimulatedClient::CheckStatus(const std::string& json, std::set<std::int64_t
     }
     const auto done = jobs.at("done").get<std::int64_t>();
     const auto before = done_before.find(id);
-    if (sum != jobs.at("total").get<std::int64_t>() || (before != done_before.end() && done < before->second)) {
+    // Only what the clock stopped can be done no more.
+    const bool fewer = before != done_before.end() && done < before->second && !record_.time_limit_retried.contains(id);
+    if (sum != jobs.at("total").get<std::int64_t>() || fewer) {
       record_.Violation("wrong state: status of experiment " + std::to_string(id) + " shows " + jobs.dump());
     }
     if (on_disk) done_[id] = std::max(done_[id], done);
   }
+  for (const std::int64_t id : record_.delete_asked) known.erase(id);
   if (!known.empty()) {
     record_.Violation("lost: status does not list experiment " + std::to_string(*known.begin()));
   }

@@ -29,8 +29,12 @@ class SimulatedClient final : public Process {
   void Cancel(const std::string& submission_id);
   /// Stops and, after `duration`, lets go on what a submission has made; with `hold`, gives back what runs.
   void StopAndGoOn(const std::string& submission_id, bool hold, microseconds duration);
-  /// Has its failed and dead jobs tried again.
-  void Retry(const std::string& submission_id);
+  /// Has its failed and dead jobs tried again, and perhaps those that the clock stopped.
+  void Retry(const std::string& submission_id, bool time_limited);
+  /// Cancels it and, when that is known, deletes it.
+  void Delete(const std::string& submission_id);
+  /// Gives it another name and a tag.
+  void Label(const std::string& submission_id, const std::string& text);
   /// Makes its jobs begin before those of others.
   void Favour(const std::string& submission_id, int priority);
   /// Nothing left to ask.

@@ -21,6 +21,7 @@ struct JobManners {
   double misbehaves = 0.05;       ///< share of jobs that crash, hang, report an error or break the protocol
   double large = 0.1;             ///< share of results that need several chunks
   double deaf = 0.2;              ///< share of jobs that ignore being cancelled
+  double stopped = 0.1;           ///< share of results whose solve the clock stopped, half of them solved
   std::int64_t poison_every = 8;  ///< one job id in so many crashes its process each time; 0: none
 };
 

@@ -1,0 +1,250 @@
+// Jobs that the clock stopped tried again; names, tags and deletion: what people do with experiments that are over, in
+// virtual time. A result counts once or, tried again, not at all; what is deleted is gone and its numbers never return.
+
+#include <gtest/gtest.h>
+
+#include "server/scheduler.h"
+#include "tests/server/scheduler_fixture.h"
+
+namespace legopt::server {
+namespace {
+
+using namespace std::chrono_literals;
+using db::JobState;
+
+constexpr int kRetry = 5, kRetryTimeLimited = 6, kRename = 7, kTag = 8, kUntag = 9, kDelete = 10;
+
+class SchedulerUpkeep : public SchedulerTest {
+ protected:
+  void FinishStopped(const legopt_msg::lease& lease, const std::string& verdict = "com") {
+    auto result = ResultFor(worker_ids_[kFirst], lease);
+    result.solver_status = "time_limit";
+    result.verdict_literal = result.verdict_strict = verdict;
+    EXPECT_EQ(Deliver(result).status, 0);
+  }
+
+  // Two jobs: the clock stopped the first, the second is done.
+  legopt_msg::lease RunTwoJobs(const std::string& verdict = "com") {
+    Submit(SampleSpec(2));
+    Hello(kFirst);
+    const auto stopped = LeaseOne(kFirst);
+    FinishStopped(stopped, verdict);
+    Finish(kFirst, LeaseOne(kFirst));
+    EXPECT_EQ(Summary().state, db::ExperimentState::kDone);
+    return stopped;
+  }
+
+  void ExpectAccountsAgree() {
+    for (const db::ExperimentSummary& stored : store_.LoadOpenState().experiments) {
+      const db::ExperimentSummary& known = Summary(stored.experiment_id);
+      for (int state = 0; state < db::kNumJobStates; ++state) {
+        EXPECT_EQ(stored.jobs_by_state[state], known.jobs_by_state[state]) << state;
+      }
+      EXPECT_EQ(stored.solved, known.solved);
+      EXPECT_EQ(stored.name, known.name);
+      EXPECT_EQ(stored.tags, known.tags);
+      EXPECT_EQ(stored.submitter, known.submitter);
+      EXPECT_EQ(stored.dataset, known.dataset);
+      EXPECT_EQ(stored.methods, known.methods);
+    }
+    EXPECT_EQ(store_.LoadOpenState().experiments.size(), scheduler_->experiments().size());
+  }
+};
+
+TEST_F(SchedulerUpkeep, WhatTheClockStoppedIsTriedAgainWhenAskedFor) {
+  const auto stopped = RunTwoJobs();
+  EXPECT_EQ(Control(1, kRetry).num_jobs, 0) << "it has neither failed nor died";
+  EXPECT_EQ(Control(1, kRetryTimeLimited).num_jobs, 1);
+  EXPECT_EQ(Control(1, kRetryTimeLimited).num_jobs, 0) << "heard twice";
+  EXPECT_EQ(Summary().state, db::ExperimentState::kActive);
+  EXPECT_EQ(StateOf(1), JobState::kQueued);
+  EXPECT_EQ(StateOf(2), JobState::kDone) << "the other one stays";
+  EXPECT_EQ(store_.num_accepted(), 1) << "the earlier result counts no more";
+  EXPECT_EQ(store_.num_stale(), 1) << "but is kept";
+  ExpectAccountsAgree();
+  EXPECT_EQ(Finish(kFirst, stopped).status, 1) << "the earlier attempt, sent again, is known";
+  const auto again = LeaseOne(kFirst);
+  EXPECT_EQ(again.job_id, 1);
+  EXPECT_EQ(again.attempt, 2);
+  EXPECT_EQ(Finish(kFirst, again).status, 0);
+  EXPECT_EQ(store_.accepted_result(1)->attempt, 2);
+  EXPECT_EQ(store_.num_accepted(), 2);
+  EXPECT_EQ(Summary().solved, 2);
+  EXPECT_EQ(Summary().state, db::ExperimentState::kDone);
+  EXPECT_EQ(Control(1, kRetryTimeLimited).num_jobs, 0) << "nothing was stopped this time";
+  ExpectAccountsAgree();
+}
+
+TEST_F(SchedulerUpkeep, ASuccessThatTheClockStoppedIsCountedOnce) {
+  RunTwoJobs("success");
+  EXPECT_EQ(Summary().solved, 2);
+  Control(1, kRetryTimeLimited);
+  EXPECT_EQ(Summary().solved, 1);
+  ExpectAccountsAgree();
+  Finish(kFirst, LeaseOne(kFirst));
+  EXPECT_EQ(Summary().solved, 2);
+  ExpectAccountsAgree();
+}
+
+TEST_F(SchedulerUpkeep, FailedAndStoppedJobsAreTriedAgainTogetherAlsoByAnotherServer) {
+  Submit(SampleSpec(3));
+  Hello(kFirst);
+  for (int attempt = 1; attempt <= 3; ++attempt) Finish(kFirst, LeaseOne(kFirst), 2);  // killed at the limit
+  EXPECT_EQ(StateOf(1), JobState::kDead);
+  FinishStopped(LeaseOne(kFirst));
+  Finish(kFirst, LeaseOne(kFirst));
+  Restart();  // nothing of the experiment is in memory now
+  EXPECT_EQ(Control(1, kRetryTimeLimited).num_jobs, 2);
+  ExpectAccountsAgree();
+  Restart();
+  Hello(kFirst);
+  for (const int job : {1, 2}) {
+    const auto lease = LeaseOne(kFirst);
+    EXPECT_EQ(lease.job_id, job);
+    EXPECT_EQ(Finish(kFirst, lease).status, 0);
+  }
+  EXPECT_EQ(store_.num_accepted(), 3);
+  EXPECT_EQ(Summary().state, db::ExperimentState::kDone);
+  ExpectAccountsAgree();
+}
+
+TEST_F(SchedulerUpkeep, ARetriedJobHasAllItsAttemptsAgain) {
+  RunTwoJobs();
+  Control(1, kRetryTimeLimited);
+  for (int attempt = 2; attempt <= 4; ++attempt) {
+    const auto lease = LeaseOne(kFirst);
+    EXPECT_EQ(lease.attempt, attempt);
+    Finish(kFirst, lease, 1);
+  }
+  EXPECT_EQ(StateOf(1), JobState::kDead);
+}
+
+TEST_F(SchedulerUpkeep, WhatWasLookedIntoInVainIsForgottenAgain) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  const auto lease = LeaseOne(kFirst);
+  Finish(kFirst, lease);
+  Advance(options_.retention + 1s);
+  const auto reply = Control(1, kRetryTimeLimited);
+  EXPECT_EQ(reply.status, 0);
+  EXPECT_NE(reply.message.find("clock"), std::string::npos) << reply.message;
+  Advance(options_.retention + 1s);
+  EXPECT_EQ(Finish(kFirst, lease).status, 1);
+  EXPECT_EQ(Control(1, kDelete).status, 0);
+}
+
+TEST_F(SchedulerUpkeep, ACancelledExperimentIsNotTriedAgain) {
+  Submit(SampleSpec(2));
+  Hello(kFirst);
+  FinishStopped(LeaseOne(kFirst));
+  Cancel(1);
+  EXPECT_EQ(Control(1, kRetryTimeLimited).status, 2);
+  EXPECT_EQ(StateOf(1), JobState::kDone);
+}
+
+// --- Names and tags --------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerUpkeep, ANameCanBeChangedAtAnyTime) {
+  Submit(SampleSpec(1));
+  EXPECT_EQ(Control(1, kRename, "night run").status, 0);
+  EXPECT_EQ(Control(1, kRename, "night run").status, 0) << "again";
+  EXPECT_EQ(Summary().name, "night run");
+  EXPECT_EQ(Submit(SampleSpec(1)).status, 1) << "it is the same submission still";
+  Cancel(1);
+  EXPECT_EQ(Control(1, kRename, std::string(201, 'x')).status, 2);
+  EXPECT_EQ(Control(1, kRename, std::string(200, 'x')).status, 0);
+  EXPECT_EQ(Control(7, kRename, "x").status, 1);
+  ExpectAccountsAgree();
+  Restart();
+  EXPECT_EQ(Summary().name, std::string(200, 'x'));
+}
+
+TEST_F(SchedulerUpkeep, TagsComeAndGo) {
+  Submit(SampleSpec(1));
+  for (const char* tag : {"paper", "draft", "paper"}) EXPECT_EQ(Control(1, kTag, tag).status, 0) << tag;
+  EXPECT_EQ(Summary().tags, (std::set<std::string>{"draft", "paper"}));
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(Control(1, kUntag, "draft").status, 0);
+  EXPECT_EQ(Control(1, kTag, "a,b").status, 2);
+  EXPECT_EQ(Control(1, kTag, std::string(101, 'x')).status, 2);
+  ExpectAccountsAgree();
+  Restart();
+  EXPECT_EQ(Summary().tags, (std::set<std::string>{"paper"}));
+  for (int i = 1; i < 100; ++i) EXPECT_EQ(Control(1, kTag, std::to_string(i)).status, 0);
+  EXPECT_EQ(Control(1, kTag, "one more").status, 2) << "a status shows them all";
+  EXPECT_EQ(Control(1, kTag, "paper").status, 0);
+}
+
+// --- Deletion --------------------------------------------------------------------------------------------------------
+
+TEST_F(SchedulerUpkeep, OnlyWhatIsOverCanBeDeletedAndItIsGoneThen) {
+  Submit(SampleSpec(2), "s1");
+  const auto refused = Control(1, kDelete);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_NE(refused.message.find("cancel it first"), std::string::npos);
+  Cancel(1);
+  const auto deleted = Control(1, kDelete);
+  EXPECT_EQ(deleted.status, 0);
+  EXPECT_EQ(deleted.num_jobs, 2);
+  EXPECT_EQ(Control(1, kDelete).status, 0) << "again: it is so already";
+  EXPECT_EQ(Control(1, kRetry).status, 1);
+  EXPECT_EQ(Control(2, kDelete).status, 1) << "never was";
+  EXPECT_TRUE(scheduler_->experiments().empty());
+  EXPECT_TRUE(store_.LoadOpenState().experiments.empty());
+  EXPECT_EQ(store_.job_state(1), std::nullopt);
+}
+
+TEST_F(SchedulerUpkeep, NumbersOfTheDeletedNeverReturn) {
+  RunTwoJobs();
+  Control(1, kDelete);
+  Restart();
+  EXPECT_EQ(Control(1, kDelete).status, 0) << "was deleted, by an earlier server";
+  const auto again = Submit(SampleSpec(2));
+  EXPECT_EQ(again.status, 0) << "the same submission makes a new experiment";
+  EXPECT_EQ(again.experiment_id, 2);
+  Hello(kFirst);
+  EXPECT_EQ(LeaseOne(kFirst).job_id, 3);
+  ExpectAccountsAgree();
+}
+
+// Also before the deletion is on disk, where the rows are still found.
+TEST_F(SchedulerUpkeep, LateReportsOfTheDeletedAreRefused) {
+  Submit(SampleSpec(2), "s1");
+  Submit(SampleSpec(2), "s2");
+  Hello(kFirst, 4);
+  const auto lost = LeaseOne(kFirst), other = LeaseOne(kFirst);
+  ASSERT_EQ(other.experiment_id, 2);
+  Cancel(1);
+  legopt_msg::control_request request{};
+  request.experiment_id = 1;
+  request.action = kDelete;
+  EXPECT_EQ(scheduler_->Control(now_, request, ops_).status, 0);
+  const auto late = ResultFor(worker_ids_[kFirst], lost);
+  const auto reply = scheduler_->Result(now_, late, ops_);
+  EXPECT_EQ(reply.status, 3) << "sending it again is useless";
+  EXPECT_NE(reply.message.find("deleted"), std::string::npos);
+  Commit();
+  EXPECT_EQ(Deliver(late).status, 3);
+  EXPECT_EQ(Heartbeat(kFirst, {lost, other}).verdicts, (std::vector<std::int8_t>{2, 0})) << "its worker stops";
+  EXPECT_EQ(Finish(kFirst, other).status, 0) << "the neighbours are untouched";
+  Restart();
+  EXPECT_EQ(Deliver(late).status, 3);
+  EXPECT_EQ(store_.num_stale(), 0);
+}
+
+TEST_F(SchedulerUpkeep, ADeletionMayBeFollowedByTheSameSubmissionAtOnce) {
+  Submit(SampleSpec(2), "s1");
+  Cancel(1);
+  legopt_msg::control_request request{};
+  request.experiment_id = 1;
+  request.action = kDelete;
+  legopt_msg::submit_request submit{};
+  submit.submission_id = "s1";
+  submit.spec_json = SampleSpec(2).dump();
+  EXPECT_EQ(scheduler_->Control(now_, request, ops_).status, 0);
+  EXPECT_EQ(scheduler_->Submit(now_, submit, ops_).experiment_id, 2);
+  Commit();
+  ExpectAccountsAgree();
+}
+
+}  // namespace
+}  // namespace legopt::server
