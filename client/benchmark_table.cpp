@@ -9,9 +9,6 @@
 namespace legopt::client {
 namespace {
 
-const std::array<BenchmarkColumn, 4> kPaperColumns = {
-    {{"posture", "good"}, {"posture", "in_collision"}, {"motion", "good"}, {"motion", "in_collision"}}};
-
 std::string Print(const char* format, double value) {
   char text[64];
   std::snprintf(text, sizeof(text), format, value);
@@ -23,6 +20,58 @@ std::optional<double> OptionalNumber(const nlohmann::json& value) {
   return value.get<double>();
 }
 
+// One row of the statement's answer.
+class CellReader {
+ public:
+  CellReader(const Listing& cells, std::size_t row) : cells_(cells), row_(row) {}
+
+  std::int64_t Integer(const char* column) const { return cells_.At(row_, column).get<std::int64_t>(); }
+  std::string Text(const char* column) const { return cells_.At(row_, column).get<std::string>(); }
+
+  BenchmarkRow Row() const {
+    BenchmarkRow row;
+    row.method = Text("method");
+    row.multi_starts = Integer("multi_starts");
+    row.sample_size = Integer("sample_size");
+    row.collision = Text("collision");
+    return row;
+  }
+
+  BenchmarkCell Cell() const {
+    BenchmarkCell cell;
+    cell.n = Integer("n");
+    cell.finished = Integer("finished");
+    cell.solved = Integer("solved");
+    cell.cost = OptionalNumber(cells_.At(row_, "cost"));
+    cell.time_s = OptionalNumber(cells_.At(row_, "time_s"));
+    cell.dead = Integer("dead");
+    cell.failed = Integer("failed");
+    cell.cancelled = Integer("cancelled");
+    cell.problems = Integer("problems");
+    cell.repetitions = Integer("repetitions");
+    return cell;
+  }
+
+ private:
+  const Listing& cells_;
+  std::size_t row_;
+};
+
+std::string Share(const BenchmarkCell& cell) { return std::to_string(cell.solved) + "/" + std::to_string(cell.n); }
+
+struct Remark {
+  std::int64_t count;
+  const char* word;
+  char letter;
+};
+
+std::array<Remark, 4> Remarks(const BenchmarkCell& cell) {
+  return {{{cell.dead, "dead", 'd'},
+           {cell.failed, "failed", 'f'},
+           {cell.cancelled, "cancelled", 'c'},
+           {cell.n - cell.finished, "left", 'l'}}};
+}
+
 }  // namespace
 
 bool BenchmarkTable::shows_collision() const {
@@ -30,28 +79,31 @@ bool BenchmarkTable::shows_collision() const {
                      [this](const BenchmarkRow& row) { return row.collision != rows.front().collision; });
 }
 
-std::int64_t BenchmarkTable::num_jobs() const {
-  std::int64_t sum = 0;
+BenchmarkCell BenchmarkTable::Sum() const {
+  BenchmarkCell sum;
   for (const auto& row : rows) {
-    for (const auto& [column, cell] : row.cells) sum += cell.n;
-  }
-  return sum;
-}
-
-std::int64_t BenchmarkTable::num_finished() const {
-  std::int64_t sum = 0;
-  for (const auto& row : rows) {
-    for (const auto& [column, cell] : row.cells) sum += cell.finished;
+    for (const auto& [column, cell] : row.cells) {
+      sum.n += cell.n;
+      sum.finished += cell.finished;
+      sum.solved += cell.solved;
+      sum.dead += cell.dead;
+      sum.failed += cell.failed;
+      sum.cancelled += cell.cancelled;
+    }
   }
   return sum;
 }
 
 std::string BenchmarkCellsSql(std::int64_t experiment_id, const std::string& rule) {
+  const std::string id = std::to_string(experiment_id);
   return "SELECT method_id, method, multi_starts, sample_size, collision, task, initialization, n, finished, solved, "
-         "cost, "
-         "time_s, "
-         "experiment FROM benchmark_cells AS b WHERE experiment_id = " +
-         std::to_string(experiment_id) + " AND rule = '" + (rule == "strict" ? "strict" : "literal") +
+         "cost, time_s, experiment, dead, failed, cancelled, problems, repetitions FROM benchmark_cells AS b JOIN "
+         "(SELECT method_id, task, initialization, count(DISTINCT problem_key) AS problems, max(repetition) + 1 AS "
+         "repetitions, count(*) FILTER (WHERE state = 'dead') AS dead, count(*) FILTER (WHERE state = 'failed') AS "
+         "failed, count(*) FILTER (WHERE state = 'cancelled') AS cancelled FROM cells JOIN jobs USING (cell_id) WHERE "
+         "experiment_id = " +
+         id + " GROUP BY cell_id) USING (method_id, task, initialization) WHERE experiment_id = " + id +
+         " AND rule = '" + (rule == "strict" ? "strict" : "literal") +
          "' ORDER BY (SELECT min(cell_id) FROM cells AS c WHERE c.experiment_id = b.experiment_id AND "
          "c.method_id = b.method_id), task, initialization";
 }
@@ -63,48 +115,24 @@ BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment
   std::set<BenchmarkColumn> present;
   std::vector<std::int64_t> method_ids;
   for (std::size_t i = 0; i < cells.rows.size(); ++i) {
-    table.experiment = cells.At(i, "experiment").get<std::string>();
-    const auto method_id = cells.At(i, "method_id").get<std::int64_t>();
+    const CellReader reader(cells, i);
+    table.experiment = reader.Text("experiment");
+    const auto method_id = reader.Integer("method_id");
     auto found = std::find(method_ids.begin(), method_ids.end(), method_id);
     if (found == method_ids.end()) {
       found = method_ids.insert(method_ids.end(), method_id);
-      table.rows.push_back({cells.At(i, "method").get<std::string>(),
-                            cells.At(i, "multi_starts").get<std::int64_t>(),
-                            cells.At(i, "sample_size").get<std::int64_t>(),
-                            {},
-                            cells.At(i, "collision").get<std::string>()});
+      table.rows.push_back(reader.Row());
     }
-    const BenchmarkColumn column{cells.At(i, "task").get<std::string>(),
-                                 cells.At(i, "initialization").get<std::string>()};
+    const BenchmarkColumn column{reader.Text("task"), reader.Text("initialization")};
     present.insert(column);
-    table.rows[static_cast<std::size_t>(found - method_ids.begin())].cells[column] = {
-        cells.At(i, "n").get<std::int64_t>(), cells.At(i, "finished").get<std::int64_t>(),
-        cells.At(i, "solved").get<std::int64_t>(), OptionalNumber(cells.At(i, "cost")),
-        OptionalNumber(cells.At(i, "time_s"))};
+    table.rows[static_cast<std::size_t>(found - method_ids.begin())].cells[column] = reader.Cell();
   }
   for (const auto& column : kPaperColumns) {
     if (present.erase(column) > 0) table.columns.push_back(column);
   }
   table.columns.insert(table.columns.end(), present.begin(), present.end());
+  TellRowsApart(method_ids, &table.rows);
   return table;
-}
-
-TimeUnit ChooseTimeUnit(const BenchmarkTable& table) {
-  constexpr double kMilli = 1e-3, kMicro = 1e-6;
-  double sum_of_logs = 0;
-  int count = 0;
-  for (const auto& row : table.rows) {
-    for (const auto& [column, cell] : row.cells) {
-      if (cell.time_s && *cell.time_s > 0) {
-        sum_of_logs += std::log(*cell.time_s);
-        ++count;
-      }
-    }
-  }
-  const double typical_s = count == 0 ? 1.0 : std::exp(sum_of_logs / count);
-  if (typical_s >= 1.0) return {"s", 1.0};
-  if (typical_s >= kMilli) return {"ms", kMilli};
-  return {"us", kMicro};
 }
 
 std::string FormatCost(const std::optional<double>& cost) {
@@ -118,16 +146,26 @@ std::string FormatCost(const std::optional<double>& cost) {
 std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit) {
   if (!time_s) return "-";
   const double value = *time_s / unit.seconds;
-  // The boundaries are where rounding would add a digit: 9.995 reads 10.0, 99.95 reads 100.
-  constexpr double kTwoDecimals = 9.995, kOneDecimal = 99.95;
-  if (value < 1.0 && value > 0) return Print("%.3g", value);
+  // The boundaries are where rounding would add a digit: 0.9995 reads 1.00, 9.995 reads 10.0, 99.95 reads 100.
+  constexpr double kAllDecimals = 0.9995, kTwoDecimals = 9.995, kOneDecimal = 99.95;
+  if (value < kAllDecimals && value > 0) return Print("%#.3g", value);
   if (value < kTwoDecimals) return Print("%.2f", value);
   return Print(value < kOneDecimal ? "%.1f" : "%.0f", value);
 }
 
 std::string FormatSuccess(const BenchmarkCell& cell) {
-  std::string text = std::to_string(cell.solved) + "/" + std::to_string(cell.n);
-  if (cell.finished < cell.n) text += " (" + std::to_string(cell.n - cell.finished) + " left)";
+  std::string remarks;
+  for (const auto& [count, word, letter] : Remarks(cell)) {
+    if (count > 0) remarks += (remarks.empty() ? "" : ", ") + std::to_string(count) + " " + word;
+  }
+  return Share(cell) + (remarks.empty() ? "" : " (" + remarks + ")");
+}
+
+std::string FormatBriefSuccess(const BenchmarkCell& cell) {
+  std::string text = Share(cell);
+  for (const auto& [count, word, letter] : Remarks(cell)) {
+    if (count > 0) text += " " + std::to_string(count) + letter;
+  }
   return text;
 }
 

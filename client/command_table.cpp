@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <iostream>
 #include <memory>
 
 #include "client/benchmark_table.h"
@@ -16,21 +15,27 @@ struct Options {
   TableSelection selection;
   SourceOptions source;
   TableFormat format = TableFormat::kText;
+  TimeUnit time_unit = kMilliseconds;
+  OutputOptions output;
   bool interpolation = false;
   bool paper = false;
 };
 
 constexpr char kPaperTable[] = "paper-table1.csv";
 
-ExitCode Table(const Options& options) {
+std::string Render(const Options& options) {
   const auto source = OpenResults(options.source);
+  const TableStyle style{options.time_unit, LayoutOf(options.output)};
   if (options.interpolation) {
-    std::cout << RenderInterpolationTable(ReadInterpolationTable(*source, options.selection), options.format);
-    return ExitCode::kOk;
+    return RenderInterpolationTable(ReadInterpolationTable(*source, options.selection), options.format, style.layout);
   }
   BenchmarkTable table = ReadBenchmarkTable(*source, options.selection);
   if (options.paper) AddPaperFigures(ReadPaperTable(DataFolder() / kPaperTable), &table);
-  std::cout << RenderBenchmarkTable(table, options.format);
+  return RenderBenchmarkTable(table, options.format, style);
+}
+
+ExitCode Table(const Options& options) {
+  Print(Render(options), options.output);
   return ExitCode::kOk;
 }
 
@@ -49,6 +54,8 @@ void AddTableCommand(CLI::App& app, Invocation* invocation) {
       ->add_flag("--interpolation", options->interpolation,
                  "Instead: what lies between the waypoints of the solved motions")
       ->excludes(paper);
+  AddTimeUnitOption(*command, &options->time_unit);
+  AddOutputOptions(*command, &options->output);
   AddSourceOptions(*command, &options->source);
   command->callback([=] { invocation->body = [options] { return Table(*options); }; });
 }

@@ -28,17 +28,17 @@ std::string Shown(const std::optional<double>& value, double unit) {
   return text;
 }
 
-std::vector<std::string> ShownLine(const InterpolationTable& table, const InterpolationRow& row) {
+std::vector<TableText> ShownLine(const InterpolationTable& table, const InterpolationRow& row) {
   constexpr double kPercent = 0.01, kMillimetre = 1e-3;
-  std::vector<std::string> line = {row.method, std::to_string(row.multi_starts), std::to_string(row.sample_size)};
-  if (table.shows_collision()) line.push_back(row.collision);
+  std::vector<TableText> line = {{row.method}, {std::to_string(row.multi_starts)}, {std::to_string(row.sample_size)}};
+  if (table.shows_collision()) line.push_back({row.collision});
   for (const auto& initialization : kInitializations) {
     const auto found = row.cells.find(initialization);
     const InterpolationCell cell = found == row.cells.end() ? InterpolationCell{} : found->second;
-    line.push_back(cell.scored > 0 ? std::to_string(cell.free) + "/" + std::to_string(cell.scored) : "-");
-    line.push_back(Shown(cell.free_share, kPercent));
-    line.push_back(Shown(cell.environment_depth_m, kMillimetre));
-    line.push_back(Shown(cell.self_depth_m, kMillimetre));
+    line.push_back({cell.scored > 0 ? std::to_string(cell.free) + "/" + std::to_string(cell.scored) : "-"});
+    line.push_back({Shown(cell.free_share, kPercent)});
+    line.push_back({Shown(cell.environment_depth_m, kMillimetre)});
+    line.push_back({Shown(cell.self_depth_m, kMillimetre)});
   }
   return line;
 }
@@ -48,26 +48,28 @@ GroupedTable Group(const InterpolationTable& table) {
   grouped.caption = "Interpolation of the motions of experiment " + std::to_string(table.experiment_id) + " '" +
                     table.experiment + "'" + (table.dataset.empty() ? "" : ", dataset " + table.dataset) + ", " +
                     table.rule + " rule";
-  grouped.key_titles = {"Method", "Multi-starts", "Sample size"};
-  if (table.shows_collision()) grouped.key_titles.emplace_back("Collision");
-  grouped.column_titles = {"Free", "Share (percent)", "Scene (mm)", "Self (mm)"};
+  grouped.key_titles = {{"Method"}, {"Multi-starts", "Starts"}, {"Sample size", "Sample"}};
+  if (table.shows_collision()) grouped.key_titles.push_back({"Collision"});
+  grouped.column_titles = {{"Free"}, {"Share (percent)", "Share"}, {"Scene (mm)", "Scene"}, {"Self (mm)", "Self"}};
   grouped.note = kNote;
-  for (const auto& initialization : kInitializations) {
-    grouped.groups.push_back(TaskTitle("motion") + ", " + InitializationTitle(initialization));
-  }
+  grouped.legend = "Share and sample size in percent, depths in mm.";
+  for (const auto& initialization : kInitializations) grouped.groups.push_back(GroupOf("motion", initialization));
   for (const auto& row : table.rows) grouped.rows.push_back(ShownLine(table, row));
   return grouped;
 }
 
 Listing Unrounded(const InterpolationTable& table) {
   Listing listing;
-  listing.columns = {"method", "multi_starts", "sample_size", "collision",  "initialization",      "n",
-                     "solved", "scored",       "free",        "free_share", "environment_depth_m", "self_depth_m"};
+  listing.columns = {"experiment_id", "experiment",  "dataset",   "rule",           "method",
+                     "multi_starts",  "sample_size", "collision", "initialization", "n",
+                     "solved",        "scored",      "free",      "free_share",     "environment_depth_m",
+                     "self_depth_m"};
   for (const auto& row : table.rows) {
     for (const auto& [initialization, cell] : row.cells) {
-      listing.rows.push_back({row.method, row.multi_starts, row.sample_size, row.collision, initialization, cell.n,
-                              cell.solved, cell.scored, cell.free, Json(cell.free_share),
-                              Json(cell.environment_depth_m), Json(cell.self_depth_m)});
+      listing.rows.push_back({table.experiment_id, table.experiment, table.dataset, table.rule, row.method,
+                              row.multi_starts, row.sample_size, row.collision, initialization, cell.n, cell.solved,
+                              cell.scored, cell.free, Json(cell.free_share), Json(cell.environment_depth_m),
+                              Json(cell.self_depth_m)});
     }
   }
   return listing;
@@ -100,13 +102,13 @@ InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t ex
   InterpolationTable table;
   table.experiment_id = experiment_id;
   table.rule = rule;
-  std::optional<std::int64_t> method_id;
+  std::vector<std::int64_t> method_ids;  // of the rows
   for (std::size_t i = 0; i < cells.rows.size(); ++i) {
     const auto integer = [&](const char* column) { return cells.At(i, column).get<std::int64_t>(); };
     const auto text = [&](const char* column) { return cells.At(i, column).get<std::string>(); };
     table.experiment = text("experiment");
-    if (method_id != integer("method_id")) {
-      method_id = integer("method_id");
+    if (method_ids.empty() || method_ids.back() != integer("method_id")) {
+      method_ids.push_back(integer("method_id"));
       table.rows.push_back({text("method"), integer("multi_starts"), integer("sample_size"), text("collision"), {}});
     }
     table.rows.back().cells[text("initialization")] = {integer("n"),
@@ -117,13 +119,14 @@ InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t ex
                                                        OptionalNumber(cells.At(i, "environment_depth_m")),
                                                        OptionalNumber(cells.At(i, "self_depth_m"))};
   }
+  TellRowsApart(method_ids, &table.rows);
   return table;
 }
 
-std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format) {
+std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format, const TextLayout& layout) {
   switch (format) {
     case TableFormat::kText:
-      return RenderText(Group(table));
+      return RenderText(Group(table), layout);
     case TableFormat::kMarkdown:
       return RenderMarkdown(Group(table));
     case TableFormat::kLatex:

@@ -50,6 +50,7 @@ InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t ex
 
 /// As RenderBenchmarkTable: text, Markdown and LaTeX show free motions of the scored ones, the share of free
 /// transitions in percent and depths in mm; CSV and JSON hold the same cells unrounded, depths in metres.
-std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format);
+std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format,
+                                     const TextLayout& layout = {});
 
 }  // namespace legopt::client

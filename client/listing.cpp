@@ -1,52 +1,20 @@
 #include "client/listing.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <stdexcept>
 
+#include "client/client_error.h"
+#include "client/listing_text.h"
+#include "legopt/nearest_name.h"
+
 namespace legopt::client {
 namespace {
-
-std::string TextCell(const nlohmann::json& value) {
-  if (value.is_null()) return "-";
-  if (value.is_number_float()) {
-    char text[32];
-    std::snprintf(text, sizeof(text), "%.6g", value.get<double>());
-    return text;
-  }
-  std::string text = value.is_string() ? value.get<std::string>() : value.dump();
-  // One row is one line: a message may hold line ends, and a terminal must not act on control characters.
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  }
-  return text;
-}
 
 std::string CsvCell(const nlohmann::json& value) {
   if (value.is_null()) return {};
   return CsvField(value.is_string() ? value.get<std::string>() : value.dump());
-}
-
-std::vector<bool> NumericColumns(const Listing& listing) {
-  std::vector<bool> numeric(listing.columns.size(), true);
-  for (const auto& row : listing.rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      if (!row[i].is_number() && !row[i].is_null()) numeric[i] = false;
-    }
-  }
-  return numeric;
-}
-
-std::string RenderText(const Listing& listing) {
-  std::vector<std::vector<std::string>> lines;
-  lines.push_back(listing.columns);
-  for (const auto& row : listing.rows) {
-    auto& line = lines.emplace_back();
-    for (const auto& value : row) line.push_back(TextCell(value));
-  }
-  return AlignColumns(lines, NumericColumns(listing));
 }
 
 std::string RenderMarkdown(const Listing& listing) {
@@ -62,7 +30,7 @@ std::string RenderMarkdown(const Listing& listing) {
   text += "\n";
   for (const auto& row : listing.rows) {
     text += "|";
-    for (const auto& value : row) text += " " + escape(TextCell(value)) + " |";
+    for (const auto& value : row) text += " " + escape(ShownValue(value)) + " |";
     text += "\n";
   }
   return text;
@@ -81,6 +49,31 @@ std::string RenderCsv(const Listing& listing) {
 
 }  // namespace
 
+std::string ShownValue(const nlohmann::json& value) {
+  if (value.is_null()) return "-";
+  if (value.is_number_float()) {
+    char text[32];
+    std::snprintf(text, sizeof(text), "%.6g", value.get<double>());
+    return text;
+  }
+  std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+  // One row is one line: a message may hold line ends, and a terminal must not act on control characters.
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  }
+  return text;
+}
+
+std::vector<bool> NumericColumns(const Listing& listing) {
+  std::vector<bool> numeric(listing.columns.size(), true);
+  for (const auto& row : listing.rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      if (!row[i].is_number() && !row[i].is_null()) numeric[i] = false;
+    }
+  }
+  return numeric;
+}
+
 std::size_t Listing::Column(std::string_view name) const {
   const auto found = std::find(columns.begin(), columns.end(), name);
   if (found == columns.end()) throw std::out_of_range("no column '" + std::string(name) + "' in the query's result");
@@ -91,10 +84,10 @@ const nlohmann::json& Listing::At(std::size_t row, std::string_view column) cons
   return rows.at(row).at(Column(column));
 }
 
-std::string RenderListing(const Listing& listing, ListingFormat format) {
+std::string RenderListing(const Listing& listing, ListingFormat format, const TextLayout& layout) {
   switch (format) {
     case ListingFormat::kText:
-      return RenderText(listing);
+      return RenderListingText(listing, layout);
     case ListingFormat::kMarkdown:
       return RenderMarkdown(listing);
     case ListingFormat::kCsv:
@@ -103,6 +96,26 @@ std::string RenderListing(const Listing& listing, ListingFormat format) {
       return ListingToJson(listing).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   }
   return {};
+}
+
+Listing KeepColumns(const Listing& listing, const std::vector<std::string>& columns) {
+  Listing kept;
+  kept.columns = columns;
+  kept.truncated = listing.truncated;
+  std::vector<std::size_t> sources;
+  for (const auto& column : columns) {
+    const auto found = std::find(listing.columns.begin(), listing.columns.end(), column);
+    if (found == listing.columns.end()) {
+      throw ClientError(ExitCode::kUsage,
+                        "--columns: there is no column '" + column + "'; " + SuggestName(column, listing.columns));
+    }
+    sources.push_back(static_cast<std::size_t>(found - listing.columns.begin()));
+  }
+  for (const auto& row : listing.rows) {
+    auto& line = kept.rows.emplace_back();
+    for (const std::size_t source : sources) line.push_back(row[source]);
+  }
+  return kept;
 }
 
 nlohmann::ordered_json ListingToJson(const Listing& listing) {
@@ -155,30 +168,6 @@ std::string CsvField(std::string_view text) {
     quoted += c;
   }
   return quoted + "\"";
-}
-
-std::size_t DisplayWidth(std::string_view text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0u) != 0x80u; }));
-}
-
-std::string AlignColumns(std::span<const std::vector<std::string>> lines, const std::vector<bool>& right_aligned) {
-  std::vector<std::size_t> widths(right_aligned.size(), 0);
-  for (const auto& line : lines) {
-    for (std::size_t i = 0; i < line.size(); ++i) widths[i] = std::max(widths[i], DisplayWidth(line[i]));
-  }
-  std::string text;
-  for (const auto& line : lines) {
-    std::string row;
-    for (std::size_t i = 0; i < line.size(); ++i) {
-      const std::string padding(widths[i] - DisplayWidth(line[i]), ' ');
-      if (i > 0) row += "  ";
-      row += right_aligned[i] ? padding + line[i] : line[i] + padding;
-    }
-    row.erase(row.find_last_not_of(' ') + 1);
-    text += row + "\n";
-  }
-  return text;
 }
 
 }  // namespace legopt::client

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "client/text_layout.h"
+
 namespace legopt::client {
 
 /// The forms in which every listing can be printed.
@@ -25,11 +27,21 @@ struct Listing {
 };
 
 /// Renders a listing, with a final newline.
-/// * text: aligned columns, numbers to the right with at most six significant digits, "-" for null;
+/// * text: aligned columns, numbers to the right with at most six significant digits, "-" for null. A row is one line
+///   unless `layout` limits the width. Then, as far as needed: columns that are the same in all rows are said once,
+///   above; long texts take several lines of their column; a row takes up to three lines, as do the titles; each value
+///   stands in a line of its own. Numbers are never broken, nothing is left out. With colour, jobs that are dead or
+///   failed, and counts of them, are red;
 /// * Markdown: the same cells as a pipe table;
 /// * CSV: RFC 4180 with a header line, full precision, empty for null;
 /// * JSON: an array of objects, full precision; a column name that occurs twice gets the suffix "_2".
-std::string RenderListing(const Listing& listing, ListingFormat format);
+std::string RenderListing(const Listing& listing, ListingFormat format, const TextLayout& layout = {});
+
+/// One row as lines "name  value", values of several lines indented; null and empty values are left out.
+std::string RenderFields(const Listing& listing, std::size_t row, const TextLayout& layout = {});
+
+/// Only these columns, in this order. Throws ClientError (kUsage) that names one that does not exist and its nearest.
+Listing KeepColumns(const Listing& listing, const std::vector<std::string>& columns);
 
 /// The rows as an array of JSON objects, as RenderListing prints them.
 nlohmann::ordered_json ListingToJson(const Listing& listing);
@@ -41,11 +53,14 @@ Listing ListingFromJson(const nlohmann::json& array, const std::vector<std::stri
 /// RFC 4180: quoted only when needed.
 std::string CsvField(std::string_view text);
 
-/// Columns padded to equal width and separated by two spaces; widths count UTF-8 characters.
+/// A cell as text and Markdown show it.
+std::string ShownValue(const nlohmann::json& value);
+
+/// Which columns hold nothing but numbers and nulls.
+std::vector<bool> NumericColumns(const Listing& listing);
+
+/// Columns padded to equal width and separated by two spaces; widths are those of the terminal.
 /// `right_aligned[i]` tells the side; no space at line ends.
 std::string AlignColumns(std::span<const std::vector<std::string>> lines, const std::vector<bool>& right_aligned);
-
-/// Number of characters that UTF-8 `text` shows on a terminal (no wide characters in our texts).
-std::size_t DisplayWidth(std::string_view text);
 
 }  // namespace legopt::client

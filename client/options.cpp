@@ -78,6 +78,34 @@ void AddFormatOption(CLI::App& app, ListingFormat* format) {
                                  {"json", ListingFormat::kJson}});
 }
 
+void AddOutputOptions(CLI::App& app, OutputOptions* options) {
+  constexpr std::size_t kLargestWidth = 10'000;
+  app.add_option("--width", options->width, "Columns that text fits into (default: the terminal's; else no limit)")
+      ->check(CLI::Range(kSmallestWidth, kLargestWidth));
+  AddNamedChoice<ColorChoice>(
+      app, "--color", &options->color, "Colour: auto (default, on a terminal, not with NO_COLOR), always or never",
+      {{"auto", ColorChoice::kAuto}, {"always", ColorChoice::kAlways}, {"never", ColorChoice::kNever}});
+  app.add_flag("--no-pager", options->no_pager, "Do not show long text by LEGOPT_PAGER, PAGER or less");
+}
+
+void AddListingOptions(CLI::App& app, ListingOptions* options) {
+  AddFormatOption(app, &options->format);
+  AddList(app, "--columns", &options->columns, "Show only these columns, in this order");
+  AddOutputOptions(app, &options->output);
+}
+
+void AddTimeUnitOption(CLI::App& app, TimeUnit* unit) {
+  AddNamedChoice<TimeUnit>(app, "--time-unit", unit, "Unit of the times in text: s, ms (default) or us",
+                           {{"s", kSeconds}, {"ms", kMilliseconds}, {"us", kMicroseconds}});
+}
+
+void PrintListing(const Listing& listing, const ListingOptions& options) {
+  const TextLayout layout = LayoutOf(options.output);
+  Print(options.columns.empty() ? RenderListing(listing, options.format, layout)
+                                : RenderListing(KeepColumns(listing, options.columns), options.format, layout),
+        options.output);
+}
+
 void AddTableFormatOption(CLI::App& app, TableFormat* format) {
   AddNamedChoice<TableFormat>(app, "--format", format, "text, markdown, latex, csv or json (default text)",
                               {{"text", TableFormat::kText},

@@ -2,12 +2,14 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/benchmark_table.h"
 #include "client/listing.h"
 #include "client/result_source.h"
 #include "client/server_connection.h"
 #include "client/suite.h"
+#include "client/terminal.h"
 
 namespace CLI {
 class App;
@@ -25,6 +27,18 @@ void AddNetworkOptions(CLI::App& app, NetworkOptions* options);
 void AddSourceOptions(CLI::App& app, SourceOptions* options);
 /// --format text|markdown|csv|json
 void AddFormatOption(CLI::App& app, ListingFormat* format);
+/// --width, --color auto|always|never, --no-pager
+void AddOutputOptions(CLI::App& app, OutputOptions* options);
+/// How a command prints its listing; see PrintListing.
+struct ListingOptions {
+  ListingFormat format = ListingFormat::kText;
+  std::vector<std::string> columns;  ///< only these, in this order; empty: all
+  OutputOptions output;
+};
+/// --format, --columns and the output options
+void AddListingOptions(CLI::App& app, ListingOptions* options);
+/// --time-unit s|ms|us
+void AddTimeUnitOption(CLI::App& app, TimeUnit* unit);
 /// --format text|markdown|latex|csv|json
 void AddTableFormatOption(CLI::App& app, TableFormat* format);
 /// --format text|json
@@ -33,6 +47,10 @@ void AddTextOrJsonOption(CLI::App& app, bool* json);
 void AddRuleOption(CLI::App& app, std::string* rule);
 /// --dataset
 void AddDatasetOption(CLI::App& app, std::optional<std::string>* dataset);
+
+/// A listing on standard output as its options say, through the pager where it is long. Throws ClientError (kUsage) for
+/// a column that it does not have.
+void PrintListing(const Listing& listing, const ListingOptions& options);
 
 /// What `run` and `submit` share: the suite, what to keep of it, and the dataset.
 struct SuiteOptions {

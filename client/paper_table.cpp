@@ -10,8 +10,6 @@
 namespace legopt::client {
 namespace {
 
-const std::vector<BenchmarkColumn> kColumns = {
-    {"posture", "good"}, {"posture", "in_collision"}, {"motion", "good"}, {"motion", "in_collision"}};
 const std::vector<std::string> kFigures = {"n", "solved", "cost", "time_s"};
 
 std::vector<std::string> Fields(const std::string& line) {
@@ -28,7 +26,7 @@ std::vector<std::string> Fields(const std::string& line) {
 
 std::vector<std::string> Titles() {
   std::vector<std::string> titles = {"method", "multi_starts", "sample_size"};
-  for (const auto& [task, initialization] : kColumns) {
+  for (const auto& [task, initialization] : kPaperColumns) {
     for (const auto& figure : kFigures) titles.push_back(task + "_" + initialization + "_" + figure);
   }
   return titles;
@@ -69,7 +67,7 @@ BenchmarkRow ReadRow(const Line& line) {
   row.method = line.Text(at++);
   row.multi_starts = line.Count(at++);
   row.sample_size = line.Count(at++);
-  for (const auto& column : kColumns) {
+  for (const auto& column : kPaperColumns) {
     BenchmarkCell& cell = row.cells[column];
     cell.n = cell.finished = line.Count(at++);
     cell.solved = line.Count(at++);
@@ -108,6 +106,7 @@ std::vector<BenchmarkRow> ReadPaperTable(const std::filesystem::path& file) {
 }
 
 void AddPaperFigures(const std::vector<BenchmarkRow>& paper, BenchmarkTable* table) {
+  table->compared = true;
   for (auto& row : table->rows) {
     const auto found = std::find_if(paper.begin(), paper.end(), [&row](const BenchmarkRow& candidate) {
       return SameName(candidate.method, row.method) && candidate.multi_starts == row.multi_starts &&

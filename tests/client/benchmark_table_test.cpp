@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 
 #include "client/interpolation_table.h"
 #include "client/paper_table.h"
@@ -49,23 +50,40 @@ std::vector<std::string> Shown(const BenchmarkCell& cell, const TimeUnit& unit) 
   return {FormatSuccess(cell), FormatCost(cell.cost), FormatTime(cell.time_s, unit)};
 }
 
-std::vector<std::vector<std::string>> FromCsv(const std::string& text, const TimeUnit& unit) {
+// A line of CSV by the names of its columns.
+using CsvRow = std::map<std::string, std::string>;
+
+std::vector<CsvRow> CsvRows(const std::string& text) {
   const auto lines = ParseCsv(text);
-  std::vector<std::vector<std::string>> rows;
+  std::vector<CsvRow> rows;
   for (std::size_t l = 1; l < lines.size(); ++l) {
-    EXPECT_THAT((std::vector<std::string>(lines[l].begin(), lines[l].begin() + 3)),
-                ElementsAre("table_1", "garage & co", "literal"));
-    std::vector<std::string> row(lines[l].begin() + 3, lines[l].begin() + 6);
-    for (std::size_t i = 6; i < lines[l].size(); i += 5) {
-      const auto number = [](const std::string& field) {
-        return field.empty() ? std::optional<double>() : std::optional(std::stod(field));
+    EXPECT_EQ(lines[l].size(), lines[0].size());
+    auto& row = rows.emplace_back();
+    for (std::size_t i = 0; i < lines[l].size(); ++i) row[lines[0][i]] = lines[l][i];
+  }
+  return rows;
+}
+
+std::vector<std::vector<std::string>> FromCsv(const std::string& text, const BenchmarkTable& table,
+                                              const TimeUnit& unit) {
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& line : CsvRows(text)) {
+    EXPECT_EQ(line.at("experiment_id"), "3");
+    EXPECT_EQ(line.at("experiment"), "table_1");
+    EXPECT_EQ(line.at("dataset"), "garage & co");
+    EXPECT_EQ(line.at("rule"), "literal");
+    std::vector<std::string> row = {line.at("method"), line.at("multi_starts"), line.at("sample_size")};
+    for (const auto& [task, initialization] : table.columns) {
+      const auto field = [&](const char* figure) { return line.at(task + "_" + initialization + "_" + figure); };
+      const auto number = [&](const char* figure) {
+        return field(figure).empty() ? std::optional<double>() : std::optional(std::stod(field(figure)));
       };
-      if (lines[l][i].empty()) {
+      if (field("n").empty()) {
         row.insert(row.end(), 3, "-");
         continue;
       }
-      const auto shown = Shown({std::stoll(lines[l][i]), std::stoll(lines[l][i + 1]), std::stoll(lines[l][i + 2]),
-                                number(lines[l][i + 3]), number(lines[l][i + 4])},
+      const auto shown = Shown({std::stoll(field("n")), std::stoll(field("finished")), std::stoll(field("solved")),
+                                number("cost"), number("time_s")},
                                unit);
       row.insert(row.end(), shown.begin(), shown.end());
     }
@@ -103,9 +121,8 @@ std::vector<std::vector<std::string>> FromJson(const std::string& text, const Be
 TEST(BenchmarkTable, AllFormatsAreEqualInContent) {
   const BenchmarkTable table = Example();
   const auto text = ParseTextTable(RenderBenchmarkTable(table, TableFormat::kText));
-  const TimeUnit unit = ChooseTimeUnit(table);
+  const TimeUnit unit = kMilliseconds;
   EXPECT_EQ(text.time_unit, "ms");
-  EXPECT_EQ(unit.name, "ms");
   ASSERT_EQ(text.rows.size(), 2U);
   EXPECT_THAT(text.rows[0], ElementsAre("SQP", "0", "100", "34/35", "396", "1.46", "29/35 (5 left)", "402", "12.4",
                                         "12/35", "0.13", "2.30"));
@@ -117,7 +134,7 @@ TEST(BenchmarkTable, AllFormatsAreEqualInContent) {
   const auto latex = ParseLatexTable(RenderBenchmarkTable(table, TableFormat::kLatex));
   EXPECT_EQ(latex.rows, text.rows);
   EXPECT_EQ(latex.time_unit, text.time_unit);
-  EXPECT_EQ(FromCsv(RenderBenchmarkTable(table, TableFormat::kCsv), unit), text.rows);
+  EXPECT_EQ(FromCsv(RenderBenchmarkTable(table, TableFormat::kCsv), table, unit), text.rows);
   EXPECT_EQ(FromJson(RenderBenchmarkTable(table, TableFormat::kJson), table, unit), text.rows);
 }
 
@@ -162,25 +179,26 @@ TEST(BenchmarkTable, LatexIsBooktabsAndEscaped) {
 
 TEST(BenchmarkTable, IsBuiltFromTheViewsRows) {
   Listing cells;
-  cells.columns = {"method_id", "method",   "multi_starts", "sample_size", "collision", "task",      "initialization",
-                   "n",         "finished", "solved",       "cost",        "time_s",    "experiment"};
-  cells.rows = {{9, "I-SQP", 10, 80, "solid", "motion", "good", 5, 5, 5, 0.13, 0.001, "e"},
-                {9, "I-SQP", 10, 80, "solid", "posture", "in_collision", 5, 5, 0, nullptr, nullptr, "e"},
-                {2, "SQP", 0, 100, "surface", "posture", "in_collision", 5, 4, 3, 400.0, 0.002, "e"}};
+  cells.columns = {"method_id",      "method", "multi_starts", "sample_size", "collision", "task",
+                   "initialization", "n",      "finished",     "solved",      "cost",      "time_s",
+                   "experiment",     "dead",   "failed",       "cancelled",   "problems",  "repetitions"};
+  cells.rows = {{9, "I-SQP", 10, 80, "solid", "motion", "good", 5, 5, 5, 0.13, 0.001, "e", 0, 0, 0, 5, 1},
+                {9, "I-SQP", 10, 80, "solid", "posture", "in_collision", 6, 6, 0, nullptr, nullptr, "e", 1, 2, 3, 3, 2},
+                {2, "SQP", 0, 100, "surface", "posture", "in_collision", 5, 4, 3, 400.0, 0.002, "e", 0, 0, 0, 5, 1}};
   const BenchmarkTable table = BuildBenchmarkTable(cells, 1, "strict");
   EXPECT_THAT(table.columns, ElementsAre(kPostureHard, kMotionGood));
   ASSERT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.rows[0].method, "I-SQP");  // the order of the rows, not of the ids
-  EXPECT_EQ(table.rows[0].cells.at(kPostureHard), (BenchmarkCell{5, 5, 0, std::nullopt, std::nullopt}));
-  EXPECT_EQ(table.rows[1].cells.at(kPostureHard), (BenchmarkCell{5, 4, 3, 400.0, 0.002}));
-  EXPECT_EQ(table.num_jobs(), 15);
-  EXPECT_EQ(table.num_finished(), 14);
+  EXPECT_EQ(table.rows[0].cells.at(kPostureHard), (BenchmarkCell{6, 6, 0, std::nullopt, std::nullopt, 1, 2, 3, 3, 2}));
+  EXPECT_EQ(table.rows[1].cells.at(kPostureHard), (BenchmarkCell{5, 4, 3, 400.0, 0.002, 0, 0, 0, 5, 1}));
+  EXPECT_EQ(table.Sum().n, 16);
+  EXPECT_EQ(table.Sum().finished, 15);
+  EXPECT_EQ(table.Sum().cancelled, 3);
 }
 
 TEST(BenchmarkTable, CollisionIsAColumnWhereItDiffers) {
   BenchmarkTable table = Example();
   EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kText), Not(HasSubstr("Collision")));
-  EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kCsv), Not(HasSubstr("collision,")));
   table.rows[1].collision = "surface";
   const auto text = ParseTextTable(RenderBenchmarkTable(table, TableFormat::kText));
   EXPECT_EQ(text.rows[0][3], "solid");
@@ -189,9 +207,73 @@ TEST(BenchmarkTable, CollisionIsAColumnWhereItDiffers) {
   const std::string latex = RenderBenchmarkTable(table, TableFormat::kLatex);
   EXPECT_EQ(ParseLatexTable(latex).rows, text.rows);
   EXPECT_THAT(latex, HasSubstr("\\cmidrule(lr){5-7}"));
-  EXPECT_EQ(ParseCsv(RenderBenchmarkTable(table, TableFormat::kCsv))[2][6], "surface");
+  EXPECT_EQ(CsvRows(RenderBenchmarkTable(table, TableFormat::kCsv))[1].at("collision"), "surface");
   EXPECT_EQ(nlohmann::json::parse(RenderBenchmarkTable(table, TableFormat::kJson)).at("rows")[1].at("collision"),
             "surface");
+}
+
+TEST(BenchmarkTable, CsvHasTheSameColumnsForEveryExperiment) {
+  BenchmarkTable other = Example();
+  other.columns = {kMotionGood};
+  other.rows[1].collision = "surface";
+  const auto titles = ParseCsv(RenderBenchmarkTable(Example(), TableFormat::kCsv))[0];
+  EXPECT_EQ(ParseCsv(RenderBenchmarkTable(other, TableFormat::kCsv))[0], titles);
+  EXPECT_EQ(ParseCsv(RenderBenchmarkTable(BenchmarkTable(), TableFormat::kCsv))[0], titles);
+  EXPECT_EQ(titles.size(), 8U + 4 * 10);
+  const auto row = CsvRows(RenderBenchmarkTable(Example(), TableFormat::kCsv))[1];
+  EXPECT_EQ(row.at("collision"), "solid");
+  EXPECT_EQ(row.at("motion_in_collision_n"), "");
+}
+
+// One job that died twice, one that could not run, two cancelled, one to go.
+BenchmarkTable Broken() {
+  BenchmarkTable table = Example();
+  table.columns = {kPostureGood};
+  table.rows.resize(1);
+  table.rows[0].cells = {{kPostureGood, {9, 8, 4, 396.0, 0.001, 1, 1, 2, 3, 3}}};
+  return table;
+}
+
+TEST(BenchmarkTable, JobsWithoutResultsAreVisible) {
+  const std::string text = RenderBenchmarkTable(Broken(), TableFormat::kText);
+  EXPECT_THAT(text, HasSubstr("8/9 jobs finished, of these 1 dead, 1 failed, 2 cancelled"));
+  EXPECT_THAT(text, HasSubstr("4/9 (1 dead, 1 failed, 2 cancelled, 1 left)"));
+  const auto row = CsvRows(RenderBenchmarkTable(Broken(), TableFormat::kCsv)).at(0);
+  const auto json = nlohmann::json::parse(RenderBenchmarkTable(Broken(), TableFormat::kJson));
+  const std::map<std::string, int> expected = {{"n", 9},      {"finished", 8},  {"solved", 4},   {"dead", 1},
+                                               {"failed", 1}, {"cancelled", 2}, {"problems", 3}, {"repetitions", 3}};
+  for (const auto& [figure, value] : expected) {
+    EXPECT_EQ(row.at("posture_good_" + figure), std::to_string(value)) << figure;
+    EXPECT_EQ(json.at("rows")[0].at("posture").at("good").at(figure), value) << figure;
+  }
+  EXPECT_EQ(json.at("dead"), 1);
+  EXPECT_EQ(json.at("failed"), 1);
+  EXPECT_EQ(json.at("cancelled"), 2);
+}
+
+TEST(BenchmarkTable, RepetitionsAreNotProblems) {
+  EXPECT_THAT(RenderBenchmarkTable(Broken(), TableFormat::kText), HasSubstr("; 3 problems x 3 repetitions\n"));
+  EXPECT_THAT(RenderBenchmarkTable(Example(), TableFormat::kText), Not(HasSubstr("repetition")));
+  BenchmarkTable table = Broken();
+  table.columns.push_back(kMotionGood);
+  table.rows[0].cells[kMotionGood] = {3, 3, 3, 0.1, 0.001, 0, 0, 0, 1, 3};
+  EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kText),
+              HasSubstr("; motion 1 problem x 3 repetitions, posture 3 problems x 3 repetitions\n"));
+}
+
+TEST(BenchmarkTable, RowsThatWouldReadTheSameGetTheirMethodsId) {
+  Listing cells;
+  cells.columns = {"method_id",      "method", "multi_starts", "sample_size", "collision", "task",
+                   "initialization", "n",      "finished",     "solved",      "cost",      "time_s",
+                   "experiment",     "dead",   "failed",       "cancelled",   "problems",  "repetitions"};
+  for (const int id : {4, 7}) {
+    cells.rows.push_back({id, "SQP", 0, 100, "solid", "posture", "good", 5, 5, 5, 400.0, 0.001, "e", 0, 0, 0, 5, 1});
+  }
+  cells.rows.push_back({9, "SQP", 10, 100, "solid", "posture", "good", 5, 5, 5, 400.0, 0.001, "e", 0, 0, 0, 5, 1});
+  const BenchmarkTable table = BuildBenchmarkTable(cells, 1, "literal");
+  EXPECT_EQ(table.rows[0].method, "SQP (method 4)");
+  EXPECT_EQ(table.rows[1].method, "SQP (method 7)");
+  EXPECT_EQ(table.rows[2].method, "SQP");
 }
 
 class PaperTable : public testing::Test {
@@ -221,11 +303,26 @@ TEST_F(PaperTable, StandsBesideOursInAllFormats) {
   EXPECT_EQ(ParseMarkdownTable(RenderBenchmarkTable(table_, TableFormat::kMarkdown)).rows[3][3], "50/50");
   EXPECT_EQ(ParseLatexTable(RenderBenchmarkTable(table_, TableFormat::kLatex)).rows[3][4], "461");
   EXPECT_THAT(RenderBenchmarkTable(table_, TableFormat::kText), HasSubstr("Humanoids 2017"));
-  const auto csv = ParseCsv(RenderBenchmarkTable(table_, TableFormat::kCsv));
-  const auto column = std::find(csv[0].begin(), csv[0].end(), "paper_motion_good_solved") - csv[0].begin();
-  EXPECT_EQ(csv.at(2).at(static_cast<std::size_t>(column)), "42");
+  const auto csv = CsvRows(RenderBenchmarkTable(table_, TableFormat::kCsv));
+  EXPECT_EQ(csv.at(1).at("paper_motion_good_solved"), "42");
   const auto json = nlohmann::json::parse(RenderBenchmarkTable(table_, TableFormat::kJson));
   EXPECT_EQ(json.at("rows")[1].at("paper").at("motion").at("good").at("solved"), 42);
+}
+
+TEST_F(PaperTable, ItsOwnUnitIsTheSecond) {
+  const TableStyle seconds{kSeconds, {}};
+  const auto text = ParseTextTable(RenderBenchmarkTable(table_, TableFormat::kText, seconds));
+  EXPECT_EQ(text.time_unit, "s");
+  EXPECT_THAT(text.rows[3], ElementsAre("", "paper", "10", "80", "50/50", "461", "1.00", "50/50", "468", "1.34",
+                                        "42/50", "0.13", "0.530"));
+}
+
+TEST_F(PaperTable, SaysWhenItHasNoneOfTheRows) {
+  BenchmarkTable table = Example();
+  table.rows.resize(1);
+  table.rows[0].method = "ours";
+  AddPaperFigures(ReadPaperTable(std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "paper-table1.csv"), &table);
+  EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kText), HasSubstr("Table I has none of these rows"));
 }
 
 TEST_F(PaperTable, WhereNothingWasSolvedItHasADash) {
@@ -253,7 +350,8 @@ TEST(InterpolationTable, AllFormatsHaveTheSameCells) {
   EXPECT_EQ(ParseMarkdownTable(RenderInterpolationTable(table, TableFormat::kMarkdown)).rows, rows);
   EXPECT_EQ(ParseLatexTable(RenderInterpolationTable(table, TableFormat::kLatex)).rows, rows);
   const auto csv = ParseCsv(RenderInterpolationTable(table, TableFormat::kCsv));
-  EXPECT_THAT(csv[1], ElementsAre("SQP", "0", "100", "solid", "good", "5", "4", "4", "3", "0.975", "0.0123", "0.0"));
+  EXPECT_THAT(csv[1], ElementsAre("2", "e", "", "literal", "SQP", "0", "100", "solid", "good", "5", "4", "4", "3",
+                                  "0.975", "0.0123", "0.0"));
   const auto json = nlohmann::json::parse(RenderInterpolationTable(table, TableFormat::kJson));
   EXPECT_EQ(json.at("cells")[2].at("free"), 5);
   EXPECT_TRUE(json.at("cells")[1].at("free_share").is_null());
@@ -286,19 +384,37 @@ TEST(FormatTime, ShowsThreeSignificantDigits) {
   EXPECT_EQ(FormatTime(0.09996, ms), "100");
   EXPECT_EQ(FormatTime(0.145678, ms), "146");
   EXPECT_EQ(FormatTime(0.000912345, ms), "0.912");
+  EXPECT_EQ(FormatTime(0.0009, ms), "0.900");
+  EXPECT_EQ(FormatTime(0.0009996, ms), "1.00");
+  EXPECT_EQ(FormatTime(0.00002, ms), "0.0200");
+  EXPECT_EQ(FormatTime(0.000000002, ms), "2.00e-06");
+  EXPECT_EQ(FormatTime(0.0, ms), "0.00");
   EXPECT_EQ(FormatTime(1.45678, ms), "1457");
 }
 
-TEST(TimeUnit, FitsTheTypicalTime) {
-  const auto unit_for = [](std::vector<double> times) {
-    BenchmarkTable table;
-    for (const double time : times) table.rows.push_back({"m", 0, 100, {{kPostureGood, {1, 1, 1, 1.0, time}}}});
-    return ChooseTimeUnit(table).name;
-  };
-  EXPECT_EQ(unit_for({1.3, 4.0}), "s");
-  EXPECT_EQ(unit_for({0.0013, 0.017}), "ms");
-  EXPECT_EQ(unit_for({0.00002}), "us");
-  EXPECT_EQ(unit_for({}), "s");
+TEST(TimeUnit, DoesNotDependOnTheData) {
+  for (const double time_s : {4.0, 0.0013, 0.00002}) {
+    BenchmarkTable table = Example();
+    for (auto& row : table.rows) {
+      for (auto& [column, cell] : row.cells) cell.time_s = time_s;
+    }
+    EXPECT_EQ(ParseTextTable(RenderBenchmarkTable(table, TableFormat::kText)).time_unit, "ms");
+  }
+  BenchmarkTable unsolved = Example();
+  for (auto& row : unsolved.rows) {
+    for (auto& [column, cell] : row.cells) cell.solved = 0, cell.cost = cell.time_s = std::nullopt;
+  }
+  EXPECT_EQ(ParseTextTable(RenderBenchmarkTable(unsolved, TableFormat::kText)).time_unit, "ms");
+}
+
+TEST(TimeUnit, IsTheOneAskedFor) {
+  for (const TimeUnit& unit : {kSeconds, kMilliseconds, kMicroseconds}) {
+    const TableStyle style{unit, {}};
+    EXPECT_EQ(ParseTextTable(RenderBenchmarkTable(Example(), TableFormat::kText, style)).time_unit, unit.name);
+  }
+  const TableStyle micro{kMicroseconds, {}};
+  EXPECT_EQ(ParseTextTable(RenderBenchmarkTable(Example(), TableFormat::kText, micro)).rows[0][5], "1457");
+  EXPECT_THAT(RenderBenchmarkTable(Example(), TableFormat::kLatex, micro), HasSubstr("Time ($\\mu$s)"));
 }
 
 }  // namespace

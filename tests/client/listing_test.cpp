@@ -3,6 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
+#include <set>
+#include <sstream>
+
+#include "client/client_error.h"
+
 namespace legopt::client {
 namespace {
 
@@ -63,7 +70,6 @@ TEST(Listing, ControlCharactersDoNotReachTheTerminal) {
 }
 
 TEST(Listing, WidthCountsCharactersNotBytes) {
-  EXPECT_EQ(DisplayWidth("Brand\xc3\xa3o"), 7U);
   Listing listing;
   listing.columns = {"m", "n"};
   listing.rows = {{"\xc3\xa3", "x"}, {"ab", "y"}};
@@ -80,6 +86,163 @@ TEST(Listing, FromJsonJoinsKeys) {
 TEST(Listing, FromJsonPutsLeadingKeysFirst) {
   const auto listing = ListingFromJson(nlohmann::json::parse(R"([{"a":1,"id":2,"name":3}])"), {"id", "absent", "name"});
   EXPECT_EQ(listing.columns, (std::vector<std::string>{"id", "name", "a"}));
+}
+
+// What `legopt list` shows.
+Listing Jobs() {
+  Listing listing;
+  listing.columns = {"job",      "method",  "task",          "initialization", "problem", "repetition", "state",
+                     "attempts", "verdict", "solver_status", "cost",           "time_s",  "worker"};
+  listing.rows = {
+      {1, "SQP", "posture", "good", 0, 0, "done", 1, "success", "converged_feasible", 380.1234, 0.00123, "worker-1"},
+      {2, "LegOpt-best", "motion", "in_collision", 0, 0, "dead", 2, nullptr, nullptr, nullptr, nullptr,
+       "worker-host-12"}};
+  return listing;
+}
+
+std::string Narrow(const Listing& listing, std::size_t width) {
+  return RenderListing(listing, ListingFormat::kText, {width, false});
+}
+
+TEST(ListingLayout, WideEnoughItIsAsWithoutALimit) {
+  EXPECT_EQ(Narrow(Jobs(), 200), RenderListing(Jobs(), ListingFormat::kText));
+  EXPECT_EQ(Narrow(Example(), 22), RenderListing(Example(), ListingFormat::kText));
+}
+
+TEST(ListingLayout, GoldenAt100) {
+  EXPECT_EQ(Narrow(Jobs(), 100), R"(In all rows: problem 0, repetition 0
+
+job  method       task     initialization  state  attempts
+    verdict  solver_status          cost   time_s  worker
+  1  SQP          posture  good            done          1
+    success  converged_feasible  380.123  0.00123  worker-1
+  2  LegOpt-best  motion   in_collision    dead          2
+    -        -                         -        -  worker-host-12
+)");
+}
+
+TEST(ListingLayout, GoldenAt50) {
+  EXPECT_EQ(Narrow(Jobs(), 50), R"(In all rows: problem 0, repetition 0
+
+job  method       task     initialization  state
+    attempts  verdict  solver_status
+       cost   time_s  worker
+  1  SQP          posture  good            done
+           1  success  converged_feasible
+    380.123  0.00123  worker-1
+  2  LegOpt-best  motion   in_collision    dead
+           2  -        -
+          -        -  worker-host-12
+)");
+}
+
+TEST(ListingLayout, GoldenAt40) {
+  EXPECT_EQ(Narrow(Jobs(), 40), R"(In all rows: problem 0, repetition 0
+
+job             1
+method          SQP
+task            posture
+initialization  good
+state           done
+attempts        1
+verdict         success
+solver_status   converged_feasible
+cost            380.123
+time_s          0.00123
+worker          worker-1
+
+job             2
+method          LegOpt-best
+task            motion
+initialization  in_collision
+state           dead
+attempts        2
+verdict         -
+solver_status   -
+cost            -
+time_s          -
+worker          worker-host-12
+)");
+}
+
+TEST(ListingLayout, LongTextsTakeSeveralLinesOfTheirColumn) {
+  Listing listing;
+  listing.columns = {"problem", "detail"};
+  listing.rows = {{1, "l_uleg and r_uleg overlap by 1.04 mm (tolerance 1 mm)"}, {2, "short"}};
+  EXPECT_EQ(Narrow(listing, 40),
+            "problem  detail\n"
+            "      1  l_uleg and r_uleg overlap by\n"
+            "         1.04 mm (tolerance 1 mm)\n"
+            "      2  short\n");
+}
+
+TEST(ListingLayout, FailuresAreRed) {
+  const std::string text = RenderListing(Jobs(), ListingFormat::kText, {0, true});
+  EXPECT_NE(text.find("\033[31mdead\033[0m"), std::string::npos);
+  EXPECT_EQ(text.find("\033[31mdone"), std::string::npos);
+  for (const auto format : {ListingFormat::kMarkdown, ListingFormat::kCsv, ListingFormat::kJson}) {
+    EXPECT_EQ(RenderListing(Jobs(), format, {40, true}), RenderListing(Jobs(), format));
+  }
+}
+
+// Widths without end, values of any kind: no line too long, every number there and whole, every word there.
+TEST(ListingLayout, FitsAndLosesNothing) {
+  std::mt19937 random(5);
+  for (int trial = 0; trial < 300; ++trial) {
+    Listing listing;
+    std::vector<std::string> values;
+    const std::size_t columns = 1 + random() % 15;
+    for (std::size_t i = 0; i < columns; ++i) listing.columns.push_back("c" + std::string(random() % 30, 'x'));
+    for (std::size_t row = random() % 5; row > 0; --row) {
+      auto& line = listing.rows.emplace_back();
+      for (std::size_t i = 0; i < columns; ++i) {
+        line.push_back(i % 3 == 2 ? nlohmann::json("t" + std::string(random() % 90, 'y'))
+                                  : nlohmann::json(static_cast<std::int64_t>(random()) * (i % 2 == 0 ? 1 : 1000003)));
+        if (line.back().is_number()) values.push_back(line.back().dump());
+      }
+    }
+    for (const std::size_t width : {24U, 40U, 60U, 80U, 120U}) {
+      const std::string text = Narrow(listing, width);
+      std::set<std::string> words;
+      std::istringstream lines(text);
+      for (std::string line; std::getline(lines, line);) {
+        ASSERT_LE(DisplayWidth(line), width) << text;
+        std::istringstream stream(line);
+        for (std::string word; stream >> word;) words.insert(word.substr(0, word.find_last_not_of(',') + 1));
+      }
+      for (const auto& value : values) ASSERT_EQ(words.count(value), 1U) << value << "\n" << text;
+      const auto letters = [](const std::string& shown) { return std::count(shown.begin(), shown.end(), 'y'); };
+      std::string all;
+      for (const auto& row : listing.rows) all += nlohmann::json(row).dump();
+      if (text.find("In all rows") == std::string::npos) ASSERT_EQ(letters(text), letters(all)) << text;
+    }
+  }
+}
+
+TEST(RenderFields, OneLinePerValueAndNoneForNothing) {
+  Listing listing;
+  listing.columns = {"job", "message", "worker", "log"};
+  listing.rows = {{7, nullptr, "worker-1", ""}};
+  EXPECT_EQ(RenderFields(listing, 0), "job     7\nworker  worker-1\n");
+  listing.rows[0][3] = R"({"max_iterations":50,"penalty":100.0,"trust":0.1})";
+  EXPECT_EQ(RenderFields(listing, 0, {36, false}),
+            "job     7\n"
+            "worker  worker-1\n"
+            "log     {\"max_iterations\":50,\n"
+            "        \"penalty\":100.0,\"trust\":0.1}\n");
+}
+
+TEST(KeepColumns, InTheOrderAskedFor) {
+  const Listing kept = KeepColumns(Jobs(), {"worker", "job"});
+  EXPECT_EQ(kept.columns, (std::vector<std::string>{"worker", "job"}));
+  EXPECT_EQ(kept.rows[0], (std::vector<nlohmann::json>{"worker-1", 1}));
+  try {
+    KeepColumns(Jobs(), {"worke"});
+    FAIL();
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.code(), ExitCode::kUsage);
+    EXPECT_NE(std::string(error.what()).find("did you mean 'worker'?"), std::string::npos) << error.what();
+  }
 }
 
 TEST(Listing, UnknownColumnIsNamed) { EXPECT_THROW(static_cast<void>(Example().Column("nothing")), std::out_of_range); }

@@ -1,0 +1,70 @@
+#include "client/terminal.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <iostream>
+#include <string_view>
+
+#include "client/pager.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr std::size_t kUsualColumns = 80;
+
+const char* OwnEnvironment(const char* name) { return std::getenv(name); }
+
+std::string_view TextOf(const char* value) { return value == nullptr ? std::string_view() : std::string_view(value); }
+
+std::size_t TerminalColumns(const Terminal& terminal, const Environment& environment) {
+  const std::string_view text = TextOf(environment("COLUMNS"));
+  std::size_t columns = 0;
+  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), columns);
+  if (parsed.ec == std::errc() && parsed.ptr == text.data() + text.size() && columns > 0) return columns;
+  return terminal.columns > 0 ? terminal.columns : kUsualColumns;
+}
+
+bool UsesColor(ColorChoice choice, const Terminal& terminal, const Environment& environment) {
+  if (choice != ColorChoice::kAuto) return choice == ColorChoice::kAlways;
+  return terminal.is_terminal && TextOf(environment("NO_COLOR")).empty() && TextOf(environment("TERM")) != "dumb";
+}
+
+}  // namespace
+
+Terminal StandardOutput() {
+  Terminal terminal;
+  terminal.is_terminal = ::isatty(STDOUT_FILENO) == 1;
+  winsize size{};
+  if (terminal.is_terminal && ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0) {
+    terminal.columns = size.ws_col;
+    terminal.lines = size.ws_row;
+  }
+  return terminal;
+}
+
+TextLayout ChooseLayout(const OutputOptions& options, const Terminal& terminal, const Environment& environment) {
+  TextLayout layout;
+  if (options.width) {
+    layout.width = *options.width;
+  } else if (terminal.is_terminal) {
+    layout.width = std::max(TerminalColumns(terminal, environment), kSmallestWidth);
+  }
+  layout.color = UsesColor(options.color, terminal, environment);
+  return layout;
+}
+
+TextLayout LayoutOf(const OutputOptions& options) { return ChooseLayout(options, StandardOutput(), OwnEnvironment); }
+
+void Print(const std::string& text, const OutputOptions& options) {
+  const Terminal terminal = StandardOutput();
+  const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  const bool too_long = terminal.is_terminal && terminal.lines > 0 && lines >= terminal.lines;
+  if (too_long && !options.no_pager && ShowInPager(text, ChoosePager(OwnEnvironment))) return;
+  std::cout << text << std::flush;
+}
+
+}  // namespace legopt::client

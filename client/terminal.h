@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "client/text_layout.h"
+
+namespace legopt::client {
+
+enum class ColorChoice { kAuto, kAlways, kNever };
+
+/// What the user says about text on standard output.
+struct OutputOptions {
+  std::optional<std::size_t> width;        ///< --width; default: the terminal's, else no limit
+  ColorChoice color = ColorChoice::kAuto;  ///< --color
+  bool no_pager = false;                   ///< --no-pager
+};
+
+/// What standard output is.
+struct Terminal {
+  bool is_terminal = false;
+  std::size_t columns = 0;  ///< 0: not known
+  std::size_t lines = 0;    ///< 0: not known
+};
+
+/// Standard output as the kernel describes it.
+Terminal StandardOutput();
+
+/// Value of an environment variable; null when it is not set.
+using Environment = std::function<const char*(const char* name)>;
+
+/// How to lay out text for `terminal`.
+/// * width: --width; else on a terminal COLUMNS, its own columns or 80; else no limit;
+/// * color: as --color says; `auto` is on a terminal whose TERM is not "dumb", and never with NO_COLOR (not empty).
+TextLayout ChooseLayout(const OutputOptions& options, const Terminal& terminal, const Environment& environment);
+
+/// The same for this process.
+TextLayout LayoutOf(const OutputOptions& options);
+
+/// Writes `text` to standard output; on a terminal that is too low for it through the pager (see pager.h).
+void Print(const std::string& text, const OutputOptions& options);
+
+}  // namespace legopt::client
