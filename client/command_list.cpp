@@ -19,7 +19,7 @@ struct Options {
   bool unsolved = false;
   int limit = kDefaultLimit;
   SourceOptions source;
-  ListingFormat format = ListingFormat::kText;
+  ListingOptions listing;
 };
 
 std::string Sql(const Options& options, std::int64_t experiment_id) {
@@ -62,7 +62,7 @@ ExitCode List(const Options& options) {
   const auto experiment = FindExperiment(*source, options.experiment);
   Listing jobs = source->Query(Sql(options, experiment.id), options.limit);
   if (!options.source.db) AddProgress(options, experiment.id, &jobs);
-  std::cout << RenderListing(jobs, options.format);
+  PrintListing(jobs, options.listing);
   if (jobs.truncated) std::cerr << "legopt: only the first " << jobs.rows.size() << " jobs are shown; raise --limit\n";
   return ExitCode::kOk;
 }
@@ -86,7 +86,7 @@ void AddListCommand(CLI::App& app, Invocation* invocation) {
   command->add_flag("--unsolved", options->unsolved, "Only jobs that ended without success");
   command->add_option("--limit", options->limit, "Most jobs to list (default 1000)")
       ->check(CLI::Range(1, ResultSource::kAllRows));
-  AddFormatOption(*command, &options->format);
+  AddListingOptions(*command, &options->listing);
   AddSourceOptions(*command, &options->source);
   command->callback([=] { invocation->body = [options] { return List(*options); }; });
 }

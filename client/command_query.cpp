@@ -13,13 +13,13 @@ constexpr int kDefaultMaxRows = 100'000;
 struct Options {
   std::string sql;
   SourceOptions source;
-  ListingFormat format = ListingFormat::kText;
+  ListingOptions listing;
   int max_rows = kDefaultMaxRows;
 };
 
 ExitCode Query(const Options& options) {
   const Listing listing = OpenResults(options.source)->Query(options.sql, options.max_rows);
-  std::cout << RenderListing(listing, options.format);
+  PrintListing(listing, options.listing);
   if (listing.truncated) {
     std::cerr << "legopt: only the first " << listing.rows.size() << " rows are shown; raise --max-rows\n";
   }
@@ -34,7 +34,7 @@ void AddQueryCommand(CLI::App& app, Invocation* invocation) {
   command->add_option("SQL", options->sql, "One SELECT, e.g. \"SELECT * FROM benchmark_table\"")->required();
   command->add_option("--max-rows", options->max_rows, "Most rows to read (default 100000)")
       ->check(CLI::Range(1, ResultSource::kAllRows));
-  AddFormatOption(*command, &options->format);
+  AddListingOptions(*command, &options->listing);
   AddSourceOptions(*command, &options->source);
   command->footer(
       "Views: benchmark_table, benchmark_cells, experiment_list, job_list, failures, disagreements, "

@@ -135,7 +135,7 @@ ExitCode Finish(const Options& options, const std::string& db, const std::filesy
   const auto source = OpenResults({db, {}});
   std::cout << (options.format == TableFormat::kText ? "\n" : "")
             << RenderBenchmarkTable(ReadBenchmarkTable(*source, {outcome.experiment_id, options.rule, {}}),
-                                    options.format)
+                                    options.format, {kMilliseconds, LayoutOf({})})
             << std::flush;
   if (outcome.interrupted) {
     std::cerr << "\nStopped before the end. To go on, give the same command with --db " << ShellWord(db) << "\n";

@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <iostream>
 #include <memory>
 
 #include "client/client_error.h"
@@ -13,6 +12,7 @@ struct Options {
   std::int64_t job = 0;
   SourceOptions source;
   bool json = false;
+  OutputOptions output;
 };
 
 constexpr char kJobSql[] =
@@ -40,31 +40,19 @@ constexpr char kAttemptsSql[] =
     "JOIN "
     "workers AS w USING (worker_id) WHERE job_id = ";
 
-// One row as "name  value" lines.
-std::string RenderFields(const Listing& listing) {
-  Listing fields;
-  fields.columns = {"field", "value"};
-  for (std::size_t i = 0; i < listing.columns.size(); ++i) {
-    const auto& value = listing.rows.front()[i];
-    if (value.is_null() || (value.is_string() && value.get<std::string>().empty())) continue;
-    fields.rows.push_back({listing.columns[i], value});
-  }
-  const std::string text = RenderListing(fields, ListingFormat::kText);
-  return text.substr(text.find('\n') + 1);  // without the heading
-}
-
-void PrintText(const Listing& job, const Listing& result, const Listing& attempts) {
-  std::cout << RenderFields(job);
-  std::cout << "\nResult\n" << (result.rows.empty() ? "none\n" : RenderFields(result));
+std::string RenderText(const Listing& job, const Listing& result, const Listing& attempts, const TextLayout& layout) {
+  std::string text = RenderFields(job, 0, layout);
+  text += "\nResult\n" + (result.rows.empty() ? "none\n" : RenderFields(result, 0, layout));
   Listing table = attempts;
   table.columns.pop_back();
   for (auto& row : table.rows) row.pop_back();
-  std::cout << "\nAttempts\n" << (table.rows.empty() ? "none\n" : RenderListing(table, ListingFormat::kText));
+  text += "\nAttempts\n" + (table.rows.empty() ? "none\n" : RenderListing(table, ListingFormat::kText, layout));
   for (std::size_t i = 0; i < attempts.rows.size(); ++i) {
     const auto& tail = attempts.At(i, "log_tail");
     if (!tail.is_string() || tail.get<std::string>().empty()) continue;
-    std::cout << "\nLog of attempt " << attempts.At(i, "attempt") << "\n" << tail.get<std::string>() << "\n";
+    text += "\nLog of attempt " + attempts.At(i, "attempt").dump() + "\n" + tail.get<std::string>() + "\n";
   }
+  return text;
 }
 
 ExitCode Show(const Options& options) {
@@ -77,14 +65,14 @@ ExitCode Show(const Options& options) {
   const Listing result = source->Query(kResultSql + id);
   const Listing attempts = source->Query(kAttemptsSql + id + " ORDER BY attempt");
   if (!options.json) {
-    PrintText(job, result, attempts);
+    Print(RenderText(job, result, attempts, LayoutOf(options.output)), options.output);
     return ExitCode::kOk;
   }
   auto json = ListingToJson(job).at(0);
   json["method_options"] = nlohmann::ordered_json::parse(job.At(0, "method_options").get<std::string>());
   json["result"] = result.rows.empty() ? nlohmann::ordered_json() : ListingToJson(result).at(0);
   json["attempt_list"] = ListingToJson(attempts);
-  std::cout << json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << "\n";
+  Print(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n", options.output);
   return ExitCode::kOk;
 }
 
@@ -95,6 +83,7 @@ void AddShowCommand(CLI::App& app, Invocation* invocation) {
   const auto options = std::make_shared<Options>();
   command->add_option("JOB", options->job, "Job, as 'legopt list' shows it")->required()->check(CLI::PositiveNumber);
   AddTextOrJsonOption(*command, &options->json);
+  AddOutputOptions(*command, &options->output);
   AddSourceOptions(*command, &options->source);
   command->callback([=] { invocation->body = [options] { return Show(*options); }; });
 }

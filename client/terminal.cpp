@@ -1,9 +1,11 @@
 #include "client/terminal.h"
 
+#include <signal.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstdlib>
 #include <iostream>
@@ -31,6 +33,13 @@ std::size_t TerminalColumns(const Terminal& terminal, const Environment& environ
 bool UsesColor(ColorChoice choice, const Terminal& terminal, const Environment& environment) {
   if (choice != ColorChoice::kAuto) return choice == ColorChoice::kAlways;
   return terminal.is_terminal && TextOf(environment("NO_COLOR")).empty() && TextOf(environment("TERM")) != "dumb";
+}
+
+// Who reads us, e.g. `head`, has seen enough. Usually SIGPIPE ends us without a word; where we were started with that
+// signal ignored, this makes up for it.
+void EndAsByBrokenPipe() {
+  ::signal(SIGPIPE, SIG_DFL);
+  ::raise(SIGPIPE);
 }
 
 }  // namespace
@@ -64,7 +73,9 @@ void Print(const std::string& text, const OutputOptions& options) {
   const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
   const bool too_long = terminal.is_terminal && terminal.lines > 0 && lines >= terminal.lines;
   if (too_long && !options.no_pager && ShowInPager(text, ChoosePager(OwnEnvironment))) return;
+  errno = 0;
   std::cout << text << std::flush;
+  if (!std::cout && errno == EPIPE) EndAsByBrokenPipe();
 }
 
 }  // namespace legopt::client

@@ -39,7 +39,8 @@ TextLayout ChooseLayout(const OutputOptions& options, const Terminal& terminal, 
 /// The same for this process.
 TextLayout LayoutOf(const OutputOptions& options);
 
-/// Writes `text` to standard output; on a terminal that is too low for it through the pager (see pager.h).
+/// Writes `text` to standard output; on a terminal that is too low for it through the pager (see pager.h). A reader
+/// that has gone ends the process as SIGPIPE does; any other fault is left in std::cout.
 void Print(const std::string& text, const OutputOptions& options);
 
 }  // namespace legopt::client

@@ -6,6 +6,7 @@
 
 #include "client/client_error.h"
 #include "client/reading.h"
+#include "db/sqlite_store.h"
 #include "db/store_error.h"
 #include "test_database.h"
 
@@ -38,9 +39,40 @@ TEST_F(ResultSourceTest, ReadsTheBenchmarkTable) {
   EXPECT_EQ(table.dataset, "tiny");
   ASSERT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.rows[0].multi_starts, 0);
-  EXPECT_EQ(table.rows[0].cells.at({"posture", "good"}), (BenchmarkCell{3, 3, 2, 400.0, 0.002}));
+  EXPECT_EQ(table.rows[0].cells.at({"posture", "good"}), (BenchmarkCell{3, 3, 2, 400.0, 0.002, 0, 0, 0, 3, 1}));
   EXPECT_EQ(table.rows[1].multi_starts, 10);
-  EXPECT_EQ(table.rows[1].cells.at({"posture", "in_collision"}), (BenchmarkCell{2, 1, 0, std::nullopt, std::nullopt}));
+  EXPECT_EQ(table.rows[1].cells.at({"posture", "in_collision"}),
+            (BenchmarkCell{2, 1, 0, std::nullopt, std::nullopt, 0, 0, 0, 2, 1}));
+}
+
+TEST(BrokenJobs, AreCountedInTheirCells) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "test.sqlite";
+  TestExperiment experiment;
+  experiment.results = {{.problem = 0},
+                        {.problem = 1, .finished = false},
+                        {.problem = 2, .finished = false},
+                        {.problem = 3, .finished = false},
+                        {.initialization = "in_collision", .problem = 0},
+                        {.initialization = "in_collision", .problem = 1, .finished = false}};
+  WriteTestDatabase(file, experiment);
+  const std::int64_t worker = 1, at_us = 1'700'000'000'000'000;
+  std::vector<db::StoreOp> operations;
+  const auto end = [&](std::int64_t job, db::JobState next) {
+    operations.emplace_back(db::LeaseJob{job, 1, 100 + job, worker, at_us});
+    operations.emplace_back(db::EndAttempt{job, 1, db::AttemptOutcome::kCrashed, next, 11, "", "", at_us});
+  };
+  end(2, db::JobState::kDead);
+  end(3, db::JobState::kFailed);
+  db::OpenSqliteStore(file)->Apply(operations);
+  const auto cells = [&](const char* start) {
+    return ReadBenchmarkTable(*OpenResults({file.string(), {}}), {}).rows[0].cells.at({"posture", start});
+  };
+  EXPECT_EQ(cells("good"), (BenchmarkCell{4, 3, 1, 400.0, 0.0015, 1, 1, 0, 4, 1}));
+  EXPECT_EQ(cells("in_collision"), (BenchmarkCell{2, 1, 1, 400.0, 0.0015, 0, 0, 0, 2, 1}));
+  db::OpenSqliteStore(file)->Apply(std::vector<db::StoreOp>{db::CancelExperiment{1, at_us}});
+  EXPECT_EQ(cells("good"), (BenchmarkCell{4, 4, 1, 400.0, 0.0015, 1, 1, 1, 4, 1}));
+  EXPECT_EQ(cells("in_collision"), (BenchmarkCell{2, 2, 1, 400.0, 0.0015, 0, 0, 1, 2, 1}));
 }
 
 TEST_F(ResultSourceTest, FindsTheNewestExperiment) {

@@ -287,9 +287,10 @@ TEST(TableLayout, BrokenJobsAreSeenInEveryLayout) {
   cell.failed = 2;
   cell.cancelled = 3;
   cell.finished = 40;
-  for (const std::size_t width : {0U, 200U, 30U}) {
-    std::string text = Render(table, width);
-    std::replace(text.begin(), text.end(), '\n', ' ');
+  for (const std::size_t width : {0U, 240U, 30U}) {
+    std::string text;
+    std::istringstream words(Render(table, width));
+    for (std::string word; words >> word;) text += word + " ";
     for (const char* part : {"49/50 (1 dead,", "2 failed,", "3 cancelled,", "10 left)"}) {
       EXPECT_THAT(text, HasSubstr(part)) << width;
     }
@@ -406,7 +407,7 @@ TEST(InterpolationLayout, FitsToo) {
   table.experiment = "e";
   table.rows = {{"SQP", 0, 100, "solid", {{"good", {5, 4, 4, 3, 0.975, 0.0123, 0.0}}}},
                 {"SQP", 0, 100, "surface", {{"good", {5, 5, 5, 5, 1.0, 0.0004, 0.0002}}}}};
-  EXPECT_EQ(RenderInterpolationTable(table, TableFormat::kText, {200, false}),
+  EXPECT_EQ(RenderInterpolationTable(table, TableFormat::kText, {240, false}),
             RenderInterpolationTable(table, TableFormat::kText));
   for (const std::size_t width : {30U, 60U, 80U, 100U}) {
     const std::string text = RenderInterpolationTable(table, TableFormat::kText, {width, false});

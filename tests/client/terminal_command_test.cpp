@@ -81,6 +81,23 @@ TEST_F(TerminalCommand, TablesFitTheTerminal) {
   EXPECT_THAT(Widths(Run({"table", "--width", "60"}, {200, 200}).out), Each(testing::Le(60U)));
 }
 
+TEST_F(TerminalCommand, ListingsFitTheTerminal) {
+  const std::vector<std::vector<std::string>> commands = {
+      {"list"}, {"show", "1"}, {"query", "SELECT spec_json, * FROM job_list JOIN experiments USING (experiment_id)"}};
+  for (const auto& command : commands) {
+    for (const unsigned short columns : {40, 80, 120}) {
+      const auto result = Run(command, {columns, 2000});
+      EXPECT_EQ(result.exit_code, 0);
+      EXPECT_THAT(Widths(result.out), Each(testing::Le(columns))) << result.out;
+    }
+  }
+  const auto chosen = RunLegopt({"list", "--columns", "job,state", "--db", file_.string()}, folder_.path());
+  EXPECT_THAT(chosen.out, testing::StartsWith("job  state\n  1  done\n"));
+  const auto unknown = RunLegopt({"list", "--columns", "stat", "--db", file_.string()}, folder_.path());
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("did you mean 'state'?"));
+}
+
 TEST_F(TerminalCommand, PipesAndFilesGetTheFullText) {
   const auto piped = RunLegopt({"table", "--db", file_.string()}, folder_.path(), {{"COLUMNS", "40"}});
   EXPECT_EQ(piped.exit_code, 0);
