@@ -35,6 +35,19 @@ bool UsesColor(ColorChoice choice, const Terminal& terminal, const Environment& 
   return terminal.is_terminal && TextOf(environment("NO_COLOR")).empty() && TextOf(environment("TERM")) != "dumb";
 }
 
+// Lines that `text` takes on a terminal, which breaks those that are too long for it. Escapes are counted as text: at
+// worst the pager sees that it is not needed.
+std::size_t LinesOn(const Terminal& terminal, std::string_view text) {
+  const std::size_t columns = std::max<std::size_t>(terminal.columns, 1);
+  std::size_t lines = 0;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    lines += std::max<std::size_t>((DisplayWidth(text.substr(0, end)) + columns - 1) / columns, 1);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
 // Who reads us, e.g. `head`, has seen enough. Usually SIGPIPE ends us without a word; where we were started with that
 // signal ignored, this makes up for it.
 void EndAsByBrokenPipe() {
@@ -70,8 +83,7 @@ TextLayout LayoutOf(const OutputOptions& options) { return ChooseLayout(options,
 
 void Print(const std::string& text, const OutputOptions& options) {
   const Terminal terminal = StandardOutput();
-  const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
-  const bool too_long = terminal.is_terminal && terminal.lines > 0 && lines >= terminal.lines;
+  const bool too_long = terminal.is_terminal && terminal.lines > 0 && LinesOn(terminal, text) >= terminal.lines;
   if (too_long && !options.no_pager && ShowInPager(text, ChoosePager(OwnEnvironment))) return;
   errno = 0;
   std::cout << text << std::flush;

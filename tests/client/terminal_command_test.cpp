@@ -124,6 +124,9 @@ TEST_F(TerminalCommand, LongTextGoesThroughThePager) {
   EXPECT_THAT(Run({"table"}, low, {{"PAGER", "sed s/^/no:/"}, {"LEGOPT_PAGER", "sed s/^/ours:/"}}).out,
               AllOf(HasSubstr("ours:Method"), Not(HasSubstr("no:"))));
   EXPECT_THAT(Run({"table"}, low, {{"LEGOPT_PAGER", "cat"}}).out, HasSubstr("Method"));
+  // 21 lines that the terminal breaks into many more.
+  EXPECT_THAT(Run({"query", "SELECT hex(zeroblob(200)) FROM jobs LIMIT 20", "--format", "csv"}, {80, 40}, pager).out,
+              HasSubstr("paged:"));
   const auto piped = RunLegopt({"table", "--db", file_.string()}, folder_.path(), {{"PAGER", "sed s/^/paged:/"}});
   EXPECT_THAT(piped.out, Not(HasSubstr("paged:")));
 }
