@@ -1,26 +1,8 @@
 #include "server/fair_share.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace legopt::server {
-namespace {
-
-// Where a newcomer begins: the least use of the members of a queue, not empty, that compete with it; of all, when none
-// does.
-template <class Queue, class Competes>
-std::int64_t LeastUse(const Queue& queue, const Competes& competes) {
-  constexpr std::int64_t kNobody = std::numeric_limits<std::int64_t>::max();
-  std::int64_t least = kNobody, least_of_all = kNobody;
-  for (const auto& [time, senior, member] : queue) {
-    least_of_all = std::min(least_of_all, member->account.used_us);
-    if (competes(*member)) least = std::min(least, member->account.used_us);
-  }
-  return least == kNobody ? least_of_all : least;
-}
-
-}  // namespace
-
 void FairShare::Add(std::int64_t experiment_id, const std::string& submitter, int priority,
                     const std::string& dataset) {
   Entry& entry = entries_[experiment_id];
@@ -53,7 +35,7 @@ void FairShare::Enter(Entry& entry, int priority) {
   entry.priority = priority;
   Submitter& submitter = levels_[priority].submitters[entry.name];
   entry.submitter = &submitter;
-  submitter.entries.insert(&entry);
+  ++submitter.num_entries;
   const std::int64_t running_us = entry.account.running_us;
   entry.account.running_us = 0;
   Charge(entry, 0, running_us);
@@ -64,8 +46,7 @@ void FairShare::Leave(Entry& entry) {
   const std::int64_t running_us = entry.account.running_us;
   Charge(entry, 0, -running_us);
   entry.account.running_us = running_us;
-  entry.submitter->entries.erase(&entry);
-  if (entry.submitter->entries.empty()) level.submitters.erase(entry.name);
+  if (--entry.submitter->num_entries == 0) level.submitters.erase(entry.name);
   if (level.submitters.empty()) levels_.erase(entry.priority);
 }
 
@@ -74,32 +55,57 @@ void FairShare::SetWaiting(std::int64_t experiment_id, bool waiting) {
   if (entry.waiting == waiting) return;
   entry.waiting = waiting;
   Level& level = levels_.at(entry.priority);
-  if (waiting) return BeginToWait(level, entry);
-  Submitter& submitter = *entry.submitter;
-  submitter.waiting.erase(KeyOf(entry));
-  if (submitter.waiting.empty()) level.waiting.erase(KeyOf(submitter));
+  if (waiting) {
+    BeginToWait(level, entry);
+  } else {
+    CeaseToWait(level, entry);
+  }
+}
+
+bool FairShare::WaitsFor(const Submitter& submitter, const std::string& dataset) {
+  return std::any_of(submitter.waiting.begin(), submitter.waiting.end(),
+                     [&](const auto& key) { return WaitsFor(*std::get<Entry*>(key), dataset); });
+}
+
+// Where somebody begins who joins a group: submitters of a level, or experiments of a submitter.
+template <class Group>
+std::int64_t FairShare::BeginningFor(Group& group, const std::string& dataset) {
+  std::optional<std::int64_t> least;
+  for (const auto& [time, senior, member] : group.waiting) {
+    if (!WaitsFor(*member, dataset)) continue;
+    least = std::min(least.value_or(member->account.used_us), member->account.used_us);
+  }
+  return least ? *least : group.stands[dataset];
+}
+
+// `member` has ceased to wait for the dataset.
+template <class Group, class Member>
+void FairShare::NoteStand(Group& group, const std::string& dataset, const Member& member) {
+  group.stands[dataset] = member.account.used_us;
 }
 
 void FairShare::BeginToWait(Level& level, Entry& entry) {
   Submitter& submitter = *entry.submitter;
-  const auto wants_same = [&entry](const Entry& other) { return other.dataset == entry.dataset; };
-  if (submitter.waiting.empty()) {
-    if (level.waiting.empty()) {
-      for (auto& [name, other] : level.submitters) other.account.used_us = 0;
+  if (!WaitsFor(submitter, entry.dataset)) {
+    const std::int64_t beginning = BeginningFor(level, entry.dataset);
+    if (submitter.waiting.empty()) {
+      submitter.account.senior = entry.account.senior;
     } else {
-      const std::int64_t least = LeastUse(level.waiting, [&](const Submitter& other) {
-        return std::any_of(other.waiting.begin(), other.waiting.end(),
-                           [&](const auto& key) { return wants_same(*std::get<Entry*>(key)); });
-      });
-      submitter.account.used_us = std::max(submitter.account.used_us, least);
+      level.waiting.erase(KeyOf(submitter));
     }
-    submitter.account.senior = entry.account.senior;
+    submitter.account.used_us = std::max(submitter.account.used_us, beginning);
     level.waiting.insert(KeyOf(submitter));
-    for (Entry* own : submitter.entries) own->account.used_us = 0;
-  } else {
-    entry.account.used_us = std::max(entry.account.used_us, LeastUse(submitter.waiting, wants_same));
   }
+  entry.account.used_us = std::max(entry.account.used_us, BeginningFor(submitter, entry.dataset));
   submitter.waiting.insert(KeyOf(entry));
+}
+
+void FairShare::CeaseToWait(Level& level, Entry& entry) {
+  Submitter& submitter = *entry.submitter;
+  submitter.waiting.erase(KeyOf(entry));
+  NoteStand(submitter, entry.dataset, entry);
+  NoteStand(level, entry.dataset, submitter);
+  if (submitter.waiting.empty()) level.waiting.erase(KeyOf(submitter));
 }
 
 void FairShare::Begin(std::int64_t experiment_id, std::int64_t expected_us) {

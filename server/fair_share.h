@@ -18,12 +18,12 @@ namespace legopt::server {
 /// in microseconds. So submitters share the workers in equal parts, and the experiments of a submitter its part,
 /// however long their jobs are and however many are handed out at once. Equal times: the older experiment first.
 ///
-/// Who begins to wait (again) gets the virtual time of the least of those that wait for the same dataset (of all,
-/// when nobody does), what runs not counted, unless its own is larger: it is served at once and is paid nothing for the
-/// time without it. When nobody waits at a priority, everybody's past is forgotten there. Those that do not wait
-/// (nothing queued, paused, held) keep their time as it is.
+/// Who begins to wait for a dataset (again) begins where the least of those stands that wait for it, what runs not
+/// counted, or where the last one stood; its own time counts when it is larger. So it is served at once, is paid
+/// nothing for the time without it, and owes nothing for having been alone. Those that do not wait (nothing queued,
+/// paused, held) keep their time as it is.
 ///
-/// Cost: the next to be served, and each account, O(log n) in experiments; beginning to wait, O(n).
+/// Cost: the next to be served, and each account, O(log n) in experiments; beginning and ceasing to wait, O(n).
 /// No clock, no randomness. Thread rule: one thread.
 class FairShare {
  public:
@@ -63,14 +63,17 @@ class FairShare {
     Submitter* submitter = nullptr;
     bool waiting = false;
   };
+  using Stands = std::map<std::string, std::int64_t>;  ///< by dataset: where the last one stood that waited for it
   struct Submitter {
     Account account;
-    std::set<Entry*> entries;
+    int num_entries = 0;  ///< waiting or not
     Queue<Entry> waiting;
+    Stands stands;
   };
   struct Level {
     std::map<std::string, Submitter> submitters;
     Queue<Submitter> waiting;
+    Stands stands;
   };
 
   template <class Member>
@@ -79,7 +82,14 @@ class FairShare {
   }
   void Enter(Entry& entry, int priority);
   void Leave(Entry& entry);
+  static bool WaitsFor(const Entry& entry, const std::string& dataset) { return entry.dataset == dataset; }
+  static bool WaitsFor(const Submitter& submitter, const std::string& dataset);
+  template <class Group>
+  static std::int64_t BeginningFor(Group& group, const std::string& dataset);
+  template <class Group, class Member>
+  static void NoteStand(Group& group, const std::string& dataset, const Member& member);
   static void BeginToWait(Level& level, Entry& entry);
+  static void CeaseToWait(Level& level, Entry& entry);
   void Charge(Entry& entry, std::int64_t used_us, std::int64_t running_us);
 
   std::map<int, Level, std::greater<>> levels_;  ///< by priority, largest first

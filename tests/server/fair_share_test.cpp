@@ -110,7 +110,7 @@ TEST_F(Accounts, LeavingForAMomentDoesNotClearAnAccount) {
   EXPECT_EQ(used_us_[1], used_us_[2]);
 }
 
-TEST_F(Accounts, ThePastIsForgottenWhenNobodyWaits) {
+TEST_F(Accounts, WhoWasAloneOwesNothingForIt) {
   Add(1, "a", 10);
   ServeUntil(1'000'000);
   shares_.SetWaiting(1, false);
@@ -118,6 +118,30 @@ TEST_F(Accounts, ThePastIsForgottenWhenNobodyWaits) {
   shares_.SetWaiting(1, true);
   ServeUntil(100);
   EXPECT_EQ(used_us_[2], 50);
+}
+
+TEST_F(Accounts, WaitingForWhatNobodyHasChangesNothingForOthers) {
+  Add(1, "a", 10, 0, "rare");
+  Add(2, "b", 10, 0, "rare");
+  const auto common = [](const std::string& dataset) { return dataset == "d"; };
+  const auto serve = [&](int count) {
+    std::map<std::int64_t, int> served;
+    for (int i = 0; i < count; ++i) {
+      const std::int64_t id = shares_.First(common).value();
+      shares_.Begin(id, 10);
+      shares_.End(id, 10, 10);
+      ++served[id];
+    }
+    return served;
+  };
+  Add(3, "c", 10);
+  serve(1000);
+  Add(4, "a", 10);  // has waited for something else all the time
+  EXPECT_EQ(serve(100), (std::map<std::int64_t, int>{{3, 50}, {4, 50}}));
+  for (const int id : {3, 4}) shares_.SetWaiting(id, false);
+  Add(5, "e", 10);  // nobody waits for this dataset at the moment
+  for (const int id : {3, 4}) shares_.SetWaiting(id, true);
+  EXPECT_EQ(serve(99), (std::map<std::int64_t, int>{{3, 33}, {4, 33}, {5, 33}}));
 }
 
 TEST_F(Accounts, PassedOverForItsDatasetItKeepsItsPlace) {
