@@ -22,7 +22,7 @@ constexpr int kDefaultWorkers = 2;
 constexpr int kMaxWorkers = 1024;
 constexpr int kAlreadyKnown = 1;
 // A server of our own that was killed is back within a second or two.
-constexpr int kMaxSilentCalls = 20;
+constexpr Seconds kServerPatience{60};
 constexpr milliseconds kCallTimeout{2000};
 constexpr milliseconds kStopPatience{3000};
 
@@ -90,12 +90,13 @@ Outcome RunExperiment(const Submission& submission, const Options& options, Loca
     PrintStart(submission, reply, db);
     std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers")
               << "; Ctrl-C stops and keeps what is done\n";
-    outcome.status = WatchExperiment(
-        server, reply.experiment_id, [&pool] { pool.Supervise(); }, kMaxSilentCalls);
+    outcome.status =
+        WatchOnTerminal(server, reply.experiment_id, {kServerPatience, true, [&pool] { pool.Supervise(); }});
   } catch (const ClientError& error) {
     if (error.code() != ExitCode::kInterrupted) throw;
     trouble.ThrowIfAny();
     outcome.interrupted = true;
+    if (!Interrupted()) std::cerr << "\nlegopt: " << error.what() << "\n";
     std::cerr << "\nlegopt: interrupted; running jobs are given back (again: stop at once)\n";
   }
   return outcome;

@@ -1,3 +1,6 @@
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
@@ -6,6 +9,7 @@
 #include "client/commands.h"
 #include "client/options.h"
 #include "client/progress.h"
+#include "client/status_table.h"
 
 namespace legopt::client {
 namespace {
@@ -15,17 +19,6 @@ struct Options {
   SourceOptions source;
   ListingFormat format = ListingFormat::kText;
 };
-
-Listing ExperimentListing(const std::vector<ExperimentStatus>& experiments) {
-  Listing listing;
-  listing.columns = {"experiment", "name", "state",  "priority", "jobs",      "queued",
-                     "leased",     "done", "failed", "dead",     "cancelled", "solved"};
-  for (const auto& e : experiments) {
-    listing.rows.push_back({e.id, e.name, StateText(e), e.priority, e.total, e.queued, e.leased, e.done, e.failed,
-                            e.dead, e.cancelled, e.solved});
-  }
-  return listing;
-}
 
 Listing RunningListing(const std::vector<ExperimentStatus>& experiments) {
   Listing listing;
@@ -59,40 +52,67 @@ ExitCode StatusOfFile(const Options& options) {
   return ExitCode::kOk;
 }
 
-ExitCode StatusOfServer(const Options& options) {
-  ServerConnection server(options.source.network);
-  const auto probe = server.Probe();
-  const auto status = server.Status(options.experiment.value_or(0));
-  const auto parsed = ParseExperiments(status);
-  const Listing experiments = ExperimentListing(parsed);
-  RequireFound(experiments, options);
-  if (const std::string error = StoreError(status); !error.empty()) {
-    std::cerr << "legopt: warning: the server cannot write its database: " << error << "\n";
-  }
-  if (options.format == ListingFormat::kJson) {
-    std::cout << status.dump(2) << "\n";
-    return ExitCode::kOk;
-  }
-  if (options.format == ListingFormat::kText) {
-    std::cout << "Server " << probe.server_version << " at " << server.address() << " on " << probe.hostname << " (pid "
-              << probe.pid << ", up " << FormatDuration(std::chrono::microseconds(probe.uptime_us)) << "), database "
-              << probe.database << "\n\n";
-  }
-  if (experiments.rows.empty() && options.format == ListingFormat::kText) {
+// Of standard output; 0: no limit.
+std::size_t OutputWidth() {
+  winsize size{};
+  return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
+}
+
+void PrintForPeople(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
+                    const Options& options) {
+  const std::size_t width = OutputWidth();
+  if (experiments.empty()) {
     std::cout << "No experiments yet; submit one with 'legopt submit SUITE'\n";
   } else {
-    std::cout << RenderListing(experiments, options.format);
+    std::cout << RenderExperiments(experiments, width);
   }
-  const Listing running = RunningListing(parsed);
-  if (!running.rows.empty() && options.format != ListingFormat::kCsv) {
+  if (const Listing running = RunningListing(experiments); !running.rows.empty()) {
+    std::cout << "\n" << RenderListing(running, options.format);
+  }
+  if (options.experiment) return;
+  const auto workers = status.value("workers", nlohmann::json::array());
+  std::cout << "\n"
+            << (workers.empty() ? "No workers; start some with 'legopt-worker --slots 2'\n"
+                                : RenderWorkers(workers, width));
+}
+
+void PrintListings(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
+                   const Options& options) {
+  std::cout << RenderListing(ExperimentListing(experiments), options.format);
+  if (const Listing running = RunningListing(experiments); !running.rows.empty()) {
     std::cout << "\n" << RenderListing(running, options.format);
   }
   const Listing workers =
       ListingFromJson(status.value("workers", nlohmann::json::array()),
                       {"id", "name", "hostname", "pid", "slots", "leases", "online", "silent_s", "datasets", "build"});
-  if (!options.experiment && options.format != ListingFormat::kCsv) {
-    std::cout << (workers.rows.empty() ? "\nNo workers; start some with 'legopt-worker --slots 2'\n"
-                                       : "\n" + RenderListing(workers, options.format));
+  if (!options.experiment && !workers.rows.empty()) std::cout << "\n" << RenderListing(workers, options.format);
+}
+
+ExitCode StatusOfServer(const Options& options) {
+  ServerConnection server(options.source.network);
+  const auto probe = server.Probe();
+  const auto status = server.Status(options.experiment.value_or(0));
+  const auto experiments = ParseExperiments(status);
+  const Listing listing = ExperimentListing(experiments);
+  RequireFound(listing, options);
+  if (const std::string error = StoreError(status); !error.empty()) {
+    std::cerr << "legopt: warning: the server cannot write its database: " << error << "\n";
+  }
+  switch (options.format) {
+    case ListingFormat::kJson:
+      std::cout << status.dump(2) << "\n";
+      break;
+    case ListingFormat::kText:
+      std::cout << "Server " << probe.server_version << " at " << server.address() << " on " << probe.hostname
+                << " (pid " << probe.pid << ", up " << FormatDuration(std::chrono::microseconds(probe.uptime_us))
+                << "), database " << probe.database << "\n\n";
+      PrintForPeople(experiments, status, options);
+      break;
+    case ListingFormat::kMarkdown:
+      PrintListings(experiments, status, options);
+      break;
+    case ListingFormat::kCsv:
+      std::cout << RenderListing(listing, options.format);
   }
   return ExitCode::kOk;
 }

@@ -18,6 +18,7 @@ struct Options {
   NetworkOptions network;
   bool dry_run = false;
   bool wait = false;
+  double patience_s = WatchOptions::kDefaultPatience_s;
   bool json = false;
 };
 
@@ -61,10 +62,10 @@ void PrintDryRun(const Submission& submission, const Options& options) {
             << "nothing was submitted (--dry-run)\n";
 }
 
-ExitCode Wait(ServerConnection& server, std::int64_t experiment_id) {
+ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, Seconds patience) {
   const InterruptGuard guard;
   try {
-    const auto status = WatchExperiment(server, experiment_id);
+    const auto status = WatchOnTerminal(server, experiment_id, {patience, true, {}});
     if (const auto hint = FailureHint(status, ""); !hint.empty()) std::cerr << "legopt: " << hint << "\n";
     return OutcomeOf(status);
   } catch (const ClientError& error) {
@@ -100,7 +101,7 @@ ExitCode Submit(const Options& options) {
   } else {
     std::cerr << DescribeJobs(submission.spec) << "\n";
   }
-  return options.wait ? Wait(server, reply.experiment_id) : ExitCode::kOk;
+  return options.wait ? Wait(server, reply.experiment_id, Seconds(options.patience_s)) : ExitCode::kOk;
 }
 
 }  // namespace
@@ -112,6 +113,7 @@ void AddSubmitCommand(CLI::App& app, Invocation* invocation) {
   command->add_flag("--dry-run", options->dry_run, "Check everything and print counts, but submit nothing");
   command->add_flag("--wait", options->wait,
                     "Show progress until the experiment is over; its end decides the exit code");
+  AddPatienceOption(*command, &options->patience_s);
   AddTextOrJsonOption(*command, &options->json);
   AddNetworkOptions(*command, &options->network);
   command->callback([=] { invocation->body = [options] { return Submit(*options); }; });

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,22 +36,32 @@ struct ExperimentStatus {
   std::string hold_reason;    ///< when held
   int priority = 0;           ///< larger begins earlier
 
-  std::vector<RunningJob> running = {};  ///< of `leased`: those that told their progress
+  std::vector<RunningJob> running;  ///< of `leased`: those that told their progress
+
+  std::string submitter;  ///< who submitted it; empty: not told
+  std::string dataset;
+  std::vector<std::string> methods, tags;
+  double share = 0;             ///< of the slots that work at the moment, 0 .. 1
+  std::optional<double> eta_s;  ///< seconds until its end; none while it stands still or too little is known
+  std::string waiting_for;      ///< why an active one stands still; empty: it moves
+
+  std::string spec_hash;             ///< of its content
+  std::int64_t submitted_at_us = 0;  ///< since 1970, by the server's clock
+  double elapsed_s = 0;              ///< since its submission, until its end if it is over
+  std::optional<double> worked_s;    ///< of these, a job of it was leased; none when the server has forgotten
 
   std::int64_t finished() const { return done + failed + dead + cancelled; }
   bool over() const { return state != "active"; }
-  bool operator==(const ExperimentStatus&) const = default;
 };
+
+/// Whether a reader would see a difference: everything but times and what is estimated from them.
+bool SameProgress(const ExperimentStatus& a, const ExperimentStatus& b);
 
 /// Reads the experiments of a status reply. Throws ClientError (kInternal) when the text is not what a server sends.
 std::vector<ExperimentStatus> ParseExperiments(const nlohmann::json& status);
 
 /// "active", "done", "cancelled", or what keeps an active one back: "paused", "held: the reason".
 std::string StateText(const ExperimentStatus& status);
-
-/// Why an unfinished experiment does not move, as far as the server's status tells: nobody works on it because it is
-/// paused or held, no worker is connected, or none that has its dataset. Empty when somebody does.
-std::string StandstillReason(const nlohmann::json& status);
 
 /// What the server says about a database that it cannot write at the moment; empty when all is well.
 std::string StoreError(const nlohmann::json& status);

@@ -58,6 +58,15 @@ std::string WithoutLogPrefix(const std::string& line, const std::string& program
                               : program + ": " + words);
 }
 
+// An end in good order that we did not ask for: somebody wants the run to end.
+void ThrowIfToldToStop(const std::string& program, const ChildExit& exit) {
+  const bool orderly =
+      exit.code == static_cast<int>(ExitCode::kOk) || exit.code == static_cast<int>(ExitCode::kInterrupted);
+  if (exit.signal == 0 && orderly) {
+    throw ClientError(ExitCode::kInterrupted, program + " of this run was told to stop, not by us");
+  }
+}
+
 }  // namespace
 
 std::string LastWords(const std::string& program, const std::string& tail) {
@@ -140,12 +149,14 @@ void LocalPool::CountRestart(const std::string& program, const ChildExit& exit) 
 
 void LocalPool::Supervise() {
   if (const auto exit = server_->Poll()) {
+    ThrowIfToldToStop(kServerProgram, *exit);
     if (exit->signal == 0) Fail(kServerProgram, *server_, *exit);
     CountRestart(kServerProgram, *exit);
     // On the same port: the worker and our connection expect the server there.
     if (!TryStartServer()) Fail(kServerProgram, *server_, *server_->Poll());
   }
   if (const auto exit = worker_->Poll()) {
+    ThrowIfToldToStop(kWorkerProgram, *exit);
     if (exit->signal == 0) Fail(kWorkerProgram, *worker_, *exit);
     CountRestart(kWorkerProgram, *exit);
     StartWorker();

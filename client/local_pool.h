@@ -25,7 +25,8 @@ std::string LastWords(const std::string& program, const std::string& tail);
 
 /// A server and a worker pool of our own, for one command: the programs beside this one, as child processes on this
 /// machine. A child that a signal killed is started again (the database and the leases make that safe); one that gave
-/// up by itself is an error. The destructor stops both. Thread rule: one thread.
+/// up by itself is an error, kInterrupted when it ended in good order because somebody else told it to. The destructor
+/// stops both. Thread rule: one thread.
 class LocalPool {
  public:
   /// Starts the server, waits until it serves, and starts the worker. Throws ClientError with the exit code and the

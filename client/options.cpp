@@ -128,6 +128,13 @@ void AddTextOrJsonOption(CLI::App& app, bool* json) {
   AddNamedChoice<bool>(app, "--format", json, "text or json (default text)", {{"text", false}, {"json", true}});
 }
 
+void AddPatienceOption(CLI::App& app, double* patience_s) {
+  constexpr double kLongest_s = 1e8;
+  app.add_option("--patience", *patience_s,
+                 "Seconds to wait for a server that stops answering, e.g. because it is restarted (default 600)")
+      ->check(CLI::Range(0.0, kLongest_s));
+}
+
 void AddDatasetOption(CLI::App& app, std::optional<std::string>* dataset) {
   app.add_option("--dataset", *dataset, "Dataset folder (default: the suite's, else the embedded garage-easier)");
 }

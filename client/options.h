@@ -43,6 +43,8 @@ void AddTimeUnitOption(CLI::App& app, TimeUnit* unit);
 void AddTableFormatOption(CLI::App& app, TableFormat* format);
 /// --format text|json
 void AddTextOrJsonOption(CLI::App& app, bool* json);
+/// --patience: for who waits for an experiment
+void AddPatienceOption(CLI::App& app, double* patience_s);
 /// --rule literal|strict
 void AddRuleOption(CLI::App& app, std::string* rule);
 /// --dataset

@@ -47,9 +47,23 @@ std::string Windows(const ExperimentStatus& status) {
   return text;
 }
 
-std::string Estimate(const ExperimentStatus& status, const Pace& pace) {
+std::string Estimate(const ExperimentStatus& status) {
   if (status.finished() >= status.total) return {};
-  return "ETA " + (pace.remaining ? FormatDuration(*pace.remaining) : std::string("-"));
+  return "ETA " + (status.eta_s ? FormatDuration(Seconds(*status.eta_s)) : std::string("-"));
+}
+
+// Whether there were long stretches without work.
+bool HadLongBreaks(const ExperimentStatus& status) {
+  constexpr double kUsualShare = 0.8, kUsual_s = 5;
+  return status.worked_s && *status.worked_s < kUsualShare * status.elapsed_s - kUsual_s;
+}
+
+std::string WithTenths(Seconds duration) {
+  constexpr Seconds kMinute{60};
+  if (duration >= kMinute) return FormatDuration(duration);
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f s", duration.count());
+  return text;
 }
 
 std::string Bar(std::int64_t finished, std::int64_t total, int width) {
@@ -72,24 +86,27 @@ std::string Join(const std::vector<std::string>& parts) {
 
 }  // namespace
 
-Pace PaceMeter::Observe(Seconds now, const ExperimentStatus& status) {
+std::optional<double> PaceMeter::Observe(Seconds now, const ExperimentStatus& status) {
   const std::int64_t finished = status.finished();
-  if (!start_) start_ = now;
   const bool progress = !observations_.empty() && finished > observations_.front().finished;
+  if (!status.waiting_for.empty()) working_ = false;
   if (!working_ && !progress) observations_.clear();
-  working_ = working_ || progress || status.leased > 0;
+  working_ = working_ || progress || (status.leased > 0 && status.waiting_for.empty());
   observations_.push_back({now, finished});
   while (observations_.size() > 2 && now - observations_[1].time >= window_) observations_.pop_front();
-  Pace pace;
-  pace.elapsed = now - *start_;
   const Observation& then = observations_.front();
   const Seconds stretch = now - then.time;
-  if (stretch >= kMinEvidence && finished > then.finished) {
-    pace.jobs_per_s = static_cast<double>(finished - then.finished) / stretch.count();
-    pace.remaining =
-        Seconds(static_cast<double>(std::max<std::int64_t>(status.total - finished, 0)) / *pace.jobs_per_s);
+  if (stretch < kMinEvidence || finished <= then.finished) return std::nullopt;
+  return static_cast<double>(finished - then.finished) / stretch.count();
+}
+
+std::string StandstillNote::Observe(Seconds now, const ExperimentStatus& status) {
+  if (status.over() || status.waiting_for.empty()) {
+    since_.reset();
+    return {};
   }
-  return pace;
+  if (!since_) since_ = now;
+  return now - *since_ >= patience_ ? status.waiting_for : std::string();
 }
 
 std::string FormatDuration(Seconds duration) {
@@ -106,17 +123,24 @@ std::string FormatDuration(Seconds duration) {
   return text;
 }
 
-std::string RenderProgressBar(const ExperimentStatus& status, const Pace& pace, int width) {
+std::string FormatElapsed(const ExperimentStatus& status) {
+  if (HadLongBreaks(status)) return FormatDuration(Seconds(*status.worked_s)) + " of work";
+  return FormatDuration(Seconds(status.elapsed_s));
+}
+
+std::string RenderProgressBar(const ExperimentStatus& status, std::optional<double> jobs_per_s, const std::string& note,
+                              int width) {
   const auto limit = static_cast<std::size_t>(std::max(width, 0));
   const std::string counts = Counts(status);
-  const std::string rate = pace.jobs_per_s ? FormatRate(*pace.jobs_per_s) : "";
-  const std::string elapsed = FormatDuration(pace.elapsed);
-  const std::string estimate = Estimate(status, pace);
-  // From complete to bare; the first one that fits is taken.
+  const std::string elapsed = FormatElapsed(status);
   const std::string windows = Windows(status);
-  const std::vector<std::string> variants = {Join({counts, windows, rate, elapsed, estimate}),
-                                             Join({counts, windows, rate, estimate}), Join({counts, windows, estimate}),
-                                             Join({counts, estimate})};
+  const std::string short_note = note.substr(0, note.find(';'));
+  const std::string rate = jobs_per_s && note.empty() ? FormatRate(*jobs_per_s) : "";
+  const std::string end = note.empty() ? Estimate(status) : short_note;
+  // From complete to bare; the first one that fits is taken.
+  std::vector<std::string> variants = {Join({counts, windows, rate, elapsed, end}), Join({counts, windows, rate, end}),
+                                       Join({counts, windows, end}), Join({counts, end})};
+  if (!note.empty()) variants.insert(variants.begin(), Join({counts, windows, elapsed, note}));
   constexpr std::size_t kBrackets = 3;  // "[", "]" and the space after
   for (const auto& text : variants) {
     if (text.size() + kBrackets + kMinBarWidth > limit) continue;
@@ -124,25 +148,24 @@ std::string RenderProgressBar(const ExperimentStatus& status, const Pace& pace, 
     return Bar(status.finished(), status.total, bar) + " " + text;
   }
   for (const auto& text : {variants.back(), counts}) {
-    if (text.size() <= limit) return text;
+    if (text.size() <= limit || !note.empty()) return text.substr(0, limit);
   }
   return counts.substr(0, limit);
 }
 
-std::string RenderProgressLine(const ExperimentStatus& status, const Pace& pace) {
-  return Join({"experiment " + std::to_string(status.id) + ":", Counts(status), Windows(status),
-               pace.jobs_per_s ? FormatRate(*pace.jobs_per_s) : "", FormatDuration(pace.elapsed),
-               Estimate(status, pace)});
+std::string RenderProgressLine(const ExperimentStatus& status, std::optional<double> jobs_per_s,
+                               const std::string& note) {
+  const std::string rate = jobs_per_s && note.empty() ? FormatRate(*jobs_per_s) : "";
+  return Join({"experiment " + std::to_string(status.id) + ":", Counts(status), Windows(status), rate,
+               FormatElapsed(status), note.empty() ? Estimate(status) : note});
 }
 
-std::string RenderSummary(const ExperimentStatus& status, Seconds elapsed) {
-  constexpr Seconds kMinute{60};
-  char seconds[32];
-  std::snprintf(seconds, sizeof(seconds), "%.1f s", elapsed.count());
+std::string RenderSummary(const ExperimentStatus& status) {
   std::string text = std::to_string(status.finished()) + " of " + std::to_string(status.total) + " jobs in " +
-                     (elapsed < kMinute ? std::string(seconds) : FormatDuration(elapsed)) + ": " +
-                     std::to_string(status.solved) + " solved, " + std::to_string(status.done - status.solved) +
-                     " not solved";
+                     WithTenths(Seconds(status.elapsed_s));
+  if (HadLongBreaks(status)) text += " (" + WithTenths(Seconds(*status.worked_s)) + " of work)";
+  text +=
+      ": " + std::to_string(status.solved) + " solved, " + std::to_string(status.done - status.solved) + " not solved";
   if (status.dead > 0) text += ", " + std::to_string(status.dead) + " dead";
   if (status.failed > 0) text += ", " + std::to_string(status.failed) + " could not run";
   if (status.cancelled > 0) text += ", " + std::to_string(status.cancelled) + " cancelled";

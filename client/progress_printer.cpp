@@ -3,7 +3,6 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdio>
 
 namespace legopt::client {
@@ -34,28 +33,39 @@ bool ProgressPrinter::DueAsLine(const ExperimentStatus& status, const std::strin
   constexpr std::int64_t kParts = 10;
   if (!last_ || (status.over() && !last_->over())) return true;
   if (note != last_note_) return true;
-  if (status == *last_ && note.empty()) return false;
+  const Seconds since = elapsed() - last_time_;
+  if (!note.empty()) return since >= kWaitingPeriod;
+  if (SameProgress(status, *last_)) return false;
   const auto part = [&](const ExperimentStatus& s) { return s.total > 0 ? s.finished() * kParts / s.total : 0; };
-  return part(status) > part(*last_) || elapsed() - last_time_ >= kQuietPeriod;
+  return part(status) > part(*last_) || since >= kQuietPeriod;
 }
 
-void ProgressPrinter::Show(const ExperimentStatus& status, const std::string& note) {
-  const Pace pace = meter_.Observe(elapsed(), status);
+void ProgressPrinter::Show(const ExperimentStatus& status) {
+  const std::optional<double> rate = meter_.Observe(elapsed(), status);
+  const std::string note = standstill_.Observe(elapsed(), status);
   if (terminal_) {
     // One column less than the terminal has: a full line would wrap on some.
-    const int width = TerminalWidth() - 1;
-    const std::string end = (note.empty() ? "" : "  " + note).substr(0, static_cast<std::size_t>(std::max(width, 0)));
-    const std::string bar = RenderProgressBar(status, pace, width - static_cast<int>(end.size()));
-    std::fprintf(stderr, "\r\033[K%s%s", bar.c_str(), end.c_str());
+    std::fprintf(stderr, "\r\033[K%s", RenderProgressBar(status, rate, note, TerminalWidth() - 1).c_str());
     std::fflush(stderr);
     line_open_ = true;
     return;
   }
   if (!DueAsLine(status, note)) return;
-  std::fprintf(stderr, "%s%s%s\n", RenderProgressLine(status, pace).c_str(), note.empty() ? "" : "  ", note.c_str());
+  std::fprintf(stderr, "%s\n", RenderProgressLine(status, rate, note).c_str());
   last_ = status;
   last_note_ = note;
   last_time_ = elapsed();
+}
+
+void ProgressPrinter::ServerSilent(Seconds silence, Seconds patience) {
+  Break();
+  std::fprintf(stderr, "legopt: no answer for %.0f s; waiting for the server to come back, for up to %s\n",
+               silence.count(), FormatDuration(patience).c_str());
+}
+
+void ProgressPrinter::ServerBack() {
+  Break();
+  std::fprintf(stderr, "legopt: the server answers again\n");
 }
 
 }  // namespace legopt::client

@@ -6,37 +6,38 @@
 
 #include "client/experiment_status.h"
 #include "client/progress.h"
+#include "client/watch_view.h"
 
 namespace legopt::client {
 
 /// Shows progress on standard error: one line that renews itself on a terminal, otherwise a plain line at the start,
-/// whenever a tenth of the jobs more has finished, at least every `kQuietPeriod` while something changes, and at the
-/// end.
-class ProgressPrinter {
+/// whenever a tenth of the jobs more has finished, when it begins or ceases to stand still, at least every
+/// `kQuietPeriod` while something changes (`kWaitingPeriod` while it stands still), and at the end.
+class ProgressPrinter final : public WatchView {
  public:
   ProgressPrinter();
   /// Leaves the terminal on a fresh line.
-  ~ProgressPrinter();
+  ~ProgressPrinter() override;
   ProgressPrinter(const ProgressPrinter&) = delete;
   ProgressPrinter& operator=(const ProgressPrinter&) = delete;
 
-  /// `note` stands behind the progress, e.g. why nothing moves; a plain line repeats it every kQuietPeriod.
-  void Show(const ExperimentStatus& status, const std::string& note = {});
-
+  void Show(const ExperimentStatus& status) override;
+  void ServerSilent(Seconds silence, Seconds patience) override;
+  void ServerBack() override;
   /// Ends the renewed line, so that something else may be printed. The next Show starts another one.
-  void Break();
-
-  /// Since the printer was made.
-  Seconds elapsed() const;
+  void Break() override;
 
  private:
   static constexpr Seconds kQuietPeriod{10};
+  static constexpr Seconds kWaitingPeriod{60};
   bool DueAsLine(const ExperimentStatus& status, const std::string& note) const;
+  Seconds elapsed() const;
 
   bool terminal_;
   bool line_open_ = false;
   std::chrono::steady_clock::time_point start_;
   PaceMeter meter_;
+  StandstillNote standstill_;
   std::optional<ExperimentStatus> last_;
   std::string last_note_;
   Seconds last_time_{0};

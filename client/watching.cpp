@@ -17,44 +17,16 @@ namespace {
 constexpr int kFirstInterval_ms = 50;
 constexpr int kInterval_ms = 250;
 
-constexpr Seconds kStandstill{3};
-
-ExperimentStatus Find(const nlohmann::json& reply, std::int64_t experiment_id, const ServerConnection& server) {
-  for (auto& status : ParseExperiments(reply)) {
-    if (status.id == experiment_id) return std::move(status);
-  }
-  throw ClientError(ExitCode::kUsage, "there is no experiment " + std::to_string(experiment_id) + " on the server at " +
-                                          server.address() + "; see 'legopt status'");
-}
-
-// Says once why nothing moves.
-class StandstillWarner {
- public:
-  void Look(const nlohmann::json& reply, const ExperimentStatus& status, ProgressPrinter* printer) {
-    if (status.over() || status.leased > 0 || status.finished() != finished_) since_ = printer->elapsed();
-    finished_ = status.finished();
-    if (warned_ || printer->elapsed() - since_ < kStandstill) return;
-    const std::string reason = StandstillReason(reply);
-    if (reason.empty()) return;
-    warned_ = true;
-    printer->Break();
-    std::fprintf(stderr, "legopt: warning: nothing moves: %s\n", reason.c_str());
-  }
-
- private:
-  std::int64_t finished_ = 0;
-  Seconds since_{0};
-  bool warned_ = false;
-};
+Seconds Now() { return std::chrono::steady_clock::now().time_since_epoch(); }
 
 }  // namespace
 
-void StoreTrouble::Look(const nlohmann::json& status, ProgressPrinter* printer) {
+void StoreTrouble::Look(const nlohmann::json& status, WatchView* view) {
   const std::string error = StoreError(status);
   const auto now = std::chrono::steady_clock::now();
   if (error.empty() != error_.empty()) {
     since_ = now;
-    if (printer != nullptr) printer->Break();
+    if (view != nullptr) view->Break();
     if (error.empty()) {
       std::fprintf(stderr, "legopt: the server writes its database again\n");
     } else {
@@ -75,39 +47,74 @@ void StoreTrouble::ThrowIfAny() const {
                                                      "the same command and the same --db");
 }
 
-ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experiment_id, const WatchTick& tick,
-                                 int max_silent_calls) {
-  ProgressPrinter printer;
-  StandstillWarner warner;
+void ServerPatience::Answered(Seconds now, WatchView& view) {
+  answered_ = now;
+  if (std::exchange(silent_, false)) view.ServerBack();
+}
+
+void ServerPatience::Silent(Seconds now, const ClientError& error, WatchView& view) {
+  if (!answered_) throw error;
+  const Seconds silence = now - *answered_;
+  if (silence >= patience_) {
+    throw ClientError(ExitCode::kUnreachable, "the server has not answered for " + FormatDuration(silence) +
+                                                  ". What it acknowledged is in its database; 'legopt "
+                                                  "watch' goes on watching when it is back");
+  }
+  if (!std::exchange(silent_, true)) view.ServerSilent(silence, patience_);
+}
+
+ExperimentStatus WatchedExperiment::Find(const nlohmann::json& reply) {
+  const auto refuse = [this](const std::string& what) {
+    return ClientError(ExitCode::kDatabaseUnusable,
+                       "the server at " + address_ + " came back with another database: " + what +
+                           ". Start the server with the database of before ('legopt status' shows which it has)");
+  };
+  const std::string name = "experiment " + std::to_string(id_);
+  for (ExperimentStatus& status : ParseExperiments(reply)) {
+    if (status.id != id_) continue;
+    const std::pair identity(status.spec_hash, status.submitted_at_us);
+    if (identity_ && *identity_ != identity) throw refuse(name + " ('" + status.name + "') is another one there");
+    identity_ = identity;
+    return std::move(status);
+  }
+  if (identity_) throw refuse("there is no " + name);
+  throw ClientError(ExitCode::kUsage,
+                    "there is no " + name + " on the server at " + address_ + "; see 'legopt status'");
+}
+
+ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experiment_id, WatchView& view,
+                                 const WatchOptions& options) {
   StoreTrouble trouble;
-  int silent_calls = 0;
-  int interval_ms = kFirstInterval_ms;
-  for (;;) {
+  WatchedExperiment watched(experiment_id, server.address());
+  ServerPatience patience(options.patience, options.has_answered ? std::optional(Now()) : std::nullopt);
+  for (int interval_ms = kFirstInterval_ms;; interval_ms = std::min(interval_ms * 2, kInterval_ms)) {
     if (Interrupted()) trouble.ThrowIfAny();
     if (Interrupted()) throw ClientError(ExitCode::kInterrupted, "interrupted");
-    if (tick) tick();
+    if (options.tick) options.tick();
     nlohmann::json reply;
     try {
       reply = server.Status(experiment_id);
     } catch (const ClientError& error) {
       if (error.code() == ExitCode::kInterrupted) trouble.ThrowIfAny();
-      if (error.code() != ExitCode::kUnreachable || ++silent_calls >= max_silent_calls) throw;
+      if (error.code() != ExitCode::kUnreachable) throw;
+      patience.Silent(Now(), error, view);
       continue;
     }
-    silent_calls = 0;
-    const ExperimentStatus status = Find(reply, experiment_id, server);
-    trouble.Look(reply, &printer);
-    printer.Show(status, trouble.note());
-    // With a tick, somebody sees after the workers.
-    if (!tick) warner.Look(reply, status, &printer);
-    if (status.over()) {
-      printer.Break();
-      std::fprintf(stderr, "%s\n", RenderSummary(status, printer.elapsed()).c_str());
-      return status;
-    }
+    patience.Answered(Now(), view);
+    const ExperimentStatus status = watched.Find(reply);
+    trouble.Look(reply, &view);
+    view.Show(status);
+    if (status.over()) return status;
     ::poll(nullptr, 0, interval_ms);
-    interval_ms = std::min(interval_ms * 2, kInterval_ms);
   }
+}
+
+ExperimentStatus WatchOnTerminal(ServerConnection& server, std::int64_t experiment_id, const WatchOptions& options) {
+  ProgressPrinter printer;
+  const ExperimentStatus status = WatchExperiment(server, experiment_id, printer, options);
+  printer.Break();
+  std::fprintf(stderr, "%s\n", RenderSummary(status).c_str());
+  return status;
 }
 
 ExitCode OutcomeOf(const ExperimentStatus& status) {

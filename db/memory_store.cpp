@@ -31,10 +31,13 @@ struct Attempt {
   std::int64_t token = 0;
   std::int64_t worker_id = 0;
   AttemptOutcome outcome = AttemptOutcome::kRunning;
+  std::int64_t leased_at_us = 0;
+  std::int64_t ended_at_us = 0;  // 0: runs
 };
 
 struct JobRow {
   std::int64_t experiment_id = 0;
+  std::size_t cell = 0;  // of the experiment's
   JobState state = JobState::kQueued;
   int returned = 0;
   int max_attempts = 1;
@@ -44,6 +47,7 @@ struct JobRow {
 struct ExperimentRow {
   ExperimentSummary summary;  // state and times; counts are taken from the jobs
   std::string spec_json;
+  std::size_t num_cells = 0;
 };
 
 }  // namespace
@@ -151,6 +155,7 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
   row.spec_json = e.spec_json;
+  row.num_cells = e.cells.size();
   Insert(experiments, e.experiment_id, row, "experiment");
   for (const MethodRecord& method : e.methods) {
     Require(IsHash(method.hash) && method.sample_size_percent >= 1 && method.multi_starts >= 0, "bad method");
@@ -172,6 +177,7 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
     Require(keys.insert({{job.cell_index, job.problem_index}, job.repetition}).second, "job exists already");
     JobRow job_row;
     job_row.experiment_id = e.experiment_id;
+    job_row.cell = static_cast<std::size_t>(job.cell_index);
     job_row.max_attempts = e.max_attempts;
     Insert(jobs, job.job_id, job_row, "job");
   }
@@ -185,7 +191,7 @@ void MemoryStore::Tables::Do(const LeaseJob& op) {
           "job " + std::to_string(op.job_id) + " cannot be leased");
   Require(workers.contains(op.worker_id), "no worker " + std::to_string(op.worker_id));
   Set(job.state, JobState::kLeased);
-  job.attempts.push_back({op.token, op.worker_id, AttemptOutcome::kRunning});
+  job.attempts.push_back({op.token, op.worker_id, AttemptOutcome::kRunning, op.at_us});
   undo.push_back([&job] { job.attempts.pop_back(); });
 }
 
@@ -196,6 +202,7 @@ void MemoryStore::Tables::Do(const EndAttempt& op) {
   Attempt& attempt = RunningAttempt(op.job_id, op.attempt);
   JobRow& job = JobOf(op.job_id);
   Set(attempt.outcome, op.outcome);
+  Set(attempt.ended_at_us, op.at_us);
   Set(job.state, op.next);
   if (op.outcome == AttemptOutcome::kReturned) Set(job.returned, job.returned + 1);
 }
@@ -205,6 +212,7 @@ void MemoryStore::Tables::Do(const AcceptResult& op) {
   Require(FaultOf(op.result).empty(), FaultOf(op.result));
   Insert(results, op.job_id, Accepted{op.job_id, op.attempt, op.result}, "result");
   Set(attempt.outcome, AttemptOutcome::kFinished);
+  Set(attempt.ended_at_us, op.at_us);
   Set(JobOf(op.job_id).state, JobState::kDone);
 }
 
@@ -227,7 +235,10 @@ void MemoryStore::Tables::Close(std::int64_t experiment_id, ExperimentState stat
 void MemoryStore::Tables::Do(const CancelExperiment& op) {
   for (auto& [job_id, job] : jobs) {
     if (job.experiment_id != op.experiment_id || IsTerminal(job.state)) continue;
-    if (job.state == JobState::kLeased) Set(job.attempts.back().outcome, AttemptOutcome::kCancelled);
+    if (job.state == JobState::kLeased) {
+      Set(job.attempts.back().outcome, AttemptOutcome::kCancelled);
+      Set(job.attempts.back().ended_at_us, op.at_us);
+    }
     Set(job.state, JobState::kCancelled);
   }
   Close(op.experiment_id, ExperimentState::kCancelled, op.at_us);
@@ -359,6 +370,7 @@ OpenExperiment MemoryStore::Tables::Open(const ExperimentRow& row) const {
   OpenExperiment open;
   open.experiment_id = row.summary.experiment_id;
   open.spec_json = row.spec_json;
+  open.cell_times.resize(row.num_cells);
   for (std::int64_t id = row.summary.first_job_id; id < row.summary.first_job_id + row.summary.num_jobs; ++id) {
     const JobRow& job = jobs.at(id);
     OpenJob& open_job = open.jobs.emplace_back();
@@ -369,10 +381,14 @@ OpenExperiment MemoryStore::Tables::Open(const ExperimentRow& row) const {
     open_job.token = job.attempts.back().token;
     open_job.worker_id = job.attempts.back().worker_id;
     open_job.outcome = job.attempts.back().outcome;
+    open_job.leased_at_us = job.attempts.back().leased_at_us;
+    open_job.ended_at_us = job.attempts.back().ended_at_us;
     const auto result = results.find(id);
     if (result == results.end()) continue;
     open_job.time_limited = result->second.result.solver_status == kSolverTimeLimit;
     open_job.solved = result->second.result.verdict_literal == kSuccess;
+    open.cell_times[job.cell].wall_us += result->second.result.wall_us;
+    open.cell_times[job.cell].waypoints += result->second.result.num_waypoints;
   }
   return open;
 }

@@ -61,6 +61,7 @@ class SqliteStore final : public Store {
   void LoadSummaries(OpenState& state);
   void LoadDescriptions(std::map<std::int64_t, ExperimentSummary>& by_id);
   void LoadOpenJobs(OpenState& state);
+  void LoadJobs(std::int64_t first_job_id, std::int64_t num_jobs, OpenExperiment& open);
   void LoadWorkers(OpenState& state);
 
   LockFile lock_;

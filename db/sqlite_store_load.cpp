@@ -119,28 +119,35 @@ std::optional<OpenExperiment> SqliteStore::LoadExperiment(std::int64_t experimen
   OpenExperiment open;
   open.experiment_id = experiment_id;
   open.spec_json = experiment.column_text(0);
-  const std::int64_t first_job_id = experiment.column_int(1);
-  const std::int64_t num_jobs = experiment.column_int(2);
+  LoadJobs(experiment.column_int(1), experiment.column_int(2), open);
+  return open;
+}
+
+void SqliteStore::LoadJobs(std::int64_t first_job_id, std::int64_t num_jobs, OpenExperiment& open) {
   Statement jobs(connection_,
                  "SELECT j.state, j.attempts, j.returned, coalesce(a.token, 0), coalesce(a.worker_id, 0), "
                  "coalesce(a.outcome, 'running'), coalesce(r.solver_status = 'time_limit', 0), "
-                 "coalesce(r.solved_literal, 0) FROM jobs AS j "
+                 "coalesce(r.solved_literal, 0), coalesce(a.leased_at_us, 0), coalesce(a.ended_at_us, 0), j.cell_id, "
+                 "coalesce(r.wall_us, 0), coalesce(r.num_waypoints, 0) FROM jobs AS j "
                  "LEFT JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts "
                  "LEFT JOIN results AS r ON r.job_id = j.job_id "
                  "WHERE j.job_id >= ?1 AND j.job_id < ?2 ORDER BY j.job_id");
   open.jobs.reserve(static_cast<std::size_t>(num_jobs));
   jobs.BindAll(first_job_id, first_job_id + num_jobs);
-  while (jobs.Step()) {
+  for (std::int64_t last_cell = 0; jobs.Step(); last_cell = jobs.column_int(10)) {
+    if (jobs.column_int(10) != last_cell) open.cell_times.emplace_back();  // the jobs of a cell follow each other
+    open.cell_times.back().wall_us += jobs.column_int(11);
+    open.cell_times.back().waypoints += jobs.column_int(12);
     open.jobs.push_back({JobStateAt(jobs, 0), static_cast<int>(jobs.column_int(1)),
                          static_cast<int>(jobs.column_int(2)), jobs.column_int(3), jobs.column_int(4),
-                         OutcomeAt(jobs, 5), jobs.column_int(6) != 0, jobs.column_int(7) != 0});
+                         OutcomeAt(jobs, 5), jobs.column_int(6) != 0, jobs.column_int(7) != 0, jobs.column_int(8),
+                         jobs.column_int(9)});
   }
   if (static_cast<std::int64_t>(open.jobs.size()) != num_jobs) {
-    throw StoreError(StoreErrorCode::kCorrupt, "experiment " + std::to_string(experiment_id) + " has " +
+    throw StoreError(StoreErrorCode::kCorrupt, "experiment " + std::to_string(open.experiment_id) + " has " +
                                                    std::to_string(open.jobs.size()) + " jobs instead of " +
                                                    std::to_string(num_jobs) + "; restore a backup");
   }
-  return open;
 }
 
 void SqliteStore::LoadWorkers(OpenState& state) {

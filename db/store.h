@@ -142,6 +142,8 @@ struct OpenJob {
   AttemptOutcome outcome = AttemptOutcome::kRunning;  ///< of the latest attempt; meaningless when there was none
   bool time_limited = false;                          ///< done, and its result has the solver status "time_limit"
   bool solved = false;                                ///< done, and its literal verdict is "success"
+  std::int64_t leased_at_us = 0;                      ///< of the latest attempt; 0 when there was none
+  std::int64_t ended_at_us = 0;                       ///< of the latest attempt; 0 while it runs
 };
 
 /// Totals of any experiment, open or closed.
@@ -164,11 +166,18 @@ struct ExperimentSummary {
   std::int64_t finished_at_us = 0;  ///< 0 while active
 };
 
+/// How long the solves of a cell took: sums over its results.
+struct CellTime {
+  std::int64_t wall_us = 0;
+  std::int64_t waypoints = 0;
+};
+
 /// An experiment with all that the scheduler needs to go on.
 struct OpenExperiment {
   std::int64_t experiment_id = 0;
   std::string spec_json;
-  std::vector<OpenJob> jobs;  ///< of first_job_id + 0, 1, ...
+  std::vector<OpenJob> jobs;         ///< of first_job_id + 0, 1, ...
+  std::vector<CellTime> cell_times;  ///< of each cell, by cell id
 };
 
 struct OpenState {

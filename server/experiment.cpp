@@ -4,6 +4,30 @@
 #include <utility>
 
 namespace legopt::server {
+namespace {
+
+constexpr double kSecondsPerMicrosecond = 1e-6;
+
+// How long at least one of the jobs' latest attempts ran. One that still runs has done so until something else of the
+// experiment was heard last.
+std::chrono::microseconds TimeOfLatestAttempts(const std::vector<db::OpenJob>& jobs) {
+  std::int64_t last_heard_us = 0;
+  for (const db::OpenJob& job : jobs) last_heard_us = std::max({last_heard_us, job.leased_at_us, job.ended_at_us});
+  std::vector<std::pair<std::int64_t, std::int64_t>> spans;
+  for (const db::OpenJob& job : jobs) {
+    if (job.leased_at_us == 0) continue;
+    spans.emplace_back(job.leased_at_us, job.ended_at_us == 0 ? last_heard_us : job.ended_at_us);
+  }
+  std::sort(spans.begin(), spans.end());
+  std::int64_t covered_us = 0, covered_until_us = 0;
+  for (const auto& [from_us, until_us] : spans) {
+    covered_us += std::max<std::int64_t>(until_us - std::max(from_us, covered_until_us), 0);
+    covered_until_us = std::max(covered_until_us, until_us);
+  }
+  return std::chrono::microseconds(covered_us);
+}
+
+}  // namespace
 
 Experiment::Experiment(std::int64_t experiment_id, std::int64_t first_job_id, ExperimentSpec spec)
     : experiment_id_(experiment_id),
@@ -11,7 +35,8 @@ Experiment::Experiment(std::int64_t experiment_id, std::int64_t first_job_id, Ex
       spec_(std::move(spec)),
       jobs_(static_cast<std::size_t>(spec_.num_jobs())),
       use_of_task_(spec_.tasks.size()),
-      use_of_kind_(spec_.methods.size() * spec_.tasks.size()) {}
+      use_of_kind_(spec_.methods.size() * spec_.tasks.size()),
+      kind_times_(spec_.methods.size() * spec_.tasks.size() * spec_.initializations.size()) {}
 
 std::optional<std::int64_t> Experiment::TakeQueued() {
   while (!returned_.empty()) {
@@ -40,6 +65,27 @@ void Experiment::NoteUse(std::int64_t index, std::int64_t used_us) {
     mean->sum_us += used_us;
     ++mean->count;
   }
+}
+
+std::size_t Experiment::KindOf(std::int64_t index) const {
+  const JobCoordinates at = CoordinatesOf(spec_, index);
+  return (at.method * spec_.tasks.size() + at.task) * spec_.initializations.size() + at.initialization;
+}
+
+void Experiment::AddTime(std::int64_t index, std::int64_t wall_us) {
+  const JobCoordinates at = CoordinatesOf(spec_, index);
+  KindTime& time = kind_times_[KindOf(index)];
+  time.seconds += static_cast<double>(wall_us) * kSecondsPerMicrosecond;
+  time.waypoints += spec_.tasks[at.task].waypoints[at.problem];
+}
+
+void Experiment::TakeUpTimes(const db::OpenExperiment& stored) {
+  for (std::size_t kind = 0; kind < std::min(kind_times_.size(), stored.cell_times.size()); ++kind) {
+    const db::CellTime& time = stored.cell_times[kind];
+    kind_times_[kind] = {static_cast<double>(time.wall_us) * kSecondsPerMicrosecond,
+                         static_cast<double>(time.waypoints)};
+  }
+  worked = TimeOfLatestAttempts(stored.jobs);
 }
 
 db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t experiment_id, std::int64_t first_job_id,

@@ -24,6 +24,12 @@ struct Job {
 };
 static_assert(sizeof(Job) == 16);
 
+/// How long the solves of a kind of job took that gave a result, and the waypoints of their problems.
+struct KindTime {
+  double seconds = 0;
+  double waypoints = 0;
+};
+
 /// An experiment in the scheduler's memory: its spec and the state of its jobs.
 class Experiment {
  public:
@@ -54,6 +60,17 @@ class Experiment {
   /// An attempt of this job has finished after this much CPU time.
   void NoteUse(std::int64_t index, std::int64_t used_us);
 
+  /// Kind of a job: its cell of the benchmark table, counted in the order of the jobs (method, task, initialisation).
+  std::size_t KindOf(std::int64_t index) const;
+  const KindTime& kind_time(std::size_t kind) const { return kind_times_[kind]; }
+  /// The solve of a job that gave its result took so long.
+  void AddTime(std::int64_t index, std::int64_t wall_us);
+
+  /// Time in which a job of it was leased, earlier lives of the server included.
+  std::chrono::microseconds worked{0};
+  /// What the store knows of times: those of the kinds, and how long it was worked on.
+  void TakeUpTimes(const db::OpenExperiment& stored);
+
  private:
   struct Mean {
     std::int64_t sum_us = 0, count = 0;
@@ -67,6 +84,7 @@ class Experiment {
   std::set<std::int64_t> returned_;  ///< queued again
   std::vector<Mean> use_of_task_;    ///< of finished attempts in this life of the server
   std::vector<Mean> use_of_kind_;    ///< likewise; method after method
+  std::vector<KindTime> kind_times_;
 };
 
 /// The rows that make the experiment: cells and jobs numbered from the given ids.

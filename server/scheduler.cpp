@@ -68,6 +68,7 @@ void Scheduler::Open(const Instant& now, const db::OpenExperiment& open) {
     const microseconds expires = now.steady + options_.lease * 9 / 10;
     AddLease(experiment, index, {stored.worker_id, expires, false, next_order_++, now.steady});
   }
+  experiment.TakeUpTimes(open);
   num_queued_ += CountOf(summaries_.at(open.experiment_id), db::JobState::kQueued);
   UpdateWaiting(experiment);
 }

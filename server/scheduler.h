@@ -80,6 +80,15 @@ struct JobProgress {
   std::int64_t done = 0, total = 0;  ///< windows of a motion, attempts of a posture
 };
 
+/// A lease at this moment.
+struct LeaseView {
+  std::int64_t job_id = 0;
+  std::int64_t experiment_id = 0;
+  std::int64_t worker_id = 0;
+  microseconds since{0};  ///< steady; given, or taken up by this server
+  std::int64_t progress_done = 0, progress_total = 0;
+};
+
 /// Decides who works on what: the queue semantics of lcmtypes/PROTOCOL.md as a pure state machine.
 ///
 /// Each message handler takes the time and the message and returns the reply; what must be durable before that reply
@@ -142,6 +151,12 @@ class Scheduler {
   std::vector<WorkerStatus> workers() const;
   /// Running jobs of an experiment that have told their progress, by job id; at most `most`.
   std::vector<JobProgress> Progress(std::int64_t experiment_id, std::size_t most) const;
+  /// All leases, in the order in which they were given.
+  std::vector<LeaseView> LeasesInOrder() const;
+  /// Null when the experiment is not in memory: unknown, or closed for longer than `retention`.
+  const Experiment* InMemory(std::int64_t experiment_id) const;
+  const SchedulerOptions& options() const { return options_; }
+  bool draining() const { return draining_; }
   const SchedulerCounters& counters() const { return counters_; }
   std::int64_t num_leases() const { return static_cast<std::int64_t>(leases_.size()); }
   std::int64_t num_queued() const { return num_queued_; }
@@ -207,6 +222,8 @@ class Scheduler {
   legopt_msg::result_reply AnswerEnded(const Instant& now, const db::AttemptRecord& record,
                                        const legopt_msg::result_request& request, Ops& ops);
   bool IsDeleted(std::int64_t job_id) const;
+  // scheduler_view.cpp
+  void CountWork(microseconds elapsed);
   std::optional<db::AttemptRecord> AttemptOf(const JobRef& ref, std::int64_t job_id, int attempt) const;
 
   SchedulerOptions options_;

@@ -223,23 +223,6 @@ legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::Endpoi
   return reply;
 }
 
-std::vector<JobProgress> Scheduler::Progress(std::int64_t experiment_id, std::size_t most) const {
-  std::vector<JobProgress> list;
-  const auto open = open_.find(experiment_id);
-  if (open == open_.end()) return list;
-  const Experiment& experiment = *open->second;
-  const std::int64_t first = experiment.first_job_id();
-  const auto end = leases_.lower_bound(first + experiment.num_jobs());
-  for (auto lease = leases_.lower_bound(first); lease != end && list.size() < most; ++lease) {
-    const LeaseState& state = lease->second;
-    if (state.progress_total == 0) continue;
-    const JobCoordinates at = CoordinatesOf(experiment.spec(), lease->first - first);
-    list.push_back({lease->first, experiment.spec().tasks[at.task].task, state.worker_id, state.progress_done,
-                    state.progress_total});
-  }
-  return list;
-}
-
 // --- Time ------------------------------------------------------------------------------------------------------------
 
 std::optional<microseconds> Scheduler::next_deadline() const {
@@ -249,6 +232,7 @@ std::optional<microseconds> Scheduler::next_deadline() const {
 
 void Scheduler::Tick(const Instant& now, Ops& ops) {
   if (now.steady < next_scan_) return;
+  CountWork(now.steady - next_scan_ + options_.expiry_scan);
   next_scan_ = now.steady + options_.expiry_scan;
   ExpireLeases(now, ops);
   const microseconds silence = options_.lease + options_.grace;

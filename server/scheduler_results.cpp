@@ -158,6 +158,7 @@ legopt_msg::result_reply Scheduler::AcceptCurrent(const Instant& now, const JobR
   job.time_limited = record.solver_status == db::kSolverTimeLimit;
   job.solved = record.verdict_literal == db::kSuccess;
   if (job.solved) ++summaries_.at(ref.experiment->experiment_id()).solved;
+  ref.experiment->AddTime(ref.index, record.wall_us);
   DropLease(now, ref);
   SetJobState(*ref.experiment, job, db::JobState::kDone);
   ops.emplace_back(db::AcceptResult{request.job_id, request.attempt, std::move(record), request.message,

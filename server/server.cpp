@@ -154,11 +154,10 @@ void Server::ServeStatus() {
   Serve<legopt_msg::status_request>(
       bus::MessageType::kStatus, true, [this](bus::EndpointId, const auto& request, auto responder) {
         CommitNow();
-        nlohmann::json status = StatusJson(scheduler_, request.experiment_id, Now());
+        nlohmann::json status = StatusJson(scheduler_, request.experiment_id, Now(), store_error_);
         nlohmann::json transport = nlohmann::json::object();
         for (const auto& [name, value] : endpoint_.counters().Listing()) transport[std::string(name)] = value;
         status["server"]["transport"] = std::move(transport);
-        status["server"]["store_error"] = store_error_;
         legopt_msg::status_reply reply{};
         reply.json = status.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
         responder.Reply(EncodeReply(reply));

@@ -1,42 +1,92 @@
 #include "server/status.h"
 
+#include <algorithm>
 #include <string>
+#include <vector>
+
+#include "server/outlook.h"
 
 namespace legopt::server {
 namespace {
 
 using Json = nlohmann::json;
 
+constexpr double kSecondsPerMicrosecond = 1e-6;
 constexpr std::size_t kMostRunningShown = 1000;  // keeps a reply small, however large the pool
 
-Json ExperimentJson(const db::ExperimentSummary& summary, const Scheduler& scheduler) {
-  Json jobs{{"total", summary.num_jobs}};
-  for (int state = 0; state < db::kNumJobStates; ++state) {
-    jobs[std::string(db::ToString(static_cast<db::JobState>(state)))] = summary.jobs_by_state[state];
-  }
+Json RunningJson(const std::vector<JobProgress>& jobs) {
   Json running = Json::array();
-  for (const JobProgress& job : scheduler.Progress(summary.experiment_id, kMostRunningShown)) {
+  for (const JobProgress& job : jobs) {
     running.push_back({{"job", job.job_id},
                        {"task", job.task},
                        {"worker", job.worker_id},
                        {"progress_done", job.done},
                        {"progress_total", job.total}});
   }
-  return {{"id", summary.experiment_id},
-          {"name", summary.name},
-          {"state", db::ToString(summary.state)},
-          {"hold", db::ToString(summary.control.hold)},
-          {"hold_reason", summary.control.reason},
-          {"priority", summary.control.priority},
-          {"jobs", std::move(jobs)},
-          {"running", std::move(running)},
-          {"solved", summary.solved},
-          {"submitted_at_us", summary.submitted_at_us},
-          {"finished_at_us", summary.finished_at_us == 0 ? Json() : Json(summary.finished_at_us)}};
+  return running;
+}
+
+// Times of the experiment. What was worked on is known while it is in memory.
+void AddTimes(Json& json, const db::ExperimentSummary& summary, const Experiment* experiment, const Instant& now) {
+  const std::int64_t end_us = summary.finished_at_us == 0 ? now.wall_us : summary.finished_at_us;
+  const double elapsed_s =
+      static_cast<double>(std::max<std::int64_t>(end_us - summary.submitted_at_us, 0)) * kSecondsPerMicrosecond;
+  json["submitted_at_us"] = summary.submitted_at_us;
+  json["finished_at_us"] = summary.finished_at_us == 0 ? Json() : Json(summary.finished_at_us);
+  json["elapsed_s"] = elapsed_s;
+  json["worked_s"] = nullptr;
+  if (experiment != nullptr) {
+    json["worked_s"] = std::min(static_cast<double>(experiment->worked.count()) * kSecondsPerMicrosecond, elapsed_s);
+  }
+}
+
+Json KindsJson(const Experiment& experiment, const WorkLeft& left) {
+  const ExperimentSpec& spec = experiment.spec();
+  const auto rates = SecondsPerWaypoint(left);
+  std::vector<std::int64_t> queued(left.kinds.size());
+  for (const QueuedWork& work : left.queued) queued[work.kind] += work.count;
+  Json kinds = Json::array();
+  for (std::size_t kind = 0; kind < left.kinds.size(); ++kind) {
+    kinds.push_back({{"method", spec.methods[left.kinds[kind].method].name},
+                     {"task", left.kinds[kind].task},
+                     {"initialization", spec.initializations[kind % spec.initializations.size()]},
+                     {"queued", queued[kind]},
+                     {"s_per_waypoint", rates[kind] ? Json(*rates[kind]) : Json()}});
+  }
+  return kinds;
+}
+
+Json ExperimentJson(const db::ExperimentSummary& summary, const Scheduler& scheduler, const Outlooks& outlooks,
+                    bool with_kinds, const Instant& now) {
+  Json jobs{{"total", summary.num_jobs}};
+  for (int state = 0; state < db::kNumJobStates; ++state) {
+    jobs[std::string(db::ToString(static_cast<db::JobState>(state)))] = summary.jobs_by_state[state];
+  }
+  const Outlook outlook = outlooks.Of(summary.experiment_id);
+  const Experiment* experiment = scheduler.InMemory(summary.experiment_id);
+  Json json{{"id", summary.experiment_id},
+            {"name", summary.name},
+            {"spec_hash", summary.spec_hash},
+            {"submitter", summary.submitter},
+            {"tags", summary.tags},
+            {"dataset", summary.dataset},
+            {"methods", summary.methods},
+            {"state", db::ToString(summary.state)},
+            {"hold", db::ToString(summary.control.hold)},
+            {"hold_reason", summary.control.reason},
+            {"priority", summary.control.priority},
+            {"jobs", std::move(jobs)},
+            {"running", RunningJson(scheduler.Progress(summary.experiment_id, kMostRunningShown))},
+            {"solved", summary.solved},
+            {"share", outlook.share},
+            {"eta_s", outlook.remaining_s ? Json(*outlook.remaining_s) : Json()},
+            {"waiting_for", outlook.waiting_for}};
+  AddTimes(json, summary, experiment, now);
+  if (with_kinds && !outlook.left.kinds.empty()) json["kinds"] = KindsJson(*experiment, outlook.left);
+  return json;
 }
 
 Json WorkerJson(const WorkerStatus& worker, const Instant& now) {
-  constexpr double kSecondsPerMicrosecond = 1e-6;
   std::string datasets;
   for (const db::DatasetRecord& dataset : worker.datasets) datasets += (datasets.empty() ? "" : ", ") + dataset.name;
   const double silent_s = static_cast<double>((now.steady - worker.last_seen).count()) * kSecondsPerMicrosecond;
@@ -54,17 +104,22 @@ Json WorkerJson(const WorkerStatus& worker, const Instant& now) {
 
 }  // namespace
 
-Json StatusJson(const Scheduler& scheduler, std::int64_t experiment_id, const Instant& now) {
+Json StatusJson(const Scheduler& scheduler, std::int64_t experiment_id, const Instant& now,
+                const std::string& store_error) {
+  const Outlooks outlooks(scheduler, now, store_error);
   Json experiments = Json::array();
   for (const auto& [id, summary] : scheduler.experiments()) {
-    if (experiment_id == 0 || experiment_id == id) experiments.push_back(ExperimentJson(summary, scheduler));
+    if (experiment_id != 0 && experiment_id != id) continue;
+    experiments.push_back(ExperimentJson(summary, scheduler, outlooks, experiment_id != 0, now));
   }
   Json workers = Json::array();
   for (const WorkerStatus& worker : scheduler.workers()) workers.push_back(WorkerJson(worker, now));
   Json counters = Json::object();
   for (const auto& [name, value] : scheduler.counters().Listing()) counters[std::string(name)] = value;
-  Json server{
-      {"queued", scheduler.num_queued()}, {"leased", scheduler.num_leases()}, {"scheduler", std::move(counters)}};
+  Json server{{"queued", scheduler.num_queued()},
+              {"leased", scheduler.num_leases()},
+              {"store_error", store_error},
+              {"scheduler", std::move(counters)}};
   return {{"experiments", std::move(experiments)}, {"workers", std::move(workers)}, {"server", std::move(server)}};
 }
 

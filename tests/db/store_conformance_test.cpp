@@ -62,6 +62,39 @@ TEST_P(StoreConformance, EmptyStoreStartsCountingAtOne) {
   EXPECT_TRUE(state.experiments.empty());
 }
 
+TEST_P(StoreConformance, TellsHowLongTheSolvesOfEachCellTook) {
+  Prepare();
+  ResultRecord slow = SampleResult();
+  slow.wall_us = 6'000'000;
+  slow.num_waypoints = 3;
+  ResultRecord fast = SampleResult();
+  fast.wall_us = 500'000;
+  Apply({LeaseJob{1, 1, 777, 1, 10}, AcceptResult{1, 1, slow, "", "", 20}, LeaseJob{2, 1, 778, 1, 20},
+         AcceptResult{2, 1, fast, "", "", 30}});
+  Reopen();
+  const std::vector<CellTime> times = store().LoadExperiment(1)->cell_times;
+  ASSERT_EQ(times.size(), 2U);
+  EXPECT_EQ(times[0].wall_us, 6'500'000);
+  EXPECT_EQ(times[0].waypoints, 4);
+  EXPECT_EQ(times[1].wall_us, 0);
+  EXPECT_EQ(times[1].waypoints, 0);
+}
+
+TEST_P(StoreConformance, TellsWhenTheLatestAttemptOfAJobRan) {
+  Prepare();
+  EndAttempt returned;
+  returned.job_id = 1;
+  returned.attempt = 1;
+  returned.outcome = AttemptOutcome::kReturned;
+  returned.at_us = 15;
+  Apply({LeaseJob{1, 1, 777, 1, 10}, returned, LeaseJob{2, 1, 778, 1, 12}});
+  EXPECT_EQ(JobInStore(1).leased_at_us, 10);
+  EXPECT_EQ(JobInStore(1).ended_at_us, 15);
+  EXPECT_EQ(JobInStore(2).leased_at_us, 12);
+  EXPECT_EQ(JobInStore(2).ended_at_us, 0);
+  EXPECT_EQ(JobInStore(3).leased_at_us, 0);
+}
+
 TEST_P(StoreConformance, ExperimentSurvivesReopening) {
   Prepare();
   Reopen();
@@ -71,6 +104,8 @@ TEST_P(StoreConformance, ExperimentSurvivesReopening) {
   EXPECT_EQ(summary.submission_id, "submission-1");
   EXPECT_EQ(summary.spec_hash, HashOf('c'));
   EXPECT_EQ(summary.num_jobs, 4);
+  EXPECT_EQ(summary.dataset, "garage");
+  EXPECT_EQ(summary.methods, std::vector<std::string>{"SQP"});
   EXPECT_EQ(summary.jobs_by_state[static_cast<int>(JobState::kQueued)], 4);
   ASSERT_EQ(state.open.size(), 1U);
   EXPECT_EQ(state.open[0].spec_json, "{}");

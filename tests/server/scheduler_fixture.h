@@ -119,6 +119,19 @@ class SchedulerTest : public testing::Test {
     return reply;
   }
 
+  /// As a worker that still loads.
+  legopt_msg::hello_reply HelloWithoutDataset(bus::EndpointId endpoint, int slots = 1) {
+    legopt_msg::hello_request request{};
+    request.protocol_version = bus::kProtocolVersion;
+    request.worker_name = "worker-" + std::to_string(endpoint);
+    request.pid = 1;
+    request.slots = slots;
+    const auto reply = scheduler_->Hello(now_, endpoint, request, ops_);
+    Commit();
+    worker_ids_[endpoint] = reply.worker_id;
+    return reply;
+  }
+
   legopt_msg::lease_reply Lease(bus::EndpointId endpoint, int max_jobs = 1, char dataset_digit = 'd') {
     legopt_msg::lease_request request{};
     request.worker_id = worker_ids_[endpoint];
@@ -148,6 +161,21 @@ class SchedulerTest : public testing::Test {
       state.token = lease.token;
       request.leases.push_back(state);
     }
+    return scheduler_->Heartbeat(now_, endpoint, request);
+  }
+
+  legopt_msg::heartbeat_reply HeartbeatWithProgress(bus::EndpointId endpoint, const legopt_msg::lease& lease,
+                                                    std::int64_t done, std::int64_t total) {
+    legopt_msg::heartbeat_request request{};
+    request.worker_id = worker_ids_[endpoint];
+    request.server_instance = options_.server_instance;
+    legopt_msg::lease_state state{};
+    state.job_id = lease.job_id;
+    state.attempt = lease.attempt;
+    state.token = lease.token;
+    state.progress_done = done;
+    state.progress_total = total;
+    request.leases = {state};
     return scheduler_->Heartbeat(now_, endpoint, request);
   }
 

@@ -1,0 +1,200 @@
+#include "server/outlook.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace legopt::server {
+namespace {
+
+constexpr double kSecondsPerMicrosecond = 1e-6;
+constexpr std::size_t kHashDigitsShown = 12;
+
+double Seconds(microseconds duration) { return static_cast<double>(duration.count()) * kSecondsPerMicrosecond; }
+
+std::string Quoted(const std::string& name) { return "'" + name + "'"; }
+
+std::string NameOf(const db::ExperimentSummary& summary) {
+  return "experiment " + std::to_string(summary.experiment_id) + " " + Quoted(summary.name);
+}
+
+// Adjacent jobs of one kind and size are one entry: a cell of postures, however many.
+void AddQueued(WorkLeft& left, std::size_t kind, double waypoints) {
+  if (!left.queued.empty() && left.queued.back().kind == kind && left.queued.back().waypoints == waypoints) {
+    ++left.queued.back().count;
+  } else {
+    left.queued.push_back({kind, waypoints, 1});
+  }
+}
+
+}  // namespace
+
+Outlooks::Outlooks(const Scheduler& scheduler, const Instant& now, std::string store_error)
+    : scheduler_(scheduler), now_(now), store_error_(std::move(store_error)) {
+  for (WorkerStatus& worker : scheduler.workers()) {
+    const std::int64_t id = worker.record.worker_id;
+    workers_.emplace(id, std::move(worker));
+  }
+  std::map<std::int64_t, int> begun;  // worker -> of its leases
+  for (const LeaseView& lease : scheduler.LeasesInOrder()) {
+    const auto worker = workers_.find(lease.worker_id);
+    if (worker == workers_.end() || !Heard(worker->second)) {
+      with_the_silent_.insert(lease.experiment_id);
+      continue;
+    }
+    if (++begun[lease.worker_id] > worker->second.record.slots) continue;  // waits for a slot there
+    worked_on_[lease.experiment_id].push_back(lease);
+    ++busy_slots_;
+  }
+}
+
+bool Outlooks::Heard(const WorkerStatus& worker) const {
+  constexpr int kMissedHeartbeats = 6;
+  return worker.last_seen > microseconds(0) &&
+         now_.steady - worker.last_seen <= kMissedHeartbeats * scheduler_.options().heartbeat;
+}
+
+bool Outlooks::Has(const WorkerStatus& worker, const std::string& dataset_hash) const {
+  return worker.online && std::any_of(worker.datasets.begin(), worker.datasets.end(),
+                                      [&](const db::DatasetRecord& dataset) { return dataset.hash == dataset_hash; });
+}
+
+Outlook Outlooks::Of(std::int64_t experiment_id) const {
+  Outlook outlook;
+  const Experiment* experiment = scheduler_.InMemory(experiment_id);
+  const db::ExperimentSummary& summary = scheduler_.experiments().at(experiment_id);
+  if (experiment == nullptr || summary.state != db::ExperimentState::kActive) return outlook;
+  outlook.left = Left(*experiment);
+  outlook.waiting_for = WaitingFor(summary, *experiment);
+  if (busy_slots_ > 0) {
+    outlook.share = static_cast<double>(outlook.left.running.size()) / static_cast<double>(busy_slots_);
+  }
+  if (outlook.waiting_for.empty()) outlook.remaining_s = EstimateRemaining_s(outlook.left);
+  return outlook;
+}
+
+// --- Why it stands still ---------------------------------------------------------------------------------------------
+
+std::string Outlooks::WaitingFor(const db::ExperimentSummary& summary, const Experiment& experiment) const {
+  if (!store_error_.empty()) return "the database cannot be written: " + store_error_;
+  const std::string id = std::to_string(summary.experiment_id);
+  if (summary.control.hold == db::Hold::kHeld) {
+    return "held: " + summary.control.reason + "; 'legopt release " + id + "' lets it go on";
+  }
+  if (summary.control.hold == db::Hold::kPaused) return "paused; 'legopt resume " + id + "' lets it go on";
+  if (scheduler_.draining()) return "the server is stopping";
+  if (worked_on_.contains(summary.experiment_id)) return {};
+  return WaitingForWorkers(experiment);
+}
+
+std::string Outlooks::WaitingForWorkers(const Experiment& experiment) const {
+  const db::DatasetRecord& wanted = experiment.spec().dataset;
+  int online = 0, loading = 0, able = 0, heard = 0;
+  for (const auto& [id, worker] : workers_) {
+    const bool has = Has(worker, wanted.hash);
+    online += worker.online ? 1 : 0;
+    loading += worker.online && worker.datasets.empty() && Heard(worker) ? 1 : 0;
+    able += has ? 1 : 0;
+    heard += has && Heard(worker) ? 1 : 0;
+  }
+  const std::int64_t experiment_id = experiment.experiment_id();
+  const db::ExperimentSummary& summary = scheduler_.experiments().at(experiment_id);
+  const bool all_taken = summary.jobs_by_state[static_cast<int>(db::JobState::kQueued)] == 0;
+  if (with_the_silent_.contains(experiment_id) && (heard == 0 || all_taken)) {
+    return "nothing is heard of the workers that have its jobs";
+  }
+  if (heard > 0) return OtherWork(experiment);
+  if (loading > 0) return "workers load the dataset";
+  if (able > 0) return "nothing is heard of the workers any more";
+  if (online == 0) return "no worker is connected; start one with 'legopt-worker --slots 2'";
+  return "no worker has dataset " + Quoted(wanted.name) + " (" + wanted.hash.substr(0, kHashDigitsShown) +
+         "); start one with --dataset";
+}
+
+// Workers that could work on it do not.
+std::string Outlooks::OtherWork(const Experiment& experiment) const {
+  const int priority = scheduler_.experiments().at(experiment.experiment_id()).control.priority;
+  const db::ExperimentSummary* other = nullptr;
+  for (const auto& [id, leases] : worked_on_) {
+    const db::ExperimentSummary& summary = scheduler_.experiments().at(id);
+    const bool able = std::any_of(leases.begin(), leases.end(), [&](const LeaseView& lease) {
+      return Has(workers_.at(lease.worker_id), experiment.spec().dataset.hash);
+    });
+    if (able && (other == nullptr || summary.control.priority > other->control.priority)) other = &summary;
+  }
+  if (other == nullptr) return "its workers take no jobs at the moment: they begin, or were told to stop";
+  if (other->control.priority > priority) {
+    return NameOf(*other) + " goes first, by its priority of " + std::to_string(other->control.priority);
+  }
+  return "the workers are busy with " + NameOf(*other);
+}
+
+// --- How long it takes -----------------------------------------------------------------------------------------------
+
+WorkLeft Outlooks::Left(const Experiment& experiment) const {
+  const ExperimentSpec& spec = experiment.spec();
+  WorkLeft left;
+  std::int64_t index = 0;
+  for (std::size_t method = 0; method < spec.methods.size(); ++method) {
+    for (const ExperimentSpec::TaskProblems& task : spec.tasks) {
+      for (std::size_t start = 0; start < spec.initializations.size(); ++start) {
+        const std::size_t kind = left.kinds.size();
+        const KindTime& time = experiment.kind_time(kind);
+        left.kinds.push_back({method, task.task, time.seconds, time.waypoints});
+        for (const int waypoints : task.waypoints) {
+          for (int repetition = 0; repetition < spec.repetitions; ++repetition, ++index) {
+            if (experiment.job(index).state == db::JobState::kQueued) AddQueued(left, kind, waypoints);
+          }
+        }
+      }
+    }
+  }
+  const auto worked_on = worked_on_.find(experiment.experiment_id());
+  if (worked_on == worked_on_.end()) return left;
+  for (const LeaseView& lease : worked_on->second) {
+    const std::int64_t at_index = lease.job_id - experiment.first_job_id();
+    const JobCoordinates at = CoordinatesOf(spec, at_index);
+    const ExperimentSpec::TaskProblems& task = spec.tasks[at.task];
+    RunningWork& running = left.running.emplace_back();
+    running.kind = experiment.KindOf(at_index);
+    running.waypoints = task.waypoints[at.problem];
+    running.elapsed_s = Seconds(now_.steady - lease.since);
+    running.limit_s = static_cast<double>(task.wall_limit_us) * kSecondsPerMicrosecond;
+    if (task.task != "motion") continue;  // attempts at a posture tell nothing: the first good one is the last
+    running.windows_solved = static_cast<int>(lease.progress_done);
+    running.windows = static_cast<int>(lease.progress_total);
+  }
+  left.slots = SlotsFor(experiment);
+  return left;
+}
+
+// Alone it gets all that can work on it; beside others of its priority its fair part, as the scheduler deals; below
+// more urgent ones what it has at the moment.
+double Outlooks::SlotsFor(const Experiment& experiment) const {
+  const db::ExperimentSummary& mine = scheduler_.experiments().at(experiment.experiment_id());
+  std::set<std::string> submitters;
+  int of_mine = 0;
+  for (const auto& [id, other] : scheduler_.experiments()) {
+    if (!TakesPart(other)) continue;
+    if (other.control.priority > mine.control.priority) {
+      return static_cast<double>(worked_on_.at(experiment.experiment_id()).size());
+    }
+    if (other.control.priority < mine.control.priority) continue;
+    submitters.insert(other.submitter);
+    of_mine += other.submitter == mine.submitter ? 1 : 0;
+  }
+  int slots = 0;
+  for (const auto& [id, worker] : workers_) {
+    if (Heard(worker) && Has(worker, experiment.spec().dataset.hash)) slots += worker.record.slots;
+  }
+  const double parts = static_cast<double>(std::max<std::size_t>(submitters.size(), 1)) * std::max(of_mine, 1);
+  return std::max(slots, 1) / parts;
+}
+
+// Whether the scheduler deals slots to it, or has.
+bool Outlooks::TakesPart(const db::ExperimentSummary& summary) const {
+  if (summary.state != db::ExperimentState::kActive || summary.control.hold != db::Hold::kNone) return false;
+  return summary.jobs_by_state[static_cast<int>(db::JobState::kQueued)] > 0 ||
+         worked_on_.contains(summary.experiment_id);
+}
+
+}  // namespace legopt::server

@@ -1,0 +1,155 @@
+// Policy: the estimate is a pure function of the work that is left. Single cases have one right answer; recorded
+// histories of real runs are replayed on virtual slots, and every estimate on the way is held against what came.
+
+#include "server/estimate.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/server/recorded_history.h"
+
+namespace legopt::server {
+namespace {
+
+constexpr double kLimit_s = 300;
+
+// Two methods, each with postures (kinds 0 and 2) and motions (kinds 1 and 3).
+WorkLeft TwoMethods() {
+  WorkLeft left;
+  left.kinds = {{0, "posture", 0, 0}, {0, "motion", 0, 0}, {1, "posture", 0, 0}, {1, "motion", 0, 0}};
+  left.slots = 2;
+  return left;
+}
+
+TEST(SecondsPerWaypoint, IsTimeOverWaypointsDealtWith) {
+  WorkLeft left = TwoMethods();
+  left.kinds[0] = {0, "posture", 6, 12};
+  left.running = {{0, 1, 2.0, 0, 0, kLimit_s}, {1, 50, 10.0, 2, 10, kLimit_s}};
+  const auto rates = SecondsPerWaypoint(left);
+  EXPECT_DOUBLE_EQ(*rates[0], 7.5 / 12) << "a running job adds what it takes longer than expected";
+  EXPECT_DOUBLE_EQ(*rates[1], 10 / 12.5) << "windows count";
+}
+
+TEST(SecondsPerWaypoint, BorrowsFromKinButNotFromAnotherTask) {
+  WorkLeft left;
+  left.kinds = {
+      {0, "posture", 4, 2}, {0, "posture", 0, 0}, {1, "posture", 30, 3}, {2, "posture", 0, 0}, {0, "motion", 0, 0}};
+  left.kinds.push_back({3, "posture", 9, 3});
+  const auto rates = SecondsPerWaypoint(left);
+  EXPECT_DOUBLE_EQ(*rates[1], 2) << "the same method from the other start";
+  EXPECT_DOUBLE_EQ(*rates[3], 3) << "the other methods took 2, 10 and 3";
+  EXPECT_FALSE(rates[4].has_value());
+}
+
+TEST(EstimateRemaining, IsNoneWhileNothingRuns) {
+  WorkLeft left = TwoMethods();
+  left.kinds[0] = {0, "posture", 6, 12};
+  left.queued = {{0, 1, 10}};
+  EXPECT_FALSE(EstimateRemaining_s(left).has_value());
+}
+
+TEST(EstimateRemaining, IsNoneWhileAKindIsUnknown) {
+  WorkLeft left = TwoMethods();
+  left.kinds[0] = {0, "posture", 6, 12};
+  left.running = {{0, 1, 0.1, 0, 0, kLimit_s}};
+  left.queued = {{0, 1, 10}, {1, 24, 1}};
+  EXPECT_FALSE(EstimateRemaining_s(left).has_value()) << "no motion was ever seen";
+  left.kinds[3] = {1, "motion", 48, 24};
+  EXPECT_TRUE(EstimateRemaining_s(left).has_value());
+}
+
+TEST(EstimateRemaining, DividesShortJobsBySlots) {
+  WorkLeft left = TwoMethods();
+  left.kinds[0] = {0, "posture", 60, 120};
+  left.running = {{0, 1, 0.5, 0, 0, kLimit_s}};
+  left.queued = {{0, 1, 100}};
+  EXPECT_NEAR(*EstimateRemaining_s(left), 25, 0.5);
+  left.queued = {{0, 1, 1'000'000}};
+  EXPECT_NEAR(*EstimateRemaining_s(left), 250'000, 3000) << "many are not dealt one by one";
+}
+
+TEST(EstimateRemaining, DoesNotDivideAJob) {
+  WorkLeft left = TwoMethods();
+  left.running = {{1, 100, 10, 49, 77, kLimit_s}};
+  EXPECT_NEAR(*EstimateRemaining_s(left), 10.0 / 49.5 * 27.5, 1e-9) << "one motion, 49 of 77 windows, two slots";
+}
+
+TEST(EstimateRemaining, CountsALongJobAtTheEndInFull) {
+  WorkLeft left = TwoMethods();
+  left.kinds[0] = {0, "posture", 1, 10};
+  left.kinds[3] = {1, "motion", 20, 10};
+  left.running = {{0, 1, 0, 0, 0, kLimit_s}, {0, 1, 0, 0, 0, kLimit_s}};
+  left.queued = {{0, 1, 8}, {1, 50, 1}};
+  EXPECT_NEAR(*EstimateRemaining_s(left), 0.5 + 100, 0.1);
+}
+
+TEST(EstimateRemaining, ASharedSlotTakesLonger) {
+  WorkLeft left = TwoMethods();
+  left.kinds[0] = {0, "posture", 100, 100};
+  left.running = {{0, 1, 0, 0, 0, kLimit_s}};
+  left.queued = {{0, 1, 99}};
+  left.slots = 0.5;
+  EXPECT_NEAR(*EstimateRemaining_s(left), 200, 5);
+}
+
+TEST(EstimateRemaining, AnOverdueJobIsNotTakenForDone) {
+  WorkLeft left = TwoMethods();
+  left.kinds[0] = {0, "posture", 1, 10};
+  left.running = {{0, 1, 40, 0, 0, kLimit_s}};
+  EXPECT_DOUBLE_EQ(*EstimateRemaining_s(left), 10);
+  left.running[0].limit_s = 42;
+  EXPECT_DOUBLE_EQ(*EstimateRemaining_s(left), 2);
+}
+
+// --- Recorded histories ----------------------------------------------------------------------------------------------
+
+struct Judgement {
+  double answered_share = 0;  // of the times it was asked
+  double mean_error = 0;      // of |estimate - truth| / (truth + allowance)
+  double worst_error = 0;
+};
+
+// Deals the recorded jobs to slots in their order and asks twice per second of virtual time.
+Judgement Replay(const RecordedHistory& history, int slots) {
+  constexpr double kStep_s = 0.5, kAllowance_s = 2;
+  const std::vector<ReplayedJob> jobs = DealToSlots(history.jobs, slots);
+  double end_s = 0;
+  for (const ReplayedJob& job : jobs) end_s = std::max(end_s, job.end_s);
+  Judgement judgement;
+  int asked = 0, answered = 0;
+  for (double now_s = kStep_s; now_s < end_s; now_s += kStep_s) {
+    ++asked;
+    const auto estimate_s = EstimateRemaining_s(LeftAt(history, jobs, now_s, slots));
+    if (!estimate_s) continue;
+    ++answered;
+    const double truth_s = end_s - now_s;
+    const double error = std::abs(*estimate_s - truth_s) / (truth_s + kAllowance_s);
+    judgement.mean_error += error;
+    judgement.worst_error = std::max(judgement.worst_error, error);
+  }
+  judgement.answered_share = static_cast<double>(answered) / asked;
+  judgement.mean_error /= std::max(answered, 1);
+  return judgement;
+}
+
+void ExpectForeseen(const char* file, const Judgement& bound) {
+  for (const int slots : {1, 2, 4}) {
+    const Judgement judgement = Replay(ReadHistory(file), slots);
+    EXPECT_GE(judgement.answered_share, bound.answered_share) << file << " on " << slots;
+    EXPECT_LE(judgement.mean_error, bound.mean_error) << file << " on " << slots;
+    EXPECT_LE(judgement.worst_error, bound.worst_error) << file << " on " << slots;
+  }
+}
+
+// 500 postures and 40 motions by five methods one after the other; the last one is three times as fast as those before
+// it let expect. Jobs per second let expect 2 s where 180 s are left.
+TEST(RecordedHistories, ManyPosturesAndMotionsByMethods) { ExpectForeseen("quick.csv", {0.95, 0.3, 1.3}); }
+
+TEST(RecordedHistories, OneMotion) { ExpectForeseen("one_motion.csv", {0.95, 0.05, 0.15}); }
+
+TEST(RecordedHistories, FivePosturesThenThreeMotions) { ExpectForeseen("mixed.csv", {0.95, 0.15, 0.5}); }
+
+}  // namespace
+}  // namespace legopt::server

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "server/estimate.h"
+
+namespace legopt::server {
+
+/// A job of a run that was recorded.
+struct RecordedJob {
+  std::size_t kind = 0;
+  double waypoints = 1;
+  double wall_s = 0;
+  int windows = 0;  ///< of a motion; 0: none
+};
+
+/// A run, its jobs in the order of work.
+struct RecordedHistory {
+  std::vector<JobKind> kinds;  ///< without times
+  std::vector<RecordedJob> jobs;
+};
+
+/// Reads tests/server/histories/FILE: lines "method,task,initialization,waypoints,wall_us,windows" after a header.
+/// Throws std::runtime_error.
+RecordedHistory ReadHistory(const std::string& file);
+
+/// When a recorded job ran.
+struct ReplayedJob {
+  double begin_s = 0, end_s = 0;
+};
+
+/// Each job goes to the slot that is free first.
+std::vector<ReplayedJob> DealToSlots(const std::vector<RecordedJob>& jobs, int slots);
+
+/// What a server would know at `now_s`. Windows of a motion are solved at an even pace.
+WorkLeft LeftAt(const RecordedHistory& history, const std::vector<ReplayedJob>& jobs, double now_s, int slots);
+
+}  // namespace legopt::server
