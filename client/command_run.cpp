@@ -91,7 +91,7 @@ Outcome RunExperiment(const Submission& submission, const Options& options, Loca
     std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers")
               << "; Ctrl-C stops and keeps what is done\n";
     outcome.status =
-        WatchOnTerminal(server, reply.experiment_id, {kServerPatience, true, [&pool] { pool.Supervise(); }});
+        WatchOnTerminal(server, reply.experiment_id, {kServerPatience, true, [&pool] { pool.Supervise(); }, true});
   } catch (const ClientError& error) {
     if (error.code() != ExitCode::kInterrupted) throw;
     trouble.ThrowIfAny();

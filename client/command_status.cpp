@@ -1,6 +1,3 @@
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
@@ -10,6 +7,7 @@
 #include "client/options.h"
 #include "client/progress.h"
 #include "client/status_table.h"
+#include "client/terminal.h"
 
 namespace legopt::client {
 namespace {
@@ -18,6 +16,7 @@ struct Options {
   std::optional<std::int64_t> experiment;
   SourceOptions source;
   ListingFormat format = ListingFormat::kText;
+  OutputOptions output;
 };
 
 Listing RunningListing(const std::vector<ExperimentStatus>& experiments) {
@@ -48,32 +47,23 @@ ExitCode StatusOfFile(const Options& options) {
   if (options.experiment) sql += " WHERE experiment_id = " + std::to_string(*options.experiment);
   const Listing experiments = source->Query(sql + " ORDER BY experiment_id");
   RequireFound(experiments, options);
-  std::cout << RenderListing(experiments, options.format);
+  Print(RenderListing(experiments, options.format, LayoutOf(options.output)), options.output);
   return ExitCode::kOk;
 }
 
-// Of standard output; 0: no limit.
-std::size_t OutputWidth() {
-  winsize size{};
-  return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
-}
-
-void PrintForPeople(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
-                    const Options& options) {
-  const std::size_t width = OutputWidth();
-  if (experiments.empty()) {
-    std::cout << "No experiments yet; submit one with 'legopt submit SUITE'\n";
-  } else {
-    std::cout << RenderExperiments(experiments, width);
-  }
+std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
+                          const Options& options) {
+  const TextLayout layout = LayoutOf(options.output);
+  std::string text = experiments.empty() ? "No experiments yet; submit one with 'legopt submit SUITE'\n"
+                                         : RenderExperiments(experiments, layout.width);
   if (const Listing running = RunningListing(experiments); !running.rows.empty()) {
-    std::cout << "\n" << RenderListing(running, options.format);
+    text += "\n" + RenderListing(running, options.format, layout);
   }
-  if (options.experiment) return;
+  if (options.experiment) return text;
   const auto workers = status.value("workers", nlohmann::json::array());
-  std::cout << "\n"
-            << (workers.empty() ? "No workers; start some with 'legopt-worker --slots 2'\n"
-                                : RenderWorkers(workers, width));
+  return text + "\n" +
+         (workers.empty() ? "No workers; start some with 'legopt-worker --slots 2'\n"
+                          : RenderWorkers(workers, layout.width));
 }
 
 void PrintListings(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
@@ -103,10 +93,10 @@ ExitCode StatusOfServer(const Options& options) {
       std::cout << status.dump(2) << "\n";
       break;
     case ListingFormat::kText:
-      std::cout << "Server " << probe.server_version << " at " << server.address() << " on " << probe.hostname
-                << " (pid " << probe.pid << ", up " << FormatDuration(std::chrono::microseconds(probe.uptime_us))
-                << "), database " << probe.database << "\n\n";
-      PrintForPeople(experiments, status, options);
+      Print("Server " + probe.server_version + " at " + server.address() + " on " + probe.hostname + " (pid " +
+                std::to_string(probe.pid) + ", up " + FormatDuration(std::chrono::microseconds(probe.uptime_us)) +
+                "), database " + probe.database + "\n\n" + TextForPeople(experiments, status, options),
+            options.output);
       break;
     case ListingFormat::kMarkdown:
       PrintListings(experiments, status, options);
@@ -124,6 +114,7 @@ void AddStatusCommand(CLI::App& app, Invocation* invocation) {
   const auto options = std::make_shared<Options>();
   command->add_option("ID", options->experiment, "Only this experiment");
   AddFormatOption(*command, &options->format);
+  AddOutputOptions(*command, &options->output);
   AddSourceOptions(*command, &options->source);
   command->callback([=] {
     invocation->body = [options] { return options->source.db ? StatusOfFile(*options) : StatusOfServer(*options); };

@@ -65,7 +65,7 @@ void PrintDryRun(const Submission& submission, const Options& options) {
 ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, Seconds patience) {
   const InterruptGuard guard;
   try {
-    const auto status = WatchOnTerminal(server, experiment_id, {patience, true, {}});
+    const auto status = WatchOnTerminal(server, experiment_id, {patience, true, {}, false});
     if (const auto hint = FailureHint(status, ""); !hint.empty()) std::cerr << "legopt: " << hint << "\n";
     return OutcomeOf(status);
   } catch (const ClientError& error) {

@@ -38,7 +38,7 @@ std::int64_t DefaultExperiment(ServerConnection& server) {
   return chosen->id;
 }
 
-WatchOptions HowToWatch(const Options& options) { return {Seconds(options.patience_s), !options.experiment, {}}; }
+WatchOptions HowToWatch(const Options& options) { return {Seconds(options.patience_s), !options.experiment, {}, false}; }
 
 ExitCode WatchAsText(ServerConnection& server, std::int64_t id, const Options& options) {
   try {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/progress.h"
+#include "client/text_layout.h"
 
 namespace legopt::client {
 namespace {

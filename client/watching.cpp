@@ -82,6 +82,16 @@ ExperimentStatus WatchedExperiment::Find(const nlohmann::json& reply) {
                     "there is no " + name + " on the server at " + address_ + "; see 'legopt status'");
 }
 
+std::string ReasonWithOwnWorkers(const ExperimentStatus& status, const nlohmann::json& reply) {
+  const auto workers = reply.value("workers", nlohmann::json::array());
+  const bool connected = std::any_of(workers.begin(), workers.end(),
+                                     [](const nlohmann::json& worker) { return worker.value("online", false); });
+  if (status.waiting_for.empty() || connected || status.hold != "none" || !StoreError(reply).empty()) {
+    return status.waiting_for;
+  }
+  return "the workers load the dataset";
+}
+
 ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experiment_id, WatchView& view,
                                  const WatchOptions& options) {
   StoreTrouble trouble;
@@ -101,7 +111,8 @@ ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experime
       continue;
     }
     patience.Answered(Now(), view);
-    const ExperimentStatus status = watched.Find(reply);
+    ExperimentStatus status = watched.Find(reply);
+    if (options.own_workers) status.waiting_for = ReasonWithOwnWorkers(status, reply);
     trouble.Look(reply, &view);
     view.Show(status);
     if (status.over()) return status;

@@ -54,8 +54,8 @@ class WatchedExperiment {
  public:
   WatchedExperiment(std::int64_t id, std::string address) : id_(id), address_(std::move(address)) {}
 
-  /// The watched one of a status reply. Throws ClientError: kUsage when the server never knew it, kDatabaseUnusable
-  /// when it knew it before, or another one by its id.
+  /// The watched one of a status reply, a JSON object. Throws ClientError: kUsage when the server never knew it,
+  /// kDatabaseUnusable when it knew it before, or another one by its id.
   ExperimentStatus Find(const nlohmann::json& reply);
 
  private:
@@ -70,7 +70,11 @@ struct WatchOptions {
   Seconds patience{kDefaultPatience_s};  ///< how long a server that has answered before may be silent
   bool has_answered = false;             ///< it has, just now
   std::function<void()> tick = {};       ///< called between two looks, e.g. to see after children
+  bool own_workers = false;              ///< the workers are children of ours: while none is connected, they load
 };
+
+/// The reason why an experiment waits, for somebody whose own workers are starting: they load the dataset.
+std::string ReasonWithOwnWorkers(const ExperimentStatus& status, const nlohmann::json& reply);
 
 /// Looks at an experiment until it is over and shows it. Returns its last status. Survives a server that is restarted
 /// (ServerPatience, WatchedExperiment: their errors end it). Under an InterruptGuard an interruption throws ClientError

@@ -7,6 +7,8 @@
 
 #include <sstream>
 
+#include "client/text_layout.h"
+
 namespace legopt::client {
 namespace {
 

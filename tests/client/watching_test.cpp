@@ -95,6 +95,20 @@ TEST(WatchedExperiment, OneThatNeverWasIsAnErrorOfTheUser) {
   EXPECT_EQ(CodeOf([&] { watched.Find({{"experiments", nlohmann::json::array()}}); }), ExitCode::kUsage);
 }
 
+TEST(ReasonWithOwnWorkers, ThoseThatAreNotConnectedYetLoad) {
+  ExperimentStatus status;
+  status.waiting_for = "no worker is connected";
+  const nlohmann::json nobody = {{"workers", nlohmann::json::array()}};
+  const nlohmann::json somebody = {{"workers", {{{"id", 1}, {"online", true}}}}};
+  EXPECT_EQ(ReasonWithOwnWorkers(status, nobody), "the workers load the dataset");
+  EXPECT_EQ(ReasonWithOwnWorkers(status, somebody), "no worker is connected");
+  status.hold = "held";
+  status.waiting_for = "held: the disk";
+  EXPECT_EQ(ReasonWithOwnWorkers(status, nobody), "held: the disk");
+  status = {};
+  EXPECT_EQ(ReasonWithOwnWorkers(status, nobody), "") << "it moves";
+}
+
 class WatchJsonTest : public testing::Test {
  protected:
   ExperimentStatus Done(std::int64_t done) {
