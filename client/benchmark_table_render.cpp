@@ -51,12 +51,15 @@ std::string Repetitions(const BenchmarkTable& table, const BenchmarkColumn& colu
 
 // Once for all columns where they agree, else for each task.
 std::string Repetitions(const BenchmarkTable& table) {
-  std::map<std::string, std::string> by_task;
-  for (const auto& column : table.columns) by_task[column.first] = Repetitions(table, column);
-  const bool equal = std::all_of(by_task.begin(), by_task.end(),
-                                 [&](const auto& task) { return task.second == by_task.begin()->second; });
+  std::vector<std::pair<std::string, std::string>> tasks;  // the columns of a task have the same problems
+  for (const auto& column : table.columns) {
+    if (tasks.empty() || tasks.back().first != column.first)
+      tasks.emplace_back(column.first, Repetitions(table, column));
+  }
+  const bool equal =
+      std::all_of(tasks.begin(), tasks.end(), [&](const auto& task) { return task.second == tasks.front().second; });
   std::string text;
-  for (const auto& [task, words] : by_task) {
+  for (const auto& [task, words] : tasks) {
     if (words.empty() || (equal && !text.empty())) continue;
     text += (text.empty() ? "; " : ", ") + (equal ? "" : task + " ") + words;
   }

@@ -258,7 +258,7 @@ TEST(BenchmarkTable, RepetitionsAreNotProblems) {
   table.columns.push_back(kMotionGood);
   table.rows[0].cells[kMotionGood] = {3, 3, 3, 0.1, 0.001, 0, 0, 0, 1, 3};
   EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kText),
-              HasSubstr("; motion 1 problem x 3 repetitions, posture 3 problems x 3 repetitions\n"));
+              HasSubstr("; posture 3 problems x 3 repetitions, motion 1 problem x 3 repetitions\n"));
 }
 
 TEST(BenchmarkTable, RowsThatWouldReadTheSameGetTheirMethodsId) {

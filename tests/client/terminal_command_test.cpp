@@ -107,6 +107,17 @@ TEST_F(TerminalCommand, PipesAndFilesGetTheFullText) {
   EXPECT_THAT(Widths(narrow.out), Each(testing::Le(60U)));
 }
 
+TEST_F(TerminalCommand, TimesAreInTheUnitAskedFor) {
+  const auto table = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments = {"table", "--db", file_.string()};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    return RunLegopt(arguments, folder_.path());
+  };
+  EXPECT_THAT(table({}).out, HasSubstr("Time(ms)"));
+  EXPECT_THAT(table({"--time-unit", "s"}).out, HasSubstr("Time(s)"));
+  EXPECT_EQ(table({"--time-unit", "min"}).exit_code, 2);
+}
+
 TEST_F(TerminalCommand, ColourIsForTerminals) {
   EXPECT_THAT(Run({"table"}, {}).out, HasSubstr(kEscape));
   EXPECT_THAT(Run({"table"}, {}, {{"NO_COLOR", "1"}}).out, Not(HasSubstr(kEscape)));
