@@ -5,12 +5,14 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <limits>
 #include <memory>
 
 #include "bus/bus_error.h"
 #include "bus/messages.h"
 #include "client/chosen_files.h"
 #include "client/client_error.h"
+#include "client/experiment_status.h"
 #include "client/progress.h"
 #include "db/audit.h"
 #include "db/read_only_database.h"
@@ -94,6 +96,15 @@ Finding CheckServer(const legopt_msg::probe_reply& probe, const std::string& add
   return {"server", State::kOk, detail, "", {}};
 }
 
+// Whether the server can write its database: on this disk, under this name.
+Finding CheckServersDatabase(ServerConnection& server) {
+  constexpr std::int64_t kNoExperiment = std::numeric_limits<std::int64_t>::max();  // the answer stays small
+  const std::string error = StoreError(server.Status(kNoExperiment));
+  if (error.empty()) return {"server's database", State::kOk, "can be written", "", {}};
+  return {"server's database", State::kFail, error, "nothing is leased or acknowledged until then",
+          ExitCode::kDatabaseUnusable};
+}
+
 Finding CheckClock(const std::optional<legopt_msg::probe_reply>& probe) {
   using std::chrono::microseconds;
   constexpr double kToleratedDifference_s = 2.0;
@@ -135,6 +146,7 @@ void CheckNetwork(const DiagnosisOptions& options, std::vector<Finding>* finding
       try {
         probe = server.Probe();
         findings->push_back(CheckServer(*probe, server.address()));
+        if (findings->back().state != State::kFail) findings->push_back(CheckServersDatabase(server));
       } catch (const ClientError& error) {
         findings->push_back({"server",
                              State::kWarn,

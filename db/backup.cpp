@@ -86,16 +86,20 @@ BackupReport BackUp(const std::filesystem::path& source, const std::filesystem::
   if (Identify(*live, SchemaVersion()).empty) {
     Fail(StoreErrorCode::kNotLegopt, source, "empty, not a legopt database; check the path");
   }
+  return BackUp(*live, target);
+}
+
+BackupReport BackUp(Connection& source, const std::filesystem::path& target) {
   PartialFile partial(target);
   BackupReport report;
   {
     Connection copy(partial.path(), Connection::Mode::kReadWriteCreate);
     copy.Execute("PRAGMA synchronous = FULL");
-    copy.CopyFrom(*live);
+    copy.CopyFrom(source);
     // One file, without side files, readable from read-only folders; a server switches back to write-ahead logging.
     copy.Execute("PRAGMA journal_mode = DELETE");
     if (const auto defects = AuditFile(copy); !defects.empty()) {
-      Fail(StoreErrorCode::kCorrupt, source,
+      Fail(StoreErrorCode::kCorrupt, source.path(),
            "the copy is not sound (" + defects.front().detail +
                "), so the database is not either; restore an older backup");
     }

@@ -7,6 +7,8 @@
 
 namespace legopt::db {
 
+class Connection;
+
 /// What a backup holds, counted in the finished copy.
 struct BackupReport {
   std::int64_t schema_version = 0;
@@ -27,5 +29,8 @@ struct BackupReport {
 /// Throws StoreError: kNotFound, kNotLegopt, kNewerSchema, kCorrupt (the source's damage shows in the copy),
 /// kUnwritable (also when `target` exists), kFull, kIo, kBusy. Thread rule: any thread; not across fork().
 BackupReport BackUp(const std::filesystem::path& source, const std::filesystem::path& target);
+
+/// The same through an open connection to the source, which must be of the present schema and in no transaction.
+BackupReport BackUp(Connection& source, const std::filesystem::path& target);
 
 }  // namespace legopt::db

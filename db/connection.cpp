@@ -9,8 +9,6 @@
 namespace legopt::db {
 namespace {
 
-constexpr std::chrono::milliseconds kBusyTimeout{5'000};
-
 struct Meaning {
   StoreErrorCode code;
   const char* advice;

@@ -103,7 +103,8 @@ class Connection {
   void CopyFrom(Connection& source);
   std::int64_t changes() const;
   bool read_only() const;
-  /// How long a lock of another connection is waited for; 5 s unless set.
+  static constexpr std::chrono::milliseconds kBusyTimeout{5'000};
+  /// How long a lock of another connection is waited for; kBusyTimeout unless set.
   void SetBusyTimeout(std::chrono::milliseconds timeout);
   void Interrupt();
 

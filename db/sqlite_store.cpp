@@ -12,8 +12,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "waypoints are stored as little-endian float64");
 
-std::filesystem::path LockPath(std::filesystem::path path) { return path += ".lock"; }
-
 std::size_t NumRows(const ResultRecord& result) {
   return result.waypoint_size > 0 ? result.waypoints.size() / static_cast<std::size_t>(result.waypoint_size) : 0;
 }
@@ -32,7 +30,7 @@ std::unique_ptr<Store> OpenSqliteStore(const std::filesystem::path& path) {
 }
 
 SqliteStore::SqliteStore(const std::filesystem::path& path)
-    : lock_(LockPath(path)), connection_(path, Connection::Mode::kReadWriteCreate) {
+    : file_(path), connection_(file_.path(), Connection::Mode::kReadWriteCreate) {
   // Nothing may be changed before the file is known to be ours.
   Identify(connection_, SchemaVersion());
   if (connection_.read_only()) {
@@ -49,6 +47,8 @@ SqliteStore::SqliteStore(const std::filesystem::path& path)
       "PRAGMA cache_size = -16384; PRAGMA temp_store = MEMORY");
   Migrate(connection_, Migrations());
   statements_.emplace(connection_);
+  connection_.QueryInt("SELECT count(*) FROM experiments");  // the first read opens the side files
+  file_.RememberSideFiles();
 }
 
 SqliteStore::~SqliteStore() {
@@ -92,10 +92,13 @@ SqliteStore::Statements::Statements(Connection& c)
       find_options(c, sql::kFindOptions) {}
 
 void SqliteStore::Apply(std::span<const StoreOp> operations) {
+  CheckPlace();
   Transaction transaction(connection_);
   for (const StoreOp& operation : operations) {
     std::visit([this](const auto& op) { Do(op); }, operation);
   }
+  // Once more, at the last moment before it counts; should the file go right now, the next check saves what it holds.
+  if (const auto place = file_.Look(); place != DatabaseFile::Place::kThere) ThrowDisplaced(place, "");
   transaction.Commit();
   written_since_checkpoint_ = true;
 }

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "db/connection.h"
-#include "db/lock_file.h"
+#include "db/database_file.h"
 #include "db/store.h"
 
 namespace legopt::db {
@@ -21,6 +21,7 @@ class SqliteStore final : public Store {
   std::optional<AttemptRecord> FindAttempt(std::int64_t job_id, int attempt) override;
   std::optional<OpenExperiment> LoadExperiment(std::int64_t experiment_id) override;
   std::optional<std::string> FindMethodOptions(const std::string& hash) override;
+  void CheckPlace() override;
   void Idle() override;
 
  private:
@@ -64,10 +65,15 @@ class SqliteStore final : public Store {
   void LoadJobs(std::int64_t first_job_id, std::int64_t num_jobs, OpenExperiment& open);
   void LoadWorkers(OpenState& state);
 
-  LockFile lock_;
+  bool CheckpointAll();
+  std::string Rescue(DatabaseFile::Place place);
+  [[noreturn]] void ThrowDisplaced(DatabaseFile::Place place, const std::string& remedy) const;
+
+  DatabaseFile file_;  // outlives the connection
   Connection connection_;
   std::optional<Statements> statements_;  // after migration
   bool written_since_checkpoint_ = false;
+  std::filesystem::path rescued_to_;  // a copy of the file when it has no name; empty: none was made
 };
 
 }  // namespace legopt::db

@@ -220,6 +220,10 @@ class Store {
   /// Canonical options of the method with this hash; empty when unknown.
   virtual std::optional<std::string> FindMethodOptions(const std::string& hash) = 0;
 
+  /// Called about once a second, and by Apply: throws StoreError (kDisplaced) while what is written would not be found
+  /// again, because the database is not where it was opened. What was applied before is brought to safety then.
+  virtual void CheckPlace() {}
+
   /// Called when the server has nothing else to do: moves the log into the main file, so that it stays small.
   virtual void Idle() {}
 };

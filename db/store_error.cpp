@@ -22,6 +22,8 @@ std::string_view ToString(StoreErrorCode code) {
       return "io";
     case StoreErrorCode::kCorrupt:
       return "corrupt";
+    case StoreErrorCode::kDisplaced:
+      return "displaced";
     case StoreErrorCode::kBusy:
       return "busy";
     case StoreErrorCode::kConstraint:

@@ -17,6 +17,7 @@ enum class StoreErrorCode {
   kFull,         ///< no space left; the transaction was rolled back and may be tried again
   kIo,           ///< the disk failed; the transaction was rolled back and may be tried again
   kCorrupt,      ///< the file is damaged: restore a backup
+  kDisplaced,    ///< the file is not at its path any more; goes on when it is back
   kBusy,         ///< another connection held a lock for too long; may be tried again
   kConstraint,   ///< an operation would have made an illegal row: a defect of the caller
   kBadQuery,     ///< SQL that is wrong or not read-only
@@ -33,10 +34,11 @@ class StoreError : public std::runtime_error {
 
   StoreErrorCode code() const { return code_; }
 
-  /// True for the states of a disk or lock that can pass (full, I/O error, busy): stop, keep the transaction, try
-  /// again.
+  /// True for the states of a disk, file or lock that can pass (full, I/O error, displaced, busy): stop, keep the
+  /// transaction, try again.
   bool transient() const {
-    return code_ == StoreErrorCode::kFull || code_ == StoreErrorCode::kIo || code_ == StoreErrorCode::kBusy;
+    return code_ == StoreErrorCode::kFull || code_ == StoreErrorCode::kIo || code_ == StoreErrorCode::kDisplaced ||
+           code_ == StoreErrorCode::kBusy;
   }
 
  private:

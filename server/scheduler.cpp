@@ -220,6 +220,7 @@ Scheduler::Worker* Scheduler::FindWorker(std::int64_t worker_id, bus::EndpointId
 
 void Scheduler::Hear(Worker& worker, const Instant& now) {
   worker.last_seen = now.steady;
+  worker.record.seen_at_us = now.wall_us;
   worker.charged = 0;
 }
 

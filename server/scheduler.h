@@ -45,6 +45,7 @@ struct SchedulerOptions {
   microseconds grace{1'500'000};           ///< waited beyond the lease: the worker stops itself first
   microseconds heartbeat{500'000};         ///< asked of workers; a cancelled job runs on for as long
   microseconds expiry_scan{100'000};       ///< how often Tick looks for expired leases
+  microseconds sighting{60'000'000};       ///< between writes of a living worker's last sighting
   microseconds retention{60'000'000};      ///< closed experiments stay in memory for late messages
   microseconds min_retry{50'000};          ///< told to a worker for which there is no job now
   microseconds retry_per_worker{2'000};    ///< times the number of workers: bounds the rate of idle requests
@@ -176,8 +177,9 @@ class Scheduler {
     db::WorkerRecord record;
     std::vector<db::DatasetRecord> datasets;
     microseconds last_seen{0};
-    bool online = false;   ///< set by SetOnline only
-    int online_slots = 0;  ///< its part of online_slots_
+    microseconds stored_seen{0};  ///< last_seen when it was last written
+    bool online = false;          ///< set by SetOnline only
+    int online_slots = 0;         ///< its part of online_slots_
     std::int64_t leases = 0;
     int charged = 0;  ///< leases that expired at its cost since it was last heard of
   };
@@ -210,6 +212,7 @@ class Scheduler {
   std::int64_t GiveBackRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops);
   // scheduler_leases.cpp
   void SetOnline(Worker& worker, bool online);
+  void StoreSighting(Worker& worker, Ops& ops);
   legopt_msg::lease LeaseFrom(const Instant& now, Experiment& experiment, Worker& worker, Ops& ops);
   std::string MismatchOf(const Worker& worker, const std::vector<std::string>& hashes, bool* same_name) const;
   int BatchSize(int wanted) const;

@@ -34,6 +34,12 @@ void Scheduler::SetOnline(Worker& worker, bool online) {
   worker.online = online;
 }
 
+// Heartbeats change nothing in the store; for people it is told now and then who is there.
+void Scheduler::StoreSighting(Worker& worker, Ops& ops) {
+  worker.stored_seen = worker.last_seen;
+  ops.emplace_back(db::PutWorker{worker.record});
+}
+
 legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sender,
                                          const legopt_msg::hello_request& request, Ops& ops) {
   legopt_msg::hello_reply reply{};
@@ -59,7 +65,7 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
     hashes.push_back(dataset.hash);
   }
   Hear(worker, now);
-  ops.emplace_back(db::PutWorker{worker.record});
+  StoreSighting(worker, ops);
   if (!worker.online) {
     ops.emplace_back(db::RecordEvent{"worker_joined", now.wall_us, {}, {}, worker_id, request.worker_name});
   }
@@ -237,7 +243,11 @@ void Scheduler::Tick(const Instant& now, Ops& ops) {
   ExpireLeases(now, ops);
   const microseconds silence = options_.lease + options_.grace;
   for (auto& [id, worker] : workers_) {
-    if (!worker.online || worker.last_seen + silence > now.steady) continue;
+    if (!worker.online) continue;
+    const bool lost = worker.last_seen + silence <= now.steady;
+    const bool due = draining_ || lost || worker.stored_seen + options_.sighting <= now.steady;
+    if (due && worker.stored_seen != worker.last_seen) StoreSighting(worker, ops);
+    if (!lost) continue;
     SetOnline(worker, false);
     ops.emplace_back(db::RecordEvent{"worker_lost", now.wall_us, {}, {}, id, worker.record.name});
   }

@@ -198,6 +198,7 @@ void Server::Drain() {
   if (draining_) return;
   draining_ = true;
   scheduler_.set_draining(true);
+  next_place_check_ = endpoint_.now();
   ops_.emplace_back(db::RecordEvent{"server_stopping", wall_clock_(), {}, {}, {}, {}});
 }
 
@@ -225,6 +226,7 @@ void Server::Round(microseconds max_wait, std::span<const pollfd> extra) {
 
 void Server::Work() {
   FinishQueries();
+  CheckPlace();
   if (store_healthy()) {
     scheduler_.Tick(Now(), ops_);
     CommitRound();
@@ -291,9 +293,23 @@ TransportHealth::Listing Server::Counters() const {
   return counters;
 }
 
+// Nothing may come for a long time, and then there may be nothing left to save.
+void Server::CheckPlace() {
+  if (!store_healthy() || endpoint_.now() < next_place_check_) return;
+  next_place_check_ = endpoint_.now() + options_.place_check;
+  try {
+    store_.CheckPlace();
+  } catch (const db::StoreError& error) {
+    if (!error.transient()) throw;
+    StoreFailed(error);
+  }
+}
+
 void Server::StoreFailed(const db::StoreError& error) {
-  if (store_healthy()) {
+  if (store_error_ != error.what()) {
     spdlog::error("the database cannot be used, nothing is leased or acknowledged: {}", error.what());
+  }
+  if (store_healthy()) {
     store_retry_after_ = options_.first_store_retry;
   } else {
     store_retry_after_ = std::min(2 * store_retry_after_, options_.max_store_retry);

@@ -27,6 +27,7 @@ struct ServerOptions {
   std::string database;                  ///< absolute path, for humans
   microseconds commit_interval{10'000};  ///< between commits, unless commit_batch replies wait for one
   std::size_t commit_batch = 64;
+  microseconds place_check{1'000'000};      ///< between looks whether the database is where it was opened
   microseconds idle_checkpoint{1'000'000};  ///< quiet time after which the store may tidy up
   microseconds first_store_retry{50'000};   ///< after a transient store error; doubles up to max_store_retry
   microseconds max_store_retry{2'000'000};
@@ -38,9 +39,10 @@ struct ServerOptions {
 /// A round takes what has arrived, applies all its operations in one commit, and only then sends the replies: whatever
 /// a caller is told is on disk. A busy server groups rounds into one commit: it waits until commit_interval has passed
 /// since the last one or commit_batch replies depend on it. What arrives at an idle server is committed at once. While
-/// the store reports a full disk, an I/O error or a lock, in writing or reading, the same transaction is tried again
-/// and again; nothing is acknowledged or leased, heartbeats, status and queries are answered, and other requests wait.
-/// Other store errors end Round with that StoreError.
+/// the store reports a full disk, an I/O error, a lock or a file that is not at its path any more, in writing, reading
+/// or when it is asked about once a second, the same transaction is tried again and again; nothing is acknowledged or
+/// leased, heartbeats, status and queries are answered, and other requests wait. Other store errors end Round with that
+/// StoreError.
 ///
 /// Thread rule: the endpoint's thread.
 class Server {
@@ -98,6 +100,7 @@ class Server {
   /// Before an answer about the state: it tells, and a query sees, nothing but what is on disk and all that is known.
   void CommitNow();
   void Commit();
+  void CheckPlace();
   void StoreFailed(const db::StoreError& error);
   TransportHealth::Listing Counters() const;
   void ResumeDeferred();
@@ -119,6 +122,7 @@ class Server {
   microseconds store_retry_at_{0}, store_retry_after_{0};
   std::deque<Deferred> deferred_;
   microseconds last_commit_{0};
+  microseconds next_place_check_{0};
   bool tidy_ = true;
   std::map<std::int64_t, bus::Responder> open_queries_;
   std::int64_t next_query_ = 1;

@@ -297,5 +297,29 @@ TEST_F(SchedulerTest, CancelledStaysCancelledAfterARestart) {
   EXPECT_EQ(store_.num_accepted(), 0);
 }
 
+// The store knows when a worker was last heard of: to the minute while it lives, exactly when it is gone.
+TEST_F(SchedulerTest, LastSightingsAreStoredNowAndThen) {
+  Hello(kFirst);
+  const auto stored = [this] { return store_.LoadOpenState().workers.at(worker_ids_[kFirst]).seen_at_us; };
+  const std::int64_t joined = stored();
+  int writes = 0;
+  for (std::int64_t last = joined, second = 1; second <= 150; ++second) {
+    Advance(std::chrono::seconds(1));
+    Heartbeat(kFirst, {});
+    writes += stored() != last ? 1 : 0;
+    last = stored();
+  }
+  EXPECT_EQ(writes, 2) << "once a minute";
+  const std::int64_t last_word = now_.wall_us;
+  Advance(options_.lease + options_.grace);
+  EXPECT_EQ(stored(), last_word) << "a lost worker was last heard of then, not when it was missed";
+  Hello(kFirst);
+  Advance(std::chrono::seconds(1));
+  Heartbeat(kFirst, {});
+  scheduler_->set_draining(true);
+  Advance(std::chrono::seconds(1));
+  EXPECT_EQ(stored(), now_.wall_us - 1'000'000) << "the end of the server is the last chance";
+}
+
 }  // namespace
 }  // namespace legopt::server

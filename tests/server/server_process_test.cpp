@@ -10,16 +10,21 @@
 #include <atomic>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "bus/codec.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
+#include "bus/typed_calls.h"
 #include "db/connection.h"
 #include "db/migrations.h"
 #include "db/sqlite_store.h"
 #include "tests/db/store_samples.h"
+#include "tests/server/sample_spec.h"
 
 namespace legopt::server {
 namespace {
@@ -78,6 +83,7 @@ class Process {
   }
 
   const std::string& text() const { return text_; }
+  pid_t pid() const { return pid_; }
 
  private:
   pid_t pid_ = -1;
@@ -101,6 +107,42 @@ class ServerProcess : public testing::Test {
     Process process(command);
     EXPECT_EQ(process.Wait(), code) << process.text();
     EXPECT_NE(process.text().find(word), std::string::npos) << process.text();
+  }
+
+  // Sends the submission until `enough` says so; it is told whether an answer came.
+  void SubmitWhile(const std::string& id, const std::function<bool(bool)>& enough) {
+    bus::LcmOptions options;
+    options.port = port_;
+    bus::LcmTransport transport(options);
+    bus::Endpoint client(transport, bus::RandomEndpointId(), bus::RandomSeed());
+    legopt_msg::submit_request request{};
+    request.submission_id = id;
+    request.spec_json = SampleSpec().dump();
+    bus::CallOptions call;
+    call.timeout = std::chrono::minutes(1);
+    bool answered = false;
+    bus::CallMessage(client, bus::kServer, request, call,
+                     [&](bus::CallOutcome<legopt_msg::submit_reply>&& outcome) { answered = outcome.ok(); });
+    do {
+      client.Poll(std::chrono::milliseconds(10));
+    } while (!enough(answered));
+  }
+  void Submit(const std::string& id) {
+    SubmitWhile(id, [](bool answered) { return answered; });
+  }
+
+  std::string StoreErrorInStatus() {
+    bus::LcmOptions options;
+    options.port = port_;
+    bus::LcmTransport transport(options);
+    bus::Endpoint client(transport, bus::RandomEndpointId(), bus::RandomSeed());
+    std::optional<std::string> json;
+    bus::CallOptions call;
+    call.timeout = std::chrono::minutes(1);
+    bus::CallMessage(client, bus::kServer, legopt_msg::status_request{}, call,
+                     [&](bus::CallOutcome<legopt_msg::status_reply>&& outcome) { json = outcome.reply.json; });
+    while (!json) client.Poll(std::chrono::milliseconds(10));
+    return nlohmann::json::parse(*json).at("server").at("store_error").get<std::string>();
   }
 
   db::TemporaryFolder folder_;
@@ -132,6 +174,88 @@ TEST_F(ServerProcess, SecondServerOnTheDatabaseIsRefused) {
   Process first(Command(database_, port_));
   ASSERT_TRUE(first.WaitFor("ready")) << first.text();
   ExpectExit(Command(database_, bus::FindFreePortPair(bus::RandomSeed())), 6, "another legopt-server");
+}
+
+TEST_F(ServerProcess, SecondServerOnTheFileIsRefusedWhateverItsName) {
+  Process first(Command(database_, port_));
+  ASSERT_TRUE(first.WaitFor("ready")) << first.text();
+  std::filesystem::create_symlink(database_, folder_ / "link.sqlite");
+  std::filesystem::create_hard_link(database_, folder_ / "hard.sqlite");
+  const int port = bus::FindFreePortPair(bus::RandomSeed());
+  const std::string holder = "another legopt-server (process " + std::to_string(first.pid()) + " on ";
+  ExpectExit(Command(folder_ / "link.sqlite", port), 6, holder);
+  ExpectExit(Command(folder_ / "hard.sqlite", port), 6, holder);
+}
+
+// Mounted elsewhere, by file and by folder; in a mount namespace of its own, where it is allowed.
+TEST_F(ServerProcess, SecondServerOnABindMountIsRefused) {
+  std::filesystem::create_directory(folder_ / "elsewhere");
+  std::ofstream(folder_ / "mounted.sqlite").close();
+  const std::string folder = folder_.path().string();
+  const std::string mounts = "mount --bind " + folder + " " + folder + "/elsewhere && mount --bind " +
+                             database_.string() + " " + folder + "/mounted.sqlite && ";
+  Process first(Command(database_, port_));
+  ASSERT_TRUE(first.WaitFor("ready")) << first.text();
+  Process probe({"unshare", "-m", "sh", "-c", mounts + "true"});
+  if (probe.Wait() != 0) GTEST_SKIP() << "no bind mounts here: " << probe.text();
+  const int port = bus::FindFreePortPair(bus::RandomSeed());
+  for (const std::string& name : {folder + "/elsewhere/results.sqlite", folder + "/mounted.sqlite"}) {
+    std::string command = mounts + "exec";
+    for (const std::string& word : Command(name, port)) command += " " + word;
+    ExpectExit({"unshare", "-m", "sh", "-c", command}, 6, "another legopt-server");
+  }
+}
+
+TEST_F(ServerProcess, ARenamedDatabaseIsNoticedAndSurvivesKill9) {
+  const auto moved = folder_ / "moved.sqlite";
+  {
+    Process server(Command(database_, port_));
+    ASSERT_TRUE(server.WaitFor("ready")) << server.text();
+    Submit("first");
+    std::filesystem::rename(database_, moved);
+    ASSERT_TRUE(server.WaitFor("moved to")) << server.text();
+    EXPECT_NE(StoreErrorInStatus().find("moved to"), std::string::npos);
+    server.Signal(SIGKILL);
+    server.Wait();
+  }
+  db::Connection connection(moved, db::Connection::Mode::kReadOnly);
+  EXPECT_EQ(connection.QueryText("SELECT submission_id FROM experiments"), "first");
+}
+
+TEST_F(ServerProcess, AfterARenameNothingIsAcknowledgedUntilTheFileIsBack) {
+  const auto moved = folder_ / "moved.sqlite";
+  Process server(Command(database_, port_));
+  ASSERT_TRUE(server.WaitFor("ready")) << server.text();
+  std::filesystem::rename(database_, moved);
+  ASSERT_TRUE(server.WaitFor("moved to")) << server.text();
+  int answers = 0;
+  SubmitWhile("late", [&](bool answered) {
+    EXPECT_FALSE(answered);
+    EXPECT_NE(StoreErrorInStatus(), "");  // the server answers this, and has the submission before it
+    return ++answers == 3;
+  });
+  std::filesystem::rename(moved, database_);
+  Submit("late");
+  ASSERT_TRUE(server.WaitFor("can be used again")) << server.text();
+  server.Signal(SIGTERM);
+  EXPECT_EQ(server.Wait(), 0) << server.text();
+  db::Connection connection(database_, db::Connection::Mode::kReadOnly);
+  EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM experiments"), 1);
+}
+
+TEST_F(ServerProcess, ARemovedDatabaseIsRescued) {
+  Process server(Command(database_, port_));
+  ASSERT_TRUE(server.WaitFor("ready")) << server.text();
+  Submit("first");
+  std::filesystem::remove(database_);
+  ASSERT_TRUE(server.WaitFor("was copied to ")) << server.text();
+  server.Signal(SIGKILL);
+  server.Wait();
+  const std::string word = "was copied to ";
+  const auto begin = server.text().find(word) + word.size();
+  db::Connection connection(server.text().substr(begin, server.text().find(';', begin) - begin),
+                            db::Connection::Mode::kReadOnly);
+  EXPECT_EQ(connection.QueryText("SELECT submission_id FROM experiments"), "first");
 }
 
 TEST_F(ServerProcess, SecondServerOnThePortIsRefused) {

@@ -1,0 +1,148 @@
+#include "db/database_file.h"
+
+#include <fcntl.h>
+#include <linux/magic.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/vfs.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+#include "db/store_error.h"
+
+namespace legopt::db {
+namespace {
+
+[[noreturn]] void Unwritable(const std::filesystem::path& path, const std::string& what) {
+  throw StoreError(StoreErrorCode::kUnwritable, path.string() + ": " + what);
+}
+
+std::string Reason() { return std::generic_category().message(errno); }
+
+bool IsOnNetwork(int descriptor) {
+  constexpr decltype(statfs::f_type) kCifs = 0xff534d42;
+  struct statfs system {};
+  if (fstatfs(descriptor, &system) != 0) return false;
+  return system.f_type == NFS_SUPER_MAGIC || system.f_type == SMB_SUPER_MAGIC || system.f_type == SMB2_SUPER_MAGIC ||
+         system.f_type == kCifs;
+}
+
+// Who has the flock, as the kernel tells: lines "1: FLOCK  ADVISORY  WRITE PID MAJOR:MINOR:INODE ...".
+std::string HolderOf(ino_t inode) {
+  std::array<char, 256> host{};
+  gethostname(host.data(), host.size() - 1);
+  std::ifstream locks("/proc/locks");
+  for (std::string line; std::getline(locks, line);) {
+    std::istringstream words(line);
+    std::string number, kind, advisory, mode, file;
+    long pid = 0;
+    if (!(words >> number >> kind >> advisory >> mode >> pid >> file) || kind != "FLOCK" || pid <= 0) continue;
+    if (file.substr(file.rfind(':') + 1) != std::to_string(inode)) continue;
+    return "process " + std::to_string(pid) + " on " + host.data();
+  }
+  return std::string("a process of another container on ") + host.data();
+}
+
+}  // namespace
+
+DatabaseFile::DatabaseFile(const std::filesystem::path& path) {
+  Open(path);
+  try {
+    lock_ = std::make_unique<LockFile>(path_.string() + ".lock");
+    LockItself();
+  } catch (...) {
+    close(descriptor_);
+    throw;
+  }
+}
+
+DatabaseFile::~DatabaseFile() { close(descriptor_); }
+
+void DatabaseFile::Open(const std::filesystem::path& path) {
+  constexpr mode_t kMode = 0644;
+  descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode);
+  // SQLite says better what is wrong with a file that can only be read.
+  if (descriptor_ < 0 && (errno == EACCES || errno == EROFS)) descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor_ < 0) {
+    Unwritable(path, "cannot open the database: " + Reason() + "; check that the folder exists and can be written");
+  }
+  struct stat status {};
+  std::error_code error;
+  path_ = std::filesystem::canonical(path, error);
+  if (fstat(descriptor_, &status) != 0 || error) {
+    const std::string reason = error ? error.message() : Reason();
+    close(descriptor_);
+    Unwritable(path, "cannot be found again after it was opened: " + reason + "; check the path");
+  }
+  identity_ = {status.st_dev, status.st_ino};
+}
+
+void DatabaseFile::LockItself() {
+  struct stat status {};
+  if (IsOnNetwork(descriptor_)) {
+    if (fstat(descriptor_, &status) == 0 && status.st_nlink > 1) {
+      Unwritable(path_, "has " + std::to_string(status.st_nlink) +
+                            " hard links on a network file system, where nothing keeps two servers from one file; "
+                            "remove the other links or use a local disk");
+    }
+    return;
+  }
+  while (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    if (errno == EINTR) continue;
+    if (errno == EWOULDBLOCK) {
+      throw StoreError(StoreErrorCode::kLocked, path_.string() + ": another legopt-server (" +
+                                                    HolderOf(identity_.inode) +
+                                                    ") works on this file under another name; stop it or choose "
+                                                    "another file");
+    }
+    Unwritable(path_, "cannot be locked: " + Reason() + "; the database must be on a local disk");
+  }
+}
+
+std::optional<DatabaseFile::Identity> DatabaseFile::IdentityOf(const std::filesystem::path& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0) return std::nullopt;
+  return Identity{status.st_dev, status.st_ino};
+}
+
+void DatabaseFile::RememberSideFiles() {
+  for (std::size_t i = 0; i < kSideFiles.size(); ++i) side_files_[i] = IdentityOf(path_.string() + kSideFiles[i]);
+}
+
+DatabaseFile::Place DatabaseFile::Look() const {
+  const auto at_path = IdentityOf(path_);
+  // A folder that cannot be searched for the moment says nothing about the file.
+  if (!at_path && errno != ENOENT && errno != ENOTDIR) return Place::kThere;
+  if (at_path != identity_) {
+    struct stat status {};
+    return fstat(descriptor_, &status) == 0 && status.st_nlink > 0 ? Place::kElsewhere : Place::kNowhere;
+  }
+  for (std::size_t i = 0; i < kSideFiles.size(); ++i) {
+    if (side_files_[i] && IdentityOf(path_.string() + kSideFiles[i]) != side_files_[i]) return Place::kSideFile;
+  }
+  return Place::kThere;
+}
+
+std::string DatabaseFile::Describe(Place place) const {
+  const bool replaced = IdentityOf(path_).has_value();
+  if (place == Place::kNowhere) return replaced ? "the file was replaced by another one" : "the file was removed";
+  if (place == Place::kSideFile) return "its side file -wal or -shm was removed or replaced";
+  // The kernel follows renames of what is open.
+  std::error_code error;
+  const std::string name = std::filesystem::read_symlink(DescriptorPath(), error).string();
+  if (!error && IdentityOf(name) == identity_) {
+    return "the file was moved to " + name + (replaced ? " and another one put in its place" : "");
+  }
+  return "this name of the file was removed, another hard link to it is left";
+}
+
+std::string DatabaseFile::DescriptorPath() const {
+  return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(descriptor_);
+}
+
+}  // namespace legopt::db

@@ -1,0 +1,76 @@
+// What the store does when its file is not where it was: everything acknowledged is still reachable through the open
+// file, and is brought to where people find it before the process ends.
+#include <ctime>
+#include <string>
+
+#include "db/backup.h"
+#include "db/sqlite_store_impl.h"
+
+namespace legopt::db {
+namespace {
+
+using Place = DatabaseFile::Place;
+
+std::string TimeStamp() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof(text), "%Y%m%dT%H%M%SZ", &utc);
+  return text;
+}
+
+}  // namespace
+
+void SqliteStore::CheckPlace() {
+  const Place place = file_.Look();
+  if (place != Place::kThere) ThrowDisplaced(place, Rescue(place));
+  rescued_to_.clear();
+}
+
+void SqliteStore::ThrowDisplaced(Place place, const std::string& remedy) const {
+  throw StoreError(StoreErrorCode::kDisplaced, file_.path().string() + ": " + file_.Describe(place) +
+                                                   " while the server works on it" +
+                                                   (remedy.empty() ? "" : "; " + remedy));
+}
+
+// Moves the whole log into the file, which has another name or none. False: not all of it yet.
+bool SqliteStore::CheckpointAll() {
+  try {
+    connection_.SetBusyTimeout(std::chrono::milliseconds(0));  // a reader must not stop the server
+    const bool all = connection_.QueryInt("PRAGMA wal_checkpoint(TRUNCATE)") == 0;
+    connection_.SetBusyTimeout(Connection::kBusyTimeout);
+    return all;
+  } catch (const StoreError&) {
+    connection_.SetBusyTimeout(Connection::kBusyTimeout);
+    return false;
+  }
+}
+
+// Brings what was acknowledged to safety; says where it is and what to do.
+std::string SqliteStore::Rescue(Place place) {
+  const bool whole = CheckpointAll();
+  if (place == Place::kSideFile) {
+    return whole ? "all that was acknowledged stands in the database itself; stop the server and start it again"
+                 : "do not stop the server yet: its log is still being written into the database";
+  }
+  if (place == Place::kElsewhere) {
+    return whole ? "all that was acknowledged is in it; move it back and the server goes on, or stop the server"
+                 : "do not stop the server yet: its log is still being written into that file";
+  }
+  try {
+    if (rescued_to_.empty()) {
+      const std::filesystem::path copy = file_.path().string() + ".rescued-" + TimeStamp();
+      BackUp(connection_, copy);
+      rescued_to_ = copy;
+    }
+    return "all that was acknowledged was copied to " + rescued_to_.string() +
+           "; stop the server, give the copy its old name and start the server again";
+  } catch (const StoreError& error) {
+    return std::string("it could not be copied (") + error.what() + "); before the server is stopped, " +
+           (whole ? "save all that was acknowledged by 'cp " + file_.DescriptorPath() + " COPY'"
+                  : "make room: its log is not in one file yet");
+  }
+}
+
+}  // namespace legopt::db
