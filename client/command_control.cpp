@@ -1,19 +1,32 @@
-// How an experiment is worked on: pause, resume, hold, release, priority, retry.
+// How an experiment is worked on and what it is called: pause, resume, hold, release, priority, retry, rename, tag.
 
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <string>
 
+#include "bus/validate.h"
 #include "client/client_error.h"
 #include "client/commands.h"
 #include "client/options.h"
+#include "db/records.h"
 
 namespace legopt::client {
 namespace {
 
 // control_request.action, lcmtypes/control_request.lcm.
-enum class Action : std::int8_t { kPause, kResume, kHold, kRelease, kPriority, kRetry };
+enum class Action : std::int8_t {
+  kPause,
+  kResume,
+  kHold,
+  kRelease,
+  kPriority,
+  kRetry,
+  kRetryTimeLimited,
+  kRename,
+  kTag,
+  kUntag
+};
 
 constexpr int kMostPriority = 1000;
 
@@ -25,9 +38,9 @@ struct Options {
   NetworkOptions network;
 };
 
-std::string Done(Action action, std::int64_t num_jobs, int priority) {
+std::string Done(const Options& options, std::int64_t num_jobs) {
   const std::string jobs = std::to_string(num_jobs) + (num_jobs == 1 ? " job" : " jobs");
-  switch (action) {
+  switch (options.action) {
     case Action::kPause:
       return "paused; running jobs finish, no other begins until 'legopt resume'";
     case Action::kResume:
@@ -37,14 +50,31 @@ std::string Done(Action action, std::int64_t num_jobs, int priority) {
     case Action::kRelease:
       return "released";
     case Action::kPriority:
-      return "priority " + std::to_string(priority);
+      return "priority " + std::to_string(options.priority);
+    case Action::kRename:
+      return "renamed";
+    case Action::kTag:
+      return "tagged";
+    case Action::kUntag:
+      return "tagged so no longer";
     case Action::kRetry:
+    case Action::kRetryTimeLimited:
       break;
   }
   return jobs + " queued again";
 }
 
+// Before it is sent: what would not be text is not changed silently into another name.
+void CheckText(const Options& options) {
+  const bool name = options.action == Action::kRename;
+  if (!name && options.action != Action::kTag && options.action != Action::kUntag) return;
+  std::string fault = name ? db::FaultOfName(options.reason) : db::FaultOfTag(options.reason);
+  if (fault.empty() && !bus::IsText(options.reason)) fault = "must be UTF-8";
+  if (!fault.empty()) throw ClientError(ExitCode::kUsage, (name ? "NAME: " : "TAG: ") + fault);
+}
+
 ExitCode Control(const Options& options) {
+  CheckText(options);
   legopt_msg::control_request request{};
   request.experiment_id = options.experiment;
   request.action = static_cast<std::int8_t>(options.action);
@@ -53,8 +83,7 @@ ExitCode Control(const Options& options) {
   ServerConnection server(options.network);
   const auto reply = server.Control(request);
   if (reply.status != 0) throw ClientError(ExitCode::kUsage, reply.message + "; see 'legopt status'");
-  std::cout << "experiment " << options.experiment << ": " << Done(options.action, reply.num_jobs, options.priority)
-            << "\n";
+  std::cout << "experiment " << options.experiment << ": " << Done(options, reply.num_jobs) << "\n";
   if (!reply.message.empty()) std::cerr << "legopt: " << reply.message << "\n";
   return ExitCode::kOk;
 }
@@ -74,6 +103,18 @@ std::shared_ptr<Options> For(Action action) {
   return options;
 }
 
+void AddTagCommand(CLI::App& app, Invocation* invocation) {
+  const auto tag = For(Action::kTag);
+  auto* command =
+      AddAction(app, invocation, "tag", "Tag an experiment, for lists and filters, or take a tag away", tag);
+  auto* given = command->add_option("TAG", tag->reason, "1 to 100 bytes without a comma");
+  const auto remove = [tag](const std::string& text) {
+    tag->reason = text;
+    tag->action = Action::kUntag;
+  };
+  command->add_option_function<std::string>("--remove", remove, "Take this tag away")->excludes(given);
+}
+
 }  // namespace
 
 void AddControlCommands(CLI::App& app, Invocation* invocation) {
@@ -89,7 +130,16 @@ void AddControlCommands(CLI::App& app, Invocation* invocation) {
       ->add_option("PRIORITY", priority->priority, "Larger is earlier; experiments begin with 0")
       ->required()
       ->check(CLI::Range(-kMostPriority, kMostPriority));
-  AddAction(app, invocation, "retry", "Queue the failed and dead jobs of an experiment again", For(Action::kRetry));
+  const auto retry = For(Action::kRetry);
+  AddAction(app, invocation, "retry", "Queue the failed and dead jobs of an experiment again", retry)
+      ->add_flag_callback(
+          "--time-limit", [retry] { retry->action = Action::kRetryTimeLimited; },
+          "Also those whose solve the clock stopped, as on a busy machine; their results no longer count");
+  const auto rename = For(Action::kRename);
+  AddAction(app, invocation, "rename", "Give an experiment another name", rename)
+      ->add_option("NAME", rename->reason, "1 to 200 bytes")
+      ->required();
+  AddTagCommand(app, invocation);
 }
 
 }  // namespace legopt::client

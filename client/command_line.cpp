@@ -84,6 +84,7 @@ void AddCommands(CLI::App& app, Invocation* invocation) {
   AddShowCommand(app, invocation);
   AddCancelCommand(app, invocation);
   AddControlCommands(app, invocation);
+  AddDeleteCommand(app, invocation);
   AddTableCommand(app, invocation);
   AddQueryCommand(app, invocation);
   AddEvaluateCommand(app, invocation);

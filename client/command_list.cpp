@@ -57,6 +57,15 @@ void AddProgress(const Options& options, std::int64_t experiment_id, Listing* jo
   }
 }
 
+// What a busy machine may have cost, and how to mend it.
+void HintAtStoppedJobs(std::int64_t experiment_id, const Listing& jobs) {
+  int stopped = 0;
+  for (std::size_t i = 0; i < jobs.rows.size(); ++i) stopped += jobs.At(i, "solver_status") == "time_limit" ? 1 : 0;
+  if (stopped == 0) return;
+  std::cerr << "legopt: the clock stopped " << stopped << " of these; 'legopt retry " << experiment_id
+            << " --time-limit' queues them again\n";
+}
+
 ExitCode List(const Options& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
@@ -64,6 +73,7 @@ ExitCode List(const Options& options) {
   if (!options.source.db) AddProgress(options, experiment.id, &jobs);
   PrintListing(jobs, options.listing);
   if (jobs.truncated) std::cerr << "legopt: only the first " << jobs.rows.size() << " jobs are shown; raise --limit\n";
+  if (options.unsolved) HintAtStoppedJobs(experiment.id, jobs);
   return ExitCode::kOk;
 }
 

@@ -25,7 +25,8 @@ void AddStatusCommand(CLI::App& app, Invocation* invocation);
 void AddListCommand(CLI::App& app, Invocation* invocation);
 void AddShowCommand(CLI::App& app, Invocation* invocation);
 void AddCancelCommand(CLI::App& app, Invocation* invocation);
-/// pause, resume, hold, release, priority, retry.
+void AddDeleteCommand(CLI::App& app, Invocation* invocation);
+/// pause, resume, hold, release, priority, retry, rename, tag.
 void AddControlCommands(CLI::App& app, Invocation* invocation);
 void AddTableCommand(CLI::App& app, Invocation* invocation);
 void AddQueryCommand(CLI::App& app, Invocation* invocation);

@@ -1,11 +1,15 @@
 #include "client/experiment_spec.h"
 
+#include <pwd.h>
 #include <sodium.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <span>
 
+#include "bus/validate.h"
 #include "client/client_error.h"
 #include "legopt/input_error.h"
 #include "legopt/problem/dataset.h"
@@ -96,6 +100,20 @@ nlohmann::json MethodJson(const Method& method) {
           {"incremental", method.incremental}};
 }
 
+nlohmann::json DatasetJson(const DatasetFacts& dataset) {
+  nlohmann::json json{{"name", dataset.name}, {"hash", dataset.hash}};
+  if (!dataset.joint_names.empty()) json["joint_names"] = dataset.joint_names;
+  return json;
+}
+
+std::vector<std::string> JointNames(const RobotModel& robot) {
+  std::vector<std::string> names;
+  for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+    names.push_back(robot.joints()[static_cast<std::size_t>(robot.dof_joint(dof))].name);
+  }
+  return names;
+}
+
 std::vector<DatasetFacts::Problem> ProblemFacts(const std::vector<ProblemDefinition>& problems) {
   std::vector<DatasetFacts::Problem> facts;
   facts.reserve(problems.size());
@@ -107,7 +125,7 @@ std::vector<DatasetFacts::Problem> ProblemFacts(const std::vector<ProblemDefinit
 
 DatasetFacts FactsOf(const Dataset& dataset) {
   return {dataset.name(), dataset.content_hash(), ProblemFacts(dataset.problems(Task::kPosture)),
-          ProblemFacts(dataset.problems(Task::kMotion))};
+          ProblemFacts(dataset.problems(Task::kMotion)), JointNames(dataset.robot())};
 }
 
 nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset) {
@@ -117,12 +135,27 @@ nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset) {
           {"name", suite.name},
           {"seed", suite.seed},
           {"repetitions", suite.repetitions},
-          {"dataset", {{"name", dataset.name}, {"hash", dataset.hash}}},
+          {"dataset", DatasetJson(dataset)},
           {"tasks", TasksJson(suite, dataset)},
           {"initializations", suite.initializations},
           {"methods", std::move(methods)},
           {"limits", {{"wall_time_s", WallTimeJson(suite)}, {"memory_mb", suite.memory_mb}}},
           {"max_attempts", suite.max_attempts}};
+}
+
+std::string SubmitterName() {
+  constexpr std::size_t kMostBytes = 200;
+  const char* given = std::getenv("LEGOPT_SUBMITTER");
+  if (given == nullptr) {
+    const passwd* user = getpwuid(geteuid());
+    return user == nullptr ? "uid " + std::to_string(geteuid()) : user->pw_name;
+  }
+  std::string name = given;
+  if (name.size() > kMostBytes || !bus::IsText(name)) {
+    throw InputError({"LEGOPT_SUBMITTER", "", name.substr(0, kMostBytes), "is not UTF-8 of at most 200 bytes",
+                      "set it to who submits, or unset it"});
+  }
+  return name;
 }
 
 std::int64_t CountJobs(const nlohmann::json& spec) {

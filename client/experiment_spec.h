@@ -23,6 +23,7 @@ struct DatasetFacts {
   std::string hash;              ///< 64 hex digits
   std::vector<Problem> posture;  ///< in file order
   std::vector<Problem> motion;
+  std::vector<std::string> joint_names = {};  ///< of the robot, in the order of a solution; empty: not told
 };
 
 DatasetFacts FactsOf(const Dataset& dataset);
@@ -33,12 +34,16 @@ DatasetFacts FactsOf(const Dataset& dataset);
 /// Throws `InputError` when a problem is not in the dataset or a task has no problems there.
 nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset);
 
+/// Whose experiments these are, for those who share the workers: LEGOPT_SUBMITTER where it is set (it may be empty),
+/// else the login name. Throws `InputError` when it is not UTF-8 of at most 200 bytes.
+std::string SubmitterName();
+
 /// Number of jobs that the server will make of a spec:
 /// methods x initializations x problems of all tasks x repetitions.
 std::int64_t CountJobs(const nlohmann::json& spec);
 
-/// Identity of a submission: BLAKE2b-128 of the spec's text, 32 hex digits, so that submitting the same experiment
-/// again finds the one that exists.
+/// Identity of a submission: BLAKE2b-128 of the spec's text, its submitter included, 32 hex digits, so that one who
+/// submits the same experiment again finds the one that exists.
 std::string ContentSubmissionId(const nlohmann::json& spec);
 
 /// A random identity (32 hex digits) for an experiment that shall be made anew.

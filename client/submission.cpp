@@ -23,6 +23,7 @@ Submission PrepareSubmission(const SuiteOptions& options) {
   submission.dataset_folder =
       std::filesystem::absolute(ChooseDatasetFolder(options.dataset, &suite)).lexically_normal();
   submission.spec = BuildSpec(suite, FactsOf(*Dataset::Load(submission.dataset_folder)));
+  if (const std::string name = SubmitterName(); !name.empty()) submission.spec["submitter"] = name;
   submission.num_jobs = CountJobs(submission.spec);
   if (submission.num_jobs > kMaxJobs) {
     throw ClientError(ExitCode::kUsage, suite.file + ": " + std::to_string(submission.num_jobs) +

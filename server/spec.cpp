@@ -96,6 +96,19 @@ std::string Hash(const Json& json, const std::string& key) {
   return hash;
 }
 
+db::DatasetRecord ParseDataset(const Json& json) {
+  constexpr std::size_t kMostJoints = 1000;
+  RequireObject(json, "dataset", {"name", "hash", "joint_names"});
+  db::DatasetRecord dataset;
+  dataset.name = Text(Member(json, "dataset", "name"), "dataset.name");
+  dataset.hash = Hash(Member(json, "dataset", "hash"), "dataset.hash");
+  if (!json.contains("joint_names")) return dataset;
+  for (const Json& name : Array(json.at("joint_names"), "dataset.joint_names", kMostJoints)) {
+    dataset.joint_names.push_back(Text(name, "dataset.joint_names"));
+  }
+  return dataset;
+}
+
 ExperimentSpec::TaskProblems ParseTask(const Json& json, const std::string& key) {
   RequireObject(json, key, {"task", "problems", "waypoints"});
   ExperimentSpec::TaskProblems task;
@@ -211,9 +224,7 @@ ExperimentSpec ParseSpec(std::string_view text) {
   if (json.contains("submitter")) spec.submitter = Text(json.at("submitter"), "submitter");
   spec.seed = Integer(Member(json, "", "seed"), "seed", 0, INT64_MAX);
   spec.repetitions = static_cast<int>(Integer(Member(json, "", "repetitions"), "repetitions", 1, kMaxRepetitions));
-  const Json& dataset = RequireObject(Member(json, "", "dataset"), "dataset", {"name", "hash"});
-  spec.dataset = {Text(Member(dataset, "dataset", "name"), "dataset.name"),
-                  Hash(Member(dataset, "dataset", "hash"), "dataset.hash")};
+  spec.dataset = ParseDataset(Member(json, "", "dataset"));
   ParseLists(json, spec);
   ParseLimits(Member(json, "", "limits"), spec);
   if (json.contains("max_attempts")) {

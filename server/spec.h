@@ -45,7 +45,8 @@ class SpecError : public std::runtime_error {
 /// Most jobs that one experiment may have.
 inline constexpr std::int64_t kMaxJobsPerExperiment = 1'000'000;
 
-/// Throws SpecError. Every key is required but "max_attempts" and "submitter"; an unknown key is an error.
+/// Throws SpecError. Every key is required but "max_attempts", "submitter" and "joint_names"; an unknown key is
+/// an error.
 ExperimentSpec ParseSpec(std::string_view json);
 
 /// What one job is, from its index in the experiment's order (0 <= index < num_jobs()).

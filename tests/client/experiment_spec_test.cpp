@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "client/submission.h"
 #include "legopt/input_error.h"
 
@@ -109,6 +111,36 @@ TEST(ExperimentSpec, EqualContentHasEqualIdentity) {
   EXPECT_NE(ContentSubmissionId(spec), ContentSubmissionId(same));
   const auto other_seed = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\nseed: 2\n"), kDataset);
   EXPECT_NE(ContentSubmissionId(spec), ContentSubmissionId(other_seed));
+}
+
+TEST(ExperimentSpec, TheSubmitterIsTheUserUnlessSaidOtherwise) {
+  unsetenv("LEGOPT_SUBMITTER");
+  const std::string user = SubmitterName();
+  EXPECT_FALSE(user.empty());
+  EXPECT_EQ(user, SubmitterName());
+  setenv("LEGOPT_SUBMITTER", "nightly", 1);
+  EXPECT_EQ(SubmitterName(), "nightly");
+  setenv("LEGOPT_SUBMITTER", "", 1);
+  EXPECT_EQ(SubmitterName(), "");
+  for (const std::string& bad : {std::string(201, 'x'), std::string("\xff")}) {
+    setenv("LEGOPT_SUBMITTER", bad.c_str(), 1);
+    try {
+      SubmitterName();
+      ADD_FAILURE() << bad;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), AllOf(HasSubstr("LEGOPT_SUBMITTER"), HasSubstr("200 bytes")));
+    }
+  }
+  unsetenv("LEGOPT_SUBMITTER");
+}
+
+TEST(ExperimentSpec, EachSubmitterHasAnIdentityOfHisOwn) {
+  auto spec = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\n"), kDataset);
+  spec["submitter"] = "ada";
+  const std::string of_ada = ContentSubmissionId(spec);
+  EXPECT_EQ(ContentSubmissionId(spec), of_ada);
+  spec["submitter"] = "bob";
+  EXPECT_NE(ContentSubmissionId(spec), of_ada);
 }
 
 TEST(ExperimentSpec, RandomIdentitiesDiffer) {

@@ -44,6 +44,20 @@ TEST(Spec, ASubmitterMayBeNamed) {
   }
 }
 
+TEST(Spec, TheDatasetsJointsMayBeNamed) {
+  Json spec = SampleSpec();
+  EXPECT_TRUE(ParseSpec(spec.dump()).dataset.joint_names.empty());
+  spec["dataset"]["joint_names"] = {"l_leg_kny", "r_leg_kny"};
+  const ExperimentSpec named = ParseSpec(spec.dump());
+  EXPECT_EQ(named.dataset.joint_names, (std::vector<std::string>{"l_leg_kny", "r_leg_kny"}));
+  EXPECT_EQ(MakeNewExperiment(named, 1, 1, 1).dataset.joint_names, named.dataset.joint_names);
+  for (const Json& bad :
+       {Json::array(), Json({""}), Json({7}), Json("knee"), Json(std::vector<std::string>(1001, "x"))}) {
+    spec["dataset"]["joint_names"] = bad;
+    ExpectRefused(spec, "dataset.joint_names");
+  }
+}
+
 TEST(Spec, HashIgnoresLayoutAndOrderOfKeys) {
   const std::string compact = SampleSpec().dump(), spacious = SampleSpec().dump(4);
   EXPECT_EQ(ParseSpec(compact).hash, ParseSpec(spacious).hash);

@@ -52,9 +52,9 @@ legopt_msg::result_request StubExecutor::Execute(const legopt_msg::lease& job, s
     nanosleep(&millisecond, nullptr);
     hooks.progress(i + 1, work_ms);
   }
-  result.solver_status = "converged_feasible";
-  result.verdict_literal = "success";
-  result.verdict_strict = "success";
+  const bool stopped = options.value("stop_problem", -1) == job.problem_id && job.attempt == 1;
+  result.solver_status = stopped ? "time_limit" : "converged_feasible";
+  result.verdict_literal = result.verdict_strict = stopped ? "com" : "success";
   const auto wall = std::chrono::steady_clock::now() - start;
   constexpr std::int64_t kSame_us = 1000;  // so that equal jobs have equal results
   result.wall_us = options.value("timed", false) ? wall / std::chrono::microseconds(1) : kSame_us;

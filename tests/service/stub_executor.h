@@ -12,7 +12,8 @@ namespace legopt::worker {
 /// Jobs without numerics, to test the way they travel. A dataset "folder" is just a name and a hexadecimal digit,
 /// "NAME-d": its content hash is 64 times the digit. Method options: {"work_ms": how long a job takes, default 0;
 /// "work_spread_ms": up to so much more, by the problem, default 0;
-/// "crash_problem": id of a problem whose job aborts, default none; "waypoints": rows of the solution, default 1;
+/// "crash_problem": id of a problem whose job aborts, default none; "stop_problem": id of a problem whose first attempt
+/// says that the clock stopped it, default none; "waypoints": rows of the solution, default 1;
 /// "windows" and "windows_solved": what a motion tells, default none}. Progress counts milliseconds of work.
 class StubExecutor final : public JobExecutor {
  public:

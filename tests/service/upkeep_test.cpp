@@ -1,0 +1,127 @@
+// What users do with a pool that they share: `legopt` itself against a server and stub workers over real LCM. A short
+// suite is not kept waiting by a long one; jobs that the clock stopped are tried again; experiments get names and tags,
+// and are deleted only when somebody says so.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "client/exit_codes.h"
+#include "tests/client/program_run.h"
+#include "tests/service/deployment.h"
+
+namespace legopt::service {
+namespace {
+
+using client::ExitCode;
+using client::ProgramResult;
+using testing::HasSubstr;
+
+class UpkeepTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (const std::string why = Deployment::Unavailable(); !why.empty()) GTEST_SKIP() << "NO MULTICAST HERE: " << why;
+    deployment_.emplace();
+    deployment_->StartServer();
+  }
+
+  ProgramResult Legopt(std::vector<std::string> arguments) {
+    for (const std::string& more :
+         {std::string("--port"), std::to_string(deployment_->port()), std::string("--timeout"), std::string("60")}) {
+      arguments.push_back(more);
+    }
+    return client::RunLegopt(arguments, deployment_->folder());
+  }
+  void ExpectDone(const ProgramResult& result, const std::string& words) {
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr(words));
+  }
+  void ExpectRefused(const ProgramResult& result, const std::string& words) {
+    EXPECT_EQ(result.exit_code, static_cast<int>(ExitCode::kUsage));
+    EXPECT_THAT(result.err, HasSubstr(words));
+    EXPECT_EQ(result.out, "");
+  }
+  // SQL with one number.
+  std::string Number(const std::string& sql) { return deployment_->Query(sql).at(0); }
+
+  std::optional<Deployment> deployment_;
+};
+
+TEST_F(UpkeepTest, AShortSuiteDoesNotWaitForALongOne) {
+  const auto worker = deployment_->StartStubWorker({"--slots", "2"});
+  nlohmann::json spec = StubSpec(600, 50);  // 15 s of work for two slots
+  spec["submitter"] = "ada";
+  const std::int64_t long_one = deployment_->Submit(spec, "long");
+  ASSERT_TRUE(deployment_->WaitForJobs(long_one, 10));
+  spec = StubSpec(20, 50);
+  spec["submitter"] = "bob";
+  const std::int64_t short_one = deployment_->Submit(spec, "short");
+  ASSERT_TRUE(deployment_->WaitUntilDone(short_one));
+  EXPECT_EQ(Number("SELECT state FROM experiments WHERE experiment_id = " + std::to_string(long_one)), "active");
+  EXPECT_GT(std::stoi(Number("SELECT queued FROM experiment_list WHERE experiment_id = " + std::to_string(long_one))),
+            300)
+      << "the short one took half of the slots from when it came";
+  EXPECT_EQ(Number("SELECT submitter FROM experiments WHERE experiment_id = " + std::to_string(short_one)), "bob");
+}
+
+TEST_F(UpkeepTest, WhatTheClockStoppedIsTriedAgain) {
+  const auto worker = deployment_->StartStubWorker({"--slots", "1"});
+  nlohmann::json spec = StubSpec(3, 0);
+  spec["methods"][0]["options"]["stop_problem"] = 1;  // at its first attempt
+  spec["methods"][0]["hash"] = std::string(64, 'c');
+  const std::string id = std::to_string(deployment_->Submit(spec, "a"));
+  ASSERT_TRUE(deployment_->WaitUntilDone(1));
+  EXPECT_EQ(Number("SELECT count(*) FROM results WHERE solver_status = 'time_limit'"), "1");
+  const auto listed = Legopt({"list", id, "--unsolved"});
+  ExpectDone(listed, "time_limit");
+  EXPECT_THAT(listed.err, HasSubstr("'legopt retry 1 --time-limit'"));
+  ExpectDone(Legopt({"retry", id}), "0 jobs queued again");
+  ExpectDone(Legopt({"retry", id, "--time-limit"}), "1 job queued again");
+  ASSERT_TRUE(deployment_->WaitUntilDone(1));
+  EXPECT_EQ(Legopt({"list", id, "--unsolved"}).err, "");
+  EXPECT_EQ(Number("SELECT count(*) FROM results WHERE solver_status = 'time_limit'"), "0");
+  EXPECT_EQ(Number("SELECT count(*) FROM results"), "3");
+  EXPECT_EQ(Number("SELECT group_concat(attempt) FROM stale_results WHERE solver_status = 'time_limit'"), "1");
+  const auto doctor = Legopt({"doctor", "--db", deployment_->database().string()});
+  EXPECT_EQ(doctor.exit_code, 0) << doctor.out << doctor.err;
+}
+
+TEST_F(UpkeepTest, NamesAndTags) {
+  const std::string id = std::to_string(deployment_->Submit(StubSpec(1, 0), "a"));
+  ExpectDone(Legopt({"rename", id, "night run"}), "renamed");
+  EXPECT_EQ(Number("SELECT name FROM experiments"), "night run");
+  for (const char* tag : {"paper", "draft"}) ExpectDone(Legopt({"tag", id, tag}), "tagged");
+  ExpectDone(Legopt({"tag", id, "--remove", "draft"}), "no longer");
+  EXPECT_EQ(Number("SELECT tags FROM experiment_list"), "paper");
+  ExpectRefused(Legopt({"rename", id, ""}), "1 to 200 bytes");
+  ExpectRefused(Legopt({"rename", id, std::string(201, 'x')}), "1 to 200 bytes");
+  ExpectRefused(Legopt({"tag", id, "a,b"}), "comma");
+  ExpectRefused(Legopt({"tag", id}), "TAG");
+  ExpectRefused(Legopt({"tag", id, "a", "--remove", "b"}), "--remove");
+  ExpectRefused(Legopt({"rename", "9", "x"}), "no experiment 9");
+}
+
+TEST_F(UpkeepTest, DeletionAsksFirst) {
+  const auto worker = deployment_->StartStubWorker();
+  const std::string id = std::to_string(deployment_->Submit(StubSpec(3, 0), "a"));
+  ASSERT_TRUE(deployment_->WaitUntilDone(1));
+  const std::string kept = std::to_string(deployment_->Submit(StubSpec(2, 600'000), "b"));
+  ExpectRefused(Legopt({"delete", kept, "--yes"}), "cancel it first");
+  const auto unsaid = Legopt({"delete", id});
+  ExpectRefused(unsaid, "3 jobs, 3 results");
+  EXPECT_THAT(unsaid.err, HasSubstr("--yes"));
+  EXPECT_EQ(Number("SELECT count(*) FROM results"), "3") << "nothing has happened";
+  ExpectDone(Legopt({"delete", id, "--yes"}), "3 jobs, 3 results: deleted");
+  EXPECT_EQ(Number("SELECT count(*) FROM results"), "0");
+  EXPECT_EQ(deployment_->Query("SELECT experiment_id FROM experiments"), std::vector<std::string>{kept});
+  ExpectRefused(Legopt({"delete", id, "--yes"}), "no experiment 1");
+  ExpectDone(Legopt({"cancel", kept}), "cancelled");
+  ExpectDone(Legopt({"delete", kept, "--yes"}), "deleted");
+  deployment_->KillServer();
+  deployment_->StartServer();
+  EXPECT_EQ(deployment_->Submit(StubSpec(3, 0), "a"), 3) << "numbers are not given again";
+}
+
+}  // namespace
+}  // namespace legopt::service
