@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <iostream>
@@ -12,13 +13,13 @@
 #include "client/submission.h"
 #include "client/watching.h"
 #include "legopt/data_folder.h"
+#include "legopt/granted_processors.h"
 
 namespace legopt::client {
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr int kDefaultWorkers = 2;
 constexpr int kMaxWorkers = 1024;
 constexpr int kAlreadyKnown = 1;
 // A server of our own that was killed is back within a second or two.
@@ -30,7 +31,8 @@ struct Options {
   SuiteOptions suite;
   NetworkOptions network;
   std::optional<std::string> db;
-  int workers = kDefaultWorkers;
+  int workers = 0;  // until settled
+  std::string workers_reason;
   TableFormat format = TableFormat::kText;
   std::string rule = "literal";
 };
@@ -88,7 +90,7 @@ Outcome RunExperiment(const Submission& submission, const Options& options, Loca
     server.set_timeout(kCallTimeout);
     outcome.experiment_id = reply.experiment_id;
     PrintStart(submission, reply, db);
-    std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers")
+    std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers") << options.workers_reason
               << "; Ctrl-C stops and keeps what is done\n";
     outcome.status =
         WatchOnTerminal(server, reply.experiment_id, {kServerPatience, true, [&pool] { pool.Supervise(); }, true});
@@ -166,6 +168,18 @@ ExitCode Run(const Options& options, bool verbose) {
   return Finish(options, db.string(), submission.dataset_folder, outcome);
 }
 
+// The rule of legopt-worker's slots.
+void SettleWorkers(Options& options) {
+  const ProcessorGrant grant = GrantedProcessors(ReadProcessorFacts());
+  if (options.workers > grant.processors) {
+    std::cerr << "legopt: warning: --workers " << options.workers << " is more than was granted: " << grant.reason
+              << ". Jobs will take turns, and their wall times tell nothing\n";
+  } else if (options.workers == 0) {
+    options.workers = std::min(grant.processors, kMaxWorkers);
+    options.workers_reason = " (" + grant.reason + ")";
+  }
+}
+
 }  // namespace
 
 void AddRunCommand(CLI::App& app, Invocation* invocation) {
@@ -177,14 +191,19 @@ void AddRunCommand(CLI::App& app, Invocation* invocation) {
       "--db", options->db,
       "Database file (default: made from suite and time). An unfinished experiment of the same content in "
       "it is continued");
-  command->add_option("--workers", options->workers, "Jobs at the same time (default 2)")
+  command
+      ->add_option("--workers", options->workers,
+                   "Jobs at the same time (default: the processors granted to this process)")
       ->check(CLI::Range(1, kMaxWorkers));
   AddTableFormatOption(*command, &options->format);
   AddRuleOption(*command, &options->rule);
   command->add_option("--port", options->network.port, "Control port (default: a free pair of ports)")
       ->group("Network");
   command->add_option("--group", options->network.group, "Multicast group")->group("Network");
-  command->callback([=] { invocation->body = [options, invocation] { return Run(*options, invocation->verbose); }; });
+  command->callback([=] {
+    SettleWorkers(*options);
+    invocation->body = [options, invocation] { return Run(*options, invocation->verbose); };
+  });
 }
 
 }  // namespace legopt::client

@@ -1,5 +1,7 @@
 #include "client/local_pool.h"
 
+#include <unistd.h>
+
 #include <csignal>
 #include <cstdio>
 #include <sstream>
@@ -39,6 +41,10 @@ bool IsKnownExitCode(int code) {
       return false;
   }
 }
+
+// What ends us may be sent to all processes of a job (batch systems): a server that stopped at once could not take back
+// what the worker gives back.
+std::vector<std::string> OwnedByUs() { return {"--owner", std::to_string(::getpid())}; }
 
 // From the log lines of a child: "[date] [program] [level] text".
 std::string WithoutLogPrefix(const std::string& line, const std::string& program) {
@@ -103,6 +109,7 @@ bool LocalPool::TryStartServer() {
                                         "--group", *options_.network.group,
                                         "--port",  std::to_string(*options_.network.port),
                                         "--ttl",   "0"};
+  for (const std::string& word : OwnedByUs()) arguments.push_back(word);
   if (options_.verbose) arguments.emplace_back("--verbose");
   server_ = std::make_unique<ChildProcess>(ProgramFolder() / kServerProgram, arguments, !options_.verbose);
   if (server_->WaitForLine(kReadyWord, kServerStart, Interrupted)) return true;
@@ -135,6 +142,7 @@ void LocalPool::StartWorker() {
                                         "--port",    std::to_string(*options_.network.port),
                                         "--ttl",     "0",
                                         "--name",    "local"};
+  for (const std::string& word : OwnedByUs()) arguments.push_back(word);
   if (options_.verbose) arguments.emplace_back("--verbose");
   worker_ = std::make_unique<ChildProcess>(ProgramFolder() / kWorkerProgram, arguments, !options_.verbose);
 }
@@ -165,7 +173,9 @@ void LocalPool::Supervise() {
 
 void LocalPool::Stop(milliseconds patience) {
   if (worker_) {
-    worker_->Signal(SIGTERM);  // finish what runs, take nothing new
+    // Finish what runs, take nothing new. Not SIGTERM: pending signals of one kind are one, and somebody else's does
+    // not count.
+    worker_->Signal(SIGINT);
     if (!worker_->Wait(patience, InterruptedTwice))
       worker_->Stop(kWorkerLeave, InterruptedTwice);  // a second one: at once
     worker_.reset();

@@ -1,9 +1,7 @@
 // legopt-server: the experiment service of one deployment over one database file.
 
-#include <signal.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
-#include <sys/signalfd.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -17,6 +15,7 @@
 #include "bus/bus_error.h"
 #include "bus/lcm_transport.h"
 #include "db/sqlite_store.h"
+#include "legopt/stop_signals.h"
 #include "server/port_claim.h"
 #include "server/server.h"
 #include "server/sole_server.h"
@@ -39,34 +38,7 @@ struct Arguments {
   std::filesystem::path database;
   bus::LcmOptions network;
   bool verbose = false;
-};
-
-// SIGINT, SIGTERM and SIGHUP (a closed terminal) as a descriptor. Made before any thread, so that all of them have the
-// signals blocked.
-class StopSignal {
- public:
-  StopSignal() {
-    sigset_t signals;
-    sigemptyset(&signals);
-    sigaddset(&signals, SIGINT);
-    sigaddset(&signals, SIGTERM);
-    sigaddset(&signals, SIGHUP);
-    sigprocmask(SIG_BLOCK, &signals, nullptr);
-    descriptor_ = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
-    if (descriptor_ < 0) throw std::runtime_error("signalfd failed");
-  }
-  ~StopSignal() { close(descriptor_); }
-  StopSignal(const StopSignal&) = delete;
-  StopSignal& operator=(const StopSignal&) = delete;
-
-  int descriptor() const { return descriptor_; }
-  bool received() {
-    signalfd_siginfo info{};
-    return read(descriptor_, &info, sizeof(info)) == static_cast<ssize_t>(sizeof(info));
-  }
-
- private:
-  int descriptor_ = -1;
+  pid_t owner = 0;
 };
 
 std::int64_t WallClock() {
@@ -96,10 +68,10 @@ void WarnAboutNetwork(const bus::LcmTransport& transport) {
 
 // Until a signal or a client stops it; then answers repeats of its last requests for a moment. Before another server
 // of the deployment it stops at once, as in a crash: what was acknowledged is on disk, and its leases run out.
-int ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, StopSignal& stop) {
+int ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, StopSignals& stop) {
   bool foreign_reported = false;
   const std::array<pollfd, 1> extra{pollfd{stop.descriptor(), POLLIN, 0}};
-  while (!server.shutdown_requested() && !stop.received()) {
+  while (!server.shutdown_requested() && !stop.Take()) {
     server.Round(kLongestWait, extra);
     rivals.Look();
     if (!rivals.rival().empty()) {
@@ -132,7 +104,7 @@ std::string ObstacleOnPorts(const PortClaim& claim, bus::LcmTransport& transport
 }
 
 int Serve(const Arguments& arguments) {
-  StopSignal stop;
+  StopSignals stop(arguments.owner);
   // The network first: a server that may not serve leaves no database behind.
   bus::LcmTransport transport(arguments.network);
   WarnAboutNetwork(transport);
@@ -172,6 +144,8 @@ int Run(int argc, char** argv) {
   app.add_flag("--trust-network", arguments.network.trust_network,
                "Let messages leave this host without a key: everybody on the network may command this server");
   app.add_flag("--verbose", arguments.verbose, "Log what happens to stderr");
+  // For a program that has started us as a part of itself ('legopt run'); not for people.
+  app.add_option("--owner", arguments.owner, "Process whose orders to stop count; no others do")->group("");
   app.footer(
       "Exit codes: 0 stopped, 2 wrong usage, 6 database unusable, 7 network unusable, "
       "9 database of a newer legopt, 70 internal error.");

@@ -1,10 +1,6 @@
 #include "worker/supervisor.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <system_error>
 #include <utility>
 
@@ -48,9 +44,8 @@ microseconds Supervisor::WaitTime() const {
   return next <= now ? microseconds(0) : std::min(next - now, kLongestWait);
 }
 
-int Supervisor::Run(int stop_fd, std::size_t signal_bytes) {
+int Supervisor::Run(int stop_fd, const std::function<bool()>& take_order) {
   std::vector<pollfd> descriptors;
-  std::vector<char> signal(signal_bytes);
   for (;;) {
     if (const std::optional<int> code = CarryOutActions()) {
       for (Child& entry : children_) entry = Child{};
@@ -66,10 +61,7 @@ int Supervisor::Run(int stop_fd, std::size_t signal_bytes) {
       descriptors.push_back({process != nullptr ? process->pidfd() : -1, POLLIN, 0});
     }
     link_.Wait(descriptors, WaitTime());
-    if ((descriptors[0].revents & POLLIN) != 0 &&
-        read(stop_fd, signal.data(), signal.size()) == static_cast<ssize_t>(signal.size())) {
-      pool_.Stop(link_.now());
-    }
+    if ((descriptors[0].revents & POLLIN) != 0 && take_order()) pool_.Stop(link_.now());
     for (int slot = 0; slot < options_.pool.slots; ++slot) {
       const std::size_t first = 1 + kDescriptorsPerChild * static_cast<std::size_t>(slot);
       HandleChild(slot, std::span<const pollfd>(descriptors).subspan(first, kDescriptorsPerChild));

@@ -2,6 +2,7 @@
 
 #include <spdlog/logger.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -30,9 +31,9 @@ class Supervisor {
   Supervisor(ServerLink& link, SupervisorOptions options, spdlog::logger& logger);
   ~Supervisor();
 
-  /// Works until the end; returns the exit status of the worker. Each `signal_bytes` read from `stop_fd` (a signalfd,
-  /// or a pipe in tests) is one order to stop; -1: none ever comes.
-  int Run(int stop_fd, std::size_t signal_bytes);
+  /// Works until the end; returns the exit status of the worker. When `stop_fd` is readable, `take_order` takes one
+  /// order to stop from there, false when there is none; -1: none ever comes.
+  int Run(int stop_fd = -1, const std::function<bool()>& take_order = {});
 
   const Pool& pool() const { return pool_; }
   /// Process of a slot, -1 when it has none.

@@ -2,14 +2,12 @@
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
-#include <sys/signalfd.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <optional>
@@ -23,6 +21,7 @@
 #include "legopt/data_folder.h"
 #include "legopt/granted_processors.h"
 #include "legopt/input_error.h"
+#include "legopt/stop_signals.h"
 #include "worker/exit_codes.h"
 #include "worker/job_process.h"
 #include "worker/supervisor.h"
@@ -55,6 +54,7 @@ struct CommandLine {
   double drain_s = Seconds(PoolOptions().drain);
   double idle_timeout_s = 0;
   bool exit_when_idle = false;
+  pid_t owner = 0;
   bool verbose = false;
 };
 
@@ -97,6 +97,8 @@ void Define(CLI::App& app, CommandLine& line) {
                  "Shared key of the deployment, made by 'legopt keygen' (default LEGOPT_KEY_FILE)")
       ->group(network);
   app.add_flag("--trust-network", line.trust_network, "Let messages leave this host without a key")->group(network);
+  // For a program that has started us as a part of itself ('legopt run'); not for people.
+  app.add_option("--owner", line.owner, "Process whose orders to stop count; no others do")->group("");
   app.set_version_flag("--version", kBuild);
   app.footer(
       "Stop it with SIGTERM or Ctrl-C: it takes no more jobs, finishes those that end within --drain and gives the\n"
@@ -153,24 +155,6 @@ SupervisorOptions OptionsOf(const CommandLine& line, const bus::LcmOptions& netw
   return options;
 }
 
-// nohup(1) and the like: a closed terminal shall not be heard of.
-bool IgnoresHangup() {
-  struct sigaction hangup {};
-  return sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
-}
-
-// Blocks the signals that end programs, for this thread and those it starts, and makes them readable. What batch
-// systems send as a mere warning, and a reader of our output that has gone, must not end the worker.
-int OpenStopSignals() {
-  for (const int signal : {SIGUSR1, SIGUSR2, SIGPIPE}) std::signal(signal, SIG_IGN);
-  sigset_t signals;
-  sigemptyset(&signals);
-  for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
-  if (!IgnoresHangup()) sigaddset(&signals, SIGHUP);
-  sigprocmask(SIG_BLOCK, &signals, nullptr);
-  return signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
-}
-
 // As many slots as processors were granted, unless told otherwise; says which and why. Standard output: a log of
 // warnings stays empty when there are none.
 void SettleSlots(CommandLine& line, spdlog::logger& logger) {
@@ -187,7 +171,7 @@ void SettleSlots(CommandLine& line, spdlog::logger& logger) {
 }
 
 int SupervisorMain(CommandLine line, spdlog::logger& logger) {
-  const int stop_signals = OpenStopSignals();
+  StopSignals stop(line.owner);
   SettleSlots(line, logger);
   try {
     const bus::LcmOptions network = NetworkOf(line);
@@ -197,7 +181,7 @@ int SupervisorMain(CommandLine line, spdlog::logger& logger) {
     if (const std::string warning = transport.missing_key_warning(); !warning.empty()) logger.warn(warning);
     bus::Endpoint endpoint(transport, bus::RandomEndpointId(), bus::RandomSeed());
     EndpointLink link(endpoint);
-    return Supervisor(link, options, logger).Run(stop_signals, sizeof(signalfd_siginfo));
+    return Supervisor(link, options, logger).Run(stop.descriptor(), [&stop] { return stop.Take(); });
   } catch (const bus::BusError& error) {
     logger.error(error.what());
     switch (error.code()) {

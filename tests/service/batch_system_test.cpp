@@ -9,8 +9,11 @@
 #include <csignal>
 #include <optional>
 
+#include "db/read_only_database.h"
+#include "db/store_error.h"
 #include "tests/figures/process_facts.h"
 #include "tests/service/deployment.h"
+#include "tests/temporary_folder.h"
 #include "worker/exit_codes.h"
 
 namespace legopt::service {
@@ -25,13 +28,15 @@ constexpr milliseconds kPatience = seconds(60);
 constexpr int kLongJob_ms = 6'000;  // seen running by a test on a busy machine
 constexpr char kNohup[] = "/usr/bin/nohup";
 
-// Job processes first: their supervisor has heard nothing yet when they are hit.
+// A process and all that descend from it, children first: their parent has heard nothing yet when they are hit.
+void AddTree(pid_t root, std::vector<pid_t>& processes) {
+  for (const pid_t child : figures::ChildrenOf(root)) AddTree(child, processes);
+  processes.push_back(root);
+}
+
 std::vector<pid_t> ProcessesOf(const std::vector<Worker>& workers) {
   std::vector<pid_t> processes;
-  for (const Worker& worker : workers) {
-    for (const pid_t child : figures::ChildrenOf(worker->pid())) processes.push_back(child);
-  }
-  for (const Worker& worker : workers) processes.push_back(worker->pid());
+  for (const Worker& worker : workers) AddTree(worker->pid(), processes);
   return processes;
 }
 
@@ -133,7 +138,7 @@ TEST_F(BatchSystemTest, KillOfJobProcessesAfterTermChargesNothing) {
   for (const Worker& worker : workers) {
     while (worker->ErrorTail().find("told to stop") == std::string::npos) ASSERT_FALSE(worker->Wait(milliseconds(20)));
   }
-  processes.resize(processes.size() - workers.size());
+  for (const Worker& worker : workers) std::erase(processes, worker->pid());
   SignalAll(processes, {SIGKILL});
   for (const Worker& worker : workers) ExpectExit(*worker, worker::kExitOk);
   EXPECT_EQ(Charges(), Lines{"queued|0"});
@@ -159,6 +164,39 @@ TEST_F(BatchSystemTest, ATerminalThatClosesDoesNotEndAWorkerUnderNohup) {
   ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
   const std::int64_t next = deployment_->Submit(StubSpec(1, 0), "b");
   EXPECT_TRUE(deployment_->WaitUntilDone(next)) << "it takes no more jobs";
+}
+
+// A batch job that is a whole `legopt run`: client, server, worker and job processes hear the same, and the client
+// decides in which order they end. Motions by STOMP take long enough to be met at work.
+TEST(RunUnderABatchSystemTest, TermToAllProcessesGivesEverythingBack) {
+  if (const std::string why = Deployment::Unavailable(); !why.empty()) GTEST_SKIP() << "NO MULTICAST HERE: " << why;
+  const test::TemporaryFolder folder;
+  const std::string database = folder / "results.sqlite";
+  client::ChildProcess run(
+      Program("legopt"),
+      {"run", "baselines", "--tasks", "motion", "--methods", "STOMP", "--workers", "2", "--db", database}, true);
+  const auto count = [&](const std::string& what) -> std::int64_t {
+    const auto rows = db::ReadOnlyDatabase(database).Query("SELECT count(*) FROM " + what, 1).rows;
+    return std::get<std::int64_t>(rows.at(0).at(0));
+  };
+  const auto is_at_work = [&] {
+    try {
+      return std::filesystem::exists(database) && count("attempts WHERE outcome = 'running'") == 2;
+    } catch (const db::StoreError&) {
+      return false;  // being made
+    }
+  };
+  while (!is_at_work()) ASSERT_FALSE(run.Wait(milliseconds(20))) << run.ErrorTail();
+  std::vector<pid_t> processes;
+  AddTree(run.pid(), processes);
+  ASSERT_EQ(processes.size(), 5U) << "client, server, worker and two job processes";
+  SignalAll(processes, {SIGCONT, SIGTERM});
+  const auto exit = run.Wait(kPatience);
+  ASSERT_TRUE(exit);
+  EXPECT_EQ(exit->Describe(), "exit code " + std::to_string(worker::kExitInterrupted)) << run.ErrorTail();
+  EXPECT_GT(count("attempts WHERE outcome = 'returned'"), 0) << "nothing was at work";
+  EXPECT_EQ(count("jobs WHERE state = 'queued' AND attempts > returned"), 0);
+  EXPECT_EQ(count("attempts WHERE outcome NOT IN ('finished', 'returned')"), 0);
 }
 
 // --- A part of the machine -------------------------------------------------------------------------------------------

@@ -37,7 +37,7 @@ class SupervisorTest : public testing::Test {
     options.pool = TestPoolOptions(slots);
     options.child_command = {MISBEHAVING_PROCESS, std::to_string(getpid()), start};
     spdlog::logger logger("test", std::make_shared<spdlog::sinks::ostream_sink_st>(log_));
-    return Supervisor(server_, options, logger).Run(-1, 0);
+    return Supervisor(server_, options, logger).Run();
   }
 
   // Runs one misbehaving job between two good ones, which must not notice.
@@ -200,7 +200,7 @@ TEST_F(SupervisorTest, AMissingProgramEndsTheWorker) {
   options.pool = TestPoolOptions(1);
   options.child_command = {"/nonexistent/program"};
   spdlog::logger logger("test", std::make_shared<spdlog::sinks::ostream_sink_st>(log_));
-  EXPECT_EQ(Supervisor(server_, options, logger).Run(-1, 0), kExitInternal);
+  EXPECT_EQ(Supervisor(server_, options, logger).Run(), kExitInternal);
   EXPECT_NE(log_.str().find("/nonexistent/program"), std::string::npos) << log_.str();
 }
 
@@ -214,6 +214,10 @@ TEST_F(SupervisorTest, SignalsDrainThenKill) {
   options.child_command = {MISBEHAVING_PROCESS, std::to_string(getpid()), "ok"};
   spdlog::logger logger("test", std::make_shared<spdlog::sinks::ostream_sink_st>(log_));
   Supervisor supervisor(server_, options, logger);
+  const auto take_order = [&] {
+    char order = 0;
+    return read(pipe_ends[0], &order, 1) == 1;
+  };
   server_.on_wait = [&] {
     // Once the job runs, two signals at once.
     if (supervisor.pool().num_running() == 1) {
@@ -221,7 +225,7 @@ TEST_F(SupervisorTest, SignalsDrainThenKill) {
       server_.on_wait = nullptr;
     }
   };
-  EXPECT_EQ(supervisor.Run(pipe_ends[0], 1), kExitInterrupted);
+  EXPECT_EQ(supervisor.Run(pipe_ends[0], take_order), kExitInterrupted);
   EXPECT_EQ(supervisor.child_pid(0), -1);
   EXPECT_TRUE(server_.results.empty());
   EXPECT_EQ(server_.given_back.size(), 1U);

@@ -1,0 +1,66 @@
+// Which signals are an order to stop: each case in a process of its own, which sends them to itself.
+
+#include "legopt/stop_signals.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <initializer_list>
+#include <string>
+
+#include "legopt/isolated_call.h"
+
+namespace legopt::test {
+namespace {
+
+// "1" for each signal that was taken as an order, "0" for the others. `hangup` is what SIGHUP does before.
+std::string Taken(std::initializer_list<int> signals, bool owned_by_another = false, void (*hangup)(int) = SIG_DFL) {
+  return CallIsolated(
+      [&] {
+        std::signal(SIGHUP, hangup);
+        StopSignals stop(owned_by_another ? ::getppid() : 0);
+        std::string taken;
+        for (const int signal : signals) {
+          ::kill(::getpid(), signal);
+          taken += stop.Take() ? '1' : '0';
+        }
+        return taken;
+      },
+      {});
+}
+
+TEST(StopSignals, InterruptTerminateAndHangupAreOrders) { EXPECT_EQ(Taken({SIGINT, SIGTERM, SIGHUP}), "111"); }
+
+TEST(StopSignals, WarningsAndClosedPipesNeitherStopNorKill) { EXPECT_EQ(Taken({SIGUSR1, SIGUSR2, SIGPIPE}), "000"); }
+
+TEST(StopSignals, AHangupThatIsIgnoredStaysIgnored) { EXPECT_EQ(Taken({SIGHUP, SIGTERM}, false, SIG_IGN), "01"); }
+
+TEST(StopSignals, WithAnOwnerNobodyElseGivesOrders) {
+  EXPECT_EQ(Taken({SIGINT, SIGTERM, SIGHUP}, true), "000");
+  const std::string own = CallIsolated(
+      [] {
+        StopSignals stop(::getpid());
+        ::kill(::getpid(), SIGTERM);
+        return std::string(stop.Take() ? "1" : "0");
+      },
+      {});
+  EXPECT_EQ(own, "1");
+}
+
+TEST(StopSignals, EachOrderIsTakenOnce) {
+  const std::string taken = CallIsolated(
+      [] {
+        StopSignals stop;
+        ::kill(::getpid(), SIGTERM);
+        ::kill(::getpid(), SIGINT);
+        std::string each;
+        for (int i = 0; i < 3; ++i) each += stop.Take() ? '1' : '0';
+        return each;
+      },
+      {});
+  EXPECT_EQ(taken, "110");
+}
+
+}  // namespace
+}  // namespace legopt::test
