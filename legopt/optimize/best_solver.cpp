@@ -17,13 +17,23 @@ bool Better(const SolverResult& a, const SolverResult& b) {
   return a.feasible ? a.value.Objective() < b.value.Objective() : a.value.max_violation < b.value.max_violation;
 }
 
+/// A better start from where no step was worth a try is a step of its own.
+void RecordMove(const SolverContext& context, size_t first_record, const ObjectiveValue& from,
+                const ObjectiveValue& to) {
+  if (context.history == nullptr || NumRecords(context) > first_record) return;
+  if (from.cost == to.cost && from.max_violation == to.max_violation) return;
+  context.history->push_back({.cost = to.cost, .violation = to.max_violation, .accepted = true});
+}
+
 }  // namespace
 
 BestSolver::BestSolver(const BestOptions& options) : options_(options), sqp_(options.sqp) {}
 
 SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
   start_ = x;
+  const size_t first_record = NumRecords(context);
   SolverResult best = sqp_.Solve(program, x, context);
+  const ObjectiveValue first = best.value;
   if (best.status == SolveStatus::kNumericalFailure && !best.value.IsFinite()) return best;
   for (int k = 0; k < options_.rescues && !best.feasible && !Stopped(best); ++k) {
     Scatter(program, start_, options_.rescue_noise, *context.generator);
@@ -34,6 +44,8 @@ SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const Solve
     Scatter(program, x, options_.refinement_noise, *context.generator);
     Try(program, context, x, best);
   }
+  RecordMove(context, first_record, first, best.value);
+  CloseHistory(context, first_record, best.value);
   return best;
 }
 

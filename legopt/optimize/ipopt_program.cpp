@@ -153,7 +153,9 @@ bool IpoptProgram::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, 
     if (iteration > 0) {
       ++iterations_;
       const ObjectiveValue& value = slotted_.value();  // Ipopt has just moved to the point that it evaluated last
-      if (context_.history != nullptr) context_.history->push_back({0, 0, 0, value.cost, value.max_violation, true});
+      if (context_.history != nullptr) {
+        context_.history->push_back({.cost = value.cost, .violation = value.max_violation, .accepted = true});
+      }
     }
     stop_status_ = context_.Stopped();
   } catch (...) {

@@ -51,12 +51,14 @@ SolverResult IpoptSolver::Solve(Program& program, Eigen::VectorXd& x, const Solv
     result.value = value_;
     return result;
   }
+  const size_t first_record = NumRecords(context);
   slotted_.Reset(program);
   iterations_ = 0;
   result.status = RunRounds(x, context);
   result.value = EvaluateObjective(program, x, scratch_);
   result.feasible = Satisfied(result.value);
   result.iterations = iterations_;
+  CloseHistory(context, first_record, result.value);
   return result;
 }
 

@@ -4,6 +4,7 @@ namespace legopt {
 
 SolverResult PenaltySolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
   context_ = &context;
+  const size_t first_record = NumRecords(context);
   iterations_ = 0;
   stop_status_ = SolveStatus::kNotRun;
   SolverResult result;
@@ -25,6 +26,7 @@ SolverResult PenaltySolver::Solve(Program& program, Eigen::VectorXd& x, const So
   }
   x = best_.x;
   result.value = best_.value;
+  CloseHistory(context, first_record, result.value);
   result.feasible = Satisfied(best_.value);
   result.iterations = iterations_;
   if (end == InnerEnd::kStopped) {
@@ -79,7 +81,8 @@ bool PenaltySolver::Visit(const Eigen::VectorXd& x, const ObjectiveValue& value)
   if (lowest) lowest_.Take(x, value);
   if (finite_ && Better(value, best_.value)) best_.Take(x, value);
   if (context_->history != nullptr) {
-    context_->history->push_back({0, 0, penalty_, 0.0, value.cost, value.max_violation, lowest});
+    context_->history->push_back(
+        {.penalty = penalty_, .cost = value.cost, .violation = value.max_violation, .accepted = lowest});
   }
   return finite_;
 }

@@ -23,11 +23,12 @@ enum class SolveStatus {
 /// "cancelled".
 std::string_view ToString(SolveStatus status);
 
-/// One trial step of an optimiser.
+/// One trial step of an optimiser. Of the records of one solve the last accepted one is the returned point; when none
+/// is accepted, the start is returned.
 struct IterationRecord {
   int window = 0;
   int restart = 0;
-  double penalty = 0.0;    ///< mu
+  double penalty = 0.0;    ///< mu; 0 for methods without
   double trust_box = 0.0;  ///< half width; 0 for methods without
   double cost = 0.0;       ///< F at the trial point
   double violation = 0.0;  ///< largest single constraint violation at the trial point

@@ -24,12 +24,20 @@ struct SolverContext {
   SolveStatus Stopped() const { return stop ? stop() : SolveStatus::kNotRun; }
 };
 
+/// Records so far; 0 without a history.
+size_t NumRecords(const SolverContext& context);
+
 struct SolverResult {
   SolveStatus status = SolveStatus::kNotRun;
   ObjectiveValue value;   ///< at the returned point
   bool feasible = false;  ///< every violation below the method's tolerance, converged or not
   int iterations = 0;     ///< trial steps; of SQP subproblems, the one that showed convergence included
 };
+
+/// Ends the history of a solve whose first record is number `first_record`: if it has any, the last accepted one is
+/// then the returned point. For solvers that may go on from the best point that they met: when they have, that point
+/// gets one more record, with the penalty at the end.
+void CloseHistory(const SolverContext& context, size_t first_record, const ObjectiveValue& returned);
 
 /// An optimiser of the paper's penalty problem, min F(x) + mu V(x) with growing mu. It knows terms, not robots.
 ///

@@ -185,7 +185,11 @@ SqpSolver::Step SqpSolver::TryStep(Program& program, const Eigen::VectorXd& x, d
   const double actual = merit - trial.Merit(penalty_);
   const bool accepted = trial.IsFinite() && actual >= 0.0 && actual >= options_.improve_ratio_threshold * predicted;
   if (context_->history != nullptr) {
-    context_->history->push_back({0, 0, penalty_, trust_box_, trial.cost, trial.max_violation, accepted});
+    context_->history->push_back({.penalty = penalty_,
+                                  .trust_box = trust_box_,
+                                  .cost = trial.cost,
+                                  .violation = trial.max_violation,
+                                  .accepted = accepted});
   }
   if (!accepted) return Step::kRejected;
   value_ = trial;

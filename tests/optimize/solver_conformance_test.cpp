@@ -284,6 +284,20 @@ class SolverConformance : public ::testing::TestWithParam<Variant> {
     EXPECT_LE(value.Objective(), before.Objective() * (1 + 1e-12));
   }
 
+  /// What the fields of one record may be, by the kind of solver.
+  void ExpectPlausible(const IterationRecord& record) const {
+    const std::string& word = GetParam().word;
+    const bool sqp = word == "sqp" || word == "best";
+    EXPECT_EQ(record.window, 0);
+    EXPECT_EQ(record.restart, 0);
+    EXPECT_EQ(record.penalty > 0.0, word != "ipopt") << record.penalty;
+    EXPECT_EQ(record.trust_box > 0.0, sqp) << record.trust_box;
+    EXPECT_LE(record.trust_box, 10.0);
+    EXPECT_GE(record.cost, 0.0);  // a sum of squares
+    EXPECT_GE(record.violation, 0.0);
+    EXPECT_TRUE(!record.accepted || (std::isfinite(record.cost) && std::isfinite(record.violation)));
+  }
+
   void ExpectOptimum(Example& example) {
     SCOPED_TRACE(example.name);
     VectorXd x;
@@ -395,7 +409,46 @@ TEST_P(SolverConformance, HistoryOnlyWatches) {
   const SolverResult watched = solver_->Solve(*example.program, watched_x, {{}, &generator, &history});
   EXPECT_EQ(watched_x, x);
   EXPECT_EQ(watched.iterations, unwatched.iterations);
-  EXPECT_FALSE(history.empty());
+  EXPECT_EQ(watched.value.cost, unwatched.value.cost);
+  EXPECT_EQ(watched.value.max_violation, unwatched.value.max_violation);
+  ASSERT_FALSE(history.empty());
+  for (const IterationRecord& record : history) ExpectPlausible(record);
+}
+
+TEST_P(SolverConformance, HistoryEndsAtTheReturnedPoint) {
+  std::vector<Example> examples = Solvable();
+  for (auto make : {Infeasible, Overdetermined, SaddleAtTheStart, PartlyUndefined}) examples.push_back(make());
+  for (Example& example : examples) {
+    SCOPED_TRACE(example.name);
+    std::vector<double> scratch;
+    VectorXd x = example.start;
+    example.program->ProjectOnBounds(x);
+    const ObjectiveValue start = EvaluateObjective(*example.program, x, scratch);
+    std::vector<IterationRecord> history = {{.cost = -1.0, .accepted = true}};  // of an earlier attempt
+    std::mt19937_64 generator(7);
+    const SolverResult result = solver_->Solve(*example.program, x, {{}, &generator, &history});
+    EXPECT_EQ(history[0].cost, -1.0);
+    history.erase(history.begin());
+    const auto last =
+        std::find_if(history.rbegin(), history.rend(), [](const auto& record) { return record.accepted; });
+    EXPECT_EQ(result.value.cost, last == history.rend() ? start.cost : last->cost);
+    EXPECT_EQ(result.value.max_violation, last == history.rend() ? start.max_violation : last->violation);
+  }
+}
+
+/// One attempt at one window: no record has an index of its own.
+TEST_P(SolverConformance, PenaltiesOfTheHistoryNeverFall) {
+  for (Example& example : Solvable()) {
+    SCOPED_TRACE(example.name);
+    std::vector<IterationRecord> history;
+    std::mt19937_64 generator(7);
+    VectorXd x = example.start;
+    const SolverResult result = solver_->Solve(*example.program, x, {{}, &generator, &history});
+    EXPECT_GE(history.size(), 1u);
+    EXPECT_GE(result.iterations, 1);
+    if (GetParam().word == "best") continue;  // several solves, each from the first penalty
+    for (size_t i = 1; i < history.size(); ++i) EXPECT_GE(history[i].penalty, history[i - 1].penalty) << i;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Registry, SolverConformance, ::testing::ValuesIn(Variants()),
