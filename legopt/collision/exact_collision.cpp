@@ -68,20 +68,24 @@ ExactCollision::ExactCollision(ExactCollision&&) noexcept = default;
 ExactCollision& ExactCollision::operator=(ExactCollision&&) noexcept = default;
 
 double ExactCollision::EnvironmentDepth(const Kinematics& kinematics) {
-  return DeepestEnvironmentContact(kinematics).depth_m;
+  return DeepestEnvironmentContacts(kinematics).strict.depth_m;
 }
 
-ExactCollision::EnvironmentDepthResult ExactCollision::DeepestEnvironmentContact(const Kinematics& kinematics) {
+ExactCollision::SceneContacts ExactCollision::DeepestEnvironmentContacts(const Kinematics& kinematics) {
   impl_->links.Place(kinematics);
-  EnvironmentDepthResult result;
+  SceneContacts result;
+  const auto include = [](const SceneContact& contact, SceneContact* deepest) {
+    if (contact.depth_m < 0.0 || (deepest->link >= 0 && contact.depth_m <= deepest->depth_m)) return;
+    *deepest = contact;
+  };
   for (int link = 0; link < impl_->num_links; ++link) {
     for (int g = 0; g < impl_->links.num_geometries(link); ++g) {
       const LinkTrimeshes::Geometry& geometry = impl_->links.geometry(link, g);
       for (size_t object = 0; object < impl_->objects.size(); ++object) {
         if (!impl_->objects[object].Near(geometry)) continue;
-        const double depth = impl_->world.Depth(geometry.mesh, impl_->objects[object].mesh);
-        if (depth < 0.0 || (result.link >= 0 && depth <= result.depth_m)) continue;
-        result = {depth, link, static_cast<int>(object)};
+        const TrimeshWorld::Depths depths = impl_->world.AllDepths(geometry.mesh, impl_->objects[object].mesh);
+        include({depths.original_m, link, static_cast<int>(object)}, &result.literal);
+        include({depths.all_m, link, static_cast<int>(object)}, &result.strict);
       }
     }
   }
@@ -95,16 +99,16 @@ ExactCollision::SelfDepths ExactCollision::SelfDepth(const Kinematics& kinematic
     bool first = true;
     for (int a = impl_->links.num_geometries(pair.first) - 1; a >= 0; --a) {
       for (int b = impl_->links.num_geometries(pair.second) - 1; b >= 0; --b) {
-        const double depth =
-            impl_->links.Depth(impl_->links.geometry(pair.first, a), impl_->links.geometry(pair.second, b));
-        if (depth < 0.0) continue;
+        const TrimeshWorld::Depths depths =
+            impl_->links.AllDepths(impl_->links.geometry(pair.first, a), impl_->links.geometry(pair.second, b));
+        if (depths.original_m < 0.0) continue;
         if (first) {
-          result.literal_m = depth;
+          result.literal_m = depths.original_m;
           result.literal_pair = pair;
           first = false;
         }
-        if (result.strict_pair.first < 0 || depth > result.strict_m) {
-          result.strict_m = depth;
+        if (result.strict_pair.first < 0 || depths.all_m > result.strict_m) {
+          result.strict_m = depths.all_m;
           result.strict_pair = pair;
         }
       }

@@ -37,6 +37,10 @@ double LinkTrimeshes::Depth(const Geometry& a, const Geometry& b) const {
   return HullsOverlap(a, b, -kSafety) ? world_.Depth(a.mesh, b.mesh) : kNone;
 }
 
+TrimeshWorld::Depths LinkTrimeshes::AllDepths(const Geometry& a, const Geometry& b) const {
+  return HullsOverlap(a, b, -kSafety) ? world_.AllDepths(a.mesh, b.mesh) : TrimeshWorld::Depths();
+}
+
 bool LinkTrimeshes::HullsOverlap(const Geometry& a, const Geometry& b, double depth_m) const {
   const double gap =
       std::max((a.bounds.min() - b.bounds.max()).maxCoeff(), (b.bounds.min() - a.bounds.max()).maxCoeff());

@@ -36,8 +36,11 @@ class LinkTrimeshes {
     return geometries_[static_cast<size_t>(by_link_[static_cast<size_t>(link)][static_cast<size_t>(index)])];
   }
 
-  /// Largest contact depth of two placed geometries of different links, m; negative when they do not touch.
+  /// Largest contact depth of two placed geometries of different links as the original evaluator has it, m; negative
+  /// when they do not touch.
   double Depth(const Geometry& a, const Geometry& b) const;
+  /// The same, and that of all contacts.
+  TrimeshWorld::Depths AllDepths(const Geometry& a, const Geometry& b) const;
 
   /// True when the hulls of two placed geometries overlap by more than `depth_m`.
   bool HullsOverlap(const Geometry& a, const Geometry& b, double depth_m) const;

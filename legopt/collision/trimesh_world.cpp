@@ -23,7 +23,7 @@ constexpr int kCoordinatesPerVertex = 3;
 
 struct TrimeshWorld::Impl {
   std::vector<std::unique_ptr<Mesh>> meshes;
-  std::vector<dContactGeom> contacts = std::vector<dContactGeom>(kMaxContacts);
+  std::vector<dContactGeom> contacts = std::vector<dContactGeom>(kOriginalContacts);
 
   ~Impl() {
     for (const auto& mesh : meshes) {
@@ -32,6 +32,20 @@ struct TrimeshWorld::Impl {
     }
   }
   dGeomID geom(int mesh) const { return meshes[static_cast<size_t>(mesh)]->geom; }
+
+  /// Number of contacts, at most `max_contacts`, which are left in `contacts`.
+  int Collide(int mesh_a, int mesh_b, int max_contacts) {
+    UseOdeOnThisThread();
+    if (contacts.size() < static_cast<size_t>(max_contacts)) contacts.resize(static_cast<size_t>(max_contacts));
+    return dCollide(geom(mesh_a), geom(mesh_b), max_contacts, contacts.data(), sizeof(dContactGeom));
+  }
+  /// Largest depth of the first contacts; -1 without any.
+  double Deepest(int count) const {
+    double depth = -1.0;
+    for (int i = 0; i < count; ++i)
+      depth = std::max(depth, static_cast<double>(contacts[static_cast<size_t>(i)].depth));
+    return depth;
+  }
 };
 
 TrimeshWorld::TrimeshWorld() : impl_(std::make_unique<Impl>()) { UseOdeOnThisThread(); }
@@ -63,13 +77,16 @@ void TrimeshWorld::SetPose(int mesh, const Eigen::Isometry3d& pose) {
 }
 
 double TrimeshWorld::Depth(int mesh_a, int mesh_b) {
-  UseOdeOnThisThread();
-  const int count =
-      dCollide(impl_->geom(mesh_a), impl_->geom(mesh_b), kMaxContacts, impl_->contacts.data(), sizeof(dContactGeom));
-  double depth = -1.0;
-  for (int i = 0; i < count; ++i)
-    depth = std::max(depth, static_cast<double>(impl_->contacts[static_cast<size_t>(i)].depth));
-  return depth;
+  return impl_->Deepest(impl_->Collide(mesh_a, mesh_b, kOriginalContacts));
+}
+
+TrimeshWorld::Depths TrimeshWorld::AllDepths(int mesh_a, int mesh_b) {
+  const int count = impl_->Collide(mesh_a, mesh_b, kOriginalContacts);
+  Depths depths;
+  depths.original_m = depths.all_m = impl_->Deepest(count);
+  if (count < kOriginalContacts) return depths;
+  depths.all_m = std::max(depths.original_m, impl_->Deepest(impl_->Collide(mesh_a, mesh_b, kAllContacts)));
+  return depths;
 }
 
 }  // namespace legopt

@@ -12,8 +12,16 @@ namespace legopt {
 /// One thread at a time.
 class TrimeshWorld {
  public:
-  /// Most contacts that count per pair of meshes (reference 6.1).
-  static constexpr int kMaxContacts = 255;
+  /// Contacts of a pair of meshes that the original evaluator looks at, in the order in which ODE finds them.
+  static constexpr int kOriginalContacts = 255;
+  /// The most that ODE can be asked for.
+  static constexpr int kAllContacts = 0xffff;
+
+  /// Largest contact depth of two meshes, m; negative when they do not touch.
+  struct Depths {
+    double original_m = -1.0;  ///< of the first kOriginalContacts contacts
+    double all_m = -1.0;       ///< of up to kAllContacts, >= original_m
+  };
 
   TrimeshWorld();
   ~TrimeshWorld();
@@ -24,8 +32,10 @@ class TrimeshWorld {
   int Add(TriangleMesh mesh);
   /// Owner's pose in the world; identity at first.
   void SetPose(int mesh, const Eigen::Isometry3d& pose);
-  /// Largest depth of the contacts between two meshes [m]; negative when there is no contact.
+  /// Largest depth of the contacts between two meshes, as the original evaluator has it: Depths::original_m.
   double Depth(int mesh_a, int mesh_b);
+  /// Both depths. Asks ODE a second time only when there are as many contacts as the original looks at.
+  Depths AllDepths(int mesh_a, int mesh_b);
 
  private:
   struct Impl;

@@ -11,6 +11,7 @@
 #include "legopt/collision/exact_collision.h"
 #include "legopt/input_error.h"
 #include "legopt/problem/support_polygon.h"
+#include "legopt/robot/dof_names.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
@@ -116,7 +117,9 @@ class Judge::Workspace {
  private:
   Evaluation Judged(const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
   static void CheckTask(Task task, const ProblemDefinition& problem);
+  void CheckFootNames(const ProblemDefinition& problem) const;
   static void Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation);
+  static void FailStrictly(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation);
   bool IsWellFormed(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const;
   void SetState(const Eigen::VectorXd& x);
   void CheckFeet(const Stance& stance, int waypoint, Evaluation* evaluation);
@@ -126,6 +129,7 @@ class Judge::Workspace {
   void CheckSelf(int waypoint, Evaluation* evaluation);
   double Cost(std::span<const Eigen::VectorXd> waypoints);
   const std::string& LinkName(int link) const { return robot_.links()[static_cast<size_t>(link)].name; }
+  std::string DescribeContact(const ExactCollision::SceneContact& contact) const;
   std::string DescribeOverlap(const LinkPair& pair, double depth_m) const;
 
   std::shared_ptr<const Dataset> dataset_;
@@ -146,6 +150,22 @@ void Judge::Workspace::CheckTask(Task task, const ProblemDefinition& problem) {
                     .fix = "a posture problem has one stance, a motion problem two or more"});
 }
 
+/// The fault is the problem's, wherever that stands; the dataset only knows better names.
+void Judge::Workspace::CheckFootNames(const ProblemDefinition& problem) const {
+  for (size_t s = 0; s < problem.stances.size(); ++s) {
+    for (const Foothold& foothold : problem.stances[s].footholds) {
+      try {
+        dataset_->foot(foothold.link);
+      } catch (const InputError& error) {
+        InputError::Fault fault = error.fault();
+        fault.file = "";
+        fault.field = "problem " + std::to_string(problem.id) + ", definition, stance " + std::to_string(s);
+        throw InputError(std::move(fault));
+      }
+    }
+  }
+}
+
 /// Records a failure under both rules, unless an earlier one stands.
 void Judge::Workspace::Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation) {
   if (evaluation->strict == Verdict::kSuccess) evaluation->strict = verdict;
@@ -153,6 +173,16 @@ void Judge::Workspace::Fail(Verdict verdict, int waypoint, const std::string& de
   evaluation->literal = verdict;
   evaluation->failed_waypoint = waypoint;
   evaluation->detail = (waypoint >= 0 ? "waypoint " + std::to_string(waypoint) + ": " : "") + detail;
+}
+
+/// Records a failure under the strict rule alone. Its detail stands unless a later waypoint fails by the literal rule,
+/// too: Fail() then overwrites it.
+void Judge::Workspace::FailStrictly(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation) {
+  if (evaluation->strict != Verdict::kSuccess) return;
+  evaluation->strict = verdict;
+  if (evaluation->literal != Verdict::kSuccess) return;
+  evaluation->failed_waypoint = waypoint;
+  evaluation->detail = "waypoint " + std::to_string(waypoint) + ": by the strict rule only, " + detail;
 }
 
 bool Judge::Workspace::IsWellFormed(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const {
@@ -216,15 +246,15 @@ void Judge::Workspace::CheckCom(int waypoint, Evaluation* evaluation) {
 void Judge::Workspace::CheckLimits(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const {
   Include(0, &evaluation->limit_violation);
   for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
-    const double lower = robot_.lower_limits()[dof];
-    const double upper = robot_.upper_limits()[dof];
+    const double lower = std::max(robot_.lower_limits()[dof], -kUnlimitedJoint);
+    const double upper = std::min(robot_.upper_limits()[dof], kUnlimitedJoint);
     const double below = lower - x[dof];
     const double violation = std::max(below, x[dof] - upper);
     Include(std::max(0.0, violation), &evaluation->limit_violation);
     // The sums are the original's: lower - tolerance <= q <= upper + tolerance.
     if (x[dof] >= lower - kLimitTolerance && x[dof] <= upper + kLimitTolerance) continue;
     const Joint& joint = robot_.joints()[static_cast<size_t>(robot_.dof_joint(dof))];
-    const std::string unit = joint.type == JointType::kPrismatic ? " m" : " rad";
+    const std::string unit = " " + std::string(UnitOf(joint.type));
     const bool is_below = below > 0;
     Fail(Verdict::kJointLimit, waypoint,
          joint.name + " = " + Text(x[dof]) + " is " + Text(violation) + unit + (is_below ? " below" : " above") +
@@ -233,15 +263,20 @@ void Judge::Workspace::CheckLimits(const Eigen::VectorXd& x, int waypoint, Evalu
   }
 }
 
+std::string Judge::Workspace::DescribeContact(const ExactCollision::SceneContact& contact) const {
+  return LinkName(contact.link) + " is " + Length(contact.depth_m) + " deep in '" +
+         dataset_->scene().objects[static_cast<size_t>(contact.object)].name + "' of the scene (tolerance " +
+         Length(kDepthTolerance_m) + ")";
+}
+
 void Judge::Workspace::CheckEnvironment(int waypoint, Evaluation* evaluation) {
-  const ExactCollision::EnvironmentDepthResult deepest = collision_.DeepestEnvironmentContact(kinematics_);
-  Include(deepest.depth_m, &evaluation->environment_depth_m);
-  if (!Exceeds(deepest.depth_m, kDepthTolerance_m)) return;
-  Fail(Verdict::kEnvironmentCollision, waypoint,
-       LinkName(deepest.link) + " is " + Length(deepest.depth_m) + " deep in '" +
-           dataset_->scene().objects[static_cast<size_t>(deepest.object)].name + "' of the scene (tolerance " +
-           Length(kDepthTolerance_m) + ")",
-       evaluation);
+  const ExactCollision::SceneContacts deepest = collision_.DeepestEnvironmentContacts(kinematics_);
+  Include(deepest.literal.depth_m, &evaluation->environment_depth_m);
+  if (Exceeds(deepest.literal.depth_m, kDepthTolerance_m)) {
+    Fail(Verdict::kEnvironmentCollision, waypoint, DescribeContact(deepest.literal), evaluation);
+  } else if (Exceeds(deepest.strict.depth_m, kDepthTolerance_m)) {
+    FailStrictly(Verdict::kEnvironmentCollision, waypoint, DescribeContact(deepest.strict), evaluation);
+  }
 }
 
 std::string Judge::Workspace::DescribeOverlap(const LinkPair& pair, double depth_m) const {
@@ -255,14 +290,9 @@ void Judge::Workspace::CheckSelf(int waypoint, Evaluation* evaluation) {
   Include(depths.strict_m, &evaluation->self_depth_strict_m);
   if (Exceeds(depths.literal_m, kDepthTolerance_m)) {
     Fail(Verdict::kSelfCollision, waypoint, DescribeOverlap(depths.literal_pair, depths.literal_m), evaluation);
+  } else if (Exceeds(depths.strict_m, kDepthTolerance_m)) {
+    FailStrictly(Verdict::kSelfCollision, waypoint, DescribeOverlap(depths.strict_pair, depths.strict_m), evaluation);
   }
-  if (!Exceeds(depths.strict_m, kDepthTolerance_m) || evaluation->strict != Verdict::kSuccess) return;
-  evaluation->strict = Verdict::kSelfCollision;
-  if (evaluation->literal != Verdict::kSuccess) return;
-  // Stands unless a later waypoint fails by the literal rule, too: Fail() then overwrites it.
-  evaluation->failed_waypoint = waypoint;
-  evaluation->detail = "waypoint " + std::to_string(waypoint) + ": by the strict rule only, " +
-                       DescribeOverlap(depths.strict_pair, depths.strict_m);
 }
 
 /// Reference 1.5, phase C, divided by the number of waypoints.
@@ -283,9 +313,7 @@ double Judge::Workspace::Cost(std::span<const Eigen::VectorXd> waypoints) {
 Evaluation Judge::Workspace::Evaluate(Task task, const ProblemDefinition& problem,
                                       std::span<const Eigen::VectorXd> waypoints) {
   CheckTask(task, problem);
-  for (const Stance& stance : problem.stances) {
-    for (const Foothold& foothold : stance.footholds) dataset_->foot(foothold.link);
-  }
+  CheckFootNames(problem);
   Evaluation evaluation = Judged(problem, waypoints);
   if (task == Task::kMotion) evaluation.interpolation = ScoreInterpolation(waypoints, kinematics_, collision_);
   return evaluation;

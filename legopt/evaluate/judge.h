@@ -39,6 +39,10 @@ inline constexpr double kComTolerance_m = 1e-3;    ///< outside the support poly
 inline constexpr double kLimitTolerance = 1e-3;    ///< rad or m beyond a joint limit
 inline constexpr double kDepthTolerance_m = 1e-3;  ///< contact depth
 
+/// Limits of a joint that has none (or wider ones), as in the original: +- this many rad (m for prismatic joints). It
+/// keeps every accepted cost finite. Kinematics do not clamp to it.
+inline constexpr double kUnlimitedJoint = 1e4;
+
 /// What the judge found out about one solution.
 ///
 /// The verdict is the *first* failure in the benchmark's order; the largest violations cover every waypoint that could
@@ -48,7 +52,7 @@ struct Evaluation {
   static constexpr double kNotEvaluated = std::numeric_limits<double>::quiet_NaN();
 
   Verdict literal = Verdict::kSuccess;  ///< by the original evaluator's rule: self-collision of the last pair only
-  Verdict strict = Verdict::kSuccess;   ///< every colliding link pair counts
+  Verdict strict = Verdict::kSuccess;   ///< every colliding link pair and every contact counts
   int failed_waypoint = -1;             ///< of the literal failure; of the strict one when only that fails; -1: none
   std::string detail;                   ///< for a human: which foot, joint or link, by how much; empty on success
 
@@ -56,7 +60,7 @@ struct Evaluation {
   double foot_violation = kNotEvaluated;        ///< pose error component: quaternion vector part (1), translation (m)
   double com_violation_m = kNotEvaluated;       ///< distance of the COM outside the support polygon, 0 inside
   double limit_violation = kNotEvaluated;       ///< excess of the raw vector over a joint limit, rad (m for prismatic)
-  double environment_depth_m = kNotEvaluated;   ///< contact depth with the scene
+  double environment_depth_m = kNotEvaluated;   ///< contact depth with the scene, by the literal rule
   double self_depth_literal_m = kNotEvaluated;  ///< contact depth of the last colliding pair of each waypoint
   double self_depth_strict_m = kNotEvaluated;   ///< contact depth of all colliding pairs
 
@@ -90,8 +94,9 @@ class Judge {
 
   const Dataset& dataset() const;
 
-  /// `problem` need not be one of the dataset's, but its links must be feet of it (InputError). `waypoints` hold n + 7
-  /// numbers each; the quaternion (wxyz) need not be unit. Bad solutions never throw: they get a verdict.
+  /// `problem` need not be one of the dataset's, but it must fit the task, and its links must be feet of the dataset:
+  /// else InputError that names problem and stance, and no file. `waypoints` hold n + 7 numbers each; the quaternion
+  /// (wxyz) need not be unit. Bad solutions never throw: they get a verdict.
   Evaluation Evaluate(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
 
  private:

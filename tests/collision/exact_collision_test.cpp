@@ -46,6 +46,62 @@ TEST(TrimeshDepth, MeasuredCasesOfTheReference) {
   EXPECT_NEAR(BoxDepth(floor, 0.010), 0.010, 1e-6);
 }
 
+/// A sheet of 2 x n x n triangles over [-0.5, 0.5]^2, facing up, with bumps of 2 to 10 mm that grow along (dx, dy).
+TriangleMesh Sheet(int n, double dx, double dy) {
+  TriangleMesh mesh;
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; j <= n; ++j) {
+      const double x = static_cast<double>(i) / n - 0.5, y = static_cast<double>(j) / n - 0.5;
+      const double height = 0.002 + 0.008 * (0.5 + dx * x + dy * y);
+      mesh.vertices.emplace_back(x, y, (i + j) % 2 == 0 ? height : -height);
+    }
+  }
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      const int corner = i * (n + 1) + j, right = corner + n + 1;
+      mesh.triangles.push_back({corner, right, right + 1});
+      mesh.triangles.push_back({corner, right + 1, corner + 1});
+    }
+  }
+  return mesh;
+}
+
+TEST(TrimeshDepth, TheOriginalLooksAt255ContactsTheStrictFigureAtAll) {
+  constexpr double kMerging = 1.1e-5;  // ODE may keep the shallower of two contacts that it merges
+  constexpr int kCells = 30;
+  int cut_off = 0;
+  for (const auto& [dx, dy] : {std::pair(1.0, 0.0), {-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}}) {
+    TrimeshWorld world;
+    const int box = world.Add(Tessellate(Spec(ShapeSpec::Kind::kBox, {0.8, 0.8, 0.4})));
+    world.SetPose(box, At(0.003, 0.002, 0.2));
+    const TriangleMesh sheet = Sheet(kCells, dx, dy);
+    const int whole = world.Add(sheet);
+    double deepest = -1.0;
+    for (size_t t = 0; t < sheet.triangles.size(); t += 2) {  // cell by cell there are never many contacts
+      TriangleMesh cell = sheet;
+      cell.triangles = {sheet.triangles[t], sheet.triangles[t + 1]};
+      deepest = std::max(deepest, world.Depth(box, world.Add(cell)));
+    }
+    const TrimeshWorld::Depths depths = world.AllDepths(box, whole);
+    EXPECT_EQ(depths.original_m, world.Depth(box, whole));
+    EXPECT_NEAR(depths.all_m, deepest, kMerging);
+    EXPECT_GE(depths.all_m, depths.original_m);
+    cut_off += depths.original_m < deepest - 0.001 ? 1 : 0;
+  }
+  EXPECT_GE(cut_off, 1) << "no case has its deepest contact beyond the first 255";
+}
+
+TEST(TrimeshDepth, FewContactsHaveOneDepth) {
+  TrimeshWorld world;
+  const int box = world.Add(Tessellate(Spec(ShapeSpec::Kind::kBox, kFootSize)));
+  const int plane = world.Add(Plane(true));
+  world.SetPose(box, At(0, 0, 0.5 * kFootSize.z() - 0.002));
+  EXPECT_EQ(world.AllDepths(box, plane).original_m, world.AllDepths(box, plane).all_m);
+  EXPECT_NEAR(world.AllDepths(box, plane).all_m, 0.002, 1e-6);
+  world.SetPose(box, At(0, 0, 1));
+  EXPECT_LT(world.AllDepths(box, plane).all_m, 0.0);
+}
+
 TEST(AtlasExact, ReferencePosePairsAndTheirDepths) {
   LEGOPT_REQUIRE_FILE(DataFolder() / "atlas/atlas.urdf");
   const RobotModel robot = Atlas();
@@ -74,7 +130,7 @@ TEST(AtlasExact, ReferencePoseItselfIsFreeOfCheckedCollisions) {
   const ExactCollision::SelfDepths self = exact.SelfDepth(kinematics);
   EXPECT_EQ(self.strict_m, 0.0);
   EXPECT_EQ(self.strict_pair, LinkPair(-1, -1));
-  EXPECT_EQ(exact.DeepestEnvironmentContact(kinematics).link, -1);
+  EXPECT_EQ(exact.DeepestEnvironmentContacts(kinematics).literal.link, -1);
 }
 
 /// Boxes on prismatic joints: link i + 1 is a box centred at y = q_i. Even ones measure 0.2 m, odd ones 0.14 m, so that
@@ -138,7 +194,7 @@ TEST(EnvironmentDepth, NamesTheDeepestLinkAndObject) {
   ExactCollision exact(robot, scene, model);
   Kinematics kinematics(robot);
   kinematics.Update(x);
-  const auto deepest = exact.DeepestEnvironmentContact(kinematics);
+  const auto deepest = exact.DeepestEnvironmentContacts(kinematics).literal;
   EXPECT_NEAR(deepest.depth_m, 0.04, 1e-6);
   EXPECT_EQ(deepest.link, 2);
   EXPECT_EQ(deepest.object, 1);

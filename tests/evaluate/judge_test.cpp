@@ -21,6 +21,7 @@ using test::kRightShoulder;
 using test::kSyntheticDofs;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double kGravity = 9.797930195020351;
 constexpr int kBaseX = kSyntheticDofs;
@@ -146,9 +147,26 @@ TEST_F(JudgeTest, LimitsApplyToTheRawVectorKinematicsToTheClampedOne) {
   x = test::StandingUpright();
   x[kNeck] = -0.5;
   EXPECT_EQ(Posture(x).detail, "waypoint 0: neck = -0.5 is 0.5 m below its limit 0 (tolerance 0.001 m)");
-  x[kNeck] = 0;
-  x[test::kLidar] = 1e6;  // continuous
-  EXPECT_EQ(Posture(x).literal, Verdict::kSuccess);
+}
+
+// A joint without limits has those of the original evaluator, +-1e4, so that no accepted cost overflows.
+TEST_F(JudgeTest, UnlimitedJointsEndWhereTheOriginalsDo) {
+  Eigen::VectorXd x = test::StandingUpright();
+  for (const double inside : {1e4, -1e4, 1e4 + 0.9e-3}) {
+    x[test::kLidar] = inside;
+    EXPECT_EQ(Posture(x).literal, Verdict::kSuccess) << inside;
+  }
+  for (const double outside : {1e4 + 1.1e-3, -1e4 - 1.1e-3, 1e6, -1e300}) {
+    x[test::kLidar] = outside;
+    ExpectFailure(Posture(x), Verdict::kJointLimit, 0);
+    EXPECT_THAT(Posture(x).detail, HasSubstr("lidar = ")) << outside;
+  }
+  std::vector<Eigen::VectorXd> waypoints(4, test::StandingUpright());
+  for (size_t w = 0; w < waypoints.size(); ++w) waypoints[w][test::kLidar] = w % 2 == 0 ? 1e4 : -1e4;
+  EXPECT_EQ(Motion(waypoints).literal, Verdict::kSuccess);
+  EXPECT_EQ(Motion(waypoints).cost, 3 * 2e4 * 2e4 / 4);
+  waypoints[2][test::kLidar] = -1e300;
+  ExpectFailure(Motion(waypoints), Verdict::kJointLimit, 2);
 }
 
 TEST_F(JudgeTest, FootComesBeforeComBeforeLimit) {
@@ -303,7 +321,8 @@ TEST_F(JudgeTest, ProblemsThatDoNotFitAreInputErrors) {
   EXPECT_THAT(test::MessageOf([&] {
                 judge_.Evaluate(Task::kPosture, problem, {&x, 1});
               }),
-              HasSubstr("did you mean 'l_foot'?"));
+              AllOf(HasSubstr("problem 0, definition, stance 0"), HasSubstr("did you mean 'l_foot'?"),
+                    Not(HasSubstr("dataset.yaml"))));
   EXPECT_THAT(test::MessageOf([&] { judge_.Evaluate(Task::kMotion, posture_, {&x, 1}); }), HasSubstr("two or more"));
   EXPECT_THAT(test::MessageOf([&] {
                 judge_.Evaluate(Task::kPosture, {.id = 0, .stances = {}}, {&x, 1});

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "legopt/robot/robot_model.h"
+
+namespace legopt {
+
+/// Names of the joints of all degrees of freedom, in the order of configurations.
+std::vector<std::string> DofNames(const RobotModel& robot);
+
+/// "revolute", "continuous", "prismatic", "fixed".
+std::string_view ToString(JointType type);
+
+/// Unit of a joint's value: "m" for prismatic joints, else "rad".
+std::string_view UnitOf(JointType type);
+
+}  // namespace legopt
