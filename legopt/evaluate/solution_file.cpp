@@ -1,8 +1,11 @@
 #include "legopt/evaluate/solution_file.h"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -38,38 +41,116 @@ struct Place {
                     .fix = std::move(fix)});
 }
 
-double ParseNumber(std::string_view token, const Place& place) {
+/// A decimal number, rounded to the nearest double: 0 below all doubles, infinite above; "nan" and "inf" in any case.
+/// nullopt: not a number.
+std::optional<double> ToDouble(std::string_view token) {
   const std::string_view digits = token.starts_with('+') ? token.substr(1) : token;
   double value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc() || end != digits.data() + digits.size()) {
-    Fail(place, std::string(token), "is not a number", "write numbers separated by newlines");
-  }
+  if (end != digits.data() + digits.size() || error == std::errc::invalid_argument) return std::nullopt;
+  if (error == std::errc::result_out_of_range) return std::strtod(std::string(digits).c_str(), nullptr);
   return value;
+}
+
+bool HasDigit(std::string_view text) { return text.find_first_of("0123456789") != std::string_view::npos; }
+
+/// A number that no double holds: "1e400", not "inf". `value` is what ToDouble made of it.
+bool Overflows(std::string_view token, std::optional<double> value) {
+  return value && std::isinf(*value) && HasDigit(token);
+}
+
+/// What JSON's grammar or parser would refuse the whole file for, though it stands for one number.
+bool IsBeyondJson(std::string_view word) {
+  return word == "NaN" || word == "Infinity" || word == "-Infinity" || word == "nan" || word == "inf" ||
+         word == "-inf" || (HasDigit(word) && Overflows(word, ToDouble(word)));
+}
+
+/// The same text with such words, outside of strings, as strings.
+std::string QuoteBeyondJson(std::string_view json) {
+  const auto in_word = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '+' || c == '.';
+  };
+  std::string text;
+  text.reserve(json.size());
+  for (size_t i = 0; i < json.size();) {
+    size_t end = i + 1;
+    bool quote = false;
+    if (json[i] == '"') {
+      while (end < json.size() && json[end] != '"') end += json[end] == '\\' ? 2 : 1;
+      end = std::min(end + 1, json.size());
+    } else if (in_word(json[i])) {
+      while (end < json.size() && in_word(json[end])) ++end;
+      quote = IsBeyondJson(json.substr(i, end - i));
+    }
+    if (quote) text += '"';
+    text += json.substr(i, end - i);
+    if (quote) text += '"';
+    i = end;
+  }
+  return text;
+}
+
+std::string Shortened(std::string text) {
+  constexpr size_t kMost = 40;
+  return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
 }
 
 Eigen::VectorXd ToVector(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-Eigen::VectorXd ParseWaypoint(const Json& entry, const Place& place) {
-  std::vector<double> values;
-  if (entry.is_array()) {
-    for (const Json& number : entry) {
-      if (!number.is_number() && !number.is_null()) Fail(place, number.dump(), "is not a number", "write numbers");
-      values.push_back(number.is_null() ? kNan : number.get<double>());
+/// Reads the waypoints of one solution; what cannot be read is NaN (infinite), and the first such number is noted.
+class WaypointReader {
+ public:
+  explicit WaypointReader(Solution* solution) : solution_(*solution) {}
+
+  void Read(const Json& entry) {
+    values_.clear();
+    if (entry.is_array()) {
+      for (const Json& number : entry) values_.push_back(Element(number));
+    } else if (entry.is_string()) {
+      const std::string_view text = entry.get_ref<const std::string&>();
+      for (size_t begin = text.find_first_not_of(kSpace); begin != std::string_view::npos;) {
+        const size_t end = std::min(text.find_first_of(kSpace, begin), text.size());
+        values_.push_back(Number(text.substr(begin, end - begin)));
+        begin = text.find_first_not_of(kSpace, end);
+      }
+    } else {
+      Note(-1, entry.dump(), "neither a text of numbers nor a list");
     }
-    return ToVector(values);
+    solution_.waypoints.push_back(ToVector(values_));
   }
-  if (!entry.is_string()) Fail(place, entry.dump(), "is no waypoint", "write a text of numbers, or a list of numbers");
-  const std::string_view text = entry.get_ref<const std::string&>();
-  for (size_t begin = text.find_first_not_of(kSpace); begin != std::string_view::npos;) {
-    const size_t end = std::min(text.find_first_of(kSpace, begin), text.size());
-    values.push_back(ParseNumber(text.substr(begin, end - begin), place));
-    begin = text.find_first_not_of(kSpace, end);
+
+ private:
+  double Element(const Json& entry) {
+    if (entry.is_number()) return entry.get<double>();
+    if (entry.is_null()) return kNan;
+    if (entry.is_string() && IsBeyondJson(entry.get_ref<const std::string&>())) {
+      return Number(entry.get_ref<const std::string&>());
+    }
+    Note(static_cast<int>(values_.size()), entry.is_string() ? entry.get<std::string>() : entry.dump(), "not a number");
+    return kNan;
   }
-  return ToVector(values);
-}
+
+  double Number(std::string_view token) {
+    const std::optional<double> value = ToDouble(token);
+    if (!value || Overflows(token, value)) {
+      Note(static_cast<int>(values_.size()), std::string(token), value ? "which no double holds" : "not a number");
+    }
+    return value.value_or(kNan);
+  }
+
+  void Note(int index, const std::string& value, const char* message) {
+    if (solution_.unreadable) return;
+    solution_.unreadable = {.waypoint = static_cast<int>(solution_.waypoints.size()),
+                            .index = index,
+                            .value = Shortened(value),
+                            .message = message};
+  }
+
+  Solution& solution_;
+  std::vector<double> values_;  ///< of the present waypoint
+};
 
 const Json& Require(const Json& object, const char* key, const Place& place) {
   const auto entry = object.find(key);
@@ -83,8 +164,12 @@ Solution ParseSolution(const Json& entry, const Place& place) {
   const Json& method = Require(entry, "method", place);
   if (!method.is_string()) Fail(place.Inner("method"), method.dump(), "must be a text", "write the method's name");
   solution.method = method.get<std::string>();
+  if (solution.method.empty()) Fail(place.Inner("method"), "", "must not be empty", "write the method's name");
   const Place named{place.file, place.field + " (method '" + solution.method + "')"};
-  const Json& time = Require(entry, "timeSec", named);
+  if (!entry.contains("timeSec")) {
+    Fail(named.Inner("timeSec"), "", "the key is missing", "write seconds, or null when it was not measured");
+  }
+  const Json& time = entry["timeSec"];
   if (!time.is_number() && !time.is_null()) {
     Fail(named.Inner("timeSec"), time.dump(), "must be a number", "write seconds, or null when it was not measured");
   }
@@ -95,9 +180,8 @@ Solution ParseSolution(const Json& entry, const Place& place) {
   }
   const Json& x = Require(entry, "x", named);
   if (!x.is_array()) Fail(named.Inner("x"), x.dump(), "must be a list of waypoints", "write one text per waypoint");
-  for (size_t w = 0; w < x.size(); ++w) {
-    solution.waypoints.push_back(ParseWaypoint(x[w], named.Inner("waypoint " + std::to_string(w))));
-  }
+  WaypointReader reader(&solution);
+  for (const Json& waypoint : x) reader.Read(waypoint);
   if (const auto success = entry.find("success"); success != entry.end() && success->is_boolean()) {
     solution.success = success->get<bool>();
   }
@@ -121,6 +205,18 @@ std::vector<Solution> ParseSolutions(const Json& problem, const Place& place) {
     }
   }
   return solutions;
+}
+
+std::vector<std::string> ParseJoints(const Json& root, const std::string& file) {
+  const auto list = root.find("joints");
+  if (list == root.end()) return {};
+  const Place place{file, "joints"};
+  const auto is_text = [](const Json& name) { return name.is_string(); };
+  if (!list->is_array() || list->empty() || !std::all_of(list->begin(), list->end(), is_text)) {
+    Fail(place, Shortened(list->dump()), "must be a list of names",
+         "name the joints in the order of x, without the base");
+  }
+  return list->get<std::vector<std::string>>();
 }
 
 Task InferTask(const ProblemFile& file) {
@@ -171,13 +267,20 @@ void WriteText(const std::filesystem::path& where, const std::string& text, cons
 
 }  // namespace
 
+std::string UnreadableNumber::Describe() const {
+  const std::string number = index < 0 ? " is " : ": number " + std::to_string(index) + " is ";
+  return "waypoint " + std::to_string(waypoint) + number + "'" + value + "', " + message;
+}
+
 SolutionFile ReadSolutions(const std::filesystem::path& path) {
-  const Json root = ReadJsonFile(path);
+  const Json root = ParseJsonText(QuoteBeyondJson(ReadJsonText(path)), path);
   ProblemFile problems = ParseProblemFile(root, path.string(), true);
   SolutionFile file{.robot = problems.robot,
                     .scenario = problems.scenario,
                     .task = problems.task.value_or(InferTask(problems)),
-                    .problems = {}};
+                    .problems = {},
+                    .joints = ParseJoints(root, path.string()),
+                    .path = path.string()};
   const Json& list = root["problems"];
   for (size_t i = 0; i < list.size(); ++i) {
     ProblemDefinition& definition = problems.problems[i];
@@ -189,6 +292,7 @@ SolutionFile ReadSolutions(const std::filesystem::path& path) {
 
 std::string FormatSolutions(const SolutionFile& file) {
   Json root = {{"robot", file.robot}, {"scenario", file.scenario}, {"task", ToString(file.task)}};
+  if (!file.joints.empty()) root["joints"] = file.joints;
   root["problems"] = Json::array();
   for (const SolvedProblem& problem : file.problems) {
     Json entry = {{"id", problem.definition.id}, {"solution", Json::array()}};
@@ -208,10 +312,14 @@ void WriteSolutions(const std::filesystem::path& path, const SolutionFile& file)
   }
   const std::filesystem::path target = FollowLinks(path);
   const std::filesystem::path temporary = target.string() + ".new";
-  WriteText(temporary, FormatSolutions(file), path);
-  std::filesystem::rename(temporary, target, error);
-  if (error) {
-    Fail({path.string(), ""}, "", "cannot be replaced: " + error.message(), "check the folder's permissions");
+  try {
+    WriteText(temporary, FormatSolutions(file), path);
+    std::filesystem::rename(temporary, target, error);
+    if (error)
+      Fail({path.string(), ""}, "", "cannot be replaced: " + error.message(), "check the folder's permissions");
+  } catch (...) {
+    std::filesystem::remove(temporary, error);
+    throw;
   }
 }
 

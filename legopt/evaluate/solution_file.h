@@ -11,13 +11,25 @@
 
 namespace legopt {
 
+/// The first number of a solution that cannot be read.
+struct UnreadableNumber {
+  int waypoint = 0;
+  int index = -1;       ///< within the waypoint, from 0; -1: the waypoint is neither a text nor a list
+  std::string value;    ///< as the file has it, shortened
+  std::string message;  ///< what is wrong with it
+
+  /// "waypoint 3: number 7 is '1e400', which no double holds".
+  std::string Describe() const;
+};
+
 /// One method's answer to one problem.
 struct Solution {
-  std::string method;                      ///< results are grouped by it; unique per problem
+  std::string method;                      ///< results are grouped by it; not empty, unique per problem
   double time_s = 0;                       ///< `timeSec`: total seconds for the problem, NaN when not available
   std::vector<Eigen::VectorXd> waypoints;  ///< `x`: n + 7 numbers each when well formed (the judge decides)
-  std::optional<bool> success;             ///< what the writer believes; the judge decides
-  std::string init_type;                   ///< `initType`; empty when absent
+  std::optional<bool> success = {};        ///< what the writer believes; the judge decides
+  std::string init_type = {};              ///< `initType`; empty when absent
+  std::optional<UnreadableNumber> unreadable = {};  ///< such numbers are NaN (infinite) in `waypoints`
 };
 
 /// A problem of a solution file. `definition.stances` is empty when the file leaves `definition` out.
@@ -32,13 +44,22 @@ struct SolutionFile {
   std::string scenario;
   Task task = Task::kPosture;
   std::vector<SolvedProblem> problems;
+  /// Names of the joints in the order of `x`, without the base; empty: the file does not say. A key of ours, "joints",
+  /// that LegOpt's scripts pass over.
+  std::vector<std::string> joints = {};
+  std::string path = {};  ///< where it was read; empty when it was made
 };
 
 /// Reads a LegOpt solution file. `x` may hold newline (or space) separated strings, as LegOpt writes them, or arrays of
 /// numbers; "nan" and null are read as NaN and 35 numbers as 35 numbers, for the judge to refuse. A missing `task` is
 /// inferred from the number of stances.
-/// Throws InputError naming file, problem and method: not JSON, no `problems`, duplicate id, two solutions of one
-/// method, `timeSec` missing, text that is not a number.
+///
+/// A number that cannot be read (a word, a number beyond the doubles) spoils its solution, not the file: see
+/// Solution::unreadable. NaN and Infinity, which Python writes into JSON, count as such words. What is too small for a
+/// double is 0.
+///
+/// Throws InputError naming file, problem and method: not JSON, no `problems`, duplicate id, an empty method name, two
+/// solutions of one method, `timeSec` missing, negative or no number, `joints` that are not a list of texts.
 SolutionFile ReadSolutions(const std::filesystem::path& path);
 
 /// The text of a file that ReadSolutions and LegOpt's own scripts read: numbers in their shortest round-trip form, so
@@ -46,7 +67,8 @@ SolutionFile ReadSolutions(const std::filesystem::path& path);
 std::string FormatSolutions(const SolutionFile& file);
 
 /// Writes that text. A regular file, or none, is replaced in one step; symbolic links are followed and stay; anything
-/// else (a device, a pipe) is written into. Throws InputError when it cannot be written.
+/// else (a device, a pipe) is written into. Throws InputError when it cannot be written; what stood there then stays,
+/// and nothing is left beside it.
 void WriteSolutions(const std::filesystem::path& path, const SolutionFile& file);
 
 }  // namespace legopt

@@ -1,6 +1,7 @@
 #include "legopt/problem/problem_file.h"
 
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -55,11 +56,17 @@ std::vector<Stance> ParseDefinition(const Json& definition, int id, const std::s
 
 }  // namespace
 
-Json ReadJsonFile(const std::filesystem::path& path) {
+Json ReadJsonFile(const std::filesystem::path& path) { return ParseJsonText(ReadJsonText(path), path); }
+
+std::string ReadJsonText(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream || std::filesystem::is_directory(path)) {
     Fail(path.string(), "", "", "cannot be read", "check that the file exists and is readable");
   }
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+Json ParseJsonText(std::string_view text, const std::filesystem::path& path) {
   // What is deeper would overflow the stack of whoever walks through it, even to show it in an error.
   constexpr int kMaxDepth = 64;
   const auto check_depth = [&path](int depth, Json::parse_event_t /*event*/, Json& /*parsed*/) {
@@ -69,7 +76,7 @@ Json ReadJsonFile(const std::filesystem::path& path) {
     return true;
   };
   try {
-    return Json::parse(stream, check_depth);
+    return Json::parse(text, check_depth);
   } catch (const Json::parse_error& error) {
     Fail(path.string(), "byte " + std::to_string(error.byte), "", "not valid JSON: " + std::string(error.what()),
          "correct the syntax");
