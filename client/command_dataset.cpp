@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <memory>
 
@@ -12,6 +13,7 @@
 #include "legopt/problem/content_hash.h"
 #include "legopt/problem/dataset.h"
 #include "legopt/problem/dataset_file.h"
+#include "legopt/robot/dof_names.h"
 
 namespace legopt::client {
 namespace {
@@ -63,6 +65,39 @@ ExitCode Hash(const Options& options) {
   return ExitCode::kOk;
 }
 
+// The degrees of freedom in the order of solution vectors; no limit is null.
+Listing JointListing(const RobotModel& robot) {
+  Listing listing;
+  listing.columns = {"index", "joint", "type", "lower", "upper", "unit"};
+  const auto limit = [](double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); };
+  for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+    const Joint& joint = robot.joints()[static_cast<std::size_t>(robot.dof_joint(dof))];
+    listing.rows.push_back({dof, joint.name, std::string(ToString(joint.type)), limit(joint.lower), limit(joint.upper),
+                            std::string(UnitOf(joint.type))});
+  }
+  return listing;
+}
+
+std::string OrderNote(const RobotModel& robot) {
+  const auto range = [&robot](int first, int last) {
+    return std::to_string(robot.num_dofs() + first) + "-" + std::to_string(robot.num_dofs() + last);
+  };
+  return "Order of x: these joints, then the base: position x y z (" + range(0, 2) + ", m), quaternion w x y z (" +
+         range(3, 6) + ").";
+}
+
+// One table in CSV, as every command; the joints, too, in the other formats.
+std::string RenderInfo(const Listing& listing, const RobotModel& robot, ListingFormat format) {
+  if (format == ListingFormat::kCsv) return RenderListing(listing, format);
+  const Listing joints = JointListing(robot);
+  if (format == ListingFormat::kJson) {
+    nlohmann::ordered_json json = ListingToJson(listing);
+    json[0]["joints"] = ListingToJson(joints);
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  }
+  return RenderListing(listing, format) + "\n" + RenderListing(joints, format) + "\n" + OrderNote(robot) + "\n";
+}
+
 ExitCode Info(const Options& options) {
   const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr));
   Listing listing;
@@ -72,7 +107,7 @@ ExitCode Info(const Options& options) {
                           dataset->robot().num_dofs(), dataset->robot().total_mass(), dataset->scene().objects.size(),
                           dataset->problems(Task::kPosture).size(), dataset->problems(Task::kMotion).size(),
                           dataset->content_hash()});
-  std::cout << RenderListing(listing, options.format);
+  std::cout << RenderInfo(listing, dataset->robot(), options.format);
   return ExitCode::kOk;
 }
 
@@ -115,7 +150,8 @@ void AddDatasetCommand(CLI::App& app, Invocation* invocation) {
   AddTextOrJsonOption(*check, &check_options->json);
   check->callback([=] { invocation->body = [check_options] { return Check(*check_options); }; });
 
-  auto* info = dataset->add_subcommand("info", "Load a dataset, check its hashes and describe it");
+  auto* info = dataset->add_subcommand(
+      "info", "Load a dataset, check its hashes and describe it, with its joints in the order of solutions");
   const auto info_options = std::make_shared<Options>();
   info->add_option("DIR", info_options->folder, "Dataset folder (default: the embedded garage-easier)");
   AddFormatOption(*info, &info_options->format);

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
@@ -15,19 +16,28 @@ struct Options {
   std::string file;
   std::optional<std::string> dataset;
   std::string rule = "literal";
-  ListingFormat format = ListingFormat::kText;
+  std::string definitions = "file";
+  TableFormat format = TableFormat::kText;
+  TimeUnit time_unit = kMilliseconds;
+  OutputOptions output;
 };
 
 ExitCode Evaluate(const Options& options) {
   const SolutionFile file = ReadSolutions(options.file);
   Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr)));
-  const auto report = EvaluateSolutions(file, judge, options.rule == "strict" ? Rule::kStrict : Rule::kLiteral);
+  const auto report = EvaluateSolutions(file, judge, options.rule == "strict" ? Rule::kStrict : Rule::kLiteral,
+                                        options.definitions == "dataset" ? Definitions::kDataset : Definitions::kFile);
   if (report.rows.empty()) {
     throw ClientError(ExitCode::kUsage, options.file + ": no problem has a 'solution'; is it a problem file?");
   }
-  std::cout << RenderEvaluation(report, options.format) << std::flush;
+  Print(RenderEvaluation(report, options.format, {options.time_unit, LayoutOf(options.output)}), options.output);
   for (const auto& warning : report.warnings) std::cerr << "legopt: warning: " << warning << "\n";
-  return ExitCode::kOk;
+  const auto unreadable =
+      std::count_if(report.rows.begin(), report.rows.end(), [](const JudgedRow& row) { return row.unreadable; });
+  if (unreadable == 0) return ExitCode::kOk;
+  throw ClientError(ExitCode::kJobsFailed, options.file + ": " + std::to_string(unreadable) + " of " +
+                                               std::to_string(report.rows.size()) +
+                                               " solutions have numbers that cannot be read; correct or remove them");
 }
 
 }  // namespace
@@ -38,8 +48,14 @@ void AddEvaluateCommand(CLI::App& app, Invocation* invocation) {
   const auto options = std::make_shared<Options>();
   command->add_option("FILE", options->file, "LegOpt solution JSON")->required();
   AddDatasetOption(*command, &options->dataset);
+  command
+      ->add_option("--definitions", options->definitions,
+                   "Whose problem definitions count: file (default), as in the original evaluator, or dataset")
+      ->check(CLI::IsMember({"file", "dataset"}));
   AddRuleOption(*command, &options->rule);
-  AddFormatOption(*command, &options->format);
+  AddTableFormatOption(*command, &options->format);
+  AddTimeUnitOption(*command, &options->time_unit);
+  AddOutputOptions(*command, &options->output);
   command->callback([=] { invocation->body = [options] { return Evaluate(*options); }; });
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "client/client_error.h"
+#include "legopt/robot/dof_names.h"
 
 namespace legopt::client {
 namespace {
@@ -112,7 +113,7 @@ void ReadWaypoints(ResultSource& source, std::vector<ResultRow>* rows) {
 
 SolutionFile MakeFile(Task task, const std::vector<ResultRow>& rows, const std::map<std::int64_t, std::string>& methods,
                       const Dataset& dataset) {
-  SolutionFile file{dataset.robot().name(), dataset.name(), task, {}};
+  SolutionFile file{dataset.robot().name(), dataset.name(), task, {}, DofNames(dataset.robot())};
   std::map<int, std::vector<Solution>> by_problem;
   for (const auto& row : rows) {
     if (row.task != task) continue;

@@ -12,8 +12,9 @@ namespace legopt {
 struct JudgedSolution {
   std::string method;
   int problem_id;
-  double time_s;  ///< total for the problem
+  double time_s;  ///< total for the problem; NaN when not available
   Evaluation evaluation;
+  bool other_definition = false;  ///< judged by a definition that is not the dataset's
 };
 
 /// Which of the judge's two verdicts counts.
@@ -22,14 +23,20 @@ enum class Rule { kLiteral, kStrict };
 /// One row of a benchmark table (reference 1.7).
 struct MethodSummary {
   std::string method;
-  int num_problems = 0;
+  int num_problems = 0;  ///< n: the problems that are posed, solved or not, in the file or not
   int num_solved = 0;
-  double mean_cost = 0;    ///< mean over solved problems of the cost per waypoint; NaN when nothing was solved
-  double mean_time_s = 0;  ///< mean over solved problems of time per waypoint; NaN when nothing was solved or timed
+  double mean_cost = 0;           ///< mean over solved problems of the cost per waypoint; NaN when nothing was solved
+  double mean_time_s = 0;         ///< likewise the time; NaN when nothing was solved or timed
+  int num_other_definition = 0;   ///< of the solved ones those judged by a definition that is not the dataset's
+  std::vector<int> missing = {};  ///< ids of posed problems without a solution, in the order of `posed`; not solved
 };
 
 /// One row per method, in the order of first appearance. Every solved problem weighs the same, whatever its length.
 /// Under kStrict a mean covers the solutions that are feasible by both rules: strict success implies literal success.
-std::vector<MethodSummary> Summarize(std::span<const JudgedSolution> solutions, Rule rule);
+///
+/// `posed` are the ids of the problems that every method should have solved; `solutions` hold no others. Empty: each
+/// method's n is the number of its solutions.
+std::vector<MethodSummary> Summarize(std::span<const JudgedSolution> solutions, Rule rule,
+                                     std::span<const int> posed = {});
 
 }  // namespace legopt

@@ -166,6 +166,20 @@ TEST_F(CommandLine, BadSolutionFile) {
   ExpectError(Run({"evaluate", Write("broken.json", "{\"problems\": [")}), 2, "broken.json");
 }
 
+// The embedded posture solutions, with one number of problem 3 replaced.
+TEST_F(CommandLine, EvaluateJudgesTheOthersWhenANumberCannotBeRead) {
+  std::ifstream stream(std::filesystem::path(LEGOPT_SOURCE_DIR) / "data/garage-easier/solutions-posture.json");
+  auto json = nlohmann::json::parse(stream);
+  json["problems"][3]["solution"][0]["x"][0] = "0.1\n1e400";
+  const auto result = Run({"evaluate", Write("bad.json", json.dump()), "--format", "json"});
+  ExpectError(result, 4, "1 of 50 solutions have numbers that cannot be read");
+  EXPECT_THAT(result.err, HasSubstr("bad.json: problem 3, SQP(Multistart10), waypoint 0: number 1 is '1e400'"));
+  const auto report = nlohmann::json::parse(result.out);
+  EXPECT_EQ(report.at("methods")[0].at("solved"), 49);
+  EXPECT_EQ(report.at("methods")[0].at("problems"), 50);
+  EXPECT_EQ(report.at("differing_definitions").size(), 0U);
+}
+
 TEST_F(CommandLine, ExportNeedsTheSameDataset) {
   ExpectError(Run({"export", "--db", Database(), "--out", "out.json"}), 5, "--dataset");
 }
@@ -176,6 +190,25 @@ TEST_F(CommandLine, DatasetInfoAndHashCheck) {
   ASSERT_EQ(info.exit_code, 0) << info.err;
   EXPECT_EQ(nlohmann::json::parse(info.out)[0].at("hash").get<std::string>().size(), 64U);
   EXPECT_EQ(Run({"dataset", "hash", folder.string(), "--check"}).exit_code, 0);
+}
+
+TEST_F(CommandLine, DatasetInfoHasTheJointsInTheOrderOfSolutions) {
+  const auto folder = (std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "garage-small").string();
+  const auto joints = nlohmann::json::parse(Run({"dataset", "info", folder, "--format", "json"}).out)[0].at("joints");
+  ASSERT_EQ(joints.size(), 29U);
+  EXPECT_EQ(joints[0], (nlohmann::json{{"index", 0},
+                                       {"joint", "back_lbz"},
+                                       {"type", "revolute"},
+                                       {"lower", joints[0].at("lower")},
+                                       {"upper", joints[0].at("upper")},
+                                       {"unit", "rad"}}));
+  EXPECT_LT(joints[0].at("lower").get<double>(), joints[0].at("upper").get<double>());
+  EXPECT_EQ(joints[10].at("joint"), "hokuyo_joint");
+  EXPECT_TRUE(joints[10].at("lower").is_null());
+  const auto text = Run({"dataset", "info", folder});
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.out, AllOf(HasSubstr("back_lbz"), HasSubstr("continuous"),
+                              HasSubstr("position x y z (29-31, m), quaternion w x y z (32-35)")));
 }
 
 TEST_F(CommandLine, DatasetHashFindsAndMendsAChange) {

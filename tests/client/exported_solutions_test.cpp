@@ -10,6 +10,7 @@
 #include "client/evaluation_report.h"
 #include "legopt/problem/dataset.h"
 #include "legopt/problem/initial_guess.h"
+#include "legopt/robot/dof_names.h"
 #include "test_database.h"
 
 namespace legopt::client {
@@ -130,6 +131,8 @@ TEST(ExportedMotions, KeepEveryBitAndArePartlyExportedWhenPartlySolved) {
 
   const auto file = ReadSolutions(folder.path() / "out.json");
   EXPECT_EQ(file.task, Task::kMotion);
+  EXPECT_EQ(file.joints, DofNames(dataset->robot())) << "whoever reads it knows the order";
+  EXPECT_EQ(file.joints.at(0), "back_lbz");
   EXPECT_EQ(file.problems.at(0).solutions.at(0).method, "SQP, solid");
   EXPECT_EQ(file.problems.at(0).solutions.at(0).waypoints, whole);
   EXPECT_EQ(file.problems.at(0).solutions.at(1).waypoints, part);
@@ -138,7 +141,7 @@ TEST(ExportedMotions, KeepEveryBitAndArePartlyExportedWhenPartlySolved) {
   ASSERT_EQ(report.rows.size(), 2U);
   EXPECT_EQ(report.rows[0].evaluation.literal, Verdict::kFootPose);
   EXPECT_EQ(report.rows[1].evaluation.literal, Verdict::kWrongWaypointCount);
-  EXPECT_THAT(RenderEvaluation(report, ListingFormat::kText), testing::HasSubstr("Between waypoints"));
+  EXPECT_THAT(RenderEvaluation(report, TableFormat::kText), testing::HasSubstr("Between waypoints"));
   ExportFilter surface;
   surface.collision = "surface";
   EXPECT_EQ(ReadSolutionsOf(*source, 1, *dataset, surface).num_solutions, 1);

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <memory>
@@ -106,6 +108,23 @@ TEST_F(RunCommand, ExportAndEvaluateAgree) {
   std::int64_t solved = 0;
   for (const auto& method : report.at("methods")) solved += method.at("solved").get<std::int64_t>();
   EXPECT_EQ(solved, Count("results WHERE verdict_literal = 'success'"));
+}
+
+TEST_F(RunCommand, AFullStandardOutputIsOneFaultWhateverTheCommand) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  ASSERT_EQ(Run({Suite(1), "--db", Db()}).exit_code, 0);
+  const auto into_full = [&](const std::string& arguments) {
+    const std::string command = "'" + BuiltProgram("legopt").string() + "' " + arguments + " --db '" + Db() +
+                                "' > /dev/full 2> '" + (folder_.path() / "err.txt").string() + "'";
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  const int of_table = into_full("table 1");
+  EXPECT_NE(of_table, 0);
+  EXPECT_EQ(into_full("export 1 --out -"), of_table);
+  std::ifstream stream(folder_.path() / "err.txt");
+  const std::string err(std::istreambuf_iterator<char>(stream), {});
+  EXPECT_THAT(err, AllOf(HasSubstr("standard output"), Not(HasSubstr("problems written"))));
 }
 
 TEST_F(RunCommand, InterruptedItKeepsWhatIsDoneAndGoesOnLater) {

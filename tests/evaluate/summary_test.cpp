@@ -49,6 +49,28 @@ TEST(Summary, UntimedSolutionsLeaveTheOthersMean) {
   EXPECT_EQ(rows[0].mean_time_s, 2);
 }
 
+TEST(Summary, PosedProblemsWithoutASolutionCountAsNotSolved) {
+  std::vector<JudgedSolution> solutions = {Judged("SQP", Verdict::kSuccess, Verdict::kSuccess, 10, 4),
+                                           Judged("SQP", Verdict::kCom, Verdict::kCom, 0, 4),
+                                           Judged("Adam", Verdict::kSuccess, Verdict::kSuccess, 30, 8)};
+  solutions[0].problem_id = 7;
+  solutions[0].other_definition = true;
+  solutions[1].problem_id = 3;
+  solutions[1].other_definition = true;
+  solutions[2].problem_id = 3;
+  const std::vector<int> posed = {3, 5, 7, 9};
+  const auto rows = Summarize(solutions, Rule::kLiteral, posed);
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0].num_problems, 4);
+  EXPECT_EQ(rows[0].num_solved, 1);
+  EXPECT_EQ(rows[0].num_other_definition, 1) << "of the solved ones";
+  EXPECT_EQ(rows[0].missing, (std::vector<int>{5, 9}));
+  EXPECT_EQ(rows[0].mean_cost, 10);
+  EXPECT_EQ(rows[1].num_problems, 4);
+  EXPECT_EQ(rows[1].num_other_definition, 0);
+  EXPECT_EQ(rows[1].missing, (std::vector<int>{5, 7, 9}));
+}
+
 TEST(Summary, NothingGivesNoRows) { EXPECT_TRUE(Summarize({}, Rule::kLiteral).empty()); }
 
 }  // namespace
