@@ -14,7 +14,8 @@ namespace {
 struct Options {
   std::optional<std::int64_t> experiment;
   std::string out;
-  std::optional<std::string> method, initialization, task, collision, dataset;
+  std::optional<std::string> initialization, task, dataset;
+  MethodFilter methods;
   SourceOptions source;
 };
 
@@ -57,7 +58,7 @@ ExitCode Export(const Options& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
   const auto dataset = LoadDatasetOf(experiment, options);
-  ExportFilter filter{options.method, options.initialization, std::nullopt, options.collision};
+  ExportFilter filter{options.methods, options.initialization, std::nullopt};
   if (options.task) filter.task = ParseTask(*options.task, "--task");
   const auto exported = ReadSolutionsOf(*source, experiment.id, *dataset, filter);
   if (exported.num_solutions == 0) {
@@ -88,13 +89,11 @@ void AddExportCommand(CLI::App& app, Invocation* invocation) {
       ->add_option("--out", options->out,
                    "File to write, - for standard output; with both tasks, -posture and -motion are added to its name")
       ->required();
-  command->add_option("--method", options->method, "Only this method");
+  AddMethodFilterOptions(*command, &options->methods);
   command->add_option("--initialization", options->initialization, "Only this one: good or in_collision")
       ->check(CLI::IsMember({"good", "in_collision"}));
   command->add_option("--task", options->task, "Only this task: posture or motion")
       ->check(CLI::IsMember({"posture", "motion"}));
-  command->add_option("--collision", options->collision, "Only methods with this model: solid or surface")
-      ->check(CLI::IsMember({"solid", "surface"}));
   command->add_option("--dataset", options->dataset,
                       "Dataset folder, for the problem definitions (default: the embedded garage-easier)");
   AddSourceOptions(*command, &options->source);

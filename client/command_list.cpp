@@ -1,11 +1,17 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
 #include <iostream>
 #include <map>
 #include <memory>
 
+#include "client/client_error.h"
 #include "client/commands.h"
 #include "client/experiment_status.h"
+#include "client/method_filter.h"
 #include "client/options.h"
+#include "legopt/evaluate/judge.h"
+#include "legopt/nearest_name.h"
 
 namespace legopt::client {
 namespace {
@@ -14,7 +20,8 @@ constexpr int kDefaultLimit = 1000;
 
 struct Options {
   std::optional<std::int64_t> experiment;
-  std::optional<std::string> state, method, task, initialization, verdict, collision;
+  std::optional<std::string> state, task, initialization, verdict;
+  MethodFilter methods;
   std::optional<int> problem;
   bool unsolved = false;
   int limit = kDefaultLimit;
@@ -22,20 +29,54 @@ struct Options {
   ListingOptions listing;
 };
 
-std::string Sql(const Options& options, std::int64_t experiment_id) {
-  std::string sql =
-      "SELECT job_id AS job, method, task, initialization, problem_id AS problem, repetition, state, attempts, "
-      "verdict_literal AS verdict, solver_status, cost, time_s, worker FROM job_list WHERE experiment_id = " +
-      std::to_string(experiment_id);
+constexpr std::array kVerdicts = {Verdict::kSuccess,      Verdict::kWrongWaypointCount,
+                                  Verdict::kWrongSize,    Verdict::kNotFinite,
+                                  Verdict::kFootPose,     Verdict::kCom,
+                                  Verdict::kJointLimit,   Verdict::kEnvironmentCollision,
+                                  Verdict::kSelfCollision};
+
+std::string FaultOfVerdict(const std::string& word) {
+  std::vector<std::string> words;
+  for (const Verdict verdict : kVerdicts) words.emplace_back(ToString(verdict));
+  if (std::find(words.begin(), words.end(), word) != words.end()) return {};
+  return "'" + word + "' is no verdict; " + SuggestName(word, words);
+}
+
+// A number that no problem of the experiment has would look like a problem without jobs.
+void RequireProblem(ResultSource& source, std::int64_t experiment_id, int problem) {
+  const Listing found = source.Query(
+      "SELECT task, min(problem_id) AS first, max(problem_id) AS last, count(*) FILTER (WHERE problem_id = " +
+      std::to_string(problem) + ") AS n FROM (SELECT DISTINCT c.task, p.problem_id FROM cells AS c JOIN jobs AS j " +
+      "USING (cell_id) JOIN problems AS p USING (problem_key) WHERE c.experiment_id = " +
+      std::to_string(experiment_id) + ") GROUP BY task ORDER BY task DESC");
+  std::string known;
+  for (std::size_t i = 0; i < found.rows.size(); ++i) {
+    if (found.At(i, "n").get<int>() > 0) return;
+    known += (known.empty() ? "; it has " : ", ") + found.At(i, "task").get<std::string>() + " " +
+             found.At(i, "first").dump() + " to " + found.At(i, "last").dump();
+  }
+  throw ClientError(ExitCode::kUsage, "--problem " + std::to_string(problem) + ": experiment " +
+                                          std::to_string(experiment_id) + " has no such problem" + known);
+}
+
+std::string Sql(const Options& options, std::int64_t experiment_id, const ExperimentMethods& methods) {
+  std::string telling;
+  for (const std::string& column : methods.TellingColumns()) telling += column + ", ";
+  std::string sql = "SELECT job_id AS job, method, " + telling +
+                    "task, initialization, problem_id AS problem, repetition, state, attempts, "
+                    "verdict_literal AS verdict, solver_status, cost, time_s, worker FROM job_list WHERE "
+                    "experiment_id = " +
+                    std::to_string(experiment_id);
   const auto restrict = [&sql](const char* column, const std::optional<std::string>& value) {
     if (value) sql += " AND lower(" + std::string(column) + ") = lower(" + SqlText(*value) + ")";
   };
   restrict("state", options.state);
-  restrict("method", options.method);
   restrict("task", options.task);
   restrict("initialization", options.initialization);
   restrict("verdict_literal", options.verdict);
-  restrict("collision", options.collision);
+  if (const std::string condition = methods.Condition(options.methods); !condition.empty()) {
+    sql += " AND job_id IN (SELECT job_id FROM jobs JOIN cells USING (cell_id) WHERE " + condition + ")";
+  }
   if (options.problem) sql += " AND problem_id = " + std::to_string(*options.problem);
   if (options.unsolved) sql += " AND (state IN ('failed', 'dead') OR verdict_literal <> 'success')";
   return sql + " ORDER BY job_id";
@@ -69,11 +110,13 @@ void HintAtStoppedJobs(std::int64_t experiment_id, const Listing& jobs) {
 ExitCode List(const Options& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
-  Listing jobs = source->Query(Sql(options, experiment.id), options.limit);
+  if (options.problem) RequireProblem(*source, experiment.id, *options.problem);
+  Listing jobs = source->Query(Sql(options, experiment.id, {*source, experiment.id}), options.limit);
   if (!options.source.db) AddProgress(options, experiment.id, &jobs);
   PrintListing(jobs, options.listing);
   if (jobs.truncated) std::cerr << "legopt: only the first " << jobs.rows.size() << " jobs are shown; raise --limit\n";
   if (options.unsolved) HintAtStoppedJobs(experiment.id, jobs);
+  if (jobs.rows.empty()) std::cerr << "legopt: no job of experiment " << experiment.id << " is like that\n";
   return ExitCode::kOk;
 }
 
@@ -85,14 +128,13 @@ void AddListCommand(CLI::App& app, Invocation* invocation) {
   command->add_option("ID", options->experiment, "Experiment (default: the newest)");
   command->add_option("--state", options->state, "queued, leased, done, failed, dead or cancelled")
       ->check(CLI::IsMember({"queued", "leased", "done", "failed", "dead", "cancelled"}));
-  command->add_option("--method", options->method, "Only this method");
+  AddMethodFilterOptions(*command, &options->methods);
   command->add_option("--task", options->task, "posture or motion")->check(CLI::IsMember({"posture", "motion"}));
   command->add_option("--initialization", options->initialization, "good or in_collision")
       ->check(CLI::IsMember({"good", "in_collision"}));
-  command->add_option("--collision", options->collision, "Only methods with this model: solid or surface")
-      ->check(CLI::IsMember({"solid", "surface"}));
   command->add_option("--problem", options->problem, "Only this problem");
-  command->add_option("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose");
+  command->add_option("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose")
+      ->check(FaultOfVerdict);
   command->add_flag("--unsolved", options->unsolved, "Only jobs that ended without success");
   command->add_option("--limit", options->limit, "Most jobs to list (default 1000)")
       ->check(CLI::Range(1, ResultSource::kAllRows));

@@ -27,11 +27,11 @@ struct ResultRow {
   std::vector<Eigen::VectorXd> waypoints;
 };
 
-std::string Where(std::int64_t experiment_id, const ExportFilter& filter) {
+std::string Where(ResultSource& source, std::int64_t experiment_id, const ExportFilter& filter) {
   std::string where = " WHERE c.experiment_id = " + std::to_string(experiment_id);
-  if (filter.method) where += " AND lower(m.name) = lower(" + SqlText(*filter.method) + ")";
+  const std::string methods = ExperimentMethods(source, experiment_id).Condition(filter.methods);
+  if (!methods.empty()) where += " AND c." + methods;
   if (filter.initialization) where += " AND c.initialization = " + SqlText(*filter.initialization);
-  if (filter.collision) where += " AND m.collision = " + SqlText(*filter.collision);
   if (filter.task) where += " AND c.task = " + SqlText(std::string(ToString(*filter.task)));
   return where;
 }
@@ -170,7 +170,7 @@ std::vector<std::string> MethodStrings(const std::vector<ResultKey>& keys) {
 
 ExportedSolutions ReadSolutionsOf(ResultSource& source, std::int64_t experiment_id, const Dataset& dataset,
                                   const ExportFilter& filter) {
-  const std::string where = Where(experiment_id, filter);
+  const std::string where = Where(source, experiment_id, filter);
   auto rows = ReadRows(source, where);
   const Listing count = source.Query("SELECT count(*) AS n" + std::string(kJoins) + where);
   ReadWaypoints(source, &rows);

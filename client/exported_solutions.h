@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "client/method_filter.h"
 #include "client/result_source.h"
 #include "legopt/evaluate/solution_file.h"
 #include "legopt/problem/dataset.h"
@@ -13,10 +14,9 @@ namespace legopt::client {
 
 /// Which results of an experiment to export.
 struct ExportFilter {
-  std::optional<std::string> method;  ///< name
+  MethodFilter methods;
   std::optional<std::string> initialization;
   std::optional<Task> task;
-  std::optional<std::string> collision;  ///< the methods' collision model
 };
 
 /// What tells the accepted results of an experiment apart, beside task and problem.

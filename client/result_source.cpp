@@ -1,5 +1,7 @@
 #include "client/result_source.h"
 
+#include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "client/client_error.h"
@@ -33,8 +35,12 @@ class FileSource final : public ResultSource {
  public:
   explicit FileSource(const std::string& file) : file_(file), database_(file) {}
 
-  Listing Query(const std::string& sql, int max_rows) override {
-    auto result = database_.Query(sql, max_rows);
+  using ResultSource::Query;
+  Listing Query(const std::string& sql, int max_rows, double limit_s) override {
+    db::QueryLimits limits;
+    limits.max_rows = max_rows;
+    limits.time_limit = std::chrono::milliseconds(std::llround(limit_s * 1e3));
+    auto result = database_.Query(sql, {}, limits);
     Listing listing;
     listing.columns = std::move(result.columns);
     listing.truncated = result.truncated;
@@ -58,8 +64,9 @@ class ServerSource final : public ResultSource {
  public:
   explicit ServerSource(const NetworkOptions& options) : options_(options), server_(options) {}
 
-  Listing Query(const std::string& sql, int max_rows) override {
-    auto json = server_.Query(sql, max_rows);
+  using ResultSource::Query;
+  Listing Query(const std::string& sql, int max_rows, double limit_s) override {
+    auto json = server_.Query(sql, max_rows, limit_s);
     Listing listing;
     listing.columns = json.at("columns").get<std::vector<std::string>>();
     listing.rows = json.at("rows").get<std::vector<std::vector<nlohmann::json>>>();

@@ -21,14 +21,18 @@ struct SourceOptions {
 class ResultSource {
  public:
   virtual ~ResultSource() = default;
-  /// Runs one SELECT. Blobs come as upper-case hex text.
-  virtual Listing Query(const std::string& sql, int max_rows) = 0;
+  /// Runs one SELECT. Blobs come as upper-case hex text. `limit_s` bounds its time: (0, kLongestLimit_s] at a server,
+  /// 0 for none with a file.
+  virtual Listing Query(const std::string& sql, int max_rows, double limit_s) = 0;
+  Listing Query(const std::string& sql, int max_rows) { return Query(sql, max_rows, kDefaultLimit_s); }
   Listing Query(const std::string& sql) { return Query(sql, kAllRows); }
 
   /// How to name this source in a follow-up command: " --db FILE", or empty for the server.
   virtual std::string flags() const = 0;
 
   static constexpr int kAllRows = 1'000'000;
+  static constexpr double kDefaultLimit_s = 30;
+  static constexpr double kLongestLimit_s = 3600;
 };
 
 std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options);

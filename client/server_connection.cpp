@@ -1,6 +1,7 @@
 #include "client/server_connection.h"
 
 #include <algorithm>
+#include <cmath>
 #include <legopt_msg/cancel_request.hpp>
 #include <legopt_msg/probe_request.hpp>
 #include <legopt_msg/query_reply.hpp>
@@ -22,6 +23,7 @@ namespace {
 using std::chrono::microseconds;
 // A large query or submission may keep a reachable server busy; whether it is reachable is asked first, by a probe.
 constexpr microseconds kWorkTimeout = std::chrono::seconds(120);
+constexpr microseconds kLongestCall = std::chrono::hours(1);
 constexpr microseconds kPollSlice = std::chrono::milliseconds(100);
 constexpr microseconds kTickInterval = std::chrono::milliseconds(500);
 constexpr int kReplyOk = 0;
@@ -125,12 +127,13 @@ nlohmann::json ServerConnection::Status(std::int64_t experiment_id) {
   return ParseStatusText(Ask(request, timeout_).json);
 }
 
-nlohmann::json ServerConnection::Query(const std::string& sql, int max_rows) {
+nlohmann::json ServerConnection::Query(const std::string& sql, int max_rows, double limit_s) {
   Probe();
   legopt_msg::query_request request;
-  request.sql = sql;
+  request.sql = "/*+ MAX_EXECUTION_TIME(" + std::to_string(std::llround(limit_s * 1e3)) + ") */ " + sql;
   request.max_rows = max_rows;
-  const auto reply = Ask(request, std::max(timeout_, kWorkTimeout));
+  // Others may be answered first.
+  const auto reply = Ask(request, std::min(std::max(timeout_, ToMicroseconds(limit_s) + kWorkTimeout), kLongestCall));
   if (reply.status != kReplyOk) throw ClientError(ExitCode::kUsage, "query: " + reply.message);
   auto json = nlohmann::json::parse(reply.json, nullptr, false);
   if (!json.is_object() || !json.contains("columns") || !json.contains("rows")) {

@@ -43,8 +43,9 @@ class ServerConnection {
                                   const std::function<void()>& tick = {});
   /// Status of one experiment, or of all with 0; the JSON of the contract.
   nlohmann::json Status(std::int64_t experiment_id);
-  /// Read-only SQL; the reply's JSON object: columns, rows, truncated.
-  nlohmann::json Query(const std::string& sql, int max_rows);
+  /// Read-only SQL, stopped by the server after `limit_s`, (0, 3600]; the reply's JSON object: columns, rows,
+  /// truncated.
+  nlohmann::json Query(const std::string& sql, int max_rows, double limit_s);
   legopt_msg::cancel_reply Cancel(std::int64_t experiment_id);
   legopt_msg::control_reply Control(legopt_msg::control_request request);
 

@@ -153,7 +153,8 @@ void CheckRule(Connection& connection, const Rule& rule, std::vector<Defect>& de
       if (defect.places++ == 0) defect.detail = std::string(rule.meaning) + check.column_text(0);
     }
   } catch (const StoreError& error) {
-    if (error.code() != StoreErrorCode::kCorrupt) throw;
+    // A table may be missing, which the rule about the schema tells, or pages be damaged.
+    if (error.code() != StoreErrorCode::kCorrupt && error.code() != StoreErrorCode::kBadQuery) throw;
     defect = {defect.rule, "cannot be checked, the file is too damaged", 1};
   }
   if (defect.places > 0) defects.push_back(std::move(defect));
@@ -174,14 +175,15 @@ std::vector<Defect> AuditFile(Connection& connection) {
   return defects;
 }
 
-std::vector<Defect> Audit(const std::filesystem::path& file) {
-  const TemporaryFile temporary;
-  Connection copy(temporary.path(), Connection::Mode::kReadWriteCreate);
+namespace {
+
+std::vector<Defect> AuditThrough(const std::filesystem::path& file, const std::filesystem::path& temporary) {
+  Connection copy(temporary, Connection::Mode::kReadWriteCreate);
   // Nobody needs it after a crash.
   copy.Execute("PRAGMA synchronous = OFF; PRAGMA journal_mode = OFF");
   {
     const std::unique_ptr<Connection> live = OpenForReading(file);
-    RequireCurrentSchema(*live);
+    RequireCurrentVersion(*live);
     copy.CopyFrom(*live);
   }
   copy.Execute("PRAGMA journal_mode = DELETE");
@@ -189,6 +191,21 @@ std::vector<Defect> Audit(const std::filesystem::path& file) {
   CheckSchema(copy, defects);
   for (const Rule& rule : kRules) CheckRule(copy, rule, defects);
   return defects;
+}
+
+}  // namespace
+
+std::vector<Defect> Audit(const std::filesystem::path& file) {
+  const TemporaryFile temporary;
+  try {
+    return AuditThrough(file, temporary.path());
+  } catch (const StoreError& error) {
+    // What people know is their file; but a full temporary folder has to be named.
+    std::string message = error.what();
+    const std::string hidden = temporary.path().string();
+    if (error.code() == StoreErrorCode::kFull || !message.starts_with(hidden)) throw;
+    throw StoreError(error.code(), message.replace(0, hidden.size(), file.string()));
+  }
 }
 
 }  // namespace legopt::db

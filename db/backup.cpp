@@ -83,9 +83,9 @@ BackupReport Describe(Connection& copy) {
 
 BackupReport BackUp(const std::filesystem::path& source, const std::filesystem::path& target) {
   const std::unique_ptr<Connection> live = OpenForReading(source);
-  if (Identify(*live, SchemaVersion()).empty) {
-    Fail(StoreErrorCode::kNotLegopt, source, "empty, not a legopt database; check the path");
-  }
+  const Identity identity = Identify(*live, SchemaVersion());
+  if (identity.empty) Fail(StoreErrorCode::kNotLegopt, source, "empty, not a legopt database; check the path");
+  RequireIntact(*live, identity);
   return BackUp(*live, target);
 }
 

@@ -1,6 +1,8 @@
 #include "db/migrations.h"
 
+#include <set>
 #include <string>
+#include <vector>
 
 #include "db/connection.h"
 
@@ -20,6 +22,10 @@ Identity Identify(Connection& connection, int newest) {
     throw StoreError(StoreErrorCode::kNotLegopt, file + ": this is the database of another program (application_id " +
                                                      std::to_string(application) + "); choose another file");
   }
+  if (identity.version < 1) {
+    throw StoreError(StoreErrorCode::kCorrupt, file + ": not an intact legopt database: its schema version is " +
+                                                   std::to_string(identity.version) + "; restore a backup");
+  }
   if (identity.version > newest) {
     throw StoreError(StoreErrorCode::kNewerSchema,
                      file + ": written by a newer legopt (schema " + std::to_string(identity.version) +
@@ -28,8 +34,24 @@ Identity Identify(Connection& connection, int newest) {
   return identity;
 }
 
-void Migrate(Connection& connection, std::span<const Migration> migrations) {
-  Identify(connection, migrations.back().version);
+namespace {
+
+constexpr char kNotIntact[] = ": not an intact legopt database: ";
+
+// "table 'jobs'", "column 'state' of table 'jobs'", "trigger 'results_stay'", ...
+std::vector<std::string> ThingsIn(Connection& connection) {
+  std::vector<std::string> things;
+  Statement read(connection,
+                 "SELECT type || ' ' || quote(name) FROM sqlite_schema WHERE name NOT GLOB 'sqlite_*' UNION ALL "
+                 "SELECT 'column ' || quote(c.name) || ' of table ' || quote(t.name) FROM sqlite_schema AS t, "
+                 "pragma_table_xinfo(t.name) AS c WHERE t.type = 'table' AND t.name NOT GLOB 'sqlite_*'",
+                 false);
+  while (read.Step()) things.push_back(read.column_text(0));
+  return things;
+}
+
+// Brings an empty or older database from its version to the last of `migrations`.
+void Upgrade(Connection& connection, std::span<const Migration> migrations) {
   for (const Migration& migration : migrations) {
     Transaction transaction(connection);
     // Read again under the write lock: nobody else can be migrating now.
@@ -38,6 +60,33 @@ void Migrate(Connection& connection, std::span<const Migration> migrations) {
     connection.Execute("PRAGMA application_id = " + std::to_string(kApplicationId));
     connection.Execute("PRAGMA user_version = " + std::to_string(migration.version));
     transaction.Commit();
+  }
+}
+
+}  // namespace
+
+void RequireIntact(Connection& connection, const Identity& identity) {
+  Connection fresh(":memory:", Connection::Mode::kMemory);
+  Upgrade(fresh, Migrations().first(static_cast<std::size_t>(identity.version)));
+  const std::vector<std::string> found = ThingsIn(connection);
+  const std::set<std::string> there(found.begin(), found.end());
+  for (const std::string& thing : ThingsIn(fresh)) {
+    if (there.contains(thing)) continue;
+    throw StoreError(StoreErrorCode::kCorrupt,
+                     connection.path().string() + kNotIntact + thing + " is missing; restore a backup");
+  }
+}
+
+void Migrate(Connection& connection, std::span<const Migration> migrations) {
+  Identify(connection, migrations.back().version);
+  try {
+    Upgrade(connection, migrations);
+  } catch (const StoreError& error) {
+    // The steps are right, so what they met is not what the version promises.
+    if (error.code() != StoreErrorCode::kBadQuery && error.code() != StoreErrorCode::kConstraint) throw;
+    throw StoreError(StoreErrorCode::kCorrupt,
+                     connection.path().string() + kNotIntact + "it cannot be upgraded from schema version " +
+                         connection.QueryText("PRAGMA user_version") + " (" + error.what() + "); restore a backup");
   }
 }
 

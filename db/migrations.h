@@ -29,8 +29,12 @@ struct Identity {
   std::int64_t version = 0;  ///< schema version
 };
 
-/// Throws StoreError: kNotLegopt, kNewerSchema (than `newest`).
+/// Throws StoreError: kNotLegopt, kNewerSchema (than `newest`), kCorrupt (no version).
 Identity Identify(Connection& connection, int newest);
+
+/// Throws StoreError (kCorrupt) naming what is missing when a table, column, view, index or trigger of the schema that
+/// the file says it has is not there. More than that may be.
+void RequireIntact(Connection& connection, const Identity& identity);
 
 /// Brings the database to the last of `migrations`, each step in one transaction together with its version mark.
 /// Throws StoreError as Identify, and what SQLite reports; then the schema is that of the last complete step.

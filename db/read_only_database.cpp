@@ -8,6 +8,7 @@
 
 #include "db/connection.h"
 #include "db/migrations.h"
+#include "legopt/nearest_name.h"
 
 namespace legopt::db {
 namespace {
@@ -116,6 +117,11 @@ std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path) {
 }
 
 void RequireCurrentSchema(Connection& connection) {
+  RequireCurrentVersion(connection);
+  RequireIntact(connection, Identify(connection, SchemaVersion()));
+}
+
+void RequireCurrentVersion(Connection& connection) {
   const std::string file = connection.path().string();
   const Identity identity = Identify(connection, SchemaVersion());
   if (identity.empty) {
@@ -138,6 +144,9 @@ class ReadOnlyDatabase::Impl {
     for (const std::string_view pragma : kDescribing) {
       connection_->QueryText("SELECT 1 FROM pragma_" + std::string(pragma) + "('jobs')");
     }
+    for (const std::string_view function : {"json_each", "json_tree"}) {
+      connection_->QueryText("SELECT 1 FROM " + std::string(function) + "('[]')");
+    }
     sqlite3_set_authorizer(connection_->handle(), Authorize, nullptr);
     constexpr int kInstructionsPerCheck = 10'000;
     sqlite3_progress_handler(connection_->handle(), kInstructionsPerCheck, OnProgress, this);
@@ -145,7 +154,8 @@ class ReadOnlyDatabase::Impl {
 
   QueryResult Query(const std::string& sql, std::span<const Value> parameters, const QueryLimits& limits) {
     const char* tail = nullptr;
-    deadline_ = Clock::now() + limits.time_limit;
+    const bool limited = limits.time_limit > limits.time_limit.zero();
+    deadline_ = limited ? Clock::now() + limits.time_limit : Clock::time_point::max();
     RequireOneStatement(sql, &tail);
     Statement statement(*connection_, sql, false);
     if (!statement.read_only()) throw StoreError(StoreErrorCode::kBadQuery, kOnlySelect);
@@ -156,7 +166,7 @@ class ReadOnlyDatabase::Impl {
       result.columns.push_back(statement.column_name(column));
     }
     std::size_t bytes = 0;
-    while (statement.Step()) {
+    while (Step(statement, limits)) {
       if (static_cast<std::int64_t>(result.rows.size()) >= limits.max_rows || bytes > limits.max_bytes) {
         result.truncated = true;
         break;
@@ -174,7 +184,40 @@ class ReadOnlyDatabase::Impl {
   void Interrupt() { connection_->Interrupt(); }
 
  private:
+  bool Step(Statement& statement, const QueryLimits& limits) const {
+    try {
+      return statement.Step();
+    } catch (const StoreError& error) {
+      if (error.code() != StoreErrorCode::kInterrupted || Clock::now() <= deadline_) throw;
+      const auto tenths = limits.time_limit.count() / 100;
+      throw StoreError(StoreErrorCode::kInterrupted, "the query was stopped after " + std::to_string(tenths / 10) +
+                                                         "." + std::to_string(tenths % 10) +
+                                                         " s; ask for less, or allow more with --limit SECONDS");
+    }
+  }
+
   static int OnProgress(void* self) { return Clock::now() > static_cast<Impl*>(self)->deadline_ ? 1 : 0; }
+
+  std::vector<std::string> NamesOf(const std::string& type) {
+    std::vector<std::string> names;
+    Statement read(*connection_, "SELECT name FROM sqlite_schema WHERE type = '" + type + "' ORDER BY name", false);
+    while (read.Step()) names.push_back(read.column_text(0));
+    return names;
+  }
+
+  // For SQLite's "no such table: X": the nearest one, and all that could have been meant.
+  std::string TablesInsteadOf(const std::string& message) {
+    constexpr std::string_view kUnknown = "no such table: ";
+    if (!message.starts_with(kUnknown)) return {};
+    std::vector<std::string> all = NamesOf("view");
+    std::string text = "; views: ";
+    for (const std::string& view : all) text += (view == all.front() ? "" : ", ") + view;
+    const std::vector<std::string> tables = NamesOf("table");
+    text += "; tables: ";
+    for (const std::string& table : tables) text += (table == tables.front() ? "" : ", ") + table;
+    all.insert(all.end(), tables.begin(), tables.end());
+    return "; did you mean '" + NearestName(message.substr(kUnknown.size()), all) + "'?" + text.substr(1);
+  }
 
   // A second statement would be ignored silently; say so instead.
   void RequireOneStatement(const std::string& sql, const char** tail) {
@@ -187,8 +230,8 @@ class ReadOnlyDatabase::Impl {
     }
     if (code != SQLITE_OK) {
       const std::string message = sqlite3_errmsg(connection_->handle());
-      throw StoreError(code == SQLITE_INTERRUPT ? StoreErrorCode::kInterrupted : StoreErrorCode::kBadQuery,
-                       "bad SQL: " + message);
+      if (code == SQLITE_INTERRUPT) throw StoreError(StoreErrorCode::kInterrupted, "interrupted");
+      throw StoreError(StoreErrorCode::kBadQuery, "bad SQL: " + message + TablesInsteadOf(message));
     }
     sqlite3_stmt* second = nullptr;
     const int second_code = sqlite3_prepare_v2(connection_->handle(), *tail, -1, &second, nullptr);

@@ -32,7 +32,7 @@ struct QueryResult {
 struct QueryLimits {
   std::int64_t max_rows = 1'000'000;
   std::size_t max_bytes = std::size_t{256} << 20U;  ///< of values held in memory
-  std::chrono::milliseconds time_limit{60'000};
+  std::chrono::milliseconds time_limit{60'000};     ///< 0: none
 };
 
 class Connection;
@@ -40,8 +40,10 @@ class Connection;
 /// A read-only connection, also to a live database and to a finished one in a folder that cannot be written.
 /// Throws StoreError: kNotFound, kNotLegopt (not a file), kUnwritable (not readable), kCorrupt.
 std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path);
-/// Throws StoreError: kNotLegopt, kNewerSchema, kOlderSchema.
+/// Throws StoreError: kNotLegopt, kNewerSchema, kOlderSchema, kCorrupt (something of the schema is missing).
 void RequireCurrentSchema(Connection& connection);
+/// The same without a look at what the schema has.
+void RequireCurrentVersion(Connection& connection);
 
 /// A legopt database opened for reading: live (a server may be writing to it), finished, or a backup.
 ///

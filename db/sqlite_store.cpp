@@ -32,7 +32,8 @@ std::unique_ptr<Store> OpenSqliteStore(const std::filesystem::path& path) {
 SqliteStore::SqliteStore(const std::filesystem::path& path)
     : file_(path), connection_(file_.path(), Connection::Mode::kReadWriteCreate) {
   // Nothing may be changed before the file is known to be ours.
-  Identify(connection_, SchemaVersion());
+  const Identity identity = Identify(connection_, SchemaVersion());
+  if (!identity.empty) RequireIntact(connection_, identity);
   if (connection_.read_only()) {
     throw StoreError(StoreErrorCode::kUnwritable,
                      path.string() + ": the database file is read-only; check permissions");
@@ -94,8 +95,15 @@ SqliteStore::Statements::Statements(Connection& c)
 void SqliteStore::Apply(std::span<const StoreOp> operations) {
   CheckPlace();
   Transaction transaction(connection_);
-  for (const StoreOp& operation : operations) {
-    std::visit([this](const auto& op) { Do(op); }, operation);
+  try {
+    for (const StoreOp& operation : operations) {
+      std::visit([this](const auto& op) { Do(op); }, operation);
+    }
+  } catch (const StoreError& error) {
+    // Our statements fitted the schema that was here at the start.
+    if (error.code() != StoreErrorCode::kBadQuery) throw;
+    throw StoreError(StoreErrorCode::kCorrupt, std::string("not an intact legopt database any more: ") + error.what() +
+                                                   "; somebody changed its schema: restore a backup");
   }
   // Once more, at the last moment before it counts; should the file go right now, the next check saves what it holds.
   if (const auto place = file_.Look(); place != DatabaseFile::Place::kThere) ThrowDisplaced(place, "");

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -22,7 +24,18 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t kMaxAnswerBytes = std::size_t{48} << 20;  // query_reply.json
-constexpr std::chrono::seconds kTimeLimit{30};
+
+// What the statement asks for by its first comment, the default else.
+std::chrono::milliseconds LimitOf(std::string_view sql) {
+  constexpr std::string_view kHint = "/*+ MAX_EXECUTION_TIME(";
+  if (!sql.starts_with(kHint)) return QueryService::kDefaultLimit;
+  sql.remove_prefix(kHint.size());
+  std::int64_t limit_ms = 0;
+  const auto [end, error] = std::from_chars(sql.data(), sql.data() + sql.size(), limit_ms);
+  const bool whole = error == std::errc() && sql.substr(static_cast<std::size_t>(end - sql.data())).starts_with(") */");
+  if (!whole || limit_ms < 1) return QueryService::kDefaultLimit;
+  return std::min(std::chrono::milliseconds(limit_ms), QueryService::kLongestLimit);
+}
 
 std::string HexOf(const std::string& bytes) {
   constexpr char kDigits[] = "0123456789abcdef";
@@ -77,24 +90,28 @@ class QueryService::Impl {
   explicit Impl(std::filesystem::path database)
       : path_(std::move(database)), event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
     if (event_ < 0) throw std::system_error(errno, std::generic_category(), "eventfd");
-    thread_ = std::thread([this] { Read(); });
+    for (Lane& lane : lanes_) lane.thread = std::thread([this, &lane] { Read(lane); });
   }
 
   ~Impl() {
     {
       const std::lock_guard lock(mutex_);
       stopping_ = true;
-      if (running_ != nullptr) running_->Interrupt();
+      for (Lane& lane : lanes_) {
+        if (lane.running != nullptr) lane.running->Interrupt();
+      }
     }
     wake_.notify_all();
-    thread_.join();
+    for (Lane& lane : lanes_) lane.thread.join();
     close(event_);
   }
 
   bool Start(std::int64_t ticket, legopt_msg::query_request request) {
     const std::lock_guard lock(mutex_);
-    if (waiting_.size() >= kMaxWaiting) return false;
-    waiting_.emplace_back(ticket, std::move(request));
+    const std::chrono::milliseconds limit = LimitOf(request.sql);
+    Lane& lane = lanes_[limit > kDefaultLimit ? 1 : 0];
+    if (lane.waiting.size() >= kMaxWaiting) return false;
+    lane.waiting.push_back({ticket, std::move(request), limit});
     wake_.notify_all();
     return true;
   }
@@ -109,40 +126,52 @@ class QueryService::Impl {
   }
 
  private:
-  void Read() {
+  struct Waiting {
+    std::int64_t ticket = 0;
+    legopt_msg::query_request request;
+    std::chrono::milliseconds limit{};
+  };
+  // A reader with a connection of its own.
+  struct Lane {
+    std::deque<Waiting> waiting;
+    db::ReadOnlyDatabase* running = nullptr;  // what Interrupt may reach, under the mutex
+    std::thread thread;
+  };
+
+  void Read(Lane& lane) {
     std::optional<db::ReadOnlyDatabase> database;
     while (true) {
-      std::pair<std::int64_t, legopt_msg::query_request> next;
+      Waiting next;
       {
         std::unique_lock lock(mutex_);
-        running_ = nullptr;
-        wake_.wait(lock, [this] { return stopping_ || !waiting_.empty(); });
+        lane.running = nullptr;
+        wake_.wait(lock, [&] { return stopping_ || !lane.waiting.empty(); });
         if (stopping_) return;
-        next = std::move(waiting_.front());
-        waiting_.pop_front();
+        next = std::move(lane.waiting.front());
+        lane.waiting.pop_front();
       }
-      legopt_msg::query_reply reply = Run(database, next.second);
+      legopt_msg::query_reply reply = Run(lane, database, next);
       const std::lock_guard lock(mutex_);
-      finished_.push_back({next.first, std::move(reply)});
+      finished_.push_back({next.ticket, std::move(reply)});
       const std::uint64_t one = 1;
       // Fails only when the counter is full: then the descriptor is readable already.
       [[maybe_unused]] const ssize_t written = write(event_, &one, sizeof(one));
     }
   }
 
-  legopt_msg::query_reply Run(std::optional<db::ReadOnlyDatabase>& database, const legopt_msg::query_request& request) {
+  legopt_msg::query_reply Run(Lane& lane, std::optional<db::ReadOnlyDatabase>& database, const Waiting& query) {
     try {
       if (!database) database.emplace(path_);
       {
         const std::lock_guard lock(mutex_);
         if (stopping_) return Failure("the server is stopping");
-        running_ = &*database;
+        lane.running = &*database;
       }
       db::QueryLimits limits;
-      limits.max_rows = request.max_rows;
+      limits.max_rows = query.request.max_rows;
       limits.max_bytes = kMaxAnswerBytes;
-      limits.time_limit = kTimeLimit;
-      return Answer(database->Query(request.sql, {}, limits));
+      limits.time_limit = query.limit;
+      return Answer(database->Query(query.request.sql, {}, limits));
     } catch (const std::exception& error) {
       return Failure(error.what());
     }
@@ -153,10 +182,8 @@ class QueryService::Impl {
   std::mutex mutex_;
   std::condition_variable wake_;
   bool stopping_ = false;
-  std::deque<std::pair<std::int64_t, legopt_msg::query_request>> waiting_;
   std::vector<Finished> finished_;
-  db::ReadOnlyDatabase* running_ = nullptr;  // what Interrupt may reach, under the mutex
-  std::thread thread_;                       // last: it uses everything above
+  std::array<Lane, 2> lanes_;  // short, long; last: their threads use everything above
 };
 
 QueryService::QueryService(std::filesystem::path database) : impl_(std::make_unique<Impl>(std::move(database))) {}

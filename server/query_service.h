@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -13,13 +14,17 @@ namespace legopt::server {
 
 /// Runs the SQL of clients on a read-only connection in a thread of its own, so that no query delays a lease.
 ///
-/// One query at a time, each bounded in rows, bytes and time; at most `kMaxWaiting` wait. Thread rule: all functions
-/// belong to the thread that made the service.
+/// Each query is bounded in rows, bytes and time: 30 s, unless its SQL begins with the comment
+/// "/*+ MAX_EXECUTION_TIME(N) */" (N milliseconds, 1 .. 3,600,000). One query of up to 30 s and one that asked for more
+/// run at a time, so that long ones wait for each other only; at most `kMaxWaiting` of each kind wait.
+/// Thread rule: all functions belong to the thread that made the service.
 class QueryService {
  public:
   static constexpr std::size_t kMaxWaiting = 64;
+  static constexpr std::chrono::milliseconds kDefaultLimit{30'000};
+  static constexpr std::chrono::milliseconds kLongestLimit{3'600'000};
 
-  /// `database` is opened at the first query, by the reader thread.
+  /// `database` is opened at the first query, by the reader threads.
   explicit QueryService(std::filesystem::path database);
   /// Interrupts a running query.
   ~QueryService();

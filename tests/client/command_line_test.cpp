@@ -9,6 +9,7 @@
 #include "bus/bus_error.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
+#include "db/connection.h"
 #include "program_run.h"
 #include "test_database.h"
 
@@ -124,6 +125,40 @@ TEST_F(CommandLine, WrongSql) {
   const auto file = Database();
   ExpectError(Run({"query", "SELECT x FROM nowhere", "--db", file}), 2, "nowhere");
   ExpectError(Run({"query", "DELETE FROM jobs", "--db", file}), 2, "");
+}
+
+TEST_F(CommandLine, EmptyOrMisspeltSqlIsTheUsersToMend) {
+  const auto file = Database();
+  for (const char* sql : {"", " ", ";"}) ExpectError(Run({"query", sql, "--db", file}), 2, "the SQL is empty");
+  ExpectError(Run({"query", ""}), 2, "the SQL is empty");
+  ExpectError(Run({"query", "SELECT * FROM joblist", "--db", file}), 2, "did you mean 'job_list'?");
+}
+
+TEST_F(CommandLine, AQueryIsStoppedWhenItsTimeIsOver) {
+  const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n";
+  ExpectError(Run({"query", endless, "--db", Database(), "--limit", "0.2"}), 3, "stopped after 0.2 s");
+  ExpectError(Run({"query", "SELECT 1", "--limit", "0"}), 2, "--db");
+}
+
+TEST_F(CommandLine, ListOfWhatIsNotThereSaysWhatIs) {
+  const auto file = Database();
+  ExpectError(Run({"list", "--db", file, "--method", "SQQ"}), 2, "did you mean 'SQP'");
+  ExpectError(Run({"list", "--db", file, "--verdict", "foot_pos"}), 2, "did you mean 'foot_pose'");
+  ExpectError(Run({"list", "--db", file, "--problem", "9999"}), 2, "has no such problem; it has posture 0 to 1");
+  ExpectError(Run({"list", "--db", file, "--multi-starts", "7"}), 2, "--multi-starts 7");
+}
+
+TEST_F(CommandLine, AnAlteredDatabaseIsTheUsersFileAndUnusable) {
+  const auto file = Database();
+  {
+    db::Connection connection(file, db::Connection::Mode::kReadWriteCreate);
+    connection.Execute("DROP TABLE waypoints");
+  }
+  ExpectError(Run({"table", "--db", file}), 6, "table 'waypoints' is missing; restore a backup");
+  const auto doctor = Run({"doctor", "--db", file});
+  EXPECT_NE(doctor.exit_code, 0);
+  EXPECT_THAT(doctor.out, HasSubstr("missing or changed: table waypoints"));
+  EXPECT_THAT(doctor.out + doctor.err, testing::Not(HasSubstr("legopt-audit")));
 }
 
 TEST_F(CommandLine, UnknownIds) {

@@ -143,19 +143,20 @@ TEST(ExportedMotions, KeepEveryBitAndArePartlyExportedWhenPartlySolved) {
   EXPECT_EQ(report.rows[1].evaluation.literal, Verdict::kWrongWaypointCount);
   EXPECT_THAT(RenderEvaluation(report, TableFormat::kText), testing::HasSubstr("Between waypoints"));
   ExportFilter surface;
-  surface.collision = "surface";
+  surface.methods.collision = "surface";
   EXPECT_EQ(ReadSolutionsOf(*source, 1, *dataset, surface).num_solutions, 1);
 }
 
 TEST_F(ExportRoundTrip, FilterSelects) {
   const auto exported =
       ReadSolutionsOf(*source_, 1, *dataset_,
-                      {.method = "sqp", .initialization = "in_collision", .task = Task::kPosture, .collision = {}});
+                      {.methods = {.method = "sqp", .multi_starts = {}, .sample_size = {}, .collision = {}},
+                       .initialization = "in_collision",
+                       .task = Task::kPosture});
   EXPECT_EQ(exported.num_solutions, 1);
   EXPECT_EQ(exported.files.at(0).problems.at(0).solutions.at(0).method, "SQP");
   EXPECT_EQ(exported.files.at(0).problems.at(0).solutions.at(0).init_type, "in_collision");
-  EXPECT_TRUE(ReadSolutionsOf(*source_, 1, *dataset_,
-                              {.method = {}, .initialization = {}, .task = Task::kMotion, .collision = {}})
+  EXPECT_TRUE(ReadSolutionsOf(*source_, 1, *dataset_, {.methods = {}, .initialization = {}, .task = Task::kMotion})
                   .files.empty());
 }
 

@@ -119,6 +119,18 @@ TEST_F(AuditTest, AMissingTriggerIsFound) {
   EXPECT_THAT(defects[0].detail, testing::HasSubstr("results_are_final"));
 }
 
+TEST_F(AuditTest, AMissingTableIsADefectOfThisFile) {
+  {
+    Connection connection(path_, Connection::Mode::kReadWriteCreate);
+    connection.Execute("DROP TABLE waypoints");
+  }
+  const auto defects = Audit(path_);
+  ASSERT_FALSE(defects.empty());
+  EXPECT_EQ(defects[0].rule, "schema");
+  EXPECT_THAT(defects[0].detail, testing::HasSubstr("table waypoints"));
+  EXPECT_THAT(Listing(defects), testing::Not(testing::HasSubstr("legopt-audit")));
+}
+
 TEST_F(AuditTest, EveryRuleIsPlantedHere) {
   std::set<std::string> planted = {"schema"};
   for (const Planted& plant : Plants()) planted.insert(plant.rule);

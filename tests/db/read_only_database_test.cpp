@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <functional>
 #include <thread>
 
+#include "db/backup.h"
 #include "db/connection.h"
 #include "db/migrations.h"
 #include "db/sqlite_store.h"
@@ -130,6 +132,75 @@ TEST_F(ReadOnly, ForeignNewerAndOlderFilesAreRefused) {
     connection.Execute("PRAGMA user_version = 99");
   }
   ExpectError([&] { ReadOnlyDatabase{other}; }, StoreErrorCode::kNewerSchema);
+}
+
+TEST_F(ReadOnly, AMissingTableNamesTheNearestAndAll) {
+  ReadOnlyDatabase database(path_);
+  try {
+    database.Query("SELECT * FROM joblist");
+    ADD_FAILURE();
+  } catch (const StoreError& error) {
+    const std::string message = error.what();
+    for (const char* word : {"no such table: joblist", "did you mean 'job_list'?", "views: benchmark_cells",
+                             "experiment_list", "tables: attempts", "waypoints"}) {
+      EXPECT_NE(message.find(word), std::string::npos) << word << ": " << message;
+    }
+  }
+}
+
+TEST_F(ReadOnly, ATimeLimitOfNothingIsNone) {
+  ReadOnlyDatabase database(path_);
+  QueryLimits limits;
+  limits.time_limit = std::chrono::milliseconds(0);
+  EXPECT_EQ(database.Query("SELECT 1", {}, limits).rows.size(), 1U);
+  limits.time_limit = std::chrono::milliseconds(200);
+  try {
+    database.Query("WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n", {},
+                   limits);
+    ADD_FAILURE();
+  } catch (const StoreError& error) {
+    EXPECT_NE(std::string(error.what()).find("stopped after 0.2 s"), std::string::npos) << error.what();
+  }
+}
+
+// What somebody did to the schema is told in words about the file, by every way to open it.
+TEST_F(ReadOnly, ADatabaseThatLacksSomethingIsNotIntact) {
+  struct Case {
+    const char* change;
+    const char* word;
+  };
+  for (const auto& [change, word] :
+       {Case{"DROP TABLE waypoints", "table 'waypoints' is missing"},
+        Case{"DROP TABLE experiment_tags", "table 'experiment_tags' is missing"},
+        Case{"DROP VIEW job_list", "view 'job_list' is missing"},
+        Case{"DROP TRIGGER results_stay", "trigger 'results_stay' is missing"},
+        Case{"ALTER TABLE workers RENAME COLUMN build TO built", "column 'build' of table 'workers' is missing"},
+        Case{"PRAGMA user_version = 1", "cannot be upgraded from schema version 1"},
+        Case{"PRAGMA user_version = -1", "its schema version is -1"}}) {
+    store_.reset();
+    const auto copy = folder_ / "copy.sqlite";
+    std::filesystem::copy_file(path_, copy, std::filesystem::copy_options::overwrite_existing);
+    {
+      Connection connection(copy, Connection::Mode::kReadWriteCreate);
+      connection.Execute(change);
+    }
+    const auto expect_told = [&, word = word](const std::function<void()>& open) {
+      try {
+        open();
+        ADD_FAILURE() << word << ": opened";
+      } catch (const StoreError& error) {
+        EXPECT_EQ(error.code(), StoreErrorCode::kCorrupt) << error.what();
+        EXPECT_NE(std::string(error.what()).find("copy.sqlite: not an intact legopt database: "), std::string::npos)
+            << error.what();
+        EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+        EXPECT_EQ(std::string(error.what()).find("legopt-audit"), std::string::npos) << error.what();
+      }
+    };
+    expect_told([&] { OpenSqliteStore(copy); });
+    if (std::string(change) == "PRAGMA user_version = 1") continue;  // to readers it is an older file
+    expect_told([&] { ReadOnlyDatabase{copy}; });
+    expect_told([&] { BackUp(copy, folder_ / "backup.sqlite"); });
+  }
 }
 
 TEST_F(ReadOnly, InterruptFromAnotherThreadEndsAQuery) {

@@ -94,6 +94,21 @@ TEST_F(Queries, MissingDatabaseIsAnError) {
   EXPECT_EQ(finished[0].reply.status, 1);
 }
 
+TEST_F(Queries, TheStatementMayAskForItsTime) {
+  const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n";
+  const auto reply = Ask("/*+ MAX_EXECUTION_TIME(100) */ " + endless);
+  EXPECT_EQ(reply.status, 1);
+  EXPECT_NE(reply.message.find("stopped after 0.1 s"), std::string::npos) << reply.message;
+  // One that may take an hour keeps nobody else waiting.
+  EXPECT_TRUE(service_.Start(1000, Request("/*+ MAX_EXECUTION_TIME(3600000) */ " + endless)));
+  EXPECT_EQ(Ask("SELECT 1").status, 0);
+  // No number is no wish.
+  for (const char* hint :
+       {"/*+ MAX_EXECUTION_TIME(x) */ ", "/*+ MAX_EXECUTION_TIME(-1) */ ", "/*+ MAX_EXECUTION_TIME(5 "}) {
+    EXPECT_EQ(Ask(std::string(hint) + "*/ SELECT 1").message.find("stopped"), std::string::npos) << hint;
+  }
+}
+
 TEST_F(Queries, DestructorInterruptsAndTooManyAreRefused) {
   const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n";
   std::size_t started = 0;

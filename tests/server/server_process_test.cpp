@@ -334,6 +334,15 @@ TEST_F(ServerProcess, UnusableDatabasesHaveTheirExitCode) {
   ExpectExit(Command(database_, port_), 9, "newer legopt");
 }
 
+TEST_F(ServerProcess, AnAlteredSchemaIsAnUnusableDatabase) {
+  { db::OpenSqliteStore(database_); }
+  {
+    db::Connection connection(database_, db::Connection::Mode::kReadWriteCreate);
+    connection.Execute("DROP TABLE waypoints");
+  }
+  ExpectExit(Command(database_, port_), 6, "not an intact legopt database: table 'waypoints' is missing");
+}
+
 TEST_F(ServerProcess, WrongUsageHasItsExitCode) {
   ExpectExit({LEGOPT_BINARY_DIR "/legopt-server"}, 2, "--db");
   std::vector<std::string> command = Command(database_, port_);

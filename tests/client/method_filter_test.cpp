@@ -1,0 +1,78 @@
+// Policy: methods of one name are told apart by what differs, chosen by it, and a choice that fits nothing is an error
+// that names what there is.
+#include "client/method_filter.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "client/client_error.h"
+#include "test_database.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::HasSubstr;
+
+class MethodFilterTest : public testing::Test {
+ protected:
+  MethodFilterTest() {
+    TestExperiment experiment;
+    experiment.methods = {{"SQP", 0}, {"SQP", 10}, {"I-Adam", 0}};
+    experiment.results = {{.method = 0}, {.method = 1}, {.method = 2}};
+    WriteTestDatabase(folder_.path() / "test.sqlite", experiment);
+    source_ = OpenResults({(folder_.path() / "test.sqlite").string(), {}});
+  }
+
+  // Names and restarts of the methods that are kept.
+  std::string Kept(const MethodFilter& filter) {
+    const std::string condition = ExperimentMethods(*source_, 1).Condition(filter);
+    return source_
+        ->Query("SELECT group_concat(name || ' ' || multi_starts, ', ') AS kept FROM methods" +
+                (condition.empty() ? "" : " WHERE " + condition))
+        .At(0, "kept")
+        .get<std::string>();
+  }
+
+  void ExpectRefused(const MethodFilter& filter, const std::string& words) {
+    try {
+      ExperimentMethods(*source_, 1).Condition(filter);
+      ADD_FAILURE() << "an empty choice";
+    } catch (const ClientError& error) {
+      EXPECT_EQ(error.code(), ExitCode::kUsage);
+      EXPECT_THAT(error.what(), HasSubstr(words));
+    }
+  }
+
+  static MethodFilter Of(std::optional<std::string> method, std::optional<std::int64_t> multi_starts) {
+    MethodFilter filter;
+    filter.method = std::move(method);
+    filter.multi_starts = multi_starts;
+    return filter;
+  }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<ResultSource> source_;
+};
+
+TEST_F(MethodFilterTest, KeepsWhatFits) {
+  EXPECT_EQ(Kept({}), "SQP 0, SQP 10, I-Adam 0");
+  EXPECT_EQ(Kept(Of("sqp", {})), "SQP 0, SQP 10");
+  EXPECT_EQ(Kept(Of({}, 0)), "SQP 0, I-Adam 0");
+  EXPECT_EQ(Kept(Of("SQP", 10)), "SQP 10");
+}
+
+TEST_F(MethodFilterTest, WhatFitsNothingIsNamedWithWhatThereIs) {
+  ExpectRefused(Of("SQQ", {}), "did you mean 'SQP'");
+  ExpectRefused(Of({}, 7), "--multi-starts 7: experiment 1 has no such method");
+  ExpectRefused(Of("I-Adam", 10), "among those of --method I-Adam");
+  MethodFilter surface;
+  surface.collision = "surface";
+  ExpectRefused(surface, "solid");
+}
+
+TEST_F(MethodFilterTest, OnlyWhatDiffersWithinANameTellsApart) {
+  EXPECT_EQ(ExperimentMethods(*source_, 1).TellingColumns(), std::vector<std::string>{"multi_starts"});
+}
+
+}  // namespace
+}  // namespace legopt::client
