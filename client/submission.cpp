@@ -1,8 +1,11 @@
 #include "client/submission.h"
 
+#include <iostream>
+
 #include "client/chosen_files.h"
 #include "client/client_error.h"
 #include "client/experiment_spec.h"
+#include "legopt/import/plausibility.h"
 #include "legopt/problem/dataset.h"
 
 namespace legopt::client {
@@ -14,6 +17,15 @@ std::string Plural(std::int64_t count, const std::string& word) {
   return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
 }
 
+/// What is hardly meant, before hours are spent on it.
+void WarnAbout(const Dataset& dataset) {
+  for (const DatasetFinding& finding : CheckPlausibility(dataset)) {
+    std::cerr << "legopt: warning: " << dataset.folder().string() << ": " << finding.field
+              << (finding.value.empty() ? "" : " (" + finding.value + ")") << ": " << finding.message << "; "
+              << finding.fix << "\n";
+  }
+}
+
 }  // namespace
 
 Submission PrepareSubmission(const SuiteOptions& options) {
@@ -22,7 +34,9 @@ Submission PrepareSubmission(const SuiteOptions& options) {
   Submission submission;
   submission.dataset_folder =
       std::filesystem::absolute(ChooseDatasetFolder(options.dataset, &suite)).lexically_normal();
-  submission.spec = BuildSpec(suite, FactsOf(*Dataset::Load(submission.dataset_folder)));
+  const auto dataset = Dataset::Load(submission.dataset_folder);
+  WarnAbout(*dataset);
+  submission.spec = BuildSpec(suite, FactsOf(*dataset));
   if (const std::string name = SubmitterName(); !name.empty()) submission.spec["submitter"] = name;
   submission.num_jobs = CountJobs(submission.spec);
   if (submission.num_jobs > kMaxJobs) {

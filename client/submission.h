@@ -17,7 +17,8 @@ struct Submission {
   std::filesystem::path dataset_folder;  ///< what workers on this machine need
 };
 
-/// Reads the suite, applies the filters, loads the dataset and builds the spec. Throws InputError or ClientError;
+/// Reads the suite, applies the filters, loads the dataset and builds the spec. Warns on standard error about what is
+/// hardly meant in the dataset (plausibility.h). Throws InputError or ClientError;
 /// nothing is sent.
 Submission PrepareSubmission(const SuiteOptions& options);
 

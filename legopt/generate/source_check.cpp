@@ -1,5 +1,6 @@
 #include "legopt/generate/source_check.h"
 
+#include <sstream>
 #include <string>
 
 #include "legopt/collision/mesh.h"
@@ -21,6 +22,17 @@ void RequireSoundMeshes(const Dataset& dataset) {
                       holes ? "the mesh has holes" : "the mesh is wound inside out",
                       holes ? "close it" : "turn the triangles of these bodies round"});
   }
+}
+
+void RequireMappableScene(const Dataset& dataset) {
+  constexpr double kCell_m = 0.2, kMostCells = 4e6;
+  const Eigen::Vector3d size = dataset.scene_bounds().sizes();
+  if (size.x() * size.y() <= kMostCells * kCell_m * kCell_m) return;
+  std::ostringstream text;
+  text << size.x() << " m x " << size.y() << " m";
+  throw InputError({(dataset.folder() / kDatasetFileName).string(), "scene", text.str(),
+                    "is too wide for the map that guides footstep plans, which has at most 4 million squares of 20 cm",
+                    "is it in millimetres? Scale it to metres (scale: 0.001), or cut out a part"});
 }
 
 void RequireLeftFootFirst(const Dataset& dataset) {
@@ -46,6 +58,7 @@ void CheckSource(const std::shared_ptr<const Dataset>& source, const ProbeOption
   options.Validate(*source);
   RequireLeftFootFirst(*source);
   if (!uses_scene) return;
+  RequireMappableScene(*source);
   RequireSoundMeshes(*source);
   ProbeModel::Build(source, options);
 }

@@ -9,30 +9,64 @@ namespace legopt {
 
 using Eigen::Vector3d;
 
+namespace {
+
+/// Memory of the squares: about 24 bytes each and 4 bytes for each triangle in one.
+constexpr double kMostEntries = 8e6;
+constexpr double kWall = 1e-9;  // z of a unit normal, below which no vertical ray meets the triangle
+
+/// Squares of this edge that cover a length.
+double Squares(double length_m, double bin_m) { return std::max(1.0, std::ceil(length_m / bin_m)); }
+
+}  // namespace
+
 Terrain::Terrain(TriangleMesh mesh, double bin_m) : mesh_(std::move(mesh)), bin_m_(bin_m) {
   for (const Vector3d& vertex : mesh_.vertices) bounds_.extend(vertex);
-  bins_x_ = std::max(1, static_cast<int>(std::ceil(bounds_.sizes().x() / bin_m_)));
-  bins_y_ = std::max(1, static_cast<int>(std::ceil(bounds_.sizes().y() / bin_m_)));
-  bins_.resize(static_cast<size_t>(bins_x_) * static_cast<size_t>(bins_y_));
-  for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
-    Eigen::AlignedBox3d box;
+  boxes_.reserve(mesh_.triangles.size());
+  for (const auto& triangle : mesh_.triangles) {
     std::array<Vector3d, 3> p;
+    Eigen::AlignedBox2d& box = boxes_.emplace_back();
     for (size_t k = 0; k < 3; ++k) {
-      p[k] = mesh_.vertices[static_cast<size_t>(mesh_.triangles[t][k])];
-      box.extend(p[k]);
+      p[k] = mesh_.vertices[static_cast<size_t>(triangle[k])];
+      box.extend(p[k].head<2>());
     }
     const Vector3d cross = (p[1] - p[0]).cross(p[2] - p[0]);
     areas_m2_.push_back(0.5 * cross.norm());
     normals_.push_back(cross.stableNormalized());
-    constexpr double kWall = 1e-9;
-    if (std::abs(normals_.back().z()) < kWall) continue;
-    const auto index = [&](double value, double low, int bins) {
-      return std::clamp(static_cast<int>(std::floor((value - low) / bin_m_)), 0, bins - 1);
-    };
-    for (int j = index(box.min().y(), bounds_.min().y(), bins_y_);
-         j <= index(box.max().y(), bounds_.min().y(), bins_y_); ++j) {
-      for (int i = index(box.min().x(), bounds_.min().x(), bins_x_);
-           i <= index(box.max().x(), bounds_.min().x(), bins_x_); ++i) {
+  }
+  ChooseBins();
+  FillBins();
+  boxes_ = {};
+}
+
+/// Larger squares for a scene so wide that the memory for them would grow with its area.
+void Terrain::ChooseBins() {
+  const auto entries = [this] {
+    double count = Squares(bounds_.sizes().x(), bin_m_) * Squares(bounds_.sizes().y(), bin_m_);
+    for (size_t t = 0; t < boxes_.size(); ++t) {
+      if (std::abs(normals_[t].z()) < kWall) continue;
+      count += (1.0 + Squares(boxes_[t].sizes().x(), bin_m_)) * (1.0 + Squares(boxes_[t].sizes().y(), bin_m_));
+    }
+    return count;
+  };
+  const double most = std::max(kMostEntries, 8.0 * static_cast<double>(mesh_.triangles.size()));
+  while (entries() > most && bin_m_ < bounds_.sizes().head<2>().maxCoeff()) bin_m_ *= 2.0;
+  bins_x_ = static_cast<int>(Squares(bounds_.sizes().x(), bin_m_));
+  bins_y_ = static_cast<int>(Squares(bounds_.sizes().y(), bin_m_));
+}
+
+void Terrain::FillBins() {
+  bins_.resize(static_cast<size_t>(bins_x_) * static_cast<size_t>(bins_y_));
+  const auto index = [this](double value, double low, int bins) {
+    return std::clamp(static_cast<int>(std::floor((value - low) / bin_m_)), 0, bins - 1);
+  };
+  for (size_t t = 0; t < boxes_.size(); ++t) {
+    if (std::abs(normals_[t].z()) < kWall) continue;
+    const Eigen::AlignedBox2d& box = boxes_[t];
+    const int last_x = index(box.max().x(), bounds_.min().x(), bins_x_);
+    const int last_y = index(box.max().y(), bounds_.min().y(), bins_y_);
+    for (int j = index(box.min().y(), bounds_.min().y(), bins_y_); j <= last_y; ++j) {
+      for (int i = index(box.min().x(), bounds_.min().x(), bins_x_); i <= last_x; ++i) {
         bins_[static_cast<size_t>(j) * static_cast<size_t>(bins_x_) + static_cast<size_t>(i)].push_back(
             static_cast<int>(t));
       }

@@ -11,7 +11,8 @@ namespace legopt {
 /// Vertical rays through a scene's triangles: where is ground, what is above it. Immutable; any number of threads.
 class Terrain {
  public:
-  /// `bin_m`: edge of the squares in plan by which triangles are found.
+  /// `bin_m`: edge of the squares in plan by which triangles are found. It is doubled until squares and the triangles
+  /// in them take no more than some 200 MB; results do not depend on it. Coordinates must be finite, and below 1e9 m.
   explicit Terrain(TriangleMesh mesh, double bin_m = 0.25);
 
   struct Hit {
@@ -35,10 +36,13 @@ class Terrain {
   /// Height of the triangle above (x, y), or false when the point is outside of it.
   bool HeightAt(int triangle, double x, double y, double& z) const;
   const std::vector<int>* Bin(double x, double y) const;
+  void ChooseBins();
+  void FillBins();
 
   TriangleMesh mesh_;
   double bin_m_;
   Eigen::AlignedBox3d bounds_;
+  std::vector<Eigen::AlignedBox2d> boxes_;  ///< of the triangles in plan, while bins are filled
   int bins_x_ = 0, bins_y_ = 0;
   std::vector<std::vector<int>> bins_;
   std::vector<Eigen::Vector3d> normals_;

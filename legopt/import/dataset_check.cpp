@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "legopt/collision/scene_solids.h"
+#include "legopt/import/plausibility.h"
 #include "legopt/import/quaternion_order.h"
 
 namespace legopt {
@@ -23,6 +24,7 @@ FootholdList FootholdsOf(const Dataset& dataset) {
 
 std::vector<DatasetFinding> CheckDataset(const Dataset& dataset) {
   std::vector<DatasetFinding> findings = CheckRobot(dataset);
+  Append(CheckPlausibility(dataset), &findings);
   Append(CheckSceneMeshes(dataset), &findings);
   const FootholdList footholds = FootholdsOf(dataset);
   if (footholds.all().empty()) {

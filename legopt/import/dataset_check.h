@@ -38,8 +38,8 @@ std::vector<DatasetFinding> CheckFootCollisions(const Dataset& dataset, std::spa
 /// has trunk, arms or head in the scene (everything but the links from the base to the feet; by the solver's solids).
 std::vector<DatasetFinding> CheckTrunk(const Dataset& dataset);
 
-/// All of them, and the order of quaternions (quaternion_order.h). What depends on an orientation or a winding that is
-/// wrong is left out.
+/// All of them, what is hardly meant (plausibility.h), and the order of quaternions (quaternion_order.h). What depends
+/// on an orientation or a winding that is wrong is left out.
 std::vector<DatasetFinding> CheckDataset(const Dataset& dataset);
 
 }  // namespace legopt

@@ -161,15 +161,6 @@ std::vector<DatasetFinding> CheckRobot(const Dataset& dataset) {
                                                       feet + ", sole offset " +
                                                       Rounded("%.6f m", dataset.sole_offset_m()),
                                            .fix = ""}};
-  if (!(robot.total_mass() > 0.0)) {
-    findings.push_back({.severity = Severity::kError,
-                        .check = "robot",
-                        .file = "",
-                        .field = "mass",
-                        .value = "0",
-                        .message = "the robot has no mass, so that balance and torques mean nothing",
-                        .fix = "give its links <inertial> elements (COLLADA: a physics model)"});
-  }
   if (!inverted.empty() || open > 0) {
     findings.push_back(
         {.severity = inverted.empty() ? Severity::kInfo : Severity::kWarning,

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
+#include <map>
+#include <tuple>
 #include <utility>
 
 #include "legopt/collision/mesh.h"
@@ -18,6 +19,46 @@ namespace legopt {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Boxes of shapes in the frame of their owner; every mesh is read once for each scale.
+class ShapeBoxes {
+ public:
+  /// `user` names the owner in errors. Throws InputError for a mesh that cannot be read.
+  Eigen::AlignedBox3d Of(const ShapeSpec& shape, const std::string& user) {
+    if (shape.kind != ShapeSpec::Kind::kMesh) return LinkBox({.name = user, .collision = {shape}});
+    const auto key = std::tuple(shape.mesh_file, shape.scale.x(), shape.scale.y(), shape.scale.z());
+    auto found = meshes_.find(key);
+    if (found == meshes_.end()) found = meshes_.emplace(key, BoxOfMesh(shape, user)).first;
+    return found->second.transformed(shape.pose);
+  }
+
+ private:
+  static Eigen::AlignedBox3d BoxOfMesh(const ShapeSpec& shape, const std::string& user) {
+    Eigen::AlignedBox3d box;
+    try {
+      for (const Eigen::Vector3d& vertex : LoadMesh(shape.mesh_file, shape.scale).vertices) box.extend(vertex);
+    } catch (const InputError& error) {
+      InputError::Fault fault = error.fault();
+      fault.field = user + (fault.field.empty() ? "" : ": " + fault.field);
+      throw InputError(std::move(fault));
+    }
+    return box;
+  }
+
+  std::map<std::tuple<std::string, double, double, double>, Eigen::AlignedBox3d> meshes_;  ///< by file and scale
+};
+
+/// The box, unless it reaches further than lengths can be told apart by the judge.
+const Eigen::AlignedBox3d& Near(const Eigen::AlignedBox3d& box, const std::string& user, const fs::path& file) {
+  constexpr double kFurthest_m = 8192.0;  // from here on neighbouring floats are 1 mm apart
+  const double furthest_m = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+  if (furthest_m <= kFurthest_m) return box;
+  throw InputError({.file = file.string(),
+                    .field = user,
+                    .value = std::to_string(furthest_m) + " m from the origin",
+                    .message = "lengths of 1 mm cannot be told apart beyond 8192 m",
+                    .fix = "is it in millimetres? Scale it to metres (scale: 0.001), or move it to the origin"});
+}
 
 bool IsHash(const std::string& text) {
   constexpr size_t kHashDigits = 64;
@@ -38,7 +79,8 @@ Dataset::Dataset(fs::path folder, DatasetDescription description)
       robot_((VerifyListedFiles(), RobotModel::FromUrdfFile((folder_ / description_.robot_file).string()))),
       scene_(ReadSceneFile(folder_ / description_.scene_file)) {
   ResolveContentHash();
-  CheckMeshes();
+  CheckMass();
+  MeasureShapes();
   ResolveFeet();
   ResolvePostures();
   posture_problems_ = ReadProblems(Task::kPosture, description_.posture_file);
@@ -109,21 +151,25 @@ void Dataset::ResolveContentHash() {
   content_hash_ = ContentHash(description_, manifest);
 }
 
-void Dataset::CheckMeshes() const {
-  std::set<std::string> checked;
-  const auto check = [&checked](const ShapeSpec& shape, const std::string& user) {
-    if (shape.kind != ShapeSpec::Kind::kMesh || !checked.insert(shape.mesh_file).second) return;
-    try {
-      LoadMesh(shape.mesh_file, shape.scale);
-    } catch (const InputError& error) {
-      InputError::Fault fault = error.fault();
-      fault.field = user + (fault.field.empty() ? "" : ": " + fault.field);
-      throw InputError(std::move(fault));
-    }
-  };
-  for (const SceneObject& object : scene_.objects) check(object.shape, "scene object '" + object.name + "'");
+void Dataset::CheckMass() const {
+  if (robot_.total_mass() > 0.0) return;
+  throw InputError({.file = robot_file().string(),
+                    .field = "mass",
+                    .value = "0",
+                    .message = "the robot has no mass, so that balance and torques mean nothing",
+                    .fix = "give its links <inertial> elements (COLLADA: a physics model)"});
+}
+
+void Dataset::MeasureShapes() {
+  ShapeBoxes boxes;
+  for (const SceneObject& object : scene_.objects) {
+    const std::string user = "scene object '" + object.name + "'";
+    scene_bounds_.extend(Near(boxes.Of(object.shape, user), user, folder_ / description_.scene_file));
+  }
   for (const Link& link : robot_.links()) {
-    for (const ShapeSpec& shape : link.collision) check(shape, "link '" + link.name + "'");
+    const std::string user = "link '" + link.name + "'";
+    Eigen::AlignedBox3d& box = link_boxes_.emplace_back();
+    for (const ShapeSpec& shape : link.collision) box.extend(Near(boxes.Of(shape, user), user, robot_file()));
   }
 }
 
@@ -183,6 +229,11 @@ void Dataset::ResolvePostures() {
   nominal.head(n) = nominal_joints_;
   Kinematics kinematics(robot_);
   kinematics.Update(nominal);
+  for (int link = 0; link < std::ssize(robot_.links()); ++link) {
+    robot_bounds_.extend(kinematics.link_pose(link).translation());
+    const Eigen::AlignedBox3d& box = link_boxes_[static_cast<size_t>(link)];
+    if (!box.isEmpty()) robot_bounds_.extend(box.transformed(kinematics.link_pose(link)));
+  }
   nominal_sole_height_m_ = std::numeric_limits<double>::infinity();
   for (const Foot& foot : feet_) {
     for (int c = 0; c < 8; ++c) {

@@ -36,8 +36,9 @@ class Dataset {
   /// Reads and checks the whole dataset; every mesh is read once, so that a corrupt one is found here, not by a worker.
   ///
   /// Throws InputError for a missing or malformed file, a content hash that differs from the manifest, an unknown key,
-  /// link or joint (naming the nearest valid one), a foot without geometry, a stance that is not well formed, and
-  /// problem ids that occur twice.
+  /// link or joint (naming the nearest valid one), a robot without mass, geometry more than 8,192 m from the origin
+  /// (beyond which single precision, as in mesh files, is coarser than the judge's 1 mm), a foot without geometry, a
+  /// stance that is not well formed, and problem ids that occur twice.
   static std::shared_ptr<const Dataset> Load(const std::filesystem::path& folder);
 
   /// From `dataset.yaml`; the folder's own name for a bare folder. Not part of the content hash.
@@ -49,8 +50,14 @@ class Dataset {
   /// dataset's name nor the place of its folder changes it.
   const std::string& content_hash() const { return content_hash_; }
 
+  /// Absolute path of the URDF.
+  std::filesystem::path robot_file() const { return folder_ / description_.robot_file; }
   const RobotModel& robot() const { return robot_; }
   const Scene& scene() const { return scene_; }
+  /// A box that contains the scene, in the world, m.
+  const Eigen::AlignedBox3d& scene_bounds() const { return scene_bounds_; }
+  /// A box that contains the robot in its nominal posture, base upright at the origin, m.
+  const Eigen::AlignedBox3d& robot_bounds() const { return robot_bounds_; }
   /// Obstacles of the scene, hulls of the links, checked link pairs. Built at the first call for each representation
   /// (seconds for a large mesh), then shared; concurrent first calls build once. Throws InputError for a corrupt mesh.
   const std::shared_ptr<const CollisionModel>& collision_model(
@@ -87,7 +94,8 @@ class Dataset {
   Dataset(std::filesystem::path folder, DatasetDescription description);
   void VerifyListedFiles() const;
   void ResolveContentHash();
-  void CheckMeshes() const;
+  void CheckMass() const;
+  void MeasureShapes();
   void ResolveFeet();
   void ResolvePostures();
   Eigen::VectorXd ResolveJoints(const std::map<std::string, double>& values, const std::string& key) const;
@@ -101,6 +109,8 @@ class Dataset {
   RobotModel robot_;
   Scene scene_;
   std::string content_hash_;
+  Eigen::AlignedBox3d scene_bounds_, robot_bounds_;
+  std::vector<Eigen::AlignedBox3d> link_boxes_;  ///< by link, in its frame; empty for a link without geometry
   std::vector<ProblemDefinition> posture_problems_;
   std::vector<ProblemDefinition> motion_problems_;
   Eigen::VectorXd nominal_joints_;

@@ -86,6 +86,44 @@ TEST(ImportCommand, BadInputIsNamedAndNothingIsLeft) {
   EXPECT_TRUE(Made(clone).empty());
 }
 
+// The embedded small dataset, to be spoilt.
+class SpoiltDataset : public testing::Test {
+ protected:
+  SpoiltDataset() { fs::copy(LEGOPT_SOURCE_DIR "/data/garage-small", dataset_); }
+  ProgramResult Run(std::vector<std::string> words) const {
+    words.push_back(dataset_.string());
+    return RunLegopt(words, folder_.path());
+  }
+
+  test::TemporaryFolder folder_;
+  fs::path dataset_ = folder_.path() / "dataset";
+};
+
+TEST_F(SpoiltDataset, ABrokenLinkEndsCommandsWithWords) {
+  std::string mass = "<mass value=\"14.2529\"/>";
+  for (const char* text : {"14,2", "${m}", "x %n%n%n", "%s%s%s%s%s%s"}) {
+    const std::string broken = "<mass value=\"" + std::string(text) + "\"/>";
+    test::ReplaceInFile(dataset_ / "robot.urdf", mass, broken);
+    mass = broken;
+    for (const ProgramResult& result :
+         {Run({"dataset", "hash"}), Run({"import", "--nominal", "l_arm_elx=0.1", "--out", "made"})}) {
+      EXPECT_EQ(result.exit_code, kUsage) << result.err;
+      EXPECT_THAT(result.err,
+                  AllOf(HasSubstr("robot.urdf"), HasSubstr("link 'pelvis'"), HasSubstr("mass"), HasSubstr(text)));
+    }
+  }
+}
+
+TEST_F(SpoiltDataset, UnitsThatAreMixedUpAreSaidBeforeARun) {
+  test::ReplaceInFile(dataset_ / "scene.yaml", "objects:\n",
+                      "objects:\n  - {name: wide, shape: box, size: [6000, 1, 1], position: [0, 0, -9]}\n");
+  ASSERT_EQ(Run({"dataset", "hash"}).exit_code, 0);
+  const ProgramResult result = Run({"submit", "--dry-run", "quick", "--dataset"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, AllOf(HasSubstr("legopt: warning: "), HasSubstr("6000 x"), HasSubstr("millimetres")));
+  EXPECT_THAT(Run({"dataset", "check"}).out, AllOf(HasSubstr("6000 x"), HasSubstr("millimetres")));
+}
+
 TEST(ImportCommand, AMeshWithHolesIsAFindingAndNoDatasetIsMade) {
   const test::CloneFolder clone;
   const fs::path mesh = clone.path() / "destruction_scenarios" / "worlds" / "yard.stl";

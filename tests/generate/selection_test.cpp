@@ -194,6 +194,17 @@ TEST_F(DatasetBuilding, ItsNameChangesNoResult) {
   EXPECT_EQ(Make("two").content_hash, hash);
 }
 
+TEST_F(DatasetBuilding, ASceneOfKilometresIsRefused) {
+  const auto source = options_.robot_folder;
+  test::WriteText(source / "scene.yaml",
+                  "objects:\n  - {name: plain, shape: box, size: [6000, 6000, 1], position: [0, 0, -0.5]}\n");
+  WriteManifestHashes(source);
+  const auto dataset = Dataset::Load(source);
+  const std::string refusal = test::MessageOf([&] { CheckSource(dataset, options_.ProbeFor(*dataset), true); });
+  EXPECT_NE(refusal.find("6000 m x 6000 m"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("millimetres"), std::string::npos) << refusal;
+}
+
 // What is refused is refused before a folder is made, and in the user's words.
 TEST_F(DatasetBuilding, TheSourceIsCheckedFirst) {
   const auto source = options_.robot_folder;

@@ -125,15 +125,6 @@ TEST_F(Checks, InvertedBodiesAndHolesOfTheSceneAreErrors) {
   EXPECT_THAT(open[0].value, HasSubstr("3 of 6 edges"));
 }
 
-TEST_F(Checks, ARobotWithoutMassIsAnError) {
-  std::string urdf = test::ReadText(synthetic_.path() / "robot.urdf");
-  for (size_t at = urdf.find("<inertial>"); at != std::string::npos; at = urdf.find("<inertial>")) {
-    urdf.erase(at, urdf.find("</inertial>") + 11 - at);
-  }
-  test::WriteText(synthetic_.path() / "robot.urdf", urdf);
-  EXPECT_TRUE(AnyError(Of(CheckAll(), "robot")));
-}
-
 TEST(MeshFaults, InvertedComponentsAreTurnedRound) {
   const TriangleMesh box = BoxMesh({1, 2, 3}, {0, 0, 0});
   TriangleMesh two = box;
