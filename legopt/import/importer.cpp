@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "legopt/collision/scene_solids.h"
@@ -56,6 +57,7 @@ class Importer {
   ImportReport Make() {
     NoteSources();
     WriteRobot();
+    CheckNominalPosture();
     WriteScene();
     WriteProblems();
     ChooseConstants();
@@ -111,6 +113,20 @@ class Importer {
     for (DatasetFinding& finding : findings) report_.findings.push_back(std::move(finding));
     description_.robot_file = kRobotFileName;
     robot_ = std::make_unique<RobotModel>(RobotModel::FromUrdfFile((folder_ / kRobotFileName).string()));
+  }
+
+  /// What the user asks for is within the limits, or refused; Dataset::Load names unknown joints.
+  void CheckNominalPosture() const {
+    for (const auto& [name, value] : options_.nominal_posture) {
+      const int found = robot_->FindJoint(name);
+      if (found < 0) continue;
+      const Joint& joint = robot_->joints()[static_cast<size_t>(found)];
+      if (joint.type == JointType::kFixed || (value >= joint.lower && value <= joint.upper)) continue;
+      const auto text = [](double number) { return nlohmann::json(number).dump(); };
+      throw InputError({"", "--nominal", name + "=" + text(value),
+                        "is outside of the joint's limits, " + text(joint.lower) + " .. " + text(joint.upper),
+                        "give a value between them, in radians (a prismatic joint: in metres)"});
+    }
   }
 
   void WriteScene() {

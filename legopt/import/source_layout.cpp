@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <sstream>
+#include <system_error>
 #include <vector>
 
 #include "legopt/import/collada_document.h"
@@ -20,14 +21,30 @@ namespace fs = std::filesystem;
 
 using Files = std::vector<fs::path>;
 
+/// Says which folder cannot be listed: there may be a robot in it, and another that is not the only one.
+[[noreturn]] void RefuseUnreadable(const fs::path& path, const std::error_code& error) {
+  throw InputError({path.string(), "", "", "cannot be read: " + error.message(),
+                    "allow it, or name a folder with nothing but the robot, the scene and the problems"});
+}
+
 /// All regular files below the folder, sorted.
 Files ListFiles(const fs::path& folder) {
   Files files;
-  for (auto entry = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied);
-       entry != fs::recursive_directory_iterator(); ++entry) {
-    const bool hidden = entry->path().filename().string().starts_with('.');
-    if (hidden && entry->is_directory()) entry.disable_recursion_pending();
-    if (!hidden && entry->is_regular_file()) files.push_back(entry->path());
+  std::vector<fs::path> open{folder};
+  while (!open.empty()) {
+    const fs::path current = open.back();
+    open.pop_back();
+    std::error_code error;
+    fs::directory_iterator entry(current, error);
+    for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+      if (entry->path().filename().string().starts_with('.')) continue;
+      std::error_code unknown;  // of a link that leads nowhere: then it is no file
+      const fs::file_status status = entry->status(unknown);
+      if (unknown == std::errc::permission_denied) RefuseUnreadable(entry->path(), unknown);
+      if (fs::is_directory(status) && !entry->is_symlink(unknown)) open.push_back(entry->path());
+      if (fs::is_regular_file(status)) files.push_back(entry->path());
+    }
+    if (error) RefuseUnreadable(current, error);
   }
   std::sort(files.begin(), files.end());
   return files;

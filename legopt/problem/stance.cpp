@@ -52,6 +52,11 @@ double ParseNumber(std::string_view token, const TextSource& source) {
   return value;
 }
 
+std::string Shortest(double value) {
+  std::array<char, kMaxNumberText> buffer;
+  return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
+}
+
 Foothold ParseFoothold(std::string_view link, std::string_view pose, const TextSource& source) {
   std::array<double, kPoseSize> numbers{};
   size_t count = 0;
@@ -68,18 +73,14 @@ Foothold ParseFoothold(std::string_view link, std::string_view pose, const TextS
   Foothold foothold{.link = std::string(link),
                     .position = {numbers[4], numbers[5], numbers[6]},
                     .rotation = Eigen::Quaterniond(numbers[0], numbers[1], numbers[2], numbers[3])};
-  if (!(std::abs(foothold.rotation.norm() - 1) <= kQuaternionTolerance)) {
-    Fail(source, pose, "the quaternion of '" + std::string(link) + "' is not unit",
-         "the first four numbers are qw qx qy qz with norm 1");
+  const double norm = foothold.rotation.norm();
+  if (!(std::abs(norm - 1) <= kQuaternionTolerance)) {
+    Fail(source, pose,
+         "the quaternion of '" + std::string(link) + "' is not unit: its norm is " + Shortest(norm) +
+             ", which is more than " + Shortest(kQuaternionTolerance) + " from 1",
+         "the first four numbers are qw qx qy qz; divide them by the norm");
   }
   return foothold;
-}
-
-void AppendNumber(double value, std::string* text) {
-  std::array<char, kMaxNumberText> buffer;
-  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-  text->append(buffer.data(), result.ptr);
-  text->push_back(' ');
 }
 
 }  // namespace
@@ -123,8 +124,8 @@ std::string FormatStance(const Stance& stance) {
   for (const Foothold& foothold : stance.footholds) {
     text += foothold.link + ",";
     const Eigen::Quaterniond& q = foothold.rotation;
-    for (const double value : {q.w(), q.x(), q.y(), q.z()}) AppendNumber(value, &text);
-    for (const double value : foothold.position) AppendNumber(value, &text);
+    for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += Shortest(value) + ' ';
+    for (const double value : foothold.position) text += Shortest(value) + ' ';
     text += ",";
   }
   return text;

@@ -254,9 +254,11 @@ CheckedUrdf CheckUrdf(const std::string& xml, const std::string& source) { retur
 
 std::string ReadUrdfFile(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  std::string text(kMostBytes + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
+  std::string text;
+  std::vector<char> block(std::size_t{1} << 16);
+  while (text.size() <= kMostBytes && (file.read(block.data(), std::ssize(block)) || file.gcount() > 0)) {
+    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
+  }
   if (text.empty()) {
     throw InputError({path, "", "", "cannot read the robot description", "check the path and its permissions"});
   }

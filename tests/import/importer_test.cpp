@@ -286,6 +286,16 @@ TEST(Import, ARobotWithoutFeetIsRefused) {
   EXPECT_NE(Find(report, "problems", kWarning), nullptr) << "a dataset for generate problems";
 }
 
+TEST(Import, ANominalPostureBeyondTheLimitsIsRefused) {
+  const test::CloneFolder clone;
+  ImportOptions options = From(clone.path());
+  options.nominal_posture = {{"l_hip", 9.0}};
+  EXPECT_THAT(MessageOf([&] { ImportDataset(options, clone.NewFolder("out")); }),
+              AllOf(HasSubstr("--nominal"), HasSubstr("l_hip=9.0"), HasSubstr("limits"), HasSubstr(" .. 0.99999")));
+  options.nominal_posture = {{"l_hip", 0.9}};
+  ImportDataset(options, clone.NewFolder("within"));
+}
+
 TEST(Import, ErrorsNameTheUsersFiles) {
   const test::CloneFolder clone;
   const fs::path problems = clone.path() / "data" / "problemsposture.json";

@@ -4,6 +4,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
 
 #include "tests/import/clone_folder.h"
 #include "tests/problem/synthetic_dataset.h"
@@ -62,6 +65,48 @@ TEST(SourceLayout, MissingAndAmbiguousFilesAreNamedWithTheFlag) {
   EXPECT_THAT(error(), AllOf(HasSubstr("other.zae"), HasSubstr("tiny.zae"), HasSubstr("--robot")));
   fs::remove_all(clone.path() / "robots");
   EXPECT_THAT(error(), AllOf(HasSubstr("robot"), HasSubstr("there is none")));
+}
+
+// Root may read everything: then this looks with the rights of nobody.
+class WithoutRights {
+ public:
+  WithoutRights() : changed_(::geteuid() == 0 && ::seteuid(kNobody) == 0) {}
+  ~WithoutRights() {
+    if (changed_ && ::seteuid(0) != 0) std::abort();
+  }
+  WithoutRights(const WithoutRights&) = delete;
+  WithoutRights& operator=(const WithoutRights&) = delete;
+
+ private:
+  static constexpr uid_t kNobody = 65534;
+  bool changed_;
+};
+
+TEST(SourceLayout, WhatCannotBeReadIsNamed) {
+  constexpr fs::perms kOthersRead = fs::perms::group_read | fs::perms::others_read;
+  constexpr fs::perms kOthersEnter = fs::perms::group_exec | fs::perms::others_exec;
+  const test::CloneFolder clone;
+  const fs::path secret = clone.path() / "secret";
+  test::WriteText(secret / "robot.urdf", "<robot/>");
+  for (const fs::path& folder : {clone.path(), clone.path().parent_path()}) {
+    fs::permissions(folder, fs::perms::owner_all | kOthersRead | kOthersEnter);
+  }
+  // Not to be listed; and to be listed, but not to be entered.
+  for (const fs::perms perms : {fs::perms::none, fs::perms::owner_read | kOthersRead}) {
+    fs::permissions(secret, perms);
+    std::string error;
+    {
+      const WithoutRights nobody;
+      std::error_code error_code;
+      const bool outside = !fs::exists(clone.path() / "LegOptEnv.xml", error_code);
+      if (outside || std::ifstream(secret / "robot.urdf").good()) {
+        GTEST_SKIP() << "this user reads what is forbidden, or cannot look from without";
+      }
+      error = MessageOf([&] { FindSources(clone.path(), {}); });
+    }
+    EXPECT_THAT(error, AllOf(HasSubstr(secret.string()), HasSubstr("cannot be read"), HasSubstr("allow")));
+  }
+  fs::permissions(secret, fs::perms::owner_all);
 }
 
 }  // namespace

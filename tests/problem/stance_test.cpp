@@ -48,6 +48,7 @@ TEST(Stance, FaultsNamePlaceAndReason) {
   EXPECT_THAT(message("l_foot,1 0 0 0 1 2 inf,"), HasSubstr("finite"));
   EXPECT_THAT(message("l_foot,1 0 0 0.01 1 2 3,"), HasSubstr("not unit"));
   EXPECT_THAT(message("l_foot,0 0 0 0 1 2 3,"), HasSubstr("not unit"));
+  EXPECT_THAT(message("l_foot,0.75 0 0 0 1 2 3,"), AllOf(HasSubstr("its norm is 0.75,"), HasSubstr("more than 1e-06")));
   EXPECT_THAT(message("l_foot,1 0 0 0 1 2 3,l_foot,1 0 0 0 1 2 3,"), HasSubstr("twice"));
 }
 
