@@ -8,7 +8,8 @@ enum class ExitCode : int {
   kOk = 0,                ///< done
   kUsage = 2,             ///< wrong flag or bad input file (suite, dataset, solution file, SQL)
   kUnreachable = 3,       ///< no server answered in time, or waiting timed out
-  kJobsFailed = 4,        ///< the experiment ended, but jobs crashed, died or could not run
+  kJobsFailed = 4,        ///< the experiment ended, but jobs crashed, died or could not run; or `evaluate` judged the
+                          ///< file, but solutions of it could not be read
   kDatasetMismatch = 5,   ///< the dataset's content is not the one the experiment was made with
   kDatabaseUnusable = 6,  ///< missing, unwritable, damaged, or in use by another server
   kNetworkUnusable = 7,   ///< no multicast route, or the port belongs to another deployment
@@ -22,7 +23,7 @@ inline constexpr char kExitCodeHelp[] =
     "  0  done\n"
     "  2  wrong usage or bad input file\n"
     "  3  server unreachable or time-out\n"
-    "  4  jobs crashed, died or could not run\n"
+    "  4  jobs crashed, died or could not run; solutions could not be read\n"
     "  5  dataset mismatch\n"
     "  6  database unusable\n"
     "  7  network unusable\n"
