@@ -88,10 +88,14 @@ std::string Join(const std::vector<std::string>& parts) {
 
 std::optional<double> PaceMeter::Observe(Seconds now, const ExperimentStatus& status) {
   const std::int64_t finished = status.finished();
+  if (!status.waiting_for.empty()) {
+    working_ = false;
+    observations_ = {{now, finished}};
+    return std::nullopt;
+  }
   const bool progress = !observations_.empty() && finished > observations_.front().finished;
-  if (!status.waiting_for.empty()) working_ = false;
   if (!working_ && !progress) observations_.clear();
-  working_ = working_ || progress || (status.leased > 0 && status.waiting_for.empty());
+  working_ = working_ || progress || status.leased > 0;
   observations_.push_back({now, finished});
   while (observations_.size() > 2 && now - observations_[1].time >= window_) observations_.pop_front();
   const Observation& then = observations_.front();

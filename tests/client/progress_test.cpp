@@ -92,7 +92,7 @@ TEST(ProgressBar, TheReasonOfAStandstillTakesThePlaceOfRateAndEstimate) {
   const ExperimentStatus status = After(Status(40, 38), 61, 30);
   EXPECT_EQ(RenderProgressLine(status, 5.0, note), "experiment 3:  40/80  38 solved  1:01  " + note);
   EXPECT_EQ(RenderProgressBar(status, 5.0, note, 70),
-            "[========>        ] 40/80  38 solved  1:01  no worker is connected");
+            "[==========>          ] 40/80  38 solved  1:01  no worker is connected");
   EXPECT_THAT(RenderProgressBar(status, 5.0, note, 140), HasSubstr("--slots 2"));
   EXPECT_THAT(RenderProgressBar(status, 5.0, note, 30), HasSubstr("40/80  38 solved  no worker"));
 }
