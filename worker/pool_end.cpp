@@ -115,9 +115,10 @@ void Pool::CheckEnd(microseconds now) {
     return;
   }
   if (options_.wait_server != microseconds::max() && !datasets_.empty() && now >= last_heard_ + options_.wait_server) {
+    const std::string key = options_.key_file.empty() ? "" : ", and with the key in " + options_.key_file;
     Log(LogLevel::kError, "no answer from a server at " + options_.server_address + " within " +
-                              Seconds(options_.wait_server) + "; is legopt-server running with this port and group?" +
-                              CausesOfSilence());
+                              Seconds(options_.wait_server) + "; is legopt-server running with this port and group" +
+                              key + "?");
     Finish(kExitUnreachable);
   }
 }

@@ -18,6 +18,7 @@ namespace {
 
 constexpr char kKeyVariable[] = "LEGOPT_KEY_FILE";
 constexpr int kExitUsage = 2;
+constexpr int kExitUnreachable = 3;
 constexpr std::chrono::milliseconds kPatience{20'000};
 
 class KeyTest : public testing::Test {
@@ -100,6 +101,16 @@ TEST_F(KeyTest, WhoeverHasAKeyAgainstAServerWithoutIsToldWhatMayBeWrong) {
     EXPECT_EQ(error.code(), client::ExitCode::kUnreachable);
     EXPECT_NE(std::string(error.what()).find("key"), std::string::npos) << error.what();
   }
+}
+
+TEST_F(KeyTest, AWorkerWithAnotherKeyIsToldWhatMayBeWrong) {
+  Start();
+  UseKey();
+  const auto worker = deployment_->StartStubWorker({"--slots", "1", "--wait-server", "0.3"});
+  const auto exit = worker->Wait(kPatience);
+  ASSERT_TRUE(exit.has_value());
+  EXPECT_EQ(exit->code, kExitUnreachable);
+  EXPECT_NE(worker->ErrorTail().find("with the key in " + key_file_), std::string::npos) << worker->ErrorTail();
 }
 
 TEST_F(KeyTest, WithoutAKeyTheStartSaysSoInOneLine) {
