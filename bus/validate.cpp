@@ -6,6 +6,7 @@
 
 #include "bus/codec.h"
 #include "bus/field_check.h"
+#include "bus/spec_limits.h"
 #include "bus/wire.h"
 
 namespace legopt::bus {
@@ -35,6 +36,7 @@ constexpr size_t kLogBytes = size_t{64} << 10;
 constexpr size_t kOptionsBytes = size_t{1} << 20;
 constexpr size_t kJsonBytes = size_t{16} << 20;
 constexpr size_t kAnswerBytes = size_t{48} << 20;
+static_assert(kJsonBytes == spec_limits::kMostBytes);
 
 // control_request.action, as far as it decides what else the message holds.
 constexpr int kControlHold = 2, kControlPriority = 4, kControlRename = 7, kControlTag = 8, kControlUntag = 9;

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "client/benchmark_table.h"
 #include "client/grouped_table.h"
+#include "client/json_text.h"
 
 namespace legopt::client {
 namespace {
@@ -153,7 +155,7 @@ GroupedTable Group(const BenchmarkTable& table, const TimeUnit& unit, const std:
   const bool matched =
       std::any_of(table.rows.begin(), table.rows.end(), [](const auto& r) { return !r.paper.empty(); });
   if (table.compared) grouped.note += matched ? kPaperNote : kNoPaperNote;
-  return grouped;
+  return MakePrintable(std::move(grouped));
 }
 
 nlohmann::ordered_json CellJson(const BenchmarkCell& cell, Figures figures) {
@@ -203,7 +205,7 @@ std::string RenderJson(const BenchmarkTable& table) {
     if (!row.paper.empty()) AddCells(table, row.paper, kPaperFigures, &line["paper"]);
     json["rows"].push_back(std::move(line));
   }
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return JsonText(json) + "\n";
 }
 
 void AddTitles(const std::string& prefix, Figures figures, Listing* listing) {

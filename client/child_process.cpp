@@ -25,7 +25,7 @@ constexpr std::size_t kKeptOutputBytes = 4096;
 constexpr off_t kTailBytes = 2000;
 
 [[noreturn]] void Fail(const std::filesystem::path& program, const std::string& what) {
-  throw ClientError(ExitCode::kInternal, "cannot start " + program.string() + ": " + what);
+  throw ClientError(ExitCode::kMachine, "cannot start " + program.string() + ": " + what);
 }
 
 // Runs between fork and exec: only calls that are safe there.

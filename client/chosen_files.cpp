@@ -37,8 +37,11 @@ std::vector<std::string> EmbeddedSuites(const std::filesystem::path& folder) {
 
 std::filesystem::path FindSuite(const std::string& name) {
   if (IsFile(name)) return name;
+  if (IsFolder(name)) {
+    throw ClientError(ExitCode::kUsage, "'" + name + "' is a folder, not an experiment file; name a .yaml file in it");
+  }
   const bool bare = name.find('/') == std::string::npos;
-  if (!bare || IsFolder(name)) {
+  if (!bare) {
     throw ClientError(ExitCode::kUsage, "no experiment file '" + name + "'; check the path");
   }
   const auto folder = DataFolder() / kSuiteFolder;

@@ -7,6 +7,7 @@
 
 #include "client/commands.h"
 #include "db/backup.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -23,8 +24,8 @@ ExitCode Backup(const Options& options) {
   constexpr double kMebibyte = 1 << 20;
   char size[64];
   std::snprintf(size, sizeof(size), "%.1f MiB in %.2f s", static_cast<double>(report.bytes) / kMebibyte, took.count());
-  std::cout << options.target << ": " << report.experiments << " experiments, " << report.jobs << " jobs, "
-            << report.results << " results (schema " << report.schema_version << "); " << size
+  std::cout << programs::Printable(options.target) << ": " << report.experiments << " experiments, " << report.jobs
+            << " jobs, " << report.results << " results (schema " << report.schema_version << "); " << size
             << ", integrity and foreign keys checked\n";
   return ExitCode::kOk;
 }

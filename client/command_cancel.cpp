@@ -5,6 +5,7 @@
 #include "client/client_error.h"
 #include "client/commands.h"
 #include "client/options.h"
+#include "programs/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -31,7 +32,7 @@ ExitCode Cancel(const Options& options) {
 void AddCancelCommand(CLI::App& app, Invocation* invocation) {
   auto* command = app.add_subcommand("cancel", "Cancel an experiment; what is finished is kept");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment")->required()->check(CLI::PositiveNumber);
+  command->add_option("ID", options->experiment, "Experiment")->required()->check(programs::WholeNumber(1));
   AddNetworkOptions(*command, &options->network);
   command->callback([=] { invocation->body = [options] { return Cancel(*options); }; });
 }

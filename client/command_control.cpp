@@ -10,6 +10,8 @@
 #include "client/commands.h"
 #include "client/options.h"
 #include "db/records.h"
+#include "programs/checks.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -37,6 +39,14 @@ struct Options {
   int priority = 0;
   NetworkOptions network;
 };
+
+// What a request can carry.
+std::string CheckReason(const std::string& reason) {
+  constexpr std::size_t kMostBytes = 1000;
+  if (reason.find_first_not_of(" \t\r\n") == std::string::npos) return "is empty; say why the experiment is held";
+  if (reason.size() <= kMostBytes) return {};
+  return "is " + std::to_string(reason.size()) + " bytes long; at most " + std::to_string(kMostBytes) + " are possible";
+}
 
 std::string Done(const Options& options, std::int64_t num_jobs) {
   const std::string jobs = std::to_string(num_jobs) + (num_jobs == 1 ? " job" : " jobs");
@@ -83,15 +93,16 @@ ExitCode Control(const Options& options) {
   ServerConnection server(options.network);
   const auto reply = server.Control(request);
   if (reply.status != 0) throw ClientError(ExitCode::kUsage, reply.message + "; see 'legopt status'");
-  std::cout << "experiment " << options.experiment << ": " << Done(options, reply.num_jobs) << "\n";
-  if (!reply.message.empty()) std::cerr << "legopt: " << reply.message << "\n";
+  std::cout << "experiment " << options.experiment << ": " << programs::Printable(Done(options, reply.num_jobs))
+            << "\n";
+  if (!reply.message.empty()) std::cerr << "legopt: " << programs::Printable(reply.message) << "\n";
   return ExitCode::kOk;
 }
 
 CLI::App* AddAction(CLI::App& app, Invocation* invocation, const char* name, const char* help,
                     const std::shared_ptr<Options>& options) {
   auto* command = app.add_subcommand(name, help);
-  command->add_option("ID", options->experiment, "Experiment")->required()->check(CLI::PositiveNumber);
+  command->add_option("ID", options->experiment, "Experiment")->required()->check(programs::WholeNumber(1));
   AddNetworkOptions(*command, &options->network);
   command->callback([=] { invocation->body = [options] { return Control(*options); }; });
   return command;
@@ -123,13 +134,14 @@ void AddControlCommands(CLI::App& app, Invocation* invocation) {
   const auto hold = For(Action::kHold);
   AddAction(app, invocation, "hold", "Stop an experiment for a reason; running jobs are given back, not charged", hold)
       ->add_option("REASON", hold->reason, "Why, for those who see it in 'legopt status'")
-      ->required();
+      ->required()
+      ->check(CLI::Validator(CheckReason, ""));
   AddAction(app, invocation, "release", "Go on with a held experiment", For(Action::kRelease));
   const auto priority = For(Action::kPriority);
   AddAction(app, invocation, "priority", "Begin an experiment's jobs before or after those of others", priority)
       ->add_option("PRIORITY", priority->priority, "Larger is earlier; experiments begin with 0")
       ->required()
-      ->check(CLI::Range(-kMostPriority, kMostPriority));
+      ->check(programs::WholeNumber(-kMostPriority, kMostPriority));
   const auto retry = For(Action::kRetry);
   AddAction(app, invocation, "retry", "Queue the failed and dead jobs of an experiment again", retry)
       ->add_flag_callback(

@@ -8,6 +8,7 @@
 #include "client/client_error.h"
 #include "client/commands.h"
 #include "client/finding_report.h"
+#include "client/json_text.h"
 #include "client/options.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/problem/content_hash.h"
@@ -120,7 +121,7 @@ ExitCode Check(const CheckOptions& options) {
   const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr));
   const std::vector<DatasetFinding> findings = CheckDataset(*dataset);
   if (options.json) {
-    std::cout << DatasetFindingsToJson(findings).dump(2) << "\n";
+    std::cout << JsonText(DatasetFindingsToJson(findings)) << "\n";
   } else {
     std::cout << RenderDatasetFindings(findings);
   }

@@ -12,6 +12,7 @@
 #include "client/commands.h"
 #include "client/experiment_status.h"
 #include "client/options.h"
+#include "programs/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -75,7 +76,7 @@ void AddDeleteCommand(CLI::App& app, Invocation* invocation) {
   auto* command =
       app.add_subcommand("delete", "Delete an experiment that is over, with its jobs and results, for good");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment")->required()->check(CLI::PositiveNumber);
+  command->add_option("ID", options->experiment, "Experiment")->required()->check(programs::WholeNumber(1));
   command->add_flag("--yes", options->yes, "Do not ask");
   AddNetworkOptions(*command, &options->network);
   command->callback([=] { invocation->body = [options] { return Delete(*options); }; });

@@ -8,6 +8,8 @@
 #include "client/commands.h"
 #include "client/evaluation_report.h"
 #include "client/options.h"
+#include "programs/checks.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -30,8 +32,9 @@ ExitCode Evaluate(const Options& options) {
   if (report.rows.empty()) {
     throw ClientError(ExitCode::kUsage, options.file + ": no problem has a 'solution'; is it a problem file?");
   }
-  Print(RenderEvaluation(report, options.format, {options.time_unit, LayoutOf(options.output)}), options.output);
-  for (const auto& warning : report.warnings) std::cerr << "legopt: warning: " << warning << "\n";
+  const std::string text = RenderEvaluation(report, options.format, {options.time_unit, LayoutOf(options.output)});
+  Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
+  for (const auto& warning : report.warnings) std::cerr << "legopt: warning: " << programs::Printable(warning) << "\n";
   const auto unreadable =
       std::count_if(report.rows.begin(), report.rows.end(), [](const JudgedRow& row) { return row.unreadable; });
   if (unreadable == 0) return ExitCode::kOk;
@@ -51,7 +54,7 @@ void AddEvaluateCommand(CLI::App& app, Invocation* invocation) {
   command
       ->add_option("--definitions", options->definitions,
                    "Whose problem definitions count: file (default), as in the original evaluator, or dataset")
-      ->check(CLI::IsMember({"file", "dataset"}));
+      ->check(programs::OneOf({"file", "dataset"}));
   AddRuleOption(*command, &options->rule);
   AddTableFormatOption(*command, &options->format);
   AddTimeUnitOption(*command, &options->time_unit);

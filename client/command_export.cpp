@@ -7,6 +7,7 @@
 #include "client/commands.h"
 #include "client/exported_solutions.h"
 #include "client/options.h"
+#include "programs/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -84,16 +85,16 @@ void AddExportCommand(CLI::App& app, Invocation* invocation) {
   auto* command =
       app.add_subcommand("export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment (default: the newest)");
+  command->add_option("ID", options->experiment, "Experiment (default: the newest)")->check(programs::WholeNumber(1));
   command
       ->add_option("--out", options->out,
                    "File to write, - for standard output; with both tasks, -posture and -motion are added to its name")
       ->required();
   AddMethodFilterOptions(*command, &options->methods);
   command->add_option("--initialization", options->initialization, "Only this one: good or in_collision")
-      ->check(CLI::IsMember({"good", "in_collision"}));
+      ->check(programs::OneOf({"good", "in_collision"}));
   command->add_option("--task", options->task, "Only this task: posture or motion")
-      ->check(CLI::IsMember({"posture", "motion"}));
+      ->check(programs::OneOf({"posture", "motion"}));
   command->add_option("--dataset", options->dataset,
                       "Dataset folder, for the problem definitions (default: the embedded garage-easier)");
   AddSourceOptions(*command, &options->source);

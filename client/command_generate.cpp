@@ -13,6 +13,7 @@
 #include "client/commands.h"
 #include "client/generation_progress.h"
 #include "client/interrupt.h"
+#include "client/json_text.h"
 #include "legopt/data_folder.h"
 #include "legopt/generate/dataset_builder.h"
 #include "legopt/generate/scenario.h"
@@ -20,6 +21,7 @@
 #include "legopt/generate/text_file.h"
 #include "legopt/input_error.h"
 #include "legopt/problem/dataset.h"
+#include "programs/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -35,7 +37,7 @@ struct ScenarioFlags {
 void AddSeedFlag(CLI::App& app, ScenarioFlags* flags) {
   app.add_option("--seed", flags->seed, "All random draws follow from it")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);  // it would wrap around
+      ->check(programs::WholeNumber(0));  // it would wrap around
 }
 
 void AddScenarioFlags(CLI::App& app, ScenarioFlags* flags) {
@@ -94,7 +96,7 @@ ExitCode GenerateScenario(const ScenarioFlags& flags) {
     scenario = MakeScenario(options, [&](double done, double total) { progress("collapse", done, total, "s"); });
     WriteScenario(scenario, folder, !flags.no_pictures);
   });
-  std::cout << DescribeScenario(scenario).dump(2) << "\n";
+  std::cout << JsonText(DescribeScenario(scenario)) << "\n";
   return ExitCode::kOk;
 }
 

@@ -9,10 +9,12 @@
 #include "client/client_error.h"
 #include "client/commands.h"
 #include "client/finding_report.h"
+#include "client/json_text.h"
 #include "client/options.h"
 #include "legopt/generate/text_file.h"
 #include "legopt/import/importer.h"
 #include "legopt/input_error.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -43,11 +45,12 @@ void PrintReport(const ImportReport& report, const std::string& out, bool json) 
                                              {"hash", report.content_hash},
                                              {"written", !AnyError(report.findings)},
                                              {"findings", DatasetFindingsToJson(report.findings)}};
-    std::cout << document.dump(2) << "\n";
+    std::cout << JsonText(document) << "\n";
     return;
   }
   std::cout << RenderDatasetFindings(report.findings);
-  if (!AnyError(report.findings)) std::cout << "dataset " << report.content_hash << " in " << out << "\n";
+  if (!AnyError(report.findings))
+    std::cout << "dataset " << report.content_hash << " in " << programs::Printable(out) << "\n";
 }
 
 ExitCode Import(const Flags& flags) {
@@ -84,7 +87,7 @@ void AddImportCommand(CLI::App& app, Invocation* invocation) {
   command->add_option("--out", flags->out, "Folder to make; it must not exist")->required();
   command->add_option("--name", options.name, "Name of the dataset (default: that of the folder)");
   command->add_option("--robot", options.files.robot, "URDF, or COLLADA with kinematics (default: the only one)");
-  command->add_option("--scene", options.files.scene, "Mesh or scene.yaml (default: see docs/datasets.md)");
+  command->add_option("--scene", options.files.scene, "Mesh or scene.yaml (default: scene.yaml, else the only mesh)");
   command->add_option("--posture", options.files.posture, "Posture problems (default: problems*.json of that task)");
   command->add_option("--motion", options.files.motion, "Motion problems (default: problems*.json of that task)");
   command->add_option("--feet", options.feet, "Links that may stand (default: those that the problems name)")
@@ -101,6 +104,13 @@ void AddImportCommand(CLI::App& app, Invocation* invocation) {
       ->type_name("LIST");
   command->add_flag("--fix-winding", options.fix_winding, "Turn bodies of the scene round that are inside out");
   AddTextOrJsonOption(*command, &flags->json);
+  command->footer(
+      "What is not named is looked for in DIR: the files of its dataset.yaml; else the only URDF (else the only "
+      "COLLADA\n"
+      "robot), the scene of an OpenRAVE environment *.xml, scene.yaml or the only mesh, and problems*.json, one per "
+      "task.\n"
+      "The scene is in metres, z up; quaternions have norm 1, their order is found out. DIR is not changed;\n"
+      "faults marked FAIL make no dataset, exit code 2.");
   command->callback([=] { invocation->body = [flags] { return Import(*flags); }; });
 }
 

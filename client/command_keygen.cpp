@@ -5,13 +5,14 @@
 
 #include "bus/message_key.h"
 #include "client/commands.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
 
 ExitCode Keygen(const std::string& file) {
   bus::MessageKey::CreateFile(file);
-  std::cout << "new key in " << file
+  std::cout << "new key in " << programs::Printable(file)
             << "; give every server, worker and client a copy (--key-file or LEGOPT_KEY_FILE)\n";
   return ExitCode::kOk;
 }

@@ -2,31 +2,47 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cstdio>
+#include <array>
+#include <cerrno>
 #include <exception>
+#include <filesystem>
 #include <iostream>
+#include <new>
 #include <string>
-#include <vector>
+#include <system_error>
 
 #include "bus/bus_error.h"
 #include "client/client_error.h"
 #include "client/commands.h"
 #include "client/exit_codes.h"
 #include "db/store_error.h"
+#include "legopt/data_folder.h"
 #include "legopt/input_error.h"
-#include "legopt/nearest_name.h"
+#include "programs/arguments.h"
+#include "programs/log_format.h"
 
 namespace legopt::client {
 namespace {
 
+constexpr char kProgram[] = "legopt";
+
+// What users of git, kubectl, Slurm and shells type.
+constexpr std::array<programs::Synonym, 41> kSynonyms = {{
+    {"rm", "delete"},      {"remove", "delete"},    {"del", "delete"},      {"ls", "list"},
+    {"jobs", "list"},      {"queue", "list"},       {"ps", "status"},       {"info", "status"},
+    {"squeue", "status"},  {"top", "watch"},        {"follow", "watch"},    {"progress", "watch"},
+    {"wait", "watch"},     {"stop", "cancel"},      {"kill", "cancel"},     {"abort", "cancel"},
+    {"scancel", "cancel"}, {"suspend", "pause"},    {"continue", "resume"}, {"unpause", "resume"},
+    {"unhold", "release"}, {"rerun", "retry"},      {"requeue", "retry"},   {"mv", "rename"},
+    {"label", "tag"},      {"start", "run"},        {"exec", "run"},        {"sbatch", "submit"},
+    {"results", "table"},  {"summary", "table"},    {"eval", "evaluate"},   {"judge", "evaluate"},
+    {"sql", "query"},      {"select", "query"},     {"cat", "show"},        {"describe", "show"},
+    {"save", "export"},    {"datasets", "dataset"}, {"check", "doctor"},    {"cp", "backup"},
+    {"listen", "tap"},
+}};
+
 int Report(ExitCode code, const std::string& message) {
-  std::string line = message;
-  for (char& c : line) {
-    if (c == '\n') c = ' ';
-  }
-  std::cout.flush();
-  std::cerr << "legopt: error: " << line << std::endl;
+  programs::ReportError(kProgram, message);
   return static_cast<int>(code);
 }
 
@@ -44,13 +60,28 @@ ExitCode CodeOf(const db::StoreError& error) {
 }
 
 ExitCode CodeOf(const bus::BusError& error) {
-  return error.code() == bus::BusErrorCode::kInvalidOption ? ExitCode::kUsage : ExitCode::kNetworkUnusable;
+  switch (error.code()) {
+    case bus::BusErrorCode::kInvalidOption:
+    case bus::BusErrorCode::kInvalidMessage:  // made of what the user asked for; the error names field and range
+      return ExitCode::kUsage;
+    default:
+      return ExitCode::kNetworkUnusable;
+  }
+}
+
+// The machine's refusals that no command expects.
+int Report(const std::filesystem::filesystem_error& error) {
+  std::string place = error.path1().string();
+  if (!error.path2().empty()) place += " and " + error.path2().string();
+  if (place.empty()) place = "file system";
+  return Report(ExitCode::kUsage,
+                place + ": " + error.code().message() + "; check the path, its permissions and space");
 }
 
 void StartLogging(bool verbose) {
   auto logger = spdlog::stderr_logger_st("legopt");
   logger->set_level(verbose ? spdlog::level::debug : spdlog::level::warn);
-  logger->set_pattern("%H:%M:%S.%e %l %v");
+  programs::FormatPrintably(*logger, "%H:%M:%S.%e %l %v");
   spdlog::set_default_logger(std::move(logger));
 }
 
@@ -58,7 +89,7 @@ int Execute(const Invocation& invocation) {
   try {
     const auto code = static_cast<int>(invocation.body());
     std::cout.flush();
-    if (!std::cout) return Report(ExitCode::kInternal, "standard output cannot be written; is the disk full?");
+    if (!std::cout) return Report(ExitCode::kUsage, "standard output cannot be written; is the disk full?");
     return code;
   } catch (const ClientError& error) {
     return Report(error.code(), error.what());
@@ -69,7 +100,11 @@ int Execute(const Invocation& invocation) {
   } catch (const bus::BusError& error) {
     return Report(CodeOf(error), error.what());
   } catch (const std::bad_alloc&) {
-    return Report(ExitCode::kInternal, "out of memory");
+    return Report(ExitCode::kMachine, "out of memory; give the command more, or less to do");
+  } catch (const std::filesystem::filesystem_error& error) {
+    return Report(error);
+  } catch (const std::system_error& error) {
+    return Report(ExitCode::kMachine, std::string("the system refuses: ") + error.what());
   } catch (const std::exception& error) {
     return Report(ExitCode::kInternal, std::string("internal error: ") + error.what() + "; please report it");
   }
@@ -98,40 +133,45 @@ void AddCommands(CLI::App& app, Invocation* invocation) {
   AddBackupCommand(app, invocation);
 }
 
-// CLI11 would only say that a command is missing.
-std::string UnknownCommand(const CLI::App& app, int argc, const char* const* argv) {
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word.empty() || word[0] == '-') continue;
-    std::vector<std::string> names;
-    for (const auto* command : app.get_subcommands({})) names.push_back(command->get_name());
-    const bool known = std::find(names.begin(), names.end(), word) != names.end();
-    return known ? "" : "unknown command '" + word + "'; " + SuggestName(word, names);
+// Shown in the list of commands; the command line itself is read by programs::ParseCommandLine.
+void AddHelpCommands(CLI::App& app) {
+  auto* help = app.add_subcommand("help", "Show the help of a command: legopt help run");
+  help->add_option("COMMAND", "The command; without one, all of them");
+  app.add_subcommand("version", "Show the version, as --version does");
+}
+
+// --verbose may also stand after the command.
+void AddVerboseFlag(CLI::App& app, Invocation* invocation) {
+  app.add_flag("-v,--verbose", invocation->verbose, "Tell on standard error what happens");
+  for (auto* command : app.get_subcommands({})) AddVerboseFlag(*command, invocation);
+}
+
+std::string DataFolderText() {
+  try {
+    return DataFolder().string();
+  } catch (const InputError& error) {
+    return error.what();
   }
-  return {};
+}
+
+std::string Footer() {
+  return "A first look: legopt run quick\n\nEmbedded suites and datasets (LEGOPT_DATA names another folder):\n  " +
+         DataFolderText() + "\n\n" + kExitCodeHelp;
 }
 
 }  // namespace
 
 int RunCommandLine(int argc, const char* const* argv) {
-  CLI::App app("Which optimiser finds feasible, cheap whole-body postures and motions, and how fast?", "legopt");
+  CLI::App app("Which optimiser finds feasible, cheap whole-body postures and motions, and how fast?", kProgram);
   Invocation invocation;
   app.set_version_flag("--version", std::string("legopt ") + LEGOPT_VERSION);
-  app.add_flag("-v,--verbose", invocation.verbose, "Tell on standard error what happens");
   app.require_subcommand(1);
-  app.fallthrough();                              // --verbose may also stand after the command
   app.footer("Exit codes: see 'legopt --help'");  // inherited by the commands
   AddCommands(app, &invocation);
-  app.footer(std::string("A first look: legopt run quick\n\n") + kExitCodeHelp);
-  if (const std::string fault = UnknownCommand(app, argc, argv); !fault.empty()) return Report(ExitCode::kUsage, fault);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& success) {  // --help, --version
-    app.exit(success);
-    return static_cast<int>(ExitCode::kOk);
-  } catch (const CLI::ParseError& error) {
-    return Report(ExitCode::kUsage, std::string(error.what()) + "; see 'legopt --help'");
-  }
+  AddHelpCommands(app);
+  AddVerboseFlag(app, &invocation);
+  app.footer(Footer());
+  if (const auto status = programs::ParseCommandLine(app, argc, argv, kSynonyms)) return *status;
   StartLogging(invocation.verbose);
   return Execute(invocation);
 }

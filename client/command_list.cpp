@@ -12,6 +12,7 @@
 #include "client/options.h"
 #include "legopt/evaluate/judge.h"
 #include "legopt/nearest_name.h"
+#include "programs/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -125,19 +126,19 @@ ExitCode List(const Options& options) {
 void AddListCommand(CLI::App& app, Invocation* invocation) {
   auto* command = app.add_subcommand("list", "List the jobs of an experiment");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment (default: the newest)");
+  command->add_option("ID", options->experiment, "Experiment (default: the newest)")->check(programs::WholeNumber(1));
   command->add_option("--state", options->state, "queued, leased, done, failed, dead or cancelled")
-      ->check(CLI::IsMember({"queued", "leased", "done", "failed", "dead", "cancelled"}));
+      ->check(programs::OneOf({"queued", "leased", "done", "failed", "dead", "cancelled"}));
   AddMethodFilterOptions(*command, &options->methods);
-  command->add_option("--task", options->task, "posture or motion")->check(CLI::IsMember({"posture", "motion"}));
+  command->add_option("--task", options->task, "posture or motion")->check(programs::OneOf({"posture", "motion"}));
   command->add_option("--initialization", options->initialization, "good or in_collision")
-      ->check(CLI::IsMember({"good", "in_collision"}));
+      ->check(programs::OneOf({"good", "in_collision"}));
   command->add_option("--problem", options->problem, "Only this problem");
   command->add_option("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose")
       ->check(FaultOfVerdict);
   command->add_flag("--unsolved", options->unsolved, "Only jobs that ended without success");
   command->add_option("--limit", options->limit, "Most jobs to list (default 1000)")
-      ->check(CLI::Range(1, ResultSource::kAllRows));
+      ->check(programs::WholeNumber(1, ResultSource::kAllRows));
   AddListingOptions(*command, &options->listing);
   AddSourceOptions(*command, &options->source);
   command->callback([=] { invocation->body = [options] { return List(*options); }; });

@@ -5,6 +5,7 @@
 #include "client/client_error.h"
 #include "client/commands.h"
 #include "client/options.h"
+#include "programs/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -51,11 +52,11 @@ void AddQueryCommand(CLI::App& app, Invocation* invocation) {
   const auto options = std::make_shared<Options>();
   command->add_option("SQL", options->sql, "One SELECT, e.g. \"SELECT * FROM benchmark_table\"")->required();
   command->add_option("--max-rows", options->max_rows, "Most rows to read (default 100000)")
-      ->check(CLI::Range(1, ResultSource::kAllRows));
+      ->check(programs::WholeNumber(1, ResultSource::kAllRows));
   command
       ->add_option("--limit", options->limit_s,
                    "Seconds after which the query is stopped (default 30); 0 with --db: never")
-      ->check(CLI::Range(0.0, ResultSource::kLongestLimit_s));
+      ->check(programs::Number(0, ResultSource::kLongestLimit_s));
   AddListingOptions(*command, &options->listing);
   AddSourceOptions(*command, &options->source);
   command->footer(

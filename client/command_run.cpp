@@ -7,6 +7,7 @@
 
 #include "client/client_error.h"
 #include "client/commands.h"
+#include "client/dry_run.h"
 #include "client/interrupt.h"
 #include "client/local_pool.h"
 #include "client/reading.h"
@@ -14,6 +15,8 @@
 #include "client/watching.h"
 #include "legopt/data_folder.h"
 #include "legopt/granted_processors.h"
+#include "programs/checks.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -31,6 +34,7 @@ struct Options {
   SuiteOptions suite;
   NetworkOptions network;
   std::optional<std::string> db;
+  bool dry_run = false;
   int workers = 0;  // until settled
   std::string workers_reason;
   TableFormat format = TableFormat::kText;
@@ -53,8 +57,8 @@ std::filesystem::path NewDatabaseName(const std::string& suite) {
 }
 
 void PrintStart(const Submission& submission, const legopt_msg::submit_reply& reply, const std::filesystem::path& db) {
-  std::cerr << "experiment " << reply.experiment_id << " in " << db.string() << ", dataset "
-            << submission.dataset_folder.string() << "\n"
+  std::cerr << "experiment " << reply.experiment_id << " in " << programs::Printable(db.string()) << ", dataset "
+            << programs::Printable(submission.dataset_folder.string()) << "\n"
             << DescribeJobs(submission.spec) << "\n";
   if (reply.status == kAlreadyKnown) {
     std::cerr << "this experiment is in the database already: going on where it stopped (--new makes another one)\n";
@@ -124,12 +128,13 @@ std::string DatasetFlag(const std::filesystem::path& folder) {
 
 void PrintNextSteps(const std::string& db, const std::filesystem::path& dataset, const Outcome& outcome) {
   const std::string id = std::to_string(outcome.experiment_id);
-  const std::string flags = " --db " + ShellWord(db);
-  std::cerr << "\nResults: " << db << "\n"
+  const std::string flags = programs::Printable(" --db " + ShellWord(db));
+  const std::string dataset_flag = programs::Printable(DatasetFlag(dataset));
+  std::cerr << "\nResults: " << programs::Printable(db) << "\n"
             << "  legopt table " << id << flags << " --format latex\n"
             << "  legopt list " << id << flags << " --unsolved\n"
             << "  legopt query \"SELECT * FROM benchmark_table\"" << flags << "\n"
-            << "  legopt export " << id << flags << DatasetFlag(dataset) << " --out solutions.json\n";
+            << "  legopt export " << id << flags << dataset_flag << " --out solutions.json\n";
 }
 
 ExitCode Finish(const Options& options, const std::string& db, const std::filesystem::path& dataset,
@@ -141,7 +146,8 @@ ExitCode Finish(const Options& options, const std::string& db, const std::filesy
                                     options.format, {kMilliseconds, LayoutOf({})})
             << std::flush;
   if (outcome.interrupted) {
-    std::cerr << "\nStopped before the end. To go on, give the same command with --db " << ShellWord(db) << "\n";
+    std::cerr << "\nStopped before the end. To go on, give the same command with --db "
+              << programs::Printable(ShellWord(db)) << "\n";
     return ExitCode::kInterrupted;
   }
   if (outcome.status.state == "cancelled") {
@@ -154,10 +160,25 @@ ExitCode Finish(const Options& options, const std::string& db, const std::filesy
   return OutcomeOf(outcome.status);
 }
 
+ExitCode DryRun(const Submission& submission, const Options& options, const std::filesystem::path& db) {
+  if (options.format == TableFormat::kJson) {
+    PrintDryRunJson(submission);
+    return ExitCode::kOk;
+  }
+  const bool exists = std::filesystem::exists(db);
+  PrintDryRun(submission, options.workers,
+              "would start: legopt-server --db " + ShellWord(db.string()) + (exists ? " (goes on in it)" : " (new)") +
+                  ", legopt-worker --slots " + std::to_string(options.workers) + " --dataset " +
+                  ShellWord(submission.dataset_folder.string()) + "; nothing was started");
+  return ExitCode::kOk;
+}
+
 ExitCode Run(const Options& options, bool verbose) {
   const Submission submission = PrepareSubmission(options.suite);
+  WarnOfLosses(submission);
   const std::filesystem::path db =
       options.db ? std::filesystem::path(*options.db) : NewDatabaseName(submission.spec.at("name").get<std::string>());
+  if (options.dry_run) return DryRun(submission, options, db);
   const InterruptGuard guard;
   Outcome outcome;
   {
@@ -194,7 +215,8 @@ void AddRunCommand(CLI::App& app, Invocation* invocation) {
   command
       ->add_option("--workers", options->workers,
                    "Jobs at the same time (default: the processors granted to this process)")
-      ->check(CLI::Range(1, kMaxWorkers));
+      ->check(programs::WholeNumber(1, kMaxWorkers));
+  command->add_flag("--dry-run", options->dry_run, "Check everything and print counts, but start nothing");
   AddTableFormatOption(*command, &options->format);
   AddRuleOption(*command, &options->rule);
   command->add_option("--port", options->network.port, "Control port (default: a free pair of ports)")

@@ -5,7 +5,10 @@
 
 #include "client/client_error.h"
 #include "client/commands.h"
+#include "client/json_text.h"
 #include "client/options.h"
+#include "programs/checks.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -67,7 +70,8 @@ std::string RenderText(const Listing& job, const Listing& listed_result, const L
   for (std::size_t i = 0; i < attempts.rows.size(); ++i) {
     const auto& tail = attempts.At(i, "log_tail");
     if (!tail.is_string() || tail.get<std::string>().empty()) continue;
-    text += "\nLog of attempt " + attempts.At(i, "attempt").dump() + "\n" + tail.get<std::string>() + "\n";
+    text += "\nLog of attempt " + attempts.At(i, "attempt").dump() + "\n" +
+            programs::PrintableLines(tail.get<std::string>()) + "\n";
   }
   return text;
 }
@@ -90,7 +94,7 @@ ExitCode Show(const Options& options) {
   json["result"] = result.rows.empty() ? nlohmann::ordered_json() : ListingToJson(result).at(0);
   if (!result.rows.empty()) json["result"]["history"] = ParseText(result.At(0, "history"));
   json["attempt_list"] = ListingToJson(attempts);
-  Print(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n", options.output);
+  Print(JsonText(json) + "\n", options.output);
   return ExitCode::kOk;
 }
 
@@ -101,7 +105,7 @@ void AddShowCommand(CLI::App& app, Invocation* invocation) {
   const auto options = std::make_shared<Options>();
   command->add_option("JOB", options->job, "Job, as 'legopt list' shows it")
       ->required()
-      ->check(CLI::Range(std::int64_t{1}, std::numeric_limits<std::int64_t>::max()));
+      ->check(programs::WholeNumber(1));
   AddTextOrJsonOption(*command, &options->json);
   AddOutputOptions(*command, &options->output);
   AddSourceOptions(*command, &options->source);

@@ -4,10 +4,13 @@
 
 #include "client/client_error.h"
 #include "client/commands.h"
+#include "client/json_text.h"
 #include "client/options.h"
 #include "client/progress.h"
 #include "client/status_table.h"
 #include "client/terminal.h"
+#include "programs/checks.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -86,23 +89,24 @@ ExitCode StatusOfServer(const Options& options) {
   const Listing listing = ExperimentListing(experiments);
   RequireFound(listing, options);
   if (const std::string error = StoreError(status); !error.empty()) {
-    std::cerr << "legopt: warning: the server cannot write its database: " << error << "\n";
+    std::cerr << "legopt: warning: the server cannot write its database: " << programs::Printable(error) << "\n";
   }
   switch (options.format) {
     case ListingFormat::kJson:
-      std::cout << status.dump(2) << "\n";
+      std::cout << JsonText(status) << "\n";
       break;
     case ListingFormat::kText:
-      Print("Server " + probe.server_version + " at " + server.address() + " on " + probe.hostname + " (pid " +
-                std::to_string(probe.pid) + ", up " + FormatDuration(std::chrono::microseconds(probe.uptime_us)) +
-                "), database " + probe.database + "\n\n" + TextForPeople(experiments, status, options),
+      Print("Server " + programs::Printable(probe.server_version) + " at " + server.address() + " on " +
+                programs::Printable(probe.hostname) + " (pid " + std::to_string(probe.pid) + ", up " +
+                FormatDuration(std::chrono::microseconds(probe.uptime_us)) + "), database " +
+                programs::Printable(probe.database) + "\n\n" + TextForPeople(experiments, status, options),
             options.output);
       break;
     case ListingFormat::kMarkdown:
       PrintListings(experiments, status, options);
       break;
     case ListingFormat::kCsv:
-      std::cout << RenderListing(listing, options.format);
+      std::cout << CsvFor(StandardOutput(), RenderListing(listing, options.format));
   }
   return ExitCode::kOk;
 }
@@ -112,7 +116,7 @@ ExitCode StatusOfServer(const Options& options) {
 void AddStatusCommand(CLI::App& app, Invocation* invocation) {
   auto* command = app.add_subcommand("status", "Show the experiments and workers of the server");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Only this experiment");
+  command->add_option("ID", options->experiment, "Only this experiment")->check(programs::WholeNumber(1));
   AddFormatOption(*command, &options->format);
   AddOutputOptions(*command, &options->output);
   AddSourceOptions(*command, &options->source);

@@ -4,9 +4,9 @@
 
 #include "client/client_error.h"
 #include "client/commands.h"
+#include "client/dry_run.h"
 #include "client/experiment_spec.h"
 #include "client/interrupt.h"
-#include "client/progress.h"
 #include "client/submission.h"
 #include "client/watching.h"
 
@@ -24,44 +24,6 @@ struct Options {
 
 constexpr int kAlreadyKnown = 1;
 
-// Of all jobs, if each needs all the time that its task may take.
-Seconds LongestSolving(const nlohmann::json& spec) {
-  const auto& limits = spec.at("limits").at("wall_time_s");
-  const std::int64_t jobs = CountJobs(spec);
-  std::size_t problems = 0;
-  double problem_s = 0;
-  for (const auto& task : spec.at("tasks")) {
-    const double limit_s = (limits.is_object() ? limits.at(task.at("task").get<std::string>()) : limits).get<double>();
-    problems += task.at("problems").size();
-    problem_s += limit_s * static_cast<double>(task.at("problems").size());
-  }
-  return Seconds(problem_s * static_cast<double>(jobs) / static_cast<double>(problems));
-}
-
-void PrintDryRun(const Submission& submission, const Options& options) {
-  if (options.json) {
-    std::cout << nlohmann::ordered_json{{"submission_id", submission.id},
-                                        {"jobs", submission.num_jobs},
-                                        {"spec", submission.spec}}
-                     .dump(2)
-              << "\n";
-    return;
-  }
-  const auto& spec = submission.spec;
-  std::cout << "experiment '" << spec.at("name").get<std::string>() << "' on dataset "
-            << spec.at("dataset").at("name").get<std::string>() << " ("
-            << spec.at("dataset").at("hash").get<std::string>().substr(0, 12) << "), seed " << spec.at("seed") << "\n"
-            << DescribeJobs(spec) << "\n";
-  for (const auto& method : spec.at("methods")) {
-    std::cout << "  " << method.at("name").get<std::string>() << ", " << method.at("multi_starts")
-              << " multi-starts, sample size " << method.at("sample_size") << " %, "
-              << method.at("options").at("options").value("collision", "solid") << " obstacles\n";
-  }
-  std::cout << "at most " << FormatDuration(LongestSolving(spec))
-            << " of solving by the time limit, divided by the slots of the pool\n"
-            << "nothing was submitted (--dry-run)\n";
-}
-
 ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, Seconds patience) {
   const InterruptGuard guard;
   try {
@@ -78,8 +40,13 @@ ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, Seconds pati
 
 ExitCode Submit(const Options& options) {
   const Submission submission = PrepareSubmission(options.suite);
+  WarnOfLosses(submission);
   if (options.dry_run) {
-    PrintDryRun(submission, options);
+    if (options.json) {
+      PrintDryRunJson(submission);
+    } else {
+      PrintDryRun(submission, 0, "nothing was submitted");
+    }
     return ExitCode::kOk;
   }
   ServerConnection server(options.network);

@@ -7,6 +7,7 @@
 #include "client/paper_table.h"
 #include "client/reading.h"
 #include "legopt/data_folder.h"
+#include "programs/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -35,7 +36,8 @@ std::string Render(const Options& options) {
 }
 
 ExitCode Table(const Options& options) {
-  Print(Render(options), options.output);
+  const std::string text = Render(options);
+  Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
   return ExitCode::kOk;
 }
 
@@ -44,11 +46,12 @@ ExitCode Table(const Options& options) {
 void AddTableCommand(CLI::App& app, Invocation* invocation) {
   auto* command = app.add_subcommand("table", "Print the benchmark table of an experiment");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->selection.experiment, "Experiment (default: the newest)");
+  command->add_option("ID", options->selection.experiment, "Experiment (default: the newest)")
+      ->check(programs::WholeNumber(1));
   AddTableFormatOption(*command, &options->format);
   AddRuleOption(*command, &options->selection.rule);
   command->add_option("--collision", options->selection.collision, "Only methods with this model: solid or surface")
-      ->check(CLI::IsMember({"solid", "surface"}));
+      ->check(programs::OneOf({"solid", "surface"}));
   auto* paper = command->add_flag("--paper", options->paper, "Show the paper's Table I beside it");
   command
       ->add_flag("--interpolation", options->interpolation,

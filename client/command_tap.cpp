@@ -15,9 +15,11 @@
 #include "client/commands.h"
 #include "client/heard_datagram.h"
 #include "client/interrupt.h"
+#include "client/json_text.h"
 #include "client/options.h"
 #include "client/traffic_rates.h"
 #include "legopt/nearest_name.h"
+#include "programs/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -101,9 +103,7 @@ std::int64_t WallClock() {
 
 double Seconds(microseconds span) { return duration<double>(span).count(); }
 
-std::string ToLine(const nlohmann::ordered_json& json) {
-  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-}
+std::string ToLine(const nlohmann::ordered_json& json) { return JsonText(json, -1) + "\n"; }
 
 // One run of the command: listens, prints, and says at its end what it was.
 class TapRun {
@@ -268,11 +268,11 @@ void AddTapCommand(CLI::App& app, Invocation* invocation) {
       ->check(CLI::Validator(CheckSender, ""));
   auto* rates = command->add_option("--rates", options->rates,
                                     "Instead: datagrams and bytes per second by type and kind, every SECONDS (1)");
-  rates->expected(0, 1)->type_name("SECONDS")->default_str("1")->check(CLI::Range(kShortest_s, kLongest_s));
+  rates->expected(0, 1)->type_name("SECONDS")->default_str("1")->check(programs::Number(kShortest_s, kLongest_s));
   command->add_option("--count", options->count, "End after so many lines (--rates: tables)")
-      ->check(CLI::Range(std::int64_t{1}, std::numeric_limits<std::int64_t>::max()));
+      ->check(programs::WholeNumber(1));
   command->add_option("--seconds", options->seconds, "End after so many seconds")
-      ->check(CLI::Range(kShortest_s, kLongest_s));
+      ->check(programs::Number(kShortest_s, kLongest_s));
   AddTextOrJsonOption(*command, &options->json);
   AddListeningOptions(*command, &options->network);
   command->footer(

@@ -9,6 +9,7 @@
 #include "client/options.h"
 #include "client/watch_json.h"
 #include "client/watching.h"
+#include "programs/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -38,7 +39,9 @@ std::int64_t DefaultExperiment(ServerConnection& server) {
   return chosen->id;
 }
 
-WatchOptions HowToWatch(const Options& options) { return {Seconds(options.patience_s), !options.experiment, {}, false}; }
+WatchOptions HowToWatch(const Options& options) {
+  return {Seconds(options.patience_s), !options.experiment, {}, false};
+}
 
 ExitCode WatchAsText(ServerConnection& server, std::int64_t id, const Options& options) {
   try {
@@ -83,11 +86,12 @@ ExitCode Watch(const Options& options) {
 void AddWatchCommand(CLI::App& app, Invocation* invocation) {
   auto* command = app.add_subcommand("watch", "Show the progress of an experiment until it is over");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment (default: the newest that runs)");
+  command->add_option("ID", options->experiment, "Experiment (default: the newest that runs)")
+      ->check(programs::WholeNumber(1));
   AddPatienceOption(*command, &options->patience_s);
   AddTextOrJsonOption(*command, &options->json);
   command->add_option("--interval", options->interval_s, "With --format json: seconds between two lines (default 1)")
-      ->check(CLI::Range(kShortestInterval_s, kLongestInterval_s));
+      ->check(programs::Number(kShortestInterval_s, kLongestInterval_s));
   AddNetworkOptions(*command, &options->network);
   command->footer(
       "The exit code tells how it ended: 0 done, 3 the server did not come back, 4 jobs died or could not run, "

@@ -19,6 +19,7 @@
 #include "legopt/data_folder.h"
 #include "legopt/input_error.h"
 #include "legopt/problem/dataset.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -55,7 +56,15 @@ Finding CheckPrograms() {
   }
   if (missing.empty()) return {"programs", State::kOk, "legopt-server and legopt-worker in " + folder.string(), "", {}};
   return {"programs", State::kFail, missing + " not found in " + folder.string(),
-          "build or install all three programs in one folder", ExitCode::kInternal};
+          "build or install all three programs in one folder", ExitCode::kMachine};
+}
+
+Finding CheckData() {
+  try {
+    return {"data", State::kOk, "embedded suites and datasets in " + DataFolder().string(), "", {}};
+  } catch (const InputError& error) {
+    return {"data", State::kFail, error.what(), "", ExitCode::kUsage};
+  }
 }
 
 Finding CheckRoute(const bus::LcmOptions& network) {
@@ -224,7 +233,7 @@ void CheckDatabase(const std::string& file, std::vector<Finding>* findings) {
 }  // namespace
 
 std::vector<Finding> Diagnose(const DiagnosisOptions& options) {
-  std::vector<Finding> findings = {CheckVersions(), CheckPrograms()};
+  std::vector<Finding> findings = {CheckVersions(), CheckPrograms(), CheckData()};
   CheckNetwork(options, &findings);
   findings.push_back(CheckDataset(options));
   if (options.db) CheckDatabase(*options.db, &findings);
@@ -240,8 +249,8 @@ std::string RenderFindings(const std::vector<Finding>& findings, ListingFormat f
   }
   std::vector<std::vector<std::string>> lines;
   for (const auto& finding : findings) {
-    lines.push_back({std::string(ToString(finding.state)), finding.check, finding.detail});
-    if (!finding.fix.empty()) lines.push_back({"", "", "-> " + finding.fix});
+    lines.push_back({std::string(ToString(finding.state)), finding.check, programs::Printable(finding.detail)});
+    if (!finding.fix.empty()) lines.push_back({"", "", "-> " + programs::Printable(finding.fix)});
   }
   return AlignColumns(lines, {false, false, false});
 }

@@ -6,7 +6,9 @@
 #include <sstream>
 
 #include "client/grouped_table.h"
+#include "client/json_text.h"
 #include "client/listing.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -133,7 +135,7 @@ Listing MissingListing(const EvaluationReport& report) {
 std::string RenderShown(const EvaluationReport& report, ListingFormat format, const TableStyle& style) {
   std::string text;
   std::istringstream caption(EvaluationCaption(report));
-  for (std::string line; std::getline(caption, line);) text += Paragraph(line, style.layout);
+  for (std::string line; std::getline(caption, line);) text += Paragraph(programs::Printable(line), style.layout);
   const auto add = [&](const std::string& title, const Listing& listing) {
     if (listing.rows.empty()) return;
     text += (title.empty() ? "\n" : "\n" + title + "\n\n") + RenderListing(listing, format, style.layout);
@@ -173,7 +175,7 @@ std::string RenderTables(const EvaluationReport& report, TimeUnit unit) {
   std::string text;
   const auto add = [&](const std::vector<MethodSummary>& summaries, const std::string& title) {
     if (summaries.empty()) return;
-    text += RenderLatex(Grouped(ShownSummary(report, summaries, unit), title + caption, report.task));
+    text += RenderLatex(MakePrintable(Grouped(ShownSummary(report, summaries, unit), title + caption, report.task)));
   };
   add(report.summaries, "");
   add(report.not_posed_summaries, std::string(kNotPosedTitle) + ". ");
@@ -253,7 +255,7 @@ std::string RenderJson(const EvaluationReport& report) {
   json["solutions"] = nlohmann::ordered_json::array();
   for (const auto& row : report.rows) json["solutions"].push_back(RowJson(row));
   json["warnings"] = report.warnings;
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return JsonText(json) + "\n";
 }
 
 }  // namespace

@@ -67,17 +67,24 @@ std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelectio
   return selected;
 }
 
-void LeaveOutLongMotions(const Suite& suite, std::vector<DatasetFacts::Problem>* problems) {
-  if (!suite.max_stances) return;
-  std::erase_if(*problems, [&](const auto& p) { return p.waypoints > kWaypointsPerStance * *suite.max_stances; });
+// Leaves long motions out; a sentence on that, empty when there are none.
+std::string LeaveOutLongMotions(const Suite& suite, std::vector<DatasetFacts::Problem>* problems) {
+  if (!suite.max_stances) return {};
+  const auto erased =
+      std::erase_if(*problems, [&](const auto& p) { return p.waypoints > kWaypointsPerStance * *suite.max_stances; });
+  if (erased == 0) return {};
+  const std::string longer = "longer than " + std::to_string(*suite.max_stances) + " stances (max_stances)";
+  if (problems->empty()) return "no motion is left: all " + std::to_string(erased) + " chosen problems are " + longer;
+  return std::to_string(erased) + " of " + std::to_string(erased + problems->size()) + " motion problems are " + longer;
 }
 
 // The suite's tasks with their problems. A task whose motions are all too long is left out as long as another remains.
-nlohmann::json TasksJson(const Suite& suite, const DatasetFacts& dataset) {
+nlohmann::json TasksJson(const Suite& suite, const DatasetFacts& dataset, std::vector<std::string>* left_out) {
   auto tasks = nlohmann::json::array();
   for (const TaskSelection& selection : suite.tasks) {
     auto problems = Select(suite, selection, dataset);
-    if (selection.task == "motion") LeaveOutLongMotions(suite, &problems);
+    const std::string loss = selection.task == "motion" ? LeaveOutLongMotions(suite, &problems) : "";
+    if (!loss.empty() && left_out != nullptr) left_out->push_back(loss);
     if (problems.empty()) continue;
     auto ids = nlohmann::json::array(), waypoints = nlohmann::json::array();
     for (const auto& problem : problems) {
@@ -128,7 +135,7 @@ DatasetFacts FactsOf(const Dataset& dataset) {
           ProblemFacts(dataset.problems(Task::kMotion)), JointNames(dataset.robot())};
 }
 
-nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset) {
+nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset, std::vector<std::string>* left_out) {
   auto methods = nlohmann::json::array();
   for (const auto& method : suite.methods) methods.push_back(MethodJson(method));
   return {{"spec_version", kSpecVersion},
@@ -136,7 +143,7 @@ nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset) {
           {"seed", suite.seed},
           {"repetitions", suite.repetitions},
           {"dataset", DatasetJson(dataset)},
-          {"tasks", TasksJson(suite, dataset)},
+          {"tasks", TasksJson(suite, dataset, left_out)},
           {"initializations", suite.initializations},
           {"methods", std::move(methods)},
           {"limits", {{"wall_time_s", WallTimeJson(suite)}, {"memory_mb", suite.memory_mb}}},

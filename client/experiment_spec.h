@@ -31,8 +31,9 @@ DatasetFacts FactsOf(const Dataset& dataset);
 /// The canonical experiment description that the server accepts and expands into jobs (spec_version 1): object keys are
 /// sorted, every default is written out, problems are explicit. Equal experiments have equal text.
 ///
-/// Throws `InputError` when a problem is not in the dataset or a task has no problems there.
-nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset);
+/// `left_out`, if given, gets a sentence for each task that loses problems to `max_stances`, all of them or some.
+/// Throws `InputError` when a problem is not in the dataset, a task has no problems there, or nothing is left.
+nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset, std::vector<std::string>* left_out = nullptr);
 
 /// Whose experiments these are, for those who share the workers: LEGOPT_SUBMITTER where it is set (it may be empty),
 /// else the login name. Throws `InputError` when it is not UTF-8 of at most 200 bytes.

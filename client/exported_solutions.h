@@ -43,9 +43,9 @@ struct ExportedSolutions {
 };
 
 /// Reads the accepted results of an experiment as LegOpt solution files; problem definitions come from `dataset`, which
-/// must be the one of the experiment, and so do the names of the joints. `success` is the literal verdict, `timeSec` the
-/// wall time of the whole solve.
-/// Throws InputError when a problem is not in the dataset, ClientError (kInternal) for a damaged row.
+/// must be the one of the experiment, and so do the names of the joints. `success` is the literal verdict, `timeSec`
+/// the wall time of the whole solve. Throws InputError when a problem is not in the dataset, ClientError (kInternal)
+/// for a damaged row.
 ExportedSolutions ReadSolutionsOf(ResultSource& source, std::int64_t experiment_id, const Dataset& dataset,
                                   const ExportFilter& filter);
 

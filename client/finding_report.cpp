@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "client/listing.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -34,8 +35,8 @@ std::string Sentence(const DatasetFinding& finding) {
 std::string RenderDatasetFindings(std::span<const DatasetFinding> findings) {
   std::vector<std::vector<std::string>> lines;
   for (const DatasetFinding& finding : findings) {
-    lines.push_back({Mark(finding.severity), finding.check, Sentence(finding)});
-    if (!finding.fix.empty()) lines.push_back({"", "", "-> " + finding.fix});
+    lines.push_back({Mark(finding.severity), finding.check, programs::Printable(Sentence(finding))});
+    if (!finding.fix.empty()) lines.push_back({"", "", "-> " + programs::Printable(finding.fix)});
   }
   return AlignColumns(lines, {false, false, false});
 }

@@ -1,8 +1,10 @@
 #include "client/grouped_table.h"
 
+#include <algorithm>
 #include <cctype>
 
 #include "client/listing.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -117,6 +119,20 @@ std::string RenderLatex(const GroupedTable& table) {
     text += LatexLine(cells);
   }
   return text + "\\bottomrule\n\\end{tabular}\n\n\\smallskip\nNote: " + EscapeLatex(table.note) + "\n\\end{table*}\n";
+}
+
+GroupedTable MakePrintable(GroupedTable table) {
+  const auto mend = [](TableText& text) {
+    text.full = programs::Printable(text.full);
+    text.brief = programs::Printable(text.brief);
+  };
+  table.caption = programs::Printable(table.caption);
+  for (auto& group : table.groups) {
+    mend(group.section);
+    mend(group.title);
+  }
+  for (auto& row : table.rows) std::for_each(row.begin(), row.end(), mend);
+  return table;
 }
 
 TableGroup GroupOf(const std::string& task, const std::string& initialization) {

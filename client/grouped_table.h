@@ -34,6 +34,9 @@ struct GroupedTable {
   std::string legend;  ///< what brief cells mean; shown where they are
 };
 
+/// The table with its texts made printable (programs::Printable): the names in it are anybody's.
+GroupedTable MakePrintable(GroupedTable table);
+
 /// Aligned columns, groups separated by bars; a final line end. Without a limit of width: one line per row, full texts.
 /// Else the first of these that fits: that; brief texts; full and brief texts with a table per section, then with one
 /// per group; and where even that is too wide one paragraph per row. No line is wider than the limit, numbers are never

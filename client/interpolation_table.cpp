@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <utility>
 
 #include "client/grouped_table.h"
+#include "client/json_text.h"
 
 namespace legopt::client {
 namespace {
@@ -55,7 +57,7 @@ GroupedTable Group(const InterpolationTable& table) {
   grouped.legend = "Share and sample size in percent, depths in mm.";
   for (const auto& initialization : kInitializations) grouped.groups.push_back(GroupOf("motion", initialization));
   for (const auto& row : table.rows) grouped.rows.push_back(ShownLine(table, row));
-  return grouped;
+  return MakePrintable(std::move(grouped));
 }
 
 Listing Unrounded(const InterpolationTable& table) {
@@ -81,7 +83,7 @@ std::string RenderJson(const InterpolationTable& table) {
                                        {"dataset", table.dataset},
                                        {"rule", table.rule},
                                        {"cells", ListingToJson(Unrounded(table))}};
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return JsonText(json) + "\n";
 }
 
 }  // namespace

@@ -6,8 +6,10 @@
 #include <stdexcept>
 
 #include "client/client_error.h"
+#include "client/json_text.h"
 #include "client/listing_text.h"
 #include "legopt/nearest_name.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -24,7 +26,7 @@ std::string RenderMarkdown(const Listing& listing) {
   };
   const auto numeric = NumericColumns(listing);
   std::string text = "|";
-  for (const auto& column : listing.columns) text += " " + escape(column) + " |";
+  for (const auto& column : listing.columns) text += " " + escape(programs::Printable(column)) + " |";
   text += "\n|";
   for (const bool right : numeric) text += right ? " ---: |" : " --- |";
   text += "\n";
@@ -56,12 +58,9 @@ std::string ShownValue(const nlohmann::json& value) {
     std::snprintf(text, sizeof(text), "%.6g", value.get<double>());
     return text;
   }
-  std::string text = value.is_string() ? value.get<std::string>() : value.dump();
-  // One row is one line: a message may hold line ends, and a terminal must not act on control characters.
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  }
-  return text;
+  // One row is one line, and a terminal must not act on what others wrote.
+  return programs::Printable(value.is_string() ? value.get<std::string>()
+                                               : value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 std::vector<bool> NumericColumns(const Listing& listing) {
@@ -93,7 +92,7 @@ std::string RenderListing(const Listing& listing, ListingFormat format, const Te
     case ListingFormat::kCsv:
       return RenderCsv(listing);
     case ListingFormat::kJson:
-      return ListingToJson(listing).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+      return JsonText(ListingToJson(listing)) + "\n";
   }
   return {};
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "programs/printable.h"
+
 namespace legopt::client {
 namespace {
 
@@ -36,7 +38,7 @@ Grid GridOf(const Listing& listing) {
   Grid grid;
   grid.numeric = NumericColumns(listing);
   auto& titles = grid.lines.emplace_back();
-  for (const auto& column : listing.columns) titles.push_back({column, Emphasis::kDim});
+  for (const auto& column : listing.columns) titles.push_back({programs::Printable(column), Emphasis::kDim});
   for (const auto& row : listing.rows) {
     auto& line = grid.lines.emplace_back();
     for (std::size_t i = 0; i < row.size(); ++i) {

@@ -36,6 +36,7 @@ bool IsKnownExitCode(int code) {
     case ExitCode::kDatabaseUnusable:
     case ExitCode::kNetworkUnusable:
     case ExitCode::kNewerDatabase:
+    case ExitCode::kMachine:
       return true;
     default:
       return false;
@@ -151,7 +152,9 @@ void LocalPool::CountRestart(const std::string& program, const ChildExit& exit) 
   std::fprintf(stderr, "\nlegopt: warning: %s ended with %s; starting it again\n", program.c_str(),
                exit.Describe().c_str());
   if (++restarts_ > kMaxRestarts) {
-    throw ClientError(ExitCode::kInternal, program + " was killed again and again; run with --verbose to see why");
+    throw ClientError(
+        exit.signal == SIGKILL ? ExitCode::kMachine : ExitCode::kInternal,
+        program + " was killed again and again, at last by " + exit.Describe() + "; run with --verbose to see why");
   }
 }
 

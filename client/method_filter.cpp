@@ -7,6 +7,7 @@
 
 #include "client/client_error.h"
 #include "legopt/nearest_name.h"
+#include "programs/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -35,11 +36,11 @@ void AddMethodFilterOptions(CLI::App& command, MethodFilter* filter) {
   constexpr std::int64_t kMost = 1'000'000;
   command.add_option("--method", filter->method, "Only methods of this name");
   command.add_option("--multi-starts", filter->multi_starts, "Only methods with this number of restarts")
-      ->check(CLI::Range(std::int64_t{0}, kMost));
+      ->check(programs::WholeNumber(0, kMost));
   command.add_option("--sample-size", filter->sample_size, "Only methods with this sample size, in percent")
-      ->check(CLI::Range(std::int64_t{1}, std::int64_t{100}));
+      ->check(programs::WholeNumber(1, 100));
   command.add_option("--collision", filter->collision, "Only methods with this model: solid or surface")
-      ->check(CLI::IsMember({"solid", "surface"}));
+      ->check(programs::OneOf({"solid", "surface"}));
 }
 
 ExperimentMethods::ExperimentMethods(ResultSource& source, std::int64_t experiment_id)

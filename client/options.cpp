@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "legopt/nearest_name.h"
+#include "programs/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -55,12 +56,12 @@ void AddNetworkOptions(CLI::App& app, NetworkOptions* options) {
   const std::string group = kNetworkGroup;
   AddListeningOptions(app, options);
   app.add_option("--ttl", options->ttl, "Network hops of what we send; 0 stays on this machine (default 0)")
-      ->check(CLI::Range(0, kLargestTtl))
+      ->check(programs::WholeNumber(0, kLargestTtl))
       ->group(group);
   app.add_flag("--trust-network", options->trust_network, "Let messages leave this machine without a key")
       ->group(group);
   app.add_option("--timeout", options->timeout_s, "Seconds to wait for an answer of the server (default 5)")
-      ->check(CLI::Range(kShortestTimeout_s, kLongestTimeout_s))
+      ->check(programs::Number(kShortestTimeout_s, kLongestTimeout_s))
       ->group(group);
 }
 
@@ -81,7 +82,7 @@ void AddFormatOption(CLI::App& app, ListingFormat* format) {
 void AddOutputOptions(CLI::App& app, OutputOptions* options) {
   constexpr std::size_t kLargestWidth = 10'000;
   app.add_option("--width", options->width, "Columns that text fits into (default: the terminal's; else no limit)")
-      ->check(CLI::Range(kSmallestWidth, kLargestWidth));
+      ->check(programs::WholeNumber(kSmallestWidth, kLargestWidth));
   AddNamedChoice<ColorChoice>(
       app, "--color", &options->color, "Colour: auto (default, on a terminal, not with NO_COLOR), always or never",
       {{"auto", ColorChoice::kAuto}, {"always", ColorChoice::kAlways}, {"never", ColorChoice::kNever}});
@@ -101,9 +102,10 @@ void AddTimeUnitOption(CLI::App& app, TimeUnit* unit) {
 
 void PrintListing(const Listing& listing, const ListingOptions& options) {
   const TextLayout layout = LayoutOf(options.output);
-  Print(options.columns.empty() ? RenderListing(listing, options.format, layout)
-                                : RenderListing(KeepColumns(listing, options.columns), options.format, layout),
-        options.output);
+  const std::string text = options.columns.empty()
+                               ? RenderListing(listing, options.format, layout)
+                               : RenderListing(KeepColumns(listing, options.columns), options.format, layout);
+  Print(options.format == ListingFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
 }
 
 void AddTableFormatOption(CLI::App& app, TableFormat* format) {
@@ -132,7 +134,7 @@ void AddPatienceOption(CLI::App& app, double* patience_s) {
   constexpr double kLongest_s = 1e8;
   app.add_option("--patience", *patience_s,
                  "Seconds to wait for a server that stops answering, e.g. because it is restarted (default 600)")
-      ->check(CLI::Range(0.0, kLongest_s));
+      ->check(programs::Number(0, kLongest_s));
 }
 
 void AddDatasetOption(CLI::App& app, std::optional<std::string>* dataset) {
@@ -144,14 +146,16 @@ void AddSuiteOptions(CLI::App& app, SuiteOptions* options) {
       ->required();
   AddDatasetOption(app, &options->dataset);
   AddList(app, "--methods", &options->filter.methods, "Keep only these methods, by name");
+  AddList(app, "--multi-starts", &options->filter.multi_starts, "Keep only methods with these numbers of restarts");
+  AddList(app, "--sample-size", &options->filter.sample_sizes, "Keep only methods with these sample sizes, percent");
   AddList(app, "--tasks", &options->filter.tasks, "Keep only these tasks: posture, motion");
   AddList(app, "--problems", &options->filter.problems, "Keep only these problems: ids and ranges, e.g. 0-9,12");
   AddList(app, "--initializations", &options->filter.initializations, "Keep only these: good, in_collision");
   AddList(app, "--collision", &options->filter.collision, "Keep only methods with these models: solid, surface");
   app.add_option("--max-stances", options->filter.max_stances, "Leave longer motion problems out")
-      ->check(CLI::Range(2, 1'000'000));
+      ->check(programs::WholeNumber(2, 1'000'000));
   app.add_option("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
-      ->check(CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()));
+      ->check(programs::WholeNumber(0));
   app.add_flag("--new", options->fresh, "Make a new experiment although one of the same content exists");
 }
 

@@ -5,6 +5,8 @@
 
 #include <cstdio>
 
+#include "programs/printable.h"
+
 namespace legopt::client {
 namespace {
 
@@ -42,7 +44,7 @@ bool ProgressPrinter::DueAsLine(const ExperimentStatus& status, const std::strin
 
 void ProgressPrinter::Show(const ExperimentStatus& status) {
   const std::optional<double> rate = meter_.Observe(elapsed(), status);
-  const std::string note = standstill_.Observe(elapsed(), status);
+  const std::string note = programs::Printable(standstill_.Observe(elapsed(), status));
   if (terminal_) {
     // One column less than the terminal has: a full line would wrap on some.
     std::fprintf(stderr, "\r\033[K%s", RenderProgressBar(status, rate, note, TerminalWidth() - 1).c_str());

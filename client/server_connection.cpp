@@ -86,14 +86,21 @@ void ServerConnection::Await(const std::function<bool()>& answered, const std::f
   }
 }
 
+// A server with another key, or with none, takes us for nobody, and is as silent as one that is not there.
+std::string ServerConnection::NobodyAnswers() const {
+  const std::string key = transport_.key() == nullptr
+                              ? std::string()
+                              : "does it have the same key as we have in " + options_.key_file + "? Else ";
+  return "no legopt-server answers at " + address() + "; " + key +
+         "start one ('legopt-server --db results.sqlite'), set --port or LEGOPT_PORT to where it listens, or read a "
+         "database file with --db" +
+         (key.empty() ? ". A server that has a key answers only who has it, too (--key-file)" : "");
+}
+
 template <class Reply>
 Reply ServerConnection::Answer(bus::CallOutcome<Reply> outcome) const {
   if (outcome.status == bus::CallResult::kTimeout) {
-    throw ClientError(ExitCode::kUnreachable,
-                      "no legopt-server answers at " + address() +
-                          "; start one ('legopt-server --db results.sqlite'), set --port or LEGOPT_PORT to where it "
-                          "listens, or read a database file with --db" +
-                          (transport_.key() == nullptr ? "" : ". A server without this key cannot answer us"));
+    throw ClientError(ExitCode::kUnreachable, NobodyAnswers());
   }
   if (!outcome.ok()) {
     throw ClientError(ExitCode::kUsage, "the server at " + address() + " refused the request: " + outcome.error);

@@ -59,6 +59,7 @@ class ServerConnection {
   template <class Request>
   typename bus::CallOf<Request>::Reply Ask(Request request, std::chrono::microseconds timeout);
   void Await(const std::function<bool()>& answered, const std::function<void()>& tick);
+  std::string NobodyAnswers() const;
   template <class Reply>
   Reply Answer(bus::CallOutcome<Reply> outcome) const;
 

@@ -8,6 +8,7 @@
 
 #include "client/progress.h"
 #include "client/text_layout.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -85,7 +86,7 @@ std::string Eta(const ExperimentStatus& status) {
 template <class Rows, class Cell>
 Column MakeColumn(const std::string& title, bool right_aligned, const Rows& rows, const Cell& cell) {
   Column column{title, right_aligned, {}};
-  for (const auto& row : rows) column.cells.push_back(cell(row));
+  for (const auto& row : rows) column.cells.push_back(programs::Printable(cell(row)));
   return column;
 }
 
@@ -188,7 +189,7 @@ std::string RenderExperiments(std::span<const ExperimentStatus> experiments, std
     text += Cut(lines[i], limit) + "\n";
     if (i == 0 || experiments[i - 1].over()) continue;
     if (const std::string details = Details(experiments[i - 1]); !details.empty()) {
-      text += Cut("      " + details, limit) + "\n";
+      text += Cut("      " + programs::Printable(details), limit) + "\n";
     }
   }
   return text;

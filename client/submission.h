@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "client/options.h"
 
@@ -14,8 +15,13 @@ struct Submission {
   std::string id;       ///< derived from the content, random with --new
   nlohmann::json spec;  ///< canonical
   std::int64_t num_jobs = 0;
+  std::vector<std::string> left_out;     ///< problems that `max_stances` took away, a sentence for each task
+  bool surprising = false;               ///< they were asked for by --problems, or a whole task went with them
   std::filesystem::path dataset_folder;  ///< what workers on this machine need
 };
+
+/// Says on standard error what was left out, if that is surprising.
+void WarnOfLosses(const Submission& submission);
 
 /// Reads the suite, applies the filters, loads the dataset and builds the spec. Warns on standard error about what is
 /// hardly meant in the dataset (plausibility.h). Throws InputError or ClientError;

@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 
+#include "bus/spec_limits.h"
 #include "client/yaml_map.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
@@ -25,13 +26,11 @@ const std::vector<std::string> kTasks = {"posture", "motion"};
 const std::vector<std::string> kCollisions = {"solid", "surface"};
 const std::vector<std::string> kInitializations = {"good", "in_collision"};
 
-constexpr int kMaxProblemId = 1'000'000;
+namespace limits = bus::spec_limits;
 constexpr int kMaxStances = 1'000'000;
-constexpr int kMaxRepetitions = 100'000;
-constexpr int kMaxAttempts = 100;
-constexpr int kMaxMultiStarts = 1000;
-constexpr double kMaxWallTime_s = 86'400;
-constexpr int kMaxMemory_mb = 1 << 20;
+constexpr int kMostProblemId = limits::kMostProblemId;
+// What a suite may ask for is what a server takes and a worker can do.
+static_assert(Method::kMostMultiStarts == limits::kMostMultiStarts);
 
 std::string OneOf(const std::vector<std::string>& valid, const YAML::Node& node, const std::string& file,
                   const std::string& field) {
@@ -109,6 +108,11 @@ void AddMethod(const nlohmann::json& map, const YAML::Node& node, const YamlMap&
                         "give each method a name of its own, so that tables can tell them apart"});
     }
   }
+  if (suite->methods.size() == limits::kMostMethods) {
+    throw InputError({place, "methods", "",
+                      "are more than " + std::to_string(limits::kMostMethods) + ", lists multiplied",
+                      "make two suites of it"});
+  }
   suite->methods.push_back(std::move(method));
 }
 
@@ -129,7 +133,7 @@ std::vector<Collision> ReadCollisions(const YamlMap& map) {
 nlohmann::json ReadPlainKeys(const YamlMap& map) {
   auto base = nlohmann::json::object();
   base["solver"] = map.String("solver");
-  if (map.Has("name")) base["name"] = map.String("name");
+  if (map.Has("name")) base["name"] = map.Name("name");
   if (map.Has("incremental")) base["incremental"] = map.Boolean("incremental");
   if (map.Has("options")) {
     const YAML::Node options = map.Get("options");
@@ -154,7 +158,7 @@ std::vector<Collision> CollisionsOf(const YamlMap& map, const Collision& shared,
 void ReadMethod(const YamlMap& map, const Collision& shared, Suite* suite) {
   const nlohmann::json base = ReadPlainKeys(map);
   std::vector<std::optional<std::int64_t>> multi_starts{std::nullopt}, sample_sizes{std::nullopt};
-  if (map.Has("multi_starts")) multi_starts = ReadMatrix(map, "multi_starts", 0, kMaxMultiStarts);
+  if (map.Has("multi_starts")) multi_starts = ReadMatrix(map, "multi_starts", 0, limits::kMostMultiStarts);
   if (map.Has("sample_size")) sample_sizes = ReadMatrix(map, "sample_size", 1, 100);
   for (const auto& collision : CollisionsOf(map, shared, base)) {
     for (const auto& starts : multi_starts) {
@@ -179,34 +183,23 @@ void ReadMethods(const YamlMap& map, Suite* suite) {
 }
 
 // One number for all tasks, or a map with one for each.
-WallTimes ReadWallTimes(const YamlMap& limits) {
-  constexpr double kMin_s = 0.001;
+WallTimes ReadWallTimes(const YamlMap& parent) {
   WallTimes times;
-  if (!limits.Get("wall_time_s").IsMap()) {
-    times.posture = times.motion = limits.Number("wall_time_s", kMin_s, kMaxWallTime_s);
+  if (!parent.Get("wall_time_s").IsMap()) {
+    times.posture = times.motion = parent.Number("wall_time_s", limits::kLeastWallTime_s, limits::kMostWallTime_s);
     return times;
   }
-  const YamlMap map(limits.Get("wall_time_s"), limits.file(), limits.Path("wall_time_s"), kTasks);
-  if (map.Has("posture")) times.posture = map.Number("posture", kMin_s, kMaxWallTime_s);
-  if (map.Has("motion")) times.motion = map.Number("motion", kMin_s, kMaxWallTime_s);
+  const YamlMap map(parent.Get("wall_time_s"), parent.file(), parent.Path("wall_time_s"), kTasks);
+  if (map.Has("posture")) times.posture = map.Number("posture", limits::kLeastWallTime_s, limits::kMostWallTime_s);
+  if (map.Has("motion")) times.motion = map.Number("motion", limits::kLeastWallTime_s, limits::kMostWallTime_s);
   return times;
 }
 
-void ReadLimits(const YamlMap& map, Suite* suite) {
-  const YamlMap limits(map.Get("limits"), map.file(), map.Path("limits"), {"wall_time_s", "memory_mb"});
-  constexpr int kMinMemory_mb = 64;
-  if (limits.Has("wall_time_s")) suite->wall_time_s = ReadWallTimes(limits);
-  if (limits.Has("memory_mb")) {
-    suite->memory_mb = static_cast<int>(limits.Integer("memory_mb", kMinMemory_mb, kMaxMemory_mb));
-  }
-}
-
-YAML::Node LoadYaml(const std::string& text, const std::string& file) {
-  try {
-    return YAML::Load(text);
-  } catch (const YAML::Exception& error) {
-    const std::string place = error.mark.is_null() ? file : file + ":" + std::to_string(error.mark.line + 1);
-    throw InputError({place, "", "", "is not valid YAML: " + error.msg, "check indentation, brackets and quotes"});
+void ReadLimits(const YamlMap& parent, Suite* suite) {
+  const YamlMap map(parent.Get("limits"), parent.file(), parent.Path("limits"), {"wall_time_s", "memory_mb"});
+  if (map.Has("wall_time_s")) suite->wall_time_s = ReadWallTimes(map);
+  if (map.Has("memory_mb")) {
+    suite->memory_mb = static_cast<int>(map.Integer("memory_mb", limits::kLeastMemory_mb, limits::kMostMemory_mb));
   }
 }
 
@@ -235,6 +228,31 @@ void Keep(const std::vector<std::string>& wanted, const std::string& flag, const
                 [&](const Item& item) { return std::count(keep.begin(), keep.end(), LowerCase(key(item))) == 0; });
 }
 
+// Of every task the wanted problems; each of them must be in some task, and no task may lose all of its own.
+void KeepProblems(const std::vector<std::string>& items, Suite* suite) {
+  const auto wanted = ParseProblemIds(items, suite->file, "--problems");
+  std::set<int> kept;
+  for (auto& task : suite->tasks) {
+    std::vector<int> both = wanted;
+    if (task.problems) {
+      both.clear();
+      std::set_intersection(wanted.begin(), wanted.end(), task.problems->begin(), task.problems->end(),
+                            std::back_inserter(both));
+    }
+    if (both.empty()) {
+      throw InputError({suite->file, "--problems", "", "leaves no problem of the task " + task.task,
+                        "choose among the problems that the suite names, or leave the task out with --tasks"});
+    }
+    kept.insert(both.begin(), both.end());
+    task.problems = std::move(both);
+  }
+  for (const int id : wanted) {
+    if (kept.count(id) > 0) continue;
+    throw InputError({suite->file, "--problems", std::to_string(id), "is a problem of none of the suite's tasks",
+                      "choose among the problems that the suite names"});
+  }
+}
+
 }  // namespace
 
 Suite ReadSuite(const std::filesystem::path& file) {
@@ -256,19 +274,21 @@ Suite ParseSuite(const std::string& text, const std::string& file) {
   const YamlMap map(root, file, "", kSuiteKeys);
   Suite suite;
   suite.file = file;
-  suite.name = map.Has("name") ? map.String("name") : std::filesystem::path(file).stem().string();
+  suite.name = map.Has("name") ? map.Name("name") : std::filesystem::path(file).stem().string();
   if (map.Has("dataset")) {
     // Also right for an absolute path: operator/ then drops the left side.
     suite.dataset = (std::filesystem::path(file).parent_path() / map.String("dataset")).lexically_normal();
   }
   if (map.Has("seed")) suite.seed = map.Integer("seed", 0, std::numeric_limits<std::int64_t>::max());
-  if (map.Has("repetitions")) suite.repetitions = static_cast<int>(map.Integer("repetitions", 1, kMaxRepetitions));
+  if (map.Has("repetitions"))
+    suite.repetitions = static_cast<int>(map.Integer("repetitions", 1, limits::kMostRepetitions));
   ReadTasks(map, &suite);
   if (map.Has("initializations")) ReadInitializations(map, &suite);
   ReadMethods(map, &suite);
   if (map.Has("max_stances")) suite.max_stances = static_cast<int>(map.Integer("max_stances", 2, kMaxStances));
   if (map.Has("limits")) ReadLimits(map, &suite);
-  if (map.Has("max_attempts")) suite.max_attempts = static_cast<int>(map.Integer("max_attempts", 1, kMaxAttempts));
+  if (map.Has("max_attempts"))
+    suite.max_attempts = static_cast<int>(map.Integer("max_attempts", 1, limits::kMostAttempts));
   return suite;
 }
 
@@ -276,26 +296,14 @@ void ApplyFilter(const SuiteFilter& filter, Suite* suite) {
   Keep(filter.methods, "--methods", suite->file, &suite->methods, [](const Method& method) { return method.name; });
   Keep(filter.collision, "--collision", suite->file, &suite->methods,
        [](const Method& method) { return method.collision; });
+  Keep(filter.multi_starts, "--multi-starts", suite->file, &suite->methods,
+       [](const Method& method) { return std::to_string(method.multi_starts); });
+  Keep(filter.sample_sizes, "--sample-size", suite->file, &suite->methods,
+       [](const Method& method) { return std::to_string(method.sample_size_percent); });
   Keep(filter.tasks, "--tasks", suite->file, &suite->tasks, [](const TaskSelection& task) { return task.task; });
   Keep(filter.initializations, "--initializations", suite->file, &suite->initializations,
        [](const std::string& initialization) { return initialization; });
-  if (!filter.problems.empty()) {
-    const auto wanted = ParseProblemIds(filter.problems, suite->file, "--problems");
-    for (auto& task : suite->tasks) {
-      if (!task.problems) {
-        task.problems = wanted;
-        continue;
-      }
-      std::vector<int> both;
-      std::set_intersection(wanted.begin(), wanted.end(), task.problems->begin(), task.problems->end(),
-                            std::back_inserter(both));
-      if (both.empty()) {
-        throw InputError({suite->file, "--problems", "", "leaves no problem of the task " + task.task,
-                          "choose among the problems that the suite names"});
-      }
-      task.problems = std::move(both);
-    }
-  }
+  if (!filter.problems.empty()) KeepProblems(filter.problems, suite);
   if (filter.seed) suite->seed = *filter.seed;
   if (filter.max_stances) suite->max_stances = filter.max_stances;
 }
@@ -312,7 +320,7 @@ std::vector<int> ParseProblemIds(const std::vector<std::string>& items, const st
       parsed = std::from_chars(parsed.ptr + 1, end, last);
     }
     const bool good =
-        parsed.ec == std::errc() && parsed.ptr == end && first >= 0 && first <= last && last <= kMaxProblemId;
+        parsed.ec == std::errc() && parsed.ptr == end && first >= 0 && first <= last && last <= kMostProblemId;
     if (!good) {
       throw InputError({place, field, item, "is not a problem id or a range of ids", "write 3 or \"0-9\""});
     }

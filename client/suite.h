@@ -67,8 +67,10 @@ struct SuiteFilter {
   std::vector<std::string> problems;         ///< ids and ranges to keep, e.g. "0-4"
   std::vector<std::string> initializations;  ///< to keep
   std::optional<std::int64_t> seed;
-  std::optional<int> max_stances;           ///< instead of the suite's
-  std::vector<std::string> collision = {};  ///< collision models to keep
+  std::optional<int> max_stances;              ///< instead of the suite's
+  std::vector<std::string> collision = {};     ///< collision models to keep
+  std::vector<std::string> multi_starts = {};  ///< numbers of restarts to keep
+  std::vector<std::string> sample_sizes = {};  ///< percentages to keep
 };
 
 /// Reads an experiment file. Throws `InputError` with FILE:LINE, the key and the fix.
@@ -77,7 +79,8 @@ Suite ReadSuite(const std::filesystem::path& file);
 /// The same from text; `file` names it in errors and its folder is where `dataset` is relative to.
 Suite ParseSuite(const std::string& text, const std::string& file);
 
-/// Applies the command line's filters. Throws `InputError` when a name does not occur in the suite or nothing is left.
+/// Applies the command line's filters. Throws `InputError` when a name, number or problem does not occur in the suite,
+/// or when a task is left without problems.
 void ApplyFilter(const SuiteFilter& filter, Suite* suite);
 
 /// "3" and "0-4" as ids; sorted, without repetition. Throws `InputError` with `place` and `field`.

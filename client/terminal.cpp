@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "client/pager.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -80,6 +81,10 @@ TextLayout ChooseLayout(const OutputOptions& options, const Terminal& terminal, 
 }
 
 TextLayout LayoutOf(const OutputOptions& options) { return ChooseLayout(options, StandardOutput(), OwnEnvironment); }
+
+std::string CsvFor(const Terminal& terminal, const std::string& csv) {
+  return terminal.is_terminal ? programs::PrintableLines(csv) : csv;
+}
 
 void Print(const std::string& text, const OutputOptions& options) {
   const Terminal terminal = StandardOutput();

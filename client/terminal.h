@@ -39,6 +39,9 @@ TextLayout ChooseLayout(const OutputOptions& options, const Terminal& terminal, 
 /// The same for this process.
 TextLayout LayoutOf(const OutputOptions& options);
 
+/// CSV for `terminal`: data as it is, but where people see it, with everything escaped that the terminal could act on.
+std::string CsvFor(const Terminal& terminal, const std::string& csv);
+
 /// Writes `text` to standard output; on a terminal that is too low for it through the pager (see pager.h). A reader
 /// that has gone ends the process as SIGPIPE does; any other fault is left in std::cout.
 void Print(const std::string& text, const OutputOptions& options);

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "client/json_text.h"
+
 namespace legopt::client {
 namespace {
 
@@ -60,7 +62,7 @@ void WatchJson::Show(const ExperimentStatus& status) {
   if (!Due(status)) return;
   Json line = Event("progress");
   AddProgress(status, &line);
-  write_(line.dump());
+  write_(JsonText(line, -1));
   written_ = status;
   written_at_ = clock_();
 }
@@ -68,7 +70,7 @@ void WatchJson::Show(const ExperimentStatus& status) {
 void WatchJson::ServerSilent(Seconds silence, Seconds /*patience*/) {
   Json line = Event("silent");
   line["silent_s"] = silence.count();
-  write_(line.dump());
+  write_(JsonText(line, -1));
 }
 
 void WatchJson::ServerBack() { write_(Event("back").dump()); }
@@ -78,7 +80,7 @@ void WatchJson::End(ExitCode exit_code, const std::string& reason) {
   line["exit_code"] = static_cast<int>(exit_code);
   line["reason"] = reason;
   if (latest_) AddProgress(*latest_, &line);
-  write_(line.dump());
+  write_(JsonText(line, -1));
 }
 
 }  // namespace legopt::client

@@ -9,6 +9,7 @@
 #include "client/client_error.h"
 #include "client/interrupt.h"
 #include "client/progress_printer.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -33,7 +34,7 @@ void StoreTrouble::Look(const nlohmann::json& status, WatchView* view) {
       std::fprintf(stderr,
                    "legopt: warning: the server cannot write its database: %s. Nothing is lost: it goes on as soon as "
                    "it can; free some space\n",
-                   error.c_str());
+                   programs::Printable(error).c_str());
     }
   }
   error_ = error;

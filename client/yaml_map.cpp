@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "bus/spec_limits.h"
 #include "legopt/nearest_name.h"
 
 namespace legopt::client {
@@ -15,10 +16,19 @@ constexpr int kMaxNesting = 16;
 // Aliases let a few lines stand for billions of values.
 constexpr int kMaxValues = 10'000;
 
+// Long values are cut, at a character of UTF-8.
+std::string Shortened(const std::string& text) {
+  constexpr std::size_t kMostShown = 60;
+  if (text.size() <= kMostShown) return text;
+  std::size_t end = kMostShown;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  return text.substr(0, end) + "...";
+}
+
 std::string Describe(const YAML::Node& node) {
   switch (node.Type()) {
     case YAML::NodeType::Scalar:
-      return node.Scalar();
+      return Shortened(node.Scalar());
     case YAML::NodeType::Sequence:
       return "a list";
     case YAML::NodeType::Map:
@@ -93,8 +103,26 @@ InputError YamlFault(const std::string& file, const YAML::Node& node, const std:
   return InputError({YamlPlace(file, node), field, Describe(node), message, fix});
 }
 
+YAML::Node LoadYaml(const std::string& text, const std::string& file) {
+  std::vector<YAML::Node> documents;
+  try {
+    documents = YAML::LoadAll(text);
+  } catch (const YAML::Exception& error) {
+    const std::string place = error.mark.is_null() ? file : file + ":" + std::to_string(error.mark.line + 1);
+    throw InputError({place, "", "", "is not valid YAML: " + error.msg, "check indentation, brackets and quotes"});
+  }
+  for (std::size_t i = 1; i < documents.size(); ++i) {
+    if (documents[i].IsNull()) continue;  // '---' at the end
+    throw InputError({YamlPlace(file, documents[i]), "", "",
+                      "a second YAML document begins here, which nobody would read",
+                      "remove the '---' before it, or make it a file of its own"});
+  }
+  return documents.empty() ? YAML::Node() : documents.front();
+}
+
 std::string YamlString(const YAML::Node& node, const std::string& file, const std::string& field) {
-  if (!node.IsScalar() || node.Scalar().empty()) throw YamlFault(file, node, field, "must be text", "");
+  if (!node.IsScalar()) throw YamlFault(file, node, field, "must be text", "");
+  if (node.Scalar().empty()) throw InputError({YamlPlace(file, node), field, "", "is empty", "write a text"});
   return node.Scalar();
 }
 
@@ -139,6 +167,19 @@ YAML::Node YamlMap::Get(const std::string& key) const {
 }
 
 std::string YamlMap::String(const std::string& key) const { return YamlString(Get(key), file_, Path(key)); }
+
+std::string YamlMap::Name(const std::string& key) const {
+  constexpr std::size_t kMost = bus::spec_limits::kMostNameBytes;
+  const std::string name = String(key);
+  if (name.size() > kMost) {
+    throw YamlFault(
+        file_, Get(key), Path(key),
+        "is " + std::to_string(name.size()) + " bytes long, at most " + std::to_string(kMost) + " are possible",
+        "choose a shorter one");
+  }
+  if (name.find('\0') != std::string::npos) throw YamlFault(file_, Get(key), Path(key), "must not hold NUL", "");
+  return name;
+}
 
 std::int64_t YamlMap::Integer(const std::string& key, std::int64_t low, std::int64_t high) const {
   return YamlInteger(Get(key), file_, Path(key), low, high);

@@ -26,6 +26,8 @@ class YamlMap {
 
   /// Typed values. Throw when the key is missing, is of another type, or lies outside [low, high].
   std::string String(const std::string& key) const;
+  /// Text of at most bus::spec_limits::kMostNameBytes bytes, without NUL.
+  std::string Name(const std::string& key) const;
   std::int64_t Integer(const std::string& key, std::int64_t low, std::int64_t high) const;
   double Number(const std::string& key, double low, double high) const;
   bool Boolean(const std::string& key) const;
@@ -53,6 +55,9 @@ InputError YamlFault(const std::string& file, const YAML::Node& node, const std:
 
 /// "FILE:LINE" of a node.
 std::string YamlPlace(const std::string& file, const YAML::Node& node);
+
+/// The one document of a YAML text, read as `file`. Throws for what is no YAML, and where a second document begins.
+YAML::Node LoadYaml(const std::string& text, const std::string& file);
 
 /// Scalar conversions with the node's place in the error.
 std::string YamlString(const YAML::Node& node, const std::string& file, const std::string& field);

@@ -26,12 +26,12 @@ std::filesystem::path DataFolder() {
     throw InputError({"LEGOPT_DATA", "", environment, "no such folder",
                       "set it to the folder that holds suites/ and garage-easier/, or unset it"});
   }
-  if (IsFolder(LEGOPT_DATA_DIR)) return LEGOPT_DATA_DIR;
   const auto installed = (ProgramFolder() / ".." / "share" / "legopt" / "data").lexically_normal();
   if (IsFolder(installed)) return installed;
+  if (IsFolder(LEGOPT_DATA_DIR)) return LEGOPT_DATA_DIR;
   throw InputError(
       {"", "", "",
-       "the embedded data folder is missing (looked for " LEGOPT_DATA_DIR " and " + installed.string() + ")",
+       "the embedded data folder is missing (looked for " + installed.string() + " and " LEGOPT_DATA_DIR ")",
        "set LEGOPT_DATA to it, or give --dataset"});
 }
 

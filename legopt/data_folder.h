@@ -7,8 +7,9 @@ namespace legopt {
 /// Folder of the running program. Throws std::filesystem::filesystem_error where /proc is not mounted.
 std::filesystem::path ProgramFolder();
 
-/// The folder with the embedded datasets and suites: the environment variable LEGOPT_DATA, else the source folder that
-/// this build came from, else ../share/legopt/data beside the program. Throws InputError when none exists.
+/// The folder with the embedded datasets and suites: the environment variable LEGOPT_DATA, else ../share/legopt/data
+/// beside the program (where it was installed), else the source folder that this build came from. Throws InputError when
+/// none exists. `legopt --help` and `legopt doctor` tell which one it is.
 std::filesystem::path DataFolder();
 
 /// The embedded default dataset, inside DataFolder(). Throws as it does.

@@ -37,13 +37,15 @@ std::string NearestName(std::string_view word, std::span<const std::string> cand
   return best == candidates.end() ? std::string() : *best;
 }
 
+std::string CloseName(std::string_view word, std::span<const std::string> candidates) {
+  std::string nearest = NearestName(word, candidates);
+  const bool close = EditDistance(word, nearest) <= std::max(word.size(), nearest.size()) / 2;
+  return close ? nearest : std::string();
+}
+
 std::string SuggestName(std::string_view word, std::span<const std::string> candidates) {
-  std::string text;
-  const std::string nearest = NearestName(word, candidates);
-  if (!nearest.empty() && EditDistance(word, nearest) <= std::max(word.size(), nearest.size()) / 2) {
-    text = "did you mean '" + nearest + "'? ";
-  }
-  text += "valid: ";
+  const std::string close = CloseName(word, candidates);
+  std::string text = (close.empty() ? "" : "did you mean '" + close + "'? ") + std::string("valid: ");
   for (std::size_t i = 0; i < candidates.size(); ++i) text += (i == 0 ? "" : ", ") + candidates[i];
   return text;
 }

@@ -10,6 +10,9 @@ namespace legopt {
 /// letter case is ignored); the first one on a tie. Empty when there are no candidates.
 std::string NearestName(std::string_view word, std::span<const std::string> candidates);
 
+/// The nearest candidate if it is close, that is if no more than half of the letters differ; else empty.
+std::string CloseName(std::string_view word, std::span<const std::string> candidates);
+
 /// "did you mean 'X'? valid: A, B, C" for an error's fix. Leaves the guess out when nothing is close.
 std::string SuggestName(std::string_view word, std::span<const std::string> candidates);
 

@@ -10,12 +10,16 @@
 #include <filesystem>
 #include <iostream>
 #include <limits>
+#include <new>
 #include <string>
 
 #include "bus/bus_error.h"
 #include "bus/lcm_transport.h"
 #include "db/sqlite_store.h"
 #include "legopt/stop_signals.h"
+#include "programs/arguments.h"
+#include "programs/log_format.h"
+#include "programs/printable.h"
 #include "server/port_claim.h"
 #include "server/server.h"
 #include "server/sole_server.h"
@@ -29,6 +33,7 @@ constexpr int kExitDatabaseUnusable = 6;
 constexpr int kExitNetworkUnusable = 7;
 constexpr int kExitNewerDatabase = 9;
 constexpr int kExitInternal = 70;
+constexpr int kExitMachine = 71;
 
 constexpr microseconds kProbePatience{400'000};
 constexpr microseconds kLongestWait{1'000'000};
@@ -112,7 +117,7 @@ int Serve(const Arguments& arguments) {
   const ServerOptions options = OptionsFor(arguments);
   const PortClaim claim(arguments.network.port);
   if (const std::string obstacle = ObstacleOnPorts(claim, transport, options); !obstacle.empty()) {
-    std::cerr << "legopt-server: " << address << ": " << obstacle << "\n";
+    std::cerr << "legopt-server: " << address << ": " << programs::Printable(obstacle) << "\n";
     return kExitNetworkUnusable;
   }
   const auto store = db::OpenSqliteStore(arguments.database);
@@ -121,8 +126,8 @@ int Serve(const Arguments& arguments) {
   Server server(endpoint, *store, &queries, options, WallClock, bus::RandomEndpointId);
   RivalWatch rivals(endpoint, options.scheduler.server_instance);
   server.Work();
-  std::cout << "legopt-server ready on " << address << " with database " << options.database << " (pid " << getpid()
-            << ")" << std::endl;
+  std::cout << "legopt-server ready on " << address << " with database " << programs::Printable(options.database)
+            << " (pid " << getpid() << ")" << std::endl;
   return ServeUntilStopped(server, endpoint, rivals, stop);
 }
 
@@ -130,8 +135,9 @@ int Run(int argc, char** argv) {
   Arguments arguments;
   arguments.network = bus::LcmOptions::FromEnvironment();
   CLI::App app(
-      "The legopt experiment service: leases the jobs of submitted experiments to workers and stores their results.");
-  app.set_version_flag("--version", LEGOPT_VERSION);
+      "The legopt experiment service: leases the jobs of submitted experiments to workers and stores their results.",
+      "legopt-server");
+  app.set_version_flag("--version", "legopt-server " LEGOPT_VERSION);
   app.add_option("--db", arguments.database, "Database file; created when missing")->required();
   app.add_option("--port", arguments.network.port, "Control port; the next one carries bulk data (LEGOPT_PORT)")
       ->capture_default_str();
@@ -148,18 +154,14 @@ int Run(int argc, char** argv) {
   app.add_option("--owner", arguments.owner, "Process whose orders to stop count; no others do")->group("");
   app.footer(
       "Exit codes: 0 stopped, 2 wrong usage, 6 database unusable, 7 network unusable, "
-      "9 database of a newer legopt, 70 internal error.");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kExitUsage;
-  }
+      "9 database of a newer legopt, 70 a defect of legopt, 71 out of memory.");
+  if (const auto status = programs::ParseCommandLine(app, argc, argv)) return *status;
   spdlog::set_level(arguments.verbose ? spdlog::level::debug : spdlog::level::warn);
   return Serve(arguments);
 }
 
 int ReportError(const std::string& what, int exit_code) {
-  std::cerr << "legopt-server: " << what << "\n";
+  std::cerr << "legopt-server: " << programs::Printable(what) << "\n";
   return exit_code;
 }
 
@@ -173,7 +175,9 @@ int main(int argc, char** argv) {
   using legopt::db::StoreError;
   using legopt::db::StoreErrorCode;
   // Standard output belongs to the "ready" line.
-  spdlog::set_default_logger(spdlog::stderr_logger_mt("legopt-server"));
+  const auto logger = spdlog::stderr_logger_mt("legopt-server");
+  legopt::programs::FormatPrintably(*logger);
+  spdlog::set_default_logger(logger);
   try {
     return server::Run(argc, argv);
   } catch (const StoreError& error) {
@@ -188,6 +192,8 @@ int main(int argc, char** argv) {
   } catch (const legopt::server::SpecError& error) {
     return server::ReportError(std::string("the database holds an illegal experiment: ") + error.what(),
                                server::kExitDatabaseUnusable);
+  } catch (const std::bad_alloc&) {
+    return server::ReportError("out of memory", server::kExitMachine);
   } catch (const std::exception& error) {
     return server::ReportError(error.what(), server::kExitInternal);
   }

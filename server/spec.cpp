@@ -8,22 +8,15 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "bus/spec_limits.h"
+
 namespace legopt::server {
 namespace {
 
 using Json = nlohmann::json;
+namespace limits = bus::spec_limits;
 
 constexpr int kSpecVersion = 1;
-constexpr std::size_t kMaxNameBytes = 200;
-constexpr std::size_t kMaxMethods = 1000;
-constexpr std::int64_t kMaxRepetitions = 100'000;
-constexpr std::int64_t kMaxAttempts = 100;
-constexpr std::int64_t kMaxProblemId = 1'000'000;
-constexpr std::int64_t kMaxWaypoints = 1'000'000;
-constexpr std::int64_t kMaxMultiStarts = 1'000'000;
-constexpr double kMaxWallTime_s = 7 * 86'400.0;
-constexpr double kMinMemory_mb = 64;
-constexpr double kMaxMemory_mb = 1 << 20;
 constexpr double kBytesPerMb = 1 << 20;
 
 [[noreturn]] void Refuse(const std::string& key, const std::string& what) {
@@ -74,8 +67,8 @@ double Number(const Json& json, const std::string& key, double low, double high)
 std::string Text(const Json& json, const std::string& key) {
   if (!json.is_string()) Refuse(key, "must be a text");
   std::string text = json.get<std::string>();
-  if (text.empty() || text.size() > kMaxNameBytes || text.find('\0') != std::string::npos) {
-    Refuse(key, "must have 1 to " + std::to_string(kMaxNameBytes) + " bytes");
+  if (text.empty() || text.size() > limits::kMostNameBytes || text.find('\0') != std::string::npos) {
+    Refuse(key, "must have 1 to " + std::to_string(limits::kMostNameBytes) + " bytes");
   }
   return text;
 }
@@ -121,10 +114,10 @@ ExperimentSpec::TaskProblems ParseTask(const Json& json, const std::string& key)
   }
   std::set<int> seen;
   for (std::size_t i = 0; i < problems.size(); ++i) {
-    const auto id = static_cast<int>(Integer(problems[i], key + ".problems", 0, kMaxProblemId));
+    const auto id = static_cast<int>(Integer(problems[i], key + ".problems", 0, limits::kMostProblemId));
     if (!seen.insert(id).second) Refuse(key + ".problems", "problem " + std::to_string(id) + " stands there twice");
     task.problems.push_back(id);
-    task.waypoints.push_back(static_cast<int>(Integer(waypoints[i], key + ".waypoints", 1, kMaxWaypoints)));
+    task.waypoints.push_back(static_cast<int>(Integer(waypoints[i], key + ".waypoints", 1, limits::kMostWaypoints)));
   }
   return task;
 }
@@ -138,7 +131,7 @@ db::MethodRecord ParseMethod(const Json& json, const std::string& key) {
   if (!options.is_object()) Refuse(key + ".options", "must be an object");
   method.options_json = options.dump();
   method.multi_starts =
-      static_cast<int>(Integer(Member(json, key, "multi_starts"), key + ".multi_starts", 0, kMaxMultiStarts));
+      static_cast<int>(Integer(Member(json, key, "multi_starts"), key + ".multi_starts", 0, limits::kMostMultiStarts));
   method.sample_size_percent =
       static_cast<int>(Integer(Member(json, key, "sample_size"), key + ".sample_size", 1, 100));
   const Json& incremental = Member(json, key, "incremental");
@@ -160,7 +153,7 @@ void ParseLists(const Json& json, ExperimentSpec& spec) {
     spec.initializations.push_back(Choice(initialization, "initializations", "good", "in_collision"));
     if (!seen.insert(spec.initializations.back()).second) Refuse("initializations", "one stands there twice");
   }
-  for (const Json& method : Array(Member(json, "", "methods"), "methods", kMaxMethods)) {
+  for (const Json& method : Array(Member(json, "", "methods"), "methods", limits::kMostMethods)) {
     spec.methods.push_back(ParseMethod(method, "methods[" + std::to_string(spec.methods.size()) + "]"));
     const db::MethodRecord& parsed = spec.methods.back();
     if (!seen.insert(parsed.hash + parsed.name).second) {
@@ -171,18 +164,19 @@ void ParseLists(const Json& json, ExperimentSpec& spec) {
 
 // One wall-time limit for all tasks, or a map with one for each.
 void ParseLimits(const Json& json, ExperimentSpec& spec) {
-  constexpr double kMinWallTime_s = 1e-3;
   constexpr double kMicrosecondsPerSecond = 1e6;
-  const Json& limits = RequireObject(json, "limits", {"wall_time_s", "memory_mb"});
-  const Json& wall_time = Member(limits, "limits", "wall_time_s");
+  const Json& object = RequireObject(json, "limits", {"wall_time_s", "memory_mb"});
+  const Json& wall_time = Member(object, "limits", "wall_time_s");
   const std::string key = "limits.wall_time_s";
   if (wall_time.is_object()) RequireObject(wall_time, key, {"posture", "motion"});
   for (ExperimentSpec::TaskProblems& task : spec.tasks) {
     const Json& limit = wall_time.is_object() ? Member(wall_time, key, task.task.c_str()) : wall_time;
-    task.wall_limit_us = std::llround(kMicrosecondsPerSecond * Number(limit, key, kMinWallTime_s, kMaxWallTime_s));
+    task.wall_limit_us =
+        std::llround(kMicrosecondsPerSecond * Number(limit, key, limits::kLeastWallTime_s, limits::kMostWallTime_s));
   }
-  spec.memory_limit_bytes = std::llround(
-      kBytesPerMb * Number(Member(limits, "limits", "memory_mb"), "limits.memory_mb", kMinMemory_mb, kMaxMemory_mb));
+  spec.memory_limit_bytes =
+      std::llround(kBytesPerMb * Number(Member(object, "limits", "memory_mb"), "limits.memory_mb",
+                                        double{limits::kLeastMemory_mb}, double{limits::kMostMemory_mb}));
 }
 
 // Counted in floating point first: the product of four legal sizes may not fit an integer.
@@ -223,12 +217,13 @@ ExperimentSpec ParseSpec(std::string_view text) {
   spec.name = Text(Member(json, "", "name"), "name");
   if (json.contains("submitter")) spec.submitter = Text(json.at("submitter"), "submitter");
   spec.seed = Integer(Member(json, "", "seed"), "seed", 0, INT64_MAX);
-  spec.repetitions = static_cast<int>(Integer(Member(json, "", "repetitions"), "repetitions", 1, kMaxRepetitions));
+  spec.repetitions =
+      static_cast<int>(Integer(Member(json, "", "repetitions"), "repetitions", 1, limits::kMostRepetitions));
   spec.dataset = ParseDataset(Member(json, "", "dataset"));
   ParseLists(json, spec);
   ParseLimits(Member(json, "", "limits"), spec);
   if (json.contains("max_attempts")) {
-    spec.max_attempts = static_cast<int>(Integer(json.at("max_attempts"), "max_attempts", 1, kMaxAttempts));
+    spec.max_attempts = static_cast<int>(Integer(json.at("max_attempts"), "max_attempts", 1, limits::kMostAttempts));
   }
   CheckSize(spec);
   spec.canonical_json = json.dump();

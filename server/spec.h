@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bus/spec_limits.h"
 #include "db/records.h"
 
 namespace legopt::server {
@@ -43,7 +44,7 @@ class SpecError : public std::runtime_error {
 };
 
 /// Most jobs that one experiment may have.
-inline constexpr std::int64_t kMaxJobsPerExperiment = 1'000'000;
+inline constexpr std::int64_t kMaxJobsPerExperiment = bus::spec_limits::kMostJobs;
 
 /// Throws SpecError. Every key is required but "max_attempts", "submitter" and "joint_names"; an unknown key is
 /// an error.

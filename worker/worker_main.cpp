@@ -22,6 +22,10 @@
 #include "legopt/granted_processors.h"
 #include "legopt/input_error.h"
 #include "legopt/stop_signals.h"
+#include "programs/arguments.h"
+#include "programs/checks.h"
+#include "programs/log_format.h"
+#include "programs/printable.h"
 #include "worker/exit_codes.h"
 #include "worker/job_process.h"
 #include "worker/supervisor.h"
@@ -31,7 +35,7 @@ namespace {
 
 constexpr std::string_view kChildFlag = "--child";
 constexpr int kMaxSlots = 1024;
-constexpr double kLongest_s = 604'800;  // a week
+constexpr double kShortest_s = 0.001, kLongest_s = 604'800;  // a week
 constexpr std::size_t kMaxNameBytes = 200;
 constexpr char kBuild[] = "legopt " LEGOPT_VERSION ", " LEGOPT_COMPILER;
 
@@ -68,7 +72,7 @@ void Define(CLI::App& app, CommandLine& line) {
   app.add_option("--slots", line.slots,
                  "Jobs at the same time, one process each (default: the processors granted to this process by its "
                  "affinity, Slurm, and the CPU quota of its control group)")
-      ->check(CLI::Range(1, kMaxSlots));
+      ->check(programs::WholeNumber(1, kMaxSlots));
   app.add_option("--dataset", line.datasets,
                  "Dataset folder whose jobs this worker takes; may be repeated "
                  "(default: the embedded garage-easier)");
@@ -77,13 +81,13 @@ void Define(CLI::App& app, CommandLine& line) {
                "Leave when every experiment of the server is over (also when it has none)");
   app.add_option("--idle-timeout", line.idle_timeout_s,
                  "Seconds without a job after which to leave, server or not (default: never)")
-      ->check(CLI::PositiveNumber);
+      ->check(programs::Number(kShortest_s, kLongest_s));
   app.add_option("--drain", line.drain_s,
                  "Seconds that running jobs may go on after the first signal; then they are given back (default 8)")
-      ->check(CLI::Range(0.0, kLongest_s));
+      ->check(programs::Number(0, kLongest_s));
   app.add_option("--wait-server", line.wait_server_s,
                  "Seconds without any answer of a server after which to give up (default: never)")
-      ->check(CLI::PositiveNumber);
+      ->check(programs::Number(kShortest_s, kLongest_s));
   app.add_flag("--verbose", line.verbose, "Tell what happens, job processes included");
   const std::string network = "Network";
   app.add_option("--group", line.group, "Multicast group (default 239.255.76.67 or LEGOPT_GROUP)")->group(network);
@@ -91,7 +95,7 @@ void Define(CLI::App& app, CommandLine& line) {
       ->group(network);
   constexpr int kLargestTtl = 255;
   app.add_option("--ttl", line.ttl, "Network hops of what we send; 0 stays on this machine (default 0)")
-      ->check(CLI::Range(0, kLargestTtl))
+      ->check(programs::WholeNumber(0, kLargestTtl))
       ->group(network);
   app.add_option("--key-file", line.key_file,
                  "Shared key of the deployment, made by 'legopt keygen' (default LEGOPT_KEY_FILE)")
@@ -206,19 +210,16 @@ int WorkerMain(int argc, char** argv, const ExecutorFactory& make_executor) {
     CommandLine line;
     CLI::App app("Runs jobs of a legopt server in a pool of job processes", "legopt-worker");
     Define(app, line);
-    try {
-      app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-      return app.exit(error) == 0 ? kExitOk : kExitUsage;
-    }
+    if (const auto status = programs::ParseCommandLine(app, argc, argv)) return *status;
     const auto logger = spdlog::stderr_color_st("legopt-worker");
+    programs::FormatPrintably(*logger);
     logger->set_level(line.verbose ? spdlog::level::debug : spdlog::level::warn);
     return SupervisorMain(line, *logger);
   } catch (const InputError& error) {
-    std::fprintf(stderr, "legopt-worker: %s\n", error.what());
+    std::fprintf(stderr, "legopt-worker: %s\n", programs::Printable(error.what()).c_str());
     return kExitUsage;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "legopt-worker: %s\n", error.what());
+    std::fprintf(stderr, "legopt-worker: %s\n", programs::Printable(error.what()).c_str());
     return kExitInternal;
   }
 }

@@ -35,8 +35,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kMaxMultiStarts = 1000;
-
 std::vector<std::string> SolverWords() {
   std::vector<std::string> words;
   for (const SolverEntry& entry : SolverRegistry()) words.emplace_back(entry.word);
@@ -66,7 +64,7 @@ Method Method::FromJson(const json& description, const std::string& source) {
   reader.Choice("solver", method.solver, SolverWords());
   const SolverEntry& entry = *FindSolver(method.solver);
   method.contact_range_m = entry.contact_range_m;
-  reader.Integer("multi_starts", method.multi_starts, 0, kMaxMultiStarts);
+  reader.Integer("multi_starts", method.multi_starts, 0, kMostMultiStarts);
   reader.Integer("sample_size", method.sample_size_percent, 1, 100);
   reader.Boolean("incremental", method.incremental);
   method.name = (method.incremental ? "I-" : "") + std::string(entry.paper_name);

@@ -49,7 +49,9 @@ struct Method {
   MetricOptions metric;      ///< chomp
   StompOptions stomp;
 
-  /// Throws InputError naming every unknown key (with the nearest valid one), wrong type and value out of range;
+  static constexpr int kMostMultiStarts = 1'000'000;
+
+  /// Throws InputError for the first unknown key (naming the nearest valid one), wrong type or value out of range;
   /// `source` names the file in errors.
   static Method FromJson(const nlohmann::json& description, const std::string& source);
 

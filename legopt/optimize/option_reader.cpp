@@ -1,5 +1,7 @@
 #include "legopt/optimize/option_reader.h"
 
+#include <climits>
+#include <cmath>
 #include <utility>
 
 #include "legopt/input_error.h"
@@ -10,9 +12,10 @@ namespace {
 
 using nlohmann::json;
 
-std::string Range(double low, double high) {
-  return "give a value from " + json(low).dump() + " to " + json(high).dump();
-}
+std::string Range(const json& low, const json& high) { return " from " + low.dump() + " to " + high.dump(); }
+
+// Text without its quotes: the error has some.
+std::string Shown(const json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 
 }  // namespace
 
@@ -26,25 +29,25 @@ OptionReader::OptionReader(const json& object, std::string source, std::string w
 void OptionReader::Number(const char* key, double& value, double low, double high) {
   const json* found = Find(key);
   if (found == nullptr) return;
-  if (!found->is_number()) Fail(key, found->dump(), "must be a number", Range(low, high));
-  const double read = found->get<double>();
-  if (!(read >= low && read <= high)) Fail(key, found->dump(), "is out of range", Range(low, high));
+  const double read = found->is_number() ? found->get<double>() : std::nan("");
+  if (!(read >= low && read <= high)) Fail(key, Shown(*found), "must be a number" + Range(low, high), "");
   value = read;
 }
 
 void OptionReader::Integer(const char* key, int& value, int low, int high) {
   const json* found = Find(key);
   if (found == nullptr) return;
-  if (!found->is_number_integer()) Fail(key, found->dump(), "must be a whole number", Range(low, high));
-  const auto read = found->get<long long>();
-  if (read < low || read > high) Fail(key, found->dump(), "is out of range", Range(low, high));
+  const bool fits =
+      found->is_number_unsigned() ? found->get<unsigned long long>() <= LLONG_MAX : found->is_number_integer();
+  const long long read = fits ? found->get<long long>() : 0;
+  if (!fits || read < low || read > high) Fail(key, Shown(*found), "must be a whole number" + Range(low, high), "");
   value = static_cast<int>(read);
 }
 
 void OptionReader::Boolean(const char* key, bool& value) {
   const json* found = Find(key);
   if (found == nullptr) return;
-  if (!found->is_boolean()) Fail(key, found->dump(), "must be true or false", "write true or false");
+  if (!found->is_boolean()) Fail(key, Shown(*found), "must be true or false", "");
   value = found->get<bool>();
 }
 

@@ -55,10 +55,12 @@ class CommandLine : public testing::Test {
 TEST_F(CommandLine, HelpNamesCommandsAndExitCodes) {
   const auto result = Run({"--help"});
   EXPECT_EQ(result.exit_code, 0);
-  for (const char* word :
-       {"run",      "submit",  "watch",    "status",  "list",   "show",       "cancel",           "pause", "resume",
-        "hold",     "release", "priority", "retry",   "rename", "tag",        "delete",           "table", "query",
-        "evaluate", "export",  "doctor",   "dataset", "tap",    "Exit codes", "database unusable"}) {
+  for (const char* word : {"run",     "submit",   "watch",      "status",     "list",
+                           "show",    "cancel",   "pause",      "resume",     "hold",
+                           "release", "priority", "retry",      "rename",     "tag",
+                           "delete",  "table",    "query",      "evaluate",   "export",
+                           "doctor",  "dataset",  "tap",        "Exit codes", "database unusable",
+                           "help",    "version",  "LEGOPT_DATA"}) {
     EXPECT_THAT(result.out, HasSubstr(word));
   }
 }
@@ -66,7 +68,6 @@ TEST_F(CommandLine, HelpNamesCommandsAndExitCodes) {
 TEST_F(CommandLine, VersionIsPrinted) { EXPECT_THAT(Run({"--version"}).out, StartsWith("legopt ")); }
 
 TEST_F(CommandLine, WrongUsage) {
-  ExpectError(Run({}), 2, "--help");
   ExpectError(Run({"tabel"}), 2, "did you mean 'table'?");
   ExpectError(Run({"table", "--format", "jsn"}), 2, "did you mean 'json'?");
   ExpectError(Run({"table", "--nonsense"}), 2, "--nonsense");
@@ -75,6 +76,175 @@ TEST_F(CommandLine, WrongUsage) {
   ExpectError(Run({"hold", "1"}), 2, "REASON");
   ExpectError(Run({"priority", "1", "1001"}), 2, "1001");
   ExpectError(Run({"run"}), 2, "SUITE");
+}
+
+TEST_F(CommandLine, HelpIsACommandAndTheAnswerToNothing) {
+  EXPECT_EQ(Run({"help"}).out, Run({"--help"}).out);
+  EXPECT_EQ(Run({"help", "run"}).out, Run({"run", "--help"}).out);
+  EXPECT_EQ(Run({"version"}).out, Run({"--version"}).out);
+  const auto bare = Run({});
+  EXPECT_EQ(bare.exit_code, 2);
+  EXPECT_EQ(bare.out, Run({"--help"}).out);
+  EXPECT_EQ(bare.err, "");
+  const auto dataset = Run({"dataset"});
+  EXPECT_EQ(dataset.exit_code, 2);
+  EXPECT_EQ(dataset.out, Run({"dataset", "--help"}).out);
+}
+
+TEST_F(CommandLine, OtherWordsForCommands) {
+  const std::vector<std::pair<std::string, std::string>> words = {
+      {"rm", "delete"},     {"ls", "list"},   {"kill", "cancel"}, {"stop", "cancel"},
+      {"eval", "evaluate"}, {"ps", "status"}, {"sql", "query"}};
+  for (const auto& [typed, command] : words) {
+    ExpectError(Run({typed, "1"}), 2, "unknown command '" + typed + "'; did you mean '" + command + "'?");
+  }
+  ExpectError(Run({"dataset", "chek", "x"}), 2, "did you mean 'check'?");
+}
+
+TEST_F(CommandLine, MisspeltOptionsGetTheirNearestAndTheHelpOfTheirCommand) {
+  ExpectError(Run({"run", "--mehods", "SQP", "quick"}), 2,
+              "unknown option '--mehods'; did you mean '--methods'?; see 'legopt run --help'");
+  ExpectError(Run({"table", "a", "b", "c"}), 2, "see 'legopt table --help'");
+}
+
+TEST_F(CommandLine, NumbersAreAskedForInPlainWords) {
+  const std::string whole = "must be a whole number of at least ";
+  ExpectError(Run({"show", "abc"}), 2, "JOB: " + whole + "1 (got 'abc')");
+  ExpectError(Run({"show", "0"}), 2, "JOB: " + whole + "1 (got '0')");
+  ExpectError(Run({"table", "abc"}), 2, "ID: " + whole + "1 (got 'abc')");
+  ExpectError(Run({"watch", "x"}), 2, "ID: " + whole + "1 (got 'x')");
+  ExpectError(Run({"cancel", "-1"}), 2, "ID: " + whole + "1 (got '-1')");
+  ExpectError(Run({"generate", "scenario", "--seed", "-1", "--out", "x"}), 2, "--seed: " + whole + "0 (got '-1')");
+  ExpectError(Run({"status", "--port", "x"}), 2, "--port: must be a whole number (got 'x')");
+  ExpectError(Run({"run", "quick", "--workers", "0"}), 2, "--workers: must be a whole number from 1 to 1024 (got '0')");
+}
+
+TEST_F(CommandLine, EmptyAndOverlongTextsAreTheUsersNotTheNetworks) {
+  ExpectError(Run({"query", ""}), 2, "SQL is empty");
+  ExpectError(Run({"query", " ; "}), 2, "SQL is empty");
+  ExpectError(Run({"hold", "1", ""}), 2, "REASON: is empty");
+  ExpectError(Run({"hold", "1", std::string(1001, 'x')}), 2, "REASON: is 1001 bytes long; at most 1000");
+}
+
+TEST_F(CommandLine, SuiteThatIsAFolder) {
+  std::filesystem::create_directory(folder_.path() / "suite.yaml");
+  for (const char* name : {"suite.yaml", "./suite.yaml"}) {
+    ExpectError(Run({"submit", name}), 2, std::string("'") + name + "' is a folder, not an experiment file");
+  }
+}
+
+TEST_F(CommandLine, DryRunChecksWhatTheServerWould) {
+  const auto suite =
+      Write("long.yaml", "name: " + std::string(5000, 'n') + "\ntasks: posture\nmethods: [{solver: sqp}]\n");
+  for (const char* command : {"submit", "run"}) {
+    ExpectError(Run({command, "--dry-run", suite}), 2, "long.yaml:1: name: is 5000 bytes long, at most 200");
+  }
+}
+
+TEST_F(CommandLine, NamesOfFilesAreCheckedLikeThoseInThem) {
+  const std::string text = "tasks: posture\nmethods: [{solver: sqp}]\n";
+  ExpectError(Run({"submit", "--dry-run", Write("\xff.yaml", text)}), 2, "name: must be UTF-8 of 1 to 200 bytes");
+  ExpectError(Run({"submit", "--dry-run", Write(std::string(220, 'n') + ".yaml", text)}), 2, "200 bytes, it has 220");
+}
+
+TEST_F(CommandLine, DryRunTellsWhatIsLeftOut) {
+  const auto result = Run({"submit", "--dry-run", "quick", "--problems", "0-5"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("left out: no motion is left: all 6 chosen problems are longer than 50 stances"));
+  EXPECT_THAT(result.err, StartsWith("legopt: warning: no motion is left"));
+  const auto usual = Run({"submit", "--dry-run", "quick"});
+  EXPECT_THAT(usual.out, HasSubstr("motion problems are longer than 50 stances"));
+  EXPECT_EQ(usual.err, "") << "as the suite says";
+}
+
+TEST_F(CommandLine, RunHasADryRun) {
+  const auto result = Run({"run", "--dry-run", "quick", "--workers", "3", "--db", "my.sqlite"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("540 jobs: "), HasSubstr("at most "), HasSubstr("with 3 workers"),
+                                HasSubstr("legopt-server --db my.sqlite (new)"), HasSubstr("legopt-worker --slots 3"),
+                                HasSubstr("nothing was started")));
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
+  const auto json = Run({"run", "--dry-run", "quick", "--format", "json"});
+  EXPECT_EQ(nlohmann::json::parse(json.out).at("jobs"), 540);
+}
+
+TEST_F(CommandLine, SuitesAreNarrowedByMethodFigures) {
+  const auto methods = [this](const std::string& flag, const std::string& value) {
+    const auto result = Run({"submit", "--dry-run", "quick", "--format", "json", flag, value});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return nlohmann::json::parse(result.out).at("spec").at("methods");
+  };
+  const auto restarts = methods("--multi-starts", "10");
+  EXPECT_EQ(restarts.size(), 3U);
+  for (const auto& method : restarts) EXPECT_EQ(method.at("multi_starts"), 10);
+  const auto sampled = methods("--sample-size", "80");
+  ASSERT_EQ(sampled.size(), 1U);
+  EXPECT_EQ(sampled[0].at("sample_size"), 80);
+  ExpectError(Run({"submit", "--dry-run", "quick", "--multi-starts", "7"}), 2,
+              "--multi-starts: is not in the suite (got '7')");
+}
+
+// Every command that prints much or little, into a device that is always full.
+TEST_F(CommandLine, FullStandardOutputHasOneCode) {
+  const auto file = Database();
+  const std::vector<std::string> commands = {"table --db " + file,
+                                             "table --format csv --db " + file,
+                                             "list --db " + file,
+                                             "query 'SELECT 1' --db " + file,
+                                             "submit --dry-run quick",
+                                             "--help",
+                                             "help run",
+                                             "version",
+                                             "",
+                                             "dataset info",
+                                             "doctor"};
+  for (const auto& command : commands) {
+    const auto result =
+        RunningProgram("/bin/sh", {"-c", BuiltProgram("legopt").string() + " " + command + " > /dev/full"},
+                       folder_.path())
+            .Wait();
+    EXPECT_EQ(result.exit_code, 2) << command << ": " << result.err;
+    EXPECT_THAT(result.err, HasSubstr("standard output cannot be written; is the disk full?")) << command;
+  }
+}
+
+TEST_F(CommandLine, DoctorTellsTheEmbeddedDataFolder) {
+  const auto result = Run({"doctor"});
+  EXPECT_THAT(result.out, HasSubstr("embedded suites and datasets in "));
+  EXPECT_THAT(Run({"doctor"}, {{"LEGOPT_DATA", "/nowhere"}}).out, HasSubstr("/nowhere"));
+  EXPECT_THAT(Run({"--help"}, {{"LEGOPT_DATA", "/nowhere"}}).out, HasSubstr("/nowhere"));
+}
+
+TEST_F(CommandLine, OutOfMemoryIsNoDefect) {
+  constexpr std::size_t kFileBytes = std::size_t{80} << 20;
+  const auto suite = Write("huge.yaml", "name: " + std::string(kFileBytes, 'x') + "\n");
+  const auto result =
+      RunningProgram("/bin/sh",
+                     {"-c", "ulimit -v 450000; exec " + BuiltProgram("legopt").string() + " submit --dry-run " + suite},
+                     folder_.path())
+          .Wait();
+  EXPECT_EQ(result.exit_code, 71) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("out of memory"));
+}
+
+TEST_F(CommandLine, ServerAndWorkerHaveTheSameManners) {
+  for (const char* program : {"legopt-server", "legopt-worker"}) {
+    if (!std::filesystem::exists(BuiltProgram(program))) GTEST_SKIP() << program << " is not built";
+    const auto run = [&](const std::vector<std::string>& words) {
+      return RunningProgram(BuiltProgram(program), words, folder_.path()).Wait();
+    };
+    const std::string begin = std::string(program) + ": error: ";
+    const std::string end = "; see '" + std::string(program) + " --help'\n";
+    auto result = run({"--prot", "7667"});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(result.err, begin + "unknown option '--prot'; did you mean '--port'?" + end);
+    result = run({"--db", "x.sqlite", "--port", "abc"});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, AllOf(StartsWith(begin), testing::EndsWith(end)));
+    EXPECT_EQ(run({"--help"}).exit_code, 0);
+    EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
+    EXPECT_THAT(run({"--version"}).out, HasSubstr("legopt"));
+  }
 }
 
 TEST_F(CommandLine, UnknownSuiteNamesTheEmbeddedOnes) {
@@ -282,6 +452,16 @@ TEST_F(WithoutServer, EveryCommandSaysSo) {
     command.insert(command.end(), {"--port", port_, "--timeout", "0.2"});
     ExpectError(Run(command), 3, "no legopt-server answers at 239.255.76.67:" + port_);
   }
+}
+
+// What is most likely stands first: with a key, that it is not the server's.
+TEST_F(WithoutServer, AKeyIsSuspectedFirst) {
+  ASSERT_EQ(Run({"keygen", "lab.key"}).exit_code, 0);
+  const auto key = (folder_.path() / "lab.key").string();
+  ExpectError(Run({"status", "--port", port_, "--timeout", "0.2", "--key-file", key}), 3,
+              ":" + port_ + "; does it have the same key as we have in " + key + "? Else start one");
+  ExpectError(Run({"status", "--port", port_, "--timeout", "0.2"}, {{"LEGOPT_KEY_FILE", ""}}), 3,
+              "A server that has a key answers only who has it");
 }
 
 TEST_F(WithoutServer, PortMayComeFromTheEnvironment) {

@@ -43,6 +43,21 @@ TEST(ExperimentSpec, HoldsTheContractsKeys) {
   EXPECT_TRUE(method.at("options").is_object());
 }
 
+TEST(ExperimentSpec, WhatIsLeftOutIsTold) {
+  const DatasetFacts dataset = {"tiny", std::string(64, 'a'), {{0, 1}}, {{0, 54}, {3, 160}, {4, 162}, {9, 998}}};
+  const auto left_out = [&](const std::string& keys) {
+    std::vector<std::string> sentences;
+    BuildSpec(SuiteOf("tasks: [posture, motion]\nmethods: [{solver: sqp}]\n" + keys), dataset, &sentences);
+    return sentences;
+  };
+  EXPECT_TRUE(left_out("").empty());
+  EXPECT_THAT(left_out("max_stances: 80\n"),
+              testing::ElementsAre("2 of 4 motion problems are longer than 80 stances (max_stances)"));
+  EXPECT_THAT(
+      left_out("max_stances: 20\n"),
+      testing::ElementsAre("no motion is left: all 4 chosen problems are longer than 20 stances (max_stances)"));
+}
+
 TEST(ExperimentSpec, LongMotionsAreLeftOut) {
   const DatasetFacts dataset = {"tiny", std::string(64, 'a'), {{0, 1}}, {{0, 54}, {3, 160}, {4, 162}, {9, 998}}};
   const auto problems = [&](const std::string& keys) {

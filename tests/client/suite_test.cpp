@@ -118,6 +118,34 @@ TEST(Suite, TaskMayNameItsOwnProblems) {
   EXPECT_THAT(*suite.tasks[1].problems, ElementsAre(9));
 }
 
+TEST(Suite, AnEmptyDocumentAtTheEndIsNone) {
+  EXPECT_EQ(ParseSuite("---\n" + std::string(kSmall) + "---\n", "s.yaml").methods.size(), 1U);
+}
+
+TEST(Suite, ProblemsThatNoTaskHasAreRefused) {
+  const auto narrow = [](const std::vector<std::string>& problems) {
+    Suite suite = ParseSuite(
+        "tasks:\n  - {task: posture, problems: [0-4]}\n  - {task: motion, problems: [3-6]}\nmethods: [{solver: sqp}]\n",
+        "s.yaml");
+    SuiteFilter filter;
+    filter.problems = problems;
+    ApplyFilter(filter, &suite);
+    return suite;
+  };
+  const Suite both = narrow({"3-4"});
+  EXPECT_THAT(*both.tasks[1].problems, ElementsAre(3, 4));
+  const auto fault = [&](const std::vector<std::string>& problems) {
+    try {
+      narrow(problems);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(fault({"3-9"}), AllOf(HasSubstr("--problems"), HasSubstr("none of the suite's tasks (got '7')")));
+  EXPECT_THAT(fault({"0-2"}), HasSubstr("leaves no problem of the task motion"));
+}
+
 TEST(Suite, AbsoluteDatasetStays) {
   EXPECT_EQ(ParseSuite(std::string(kSmall) + "dataset: /srv/data\n", "a/b.yaml").dataset,
             std::filesystem::path("/srv/data"));
@@ -147,6 +175,23 @@ INSTANTIATE_TEST_SUITE_P(
         BadSuite{"UnknownMethodKey",
                  "tasks: posture\nmethods:\n  - solver: sqp\n    multistarts: 3\n",
                  {"bad.yaml:4", "methods[0].multistarts", "unknown key", "multi_starts"}},
+        BadSuite{"SecondDocument",
+                 kSmall + std::string("---\nname: other\n"),
+                 {"bad.yaml:5", "a second YAML document begins here", "'---'"}},
+        BadSuite{"EmptyName", kSmall + std::string("name: ''\n"), {"bad.yaml:4: name: is empty"}},
+        BadSuite{"EmptyMethodName",
+                 "tasks: posture\nmethods:\n  - {solver: sqp, name: \"\"}\n",
+                 {"bad.yaml:3: methods[0].name: is empty"}},
+        BadSuite{"NoName", kSmall + std::string("name:\n"), {"bad.yaml:4: name: must be text (got 'nothing')"}},
+        BadSuite{"WordForAWholeNumber",
+                 "tasks: posture\nmethods:\n  - {solver: sqp, options: {max_iterations: big}}\n",
+                 {"options.max_iterations: must be a whole number from 1 to 100000 (got 'big')"}},
+        BadSuite{"FractionForAWholeNumber",
+                 "tasks: posture\nmethods:\n  - {solver: sqp, options: {max_iterations: 2.5}}\n",
+                 {"options.max_iterations: must be a whole number from 1 to 100000 (got '2.5')"}},
+        BadSuite{"WordForANumber",
+                 "tasks: posture\nmethods:\n  - {solver: sqp, options: {restart_noise_deg: much}}\n",
+                 {"options.restart_noise_deg: must be a number from 0.0 to 180.0 (got 'much')"}},
         BadSuite{"UnknownLimit",
                  kSmall + std::string("limits: {wall_time: 3}\n"),
                  {"bad.yaml:4", "limits.wall_time", "wall_time_s"}},

@@ -72,8 +72,11 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
 
 void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& experiment) {
   const auto store = db::OpenSqliteStore(file);
-  std::vector<db::StoreOp> operations = {db::CreateExperiment{DescriptionOf(experiment)},
-                                         db::PutWorker{{kWorker, 99, "worker-1", "host", 1, 1, "build", kNow_us}}};
+  const std::string& text = experiment.text;
+  const auto said = [&text](const char* usual) { return text.empty() ? std::string(usual) : text; };
+  std::vector<db::StoreOp> operations = {
+      db::CreateExperiment{DescriptionOf(experiment)},
+      db::PutWorker{{kWorker, 99, said("worker-1"), said("host"), 1, 1, said("build"), kNow_us}}};
   std::int64_t job_id = 0;
   bool all_finished = true;
   for (const auto& result : experiment.results) {
@@ -81,7 +84,9 @@ void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& 
     all_finished = all_finished && result.finished;
     if (!result.finished) continue;
     operations.emplace_back(db::LeaseJob{job_id, 1, job_id, kWorker, kNow_us});
-    operations.emplace_back(db::AcceptResult{job_id, 1, RecordOf(result, experiment.num_waypoints), "", "", kNow_us});
+    db::ResultRecord record = RecordOf(result, experiment.num_waypoints);
+    if (!text.empty()) record.verdict_detail = text;
+    operations.emplace_back(db::AcceptResult{job_id, 1, std::move(record), text, text, kNow_us});
   }
   if (all_finished) operations.emplace_back(db::FinishExperiment{1, kNow_us});
   store->Apply(operations);

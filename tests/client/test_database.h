@@ -37,6 +37,7 @@ struct TestExperiment {
   std::string task = "posture";
   int num_waypoints = 1;            ///< of every problem
   std::vector<TestResult> results;  ///< no two for the same method, initialization and problem
+  std::string text;  ///< if given, stands wherever a worker may say something: name, host, build, detail, message, log
 };
 
 /// Writes a database through the real store: experiment 1, one task, one job per result in order of `results`

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+/// Limits of an experiment's specification, the `spec_json` of a submission (lcmtypes/PROTOCOL.md, section "Submit").
+/// Who writes one (client) and who checks it (server) use the same numbers, so that what the one accepts the other does
+/// not refuse. All are inclusive.
+namespace legopt::bus::spec_limits {
+
+inline constexpr std::size_t kMostNameBytes = 200;                ///< of every text; at least 1, without NUL
+inline constexpr std::size_t kMostBytes = std::size_t{16} << 20;  ///< of the specification
+inline constexpr std::size_t kMostMethods = 1000;
+inline constexpr std::int64_t kMostJobs = 1'000'000;
+inline constexpr std::int64_t kMostRepetitions = 100'000;
+inline constexpr std::int64_t kMostAttempts = 100;
+inline constexpr std::int64_t kMostProblemId = 1'000'000;
+inline constexpr std::int64_t kMostWaypoints = 1'000'000;  ///< of a problem
+inline constexpr std::int64_t kMostMultiStarts = 1'000'000;
+inline constexpr double kLeastWallTime_s = 1e-3;
+inline constexpr double kMostWallTime_s = 7 * 86'400.0;
+inline constexpr std::int64_t kLeastMemory_mb = 64;
+inline constexpr std::int64_t kMostMemory_mb = 1 << 20;
+
+}  // namespace legopt::bus::spec_limits

@@ -1,0 +1,68 @@
+#include "programs/checks.h"
+
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <optional>
+#include <utility>
+
+#include "legopt/nearest_name.h"
+
+namespace legopt::programs {
+namespace {
+
+// from_chars, because stream conversion depends on the locale and accepts trailing text.
+template <class Value>
+std::optional<Value> Parse(const std::string& word) {
+  Value value{};
+  const char* first = word.data() + (word.size() > 1 && word[0] == '+' ? 1 : 0);
+  const char* last = word.data() + word.size();
+  const auto [end, fault] = std::from_chars(first, last, value);
+  if (fault != std::errc() || end != last) return std::nullopt;
+  return value;
+}
+
+std::string Text(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.10g", value);
+  return text.data();
+}
+
+std::string Got(const std::string& word) { return word.empty() ? " (got nothing)" : " (got '" + word + "')"; }
+
+}  // namespace
+
+CLI::Validator WholeNumber(std::int64_t low, std::int64_t high) {
+  const bool bounded = high < std::numeric_limits<std::int64_t>::max();
+  const std::string range =
+      bounded ? " from " + std::to_string(low) + " to " + std::to_string(high) : " of at least " + std::to_string(low);
+  const auto check = [low, high, range](const std::string& word) {
+    const auto value = Parse<std::int64_t>(word);
+    if (value && *value >= low && *value <= high) return std::string();
+    return "must be a whole number" + range + Got(word);
+  };
+  return CLI::Validator(check, "[" + std::to_string(low) + " .. " + (bounded ? std::to_string(high) : "") + "]");
+}
+
+CLI::Validator Number(double low, double high) {
+  const auto check = [low, high](const std::string& word) {
+    const auto value = Parse<double>(word);
+    if (value && *value >= low && *value <= high) return std::string();
+    return "must be a number from " + Text(low) + " to " + Text(high) + Got(word);
+  };
+  return CLI::Validator(check, "[" + Text(low) + " .. " + Text(high) + "]");
+}
+
+CLI::Validator OneOf(std::vector<std::string> words) {
+  std::string list;
+  for (const auto& word : words) list += (list.empty() ? "" : ", ") + word;
+  const auto check = [words = std::move(words)](const std::string& word) {
+    for (const auto& known : words) {
+      if (known == word) return std::string();
+    }
+    return "'" + word + "' is not known; " + SuggestName(word, words);
+  };
+  return CLI::Validator(check, "{" + list + "}");
+}
+
+}  // namespace legopt::programs

@@ -1,0 +1,134 @@
+#include "programs/printable.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+
+namespace legopt::programs {
+namespace {
+
+struct Range {
+  char32_t first, last;
+};
+
+// Beyond ASCII: controls, and characters that show nothing themselves but change how others are shown.
+constexpr std::array<Range, 10> kUnprintable = {{
+    {0x80, 0x9F},        // C1 controls
+    {0xAD, 0xAD},        // soft hyphen
+    {0x61C, 0x61C},      // Arabic letter mark
+    {0x200B, 0x200B},    // zero-width space; the joiners after it belong to scripts
+    {0x200E, 0x200F},    // directional marks
+    {0x2028, 0x202E},    // line and paragraph separators, embeddings and overrides
+    {0x2060, 0x206F},    // invisible operators, isolates
+    {0xFEFF, 0xFEFF},    // byte order mark
+    {0xFFF9, 0xFFFB},    // interlinear annotations
+    {0xE0000, 0xE0FFF},  // tags and selectors
+}};
+
+struct Character {
+  char32_t code = 0;
+  std::size_t bytes = 0;  // 0: the text does not begin with UTF-8
+};
+
+// RFC 3629: nothing overlong, no surrogates, nothing above U+10FFFF.
+Character First(std::string_view text) {
+  const auto lead = static_cast<unsigned char>(text.front());
+  if (lead < 0x80) return {lead, 1};
+  const std::size_t bytes = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
+  if (lead < 0xC2 || lead > 0xF4 || text.size() < bytes) return {};
+  char32_t code = lead & (0x7FU >> bytes);
+  for (std::size_t i = 1; i < bytes; ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    if ((byte & 0xC0U) != 0x80U) return {};
+    code = (code << 6U) | (byte & 0x3FU);
+  }
+  constexpr std::array<char32_t, 5> kSmallest = {0, 0, 0x80, 0x800, 0x10000};
+  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
+  if (code < kSmallest[bytes] || surrogate || code > 0x10FFFF) return {};
+  return {code, bytes};
+}
+
+bool IsPrintable(char32_t code) {
+  if (code < 0x80) return code >= 0x20 && code != 0x7F;
+  return std::none_of(kUnprintable.begin(), kUnprintable.end(),
+                      [code](const Range& range) { return code >= range.first && code <= range.last; });
+}
+
+std::string Escaped(char32_t code) {
+  if (code == '\n') return "\\n";
+  if (code == '\t') return "\\t";
+  if (code == '\r') return "\\r";
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), code < 0x80 ? "\\x%02x" : "\\u%04x", static_cast<unsigned>(code));
+  return text.data();
+}
+
+std::string EscapedByte(char byte) {
+  std::array<char, 8> text{};
+  std::snprintf(text.data(), text.size(), "\\x%02x", unsigned{static_cast<unsigned char>(byte)});
+  return text.data();
+}
+
+}  // namespace
+
+std::string Printable(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  while (!text.empty()) {
+    const Character character = First(text);
+    const std::size_t bytes = std::max<std::size_t>(character.bytes, 1);
+    if (character.bytes == 0) {
+      out += EscapedByte(text.front());
+    } else if (IsPrintable(character.code)) {
+      out += text.substr(0, bytes);
+    } else {
+      out += Escaped(character.code);
+    }
+    text.remove_prefix(bytes);
+  }
+  return out;
+}
+
+std::string PrintableLines(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string line(text.substr(0, end));
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    std::replace(line.begin(), line.end(), '\t', ' ');
+    out += Printable(line);
+    if (end < text.size()) out += '\n';
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return out;
+}
+
+std::string PrintableJson(std::string_view json) {
+  std::string out;
+  out.reserve(json.size());
+  const auto escape = [&out](char32_t unit) {
+    std::array<char, 8> text{};
+    std::snprintf(text.data(), text.size(), "\\u%04x", static_cast<unsigned>(unit & 0xFFFFU));
+    out += text.data();
+  };
+  while (!json.empty()) {
+    const Character character = First(json);
+    const std::size_t bytes = std::max<std::size_t>(character.bytes, 1);
+    const bool stays = character.bytes == 0 || character.code == '\n' || IsPrintable(character.code);
+    if (stays) {
+      out += json.substr(0, bytes);
+    } else if (character.code < 0x10000) {
+      escape(character.code);
+    } else {  // a surrogate pair
+      const char32_t rest = character.code - 0x10000;
+      escape(0xD800U + (rest >> 10U));
+      escape(0xDC00U + (rest & 0x3FFU));
+    }
+    json.remove_prefix(bytes);
+  }
+  return out;
+}
+
+}  // namespace legopt::programs
