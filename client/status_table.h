@@ -12,7 +12,7 @@ namespace legopt::client {
 /// The experiments of a server for people, no line longer than `width` columns where that is at least 40; 0: no limit.
 /// Wide, one line for each:
 ///
-///     ID  NAME   BY   DATASET  METHODS     TAGS   PRIORITY  JOBS        SOLVED  SHARE  ETA   STATE
+///     ID  NAME   BY   DATASET  METHODS     TAGS   PRIORITY        JOBS  SOLVED  SHARE   ETA  STATE
 ///      3  quick  ann  garage   SQP, Adam   paper         0  52/80 65 %      38   50 %  0:12  active
 ///
 /// Narrow, when that does not fit: without the columns from DATASET to PRIORITY, which an active experiment has on a

@@ -55,7 +55,7 @@ std::vector<std::string> Lines(const std::string& text) {
 TEST(StatusTable, WideHasEverythingOnOneLine) {
   const std::vector<ExperimentStatus> list = {Quick()};
   EXPECT_EQ(RenderExperiments(list, 0),
-            "ID  NAME   DATASET        METHODS           JOBS        SOLVED  SHARE   ETA  STATE\n"
+            "ID  NAME   DATASET        METHODS                 JOBS  SOLVED  SHARE   ETA  STATE\n"
             " 3  quick  garage-easier  SQP, I-SQP, Adam  52/80 65 %      38   50 %  0:12  active\n");
 }
 
