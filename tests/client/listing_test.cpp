@@ -22,9 +22,9 @@ Listing Example() {
 
 TEST(Listing, TextAlignsAndRounds) {
   EXPECT_EQ(RenderListing(Example(), ListingFormat::kText),
-            "name     count     cost\n"
-            "plain        3  396.123\n"
-            "a,\"b\" c     12        -\n");
+            "name      count     cost\n"
+            "plain         3  396.123\n"
+            "a,\"b\"\\nc     12        -\n");
 }
 
 TEST(Listing, MarkdownIsAPipeTable) {
@@ -66,7 +66,7 @@ TEST(Listing, ControlCharactersDoNotReachTheTerminal) {
   Listing listing;
   listing.columns = {"m"};
   listing.rows = {{"\x1b[31mred"}};
-  EXPECT_EQ(RenderListing(listing, ListingFormat::kText), "m\n [31mred\n");
+  EXPECT_EQ(RenderListing(listing, ListingFormat::kText), "m\n\\x1b[31mred\n");
 }
 
 TEST(Listing, WidthCountsCharactersNotBytes) {
