@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "client/client_error.h"
@@ -13,6 +12,7 @@
 #include "client/experiment_status.h"
 #include "client/options.h"
 #include "programs/checks.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -29,11 +29,10 @@ std::string Count(std::int64_t number, const std::string& word) {
   return std::to_string(number) + " " + word + (number == 1 ? "" : "s");
 }
 
-// "experiment 3 "quick": 540 jobs, 540 results", with whatever a terminal could act on escaped as in JSON.
+// "experiment 3 'quick': 540 jobs, 540 results".
 std::string Describe(const ExperimentStatus& status) {
-  const std::string name = nlohmann::json(status.name).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-  return "experiment " + std::to_string(status.id) + " " + name + ": " + Count(status.total, "job") + ", " +
-         Count(status.done, "result");
+  return "experiment " + std::to_string(status.id) + " '" + programs::Printable(status.name) +
+         "': " + Count(status.total, "job") + ", " + Count(status.done, "result");
 }
 
 // Asks whoever sits at the terminal; a script has to say it beforehand.
