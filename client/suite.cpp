@@ -228,7 +228,8 @@ void Keep(const std::vector<std::string>& wanted, const std::string& flag, const
                 [&](const Item& item) { return std::count(keep.begin(), keep.end(), LowerCase(key(item))) == 0; });
 }
 
-// Of every task the wanted problems; each of them must be in some task, and no task may lose all of its own.
+// Of every task the wanted problems. Each item, an id or a range, must name one of some task, and no task may lose all
+// of its own.
 void KeepProblems(const std::vector<std::string>& items, Suite* suite) {
   const auto wanted = ParseProblemIds(items, suite->file, "--problems");
   std::set<int> kept;
@@ -246,9 +247,10 @@ void KeepProblems(const std::vector<std::string>& items, Suite* suite) {
     kept.insert(both.begin(), both.end());
     task.problems = std::move(both);
   }
-  for (const int id : wanted) {
-    if (kept.count(id) > 0) continue;
-    throw InputError({suite->file, "--problems", std::to_string(id), "is a problem of none of the suite's tasks",
+  for (const std::string& item : items) {
+    const auto ids = ParseProblemIds({item}, suite->file, "--problems");
+    if (std::any_of(ids.begin(), ids.end(), [&](int id) { return kept.count(id) > 0; })) continue;
+    throw InputError({suite->file, "--problems", item, "names a problem of none of the suite's tasks",
                       "choose among the problems that the suite names"});
   }
 }

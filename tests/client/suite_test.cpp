@@ -142,7 +142,9 @@ TEST(Suite, ProblemsThatNoTaskHasAreRefused) {
     }
     return std::string("accepted");
   };
-  EXPECT_THAT(fault({"3-9"}), AllOf(HasSubstr("--problems"), HasSubstr("none of the suite's tasks (got '7')")));
+  EXPECT_THAT(*narrow({"3-9"}).tasks[1].problems, ElementsAre(3, 4, 5, 6)) << "a range names what there is of it";
+  EXPECT_THAT(fault({"3", "7"}), AllOf(HasSubstr("--problems"), HasSubstr("none of the suite's tasks (got '7')")));
+  EXPECT_THAT(fault({"3", "7-9"}), HasSubstr("none of the suite's tasks (got '7-9')"));
   EXPECT_THAT(fault({"0-2"}), HasSubstr("leaves no problem of the task motion"));
 }
 
@@ -182,7 +184,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadSuite{"EmptyMethodName",
                  "tasks: posture\nmethods:\n  - {solver: sqp, name: \"\"}\n",
                  {"bad.yaml:3: methods[0].name: is empty"}},
-        BadSuite{"NoName", kSmall + std::string("name:\n"), {"bad.yaml:4: name: must be text (got 'nothing')"}},
+        BadSuite{"NoName", kSmall + std::string("name:\n"), {"name: must be text (got 'nothing')"}},
         BadSuite{"WordForAWholeNumber",
                  "tasks: posture\nmethods:\n  - {solver: sqp, options: {max_iterations: big}}\n",
                  {"options.max_iterations: must be a whole number from 1 to 100000 (got 'big')"}},
