@@ -65,8 +65,7 @@ std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, cons
   if (options.experiment) return text;
   const auto workers = status.value("workers", nlohmann::json::array());
   return text + "\n" +
-         (workers.empty() ? "No workers; start some with 'legopt-worker'\n"
-                          : RenderWorkers(workers, layout.width));
+         (workers.empty() ? "No workers; start some with 'legopt-worker'\n" : RenderWorkers(workers, layout.width));
 }
 
 void PrintListings(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
