@@ -1,9 +1,12 @@
 #include "client/yaml_map.h"
 
+#include <yaml-cpp/eventhandler.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <set>
+#include <sstream>
 #include <utility>
 
 #include "bus/spec_limits.h"
@@ -91,6 +94,55 @@ nlohmann::json ToJson(const YAML::Node& node, const std::string& file, const std
   }
 }
 
+// Where a document begins and whether it holds anything, without a tree of it.
+class DocumentOutline : public YAML::EventHandler {
+ public:
+  YAML::Mark start;
+  bool is_empty = true;
+
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    start = mark;
+    is_empty = true;
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnAlias(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override { is_empty = false; }
+  void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                const std::string& /*value*/) override {
+    is_empty = false;
+  }
+  void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                       YAML::EmitterStyle::value /*style*/) override {
+    is_empty = false;
+  }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {
+    is_empty = false;
+  }
+  void OnMapEnd() override {}
+};
+
+// Empty documents, as after a last '---', are no second one. yaml-cpp makes an empty document of what can begin none, a
+// comma for one, and stays before it: whoever asks for the next is given empty ones until memory ends.
+void RequireOneDocument(const std::string& text, const std::string& file) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentOutline document;
+  int last_start = -1;
+  for (bool is_first = true; parser.HandleNextDocument(document); is_first = false) {
+    const std::string place = file + ":" + std::to_string(document.start.line + 1);
+    if (document.start.pos == last_start) {
+      throw InputError({place, "", "", "is not valid YAML: no value can begin here",
+                        "check indentation, brackets and quotes"});
+    }
+    last_start = document.start.pos;
+    if (is_first || document.is_empty) continue;
+    throw InputError({place, "", "", "a second YAML document begins here, which nobody would read",
+                      "remove the '---' before it, or make it a file of its own"});
+  }
+}
+
 }  // namespace
 
 std::string YamlPlace(const std::string& file, const YAML::Node& node) {
@@ -104,20 +156,13 @@ InputError YamlFault(const std::string& file, const YAML::Node& node, const std:
 }
 
 YAML::Node LoadYaml(const std::string& text, const std::string& file) {
-  std::vector<YAML::Node> documents;
   try {
-    documents = YAML::LoadAll(text);
+    RequireOneDocument(text, file);
+    return YAML::Load(text);
   } catch (const YAML::Exception& error) {
     const std::string place = error.mark.is_null() ? file : file + ":" + std::to_string(error.mark.line + 1);
     throw InputError({place, "", "", "is not valid YAML: " + error.msg, "check indentation, brackets and quotes"});
   }
-  for (std::size_t i = 1; i < documents.size(); ++i) {
-    if (documents[i].IsNull()) continue;  // '---' at the end
-    throw InputError({YamlPlace(file, documents[i]), "", "",
-                      "a second YAML document begins here, which nobody would read",
-                      "remove the '---' before it, or make it a file of its own"});
-  }
-  return documents.empty() ? YAML::Node() : documents.front();
 }
 
 std::string YamlString(const YAML::Node& node, const std::string& file, const std::string& field) {

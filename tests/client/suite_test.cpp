@@ -180,6 +180,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadSuite{"SecondDocument",
                  kSmall + std::string("---\nname: other\n"),
                  {"bad.yaml:5", "a second YAML document begins here", "'---'"}},
+        // yaml-cpp reads endless empty documents here, until memory ends.
+        BadSuite{"Comma", ",\n", {"bad.yaml:1", "is not valid YAML"}},
+        BadSuite{"CommaInASecondDocument", kSmall + std::string("---\n,\n"), {"bad.yaml:5", "is not valid YAML"}},
         BadSuite{"EmptyName", kSmall + std::string("name: ''\n"), {"bad.yaml:4: name: is empty"}},
         BadSuite{"EmptyMethodName",
                  "tasks: posture\nmethods:\n  - {solver: sqp, name: \"\"}\n",
