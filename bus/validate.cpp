@@ -443,7 +443,7 @@ std::string Validate(const legopt_msg::query_request& m) {
 
 std::string Validate(const legopt_msg::query_reply& m) {
   return FieldCheck()
-      .Range("status", m.status, 0, 1)
+      .Range("status", m.status, 0, 2)
       .Text("message", m.message, 0, kTextBytes)
       .Json("json", m.json, m.status == 0 ? 2 : 0, kAnswerBytes)
       .fault();

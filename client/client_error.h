@@ -3,9 +3,11 @@
 #include <stdexcept>
 #include <string>
 
-#include "client/exit_codes.h"
+#include "programs/exit_codes.h"
 
 namespace legopt::client {
+
+using programs::ExitCode;
 
 /// A command cannot go on. `what()` is one line that names the cause and the fix; `main` prints it as
 /// "legopt: error: ..." and exits with `code()`.

@@ -10,6 +10,7 @@
 #include "client/finding_report.h"
 #include "client/json_text.h"
 #include "client/options.h"
+#include "client/terminal.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/problem/content_hash.h"
 #include "legopt/problem/dataset.h"
@@ -123,7 +124,7 @@ ExitCode Check(const CheckOptions& options) {
   if (options.json) {
     std::cout << JsonText(DatasetFindingsToJson(findings)) << "\n";
   } else {
-    std::cout << RenderDatasetFindings(findings);
+    std::cout << RenderDatasetFindings(findings, LayoutOf({}));
   }
   if (!AnyError(findings)) return ExitCode::kOk;
   throw ClientError(ExitCode::kUsage, dataset->folder().string() +

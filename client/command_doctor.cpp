@@ -5,6 +5,7 @@
 #include "client/commands.h"
 #include "client/diagnosis.h"
 #include "client/options.h"
+#include "client/terminal.h"
 
 namespace legopt::client {
 namespace {
@@ -16,7 +17,7 @@ struct Options {
 
 ExitCode Doctor(const Options& options) {
   const auto findings = Diagnose(options.diagnosis);
-  std::cout << RenderFindings(findings, options.format);
+  std::cout << RenderFindings(findings, options.format, LayoutOf({}));
   return WorstOf(findings);
 }
 

@@ -11,6 +11,7 @@
 #include "client/finding_report.h"
 #include "client/json_text.h"
 #include "client/options.h"
+#include "client/terminal.h"
 #include "legopt/generate/text_file.h"
 #include "legopt/import/importer.h"
 #include "legopt/input_error.h"
@@ -48,7 +49,7 @@ void PrintReport(const ImportReport& report, const std::string& out, bool json) 
     std::cout << JsonText(document) << "\n";
     return;
   }
-  std::cout << RenderDatasetFindings(report.findings);
+  std::cout << RenderDatasetFindings(report.findings, LayoutOf({}));
   if (!AnyError(report.findings))
     std::cout << "dataset " << report.content_hash << " in " << programs::Printable(out) << "\n";
 }

@@ -14,11 +14,11 @@
 #include "bus/bus_error.h"
 #include "client/client_error.h"
 #include "client/commands.h"
-#include "client/exit_codes.h"
 #include "db/store_error.h"
 #include "legopt/data_folder.h"
 #include "legopt/input_error.h"
 #include "programs/arguments.h"
+#include "programs/exit_codes.h"
 #include "programs/log_format.h"
 
 namespace legopt::client {
@@ -156,7 +156,7 @@ std::string DataFolderText() {
 
 std::string Footer() {
   return "A first look: legopt run quick\n\nEmbedded suites and datasets (LEGOPT_DATA names another folder):\n  " +
-         DataFolderText() + "\n\n" + kExitCodeHelp;
+         DataFolderText() + "\n\n" + programs::ExitCodeHelp();
 }
 
 }  // namespace

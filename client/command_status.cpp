@@ -46,7 +46,10 @@ ExitCode StatusOfFile(const Options& options) {
   std::string sql =
       "SELECT experiment_id AS experiment, name, iif(state <> 'active' OR hold = 'none', state, "
       "iif(hold = 'held', 'held: ' || hold_reason, hold)) AS state, priority, jobs, queued, leased, done, failed, "
-      "dead, cancelled, solved FROM experiment_list";
+      "dead, cancelled, solved, submitter, dataset, (SELECT group_concat(name, ', ') FROM (SELECT m.name FROM cells AS "
+      "c "
+      "JOIN methods AS m USING (method_id) WHERE c.experiment_id = l.experiment_id GROUP BY m.name ORDER BY "
+      "min(c.cell_id))) AS methods, tags FROM experiment_list AS l";
   if (options.experiment) sql += " WHERE experiment_id = " + std::to_string(*options.experiment);
   const Listing experiments = source->Query(sql + " ORDER BY experiment_id");
   RequireFound(experiments, options);

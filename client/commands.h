@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "client/exit_codes.h"
+#include "client/client_error.h"
 
 namespace CLI {
 class App;

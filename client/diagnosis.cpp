@@ -240,7 +240,7 @@ std::vector<Finding> Diagnose(const DiagnosisOptions& options) {
   return findings;
 }
 
-std::string RenderFindings(const std::vector<Finding>& findings, ListingFormat format) {
+std::string RenderFindings(const std::vector<Finding>& findings, ListingFormat format, const TextLayout& layout) {
   Listing listing;
   if (format != ListingFormat::kText) {
     listing.columns = {"check", "state", "detail", "fix"};
@@ -252,7 +252,7 @@ std::string RenderFindings(const std::vector<Finding>& findings, ListingFormat f
     lines.push_back({std::string(ToString(finding.state)), finding.check, programs::Printable(finding.detail)});
     if (!finding.fix.empty()) lines.push_back({"", "", "-> " + programs::Printable(finding.fix)});
   }
-  return AlignColumns(lines, {false, false, false});
+  return AlignSentences(lines, layout.width);
 }
 
 ExitCode WorstOf(const std::vector<Finding>& findings) {

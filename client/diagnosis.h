@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "client/exit_codes.h"
+#include "client/client_error.h"
 #include "client/listing.h"
 #include "client/server_connection.h"
 
@@ -30,7 +30,7 @@ struct DiagnosisOptions {
 std::vector<Finding> Diagnose(const DiagnosisOptions& options);
 
 /// "ok    multicast route  through lo" lines; a finding that is not ok is followed by its fix.
-std::string RenderFindings(const std::vector<Finding>& findings, ListingFormat format);
+std::string RenderFindings(const std::vector<Finding>& findings, ListingFormat format, const TextLayout& layout);
 
 /// kOk when nothing failed, else the code of the first failure. Warnings do not count.
 ExitCode WorstOf(const std::vector<Finding>& findings);

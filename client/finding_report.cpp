@@ -32,13 +32,13 @@ std::string Sentence(const DatasetFinding& finding) {
 
 }  // namespace
 
-std::string RenderDatasetFindings(std::span<const DatasetFinding> findings) {
+std::string RenderDatasetFindings(std::span<const DatasetFinding> findings, const TextLayout& layout) {
   std::vector<std::vector<std::string>> lines;
   for (const DatasetFinding& finding : findings) {
     lines.push_back({Mark(finding.severity), finding.check, programs::Printable(Sentence(finding))});
     if (!finding.fix.empty()) lines.push_back({"", "", "-> " + programs::Printable(finding.fix)});
   }
-  return AlignColumns(lines, {false, false, false});
+  return AlignSentences(lines, layout.width);
 }
 
 nlohmann::ordered_json DatasetFindingsToJson(std::span<const DatasetFinding> findings) {

@@ -63,4 +63,8 @@ std::vector<bool> NumericColumns(const Listing& listing);
 /// `right_aligned[i]` tells the side; no space at line ends.
 std::string AlignColumns(std::span<const std::vector<std::string>> lines, const std::vector<bool>& right_aligned);
 
+/// Lines of equally many columns, left-aligned; the last column is broken so that `width` holds (0: no limit), but into
+/// no less than half of it.
+std::string AlignSentences(std::span<const std::vector<std::string>> lines, std::size_t width);
+
 }  // namespace legopt::client

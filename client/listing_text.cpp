@@ -275,4 +275,27 @@ std::string AlignColumns(std::span<const std::vector<std::string>> lines, const 
   return RenderAligned(grid, NaturalWidths(grid), false);
 }
 
+std::string AlignSentences(std::span<const std::vector<std::string>> lines, std::size_t width) {
+  if (lines.empty()) return "";
+  const std::size_t last = lines.front().size() - 1;
+  constexpr std::size_t kGap = 2;
+  std::size_t indent = 0;
+  for (std::size_t column = 0; column < last; ++column) {
+    std::size_t widest = 0;
+    for (const auto& line : lines) widest = std::max(widest, DisplayWidth(line[column]));
+    indent += widest + kGap;
+  }
+  const std::size_t room = width == 0 ? 0 : std::max(width - std::min(width, indent), width / 2);
+  std::vector<std::vector<std::string>> broken;
+  for (const auto& line : lines) {
+    std::vector<std::string> cells = line;
+    for (const std::string& part : WrapText(line[last], room)) {
+      cells[last] = part;
+      broken.push_back(cells);
+      cells.assign(last + 1, "");
+    }
+  }
+  return AlignColumns(broken, std::vector<bool>(last + 1, false));
+}
+
 }  // namespace legopt::client

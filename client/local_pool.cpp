@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <sstream>
@@ -27,20 +28,12 @@ constexpr milliseconds kWorkerLeave{3'000};
 constexpr int kPortAttempts = 5;
 constexpr int kMaxRestarts = 20;
 
-bool IsKnownExitCode(int code) {
-  switch (static_cast<ExitCode>(code)) {
-    case ExitCode::kUsage:
-    case ExitCode::kUnreachable:
-    case ExitCode::kJobsFailed:
-    case ExitCode::kDatasetMismatch:
-    case ExitCode::kDatabaseUnusable:
-    case ExitCode::kNetworkUnusable:
-    case ExitCode::kNewerDatabase:
-    case ExitCode::kMachine:
-      return true;
-    default:
-      return false;
-  }
+// That names a cause other than a defect, and no end in good order.
+bool NamesACause(int code) {
+  const auto named = static_cast<ExitCode>(code);
+  if (named == ExitCode::kOk || named == ExitCode::kInterrupted || named == ExitCode::kInternal) return false;
+  return std::any_of(programs::kExitCodeTexts.begin(), programs::kExitCodeTexts.end(),
+                     [named](const programs::ExitCodeText& known) { return known.code == named; });
 }
 
 // What ends us may be sent to all processes of a job (batch systems): a server that stopped at once could not take back
@@ -57,8 +50,7 @@ std::string WithoutLogPrefix(const std::string& line, const std::string& program
 }
 
 [[noreturn]] void Fail(const std::string& program, const ChildProcess& child, const ChildExit& exit) {
-  const auto code =
-      exit.signal == 0 && IsKnownExitCode(exit.code) ? static_cast<ExitCode>(exit.code) : ExitCode::kInternal;
+  const auto code = exit.signal == 0 && NamesACause(exit.code) ? static_cast<ExitCode>(exit.code) : ExitCode::kInternal;
   const std::string words = LastWords(program, child.ErrorTail());
   throw ClientError(code, words.empty()
                               ? program + " ended with " + exit.Describe() + "; run again with --verbose to see its log"

@@ -141,6 +141,8 @@ nlohmann::json ServerConnection::Query(const std::string& sql, int max_rows, dou
   request.max_rows = max_rows;
   // Others may be answered first.
   const auto reply = Ask(request, std::min(std::max(timeout_, ToMicroseconds(limit_s) + kWorkTimeout), kLongestCall));
+  constexpr std::int32_t kStopped = 2;
+  if (reply.status == kStopped) throw ClientError(ExitCode::kUnreachable, "query: " + reply.message);
   if (reply.status != kReplyOk) throw ClientError(ExitCode::kUsage, "query: " + reply.message);
   auto json = nlohmann::json::parse(reply.json, nullptr, false);
   if (!json.is_object() || !json.contains("columns") || !json.contains("rows")) {

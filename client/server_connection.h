@@ -27,8 +27,9 @@ struct NetworkOptions {
 };
 
 /// Calls to the server of a deployment, one at a time. Every call throws ClientError: kUnreachable when no answer came
-/// in time, kUsage when the server refused the request, kInterrupted when the user interrupted the wait (only under an
-/// InterruptGuard), kInternal when the answer is not understood. Thread rule: one thread.
+/// in time or a query was stopped at its limit, kUsage when the server refused the request, kInterrupted when the user
+/// interrupted the wait (only under an InterruptGuard), kInternal when the answer is not understood. Thread rule: one
+/// thread.
 class ServerConnection {
  public:
   /// Joins the network without asking anybody. Throws bus::BusError.

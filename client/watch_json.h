@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "client/exit_codes.h"
+#include "client/client_error.h"
 #include "client/watch_view.h"
 
 namespace legopt::client {

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "client/client_error.h"
-#include "client/exit_codes.h"
 #include "client/experiment_status.h"
 #include "client/server_connection.h"
 #include "client/watch_view.h"

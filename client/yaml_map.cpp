@@ -133,8 +133,8 @@ void RequireOneDocument(const std::string& text, const std::string& file) {
   for (bool is_first = true; parser.HandleNextDocument(document); is_first = false) {
     const std::string place = file + ":" + std::to_string(document.start.line + 1);
     if (document.start.pos == last_start) {
-      throw InputError({place, "", "", "is not valid YAML: no value can begin here",
-                        "check indentation, brackets and quotes"});
+      throw InputError(
+          {place, "", "", "is not valid YAML: no value can begin here", "check indentation, brackets and quotes"});
     }
     last_start = document.start.pos;
     if (is_first || document.is_empty) continue;

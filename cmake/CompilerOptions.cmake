@@ -40,3 +40,18 @@ elseif(CMAKE_BUILD_TYPE STREQUAL "Release")
     list(TRANSFORM CMAKE_CXX_COMPILE_OPTIONS_IPO REPLACE "^-fno-fat-lto-objects$" "-ffat-lto-objects")
   endif()
 endif()
+
+# legopt_optimize_rooms(LEVEL): what follows is compiled with this level and without link-time optimisation in Release
+# builds. All numerics is in legopt/, which has both at their most; elsewhere a job's time is spent in system calls and
+# SQLite, and the compiler's time is a newcomer's.
+macro(legopt_optimize_rooms level)
+  set(CMAKE_CXX_FLAGS_RELEASE "${level} -DNDEBUG")
+  set(CMAKE_INTERPROCEDURAL_OPTIMIZATION OFF)
+endmacro()
+
+# legopt_link_quickly(TARGET): links the machine code that the libraries hold, which otherwise would be optimised anew.
+function(legopt_link_quickly target)
+  if(LEGOPT_LTO AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_link_options(${target} PRIVATE -fno-lto)
+  endif()
+endfunction()

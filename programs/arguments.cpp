@@ -9,13 +9,14 @@
 #include <vector>
 
 #include "legopt/nearest_name.h"
+#include "programs/exit_codes.h"
 #include "programs/printable.h"
 
 namespace legopt::programs {
 namespace {
 
-constexpr int kDone = 0;
-constexpr int kWrongUsage = 2;  // of every program
+constexpr int kDone = StatusOf(ExitCode::kOk);
+constexpr int kWrongUsage = StatusOf(ExitCode::kUsage);
 
 using Words = std::vector<std::string>;
 

@@ -12,12 +12,14 @@
 #include <limits>
 #include <new>
 #include <string>
+#include <system_error>
 
 #include "bus/bus_error.h"
 #include "bus/lcm_transport.h"
 #include "db/sqlite_store.h"
 #include "legopt/stop_signals.h"
 #include "programs/arguments.h"
+#include "programs/exit_codes.h"
 #include "programs/log_format.h"
 #include "programs/printable.h"
 #include "server/port_claim.h"
@@ -27,13 +29,7 @@
 namespace legopt::server {
 namespace {
 
-// Shared with the client and the worker; client/exit_codes.h documents them for users.
-constexpr int kExitUsage = 2;
-constexpr int kExitDatabaseUnusable = 6;
-constexpr int kExitNetworkUnusable = 7;
-constexpr int kExitNewerDatabase = 9;
-constexpr int kExitInternal = 70;
-constexpr int kExitMachine = 71;
+using programs::ExitCode;
 
 constexpr microseconds kProbePatience{400'000};
 constexpr microseconds kLongestWait{1'000'000};
@@ -73,7 +69,7 @@ void WarnAboutNetwork(const bus::LcmTransport& transport) {
 
 // Until a signal or a client stops it; then answers repeats of its last requests for a moment. Before another server
 // of the deployment it stops at once, as in a crash: what was acknowledged is on disk, and its leases run out.
-int ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, StopSignals& stop) {
+ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, StopSignals& stop) {
   bool foreign_reported = false;
   const std::array<pollfd, 1> extra{pollfd{stop.descriptor(), POLLIN, 0}};
   while (!server.shutdown_requested() && !stop.Take()) {
@@ -82,7 +78,7 @@ int ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rival
     if (!rivals.rival().empty()) {
       spdlog::error("another server answers on this port ({}): stopping before it takes or spoils any more work",
                     rivals.rival());
-      return kExitNetworkUnusable;
+      return ExitCode::kNetworkUnusable;
     }
     if (!foreign_reported && endpoint.counters().rejected_deployment > 0) {
       foreign_reported = true;
@@ -93,7 +89,7 @@ int ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rival
   const microseconds end = endpoint.now() + kLinger;
   while (endpoint.now() < end) server.Round(end - endpoint.now());
   spdlog::info("stopping");
-  return 0;
+  return ExitCode::kOk;
 }
 
 // What keeps us from being the only server on these ports; empty: nothing does. The claim settles it on this machine,
@@ -108,7 +104,7 @@ std::string ObstacleOnPorts(const PortClaim& claim, bus::LcmTransport& transport
          " (each uses its --port and the next one); stop it or choose another --port";
 }
 
-int Serve(const Arguments& arguments) {
+ExitCode Serve(const Arguments& arguments) {
   StopSignals stop(arguments.owner);
   // The network first: a server that may not serve leaves no database behind.
   bus::LcmTransport transport(arguments.network);
@@ -117,8 +113,8 @@ int Serve(const Arguments& arguments) {
   const ServerOptions options = OptionsFor(arguments);
   const PortClaim claim(arguments.network.port);
   if (const std::string obstacle = ObstacleOnPorts(claim, transport, options); !obstacle.empty()) {
-    std::cerr << "legopt-server: " << address << ": " << programs::Printable(obstacle) << "\n";
-    return kExitNetworkUnusable;
+    programs::ReportError("legopt-server", address + ": " + obstacle);
+    return ExitCode::kNetworkUnusable;
   }
   const auto store = db::OpenSqliteStore(arguments.database);
   bus::Endpoint endpoint(transport, bus::kServer, bus::RandomSeed());
@@ -153,16 +149,16 @@ int Run(int argc, char** argv) {
   // For a program that has started us as a part of itself ('legopt run'); not for people.
   app.add_option("--owner", arguments.owner, "Process whose orders to stop count; no others do")->group("");
   app.footer(
-      "Exit codes: 0 stopped, 2 wrong usage, 6 database unusable, 7 network unusable, "
-      "9 database of a newer legopt, 70 a defect of legopt, 71 out of memory.");
+      programs::ExitCodeHelp({ExitCode::kOk, ExitCode::kUsage, ExitCode::kDatabaseUnusable, ExitCode::kNetworkUnusable,
+                              ExitCode::kNewerDatabase, ExitCode::kInternal, ExitCode::kMachine}));
   if (const auto status = programs::ParseCommandLine(app, argc, argv)) return *status;
   spdlog::set_level(arguments.verbose ? spdlog::level::debug : spdlog::level::warn);
-  return Serve(arguments);
+  return StatusOf(Serve(arguments));
 }
 
-int ReportError(const std::string& what, int exit_code) {
-  std::cerr << "legopt-server: " << programs::Printable(what) << "\n";
-  return exit_code;
+int Report(ExitCode code, const std::string& message) {
+  programs::ReportError("legopt-server", message);
+  return StatusOf(code);
 }
 
 }  // namespace
@@ -174,6 +170,7 @@ int main(int argc, char** argv) {
   using legopt::bus::BusErrorCode;
   using legopt::db::StoreError;
   using legopt::db::StoreErrorCode;
+  using legopt::programs::ExitCode;
   // Standard output belongs to the "ready" line.
   const auto logger = spdlog::stderr_logger_mt("legopt-server");
   legopt::programs::FormatPrintably(*logger);
@@ -182,19 +179,21 @@ int main(int argc, char** argv) {
     return server::Run(argc, argv);
   } catch (const StoreError& error) {
     if (error.code() == StoreErrorCode::kNewerSchema) {
-      return server::ReportError(error.what(), server::kExitNewerDatabase);
+      return server::Report(ExitCode::kNewerDatabase, error.what());
     }
     const bool defect = error.code() == StoreErrorCode::kConstraint || error.code() == StoreErrorCode::kBadQuery;
-    return server::ReportError(error.what(), defect ? server::kExitInternal : server::kExitDatabaseUnusable);
+    return server::Report(defect ? ExitCode::kInternal : ExitCode::kDatabaseUnusable, error.what());
   } catch (const BusError& error) {
     const bool usage = error.code() == BusErrorCode::kInvalidOption;
-    return server::ReportError(error.what(), usage ? server::kExitUsage : server::kExitNetworkUnusable);
+    return server::Report(usage ? ExitCode::kUsage : ExitCode::kNetworkUnusable, error.what());
   } catch (const legopt::server::SpecError& error) {
-    return server::ReportError(std::string("the database holds an illegal experiment: ") + error.what(),
-                               server::kExitDatabaseUnusable);
+    return server::Report(ExitCode::kDatabaseUnusable,
+                          std::string("the database holds an illegal experiment: ") + error.what());
   } catch (const std::bad_alloc&) {
-    return server::ReportError("out of memory", server::kExitMachine);
+    return server::Report(ExitCode::kMachine, "out of memory");
+  } catch (const std::system_error& error) {
+    return server::Report(ExitCode::kMachine, std::string("the system refuses: ") + error.what());
   } catch (const std::exception& error) {
-    return server::ReportError(error.what(), server::kExitInternal);
+    return server::Report(ExitCode::kInternal, error.what());
   }
 }

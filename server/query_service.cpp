@@ -58,9 +58,12 @@ Json JsonOf(const db::Value& value) {
   return nullptr;
 }
 
-legopt_msg::query_reply Failure(const std::string& message) {
+constexpr std::int32_t kRefused = 1;
+constexpr std::int32_t kStopped = 2;
+
+legopt_msg::query_reply Failure(const std::string& message, std::int32_t status = kRefused) {
   legopt_msg::query_reply reply{};
-  reply.status = 1;
+  reply.status = status;
   reply.message = message;
   return reply;
 }
@@ -172,6 +175,8 @@ class QueryService::Impl {
       limits.max_bytes = kMaxAnswerBytes;
       limits.time_limit = query.limit;
       return Answer(database->Query(query.request.sql, {}, limits));
+    } catch (const db::StoreError& error) {
+      return Failure(error.what(), error.code() == db::StoreErrorCode::kInterrupted ? kStopped : kRefused);
     } catch (const std::exception& error) {
       return Failure(error.what());
     }

@@ -71,7 +71,8 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
   }
   SetOnline(worker, true);
   bool same_name = false;
-  const std::string mismatch = MismatchOf(worker, hashes, &same_name);
+  // One that loads its datasets comes again with them.
+  const std::string mismatch = hashes.empty() ? std::string() : MismatchOf(worker, hashes, &same_name);
   if (same_name) {
     SetOnline(worker, false);  // it will not work
     reply.status = kHelloDatasetMismatch;

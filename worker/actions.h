@@ -12,8 +12,11 @@
 #include "legopt_msg/lease_request.hpp"
 #include "legopt_msg/method_request.hpp"
 #include "legopt_msg/result_request.hpp"
+#include "programs/exit_codes.h"
 
 namespace legopt::worker {
+
+using programs::ExitCode;
 
 /// Identity of one lease: which attempt of which job, under which token.
 struct LeaseKey {
@@ -71,7 +74,7 @@ struct LogLine {
 };
 /// The worker is done; no action follows.
 struct ExitWorker {
-  int code;
+  ExitCode code;
 };
 
 using Action = std::variant<StartChild, AssignJob, CancelJob, KillChild, CallHello, CallLease, CallHeartbeat,

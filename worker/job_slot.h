@@ -13,6 +13,9 @@ inline constexpr int kChildOutOfMemory = 81;
 /// Exit status of a job process whose supervisor is gone.
 inline constexpr int kChildOrphaned = 82;
 
+/// What takes the place of its exit status when a job process could not even be started.
+inline constexpr int kChildNotStarted = 127;
+
 /// How a job process ended.
 struct ChildExit {
   int signal = 0;        ///< that killed it; 0: it exited by itself

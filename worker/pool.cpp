@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "worker/exit_codes.h"
+#include "programs/exit_codes.h"
 #include "worker/outcome.h"
 
 namespace legopt::worker {
@@ -72,10 +72,10 @@ microseconds Pool::next_deadline() const {
   if (finished_) return next;
   const auto at = [&next](microseconds time) { next = std::min(next, time); };
   for (const SlotEntry& slot : slots_) at(slot.machine.deadline());
+  if (!registration_ && !hello_in_flight_) at(next_hello_);
+  if (registration_ && !heartbeat_in_flight_) at(next_heartbeat_);
   if (!datasets_.empty()) {
-    if (!registration_ && !hello_in_flight_) at(next_hello_);
     if (registration_ && !lease_in_flight_ && NumWantedLeases() > 0) at(next_lease_);
-    if (registration_ && !heartbeat_in_flight_) at(next_heartbeat_);
     if (options_.wait_server != microseconds::max()) at(last_heard_ + options_.wait_server);
   }
   const bool delivering = CanDeliver();
@@ -99,8 +99,9 @@ void Pool::Log(LogLevel level, std::string text) { actions_.emplace_back(LogLine
 
 // --- Registration ----------------------------------------------------------------------------------------------------
 
+// Before its datasets are loaded, too, so that people are told that a worker is coming; again with them.
 void Pool::AskForRegistration(microseconds now) {
-  if (registration_ || hello_in_flight_ || datasets_.empty() || now < next_hello_) return;
+  if (registration_ || hello_in_flight_ || now < next_hello_) return;
   legopt_msg::hello_request request;
   request.protocol_version = options_.protocol_version;
   request.worker_name = options_.name;
@@ -115,6 +116,7 @@ void Pool::AskForRegistration(microseconds now) {
     request.datasets.push_back(std::move(ref));
   }
   hello_in_flight_ = true;
+  announced_datasets_ = datasets_.size();
   actions_.emplace_back(CallHello{std::move(request)});
 }
 
@@ -140,6 +142,12 @@ void Pool::OnHelloReply(microseconds now, const legopt_msg::hello_reply* reply, 
       next_lease_ = now;
       next_heartbeat_ = leases_.empty() ? now + registration.heartbeat : now;  // claim what we hold at once
       for (auto& [key, held] : leases_) held.next_delivery = now;
+      if (datasets_.empty()) break;
+      if (announced_datasets_ != datasets_.size()) {  // they came while the call was under way
+        registration_.reset();
+        next_hello_ = now;
+        break;
+      }
       Log(LogLevel::kInfo, "registered as worker " + std::to_string(reply->worker_id) + " with " +
                                std::to_string(options_.slots) + " slot(s)");
       TellOnce(reply->message);
@@ -147,13 +155,13 @@ void Pool::OnHelloReply(microseconds now, const legopt_msg::hello_reply* reply, 
     }
     case 2:
       Log(LogLevel::kError, MismatchText(reply->message));
-      Drain(now, kExitDatasetMismatch);
+      Drain(now, ExitCode::kDatasetMismatch);
       next_hello_ = microseconds::max();
       break;
     default:
       Log(LogLevel::kError, "the server refuses this worker: " + PrintableText(reply->message, kMaxMessageBytes) +
                                 "; run server and workers of the same release");
-      Finish(kExitUsage);
+      Finish(ExitCode::kUsage);
   }
   Advance(now);
 }
@@ -236,7 +244,7 @@ int Pool::NumWantedLeases() const {
 }
 
 void Pool::AskForLeases(microseconds now) {
-  if (!registration_ || lease_in_flight_ || now < next_lease_) return;
+  if (!registration_ || datasets_.empty() || lease_in_flight_ || now < next_lease_) return;
   const int wanted = NumWantedLeases();
   if (wanted <= 0) return;
   legopt_msg::lease_request request{};
@@ -275,7 +283,7 @@ void Pool::OnLeaseReply(microseconds now, const legopt_msg::lease_reply* reply, 
       break;
     case 3:
       Log(LogLevel::kError, MismatchText(reply->message));
-      Drain(now, kExitDatasetMismatch);
+      Drain(now, ExitCode::kDatasetMismatch);
       break;
     default:
       no_more_work_ = true;

@@ -31,7 +31,7 @@ struct PoolOptions {
   std::string server_address;   ///< for messages: "GROUP:PORT"
   std::string key_file;         ///< for messages; empty: the deployment has no key
   bool exit_when_idle = false;  ///< leave when the server says that there is no more work (PROTOCOL.md, 9)
-  /// Leave with kExitUnreachable after this long without any word from the server; max(): keep trying.
+  /// Leave with ExitCode::kUnreachable after this long without any word from the server; max(): keep trying.
   microseconds wait_server = microseconds::max();
   SlotTimes slot_times;
   /// Work to hold ready per slot, so that short jobs need not wait for the network: leases are fetched ahead for this
@@ -94,8 +94,8 @@ class Pool {
 
   // --- From outside -----------------------------------------------------------------------------------------------
   /// First call: take no more jobs, give back what has not begun, finish and deliver the rest, what still runs after
-  /// `drain` excepted: it is killed and given back. Leave with kExitOk. Second: kill what runs, give it back, leave
-  /// with kExitInterrupted. Third: leave at once.
+  /// `drain` excepted: it is killed and given back. Leave with ExitCode::kOk. Second: kill what runs, give it back,
+  /// leave with ExitCode::kInterrupted. Third: leave at once.
   void Stop(microseconds now);
   /// Does what time demands. To be called at the latest at next_deadline().
   void Tick(microseconds now);
@@ -177,10 +177,10 @@ class Pool {
   microseconds DeliveryEnd() const;
   microseconds LeaseAnswerEnd() const;
   microseconds IdleEnd() const;
-  void Drain(microseconds now, int exit_code);
+  void Drain(microseconds now, ExitCode exit_code);
   void EndDrain(microseconds now);
   void GiveBackRunning();
-  void Finish(int exit_code);
+  void Finish(ExitCode exit_code);
   std::string CausesOfSilence() const;
 
   // pool_jobs.cpp: slots, results
@@ -200,7 +200,7 @@ class Pool {
   std::optional<microseconds> WaitEnd() const;
   void StopLease(microseconds now, const LeaseKey& key, StopReason reason);
   void NoteDuration(microseconds duration);
-  void CheckStarts(const std::string& evidence);
+  void CheckStarts(const ChildExit& last);
 
   PoolOptions options_;
   std::vector<SlotEntry> slots_;
@@ -212,6 +212,7 @@ class Pool {
   std::vector<LoadedDataset> datasets_;  // as announced; empty until the first process is ready
   std::optional<Registration> registration_;
   bool hello_in_flight_ = false;
+  std::size_t announced_datasets_ = 0;  // by the last hello
   microseconds next_hello_{0};
   microseconds hello_backoff_{0};
 
@@ -242,7 +243,7 @@ class Pool {
   bool gave_back_ = false;  // what ran: only deliveries are left
   bool killing_ = false;
   bool finished_ = false;
-  int exit_code_ = 0;
+  ExitCode exit_code_ = ExitCode::kOk;
   microseconds delivering_since_{0};  // since when nothing is left but to deliver
 };
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "worker/exit_codes.h"
+#include "programs/exit_codes.h"
 #include "worker/pool.h"
 
 namespace legopt::worker {
@@ -14,15 +14,15 @@ constexpr microseconds kLeaseAnswer = std::chrono::seconds(1);  // waited for by
 
 void Pool::Stop(microseconds now) {
   if (killing_) {
-    Finish(kExitInterrupted);
+    Finish(ExitCode::kInterrupted);
   } else if (told_to_stop_) {
     killing_ = true;
-    if (!leases_.empty()) exit_code_ = kExitInterrupted;
+    if (!leases_.empty()) exit_code_ = ExitCode::kInterrupted;
     delivering_since_ = now;
     GiveBackRunning();
   } else {
     told_to_stop_ = true;
-    Drain(now, kExitOk);
+    Drain(now, ExitCode::kOk);
     drain_end_ = now + options_.drain;
     if (const std::size_t running = num_running(); running > 0) {
       Log(LogLevel::kWarning, "told to stop: " + std::to_string(running) + " running job(s) may finish within " +
@@ -33,7 +33,7 @@ void Pool::Stop(microseconds now) {
   Advance(now);
 }
 
-void Pool::Drain(microseconds now, int exit_code) {
+void Pool::Drain(microseconds now, ExitCode exit_code) {
   if (draining_) return;
   draining_ = true;
   exit_code_ = exit_code;
@@ -59,7 +59,7 @@ void Pool::GiveBackRunning() {
   }
 }
 
-void Pool::Finish(int exit_code) {
+void Pool::Finish(ExitCode exit_code) {
   if (finished_) return;
   finished_ = true;
   actions_.emplace_back(ExitWorker{exit_code});
@@ -98,7 +98,7 @@ void Pool::CheckDrained(microseconds now) {
     delivering_since_ = now;
   } else if (now >= DeliveryEnd()) {
     Log(LogLevel::kError, std::to_string(leases_.size()) + " result(s) could not be delivered");
-    Finish(killing_ ? kExitInterrupted : kExitUnreachable);
+    Finish(killing_ ? ExitCode::kInterrupted : ExitCode::kUnreachable);
   }
 }
 
@@ -106,12 +106,12 @@ void Pool::CheckEnd(microseconds now) {
   if (finished_) return;
   if (CheckIdle(now)) {
     Log(LogLevel::kWarning, "no job for " + Seconds(options_.idle_timeout) + ": leaving");
-    Drain(now, kExitOk);
+    Drain(now, ExitCode::kOk);
   }
   if (draining_) return CheckDrained(now);
   if (options_.exit_when_idle && no_more_work_ && leases_.empty()) {
     Log(LogLevel::kInfo, "no more work");
-    Finish(kExitOk);
+    Finish(ExitCode::kOk);
     return;
   }
   if (options_.wait_server != microseconds::max() && !datasets_.empty() && now >= last_heard_ + options_.wait_server) {
@@ -119,7 +119,7 @@ void Pool::CheckEnd(microseconds now) {
     Log(LogLevel::kError, "no answer from a server at " + options_.server_address + " within " +
                               Seconds(options_.wait_server) + "; is legopt-server running with this port and group" +
                               key + "?");
-    Finish(kExitUnreachable);
+    Finish(ExitCode::kUnreachable);
   }
 }
 

@@ -5,7 +5,7 @@
 #include <csignal>
 #include <utility>
 
-#include "worker/exit_codes.h"
+#include "programs/exit_codes.h"
 #include "worker/outcome.h"
 #include "worker/pool.h"
 
@@ -80,13 +80,16 @@ void Pool::OnChildReady(microseconds now, int slot, const std::vector<LoadedData
     Log(LogLevel::kError,
         "the files of a dataset have changed since this worker started; start the worker again to use the new ones");
     Carry(slot, machine.Kill(StopReason::kGarbage, "loaded other datasets than the processes before it"));
-    Drain(now, kExitDatasetMismatch);
+    Drain(now, ExitCode::kDatasetMismatch);
   } else if (!machine.Ready()) {
     OnChildGarbage(now, slot, "ready at the wrong time");
     return;
   } else if (first) {
     datasets_ = datasets;
     last_heard_ = now;  // the search for a server begins here
+    registration_.reset();
+    hello_backoff_ = microseconds(0);
+    next_hello_ = now;
     for (const LoadedDataset& dataset : datasets) Log(LogLevel::kInfo, "dataset " + dataset.name + " " + dataset.hash);
   }
   Advance(now);
@@ -95,7 +98,7 @@ void Pool::OnChildReady(microseconds now, int slot, const std::vector<LoadedData
 void Pool::OnChildStartFailed(microseconds now, int slot, const std::string& message) {
   Log(LogLevel::kError, message);
   if (datasets_.empty()) {
-    Finish(kExitUsage);
+    Finish(ExitCode::kUsage);
     return;
   }
   Carry(slot, slots_[static_cast<std::size_t>(slot)].machine.Kill(StopReason::kGarbage, message));
@@ -158,15 +161,15 @@ void Pool::OnChildExited(microseconds now, int slot, const ChildExit& exit) {
                                 (starting ? " while it loaded its datasets" : " between two jobs"));
   }
   machine.Exited(now);
-  CheckStarts(exit.log_tail);
+  CheckStarts(exit);
   Advance(now);
 }
 
-void Pool::CheckStarts(const std::string& evidence) {
+void Pool::CheckStarts(const ChildExit& last) {
   const auto hopeless = [](const SlotEntry& slot) { return slot.machine.failed_starts() >= kHopelessStarts; };
   if (!datasets_.empty() || !std::all_of(slots_.begin(), slots_.end(), hopeless)) return;
-  Log(LogLevel::kError, "job processes cannot be started; the last one wrote: " + evidence);
-  Finish(kExitInternal);
+  Log(LogLevel::kError, "job processes cannot be started; the last one wrote: " + last.log_tail);
+  Finish(last.exit_code == kChildNotStarted ? ExitCode::kMachine : ExitCode::kInternal);
 }
 
 void Pool::NoteDuration(microseconds duration) {

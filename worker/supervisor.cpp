@@ -14,7 +14,6 @@ constexpr microseconds kLongestWait = std::chrono::seconds(1);
 // Between a job process closing its socket and being gone; a crash takes a moment.
 constexpr microseconds kClosingGrace = std::chrono::milliseconds(500);
 constexpr std::size_t kDescriptorsPerChild = 3;  // socket, log, process
-constexpr int kCannotStart = 127;
 
 }  // namespace
 
@@ -44,10 +43,10 @@ microseconds Supervisor::WaitTime() const {
   return next <= now ? microseconds(0) : std::min(next - now, kLongestWait);
 }
 
-int Supervisor::Run(int stop_fd, const std::function<bool()>& take_order) {
+ExitCode Supervisor::Run(int stop_fd, const std::function<bool()>& take_order) {
   std::vector<pollfd> descriptors;
   for (;;) {
-    if (const std::optional<int> code = CarryOutActions()) {
+    if (const std::optional<ExitCode> code = CarryOutActions()) {
       for (Child& entry : children_) entry = Child{};
       return *code;
     }
@@ -70,7 +69,7 @@ int Supervisor::Run(int stop_fd, const std::function<bool()>& take_order) {
   }
 }
 
-std::optional<int> Supervisor::CarryOutActions() {
+std::optional<ExitCode> Supervisor::CarryOutActions() {
   // Carrying out one action may bring about the next.
   for (std::vector<Action> actions = pool_.TakeActions(); !actions.empty(); actions = pool_.TakeActions()) {
     for (const Action& action : actions) {
@@ -89,7 +88,7 @@ void Supervisor::CarryOut(const StartChild& action) {
     entry.process = std::make_unique<ChildProcess>(options_.child_command);
     logger_.debug("slot {}: job process {} started", action.slot, entry.process->pid());
   } catch (const std::system_error& error) {
-    pool_.OnChildExited(link_.now(), action.slot, {0, kCannotStart, error.what(), 0});
+    pool_.OnChildExited(link_.now(), action.slot, {0, kChildNotStarted, error.what(), 0});
   }
 }
 

@@ -31,9 +31,9 @@ class Supervisor {
   Supervisor(ServerLink& link, SupervisorOptions options, spdlog::logger& logger);
   ~Supervisor();
 
-  /// Works until the end; returns the exit status of the worker. When `stop_fd` is readable, `take_order` takes one
+  /// Works until the end; returns how the worker ends. When `stop_fd` is readable, `take_order` takes one
   /// order to stop from there, false when there is none; -1: none ever comes.
-  int Run(int stop_fd = -1, const std::function<bool()>& take_order = {});
+  ExitCode Run(int stop_fd = -1, const std::function<bool()>& take_order = {});
 
   const Pool& pool() const { return pool_; }
   /// Process of a slot, -1 when it has none.
@@ -47,7 +47,7 @@ class Supervisor {
   };
 
   // Carries out all pending actions; an exit code when the worker is done.
-  std::optional<int> CarryOutActions();
+  std::optional<ExitCode> CarryOutActions();
   void CarryOut(const StartChild& action);
   void CarryOut(const AssignJob& action);
   void CarryOut(const CancelJob& action);
@@ -73,7 +73,7 @@ class Supervisor {
   Pool pool_;
   PoolCalls calls_;
   std::vector<Child> children_;
-  std::optional<int> exit_code_;
+  std::optional<ExitCode> exit_code_;
 };
 
 }  // namespace legopt::worker

@@ -24,9 +24,9 @@
 #include "legopt/stop_signals.h"
 #include "programs/arguments.h"
 #include "programs/checks.h"
+#include "programs/exit_codes.h"
 #include "programs/log_format.h"
 #include "programs/printable.h"
-#include "worker/exit_codes.h"
 #include "worker/job_process.h"
 #include "worker/supervisor.h"
 
@@ -106,9 +106,10 @@ void Define(CLI::App& app, CommandLine& line) {
   app.set_version_flag("--version", kBuild);
   app.footer(
       "Stop it with SIGTERM or Ctrl-C: it takes no more jobs, finishes those that end within --drain and gives the\n"
-      "others back, which costs them no attempt; a second signal gives them back at once.\n"
-      "Exit codes: 0 done; 2 wrong usage or unusable dataset; 3 no server in time; 5 dataset mismatch;\n"
-      "7 network unusable; 8 stopped by a second signal while jobs ran; 70 internal error.");
+      "others back, which costs them no attempt; a second signal gives them back at once.\n" +
+      programs::ExitCodeHelp({ExitCode::kOk, ExitCode::kUsage, ExitCode::kUnreachable, ExitCode::kDatasetMismatch,
+                              ExitCode::kNetworkUnusable, ExitCode::kInterrupted, ExitCode::kInternal,
+                              ExitCode::kMachine}));
 }
 
 // --child SUPERVISOR_PID FOLDER...: written by SupervisorMain only.
@@ -118,7 +119,7 @@ int ChildMain(int argc, char** argv, const ExecutorFactory& make_executor) {
   if (argc < kFirstFolder ||
       std::from_chars(argv[2], argv[2] + std::string_view(argv[2]).size(), supervisor_pid).ec != std::errc{}) {
     std::fprintf(stderr, "legopt-worker: %s is for the worker itself\n", argv[1]);
-    return kExitUsage;
+    return StatusOf(ExitCode::kUsage);
   }
   const std::unique_ptr<JobExecutor> executor =
       make_executor(std::vector<std::filesystem::path>(argv + kFirstFolder, argv + argc));
@@ -174,7 +175,7 @@ void SettleSlots(CommandLine& line, spdlog::logger& logger) {
   std::fflush(stdout);
 }
 
-int SupervisorMain(CommandLine line, spdlog::logger& logger) {
+ExitCode SupervisorMain(CommandLine line, spdlog::logger& logger) {
   StopSignals stop(line.owner);
   SettleSlots(line, logger);
   try {
@@ -190,16 +191,21 @@ int SupervisorMain(CommandLine line, spdlog::logger& logger) {
     logger.error(error.what());
     switch (error.code()) {
       case bus::BusErrorCode::kInvalidOption:
-        return kExitUsage;
+        return ExitCode::kUsage;
       case bus::BusErrorCode::kNoMulticastRoute:
       case bus::BusErrorCode::kPortUnusable:
       case bus::BusErrorCode::kNetworkUnusable:
-        return kExitNetworkUnusable;
+        return ExitCode::kNetworkUnusable;
       case bus::BusErrorCode::kInvalidMessage:
         break;
     }
-    return kExitInternal;
+    return ExitCode::kInternal;
   }
+}
+
+int Report(ExitCode code, const std::string& message) {
+  programs::ReportError("legopt-worker", message);
+  return StatusOf(code);
 }
 
 }  // namespace
@@ -214,13 +220,15 @@ int WorkerMain(int argc, char** argv, const ExecutorFactory& make_executor) {
     const auto logger = spdlog::stderr_color_st("legopt-worker");
     programs::FormatPrintably(*logger);
     logger->set_level(line.verbose ? spdlog::level::debug : spdlog::level::warn);
-    return SupervisorMain(line, *logger);
+    return StatusOf(SupervisorMain(line, *logger));
   } catch (const InputError& error) {
-    std::fprintf(stderr, "legopt-worker: %s\n", programs::Printable(error.what()).c_str());
-    return kExitUsage;
+    return Report(ExitCode::kUsage, error.what());
+  } catch (const std::bad_alloc&) {
+    return Report(ExitCode::kMachine, "out of memory");
+  } catch (const std::system_error& error) {
+    return Report(ExitCode::kMachine, std::string("the system refuses: ") + error.what());
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "legopt-worker: %s\n", programs::Printable(error.what()).c_str());
-    return kExitInternal;
+    return Report(ExitCode::kInternal, error.what());
   }
 }
 

@@ -352,7 +352,10 @@ TEST_F(CommandLine, ListingsHaveJson) {
   EXPECT_EQ(nlohmann::json::parse(Run({"list", "--db", file, "--format", "json"}).out).size(), 2U);
   EXPECT_EQ(nlohmann::json::parse(Run({"list", "--db", file, "--unsolved", "--format", "json"}).out).size(), 1U);
   EXPECT_EQ(nlohmann::json::parse(Run({"list", "--db", file, "--state", "dead", "--format", "json"}).out).size(), 0U);
-  EXPECT_EQ(nlohmann::json::parse(Run({"status", "--db", file, "--format", "json"}).out)[0].at("solved"), 1);
+  const auto status = nlohmann::json::parse(Run({"status", "--db", file, "--format", "json"}).out)[0];
+  EXPECT_EQ(status.at("solved"), 1);
+  EXPECT_EQ(status.at("methods"), "SQP");
+  EXPECT_EQ(status.at("dataset"), "tiny");
   const auto job = nlohmann::json::parse(Run({"show", "2", "--db", file, "--format", "json"}).out);
   EXPECT_EQ(job.at("result").at("verdict_literal"), "com");
   EXPECT_EQ(job.at("attempt_list").size(), 1U);

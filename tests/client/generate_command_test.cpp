@@ -3,14 +3,15 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include "client/exit_codes.h"
 #include "program_run.h"
+#include "programs/exit_codes.h"
 #include "tests/generate/plain_dataset.h"
 #include "tests/problem/test_data.h"
 
 namespace legopt::client {
 namespace {
 
+using programs::ExitCode;
 using testing::HasSubstr;
 
 constexpr int kUsage = static_cast<int>(ExitCode::kUsage);

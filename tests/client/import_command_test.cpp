@@ -8,13 +8,15 @@
 #include <sstream>
 
 #include "bus/lcm_transport.h"
-#include "client/exit_codes.h"
 #include "client/result_source.h"
 #include "program_run.h"
+#include "programs/exit_codes.h"
 #include "tests/import/clone_folder.h"
 
 namespace legopt::client {
 namespace {
+
+using programs::ExitCode;
 
 namespace fs = std::filesystem;
 using testing::AllOf;

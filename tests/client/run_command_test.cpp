@@ -291,7 +291,7 @@ TEST(LastWords, AnErrorComesBeforeWhatFollowsFromIt) {
   EXPECT_EQ(LastWords("legopt-worker", stamp + "[error] x.stl: no triangles\n" + stamp + "[warning] slot 1: exited"),
             "x.stl: no triangles");
   EXPECT_EQ(LastWords("legopt-worker", stamp + "[warning] slot 1: exited"), "slot 1: exited");
-  EXPECT_EQ(LastWords("legopt-server", "legopt-server: a [b] c"), "a [b] c");
+  EXPECT_EQ(LastWords("legopt-server", "legopt-server: error: a [b] c"), "a [b] c");
   EXPECT_EQ(LastWords("legopt-server", ""), "");
 }
 

@@ -168,5 +168,17 @@ TEST_F(TerminalCommand, AReaderThatHasSeenEnoughIsNoError) {
   }
 }
 
+TEST_F(TerminalCommand, FindingsFitTheWidth) {
+  const TerminalSize size{.columns = 80, .lines = 1000};
+  const auto doctor = Run({"doctor"}, size);
+  EXPECT_THAT(doctor.out, HasSubstr("versions"));
+  EXPECT_THAT(Widths(doctor.out), Each(testing::Le(size.columns))) << doctor.out;
+  const std::string dataset = std::string(LEGOPT_SOURCE_DIR) + "/data/garage-easier";
+  const auto check = RunInTerminal(BuiltProgram("legopt"), {"dataset", "check", dataset}, folder_.path(), size);
+  EXPECT_EQ(check.exit_code, 0) << check.out;
+  EXPECT_THAT(check.out, HasSubstr("quaternion order"));
+  EXPECT_THAT(Widths(check.out), Each(testing::Le(size.columns))) << check.out;
+}
+
 }  // namespace
 }  // namespace legopt::client

@@ -12,7 +12,7 @@
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "client/child_process.h"
-#include "client/exit_codes.h"
+#include "programs/exit_codes.h"
 #include "tests/figures/figures.h"
 #include "tests/service/deployment.h"
 
@@ -20,7 +20,7 @@ namespace legopt::figures {
 namespace {
 
 using client::ChildProcess;
-using client::ExitCode;
+using programs::ExitCode;
 using std::chrono::seconds;
 
 constexpr char kUnshare[] = "/usr/bin/unshare";

@@ -11,13 +11,15 @@
 
 #include "db/read_only_database.h"
 #include "db/store_error.h"
+#include "programs/exit_codes.h"
 #include "tests/figures/process_facts.h"
 #include "tests/service/deployment.h"
 #include "tests/temporary_folder.h"
-#include "worker/exit_codes.h"
 
 namespace legopt::service {
 namespace {
+
+using programs::ExitCode;
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -73,10 +75,10 @@ class BatchSystemTest : public testing::Test {
                                 [](const nlohmann::json& status) { return status.at("jobs").at("leased") == 0; });
   }
 
-  static void ExpectExit(client::ChildProcess& worker, int code) {
+  static void ExpectExit(client::ChildProcess& worker, ExitCode code) {
     const auto exit = worker.Wait(kPatience);
     ASSERT_TRUE(exit) << "still there";
-    EXPECT_EQ(exit->Describe(), "exit code " + std::to_string(code)) << worker.ErrorTail();
+    EXPECT_EQ(exit->Describe(), "exit code " + std::to_string(StatusOf(code))) << worker.ErrorTail();
   }
 
   Lines Charges() { return deployment_->Query("SELECT state, max(attempts - returned) FROM jobs GROUP BY state"); }
@@ -96,7 +98,7 @@ TEST_F(BatchSystemTest, ThreeRoundsOfTermToAllProcessesAtWorkChargeNothing) {
     const std::vector<pid_t> processes = ProcessesOf(workers);
     ASSERT_EQ(processes.size(), 6U) << "two supervisors with two job processes each";
     SignalAll(processes, {SIGCONT, SIGTERM});
-    for (const Worker& worker : workers) ExpectExit(*worker, worker::kExitOk);
+    for (const Worker& worker : workers) ExpectExit(*worker, ExitCode::kOk);
     EXPECT_EQ(Charges(), Lines{"queued|0"}) << "round " << round;
   }
   const std::vector<Worker> staying = StartWorkers(2, "0.2");
@@ -111,7 +113,7 @@ TEST_F(BatchSystemTest, JobsThatEndWithinTheDrainAreDone) {
   const std::vector<Worker> workers = StartWorkers(1, "60");
   ASSERT_TRUE(WaitUntilRunning(experiment, 2));
   for (const int signal : {SIGTERM, SIGUSR1, SIGUSR2}) SignalAll(ProcessesOf(workers), {signal});
-  ExpectExit(*workers[0], worker::kExitOk);
+  ExpectExit(*workers[0], ExitCode::kOk);
   EXPECT_EQ(deployment_->Query("SELECT state, attempts, returned FROM jobs"), (Lines{"done|1|0", "done|1|0"}));
 }
 
@@ -140,7 +142,7 @@ TEST_F(BatchSystemTest, KillOfJobProcessesAfterTermChargesNothing) {
   }
   for (const Worker& worker : workers) std::erase(processes, worker->pid());
   SignalAll(processes, {SIGKILL});
-  for (const Worker& worker : workers) ExpectExit(*worker, worker::kExitOk);
+  for (const Worker& worker : workers) ExpectExit(*worker, ExitCode::kOk);
   EXPECT_EQ(Charges(), Lines{"queued|0"});
 }
 
@@ -193,7 +195,7 @@ TEST(RunUnderABatchSystemTest, TermToAllProcessesGivesEverythingBack) {
   SignalAll(processes, {SIGCONT, SIGTERM});
   const auto exit = run.Wait(kPatience);
   ASSERT_TRUE(exit);
-  EXPECT_EQ(exit->Describe(), "exit code " + std::to_string(worker::kExitInterrupted)) << run.ErrorTail();
+  EXPECT_EQ(exit->Describe(), "exit code " + std::to_string(StatusOf(ExitCode::kInterrupted))) << run.ErrorTail();
   EXPECT_GT(count("attempts WHERE outcome = 'returned'"), 0) << "nothing was at work";
   EXPECT_EQ(count("jobs WHERE state = 'queued' AND attempts > returned"), 0);
   EXPECT_EQ(count("attempts WHERE outcome NOT IN ('finished', 'returned')"), 0);
@@ -250,14 +252,14 @@ TEST_F(BatchSystemTest, MoreSlotsThanGrantedAreAllowedAndTold) {
 
 TEST_F(BatchSystemTest, AWorkerWithoutJobsLeavesAfterItsIdleTimeout) {
   const Worker worker = deployment_->StartStubWorker({"--slots", "1", "--idle-timeout", "0.3"});
-  ExpectExit(*worker, worker::kExitOk);
+  ExpectExit(*worker, ExitCode::kOk);
   EXPECT_NE(worker->ErrorTail().find("no job for 0.3 s: leaving"), std::string::npos) << worker->ErrorTail();
 }
 
 TEST_F(BatchSystemTest, AWorkerWithoutAServerLeavesAfterItsIdleTimeout) {
   deployment_->KillServer();
   const Worker worker = deployment_->StartStubWorker({"--slots", "1", "--idle-timeout", "0.3"});
-  ExpectExit(*worker, worker::kExitOk);
+  ExpectExit(*worker, ExitCode::kOk);
 }
 
 // A job longer than the time-out is no idleness, and the time begins anew after it.
@@ -266,7 +268,7 @@ TEST_F(BatchSystemTest, AJobIsNoIdleness) {
   const Worker worker = deployment_->StartStubWorker({"--slots", "1", "--idle-timeout", "2.5"});
   ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
   EXPECT_EQ(deployment_->Query("SELECT attempts, returned FROM jobs"), Lines{"1|0"});
-  ExpectExit(*worker, worker::kExitOk);
+  ExpectExit(*worker, ExitCode::kOk);
 }
 
 }  // namespace

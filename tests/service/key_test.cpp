@@ -10,15 +10,16 @@
 
 #include "bus/message_key.h"
 #include "client/client_error.h"
+#include "programs/exit_codes.h"
 #include "tests/service/deployment.h"
 #include "tests/temporary_folder.h"
 
 namespace legopt::service {
 namespace {
 
+using programs::ExitCode;
+
 constexpr char kKeyVariable[] = "LEGOPT_KEY_FILE";
-constexpr int kExitUsage = 2;
-constexpr int kExitUnreachable = 3;
 constexpr std::chrono::milliseconds kPatience{20'000};
 
 class KeyTest : public testing::Test {
@@ -51,7 +52,7 @@ class KeyTest : public testing::Test {
     client::ChildProcess server(Program("legopt-server"), all, true);
     const auto exit = server.Wait(kPatience);
     ASSERT_TRUE(exit.has_value());
-    EXPECT_EQ(exit->code, kExitUsage) << server.ErrorTail();
+    EXPECT_EQ(exit->code, StatusOf(ExitCode::kUsage)) << server.ErrorTail();
     EXPECT_NE(server.ErrorTail().find(word), std::string::npos) << server.ErrorTail();
     EXPECT_FALSE(std::filesystem::exists(folder_ / "refused.sqlite"));
   }
@@ -109,7 +110,7 @@ TEST_F(KeyTest, AWorkerWithAnotherKeyIsToldWhatMayBeWrong) {
   const auto worker = deployment_->StartStubWorker({"--slots", "1", "--wait-server", "0.3"});
   const auto exit = worker->Wait(kPatience);
   ASSERT_TRUE(exit.has_value());
-  EXPECT_EQ(exit->code, kExitUnreachable);
+  EXPECT_EQ(exit->code, StatusOf(ExitCode::kUnreachable));
   EXPECT_NE(worker->ErrorTail().find("with the key in " + key_file_), std::string::npos) << worker->ErrorTail();
 }
 
@@ -127,7 +128,7 @@ TEST_F(KeyTest, NothingLeavesTheHostWithoutAKeyUnlessToldSo) {
   const auto worker = deployment_->StartStubWorker({"--slots", "1", "--ttl", "1"});
   const auto exit = worker->Wait(kPatience);
   ASSERT_TRUE(exit.has_value());
-  EXPECT_EQ(exit->code, kExitUsage) << worker->ErrorTail();
+  EXPECT_EQ(exit->code, StatusOf(ExitCode::kUsage)) << worker->ErrorTail();
   client::NetworkOptions network = Network();
   network.ttl = 1;
   EXPECT_ANY_THROW(client::ServerConnection{network});

@@ -8,18 +8,19 @@
 #include <optional>
 
 #include "bus/lcm_transport.h"
+#include "programs/exit_codes.h"
 #include "tests/service/deployment.h"
 #include "tests/service/stub_executor.h"
-#include "worker/exit_codes.h"
 
 namespace legopt::service {
 namespace {
+
+using programs::ExitCode;
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using worker::StubExecutor;
 
-constexpr int kExitDatabaseUnusable = 6;
 constexpr milliseconds kPatience = seconds(30);
 
 std::string Hex(const std::vector<double>& numbers) {
@@ -81,7 +82,7 @@ TEST_F(ServiceTest, SubmittedJobsAreDoneOnce) {
   first->Signal(SIGTERM);
   const auto exit = first->Wait(kPatience);
   ASSERT_TRUE(exit);
-  EXPECT_EQ(exit->code, worker::kExitOk) << first->ErrorTail();
+  EXPECT_EQ(exit->code, StatusOf(ExitCode::kOk)) << first->ErrorTail();
 }
 
 TEST_F(ServiceTest, AKilledWorkerCostsAttemptsButNoJob) {
@@ -233,7 +234,7 @@ TEST_F(ServiceTest, AWorkerThatIsToldToStopGivesItsJobsBack) {
   leaving->Signal(SIGINT);
   const auto exit = leaving->Wait(kPatience);
   ASSERT_TRUE(exit);
-  EXPECT_EQ(exit->code, worker::kExitInterrupted) << leaving->ErrorTail();
+  EXPECT_EQ(exit->code, StatusOf(ExitCode::kInterrupted)) << leaving->ErrorTail();
   const auto staying = deployment_->StartStubWorker({"--slots", "2"});
   ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
   ExpectComplete(experiment, 2);
@@ -245,7 +246,7 @@ TEST_F(ServiceTest, ADatasetMismatchEndsTheWorkerWithBothHashes) {
   const auto worker = deployment_->StartWorker("stub_worker", {"--slots", "1", "--dataset", "stub-f"});
   const auto exit = worker->Wait(kPatience);
   ASSERT_TRUE(exit);
-  EXPECT_EQ(exit->code, worker::kExitDatasetMismatch);
+  EXPECT_EQ(exit->code, StatusOf(ExitCode::kDatasetMismatch));
   const std::string error = worker->ErrorTail();
   EXPECT_NE(error.find(std::string(64, 'f')), std::string::npos) << error;
   EXPECT_NE(error.find(std::string(64, 'd')), std::string::npos) << error;
@@ -256,14 +257,14 @@ TEST_F(ServiceTest, ASecondServerOnOneDatabaseIsRefused) {
   const auto second = deployment_->ExtraServer(deployment_->database(), bus::FindFreePortPair(bus::RandomSeed()));
   const auto exit = second->Wait(kPatience);
   ASSERT_TRUE(exit);
-  EXPECT_EQ(exit->code, kExitDatabaseUnusable) << second->ErrorTail();
+  EXPECT_EQ(exit->code, StatusOf(ExitCode::kDatabaseUnusable)) << second->ErrorTail();
 }
 
 TEST_F(ServiceTest, APortThatServesAnotherDeploymentIsRefused) {
   const auto second = deployment_->ExtraServer(deployment_->folder() / "other.sqlite");
   const auto exit = second->Wait(kPatience);
   ASSERT_TRUE(exit);
-  EXPECT_EQ(exit->code, worker::kExitNetworkUnusable) << second->ErrorTail();
+  EXPECT_EQ(exit->code, StatusOf(ExitCode::kNetworkUnusable)) << second->ErrorTail();
 }
 
 TEST_F(ServiceTest, AWorkerMayStartBeforeItsServer) {
@@ -280,7 +281,7 @@ TEST_F(ServiceTest, AWorkerWithoutAServerGivesUpWhenToldTo) {
   const auto worker = deployment_->StartStubWorker({"--slots", "1", "--wait-server", "0.3"});
   const auto exit = worker->Wait(kPatience);
   ASSERT_TRUE(exit);
-  EXPECT_EQ(exit->code, worker::kExitUnreachable);
+  EXPECT_EQ(exit->code, StatusOf(ExitCode::kUnreachable));
   EXPECT_NE(worker->ErrorTail().find("legopt-server"), std::string::npos) << worker->ErrorTail();
 }
 
@@ -290,7 +291,7 @@ TEST_F(ServiceTest, WrongUsageOfTheWorkerHasItsExitCode) {
     const auto worker = deployment_->StartWorker("legopt-worker", arguments);
     const auto exit = worker->Wait(kPatience);
     ASSERT_TRUE(exit);
-    EXPECT_EQ(exit->code, worker::kExitUsage) << worker->ErrorTail();
+    EXPECT_EQ(exit->code, StatusOf(ExitCode::kUsage)) << worker->ErrorTail();
   }
 }
 

@@ -7,16 +7,16 @@
 
 #include <optional>
 
-#include "client/exit_codes.h"
 #include "db/audit.h"
+#include "programs/exit_codes.h"
 #include "tests/client/program_run.h"
 #include "tests/service/deployment.h"
 
 namespace legopt::service {
 namespace {
 
-using client::ExitCode;
 using client::ProgramResult;
+using programs::ExitCode;
 using testing::HasSubstr;
 using testing::Not;
 

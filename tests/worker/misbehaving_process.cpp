@@ -167,7 +167,7 @@ int Supervise(const char* program) {
     std::fflush(stdout);
     server.on_wait = nullptr;
   };
-  return supervisor.Run();
+  return StatusOf(supervisor.Run());
 }
 
 }  // namespace

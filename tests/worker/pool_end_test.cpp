@@ -5,8 +5,8 @@
 
 #include <csignal>
 
+#include "programs/exit_codes.h"
 #include "tests/worker/pool_harness.h"
-#include "worker/exit_codes.h"
 
 namespace legopt::worker {
 namespace {
@@ -56,7 +56,7 @@ TEST(PoolEndTest, LeavesWhenIdleOnlyIfToldTo) {
     harness.ReplyLease({}, 4);
     EXPECT_EQ(harness.exit_code.has_value(), exit_when_idle);
     if (exit_when_idle) {
-      EXPECT_EQ(*harness.exit_code, kExitOk);
+      EXPECT_EQ(*harness.exit_code, ExitCode::kOk);
     }
   }
 }
@@ -72,7 +72,7 @@ TEST(PoolEndTest, FirstSignalFinishesAndDeliversWhatIsAtHand) {
   EXPECT_TRUE(harness.Take<CallLease>().empty()) << "takes no more";
   EXPECT_FALSE(harness.exit_code) << "not before the result is acknowledged";
   harness.ReplyResult(harness.Take<CallResult>().at(0).key);
-  EXPECT_EQ(harness.exit_code, kExitOk);
+  EXPECT_EQ(harness.exit_code, ExitCode::kOk);
 }
 
 TEST(PoolEndTest, FirstSignalGivesBackWhatHasNotBegun) {
@@ -117,7 +117,7 @@ TEST(PoolEndTest, AWorkerThatLeavesWaitsASecondForWhatItAskedFor) {
     } else {
       harness.Run(milliseconds(20));
     }
-    EXPECT_EQ(harness.exit_code, kExitOk);
+    EXPECT_EQ(harness.exit_code, ExitCode::kOk);
   }
 }
 
@@ -135,7 +135,7 @@ TEST(PoolEndTest, SecondSignalKillsAndGivesBack) {
   ASSERT_EQ(results.size(), 1U);
   EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
   harness.ReplyResult(results[0].key);
-  EXPECT_EQ(harness.exit_code, kExitInterrupted);
+  EXPECT_EQ(harness.exit_code, ExitCode::kInterrupted);
 }
 
 TEST(PoolEndTest, SecondSignalDoesNotWaitForASilentServer) {
@@ -144,7 +144,7 @@ TEST(PoolEndTest, SecondSignalDoesNotWaitForASilentServer) {
   harness.pool.Stop(harness.now);
   harness.pool.Stop(harness.now);
   harness.Run(seconds(1));
-  EXPECT_EQ(harness.exit_code, kExitInterrupted);
+  EXPECT_EQ(harness.exit_code, ExitCode::kInterrupted);
 }
 
 TEST(PoolEndTest, ThirdSignalLeavesAtOnce) {
@@ -152,7 +152,7 @@ TEST(PoolEndTest, ThirdSignalLeavesAtOnce) {
   harness.StartJobs({SampleLease(1)});
   for (int i = 0; i < 3; ++i) harness.pool.Stop(harness.now);
   harness.Collect();
-  EXPECT_EQ(harness.exit_code, kExitInterrupted);
+  EXPECT_EQ(harness.exit_code, ExitCode::kInterrupted);
 }
 
 TEST(PoolEndTest, AnIdleWorkerStopsAtOnce) {
@@ -160,7 +160,7 @@ TEST(PoolEndTest, AnIdleWorkerStopsAtOnce) {
   harness.ChildrenReady();
   harness.pool.Stop(harness.now);
   harness.Collect();
-  EXPECT_EQ(harness.exit_code, kExitOk);
+  EXPECT_EQ(harness.exit_code, ExitCode::kOk);
 }
 
 TEST(PoolEndTest, ResultsForAServerThatStaysSilentDoNotHoldTheWorkerForEver) {
@@ -172,7 +172,7 @@ TEST(PoolEndTest, ResultsForAServerThatStaysSilentDoNotHoldTheWorkerForEver) {
   harness.Run(seconds(14));
   EXPECT_FALSE(harness.exit_code);
   harness.Run(seconds(1));
-  EXPECT_EQ(harness.exit_code, kExitUnreachable);
+  EXPECT_EQ(harness.exit_code, ExitCode::kUnreachable);
 }
 
 // --- Draining --------------------------------------------------------------------------------------------------------
@@ -192,7 +192,7 @@ TEST(PoolDrainTest, WhatStillRunsAfterTheDrainIsKilledAndGivenBack) {
   ASSERT_EQ(results.size(), 1U);
   EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
   harness.ReplyResult(results[0].key);
-  EXPECT_EQ(harness.exit_code, kExitOk) << "it left as it was told to";
+  EXPECT_EQ(harness.exit_code, ExitCode::kOk) << "it left as it was told to";
   EXPECT_TRUE(harness.Take<StartChild>().empty());
 }
 
@@ -207,7 +207,7 @@ TEST(PoolDrainTest, AJobThatEndsInTimeIsDelivered) {
   ASSERT_EQ(results.size(), 1U);
   EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kFinished));
   harness.ReplyResult(results[0].key);
-  EXPECT_EQ(harness.exit_code, kExitOk);
+  EXPECT_EQ(harness.exit_code, ExitCode::kOk);
 }
 
 TEST(PoolDrainTest, NoTimeToDrainGivesBackAtOnce) {
@@ -227,7 +227,7 @@ TEST(PoolDrainTest, GivingBackToASilentServerDoesNotHoldTheWorkerForEver) {
   harness.Run(milliseconds(14'900));
   EXPECT_FALSE(harness.exit_code);
   harness.Run(milliseconds(200));
-  EXPECT_EQ(harness.exit_code, kExitUnreachable);
+  EXPECT_EQ(harness.exit_code, ExitCode::kUnreachable);
 }
 
 TEST(PoolDrainTest, AfterTheDrainASecondSignalStillEndsItAtOnce) {
@@ -237,7 +237,7 @@ TEST(PoolDrainTest, AfterTheDrainASecondSignalStillEndsItAtOnce) {
   harness.Run(seconds(3));
   harness.pool.Stop(harness.now);
   harness.Run(seconds(1));
-  EXPECT_EQ(harness.exit_code, kExitInterrupted);
+  EXPECT_EQ(harness.exit_code, ExitCode::kInterrupted);
 }
 
 // The jobs of a worker that leaves for another reason, e.g. a dataset that has changed, may finish; a first signal then
@@ -254,7 +254,7 @@ TEST(PoolDrainTest, TheFirstSignalIsTheFirstWhateverTheWorkerLeavesFor) {
   EXPECT_EQ(harness.Take<KillChild>().size(), 1U);
   harness.Exit(0, {SIGKILL, 0, "", 0});
   harness.ReplyResult(harness.Take<CallResult>().at(0).key);
-  EXPECT_EQ(harness.exit_code, kExitDatasetMismatch);
+  EXPECT_EQ(harness.exit_code, ExitCode::kDatasetMismatch);
 }
 
 // --- Deaths while the worker stops -----------------------------------------------------------------------------------
@@ -269,7 +269,7 @@ TEST(PoolDrainTest, AProcessEndedFromOutsideMeanwhileIsNoCrash) {
     ASSERT_EQ(results.size(), 1U);
     EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled)) << SignalName(signal);
     harness.ReplyResult(results[0].key);
-    EXPECT_EQ(harness.exit_code, kExitOk);
+    EXPECT_EQ(harness.exit_code, ExitCode::kOk);
   }
 }
 
@@ -297,12 +297,12 @@ TEST(PoolIdleTest, LeavesWhenThereWasNoJobForSoLong) {
   harness.Run(seconds(1000));
   EXPECT_FALSE(harness.exit_code) << "loading the datasets does not count";
   harness.ChildrenReady();
-  harness.Take<CallHello>();
+  harness.ReplyHello();  // to the hello without datasets
   harness.ReplyHello();
   RunRenewed(harness, seconds(299));
   EXPECT_FALSE(harness.exit_code);
   RunRenewed(harness, seconds(3));
-  EXPECT_EQ(harness.exit_code, kExitOk);
+  EXPECT_EQ(harness.exit_code, ExitCode::kOk);
   EXPECT_NE(harness.log.find("no job for 300.0 s: leaving"), std::string::npos) << harness.log;
 }
 
@@ -326,7 +326,7 @@ TEST(PoolIdleTest, AJobStartsTheTimeAnew) {
   RunRenewed(harness, milliseconds(9'900));
   EXPECT_FALSE(harness.exit_code);
   RunRenewed(harness, milliseconds(1'500));
-  EXPECT_EQ(harness.exit_code, kExitOk);
+  EXPECT_EQ(harness.exit_code, ExitCode::kOk);
 }
 
 TEST(PoolIdleTest, AnAbsentServerIsNoJobEither) {
@@ -335,7 +335,7 @@ TEST(PoolIdleTest, AnAbsentServerIsNoJobEither) {
   harness.Run(seconds(19));
   EXPECT_FALSE(harness.exit_code);
   harness.Run(seconds(2));
-  EXPECT_EQ(harness.exit_code, kExitOk);
+  EXPECT_EQ(harness.exit_code, ExitCode::kOk);
 }
 
 TEST(PoolIdleTest, ResultsThatNobodyTakesAreTold) {
@@ -345,7 +345,7 @@ TEST(PoolIdleTest, ResultsThatNobodyTakesAreTold) {
   harness.Run(seconds(60));
   EXPECT_FALSE(harness.exit_code) << "offered once more";
   harness.Run(seconds(16));
-  EXPECT_EQ(harness.exit_code, kExitUnreachable);
+  EXPECT_EQ(harness.exit_code, ExitCode::kUnreachable);
   EXPECT_NE(harness.log.find("1 result(s) could not be delivered"), std::string::npos) << harness.log;
 }
 
@@ -365,7 +365,7 @@ TEST(PoolIdleTest, WhatIsLeasedToAWorkerThatLeavesIsGivenBack) {
   ASSERT_EQ(results.size(), 1U);
   EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
   harness.ReplyResult(results[0].key);
-  EXPECT_EQ(harness.exit_code, kExitOk);
+  EXPECT_EQ(harness.exit_code, ExitCode::kOk);
 }
 
 // --- A silent server -------------------------------------------------------------------------------------------------
@@ -380,7 +380,7 @@ TEST(PoolSilenceTest, WithAKeyAnotherKeyIsNamedAsAPossibleCause) {
     harness.Advance(seconds(3));
     harness.pool.OnHelloReply(harness.now, nullptr, "no answer to hello within 3000 ms");
     harness.Run(seconds(20));
-    EXPECT_EQ(harness.exit_code, kExitUnreachable);
+    EXPECT_EQ(harness.exit_code, ExitCode::kUnreachable);
     const bool keyed = !key_file.empty();
     EXPECT_EQ(harness.log.find("another key than /etc/lab.key") != std::string::npos, keyed) << harness.log;
     EXPECT_EQ(harness.log.find("port and group, and with the key in /etc/lab.key?") != std::string::npos, keyed)

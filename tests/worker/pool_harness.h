@@ -14,7 +14,12 @@ namespace legopt::worker {
 /// A Pool in virtual time: collects its actions and plays server and job processes on request.
 class PoolHarness {
  public:
-  explicit PoolHarness(PoolOptions options = {}) : pool(Named(std::move(options)), now) { Collect(); }
+  /// Nobody hears the first hello, which the pool says before it has datasets.
+  explicit PoolHarness(PoolOptions options = {}) : pool(Named(std::move(options)), now) {
+    Collect();
+    Take<CallHello>();
+    pool.OnHelloReply(now, nullptr, "no answer");
+  }
 
   static PoolOptions Named(PoolOptions options) {
     options.name = "test";
@@ -146,7 +151,7 @@ class PoolHarness {
   Pool pool;
   std::vector<Action> actions;
   std::string log;
-  std::optional<int> exit_code;
+  std::optional<ExitCode> exit_code;
 };
 
 }  // namespace legopt::worker

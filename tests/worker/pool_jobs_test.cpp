@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "programs/exit_codes.h"
 #include "tests/worker/pool_harness.h"
-#include "worker/exit_codes.h"
 
 namespace legopt::worker {
 namespace {
@@ -205,7 +205,7 @@ TEST(PoolSlotTest, ProcessesThatNeverStartEndTheWorkerWithTheEvidence) {
     harness.Exit(0, {11, 0, "loading mesh 7\n", 0});
     harness.Run(seconds(2));
   }
-  EXPECT_EQ(harness.exit_code, kExitInternal);
+  EXPECT_EQ(harness.exit_code, ExitCode::kInternal);
   EXPECT_NE(harness.log.find("loading mesh 7"), std::string::npos);
 }
 

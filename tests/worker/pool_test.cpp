@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "programs/exit_codes.h"
 #include "tests/worker/pool_harness.h"
-#include "worker/exit_codes.h"
 
 namespace legopt::worker {
 namespace {
@@ -19,18 +19,43 @@ PoolOptions WithSlots(int slots) {
   return options;
 }
 
-TEST(PoolRegistrationTest, SaysHelloOnlyOnceADatasetIsLoadedAndHashed) {
+TEST(PoolRegistrationTest, SaysHelloWhileItLoadsAndAgainWithItsDatasets) {
   PoolHarness harness(WithSlots(2));
   EXPECT_EQ(harness.Take<StartChild>().size(), 2U);
-  harness.Run(seconds(5));
-  EXPECT_TRUE(harness.Take<CallHello>().empty());
+  harness.Run(seconds(1));
+  const auto announcement = harness.Take<CallHello>();
+  ASSERT_EQ(announcement.size(), 1U);
+  EXPECT_EQ(announcement[0].request.slots, 2);
+  EXPECT_TRUE(announcement[0].request.datasets.empty());
+  harness.ReplyHello();
+  harness.Run(seconds(2));
+  EXPECT_FALSE(harness.Take<CallHeartbeat>().empty()) << "loading, it is heard of";
+  EXPECT_TRUE(harness.Take<CallLease>().empty()) << "but can do no job";
+
   harness.pool.OnChildReady(harness.now, 1, {{"garage", HexHash('d')}});
   harness.Collect();
   const auto hello = harness.Take<CallHello>();
   ASSERT_EQ(hello.size(), 1U);
-  EXPECT_EQ(hello[0].request.slots, 2);
   ASSERT_EQ(hello[0].request.datasets.size(), 1U);
   EXPECT_EQ(hello[0].request.datasets[0].hash, HexHash('d'));
+  EXPECT_TRUE(harness.Take<CallLease>().empty()) << "before the server knows what it has";
+  harness.ReplyHello();
+  EXPECT_EQ(harness.Take<CallLease>().size(), 1U);
+}
+
+TEST(PoolRegistrationTest, DatasetsThatComeDuringTheFirstHelloAreSaidAfterIt) {
+  PoolHarness harness;
+  harness.Run(seconds(1));
+  ASSERT_EQ(harness.Take<CallHello>().size(), 1U);
+  harness.ChildrenReady();
+  EXPECT_TRUE(harness.Take<CallHello>().empty()) << "one at a time";
+  harness.ReplyHello();
+  EXPECT_TRUE(harness.Take<CallLease>().empty());
+  const auto hello = harness.Take<CallHello>();
+  ASSERT_EQ(hello.size(), 1U);
+  EXPECT_EQ(hello[0].request.datasets.size(), 1U);
+  harness.ReplyHello();
+  EXPECT_EQ(harness.Take<CallLease>().size(), 1U);
 }
 
 TEST(PoolRegistrationTest, KeepsTryingAndTellsTheUserOnce) {
@@ -64,7 +89,7 @@ TEST(PoolRegistrationTest, GivesUpAfterWaitServer) {
   harness.Run(milliseconds(999));
   EXPECT_FALSE(harness.exit_code);
   harness.Run(milliseconds(1));
-  EXPECT_EQ(harness.exit_code, kExitUnreachable);
+  EXPECT_EQ(harness.exit_code, ExitCode::kUnreachable);
 }
 
 TEST(PoolRegistrationTest, ARefusedVersionEndsTheWorker) {
@@ -75,7 +100,7 @@ TEST(PoolRegistrationTest, ARefusedVersionEndsTheWorker) {
   reply.message = "protocol version 2 is needed";
   harness.pool.OnHelloReply(harness.now, &reply, "");
   harness.Collect();
-  EXPECT_EQ(harness.exit_code, kExitUsage);
+  EXPECT_EQ(harness.exit_code, ExitCode::kUsage);
   EXPECT_NE(harness.log.find("protocol version 2 is needed"), std::string::npos);
 }
 
@@ -102,7 +127,7 @@ TEST(PoolDatasetTest, MismatchNamesBothHashesAndTheFixAndEndsWithItsCode) {
   harness.ChildrenReady();
   harness.ReplyHello();
   harness.ReplyLease({}, 3);
-  EXPECT_EQ(harness.exit_code, kExitDatasetMismatch);
+  EXPECT_EQ(harness.exit_code, ExitCode::kDatasetMismatch);
   EXPECT_NE(harness.log.find(HexHash('d')), std::string::npos) << harness.log;
   EXPECT_NE(harness.log.find(HexHash('f')), std::string::npos) << harness.log;
   EXPECT_NE(harness.log.find("--dataset"), std::string::npos) << harness.log;
@@ -126,14 +151,14 @@ TEST(PoolDatasetTest, FilesThatChangeUnderWayEndTheWorker) {
   harness.pool.OnChildReady(harness.now, 1, {{"garage", HexHash('f')}});
   harness.Collect();
   ASSERT_EQ(harness.Take<KillChild>().size(), 1U);
-  EXPECT_EQ(harness.exit_code, kExitDatasetMismatch);
+  EXPECT_EQ(harness.exit_code, ExitCode::kDatasetMismatch);
 }
 
 TEST(PoolDatasetTest, AnUnusableDatasetEndsTheWorkerWithTheChildsWords) {
   PoolHarness harness;
   harness.pool.OnChildStartFailed(harness.now, 0, "robot.urdf: link 'x' is missing");
   harness.Collect();
-  EXPECT_EQ(harness.exit_code, kExitUsage);
+  EXPECT_EQ(harness.exit_code, ExitCode::kUsage);
   EXPECT_NE(harness.log.find("link 'x' is missing"), std::string::npos);
 }
 

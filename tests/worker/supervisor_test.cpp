@@ -14,8 +14,8 @@
 #include <cstdio>
 #include <sstream>
 
+#include "programs/exit_codes.h"
 #include "tests/worker/played_server.h"
-#include "worker/exit_codes.h"
 
 namespace legopt::worker {
 namespace {
@@ -32,7 +32,7 @@ constexpr bool kSanitized = false;
 class SupervisorTest : public testing::Test {
  protected:
   // Works until all queued jobs have a result (or the worker gives up); returns its exit status.
-  int Run(int slots = 1, const std::string& start = "ok") {
+  ExitCode Run(int slots = 1, const std::string& start = "ok") {
     SupervisorOptions options;
     options.pool = TestPoolOptions(slots);
     options.child_command = {MISBEHAVING_PROCESS, std::to_string(getpid()), start};
@@ -45,7 +45,7 @@ class SupervisorTest : public testing::Test {
     const std::int64_t before = server_.Queue(Misbehaviour::kNone);
     const std::int64_t job = server_.Queue(what, wall_limit);
     const std::int64_t after = server_.Queue(Misbehaviour::kNone);
-    EXPECT_EQ(Run(), kExitOk) << log_.str();
+    EXPECT_EQ(Run(), ExitCode::kOk) << log_.str();
     EXPECT_EQ(server_.results[before].outcome, Code(Outcome::kFinished));
     EXPECT_EQ(server_.results[after].outcome, Code(Outcome::kFinished)) << server_.results[after].message;
     return server_.results[job];
@@ -59,7 +59,7 @@ class SupervisorTest : public testing::Test {
 
 TEST_F(SupervisorTest, RunsJobsOnAllSlots) {
   for (int i = 0; i < 200; ++i) server_.Queue(Misbehaviour::kNone);
-  EXPECT_EQ(Run(3), kExitOk) << log_.str();
+  EXPECT_EQ(Run(3), ExitCode::kOk) << log_.str();
   EXPECT_EQ(server_.results.size(), 200U);
   for (const auto& [id, result] : server_.results) {
     EXPECT_EQ(result.outcome, Code(Outcome::kFinished));
@@ -161,7 +161,7 @@ TEST_F(SupervisorTest, ACancelledJobStopsAndItsProcessGoesOn) {
   const std::int64_t job = server_.Queue(Misbehaviour::kUntilCancelled);
   const std::int64_t next = server_.Queue(Misbehaviour::kNone);
   server_.verdicts[job] = 1;
-  EXPECT_EQ(Run(), kExitOk);
+  EXPECT_EQ(Run(), ExitCode::kOk);
   EXPECT_EQ(server_.results[job].outcome, Code(Outcome::kCancelled));
   EXPECT_EQ(server_.results[job].exit_signal, 0) << "not killed";
   EXPECT_EQ(server_.results[next].outcome, Code(Outcome::kFinished));
@@ -170,13 +170,13 @@ TEST_F(SupervisorTest, ACancelledJobStopsAndItsProcessGoesOn) {
 TEST_F(SupervisorTest, ACancelledJobThatDoesNotListenIsKilled) {
   const std::int64_t job = server_.Queue(Misbehaviour::kLoop);
   server_.verdicts[job] = 1;
-  EXPECT_EQ(Run(), kExitOk);
+  EXPECT_EQ(Run(), ExitCode::kOk);
   EXPECT_EQ(server_.results[job].outcome, Code(Outcome::kCancelled));
 }
 
 TEST_F(SupervisorTest, APoisonousJobLeavesItsNeighboursAlone) {
   for (int i = 0; i < 40; ++i) server_.Queue(i % 10 == 5 ? Misbehaviour::kSegfault : Misbehaviour::kNone);
-  EXPECT_EQ(Run(2), kExitOk);
+  EXPECT_EQ(Run(2), ExitCode::kOk);
   int crashed = 0;
   for (const auto& [id, result] : server_.results) crashed += result.outcome == Code(Outcome::kCrashed) ? 1 : 0;
   EXPECT_EQ(server_.results.size(), 40U);
@@ -184,15 +184,15 @@ TEST_F(SupervisorTest, APoisonousJobLeavesItsNeighboursAlone) {
 }
 
 TEST_F(SupervisorTest, AnUnusableDatasetIsAUsageError) {
-  EXPECT_EQ(Run(2, "input_error"), kExitUsage);
+  EXPECT_EQ(Run(2, "input_error"), ExitCode::kUsage);
   EXPECT_NE(log_.str().find("robot.urdf: link: no such link (got 'elbow'); check the name"), std::string::npos)
       << log_.str();
 }
 
 TEST_F(SupervisorTest, ProcessesThatCannotStartEndTheWorkerWithEvidence) {
-  EXPECT_EQ(Run(1, "crash"), kExitInternal);
+  EXPECT_EQ(Run(1, "crash"), ExitCode::kInternal);
   EXPECT_NE(log_.str().find("about to crash at start"), std::string::npos) << log_.str();
-  EXPECT_EQ(Run(1, "garbage"), kExitInternal);
+  EXPECT_EQ(Run(1, "garbage"), ExitCode::kInternal);
 }
 
 TEST_F(SupervisorTest, AMissingProgramEndsTheWorker) {
@@ -200,7 +200,7 @@ TEST_F(SupervisorTest, AMissingProgramEndsTheWorker) {
   options.pool = TestPoolOptions(1);
   options.child_command = {"/nonexistent/program"};
   spdlog::logger logger("test", std::make_shared<spdlog::sinks::ostream_sink_st>(log_));
-  EXPECT_EQ(Supervisor(server_, options, logger).Run(), kExitInternal);
+  EXPECT_EQ(Supervisor(server_, options, logger).Run(), ExitCode::kMachine);
   EXPECT_NE(log_.str().find("/nonexistent/program"), std::string::npos) << log_.str();
 }
 
@@ -225,7 +225,7 @@ TEST_F(SupervisorTest, SignalsDrainThenKill) {
       server_.on_wait = nullptr;
     }
   };
-  EXPECT_EQ(supervisor.Run(pipe_ends[0], take_order), kExitInterrupted);
+  EXPECT_EQ(supervisor.Run(pipe_ends[0], take_order), ExitCode::kInterrupted);
   EXPECT_EQ(supervisor.child_pid(0), -1);
   EXPECT_TRUE(server_.results.empty());
   EXPECT_EQ(server_.given_back.size(), 1U);
