@@ -6,8 +6,8 @@
 namespace legopt::bus {
 namespace {
 
-// Datagrams that may be on their way to one receiver at a time, over all senders (reliability note, 1.2: bursts above
-// about 60 must be assumed lossy).
+// Datagrams that may be on their way to one receiver at a time, over all senders: larger bursts must be assumed lossy
+// (docs/reliability.md#what-lcm-and-udp-do).
 constexpr std::size_t kBurst = 60;
 constexpr std::size_t kLeastCredit = 2;
 constexpr std::size_t kReach = 64;

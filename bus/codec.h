@@ -1,7 +1,7 @@
 // Checked encoding and decoding of the messages of package legopt_msg.
 //
 // The generated coders trust their input: decoders throw on hostile lengths and accept trailing bytes, encoders believe
-// the length field rather than the vector (reliability note, 1.4). Decode() therefore checks size, fingerprint and
+// the length field rather than the vector. Decode() therefore checks size, fingerprint and
 // every length first, catches, requires that every byte was consumed, and validates every field; Encode() validates
 // first. What Decode() returns and Encode() lets out obeys PROTOCOL.md, section 7. Thread rule: none, no state.
 #pragma once

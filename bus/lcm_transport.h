@@ -9,7 +9,7 @@
 // it remembers for ever, away from the process, and spares a worker the traffic of its neighbours. Where the filter
 // cannot be attached everything still works; the checks of Endpoint do not rely on it.
 //
-// Thread rule: as Transport. Source: reliability note, sections 1.1 - 1.5.
+// Thread rule: as Transport. Source: docs/reliability.md#what-lcm-and-udp-do.
 #pragma once
 
 #include <cstddef>

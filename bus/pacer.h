@@ -1,5 +1,5 @@
 // A token bucket that keeps bursts of small requests below what a receiver's buffer takes without loss. Private to bus.
-// Source: reliability note, section 1.2 (bursts above about 60 datagrams must be assumed lossy; paced traffic is not).
+// Larger bursts must be assumed lossy, paced traffic is not: docs/reliability.md#what-lcm-and-udp-do.
 #pragma once
 
 #include <algorithm>

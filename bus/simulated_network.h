@@ -6,7 +6,7 @@
 //     while (!done) { for (auto* e : endpoints) e->Poll(0us); network.AdvanceTo(earliest timer or delivery); }
 // Run() does that for endpoints.
 //
-// Thread rule: one thread for a network and all its transports. Source: reliability note, section 5.
+// Thread rule: one thread for a network and all its transports.
 #pragma once
 
 #include <cstdint>
@@ -39,7 +39,7 @@ struct Misfortune {
   // Datagrams that may wait for a party, those under way included; more are lost, as in a kernel's receive buffer.
   std::size_t receive_buffer = SIZE_MAX;
 
-  // The chaos of the reliability note, section 6: 20 % loss, 5 % duplication, 10 % reordering, 0 - 50 ms delay.
+  // Standard chaos (docs/reliability.md#the-27-figures): 20 % loss, 5 % duplication, 10 % reordering, 0 - 50 ms delay.
   static Misfortune StandardChaos();
 };
 

@@ -3,7 +3,7 @@
 // A transport may lose, repeat, reorder and delay datagrams and says nothing about it; Endpoint (endpoint.h) makes
 // calls out of them. Every party of a deployment hears everything on its ports, its own datagrams included.
 //
-// Thread rule: one thread uses a transport. Source: reliability note, section 1.
+// Thread rule: one thread uses a transport.
 #pragma once
 
 #include <poll.h>

@@ -59,7 +59,7 @@ struct PoolOptions {
 /// still to be delivered. A pure state machine: events with their time go in, actions come out (TakeActions); it owns
 /// no process, socket or clock. Time is steady, since an arbitrary start, and never goes back.
 ///
-/// Promises (reliability note, section 2):
+/// Promises:
 ///  - a lease counts from before it was asked for; its job is stopped a tenth of the lease before it could end
 ///  unrenewed;
 ///  - a result is offered until the server has answered it, over any restart of the server;

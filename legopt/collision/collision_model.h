@@ -40,8 +40,8 @@ struct CollisionOptions {
 /// approximately. Scene as a surface: primitives are tessellated, every triangle is a flat convex shape. No triangle
 /// mesh is kept as such: a convex shape never meets an ODE triangle mesh (ODE would report nothing).
 ///
-/// Checked link pairs (reference 2.4): both links have geometry, more than one moving joint lies between them, and
-/// their exact triangle meshes do not intersect at `reference_x`.
+/// Checked link pairs (docs/readings.md#ignored-link-pairs): both links have geometry, more than one moving joint lies
+/// between them, and their exact triangle meshes do not intersect at `reference_x`.
 ///
 /// Immutable; const members are safe from any number of threads.
 class CollisionModel {

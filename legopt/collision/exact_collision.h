@@ -8,17 +8,17 @@
 
 namespace legopt {
 
-/// Collision as the original evaluator sees it: triangle meshes against triangle meshes by ODE (reference 1.5 and 6).
-/// For the judge.
+/// Collision as the original evaluator sees it: triangle meshes against triangle meshes by ODE. For the judge; see
+/// docs/readings.md#contact-depth.
 ///
 /// Depths are ODE's: only crossing surfaces count, measured against face normals; 0 = no contact. A body wholly inside
 /// a closed mesh is free. Each geometry of a link and each scene object is one trimesh; primitives are tessellated
 /// (inscribed).
 ///
-/// *Literal* figures look at the first 255 contacts per pair of geometries, as the original does; *strict* ones at all
-/// (up to 65,535). ODE merges contacts that fall into one cell of 0.1 mm, which may lower a depth by up to 0.01 mm, and
-/// finds crossing triangles in single precision: where a depth jumps as another pair of triangles starts to touch, and
-/// at slivers less than a micrometre high, the last micrometres decide.
+/// *Literal* figures (docs/readings.md#literal-and-strict-rule) look at the first 255 contacts per pair of geometries,
+/// *strict* ones at all (up to 65,535). ODE merges contacts that fall into one cell of 0.1 mm, which may lower a depth
+/// by up to 0.01 mm, and finds crossing triangles in single precision: where a depth jumps as another pair of triangles
+/// starts to touch, and at slivers less than a micrometre high, the last micrometres decide.
 ///
 /// Thread rule: one thread at a time; make one per thread.
 class ExactCollision {
@@ -45,8 +45,7 @@ class ExactCollision {
   double EnvironmentDepth(const Kinematics& kinematics);
 
   struct SelfDepths {
-    double literal_m =
-        0.0;  ///< depth of the colliding pair that comes last (reference 1.5, item 6); 0 when none collides
+    double literal_m = 0.0;         ///< depth of the colliding pair that comes last; 0 when none collides
     double strict_m = 0.0;          ///< largest depth of all colliding pairs and all their contacts
     LinkPair literal_pair{-1, -1};  ///< (first < second); -1 when none
     LinkPair strict_pair{-1, -1};

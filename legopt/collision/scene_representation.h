@@ -8,9 +8,9 @@ namespace legopt {
 enum class SceneRepresentation {
   /// Convex solids that fill the scene: a link inside of one is pushed out through its nearest face.
   kSolid,
-  /// The paper's (reference 3.4, `bt_use_trimesh`): every triangle of the scene is an obstacle of its own, flat and
-  /// two-sided. There is no inside: a link that meets a triangle is moved off that one triangle by the shortest way,
-  /// which for a foot buried deeper than half its height is down (reference 4.3).
+  /// The paper's (docs/readings.md#two-sided-triangles): every triangle of the scene is an obstacle of its own, flat
+  /// and two-sided. There is no inside: a link that meets a triangle is moved off that one triangle by the shortest
+  /// way, which for a foot buried deeper than half its height is down.
   kSurface,
 };
 

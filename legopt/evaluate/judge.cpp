@@ -56,7 +56,7 @@ struct PoseError {
   int component = 0;  ///< 0..2: quaternion x y z, 3..5: translation x y z, in the target frame
 };
 
-/// Reference 1.5, item 2: vector part of the quaternion and translation of inverse(target) * actual.
+/// Vector part of the quaternion and translation of inverse(target) * actual (docs/readings.md#foot-pose-error).
 PoseError FootPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual) {
   const Eigen::Isometry3d error = target.inverse(Eigen::Isometry) * actual;
   Eigen::Matrix<double, 6, 1> components;
@@ -295,7 +295,7 @@ void Judge::Workspace::CheckSelf(int waypoint, Evaluation* evaluation) {
   }
 }
 
-/// Reference 1.5, phase C, divided by the number of waypoints.
+/// Per waypoint (docs/readings.md#cost).
 double Judge::Workspace::Cost(std::span<const Eigen::VectorXd> waypoints) {
   if (waypoints.size() == 1) {
     SetState(waypoints[0]);

@@ -33,7 +33,7 @@ std::string_view ToString(Verdict verdict);
 /// Inverse; throws InputError listing the words.
 Verdict ParseVerdict(std::string_view text);
 
-/// Tolerances of the benchmark: a value above them fails, equality passes (reference 1.5).
+/// Tolerances of the benchmark: a value above them fails, equality passes (docs/readings.md#order-and-tolerances).
 inline constexpr double kPoseTolerance = 1e-3;     ///< quaternion vector part (1) and translation (m)
 inline constexpr double kComTolerance_m = 1e-3;    ///< outside the support polygon
 inline constexpr double kLimitTolerance = 1e-3;    ///< rad or m beyond a joint limit
@@ -70,7 +70,7 @@ struct Evaluation {
   int num_waypoints = 0;        ///< constraint waypoints: divisor of cost and time
 };
 
-/// Decides whether a solution solves a problem, exactly as the LegOpt evaluator does (reference, section 1.5), with
+/// Decides whether a solution solves a problem, exactly as the LegOpt evaluator does (docs/readings.md#the-judge), with
 /// exact triangle meshes, and computes its cost. Success is only what this class says.
 ///
 /// Phase A, waypoint by waypoint: size, finite numbers, foot poses, COM, joint limits. Kinematics use the joints

@@ -38,7 +38,7 @@ struct SolvedProblem {
   std::vector<Solution> solutions;
 };
 
-/// A LegOpt solution file: a problem file whose problems carry a `solution` array (reference 1.4).
+/// A LegOpt solution file (docs/readings.md#problem-and-solution-files): its problems carry a `solution` array.
 struct SolutionFile {
   std::string robot;
   std::string scenario;

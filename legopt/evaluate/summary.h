@@ -20,7 +20,7 @@ struct JudgedSolution {
 /// Which of the judge's two verdicts counts.
 enum class Rule { kLiteral, kStrict };
 
-/// One row of a benchmark table (reference 1.7).
+/// One row of a benchmark table (docs/readings.md#table-rows-and-times).
 struct MethodSummary {
   std::string method;
   int num_problems = 0;  ///< n: the problems that are posed, solved or not, in the file or not

@@ -41,7 +41,7 @@ struct ColladaRobot {
   std::vector<DatasetFinding> findings;  ///< what was decided while reading
 };
 
-/// Reads a robot from COLLADA 1.5 with kinematics, as `urdf_to_collada` and OpenRAVE write it (reference 2.1).
+/// Reads a robot from COLLADA 1.5 with kinematics, as `urdf_to_collada` and OpenRAVE write it.
 ///
 /// * Tree: `library_kinematics_models`, links nested by `attachment_full`, children in the order of the document, which
 ///   is the order of degrees of freedom in LegOpt's solution vectors. Axes are in the joint frame.

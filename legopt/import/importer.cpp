@@ -33,7 +33,7 @@ using Severity = DatasetFinding::Severity;
 
 constexpr const char* kPostureFile = "problems-posture.json";
 constexpr const char* kMotionFile = "problems-motion.json";
-constexpr double kSoleClearance_m = 1e-3;  // the judge's tolerance (reference 1.2)
+constexpr double kSoleClearance_m = 1e-3;  // the judge's tolerance (docs/readings.md#foot-targets)
 
 class Importer {
  public:

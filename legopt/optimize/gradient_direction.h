@@ -36,15 +36,15 @@ class SteepestDirection : public GradientDirection {
 struct MomentOptions {
   double beta1 = 0.9;     ///< decay of the first moment (paper), [0, 1)
   double beta2 = 0.999;   ///< decay of the second moment (paper), [0, 1)
-  double epsilon = 1e-8;  ///< reading 20, > 0
+  double epsilon = 1e-8;  ///< > 0, docs/readings.md#moments
 
   void Visit(OptionFields& fields);
 
   bool operator==(const MomentOptions&) const = default;
 };
 
-/// Adam and Nadam (paper): with m_k = beta1 m_{k-1} + (1 - beta1) g_k, v_k = beta2 v_{k-1} + (1 - beta2) g_k^2, k = 1,
-/// 2, ..,
+/// Adam and Nadam (paper, (18) to (20)): with m_k = beta1 m_{k-1} + (1 - beta1) g_k, v_k = beta2 v_{k-1} + (1 - beta2)
+/// g_k^2, k = 1, 2, ..,
 ///     d = mhat / (sqrt(v_k / (1 - beta2^k)) + epsilon),   element by element,
 ///     Adam   mhat = m_k / (1 - beta1^k)
 ///     Nadam  mhat = beta1 m_k / (1 - beta1^(k+1)) + (1 - beta1) g_k / (1 - beta1^k)

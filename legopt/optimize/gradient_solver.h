@@ -13,16 +13,16 @@
 
 namespace legopt {
 
-/// Gradient descent on the paper's smoothed penalty objective,
+/// Gradient descent on the smoothed penalty objective (paper, (13) to (22)),
 ///     x_{k+1} = P_C(x_k - alpha_k d_k),
 /// in the tangent space of the program, with d_k by a GradientDirection and alpha_k by Wolfe's strong conditions.
 ///
-/// Each iteration refreshes the gradients of a mini-batch (readings 1 to 3; an epoch is one pass over all terms).
-/// **Stochastic** (sample below 100 %): direction and line search see the batch only. **Incremental**: the direction
-/// uses the sum of the last gradients of all terms (all are fresh at the first iteration of a mu), the line search the
-/// full sum (reading 21). Where the line search finds no Wolfe point, the lowest point of sufficient decrease is taken;
-/// where it finds none, or d_k does not descend, x stays and the next batch follows: moments keep turning towards the
-/// gradient.
+/// Each iteration refreshes the gradients of a mini-batch (docs/readings.md#terms-and-samples). **Stochastic** (sample
+/// below 100 %): direction and line search see the batch only. **Incremental**: the direction uses the sum of the last
+/// gradients of all terms (all are fresh at the first iteration of a mu), the line search the full sum. Where the line
+/// search finds no Wolfe point, the lowest point of sufficient decrease is taken, or the short step if that is longer
+/// (docs/readings.md#line-search). Where d_k does not descend, x stays and the next batch follows: moments keep turning
+/// towards the gradient.
 class GradientSolver : public PenaltySolver {
  public:
   GradientSolver(const GradientOptions& options, std::unique_ptr<GradientDirection> direction,

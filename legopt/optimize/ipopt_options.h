@@ -8,7 +8,7 @@ class OptionFields;
 
 /// Options of the whole problem as one nonlinear program by Ipopt. Every one is a key under `options:` of a method.
 ///
-/// Measured on the 35 postures of ../shared/legopt, both starts: every setting ends at points that the judge accepts.
+/// Measured on 35 of LegOpt's postures, both starts: every setting ends at points that the judge accepts.
 /// Gauss-Newton without damping wanders along directions that cost nothing (a free joint) up to the iteration limit;
 /// with it, four of five solves converge, at the same cost. BFGS ends at 1.4 to 3.5 times the cost after twice the
 /// iterations.
@@ -17,7 +17,7 @@ struct IpoptOptions {
   int max_rounds = 5;                  ///< nonlinear programs in a row, each with the rows found so far, >= 1
   double tolerance = 1e-6;             ///< Ipopt's optimality error (scaled), (0, 1]
   double stagnation_frac = 1e-3;       ///< also converged when F changes by less, relatively, for five iterations; >= 0
-  double constraint_tolerance = 1e-4;  ///< every single violation must be below it; (0, 1e-3] (lessons, trap 5)
+  double constraint_tolerance = 1e-4;  ///< of each violation, (0, 1e-3]: docs/readings.md#solver-tolerance
   std::string hessian = "gauss_newton";  ///< of the costs, constraints taken as straight; or "limited_memory" (BFGS)
   double damping = 0.5;                  ///< added to the diagonal of the Gauss-Newton matrix, >= 0
   std::string barrier = "monotone";      ///< how Ipopt lowers the barrier; or "adaptive"

@@ -25,16 +25,16 @@ namespace legopt {
 struct Method {
   std::string name = "SQP";
   std::string solver = "sqp";     ///< a word of the registry
-  int multi_starts = 0;           ///< restarts after a failed attempt, 0..1000 (reading 29)
+  int multi_starts = 0;           ///< restarts, 0..kMostMultiStarts (docs/readings.md#restarts)
   int sample_size_percent = 100;  ///< share of terms refreshed per iteration
   bool incremental = false;       ///< keep the last model or gradient of terms that are not refreshed
 
   // Options of every method: how the problem is posed to the solver.
   double restart_noise_deg = 5.0;    ///< half width of the uniform noise on every joint at a restart, (0, 180]
-  std::string collision = "solid";   ///< obstacles: "solid", or "surface" (two-sided triangles, reference 3.4)
+  std::string collision = "solid";   ///< obstacles: "solid", or "surface" (docs/readings.md#two-sided-triangles)
   double collision_margin_m = 5e-4;  ///< distance kept from obstacles, [0, 0.1] (guards against ODE's triangle depths)
   double contact_range_m = 0.03;     ///< pairs closer than this enter the problem, (collision_margin_m, 1]
-  /// Motions: collision between consecutive waypoints (paper, section IV). "none"; "preferred": a penalty of fixed
+  /// Motions: collision between consecutive waypoints (paper, section V). "none"; "preferred": a penalty of fixed
   /// weight that cannot make a window fail, because the task does not require it; "required": a constraint like the
   /// others.
   std::string continuous_collision = "preferred";

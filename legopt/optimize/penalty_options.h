@@ -10,7 +10,7 @@ struct PenaltyOptions {
   double initial_penalty = 1e2;             ///< mu of the first penalty iteration (paper), > 0
   double penalty_increase_ratio = 10.0;     ///< > 1
   int max_penalty_iterations = 11;          ///< mu = 1e2 .. 1e12 (paper), 1..20
-  double constraint_tolerance = 5e-4;       ///< every single violation must be below it; (0, 1e-3] (reading 17)
+  double constraint_tolerance = 5e-4;       ///< of each violation, (0, 1e-3]: docs/readings.md#solver-tolerance
   int max_iterations = 500;                 ///< directions per penalty value, >= 1
   int max_epochs_without_improvement = 10;  ///< of F + mu V, before the next penalty value (paper), >= 1
   int max_epochs_when_satisfied = 1;        ///< the same while the constraints hold, >= 1

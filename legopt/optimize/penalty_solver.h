@@ -12,10 +12,10 @@ namespace legopt {
 /// hold, and within each mu runs epochs until the exact objective no longer improves. What an epoch is, the method
 /// says.
 ///
-/// Readings: the whole solve ends at the first mu whose epochs end with the constraints satisfied (23); the epochs of a
-/// mu end after `max_epochs_without_improvement` of them (paper), sooner when the constraints are satisfied, or at the
-/// iteration limit, which counts as done (27) - but then a feasible result is reported as kIterationLimit. Each mu ends
-/// at the point of the lowest objective that its epochs visited.
+/// The whole solve ends at the first mu whose epochs end with the constraints satisfied; the epochs of a mu end after
+/// `max_epochs_without_improvement` of them (paper), sooner when the constraints are satisfied, or at the iteration
+/// limit, which counts as done - but then a feasible result is reported as kIterationLimit. Each mu ends at the point
+/// of the lowest objective that its epochs visited. See docs/readings.md#when-a-solve-ends.
 class PenaltySolver : public Solver {
  public:
   SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) final;
@@ -31,7 +31,7 @@ class PenaltySolver : public Solver {
 
   /// A new problem: sizes buffers.
   virtual void Prepare(Program& program) = 0;
-  /// A new mu, or a new start after the terms stopped being finite: forgets moments, memory and step lengths (20).
+  /// A new mu, or a new start after the terms stopped being finite: forgets moments, memory and step lengths.
   virtual void Restart(Program& program) = 0;
   /// Moves x within the bounds. Asks NextIteration() before every iteration and says Visit() after it; ends when that
   /// says no.

@@ -7,9 +7,9 @@
 
 namespace legopt {
 
-/// phi(alpha) = F(P_C(x - alpha d)) over the terms of a mask, with P_C the projection on the variables' bounds (reading
-/// 22): the value is true, the slope is the directional derivative over the variables that are not at a bound.
-/// A workspace; one thread.
+/// phi(alpha) = F(P_C(x - alpha d)) over the terms of a mask, with P_C the projection on the variables' bounds
+/// (docs/readings.md#line-search): the value is true, the slope is the directional derivative over the variables that
+/// are not at a bound. A workspace; one thread.
 class ProjectedLine : public LineFunction {
  public:
   void Reset(Program& program, SmoothObjective& objective);

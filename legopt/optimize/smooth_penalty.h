@@ -13,7 +13,7 @@ struct ValueAndSlope {
   double slope = 0.0;
 };
 
-/// The paper's smooth approximation of |h| (equation of the smooth penalties; reading 19): slope tanh(w h / 2), whose
+/// A smooth |h| (paper, (16); docs/readings.md#smooth-penalties): slope tanh(w h / 2), whose
 /// potential is (2/w) ln cosh(w h / 2) = |h| + (2/w) (ln(1 + e^(-w|h|)) - ln 2). The right-hand side never overflows.
 /// `sharpness` is w > 0, per unit of h. Lies below |h| by at most 2 ln 2 / w.
 inline ValueAndSlope SmoothAbs(double h, double sharpness) {

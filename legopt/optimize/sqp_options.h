@@ -6,8 +6,8 @@ namespace legopt {
 
 class OptionFields;
 
-/// Numerical options of the trust-region SQP (reference 3.2). Defaults are TrajOpt's with the paper's penalties and the
-/// recommended readings; every one is a key under `options:` of a method.
+/// Numerical options of the trust-region SQP (docs/readings.md#sqp). Defaults are TrajOpt's with the paper's penalties;
+/// every one is a key under `options:` of a method.
 struct SqpOptions {
   double trust_box_size = 0.1;            ///< initial half width s of the trust box; rad and m. > min_trust_box_size
   double min_trust_box_size = 1e-4;       ///< the loop ends below this. > 0
@@ -16,7 +16,7 @@ struct SqpOptions {
   double improve_ratio_threshold = 0.25;  ///< accept when actual >= threshold * predicted decrease, (0, 1)
   double min_approx_improve = 1e-4;       ///< converged when the predicted decrease is smaller, >= 0
   double min_approx_improve_frac = 1e-3;  ///< the same relative to the merit, >= 0
-  double constraint_tolerance = 1e-4;     ///< every single violation must be below it; (0, 1e-3] (lessons, trap 5)
+  double constraint_tolerance = 1e-4;     ///< of each violation, (0, 1e-3]: docs/readings.md#solver-tolerance
   double initial_penalty = 1e2;           ///< mu of the first penalty iteration (paper), > 0
   double penalty_increase_ratio = 10.0;   ///< > 1
   int max_penalty_iterations = 11;        ///< mu = 1e2 .. 1e12 (paper), 1..20

@@ -13,23 +13,23 @@
 
 namespace legopt {
 
-/// Sequential quadratic programming with l1 penalties in a trust box, as in TrajOpt (reference 3.2), with the paper's
-/// penalties mu = 1e2 .. 1e12. Three nested loops:
+/// Sequential quadratic programming with l1 penalties in a trust box, as in TrajOpt (docs/readings.md#sqp), with the
+/// paper's penalties mu = 1e2 .. 1e12. Three nested loops:
 ///
 ///   penalty loop       raises mu until the constraints hold
 ///     convexify loop   builds convex models of all terms at x
 ///       trust region   solves the subproblem in [x - s, x + s] until a step is accepted
 ///
-/// Deviations from TrajOpt's text are the recommended readings: tolerance per component (17), the whole solve ends at
-/// the first mu whose inner loop ends with the constraints satisfied (23), an inner loop that reaches its iteration
-/// limit counts as done (27) - but a feasible point at which the loop had not converged is reported as kIterationLimit.
-/// A step to a non-finite point is rejected.
+/// Unlike in TrajOpt (docs/readings.md#when-a-solve-ends), the tolerance is per component, the whole solve ends at the
+/// first mu whose inner loop ends with the constraints satisfied, and an inner loop that reaches its iteration limit
+/// counts as done - but a feasible point at which the loop had not converged is reported as kIterationLimit. A step to
+/// a non-finite point is rejected.
 ///
-/// With a sample below 100 % the convexify loop refreshes a random subset of the terms. **Incremental** (I-SQP, the
-/// paper's Algorithm 1): the first convexification at each mu takes all terms, later ones keep the models of terms that
-/// were not drawn, moved along with x; the loop ends as soon as the constraints hold after an accepted step (24), and
-/// convergence is only ever declared on fresh models of all terms (25). **Not incremental** (SQP 80 %): the subproblem
-/// has the drawn terms only (26). In both, steps are accepted by the full merit.
+/// With a sample below 100 % the convexify loop refreshes a random subset of the terms. **Incremental** (I-SQP;
+/// docs/readings.md#incremental-sqp): the first convexification at each mu takes all terms, later ones keep the models
+/// of terms that were not drawn, moved along with x; the loop ends as soon as the constraints hold after an accepted
+/// step, and convergence is only ever declared on fresh models of all terms. **Not incremental** (SQP 80 %): the
+/// subproblem has the drawn terms only. In both, steps are accepted by the full merit.
 class SqpSolver : public Solver {
  public:
   explicit SqpSolver(const SqpOptions& options, const Sampling& sampling = {});

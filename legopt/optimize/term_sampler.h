@@ -10,7 +10,7 @@
 namespace legopt {
 
 /// Draws the terms that an iteration looks at. What is drawn are sampling units (TermShape::unit), the paper's F_i
-/// (readings 1 to 3). Draws are the same on every machine and standard library. One thread.
+/// (docs/readings.md#terms-and-samples). Draws are the same on every machine and standard library. One thread.
 class TermSampler {
  public:
   /// For a program and a share of its units; the batch has max(1, round(percent/100 * units)) of them.

@@ -41,7 +41,7 @@ struct DatasetDescription {
   std::map<std::string, std::string> files;                ///< path -> expected hash; empty for a bare folder
   bool bare = false;                                       ///< true: a LegOpt-style folder without dataset.yaml
 
-  /// The benchmark's gravity: OpenRAVE's altitude and latitude formula for Tokyo (reference 1.6).
+  /// The benchmark's gravity: OpenRAVE's altitude and latitude formula for Tokyo.
   static constexpr double kBenchmarkGravity_m_s2 = 9.797930195020351;
 };
 

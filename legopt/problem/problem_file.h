@@ -12,7 +12,7 @@
 
 namespace legopt {
 
-/// A LegOpt problem file (reference 1.1):
+/// A LegOpt problem file (docs/readings.md#problem-and-solution-files):
 ///
 ///     {"robot": "atlas", "scenario": "garage", "task": "posture",
 ///      "problems": [{"id": 0, "definition": ["l_foot,qw qx qy qz px py pz ,r_foot,... ,"]}, ...]}

@@ -8,7 +8,7 @@
 
 namespace legopt {
 
-/// What a term adds to the objective of the paper's section IV:
+/// What a term adds to the objective (paper, (12)):
 ///   cost        F = sum_i r_i^2
 ///   equality    penalty * sum_i |r_i|
 ///   inequality  penalty * sum_i max(0, r_i)      (satisfied when r_i <= 0)

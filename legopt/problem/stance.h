@@ -34,7 +34,7 @@ bool operator==(const Stance& a, const Stance& b);
 bool operator==(const ProblemDefinition& a, const ProblemDefinition& b);
 
 /// Number of waypoints a solution must have: 1 for a single stance, else two identical copies of every stance, so that
-/// waypoint w belongs to stance StanceOfWaypoint(w) (reference, section 1.3).
+/// waypoint w belongs to stance StanceOfWaypoint(w) (docs/readings.md#waypoints-of-a-stance).
 int NumWaypoints(const ProblemDefinition& problem);
 
 /// Waypoints of a motion per stance.

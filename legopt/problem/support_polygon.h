@@ -29,11 +29,11 @@ struct HalfPlane {
 /// collinear). Monotone chain; deterministic.
 std::vector<Eigen::Vector2d> ConvexHull2d(std::vector<Eigen::Vector2d> points);
 
-/// Support polygon of the benchmark (reference 1.5, item 3): hull of the four lower corners of every foot's box,
-/// carried to the world by X_WF and projected on xy. Counter-clockwise.
+/// Support polygon of the benchmark (docs/readings.md#support-polygon): hull of the four lower corners of every foot's
+/// box, carried to the world by X_WF and projected on xy. Counter-clockwise.
 std::vector<Eigen::Vector2d> SupportPolygon(std::span<const FootPlacement> feet);
 
-/// SupportPolygon with the feet exactly on their targets: what an optimiser uses (reading 15).
+/// SupportPolygon with the feet exactly on their targets: what an optimiser uses.
 std::vector<Eigen::Vector2d> TargetSupportPolygon(const Dataset& dataset, const Stance& stance);
 
 /// One half-plane per edge of a counter-clockwise convex polygon. A polygon that has collapsed to a segment or a point

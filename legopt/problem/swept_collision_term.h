@@ -13,8 +13,8 @@
 namespace legopt {
 
 /// Inequality or preference: no collision with the environment on the way from one waypoint to the next, margin - d <=
-/// 0, m (the paper's continuous collision constraint; reference 3.4, 4.1). Robot links against the scene only, as
-/// there.
+/// 0, m (the paper's continuous collision constraint; docs/readings.md#collision-between-waypoints). Robot links
+/// against the scene only, as there.
 ///
 /// Samples. The path (interpolation.h) is looked at where s = k / N, 0 < k < N; the ends belong to the collision terms
 /// of their waypoints. Each link has its own number of sub-steps, the smallest power of two such that none of its
@@ -32,7 +32,7 @@ namespace legopt {
 /// Derivatives are those of the nearest sample with s held, exact for the interpolated configuration: to first order
 /// joints and base position move by (1 - s, s) times the ends' steps, the base turns by DifferentiateBaseTurn. Contact
 /// points and normals as in CollisionTerm. Both ends always share a row, because 0 < s < 1: when one of them is fixed,
-/// the other still has a gradient of at least 1 / N of the whole (trap 8 of the lessons).
+/// the other still has a gradient of at least 1 / N of the whole.
 class SweptCollisionTerm : public Term {
  public:
   static constexpr double kStep_m = 0.1;

@@ -10,8 +10,8 @@ namespace legopt {
 void ConfigurationDifference(const RobotModel& robot, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                              Eigen::Ref<Eigen::VectorXd> difference);
 
-/// Cost of a motion: squared change from a waypoint to the next, joints and base with weight 1 (reading 14; the judge
-/// counts joints only). All transitions of a program are one sampling unit (reading 2).
+/// Cost of a motion: squared change from a waypoint to the next, joints and base with weight 1 (the judge counts
+/// joints only). All transitions of a program are one sampling unit (docs/readings.md#terms-and-samples).
 class VelocityCostTerm : public Term {
  public:
   /// The states are those of `waypoint` and its successor and must outlive the term.

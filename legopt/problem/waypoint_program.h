@@ -12,7 +12,7 @@
 namespace legopt {
 
 /// What collision between consecutive waypoints is to a program. The paper has it in the solver although the task does
-/// not require it (section IV): a preference cannot make a window fail that the task's constraints allow.
+/// not require it (paper, section V): a preference cannot make a window fail that the task's constraints allow.
 enum class ContinuousCollision { kNone, kPreferred, kRequired };
 
 /// How collision enters a program. Metres.
@@ -34,9 +34,9 @@ class WaypointProgram : public Program {
   static std::unique_ptr<WaypointProgram> Posture(const Dataset& dataset, CollisionQuery& query, const Stance& stance,
                                                   const ContactOptions& contacts);
 
-  /// A window of the motion task: two waypoints per stance (readings 2, 6), the velocity cost as one sampling unit,
-  /// continuous collision between consecutive waypoints as asked for.
-  /// With `fixed_first` the first waypoint does not move (reading 12).
+  /// A window of the motion task: two waypoints per stance, the velocity cost as one sampling unit
+  /// (docs/readings.md#terms-and-samples), continuous collision between consecutive waypoints as asked for.
+  /// With `fixed_first` the first waypoint does not move (docs/readings.md#motion-windows).
   static std::unique_ptr<WaypointProgram> Window(const Dataset& dataset, CollisionQuery& query,
                                                  std::span<const Stance> stances, const ContactOptions& contacts,
                                                  bool fixed_first);

@@ -11,8 +11,8 @@ namespace legopt {
 
 // The terms of one waypoint. Each refers to the state of its waypoint, which must outlive it.
 
-/// Cost: static torques in units of gravity, r = tau / g over all joints, base fixed in space (reading 13; 1.6). N m
-/// per m/s^2, that is kg m.
+/// Cost: static torques in units of gravity, r = tau / g over all joints, base fixed in space. N m per m/s^2,
+/// that is kg m (docs/readings.md#torque-cost).
 class TorqueCostTerm : public Term {
  public:
   TorqueCostTerm(int waypoint, WaypointState& state);
@@ -26,8 +26,8 @@ class TorqueCostTerm : public Term {
 };
 
 /// Equality: a foot's link frame on its target. With E = target^-1 * actual, the vector part of E's unit quaternion
-/// (scalar part >= 0) and E's translation in m: exactly the six numbers that the judge looks at (reference 1.5, item
-/// 2).
+/// (scalar part >= 0) and E's translation in m: exactly the six numbers that the judge looks at
+/// (docs/readings.md#foot-pose-error).
 class FootPoseTerm : public Term {
  public:
   FootPoseTerm(int waypoint, WaypointState& state, int link, const Eigen::Isometry3d& target, const std::string& name);
@@ -44,7 +44,7 @@ class FootPoseTerm : public Term {
   Eigen::MatrixXd point_jacobian_, angular_jacobian_;
 };
 
-/// Inequality: the centre of mass inside the support polygon, one row a.c + b <= 0 per edge, m (reading 15).
+/// Inequality: the centre of mass inside the support polygon, one row a.c + b <= 0 per edge, m.
 class ComTerm : public Term {
  public:
   ComTerm(int waypoint, WaypointState& state, std::vector<HalfPlane> edges);
@@ -58,7 +58,7 @@ class ComTerm : public Term {
 };
 
 /// Inequality: margin - d <= 0 for every pair of shapes nearer than the contact range, m. Linearised with contact
-/// points fixed in their links and a constant normal (contact.h; reference 3.4).
+/// points fixed in their links and a constant normal (contact.h; docs/readings.md#contacts).
 class CollisionTerm : public Term {
  public:
   CollisionTerm(int waypoint, WaypointState& state, double margin_m);

@@ -49,7 +49,7 @@ class Kinematics {
   void ComJacobian(Eigen::Ref<Eigen::MatrixXd> jacobian) const;
 
   /// Torques (forces) that hold the robot still against gravity with the base fixed in space and no contacts
-  /// (reference 1.6): tau_i = g M_i [a_i x (C_i - o_i)]_z with M_i, C_i mass and COM of the subtree behind joint i.
+  /// (docs/readings.md#cost): tau_i = g M_i [a_i x (C_i - o_i)]_z with M_i, C_i mass and COM of what joint i carries.
   /// `g` in m/s^2; `tau`: n entries, N m or N.
   void GravityTorques(double g, Eigen::Ref<Eigen::VectorXd> tau) const;
 

@@ -13,7 +13,7 @@ struct MotionWindow {
 inline constexpr int kWindowStances = 6;
 inline constexpr int kWindowOverlap = 1;  ///< stances shared with the window before
 
-/// Windows of a motion with `num_stances` >= 1 stances: 1 + ceil((N - 6) / 5), the last one shorter (reading 12).
+/// Windows of a motion with `num_stances` >= 1 stances: 1 + ceil((N - 6) / 5), the last one perhaps shorter.
 std::vector<MotionWindow> MotionWindows(int num_stances);
 
 }  // namespace legopt

@@ -14,7 +14,7 @@ struct MultiStartSettings {
   int max_restarts = 0;
   /// The generator of an attempt; 0 is the first one.
   std::function<std::mt19937_64(int restart)> generator;
-  /// Turns the original start into that of a restart (reading 10).
+  /// Turns the original start into that of a restart.
   std::function<void(std::mt19937_64& generator, Eigen::VectorXd& x)> perturb;
   /// Called after each attempt with the number of attempts made; may be empty.
   std::function<void(int attempts)> attempted;
@@ -31,7 +31,7 @@ struct MultiStartResult {
   bool stopped() const { return best.status == SolveStatus::kTimeLimit || best.status == SolveStatus::kCancelled; }
 };
 
-/// One attempt from `start`, then up to max_restarts from perturbed copies of it, until one ends feasible (reading 29).
+/// One attempt from `start`, then up to max_restarts from perturbed copies of it, until one ends feasible.
 MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen::VectorXd& start,
                                    const MultiStartSettings& settings);
 

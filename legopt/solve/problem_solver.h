@@ -24,11 +24,12 @@ struct SolveSettings {
 };
 
 /// Solves problems of one dataset, one after the other, by any method with multi-start: one attempt from the initial
-/// guess, then up to `method.multi_starts` attempts from perturbed ones (readings 10 and 29) until an attempt ends
-/// feasible.
+/// guess, then up to `method.multi_starts` attempts from perturbed ones (docs/readings.md#restarts) until an
+/// attempt ends feasible.
 ///
-/// A motion is solved window by window (readings 6 to 12); restarts are per window. A window that exhausts them ends
-/// the problem: the outcome holds the waypoints of the windows before it, and its message names window and term.
+/// A motion is solved window by window (docs/readings.md#motion-windows); restarts are per window. A window that
+/// exhausts them ends the problem: the outcome holds the waypoints of the windows before it, and its message names
+/// window and term.
 ///
 /// Deterministic: all random draws come from generators seeded by (experiment seed, task, problem, initialisation,
 /// method, repetition, window, restart); what was solved before has no influence. One thread at a time.

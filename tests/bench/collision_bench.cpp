@@ -1,4 +1,4 @@
-// Budgets of the collision room (design, section 8): one full query of the robot against the garage and itself, must 60
+// Budgets of the collision room: one full query of the robot against the garage and itself, must 60
 // us, aim 20 us (against its triangles: 150 us); judging one waypoint by exact meshes, must 8 ms, aim 1 ms; building a
 // model, well under 2 s (of triangles: under 1 s).
 #include <benchmark/benchmark.h>

@@ -1,4 +1,4 @@
-// Kinematics budgets of the design: FK + COM 3 us (aim 1), all Jacobians and torques with derivatives 10 us (aim 3).
+// Kinematics budgets: FK + COM 3 us (aim 1), all Jacobians and torques with derivatives 10 us (aim 3).
 
 #include <benchmark/benchmark.h>
 

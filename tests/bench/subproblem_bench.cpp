@@ -1,4 +1,4 @@
-// Convex subproblem budgets of the design: posture 0.15 ms (aim 0.05), window of 12 waypoints 2.5 ms (aim 0.8).
+// Convex subproblem budgets: posture 0.15 ms (aim 0.05), window of 12 waypoints 2.5 ms (aim 0.8).
 
 #include <benchmark/benchmark.h>
 

@@ -165,7 +165,7 @@ TEST(Chaos, TheSameSeedGivesTheSameBytes) {
   }
 }
 
-// Acceptance figure 12 of the reliability note: 300 KB bodies under standard chaos, none corrupt, p99 10 s. 100 of them
+// Acceptance figure 12: 300 KB bodies under standard chaos, none corrupt, p99 10 s. 100 of them
 // here; LEGOPT_CHAOS_TRANSFERS=1000 for the whole figure.
 TEST(Chaos, ALargeBodyArrivesWithinTenSecondsUnderStandardChaos) {
   const char* asked = std::getenv("LEGOPT_CHAOS_TRANSFERS");

@@ -208,7 +208,7 @@ TEST_F(Udp, TheSocketFilterKeepsTheTrafficOfOthersAway) {
   EXPECT_GE(bystander.endpoint.counters().kernel_filtered, 2U * kCalls);
 }
 
-// Long-form packets, other channels and plain rubbish on the live ports (reliability note, 1.3 and figure 14).
+// Long-form packets, other channels and plain rubbish on the live ports (acceptance figure 14).
 TEST_F(Udp, PacketsThatLcmMustNotSeeAreKeptAway) {
   const LcmOptions options = FreshOptions();
   Host server(options, kServer);

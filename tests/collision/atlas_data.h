@@ -45,7 +45,7 @@ inline Eigen::VectorXd ZeroPose(const RobotModel& robot) {
   return x;
 }
 
-/// The evaluator's self-collision reference pose (reference 2.4).
+/// The evaluator's self-collision reference pose (docs/readings.md#ignored-link-pairs).
 inline Eigen::VectorXd AtlasReference(const RobotModel& robot) {
   Eigen::VectorXd x = ZeroPose(robot);
   x[0] = x[2] = 20.0 * 3.1415 / 180.0;
@@ -80,7 +80,7 @@ inline std::vector<std::vector<SolePose>> ReadStances(const std::filesystem::pat
   return stances;
 }
 
-/// Target of the foot's link frame (reference 1.2).
+/// Target of the foot's link frame (docs/readings.md#foot-targets).
 inline Eigen::Isometry3d FootFrame(const SolePose& sole) {
   constexpr double kSoleOffset = 0.082351;
   const Eigen::Matrix3d rotation = sole.rotation.toRotationMatrix();

@@ -33,7 +33,7 @@ double BoxDepth(const TriangleMesh& other, double sunk, const Eigen::Vector3d& s
   return world.Depth(a, b);
 }
 
-// Reference 6.3: what ODE 0.16.2 was measured to report.
+// What ODE 0.16.2 was measured to report (docs/readings.md#contact-depth).
 TEST(TrimeshDepth, MeasuredCasesOfTheReference) {
   EXPECT_LT(BoxDepth(Plane(true), -0.001), 0.0);
   for (const double sunk : {0.0005, 0.001, 0.002, 0.010, 0.020, 0.030, 0.050}) {

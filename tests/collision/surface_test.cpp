@@ -154,7 +154,7 @@ TEST(TriangleDistance, HasTwoSidesAndNoInside) {
 }
 
 TEST(TriangleDistance, AFootBuriedBy50MillimetresIsPushedDown) {
-  constexpr double kHeight = 0.0535;  // reference 4.3
+  constexpr double kHeight = 0.0535;  // of an Atlas foot: docs/readings.md#two-sided-triangles
   const PlacedShape foot(Box(0.26, 0.13, kHeight), At(0, 0, 0.5 * kHeight - 0.05));
   const PairDistance d = Distance(foot, Placed(Ground(true)));
   EXPECT_NEAR(d.distance_m, -0.0035, 1e-9);

@@ -1,5 +1,5 @@
 // Policy: the embedded robot is the benchmark's Atlas in everything but its shape. Kinematics, limits and masses equal
-// the tables of the reference (skipped, loudly, where these are not at hand); its own shapes do not hinder it.
+// tables made from the original's file (skipped, loudly, where these are not at hand); its own shapes do not hinder it.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// Acceptance figures of the reliability note (section 6) that need real processes, real time or a real file. Each
-// function makes its own deployment, prints what it saw and judges it. docs/reliability.md lists commands and figures.
+// Acceptance figures (docs/reliability.md#the-27-figures) that need real processes, real time or a real file. Each
+// function makes its own deployment, prints what it saw and judges it.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 namespace legopt::figures {
 
 struct Request {
-  int count = 0;       ///< trials, rows, packets or problems, as the figure says; 0: as the note asks
-  double minutes = 0;  ///< of readers, throughput and soak; 0: as the note asks
+  int count = 0;       ///< trials, rows, packets or problems, as the figure says; 0: as many as below
+  double minutes = 0;  ///< of readers, throughput and soak; 0: as below
   std::uint64_t seed = 1;
   std::filesystem::path dataset;  ///< of determinism
 };

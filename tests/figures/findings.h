@@ -15,7 +15,7 @@ class Findings {
   void Begin(const std::string& figure);
   /// Something that must hold whatever the machine does.
   void Promise(bool holds, const std::string& what);
-  /// A quantity that the note limits; missing it is a finding only where the machine is idle.
+  /// A quantity that the figure limits; missing it is a finding only where the machine is idle.
   void Quantity(const std::string& what, double value, double limit, const std::string& unit);
   /// Something that a reader wants to know.
   void Note(const std::string& what) const;

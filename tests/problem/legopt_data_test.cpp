@@ -1,4 +1,4 @@
-// The published problems, against figures that were computed independently (reference, section 7).
+// The published problems, against figures that were computed independently.
 #include <gtest/gtest.h>
 
 #include <algorithm>

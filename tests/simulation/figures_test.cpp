@@ -1,5 +1,5 @@
-// Acceptance figures of the reliability note (section 6) that virtual time can measure, at the shipped times of leases
-// and heartbeats. docs/reliability.md lists them. Each prints what it saw.
+// Acceptance figures (docs/reliability.md#the-27-figures) that virtual time can measure, at the shipped times of leases
+// and heartbeats. Each prints what it saw.
 
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>

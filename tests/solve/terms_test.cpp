@@ -186,7 +186,7 @@ TEST(Terms, APostureInDoubleSupportHasFiveTerms) {
   const auto dataset = Dataset::Load(folder.path());
   CollisionQuery query(dataset->collision_model());
   const auto program = WaypointProgram::Posture(*dataset, query, dataset->problems(Task::kPosture)[0].stances[0], {});
-  EXPECT_EQ(program->terms().size(), 5u);  // reading 1
+  EXPECT_EQ(program->terms().size(), 5u);  // docs/readings.md#terms-and-samples
 }
 
 TEST(Terms, AFullWindowHasTheUnitsOfTheReference) {
@@ -204,7 +204,7 @@ TEST(Terms, AFullWindowHasTheUnitsOfTheReference) {
       shared.insert(term->shape().unit);
     }
   }
-  // Reading 2: foot poses, centres of mass, collision terms, continuous collision; one velocity cost: 54 in all.
+  // Foot poses, centres of mass, collision terms, continuous collision; one velocity cost: 54 in all.
   EXPECT_EQ(alone, 18 + 12 + 12 + 11);
   EXPECT_EQ(shared.size(), 1u);
 }
