@@ -44,6 +44,7 @@ class ExactCollision {
   /// Largest contact depth between any link and any scene object, all contacts counted, >= 0.
   double EnvironmentDepth(const Kinematics& kinematics);
 
+  /// Of the robot with itself, in one configuration.
   struct SelfDepths {
     double literal_m = 0.0;         ///< depth of the colliding pair that comes last; 0 when none collides
     double strict_m = 0.0;          ///< largest depth of all colliding pairs and all their contacts

@@ -23,9 +23,8 @@ struct SolveSettings {
   std::function<void(int done, int total)> progress;
 };
 
-/// Solves problems of one dataset, one after the other, by any method with multi-start: one attempt from the initial
-/// guess, then up to `method.multi_starts` attempts from perturbed ones (docs/readings.md#restarts) until an
-/// attempt ends feasible.
+/// Solves problems of one dataset, one after the other, by any method: one attempt from the initial guess, then up to
+/// `method.multi_starts` from perturbed ones (docs/readings.md#restarts) until one ends feasible.
 ///
 /// A motion is solved window by window (docs/readings.md#motion-windows); restarts are per window. A window that
 /// exhausts them ends the problem: the outcome holds the waypoints of the windows before it, and its message names
