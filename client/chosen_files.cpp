@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "client/client_error.h"
-#include "legopt/data_folder.h"
 #include "legopt/nearest_name.h"
+#include "programs/data_folder.h"
 
 namespace legopt::client {
 namespace {
@@ -44,7 +44,7 @@ std::filesystem::path FindSuite(const std::string& name) {
   if (!bare) {
     throw ClientError(ExitCode::kUsage, "no experiment file '" + name + "'; check the path");
   }
-  const auto folder = DataFolder() / kSuiteFolder;
+  const auto folder = programs::DataFolder() / kSuiteFolder;
   const auto stem = std::filesystem::path(name).extension() == kSuiteExtension ? std::filesystem::path(name).stem()
                                                                                : std::filesystem::path(name);
   auto file = folder / stem;
@@ -57,7 +57,7 @@ std::filesystem::path FindSuite(const std::string& name) {
 std::filesystem::path ChooseDatasetFolder(const std::optional<std::string>& flag, const Suite* suite) {
   if (flag) return *flag;
   if (suite != nullptr && suite->dataset) return *suite->dataset;
-  return DefaultDatasetFolder();
+  return programs::DefaultDatasetFolder();
 }
 
 }  // namespace legopt::client

@@ -14,7 +14,6 @@
 #include "client/generation_progress.h"
 #include "client/interrupt.h"
 #include "client/json_text.h"
-#include "legopt/data_folder.h"
 #include "legopt/generate/dataset_builder.h"
 #include "legopt/generate/scenario.h"
 #include "legopt/generate/source_check.h"
@@ -22,6 +21,7 @@
 #include "legopt/input_error.h"
 #include "legopt/problem/dataset.h"
 #include "programs/checks.h"
+#include "programs/data_folder.h"
 
 namespace legopt::client {
 namespace {
@@ -151,7 +151,7 @@ DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Bu
   if (flags.from) {
     options.robot_folder = *flags.from;
   } else {
-    options.robot_folder = flags.robot ? std::filesystem::path(*flags.robot) : DefaultDatasetFolder();
+    options.robot_folder = flags.robot ? std::filesystem::path(*flags.robot) : programs::DefaultDatasetFolder();
     options.scenario = OptionsOf(flags.scenario);
   }
   options.Validate();

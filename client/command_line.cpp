@@ -15,9 +15,9 @@
 #include "client/client_error.h"
 #include "client/commands.h"
 #include "db/store_error.h"
-#include "legopt/data_folder.h"
 #include "legopt/input_error.h"
 #include "programs/arguments.h"
+#include "programs/data_folder.h"
 #include "programs/exit_codes.h"
 #include "programs/log_format.h"
 
@@ -148,7 +148,7 @@ void AddVerboseFlag(CLI::App& app, Invocation* invocation) {
 
 std::string DataFolderText() {
   try {
-    return DataFolder().string();
+    return programs::DataFolder().string();
   } catch (const InputError& error) {
     return error.what();
   }

@@ -13,9 +13,9 @@
 #include "client/reading.h"
 #include "client/submission.h"
 #include "client/watching.h"
-#include "legopt/data_folder.h"
-#include "legopt/granted_processors.h"
 #include "programs/checks.h"
+#include "programs/data_folder.h"
+#include "programs/granted_processors.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -123,7 +123,9 @@ std::string ShellWord(const std::string& text) {
 // For the commands that need the problem definitions: their default is the embedded dataset.
 std::string DatasetFlag(const std::filesystem::path& folder) {
   std::error_code ignored;
-  return std::filesystem::equivalent(folder, DefaultDatasetFolder(), ignored) ? "" : " --dataset " + ShellWord(folder);
+  return std::filesystem::equivalent(folder, programs::DefaultDatasetFolder(), ignored)
+             ? ""
+             : " --dataset " + ShellWord(folder);
 }
 
 void PrintNextSteps(const std::string& db, const std::filesystem::path& dataset, const Outcome& outcome) {
@@ -191,7 +193,7 @@ ExitCode Run(const Options& options, bool verbose) {
 
 // The rule of legopt-worker's slots.
 void SettleWorkers(Options& options) {
-  const ProcessorGrant grant = GrantedProcessors(ReadProcessorFacts());
+  const programs::ProcessorGrant grant = programs::GrantedProcessors(programs::ReadProcessorFacts());
   if (options.workers > grant.processors) {
     std::cerr << "legopt: warning: --workers " << options.workers << " is more than was granted: " << grant.reason
               << ". Jobs will take turns, and their wall times tell nothing\n";

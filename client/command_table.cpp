@@ -6,8 +6,8 @@
 #include "client/options.h"
 #include "client/paper_table.h"
 #include "client/reading.h"
-#include "legopt/data_folder.h"
 #include "programs/checks.h"
+#include "programs/data_folder.h"
 
 namespace legopt::client {
 namespace {
@@ -31,7 +31,7 @@ std::string Render(const Options& options) {
     return RenderInterpolationTable(ReadInterpolationTable(*source, options.selection), options.format, style.layout);
   }
   BenchmarkTable table = ReadBenchmarkTable(*source, options.selection);
-  if (options.paper) AddPaperFigures(ReadPaperTable(DataFolder() / kPaperTable), &table);
+  if (options.paper) AddPaperFigures(ReadPaperTable(programs::DataFolder() / kPaperTable), &table);
   return RenderBenchmarkTable(table, options.format, style);
 }
 

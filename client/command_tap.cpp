@@ -274,7 +274,7 @@ void AddTapCommand(CLI::App& app, Invocation* invocation) {
   command->add_option("--seconds", options->seconds, "End after so many seconds")
       ->check(programs::Number(kShortest_s, kLongest_s));
   AddTextOrJsonOption(*command, &options->json);
-  AddListeningOptions(*command, &options->network);
+  programs::AddListeningFlags(*command, &options->network);
   command->footer(
       "It only listens: no frame is sent, and no key is printed. --format json concerns --rates. Bodies above one\n"
       "datagram pass as chunks and are not put together.");

@@ -16,9 +16,9 @@
 #include "client/progress.h"
 #include "db/audit.h"
 #include "db/read_only_database.h"
-#include "legopt/data_folder.h"
 #include "legopt/input_error.h"
 #include "legopt/problem/dataset.h"
+#include "programs/data_folder.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -48,7 +48,7 @@ Finding CheckVersions() {
 }
 
 Finding CheckPrograms() {
-  const auto folder = ProgramFolder();
+  const auto folder = programs::ProgramFolder();
   std::string missing;
   for (const char* program : {"legopt-server", "legopt-worker"}) {
     if (::access((folder / program).c_str(), X_OK) != 0)
@@ -61,7 +61,7 @@ Finding CheckPrograms() {
 
 Finding CheckData() {
   try {
-    return {"data", State::kOk, "embedded suites and datasets in " + DataFolder().string(), "", {}};
+    return {"data", State::kOk, "embedded suites and datasets in " + programs::DataFolder().string(), "", {}};
   } catch (const InputError& error) {
     return {"data", State::kFail, error.what(), "", ExitCode::kUsage};
   }

@@ -12,7 +12,7 @@
 #include "bus/lcm_transport.h"
 #include "client/client_error.h"
 #include "client/interrupt.h"
-#include "legopt/data_folder.h"
+#include "programs/data_folder.h"
 
 namespace legopt::client {
 namespace {
@@ -104,7 +104,7 @@ bool LocalPool::TryStartServer() {
                                         "--ttl",   "0"};
   for (const std::string& word : OwnedByUs()) arguments.push_back(word);
   if (options_.verbose) arguments.emplace_back("--verbose");
-  server_ = std::make_unique<ChildProcess>(ProgramFolder() / kServerProgram, arguments, !options_.verbose);
+  server_ = std::make_unique<ChildProcess>(programs::ProgramFolder() / kServerProgram, arguments, !options_.verbose);
   if (server_->WaitForLine(kReadyWord, kServerStart, Interrupted)) return true;
   if (Interrupted()) throw ClientError(ExitCode::kInterrupted, "interrupted");
   const auto exit = server_->Poll();
@@ -137,7 +137,7 @@ void LocalPool::StartWorker() {
                                         "--name",    "local"};
   for (const std::string& word : OwnedByUs()) arguments.push_back(word);
   if (options_.verbose) arguments.emplace_back("--verbose");
-  worker_ = std::make_unique<ChildProcess>(ProgramFolder() / kWorkerProgram, arguments, !options_.verbose);
+  worker_ = std::make_unique<ChildProcess>(programs::ProgramFolder() / kWorkerProgram, arguments, !options_.verbose);
 }
 
 void LocalPool::CountRestart(const std::string& program, const ChildExit& exit) {

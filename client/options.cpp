@@ -13,8 +13,6 @@
 namespace legopt::client {
 namespace {
 
-constexpr char kNetworkGroup[] = "Network";
-
 // A flag whose values are words; the error names them and the nearest one.
 template <class Choice>
 void AddNamedChoice(CLI::App& app, const std::string& flag, Choice* target, const std::string& help,
@@ -40,29 +38,12 @@ void AddList(CLI::App& app, const std::string& flag, std::vector<std::string>* t
 
 }  // namespace
 
-void AddListeningOptions(CLI::App& app, NetworkOptions* options) {
-  app.add_option("--group", options->group, "Multicast group (default 239.255.76.67 or LEGOPT_GROUP)")
-      ->group(kNetworkGroup);
-  app.add_option("--port", options->port, "Control port; port + 1 carries bulk data (default 7667 or LEGOPT_PORT)")
-      ->group(kNetworkGroup);
-  app.add_option("--key-file", options->key_file,
-                 "Shared key of the deployment, made by 'legopt keygen' (default LEGOPT_KEY_FILE)")
-      ->group(kNetworkGroup);
-}
-
 void AddNetworkOptions(CLI::App& app, NetworkOptions* options) {
   constexpr double kShortestTimeout_s = 0.01, kLongestTimeout_s = 3600;
-  constexpr int kLargestTtl = 255;
-  const std::string group = kNetworkGroup;
-  AddListeningOptions(app, options);
-  app.add_option("--ttl", options->ttl, "Network hops of what we send; 0 stays on this machine (default 0)")
-      ->check(programs::WholeNumber(0, kLargestTtl))
-      ->group(group);
-  app.add_flag("--trust-network", options->trust_network, "Let messages leave this machine without a key")
-      ->group(group);
+  programs::AddNetworkFlags(app, options);
   app.add_option("--timeout", options->timeout_s, "Seconds to wait for an answer of the server (default 5)")
       ->check(programs::Number(kShortestTimeout_s, kLongestTimeout_s))
-      ->group(group);
+      ->group(programs::kNetworkHeading);
 }
 
 void AddSourceOptions(CLI::App& app, SourceOptions* options) {

@@ -19,11 +19,9 @@ namespace legopt::client {
 
 // Flags that several commands share. Each function adds them to `app`; the target must outlive the parse.
 
-/// --group, --port, --key-file: for who only listens
-void AddListeningOptions(CLI::App& app, NetworkOptions* options);
-/// those, and --ttl, --trust-network, --timeout
+/// the network flags and --timeout
 void AddNetworkOptions(CLI::App& app, NetworkOptions* options);
-/// --db and the network flags
+/// --db and those
 void AddSourceOptions(CLI::App& app, SourceOptions* options);
 /// --format text|markdown|csv|json
 void AddFormatOption(CLI::App& app, ListingFormat* format);

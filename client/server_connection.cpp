@@ -35,17 +35,6 @@ microseconds ToMicroseconds(double seconds) {
 
 }  // namespace
 
-bus::LcmOptions NetworkOptions::Resolve() const {
-  bus::LcmOptions options = bus::LcmOptions::FromEnvironment();
-  if (group) options.group = *group;
-  if (port) options.port = *port;
-  if (ttl) options.ttl = *ttl;
-  if (key_file) options.key_file = *key_file;
-  options.trust_network = trust_network;
-  options.Validate();
-  return options;
-}
-
 ServerConnection::ServerConnection(const NetworkOptions& options)
     : options_(options.Resolve()),
       transport_(options_),

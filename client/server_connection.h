@@ -10,20 +10,13 @@
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "bus/typed_calls.h"
+#include "programs/network_flags.h"
 
 namespace legopt::client {
 
-/// Where the server is: flags over environment (LEGOPT_GROUP, LEGOPT_PORT, LEGOPT_KEY_FILE) over defaults.
-struct NetworkOptions {
-  std::optional<std::string> group;
-  std::optional<int> port;
-  std::optional<int> ttl;
-  std::optional<std::string> key_file;
-  bool trust_network = false;  ///< let messages leave this host without a key
-  double timeout_s = 5;        ///< how long a server may take to answer at all, (0, 3600]
-
-  /// Throws bus::BusError (kInvalidOption).
-  bus::LcmOptions Resolve() const;
+/// Where the server is, and how long it may take.
+struct NetworkOptions : programs::NetworkFlags {
+  double timeout_s = 5;  ///< to answer at all, (0, 3600]
 };
 
 /// Calls to the server of a deployment, one at a time. Every call throws ClientError: kUnreachable when no answer came

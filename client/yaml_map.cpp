@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <utility>
@@ -94,33 +95,38 @@ nlohmann::json ToJson(const YAML::Node& node, const std::string& file, const std
   }
 }
 
-// Where a document begins and whether it holds anything, without a tree of it.
+// Where a document and what it holds begin, without a tree of it.
 class DocumentOutline : public YAML::EventHandler {
  public:
   YAML::Mark start;
-  bool is_empty = true;
+  std::optional<YAML::Mark> content;  // empty: the document is
 
   void OnDocumentStart(const YAML::Mark& mark) override {
     start = mark;
-    is_empty = true;
+    content.reset();
   }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
-  void OnAlias(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override { is_empty = false; }
-  void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override { Note(mark); }
+  void OnScalar(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
                 const std::string& /*value*/) override {
-    is_empty = false;
+    Note(mark);
   }
-  void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
                        YAML::EmitterStyle::value /*style*/) override {
-    is_empty = false;
+    Note(mark);
   }
   void OnSequenceEnd() override {}
-  void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+  void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
                   YAML::EmitterStyle::value /*style*/) override {
-    is_empty = false;
+    Note(mark);
   }
   void OnMapEnd() override {}
+
+ private:
+  void Note(const YAML::Mark& mark) {
+    if (!content) content = mark;
+  }
 };
 
 // Empty documents, as after a last '---', are no second one. yaml-cpp makes an empty document of what can begin none, a
@@ -130,15 +136,15 @@ void RequireOneDocument(const std::string& text, const std::string& file) {
   YAML::Parser parser(stream);
   DocumentOutline document;
   int last_start = -1;
+  const auto place = [&file](const YAML::Mark& mark) { return file + ":" + std::to_string(mark.line + 1); };
   for (bool is_first = true; parser.HandleNextDocument(document); is_first = false) {
-    const std::string place = file + ":" + std::to_string(document.start.line + 1);
     if (document.start.pos == last_start) {
-      throw InputError(
-          {place, "", "", "is not valid YAML: no value can begin here", "check indentation, brackets and quotes"});
+      throw InputError({place(document.start), "", "", "is not valid YAML: no value can begin here",
+                        "check indentation, brackets and quotes"});
     }
     last_start = document.start.pos;
-    if (is_first || document.is_empty) continue;
-    throw InputError({place, "", "", "a second YAML document begins here, which nobody would read",
+    if (is_first || !document.content) continue;
+    throw InputError({place(*document.content), "", "", "a second YAML document begins here, which nobody would read",
                       "remove the '---' before it, or make it a file of its own"});
   }
 }

@@ -17,11 +17,12 @@
 #include "bus/bus_error.h"
 #include "bus/lcm_transport.h"
 #include "db/sqlite_store.h"
-#include "legopt/stop_signals.h"
 #include "programs/arguments.h"
 #include "programs/exit_codes.h"
 #include "programs/log_format.h"
+#include "programs/network_flags.h"
 #include "programs/printable.h"
+#include "programs/stop_signals.h"
 #include "server/port_claim.h"
 #include "server/server.h"
 #include "server/sole_server.h"
@@ -37,7 +38,7 @@ constexpr microseconds kLinger{200'000};  // answers repeats of the last request
 
 struct Arguments {
   std::filesystem::path database;
-  bus::LcmOptions network;
+  programs::NetworkFlags network;
   bool verbose = false;
   pid_t owner = 0;
 };
@@ -69,7 +70,7 @@ void WarnAboutNetwork(const bus::LcmTransport& transport) {
 
 // Until a signal or a client stops it; then answers repeats of its last requests for a moment. Before another server
 // of the deployment it stops at once, as in a crash: what was acknowledged is on disk, and its leases run out.
-ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, StopSignals& stop) {
+ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, programs::StopSignals& stop) {
   bool foreign_reported = false;
   const std::array<pollfd, 1> extra{pollfd{stop.descriptor(), POLLIN, 0}};
   while (!server.shutdown_requested() && !stop.Take()) {
@@ -105,13 +106,14 @@ std::string ObstacleOnPorts(const PortClaim& claim, bus::LcmTransport& transport
 }
 
 ExitCode Serve(const Arguments& arguments) {
-  StopSignals stop(arguments.owner);
+  programs::StopSignals stop(arguments.owner);
   // The network first: a server that may not serve leaves no database behind.
-  bus::LcmTransport transport(arguments.network);
+  const bus::LcmOptions network = arguments.network.Resolve();
+  bus::LcmTransport transport(network);
   WarnAboutNetwork(transport);
-  const std::string address = arguments.network.group + ":" + std::to_string(arguments.network.port);
+  const std::string address = network.group + ":" + std::to_string(network.port);
   const ServerOptions options = OptionsFor(arguments);
-  const PortClaim claim(arguments.network.port);
+  const PortClaim claim(network.port);
   if (const std::string obstacle = ObstacleOnPorts(claim, transport, options); !obstacle.empty()) {
     programs::ReportError("legopt-server", address + ": " + obstacle);
     return ExitCode::kNetworkUnusable;
@@ -129,22 +131,12 @@ ExitCode Serve(const Arguments& arguments) {
 
 int Run(int argc, char** argv) {
   Arguments arguments;
-  arguments.network = bus::LcmOptions::FromEnvironment();
   CLI::App app(
       "The legopt experiment service: leases the jobs of submitted experiments to workers and stores their results.",
       "legopt-server");
   app.set_version_flag("--version", "legopt-server " LEGOPT_VERSION);
   app.add_option("--db", arguments.database, "Database file; created when missing")->required();
-  app.add_option("--port", arguments.network.port, "Control port; the next one carries bulk data (LEGOPT_PORT)")
-      ->capture_default_str();
-  app.add_option("--group", arguments.network.group, "Multicast group of the deployment (LEGOPT_GROUP)")
-      ->capture_default_str();
-  app.add_option("--ttl", arguments.network.ttl, "Hops that messages may travel; 0 stays on this host")
-      ->capture_default_str();
-  app.add_option("--key-file", arguments.network.key_file,
-                 "Shared key of the deployment, made by 'legopt keygen' (LEGOPT_KEY_FILE)");
-  app.add_flag("--trust-network", arguments.network.trust_network,
-               "Let messages leave this host without a key: everybody on the network may command this server");
+  programs::AddNetworkFlags(app, &arguments.network);
   app.add_flag("--verbose", arguments.verbose, "Log what happens to stderr");
   // For a program that has started us as a part of itself ('legopt run'); not for people.
   app.add_option("--owner", arguments.owner, "Process whose orders to stop count; no others do")->group("");
@@ -192,7 +184,7 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return server::Report(ExitCode::kMachine, "out of memory");
   } catch (const std::system_error& error) {
-    return server::Report(ExitCode::kMachine, std::string("the system refuses: ") + error.what());
+    return server::Report(ExitCode::kMachine, std::string("the machine refuses: ") + error.what());
   } catch (const std::exception& error) {
     return server::Report(ExitCode::kInternal, error.what());
   }

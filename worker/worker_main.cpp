@@ -18,15 +18,16 @@
 #include "bus/bus_error.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
-#include "legopt/data_folder.h"
-#include "legopt/granted_processors.h"
 #include "legopt/input_error.h"
-#include "legopt/stop_signals.h"
 #include "programs/arguments.h"
 #include "programs/checks.h"
+#include "programs/data_folder.h"
 #include "programs/exit_codes.h"
+#include "programs/granted_processors.h"
 #include "programs/log_format.h"
+#include "programs/network_flags.h"
 #include "programs/printable.h"
+#include "programs/stop_signals.h"
 #include "worker/job_process.h"
 #include "worker/supervisor.h"
 
@@ -49,11 +50,7 @@ struct CommandLine {
   std::optional<int> slots;
   std::vector<std::filesystem::path> datasets;
   std::string name;
-  std::optional<std::string> group;
-  std::optional<int> port;
-  int ttl = 0;
-  std::optional<std::string> key_file;
-  bool trust_network = false;
+  programs::NetworkFlags network;
   double wait_server_s = 0;
   double drain_s = Seconds(PoolOptions().drain);
   double idle_timeout_s = 0;
@@ -89,18 +86,7 @@ void Define(CLI::App& app, CommandLine& line) {
                  "Seconds without any answer of a server after which to give up (default: never)")
       ->check(programs::Number(kShortest_s, kLongest_s));
   app.add_flag("--verbose", line.verbose, "Tell what happens, job processes included");
-  const std::string network = "Network";
-  app.add_option("--group", line.group, "Multicast group (default 239.255.76.67 or LEGOPT_GROUP)")->group(network);
-  app.add_option("--port", line.port, "Control port; port + 1 carries bulk data (default 7667 or LEGOPT_PORT)")
-      ->group(network);
-  constexpr int kLargestTtl = 255;
-  app.add_option("--ttl", line.ttl, "Network hops of what we send; 0 stays on this machine (default 0)")
-      ->check(programs::WholeNumber(0, kLargestTtl))
-      ->group(network);
-  app.add_option("--key-file", line.key_file,
-                 "Shared key of the deployment, made by 'legopt keygen' (default LEGOPT_KEY_FILE)")
-      ->group(network);
-  app.add_flag("--trust-network", line.trust_network, "Let messages leave this host without a key")->group(network);
+  programs::AddNetworkFlags(app, &line.network);
   // For a program that has started us as a part of itself ('legopt run'); not for people.
   app.add_option("--owner", line.owner, "Process whose orders to stop count; no others do")->group("");
   app.set_version_flag("--version", kBuild);
@@ -126,16 +112,6 @@ int ChildMain(int argc, char** argv, const ExecutorFactory& make_executor) {
   return RunJobProcess(ChildProcess::kSocket, supervisor_pid, *executor);
 }
 
-bus::LcmOptions NetworkOf(const CommandLine& line) {
-  bus::LcmOptions network = bus::LcmOptions::FromEnvironment();
-  if (line.group) network.group = *line.group;
-  if (line.port) network.port = *line.port;
-  network.ttl = line.ttl;
-  if (line.key_file) network.key_file = *line.key_file;
-  network.trust_network = line.trust_network;
-  return network;
-}
-
 SupervisorOptions OptionsOf(const CommandLine& line, const bus::LcmOptions& network) {
   SupervisorOptions options;
   PoolOptions& pool = options.pool;
@@ -155,7 +131,7 @@ SupervisorOptions OptionsOf(const CommandLine& line, const bus::LcmOptions& netw
   // The running program, even if its file has been replaced since: all processes of a worker are of one build.
   options.child_command = {"/proc/self/exe", std::string(kChildFlag), std::to_string(getpid())};
   std::vector<std::filesystem::path> datasets = line.datasets;
-  if (datasets.empty()) datasets.push_back(DefaultDatasetFolder());
+  if (datasets.empty()) datasets.push_back(programs::DefaultDatasetFolder());
   for (const std::filesystem::path& dataset : datasets) options.child_command.push_back(dataset.string());
   return options;
 }
@@ -163,7 +139,7 @@ SupervisorOptions OptionsOf(const CommandLine& line, const bus::LcmOptions& netw
 // As many slots as processors were granted, unless told otherwise; says which and why. Standard output: a log of
 // warnings stays empty when there are none.
 void SettleSlots(CommandLine& line, spdlog::logger& logger) {
-  const ProcessorGrant grant = GrantedProcessors(ReadProcessorFacts());
+  const programs::ProcessorGrant grant = programs::GrantedProcessors(programs::ReadProcessorFacts());
   if (line.slots && *line.slots > grant.processors) {
     logger.warn("--slots {} is more than was granted: {}. Jobs will take turns, and their wall times tell nothing",
                 *line.slots, grant.reason);
@@ -176,10 +152,10 @@ void SettleSlots(CommandLine& line, spdlog::logger& logger) {
 }
 
 ExitCode SupervisorMain(CommandLine line, spdlog::logger& logger) {
-  StopSignals stop(line.owner);
+  programs::StopSignals stop(line.owner);
   SettleSlots(line, logger);
   try {
-    const bus::LcmOptions network = NetworkOf(line);
+    const bus::LcmOptions network = line.network.Resolve();
     const SupervisorOptions options = OptionsOf(line, network);
     bus::LcmTransport transport(network);
     if (const std::string warning = transport.receive_buffer_warning(); !warning.empty()) logger.warn(warning);
@@ -226,7 +202,7 @@ int WorkerMain(int argc, char** argv, const ExecutorFactory& make_executor) {
   } catch (const std::bad_alloc&) {
     return Report(ExitCode::kMachine, "out of memory");
   } catch (const std::system_error& error) {
-    return Report(ExitCode::kMachine, std::string("the system refuses: ") + error.what());
+    return Report(ExitCode::kMachine, std::string("the machine refuses: ") + error.what());
   } catch (const std::exception& error) {
     return Report(ExitCode::kInternal, error.what());
   }

@@ -17,8 +17,8 @@
 #include "bus/lcm_transport.h"
 #include "client/local_pool.h"
 #include "client/result_source.h"
-#include "legopt/data_folder.h"
 #include "program_run.h"
+#include "programs/data_folder.h"
 #include "test_database.h"
 
 namespace legopt::client {
@@ -190,7 +190,8 @@ TEST_F(RunCommand, KilledItLeavesNoProcessBehind) {
 }
 
 TEST_F(RunCommand, CommandsItPrintsNameTheDataset) {
-  std::filesystem::copy(DefaultDatasetFolder(), folder_.path() / "my data", std::filesystem::copy_options::recursive);
+  std::filesystem::copy(programs::DefaultDatasetFolder(), folder_.path() / "my data",
+                        std::filesystem::copy_options::recursive);
   const auto result = Run({Suite(1), "--db", Db(), "--dataset", "my data"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("--dataset '" + (folder_.path() / "my data").string() + "' --out"));
@@ -265,11 +266,11 @@ TEST_F(RunCommand, CorruptSceneMeshIsNamedBeforeAnythingIsStored) {
   const auto dataset = folder_.path() / "broken";
   std::filesystem::create_directories(dataset);
   for (const char* file : {"robot.urdf", "problems-posture.json"}) {
-    std::filesystem::copy(DefaultDatasetFolder() / file, dataset / file);
+    std::filesystem::copy(programs::DefaultDatasetFolder() / file, dataset / file);
   }
   std::ofstream(dataset / "hall.stl") << std::string(300, 'x');
   std::ofstream(dataset / "scene.yaml") << "objects:\n- {name: hall, shape: mesh, file: hall.stl}\n";
-  std::ifstream original(DefaultDatasetFolder() / "dataset.yaml");
+  std::ifstream original(programs::DefaultDatasetFolder() / "dataset.yaml");
   std::ofstream copy(dataset / "dataset.yaml");
   for (std::string line; std::getline(original, line) && line.rfind("files:", 0) != 0;) {
     if (line.rfind("scene:", 0) == 0) line = "scene: scene.yaml";

@@ -6,10 +6,10 @@
 #include <set>
 #include <string>
 
-#include "legopt/data_folder.h"
 #include "legopt/evaluate/judge.h"
 #include "legopt/evaluate/solution_file.h"
 #include "legopt/problem/dataset.h"
+#include "programs/data_folder.h"
 
 namespace legopt {
 namespace {
@@ -20,7 +20,7 @@ std::shared_ptr<const Dataset> DefaultDataset() {
 }
 
 TEST(GarageEasier, IsTheDefault) {
-  EXPECT_TRUE(std::filesystem::equivalent(DefaultDatasetFolder(), LEGOPT_SOURCE_DIR "/data/garage-easier"));
+  EXPECT_TRUE(std::filesystem::equivalent(programs::DefaultDatasetFolder(), LEGOPT_SOURCE_DIR "/data/garage-easier"));
   EXPECT_EQ(DefaultDataset()->name(), "garage-easier");
 }
 

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-namespace legopt {
+namespace legopt::programs {
 
 /// Folder of the running program. Throws std::filesystem::filesystem_error where /proc is not mounted.
 std::filesystem::path ProgramFolder();
@@ -15,4 +15,4 @@ std::filesystem::path DataFolder();
 /// The embedded default dataset, inside DataFolder(). Throws as it does.
 std::filesystem::path DefaultDatasetFolder();
 
-}  // namespace legopt
+}  // namespace legopt::programs

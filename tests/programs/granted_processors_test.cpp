@@ -1,7 +1,7 @@
 // How many processors were granted: the rule over facts that the test makes up, control groups read from trees of files
 // as systems have them, and this process under a real affinity mask.
 
-#include "legopt/granted_processors.h"
+#include "programs/granted_processors.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,46 +20,46 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(GrantedProcessors, NothingGrantedIsTheWholeMachine) {
-  ProcessorFacts facts;
+  programs::ProcessorFacts facts;
   facts.machine = 64;
-  EXPECT_EQ(GrantedProcessors(facts).processors, 64);
-  EXPECT_EQ(GrantedProcessors(facts).reason, "this machine has 64 processors");
+  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 64);
+  EXPECT_EQ(programs::GrantedProcessors(facts).reason, "this machine has 64 processors");
   facts.affinity = 64;
   facts.slurm_cpus_on_node = 64;
   facts.cgroup_quota = 64.0;
-  EXPECT_EQ(GrantedProcessors(facts).reason, "this machine has 64 processors") << "no limit limits";
+  EXPECT_EQ(programs::GrantedProcessors(facts).reason, "this machine has 64 processors") << "no limit limits";
 }
 
 TEST(GrantedProcessors, TheSmallestLimitDecidesAndGivesTheReason) {
-  ProcessorFacts facts;
+  programs::ProcessorFacts facts;
   facts.machine = 64;
   facts.affinity = 16;
-  EXPECT_EQ(GrantedProcessors(facts).reason, "the affinity mask grants 16 of this machine's 64 processors");
+  EXPECT_EQ(programs::GrantedProcessors(facts).reason, "the affinity mask grants 16 of this machine's 64 processors");
   facts.slurm_cpus_per_task = 4;
-  EXPECT_EQ(GrantedProcessors(facts).processors, 4);
-  EXPECT_EQ(GrantedProcessors(facts).reason, "SLURM_CPUS_PER_TASK grants 4 of this machine's 64 processors");
+  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 4);
+  EXPECT_EQ(programs::GrantedProcessors(facts).reason, "SLURM_CPUS_PER_TASK grants 4 of this machine's 64 processors");
   facts.cgroup_quota = 1.5;
-  EXPECT_EQ(GrantedProcessors(facts).processors, 2) << "rounded up";
-  EXPECT_THAT(GrantedProcessors(facts).reason, HasSubstr("CPU quota grants 2 of"));
+  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 2) << "rounded up";
+  EXPECT_THAT(programs::GrantedProcessors(facts).reason, HasSubstr("CPU quota grants 2 of"));
   facts.affinity = 1;
-  EXPECT_EQ(GrantedProcessors(facts).processors, 1);
+  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 1);
 }
 
 TEST(GrantedProcessors, OfSlurmsNumbersThatOfTheTaskCounts) {
-  ProcessorFacts facts;
+  programs::ProcessorFacts facts;
   facts.machine = 8;
   facts.slurm_cpus_on_node = 6;
-  EXPECT_EQ(GrantedProcessors(facts).processors, 6);
-  EXPECT_THAT(GrantedProcessors(facts).reason, HasSubstr("SLURM_CPUS_ON_NODE"));
+  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 6);
+  EXPECT_THAT(programs::GrantedProcessors(facts).reason, HasSubstr("SLURM_CPUS_ON_NODE"));
   facts.slurm_cpus_per_task = 7;
-  EXPECT_EQ(GrantedProcessors(facts).processors, 7);
+  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 7);
 }
 
 TEST(GrantedProcessors, ASmallQuotaIsStillOneProcessor) {
-  ProcessorFacts facts;
+  programs::ProcessorFacts facts;
   facts.machine = 2;
   facts.cgroup_quota = 0.05;
-  EXPECT_EQ(GrantedProcessors(facts).processors, 1);
+  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 1);
 }
 
 // --- Control groups --------------------------------------------------------------------------------------------------
@@ -70,7 +70,7 @@ class CgroupProcessorQuotaTest : public testing::Test {
     std::filesystem::create_directories((folder_ / file).parent_path());
     std::ofstream(folder_ / file) << text;
   }
-  std::optional<double> Quota() { return CgroupProcessorQuota(folder_.path()); }
+  std::optional<double> Quota() { return programs::CgroupProcessorQuota(folder_.path()); }
 
   TemporaryFolder folder_;
 };
@@ -131,13 +131,13 @@ TEST(ReadProcessorFacts, TheAffinityMaskOfThisProcessCounts) {
         CPU_ZERO(&one);
         CPU_SET(first, &one);
         if (sched_setaffinity(0, sizeof one, &one) != 0) return "refused";
-        return std::to_string(ReadProcessorFacts().affinity.value_or(0));
+        return std::to_string(programs::ReadProcessorFacts().affinity.value_or(0));
       },
       {});
   if (answer == "refused") GTEST_SKIP() << "NOT TESTED: sched_setaffinity is refused here";
   EXPECT_EQ(answer, "1");
-  EXPECT_EQ(ReadProcessorFacts().affinity, CPU_COUNT(&mask));
-  EXPECT_EQ(ReadProcessorFacts().machine, sysconf(_SC_NPROCESSORS_ONLN));
+  EXPECT_EQ(programs::ReadProcessorFacts().affinity, CPU_COUNT(&mask));
+  EXPECT_EQ(programs::ReadProcessorFacts().machine, sysconf(_SC_NPROCESSORS_ONLN));
 }
 
 TEST(ReadProcessorFacts, OfSlurmsVariablesOnlyNumbersCount) {
@@ -146,7 +146,7 @@ TEST(ReadProcessorFacts, OfSlurmsVariablesOnlyNumbersCount) {
         [value] {
           ::setenv("SLURM_CPUS_PER_TASK", value, 1);
           ::unsetenv("SLURM_CPUS_ON_NODE");
-          const ProcessorFacts facts = ReadProcessorFacts();
+          const programs::ProcessorFacts facts = programs::ReadProcessorFacts();
           return std::to_string(facts.slurm_cpus_per_task.value_or(0)) + "|" +
                  std::to_string(facts.slurm_cpus_on_node.value_or(0));
         },

@@ -1,4 +1,4 @@
-#include "legopt/data_folder.h"
+#include "programs/data_folder.h"
 
 #include <cstdlib>
 #include <string>
@@ -6,7 +6,7 @@
 
 #include "legopt/input_error.h"
 
-namespace legopt {
+namespace legopt::programs {
 namespace {
 
 constexpr char kDefaultDataset[] = "garage-easier";
@@ -37,4 +37,4 @@ std::filesystem::path DataFolder() {
 
 std::filesystem::path DefaultDatasetFolder() { return DataFolder() / kDefaultDataset; }
 
-}  // namespace legopt
+}  // namespace legopt::programs

@@ -1,4 +1,4 @@
-#include "legopt/stop_signals.h"
+#include "programs/stop_signals.h"
 
 #include <signal.h>
 #include <sys/signalfd.h>
@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <system_error>
 
-namespace legopt {
+namespace legopt::programs {
 namespace {
 
 bool IsIgnored(int signal) {
@@ -39,4 +39,4 @@ bool StopSignals::Take() {
   return false;
 }
 
-}  // namespace legopt
+}  // namespace legopt::programs

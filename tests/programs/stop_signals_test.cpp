@@ -1,6 +1,6 @@
 // Which signals are an order to stop: each case in a process of its own, which sends them to itself.
 
-#include "legopt/stop_signals.h"
+#include "programs/stop_signals.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -19,7 +19,7 @@ std::string Taken(std::initializer_list<int> signals, bool owned_by_another = fa
   return CallIsolated(
       [&] {
         std::signal(SIGHUP, hangup);
-        StopSignals stop(owned_by_another ? ::getppid() : 0);
+        programs::StopSignals stop(owned_by_another ? ::getppid() : 0);
         std::string taken;
         for (const int signal : signals) {
           ::kill(::getpid(), signal);
@@ -40,7 +40,7 @@ TEST(StopSignals, WithAnOwnerNobodyElseGivesOrders) {
   EXPECT_EQ(Taken({SIGINT, SIGTERM, SIGHUP}, true), "000");
   const std::string own = CallIsolated(
       [] {
-        StopSignals stop(::getpid());
+        programs::StopSignals stop(::getpid());
         ::kill(::getpid(), SIGTERM);
         return std::string(stop.Take() ? "1" : "0");
       },
@@ -51,7 +51,7 @@ TEST(StopSignals, WithAnOwnerNobodyElseGivesOrders) {
 TEST(StopSignals, EachOrderIsTakenOnce) {
   const std::string taken = CallIsolated(
       [] {
-        StopSignals stop;
+        programs::StopSignals stop;
         ::kill(::getpid(), SIGTERM);
         ::kill(::getpid(), SIGINT);
         std::string each;

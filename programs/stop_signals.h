@@ -2,7 +2,7 @@
 
 #include <sys/types.h>
 
-namespace legopt {
+namespace legopt::programs {
 
 /// Orders to stop, for a program that waits in one place: SIGINT, SIGTERM and SIGHUP as a descriptor. Make it before
 /// any thread: those made later have the signals blocked, too. What does not mean "stop" must not end the program:
@@ -30,4 +30,4 @@ class StopSignals {
   int descriptor_ = -1;
 };
 
-}  // namespace legopt
+}  // namespace legopt::programs

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-namespace legopt {
+namespace legopt::programs {
 
 /// What the system says about the processors that this process may use. Empty: no such limit, or not known.
 struct ProcessorFacts {
@@ -32,4 +32,4 @@ std::optional<double> CgroupProcessorQuota(const std::filesystem::path& root);
 /// The facts of this process. Values of Slurm's variables that are no numbers are as good as unset.
 ProcessorFacts ReadProcessorFacts();
 
-}  // namespace legopt
+}  // namespace legopt::programs

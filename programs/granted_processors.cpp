@@ -1,4 +1,4 @@
-#include "legopt/granted_processors.h"
+#include "programs/granted_processors.h"
 
 #include <sched.h>
 #include <unistd.h>
@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-namespace legopt {
+namespace legopt::programs {
 namespace {
 
 std::optional<int> PositiveNumber(const char* text) {
@@ -167,4 +167,4 @@ ProcessorGrant GrantedProcessors(const ProcessorFacts& facts) {
   return grant;
 }
 
-}  // namespace legopt
+}  // namespace legopt::programs
