@@ -3,80 +3,90 @@
 // The generated decoders size vectors by the count they read, before they look whether so many bytes are there: a
 // datagram of 100 bytes could cost gigabytes. LayoutFits() walks the encoded bytes first. Grammar of a layout, in order
 // of the fields: '1' '2' '4' '8' a number of so many bytes; 's' an LCM string (int32 length with its final NUL, bytes,
-// NUL); "a(...)" an int32 count and then so many groups. The fingerprint is not part of it. Source: the .lcm files; the
-// tests compare each layout with the generated encoder.
+// NUL); "a(...)" an int32 count and then so many groups. The fingerprint is not part of it. Source: kFields
+// (message_fields.h), at compile time; the tests compare each layout with the generated encoder.
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <string>
 #include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <vector>
 
-#include "bus/messages.h"
+#include "bus/message_fields.h"
 
 namespace legopt::bus {
 
 // Whether `bytes` (after the fingerprint) is exactly one message of this layout.
 bool LayoutFits(std::string_view layout, std::string_view bytes);
 
+namespace layout_internal {
+
+struct Text {
+  std::array<char, 128> chars{};
+  std::size_t size = 0;
+
+  constexpr void Add(char c) { chars.at(size++) = c; }
+  // LCM writes the count of a vector as the field before it; here it belongs to the group.
+  constexpr void TakeBackCount() {
+    if (size == 0 || chars.at(size - 1) != '4') throw "the field before a vector must be its int32 count";
+    --size;
+  }
+};
+
+template <class Value>
+struct IsVector : std::false_type {};
+template <class Element>
+struct IsVector<std::vector<Element>> : std::true_type {};
+
 template <class Message>
-inline constexpr std::string_view kLayout = {};
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::frame> = "2222888888888a(1)";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::chunk> = "8888841a(1)";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::chunk_ack> = "118484";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::probe_request> = "8";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::probe_reply> = "4ss88s88";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::dataset_ref> = "ss";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::hello_request> = "4ss84sa(ss)";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::hello_reply> = "48888s";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::lease_request> = "8844a(s)";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::lease> = "88488ssss44888";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::lease_reply> = "48sa(88488ssss44888)";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::method_request> = "s";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::method_reply> = "4s";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::lease_state> = "84888";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::heartbeat_request> = "88a(84888)";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::heartbeat_reply> = "84a(1)";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::result_request> = "88481ss4s44888888sss488888888884444a(8)s";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::result_reply> = "4s";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::submit_request> = "ss";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::submit_reply> = "488s";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::status_request> = "8";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::status_reply> = "s";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::query_request> = "s4";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::query_reply> = "4ss";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::cancel_request> = "8";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::cancel_reply> = "48s";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::control_request> = "814s";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::control_reply> = "48s";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::shutdown_request> = "8";
-template <>
-inline constexpr std::string_view kLayout<legopt_msg::shutdown_reply> = "4";
+constexpr void AddFields(Text& text);
+
+template <class Value>
+constexpr void AddValue(Text& text) {
+  if constexpr (std::is_arithmetic_v<Value>) {
+    text.Add(static_cast<char>('0' + sizeof(Value)));
+  } else if constexpr (std::is_array_v<Value>) {
+    for (std::size_t i = 0; i < std::extent_v<Value>; ++i) AddValue<std::remove_extent_t<Value>>(text);
+  } else if constexpr (std::is_same_v<Value, std::string>) {
+    text.Add('s');
+  } else if constexpr (IsVector<Value>::value) {
+    text.TakeBackCount();
+    text.Add('a');
+    text.Add('(');
+    AddValue<typename Value::value_type>(text);
+    text.Add(')');
+  } else {
+    AddFields<Value>(text);
+  }
+}
+
+template <class Message, class Value>
+constexpr void AddField(Text& text, const Field<Message, Value>& /*field*/) {
+  AddValue<Value>(text);
+}
+
+template <class Message>
+constexpr void AddFields(Text& text) {
+  std::apply([&text](const auto&... field) { (AddField(text, field), ...); }, kFields<Message>);
+}
+
+template <class Message>
+constexpr Text Write() {
+  Text text;
+  AddFields<Message>(text);
+  return text;
+}
+
+template <class Message>
+inline constexpr Text kText = Write<Message>();
+
+}  // namespace layout_internal
+
+template <class Message>
+inline constexpr std::string_view kLayout{layout_internal::kText<Message>.chars.data(),
+                                          layout_internal::kText<Message>.size};
 
 }  // namespace legopt::bus

@@ -1,4 +1,4 @@
-// Every call, and the names of the fields of each message, for who shows messages (`legopt tap`).
+// Every call, and the fields of each message: for who shows messages (`legopt tap`), and for their layouts (layout.h).
 //
 // kFields<Message> is a std::tuple of Field{name, pointer to member}, in the order of the .lcm file. The generated
 // types know nothing of their fields; this is the one place that tells. A message without an entry does not compile
