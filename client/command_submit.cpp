@@ -38,6 +38,17 @@ ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, Seconds pati
   }
 }
 
+// The answer comes when the experiment is on disk; equal ids make one experiment, so that it may be sent again.
+legopt_msg::submit_reply Send(ServerConnection& server, const Submission& submission) {
+  StoreTrouble trouble;
+  try {
+    return server.Submit(submission.id, submission.spec.dump(), [&] { trouble.Look(server.Status(0), nullptr); });
+  } catch (const ClientError& error) {
+    if (error.code() == ExitCode::kUnreachable) trouble.ThrowIfAny();
+    throw;
+  }
+}
+
 ExitCode Submit(const Options& options) {
   const Submission submission = PrepareSubmission(options.suite);
   WarnOfLosses(submission);
@@ -50,9 +61,7 @@ ExitCode Submit(const Options& options) {
     return ExitCode::kOk;
   }
   ServerConnection server(options.network);
-  StoreTrouble trouble;
-  const auto reply =
-      server.Submit(submission.id, submission.spec.dump(), [&] { trouble.Look(server.Status(0), nullptr); });
+  const auto reply = Send(server, submission);
   if (options.json) {
     std::cout << nlohmann::ordered_json{{"experiment_id", reply.experiment_id},
                                         {"jobs", reply.num_jobs},

@@ -33,7 +33,7 @@ void StoreTrouble::Look(const nlohmann::json& status, WatchView* view) {
     } else {
       std::fprintf(stderr,
                    "legopt: warning: the server cannot write its database: %s. Nothing is lost: it goes on as soon as "
-                   "it can; free some space\n",
+                   "it can\n",
                    programs::Printable(error).c_str());
     }
   }
@@ -44,8 +44,8 @@ void StoreTrouble::Look(const nlohmann::json& status, WatchView* view) {
 void StoreTrouble::ThrowIfAny() const {
   if (error_.empty()) return;
   throw ClientError(ExitCode::kDatabaseUnusable, "the server cannot write its database: " + error_ +
-                                                     ". What it acknowledged is kept; free some space and go on with "
-                                                     "the same command and the same --db");
+                                                     ". What it acknowledged is kept; once it can write again, the "
+                                                     "same command goes on");
 }
 
 void ServerPatience::Answered(Seconds now, WatchView& view) {
