@@ -24,7 +24,7 @@ Meaning MeaningOf(int code) {
     case SQLITE_NOLFS:
     case SQLITE_NOMEM:
     case SQLITE_PROTOCOL:
-      return {StoreErrorCode::kIo, "check the disk and its kernel messages"};
+      return {StoreErrorCode::kIo, "check the disk: its space and quota, its kernel messages"};
     case SQLITE_CORRUPT:
       return {StoreErrorCode::kCorrupt, "restore a backup"};
     case SQLITE_NOTADB:

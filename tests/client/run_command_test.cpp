@@ -259,7 +259,7 @@ TEST_F(RunOnAFullDisk, InterruptedItHasTheExitCodeOfAnUnusableDatabase) {
   ::kill(program_->pid(), SIGINT);
   const auto result = program_->Wait();
   EXPECT_EQ(result.exit_code, 6) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("free space on the disk"));
+  EXPECT_THAT(result.err, HasSubstr("check the disk: its space and quota"));
 }
 
 TEST_F(RunCommand, CorruptSceneMeshIsNamedBeforeAnythingIsStored) {
