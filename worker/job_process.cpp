@@ -14,7 +14,7 @@
 #include <string>
 
 #include "bus/codec.h"
-#include "legopt/process_limits.h"
+#include "programs/process_limits.h"
 #include "worker/child_protocol.h"
 #include "worker/job_slot.h"
 #include "worker/outcome.h"

@@ -1,5 +1,7 @@
 #include "worker/solve_executor.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -48,6 +50,14 @@ std::string HistoryJson(const std::vector<IterationRecord>& history) {
       {"rows", std::move(rows)}};
   std::string text = document.dump();
   return text.size() <= kMaxHistoryBytes ? text : std::string();
+}
+
+// The largest resident size that this process, which runs one job after the other, has had.
+std::int64_t PeakMemoryBytes() {
+  constexpr std::int64_t kKibibyte = 1024;
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::int64_t>(usage.ru_maxrss) * kKibibyte;
 }
 
 // A solver that fails may leave anything; the judge has said so, and what has no shape is not sent.
@@ -117,7 +127,7 @@ legopt_msg::result_request ToMessage(const JobResult& job) {
   result.wall_us = solve.wall_us;
   result.cpu_us = solve.cpu_us;
   result.involuntary_context_switches = solve.involuntary_context_switches;
-  result.peak_memory_bytes = job.peak_memory_bytes;
+  result.peak_memory_bytes = PeakMemoryBytes();
   result.solver_cost = solve.cost;
   result.solver_violation = solve.max_violation;
   result.verdict_literal = ToString(evaluation.literal);

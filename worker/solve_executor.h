@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "legopt/solve/job_runner.h"
 #include "worker/job_executor.h"
-#include "worker/job_runner.h"
 
 namespace legopt::worker {
 

@@ -10,7 +10,7 @@
 #include "legopt/collision/mesh_reader.h"
 #include "legopt/input_error.h"
 #include "legopt/isolated_answer.h"
-#include "legopt/isolated_call.h"
+#include "programs/isolated_call.h"
 
 namespace legopt {
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "legopt/collision/exact_collision.h"
+#include "legopt/dataset/support_polygon.h"
 #include "legopt/input_error.h"
-#include "legopt/problem/support_polygon.h"
 #include "legopt/robot/dof_names.h"
 #include "legopt/robot/kinematics.h"
 

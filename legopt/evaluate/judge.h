@@ -7,10 +7,10 @@
 #include <string>
 #include <string_view>
 
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/stance.h"
+#include "legopt/dataset/task.h"
 #include "legopt/evaluate/interpolation.h"
-#include "legopt/problem/dataset.h"
-#include "legopt/problem/stance.h"
-#include "legopt/problem/task.h"
 
 namespace legopt {
 

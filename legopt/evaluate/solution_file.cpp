@@ -13,8 +13,8 @@
 #include <system_error>
 #include <utility>
 
+#include "legopt/dataset/problem_file.h"
 #include "legopt/input_error.h"
-#include "legopt/problem/problem_file.h"
 
 namespace legopt {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "legopt/problem/stance.h"
-#include "legopt/problem/task.h"
+#include "legopt/dataset/stance.h"
+#include "legopt/dataset/task.h"
 
 namespace legopt {
 

@@ -8,7 +8,7 @@
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -145,4 +145,4 @@ Building MakeBuilding(BuildingKind kind, std::uint64_t seed) {
   return kind == BuildingKind::kGarage ? MakeGarage(seed) : MakeHouse(seed);
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace legopt {
+namespace legopt::generate {
 
 /// The intact buildings that can be generated.
 enum class BuildingKind { kGarage, kHouse };
@@ -86,4 +86,4 @@ Building MakeHouse(std::uint64_t seed);
 
 Building MakeBuilding(BuildingKind kind, std::uint64_t seed);
 
-}  // namespace legopt
+}  // namespace legopt::generate

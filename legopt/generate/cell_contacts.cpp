@@ -5,7 +5,7 @@
 
 #include "legopt/collision/signed_distance.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 using Eigen::Vector3d;
 
@@ -101,4 +101,4 @@ std::vector<CellContacts::Point> CellContacts::Touch(int a, int b) const {
   return points;
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -6,7 +6,7 @@
 #include "legopt/collision/convex_shape.h"
 #include "legopt/generate/fracture.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// Contact points between cells in motion, for the simulation.
 ///
@@ -46,4 +46,4 @@ class CellContacts {
   std::vector<PointArena::Range> ranges_;
 };
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -13,7 +13,7 @@
 #include "legopt/generate/cell_contacts.h"
 #include "legopt/random_draws.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Eigen::Isometry3d;
@@ -368,4 +368,4 @@ std::vector<Snapshot> SimulateCollapse(const Building& building, const std::vect
   return snapshots;
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -9,7 +9,7 @@
 #include "legopt/generate/building.h"
 #include "legopt/generate/fracture.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 struct MaterialFacts {
   std::string_view name;
@@ -63,4 +63,4 @@ std::vector<Snapshot> SimulateCollapse(const Building& building, const std::vect
                                        const std::vector<Bond>& bonds, const CollapseOptions& options,
                                        std::uint64_t seed, const CollapseProgress& progress);
 
-}  // namespace legopt
+}  // namespace legopt::generate

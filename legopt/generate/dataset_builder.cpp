@@ -9,8 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "legopt/dataset/content_hash.h"
+#include "legopt/dataset/dataset_writer.h"
+#include "legopt/dataset/problem_file.h"
+#include "legopt/dataset/text_file.h"
 #include "legopt/evaluate/solution_file.h"
-#include "legopt/generate/dataset_writer.h"
 #include "legopt/generate/generation_record.h"
 #include "legopt/generate/parallel.h"
 #include "legopt/generate/posture_selection.h"
@@ -18,12 +21,9 @@
 #include "legopt/generate/seeds.h"
 #include "legopt/generate/source_check.h"
 #include "legopt/generate/stance_features.h"
-#include "legopt/generate/text_file.h"
 #include "legopt/input_error.h"
-#include "legopt/problem/content_hash.h"
-#include "legopt/problem/problem_file.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -394,4 +394,4 @@ DatasetReport BuildCandidates(const DatasetOptions& options, const fs::path& fol
   return Builder(used, folder, progress).BuildCandidates();
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -11,7 +11,7 @@
 #include "legopt/generate/scenario.h"
 #include "legopt/generate/stance_sampler.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// Name of the file, in the dataset's folder, of the stances that plans start and end at.
 inline constexpr const char* kStancesFileName = "stances.json";
@@ -74,4 +74,4 @@ DatasetReport BuildDataset(const DatasetOptions& options, const std::filesystem:
 DatasetReport BuildCandidates(const DatasetOptions& options, const std::filesystem::path& folder,
                               const BuildProgress& progress);
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 /// Heights of the ground round a sample; returns how many of the eight neighbours are level with it.
@@ -62,4 +62,4 @@ Difficulty MeasureDifficulty(const Terrain& terrain, const Eigen::AlignedBox2d& 
   return result;
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -2,9 +2,9 @@
 
 #include <Eigen/Geometry>
 
-#include "legopt/generate/terrain.h"
+#include "legopt/collision/terrain.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// How hard a scene is to walk through, from samples on a square grid in plan, on every storey.
 ///
@@ -27,4 +27,4 @@ struct Difficulty {
 Difficulty MeasureDifficulty(const Terrain& terrain, const Eigen::AlignedBox2d& plan,
                              const DifficultyOptions& options = {});
 
-}  // namespace legopt
+}  // namespace legopt::generate

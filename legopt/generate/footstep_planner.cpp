@@ -9,7 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Eigen::Vector2d;
@@ -343,4 +343,4 @@ std::vector<Stance> ExpandSteps(const Stance& start, const std::vector<Foothold>
   return stances;
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -10,7 +10,7 @@
 #include "legopt/generate/guide_map.h"
 #include "legopt/generate/stance_probe.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// The action set and the effort of the planner. Lengths are for Atlas (base 0.874 m above the soles) and scale with
 /// the robot; positions are relative to the foot that stands, turned by its heading.
@@ -72,4 +72,4 @@ class FootstepPlanner {
 /// single support it swings over and the double support it ends in.
 std::vector<Stance> ExpandSteps(const Stance& start, const std::vector<Foothold>& steps);
 
-}  // namespace legopt
+}  // namespace legopt::generate

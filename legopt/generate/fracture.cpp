@@ -11,7 +11,7 @@
 #include "legopt/collision/hull.h"
 #include "legopt/random_draws.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Eigen::Vector3d;
@@ -223,4 +223,4 @@ std::vector<Bond> FindBonds(const Building& building, const std::vector<Cell>& c
   return bonds;
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

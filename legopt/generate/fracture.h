@@ -6,7 +6,7 @@
 
 #include "legopt/generate/building.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// A convex cell, the smallest part that a building can break into. World frame of the intact building, m.
 struct Cell {
@@ -45,4 +45,4 @@ std::vector<Bond> FindBonds(const Building& building, const std::vector<Cell>& c
 /// The cell of a whole member.
 Cell WholeCell(const Member& member, int index);
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -7,7 +7,7 @@
 #include "legopt/generate/building.h"
 #include "legopt/random_draws.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Eigen::Vector3d;
@@ -293,4 +293,4 @@ class GarageMaker {
 
 Building MakeGarage(std::uint64_t seed) { return GarageMaker(seed).Make(); }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -2,9 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "legopt/problem/content_hash.h"
+#include "legopt/dataset/content_hash.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 using Json = nlohmann::ordered_json;
 
@@ -43,4 +43,4 @@ std::string DescribeGeneration(const DatasetOptions& options, const ProbeOptions
   return root.dump(1) + "\n";
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -5,7 +5,7 @@
 #include <limits>
 #include <queue>
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -188,4 +188,4 @@ double GuideMap::LowerBound(const std::vector<float>& shortest, const Eigen::Vec
   return std::max(0.0, detour * Distance(shortest, point) - ends);
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -6,7 +6,7 @@
 
 #include "legopt/generate/stance_probe.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// Coarse map of where feet can be, for the planner: a lower bound of the length of any walk, and a guess of the way
 /// that a walker would choose.
@@ -50,4 +50,4 @@ class GuideMap {
   std::vector<int> first_;   ///< by cell: index of its first node; one more at the end
 };
 
-}  // namespace legopt
+}  // namespace legopt::generate

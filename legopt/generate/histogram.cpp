@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <numeric>
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 /// 1, 2 or 5 times a power of ten, at least `least`.
@@ -111,4 +111,4 @@ std::string FormatHistogramsAsSvg(std::span<const HistogramRow> rows) {
   return svg + "</svg>\n";
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace legopt {
+namespace legopt::generate {
 
 /// Counts of values in bins of equal width.
 struct Histogram {
@@ -31,4 +31,4 @@ struct HistogramRow {
 };
 std::string FormatHistogramsAsSvg(std::span<const HistogramRow> rows);
 
-}  // namespace legopt
+}  // namespace legopt::generate

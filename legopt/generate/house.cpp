@@ -6,7 +6,7 @@
 #include "legopt/generate/building.h"
 #include "legopt/random_draws.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Eigen::Vector3d;
@@ -238,4 +238,4 @@ class HouseMaker {
 
 Building MakeHouse(std::uint64_t seed) { return HouseMaker(seed).Make(); }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -9,14 +9,14 @@
 #include <string>
 #include <utility>
 
+#include "legopt/dataset/problem_file.h"
+#include "legopt/dataset/text_file.h"
 #include "legopt/generate/parallel.h"
 #include "legopt/generate/seeds.h"
-#include "legopt/generate/text_file.h"
 #include "legopt/input_error.h"
-#include "legopt/problem/problem_file.h"
 #include "legopt/random_draws.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Json = nlohmann::json;
@@ -137,4 +137,4 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
   return pairs;
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

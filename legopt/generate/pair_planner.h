@@ -9,7 +9,7 @@
 
 #include "legopt/generate/footstep_planner.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// Whether a plan stays on its floor.
 enum class FloorChange { kSame, kDifferent };
@@ -45,4 +45,4 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
                                    const std::filesystem::path& state_file,
                                    const std::function<void(int, int)>& progress);
 
-}  // namespace legopt
+}  // namespace legopt::generate

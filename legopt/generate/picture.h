@@ -8,7 +8,7 @@
 
 #include "legopt/collision/mesh.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 using Colour = std::array<std::uint8_t, 3>;
 
@@ -42,4 +42,4 @@ Picture Render(const Drawing& drawing, const Camera& camera);
 /// Writes a PNG (libpng). Throws InputError when the file cannot be written.
 void WritePng(const std::filesystem::path& path, const Picture& picture);
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <vector>
 
 #include "legopt/collision/mesh.h"
@@ -8,7 +7,7 @@
 #include "legopt/generate/collapse.h"
 #include "legopt/generate/fracture.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// One convex solid of a scenario, world frame; coordinates are representable as float.
 struct Piece {
@@ -26,8 +25,4 @@ std::vector<Piece> PiecesOf(const Building& building, const std::vector<Cell>& c
 /// Vertices of different pieces are separate. `piece_of_triangle` may be null.
 TriangleMesh MeshOf(const std::vector<Piece>& pieces, std::vector<int>* piece_of_triangle = nullptr);
 
-/// Writes a binary little-endian PLY with float coordinates; in the rare case that its first byte would be a line end,
-/// at which assimp stumbles, vertices also have a property `guard`. Throws InputError when the file cannot be written.
-void WritePly(const std::filesystem::path& path, const TriangleMesh& mesh);
-
-}  // namespace legopt
+}  // namespace legopt::generate

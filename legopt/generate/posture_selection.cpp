@@ -7,7 +7,7 @@
 #include "legopt/generate/stance_features.h"
 #include "legopt/input_error.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 constexpr int kNone = -1;
@@ -53,4 +53,4 @@ std::vector<int> SelectProven(std::span<const Eigen::Vector3d> points, int count
                     "ask for fewer posture problems, or for more plans"});
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace legopt {
+namespace legopt::generate {
 
 /// Whether point `point` has a posture, asked on behalf of cluster `cluster`; called by thread `worker` < threads, for
 /// different clusters at the same time, never again for a cluster after it was true.
@@ -22,4 +22,4 @@ using ProveMember = std::function<bool(int worker, std::size_t cluster, int poin
 std::vector<int> SelectProven(std::span<const Eigen::Vector3d> points, int count, std::uint64_t seed, int threads,
                               const ProveMember& prove, const std::function<void(int, int)>& progress);
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -8,7 +8,7 @@
 #include "legopt/evaluate/solution_file.h"
 #include "legopt/input_error.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 std::vector<Stance> ReadProvenStances(const std::shared_ptr<const Dataset>& dataset,
                                       const std::filesystem::path& path) {
@@ -41,4 +41,4 @@ std::vector<Stance> ReadProvenStances(const std::shared_ptr<const Dataset>& data
   return stances;
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -4,10 +4,10 @@
 #include <memory>
 #include <vector>
 
-#include "legopt/problem/dataset.h"
-#include "legopt/problem/stance.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/stance.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// Stances of a solution file (solution_file.h, one stance per problem) that have a posture: those for which the judge
 /// of `dataset` accepts at least one of the solutions, by the literal and the strict rule; in the order of the file,
@@ -16,4 +16,4 @@ namespace legopt {
 /// Throws InputError: see ReadSolutions; a problem with more than one stance or without its definition; no stance left.
 std::vector<Stance> ReadProvenStances(const std::shared_ptr<const Dataset>& dataset, const std::filesystem::path& path);
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -9,13 +9,14 @@
 #include <utility>
 
 #include "legopt/collision/mesh_faults.h"
+#include "legopt/collision/mesh_writer.h"
+#include "legopt/dataset/content_hash.h"
+#include "legopt/dataset/text_file.h"
 #include "legopt/generate/seeds.h"
-#include "legopt/generate/text_file.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
-#include "legopt/problem/content_hash.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -222,4 +223,4 @@ void WriteScenario(const Scenario& scenario, const std::filesystem::path& folder
   WriteTextFile(folder / kScenarioFileName, root.dump(2) + "\n");
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

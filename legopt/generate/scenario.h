@@ -13,7 +13,7 @@
 #include "legopt/generate/picture.h"
 #include "legopt/generate/pieces.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// The paper's difficulty levels: snapshots of one collapse at increasing time.
 enum class ScenarioLevel { kEasier, kEasy, kIntermediate, kHard };
@@ -65,4 +65,4 @@ inline constexpr const char* kMembersFileName = "building.csv";
 /// Throws InputError when something cannot be written.
 void WriteScenario(const Scenario& scenario, const std::filesystem::path& folder, bool pictures);
 
-}  // namespace legopt
+}  // namespace legopt::generate

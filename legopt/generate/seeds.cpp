@@ -2,7 +2,7 @@
 
 #include "legopt/blake2b.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 std::uint64_t DeriveSeed(std::uint64_t seed, const std::string& purpose) {
   constexpr std::size_t kDigits = 16;
@@ -10,4 +10,4 @@ std::uint64_t DeriveSeed(std::uint64_t seed, const std::string& purpose) {
   return std::stoull(Blake2bHex(std::to_string(seed) + "/" + purpose).substr(0, kDigits), nullptr, kHexadecimal);
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

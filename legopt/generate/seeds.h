@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <string>
 
-namespace legopt {
+namespace legopt::generate {
 
 /// A seed of its own for every purpose: 64 bits of BLAKE2b of "seed/purpose".
 std::uint64_t DeriveSeed(std::uint64_t seed, const std::string& purpose);
 
-}  // namespace legopt
+}  // namespace legopt::generate

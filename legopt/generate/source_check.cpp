@@ -8,7 +8,7 @@
 #include "legopt/input_error.h"
 #include "legopt/robot/kinematics.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 void RequireSoundMeshes(const Dataset& dataset) {
   for (const SceneObject& object : dataset.scene().objects) {
@@ -63,4 +63,4 @@ void CheckSource(const std::shared_ptr<const Dataset>& source, const ProbeOption
   ProbeModel::Build(source, options);
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "legopt/dataset/dataset.h"
 #include "legopt/generate/stance_probe.h"
-#include "legopt/problem/dataset.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// Meshes that solver and judge would disagree about: with holes, or wound inside out. Throws InputError for the first.
 void RequireSoundMeshes(const Dataset& dataset);
@@ -20,4 +20,4 @@ void RequireMappableScene(const Dataset& dataset);
 /// ground to stand on. Throws InputError that names the user's files and flags.
 void CheckSource(const std::shared_ptr<const Dataset>& source, const ProbeOptions& options, bool uses_scene);
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -9,7 +9,7 @@
 #include "legopt/input_error.h"
 #include "legopt/random_draws.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Eigen::Vector3d;
@@ -133,4 +133,4 @@ std::vector<std::vector<int>> ClusterPoints(std::span<const Vector3d> points, in
   return clusters;
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

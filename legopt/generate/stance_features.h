@@ -6,7 +6,7 @@
 
 #include "legopt/generate/stance_probe.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// What the paper describes problems by.
 struct StanceFeatures {
@@ -28,4 +28,4 @@ StanceFeatures FeaturesOf(const Stance& stance, StanceProbe& probe);
 /// Needs 1 <= k <= points (InputError).
 std::vector<std::vector<int>> ClusterPoints(std::span<const Eigen::Vector3d> points, int k, std::uint64_t seed);
 
-}  // namespace legopt
+}  // namespace legopt::generate

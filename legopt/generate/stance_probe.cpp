@@ -8,7 +8,7 @@
 #include "legopt/collision/scene_solids.h"
 #include "legopt/input_error.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Eigen::Isometry3d;
@@ -192,4 +192,4 @@ double StanceProbe::TrunkDistance(const Stance& stance, double margin_m) {
   return PartDistance(model_->trunk_link(), pose, margin_m);
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

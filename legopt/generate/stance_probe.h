@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "legopt/collision/collision_query.h"
-#include "legopt/generate/terrain.h"
-#include "legopt/problem/dataset.h"
-#include "legopt/problem/stance.h"
+#include "legopt/collision/terrain.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/stance.h"
 #include "legopt/robot/kinematics.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 /// What counts as a place to stand. Lengths in metres.
 struct ProbeOptions {
@@ -74,4 +74,4 @@ class StanceProbe {
 /// Heading of a foothold about z.
 double Yaw(const Foothold& foothold);
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -13,7 +13,7 @@
 #include "legopt/random_draws.h"
 #include "legopt/solve/problem_solver.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Eigen::Vector3d;
@@ -206,4 +206,4 @@ SampledStances SampleStances(const std::shared_ptr<const ProbeModel>& model, con
               "not enough stances found; " + result.tally.Describe());
 }
 
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -7,7 +7,7 @@
 
 #include "legopt/generate/stance_probe.h"
 
-namespace legopt {
+namespace legopt::generate {
 
 struct StanceSamplerOptions {
   int count = 100;  ///< stances wanted, >= 1
@@ -71,4 +71,4 @@ class PostureProver {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace legopt
+}  // namespace legopt::generate

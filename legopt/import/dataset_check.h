@@ -3,10 +3,10 @@
 #include <memory>
 #include <vector>
 
-#include "legopt/generate/terrain.h"
+#include "legopt/collision/terrain.h"
+#include "legopt/dataset/dataset.h"
 #include "legopt/import/finding.h"
 #include "legopt/import/footholds.h"
-#include "legopt/problem/dataset.h"
 
 namespace legopt {
 

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/problem/stance.h"
-#include "legopt/problem/task.h"
+#include "legopt/dataset/stance.h"
+#include "legopt/dataset/task.h"
 
 namespace legopt {
 

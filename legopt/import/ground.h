@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "legopt/generate/terrain.h"
+#include "legopt/collision/terrain.h"
 
 namespace legopt {
 

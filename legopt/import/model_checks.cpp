@@ -10,8 +10,8 @@
 #include "legopt/collision/collision_query.h"
 #include "legopt/collision/mesh_faults.h"
 #include "legopt/import/dataset_check.h"
-#include "legopt/problem/initial_guess.h"
 #include "legopt/robot/kinematics.h"
+#include "legopt/terms/initial_guess.h"
 
 namespace legopt {
 namespace {

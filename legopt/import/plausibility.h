@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "legopt/dataset/dataset.h"
 #include "legopt/import/finding.h"
-#include "legopt/problem/dataset.h"
 
 namespace legopt {
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "legopt/generate/terrain.h"
+#include "legopt/collision/terrain.h"
 #include "legopt/import/finding.h"
 #include "legopt/import/footholds.h"
 

@@ -9,8 +9,8 @@
 #include <set>
 #include <system_error>
 
-#include "legopt/generate/pieces.h"
-#include "legopt/generate/text_file.h"
+#include "legopt/collision/mesh_writer.h"
+#include "legopt/dataset/text_file.h"
 #include "legopt/import/file_copy.h"
 #include "legopt/input_error.h"
 

@@ -9,11 +9,11 @@
 #include <map>
 
 #include "legopt/collision/mesh_faults.h"
-#include "legopt/generate/pieces.h"
-#include "legopt/generate/text_file.h"
+#include "legopt/collision/mesh_writer.h"
+#include "legopt/dataset/scene_file.h"
+#include "legopt/dataset/text_file.h"
 #include "legopt/import/file_copy.h"
 #include "legopt/input_error.h"
-#include "legopt/problem/scene_file.h"
 
 namespace legopt {
 namespace {

@@ -8,11 +8,11 @@
 #include <system_error>
 #include <vector>
 
+#include "legopt/dataset/dataset_file.h"
+#include "legopt/dataset/problem_file.h"
+#include "legopt/dataset/scene_file.h"
 #include "legopt/import/collada_document.h"
 #include "legopt/input_error.h"
-#include "legopt/problem/dataset_file.h"
-#include "legopt/problem/problem_file.h"
-#include "legopt/problem/scene_file.h"
 
 namespace legopt {
 namespace {

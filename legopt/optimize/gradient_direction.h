@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "legopt/optimize/waypoint_metric.h"
-#include "legopt/problem/program.h"
+#include "legopt/program/program.h"
 
 namespace legopt {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <mutex>
 
-#include "legopt/optimize/ipopt_application.h"
 #include "legopt/optimize/ipopt_program.h"
+#include "legopt/subproblem/ipopt_application.h"
 
 namespace legopt {
 namespace {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "legopt/problem/program.h"
+#include "legopt/program/program.h"
 
 namespace legopt {
 

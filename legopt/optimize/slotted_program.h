@@ -3,9 +3,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "legopt/optimize/convex_subproblem.h"
 #include "legopt/optimize/penalty_objective.h"
-#include "legopt/problem/program.h"
+#include "legopt/program/program.h"
+#include "legopt/subproblem/convex_subproblem.h"
 
 namespace legopt {
 

@@ -6,7 +6,7 @@
 
 #include "legopt/optimize/penalty_objective.h"
 #include "legopt/optimize/smooth_penalty.h"
-#include "legopt/problem/program.h"
+#include "legopt/program/program.h"
 
 namespace legopt {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "legopt/problem/program.h"
+#include "legopt/program/program.h"
 
 namespace legopt {
 

@@ -7,7 +7,7 @@
 
 #include "legopt/optimize/penalty_objective.h"
 #include "legopt/optimize/solve_outcome.h"
-#include "legopt/problem/program.h"
+#include "legopt/program/program.h"
 
 namespace legopt {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "legopt/optimize/interior_point.h"
-#include "legopt/optimize/ipopt_subproblem.h"
+#include "legopt/subproblem/interior_point.h"
+#include "legopt/subproblem/ipopt_subproblem.h"
 
 namespace legopt {
 namespace {

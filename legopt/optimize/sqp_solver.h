@@ -5,11 +5,11 @@
 #include <memory>
 #include <vector>
 
-#include "legopt/optimize/convex_subproblem.h"
 #include "legopt/optimize/sampling.h"
 #include "legopt/optimize/solver.h"
 #include "legopt/optimize/sqp_options.h"
 #include "legopt/optimize/term_sampler.h"
+#include "legopt/subproblem/convex_subproblem.h"
 
 namespace legopt {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "legopt/optimize/sampling.h"
-#include "legopt/problem/program.h"
+#include "legopt/program/program.h"
 
 namespace legopt {
 

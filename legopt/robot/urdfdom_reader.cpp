@@ -12,7 +12,7 @@
 
 #include "legopt/input_error.h"
 #include "legopt/isolated_answer.h"
-#include "legopt/isolated_call.h"
+#include "programs/isolated_call.h"
 
 namespace legopt {
 namespace {

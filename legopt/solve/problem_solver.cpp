@@ -8,13 +8,13 @@
 #include <utility>
 
 #include "legopt/blake2b.h"
-#include "legopt/optimize/solver_factory.h"
-#include "legopt/problem/initial_guess.h"
-#include "legopt/problem/velocity_term.h"
-#include "legopt/problem/waypoint_program.h"
-#include "legopt/solve/motion_windows.h"
+#include "legopt/methods/solver_factory.h"
 #include "legopt/solve/multi_start.h"
 #include "legopt/solve/solve_timer.h"
+#include "legopt/terms/initial_guess.h"
+#include "legopt/terms/motion_windows.h"
+#include "legopt/terms/velocity_term.h"
+#include "legopt/terms/waypoint_program.h"
 
 namespace legopt {
 namespace {

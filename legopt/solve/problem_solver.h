@@ -6,10 +6,10 @@
 #include <memory>
 
 #include "legopt/collision/collision_query.h"
-#include "legopt/optimize/method.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/task.h"
+#include "legopt/methods/method.h"
 #include "legopt/optimize/solve_outcome.h"
-#include "legopt/problem/dataset.h"
-#include "legopt/problem/task.h"
 
 namespace legopt {
 

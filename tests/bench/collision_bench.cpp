@@ -13,7 +13,7 @@
 #include "legopt/collision/model_data.h"
 #include "legopt/collision/ode_runtime.h"
 #include "legopt/collision/signed_distance.h"
-#include "legopt/problem/swept_collision_term.h"
+#include "legopt/terms/swept_collision_term.h"
 #include "tests/collision/atlas_data.h"
 #include "tests/collision/test_shapes.h"
 

@@ -9,9 +9,9 @@
 
 #include "legopt/collision/collision_model.h"
 #include "legopt/collision/collision_query.h"
-#include "legopt/problem/dataset.h"
-#include "legopt/problem/initial_guess.h"
+#include "legopt/dataset/dataset.h"
 #include "legopt/robot/kinematics.h"
+#include "legopt/terms/initial_guess.h"
 
 namespace legopt {
 namespace {

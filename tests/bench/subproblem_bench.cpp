@@ -2,8 +2,8 @@
 
 #include <benchmark/benchmark.h>
 
-#include "legopt/optimize/interior_point.h"
-#include "tests/optimize/random_subproblem.h"
+#include "legopt/subproblem/interior_point.h"
+#include "tests/subproblem/random_subproblem.h"
 
 namespace legopt {
 namespace {

@@ -16,9 +16,9 @@
 #include <thread>
 
 #include "bus/lcm_transport.h"
-#include "client/child_process.h"
 #include "client/client_error.h"
-#include "client/server_connection.h"
+#include "client/service/child_process.h"
+#include "client/service/server_connection.h"
 #include "db/read_only_database.h"
 #include "tests/service/deployment.h"
 #include "tests/temporary_folder.h"

@@ -1,6 +1,6 @@
 // Policy: the table has the paper's layout, n in every cell and a dash where nothing was solved; all five formats say
 // the same.
-#include "client/benchmark_table.h"
+#include "client/report/benchmark_table.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 #include <filesystem>
 #include <map>
 
-#include "client/interpolation_table.h"
-#include "client/paper_table.h"
+#include "client/report/interpolation_table.h"
+#include "client/report/paper_table.h"
 #include "table_parsers.h"
 
 namespace legopt::client {

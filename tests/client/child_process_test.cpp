@@ -1,5 +1,5 @@
 // Policy: a child never outlives us, its end is reported as it was, and its last words are kept.
-#include "client/child_process.h"
+#include "client/service/child_process.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,15 +1,15 @@
 // Policy: `evaluate` reports what the judge says, per method and per failure, of how many of the dataset's problems and
 // by whose definitions, in every format, and warns where the file claims otherwise.
-#include "client/evaluation_report.h"
+#include "client/report/evaluation_report.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "legopt/problem/content_hash.h"
-#include "legopt/problem/dataset.h"
+#include "legopt/dataset/content_hash.h"
+#include "legopt/dataset/dataset.h"
 #include "table_parsers.h"
-#include "tests/problem/synthetic_dataset.h"
-#include "tests/problem/test_data.h"
+#include "tests/dataset/synthetic_dataset.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt::client {
 namespace {

@@ -1,13 +1,13 @@
 // Policy: the spec is canonical: equal experiments have equal text and identity, different ones do not; it names
 // nothing that the dataset does not have.
-#include "client/experiment_spec.h"
+#include "client/suite/experiment_spec.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
-#include "client/submission.h"
+#include "client/commands/submission.h"
 #include "legopt/input_error.h"
 
 namespace legopt::client {

@@ -1,16 +1,16 @@
 // Policy: what is exported is judged again with the same verdicts, and the method strings tell every result of a
 // problem apart.
-#include "client/exported_solutions.h"
+#include "client/report/exported_solutions.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "client/evaluation_report.h"
-#include "legopt/problem/dataset.h"
-#include "legopt/problem/initial_guess.h"
+#include "client/report/evaluation_report.h"
+#include "legopt/dataset/dataset.h"
 #include "legopt/robot/dof_names.h"
+#include "legopt/terms/initial_guess.h"
 #include "test_database.h"
 
 namespace legopt::client {

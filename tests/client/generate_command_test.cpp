@@ -5,8 +5,8 @@
 
 #include "program_run.h"
 #include "programs/exit_codes.h"
+#include "tests/dataset/test_data.h"
 #include "tests/generate/plain_dataset.h"
-#include "tests/problem/test_data.h"
 
 namespace legopt::client {
 namespace {

@@ -1,6 +1,6 @@
 // Policy: who listens says of each datagram what a party would, shows every kind of frame, and never throws or lies
 // about what it could not check.
-#include "client/heard_datagram.h"
+#include "client/tap/heard_datagram.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 
 #include "bus/codec.h"
 #include "bus/endpoint.h"
-#include "client/traffic_rates.h"
+#include "client/tap/traffic_rates.h"
 
 namespace legopt::client {
 namespace {

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "bus/lcm_transport.h"
-#include "client/result_source.h"
+#include "client/report/result_source.h"
 #include "program_run.h"
 #include "programs/exit_codes.h"
 #include "tests/import/clone_folder.h"

@@ -1,5 +1,5 @@
 // Policy: one listing, four forms, the same cells in each.
-#include "client/listing.h"
+#include "client/report/listing.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Policy: every message of lcmtypes/ is shown whole, with the names of its .lcm file; what is shown suffices to make
 // the same bytes again.
-#include "client/message_json.h"
+#include "client/tap/message_json.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Policy: methods of one name are told apart by what differs, chosen by it, and a choice that fits nothing is an error
 // that names what there is.
-#include "client/method_filter.h"
+#include "client/report/method_filter.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // Policy: progress is a pure function of status, rate, reason and width; the rate is the recent one and is silent
 // without evidence.
-#include "client/progress.h"
+#include "client/report/progress.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

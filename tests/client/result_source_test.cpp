@@ -1,11 +1,11 @@
 // Policy: a database file answers read-only SQL; the readers of tables and experiments work on it as on a server.
-#include "client/result_source.h"
+#include "client/report/result_source.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "client/client_error.h"
-#include "client/reading.h"
+#include "client/report/reading.h"
 #include "db/sqlite_store.h"
 #include "db/store_error.h"
 #include "test_database.h"

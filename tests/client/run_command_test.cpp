@@ -15,8 +15,8 @@
 
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
-#include "client/local_pool.h"
-#include "client/result_source.h"
+#include "client/report/result_source.h"
+#include "client/service/local_pool.h"
 #include "program_run.h"
 #include "programs/data_folder.h"
 #include "test_database.h"

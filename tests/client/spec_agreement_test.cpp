@@ -5,8 +5,8 @@
 
 #include <string>
 
-#include "client/experiment_spec.h"
-#include "client/suite.h"
+#include "client/suite/experiment_spec.h"
+#include "client/suite/suite.h"
 #include "legopt/input_error.h"
 #include "server/spec.h"
 

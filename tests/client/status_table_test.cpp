@@ -1,13 +1,13 @@
 // Policy: what `legopt status` shows of the experiments is a function of the server's status and the width; no line is
 // longer, and what does not fit one line is on the next or cut with dots, never lost in silence.
 
-#include "client/status_table.h"
+#include "client/report/status_table.h"
 
 #include <gmock/gmock.h>
 
 #include <sstream>
 
-#include "client/text_layout.h"
+#include "client/report/text_layout.h"
 
 namespace legopt::client {
 namespace {

@@ -1,6 +1,6 @@
 // Policy: a suite is read strictly. What is right is taken over exactly; every fault is an InputError that names the
 // place (FILE:LINE), the key and the fix.
-#include "client/suite.h"
+#include "client/suite/suite.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string>
 
-#include "client/paper_table.h"
+#include "client/report/paper_table.h"
 #include "legopt/input_error.h"
 
 namespace legopt::client {

@@ -9,8 +9,8 @@
 #include <set>
 #include <sstream>
 
-#include "client/benchmark_table.h"
-#include "client/interpolation_table.h"
+#include "client/report/benchmark_table.h"
+#include "client/report/interpolation_table.h"
 
 namespace legopt::client {
 namespace {

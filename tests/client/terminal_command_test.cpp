@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "client/text_layout.h"
+#include "client/report/text_layout.h"
 #include "terminal_run.h"
 #include "test_database.h"
 

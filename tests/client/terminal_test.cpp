@@ -1,12 +1,12 @@
 // Policy: flags win over the environment, the environment over the terminal; what is not a terminal gets the text as it
 // is.
-#include "client/terminal.h"
+#include "client/report/terminal.h"
 
 #include <gtest/gtest.h>
 
 #include <map>
 
-#include "client/pager.h"
+#include "client/report/pager.h"
 
 namespace legopt::client {
 namespace {

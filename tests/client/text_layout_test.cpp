@@ -1,6 +1,6 @@
 // Policy: widths are those of a terminal, wrapped lines never exceed them and lose nothing but spaces, numbers stay
 // whole; escapes stand around texts, never in widths.
-#include "client/text_layout.h"
+#include "client/report/text_layout.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
 // Policy: what a watcher says and when it gives up is a function of what it heard and when, in virtual time.
 
-#include "client/watching.h"
+#include "client/report/watching.h"
 
 #include <gmock/gmock.h>
 
-#include "client/watch_json.h"
+#include "client/report/watch_json.h"
 
 namespace legopt::client {
 namespace {

@@ -9,7 +9,7 @@
 #include "legopt/collision/collision_model.h"
 #include "legopt/collision/collision_query.h"
 #include "legopt/collision/scene.h"
-#include "legopt/problem/dataset.h"
+#include "legopt/dataset/dataset.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"
 

@@ -6,9 +6,9 @@
 #include <set>
 #include <string>
 
+#include "legopt/dataset/dataset.h"
 #include "legopt/evaluate/judge.h"
 #include "legopt/evaluate/solution_file.h"
-#include "legopt/problem/dataset.h"
 #include "programs/data_folder.h"
 
 namespace legopt {

@@ -8,8 +8,8 @@
 
 #include "legopt/evaluate/judge.h"
 #include "legopt/robot/interpolation.h"
-#include "tests/problem/synthetic_dataset.h"
-#include "tests/problem/test_data.h"
+#include "tests/dataset/synthetic_dataset.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

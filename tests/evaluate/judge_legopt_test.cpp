@@ -6,11 +6,11 @@
 #include <limits>
 #include <optional>
 
+#include "legopt/dataset/support_polygon.h"
 #include "legopt/evaluate/judge.h"
 #include "legopt/evaluate/solution_file.h"
-#include "legopt/problem/support_polygon.h"
 #include "legopt/robot/kinematics.h"
-#include "tests/problem/test_data.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

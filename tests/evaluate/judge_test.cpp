@@ -7,10 +7,10 @@
 #include <functional>
 #include <limits>
 
-#include "legopt/problem/initial_guess.h"
 #include "legopt/robot/kinematics.h"
-#include "tests/problem/synthetic_dataset.h"
-#include "tests/problem/test_data.h"
+#include "legopt/terms/initial_guess.h"
+#include "tests/dataset/synthetic_dataset.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

@@ -14,8 +14,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "legopt/problem/problem_file.h"
-#include "tests/problem/test_data.h"
+#include "legopt/dataset/problem_file.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

@@ -11,9 +11,9 @@
 #include <thread>
 #include <vector>
 
-#include "client/experiment_spec.h"
-#include "legopt/optimize/registry.h"
-#include "legopt/problem/dataset.h"
+#include "client/suite/experiment_spec.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/methods/registry.h"
 #include "tests/figures/figures.h"
 #include "tests/figures/process_facts.h"
 #include "tests/service/deployment.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "client/client_error.h"
-#include "client/server_connection.h"
+#include "client/service/server_connection.h"
 #include "tests/figures/figures.h"
 #include "tests/service/deployment.h"
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "client/child_process.h"
+#include "client/service/child_process.h"
 #include "db/read_only_database.h"
 #include "tests/figures/figures.h"
 #include "tests/figures/filled_database.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "client/child_process.h"
+#include "client/service/child_process.h"
 #include "db/connection.h"
 #include "db/read_only_database.h"
 #include "tests/figures/figures.h"

@@ -8,9 +8,9 @@
 
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
-#include "client/child_process.h"
 #include "client/client_error.h"
-#include "client/server_connection.h"
+#include "client/service/child_process.h"
+#include "client/service/server_connection.h"
 #include "tests/figures/figures.h"
 #include "tests/figures/process_facts.h"
 #include "tests/service/deployment.h"

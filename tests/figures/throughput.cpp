@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "client/child_process.h"
+#include "client/service/child_process.h"
 #include "tests/figures/figures.h"
 #include "tests/figures/lease_prober.h"
 #include "tests/figures/process_facts.h"

@@ -1,5 +1,5 @@
 // The reader of experiment files: it reads, or throws InputError.
-#include "client/suite.h"
+#include "client/suite/suite.h"
 
 #include <string>
 

@@ -6,8 +6,9 @@
 #include <cstdint>
 
 #include "legopt/collision/mesh_faults.h"
+#include "legopt/collision/mesh_writer.h"
 #include "legopt/generate/pieces.h"
-#include "tests/problem/test_data.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "legopt/generate/pieces.h"
-#include "tests/problem/test_data.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

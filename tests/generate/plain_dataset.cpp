@@ -1,8 +1,8 @@
 #include "tests/generate/plain_dataset.h"
 
-#include "legopt/generate/dataset_writer.h"
-#include "legopt/problem/content_hash.h"
-#include "tests/problem/test_data.h"
+#include "legopt/dataset/content_hash.h"
+#include "legopt/dataset/dataset_writer.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt::test {
 

@@ -3,8 +3,8 @@
 #include "legopt/generate/footstep_planner.h"
 #include "legopt/generate/stance_sampler.h"
 #include "legopt/input_error.h"
+#include "tests/dataset/test_data.h"
 #include "tests/generate/plain_dataset.h"
-#include "tests/problem/test_data.h"
 
 namespace legopt {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "legopt/collision/mesh_faults.h"
 #include "legopt/collision/scene_solids.h"
-#include "legopt/generate/text_file.h"
-#include "tests/problem/test_data.h"
+#include "legopt/dataset/text_file.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

@@ -4,19 +4,19 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "legopt/dataset/content_hash.h"
+#include "legopt/dataset/dataset_writer.h"
+#include "legopt/dataset/problem_file.h"
 #include "legopt/evaluate/judge.h"
 #include "legopt/evaluate/solution_file.h"
 #include "legopt/generate/dataset_builder.h"
-#include "legopt/generate/dataset_writer.h"
 #include "legopt/generate/posture_selection.h"
 #include "legopt/generate/proven_stances.h"
 #include "legopt/generate/source_check.h"
 #include "legopt/generate/stance_features.h"
 #include "legopt/input_error.h"
-#include "legopt/problem/content_hash.h"
-#include "legopt/problem/problem_file.h"
+#include "tests/dataset/test_data.h"
 #include "tests/generate/plain_dataset.h"
-#include "tests/problem/test_data.h"
 
 namespace legopt {
 namespace {

@@ -5,12 +5,12 @@
 
 #include "legopt/collision/mesh_faults.h"
 #include "legopt/collision/scene_solids.h"
+#include "legopt/dataset/content_hash.h"
 #include "legopt/generate/pieces.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/import/quaternion_order.h"
-#include "legopt/problem/content_hash.h"
+#include "tests/dataset/synthetic_dataset.h"
 #include "tests/import/clone_folder.h"
-#include "tests/problem/synthetic_dataset.h"
 
 namespace legopt {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "tests/problem/test_data.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt::test {
 

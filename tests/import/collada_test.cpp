@@ -3,13 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "legopt/dataset/link_box.h"
 #include "legopt/import/collada_robot.h"
 #include "legopt/import/robot_files.h"
-#include "legopt/problem/link_box.h"
 #include "legopt/random_draws.h"
 #include "legopt/robot/kinematics.h"
+#include "tests/dataset/synthetic_dataset.h"
 #include "tests/import/clone_folder.h"
-#include "tests/problem/synthetic_dataset.h"
 
 namespace legopt {
 namespace {

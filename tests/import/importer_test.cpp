@@ -9,12 +9,12 @@
 #include <fstream>
 #include <map>
 
-#include "legopt/generate/dataset_writer.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/dataset_writer.h"
+#include "legopt/dataset/problem_file.h"
 #include "legopt/import/footholds.h"
-#include "legopt/problem/dataset.h"
-#include "legopt/problem/problem_file.h"
+#include "tests/dataset/synthetic_dataset.h"
 #include "tests/import/clone_folder.h"
-#include "tests/problem/synthetic_dataset.h"
 
 namespace legopt {
 namespace {

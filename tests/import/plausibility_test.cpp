@@ -8,13 +8,13 @@
 #include <fstream>
 #include <sstream>
 
-#include "legopt/generate/terrain.h"
+#include "legopt/collision/terrain.h"
+#include "legopt/dataset/content_hash.h"
 #include "legopt/import/importer.h"
 #include "legopt/input_error.h"
-#include "legopt/isolated_call.h"
-#include "legopt/problem/content_hash.h"
-#include "tests/problem/synthetic_dataset.h"
-#include "tests/problem/test_data.h"
+#include "programs/isolated_call.h"
+#include "tests/dataset/synthetic_dataset.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

@@ -8,8 +8,8 @@
 
 #include <fstream>
 
+#include "tests/dataset/synthetic_dataset.h"
 #include "tests/import/clone_folder.h"
-#include "tests/problem/synthetic_dataset.h"
 
 namespace legopt {
 namespace {

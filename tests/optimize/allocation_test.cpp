@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "legopt/optimize/registry.h"
-#include "legopt/optimize/solver_factory.h"
-#include "legopt/problem/initial_guess.h"
-#include "legopt/problem/waypoint_program.h"
+#include "legopt/methods/registry.h"
+#include "legopt/methods/solver_factory.h"
+#include "legopt/terms/initial_guess.h"
+#include "legopt/terms/waypoint_program.h"
+#include "tests/dataset/synthetic_dataset.h"
+#include "tests/dataset/test_data.h"
 #include "tests/optimize/heap_count.h"
-#include "tests/problem/synthetic_dataset.h"
-#include "tests/problem/test_data.h"
 
 namespace legopt {
 namespace {

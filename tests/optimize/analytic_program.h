@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/problem/program.h"
+#include "legopt/program/program.h"
 
 namespace legopt {
 

@@ -6,8 +6,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "legopt/methods/solver_factory.h"
 #include "legopt/optimize/gradient_solver.h"
-#include "legopt/optimize/solver_factory.h"
 #include "legopt/optimize/waypoint_metric.h"
 #include "legopt/random_draws.h"
 #include "tests/optimize/analytic_program.h"

@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "legopt/optimize/registry.h"
-#include "legopt/optimize/solver_factory.h"
+#include "legopt/methods/registry.h"
+#include "legopt/methods/solver_factory.h"
 #include "tests/optimize/analytic_program.h"
 
 namespace legopt {

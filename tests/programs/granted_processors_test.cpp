@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "legopt/isolated_call.h"
+#include "programs/isolated_call.h"
 #include "tests/temporary_folder.h"
 
 namespace legopt::test {

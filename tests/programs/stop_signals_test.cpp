@@ -9,7 +9,7 @@
 #include <initializer_list>
 #include <string>
 
-#include "legopt/isolated_call.h"
+#include "programs/isolated_call.h"
 
 namespace legopt::test {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "client/child_process.h"
-#include "client/server_connection.h"
+#include "client/service/child_process.h"
+#include "client/service/server_connection.h"
 #include "tests/temporary_folder.h"
 
 namespace legopt::service {

@@ -1,8 +1,8 @@
 #include "tests/service/posture_spec.h"
 
-#include "client/experiment_spec.h"
-#include "legopt/optimize/method.h"
-#include "legopt/problem/dataset.h"
+#include "client/suite/experiment_spec.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/methods/method.h"
 
 namespace legopt::service {
 

@@ -4,7 +4,7 @@
 
 #include "legopt/evaluate/judge.h"
 #include "legopt/solve/problem_solver.h"
-#include "tests/problem/test_data.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

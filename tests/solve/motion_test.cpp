@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "legopt/evaluate/judge.h"
-#include "legopt/solve/motion_windows.h"
 #include "legopt/solve/problem_solver.h"
-#include "tests/problem/synthetic_dataset.h"
-#include "tests/problem/test_data.h"
+#include "legopt/terms/motion_windows.h"
+#include "tests/dataset/synthetic_dataset.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

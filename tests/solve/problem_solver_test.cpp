@@ -6,8 +6,8 @@
 
 #include "legopt/evaluate/judge.h"
 #include "legopt/input_error.h"
-#include "tests/problem/synthetic_dataset.h"
-#include "tests/problem/test_data.h"
+#include "tests/dataset/synthetic_dataset.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

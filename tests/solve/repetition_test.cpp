@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "legopt/optimize/registry.h"
+#include "legopt/methods/registry.h"
 #include "legopt/solve/problem_solver.h"
-#include "tests/problem/test_data.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include "legopt/problem/initial_guess.h"
-#include "legopt/problem/waypoint_program.h"
-#include "tests/problem/synthetic_dataset.h"
-#include "tests/problem/test_data.h"
+#include "legopt/terms/initial_guess.h"
+#include "legopt/terms/waypoint_program.h"
+#include "tests/dataset/synthetic_dataset.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "legopt/input_error.h"
-#include "legopt/isolated_call.h"
+#include "programs/isolated_call.h"
 #include "tests/worker/misbehaviour.h"
 #include "tests/worker/played_server.h"
 #include "worker/child_process.h"

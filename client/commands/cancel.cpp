@@ -1,0 +1,40 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "programs/checks.h"
+
+namespace legopt::client {
+namespace {
+
+struct Options {
+  std::int64_t experiment = 0;
+  NetworkOptions network;
+};
+
+ExitCode Cancel(const Options& options) {
+  ServerConnection server(options.network);
+  const auto reply = server.Cancel(options.experiment);
+  if (reply.status != 0) {
+    throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(options.experiment) +
+                                            " cannot be cancelled: " + reply.message + "; see 'legopt status'");
+  }
+  std::cout << "experiment " << options.experiment << ": " << reply.num_jobs
+            << " jobs cancelled; finished results are kept\n";
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddCancelCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand("cancel", "Cancel an experiment; what is finished is kept");
+  const auto options = std::make_shared<Options>();
+  command->add_option("ID", options->experiment, "Experiment")->required()->check(programs::WholeNumber(1));
+  AddNetworkOptions(*command, &options->network);
+  command->callback([=] { invocation->body = [options] { return Cancel(*options); }; });
+}
+
+}  // namespace legopt::client

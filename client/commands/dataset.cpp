@@ -1,0 +1,164 @@
+#include "legopt/dataset/dataset.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/finding_report.h"
+#include "client/report/json_text.h"
+#include "client/report/terminal.h"
+#include "client/suite/chosen_files.h"
+#include "legopt/dataset/content_hash.h"
+#include "legopt/dataset/dataset_file.h"
+#include "legopt/import/dataset_check.h"
+#include "legopt/robot/dof_names.h"
+
+namespace legopt::client {
+namespace {
+
+struct Options {
+  std::optional<std::string> folder;
+  bool check = false;
+  ListingFormat format = ListingFormat::kText;
+};
+
+ExitCode CheckHashes(const std::filesystem::path& folder, const Options& options) {
+  const DatasetDescription description = ReadDatasetFile(folder);
+  const auto manifest = ComputeManifest(folder);
+  Listing listing;
+  listing.columns = {"file", "state", "hash"};
+  std::size_t faults = 0;
+  for (const auto& file : manifest) {
+    const auto expected = description.files.find(file.path);
+    std::string state = "ok";
+    if (expected == description.files.end())
+      state = "not in the manifest";
+    else if (expected->second != file.hash)
+      state = "differs";
+    faults += state == "ok" ? 0 : 1;
+    listing.rows.push_back({file.path, state, file.hash});
+  }
+  for (const auto& [path, hash] : description.files) {
+    const bool used =
+        std::any_of(manifest.begin(), manifest.end(), [&](const FileHash& file) { return file.path == path; });
+    if (used) continue;
+    ++faults;
+    listing.rows.push_back({path, "not used by the dataset", hash});
+  }
+  std::cout << RenderListing(listing, options.format) << std::flush;
+  if (faults == 0) return ExitCode::kOk;
+  throw ClientError(ExitCode::kDatasetMismatch, (folder / kDatasetFileName).string() + ": " + std::to_string(faults) +
+                                                    " hashes do not fit the files; 'legopt dataset hash " +
+                                                    folder.string() + "' writes them anew");
+}
+
+ExitCode Hash(const Options& options) {
+  const std::filesystem::path folder = *options.folder;
+  if (options.check) return CheckHashes(folder, options);
+  Listing listing;
+  listing.columns = {"file", "hash"};
+  for (const auto& file : WriteManifestHashes(folder)) listing.rows.push_back({file.path, file.hash});
+  std::cout << RenderListing(listing, options.format) << std::flush;
+  std::cerr << "dataset " << Dataset::Load(folder)->content_hash() << "\n";
+  return ExitCode::kOk;
+}
+
+// The degrees of freedom in the order of solution vectors; no limit is null.
+Listing JointListing(const RobotModel& robot) {
+  Listing listing;
+  listing.columns = {"index", "joint", "type", "lower", "upper", "unit"};
+  const auto limit = [](double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); };
+  for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+    const Joint& joint = robot.joints()[static_cast<std::size_t>(robot.dof_joint(dof))];
+    listing.rows.push_back({dof, joint.name, std::string(ToString(joint.type)), limit(joint.lower), limit(joint.upper),
+                            std::string(UnitOf(joint.type))});
+  }
+  return listing;
+}
+
+std::string OrderNote(const RobotModel& robot) {
+  const auto range = [&robot](int first, int last) {
+    return std::to_string(robot.num_dofs() + first) + "-" + std::to_string(robot.num_dofs() + last);
+  };
+  return "Order of x: these joints, then the base: position x y z (" + range(0, 2) + ", m), quaternion w x y z (" +
+         range(3, 6) + ").";
+}
+
+// One table in CSV, as every command; the joints, too, in the other formats.
+std::string RenderInfo(const Listing& listing, const RobotModel& robot, ListingFormat format) {
+  if (format == ListingFormat::kCsv) return RenderListing(listing, format);
+  const Listing joints = JointListing(robot);
+  if (format == ListingFormat::kJson) {
+    nlohmann::ordered_json json = ListingToJson(listing);
+    json[0]["joints"] = ListingToJson(joints);
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  }
+  return RenderListing(listing, format) + "\n" + RenderListing(joints, format) + "\n" + OrderNote(robot) + "\n";
+}
+
+ExitCode Info(const Options& options) {
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr));
+  Listing listing;
+  listing.columns = {"name",          "folder",           "robot",           "dofs", "mass_kg",
+                     "scene_objects", "posture_problems", "motion_problems", "hash"};
+  listing.rows.push_back({dataset->name(), dataset->folder().string(), dataset->robot().name(),
+                          dataset->robot().num_dofs(), dataset->robot().total_mass(), dataset->scene().objects.size(),
+                          dataset->problems(Task::kPosture).size(), dataset->problems(Task::kMotion).size(),
+                          dataset->content_hash()});
+  std::cout << RenderInfo(listing, dataset->robot(), options.format);
+  return ExitCode::kOk;
+}
+
+struct CheckOptions {
+  std::optional<std::string> folder;
+  bool json = false;
+};
+
+ExitCode Check(const CheckOptions& options) {
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr));
+  const std::vector<DatasetFinding> findings = CheckDataset(*dataset);
+  if (options.json) {
+    std::cout << JsonText(DatasetFindingsToJson(findings)) << "\n";
+  } else {
+    std::cout << RenderDatasetFindings(findings, LayoutOf({}));
+  }
+  if (!AnyError(findings)) return ExitCode::kOk;
+  throw ClientError(ExitCode::kUsage, dataset->folder().string() +
+                                          ": the dataset has faults with which results would "
+                                          "mean nothing (marked FAIL)");
+}
+
+}  // namespace
+
+void AddDatasetCommand(CLI::App& app, Invocation* invocation) {
+  auto* dataset = app.add_subcommand("dataset", "Look after dataset folders");
+  dataset->require_subcommand(1);
+  dataset->fallthrough();
+
+  auto* hash = dataset->add_subcommand("hash", "Write the content hashes of all files into dataset.yaml");
+  const auto options = std::make_shared<Options>();
+  hash->add_option("DIR", options->folder, "Dataset folder")->required();
+  hash->add_flag("--check", options->check, "Only compare; exit code 5 when a hash does not fit");
+  AddFormatOption(*hash, &options->format);
+  hash->callback([=] { invocation->body = [options] { return Hash(*options); }; });
+
+  auto* check = dataset->add_subcommand("check", "Check winding, quaternions, footholds and starts of a dataset");
+  const auto check_options = std::make_shared<CheckOptions>();
+  check->add_option("DIR", check_options->folder, "Dataset folder (default: the embedded garage-easier)");
+  AddTextOrJsonOption(*check, &check_options->json);
+  check->callback([=] { invocation->body = [check_options] { return Check(*check_options); }; });
+
+  auto* info = dataset->add_subcommand(
+      "info", "Load a dataset, check its hashes and describe it, with its joints in the order of solutions");
+  const auto info_options = std::make_shared<Options>();
+  info->add_option("DIR", info_options->folder, "Dataset folder (default: the embedded garage-easier)");
+  AddFormatOption(*info, &info_options->format);
+  info->callback([=] { invocation->body = [info_options] { return Info(*info_options); }; });
+}
+
+}  // namespace legopt::client

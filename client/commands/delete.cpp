@@ -1,0 +1,84 @@
+// Deletes an experiment for good, after asking.
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/service/experiment_status.h"
+#include "programs/checks.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr std::int8_t kDelete = 10;  // control_request.action, lcmtypes/control_request.lcm
+
+struct Options {
+  std::int64_t experiment = 0;
+  bool yes = false;
+  NetworkOptions network;
+};
+
+std::string Count(std::int64_t number, const std::string& word) {
+  return std::to_string(number) + " " + word + (number == 1 ? "" : "s");
+}
+
+// "experiment 3 'quick': 540 jobs, 540 results".
+std::string Describe(const ExperimentStatus& status) {
+  return "experiment " + std::to_string(status.id) + " '" + programs::Printable(status.name) +
+         "': " + Count(status.total, "job") + ", " + Count(status.done, "result");
+}
+
+// Asks whoever sits at the terminal; a script has to say it beforehand.
+bool Confirmed(const std::string& what) {
+  if (isatty(STDIN_FILENO) == 0 || isatty(STDERR_FILENO) == 0) {
+    throw ClientError(ExitCode::kUsage, what + ": would be deleted for good; if that is meant, say --yes");
+  }
+  std::cerr << what << "\nDelete it for good, with all attempts and solutions? [y/N] " << std::flush;
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer == "y" || answer == "Y" || answer == "yes";
+}
+
+ExitCode Delete(const Options& options) {
+  const std::string name = "experiment " + std::to_string(options.experiment);
+  ServerConnection server(options.network);
+  const auto found = ParseExperiments(server.Status(options.experiment));
+  if (found.empty()) throw ClientError(ExitCode::kUsage, "there is no " + name + "; see 'legopt status'");
+  if (!found.front().over()) {
+    throw ClientError(ExitCode::kUsage,
+                      name + " is active; cancel it first: 'legopt cancel " + std::to_string(options.experiment) + "'");
+  }
+  const std::string what = Describe(found.front());
+  if (!options.yes && !Confirmed(what)) {
+    std::cerr << "legopt: " << name << " is kept\n";
+    return ExitCode::kInterrupted;
+  }
+  legopt_msg::control_request request{};
+  request.experiment_id = options.experiment;
+  request.action = kDelete;
+  const auto reply = server.Control(request);
+  if (reply.status != 0) throw ClientError(ExitCode::kUsage, reply.message);
+  std::cout << what << ": deleted\n";
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddDeleteCommand(CLI::App& app, Invocation* invocation) {
+  auto* command =
+      app.add_subcommand("delete", "Delete an experiment that is over, with its jobs and results, for good");
+  const auto options = std::make_shared<Options>();
+  command->add_option("ID", options->experiment, "Experiment")->required()->check(programs::WholeNumber(1));
+  command->add_flag("--yes", options->yes, "Do not ask");
+  AddNetworkOptions(*command, &options->network);
+  command->callback([=] { invocation->body = [options] { return Delete(*options); }; });
+}
+
+}  // namespace legopt::client

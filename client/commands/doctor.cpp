@@ -1,0 +1,38 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "client/commands/commands.h"
+#include "client/commands/diagnosis.h"
+#include "client/commands/options.h"
+#include "client/report/terminal.h"
+
+namespace legopt::client {
+namespace {
+
+struct Options {
+  DiagnosisOptions diagnosis;
+  ListingFormat format = ListingFormat::kText;
+};
+
+ExitCode Doctor(const Options& options) {
+  const auto findings = Diagnose(options.diagnosis);
+  std::cout << RenderFindings(findings, options.format, LayoutOf({}));
+  return WorstOf(findings);
+}
+
+}  // namespace
+
+void AddDoctorCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand("doctor", "Check network, programs, server, clock, dataset; says what to fix");
+  const auto options = std::make_shared<Options>();
+  AddDatasetOption(*command, &options->diagnosis.dataset);
+  command->add_option(
+      "--db", options->diagnosis.db,
+      "Also check this database file: integrity, foreign keys, schema and everything that rows promise each other");
+  AddFormatOption(*command, &options->format);
+  AddNetworkOptions(*command, &options->diagnosis.network);
+  command->callback([=] { invocation->body = [options] { return Doctor(*options); }; });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,65 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/evaluation_report.h"
+#include "client/suite/chosen_files.h"
+#include "programs/checks.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+struct Options {
+  std::string file;
+  std::optional<std::string> dataset;
+  std::string rule = "literal";
+  std::string definitions = "file";
+  TableFormat format = TableFormat::kText;
+  TimeUnit time_unit = kMilliseconds;
+  OutputOptions output;
+};
+
+ExitCode Evaluate(const Options& options) {
+  const SolutionFile file = ReadSolutions(options.file);
+  Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr)));
+  const auto report = EvaluateSolutions(file, judge, options.rule == "strict" ? Rule::kStrict : Rule::kLiteral,
+                                        options.definitions == "dataset" ? Definitions::kDataset : Definitions::kFile);
+  if (report.rows.empty()) {
+    throw ClientError(ExitCode::kUsage, options.file + ": no problem has a 'solution'; is it a problem file?");
+  }
+  const std::string text = RenderEvaluation(report, options.format, {options.time_unit, LayoutOf(options.output)});
+  Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
+  for (const auto& warning : report.warnings) std::cerr << "legopt: warning: " << programs::Printable(warning) << "\n";
+  const auto unreadable =
+      std::count_if(report.rows.begin(), report.rows.end(), [](const JudgedRow& row) { return row.unreadable; });
+  if (unreadable == 0) return ExitCode::kOk;
+  throw ClientError(ExitCode::kJobsFailed, options.file + ": " + std::to_string(unreadable) + " of " +
+                                               std::to_string(report.rows.size()) +
+                                               " solutions have numbers that cannot be read; correct or remove them");
+}
+
+}  // namespace
+
+void AddEvaluateCommand(CLI::App& app, Invocation* invocation) {
+  auto* command =
+      app.add_subcommand("evaluate", "Judge a LegOpt solution file: per method successes, mean cost, mean time");
+  const auto options = std::make_shared<Options>();
+  command->add_option("FILE", options->file, "LegOpt solution JSON")->required();
+  AddDatasetOption(*command, &options->dataset);
+  command
+      ->add_option("--definitions", options->definitions,
+                   "Whose problem definitions count: file (default), as in the original evaluator, or dataset")
+      ->check(programs::OneOf({"file", "dataset"}));
+  AddRuleOption(*command, &options->rule);
+  AddTableFormatOption(*command, &options->format);
+  AddTimeUnitOption(*command, &options->time_unit);
+  AddOutputOptions(*command, &options->output);
+  command->callback([=] { invocation->body = [options] { return Evaluate(*options); }; });
+}
+
+}  // namespace legopt::client

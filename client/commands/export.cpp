@@ -1,0 +1,104 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/exported_solutions.h"
+#include "client/suite/chosen_files.h"
+#include "programs/checks.h"
+
+namespace legopt::client {
+namespace {
+
+struct Options {
+  std::optional<std::int64_t> experiment;
+  std::string out;
+  std::optional<std::string> initialization, task, dataset;
+  MethodFilter methods;
+  SourceOptions source;
+};
+
+std::shared_ptr<const Dataset> LoadDatasetOf(const ExperimentInfo& experiment, const Options& options) {
+  const auto folder = ChooseDatasetFolder(options.dataset, nullptr);
+  auto dataset = Dataset::Load(folder);
+  if (dataset->content_hash() != experiment.dataset_hash) {
+    throw ClientError(ExitCode::kDatasetMismatch, "experiment " + std::to_string(experiment.id) +
+                                                      " was made with the dataset '" + experiment.dataset_name +
+                                                      "' of hash " + experiment.dataset_hash + ", but " +
+                                                      folder.string() + " has hash " + dataset->content_hash() +
+                                                      "; name the right folder with --dataset");
+  }
+  return dataset;
+}
+
+constexpr char kStandardOutput[] = "-";
+
+// The file itself for a single task, else one file per task: solutions-posture.json, solutions-motion.json.
+std::filesystem::path FileFor(const std::string& out, const SolutionFile& file, std::size_t num_files) {
+  if (num_files == 1) return out;
+  std::filesystem::path path(out);
+  const std::string name = path.stem().string() + "-" + std::string(ToString(file.task)) + path.extension().string();
+  return path.replace_filename(name);
+}
+
+void Write(const std::string& out, const SolutionFile& file, std::size_t num_files) {
+  const auto path = FileFor(out, file, num_files);
+  if (out == kStandardOutput) {
+    std::cout << FormatSolutions(file) << std::flush;
+    if (!std::cout) return;  // whoever runs the command says so, as for every command
+  } else {
+    WriteSolutions(path, file);
+  }
+  std::cerr << file.problems.size() << " " << ToString(file.task) << " problems written to "
+            << (out == kStandardOutput ? "standard output" : path.string()) << "\n";
+}
+
+ExitCode Export(const Options& options) {
+  const auto source = OpenResults(options.source);
+  const auto experiment = FindExperiment(*source, options.experiment);
+  const auto dataset = LoadDatasetOf(experiment, options);
+  ExportFilter filter{options.methods, options.initialization, std::nullopt};
+  if (options.task) filter.task = ParseTask(*options.task, "--task");
+  const auto exported = ReadSolutionsOf(*source, experiment.id, *dataset, filter);
+  if (exported.num_solutions == 0) {
+    throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) +
+                                            " has no results that match; 'legopt list " +
+                                            std::to_string(experiment.id) + source->flags() + "' shows what there is");
+  }
+  if (options.out == kStandardOutput && exported.files.size() > 1) {
+    throw ClientError(ExitCode::kUsage,
+                      "the experiment has both tasks, which make two files: choose one with --task, or a --out FILE");
+  }
+  for (const auto& file : exported.files) Write(options.out, file, exported.files.size());
+  if (exported.num_missing > 0) {
+    std::cerr << "legopt: warning: " << exported.num_missing
+              << " jobs have no result (unfinished, dead or cancelled) and are not in the file\n";
+  }
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddExportCommand(CLI::App& app, Invocation* invocation) {
+  auto* command =
+      app.add_subcommand("export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges");
+  const auto options = std::make_shared<Options>();
+  command->add_option("ID", options->experiment, "Experiment (default: the newest)")->check(programs::WholeNumber(1));
+  command
+      ->add_option("--out", options->out,
+                   "File to write, - for standard output; with both tasks, -posture and -motion are added to its name")
+      ->required();
+  AddMethodFilterOptions(*command, &options->methods);
+  command->add_option("--initialization", options->initialization, "Only this one: good or in_collision")
+      ->check(programs::OneOf({"good", "in_collision"}));
+  command->add_option("--task", options->task, "Only this task: posture or motion")
+      ->check(programs::OneOf({"posture", "motion"}));
+  command->add_option("--dataset", options->dataset,
+                      "Dataset folder, for the problem definitions (default: the embedded garage-easier)");
+  AddSourceOptions(*command, &options->source);
+  command->callback([=] { invocation->body = [options] { return Export(*options); }; });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,222 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/report/generation_progress.h"
+#include "client/report/json_text.h"
+#include "client/service/interrupt.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/text_file.h"
+#include "legopt/generate/dataset_builder.h"
+#include "legopt/generate/scenario.h"
+#include "legopt/generate/source_check.h"
+#include "legopt/input_error.h"
+#include "programs/checks.h"
+#include "programs/data_folder.h"
+
+namespace legopt::client {
+namespace {
+
+struct ScenarioFlags {
+  std::string kind = "garage";
+  std::string level = "easier";
+  std::uint64_t seed = 1;
+  std::string out;
+  bool no_pictures = false;
+};
+
+void AddSeedFlag(CLI::App& app, ScenarioFlags* flags) {
+  app.add_option("--seed", flags->seed, "All random draws follow from it")
+      ->capture_default_str()
+      ->check(programs::WholeNumber(0));  // it would wrap around
+}
+
+void AddScenarioFlags(CLI::App& app, ScenarioFlags* flags) {
+  app.add_option("--kind", flags->kind, "garage or house")->capture_default_str();
+  app.add_option("--level", flags->level, "easier, easy, intermediate or hard")->capture_default_str();
+  AddSeedFlag(app, flags);
+  app.add_option("--out", flags->out, "Folder to make; it must not exist")->required();
+  app.add_flag("--no-pictures", flags->no_pictures, "Leave the PNG files out");
+}
+
+ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
+  ScenarioOptions options;
+  options.kind = ParseBuildingKind(flags.kind);
+  options.level = ParseScenarioLevel(flags.level);
+  options.seed = flags.seed;
+  return options;
+}
+
+/// Makes `out` by `make` in a folder of its own, which is kept after an interruption, and after a refusal when stances
+/// were proven there, as the same command then goes on with them.
+void MakeFolder(const std::filesystem::path& out, const std::string& identity,
+                const std::function<void(const std::filesystem::path&, const BuildProgress&)>& make) {
+  NewFolder folder(out, identity);
+  const InterruptGuard guard;
+  GenerationProgress progress;
+  try {
+    make(folder.path(), [&](const std::string& stage, double done, double total, const std::string& unit) {
+      progress.Show(stage, done, total, unit);
+      if (Interrupted()) throw ClientError(ExitCode::kInterrupted, "interrupted");
+    });
+  } catch (const ClientError&) {
+    progress.Break();
+    throw ClientError(ExitCode::kInterrupted, "interrupted; the same command goes on with what is done, in " +
+                                                  folder.path().string() + "; to begin anew, remove it");
+  } catch (const InputError& error) {
+    progress.Break();
+    if (!std::filesystem::exists(folder.path() / kStancesFileName)) {
+      folder.Discard();
+      throw;
+    }
+    InputError::Fault fault = error.fault();
+    fault.fix += (fault.fix.empty() ? "" : "; ") + std::string("scene and stances are kept in ") +
+                 folder.path().string() + ": with another number of plans or postures the command goes on with them, " +
+                 "for all else remove it";
+    throw InputError(std::move(fault));
+  }
+  progress.Break();
+  folder.Finish();
+}
+
+ExitCode GenerateScenario(const ScenarioFlags& flags) {
+  const ScenarioOptions options = OptionsOf(flags);
+  const std::string identity = "scenario " + flags.kind + " " + flags.level + " " + std::to_string(flags.seed) + "\n";
+  Scenario scenario;
+  MakeFolder(flags.out, identity, [&](const std::filesystem::path& folder, const BuildProgress& progress) {
+    scenario = MakeScenario(options, [&](double done, double total) { progress("collapse", done, total, "s"); });
+    WriteScenario(scenario, folder, !flags.no_pictures);
+  });
+  std::cout << JsonText(DescribeScenario(scenario)) << "\n";
+  return ExitCode::kOk;
+}
+
+struct DatasetFlags {
+  ScenarioFlags scenario;
+  std::optional<std::string> robot;
+  std::optional<std::string> from;
+  std::string name;
+  DatasetOptions options;
+};
+
+/// What decides which stances there are.
+CLI::Option* AddStanceFlags(CLI::App& app, DatasetFlags* flags) {
+  DatasetOptions& options = flags->options;
+  app.add_option("--name", flags->name, "Name of the dataset (default: that of the folder)");
+  app.add_option("--radius", options.radius_m, "Largest distance of the feet, m (default: by the robot's size)");
+  app.add_option("--slope", options.slope_rad, "Steepest ground, rad (default: 0.45)");
+  options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  app.add_option("--threads", options.threads, "The result does not depend on it (default: all cores)");
+  return app.add_option("--stances", options.stances, "Stances sampled")->capture_default_str();
+}
+
+void AddInstanceFlags(CLI::App& app, DatasetFlags* flags) {
+  DatasetOptions& options = flags->options;
+  CLI::Option* stances = AddStanceFlags(app, flags);
+  app.add_option("--proven", options.proven,
+                 "Solution file: its stances that have a posture, instead of sampling and proving some here")
+      ->excludes(stances);
+  app.add_option("--same-floor", options.same_floor, "Motion problems on one floor")->capture_default_str();
+  app.add_option("--different-floors", options.different_floors, "Motion problems between floors")
+      ->capture_default_str();
+  app.add_option("--postures", options.postures, "Posture problems")->capture_default_str();
+}
+
+/// Adds what is the same for all datasets: where robot and scene come from.
+void AddSourceFlags(CLI::App& app, DatasetFlags* flags) {
+  app.add_option("--from", flags->from, "Dataset folder with the robot and the scene; its problems are not used")
+      ->required();
+  AddSeedFlag(app, &flags->scenario);
+  app.add_option("--out", flags->scenario.out, "Folder to make; it must not exist")->required();
+}
+
+using Build = DatasetReport (*)(const DatasetOptions&, const std::filesystem::path&, const BuildProgress&);
+
+/// Makes the folder by `build`, and says what was asked for as its identity.
+DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Build build) {
+  DatasetOptions options = flags.options;
+  const std::filesystem::path out = std::filesystem::path(flags.scenario.out).lexically_normal();
+  options.name = !flags.name.empty() ? flags.name : (out.has_filename() ? out : out.parent_path()).filename().string();
+  options.seed = flags.scenario.seed;
+  options.pictures = !flags.scenario.no_pictures;
+  if (flags.from) {
+    options.robot_folder = *flags.from;
+  } else {
+    options.robot_folder = flags.robot ? std::filesystem::path(*flags.robot) : programs::DefaultDatasetFolder();
+    options.scenario = OptionsOf(flags.scenario);
+  }
+  options.Validate();
+  const auto source = Dataset::Load(options.robot_folder);
+  CheckSource(source, options.ProbeFor(*source), !options.scenario);
+  const std::string identity = what + options.StancesIdentity() + ", from " + source->content_hash() + "\n";
+  DatasetReport report;
+  MakeFolder(out, identity, [&](const std::filesystem::path& folder, const BuildProgress& progress) {
+    report = build(options, folder, progress);
+  });
+  if (!report.tally.empty()) std::cout << "stances: " << report.tally << "\n";
+  return report;
+}
+
+ExitCode MakeDataset(const DatasetFlags& flags) {
+  const DatasetReport report = BuildFolder(flags, "", BuildDataset);
+  for (const HistogramRow& row : report.histograms) {
+    std::cout << row.heading << "\n\n";
+    for (const Histogram& histogram : row.histograms) std::cout << FormatHistogram(histogram) << "\n";
+  }
+  std::cout << "plans: " << report.pairs_tried << " pairs tried, at most " << report.largest_motion
+            << " stances per motion\ndataset " << report.content_hash << "\n";
+  return ExitCode::kOk;
+}
+
+ExitCode MakeCandidates(const DatasetFlags& flags) {
+  const DatasetReport report = BuildFolder(flags, "candidates, ", BuildCandidates);
+  std::cout << "dataset " << report.content_hash << "\n";
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddGenerateCommand(CLI::App& app, Invocation* invocation) {
+  auto* generate = app.add_subcommand("generate", "Make destruction scenarios and benchmark instances from a seed");
+  generate->require_subcommand(1);
+  generate->fallthrough();
+
+  auto* scenario = generate->add_subcommand("scenario", "A damaged building: mesh, manifest and pictures");
+  const auto flags = std::make_shared<ScenarioFlags>();
+  AddScenarioFlags(*scenario, flags.get());
+  scenario->callback([=] { invocation->body = [flags] { return GenerateScenario(*flags); }; });
+
+  auto* dataset =
+      generate->add_subcommand("dataset", "Scenario, stances, footstep plans and problems: a whole dataset");
+  const auto dataset_flags = std::make_shared<DatasetFlags>();
+  AddScenarioFlags(*dataset, &dataset_flags->scenario);
+  dataset->add_option("--robot", dataset_flags->robot,
+                      "Dataset folder whose robot is used (default: the embedded one's)");
+  AddInstanceFlags(*dataset, dataset_flags.get());
+  dataset->callback([=] { invocation->body = [dataset_flags] { return MakeDataset(*dataset_flags); }; });
+
+  auto* problems =
+      generate->add_subcommand("problems", "Stances, footstep plans and problems for a robot and scene of yours");
+  const auto problem_flags = std::make_shared<DatasetFlags>();
+  AddSourceFlags(*problems, problem_flags.get());
+  AddInstanceFlags(*problems, problem_flags.get());
+  problems->callback([=] { invocation->body = [problem_flags] { return MakeDataset(*problem_flags); }; });
+
+  auto* candidates = generate->add_subcommand(
+      "candidates", "Stances whose feasibility nobody has checked yet, as posture problems for the worker pool");
+  const auto candidate_flags = std::make_shared<DatasetFlags>();
+  AddSourceFlags(*candidates, candidate_flags.get());
+  AddStanceFlags(*candidates, candidate_flags.get());
+  candidates->callback([=] { invocation->body = [candidate_flags] { return MakeCandidates(*candidate_flags); }; });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,118 @@
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/finding_report.h"
+#include "client/report/json_text.h"
+#include "client/report/terminal.h"
+#include "legopt/dataset/text_file.h"
+#include "legopt/import/importer.h"
+#include "legopt/input_error.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+struct Flags {
+  ImportOptions options;
+  std::string out;
+  std::vector<std::string> nominal;
+  bool json = false;
+};
+
+/// JOINT=NUMBER
+void AddNominal(const std::string& word, ImportOptions* options) {
+  const size_t equals = word.find('=');
+  double value = 0.0;
+  const char* end = word.data() + word.size();
+  const char* begin = equals == std::string::npos ? end : word.data() + equals + 1;
+  const auto [stop, error] = std::from_chars(begin, end, value);
+  if (begin == end || error != std::errc() || stop != end) {
+    throw InputError({"", "--nominal", word, "is not JOINT=RADIANS", "e.g. --nominal l_knee=0.9"});
+  }
+  options->nominal_posture[word.substr(0, equals)] = value;
+}
+
+void PrintReport(const ImportReport& report, const std::string& out, bool json) {
+  if (json) {
+    const nlohmann::ordered_json document = {{"dataset", out},
+                                             {"hash", report.content_hash},
+                                             {"written", !AnyError(report.findings)},
+                                             {"findings", DatasetFindingsToJson(report.findings)}};
+    std::cout << JsonText(document) << "\n";
+    return;
+  }
+  std::cout << RenderDatasetFindings(report.findings, LayoutOf({}));
+  if (!AnyError(report.findings))
+    std::cout << "dataset " << report.content_hash << " in " << programs::Printable(out) << "\n";
+}
+
+ExitCode Import(const Flags& flags) {
+  ImportOptions options = flags.options;
+  for (const std::string& word : flags.nominal) AddNominal(word, &options);
+  const std::filesystem::path out = std::filesystem::path(flags.out).lexically_normal();
+  if (options.name.empty()) options.name = (out.has_filename() ? out : out.parent_path()).filename().string();
+  options.Validate();
+  NewFolder folder(out, "import of " + options.source.string() + "\n");
+  ImportReport report;
+  try {
+    report = ImportDataset(options, folder.path());
+    if (!AnyError(report.findings)) folder.Finish();
+  } catch (...) {
+    folder.Discard();
+    throw;
+  }
+  PrintReport(report, out.string(), flags.json);
+  if (!AnyError(report.findings)) return ExitCode::kOk;
+  folder.Discard();
+  throw ClientError(ExitCode::kUsage, options.source.string() +
+                                          ": the files have faults with which results would mean "
+                                          "nothing (marked FAIL); no dataset was made");
+}
+
+}  // namespace
+
+void AddImportCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand(
+      "import", "Make a dataset from robot, scene and problem files, e.g. a clone of the original benchmark; check it");
+  const auto flags = std::make_shared<Flags>();
+  ImportOptions& options = flags->options;
+  command->add_option("DIR", options.source, "Folder with the files")->required();
+  command->add_option("--out", flags->out, "Folder to make; it must not exist")->required();
+  command->add_option("--name", options.name, "Name of the dataset (default: that of the folder)");
+  command->add_option("--robot", options.files.robot, "URDF, or COLLADA with kinematics (default: the only one)");
+  command->add_option("--scene", options.files.scene, "Mesh or scene.yaml (default: scene.yaml, else the only mesh)");
+  command->add_option("--posture", options.files.posture, "Posture problems (default: problems*.json of that task)");
+  command->add_option("--motion", options.files.motion, "Motion problems (default: problems*.json of that task)");
+  command->add_option("--feet", options.feet, "Links that may stand (default: those that the problems name)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("LIST");
+  command->add_option("--sole-offset", options.sole_offset_m,
+                      "Height of a foot's link frame above its pose, m (default: lowest point of the feet, and 1 mm)");
+  command
+      ->add_option("--nominal", flags->nominal,
+                   "Start of every solve, JOINT=RADIANS, comma separated (default: all joints 0)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("LIST");
+  command->add_flag("--fix-winding", options.fix_winding, "Turn bodies of the scene round that are inside out");
+  AddTextOrJsonOption(*command, &flags->json);
+  command->footer(
+      "What is not named is looked for in DIR: the files of its dataset.yaml; else the only URDF (else the only "
+      "COLLADA\n"
+      "robot), the scene of an OpenRAVE environment *.xml, scene.yaml or the only mesh, and problems*.json, one per "
+      "task.\n"
+      "The scene is in metres, z up; quaternions have norm 1, their order is found out. DIR is not changed;\n"
+      "faults marked FAIL make no dataset, exit code 2.");
+  command->callback([=] { invocation->body = [flags] { return Import(*flags); }; });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,147 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/method_filter.h"
+#include "client/service/experiment_status.h"
+#include "legopt/evaluate/judge.h"
+#include "legopt/nearest_name.h"
+#include "programs/checks.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr int kDefaultLimit = 1000;
+
+struct Options {
+  std::optional<std::int64_t> experiment;
+  std::optional<std::string> state, task, initialization, verdict;
+  MethodFilter methods;
+  std::optional<int> problem;
+  bool unsolved = false;
+  int limit = kDefaultLimit;
+  SourceOptions source;
+  ListingOptions listing;
+};
+
+constexpr std::array kVerdicts = {Verdict::kSuccess,      Verdict::kWrongWaypointCount,
+                                  Verdict::kWrongSize,    Verdict::kNotFinite,
+                                  Verdict::kFootPose,     Verdict::kCom,
+                                  Verdict::kJointLimit,   Verdict::kEnvironmentCollision,
+                                  Verdict::kSelfCollision};
+
+std::string FaultOfVerdict(const std::string& word) {
+  std::vector<std::string> words;
+  for (const Verdict verdict : kVerdicts) words.emplace_back(ToString(verdict));
+  if (std::find(words.begin(), words.end(), word) != words.end()) return {};
+  return "'" + word + "' is no verdict; " + SuggestName(word, words);
+}
+
+// A number that no problem of the experiment has would look like a problem without jobs.
+void RequireProblem(ResultSource& source, std::int64_t experiment_id, int problem) {
+  const Listing found = source.Query(
+      "SELECT task, min(problem_id) AS first, max(problem_id) AS last, count(*) FILTER (WHERE problem_id = " +
+      std::to_string(problem) + ") AS n FROM (SELECT DISTINCT c.task, p.problem_id FROM cells AS c JOIN jobs AS j " +
+      "USING (cell_id) JOIN problems AS p USING (problem_key) WHERE c.experiment_id = " +
+      std::to_string(experiment_id) + ") GROUP BY task ORDER BY task DESC");
+  std::string known;
+  for (std::size_t i = 0; i < found.rows.size(); ++i) {
+    if (found.At(i, "n").get<int>() > 0) return;
+    known += (known.empty() ? "; it has " : ", ") + found.At(i, "task").get<std::string>() + " " +
+             found.At(i, "first").dump() + " to " + found.At(i, "last").dump();
+  }
+  throw ClientError(ExitCode::kUsage, "--problem " + std::to_string(problem) + ": experiment " +
+                                          std::to_string(experiment_id) + " has no such problem" + known);
+}
+
+std::string Sql(const Options& options, std::int64_t experiment_id, const ExperimentMethods& methods) {
+  std::string telling;
+  for (const std::string& column : methods.TellingColumns()) telling += column + ", ";
+  std::string sql = "SELECT job_id AS job, method, " + telling +
+                    "task, initialization, problem_id AS problem, repetition, state, attempts, "
+                    "verdict_literal AS verdict, solver_status, cost, time_s, worker FROM job_list WHERE "
+                    "experiment_id = " +
+                    std::to_string(experiment_id);
+  const auto restrict = [&sql](const char* column, const std::optional<std::string>& value) {
+    if (value) sql += " AND lower(" + std::string(column) + ") = lower(" + SqlText(*value) + ")";
+  };
+  restrict("state", options.state);
+  restrict("task", options.task);
+  restrict("initialization", options.initialization);
+  restrict("verdict_literal", options.verdict);
+  if (const std::string condition = methods.Condition(options.methods); !condition.empty()) {
+    sql += " AND job_id IN (SELECT job_id FROM jobs JOIN cells USING (cell_id) WHERE " + condition + ")";
+  }
+  if (options.problem) sql += " AND problem_id = " + std::to_string(*options.problem);
+  if (options.unsolved) sql += " AND (state IN ('failed', 'dead') OR verdict_literal <> 'success')";
+  return sql + " ORDER BY job_id";
+}
+
+// Of leased jobs only the server knows how far they are.
+void AddProgress(const Options& options, std::int64_t experiment_id, Listing* jobs) {
+  ServerConnection server(options.source.network);
+  std::map<std::int64_t, std::string> progress;
+  for (const auto& experiment : ParseExperiments(server.Status(experiment_id))) {
+    for (const auto& job : experiment.running) {
+      progress[job.job] = std::to_string(job.done) + "/" + std::to_string(job.total);
+    }
+  }
+  jobs->columns.emplace_back("progress");
+  for (std::size_t i = 0; i < jobs->rows.size(); ++i) {
+    const auto found = progress.find(jobs->At(i, "job").get<std::int64_t>());
+    jobs->rows[i].push_back(found == progress.end() ? nlohmann::json() : nlohmann::json(found->second));
+  }
+}
+
+// What a busy machine may have cost, and how to mend it.
+void HintAtStoppedJobs(std::int64_t experiment_id, const Listing& jobs) {
+  int stopped = 0;
+  for (std::size_t i = 0; i < jobs.rows.size(); ++i) stopped += jobs.At(i, "solver_status") == "time_limit" ? 1 : 0;
+  if (stopped == 0) return;
+  std::cerr << "legopt: the clock stopped " << stopped << " of these; 'legopt retry " << experiment_id
+            << " --time-limit' queues them again\n";
+}
+
+ExitCode List(const Options& options) {
+  const auto source = OpenResults(options.source);
+  const auto experiment = FindExperiment(*source, options.experiment);
+  if (options.problem) RequireProblem(*source, experiment.id, *options.problem);
+  Listing jobs = source->Query(Sql(options, experiment.id, {*source, experiment.id}), options.limit);
+  if (!options.source.db) AddProgress(options, experiment.id, &jobs);
+  PrintListing(jobs, options.listing);
+  if (jobs.truncated) std::cerr << "legopt: only the first " << jobs.rows.size() << " jobs are shown; raise --limit\n";
+  if (options.unsolved) HintAtStoppedJobs(experiment.id, jobs);
+  if (jobs.rows.empty()) std::cerr << "legopt: no job of experiment " << experiment.id << " is like that\n";
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddListCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand("list", "List the jobs of an experiment");
+  const auto options = std::make_shared<Options>();
+  command->add_option("ID", options->experiment, "Experiment (default: the newest)")->check(programs::WholeNumber(1));
+  command->add_option("--state", options->state, "queued, leased, done, failed, dead or cancelled")
+      ->check(programs::OneOf({"queued", "leased", "done", "failed", "dead", "cancelled"}));
+  AddMethodFilterOptions(*command, &options->methods);
+  command->add_option("--task", options->task, "posture or motion")->check(programs::OneOf({"posture", "motion"}));
+  command->add_option("--initialization", options->initialization, "good or in_collision")
+      ->check(programs::OneOf({"good", "in_collision"}));
+  command->add_option("--problem", options->problem, "Only this problem");
+  command->add_option("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose")
+      ->check(FaultOfVerdict);
+  command->add_flag("--unsolved", options->unsolved, "Only jobs that ended without success");
+  command->add_option("--limit", options->limit, "Most jobs to list (default 1000)")
+      ->check(programs::WholeNumber(1, ResultSource::kAllRows));
+  AddListingOptions(*command, &options->listing);
+  AddSourceOptions(*command, &options->source);
+  command->callback([=] { invocation->body = [options] { return List(*options); }; });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,233 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/dry_run.h"
+#include "client/commands/submission.h"
+#include "client/report/reading.h"
+#include "client/report/watching.h"
+#include "client/service/interrupt.h"
+#include "client/service/local_pool.h"
+#include "programs/checks.h"
+#include "programs/data_folder.h"
+#include "programs/granted_processors.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr int kMaxWorkers = 1024;
+constexpr int kAlreadyKnown = 1;
+// A server of our own that was killed is back within a second or two.
+constexpr Seconds kServerPatience{60};
+constexpr milliseconds kCallTimeout{2000};
+constexpr milliseconds kStopPatience{3000};
+
+struct Options {
+  SuiteOptions suite;
+  NetworkOptions network;
+  std::optional<std::string> db;
+  bool dry_run = false;
+  int workers = 0;  // until settled
+  std::string workers_reason;
+  TableFormat format = TableFormat::kText;
+  std::string rule = "literal";
+};
+
+// quick-20261121-103000.sqlite; a number is added when that exists.
+std::filesystem::path NewDatabaseName(const std::string& suite) {
+  std::string stem;
+  for (const char c : suite) stem += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' ? c : '-';
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  ::localtime_r(&now, &local);
+  char time[32];
+  std::strftime(time, sizeof(time), "-%Y%m%d-%H%M%S", &local);
+  stem += time;
+  std::filesystem::path file = stem + ".sqlite";
+  for (int i = 2; std::filesystem::exists(file); ++i) file = stem + "-" + std::to_string(i) + ".sqlite";
+  return file;
+}
+
+void PrintStart(const Submission& submission, const legopt_msg::submit_reply& reply, const std::filesystem::path& db) {
+  std::cerr << "experiment " << reply.experiment_id << " in " << programs::Printable(db.string()) << ", dataset "
+            << programs::Printable(submission.dataset_folder.string()) << "\n"
+            << DescribeJobs(submission.spec) << "\n";
+  if (reply.status == kAlreadyKnown) {
+    std::cerr << "this experiment is in the database already: going on where it stopped (--new makes another one)\n";
+  }
+}
+
+struct Outcome {
+  std::int64_t experiment_id = 0;
+  bool interrupted = false;
+  ExperimentStatus status;
+};
+
+// A server that is too busy to say how it is may still be taking the experiment in.
+void LookAt(ServerConnection& server, StoreTrouble& trouble) {
+  server.set_timeout(kCallTimeout);
+  try {
+    trouble.Look(server.Status(0), nullptr);
+  } catch (const ClientError& error) {
+    if (error.code() != ExitCode::kUnreachable) throw;
+  }
+}
+
+Outcome RunExperiment(const Submission& submission, const Options& options, LocalPool& pool,
+                      const std::filesystem::path& db) {
+  Outcome outcome;
+  StoreTrouble trouble;
+  try {
+    ServerConnection server(pool.network());
+    const auto reply = server.Submit(submission.id, submission.spec.dump(), [&] {
+      pool.Supervise();
+      LookAt(server, trouble);
+    });
+    server.set_timeout(kCallTimeout);
+    outcome.experiment_id = reply.experiment_id;
+    PrintStart(submission, reply, db);
+    std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers") << options.workers_reason
+              << "; Ctrl-C stops and keeps what is done\n";
+    outcome.status =
+        WatchOnTerminal(server, reply.experiment_id, {kServerPatience, true, [&pool] { pool.Supervise(); }, true});
+  } catch (const ClientError& error) {
+    if (error.code() != ExitCode::kInterrupted) throw;
+    trouble.ThrowIfAny();
+    outcome.interrupted = true;
+    if (!Interrupted()) std::cerr << "\nlegopt: " << error.what() << "\n";
+    std::cerr << "\nlegopt: interrupted; running jobs are given back (again: stop at once)\n";
+  }
+  return outcome;
+}
+
+// A word of a command line that a shell takes as it stands.
+std::string ShellWord(const std::string& text) {
+  if (text.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./+,:@%") ==
+          std::string::npos &&
+      !text.empty()) {
+    return text;
+  }
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
+// For the commands that need the problem definitions: their default is the embedded dataset.
+std::string DatasetFlag(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  return std::filesystem::equivalent(folder, programs::DefaultDatasetFolder(), ignored)
+             ? ""
+             : " --dataset " + ShellWord(folder);
+}
+
+void PrintNextSteps(const std::string& db, const std::filesystem::path& dataset, const Outcome& outcome) {
+  const std::string id = std::to_string(outcome.experiment_id);
+  const std::string flags = programs::Printable(" --db " + ShellWord(db));
+  const std::string dataset_flag = programs::Printable(DatasetFlag(dataset));
+  std::cerr << "\nResults: " << programs::Printable(db) << "\n"
+            << "  legopt table " << id << flags << " --format latex\n"
+            << "  legopt list " << id << flags << " --unsolved\n"
+            << "  legopt query \"SELECT * FROM benchmark_table\"" << flags << "\n"
+            << "  legopt export " << id << flags << dataset_flag << " --out solutions.json\n";
+}
+
+ExitCode Finish(const Options& options, const std::string& db, const std::filesystem::path& dataset,
+                const Outcome& outcome) {
+  if (outcome.experiment_id == 0) return ExitCode::kInterrupted;
+  const auto source = OpenResults({db, {}});
+  std::cout << (options.format == TableFormat::kText ? "\n" : "")
+            << RenderBenchmarkTable(ReadBenchmarkTable(*source, {outcome.experiment_id, options.rule, {}}),
+                                    options.format, {kMilliseconds, LayoutOf({})})
+            << std::flush;
+  if (outcome.interrupted) {
+    std::cerr << "\nStopped before the end. To go on, give the same command with --db "
+              << programs::Printable(ShellWord(db)) << "\n";
+    return ExitCode::kInterrupted;
+  }
+  if (outcome.status.state == "cancelled") {
+    std::cerr << "\nlegopt: this experiment was cancelled; --new runs it anew\n";
+  }
+  if (const auto hint = FailureHint(outcome.status, source->flags()); !hint.empty()) {
+    std::cerr << "\nlegopt: " << hint << "\n";
+  }
+  PrintNextSteps(db, dataset, outcome);
+  return OutcomeOf(outcome.status);
+}
+
+ExitCode DryRun(const Submission& submission, const Options& options, const std::filesystem::path& db) {
+  if (options.format == TableFormat::kJson) {
+    PrintDryRunJson(submission);
+    return ExitCode::kOk;
+  }
+  const bool exists = std::filesystem::exists(db);
+  PrintDryRun(submission, options.workers,
+              "would start: legopt-server --db " + ShellWord(db.string()) + (exists ? " (goes on in it)" : " (new)") +
+                  ", legopt-worker --slots " + std::to_string(options.workers) + " --dataset " +
+                  ShellWord(submission.dataset_folder.string()) + "; nothing was started");
+  return ExitCode::kOk;
+}
+
+ExitCode Run(const Options& options, bool verbose) {
+  const Submission submission = PrepareSubmission(options.suite);
+  WarnOfLosses(submission);
+  const std::filesystem::path db =
+      options.db ? std::filesystem::path(*options.db) : NewDatabaseName(submission.spec.at("name").get<std::string>());
+  if (options.dry_run) return DryRun(submission, options, db);
+  const InterruptGuard guard;
+  Outcome outcome;
+  {
+    LocalPool pool({db, submission.dataset_folder, options.workers, options.network, verbose});
+    outcome = RunExperiment(submission, options, pool, db);
+    pool.Stop(kStopPatience);
+  }
+  return Finish(options, db.string(), submission.dataset_folder, outcome);
+}
+
+// The rule of legopt-worker's slots.
+void SettleWorkers(Options& options) {
+  const programs::ProcessorGrant grant = programs::GrantedProcessors(programs::ReadProcessorFacts());
+  if (options.workers > grant.processors) {
+    std::cerr << "legopt: warning: --workers " << options.workers << " is more than was granted: " << grant.reason
+              << ". Jobs will take turns, and their wall times tell nothing\n";
+  } else if (options.workers == 0) {
+    options.workers = std::min(grant.processors, kMaxWorkers);
+    options.workers_reason = " (" + grant.reason + ")";
+  }
+}
+
+}  // namespace
+
+void AddRunCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand(
+      "run", "Run an experiment on this machine: server, workers, progress and table in one command");
+  const auto options = std::make_shared<Options>();
+  AddSuiteOptions(*command, &options->suite);
+  command->add_option(
+      "--db", options->db,
+      "Database file (default: made from suite and time). An unfinished experiment of the same content in "
+      "it is continued");
+  command
+      ->add_option("--workers", options->workers,
+                   "Jobs at the same time (default: the processors granted to this process)")
+      ->check(programs::WholeNumber(1, kMaxWorkers));
+  command->add_flag("--dry-run", options->dry_run, "Check everything and print counts, but start nothing");
+  AddTableFormatOption(*command, &options->format);
+  AddRuleOption(*command, &options->rule);
+  command->add_option("--port", options->network.port, "Control port (default: a free pair of ports)")
+      ->group("Network");
+  command->add_option("--group", options->network.group, "Multicast group")->group("Network");
+  command->callback([=] {
+    SettleWorkers(*options);
+    invocation->body = [options, invocation] { return Run(*options, invocation->verbose); };
+  });
+}
+
+}  // namespace legopt::client

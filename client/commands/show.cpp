@@ -1,0 +1,115 @@
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <limits>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/json_text.h"
+#include "programs/checks.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+struct Options {
+  std::int64_t job = 0;
+  SourceOptions source;
+  bool json = false;
+  OutputOptions output;
+};
+
+constexpr char kJobSql[] =
+    "SELECT j.job_id, c.experiment_id, e.name AS experiment, e.submitter, d.name AS dataset, d.hash AS dataset_hash, "
+    "d.joint_names, m.name AS method, m.hash AS method_hash, m.multi_starts, m.sample_size, m.incremental, "
+    "m.collision, c.task, c.initialization, p.problem_id, j.repetition, e.seed, m.options_json AS method_options, "
+    "j.state, j.attempts, j.max_attempts, coalesce(c.wall_limit_us, e.wall_limit_us) / 1e6 AS wall_limit_s, "
+    "e.memory_limit_bytes FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) "
+    "JOIN datasets AS d USING (dataset_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) "
+    "WHERE j.job_id = ";
+constexpr char kResultSql[] =
+    "SELECT solver_status, iterations, restarts, solver_cost, solver_violation, verdict_literal, verdict_strict, "
+    "verdict_detail, failed_waypoint, num_waypoints, cost, time_s, wall_us, cpu_us, involuntary_context_switches, "
+    "peak_memory_bytes, foot_violation, com_violation_m, limit_violation, environment_depth_m, self_depth_literal_m, "
+    "self_depth_strict_m, windows, windows_solved, interpolation_environment_depth_m, interpolation_self_depth_m, "
+    "interpolation_free_share, attempt, history_json AS history FROM results WHERE job_id = ";
+constexpr char kAttemptsSql[] =
+    "SELECT attempt, outcome, w.name AS worker, w.hostname, exit_signal, (ended_at_us - leased_at_us) / 1e6 AS "
+    "seconds, strftime('%Y-%m-%d %H:%M:%S', leased_at_us / 1000000, 'unixepoch') AS leased_utc, message, log_tail "
+    "FROM attempts JOIN workers AS w USING (worker_id) WHERE job_id = ";
+
+// JSON that stands as text in a column.
+nlohmann::ordered_json ParseText(const nlohmann::json& cell) {
+  if (!cell.is_string()) return nullptr;
+  auto json = nlohmann::ordered_json::parse(cell.get<std::string>(), nullptr, false);
+  return json.is_discarded() ? nlohmann::ordered_json(cell) : json;
+}
+
+// The history of a solve is for programs; people are told that it is there.
+Listing WithHistoryCounted(Listing result) {
+  if (result.rows.empty()) return result;
+  auto& cell = result.rows.front()[result.Column("history")];
+  if (cell.is_string()) {
+    const auto history = ParseText(cell);
+    const bool known = history.is_object() && history.contains("rows");
+    cell = (known ? std::to_string(history.at("rows").size()) + " penalty values; " : "") + "see --format json";
+  }
+  return result;
+}
+
+std::string RenderText(const Listing& job, const Listing& listed_result, const Listing& attempts,
+                       const TextLayout& layout) {
+  const Listing result = WithHistoryCounted(listed_result);
+  std::string text = RenderFields(job, 0, layout);
+  text += "\nResult\n" + (result.rows.empty() ? "none\n" : RenderFields(result, 0, layout));
+  Listing table = attempts;
+  table.columns.pop_back();
+  for (auto& row : table.rows) row.pop_back();
+  text += "\nAttempts\n" + (table.rows.empty() ? "none\n" : RenderListing(table, ListingFormat::kText, layout));
+  for (std::size_t i = 0; i < attempts.rows.size(); ++i) {
+    const auto& tail = attempts.At(i, "log_tail");
+    if (!tail.is_string() || tail.get<std::string>().empty()) continue;
+    text += "\nLog of attempt " + attempts.At(i, "attempt").dump() + "\n" +
+            programs::PrintableLines(tail.get<std::string>()) + "\n";
+  }
+  return text;
+}
+
+ExitCode Show(const Options& options) {
+  const auto source = OpenResults(options.source);
+  const std::string id = std::to_string(options.job);
+  const Listing job = source->Query(kJobSql + id);
+  if (job.rows.empty()) {
+    throw ClientError(ExitCode::kUsage, "there is no job " + id + "; 'legopt list" + source->flags() + "' lists them");
+  }
+  const Listing result = source->Query(kResultSql + id);
+  const Listing attempts = source->Query(kAttemptsSql + id + " ORDER BY attempt");
+  if (!options.json) {
+    Print(RenderText(job, result, attempts, LayoutOf(options.output)), options.output);
+    return ExitCode::kOk;
+  }
+  auto json = ListingToJson(job).at(0);
+  for (const char* column : {"method_options", "joint_names"}) json[column] = ParseText(job.At(0, column));
+  json["result"] = result.rows.empty() ? nlohmann::ordered_json() : ListingToJson(result).at(0);
+  if (!result.rows.empty()) json["result"]["history"] = ParseText(result.At(0, "history"));
+  json["attempt_list"] = ListingToJson(attempts);
+  Print(JsonText(json) + "\n", options.output);
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddShowCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand("show", "Show all that is known of one job: result, verdicts, attempts, logs");
+  const auto options = std::make_shared<Options>();
+  command->add_option("JOB", options->job, "Job, as 'legopt list' shows it")
+      ->required()
+      ->check(programs::WholeNumber(1));
+  AddTextOrJsonOption(*command, &options->json);
+  AddOutputOptions(*command, &options->output);
+  AddSourceOptions(*command, &options->source);
+  command->callback([=] { invocation->body = [options] { return Show(*options); }; });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,130 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/json_text.h"
+#include "client/report/progress.h"
+#include "client/report/status_table.h"
+#include "client/report/terminal.h"
+#include "programs/checks.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+struct Options {
+  std::optional<std::int64_t> experiment;
+  SourceOptions source;
+  ListingFormat format = ListingFormat::kText;
+  OutputOptions output;
+};
+
+Listing RunningListing(const std::vector<ExperimentStatus>& experiments) {
+  Listing listing;
+  listing.columns = {"experiment", "job", "task", "worker", "done", "total", "unit"};
+  for (const auto& e : experiments) {
+    for (const auto& job : e.running) {
+      listing.rows.push_back(
+          {e.id, job.job, job.task, job.worker, job.done, job.total, job.task == "motion" ? "windows" : "attempts"});
+    }
+  }
+  return listing;
+}
+
+void RequireFound(const Listing& experiments, const Options& options) {
+  if (options.experiment && experiments.rows.empty()) {
+    throw ClientError(ExitCode::kUsage, "there is no experiment " + std::to_string(*options.experiment) +
+                                            "; 'legopt status' without an id lists all");
+  }
+}
+
+ExitCode StatusOfFile(const Options& options) {
+  const auto source = OpenResults(options.source);
+  std::string sql =
+      "SELECT experiment_id AS experiment, name, iif(state <> 'active' OR hold = 'none', state, "
+      "iif(hold = 'held', 'held: ' || hold_reason, hold)) AS state, priority, jobs, queued, leased, done, failed, "
+      "dead, cancelled, solved, submitter, dataset, (SELECT group_concat(name, ', ') FROM (SELECT m.name FROM cells AS "
+      "c "
+      "JOIN methods AS m USING (method_id) WHERE c.experiment_id = l.experiment_id GROUP BY m.name ORDER BY "
+      "min(c.cell_id))) AS methods, tags FROM experiment_list AS l";
+  if (options.experiment) sql += " WHERE experiment_id = " + std::to_string(*options.experiment);
+  const Listing experiments = source->Query(sql + " ORDER BY experiment_id");
+  RequireFound(experiments, options);
+  Print(RenderListing(experiments, options.format, LayoutOf(options.output)), options.output);
+  return ExitCode::kOk;
+}
+
+std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
+                          const Options& options) {
+  const TextLayout layout = LayoutOf(options.output);
+  std::string text = experiments.empty() ? "No experiments yet; submit one with 'legopt submit SUITE'\n"
+                                         : RenderExperiments(experiments, layout.width);
+  if (const Listing running = RunningListing(experiments); !running.rows.empty()) {
+    text += "\n" + RenderListing(running, options.format, layout);
+  }
+  if (options.experiment) return text;
+  const auto workers = status.value("workers", nlohmann::json::array());
+  return text + "\n" +
+         (workers.empty() ? "No workers; start some with 'legopt-worker'\n" : RenderWorkers(workers, layout.width));
+}
+
+void PrintListings(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
+                   const Options& options) {
+  std::cout << RenderListing(ExperimentListing(experiments), options.format);
+  if (const Listing running = RunningListing(experiments); !running.rows.empty()) {
+    std::cout << "\n" << RenderListing(running, options.format);
+  }
+  const Listing workers =
+      ListingFromJson(status.value("workers", nlohmann::json::array()),
+                      {"id", "name", "hostname", "pid", "slots", "leases", "online", "silent_s", "datasets", "build"});
+  if (!options.experiment && !workers.rows.empty()) std::cout << "\n" << RenderListing(workers, options.format);
+}
+
+ExitCode StatusOfServer(const Options& options) {
+  ServerConnection server(options.source.network);
+  const auto probe = server.Probe();
+  const auto status = server.Status(options.experiment.value_or(0));
+  const auto experiments = ParseExperiments(status);
+  const Listing listing = ExperimentListing(experiments);
+  RequireFound(listing, options);
+  if (const std::string error = StoreError(status); !error.empty()) {
+    std::cerr << "legopt: warning: the server cannot write its database: " << programs::Printable(error) << "\n";
+  }
+  switch (options.format) {
+    case ListingFormat::kJson:
+      std::cout << JsonText(status) << "\n";
+      break;
+    case ListingFormat::kText:
+      Print("Server " + programs::Printable(probe.server_version) + " at " + server.address() + " on " +
+                programs::Printable(probe.hostname) + " (pid " + std::to_string(probe.pid) + ", up " +
+                FormatDuration(std::chrono::microseconds(probe.uptime_us)) + "), database " +
+                programs::Printable(probe.database) + "\n\n" + TextForPeople(experiments, status, options),
+            options.output);
+      break;
+    case ListingFormat::kMarkdown:
+      PrintListings(experiments, status, options);
+      break;
+    case ListingFormat::kCsv:
+      std::cout << CsvFor(StandardOutput(), RenderListing(listing, options.format));
+  }
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddStatusCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand("status", "Show the experiments and workers of the server");
+  const auto options = std::make_shared<Options>();
+  command->add_option("ID", options->experiment, "Only this experiment")->check(programs::WholeNumber(1));
+  AddFormatOption(*command, &options->format);
+  AddOutputOptions(*command, &options->output);
+  AddSourceOptions(*command, &options->source);
+  command->callback([=] {
+    invocation->body = [options] { return options->source.db ? StatusOfFile(*options) : StatusOfServer(*options); };
+  });
+}
+
+}  // namespace legopt::client

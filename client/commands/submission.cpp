@@ -1,0 +1,103 @@
+#include "client/commands/submission.h"
+
+#include <iostream>
+
+#include "bus/spec_limits.h"
+#include "bus/validate.h"
+#include "client/client_error.h"
+#include "client/suite/chosen_files.h"
+#include "client/suite/experiment_spec.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/dataset_file.h"
+#include "legopt/import/plausibility.h"
+#include "legopt/input_error.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+namespace limits = bus::spec_limits;
+
+std::string Plural(std::int64_t count, const std::string& word) {
+  return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
+}
+
+/// What is hardly meant, before hours are spent on it.
+void WarnAbout(const Dataset& dataset) {
+  for (const DatasetFinding& finding : CheckPlausibility(dataset)) {
+    const std::string text = dataset.folder().string() + ": " + finding.field +
+                             (finding.value.empty() ? "" : " (" + finding.value + ")") + ": " + finding.message + "; " +
+                             finding.fix;
+    std::cerr << "legopt: warning: " << programs::Printable(text) << "\n";
+  }
+}
+
+// A suite checks its own names; a name may also be that of a file or folder.
+void CheckName(const std::string& name, const std::string& file, const std::string& fix) {
+  if (!name.empty() && name.size() <= limits::kMostNameBytes && bus::IsText(name)) return;
+  throw InputError({file, "name", name,
+                    "must be UTF-8 of 1 to " + std::to_string(limits::kMostNameBytes) + " bytes, it has " +
+                        std::to_string(name.size()),
+                    fix});
+}
+
+void CheckSize(const Suite& suite, const Submission& submission) {
+  if (submission.num_jobs > limits::kMostJobs) {
+    throw ClientError(ExitCode::kUsage, suite.file + ": " + std::to_string(submission.num_jobs) +
+                                            " jobs are more than one experiment may have (" +
+                                            std::to_string(limits::kMostJobs) + "); split it");
+  }
+  const std::size_t bytes = submission.spec.dump().size();
+  if (bytes > limits::kMostBytes) {
+    throw ClientError(ExitCode::kUsage, suite.file + ": written out, the experiment has " + std::to_string(bytes) +
+                                            " bytes, more than can be sent (" + std::to_string(limits::kMostBytes) +
+                                            "); split it");
+  }
+}
+
+}  // namespace
+
+Submission PrepareSubmission(const SuiteOptions& options) {
+  Suite suite = ReadSuite(FindSuite(options.suite));
+  ApplyFilter(options.filter, &suite);
+  Submission submission;
+  submission.dataset_folder =
+      std::filesystem::absolute(ChooseDatasetFolder(options.dataset, &suite)).lexically_normal();
+  const auto dataset = Dataset::Load(submission.dataset_folder);
+  WarnAbout(*dataset);
+  const DatasetFacts facts = FactsOf(*dataset);
+  CheckName(suite.name, suite.file, "give the suite another 'name'");
+  CheckName(facts.name, (submission.dataset_folder / kDatasetFileName).string(),
+            "choose another, then 'legopt dataset hash'");
+  submission.spec = BuildSpec(suite, facts, &submission.left_out);
+  if (const std::string name = SubmitterName(); !name.empty()) submission.spec["submitter"] = name;
+  const bool task_lost = submission.spec.at("tasks").size() < suite.tasks.size();
+  submission.surprising = !submission.left_out.empty() && (task_lost || !options.filter.problems.empty());
+  submission.num_jobs = CountJobs(submission.spec);
+  CheckSize(suite, submission);
+  submission.id = options.fresh ? RandomSubmissionId() : ContentSubmissionId(submission.spec);
+  return submission;
+}
+
+void WarnOfLosses(const Submission& submission) {
+  if (!submission.surprising) return;
+  for (const auto& loss : submission.left_out) {
+    std::cerr << "legopt: warning: " << loss << "; --max-stances takes them in\n";
+  }
+}
+
+std::string DescribeJobs(const nlohmann::json& spec) {
+  std::string problems;
+  for (const auto& task : spec.at("tasks")) {
+    if (!problems.empty()) problems += " + ";
+    problems +=
+        Plural(static_cast<std::int64_t>(task.at("problems").size()), task.at("task").get<std::string>() + " problem");
+  }
+  if (spec.at("tasks").size() > 1) problems = "(" + problems + ")";
+  const auto count = [&spec](const char* key) { return static_cast<std::int64_t>(spec.at(key).size()); };
+  return Plural(CountJobs(spec), "job") + ": " + Plural(count("methods"), "method") + " x " +
+         Plural(count("initializations"), "initialization") + " x " + problems + " x " +
+         Plural(spec.at("repetitions").get<std::int64_t>(), "repetition");
+}
+
+}  // namespace legopt::client

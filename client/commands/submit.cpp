@@ -1,0 +1,98 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/dry_run.h"
+#include "client/commands/submission.h"
+#include "client/report/watching.h"
+#include "client/service/interrupt.h"
+#include "client/suite/experiment_spec.h"
+
+namespace legopt::client {
+namespace {
+
+struct Options {
+  SuiteOptions suite;
+  NetworkOptions network;
+  bool dry_run = false;
+  bool wait = false;
+  double patience_s = WatchOptions::kDefaultPatience_s;
+  bool json = false;
+};
+
+constexpr int kAlreadyKnown = 1;
+
+ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, Seconds patience) {
+  const InterruptGuard guard;
+  try {
+    const auto status = WatchOnTerminal(server, experiment_id, {patience, true, {}, false});
+    if (const auto hint = FailureHint(status, ""); !hint.empty()) std::cerr << "legopt: " << hint << "\n";
+    return OutcomeOf(status);
+  } catch (const ClientError& error) {
+    if (error.code() != ExitCode::kInterrupted) throw;
+    std::cerr << "\nlegopt: experiment " << experiment_id << " goes on; 'legopt watch " << experiment_id
+              << "' returns to it, 'legopt cancel " << experiment_id << "' ends it\n";
+    return ExitCode::kInterrupted;
+  }
+}
+
+// The answer comes when the experiment is on disk; equal ids make one experiment, so that it may be sent again.
+legopt_msg::submit_reply Send(ServerConnection& server, const Submission& submission) {
+  StoreTrouble trouble;
+  try {
+    return server.Submit(submission.id, submission.spec.dump(), [&] { trouble.Look(server.Status(0), nullptr); });
+  } catch (const ClientError& error) {
+    if (error.code() == ExitCode::kUnreachable) trouble.ThrowIfAny();
+    throw;
+  }
+}
+
+ExitCode Submit(const Options& options) {
+  const Submission submission = PrepareSubmission(options.suite);
+  WarnOfLosses(submission);
+  if (options.dry_run) {
+    if (options.json) {
+      PrintDryRunJson(submission);
+    } else {
+      PrintDryRun(submission, 0, "nothing was submitted");
+    }
+    return ExitCode::kOk;
+  }
+  ServerConnection server(options.network);
+  const auto reply = Send(server, submission);
+  if (options.json) {
+    std::cout << nlohmann::ordered_json{{"experiment_id", reply.experiment_id},
+                                        {"jobs", reply.num_jobs},
+                                        {"created", reply.status != kAlreadyKnown}}
+              << std::endl;
+  } else {
+    std::cout << reply.experiment_id << std::endl;
+  }
+  if (reply.status == kAlreadyKnown) {
+    const bool cancelled = ParseExperiments(server.Status(reply.experiment_id)).at(0).state == "cancelled";
+    std::cerr << "legopt: this experiment was submitted before" << (cancelled ? " and cancelled" : "")
+              << "; --new makes another one\n";
+  } else {
+    std::cerr << DescribeJobs(submission.spec) << "\n";
+  }
+  return options.wait ? Wait(server, reply.experiment_id, Seconds(options.patience_s)) : ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddSubmitCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand("submit", "Submit an experiment to the server; prints its id");
+  const auto options = std::make_shared<Options>();
+  AddSuiteOptions(*command, &options->suite);
+  command->add_flag("--dry-run", options->dry_run, "Check everything and print counts, but submit nothing");
+  command->add_flag("--wait", options->wait,
+                    "Show progress until the experiment is over; its end decides the exit code");
+  AddPatienceOption(*command, &options->patience_s);
+  AddTextOrJsonOption(*command, &options->json);
+  AddNetworkOptions(*command, &options->network);
+  command->callback([=] { invocation->body = [options] { return Submit(*options); }; });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,284 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cstdint>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "bus/endpoint.h"
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/json_text.h"
+#include "client/service/interrupt.h"
+#include "client/tap/heard_datagram.h"
+#include "client/tap/traffic_rates.h"
+#include "legopt/nearest_name.h"
+#include "programs/checks.h"
+
+namespace legopt::client {
+namespace {
+
+using bus::microseconds;
+using std::chrono::duration;
+
+constexpr microseconds kPollSlice = std::chrono::milliseconds(50);
+constexpr microseconds kLastLook = std::chrono::seconds(1);
+constexpr microseconds kQuiet = std::chrono::milliseconds(300);
+constexpr microseconds kPatience = std::chrono::seconds(5);
+
+struct Options {
+  NetworkOptions network;
+  std::vector<std::string> types;
+  std::string from;
+  std::optional<std::int64_t> count;
+  std::optional<double> seconds;
+  std::optional<double> rates;  // seconds between two tables
+  bool json = false;
+};
+
+// Keeps what arrives until the tap looks at it, so that nothing happens inside LCM's frames.
+class Listener final : public bus::DatagramReceiver {
+ public:
+  struct Datagram {
+    bus::Port port;
+    std::vector<std::uint8_t> bytes;
+  };
+
+  explicit Listener(bus::Transport& transport) : transport_(transport) { transport_.SetReceiver(this, bus::kAnybody); }
+  ~Listener() { transport_.SetReceiver(nullptr, bus::kAnybody); }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+
+  const std::vector<Datagram>& Listen(microseconds max_wait) {
+    heard_.clear();
+    transport_.Poll({}, max_wait);
+    return heard_;
+  }
+
+  void OnDatagram(bus::Port port, std::span<const std::uint8_t> datagram) noexcept override {
+    try {
+      heard_.push_back({port, {datagram.begin(), datagram.end()}});
+    } catch (const std::bad_alloc&) {
+      // Lost, as many datagrams are.
+    }
+  }
+
+ private:
+  bus::Transport& transport_;
+  std::vector<Datagram> heard_;
+};
+
+// Empty for what is no address.
+std::optional<bus::EndpointId> ParseAddress(const std::string& word) {
+  if (word == "server") return bus::kServer;
+  bus::EndpointId address = 0;
+  const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), address);
+  if (fault != std::errc() || end != word.data() + word.size() || address < 1) return std::nullopt;
+  return address;
+}
+
+class Filter {
+ public:
+  explicit Filter(const Options& options)
+      : types_(options.types.begin(), options.types.end()), sender_(ParseAddress(options.from)) {}
+  bool Takes(const HeardDatagram& heard) const {
+    if (!types_.empty() && !types_.contains(TypeName(heard))) return false;
+    return !sender_ || (heard.is_frame && heard.header.sender == *sender_);
+  }
+
+ private:
+  std::set<std::string, std::less<>> types_;
+  std::optional<bus::EndpointId> sender_;
+};
+
+std::int64_t WallClock() {
+  return std::chrono::duration_cast<microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+double Seconds(microseconds span) { return duration<double>(span).count(); }
+
+std::string ToLine(const nlohmann::ordered_json& json) { return JsonText(json, -1) + "\n"; }
+
+// One run of the command: listens, prints, and says at its end what it was.
+class TapRun {
+ public:
+  TapRun(const Options& options, const bus::LcmOptions& network)
+      : options_(options),
+        address_(network.group + ":" + std::to_string(network.port)),
+        transport_(network),
+        listener_(transport_),
+        filter_(options),
+        begin_(transport_.now()),
+        interval_begin_(begin_) {}
+
+  ExitCode Run() {
+    std::cerr << "legopt: listening at " << address_ << (transport_.key() == nullptr ? "" : ", signatures are checked")
+              << "; Ctrl-C ends it" << std::endl;
+    while (!Over()) {
+      Hear();
+      if (options_.rates && transport_.now() - interval_begin_ >= Span(*options_.rates)) EndInterval();
+      SayIfSilent();
+    }
+    HearWhatHasArrived();
+    if (options_.rates && !Enough() && interval_.datagrams() > 0) EndInterval();
+    return Conclude();
+  }
+
+ private:
+  static microseconds Span(double seconds) {
+    return std::chrono::duration_cast<microseconds>(duration<double>(seconds));
+  }
+  bool Enough() const { return options_.count && printed_ >= *options_.count; }
+  bool Over() const {
+    if (Interrupted() || Enough() || !std::cout) return true;
+    return options_.seconds && transport_.now() - begin_ >= Span(*options_.seconds);
+  }
+
+  // True when there was something to hear.
+  bool Hear() {
+    const auto& heard = listener_.Listen(kPollSlice);
+    for (const auto& datagram : heard) {
+      if (!Enough()) Take(datagram);
+    }
+    std::cout.flush();
+    return !heard.empty();
+  }
+
+  // Who interrupts the tap wants to see what passed until then, and LCM's reader may be a moment behind.
+  void HearWhatHasArrived() {
+    const microseconds end = transport_.now() + kLastLook;
+    microseconds heard_at = transport_.now();
+    while (Interrupted() && !InterruptedTwice() && !Enough() && std::cout) {
+      if (Hear()) heard_at = transport_.now();
+      if (transport_.now() >= std::min(end, heard_at + kQuiet)) return;
+    }
+  }
+
+  void Take(const Listener::Datagram& datagram) {
+    const HeardDatagram heard = ReadDatagram(datagram.port, datagram.bytes, transport_.deployment(), transport_.key());
+    all_.Add(heard);
+    if (!filter_.Takes(heard)) return;
+    ++chosen_;
+    if (options_.rates) {
+      interval_.Add(heard);
+      return;
+    }
+    std::cout << ToLine(DatagramToJson(heard, WallClock()));
+    ++printed_;
+  }
+
+  void EndInterval() {
+    const double seconds = Seconds(transport_.now() - interval_begin_);
+    if (options_.json) {
+      std::cout << ToLine(interval_.ToJson(seconds));
+    } else {
+      const std::string rejected = interval_.RejectedText();
+      std::cout << RenderListing(interval_.ToListing(seconds), ListingFormat::kText)
+                << (rejected.empty() ? "" : "rejected: " + rejected + "\n") << "\n";
+    }
+    std::cout.flush();
+    ++printed_;
+    interval_ = {};
+    interval_begin_ = transport_.now();
+  }
+
+  void SayIfSilent() {
+    if (told_silence_ || all_.datagrams() > 0 || transport_.now() - begin_ < kPatience) return;
+    told_silence_ = true;
+    std::cerr << "legopt: nothing heard yet at " << address_ << "; does a server run there? ('legopt status')"
+              << std::endl;
+  }
+
+  ExitCode Conclude() {
+    if (all_.datagrams() == 0) {
+      throw ClientError(ExitCode::kUnreachable,
+                        "nothing was heard at " + address_ +
+                            "; is something running there? 'legopt status' asks the server, --port and LEGOPT_PORT "
+                            "choose another deployment");
+    }
+    const std::string rejected = all_.RejectedText();
+    const auto lost = transport_.counters().kernel_drops;
+    std::cerr << "legopt: heard " << all_.datagrams() << " datagrams (" << all_.bytes() << " bytes) in "
+              << Seconds(transport_.now() - begin_) << " s" << (rejected.empty() ? "" : "; rejected: " + rejected)
+              << (lost == 0 ? "" : "; " + std::to_string(lost) + " lost on this machine for lack of buffer")
+              << std::endl;
+    if (chosen_ == 0) std::cerr << "legopt: none of them passed --type and --from\n";
+    if (all_.rejected().contains("tag") && transport_.key() == nullptr) {
+      std::cerr << "legopt: tags that are wrong without a key may be right under one; --key-file checks\n";
+    }
+    return ExitCode::kOk;
+  }
+
+  const Options& options_;
+  std::string address_;
+  bus::LcmTransport transport_;
+  Listener listener_;
+  Filter filter_;
+  microseconds begin_;
+  microseconds interval_begin_;
+  TrafficRates all_;
+  TrafficRates interval_;
+  std::int64_t chosen_ = 0;
+  std::int64_t printed_ = 0;  // lines or tables
+  bool told_silence_ = false;
+};
+
+ExitCode Tap(const Options& options) {
+  const InterruptGuard guard;
+  bus::PrepareHashing();
+  return TapRun(options, options.network.Resolve()).Run();
+}
+
+std::vector<std::string> TypeNames() {
+  std::vector<std::string> names;
+  for (std::int16_t type = 1; type <= bus::kLastMessageType; ++type) {
+    names.emplace_back(bus::ToString(static_cast<bus::MessageType>(type)));
+  }
+  return names;
+}
+
+std::string CheckType(const std::string& word) {
+  const std::vector<std::string> names = TypeNames();
+  const bool known = std::find(names.begin(), names.end(), word) != names.end();
+  return known ? "" : "'" + word + "' is no message type; " + SuggestName(word, names);
+}
+
+std::string CheckSender(const std::string& word) {
+  return ParseAddress(word) ? "" : "'" + word + "' is neither 'server' nor an address as tap prints it";
+}
+
+}  // namespace
+
+void AddTapCommand(CLI::App& app, Invocation* invocation) {
+  constexpr double kShortest_s = 0.1, kLongest_s = 1e6;
+  auto* command = app.add_subcommand("tap", "Show the traffic of a deployment as it passes, one JSON object per line");
+  const auto options = std::make_shared<Options>();
+  command->add_option("--type", options->types, "Only these message types, e.g. lease,result")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("LIST")
+      ->check(CLI::Validator(CheckType, ""));
+  command->add_option("--from", options->from, "Only what this party sends: server, or an address")
+      ->check(CLI::Validator(CheckSender, ""));
+  auto* rates = command->add_option("--rates", options->rates,
+                                    "Instead: datagrams and bytes per second by type and kind, every SECONDS (1)");
+  rates->expected(0, 1)->type_name("SECONDS")->default_str("1")->check(programs::Number(kShortest_s, kLongest_s));
+  command->add_option("--count", options->count, "End after so many lines (--rates: tables)")
+      ->check(programs::WholeNumber(1));
+  command->add_option("--seconds", options->seconds, "End after so many seconds")
+      ->check(programs::Number(kShortest_s, kLongest_s));
+  AddTextOrJsonOption(*command, &options->json);
+  programs::AddListeningFlags(*command, &options->network);
+  command->footer(
+      "It only listens: no frame is sent, and no key is printed. --format json concerns --rates. Bodies above one\n"
+      "datagram pass as chunks and are not put together.");
+  command->callback([=] { invocation->body = [options] { return Tap(*options); }; });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,104 @@
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/watch_json.h"
+#include "client/report/watching.h"
+#include "client/service/interrupt.h"
+#include "programs/checks.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr double kShortestInterval_s = 0.01, kLongestInterval_s = 3600;
+
+struct Options {
+  std::optional<std::int64_t> experiment;
+  double patience_s = WatchOptions::kDefaultPatience_s;
+  double interval_s = 1;
+  bool json = false;
+  NetworkOptions network;
+};
+
+// The newest one that still runs, else the newest one.
+std::int64_t DefaultExperiment(ServerConnection& server) {
+  const auto experiments = ParseExperiments(server.Status(0));
+  const ExperimentStatus* chosen = nullptr;
+  for (const auto& experiment : experiments) {
+    const bool better = chosen == nullptr || (chosen->over() && !experiment.over()) ||
+                        (chosen->over() == experiment.over() && chosen->id < experiment.id);
+    if (better) chosen = &experiment;
+  }
+  if (chosen == nullptr) {
+    throw ClientError(ExitCode::kUsage, "there is no experiment to watch; submit one with 'legopt submit SUITE'");
+  }
+  return chosen->id;
+}
+
+WatchOptions HowToWatch(const Options& options) {
+  return {Seconds(options.patience_s), !options.experiment, {}, false};
+}
+
+ExitCode WatchAsText(ServerConnection& server, std::int64_t id, const Options& options) {
+  try {
+    const auto status = WatchOnTerminal(server, id, HowToWatch(options));
+    if (const auto hint = FailureHint(status, ""); !hint.empty()) std::cerr << "legopt: " << hint << "\n";
+    return OutcomeOf(status);
+  } catch (const ClientError& error) {
+    if (error.code() != ExitCode::kInterrupted) throw;
+    std::cerr << "\nlegopt: experiment " << id << " goes on without a watcher; 'legopt watch " << id
+              << "' returns to it\n";
+    return ExitCode::kInterrupted;
+  }
+}
+
+// The last line tells the end, whatever it is.
+ExitCode WatchAsJson(ServerConnection& server, std::int64_t id, const Options& options) {
+  using std::chrono::microseconds;
+  WatchJson view(
+      id, Seconds(options.interval_s), [] { return Seconds(std::chrono::steady_clock::now().time_since_epoch()); },
+      [] { return std::chrono::system_clock::now().time_since_epoch() / microseconds(1); },
+      [](const std::string& line) { std::cout << line << std::endl; });
+  try {
+    const ExitCode outcome = OutcomeOf(WatchExperiment(server, id, view, HowToWatch(options)));
+    view.End(outcome, "");
+    return outcome;
+  } catch (const ClientError& error) {
+    view.End(error.code(), error.what());
+    if (error.code() == ExitCode::kInterrupted) return ExitCode::kInterrupted;
+    throw;
+  }
+}
+
+ExitCode Watch(const Options& options) {
+  const InterruptGuard guard;
+  ServerConnection server(options.network);
+  const std::int64_t id = options.experiment ? *options.experiment : DefaultExperiment(server);
+  return options.json ? WatchAsJson(server, id, options) : WatchAsText(server, id, options);
+}
+
+}  // namespace
+
+void AddWatchCommand(CLI::App& app, Invocation* invocation) {
+  auto* command = app.add_subcommand("watch", "Show the progress of an experiment until it is over");
+  const auto options = std::make_shared<Options>();
+  command->add_option("ID", options->experiment, "Experiment (default: the newest that runs)")
+      ->check(programs::WholeNumber(1));
+  AddPatienceOption(*command, &options->patience_s);
+  AddTextOrJsonOption(*command, &options->json);
+  command->add_option("--interval", options->interval_s, "With --format json: seconds between two lines (default 1)")
+      ->check(programs::Number(kShortestInterval_s, kLongestInterval_s));
+  AddNetworkOptions(*command, &options->network);
+  command->footer(
+      "The exit code tells how it ended: 0 done, 3 the server did not come back, 4 jobs died or could not run, "
+      "6 it came back with another database, 8 cancelled or interrupted.\n"
+      "--format json writes one object per line; the last one has the event \"end\". Fields: "
+      "docs/watching.md");
+  command->callback([=] { invocation->body = [options] { return Watch(*options); }; });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,176 @@
+#include "client/report/benchmark_table.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <set>
+
+namespace legopt::client {
+namespace {
+
+std::string Print(const char* format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof(text), format, value);
+  return text;
+}
+
+std::optional<double> OptionalNumber(const nlohmann::json& value) {
+  if (!value.is_number() || !std::isfinite(value.get<double>())) return std::nullopt;
+  return value.get<double>();
+}
+
+// One row of the statement's answer.
+class CellReader {
+ public:
+  CellReader(const Listing& cells, std::size_t row) : cells_(cells), row_(row) {}
+
+  std::int64_t Integer(const char* column) const { return cells_.At(row_, column).get<std::int64_t>(); }
+  std::string Text(const char* column) const { return cells_.At(row_, column).get<std::string>(); }
+
+  BenchmarkRow Row() const {
+    BenchmarkRow row;
+    row.method = Text("method");
+    row.multi_starts = Integer("multi_starts");
+    row.sample_size = Integer("sample_size");
+    row.collision = Text("collision");
+    return row;
+  }
+
+  BenchmarkCell Cell() const {
+    BenchmarkCell cell;
+    cell.n = Integer("n");
+    cell.finished = Integer("finished");
+    cell.solved = Integer("solved");
+    cell.cost = OptionalNumber(cells_.At(row_, "cost"));
+    cell.time_s = OptionalNumber(cells_.At(row_, "time_s"));
+    cell.dead = Integer("dead");
+    cell.failed = Integer("failed");
+    cell.cancelled = Integer("cancelled");
+    cell.problems = Integer("problems");
+    cell.repetitions = Integer("repetitions");
+    return cell;
+  }
+
+ private:
+  const Listing& cells_;
+  std::size_t row_;
+};
+
+std::string Share(const BenchmarkCell& cell) { return std::to_string(cell.solved) + "/" + std::to_string(cell.n); }
+
+struct Remark {
+  std::int64_t count;
+  const char* word;
+  char letter;
+};
+
+std::array<Remark, 4> Remarks(const BenchmarkCell& cell) {
+  return {{{cell.dead, "dead", 'd'},
+           {cell.failed, "failed", 'f'},
+           {cell.cancelled, "cancelled", 'c'},
+           {cell.n - cell.finished, "left", 'l'}}};
+}
+
+}  // namespace
+
+bool BenchmarkTable::shows_collision() const {
+  return std::any_of(rows.begin(), rows.end(),
+                     [this](const BenchmarkRow& row) { return row.collision != rows.front().collision; });
+}
+
+BenchmarkCell BenchmarkTable::Sum() const {
+  BenchmarkCell sum;
+  for (const auto& row : rows) {
+    for (const auto& [column, cell] : row.cells) {
+      sum.n += cell.n;
+      sum.finished += cell.finished;
+      sum.solved += cell.solved;
+      sum.dead += cell.dead;
+      sum.failed += cell.failed;
+      sum.cancelled += cell.cancelled;
+    }
+  }
+  return sum;
+}
+
+std::string BenchmarkCellsSql(std::int64_t experiment_id, const std::string& rule) {
+  // A finished job without a result is dead, failed or cancelled. Where all have one, no job need be looked at: in
+  // experiments of a million jobs that is what takes long.
+  const auto count = [](const std::string& state) {
+    return "iif(finished = results, 0, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state = '" +
+           state + "')) AS " + state + ", ";
+  };
+  return "WITH s AS MATERIALIZED (SELECT b.*, c.cell_id, e.repetitions, (SELECT count(*) FROM results AS r WHERE "
+         "r.cell_id = c.cell_id) AS results FROM benchmark_cells AS b JOIN cells AS c USING (experiment_id, method_id, "
+         "task, initialization) JOIN experiments AS e USING (experiment_id) WHERE experiment_id = " +
+         std::to_string(experiment_id) + " AND rule = '" + (rule == "strict" ? "strict" : "literal") +
+         "') SELECT method_id, method, multi_starts, sample_size, collision, task, initialization, n, finished, "
+         "solved, cost, time_s, experiment, " +
+         count("dead") + count("failed") + count("cancelled") +
+         "n / repetitions AS problems, repetitions FROM s ORDER BY (SELECT min(cell_id) FROM s AS m WHERE m.method_id "
+         "= s.method_id), task, initialization";
+}
+
+BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment_id, const std::string& rule) {
+  BenchmarkTable table;
+  table.experiment_id = experiment_id;
+  table.rule = rule;
+  std::set<BenchmarkColumn> present;
+  std::vector<std::int64_t> method_ids;
+  for (std::size_t i = 0; i < cells.rows.size(); ++i) {
+    const CellReader reader(cells, i);
+    table.experiment = reader.Text("experiment");
+    const auto method_id = reader.Integer("method_id");
+    auto found = std::find(method_ids.begin(), method_ids.end(), method_id);
+    if (found == method_ids.end()) {
+      found = method_ids.insert(method_ids.end(), method_id);
+      table.rows.push_back(reader.Row());
+    }
+    const BenchmarkColumn column{reader.Text("task"), reader.Text("initialization")};
+    present.insert(column);
+    table.rows[static_cast<std::size_t>(found - method_ids.begin())].cells[column] = reader.Cell();
+  }
+  for (const auto& column : kPaperColumns) {
+    if (present.erase(column) > 0) table.columns.push_back(column);
+  }
+  table.columns.insert(table.columns.end(), present.begin(), present.end());
+  TellRowsApart(method_ids, &table.rows);
+  return table;
+}
+
+std::string FormatCost(const std::optional<double>& cost) {
+  if (!cost) return "-";
+  constexpr double kSmallestWithTwoDecimals = 0.005;
+  if (*cost >= 1.0) return Print("%.0f", *cost);
+  if (*cost >= kSmallestWithTwoDecimals || *cost == 0.0) return Print("%.2f", *cost);
+  return Print("%.1e", *cost);
+}
+
+std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit) {
+  if (!time_s) return "-";
+  const double value = *time_s / unit.seconds;
+  // The boundaries are where rounding would add a digit: 0.9995 reads 1.00, 9.995 reads 10.0, 99.95 reads 100.
+  constexpr double kAllDecimals = 0.9995, kTwoDecimals = 9.995, kOneDecimal = 99.95;
+  if (value < kAllDecimals && value > 0) return Print("%#.3g", value);
+  if (value < kTwoDecimals) return Print("%.2f", value);
+  return Print(value < kOneDecimal ? "%.1f" : "%.0f", value);
+}
+
+std::string FormatSuccess(const BenchmarkCell& cell) {
+  std::string remarks;
+  for (const auto& [count, word, letter] : Remarks(cell)) {
+    if (count > 0) remarks += (remarks.empty() ? "" : ", ") + std::to_string(count) + " " + word;
+  }
+  return Share(cell) + (remarks.empty() ? "" : " (" + remarks + ")");
+}
+
+std::string FormatBriefSuccess(const BenchmarkCell& cell) {
+  std::string text = Share(cell);
+  for (const auto& [count, word, letter] : Remarks(cell)) {
+    if (count > 0) text += " " + std::to_string(count) + letter;
+  }
+  return text;
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "client/report/listing.h"
+#include "client/report/text_layout.h"
+
+namespace legopt::client {
+
+enum class TableFormat { kText, kMarkdown, kLatex, kCsv, kJson };
+
+/// Task and initialization, e.g. {"posture", "in_collision"}.
+using BenchmarkColumn = std::pair<std::string, std::string>;
+
+/// The paper's columns, in its order.
+inline const std::array<BenchmarkColumn, 4> kPaperColumns = {
+    {{"posture", "good"}, {"posture", "in_collision"}, {"motion", "good"}, {"motion", "in_collision"}}};
+
+/// One method on one task from one initialization.
+struct BenchmarkCell {
+  std::int64_t n = 0;            ///< jobs of the cell
+  std::int64_t finished = 0;     ///< jobs that will not change any more
+  std::int64_t solved = 0;       ///< successes by the judge's verdict under the table's rule
+  std::optional<double> cost;    ///< mean over solved problems, per waypoint; none when nothing was solved
+  std::optional<double> time_s;  ///< likewise, wall seconds of the solve per waypoint
+  // Of the finished jobs, those that have no result:
+  std::int64_t dead = 0;       ///< ended their process (crashed, hung, grew too large) at every attempt
+  std::int64_t failed = 0;     ///< could not run at all
+  std::int64_t cancelled = 0;  ///< were taken back
+  // n = problems x repetitions; 0 problems: not known
+  std::int64_t problems = 0;
+  std::int64_t repetitions = 1;
+
+  bool operator==(const BenchmarkCell&) const = default;
+};
+
+struct BenchmarkRow {
+  std::string method;
+  std::int64_t multi_starts = 0;
+  std::int64_t sample_size = 100;  ///< percent
+  std::map<BenchmarkColumn, BenchmarkCell> cells;
+  std::string collision = "solid";                      ///< the solver's obstacles: "solid" or "surface"
+  std::map<BenchmarkColumn, BenchmarkCell> paper = {};  ///< the paper's figures of this row; empty: not asked for
+};
+
+/// The paper's Table I for one experiment.
+struct BenchmarkTable {
+  std::int64_t experiment_id = 0;
+  std::string experiment;
+  std::string dataset;                   ///< name; empty: not known
+  std::string rule;                      ///< "literal" or "strict"
+  std::vector<BenchmarkColumn> columns;  ///< in the paper's order, only those that the experiment has
+  std::vector<BenchmarkRow> rows;        ///< in the experiment's order
+  bool compared = false;                 ///< the paper's figures were asked for
+
+  /// Whether rows differ in their collision model, so that it needs a column.
+  bool shows_collision() const;
+  /// All cells in one: sums of the numbers of jobs, nothing else.
+  BenchmarkCell Sum() const;
+};
+
+/// The statement that reads a table's cells: columns method_id, method, multi_starts, sample_size, collision, task,
+/// initialization, n, finished, solved, cost, time_s, experiment, dead, failed, cancelled, problems, repetitions.
+std::string BenchmarkCellsSql(std::int64_t experiment_id, const std::string& rule);
+
+/// Makes the table from the rows of that statement. Columns come in the order posture/good, posture/in_collision,
+/// motion/good, motion/in_collision; what no method has is left out. Rows that would read the same get the method's id
+/// behind their name.
+BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment_id, const std::string& rule);
+
+/// The unit in which times are shown. It never depends on the data, so that tables can be compared.
+struct TimeUnit {
+  const char* name;
+  double seconds;  ///< one unit
+};
+inline constexpr TimeUnit kSeconds{"s", 1.0}, kMilliseconds{"ms", 1e-3}, kMicroseconds{"us", 1e-6};
+
+/// Appends "(method ID)" to the names of rows that would read the same: methods may differ in options that no column
+/// shows. `method_ids`: one per row.
+template <class Row>
+void TellRowsApart(const std::vector<std::int64_t>& method_ids, std::vector<Row>* rows) {
+  const auto key = [](const Row& row) {
+    return std::tuple(row.method, row.multi_starts, row.sample_size, row.collision);
+  };
+  std::map<std::tuple<std::string, std::int64_t, std::int64_t, std::string>, int> seen;
+  for (const auto& row : *rows) ++seen[key(row)];
+  for (std::size_t i = 0; i < rows->size(); ++i) {
+    Row& row = (*rows)[i];
+    if (seen[key(row)] > 1) row.method += " (method " + std::to_string(method_ids[i]) + ")";
+  }
+}
+
+/// As the paper prints it: an integer when >= 1, else two decimals (more where the cost would read 0.00).
+std::string FormatCost(const std::optional<double>& cost);
+/// In `unit`, with three significant digits or all before the point.
+std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit);
+/// "34/35", and in parentheses what did not end as it should: "34/35 (1 dead)", "29/35 (2 failed, 5 left)". Brief:
+/// "34/35 1d", "29/35 2f 5l", as kSuccessLegend explains.
+std::string FormatSuccess(const BenchmarkCell& cell);
+std::string FormatBriefSuccess(const BenchmarkCell& cell);
+inline constexpr char kSuccessLegend[] = "Behind n: d dead, f failed to run, c cancelled, l left to do.";
+
+/// How tables of text are shown.
+struct TableStyle {
+  TimeUnit time_unit = kMilliseconds;
+  TextLayout layout = {};
+};
+
+/// Renders a table, with a final newline. All formats have the same rows, counts and means:
+/// * text, Markdown and LaTeX (booktabs) show the paper's layout with the formatting functions above and "-" where
+///   nothing was solved; the header states the time unit; the paper's figures stand in a line of their own below.
+///   With colour, cells with dead or failed jobs are red, and bold are the largest share of solved problems of a
+///   column and, among the rows that have it, the lowest cost and time;
+/// * CSV and JSON hold the same cells unrounded, times in seconds, and nothing (null) where nothing was solved. CSV has
+///   the same columns for every experiment: posture_good_n, ..._problems, ..._repetitions, ..._finished, ..._solved,
+///   ..._dead, ..._failed, ..._cancelled, ..._cost, ..._time_s, likewise for the three other pairs of task and
+///   initialization, and with the paper's figures paper_posture_good_n, ...; JSON has those in a member "paper".
+std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format, const TableStyle& style = {});
+
+}  // namespace legopt::client

@@ -1,0 +1,263 @@
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "client/report/benchmark_table.h"
+#include "client/report/grouped_table.h"
+#include "client/report/json_text.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr char kMeansNote[] = "Costs and times are averaged over successfully solved problems, per waypoint.";
+constexpr char kPaperNote[] =
+    " Rows 'paper': Table I of Brandao, Hashimoto, Takanishi, \"SGD for robot motion?\", Humanoids 2017, with the "
+    "authors' problems and computer.";
+constexpr char kNoPaperNote[] = " The paper's Table I has none of these rows.";
+constexpr char kPaperRow[] = "  paper";
+constexpr std::array<const char*, 10> kFigures = {"n",    "problems", "repetitions", "finished", "solved",
+                                                  "dead", "failed",   "cancelled",   "cost",     "time_s"};
+constexpr std::array<const char*, 4> kPaperFigures = {"n", "solved", "cost", "time_s"};
+
+using Cells = std::map<BenchmarkColumn, BenchmarkCell>;
+using Figures = std::span<const char* const>;
+
+// "175/175 jobs finished, of these 1 dead, 40 cancelled".
+std::string Progress(const BenchmarkCell& sum) {
+  std::string text = std::to_string(sum.finished) + "/" + std::to_string(sum.n) + " jobs finished";
+  const char* separator = ", of these ";
+  const auto add = [&](std::int64_t count, const char* word) {
+    if (count == 0) return;
+    text += separator + std::to_string(count) + " " + word;
+    separator = ", ";
+  };
+  add(sum.dead, "dead");
+  add(sum.failed, "failed");
+  add(sum.cancelled, "cancelled");
+  return text;
+}
+
+// What the jobs of a column are, e.g. "10 problems x 3 repetitions"; empty where each problem was solved once.
+std::string Repetitions(const BenchmarkTable& table, const BenchmarkColumn& column) {
+  std::int64_t problems = 0, repetitions = 1;
+  for (const auto& row : table.rows) {
+    const auto found = row.cells.find(column);
+    if (found == row.cells.end()) continue;
+    problems = std::max(problems, found->second.problems);
+    repetitions = std::max(repetitions, found->second.repetitions);
+  }
+  if (repetitions == 1) return {};
+  return std::to_string(problems) + (problems == 1 ? " problem x " : " problems x ") + std::to_string(repetitions) +
+         " repetitions";
+}
+
+// Once for all columns where they agree, else for each task.
+std::string Repetitions(const BenchmarkTable& table) {
+  std::vector<std::pair<std::string, std::string>> tasks;  // the columns of a task have the same problems
+  for (const auto& column : table.columns) {
+    if (tasks.empty() || tasks.back().first != column.first)
+      tasks.emplace_back(column.first, Repetitions(table, column));
+  }
+  const bool equal =
+      std::all_of(tasks.begin(), tasks.end(), [&](const auto& task) { return task.second == tasks.front().second; });
+  std::string text;
+  for (const auto& [task, words] : tasks) {
+    if (words.empty() || (equal && !text.empty())) continue;
+    text += (text.empty() ? "; " : ", ") + (equal ? "" : task + " ") + words;
+  }
+  return text;
+}
+
+std::string Caption(const BenchmarkTable& table) {
+  std::string text = "Experiment " + std::to_string(table.experiment_id) + " '" + table.experiment + "'";
+  if (!table.dataset.empty()) text += ", dataset " + table.dataset;
+  return text + ", " + table.rule + " rule, " + Progress(table.Sum()) + Repetitions(table);
+}
+
+// The best of a column: the largest share of solved problems and, among the rows that have it, lowest cost and time.
+// What a row solves decides what its means are of, so those of rows that solve less are not compared.
+struct Best {
+  double share = 0;
+  std::optional<double> cost, time_s;
+};
+
+double ShareOf(const BenchmarkCell& cell) {
+  return cell.n == 0 ? 0.0 : static_cast<double>(cell.solved) / static_cast<double>(cell.n);
+}
+
+void Lower(const std::optional<double>& value, std::optional<double>* lowest) {
+  if (value && (!*lowest || *value < **lowest)) *lowest = value;
+}
+
+std::map<BenchmarkColumn, Best> FindBest(const BenchmarkTable& table) {
+  std::map<BenchmarkColumn, Best> best;
+  if (table.rows.size() < 2) return best;
+  for (const auto& row : table.rows) {
+    for (const auto& [column, cell] : row.cells) {
+      Best& found = best[column];
+      if (ShareOf(cell) > found.share) found = {ShareOf(cell), std::nullopt, std::nullopt};
+      if (ShareOf(cell) < found.share || cell.solved == 0) continue;
+      Lower(cell.cost, &found.cost);
+      Lower(cell.time_s, &found.time_s);
+    }
+  }
+  return best;
+}
+
+// Success, cost and time of a cell; `best` is null for what does not compete.
+std::array<TableText, 3> ShownCell(const BenchmarkCell& cell, const TimeUnit& unit, const Best* best) {
+  std::array<TableText, 3> shown = {
+      {{FormatSuccess(cell), FormatBriefSuccess(cell)}, {FormatCost(cell.cost)}, {FormatTime(cell.time_s, unit)}}};
+  if (best != nullptr && cell.solved > 0 && ShareOf(cell) == best->share) {
+    shown[0].emphasis = Emphasis::kBest;
+    if (cell.cost && cell.cost == best->cost) shown[1].emphasis = Emphasis::kBest;
+    if (cell.time_s && cell.time_s == best->time_s) shown[2].emphasis = Emphasis::kBest;
+  }
+  if (cell.dead + cell.failed > 0) shown[0].emphasis = Emphasis::kBad;
+  return shown;
+}
+
+// One line as it is shown: `name` and what else names the row, then success, cost and time of each column.
+std::vector<TableText> ShownLine(const BenchmarkTable& table, const BenchmarkRow& row, const std::string& name,
+                                 const Cells& cells, const TimeUnit& unit,
+                                 const std::map<BenchmarkColumn, Best>& best) {
+  std::vector<TableText> line = {{name}, {std::to_string(row.multi_starts)}, {std::to_string(row.sample_size)}};
+  if (table.shows_collision()) line.push_back({row.collision});
+  for (const auto& column : table.columns) {
+    const auto found = cells.find(column);
+    const auto rival = best.find(column);
+    const auto shown = found == cells.end()
+                           ? std::array<TableText, 3>{{{"-"}, {"-"}, {"-"}}}
+                           : ShownCell(found->second, unit, rival == best.end() ? nullptr : &rival->second);
+    line.insert(line.end(), shown.begin(), shown.end());
+  }
+  return line;
+}
+
+GroupedTable Group(const BenchmarkTable& table, const TimeUnit& unit, const std::string& time_title) {
+  GroupedTable grouped;
+  grouped.caption = Caption(table);
+  grouped.key_titles = {{"Method"}, {"Multi-starts", "Starts"}, {"Sample size", "Sample"}};
+  if (table.shows_collision()) grouped.key_titles.push_back({"Collision"});
+  grouped.column_titles = {{"Success", "Solved"}, {"Cost"}, {time_title, unit.name}};
+  grouped.note = kMeansNote;
+  grouped.legend = "Time in " + std::string(unit.name) + ", sample size in percent.";
+  const BenchmarkCell sum = table.Sum();
+  if (sum.finished < sum.n || sum.dead + sum.failed + sum.cancelled > 0) {
+    grouped.legend += " " + std::string(kSuccessLegend);
+  }
+  for (const auto& [task, initialization] : table.columns) grouped.groups.push_back(GroupOf(task, initialization));
+  const auto best = FindBest(table);
+  for (const auto& row : table.rows) {
+    grouped.rows.push_back(ShownLine(table, row, row.method, row.cells, unit, best));
+    if (!row.paper.empty()) grouped.rows.push_back(ShownLine(table, row, kPaperRow, row.paper, unit, {}));
+  }
+  const bool matched =
+      std::any_of(table.rows.begin(), table.rows.end(), [](const auto& r) { return !r.paper.empty(); });
+  if (table.compared) grouped.note += matched ? kPaperNote : kNoPaperNote;
+  return MakePrintable(std::move(grouped));
+}
+
+nlohmann::ordered_json CellJson(const BenchmarkCell& cell, Figures figures) {
+  const auto number = [](const std::optional<double>& value) {
+    return value ? nlohmann::json(*value) : nlohmann::json();
+  };
+  const nlohmann::json all = {{"n", cell.n},
+                              {"problems", cell.problems},
+                              {"repetitions", cell.repetitions},
+                              {"finished", cell.finished},
+                              {"solved", cell.solved},
+                              {"dead", cell.dead},
+                              {"failed", cell.failed},
+                              {"cancelled", cell.cancelled},
+                              {"cost", number(cell.cost)},
+                              {"time_s", number(cell.time_s)}};
+  nlohmann::ordered_json json;
+  for (const auto* figure : figures) json[figure] = all.at(figure);
+  return json;
+}
+
+void AddCells(const BenchmarkTable& table, const Cells& cells, Figures figures, nlohmann::ordered_json* line) {
+  for (const auto& column : table.columns) {
+    const auto found = cells.find(column);
+    if (found != cells.end()) (*line)[column.first][column.second] = CellJson(found->second, figures);
+  }
+}
+
+std::string RenderJson(const BenchmarkTable& table) {
+  const BenchmarkCell sum = table.Sum();
+  nlohmann::ordered_json json = {{"experiment_id", table.experiment_id},
+                                 {"experiment", table.experiment},
+                                 {"dataset", table.dataset},
+                                 {"rule", table.rule},
+                                 {"jobs", sum.n},
+                                 {"finished", sum.finished},
+                                 {"dead", sum.dead},
+                                 {"failed", sum.failed},
+                                 {"cancelled", sum.cancelled}};
+  json["rows"] = nlohmann::ordered_json::array();
+  for (const auto& row : table.rows) {
+    nlohmann::ordered_json line = {{"method", row.method},
+                                   {"multi_starts", row.multi_starts},
+                                   {"sample_size", row.sample_size},
+                                   {"collision", row.collision}};
+    AddCells(table, row.cells, kFigures, &line);
+    if (!row.paper.empty()) AddCells(table, row.paper, kPaperFigures, &line["paper"]);
+    json["rows"].push_back(std::move(line));
+  }
+  return JsonText(json) + "\n";
+}
+
+void AddTitles(const std::string& prefix, Figures figures, Listing* listing) {
+  for (const auto& [task, initialization] : kPaperColumns) {
+    for (const auto* figure : figures) listing->columns.push_back(prefix + task + "_" + initialization + "_" + figure);
+  }
+}
+
+void AddFigures(const Cells& cells, Figures figures, std::vector<nlohmann::json>* line) {
+  for (const auto& column : kPaperColumns) {
+    const auto found = cells.find(column);
+    for (const auto* figure : figures) {
+      line->push_back(found == cells.end() ? nlohmann::json()
+                                           : nlohmann::json(CellJson(found->second, figures)[figure]));
+    }
+  }
+}
+
+std::string RenderCsv(const BenchmarkTable& table) {
+  Listing listing;
+  listing.columns = {"experiment_id", "experiment",   "dataset",     "rule",
+                     "method",        "multi_starts", "sample_size", "collision"};
+  AddTitles("", kFigures, &listing);
+  if (table.compared) AddTitles("paper_", kPaperFigures, &listing);
+  for (const auto& row : table.rows) {
+    auto& line = listing.rows.emplace_back();
+    line = {table.experiment_id, table.experiment, table.dataset,   table.rule,
+            row.method,          row.multi_starts, row.sample_size, row.collision};
+    AddFigures(row.cells, kFigures, &line);
+    if (table.compared) AddFigures(row.paper, kPaperFigures, &line);
+  }
+  return RenderListing(listing, ListingFormat::kCsv);
+}
+
+}  // namespace
+
+std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format, const TableStyle& style) {
+  const TimeUnit& unit = style.time_unit;
+  const std::string name = unit.name;
+  switch (format) {
+    case TableFormat::kText:
+      return RenderText(Group(table, unit, "Time(" + name + ")"), style.layout);
+    case TableFormat::kMarkdown:
+      return RenderMarkdown(Group(table, unit, "Time (" + name + ")"));
+    case TableFormat::kLatex:
+      return RenderLatex(Group(table, unit, "Time (" + (name == "us" ? "$\\mu$s" : name) + ")"));
+    case TableFormat::kCsv:
+      return RenderCsv(table);
+    case TableFormat::kJson:
+      return RenderJson(table);
+  }
+  return {};
+}
+
+}  // namespace legopt::client

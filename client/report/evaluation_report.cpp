@@ -1,0 +1,284 @@
+#include "client/report/evaluation_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "client/report/grouped_table.h"
+#include "client/report/json_text.h"
+#include "client/report/listing.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr char kNotPosedTitle[] = "Problems that the dataset does not have";
+constexpr char kNote[] =
+    "Costs and times are averaged over successfully solved problems, per waypoint. What the file leaves out counts as "
+    "not solved.";
+
+nlohmann::json Number(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
+
+std::optional<double> Optional(double value) { return std::isfinite(value) ? std::optional(value) : std::nullopt; }
+
+Verdict VerdictOf(const JudgedRow& row, Rule rule) {
+  return rule == Rule::kLiteral ? row.evaluation.literal : row.evaluation.strict;
+}
+
+std::string ToString(Rule rule) { return rule == Rule::kLiteral ? "literal" : "strict"; }
+
+std::string Plural(std::size_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+std::string ProblemsLine(const EvaluationReport& report) {
+  std::string text;
+  if (report.num_posed == 0) {
+    text = "The dataset has no " + std::string(legopt::ToString(report.task)) + " problems.";
+  } else {
+    text = "The file holds " + std::to_string(report.in_file.size()) + " of the dataset's " +
+           std::to_string(report.num_posed) + " problems" +
+           (static_cast<int>(report.in_file.size()) < report.num_posed ? "; the others count as not solved." : ".");
+  }
+  if (report.not_posed.empty()) return text;
+  return text + "\n" + Plural(report.not_posed.size(), "problem") + " (" + RangesOf(report.not_posed) +
+         ") that the dataset does not have " + (report.not_posed.size() == 1 ? "is" : "are") + " counted apart.";
+}
+
+std::string DefinitionsLine(const EvaluationReport& report) {
+  if (!report.defines) return "Definitions: the dataset's; the file has none.";
+  const bool of_file = report.definitions == Definitions::kFile;
+  std::string text = of_file ? "Definitions: the file's own, as in the original evaluator; "
+                             : "Definitions: the dataset's where it has the problem; ";
+  if (report.in_file.empty()) return text + "the dataset has none of these problems.";
+  if (report.differing.empty())
+    return text + (of_file ? "they are the same as the dataset's." : "those of the file are the same.");
+  text += std::to_string(report.differing.size()) + " of " + std::to_string(report.in_file.size()) +
+          " in the file differ from the dataset's (" + RangesOf(report.differing) + ")";
+  return text + (of_file ? ".\nWith --definitions dataset the dataset's count." : ".");
+}
+
+bool LeavesOut(const EvaluationReport& report) {
+  return std::any_of(report.summaries.begin(), report.summaries.end(),
+                     [](const MethodSummary& summary) { return !summary.missing.empty(); });
+}
+
+bool DefinitionsDiffer(const EvaluationReport& report) {
+  return report.definitions == Definitions::kFile && !report.differing.empty();
+}
+
+int InFile(const MethodSummary& summary) { return summary.num_problems - static_cast<int>(summary.missing.size()); }
+
+// A table as it is shown. As in the benchmark table: n in the success cell, a dash where nothing was solved.
+Listing ShownSummary(const EvaluationReport& report, const std::vector<MethodSummary>& summaries, TimeUnit unit) {
+  const bool posed = &summaries == &report.summaries;
+  const bool in_file = posed && LeavesOut(report), other = posed && DefinitionsDiffer(report);
+  Listing listing;
+  listing.columns = {"method", "success"};
+  if (in_file) listing.columns.emplace_back("in file");
+  if (other) listing.columns.emplace_back("by file's own definition");
+  listing.columns.insert(listing.columns.end(), {"cost", "time (" + std::string(unit.name) + ")"});
+  for (const auto& summary : summaries) {
+    auto& row = listing.rows.emplace_back();
+    row = {summary.method, std::to_string(summary.num_solved) + "/" + std::to_string(summary.num_problems)};
+    if (in_file) row.emplace_back(InFile(summary));
+    if (other) row.emplace_back(summary.num_other_definition);
+    row.emplace_back(FormatCost(Optional(summary.mean_cost)));
+    row.emplace_back(FormatTime(Optional(summary.mean_time_s), unit));
+  }
+  return listing;
+}
+
+Listing FailureListing(const EvaluationReport& report) {
+  Listing listing;
+  listing.columns = {"method", "problem", "verdict", "waypoint", "detail"};
+  for (const auto& row : report.rows) {
+    const Verdict verdict = VerdictOf(row, report.rule);
+    if (verdict == Verdict::kSuccess) continue;
+    const int waypoint = row.evaluation.failed_waypoint;
+    listing.rows.push_back({row.method, row.problem_id, std::string(legopt::ToString(verdict)),
+                            waypoint < 0 ? nlohmann::json() : nlohmann::json(waypoint), row.evaluation.detail});
+  }
+  return listing;
+}
+
+// Motions between their waypoints, one line per solution that was looked at.
+Listing InterpolationListing(const EvaluationReport& report) {
+  Listing listing;
+  listing.columns = {"method", "problem", "free_share", "environment_depth_m", "self_depth_m"};
+  for (const auto& row : report.rows) {
+    const InterpolationScore& score = row.evaluation.interpolation;
+    if (std::isnan(score.free_share)) continue;
+    listing.rows.push_back(
+        {row.method, row.problem_id, score.free_share, score.environment_depth_m, score.self_depth_m});
+  }
+  return listing;
+}
+
+// Methods that leave the same problems out share a line.
+Listing MissingListing(const EvaluationReport& report) {
+  Listing listing;
+  listing.columns = {"problems without a solution", "methods"};
+  std::map<std::vector<int>, std::vector<std::string>> methods;
+  for (const auto& summary : report.summaries) {
+    if (!summary.missing.empty()) methods[summary.missing].push_back(summary.method);
+  }
+  for (const auto& [missing, names] : methods) {
+    std::string text = names.front();
+    for (std::size_t i = 1; i < names.size(); ++i) text += "; " + names[i];
+    listing.rows.push_back({RangesOf(missing), names.size() == report.summaries.size() ? "all" : text});
+  }
+  return listing;
+}
+
+std::string RenderShown(const EvaluationReport& report, ListingFormat format, const TableStyle& style) {
+  std::string text;
+  std::istringstream caption(EvaluationCaption(report));
+  for (std::string line; std::getline(caption, line);) text += Paragraph(programs::Printable(line), style.layout);
+  const auto add = [&](const std::string& title, const Listing& listing) {
+    if (listing.rows.empty()) return;
+    text += (title.empty() ? "\n" : "\n" + title + "\n\n") + RenderListing(listing, format, style.layout);
+  };
+  add("", ShownSummary(report, report.summaries, style.time_unit));
+  add(kNotPosedTitle, ShownSummary(report, report.not_posed_summaries, style.time_unit));
+  add("Not solved", FailureListing(report));
+  add("Left out", MissingListing(report));
+  add("Between waypoints", InterpolationListing(report));
+  return text;
+}
+
+std::string OneLine(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text.substr(0, text.find_last_not_of(' ') + 1);
+}
+
+GroupedTable Grouped(const Listing& shown, const std::string& caption, Task task) {
+  GroupedTable table;
+  table.caption = caption;
+  table.note = kNote;
+  table.key_titles = {{"Method"}};
+  table.groups = {{{}, {task == Task::kPosture ? "Posture generation" : "Motion generation"}}};
+  for (std::size_t i = 1; i < shown.columns.size(); ++i) {
+    const std::string& title = shown.columns[i];
+    table.column_titles.push_back({title == "time (us)" ? "time ($\\mu$s)" : title});
+  }
+  for (const auto& row : shown.rows) {
+    auto& line = table.rows.emplace_back();
+    for (const auto& cell : row) line.push_back({ShownValue(cell)});
+  }
+  return table;
+}
+
+std::string RenderTables(const EvaluationReport& report, TimeUnit unit) {
+  const std::string caption = OneLine(EvaluationCaption(report));
+  std::string text;
+  const auto add = [&](const std::vector<MethodSummary>& summaries, const std::string& title) {
+    if (summaries.empty()) return;
+    text += RenderLatex(MakePrintable(Grouped(ShownSummary(report, summaries, unit), title + caption, report.task)));
+  };
+  add(report.summaries, "");
+  add(report.not_posed_summaries, std::string(kNotPosedTitle) + ". ");
+  return text;
+}
+
+// One line per method, unrounded.
+Listing SummaryListing(const EvaluationReport& report) {
+  Listing listing;
+  listing.columns = {
+      "method",         "problems",     "solved",  "cost",        "time_s", "in_file", "solved_by_other_definition",
+      "other_problems", "other_solved", "dataset", "definitions", "rule"};
+  for (const auto& summary : report.summaries) {
+    listing.rows.push_back({summary.method, summary.num_problems, summary.num_solved, Number(summary.mean_cost),
+                            Number(summary.mean_time_s), InFile(summary), summary.num_other_definition});
+  }
+  if (report.num_posed == 0) {
+    for (const auto& other : report.not_posed_summaries) {
+      listing.rows.push_back({other.method, 0, 0, nullptr, nullptr, 0, 0});
+    }
+  }
+  for (auto& row : listing.rows) {
+    const auto other = std::find_if(report.not_posed_summaries.begin(), report.not_posed_summaries.end(),
+                                    [&](const MethodSummary& summary) { return summary.method == row[0]; });
+    const bool any = other != report.not_posed_summaries.end();
+    row.emplace_back(any ? other->num_problems : 0);
+    row.emplace_back(any ? other->num_solved : 0);
+    row.insert(row.end(), {report.dataset, ToString(report.definitions), ToString(report.rule)});
+  }
+  return listing;
+}
+
+nlohmann::ordered_json RowJson(const JudgedRow& row) {
+  const Evaluation& e = row.evaluation;
+  return {{"method", row.method},
+          {"problem", row.problem_id},
+          {"in_dataset", row.posed},
+          {"other_definition", row.other_definition},
+          {"verdict_literal", legopt::ToString(e.literal)},
+          {"verdict_strict", legopt::ToString(e.strict)},
+          {"detail", e.detail},
+          {"failed_waypoint", e.failed_waypoint < 0 ? nlohmann::json() : nlohmann::json(e.failed_waypoint)},
+          {"cost", Number(e.cost)},
+          {"time_s", Number(row.time_s / e.num_waypoints)},
+          {"waypoints", e.num_waypoints},
+          {"foot_violation", Number(e.foot_violation)},
+          {"com_violation_m", Number(e.com_violation_m)},
+          {"limit_violation", Number(e.limit_violation)},
+          {"environment_depth_m", Number(e.environment_depth_m)},
+          {"self_depth_literal_m", Number(e.self_depth_literal_m)},
+          {"self_depth_strict_m", Number(e.self_depth_strict_m)},
+          {"interpolation_environment_depth_m", Number(e.interpolation.environment_depth_m)},
+          {"interpolation_self_depth_m", Number(e.interpolation.self_depth_m)},
+          {"interpolation_free_share", Number(e.interpolation.free_share)},
+          {"claim_differs", row.claim_differs},
+          {"unreadable", row.unreadable}};
+}
+
+nlohmann::ordered_json MethodsJson(const EvaluationReport& report) {
+  auto methods = ListingToJson(SummaryListing(report));
+  for (std::size_t i = 0; i < report.summaries.size(); ++i) methods[i]["missing"] = report.summaries[i].missing;
+  return methods;
+}
+
+std::string RenderJson(const EvaluationReport& report) {
+  nlohmann::ordered_json json = {{"file", report.file},
+                                 {"dataset", report.dataset},
+                                 {"task", legopt::ToString(report.task)},
+                                 {"rule", ToString(report.rule)},
+                                 {"definitions", ToString(report.definitions)},
+                                 {"dataset_problems", report.num_posed},
+                                 {"in_file", report.in_file},
+                                 {"differing_definitions", report.differing},
+                                 {"other_problems", report.not_posed},
+                                 {"caption", OneLine(EvaluationCaption(report))}};
+  json["methods"] = MethodsJson(report);
+  json["solutions"] = nlohmann::ordered_json::array();
+  for (const auto& row : report.rows) json["solutions"].push_back(RowJson(row));
+  json["warnings"] = report.warnings;
+  return JsonText(json) + "\n";
+}
+
+}  // namespace
+
+std::string EvaluationCaption(const EvaluationReport& report) {
+  return report.file + ": " + std::string(legopt::ToString(report.task)) + ", dataset " + report.dataset + ", " +
+         ToString(report.rule) + " rule.\n" + ProblemsLine(report) + "\n" + DefinitionsLine(report) + "\n";
+}
+
+std::string RenderEvaluation(const EvaluationReport& report, TableFormat format, const TableStyle& style) {
+  switch (format) {
+    case TableFormat::kText:
+      return RenderShown(report, ListingFormat::kText, style);
+    case TableFormat::kMarkdown:
+      return RenderShown(report, ListingFormat::kMarkdown, {.time_unit = style.time_unit});
+    case TableFormat::kLatex:
+      return RenderTables(report, style.time_unit);
+    case TableFormat::kCsv:
+      return RenderListing(SummaryListing(report), ListingFormat::kCsv);
+    case TableFormat::kJson:
+      return RenderJson(report);
+  }
+  return {};
+}
+
+}  // namespace legopt::client

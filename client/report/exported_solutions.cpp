@@ -1,0 +1,194 @@
+#include "client/report/exported_solutions.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <map>
+#include <set>
+
+#include "client/client_error.h"
+#include "legopt/robot/dof_names.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr double kSecondsPerMicrosecond = 1e-6;
+// One query's worth: a waypoint of Atlas is 576 hexadecimal digits, a reply of the server may have 48 MiB.
+constexpr std::int64_t kWaypointsPerQuery = 20'000;
+
+struct ResultRow {
+  std::int64_t job_id = 0;
+  ResultKey key;
+  Task task = Task::kPosture;
+  int problem_id = 0;
+  double time_s = 0;
+  bool success = false;
+  std::int64_t num_waypoints = 1;
+  std::vector<Eigen::VectorXd> waypoints;
+};
+
+std::string Where(ResultSource& source, std::int64_t experiment_id, const ExportFilter& filter) {
+  std::string where = " WHERE c.experiment_id = " + std::to_string(experiment_id);
+  const std::string methods = ExperimentMethods(source, experiment_id).Condition(filter.methods);
+  if (!methods.empty()) where += " AND c." + methods;
+  if (filter.initialization) where += " AND c.initialization = " + SqlText(*filter.initialization);
+  if (filter.task) where += " AND c.task = " + SqlText(std::string(ToString(*filter.task)));
+  return where;
+}
+
+constexpr char kJoins[] =
+    " FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING "
+    "(problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id";
+
+std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& where) {
+  const Listing listing = source.Query(
+      "SELECT j.job_id, c.method_id, m.name AS method, m.multi_starts, m.sample_size, m.collision, c.initialization, "
+      "j.repetition, "
+      "c.task, p.problem_id, r.wall_us, r.verdict_literal, r.num_waypoints" +
+      std::string(kJoins) + where + " AND r.job_id IS NOT NULL ORDER BY j.job_id");
+  std::vector<ResultRow> rows;
+  for (std::size_t i = 0; i < listing.rows.size(); ++i) {
+    const auto integer = [&](const char* column) { return listing.At(i, column).get<std::int64_t>(); };
+    const auto text = [&](const char* column) { return listing.At(i, column).get<std::string>(); };
+    rows.push_back({integer("job_id"),
+                    {integer("method_id"), text("method"), integer("multi_starts"), integer("sample_size"),
+                     text("initialization"), integer("repetition"), text("collision")},
+                    ParseTask(text("task"), "database"),
+                    static_cast<int>(integer("problem_id")),
+                    static_cast<double>(integer("wall_us")) * kSecondsPerMicrosecond,
+                    text("verdict_literal") == "success",
+                    integer("num_waypoints"),
+                    {}});
+  }
+  return rows;
+}
+
+int HexDigit(char c) {
+  constexpr int kTen = 10;
+  if (c >= '0' && c <= '9') return c - '0';
+  return c >= 'A' && c <= 'F' ? c - 'A' + kTen : -1;
+}
+
+// Little-endian float64 values from hexadecimal text.
+Eigen::VectorXd DecodeWaypoint(const std::string& hex, std::int64_t job_id) {
+  static_assert(std::endian::native == std::endian::little);
+  constexpr std::size_t kDigitsPerNumber = 2 * sizeof(double);
+  constexpr int kBase = 16;
+  std::string bytes;
+  bool good = hex.size() % kDigitsPerNumber == 0;
+  for (std::size_t i = 0; good && i < hex.size(); i += 2) {
+    const int high = HexDigit(hex[i]), low = HexDigit(hex[i + 1]);
+    good = high >= 0 && low >= 0;
+    bytes.push_back(static_cast<char>(high * kBase + low));
+  }
+  if (!good) {
+    throw ClientError(ExitCode::kInternal,
+                      "the solution of job " + std::to_string(job_id) + " is damaged in the database");
+  }
+  Eigen::VectorXd x(static_cast<Eigen::Index>(bytes.size() / sizeof(double)));
+  std::memcpy(x.data(), bytes.data(), bytes.size());
+  return x;
+}
+
+void ReadWaypoints(ResultSource& source, std::vector<ResultRow>* rows) {
+  std::map<std::int64_t, ResultRow*> by_job;
+  for (auto& row : *rows) by_job[row.job_id] = &row;
+  for (std::size_t first = 0; first < rows->size();) {
+    std::size_t last = first;
+    std::string jobs;
+    for (std::int64_t waypoints = 0; last < rows->size() && (last == first || waypoints < kWaypointsPerQuery); ++last) {
+      waypoints += (*rows)[last].num_waypoints;
+      jobs += (jobs.empty() ? "" : ",") + std::to_string((*rows)[last].job_id);
+    }
+    const Listing listing = source.Query("SELECT job_id, hex(x) AS x FROM waypoints WHERE job_id IN (" + jobs +
+                                         ") ORDER BY job_id, waypoint");
+    for (std::size_t i = 0; i < listing.rows.size(); ++i) {
+      const auto job_id = listing.At(i, "job_id").get<std::int64_t>();
+      by_job.at(job_id)->waypoints.push_back(DecodeWaypoint(listing.At(i, "x").get<std::string>(), job_id));
+    }
+    if (listing.truncated) throw ClientError(ExitCode::kInternal, "the solutions are too large for one query");
+    first = last;
+  }
+}
+
+SolutionFile MakeFile(Task task, const std::vector<ResultRow>& rows, const std::map<std::int64_t, std::string>& methods,
+                      const Dataset& dataset) {
+  SolutionFile file{dataset.robot().name(), dataset.name(), task, {}, DofNames(dataset.robot())};
+  std::map<int, std::vector<Solution>> by_problem;
+  for (const auto& row : rows) {
+    if (row.task != task) continue;
+    by_problem[row.problem_id].push_back(
+        {methods.at(row.job_id), row.time_s, row.waypoints, row.success, row.key.initialization});
+  }
+  for (auto& [id, solutions] : by_problem) file.problems.push_back({dataset.problem(task, id), std::move(solutions)});
+  return file;
+}
+
+// True when two of the keys that share `text` differ in `value`.
+template <class Value>
+bool Differs(const std::vector<ResultKey>& keys, const std::vector<std::string>& texts, const std::string& text,
+             Value value) {
+  std::set<decltype(value(keys.front()))> values;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (texts[i] == text) values.insert(value(keys[i]));
+  }
+  return values.size() > 1;
+}
+
+template <class Value, class Suffix>
+void Extend(const std::vector<ResultKey>& keys, std::vector<std::string>* texts, Value value, Suffix suffix) {
+  const std::vector<std::string> before = *texts;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (Differs(keys, before, before[i], value)) (*texts)[i] += ", " + suffix(keys[i]);
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> MethodStrings(const std::vector<ResultKey>& keys) {
+  std::vector<std::string> texts;
+  for (const auto& key : keys) texts.push_back(key.method);
+  Extend(
+      keys, &texts, [](const ResultKey& k) { return k.multi_starts; },
+      [](const ResultKey& k) { return std::to_string(k.multi_starts) + " multi-starts"; });
+  Extend(
+      keys, &texts, [](const ResultKey& k) { return k.sample_size; },
+      [](const ResultKey& k) { return "sample size " + std::to_string(k.sample_size); });
+  Extend(
+      keys, &texts, [](const ResultKey& k) { return k.collision; }, [](const ResultKey& k) { return k.collision; });
+  Extend(
+      keys, &texts, [](const ResultKey& k) { return k.method_id; },
+      [](const ResultKey& k) { return "method " + std::to_string(k.method_id); });
+  Extend(
+      keys, &texts, [](const ResultKey& k) { return k.initialization; },
+      [](const ResultKey& k) { return k.initialization; });
+  Extend(
+      keys, &texts, [](const ResultKey& k) { return k.repetition; },
+      [](const ResultKey& k) { return "repetition " + std::to_string(k.repetition); });
+  return texts;
+}
+
+ExportedSolutions ReadSolutionsOf(ResultSource& source, std::int64_t experiment_id, const Dataset& dataset,
+                                  const ExportFilter& filter) {
+  const std::string where = Where(source, experiment_id, filter);
+  auto rows = ReadRows(source, where);
+  const Listing count = source.Query("SELECT count(*) AS n" + std::string(kJoins) + where);
+  ReadWaypoints(source, &rows);
+
+  std::vector<ResultKey> keys;
+  for (const auto& row : rows) keys.push_back(row.key);
+  const auto texts = MethodStrings(keys);
+  std::map<std::int64_t, std::string> methods;
+  for (std::size_t i = 0; i < rows.size(); ++i) methods[rows[i].job_id] = texts[i];
+
+  ExportedSolutions exported;
+  exported.num_solutions = static_cast<std::int64_t>(rows.size());
+  exported.num_missing = count.At(0, "n").get<std::int64_t>() - exported.num_solutions;
+  for (const Task task : {Task::kPosture, Task::kMotion}) {
+    auto file = MakeFile(task, rows, methods, dataset);
+    if (!file.problems.empty()) exported.files.push_back(std::move(file));
+  }
+  return exported;
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,58 @@
+#include "client/report/finding_report.h"
+
+#include <vector>
+
+#include "client/report/listing.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+std::string Mark(DatasetFinding::Severity severity) {
+  switch (severity) {
+    case DatasetFinding::Severity::kInfo:
+      return "ok";
+    case DatasetFinding::Severity::kWarning:
+      return "warn";
+    case DatasetFinding::Severity::kError:
+      return "FAIL";
+  }
+  return "";
+}
+
+/// "FILE: FIELD: VALUE MESSAGE", as far as there is something to say.
+std::string Sentence(const DatasetFinding& finding) {
+  std::string text = finding.file;
+  for (const std::string& part : {finding.field, finding.value}) {
+    if (!part.empty()) text += (text.empty() ? "" : ": ") + part;
+  }
+  if (text.empty()) return finding.message;
+  return text + (finding.value.empty() ? ": " : " -- ") + finding.message;
+}
+
+}  // namespace
+
+std::string RenderDatasetFindings(std::span<const DatasetFinding> findings, const TextLayout& layout) {
+  std::vector<std::vector<std::string>> lines;
+  for (const DatasetFinding& finding : findings) {
+    lines.push_back({Mark(finding.severity), finding.check, programs::Printable(Sentence(finding))});
+    if (!finding.fix.empty()) lines.push_back({"", "", "-> " + programs::Printable(finding.fix)});
+  }
+  return AlignSentences(lines, layout.width);
+}
+
+nlohmann::ordered_json DatasetFindingsToJson(std::span<const DatasetFinding> findings) {
+  nlohmann::ordered_json array = nlohmann::ordered_json::array();
+  for (const DatasetFinding& f : findings) {
+    array.push_back({{"severity", ToString(f.severity)},
+                     {"check", f.check},
+                     {"file", f.file},
+                     {"field", f.field},
+                     {"value", f.value},
+                     {"message", f.message},
+                     {"fix", f.fix}});
+  }
+  return array;
+}
+
+}  // namespace legopt::client

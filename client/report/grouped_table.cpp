@@ -1,0 +1,147 @@
+#include "client/report/grouped_table.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "client/report/listing.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+std::vector<std::string> Titles(const GroupedTable& table) {
+  std::vector<std::string> titles;
+  for (const auto& title : table.key_titles) titles.push_back(title.full);
+  for (std::size_t group = 0; group < table.groups.size(); ++group) {
+    for (const auto& title : table.column_titles) titles.push_back(title.full);
+  }
+  return titles;
+}
+
+std::string TitleOf(const TableGroup& group) { return group.section.full + ", " + group.title.full; }
+
+std::vector<std::string> FullTexts(const std::vector<TableText>& row) {
+  std::vector<std::string> texts;
+  for (const auto& cell : row) texts.push_back(cell.full);
+  return texts;
+}
+
+std::string EscapeMarkdown(std::string text) {
+  for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos; at += 2) text.insert(at, 1, '\\');
+  return text;
+}
+
+std::string MarkdownLine(const std::vector<std::string>& cells) {
+  std::string text = "|";
+  for (const auto& cell : cells) text += " " + EscapeMarkdown(cell) + " |";
+  return text + "\n";
+}
+
+std::string Uncapitalized(std::string text) {
+  if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
+std::string EscapeLatex(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '\\':
+        escaped += "\\textbackslash{}";
+        break;
+      case '~':
+        escaped += "\\textasciitilde{}";
+        break;
+      case '^':
+        escaped += "\\textasciicircum{}";
+        break;
+      case '&':
+      case '%':
+      case '$':
+      case '#':
+      case '_':
+      case '{':
+      case '}':
+        escaped += '\\';
+        [[fallthrough]];
+      default:
+        escaped += c;
+    }
+  }
+  return escaped;
+}
+
+std::string LatexLine(const std::vector<std::string>& cells) {
+  std::string text;
+  for (std::size_t i = 0; i < cells.size(); ++i) text += (i == 0 ? "" : " & ") + cells[i];
+  return text + " \\\\\n";
+}
+
+// Titles of the groups and the rules below them.
+std::string LatexGroups(const GroupedTable& table) {
+  const std::size_t keys = table.key_titles.size(), columns = table.column_titles.size();
+  std::vector<std::string> groups = {"\\multicolumn{" + std::to_string(keys) + "}{c}{}"};
+  std::string rules;
+  for (std::size_t group = 0; group < table.groups.size(); ++group) {
+    groups.push_back("\\multicolumn{" + std::to_string(columns) + "}{c}{" + EscapeLatex(TitleOf(table.groups[group])) +
+                     "}");
+    const std::size_t first = keys + group * columns + 1;
+    rules += "\\cmidrule(lr){" + std::to_string(first) + "-" + std::to_string(first + columns - 1) + "}";
+  }
+  return LatexLine(groups) + rules + "\n";
+}
+
+}  // namespace
+
+std::string RenderMarkdown(const GroupedTable& table) {
+  std::vector<std::string> titles = FullTexts(table.key_titles);
+  for (const auto& group : table.groups) {
+    for (std::size_t i = 0; i < table.column_titles.size(); ++i) {
+      const std::string title = Uncapitalized(table.column_titles[i].full);
+      titles.push_back(i == 0 ? TitleOf(group) + ": " + title : title);
+    }
+  }
+  std::string text = "**" + EscapeMarkdown(table.caption) + "**\n\n" + MarkdownLine(titles) + "|";
+  for (std::size_t i = 0; i < titles.size(); ++i) text += i == 0 ? " --- |" : " ---: |";
+  text += "\n";
+  for (const auto& row : table.rows) text += MarkdownLine(FullTexts(row));
+  return text + "\n" + table.note + "\n";
+}
+
+std::string RenderLatex(const GroupedTable& table) {
+  const std::size_t columns = Titles(table).size();
+  std::string text = "% needs \\usepackage{booktabs}\n\\begin{table*}\n\\centering\n\\caption{" +
+                     EscapeLatex(table.caption) + "}\n\\begin{tabular}{l" + std::string(columns - 1, 'r') +
+                     "}\n\\toprule\n" + LatexGroups(table) + LatexLine(Titles(table)) + "\\midrule\n";
+  for (const auto& row : table.rows) {
+    auto cells = FullTexts(row);
+    for (auto& cell : cells) cell = cell == "-" ? "--" : EscapeLatex(cell);
+    text += LatexLine(cells);
+  }
+  return text + "\\bottomrule\n\\end{tabular}\n\n\\smallskip\nNote: " + EscapeLatex(table.note) + "\n\\end{table*}\n";
+}
+
+GroupedTable MakePrintable(GroupedTable table) {
+  const auto mend = [](TableText& text) {
+    text.full = programs::Printable(text.full);
+    text.brief = programs::Printable(text.brief);
+  };
+  table.caption = programs::Printable(table.caption);
+  for (auto& group : table.groups) {
+    mend(group.section);
+    mend(group.title);
+  }
+  for (auto& row : table.rows) std::for_each(row.begin(), row.end(), mend);
+  return table;
+}
+
+TableGroup GroupOf(const std::string& task, const std::string& initialization) {
+  TableGroup group{{task}, {initialization}};
+  if (task == "posture") group.section = {"Posture generation", "Posture"};
+  if (task == "motion") group.section = {"Motion generation", "Motion"};
+  if (initialization == "good") group.title = {"good init", "good"};
+  if (initialization == "in_collision") group.title = {"init in collision", "collision"};
+  return group;
+}
+
+}  // namespace legopt::client

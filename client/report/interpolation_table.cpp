@@ -1,0 +1,144 @@
+#include "client/report/interpolation_table.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <utility>
+
+#include "client/report/grouped_table.h"
+#include "client/report/json_text.h"
+
+namespace legopt::client {
+namespace {
+
+const std::array<std::string, 2> kInitializations = {"good", "in_collision"};
+constexpr char kNote[] =
+    "Ten configurations between consecutive waypoints of each solved motion, by the exact meshes: motions free of "
+    "penetration above 1 mm, mean share of such transitions, largest depths. No part of the verdict.";
+
+std::optional<double> OptionalNumber(const nlohmann::json& value) {
+  return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
+}
+
+nlohmann::json Json(const std::optional<double>& value) { return value ? nlohmann::json(*value) : nlohmann::json(); }
+
+// A scaled figure, or a dash.
+std::string Shown(const std::optional<double>& value, double unit) {
+  if (!value) return "-";
+  char text[48];
+  std::snprintf(text, sizeof(text), "%.1f", *value / unit);
+  return text;
+}
+
+std::vector<TableText> ShownLine(const InterpolationTable& table, const InterpolationRow& row) {
+  constexpr double kPercent = 0.01, kMillimetre = 1e-3;
+  std::vector<TableText> line = {{row.method}, {std::to_string(row.multi_starts)}, {std::to_string(row.sample_size)}};
+  if (table.shows_collision()) line.push_back({row.collision});
+  for (const auto& initialization : kInitializations) {
+    const auto found = row.cells.find(initialization);
+    const InterpolationCell cell = found == row.cells.end() ? InterpolationCell{} : found->second;
+    line.push_back({cell.scored > 0 ? std::to_string(cell.free) + "/" + std::to_string(cell.scored) : "-"});
+    line.push_back({Shown(cell.free_share, kPercent)});
+    line.push_back({Shown(cell.environment_depth_m, kMillimetre)});
+    line.push_back({Shown(cell.self_depth_m, kMillimetre)});
+  }
+  return line;
+}
+
+GroupedTable Group(const InterpolationTable& table) {
+  GroupedTable grouped;
+  grouped.caption = "Interpolation of the motions of experiment " + std::to_string(table.experiment_id) + " '" +
+                    table.experiment + "'" + (table.dataset.empty() ? "" : ", dataset " + table.dataset) + ", " +
+                    table.rule + " rule";
+  grouped.key_titles = {{"Method"}, {"Multi-starts", "Starts"}, {"Sample size", "Sample"}};
+  if (table.shows_collision()) grouped.key_titles.push_back({"Collision"});
+  grouped.column_titles = {{"Free"}, {"Share (percent)", "Share"}, {"Scene (mm)", "Scene"}, {"Self (mm)", "Self"}};
+  grouped.note = kNote;
+  grouped.legend = "Share and sample size in percent, depths in mm.";
+  for (const auto& initialization : kInitializations) grouped.groups.push_back(GroupOf("motion", initialization));
+  for (const auto& row : table.rows) grouped.rows.push_back(ShownLine(table, row));
+  return MakePrintable(std::move(grouped));
+}
+
+Listing Unrounded(const InterpolationTable& table) {
+  Listing listing;
+  listing.columns = {"experiment_id", "experiment",  "dataset",   "rule",           "method",
+                     "multi_starts",  "sample_size", "collision", "initialization", "n",
+                     "solved",        "scored",      "free",      "free_share",     "environment_depth_m",
+                     "self_depth_m"};
+  for (const auto& row : table.rows) {
+    for (const auto& [initialization, cell] : row.cells) {
+      listing.rows.push_back({table.experiment_id, table.experiment, table.dataset, table.rule, row.method,
+                              row.multi_starts, row.sample_size, row.collision, initialization, cell.n, cell.solved,
+                              cell.scored, cell.free, Json(cell.free_share), Json(cell.environment_depth_m),
+                              Json(cell.self_depth_m)});
+    }
+  }
+  return listing;
+}
+
+std::string RenderJson(const InterpolationTable& table) {
+  const nlohmann::ordered_json json = {{"experiment_id", table.experiment_id},
+                                       {"experiment", table.experiment},
+                                       {"dataset", table.dataset},
+                                       {"rule", table.rule},
+                                       {"cells", ListingToJson(Unrounded(table))}};
+  return JsonText(json) + "\n";
+}
+
+}  // namespace
+
+bool InterpolationTable::shows_collision() const {
+  return std::any_of(rows.begin(), rows.end(), [this](const auto& row) { return row.collision != rows[0].collision; });
+}
+
+std::string InterpolationCellsSql(std::int64_t experiment_id, const std::string& rule) {
+  return "SELECT b.*, e.name AS experiment FROM interpolation_cells AS b JOIN experiments AS e USING (experiment_id) "
+         "WHERE b.experiment_id = " +
+         std::to_string(experiment_id) + " AND rule = '" + (rule == "strict" ? "strict" : "literal") +
+         "' ORDER BY (SELECT min(cell_id) FROM cells AS c WHERE c.experiment_id = b.experiment_id AND "
+         "c.method_id = b.method_id), initialization";
+}
+
+InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t experiment_id, const std::string& rule) {
+  InterpolationTable table;
+  table.experiment_id = experiment_id;
+  table.rule = rule;
+  std::vector<std::int64_t> method_ids;  // of the rows
+  for (std::size_t i = 0; i < cells.rows.size(); ++i) {
+    const auto integer = [&](const char* column) { return cells.At(i, column).get<std::int64_t>(); };
+    const auto text = [&](const char* column) { return cells.At(i, column).get<std::string>(); };
+    table.experiment = text("experiment");
+    if (method_ids.empty() || method_ids.back() != integer("method_id")) {
+      method_ids.push_back(integer("method_id"));
+      table.rows.push_back({text("method"), integer("multi_starts"), integer("sample_size"), text("collision"), {}});
+    }
+    table.rows.back().cells[text("initialization")] = {integer("n"),
+                                                       integer("solved"),
+                                                       integer("scored"),
+                                                       integer("free"),
+                                                       OptionalNumber(cells.At(i, "free_share")),
+                                                       OptionalNumber(cells.At(i, "environment_depth_m")),
+                                                       OptionalNumber(cells.At(i, "self_depth_m"))};
+  }
+  TellRowsApart(method_ids, &table.rows);
+  return table;
+}
+
+std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format, const TextLayout& layout) {
+  switch (format) {
+    case TableFormat::kText:
+      return RenderText(Group(table), layout);
+    case TableFormat::kMarkdown:
+      return RenderMarkdown(Group(table));
+    case TableFormat::kLatex:
+      return RenderLatex(Group(table));
+    case TableFormat::kCsv:
+      return RenderListing(Unrounded(table), ListingFormat::kCsv);
+    case TableFormat::kJson:
+      return RenderJson(table);
+  }
+  return {};
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/report/text_layout.h"
+
+namespace legopt::client {
+
+/// The forms in which every listing can be printed.
+enum class ListingFormat { kText, kMarkdown, kCsv, kJson };
+
+/// A rectangular query result: what commands such as `list`, `status` and `query` print.
+/// A cell is a JSON scalar: null, boolean, number or string.
+struct Listing {
+  std::vector<std::string> columns;
+  std::vector<std::vector<nlohmann::json>> rows;  ///< each as long as `columns`
+  bool truncated = false;                         ///< more rows exist than were read
+
+  /// Index of a column; throws std::out_of_range naming it when it does not exist.
+  std::size_t Column(std::string_view name) const;
+  /// The cell of a row by column name.
+  const nlohmann::json& At(std::size_t row, std::string_view column) const;
+};
+
+/// Renders a listing, with a final newline.
+/// * text: aligned columns, numbers to the right with at most six significant digits, "-" for null. A row is one line
+///   unless `layout` limits the width. Then, as far as needed: columns that are the same in all rows are said once,
+///   above; long texts take several lines of their column; a row takes up to three lines, as do the titles; each value
+///   stands in a line of its own. Numbers are never broken, nothing is left out. With colour, jobs that are dead or
+///   failed, and counts of them, are red;
+/// * Markdown: the same cells as a pipe table;
+/// * CSV: RFC 4180 with a header line, full precision, empty for null;
+/// * JSON: an array of objects, full precision; a column name that occurs twice gets the suffix "_2".
+std::string RenderListing(const Listing& listing, ListingFormat format, const TextLayout& layout = {});
+
+/// One row as lines "name  value", values of several lines indented; null and empty values are left out.
+std::string RenderFields(const Listing& listing, std::size_t row, const TextLayout& layout = {});
+
+/// Only these columns, in this order. Throws ClientError (kUsage) that names one that does not exist and its nearest.
+Listing KeepColumns(const Listing& listing, const std::vector<std::string>& columns);
+
+/// The rows as an array of JSON objects, as RenderListing prints them.
+nlohmann::ordered_json ListingToJson(const Listing& listing);
+
+/// A listing from an array of JSON objects: one column per key, first those of `leading` that occur, in that order,
+/// then the others; absent keys are null and nested values are shown as JSON text.
+Listing ListingFromJson(const nlohmann::json& array, const std::vector<std::string>& leading = {});
+
+/// RFC 4180: quoted only when needed.
+std::string CsvField(std::string_view text);
+
+/// A cell as text and Markdown show it.
+std::string ShownValue(const nlohmann::json& value);
+
+/// Which columns hold nothing but numbers and nulls.
+std::vector<bool> NumericColumns(const Listing& listing);
+
+/// Columns padded to equal width and separated by two spaces; widths are those of the terminal.
+/// `right_aligned[i]` tells the side; no space at line ends.
+std::string AlignColumns(std::span<const std::vector<std::string>> lines, const std::vector<bool>& right_aligned);
+
+/// Lines of equally many columns, left-aligned; the last column is broken so that `width` holds (0: no limit), but into
+/// no less than half of it.
+std::string AlignSentences(std::span<const std::vector<std::string>> lines, std::size_t width);
+
+}  // namespace legopt::client

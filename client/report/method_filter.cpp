@@ -1,0 +1,98 @@
+#include "client/report/method_filter.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+#include "client/client_error.h"
+#include "legopt/nearest_name.h"
+#include "programs/checks.h"
+
+namespace legopt::client {
+namespace {
+
+std::string Lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+// A cell as people write it.
+std::string TextOf(const nlohmann::json& cell) { return cell.is_string() ? cell.get<std::string>() : cell.dump(); }
+
+struct Wanted {
+  const char* column;
+  const char* flag;
+  std::optional<std::string> value;
+};
+
+std::optional<std::string> TextOf(const std::optional<std::int64_t>& number) {
+  return number ? std::optional(std::to_string(*number)) : std::nullopt;
+}
+
+}  // namespace
+
+void AddMethodFilterOptions(CLI::App& command, MethodFilter* filter) {
+  constexpr std::int64_t kMost = 1'000'000;
+  command.add_option("--method", filter->method, "Only methods of this name");
+  command.add_option("--multi-starts", filter->multi_starts, "Only methods with this number of restarts")
+      ->check(programs::WholeNumber(0, kMost));
+  command.add_option("--sample-size", filter->sample_size, "Only methods with this sample size, in percent")
+      ->check(programs::WholeNumber(1, 100));
+  command.add_option("--collision", filter->collision, "Only methods with this model: solid or surface")
+      ->check(programs::OneOf({"solid", "surface"}));
+}
+
+ExperimentMethods::ExperimentMethods(ResultSource& source, std::int64_t experiment_id)
+    : methods_(source.Query("SELECT DISTINCT m.method_id, m.name AS method, m.multi_starts, m.sample_size, "
+                            "m.incremental, m.collision FROM cells AS c JOIN methods AS m USING (method_id) WHERE "
+                            "c.experiment_id = " +
+                            std::to_string(experiment_id) + " ORDER BY m.method_id")),
+      experiment_id_(experiment_id) {}
+
+// One flag after the other, so that the one that fits nothing is named, with what there is at that point.
+std::string ExperimentMethods::Condition(const MethodFilter& filter) const {
+  std::vector<std::size_t> kept(methods_.rows.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = i;
+  const Wanted wanted[] = {{"method", "--method", filter.method},
+                           {"multi_starts", "--multi-starts", TextOf(filter.multi_starts)},
+                           {"sample_size", "--sample-size", TextOf(filter.sample_size)},
+                           {"collision", "--collision", filter.collision}};
+  std::string so_far;
+  for (const auto& [column, flag, value] : wanted) {
+    if (!value) continue;
+    std::vector<std::string> known;
+    std::vector<std::size_t> fitting;
+    for (const std::size_t row : kept) {
+      const std::string text = TextOf(methods_.At(row, column));
+      if (std::find(known.begin(), known.end(), text) == known.end()) known.push_back(text);
+      if (Lower(text) == Lower(*value)) fitting.push_back(row);
+    }
+    if (fitting.empty()) {
+      throw ClientError(ExitCode::kUsage, std::string(flag) + " " + *value + ": experiment " +
+                                              std::to_string(experiment_id_) + " has no such method" + so_far + "; " +
+                                              SuggestName(*value, known));
+    }
+    kept = std::move(fitting);
+    so_far += std::string(so_far.empty() ? " among those of " : ", ") + flag + " " + *value;
+  }
+  if (so_far.empty()) return {};
+  std::string ids;
+  for (const std::size_t row : kept) ids += (ids.empty() ? "" : ", ") + methods_.At(row, "method_id").dump();
+  return "method_id IN (" + ids + ")";
+}
+
+std::vector<std::string> ExperimentMethods::TellingColumns() const {
+  std::vector<std::string> columns;
+  for (const char* column : {"multi_starts", "sample_size", "incremental", "collision"}) {
+    std::set<std::string> names, values;
+    for (std::size_t i = 0; i < methods_.rows.size(); ++i) {
+      names.insert(TextOf(methods_.At(i, "method")));
+      values.insert(TextOf(methods_.At(i, "method")) + '\0' + TextOf(methods_.At(i, column)));
+    }
+    if (values.size() > names.size()) columns.emplace_back(column);
+  }
+  return columns;
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,118 @@
+#include "client/report/pager.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <iostream>
+#include <vector>
+
+namespace legopt::client {
+namespace {
+
+constexpr char kUsualPager[] = "less -FRX";
+constexpr std::array<int, 3> kSignals = {SIGPIPE, SIGINT, SIGQUIT};
+
+// While a pager has the terminal: one that ends early must not end us, and keys such as Ctrl-C are its own.
+class SignalsLeftToThePager {
+ public:
+  SignalsLeftToThePager() {
+    struct sigaction ignore {};
+    ignore.sa_handler = SIG_IGN;
+    for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &ignore, &previous_[i]);
+  }
+  ~SignalsLeftToThePager() {
+    for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &previous_[i], nullptr);
+  }
+  SignalsLeftToThePager(const SignalsLeftToThePager&) = delete;
+  SignalsLeftToThePager& operator=(const SignalsLeftToThePager&) = delete;
+
+ private:
+  std::array<struct sigaction, kSignals.size()> previous_{};
+};
+
+std::vector<std::string> PagerEnvironment() {
+  std::vector<std::string> environment;
+  for (char** entry = environ; *entry != nullptr; ++entry) environment.emplace_back(*entry);
+  if (std::getenv("LESS") == nullptr) environment.emplace_back("LESS=FRX");
+  return environment;
+}
+
+std::vector<char*> Pointers(std::vector<std::string>& texts) {
+  std::vector<char*> pointers;
+  for (auto& text : texts) pointers.push_back(text.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+// Starts the pager with `input` as its standard input; -1 when that cannot be.
+pid_t Start(const std::string& command, int input) {
+  std::vector<std::string> words = {"/bin/sh", "-c", command};
+  if (command == kUsualPager) words = {"less", "-FRX"};  // without a shell, which would complain that there is none
+  std::vector<std::string> environment = PagerEnvironment();
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+  posix_spawnattr_t attributes;
+  ::posix_spawnattr_init(&attributes);
+  sigset_t usual;
+  ::sigemptyset(&usual);
+  for (const int number : kSignals) ::sigaddset(&usual, number);
+  ::posix_spawnattr_setsigdefault(&attributes, &usual);
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
+  pid_t pid = -1;
+  if (::posix_spawnp(&pid, words.front().c_str(), &actions, &attributes, Pointers(words).data(),
+                     Pointers(environment).data()) != 0) {
+    pid = -1;
+  }
+  ::posix_spawnattr_destroy(&attributes);
+  ::posix_spawn_file_actions_destroy(&actions);
+  return pid;
+}
+
+void WriteAll(int descriptor, const std::string& text) {
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t count = ::write(descriptor, text.data() + done, text.size() - done);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return;  // the reader has seen enough
+    done += static_cast<std::size_t>(count);
+  }
+}
+
+// Whether there was a pager: 126 and 127 are the shell's words for a command that it cannot run or find.
+bool WaitForEnd(pid_t pid) {
+  constexpr int kNotExecutable = 126, kNotFound = 127;
+  int status = 0;
+  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  return !WIFEXITED(status) || (WEXITSTATUS(status) != kNotExecutable && WEXITSTATUS(status) != kNotFound);
+}
+
+}  // namespace
+
+std::string ChoosePager(const Environment& environment) {
+  for (const char* name : {"LEGOPT_PAGER", "PAGER"}) {
+    const char* const value = environment(name);
+    if (value != nullptr) return std::string(value) == "cat" ? "" : value;
+  }
+  return kUsualPager;
+}
+
+bool ShowInPager(const std::string& text, const std::string& command) {
+  std::array<int, 2> ends{};
+  if (command.empty() || ::pipe2(ends.data(), O_CLOEXEC) != 0) return false;
+  std::cout.flush();
+  const SignalsLeftToThePager signals;
+  const pid_t pid = Start(command, ends[0]);
+  ::close(ends[0]);
+  if (pid > 0) WriteAll(ends[1], text);
+  ::close(ends[1]);
+  return pid > 0 && WaitForEnd(pid);
+}
+
+}  // namespace legopt::client

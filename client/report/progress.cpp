@@ -1,0 +1,179 @@
+#include "client/report/progress.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+namespace legopt::client {
+namespace {
+
+constexpr int kMinBarWidth = 10;
+constexpr int kMaxBarWidth = 40;
+constexpr Seconds kMinEvidence{0.2};  // a shorter stretch gives no honest rate
+
+std::string FormatRate(double jobs_per_s) {
+  constexpr double kSecondsPerMinute = 60;
+  char text[48];
+  if (jobs_per_s >= 100) {
+    std::snprintf(text, sizeof(text), "%.0f jobs/s", jobs_per_s);
+  } else if (jobs_per_s >= 1) {
+    std::snprintf(text, sizeof(text), "%.1f jobs/s", jobs_per_s);
+  } else {
+    std::snprintf(text, sizeof(text), "%.1f jobs/min", jobs_per_s * kSecondsPerMinute);
+  }
+  return text;
+}
+
+std::string Counts(const ExperimentStatus& status) {
+  std::string text = std::to_string(status.finished()) + "/" + std::to_string(status.total);
+  text += "  " + std::to_string(status.solved) + " solved";
+  if (status.dead > 0) text += "  " + std::to_string(status.dead) + " dead";
+  if (status.failed > 0) text += "  " + std::to_string(status.failed) + " cannot run";
+  if (status.cancelled > 0) text += "  " + std::to_string(status.cancelled) + " cancelled";
+  return text;
+}
+
+// "windows 3/40, 7/61": how far the motions under way are. Postures are too short to be told.
+std::string Windows(const ExperimentStatus& status) {
+  constexpr int kMostShown = 4;
+  std::string text;
+  int motions = 0;
+  for (const RunningJob& job : status.running) {
+    if (job.task != "motion" || ++motions > kMostShown) continue;
+    text += (motions == 1 ? "windows " : ", ") + std::to_string(job.done) + "/" + std::to_string(job.total);
+  }
+  if (motions > kMostShown) text += ", +" + std::to_string(motions - kMostShown);
+  return text;
+}
+
+std::string Estimate(const ExperimentStatus& status) {
+  if (status.finished() >= status.total) return {};
+  return "ETA " + (status.eta_s ? FormatDuration(Seconds(*status.eta_s)) : std::string("-"));
+}
+
+// Whether there were long stretches without work.
+bool HadLongBreaks(const ExperimentStatus& status) {
+  constexpr double kUsualShare = 0.8, kUsual_s = 5;
+  return status.worked_s && *status.worked_s < kUsualShare * status.elapsed_s - kUsual_s;
+}
+
+std::string WithTenths(Seconds duration) {
+  constexpr Seconds kMinute{60};
+  if (duration >= kMinute) return FormatDuration(duration);
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f s", duration.count());
+  return text;
+}
+
+std::string Bar(std::int64_t finished, std::int64_t total, int width) {
+  const double share = total > 0 ? static_cast<double>(finished) / static_cast<double>(total) : 1.0;
+  // Floor: only a complete experiment shows a full bar.
+  const int filled = std::clamp(static_cast<int>(std::floor(share * width)), 0, width);
+  std::string bar(static_cast<std::size_t>(filled), '=');
+  if (filled < width) bar += '>';
+  bar.resize(static_cast<std::size_t>(width), ' ');
+  return "[" + bar + "]";
+}
+
+std::string Join(const std::vector<std::string>& parts) {
+  std::string text;
+  for (const auto& part : parts) {
+    if (!part.empty()) text += (text.empty() ? "" : "  ") + part;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::optional<double> PaceMeter::Observe(Seconds now, const ExperimentStatus& status) {
+  const std::int64_t finished = status.finished();
+  if (!status.waiting_for.empty()) {
+    working_ = false;
+    observations_ = {{now, finished}};
+    return std::nullopt;
+  }
+  const bool progress = !observations_.empty() && finished > observations_.front().finished;
+  if (!working_ && !progress) observations_.clear();
+  working_ = working_ || progress || status.leased > 0;
+  observations_.push_back({now, finished});
+  while (observations_.size() > 2 && now - observations_[1].time >= window_) observations_.pop_front();
+  const Observation& then = observations_.front();
+  const Seconds stretch = now - then.time;
+  if (stretch < kMinEvidence || finished <= then.finished) return std::nullopt;
+  return static_cast<double>(finished - then.finished) / stretch.count();
+}
+
+std::string StandstillNote::Observe(Seconds now, const ExperimentStatus& status) {
+  if (status.over() || status.waiting_for.empty()) {
+    since_.reset();
+    return {};
+  }
+  if (!since_) since_ = now;
+  return now - *since_ >= patience_ ? status.waiting_for : std::string();
+}
+
+std::string FormatDuration(Seconds duration) {
+  constexpr long long kMinute = 60, kHour = 3600;
+  constexpr double kLongest_s = 3.6e9;
+  const long long seconds = std::llround(std::clamp(duration.count(), 0.0, kLongest_s));
+  char text[48];
+  if (seconds >= kHour) {
+    std::snprintf(text, sizeof(text), "%lld:%02lld:%02lld", seconds / kHour, seconds % kHour / kMinute,
+                  seconds % kMinute);
+  } else {
+    std::snprintf(text, sizeof(text), "%lld:%02lld", seconds / kMinute, seconds % kMinute);
+  }
+  return text;
+}
+
+std::string FormatElapsed(const ExperimentStatus& status) {
+  if (HadLongBreaks(status)) return FormatDuration(Seconds(*status.worked_s)) + " of work";
+  return FormatDuration(Seconds(status.elapsed_s));
+}
+
+std::string RenderProgressBar(const ExperimentStatus& status, std::optional<double> jobs_per_s, const std::string& note,
+                              int width) {
+  const auto limit = static_cast<std::size_t>(std::max(width, 0));
+  const std::string counts = Counts(status);
+  const std::string elapsed = FormatElapsed(status);
+  const std::string windows = Windows(status);
+  const std::string short_note = note.substr(0, note.find(';'));
+  const std::string rate = jobs_per_s && note.empty() ? FormatRate(*jobs_per_s) : "";
+  const std::string end = note.empty() ? Estimate(status) : short_note;
+  // From complete to bare; the first one that fits is taken.
+  std::vector<std::string> variants = {Join({counts, windows, rate, elapsed, end}), Join({counts, windows, rate, end}),
+                                       Join({counts, windows, end}), Join({counts, end})};
+  if (!note.empty()) variants.insert(variants.begin(), Join({counts, windows, elapsed, note}));
+  constexpr std::size_t kBrackets = 3;  // "[", "]" and the space after
+  for (const auto& text : variants) {
+    if (text.size() + kBrackets + kMinBarWidth > limit) continue;
+    const int bar = std::min<int>(kMaxBarWidth, static_cast<int>(limit - text.size() - kBrackets));
+    return Bar(status.finished(), status.total, bar) + " " + text;
+  }
+  for (const auto& text : {variants.back(), counts}) {
+    if (text.size() <= limit || !note.empty()) return text.substr(0, limit);
+  }
+  return counts.substr(0, limit);
+}
+
+std::string RenderProgressLine(const ExperimentStatus& status, std::optional<double> jobs_per_s,
+                               const std::string& note) {
+  const std::string rate = jobs_per_s && note.empty() ? FormatRate(*jobs_per_s) : "";
+  return Join({"experiment " + std::to_string(status.id) + ":", Counts(status), Windows(status), rate,
+               FormatElapsed(status), note.empty() ? Estimate(status) : note});
+}
+
+std::string RenderSummary(const ExperimentStatus& status) {
+  std::string text = std::to_string(status.finished()) + " of " + std::to_string(status.total) + " jobs in " +
+                     WithTenths(Seconds(status.elapsed_s));
+  if (HadLongBreaks(status)) text += " (" + WithTenths(Seconds(*status.worked_s)) + " of work)";
+  text +=
+      ": " + std::to_string(status.solved) + " solved, " + std::to_string(status.done - status.solved) + " not solved";
+  if (status.dead > 0) text += ", " + std::to_string(status.dead) + " dead";
+  if (status.failed > 0) text += ", " + std::to_string(status.failed) + " could not run";
+  if (status.cancelled > 0) text += ", " + std::to_string(status.cancelled) + " cancelled";
+  return text;
+}
+
+}  // namespace legopt::client

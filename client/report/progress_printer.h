@@ -1,0 +1,46 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "client/report/progress.h"
+#include "client/report/watch_view.h"
+#include "client/service/experiment_status.h"
+
+namespace legopt::client {
+
+/// Shows progress on standard error: one line that renews itself on a terminal, otherwise a plain line at the start,
+/// whenever a tenth of the jobs more has finished, when it begins or ceases to stand still, at least every
+/// `kQuietPeriod` while something changes (`kWaitingPeriod` while it stands still), and at the end.
+class ProgressPrinter final : public WatchView {
+ public:
+  ProgressPrinter();
+  /// Leaves the terminal on a fresh line.
+  ~ProgressPrinter() override;
+  ProgressPrinter(const ProgressPrinter&) = delete;
+  ProgressPrinter& operator=(const ProgressPrinter&) = delete;
+
+  void Show(const ExperimentStatus& status) override;
+  void ServerSilent(Seconds silence, Seconds patience) override;
+  void ServerBack() override;
+  /// Ends the renewed line, so that something else may be printed. The next Show starts another one.
+  void Break() override;
+
+ private:
+  static constexpr Seconds kQuietPeriod{10};
+  static constexpr Seconds kWaitingPeriod{60};
+  bool DueAsLine(const ExperimentStatus& status, const std::string& note) const;
+  Seconds elapsed() const;
+
+  bool terminal_;
+  bool line_open_ = false;
+  std::chrono::steady_clock::time_point start_;
+  PaceMeter meter_;
+  StandstillNote standstill_;
+  std::optional<ExperimentStatus> last_;
+  std::string last_note_;
+  Seconds last_time_{0};
+};
+
+}  // namespace legopt::client

@@ -1,0 +1,42 @@
+#include "client/report/reading.h"
+
+#include "client/client_error.h"
+
+namespace legopt::client {
+namespace {
+
+// Keeps the rows of one collision model.
+template <class Table>
+void KeepCollision(const TableSelection& selection, const ExperimentInfo& experiment, Table* table) {
+  if (!selection.collision) return;
+  std::erase_if(table->rows, [&](const auto& row) { return row.collision != *selection.collision; });
+  if (!table->rows.empty()) return;
+  throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) + " has no method with collision " +
+                                          *selection.collision);
+}
+
+}  // namespace
+
+BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection) {
+  const ExperimentInfo experiment = FindExperiment(source, selection.experiment);
+  auto table = BuildBenchmarkTable(source.Query(BenchmarkCellsSql(experiment.id, selection.rule)), experiment.id,
+                                   selection.rule);
+  table.dataset = experiment.dataset_name;
+  KeepCollision(selection, experiment, &table);
+  return table;
+}
+
+InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelection& selection) {
+  const ExperimentInfo experiment = FindExperiment(source, selection.experiment);
+  auto table = BuildInterpolationTable(source.Query(InterpolationCellsSql(experiment.id, selection.rule)),
+                                       experiment.id, selection.rule);
+  if (table.rows.empty()) {
+    throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) +
+                                            " has no motions; only these have an interpolation");
+  }
+  table.dataset = experiment.dataset_name;
+  KeepCollision(selection, experiment, &table);
+  return table;
+}
+
+}  // namespace legopt::client

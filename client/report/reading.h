@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "client/report/benchmark_table.h"
+#include "client/report/interpolation_table.h"
+#include "client/report/result_source.h"
+
+namespace legopt::client {
+
+/// Which table to read.
+struct TableSelection {
+  std::optional<std::int64_t> experiment;  ///< default: the newest
+  std::string rule = "literal";            ///< or "strict"
+  std::optional<std::string> collision;    ///< only methods with this collision model
+};
+
+/// The benchmark table of an experiment. Errors as of FindExperiment, and ClientError (kUsage) when no method has the
+/// collision model.
+BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection);
+
+/// The interpolation of its motions; the same errors, and one when it has none.
+InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelection& selection);
+
+}  // namespace legopt::client

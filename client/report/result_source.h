@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/report/listing.h"
+#include "client/service/server_connection.h"
+
+namespace legopt::client {
+
+/// Where results are read from: a database file (with `db`), else the running server.
+struct SourceOptions {
+  std::optional<std::string> db;
+  NetworkOptions network;
+};
+
+/// Read-only SQL over results. Errors: ClientError (see ServerConnection), db::StoreError for files, bus::BusError.
+/// A wrong statement is a ClientError with kUsage in both cases.
+class ResultSource {
+ public:
+  virtual ~ResultSource() = default;
+  /// Runs one SELECT. Blobs come as upper-case hex text. `limit_s` bounds its time: (0, kLongestLimit_s] at a server,
+  /// 0 for none with a file.
+  virtual Listing Query(const std::string& sql, int max_rows, double limit_s) = 0;
+  Listing Query(const std::string& sql, int max_rows) { return Query(sql, max_rows, kDefaultLimit_s); }
+  Listing Query(const std::string& sql) { return Query(sql, kAllRows); }
+
+  /// How to name this source in a follow-up command: " --db FILE", or empty for the server.
+  virtual std::string flags() const = 0;
+
+  static constexpr int kAllRows = 1'000'000;
+  static constexpr double kDefaultLimit_s = 30;
+  static constexpr double kLongestLimit_s = 3600;
+};
+
+std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options);
+
+/// A text as an SQL literal.
+std::string SqlText(const std::string& text);
+
+/// The experiment a command is about: the one asked for, or the newest. Throws ClientError (kUsage) when there is none
+/// or no such one.
+struct ExperimentInfo {
+  std::int64_t id = 0;
+  std::string name;
+  std::string state;
+  std::string dataset_name;
+  std::string dataset_hash;
+};
+ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> id);
+
+}  // namespace legopt::client

@@ -1,0 +1,162 @@
+#include "client/service/child_process.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "client/client_error.h"
+
+namespace legopt::client {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::milliseconds kPollInterval{20};
+constexpr int kCannotStart = 127;
+constexpr std::size_t kKeptOutputBytes = 4096;
+constexpr off_t kTailBytes = 2000;
+
+[[noreturn]] void Fail(const std::filesystem::path& program, const std::string& what) {
+  throw ClientError(ExitCode::kMachine, "cannot start " + program.string() + ": " + what);
+}
+
+// Runs between fork and exec: only calls that are safe there.
+[[noreturn]] void BecomeProgram(char* const* arguments, pid_t parent, int output, int error) {
+  ::setpgid(0, 0);
+  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (::getppid() != parent) ::_exit(kCannotStart);  // the parent died before the line above
+  sigset_t none;
+  ::sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) ::signal(number, SIG_DFL);
+  const int input = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  if (input >= 0) ::dup2(input, STDIN_FILENO);
+  ::dup2(output, STDOUT_FILENO);
+  if (error >= 0) ::dup2(error, STDERR_FILENO);
+  ::execv(arguments[0], arguments);
+  ::_exit(kCannotStart);
+}
+
+}  // namespace
+
+std::string ChildExit::Describe() const {
+  if (signal == 0) return "exit code " + std::to_string(code);
+  return "signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")";
+}
+
+ChildProcess::ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                           bool quiet) {
+  if (::access(program.c_str(), X_OK) != 0)
+    Fail(program, std::string(std::strerror(errno)) + "; build or install it beside legopt");
+  std::array<int, 2> pipe{};
+  if (::pipe2(pipe.data(), O_CLOEXEC) != 0) Fail(program, std::strerror(errno));
+  if (quiet) error_fd_ = ::memfd_create("legopt-child-errors", MFD_CLOEXEC);
+  if (error_fd_ >= 0) ::fcntl(error_fd_, F_SETFL, O_APPEND);
+
+  std::vector<std::string> texts = {program.string()};
+  texts.insert(texts.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (auto& text : texts) argv.push_back(text.data());
+  argv.push_back(nullptr);
+
+  const pid_t parent = ::getpid();
+  pid_ = ::fork();
+  if (pid_ == 0) BecomeProgram(argv.data(), parent, pipe[1], error_fd_);
+  const int fork_error = errno;
+  ::close(pipe[1]);
+  output_fd_ = pipe[0];
+  if (pid_ < 0) {
+    ::close(output_fd_);
+    if (error_fd_ >= 0) ::close(error_fd_);
+    Fail(program, std::strerror(fork_error));
+  }
+  ::fcntl(output_fd_, F_SETFL, O_NONBLOCK);
+}
+
+ChildProcess::~ChildProcess() {
+  constexpr std::chrono::milliseconds kGrace{2000};
+  Stop(kGrace);
+  ::close(output_fd_);
+  if (error_fd_ >= 0) ::close(error_fd_);
+}
+
+void ChildProcess::DrainOutput() {
+  std::array<char, 4096> buffer{};
+  for (;;) {
+    const ssize_t count = ::read(output_fd_, buffer.data(), buffer.size());
+    if (count <= 0) break;
+    output_.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+  if (output_.size() > kKeptOutputBytes) output_.erase(0, output_.size() - kKeptOutputBytes);
+}
+
+std::optional<ChildExit> ChildProcess::Poll() {
+  DrainOutput();
+  if (exit_) return exit_;
+  int status = 0;
+  const pid_t result = ::waitpid(pid_, &status, WNOHANG);
+  if (result == pid_) {
+    exit_ = WIFSIGNALED(status) ? ChildExit{0, WTERMSIG(status)} : ChildExit{WEXITSTATUS(status), 0};
+    DrainOutput();
+  }
+  return exit_;
+}
+
+bool ChildProcess::WaitForLine(const std::string& word, std::chrono::milliseconds timeout, bool (*give_up)()) {
+  const auto deadline = Clock::now() + timeout;
+  for (;;) {
+    const bool ended = Poll().has_value();
+    const auto found = output_.find(word);
+    if (found != std::string::npos && output_.find('\n', found) != std::string::npos) return true;
+    if (ended || Clock::now() >= deadline || (give_up != nullptr && give_up())) return false;
+    pollfd descriptor{output_fd_, POLLIN, 0};
+    // A closed pipe is always readable: do not spin until the child is reaped.
+    if (::poll(&descriptor, 1, static_cast<int>(kPollInterval.count())) > 0 && (descriptor.revents & POLLHUP) != 0) {
+      ::poll(nullptr, 0, 1);
+    }
+  }
+}
+
+std::optional<ChildExit> ChildProcess::Wait(std::chrono::milliseconds timeout, bool (*give_up)()) {
+  const auto deadline = Clock::now() + timeout;
+  while (!Poll()) {
+    if (Clock::now() >= deadline || (give_up != nullptr && give_up())) return std::nullopt;
+    ::poll(nullptr, 0, static_cast<int>(kPollInterval.count()));
+  }
+  return exit_;
+}
+
+void ChildProcess::Signal(int number) {
+  if (!Poll()) ::kill(pid_, number);
+}
+
+ChildExit ChildProcess::Stop(std::chrono::milliseconds grace, bool (*give_up)()) {
+  Signal(SIGTERM);
+  if (!Wait(grace, give_up)) {
+    Signal(SIGKILL);
+    while (!Poll()) ::poll(nullptr, 0, static_cast<int>(kPollInterval.count()));
+  }
+  return *exit_;
+}
+
+std::string ChildProcess::ErrorTail() const {
+  if (error_fd_ < 0) return {};
+  const off_t size = ::lseek(error_fd_, 0, SEEK_END);
+  const off_t start = std::max<off_t>(0, size - kTailBytes);
+  std::string text(static_cast<std::size_t>(std::max<off_t>(0, size - start)), '\0');
+  const ssize_t count = ::pread(error_fd_, text.data(), text.size(), start);
+  text.resize(static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+  if (start > 0) text.erase(0, text.find('\n') + 1);
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  return text;
+}
+
+}  // namespace legopt::client

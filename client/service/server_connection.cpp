@@ -1,0 +1,153 @@
+#include "client/service/server_connection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <legopt_msg/cancel_request.hpp>
+#include <legopt_msg/probe_request.hpp>
+#include <legopt_msg/query_reply.hpp>
+#include <legopt_msg/query_request.hpp>
+#include <legopt_msg/status_reply.hpp>
+#include <legopt_msg/status_request.hpp>
+#include <memory>
+#include <utility>
+
+#include "bus/typed_calls.h"
+#include "client/client_error.h"
+#include "client/service/experiment_status.h"
+#include "client/service/interrupt.h"
+#include "client/service/submit_call.h"
+
+namespace legopt::client {
+namespace {
+
+using std::chrono::microseconds;
+// A large query or submission may keep a reachable server busy; whether it is reachable is asked first, by a probe.
+constexpr microseconds kWorkTimeout = std::chrono::seconds(120);
+constexpr microseconds kLongestCall = std::chrono::hours(1);
+constexpr microseconds kPollSlice = std::chrono::milliseconds(100);
+constexpr microseconds kTickInterval = std::chrono::milliseconds(500);
+constexpr int kReplyOk = 0;
+constexpr int kSubmitRefused = 2;
+
+microseconds ToMicroseconds(double seconds) {
+  return std::chrono::duration_cast<microseconds>(std::chrono::duration<double>(seconds));
+}
+
+}  // namespace
+
+ServerConnection::ServerConnection(const NetworkOptions& options)
+    : options_(options.Resolve()),
+      transport_(options_),
+      endpoint_(transport_, bus::RandomEndpointId(), bus::RandomSeed()),
+      timeout_(ToMicroseconds(options.timeout_s)) {}
+
+ServerConnection::~ServerConnection() = default;
+
+std::string ServerConnection::address() const { return options_.group + ":" + std::to_string(options_.port); }
+
+template <class Request>
+typename bus::CallOf<Request>::Reply ServerConnection::Ask(Request request, microseconds timeout) {
+  using Outcome = bus::CallOutcome<typename bus::CallOf<Request>::Reply>;
+  const auto outcome = std::make_shared<std::optional<Outcome>>();
+  bus::CallOptions call;
+  call.timeout = timeout;
+  const auto id = bus::CallMessage(endpoint_, bus::kServer, std::move(request), call,
+                                   [outcome](Outcome&& reply) { *outcome = std::move(reply); });
+  try {
+    Await([&] { return outcome->has_value(); }, {});
+  } catch (const ClientError&) {
+    endpoint_.Abandon(id);
+    throw;
+  }
+  return Answer(std::move(**outcome));
+}
+
+// A tick may leave by an exception before the answer comes.
+void ServerConnection::Await(const std::function<bool()>& answered, const std::function<void()>& tick) {
+  microseconds next_tick = endpoint_.now() + kTickInterval;
+  while (!answered()) {
+    endpoint_.Poll(kPollSlice);
+    if (!answered() && tick && endpoint_.now() >= next_tick) {
+      tick();
+      next_tick = endpoint_.now() + kTickInterval;
+    }
+    if (!answered() && Interrupted()) throw ClientError(ExitCode::kInterrupted, "interrupted");
+  }
+}
+
+// A server with another key, or with none, takes us for nobody, and is as silent as one that is not there.
+std::string ServerConnection::NobodyAnswers() const {
+  const std::string key = transport_.key() == nullptr
+                              ? std::string()
+                              : "does it have the same key as we have in " + options_.key_file + "? Else ";
+  return "no legopt-server answers at " + address() + "; " + key +
+         "start one ('legopt-server --db results.sqlite'), set --port or LEGOPT_PORT to where it listens, or read a "
+         "database file with --db" +
+         (key.empty() ? ". A server that has a key answers only who has it, too (--key-file)" : "");
+}
+
+template <class Reply>
+Reply ServerConnection::Answer(bus::CallOutcome<Reply> outcome) const {
+  if (outcome.status == bus::CallResult::kTimeout) {
+    throw ClientError(ExitCode::kUnreachable, NobodyAnswers());
+  }
+  if (!outcome.ok()) {
+    throw ClientError(ExitCode::kUsage, "the server at " + address() + " refused the request: " + outcome.error);
+  }
+  return std::move(outcome.reply);
+}
+
+legopt_msg::probe_reply ServerConnection::Probe() {
+  legopt_msg::probe_request request;
+  request.nonce = 0;
+  return Ask(request, timeout_);
+}
+
+legopt_msg::submit_reply ServerConnection::Submit(const std::string& submission_id, const std::string& spec_json,
+                                                  const std::function<void()>& tick) {
+  legopt_msg::submit_request request;
+  request.submission_id = submission_id;
+  request.spec_json = spec_json;
+  const SubmitCall call(endpoint_, std::move(request), {timeout_, kWorkTimeout});
+  Await([&] { return call.outcome().has_value(); }, tick);
+  auto reply = Answer(*call.outcome());
+  if (reply.status == kSubmitRefused) {
+    throw ClientError(ExitCode::kUsage, "the server refused the experiment: " + reply.message);
+  }
+  return reply;
+}
+
+nlohmann::json ServerConnection::Status(std::int64_t experiment_id) {
+  legopt_msg::status_request request;
+  request.experiment_id = experiment_id;
+  return ParseStatusText(Ask(request, timeout_).json);
+}
+
+nlohmann::json ServerConnection::Query(const std::string& sql, int max_rows, double limit_s) {
+  Probe();
+  legopt_msg::query_request request;
+  request.sql = "/*+ MAX_EXECUTION_TIME(" + std::to_string(std::llround(limit_s * 1e3)) + ") */ " + sql;
+  request.max_rows = max_rows;
+  // Others may be answered first.
+  const auto reply = Ask(request, std::min(std::max(timeout_, ToMicroseconds(limit_s) + kWorkTimeout), kLongestCall));
+  constexpr std::int32_t kStopped = 2;
+  if (reply.status == kStopped) throw ClientError(ExitCode::kUnreachable, "query: " + reply.message);
+  if (reply.status != kReplyOk) throw ClientError(ExitCode::kUsage, "query: " + reply.message);
+  auto json = nlohmann::json::parse(reply.json, nullptr, false);
+  if (!json.is_object() || !json.contains("columns") || !json.contains("rows")) {
+    throw ClientError(ExitCode::kInternal, "the server's query result is not understood");
+  }
+  return json;
+}
+
+legopt_msg::control_reply ServerConnection::Control(legopt_msg::control_request request) {
+  return Ask(std::move(request), timeout_);
+}
+
+legopt_msg::cancel_reply ServerConnection::Cancel(std::int64_t experiment_id) {
+  legopt_msg::cancel_request request;
+  request.experiment_id = experiment_id;
+  return Ask(request, timeout_);
+}
+
+}  // namespace legopt::client

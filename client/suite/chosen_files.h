@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "client/suite/suite.h"
+
+namespace legopt::client {
+
+/// A suite as the user names it: a file, or the bare name of an embedded suite ("quick" for data/suites/quick.yaml).
+/// Throws ClientError (kUsage) that lists the embedded suites.
+std::filesystem::path FindSuite(const std::string& name);
+
+/// The dataset to use: the flag if given, else the suite's, else the embedded one.
+std::filesystem::path ChooseDatasetFolder(const std::optional<std::string>& flag, const Suite* suite);
+
+}  // namespace legopt::client

@@ -1,0 +1,191 @@
+#include "client/suite/experiment_spec.h"
+
+#include <pwd.h>
+#include <sodium.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <span>
+
+#include "bus/validate.h"
+#include "client/client_error.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/input_error.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr int kSpecVersion = 1;
+constexpr std::size_t kSubmissionIdBytes = 16;
+
+void StartSodium() {
+  if (sodium_init() < 0) throw ClientError(ExitCode::kInternal, "libsodium cannot start");
+}
+
+std::string Hex(std::span<const unsigned char> bytes) {
+  std::string text(bytes.size() * 2 + 1, '\0');
+  sodium_bin2hex(text.data(), text.size(), bytes.data(), bytes.size());
+  text.pop_back();
+  return text;
+}
+
+std::string IdRange(const std::vector<DatasetFacts::Problem>& problems) {
+  const auto [low, high] =
+      std::minmax_element(problems.begin(), problems.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  return std::to_string(problems.size()) + " problems with ids from " + std::to_string(low->id) + " to " +
+         std::to_string(high->id);
+}
+
+nlohmann::json WallTimeJson(const Suite& suite) {
+  auto times = nlohmann::json::object();
+  for (const auto& task : suite.tasks) times[task.task] = suite.wall_time_s.Of(task.task);
+  const bool same = std::all_of(times.begin(), times.end(), [&](const auto& time) { return time == *times.begin(); });
+  return same ? *times.begin() : times;
+}
+
+// The problems of a task by the suite's selection, in its order.
+std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelection& selection,
+                                          const DatasetFacts& dataset) {
+  const auto& available = selection.task == "posture" ? dataset.posture : dataset.motion;
+  if (available.empty()) {
+    throw InputError({suite.file, "tasks", selection.task, "the dataset '" + dataset.name + "' has no such problems",
+                      "remove the task (--tasks) or choose another dataset"});
+  }
+  if (!selection.problems) return available;
+  std::vector<DatasetFacts::Problem> selected;
+  for (const int id : *selection.problems) {
+    const auto found = std::find_if(available.begin(), available.end(), [&](const auto& p) { return p.id == id; });
+    if (found == available.end()) {
+      throw InputError({suite.file, "problems", std::to_string(id),
+                        "is not a " + selection.task + " problem of the dataset '" + dataset.name + "'",
+                        "it has " + IdRange(available)});
+    }
+    selected.push_back(*found);
+  }
+  return selected;
+}
+
+// Leaves long motions out; a sentence on that, empty when there are none.
+std::string LeaveOutLongMotions(const Suite& suite, std::vector<DatasetFacts::Problem>* problems) {
+  if (!suite.max_stances) return {};
+  const auto erased =
+      std::erase_if(*problems, [&](const auto& p) { return p.waypoints > kWaypointsPerStance * *suite.max_stances; });
+  if (erased == 0) return {};
+  const std::string longer = "longer than " + std::to_string(*suite.max_stances) + " stances (max_stances)";
+  if (problems->empty()) return "no motion is left: all " + std::to_string(erased) + " chosen problems are " + longer;
+  return std::to_string(erased) + " of " + std::to_string(erased + problems->size()) + " motion problems are " + longer;
+}
+
+// The suite's tasks with their problems. A task whose motions are all too long is left out as long as another remains.
+nlohmann::json TasksJson(const Suite& suite, const DatasetFacts& dataset, std::vector<std::string>* left_out) {
+  auto tasks = nlohmann::json::array();
+  for (const TaskSelection& selection : suite.tasks) {
+    auto problems = Select(suite, selection, dataset);
+    const std::string loss = selection.task == "motion" ? LeaveOutLongMotions(suite, &problems) : "";
+    if (!loss.empty() && left_out != nullptr) left_out->push_back(loss);
+    if (problems.empty()) continue;
+    auto ids = nlohmann::json::array(), waypoints = nlohmann::json::array();
+    for (const auto& problem : problems) {
+      ids.push_back(problem.id);
+      waypoints.push_back(problem.waypoints);
+    }
+    tasks.push_back({{"task", selection.task}, {"problems", std::move(ids)}, {"waypoints", std::move(waypoints)}});
+  }
+  if (!tasks.empty()) return tasks;
+  throw InputError({suite.file, "max_stances", std::to_string(suite.max_stances.value_or(0)),
+                    "leaves no motion problem", "raise it, or choose other problems"});
+}
+
+nlohmann::json MethodJson(const Method& method) {
+  return {{"name", method.name},
+          {"hash", method.Hash()},
+          {"options", method.ToJson()},
+          {"multi_starts", method.multi_starts},
+          {"sample_size", method.sample_size_percent},
+          {"incremental", method.incremental}};
+}
+
+nlohmann::json DatasetJson(const DatasetFacts& dataset) {
+  nlohmann::json json{{"name", dataset.name}, {"hash", dataset.hash}};
+  if (!dataset.joint_names.empty()) json["joint_names"] = dataset.joint_names;
+  return json;
+}
+
+std::vector<std::string> JointNames(const RobotModel& robot) {
+  std::vector<std::string> names;
+  for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+    names.push_back(robot.joints()[static_cast<std::size_t>(robot.dof_joint(dof))].name);
+  }
+  return names;
+}
+
+std::vector<DatasetFacts::Problem> ProblemFacts(const std::vector<ProblemDefinition>& problems) {
+  std::vector<DatasetFacts::Problem> facts;
+  facts.reserve(problems.size());
+  for (const auto& problem : problems) facts.push_back({problem.id, NumWaypoints(problem)});
+  return facts;
+}
+
+}  // namespace
+
+DatasetFacts FactsOf(const Dataset& dataset) {
+  return {dataset.name(), dataset.content_hash(), ProblemFacts(dataset.problems(Task::kPosture)),
+          ProblemFacts(dataset.problems(Task::kMotion)), JointNames(dataset.robot())};
+}
+
+nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset, std::vector<std::string>* left_out) {
+  auto methods = nlohmann::json::array();
+  for (const auto& method : suite.methods) methods.push_back(MethodJson(method));
+  return {{"spec_version", kSpecVersion},
+          {"name", suite.name},
+          {"seed", suite.seed},
+          {"repetitions", suite.repetitions},
+          {"dataset", DatasetJson(dataset)},
+          {"tasks", TasksJson(suite, dataset, left_out)},
+          {"initializations", suite.initializations},
+          {"methods", std::move(methods)},
+          {"limits", {{"wall_time_s", WallTimeJson(suite)}, {"memory_mb", suite.memory_mb}}},
+          {"max_attempts", suite.max_attempts}};
+}
+
+std::string SubmitterName() {
+  constexpr std::size_t kMostBytes = 200;
+  const char* given = std::getenv("LEGOPT_SUBMITTER");
+  if (given == nullptr) {
+    const passwd* user = getpwuid(geteuid());
+    return user == nullptr ? "uid " + std::to_string(geteuid()) : user->pw_name;
+  }
+  std::string name = given;
+  if (name.size() > kMostBytes || !bus::IsText(name)) {
+    throw InputError({"LEGOPT_SUBMITTER", "", name.substr(0, kMostBytes), "is not UTF-8 of at most 200 bytes",
+                      "set it to who submits, or unset it"});
+  }
+  return name;
+}
+
+std::int64_t CountJobs(const nlohmann::json& spec) {
+  std::int64_t problems = 0;
+  for (const auto& task : spec.at("tasks")) problems += static_cast<std::int64_t>(task.at("problems").size());
+  return problems * static_cast<std::int64_t>(spec.at("methods").size()) *
+         static_cast<std::int64_t>(spec.at("initializations").size()) * spec.at("repetitions").get<std::int64_t>();
+}
+
+std::string ContentSubmissionId(const nlohmann::json& spec) {
+  StartSodium();
+  const std::string text = spec.dump();
+  std::array<unsigned char, kSubmissionIdBytes> hash{};
+  crypto_generichash(hash.data(), hash.size(), reinterpret_cast<const unsigned char*>(text.data()), text.size(),
+                     nullptr, 0);
+  return Hex(hash);
+}
+
+std::string RandomSubmissionId() {
+  StartSodium();
+  std::array<unsigned char, kSubmissionIdBytes> bytes{};
+  randombytes_buf(bytes.data(), bytes.size());
+  return Hex(bytes);
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,334 @@
+#include "client/suite/suite.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "bus/spec_limits.h"
+#include "client/suite/yaml_map.h"
+#include "legopt/input_error.h"
+#include "legopt/nearest_name.h"
+
+namespace legopt::client {
+namespace {
+
+const std::vector<std::string> kSuiteKeys = {"name",        "dataset",  "seed",         "repetitions",
+                                             "tasks",       "problems", "methods",      "initializations",
+                                             "max_stances", "limits",   "max_attempts", "collision"};
+const std::vector<std::string> kMethodKeys = {"name",        "solver",    "multi_starts", "sample_size",
+                                              "incremental", "collision", "options"};
+const std::vector<std::string> kTasks = {"posture", "motion"};
+const std::vector<std::string> kCollisions = {"solid", "surface"};
+const std::vector<std::string> kInitializations = {"good", "in_collision"};
+
+namespace limits = bus::spec_limits;
+constexpr int kMaxStances = 1'000'000;
+constexpr int kMostProblemId = limits::kMostProblemId;
+// What a suite may ask for is what a server takes and a worker can do.
+static_assert(Method::kMostMultiStarts == limits::kMostMultiStarts);
+
+std::string OneOf(const std::vector<std::string>& valid, const YAML::Node& node, const std::string& file,
+                  const std::string& field) {
+  const std::string text = YamlString(node, file, field);
+  if (std::find(valid.begin(), valid.end(), text) == valid.end()) {
+    throw YamlFault(file, node, field, "is not known", SuggestName(text, valid));
+  }
+  return text;
+}
+
+std::vector<int> ReadProblems(const YamlMap& map) {
+  std::vector<std::string> items;
+  const auto nodes = map.List("problems");
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    items.push_back(YamlString(nodes[i], map.file(), map.Path("problems", i)));
+  }
+  return ParseProblemIds(items, YamlPlace(map.file(), map.Get("problems")), map.Path("problems"));
+}
+
+void ReadTasks(const YamlMap& map, Suite* suite) {
+  std::optional<std::vector<int>> shared;
+  if (map.Has("problems")) shared = ReadProblems(map);
+  const auto nodes = map.List("tasks");
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const std::string path = map.Path("tasks", i);
+    TaskSelection selection{"", shared};
+    if (nodes[i].IsMap()) {
+      const YamlMap task(nodes[i], map.file(), path, {"task", "problems"});
+      selection.task = OneOf(kTasks, task.Get("task"), map.file(), task.Path("task"));
+      if (task.Has("problems")) selection.problems = ReadProblems(task);
+    } else {
+      selection.task = OneOf(kTasks, nodes[i], map.file(), path);
+    }
+    for (const auto& other : suite->tasks) {
+      if (other.task == selection.task) {
+        throw InputError({YamlPlace(map.file(), nodes[i]), path, selection.task, "task occurs twice", "join them"});
+      }
+    }
+    suite->tasks.push_back(std::move(selection));
+  }
+}
+
+void ReadInitializations(const YamlMap& map, Suite* suite) {
+  suite->initializations.clear();
+  const auto nodes = map.List("initializations");
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const std::string path = map.Path("initializations", i);
+    const std::string text = OneOf(kInitializations, nodes[i], map.file(), path);
+    if (std::count(suite->initializations.begin(), suite->initializations.end(), text) > 0) {
+      throw YamlFault(map.file(), nodes[i], path, "initialization occurs twice", "remove one of them");
+    }
+    suite->initializations.push_back(text);
+  }
+}
+
+std::vector<std::optional<std::int64_t>> ReadMatrix(const YamlMap& map, const std::string& key, std::int64_t low,
+                                                    std::int64_t high) {
+  std::vector<std::optional<std::int64_t>> values;
+  const auto nodes = map.List(key);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    values.push_back(YamlInteger(nodes[i], map.file(), map.Path(key, i), low, high));
+  }
+  return values;
+}
+
+// A table tells methods apart by name, multi-starts, sample size and collision model, so these must be unique.
+void AddMethod(const nlohmann::json& map, const YAML::Node& node, const YamlMap& where, Suite* suite) {
+  const std::string place = YamlPlace(where.file(), node);
+  Method method = Method::FromJson(map, place);
+  for (const auto& other : suite->methods) {
+    if (other.name == method.name && other.multi_starts == method.multi_starts &&
+        other.sample_size_percent == method.sample_size_percent && other.collision == method.collision) {
+      throw InputError({place, where.Path("name"), method.name,
+                        "another method has the same name, multi_starts, sample_size and collision",
+                        "give each method a name of its own, so that tables can tell them apart"});
+    }
+  }
+  if (suite->methods.size() == limits::kMostMethods) {
+    throw InputError({place, "methods", "",
+                      "are more than " + std::to_string(limits::kMostMethods) + ", lists multiplied",
+                      "make two suites of it"});
+  }
+  suite->methods.push_back(std::move(method));
+}
+
+// The collision models that the suite or a method names: one method for each. None: as the options say.
+using Collision = std::optional<std::string>;
+
+std::vector<Collision> ReadCollisions(const YamlMap& map) {
+  if (!map.Has("collision")) return {std::nullopt};
+  std::vector<Collision> values;
+  const auto nodes = map.List("collision");
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    values.emplace_back(OneOf(kCollisions, nodes[i], map.file(), map.Path("collision", i)));
+  }
+  return values;
+}
+
+// The keys of a method that hold one value.
+nlohmann::json ReadPlainKeys(const YamlMap& map) {
+  auto base = nlohmann::json::object();
+  base["solver"] = map.String("solver");
+  if (map.Has("name")) base["name"] = map.Name("name");
+  if (map.Has("incremental")) base["incremental"] = map.Boolean("incremental");
+  if (map.Has("options")) {
+    const YAML::Node options = map.Get("options");
+    if (!options.IsMap() && !options.IsNull()) {
+      throw YamlFault(map.file(), options, map.Path("options"), "must be a mapping of option names to values", "");
+    }
+    if (options.IsMap()) base["options"] = YamlToJson(options, map.file(), map.Path("options"));
+  }
+  return base;
+}
+
+// Of one method: the suite's, else its own. It may stand in one place only.
+std::vector<Collision> CollisionsOf(const YamlMap& map, const Collision& shared, const nlohmann::json& base) {
+  const bool option = base.contains("options") && base["options"].contains("collision");
+  if ((shared ? 1 : 0) + (map.Has("collision") ? 1 : 0) + (option ? 1 : 0) > 1) {
+    throw InputError({YamlPlace(map.file(), map.node()), map.Path("collision"), "",
+                      "is given more than once: by the suite, the method or its options", "keep one of them"});
+  }
+  return shared ? std::vector<Collision>{shared} : ReadCollisions(map);
+}
+
+void ReadMethod(const YamlMap& map, const Collision& shared, Suite* suite) {
+  const nlohmann::json base = ReadPlainKeys(map);
+  std::vector<std::optional<std::int64_t>> multi_starts{std::nullopt}, sample_sizes{std::nullopt};
+  if (map.Has("multi_starts")) multi_starts = ReadMatrix(map, "multi_starts", 0, limits::kMostMultiStarts);
+  if (map.Has("sample_size")) sample_sizes = ReadMatrix(map, "sample_size", 1, 100);
+  for (const auto& collision : CollisionsOf(map, shared, base)) {
+    for (const auto& starts : multi_starts) {
+      for (const auto& size : sample_sizes) {
+        auto method = base;
+        if (starts) method["multi_starts"] = *starts;
+        if (size) method["sample_size"] = *size;
+        if (collision) method["options"]["collision"] = *collision;
+        AddMethod(method, map.node(), map, suite);
+      }
+    }
+  }
+}
+
+void ReadMethods(const YamlMap& map, Suite* suite) {
+  const auto nodes = map.List("methods");
+  for (const auto& collision : ReadCollisions(map)) {
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      ReadMethod(YamlMap(nodes[i], map.file(), map.Path("methods", i), kMethodKeys), collision, suite);
+    }
+  }
+}
+
+// One number for all tasks, or a map with one for each.
+WallTimes ReadWallTimes(const YamlMap& parent) {
+  WallTimes times;
+  if (!parent.Get("wall_time_s").IsMap()) {
+    times.posture = times.motion = parent.Number("wall_time_s", limits::kLeastWallTime_s, limits::kMostWallTime_s);
+    return times;
+  }
+  const YamlMap map(parent.Get("wall_time_s"), parent.file(), parent.Path("wall_time_s"), kTasks);
+  if (map.Has("posture")) times.posture = map.Number("posture", limits::kLeastWallTime_s, limits::kMostWallTime_s);
+  if (map.Has("motion")) times.motion = map.Number("motion", limits::kLeastWallTime_s, limits::kMostWallTime_s);
+  return times;
+}
+
+void ReadLimits(const YamlMap& parent, Suite* suite) {
+  const YamlMap map(parent.Get("limits"), parent.file(), parent.Path("limits"), {"wall_time_s", "memory_mb"});
+  if (map.Has("wall_time_s")) suite->wall_time_s = ReadWallTimes(map);
+  if (map.Has("memory_mb")) {
+    suite->memory_mb = static_cast<int>(map.Integer("memory_mb", limits::kLeastMemory_mb, limits::kMostMemory_mb));
+  }
+}
+
+std::string LowerCase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+// Removes the items whose key is not among `wanted`; every wanted key must occur.
+template <class Item, class Key>
+void Keep(const std::vector<std::string>& wanted, const std::string& flag, const std::string& file,
+          std::vector<Item>* items, Key key) {
+  if (wanted.empty()) return;
+  std::vector<std::string> present, keep;
+  for (const auto& item : *items) {
+    if (std::count(present.begin(), present.end(), key(item)) == 0) present.push_back(key(item));
+  }
+  for (const auto& want : wanted) {
+    const bool known = std::any_of(present.begin(), present.end(),
+                                   [&](const std::string& name) { return LowerCase(name) == LowerCase(want); });
+    if (!known) throw InputError({file, flag, want, "is not in the suite", SuggestName(want, present)});
+    keep.push_back(LowerCase(want));
+  }
+  std::erase_if(*items,
+                [&](const Item& item) { return std::count(keep.begin(), keep.end(), LowerCase(key(item))) == 0; });
+}
+
+// Of every task the wanted problems. Each item, an id or a range, must name one of some task, and no task may lose all
+// of its own.
+void KeepProblems(const std::vector<std::string>& items, Suite* suite) {
+  const auto wanted = ParseProblemIds(items, suite->file, "--problems");
+  std::set<int> kept;
+  for (auto& task : suite->tasks) {
+    std::vector<int> both = wanted;
+    if (task.problems) {
+      both.clear();
+      std::set_intersection(wanted.begin(), wanted.end(), task.problems->begin(), task.problems->end(),
+                            std::back_inserter(both));
+    }
+    if (both.empty()) {
+      throw InputError({suite->file, "--problems", "", "leaves no problem of the task " + task.task,
+                        "choose among the problems that the suite names, or leave the task out with --tasks"});
+    }
+    kept.insert(both.begin(), both.end());
+    task.problems = std::move(both);
+  }
+  for (const std::string& item : items) {
+    const auto ids = ParseProblemIds({item}, suite->file, "--problems");
+    if (std::any_of(ids.begin(), ids.end(), [&](int id) { return kept.count(id) > 0; })) continue;
+    throw InputError({suite->file, "--problems", item, "names a problem of none of the suite's tasks",
+                      "choose among the problems that the suite names"});
+  }
+}
+
+}  // namespace
+
+Suite ReadSuite(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) {
+    throw InputError({file.string(), "", "", "is a folder, not an experiment file", "name a .yaml file in it"});
+  }
+  std::ifstream stream(file);
+  std::stringstream text;
+  if (!stream || !(text << stream.rdbuf())) {
+    throw InputError(
+        {file.string(), "", "", "cannot be read as an experiment file", "check the path and that it is not empty"});
+  }
+  return ParseSuite(text.str(), file.string());
+}
+
+Suite ParseSuite(const std::string& text, const std::string& file) {
+  const YAML::Node root = LoadYaml(text, file);
+  const YamlMap map(root, file, "", kSuiteKeys);
+  Suite suite;
+  suite.file = file;
+  suite.name = map.Has("name") ? map.Name("name") : std::filesystem::path(file).stem().string();
+  if (map.Has("dataset")) {
+    // Also right for an absolute path: operator/ then drops the left side.
+    suite.dataset = (std::filesystem::path(file).parent_path() / map.String("dataset")).lexically_normal();
+  }
+  if (map.Has("seed")) suite.seed = map.Integer("seed", 0, std::numeric_limits<std::int64_t>::max());
+  if (map.Has("repetitions"))
+    suite.repetitions = static_cast<int>(map.Integer("repetitions", 1, limits::kMostRepetitions));
+  ReadTasks(map, &suite);
+  if (map.Has("initializations")) ReadInitializations(map, &suite);
+  ReadMethods(map, &suite);
+  if (map.Has("max_stances")) suite.max_stances = static_cast<int>(map.Integer("max_stances", 2, kMaxStances));
+  if (map.Has("limits")) ReadLimits(map, &suite);
+  if (map.Has("max_attempts"))
+    suite.max_attempts = static_cast<int>(map.Integer("max_attempts", 1, limits::kMostAttempts));
+  return suite;
+}
+
+void ApplyFilter(const SuiteFilter& filter, Suite* suite) {
+  Keep(filter.methods, "--methods", suite->file, &suite->methods, [](const Method& method) { return method.name; });
+  Keep(filter.collision, "--collision", suite->file, &suite->methods,
+       [](const Method& method) { return method.collision; });
+  Keep(filter.multi_starts, "--multi-starts", suite->file, &suite->methods,
+       [](const Method& method) { return std::to_string(method.multi_starts); });
+  Keep(filter.sample_sizes, "--sample-size", suite->file, &suite->methods,
+       [](const Method& method) { return std::to_string(method.sample_size_percent); });
+  Keep(filter.tasks, "--tasks", suite->file, &suite->tasks, [](const TaskSelection& task) { return task.task; });
+  Keep(filter.initializations, "--initializations", suite->file, &suite->initializations,
+       [](const std::string& initialization) { return initialization; });
+  if (!filter.problems.empty()) KeepProblems(filter.problems, suite);
+  if (filter.seed) suite->seed = *filter.seed;
+  if (filter.max_stances) suite->max_stances = filter.max_stances;
+}
+
+std::vector<int> ParseProblemIds(const std::vector<std::string>& items, const std::string& place,
+                                 const std::string& field) {
+  std::set<int> ids;
+  for (const auto& item : items) {
+    int first = 0;
+    const char* end = item.data() + item.size();
+    auto parsed = std::from_chars(item.data(), end, first);
+    int last = first;
+    if (parsed.ec == std::errc() && parsed.ptr != end && *parsed.ptr == '-') {
+      parsed = std::from_chars(parsed.ptr + 1, end, last);
+    }
+    const bool good =
+        parsed.ec == std::errc() && parsed.ptr == end && first >= 0 && first <= last && last <= kMostProblemId;
+    if (!good) {
+      throw InputError({place, field, item, "is not a problem id or a range of ids", "write 3 or \"0-9\""});
+    }
+    for (int id = first; id <= last; ++id) ids.insert(id);
+  }
+  return {ids.begin(), ids.end()};
+}
+
+}  // namespace legopt::client

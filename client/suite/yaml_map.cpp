@@ -1,0 +1,274 @@
+#include "client/suite/yaml_map.h"
+
+#include <yaml-cpp/eventhandler.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "bus/spec_limits.h"
+#include "legopt/nearest_name.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr int kMaxNesting = 16;
+// Aliases let a few lines stand for billions of values.
+constexpr int kMaxValues = 10'000;
+
+// Long values are cut, at a character of UTF-8.
+std::string Shortened(const std::string& text) {
+  constexpr std::size_t kMostShown = 60;
+  if (text.size() <= kMostShown) return text;
+  std::size_t end = kMostShown;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  return text.substr(0, end) + "...";
+}
+
+std::string Describe(const YAML::Node& node) {
+  switch (node.Type()) {
+    case YAML::NodeType::Scalar:
+      return Shortened(node.Scalar());
+    case YAML::NodeType::Sequence:
+      return "a list";
+    case YAML::NodeType::Map:
+      return "a mapping";
+    default:
+      return "nothing";
+  }
+}
+
+// from_chars, because stream conversion depends on the locale and accepts trailing text.
+template <class Number>
+std::optional<Number> Parse(const std::string& text) {
+  Number value{};
+  const char* first = text.data() + (text.size() > 1 && text[0] == '+' ? 1 : 0);
+  const char* last = text.data() + text.size();
+  const auto result = std::from_chars(first, last, value);
+  if (result.ec != std::errc() || result.ptr != last) return std::nullopt;
+  return value;
+}
+
+bool IsQuoted(const YAML::Node& node) { return node.Tag() == "!"; }
+
+nlohmann::json ScalarToJson(const YAML::Node& node, const std::string& file, const std::string& field) {
+  const std::string& text = node.Scalar();
+  if (IsQuoted(node)) return text;
+  if (text == "true" || text == "True") return true;
+  if (text == "false" || text == "False") return false;
+  if (text == "null" || text == "~" || text.empty()) return nullptr;
+  if (const auto integer = Parse<std::int64_t>(text)) return *integer;
+  if (text == ".inf" || text == "-.inf" || text == ".nan") {
+    throw YamlFault(file, node, field, "must be a finite number", "");
+  }
+  if (const auto number = Parse<double>(text); number && std::isfinite(*number)) return *number;
+  return text;
+}
+
+nlohmann::json ToJson(const YAML::Node& node, const std::string& file, const std::string& field, int depth,
+                      int* values) {
+  if (++*values > kMaxValues) throw YamlFault(file, node, field, "holds too many values", "");
+  if (depth > kMaxNesting) throw YamlFault(file, node, field, "is nested too deeply", "");
+  switch (node.Type()) {
+    case YAML::NodeType::Scalar:
+      return ScalarToJson(node, file, field);
+    case YAML::NodeType::Sequence: {
+      auto array = nlohmann::json::array();
+      for (const auto& item : node) array.push_back(ToJson(item, file, field, depth + 1, values));
+      return array;
+    }
+    case YAML::NodeType::Map: {
+      auto object = nlohmann::json::object();
+      for (const auto& item : node) {
+        const std::string key = YamlString(item.first, file, field);
+        if (object.contains(key)) throw YamlFault(file, item.first, field, "has the key twice", "remove one of them");
+        object[key] = ToJson(item.second, file, field + "." + key, depth + 1, values);
+      }
+      return object;
+    }
+    default:
+      return nullptr;
+  }
+}
+
+// Where a document and what it holds begin, without a tree of it.
+class DocumentOutline : public YAML::EventHandler {
+ public:
+  YAML::Mark start;
+  std::optional<YAML::Mark> content;  // empty: the document is
+
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    start = mark;
+    content.reset();
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override { Note(mark); }
+  void OnScalar(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                const std::string& /*value*/) override {
+    Note(mark);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                       YAML::EmitterStyle::value /*style*/) override {
+    Note(mark);
+  }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {
+    Note(mark);
+  }
+  void OnMapEnd() override {}
+
+ private:
+  void Note(const YAML::Mark& mark) {
+    if (!content) content = mark;
+  }
+};
+
+// Empty documents, as after a last '---', are no second one. yaml-cpp makes an empty document of what can begin none, a
+// comma for one, and stays before it: whoever asks for the next is given empty ones until memory ends.
+void RequireOneDocument(const std::string& text, const std::string& file) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentOutline document;
+  int last_start = -1;
+  const auto place = [&file](const YAML::Mark& mark) { return file + ":" + std::to_string(mark.line + 1); };
+  for (bool is_first = true; parser.HandleNextDocument(document); is_first = false) {
+    if (document.start.pos == last_start) {
+      throw InputError({place(document.start), "", "", "is not valid YAML: no value can begin here",
+                        "check indentation, brackets and quotes"});
+    }
+    last_start = document.start.pos;
+    if (is_first || !document.content) continue;
+    throw InputError({place(*document.content), "", "", "a second YAML document begins here, which nobody would read",
+                      "remove the '---' before it, or make it a file of its own"});
+  }
+}
+
+}  // namespace
+
+std::string YamlPlace(const std::string& file, const YAML::Node& node) {
+  const YAML::Mark mark = node.Mark();
+  return mark.is_null() ? file : file + ":" + std::to_string(mark.line + 1);
+}
+
+InputError YamlFault(const std::string& file, const YAML::Node& node, const std::string& field,
+                     const std::string& message, const std::string& fix) {
+  return InputError({YamlPlace(file, node), field, Describe(node), message, fix});
+}
+
+YAML::Node LoadYaml(const std::string& text, const std::string& file) {
+  try {
+    RequireOneDocument(text, file);
+    return YAML::Load(text);
+  } catch (const YAML::Exception& error) {
+    const std::string place = error.mark.is_null() ? file : file + ":" + std::to_string(error.mark.line + 1);
+    throw InputError({place, "", "", "is not valid YAML: " + error.msg, "check indentation, brackets and quotes"});
+  }
+}
+
+std::string YamlString(const YAML::Node& node, const std::string& file, const std::string& field) {
+  if (!node.IsScalar()) throw YamlFault(file, node, field, "must be text", "");
+  if (node.Scalar().empty()) throw InputError({YamlPlace(file, node), field, "", "is empty", "write a text"});
+  return node.Scalar();
+}
+
+std::int64_t YamlInteger(const YAML::Node& node, const std::string& file, const std::string& field, std::int64_t low,
+                         std::int64_t high) {
+  const auto value = node.IsScalar() && !IsQuoted(node) ? Parse<std::int64_t>(node.Scalar()) : std::nullopt;
+  if (!value || *value < low || *value > high) {
+    throw YamlFault(file, node, field,
+                    "must be a whole number from " + std::to_string(low) + " to " + std::to_string(high), "");
+  }
+  return *value;
+}
+
+nlohmann::json YamlToJson(const YAML::Node& node, const std::string& file, const std::string& field) {
+  int values = 0;
+  return ToJson(node, file, field, 0, &values);
+}
+
+YamlMap::YamlMap(const YAML::Node& node, std::string file, std::string path, std::vector<std::string> valid_keys)
+    : node_(node), file_(std::move(file)), path_(std::move(path)), valid_keys_(std::move(valid_keys)) {
+  if (!node_.IsMap()) {
+    throw YamlFault(file_, node_, path_, "must be a mapping of keys to values", SuggestName("", valid_keys_));
+  }
+  std::set<std::string> seen;
+  for (const auto& item : node_) {
+    const std::string key = YamlString(item.first, file_, path_);
+    if (std::find(valid_keys_.begin(), valid_keys_.end(), key) == valid_keys_.end()) {
+      throw InputError({YamlPlace(file_, item.first), Path(key), "", "unknown key", SuggestName(key, valid_keys_)});
+    }
+    if (!seen.insert(key).second) {
+      throw InputError({YamlPlace(file_, item.first), Path(key), "", "key occurs twice", "remove one of them"});
+    }
+  }
+}
+
+bool YamlMap::Has(const std::string& key) const { return node_[key].IsDefined(); }
+
+YAML::Node YamlMap::Get(const std::string& key) const {
+  const YAML::Node value = node_[key];
+  if (!value.IsDefined()) throw InputError({YamlPlace(file_, node_), Path(key), "", "is missing", "add it"});
+  return value;
+}
+
+std::string YamlMap::String(const std::string& key) const { return YamlString(Get(key), file_, Path(key)); }
+
+std::string YamlMap::Name(const std::string& key) const {
+  constexpr std::size_t kMost = bus::spec_limits::kMostNameBytes;
+  const std::string name = String(key);
+  if (name.size() > kMost) {
+    throw YamlFault(
+        file_, Get(key), Path(key),
+        "is " + std::to_string(name.size()) + " bytes long, at most " + std::to_string(kMost) + " are possible",
+        "choose a shorter one");
+  }
+  if (name.find('\0') != std::string::npos) throw YamlFault(file_, Get(key), Path(key), "must not hold NUL", "");
+  return name;
+}
+
+std::int64_t YamlMap::Integer(const std::string& key, std::int64_t low, std::int64_t high) const {
+  return YamlInteger(Get(key), file_, Path(key), low, high);
+}
+
+double YamlMap::Number(const std::string& key, double low, double high) const {
+  const YAML::Node node = Get(key);
+  const auto value = node.IsScalar() && !IsQuoted(node) ? Parse<double>(node.Scalar()) : std::nullopt;
+  if (!value || !(*value >= low && *value <= high)) {
+    char range[80];
+    std::snprintf(range, sizeof(range), "must be a number from %g to %g", low, high);
+    throw YamlFault(file_, node, Path(key), range, "");
+  }
+  return *value;
+}
+
+bool YamlMap::Boolean(const std::string& key) const {
+  const YAML::Node node = Get(key);
+  if (!node.IsScalar() || IsQuoted(node) || (node.Scalar() != "true" && node.Scalar() != "false")) {
+    throw YamlFault(file_, node, Path(key), "must be true or false", "");
+  }
+  return node.Scalar() == "true";
+}
+
+std::vector<YAML::Node> YamlMap::List(const std::string& key) const {
+  const YAML::Node node = Get(key);
+  if (node.IsScalar()) return {node};
+  if (!node.IsSequence()) throw YamlFault(file_, node, Path(key), "must be a list", "");
+  if (node.size() == 0) {
+    throw InputError({YamlPlace(file_, node), Path(key), "[]", "must not be empty", "add an item or remove the key"});
+  }
+  return {node.begin(), node.end()};
+}
+
+std::string YamlMap::Path(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+
+std::string YamlMap::Path(const std::string& key, std::size_t index) const {
+  return Path(key) + "[" + std::to_string(index) + "]";
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "client/report/listing.h"
+#include "client/tap/heard_datagram.h"
+
+namespace legopt::client {
+
+/// What was heard within an interval, by message type and frame kind, and what no party took, by cause.
+class TrafficRates {
+ public:
+  void Add(const HeardDatagram& heard);
+
+  std::uint64_t datagrams() const { return total_.datagrams; }
+  std::uint64_t bytes() const { return total_.bytes; }  ///< of frames, without the headers of LCM, UDP and IP
+  const std::map<std::string, std::uint64_t>& rejected() const { return rejected_; }
+
+  /// Rows by message type, then kind, with totals last: datagrams and bytes, and both per second of an interval of
+  /// `seconds` > 0.
+  Listing ToListing(double seconds) const;
+  /// {"seconds", "datagrams", "bytes", "rates": [one object per row], "rejected": {cause: datagrams}}.
+  nlohmann::ordered_json ToJson(double seconds) const;
+  /// "2 tag, 1 size"; empty: everything was legal.
+  std::string RejectedText() const;
+
+ private:
+  struct Count {
+    std::uint64_t datagrams = 0;
+    std::uint64_t bytes = 0;
+  };
+  using Key = std::pair<std::string, std::string>;  // type, kind
+  Listing Rows(double seconds) const;
+
+  Count total_;
+  std::map<Key, Count> counts_;
+  std::map<std::string, std::uint64_t> rejected_;
+};
+
+}  // namespace legopt::client

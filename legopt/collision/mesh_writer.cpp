@@ -1,0 +1,49 @@
+#include "legopt/collision/mesh_writer.h"
+
+#include <bit>
+#include <cstdint>
+#include <fstream>
+
+#include "legopt/input_error.h"
+
+namespace legopt {
+namespace {
+
+using Eigen::Vector3d;
+
+template <class Number>
+void Put(std::ofstream& stream, Number value) {
+  static_assert(std::endian::native == std::endian::little, "PLY is written in the machine's order");
+  stream.write(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+/// Assimp takes line ends at the start of the data for a part of the header.
+bool BeginsWithLineEnd(const TriangleMesh& mesh) {
+  if (mesh.vertices.empty()) return false;
+  const auto low_byte = std::bit_cast<std::uint32_t>(static_cast<float>(mesh.vertices.front().x())) & 0xFFU;
+  return low_byte == '\n' || low_byte == '\r';
+}
+
+}  // namespace
+
+void WritePly(const std::filesystem::path& path, const TriangleMesh& mesh) {
+  const bool guarded = BeginsWithLineEnd(mesh);
+  std::ofstream stream(path, std::ios::binary);
+  stream << "ply\nformat binary_little_endian 1.0\ncomment metres, z up\nelement vertex " << mesh.vertices.size()
+         << (guarded ? "\nproperty uchar guard" : "")
+         << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << mesh.triangles.size()
+         << "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const Vector3d& vertex : mesh.vertices) {
+    if (guarded) Put(stream, std::uint8_t{0});
+    for (int axis = 0; axis < 3; ++axis) Put(stream, static_cast<float>(vertex[axis]));
+  }
+  for (const auto& triangle : mesh.triangles) {
+    Put(stream, static_cast<std::uint8_t>(3));
+    for (const int corner : triangle) Put(stream, static_cast<std::int32_t>(corner));
+  }
+  if (!stream.flush()) {
+    throw InputError({path.string(), "", "", "cannot be written", "check the folder's permissions and free space"});
+  }
+}
+
+}  // namespace legopt

@@ -1,0 +1,148 @@
+#include "legopt/dataset/content_hash.h"
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "legopt/blake2b.h"
+#include "legopt/dataset/scene_file.h"
+#include "legopt/input_error.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPlainCharacters =  // need no quotes in YAML
+    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-";
+
+[[noreturn]] void Fail(const fs::path& path, std::string message, std::string fix) {
+  throw InputError(
+      {.file = path.string(), .field = "", .value = "", .message = std::move(message), .fix = std::move(fix)});
+}
+
+std::string RelativePath(const fs::path& folder, const std::string& mesh_file) {
+  const fs::path relative = fs::path(mesh_file).lexically_normal().lexically_relative(folder.lexically_normal());
+  if (relative.empty() || *relative.begin() == "..") {
+    Fail(mesh_file, "the mesh lies outside the dataset folder " + folder.string(), "move it into the folder");
+  }
+  return relative.generic_string();
+}
+
+/// `text` without its top-level `files:` block; `position` is where the block was, or npos.
+std::string RemoveFilesBlock(const std::string& text, size_t* position) {
+  std::string kept;
+  *position = std::string::npos;
+  bool inside = false;
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t newline = text.find('\n', begin);
+    const size_t end = newline == std::string::npos ? text.size() : newline + 1;
+    const std::string line = text.substr(begin, end - begin);
+    const bool top_level = line.find_first_of(" \t\r\n#}") != 0;
+    if (inside && top_level) inside = false;
+    if (!inside && line.starts_with("files:")) {
+      inside = true;
+      *position = kept.size();
+    }
+    // Comments at the margin belong to what follows; they end the block, too.
+    if (inside && line.starts_with("#")) inside = false;
+    if (!inside) kept += line;
+    begin = end;
+  }
+  return kept;
+}
+
+std::string FormatFilesBlock(const std::vector<FileHash>& manifest) {
+  std::string block = "files:\n";
+  for (const FileHash& file : manifest) {
+    const bool plain = file.path.find_first_not_of(kPlainCharacters) == std::string::npos;
+    block += "  " + (plain ? file.path : nlohmann::json(file.path).dump()) + ": " + file.hash + "\n";
+  }
+  return block;
+}
+
+void ReplaceFile(const fs::path& path, const std::string& text) {
+  const fs::path temporary = path.string() + ".new";
+  {
+    std::ofstream stream(temporary, std::ios::binary);
+    stream << text;
+    stream.flush();
+    if (!stream) Fail(temporary, "cannot be written", "check the folder's permissions and free space");
+  }
+  std::error_code error;
+  fs::rename(temporary, path, error);
+  if (error) Fail(path, "cannot be replaced: " + error.message(), "check the folder's permissions");
+}
+
+}  // namespace
+
+std::string HashFile(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream || fs::is_directory(path)) Fail(path, "cannot be read", "check that the file exists and is readable");
+  const std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  if (stream.bad()) Fail(path, "reading failed", "check the disk");
+  return Blake2bHex(bytes);
+}
+
+std::vector<std::string> UsedFiles(const fs::path& folder, const DatasetDescription& description,
+                                   const RobotModel& robot, const Scene& scene) {
+  std::vector<std::string> paths = {description.robot_file, description.scene_file};
+  if (!description.posture_file.empty()) paths.push_back(description.posture_file);
+  if (!description.motion_file.empty()) paths.push_back(description.motion_file);
+  const auto add_mesh = [&](const ShapeSpec& shape) {
+    if (shape.kind == ShapeSpec::Kind::kMesh) paths.push_back(RelativePath(folder, shape.mesh_file));
+  };
+  for (const Link& link : robot.links()) std::for_each(link.collision.begin(), link.collision.end(), add_mesh);
+  for (const SceneObject& object : scene.objects) add_mesh(object.shape);
+  std::sort(paths.begin(), paths.end());
+  paths.erase(std::unique(paths.begin(), paths.end()), paths.end());
+  return paths;
+}
+
+std::vector<FileHash> ComputeManifest(const fs::path& folder) {
+  const fs::path absolute = fs::weakly_canonical(folder);
+  const DatasetDescription description = DescribeDataset(absolute);
+  const RobotModel robot = RobotModel::FromUrdfFile((absolute / description.robot_file).string());
+  const Scene scene = ReadSceneFile(absolute / description.scene_file);
+  std::vector<FileHash> manifest;
+  for (const std::string& path : UsedFiles(absolute, description, robot, scene)) {
+    manifest.push_back({.path = path, .hash = HashFile(absolute / path)});
+  }
+  return manifest;
+}
+
+std::vector<FileHash> WriteManifestHashes(const fs::path& folder) {
+  const fs::path path = folder / kDatasetFileName;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) Fail(path, "cannot be read", "a bare LegOpt folder has no manifest; write a dataset.yaml first");
+  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  const std::vector<FileHash> manifest = ComputeManifest(folder);
+  size_t position = 0;
+  std::string kept = RemoveFilesBlock(text, &position);
+  if (position == std::string::npos) {
+    if (!kept.empty() && kept.back() != '\n') kept += '\n';
+    position = kept.size();
+  }
+  kept.insert(position, FormatFilesBlock(manifest));
+  ReplaceFile(path, kept);
+  return manifest;
+}
+
+std::string ContentHash(const DatasetDescription& description, const std::vector<FileHash>& manifest) {
+  nlohmann::json text = {{"format", kDatasetFormat},
+                         {"robot", description.robot_file},
+                         {"scene", description.scene_file},
+                         {"posture", description.posture_file},
+                         {"motion", description.motion_file},
+                         {"feet", description.feet},
+                         {"sole_offset_m", description.sole_offset_m},
+                         {"gravity_m_s2", description.gravity_m_s2},
+                         {"nominal_posture", description.nominal_posture},
+                         {"self_collision_reference", description.self_collision_reference},
+                         {"files", nlohmann::json::object()}};
+  for (const FileHash& file : manifest) text["files"][file.path] = file.hash;
+  return Blake2bHex(text.dump());
+}
+
+}  // namespace legopt

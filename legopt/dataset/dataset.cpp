@@ -1,0 +1,331 @@
+#include "legopt/dataset/dataset.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "legopt/collision/mesh.h"
+#include "legopt/dataset/content_hash.h"
+#include "legopt/dataset/link_box.h"
+#include "legopt/dataset/problem_file.h"
+#include "legopt/dataset/scene_file.h"
+#include "legopt/input_error.h"
+#include "legopt/nearest_name.h"
+#include "legopt/robot/kinematics.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Boxes of shapes in the frame of their owner; every mesh is read once for each scale.
+class ShapeBoxes {
+ public:
+  /// `user` names the owner in errors. Throws InputError for a mesh that cannot be read.
+  Eigen::AlignedBox3d Of(const ShapeSpec& shape, const std::string& user) {
+    if (shape.kind != ShapeSpec::Kind::kMesh) return LinkBox({.name = user, .collision = {shape}});
+    const auto key = std::tuple(shape.mesh_file, shape.scale.x(), shape.scale.y(), shape.scale.z());
+    auto found = meshes_.find(key);
+    if (found == meshes_.end()) found = meshes_.emplace(key, BoxOfMesh(shape, user)).first;
+    return found->second.transformed(shape.pose);
+  }
+
+ private:
+  static Eigen::AlignedBox3d BoxOfMesh(const ShapeSpec& shape, const std::string& user) {
+    Eigen::AlignedBox3d box;
+    try {
+      for (const Eigen::Vector3d& vertex : LoadMesh(shape.mesh_file, shape.scale).vertices) box.extend(vertex);
+    } catch (const InputError& error) {
+      InputError::Fault fault = error.fault();
+      fault.field = user + (fault.field.empty() ? "" : ": " + fault.field);
+      throw InputError(std::move(fault));
+    }
+    return box;
+  }
+
+  std::map<std::tuple<std::string, double, double, double>, Eigen::AlignedBox3d> meshes_;  ///< by file and scale
+};
+
+/// The box, unless it reaches further than lengths can be told apart by the judge.
+const Eigen::AlignedBox3d& Near(const Eigen::AlignedBox3d& box, const std::string& user, const fs::path& file) {
+  constexpr double kFurthest_m = 8192.0;  // from here on neighbouring floats are 1 mm apart
+  const double furthest_m = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+  if (furthest_m <= kFurthest_m) return box;
+  throw InputError({.file = file.string(),
+                    .field = user,
+                    .value = std::to_string(furthest_m) + " m from the origin",
+                    .message = "lengths of 1 mm cannot be told apart beyond 8192 m",
+                    .fix = "is it in millimetres? Scale it to metres (scale: 0.001), or move it to the origin"});
+}
+
+bool IsHash(const std::string& text) {
+  constexpr size_t kHashDigits = 64;
+  return text.size() == kHashDigits && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+}  // namespace
+
+std::shared_ptr<const Dataset> Dataset::Load(const fs::path& folder) {
+  const fs::path absolute = fs::weakly_canonical(folder);
+  return std::shared_ptr<const Dataset>(new Dataset(absolute, DescribeDataset(absolute)));
+}
+
+Dataset::Dataset(fs::path folder, DatasetDescription description)
+    : folder_(std::move(folder)),
+      description_(std::move(description)),
+      // Before the robot is parsed: a damaged file should be reported as damaged, not as bad XML.
+      robot_((VerifyListedFiles(), RobotModel::FromUrdfFile((folder_ / description_.robot_file).string()))),
+      scene_(ReadSceneFile(folder_ / description_.scene_file)) {
+  ResolveContentHash();
+  CheckMass();
+  MeasureShapes();
+  ResolveFeet();
+  ResolvePostures();
+  posture_problems_ = ReadProblems(Task::kPosture, description_.posture_file);
+  motion_problems_ = ReadProblems(Task::kMotion, description_.motion_file);
+}
+
+std::string Dataset::file_for_errors() const {
+  return description_.bare ? folder_.string() : (folder_ / kDatasetFileName).string();
+}
+
+std::string Dataset::HashFix() const { return "'legopt dataset hash " + folder_.string() + "' writes all hashes anew"; }
+
+void Dataset::VerifyListedFiles() const {
+  for (const auto& [path, expected] : description_.files) {
+    const fs::path file = folder_ / path;
+    if (!fs::is_regular_file(file)) {
+      throw InputError({.file = file_for_errors(),
+                        .field = "files",
+                        .value = path,
+                        .message = "the listed file does not exist",
+                        .fix = "restore it, or remove its line when the dataset does not use it"});
+    }
+    if (!IsHash(expected)) {
+      throw InputError({.file = file_for_errors(),
+                        .field = "files." + path,
+                        .value = expected,
+                        .message = "is not a hash (64 lower-case hexadecimal digits)",
+                        .fix = HashFix()});
+    }
+    const std::string found = HashFile(file);
+    if (found != expected) {
+      throw InputError({.file = file.string(),
+                        .field = "content hash",
+                        .value = found,
+                        .message = "the file differs from dataset.yaml, which expects " + expected,
+                        .fix = "restore the original file; if the change is intended: " + HashFix()});
+    }
+  }
+}
+
+void Dataset::ResolveContentHash() {
+  std::vector<FileHash> manifest;
+  std::map<std::string, std::string> unused = description_.files;
+  for (const std::string& path : UsedFiles(folder_, description_, robot_, scene_)) {
+    const auto listed = description_.files.find(path);
+    manifest.push_back({.path = path, .hash = {}});
+    if (listed != description_.files.end()) {
+      manifest.back().hash = listed->second;  // verified
+      unused.erase(path);
+      continue;
+    }
+    manifest.back().hash = HashFile(folder_ / path);
+    if (!description_.bare) {
+      throw InputError({.file = file_for_errors(),
+                        .field = "files",
+                        .value = path,
+                        .message = "the dataset uses a file that is not listed",
+                        .fix = "add the line '" + path + ": " + manifest.back().hash + "', or " + HashFix()});
+    }
+  }
+  if (!unused.empty()) {
+    throw InputError({.file = file_for_errors(),
+                      .field = "files",
+                      .value = unused.begin()->first,
+                      .message = "a file is listed that the dataset does not use",
+                      .fix = "remove its line, or " + HashFix()});
+  }
+  content_hash_ = ContentHash(description_, manifest);
+}
+
+void Dataset::CheckMass() const {
+  if (robot_.total_mass() > 0.0) return;
+  throw InputError({.file = robot_file().string(),
+                    .field = "mass",
+                    .value = "0",
+                    .message = "the robot has no mass, so that balance and torques mean nothing",
+                    .fix = "give its links <inertial> elements (COLLADA: a physics model)"});
+}
+
+void Dataset::MeasureShapes() {
+  ShapeBoxes boxes;
+  for (const SceneObject& object : scene_.objects) {
+    const std::string user = "scene object '" + object.name + "'";
+    scene_bounds_.extend(Near(boxes.Of(object.shape, user), user, folder_ / description_.scene_file));
+  }
+  for (const Link& link : robot_.links()) {
+    const std::string user = "link '" + link.name + "'";
+    Eigen::AlignedBox3d& box = link_boxes_.emplace_back();
+    for (const ShapeSpec& shape : link.collision) box.extend(Near(boxes.Of(shape, user), user, robot_file()));
+  }
+}
+
+void Dataset::ResolveFeet() {
+  std::vector<std::string> link_names;
+  for (const Link& link : robot_.links()) link_names.push_back(link.name);
+  for (const std::string& name : description_.feet) {
+    const int index = robot_.FindLink(name);
+    if (index < 0) {
+      throw InputError({.file = file_for_errors(),
+                        .field = "feet",
+                        .value = name,
+                        .message = "the robot has no such link",
+                        .fix = SuggestName(name, link_names)});
+    }
+    const Eigen::AlignedBox3d box = LinkBox(robot_.links()[static_cast<size_t>(index)]);
+    if (box.isEmpty() || !(box.sizes().head<2>().minCoeff() > 0)) {
+      throw InputError({.file = file_for_errors(),
+                        .field = "feet",
+                        .value = name,
+                        .message = "the foot has no collision geometry to stand on",
+                        .fix = "give the link a <collision> element in " + description_.robot_file});
+    }
+    feet_.push_back({.link = name, .link_index = index, .box = box});
+  }
+}
+
+Eigen::VectorXd Dataset::ResolveJoints(const std::map<std::string, double>& values, const std::string& key) const {
+  std::vector<std::string> joint_names;
+  for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
+    joint_names.push_back(robot_.joints()[static_cast<size_t>(robot_.dof_joint(dof))].name);
+  }
+  Eigen::VectorXd joints = Eigen::VectorXd::Zero(robot_.num_dofs());
+  for (const auto& [name, value] : values) {
+    const auto found = std::find(joint_names.begin(), joint_names.end(), name);
+    if (found == joint_names.end()) {
+      throw InputError({.file = file_for_errors(),
+                        .field = key,
+                        .value = name,
+                        .message = "the robot has no such movable joint",
+                        .fix = description_.bare ? "a robot other than LegOpt's Atlas needs a dataset.yaml"
+                                                 : SuggestName(name, joint_names)});
+    }
+    joints[found - joint_names.begin()] = value;
+  }
+  return joints.cwiseMax(robot_.lower_limits()).cwiseMin(robot_.upper_limits());
+}
+
+void Dataset::ResolvePostures() {
+  const int n = robot_.num_dofs();
+  nominal_joints_ = ResolveJoints(description_.nominal_posture, "nominal_posture");
+  self_collision_reference_ = Eigen::VectorXd::Zero(robot_.configuration_size());
+  self_collision_reference_.head(n) = ResolveJoints(description_.self_collision_reference, "self_collision_reference");
+  self_collision_reference_[n + 3] = 1;
+
+  Eigen::VectorXd nominal = self_collision_reference_;
+  nominal.head(n) = nominal_joints_;
+  Kinematics kinematics(robot_);
+  kinematics.Update(nominal);
+  for (int link = 0; link < std::ssize(robot_.links()); ++link) {
+    robot_bounds_.extend(kinematics.link_pose(link).translation());
+    const Eigen::AlignedBox3d& box = link_boxes_[static_cast<size_t>(link)];
+    if (!box.isEmpty()) robot_bounds_.extend(box.transformed(kinematics.link_pose(link)));
+  }
+  nominal_sole_height_m_ = std::numeric_limits<double>::infinity();
+  for (const Foot& foot : feet_) {
+    for (int c = 0; c < 8; ++c) {
+      const Eigen::Vector3d corner = foot.box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(c));
+      nominal_sole_height_m_ = std::min(nominal_sole_height_m_, (kinematics.link_pose(foot.link_index) * corner).z());
+    }
+  }
+}
+
+std::vector<std::string> Dataset::FootNames() const {
+  std::vector<std::string> names;
+  for (const Foot& foot : feet_) names.push_back(foot.link);
+  return names;
+}
+
+std::vector<ProblemDefinition> Dataset::ReadProblems(Task task, const std::string& file) const {
+  if (file.empty()) return {};
+  const std::string path = (folder_ / file).string();
+  const std::string task_name{ToString(task)};
+  ProblemFile problems = ReadProblemFile(path);
+  if (problems.task && *problems.task != task) {
+    throw InputError({.file = path,
+                      .field = "task",
+                      .value = std::string(ToString(*problems.task)),
+                      .message = "the file is used for " + task_name + " problems",
+                      .fix = "exchange the files, or correct the task"});
+  }
+  for (const ProblemDefinition& problem : problems.problems) {
+    const std::string place = "problem " + std::to_string(problem.id);
+    if ((problem.stances.size() == 1) != (task == Task::kPosture)) {
+      throw InputError({.file = path,
+                        .field = place,
+                        .value = std::to_string(problem.stances.size()) + " stances",
+                        .message = "a posture problem has one stance, a motion problem two or more",
+                        .fix = "correct the definition, or move the problem to the file of the other task"});
+    }
+    for (size_t s = 0; s < problem.stances.size(); ++s) {
+      for (const Foothold& foothold : problem.stances[s].footholds) {
+        const std::vector<std::string> names = FootNames();
+        if (std::find(names.begin(), names.end(), foothold.link) != names.end()) continue;
+        throw InputError({.file = path,
+                          .field = place + ", stance " + std::to_string(s),
+                          .value = foothold.link,
+                          .message = "the link is not a foot of this dataset",
+                          .fix = SuggestName(foothold.link, names)});
+      }
+    }
+  }
+  return std::move(problems.problems);
+}
+
+const std::shared_ptr<const CollisionModel>& Dataset::collision_model(SceneRepresentation scene) const {
+  LazyCollisionModel& lazy = collision_models_.at(static_cast<size_t>(scene));
+  std::call_once(lazy.once, [&] {
+    lazy.model = CollisionModel::Build(robot_, scene_, self_collision_reference_, {.scene = scene});
+  });
+  return lazy.model;
+}
+
+const std::vector<ProblemDefinition>& Dataset::problems(Task task) const {
+  return task == Task::kPosture ? posture_problems_ : motion_problems_;
+}
+
+const ProblemDefinition& Dataset::problem(Task task, int id) const {
+  const std::vector<ProblemDefinition>& all = problems(task);
+  const auto found = std::find_if(all.begin(), all.end(), [id](const ProblemDefinition& p) { return p.id == id; });
+  if (found != all.end()) return *found;
+  std::string ids;
+  for (const ProblemDefinition& problem : all) ids += (ids.empty() ? "" : ", ") + std::to_string(problem.id);
+  throw InputError({.file = file_for_errors(),
+                    .field = std::string(ToString(task)) + " problems",
+                    .value = std::to_string(id),
+                    .message = "there is no problem with this id",
+                    .fix = ids.empty() ? "the dataset has no problems of this task" : "ids: " + ids});
+}
+
+const Dataset::Foot& Dataset::foot(const std::string& link) const {
+  const auto found = std::find_if(feet_.begin(), feet_.end(), [&](const Foot& f) { return f.link == link; });
+  if (found != feet_.end()) return *found;
+  throw InputError({.file = file_for_errors(),
+                    .field = "feet",
+                    .value = link,
+                    .message = "the link is not a foot of this dataset",
+                    .fix = SuggestName(link, FootNames())});
+}
+
+Eigen::Isometry3d Dataset::FootTarget(const Foothold& foothold) const {
+  const Eigen::Matrix3d R = foothold.rotation.normalized().toRotationMatrix();
+  Eigen::Isometry3d target = Eigen::Isometry3d::Identity();
+  target.linear() = R;
+  target.translation() = foothold.position + sole_offset_m() * R.col(2);
+  return target;
+}
+
+}  // namespace legopt

@@ -1,0 +1,122 @@
+#include "legopt/dataset/dataset_file.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "legopt/dataset/legopt_folder.h"
+#include "legopt/dataset/yaml_fields.h"
+#include "legopt/input_error.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Relative path in normal form; refuses what leaves the folder.
+std::string CheckPath(const YamlFields& fields, const std::string& key, const std::string& text) {
+  const fs::path path = fs::path(text).lexically_normal();
+  if (text.empty() || path.is_absolute() || *path.begin() == "..") {
+    fields.Fail(key, text, "the path leaves the dataset's folder", "move the file into it and write a relative path");
+  }
+  return path.generic_string();
+}
+
+std::vector<std::string> ReadFeet(const YamlFields& fields) {
+  const YAML::Node list = fields.Require("feet");
+  if (!list.IsSequence() || list.size() == 0) {
+    fields.Fail("feet", DescribeNode(list), "must list at least one link", "write feet: [l_foot, r_foot]");
+  }
+  std::vector<std::string> feet;
+  for (const YAML::Node& node : list) {
+    if (!node.IsScalar()) fields.Fail("feet", DescribeNode(node), "must be link names", "write feet: [l_foot, r_foot]");
+    if (std::find(feet.begin(), feet.end(), node.Scalar()) != feet.end()) {
+      fields.Fail("feet", node.Scalar(), "the link is listed twice", "list every foot once");
+    }
+    feet.push_back(node.Scalar());
+  }
+  return feet;
+}
+
+std::map<std::string, double> ReadJointValues(const YamlFields& fields, const std::string& key) {
+  std::map<std::string, double> values;
+  const YAML::Node map = fields.Get(key);
+  if (!map.IsDefined() || map.IsNull()) return values;
+  if (!map.IsMap()) fields.Fail(key, DescribeNode(map), "must map joint names to values", "write 'joint: 0.5' lines");
+  for (const auto& entry : map) {
+    const std::string joint = DescribeNode(entry.first);
+    const std::optional<double> value = AsNumber(entry.second);
+    if (!value) {
+      fields.Fail(key + "." + joint, DescribeNode(entry.second), "must be a finite number", "write radians or metres");
+    }
+    if (!values.emplace(joint, *value).second) fields.Fail(key + "." + joint, "", "given twice", "keep one of them");
+  }
+  return values;
+}
+
+std::map<std::string, std::string> ReadFiles(const YamlFields& fields) {
+  std::map<std::string, std::string> files;
+  const YAML::Node map = fields.Get("files");
+  if (!map.IsDefined() || map.IsNull()) return files;
+  if (!map.IsMap()) fields.Fail("files", DescribeNode(map), "must map paths to hashes", "write 'path: hash' lines");
+  for (const auto& entry : map) {
+    const std::string path = DescribeNode(entry.first);
+    if (!files.emplace(CheckPath(fields, "files." + path, path), DescribeNode(entry.second)).second) {
+      fields.Fail("files." + path, "", "the file is listed twice", "keep one line");
+    }
+  }
+  return files;
+}
+
+void ReadProblemNames(const YamlFields& fields, DatasetDescription* description) {
+  const YamlFields problems(fields.Require("problems"), fields.file(), "problems", {"posture", "motion"});
+  if (const auto text = problems.Text("posture")) description->posture_file = CheckPath(problems, "posture", *text);
+  if (const auto text = problems.Text("motion")) description->motion_file = CheckPath(problems, "motion", *text);
+  if (description->posture_file.empty() && description->motion_file.empty()) {
+    fields.Fail("problems", "", "names no problem file", "add 'posture: FILE.json' or 'motion: FILE.json'");
+  }
+}
+
+}  // namespace
+
+DatasetDescription ReadDatasetFile(const fs::path& folder) {
+  const std::string file = (folder / kDatasetFileName).string();
+  const YamlFields fields(ReadYamlFile(file), file, "",
+                          {"format", "name", "robot", "scene", "problems", "feet", "sole_offset_m", "gravity_m_s2",
+                           "nominal_posture", "self_collision_reference", "files"});
+  const std::string format = fields.RequireText("format");
+  if (format != kDatasetFormat) {
+    fields.Fail("format", format, "unknown dataset format", "this program reads '" + std::string(kDatasetFormat) + "'");
+  }
+  DatasetDescription description;
+  description.name = fields.RequireText("name");
+  description.robot_file = CheckPath(fields, "robot", fields.RequireText("robot"));
+  description.scene_file = CheckPath(fields, "scene", fields.RequireText("scene"));
+  ReadProblemNames(fields, &description);
+  description.feet = ReadFeet(fields);
+  description.sole_offset_m = fields.RequireNumber("sole_offset_m");
+  if (description.sole_offset_m < 0) {
+    fields.Fail("sole_offset_m", std::to_string(description.sole_offset_m), "must not be negative",
+                "write the height of the foot's link frame above its sole target");
+  }
+  description.gravity_m_s2 = fields.Number("gravity_m_s2").value_or(DatasetDescription::kBenchmarkGravity_m_s2);
+  if (!(description.gravity_m_s2 > 0)) {
+    fields.Fail("gravity_m_s2", std::to_string(description.gravity_m_s2), "must be greater than 0", "write 9.81");
+  }
+  description.nominal_posture = ReadJointValues(fields, "nominal_posture");
+  description.self_collision_reference = ReadJointValues(fields, "self_collision_reference");
+  description.files = ReadFiles(fields);
+  return description;
+}
+
+DatasetDescription DescribeDataset(const fs::path& folder) {
+  if (fs::is_regular_file(folder / kDatasetFileName)) return ReadDatasetFile(folder);
+  if (IsLegOptFolder(folder)) return DescribeLegOptFolder(folder);
+  throw InputError({.file = folder.string(),
+                    .field = "",
+                    .value = "",
+                    .message = fs::is_directory(folder) ? "is not a dataset folder" : "the folder does not exist",
+                    .fix = "name a folder with dataset.yaml, or one with problemsposture.json or problemsmotion.json, "
+                           "one URDF and one scene mesh"});
+}
+
+}  // namespace legopt

@@ -1,0 +1,104 @@
+#include "legopt/dataset/dataset_writer.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+
+#include "legopt/input_error.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+
+void Copy(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::create_directories(to.parent_path(), error);
+  fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
+  if (error) {
+    throw InputError({from.string(), "", "", "cannot be copied to " + to.string() + ": " + error.message(),
+                      "check permissions and free space"});
+  }
+}
+
+void CopyMesh(const fs::path& source, const ShapeSpec& shape, const fs::path& folder) {
+  if (shape.kind != ShapeSpec::Kind::kMesh) return;
+  Copy(shape.mesh_file, folder / fs::path(shape.mesh_file).lexically_relative(source));
+}
+
+/// Shortest text that reads back as the same number.
+std::string Number(double value) { return nlohmann::json(value).dump(); }
+
+/// As it stands where YAML takes it for a text, else in quotes.
+std::string Text(const std::string& text) {
+  static constexpr std::array<std::string_view, 9> kWords = {"true", "false", "yes", "no", "on",
+                                                             "off",  "null",  "y",   "n"};
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  const auto inside = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '-' || c == '.' || c == '/'; };
+  const bool plain = !text.empty() && letter(text.front()) && std::all_of(text.begin(), text.end(), inside);
+  const bool word = std::any_of(kWords.begin(), kWords.end(), [&](std::string_view w) {
+    return std::equal(w.begin(), w.end(), text.begin(), text.end(),
+                      [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
+  });
+  return plain && !word ? text : nlohmann::json(text).dump();
+}
+
+void AddMap(const char* key, const std::map<std::string, double>& values, std::string& text) {
+  if (values.empty()) return;
+  text += std::string("\n") + key + ":\n";
+  for (const auto& [name, value] : values) text += "  " + Text(name) + ": " + Number(value) + "\n";
+}
+
+}  // namespace
+
+std::string FormatProblems(std::span<const ProblemDefinition> problems, Task task, const std::string& robot,
+                           const std::string& scenario) {
+  const auto quoted = [](const std::string& text) { return nlohmann::json(text).dump(); };
+  std::string text = "{\"robot\": " + quoted(robot) + ", \"scenario\": " + quoted(scenario) + ", \"task\": \"" +
+                     std::string(ToString(task)) + "\",\n \"problems\": [";
+  bool first = true;
+  for (const ProblemDefinition& problem : problems) {
+    text += (first ? "\n" : ",\n") + std::string("  {\"id\": ") + std::to_string(problem.id) + ", \"definition\": [";
+    first = false;
+    for (size_t s = 0; s < problem.stances.size(); ++s) {
+      text += (s == 0 ? "" : ",\n   ") + quoted(FormatStance(problem.stances[s]));
+    }
+    text += "]}";
+  }
+  return text + "]}\n";
+}
+
+std::string FormatDatasetFile(const DatasetDescription& description, const std::string& comment) {
+  std::string text;
+  std::istringstream lines(comment);
+  for (std::string line; std::getline(lines, line);) text += "# " + line + "\n";
+  text += std::string("format: ") + kDatasetFormat + "\nname: " + Text(description.name) +
+          "\nrobot: " + Text(description.robot_file) + "\nscene: " + Text(description.scene_file) + "\nproblems:\n";
+  if (!description.posture_file.empty()) text += "  posture: " + Text(description.posture_file) + "\n";
+  if (!description.motion_file.empty()) text += "  motion: " + Text(description.motion_file) + "\n";
+  std::string feet;
+  for (const std::string& foot : description.feet) feet += (feet.empty() ? "" : ", ") + Text(foot);
+  text += "\nfeet: [" + feet + "]\nsole_offset_m: " + Number(description.sole_offset_m) +
+          "\ngravity_m_s2: " + Number(description.gravity_m_s2) + "\n";
+  AddMap("nominal_posture", description.nominal_posture, text);
+  AddMap("self_collision_reference", description.self_collision_reference, text);
+  return text + "\n";
+}
+
+void CopyRobot(const Dataset& source, const DatasetDescription& description, const fs::path& folder) {
+  Copy(source.folder() / description.robot_file, folder / description.robot_file);
+  for (const Link& link : source.robot().links()) {
+    for (const ShapeSpec& shape : link.collision) CopyMesh(source.folder(), shape, folder);
+  }
+}
+
+void CopyScene(const Dataset& source, const DatasetDescription& description, const fs::path& folder) {
+  Copy(source.folder() / description.scene_file, folder / description.scene_file);
+  for (const SceneObject& object : source.scene().objects) CopyMesh(source.folder(), object.shape, folder);
+}
+
+}  // namespace legopt

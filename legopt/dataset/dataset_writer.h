@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/dataset_file.h"
+
+namespace legopt {
+
+/// Text of a problem file (problem_file.h); reading it gives the same bits.
+std::string FormatProblems(std::span<const ProblemDefinition> problems, Task task, const std::string& robot,
+                           const std::string& scenario);
+
+/// Text of a dataset.yaml (dataset_file.h) without the hashes; `comment` is put on top, line by line.
+std::string FormatDatasetFile(const DatasetDescription& description, const std::string& comment);
+
+/// Copies the robot of a dataset, meshes included, keeping the paths. Throws InputError.
+void CopyRobot(const Dataset& source, const DatasetDescription& description, const std::filesystem::path& folder);
+
+/// Copies the scene of a dataset, meshes included, keeping the paths. Throws InputError.
+void CopyScene(const Dataset& source, const DatasetDescription& description, const std::filesystem::path& folder);
+
+}  // namespace legopt

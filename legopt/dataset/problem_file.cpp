@@ -1,0 +1,124 @@
+#include "legopt/dataset/problem_file.h"
+
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "legopt/input_error.h"
+
+namespace legopt {
+namespace {
+
+using Json = nlohmann::json;
+
+[[noreturn]] void Fail(const std::string& file, std::string field, std::string value, std::string message,
+                       std::string fix) {
+  throw InputError({.file = file,
+                    .field = std::move(field),
+                    .value = std::move(value),
+                    .message = std::move(message),
+                    .fix = std::move(fix)});
+}
+
+std::string OptionalText(const Json& root, const char* key, const std::string& file) {
+  const auto entry = root.find(key);
+  if (entry == root.end() || entry->is_null()) return {};
+  if (!entry->is_string()) Fail(file, key, entry->dump(), "must be a text", "write a JSON string");
+  return entry->get<std::string>();
+}
+
+int ParseId(const Json& problem, size_t index, const std::string& file) {
+  const std::string field = "problems[" + std::to_string(index) + "].id";
+  const auto entry = problem.find("id");
+  if (entry == problem.end()) Fail(file, field, "", "the key is missing", "give every problem an integer id");
+  constexpr std::int64_t kMaxId = 1'000'000'000;
+  if (!entry->is_number_integer() || *entry < 0 || *entry > kMaxId) {
+    Fail(file, field, entry->dump(), "must be an integer that is not negative", "number the problems 0, 1, 2, ...");
+  }
+  return entry->get<int>();
+}
+
+std::vector<Stance> ParseDefinition(const Json& definition, int id, const std::string& file) {
+  const std::string place = "problem " + std::to_string(id);
+  if (!definition.is_array() || definition.empty()) {
+    Fail(file, place + ", definition", "", "must be a list of at least one stance string", "see the LegOpt format");
+  }
+  std::vector<Stance> stances;
+  stances.reserve(definition.size());
+  for (size_t s = 0; s < definition.size(); ++s) {
+    const std::string field = place + ", stance " + std::to_string(s);
+    if (!definition[s].is_string()) Fail(file, field, definition[s].dump(), "must be a text", "write a stance string");
+    stances.push_back(ParseStance(definition[s].get_ref<const std::string&>(), {.file = file, .field = field}));
+  }
+  return stances;
+}
+
+}  // namespace
+
+Json ReadJsonFile(const std::filesystem::path& path) { return ParseJsonText(ReadJsonText(path), path); }
+
+std::string ReadJsonText(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream || std::filesystem::is_directory(path)) {
+    Fail(path.string(), "", "", "cannot be read", "check that the file exists and is readable");
+  }
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+Json ParseJsonText(std::string_view text, const std::filesystem::path& path) {
+  // What is deeper would overflow the stack of whoever walks through it, even to show it in an error.
+  constexpr int kMaxDepth = 64;
+  const auto check_depth = [&path](int depth, Json::parse_event_t /*event*/, Json& /*parsed*/) {
+    if (depth > kMaxDepth) {
+      Fail(path.string(), "", "", "nested more than " + std::to_string(kMaxDepth) + " deep", "see the LegOpt format");
+    }
+    return true;
+  };
+  try {
+    return Json::parse(text, check_depth);
+  } catch (const Json::parse_error& error) {
+    Fail(path.string(), "byte " + std::to_string(error.byte), "", "not valid JSON: " + std::string(error.what()),
+         "correct the syntax");
+  } catch (const Json::out_of_range& error) {  // a number that no double holds
+    Fail(path.string(), "", "", "not valid JSON: " + std::string(error.what()), "write numbers below 1.8e308");
+  }
+}
+
+ProblemFile ReadProblemFile(const std::filesystem::path& path) {
+  return ParseProblemFile(ReadJsonFile(path), path.string(), false);
+}
+
+ProblemFile ParseProblemFile(const Json& root, const std::string& file_for_errors, bool definition_optional) {
+  if (!root.is_object()) Fail(file_for_errors, "", "", "the root must be a JSON object", "write {\"problems\": [...]}");
+  const auto list = root.find("problems");
+  if (list == root.end() || !list->is_array()) {
+    Fail(file_for_errors, "problems", "", "the list of problems is missing", "write {\"problems\": [...]}");
+  }
+  ProblemFile file{.robot = OptionalText(root, "robot", file_for_errors),
+                   .scenario = OptionalText(root, "scenario", file_for_errors),
+                   .task = std::nullopt,
+                   .problems = {}};
+  const std::string task = OptionalText(root, "task", file_for_errors);
+  if (!task.empty()) file.task = ParseTask(task, file_for_errors);
+  std::set<int> ids;
+  for (size_t i = 0; i < list->size(); ++i) {
+    const Json& entry = (*list)[i];
+    const std::string field = "problems[" + std::to_string(i) + "]";
+    if (!entry.is_object()) Fail(file_for_errors, field, entry.dump(), "must be an object", "write {\"id\": ...}");
+    ProblemDefinition problem{.id = ParseId(entry, i, file_for_errors), .stances = {}};
+    if (!ids.insert(problem.id).second) {
+      Fail(file_for_errors, field + ".id", std::to_string(problem.id), "the id is used twice", "renumber one of them");
+    }
+    const auto definition = entry.find("definition");
+    if (definition != entry.end()) {
+      problem.stances = ParseDefinition(*definition, problem.id, file_for_errors);
+    } else if (!definition_optional) {
+      Fail(file_for_errors, field + ".definition", "", "the key is missing", "add the list of stance strings");
+    }
+    file.problems.push_back(std::move(problem));
+  }
+  return file;
+}
+
+}  // namespace legopt

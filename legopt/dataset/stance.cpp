@@ -1,0 +1,134 @@
+#include "legopt/dataset/stance.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+
+#include "legopt/input_error.h"
+
+namespace legopt {
+namespace {
+
+constexpr std::string_view kSpace = " \t\r\n";
+constexpr size_t kPoseSize = 7;
+constexpr size_t kMaxNumberText = 32;  ///< the longest shortest-round-trip double has 24 characters
+
+std::string_view Trim(std::string_view text) {
+  const size_t first = text.find_first_not_of(kSpace);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+}
+
+/// Fields between commas; the empty field after a trailing comma is dropped.
+std::vector<std::string_view> SplitFields(std::string_view text) {
+  std::vector<std::string_view> fields;
+  while (true) {
+    const size_t comma = text.find(',');
+    fields.push_back(Trim(text.substr(0, comma)));
+    if (comma == std::string_view::npos) break;
+    text.remove_prefix(comma + 1);
+  }
+  if (fields.back().empty()) fields.pop_back();
+  return fields;
+}
+
+[[noreturn]] void Fail(const TextSource& source, std::string_view value, std::string message, std::string fix) {
+  throw InputError({.file = source.file,
+                    .field = source.field,
+                    .value = std::string(value),
+                    .message = std::move(message),
+                    .fix = std::move(fix)});
+}
+
+double ParseNumber(std::string_view token, const TextSource& source) {
+  const std::string_view digits = token.starts_with('+') ? token.substr(1) : token;
+  double value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error != std::errc() || end != digits.data() + digits.size()) {
+    Fail(source, token, "not a number in a pose", "a pose is 7 numbers: qw qx qy qz px py pz");
+  }
+  if (!std::isfinite(value)) Fail(source, token, "a pose must be finite", "replace the value by a finite number");
+  return value;
+}
+
+std::string Shortest(double value) {
+  std::array<char, kMaxNumberText> buffer;
+  return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
+}
+
+Foothold ParseFoothold(std::string_view link, std::string_view pose, const TextSource& source) {
+  std::array<double, kPoseSize> numbers{};
+  size_t count = 0;
+  for (size_t begin = pose.find_first_not_of(kSpace); begin != std::string_view::npos;) {
+    const size_t end = std::min(pose.find_first_of(kSpace, begin), pose.size());
+    if (count < kPoseSize) numbers[count] = ParseNumber(pose.substr(begin, end - begin), source);
+    ++count;
+    begin = pose.find_first_not_of(kSpace, end);
+  }
+  if (count != kPoseSize) {
+    Fail(source, pose, "the pose of '" + std::string(link) + "' has " + std::to_string(count) + " numbers instead of 7",
+         "write qw qx qy qz px py pz");
+  }
+  Foothold foothold{.link = std::string(link),
+                    .position = {numbers[4], numbers[5], numbers[6]},
+                    .rotation = Eigen::Quaterniond(numbers[0], numbers[1], numbers[2], numbers[3])};
+  const double norm = foothold.rotation.norm();
+  if (!(std::abs(norm - 1) <= kQuaternionTolerance)) {
+    Fail(source, pose,
+         "the quaternion of '" + std::string(link) + "' is not unit: its norm is " + Shortest(norm) +
+             ", which is more than " + Shortest(kQuaternionTolerance) + " from 1",
+         "the first four numbers are qw qx qy qz; divide them by the norm");
+  }
+  return foothold;
+}
+
+}  // namespace
+
+bool operator==(const Foothold& a, const Foothold& b) {
+  return a.link == b.link && a.position == b.position && a.rotation.coeffs() == b.rotation.coeffs();
+}
+
+bool operator==(const Stance& a, const Stance& b) { return a.footholds == b.footholds; }
+
+bool operator==(const ProblemDefinition& a, const ProblemDefinition& b) {
+  return a.id == b.id && a.stances == b.stances;
+}
+
+int NumWaypoints(const ProblemDefinition& problem) {
+  const int stances = static_cast<int>(problem.stances.size());
+  return stances == 1 ? 1 : 2 * stances;
+}
+
+Stance ParseStance(std::string_view text, const TextSource& source) {
+  const std::vector<std::string_view> fields = SplitFields(text);
+  if (fields.empty()) Fail(source, text, "the stance has no feet", "write 'link,qw qx qy qz px py pz,'");
+  if (fields.size() % 2 != 0) {
+    Fail(source, text, "the stance does not alternate link names and poses", "write 'link,qw qx qy qz px py pz,'");
+  }
+  Stance stance;
+  for (size_t i = 0; i < fields.size(); i += 2) {
+    if (fields[i].empty()) Fail(source, text, "a link name is empty", "write 'link,qw qx qy qz px py pz,'");
+    for (const Foothold& earlier : stance.footholds) {
+      if (earlier.link == fields[i]) {
+        Fail(source, fields[i], "a foot is listed twice in one stance", "keep one pose per foot");
+      }
+    }
+    stance.footholds.push_back(ParseFoothold(fields[i], fields[i + 1], source));
+  }
+  return stance;
+}
+
+std::string FormatStance(const Stance& stance) {
+  std::string text;
+  for (const Foothold& foothold : stance.footholds) {
+    text += foothold.link + ",";
+    const Eigen::Quaterniond& q = foothold.rotation;
+    for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += Shortest(value) + ' ';
+    for (const double value : foothold.position) text += Shortest(value) + ' ';
+    text += ",";
+  }
+  return text;
+}
+
+}  // namespace legopt

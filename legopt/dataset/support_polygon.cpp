@@ -1,0 +1,107 @@
+#include "legopt/dataset/support_polygon.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+
+#include "legopt/dataset/dataset.h"
+
+namespace legopt {
+namespace {
+
+/// Corners closer than this are one: an edge of rounding errors has no direction. Metres.
+constexpr double kMergeDistance_m = 1e-9;
+
+double Cross(const Eigen::Vector2d& o, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  const Eigen::Vector2d u = a - o;
+  const Eigen::Vector2d v = b - o;
+  return u.x() * v.y() - u.y() * v.x();
+}
+
+/// Extends the chain `hull[begin..]` by `point`, keeping left turns only.
+void ExtendChain(const Eigen::Vector2d& point, size_t begin, std::vector<Eigen::Vector2d>* hull) {
+  while (hull->size() >= begin + 2 && Cross((*hull)[hull->size() - 2], hull->back(), point) <= 0) hull->pop_back();
+  hull->push_back(point);
+}
+
+void MergeShortEdges(std::vector<Eigen::Vector2d>* hull) {
+  std::vector<Eigen::Vector2d> kept;
+  for (const Eigen::Vector2d& corner : *hull) {
+    const bool repeats_last = !kept.empty() && (corner - kept.back()).norm() < kMergeDistance_m;
+    const bool repeats_first = !kept.empty() && (corner - kept.front()).norm() < kMergeDistance_m;
+    if (!repeats_last && !repeats_first) kept.push_back(corner);
+  }
+  *hull = std::move(kept);
+}
+
+HalfPlane Through(const Eigen::Vector2d& point, const Eigen::Vector2d& outward) {
+  return {.normal = outward, .offset = -outward.dot(point)};
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector2d> ConvexHull2d(std::vector<Eigen::Vector2d> points) {
+  std::sort(points.begin(), points.end(), [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
+  });
+  std::vector<Eigen::Vector2d> hull;
+  for (const Eigen::Vector2d& point : points) ExtendChain(point, 0, &hull);
+  const size_t lower = hull.empty() ? 0 : hull.size() - 1;
+  for (size_t i = points.size(); i-- > 1;) ExtendChain(points[i - 1], lower, &hull);
+  MergeShortEdges(&hull);
+  return hull;
+}
+
+std::vector<Eigen::Vector2d> SupportPolygon(std::span<const FootPlacement> feet) {
+  std::vector<Eigen::Vector2d> corners;
+  corners.reserve(4 * feet.size());
+  for (const FootPlacement& foot : feet) {
+    const Eigen::Vector3d& low = foot.box_F.min();
+    const Eigen::Vector3d& high = foot.box_F.max();
+    for (const double x : {low.x(), high.x()}) {
+      for (const double y : {low.y(), high.y()}) {
+        corners.emplace_back((foot.X_WF * Eigen::Vector3d(x, y, low.z())).head<2>());
+      }
+    }
+  }
+  return ConvexHull2d(std::move(corners));
+}
+
+std::vector<Eigen::Vector2d> TargetSupportPolygon(const Dataset& dataset, const Stance& stance) {
+  std::vector<FootPlacement> feet;
+  feet.reserve(stance.footholds.size());
+  for (const Foothold& foothold : stance.footholds) {
+    feet.push_back({.box_F = dataset.foot(foothold.link).box, .X_WF = dataset.FootTarget(foothold)});
+  }
+  return SupportPolygon(feet);
+}
+
+std::vector<HalfPlane> Edges(std::span<const Eigen::Vector2d> polygon) {
+  if (polygon.empty()) {
+    std::fprintf(stderr, "Edges: the polygon is empty\n");
+    std::abort();
+  }
+  if (polygon.size() <= 2) {
+    const Eigen::Vector2d a = polygon.front();
+    const Eigen::Vector2d b = polygon.back();
+    const Eigen::Vector2d along = polygon.size() == 2 ? Eigen::Vector2d((b - a).normalized()) : Eigen::Vector2d(1, 0);
+    const Eigen::Vector2d across(along.y(), -along.x());
+    return {Through(a, across), Through(b, along), Through(a, -across), Through(a, -along)};
+  }
+  std::vector<HalfPlane> edges;
+  edges.reserve(polygon.size());
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector2d along = (polygon[(i + 1) % polygon.size()] - polygon[i]).normalized();
+    edges.push_back(Through(polygon[i], {along.y(), -along.x()}));
+  }
+  return edges;
+}
+
+double SignedDistanceToPolygon(std::span<const Eigen::Vector2d> polygon, const Eigen::Vector2d& c) {
+  double largest = -std::numeric_limits<double>::infinity();
+  for (const HalfPlane& edge : Edges(polygon)) largest = std::max(largest, edge.Distance(c));
+  return largest;
+}
+
+}  // namespace legopt

@@ -1,0 +1,64 @@
+#include "legopt/dataset/text_file.h"
+
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include "legopt/input_error.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr const char* kIdentityName = "generation.txt";
+
+[[noreturn]] void Refuse(const fs::path& path, const std::string& message, const std::string& fix) {
+  throw InputError({path.string(), "", "", message, fix});
+}
+
+}  // namespace
+
+void WriteTextFile(const fs::path& path, const std::string& text) {
+  fs::path temporary = path;
+  temporary += ".new";
+  std::error_code error;
+  {
+    std::ofstream stream(temporary, std::ios::binary);
+    stream << text;
+    if (!stream.flush()) Refuse(path, "cannot be written", "check the folder's permissions and free space");
+  }
+  fs::rename(temporary, path, error);
+  if (error) Refuse(path, "cannot be written: " + error.message(), "check the folder's permissions");
+}
+
+NewFolder::NewFolder(const fs::path& folder, const std::string& identity)
+    : folder_(fs::weakly_canonical(folder)), partial_(folder_.string() + ".partial") {
+  std::error_code error;
+  if (fs::exists(folder_, error)) {
+    Refuse(folder_, "exists already; nothing is overwritten", "choose another --out, or remove it");
+  }
+  if (fs::is_directory(partial_, error)) {
+    std::ifstream stream(partial_ / kIdentityName, std::ios::binary);
+    const std::string found{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+    if (found == identity) return;
+    Refuse(partial_, "holds an unfinished generation with other parameters",
+           "give the same parameters to go on with it, or remove it");
+  }
+  fs::create_directories(partial_, error);
+  if (error) Refuse(partial_, "cannot be made: " + error.message(), "check the permissions of the folder above it");
+  WriteTextFile(partial_ / kIdentityName, identity);
+}
+
+void NewFolder::Finish() {
+  std::error_code error;
+  fs::remove(partial_ / kIdentityName, error);
+  fs::rename(partial_, folder_, error);
+  if (error) Refuse(folder_, "cannot be made: " + error.message(), "the files are complete in " + partial_.string());
+}
+
+void NewFolder::Discard() {
+  std::error_code ignored;
+  fs::remove_all(partial_, ignored);
+}
+
+}  // namespace legopt

@@ -1,0 +1,116 @@
+#include "legopt/dataset/yaml_fields.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "legopt/input_error.h"
+#include "legopt/nearest_name.h"
+
+namespace legopt {
+
+YAML::Node ReadYamlFile(const std::filesystem::path& path) {
+  try {
+    return YAML::LoadFile(path.string());
+  } catch (const YAML::BadFile&) {
+    throw InputError({.file = path.string(),
+                      .field = "",
+                      .value = "",
+                      .message = "cannot be read",
+                      .fix = "check that the file exists and is readable"});
+  } catch (const YAML::ParserException& error) {
+    throw InputError({.file = path.string(),
+                      .field = "line " + std::to_string(error.mark.line + 1),
+                      .value = "",
+                      .message = "not valid YAML: " + error.msg,
+                      .fix = "correct the syntax"});
+  }
+}
+
+std::string DescribeNode(const YAML::Node& node) {
+  if (!node.IsDefined() || node.IsNull()) return "nothing";
+  if (node.IsScalar()) return node.Scalar();
+  return node.IsMap() ? "a map" : "a list";
+}
+
+std::optional<double> AsNumber(const YAML::Node& node) {
+  double value = 0;
+  if (!node.IsDefined() || !node.IsScalar() || !YAML::convert<double>::decode(node, value)) return std::nullopt;
+  if (!std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+YamlFields::YamlFields(YAML::Node map, std::string file, std::string place, const std::vector<std::string>& known)
+    : map_(std::move(map)), file_(std::move(file)), place_(std::move(place)) {
+  if (!map_.IsMap()) Fail("", DescribeNode(map_), "must be a map of keys and values", "write 'key: value' lines");
+  std::set<std::string> seen;
+  for (const auto& entry : map_) {
+    const std::string key = DescribeNode(entry.first);
+    if (std::find(known.begin(), known.end(), key) == known.end()) {
+      Fail(key, "", "unknown key", SuggestName(key, known));
+    }
+    if (!seen.insert(key).second) Fail(key, "", "the key is given twice", "keep one of them");
+  }
+}
+
+YAML::Node YamlFields::Get(const std::string& key) const {
+  for (const auto& entry : map_) {
+    if (entry.first.IsScalar() && entry.first.Scalar() == key) return entry.second;
+  }
+  return YAML::Node(YAML::NodeType::Undefined);
+}
+
+YAML::Node YamlFields::Require(const std::string& key) const {
+  YAML::Node node = Get(key);
+  if (!node.IsDefined() || node.IsNull()) Fail(key, "", "the key is missing", "add '" + key + ": ...'");
+  return node;
+}
+
+std::optional<std::string> YamlFields::Text(const std::string& key) const {
+  const YAML::Node node = Get(key);
+  if (!node.IsDefined()) return std::nullopt;
+  if (!node.IsScalar() || node.Scalar().empty()) Fail(key, DescribeNode(node), "must be a text", "write one word");
+  return node.Scalar();
+}
+
+std::optional<double> YamlFields::Number(const std::string& key) const {
+  const YAML::Node node = Get(key);
+  if (!node.IsDefined()) return std::nullopt;
+  const std::optional<double> value = AsNumber(node);
+  if (!value) Fail(key, DescribeNode(node), "must be a finite number", "write a number in SI units");
+  return value;
+}
+
+std::optional<Eigen::Vector3d> YamlFields::Vector3(const std::string& key) const {
+  const YAML::Node node = Get(key);
+  if (!node.IsDefined()) return std::nullopt;
+  if (!node.IsSequence() || node.size() != 3) Fail(key, DescribeNode(node), "must be three numbers", "write [x, y, z]");
+  Eigen::Vector3d vector;
+  for (int i = 0; i < 3; ++i) {
+    const YAML::Node element = node[static_cast<size_t>(i)];
+    const std::optional<double> value = AsNumber(element);
+    if (!value) Fail(key, DescribeNode(element), "must be three finite numbers", "write [x, y, z]");
+    vector[i] = *value;
+  }
+  return vector;
+}
+
+std::string YamlFields::RequireText(const std::string& key) const {
+  Require(key);
+  return *Text(key);
+}
+
+double YamlFields::RequireNumber(const std::string& key) const {
+  Require(key);
+  return *Number(key);
+}
+
+void YamlFields::Fail(const std::string& key, const std::string& value, const std::string& message,
+                      const std::string& fix) const {
+  std::string field = place_;
+  if (!key.empty()) field += (field.empty() ? "" : ".") + key;
+  throw InputError({.file = file_, .field = field, .value = value, .message = message, .fix = fix});
+}
+
+}  // namespace legopt

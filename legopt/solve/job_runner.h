@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/task.h"
+#include "legopt/evaluate/judge.h"
+#include "legopt/methods/method.h"
+#include "legopt/optimize/solve_outcome.h"
+#include "legopt/solve/problem_solver.h"
+
+namespace legopt {
+
+/// One solve of one problem by one method: everything that decides the solution, besides the dataset.
+struct Job {
+  Task task = Task::kPosture;
+  Initialization initialization = Initialization::kGood;
+  int problem_id = 0;
+  int repetition = 0;                 ///< >= 0; enters the seed of every random draw
+  std::uint64_t experiment_seed = 0;  ///< the other part of it
+  Method method;
+  double wall_limit_s = 60;  ///< > 0; soft: the solver stops itself and returns the best it has
+};
+
+/// What a running job tells, and asks, its surroundings. Empty functions are not called. Called from the thread that
+/// runs the job; they must be quick, for they count as solving time, and must not throw.
+struct JobHooks {
+  std::function<bool()> cancelled;         ///< true: stop soon, status kCancelled
+  std::function<void(int, int)> progress;  ///< (done, total) restarts or windows
+  std::function<void()> judging;           ///< the solver has returned, the judge begins
+};
+
+/// The solver's outcome and the judge's verdict. Bit-identical for equal (dataset content, job) on every worker of one
+/// build, except the measured times.
+struct JobResult {
+  SolveOutcome solve;
+  Evaluation evaluation;
+};
+
+/// Runs jobs on one dataset, one after the other: solve, then judge.
+///
+/// Construction builds the collision model (seconds for a large mesh), so that no job is charged for it, and throws
+/// InputError when a mesh is corrupt. The dataset is shared. One thread at a time.
+class JobRunner {
+ public:
+  explicit JobRunner(std::shared_ptr<const Dataset> dataset);
+
+  const Dataset& dataset() const { return *dataset_; }
+
+  /// Throws InputError when the dataset has no such problem and std::bad_alloc when memory ends; a solver that fails
+  /// numerically is an outcome, not an exception.
+  JobResult Run(const Job& job, const JobHooks& hooks = {});
+
+ private:
+  std::shared_ptr<const Dataset> dataset_;
+  ProblemSolver solver_;
+  Judge judge_;
+};
+
+/// Adds to the judge's detail how far a motion came that lacks waypoints: it is infeasible by their count, and this is
+/// what a reader wants to know.
+void DescribeWindows(JobResult* result);
+
+/// One job, without keeping anything for a next one. As JobRunner.
+JobResult RunJob(std::shared_ptr<const Dataset> dataset, const Job& job, const JobHooks& hooks = {});
+
+}  // namespace legopt

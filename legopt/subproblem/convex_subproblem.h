@@ -1,0 +1,117 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "legopt/program/program.h"
+
+namespace legopt {
+
+/// The convex model that an SQP iteration minimises:
+///
+///     m(dx) = c + g^T dx + 1/2 dx^T H dx + sum_i w_i |a_i^T dx + b_i| + sum_j w_j max(0, a_j^T dx + b_j)
+///     subject to lower <= dx <= upper,
+///
+/// over a chain of `num_blocks` blocks of `block_size` variables. H is positive semidefinite and block tridiagonal; a
+/// row touches one block or two consecutive ones. Blocks are stored padded to `stride()` = PaddedSize(block_size).
+///
+/// Plain data with builders; refilling it allocates nothing once it has grown. One thread.
+class ConvexSubproblem {
+ public:
+  struct Row {
+    int block = 0;
+    int num_blocks = 1;
+    bool absolute = false;  ///< |.| rather than max(0, .)
+    double weight = 0.0;    ///< > 0
+    double offset = 0.0;    ///< b
+    size_t begin = 0;       ///< of its coefficients in coefficients()
+  };
+
+  ConvexSubproblem(int num_blocks, int block_size);
+
+  /// Removes costs and rows; bounds stay.
+  void Clear();
+
+  /// Adds |r + J dx|^2 (Gauss-Newton) of a cost model whose first waypoint is `block`.
+  void AddCost(int block, const LinearModel& model);
+
+  /// Adds weight * sum of penalties of a constraint model.
+  void AddPenalties(int block, const LinearModel& model, TermKind kind, double weight);
+
+  /// Bounds of dx, num_blocks * block_size entries, unpadded; lower <= upper, finite.
+  void SetBounds(Eigen::Ref<const Eigen::VectorXd> lower, Eigen::Ref<const Eigen::VectorXd> upper);
+
+  /// m(dx); dx unpadded.
+  double Value(Eigen::Ref<const Eigen::VectorXd> dx) const;
+
+  int num_blocks() const { return num_blocks_; }
+  int block_size() const { return block_size_; }
+  int stride() const { return stride_; }
+  double constant() const { return constant_; }
+  double max_weight() const { return max_weight_; }
+  const std::vector<Row>& rows() const { return rows_; }
+  /// Coefficients of a row's k-th block, stride() doubles.
+  const double* coefficients(const Row& row, int k = 0) const {
+    return coefficients_.data() + row.begin + static_cast<size_t>(k) * static_cast<size_t>(stride_);
+  }
+  /// Upper triangle of H's diagonal block t / whole block (t, t+1): stride() x stride().
+  const double* hessian(int t) const { return diagonal_.data() + BlockOffset(t); }
+  const double* coupling(int t) const { return coupling_.data() + BlockOffset(t); }
+  bool has_coupling() const { return has_coupling_; }
+  /// Padded vectors, num_blocks * stride() entries.
+  const std::vector<double>& gradient() const { return gradient_; }
+  const std::vector<double>& lower() const { return lower_; }
+  const std::vector<double>& upper() const { return upper_; }
+
+ private:
+  size_t BlockOffset(int t) const {
+    return static_cast<size_t>(t) * static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
+  }
+
+  int num_blocks_, block_size_, stride_;
+  double constant_ = 0.0;
+  double max_weight_ = 0.0;
+  bool has_coupling_ = false;
+  std::vector<double> diagonal_, coupling_, gradient_, lower_, upper_;
+  std::vector<Row> rows_;
+  std::vector<double> coefficients_;
+  mutable std::vector<double> padded_;
+};
+
+/// Calls visit(i, j, H_ij) with i <= j, unpadded indices, in a fixed order: all entries of the diagonal blocks' upper
+/// triangles and, if `coupled`, of the blocks beside the diagonal, zeros included.
+template <class Visit>
+void ForEachHessianEntry(const ConvexSubproblem& problem, bool coupled, Visit visit) {
+  const int size = problem.block_size();
+  for (int t = 0; t < problem.num_blocks(); ++t) {
+    for (int i = 0; i < size; ++i) {
+      for (int j = i; j < size; ++j) visit(t * size + i, t * size + j, problem.hessian(t)[i * problem.stride() + j]);
+    }
+    if (!coupled || t + 1 == problem.num_blocks()) continue;
+    for (int i = 0; i < size; ++i) {
+      for (int j = 0; j < size; ++j) {
+        visit(t * size + i, (t + 1) * size + j, problem.coupling(t)[i * problem.stride() + j]);
+      }
+    }
+  }
+}
+
+/// A solver of ConvexSubproblem. One thread; keeps its workspace between solves.
+class SubproblemSolver {
+ public:
+  enum class Status { kSolved, kIterationLimit, kFailed };
+
+  struct Result {
+    Status status = Status::kFailed;
+    int iterations = 0;
+    double gap = 0.0;  ///< bound on m(dx) - min m
+  };
+
+  virtual ~SubproblemSolver() = default;
+
+  /// Minimises to within `accuracy` of the optimal value. `dx` (unpadded) lies within the bounds; with
+  /// kIterationLimit it is the best point found, with kFailed it is unusable.
+  virtual Result Solve(const ConvexSubproblem& problem, double accuracy, Eigen::Ref<Eigen::VectorXd> dx) = 0;
+};
+
+}  // namespace legopt

@@ -1,0 +1,118 @@
+#include "legopt/terms/waypoint_program.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+
+#include "legopt/dataset/support_polygon.h"
+#include "legopt/terms/swept_collision_term.h"
+#include "legopt/terms/velocity_term.h"
+#include "legopt/terms/waypoint_terms.h"
+
+namespace legopt {
+
+std::unique_ptr<WaypointProgram> WaypointProgram::Posture(const Dataset& dataset, CollisionQuery& query,
+                                                          const Stance& stance, const ContactOptions& contacts) {
+  std::unique_ptr<WaypointProgram> program(new WaypointProgram(dataset, query, {&stance}, contacts));
+  program->terms_.insert(program->terms_.begin(), std::make_unique<TorqueCostTerm>(0, program->states_[0]));
+  return program;
+}
+
+std::unique_ptr<WaypointProgram> WaypointProgram::Window(const Dataset& dataset, CollisionQuery& query,
+                                                         std::span<const Stance> stances,
+                                                         const ContactOptions& contacts, bool fixed_first) {
+  std::vector<const Stance*> per_waypoint;
+  for (const Stance& stance : stances) per_waypoint.insert(per_waypoint.end(), kWaypointsPerStance, &stance);
+  std::unique_ptr<WaypointProgram> program(new WaypointProgram(dataset, query, per_waypoint, contacts));
+  program->fixed_first_ = fixed_first;
+  constexpr int kVelocityUnit = 0;
+  for (int t = 0; t + 1 < program->num_waypoints(); ++t) {
+    program->terms_.push_back(
+        std::make_unique<VelocityCostTerm>(t, kVelocityUnit, program->state(t), program->state(t + 1)));
+    if (contacts.continuous == ContinuousCollision::kNone) continue;
+    const double weight = contacts.continuous == ContinuousCollision::kPreferred ? contacts.continuous_weight : 0.0;
+    program->terms_.push_back(std::make_unique<SweptCollisionTerm>(t, program->state(t), program->state(t + 1),
+                                                                   dataset.robot(), query, contacts.margin_m,
+                                                                   contacts.range_m, weight));
+  }
+  return program;
+}
+
+WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query,
+                                 const std::vector<const Stance*>& stances, const ContactOptions& contacts)
+    : robot_(&dataset.robot()) {
+  for (size_t t = 0; t < stances.size(); ++t) {
+    states_.emplace_back(*robot_, query, contacts.range_m);
+    AddConstraints(dataset, *stances[t], static_cast<int>(t), contacts.margin_m);
+  }
+}
+
+void WaypointProgram::AddConstraints(const Dataset& dataset, const Stance& stance, int waypoint, double margin_m) {
+  WaypointState& state = states_.back();
+  for (const Foothold& foothold : stance.footholds) {
+    terms_.push_back(std::make_unique<FootPoseTerm>(waypoint, state, dataset.foot(foothold.link).link_index,
+                                                    dataset.FootTarget(foothold), foothold.link));
+  }
+  terms_.push_back(std::make_unique<ComTerm>(waypoint, state, Edges(TargetSupportPolygon(dataset, stance))));
+  terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m));
+}
+
+void WaypointProgram::SetPoint(Eigen::Ref<const Eigen::VectorXd> x) {
+  const Eigen::Index size = point_size();
+  for (size_t t = 0; t < states_.size(); ++t) states_[t].Update(x.segment(static_cast<Eigen::Index>(t) * size, size));
+}
+
+void WaypointProgram::Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
+                              Eigen::Ref<Eigen::VectorXd> x_next) const {
+  const Eigen::Index points = point_size();
+  const Eigen::Index tangents = tangent_size();
+  if (fixed_first_) x_next.head(points) = x.head(points);
+  for (Eigen::Index t = first_free(); t < num_waypoints(); ++t) {
+    legopt::Retract(*robot_, x.segment(t * points, points), dx.segment(t * tangents, tangents),
+                    x_next.segment(t * points, points));
+  }
+  ProjectOnBounds(x_next);
+}
+
+void WaypointProgram::PullBack(const double* dx, double* row) const {
+  constexpr double kSmallAngle = 1e-4;  // the next terms of the series are below 1e-16 there, or nearly so
+  const Eigen::Index base = robot_->num_dofs() + 3;
+  const Eigen::Map<const Eigen::Vector3d> phi(dx + base);
+  Eigen::Map<Eigen::Vector3d> g(row + base);
+  const double angle = phi.norm();
+  double first = 0.5;       // (1 - cos angle) / angle^2
+  double second = 1.0 / 6;  // (angle - sin angle) / angle^3
+  if (angle >= kSmallAngle) {
+    first = (1.0 - std::cos(angle)) / (angle * angle);
+    second = (angle - std::sin(angle)) / (angle * angle * angle);
+  }
+  // J^T g with J = I + first [phi]x + second [phi]x^2; the transpose changes the sign of the odd term.
+  const Eigen::Vector3d across = phi.cross(g);
+  g += second * phi.cross(across) - first * across;
+}
+
+void WaypointProgram::StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> lower,
+                                 Eigen::Ref<Eigen::VectorXd> upper) const {
+  const Eigen::Index n = robot_->num_dofs();
+  lower.setConstant(-std::numeric_limits<double>::infinity());
+  upper.setConstant(std::numeric_limits<double>::infinity());
+  if (fixed_first_) {
+    lower.head(tangent_size()).setZero();
+    upper.head(tangent_size()).setZero();
+  }
+  for (Eigen::Index t = first_free(); t < num_waypoints(); ++t) {
+    const auto joints = x.segment(t * point_size(), n);
+    lower.segment(t * tangent_size(), n) = robot_->lower_limits() - joints;
+    upper.segment(t * tangent_size(), n) = robot_->upper_limits() - joints;
+  }
+}
+
+void WaypointProgram::ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const {
+  const Eigen::Index n = robot_->num_dofs();
+  for (Eigen::Index t = first_free(); t < num_waypoints(); ++t) {
+    auto joints = x.segment(t * point_size(), n);
+    joints = joints.cwiseMax(robot_->lower_limits()).cwiseMin(robot_->upper_limits());
+  }
+}
+
+}  // namespace legopt

@@ -1,0 +1,176 @@
+#include "programs/isolated_call.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "programs/process_limits.h"
+
+namespace legopt {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kReadBytes = 1U << 16;
+
+// How the process ends when it is not killed: none is a code with which a reader would leave by itself.
+enum ExitCode : int { kAnswered = 100, kThrew = 101, kOutOfMemory = 102, kCallerGone = 103 };
+
+bool WriteAll(int fd, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(fd, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
+/// Gives up what belongs to the caller: its signal handlers, its output, its life beyond it.
+void BecomeIsolated(pid_t caller, const IsolationLimits& limits) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (::getppid() != caller) ::_exit(kCallerGone);
+  for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU, SIGALRM}) {
+    ::signal(number, SIG_DFL);
+  }
+  // Sent to a whole group or job: the caller decides on those.
+  for (const int number : {SIGINT, SIGHUP, SIGTERM, SIGUSR1, SIGUSR2, SIGPIPE}) ::signal(number, SIG_IGN);
+  sigset_t none;
+  ::sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nowhere >= 0) {
+    ::dup2(nowhere, STDOUT_FILENO);
+    ::dup2(nowhere, STDERR_FILENO);
+  }
+  const rlimit no_core{0, 0};
+  ::setrlimit(RLIMIT_CORE, &no_core);
+  const rlimit cpu{static_cast<rlim_t>(limits.cpu_s), static_cast<rlim_t>(limits.cpu_s) + 1};
+  ::setrlimit(RLIMIT_CPU, &cpu);
+  LimitMemoryGrowth(limits.memory_bytes);
+}
+
+[[noreturn]] void Answer(int fd, const std::function<std::string()>& body) {
+  try {
+    ::_exit(WriteAll(fd, body()) ? kAnswered : kCallerGone);
+  } catch (const std::bad_alloc&) {
+    ::_exit(kOutOfMemory);
+  } catch (const std::exception& error) {
+    WriteAll(fd, error.what());
+    ::_exit(kThrew);
+  } catch (...) {
+    ::_exit(kThrew);
+  }
+}
+
+/// The process that answers, seen from its caller: killed and waited for when this goes.
+class Answerer {
+ public:
+  Answerer(pid_t pid, int fd) : pid_(pid), fd_(fd) {}
+  Answerer(const Answerer&) = delete;
+  Answerer& operator=(const Answerer&) = delete;
+  ~Answerer() {
+    if (pid_ > 0) {
+      ::kill(pid_, SIGKILL);
+      Wait();
+    }
+    ::close(fd_);
+  }
+
+  /// All that it writes until it closes; empty when that takes longer than until `deadline`.
+  std::optional<std::string> Read(Clock::time_point deadline) const {
+    std::string bytes;
+    std::vector<char> buffer(kReadBytes);
+    for (;;) {
+      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
+      if (left <= 0) return std::nullopt;
+      pollfd ready{fd_, POLLIN, 0};
+      const int polled = ::poll(&ready, 1, static_cast<int>(left));
+      if (polled == 0) return std::nullopt;
+      if (polled < 0) continue;
+      const ssize_t count = ::read(fd_, buffer.data(), buffer.size());
+      if (count == 0) return bytes;
+      if (count > 0) bytes.append(buffer.data(), static_cast<std::size_t>(count));
+    }
+  }
+
+  /// Its status; empty where the program leaves its children to the system (SIGCHLD ignored).
+  std::optional<int> Wait() {
+    int status = 0;
+    pid_t ended = -1;
+    do {
+      ended = ::waitpid(pid_, &status, 0);
+    } while (ended < 0 && errno == EINTR);
+    pid_ = -1;
+    return ended < 0 ? std::nullopt : std::optional(status);
+  }
+
+ private:
+  pid_t pid_;
+  int fd_;
+};
+
+/// Why a process with this status gave no answer; empty if it did. `said` is what it wrote.
+std::string Fault(int status, const std::string& said, const IsolationLimits& limits) {
+  const std::string too_long = "it took more than " + std::to_string(limits.cpu_s) + " s of CPU time";
+  if (WIFSIGNALED(status)) {
+    const int number = WTERMSIG(status);
+    if (number == SIGXCPU) return too_long;
+    return "it ended with signal " + std::to_string(number) + " (" + ::strsignal(number) + ")";
+  }
+  switch (WEXITSTATUS(status)) {
+    case kAnswered:
+      return {};
+    case kThrew:
+      return said.empty() ? "it threw an exception" : said;
+    case kOutOfMemory:
+      return "it needed more than " + std::to_string(limits.memory_bytes >> 20) + " MiB of memory";
+    default:
+      return "it ended with exit code " + std::to_string(WEXITSTATUS(status));
+  }
+}
+
+}  // namespace
+
+std::string CallIsolated(const std::function<std::string()>& body, const IsolationLimits& limits) {
+  std::array<int, 2> pipe{};
+  if (::pipe2(pipe.data(), O_CLOEXEC) != 0) throw IsolatedCallFailed(std::string("no pipe: ") + std::strerror(errno));
+  const pid_t caller = ::getpid();
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::close(pipe[0]);
+    BecomeIsolated(caller, limits);
+    Answer(pipe[1], body);
+  }
+  const int fork_error = errno;
+  ::close(pipe[1]);
+  if (child < 0) {
+    ::close(pipe[0]);
+    if (fork_error == EPERM) return body();
+    throw IsolatedCallFailed(std::string("no process could be started: ") + std::strerror(fork_error));
+  }
+  Answerer answerer(child, pipe[0]);
+  std::optional<std::string> answer = answerer.Read(Clock::now() + std::chrono::seconds(limits.wall_s));
+  if (!answer) throw IsolatedCallFailed("it took more than " + std::to_string(limits.wall_s) + " s");
+  const std::optional<int> status = answerer.Wait();
+  if (!status) throw IsolatedCallFailed("its end was not seen, as SIGCHLD is ignored");
+  if (const std::string fault = Fault(*status, *answer, limits); !fault.empty()) throw IsolatedCallFailed(fault);
+  return std::move(*answer);
+}
+
+}  // namespace legopt

@@ -1,0 +1,84 @@
+#include "legopt/dataset/stance.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "legopt/dataset/task.h"
+#include "tests/dataset/test_data.h"
+
+namespace legopt {
+namespace {
+
+using test::MessageOf;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+const TextSource kSource{.file = "p.json", .field = "problem 3, stance 1"};
+
+TEST(Stance, QuaternionIsWxyzAndTrailingCommaIsDropped) {
+  const Stance stance = ParseStance("l_foot,0.6 0 0 0.8 1 2 3 ,r_foot,1 0 0 0 -4 5e-1 +6 ,", kSource);
+  ASSERT_EQ(stance.footholds.size(), 2u);
+  EXPECT_EQ(stance.footholds[0].link, "l_foot");
+  EXPECT_EQ(stance.footholds[0].rotation.w(), 0.6);
+  EXPECT_EQ(stance.footholds[0].rotation.z(), 0.8);
+  EXPECT_EQ(stance.footholds[0].position, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(stance.footholds[1].position, Eigen::Vector3d(-4, 0.5, 6));
+}
+
+TEST(Stance, OneFootWithAndWithoutSpacesAndComma) {
+  for (const char* text : {"l_foot,1 0 0 0 1 2 3", "l_foot,1 0 0 0 1 2 3,", " l_foot ,  1 0  0 0 1 2 3  , "}) {
+    const Stance stance = ParseStance(text, kSource);
+    ASSERT_EQ(stance.footholds.size(), 1u) << text;
+    EXPECT_EQ(stance.footholds[0].link, "l_foot");
+  }
+}
+
+TEST(Stance, FaultsNamePlaceAndReason) {
+  const auto message = [](const char* text) { return MessageOf([&] { ParseStance(text, kSource); }); };
+  EXPECT_THAT(message("l_foot,1 0 0 0 1 2 ,"), AllOf(HasSubstr("p.json: problem 3, stance 1"), HasSubstr("6 numbers")));
+  EXPECT_THAT(message("l_foot,1 0 0 0 1 2 3 4,"), HasSubstr("8 numbers"));
+  EXPECT_THAT(message(""), HasSubstr("no feet"));
+  EXPECT_THAT(message(" , "), HasSubstr("alternate"));
+  EXPECT_THAT(message("l_foot,"), HasSubstr("alternate"));
+  EXPECT_THAT(message("l_foot,1 0 0 0 1 2 x,"), AllOf(HasSubstr("not a number"), HasSubstr("'x'")));
+  EXPECT_THAT(message("l_foot,1 0 0 0 1 2 3.0m,"), HasSubstr("not a number"));
+  EXPECT_THAT(message("l_foot,1 0 0 0 nan 2 3,"), HasSubstr("finite"));
+  EXPECT_THAT(message("l_foot,1 0 0 0 1 2 inf,"), HasSubstr("finite"));
+  EXPECT_THAT(message("l_foot,1 0 0 0.01 1 2 3,"), HasSubstr("not unit"));
+  EXPECT_THAT(message("l_foot,0 0 0 0 1 2 3,"), HasSubstr("not unit"));
+  EXPECT_THAT(message("l_foot,0.75 0 0 0 1 2 3,"), AllOf(HasSubstr("its norm is 0.75,"), HasSubstr("more than 1e-06")));
+  EXPECT_THAT(message("l_foot,1 0 0 0 1 2 3,l_foot,1 0 0 0 1 2 3,"), HasSubstr("twice"));
+}
+
+TEST(Stance, FormattingRoundTripsEveryBit) {
+  std::mt19937_64 generator(7);
+  const auto number = [&] { return std::ldexp(static_cast<double>(generator() >> 11), -53) * 40 - 20; };
+  for (int i = 0; i < 200; ++i) {
+    Stance stance;
+    for (const char* link : {"l_foot", "r_foot"}) {
+      const Eigen::Quaterniond q = Eigen::Quaterniond(number(), number(), number(), number()).normalized();
+      stance.footholds.push_back({.link = link, .position = {number(), number(), number()}, .rotation = q});
+    }
+    EXPECT_TRUE(ParseStance(FormatStance(stance), kSource) == stance) << FormatStance(stance);
+  }
+}
+
+TEST(Stance, WaypointsPerProblem) {
+  ProblemDefinition problem{.id = 0, .stances = std::vector<Stance>(1)};
+  EXPECT_EQ(NumWaypoints(problem), 1);
+  problem.stances.resize(3);
+  EXPECT_EQ(NumWaypoints(problem), 6);
+  EXPECT_EQ(StanceOfWaypoint(3), 1);
+}
+
+TEST(Words, TasksAndInitialisations) {
+  EXPECT_EQ(ParseTask(ToString(Task::kMotion), "f"), Task::kMotion);
+  EXPECT_EQ(ParseInitialization(ToString(Initialization::kInCollision), "f"), Initialization::kInCollision);
+  EXPECT_THAT(MessageOf([] { ParseTask("walk", "f.yaml"); }), AllOf(HasSubstr("f.yaml"), HasSubstr("posture")));
+  EXPECT_THAT(MessageOf([] { ParseInitialization("bad", "f.yaml"); }), HasSubstr("in_collision"));
+}
+
+}  // namespace
+}  // namespace legopt

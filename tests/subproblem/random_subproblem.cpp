@@ -1,0 +1,45 @@
+#include "tests/subproblem/random_subproblem.h"
+
+#include <random>
+
+namespace legopt {
+namespace {
+
+LinearModel RandomModel(std::mt19937& generator, int rows, int size, int num_waypoints, double offset) {
+  std::normal_distribution<double> normal;
+  std::uniform_int_distribution<int> third(0, 2);
+  LinearModel model;
+  model.Reset(rows, size, num_waypoints);
+  for (int i = 0; i < rows; ++i) {
+    model.value(i) = offset * normal(generator);
+    for (int k = 0; k < num_waypoints; ++k) {
+      for (int j = 0; j < size; ++j) model.row(k, i)[j] = third(generator) == 0 ? 0.0 : 0.5 * normal(generator);
+    }
+  }
+  return model;
+}
+
+}  // namespace
+
+ConvexSubproblem MakeRandomSubproblem(const RandomSubproblemShape& shape, unsigned seed) {
+  std::mt19937 generator(seed);
+  ConvexSubproblem problem(shape.num_blocks, shape.block_size);
+  const int n = shape.block_size;
+  for (int t = 0; t < shape.num_blocks; ++t) {
+    problem.AddCost(t, RandomModel(generator, shape.cost_rows, n, 1, 1.0));
+    problem.AddPenalties(t, RandomModel(generator, shape.equality_rows, n, 1, 0.05), TermKind::kEquality, shape.weight);
+    problem.AddPenalties(t, RandomModel(generator, shape.inequality_rows, n, 1, 0.1), TermKind::kInequality,
+                         shape.weight);
+    if (!shape.coupled || t + 1 == shape.num_blocks) continue;
+    problem.AddCost(t, RandomModel(generator, n, n, 2, 0.2));
+    problem.AddPenalties(t, RandomModel(generator, 3, n, 2, 0.1), TermKind::kInequality, shape.weight);
+  }
+  Eigen::VectorXd lower = Eigen::VectorXd::Constant(shape.num_blocks * n, -shape.box);
+  Eigen::VectorXd upper = -lower;
+  lower[n - 1] = 0.0;  // a joint at its limit
+  for (int i = 0; i < shape.fixed_variables; ++i) lower[i] = upper[i] = 0.0;
+  problem.SetBounds(lower, upper);
+  return problem;
+}
+
+}  // namespace legopt

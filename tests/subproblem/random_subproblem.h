@@ -1,0 +1,22 @@
+#pragma once
+
+#include "legopt/subproblem/convex_subproblem.h"
+
+namespace legopt {
+
+struct RandomSubproblemShape {
+  int num_blocks = 1;
+  int block_size = 35;
+  int cost_rows = 29;        ///< per block
+  int equality_rows = 12;    ///< per block
+  int inequality_rows = 30;  ///< per block
+  bool coupled = false;      ///< costs and rows between consecutive blocks
+  double weight = 100.0;
+  double box = 0.1;
+  int fixed_variables = 0;  ///< of the first block
+};
+
+/// A subproblem of the given shape with entries that look like a posture's; the same for the same seed.
+ConvexSubproblem MakeRandomSubproblem(const RandomSubproblemShape& shape, unsigned seed);
+
+}  // namespace legopt
