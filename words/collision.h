@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+
+#include "words/words.h"
+
+namespace legopt {
+
+/// What the obstacles of a scene are to the solver. Links are convex solids in either case.
+enum class SceneRepresentation : std::uint8_t {
+  /// Convex solids that fill the scene: a link inside of one is pushed out through its nearest face.
+  kSolid,
+  /// The paper's (docs/readings.md#two-sided-triangles): every triangle of the scene is an obstacle of its own, flat
+  /// and two-sided. There is no inside: a link that meets a triangle is moved off that one triangle by the shortest
+  /// way, which for a foot buried deeper than half its height is down.
+  kSurface,
+};
+
+template <>
+inline constexpr auto kWords<SceneRepresentation> =
+    Words<SceneRepresentation>({{SceneRepresentation::kSolid, "solid"}, {SceneRepresentation::kSurface, "surface"}});
+
+/// What collision between consecutive waypoints is to a program. The paper has it in the solver although the task does
+/// not require it (paper, section V): a preference cannot make a window fail that the task's constraints allow.
+enum class ContinuousCollision : std::uint8_t { kNone, kPreferred, kRequired };
+
+template <>
+inline constexpr auto kWords<ContinuousCollision> =
+    Words<ContinuousCollision>({{ContinuousCollision::kNone, "none"},
+                                {ContinuousCollision::kPreferred, "preferred"},
+                                {ContinuousCollision::kRequired, "required"}});
+
+}  // namespace legopt

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+
+#include "words/words.h"
+
+namespace legopt {
+
+/// How a solve ended, by the solver's own word. Success is only what the judge says.
+enum class SolveStatus : std::uint8_t {
+  kNotRun,
+  kConvergedFeasible,    ///< converged, all constraints within the solver's tolerance
+  kConvergedInfeasible,  ///< no progress possible at the largest penalty, constraints violated ("stuck")
+  kIterationLimit,
+  kTimeLimit,
+  kNumericalFailure,  ///< non-finite values at the start, or no subproblem could be solved
+  kCancelled,
+};
+
+template <>
+inline constexpr auto kWords<SolveStatus> = Words<SolveStatus>({{SolveStatus::kNotRun, "not_run"},
+                                                                {SolveStatus::kConvergedFeasible, "converged_feasible"},
+                                                                {SolveStatus::kConvergedInfeasible,
+                                                                 "converged_infeasible"},
+                                                                {SolveStatus::kIterationLimit, "iteration_limit"},
+                                                                {SolveStatus::kTimeLimit, "time_limit"},
+                                                                {SolveStatus::kNumericalFailure, "numerical_failure"},
+                                                                {SolveStatus::kCancelled, "cancelled"}});
+
+/// Why a solution fails, or that it does not. In the order in which the benchmark checks one waypoint.
+enum class Verdict : std::uint8_t {
+  kSuccess,
+  kWrongWaypointCount,
+  kWrongSize,
+  kNotFinite,
+  kFootPose,
+  kCom,
+  kJointLimit,
+  kEnvironmentCollision,
+  kSelfCollision,
+};
+
+template <>
+inline constexpr auto kWords<Verdict> = Words<Verdict>({{Verdict::kSuccess, "success"},
+                                                        {Verdict::kWrongWaypointCount, "wrong_waypoint_count"},
+                                                        {Verdict::kWrongSize, "wrong_size"},
+                                                        {Verdict::kNotFinite, "not_finite"},
+                                                        {Verdict::kFootPose, "foot_pose"},
+                                                        {Verdict::kCom, "com"},
+                                                        {Verdict::kJointLimit, "joint_limit"},
+                                                        {Verdict::kEnvironmentCollision, "environment_collision"},
+                                                        {Verdict::kSelfCollision, "self_collision"}});
+
+/// Which of the judge's two verdicts counts: by the original evaluator's rule, or with every colliding pair and
+/// contact.
+enum class Rule : std::uint8_t { kLiteral, kStrict };
+
+template <>
+inline constexpr auto kWords<Rule> = Words<Rule>({{Rule::kLiteral, "literal"}, {Rule::kStrict, "strict"}});
+
+}  // namespace legopt

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string_view>
+
+#include "words/words.h"
+
+namespace legopt {
+
+/// What a problem asks for: one static posture at a stance, or a motion through a sequence of stances.
+enum class Task : std::uint8_t { kPosture, kMotion };
+
+template <>
+inline constexpr auto kWords<Task> = Words<Task>({{Task::kPosture, "posture"}, {Task::kMotion, "motion"}});
+
+/// The paper's two starting points: soles above every target, or soles below every target (buried).
+enum class Initialization : std::uint8_t { kGood, kInCollision };
+
+template <>
+inline constexpr auto kWords<Initialization> = Words<Initialization>({{Initialization::kGood, "good"},
+                                                                      {Initialization::kInCollision, "in_collision"}});
+
+/// What a solution costs (docs/readings.md#the-judge).
+enum class TaskCost : std::uint8_t {
+  kTorques,     ///< sum of squared gravity torques of each waypoint
+  kJointSteps,  ///< mean squared step of the joints from waypoint to waypoint
+};
+
+/// All that distinguishes a task from the others: code asks this and not which task it is. The terms of a task stand
+/// beside the terms (legopt/terms/task_program.h), in one row each as well.
+struct TaskDescription {
+  Task task{};
+  std::string_view title;                ///< heading of its columns in a table
+  std::string_view short_title;          ///< where columns are narrow
+  std::string_view plural;               ///< of its solutions, in a sentence
+  std::string_view problem_file;         ///< with its problems, in the datasets that we write
+  std::string_view legopt_problem_file;  ///< likewise in a folder of the original benchmark
+  int least_stances = 1;                 ///< of one problem
+  int most_stances = 1;
+  int waypoints_per_stance = 1;
+  TaskCost cost{};
+  bool between_waypoints = false;  ///< consecutive waypoints belong together: what lies between them is scored, too
+  /// Solved window by window, so that its progress counts windows; otherwise it counts attempts, of which the first
+  /// good one is the last.
+  bool windowed = false;
+  bool long_jobs = false;            ///< of seconds and more: no job is leased ahead of one that runs
+  double default_wall_limit_s = 60;  ///< of one job
+};
+
+/// In the order of the enumerators.
+inline constexpr std::array kTasks = {
+    TaskDescription{.task = Task::kPosture,
+                    .title = "Posture generation",
+                    .short_title = "Posture",
+                    .plural = "postures",
+                    .problem_file = "problems-posture.json",
+                    .legopt_problem_file = "problemsposture.json",
+                    .cost = TaskCost::kTorques},
+    TaskDescription{.task = Task::kMotion,
+                    .title = "Motion generation",
+                    .short_title = "Motion",
+                    .plural = "motions",
+                    .problem_file = "problems-motion.json",
+                    .legopt_problem_file = "problemsmotion.json",
+                    .least_stances = 2,
+                    .most_stances = std::numeric_limits<int>::max(),
+                    .waypoints_per_stance = 2,  // docs/readings.md#waypoints-of-a-stance
+                    .cost = TaskCost::kJointSteps,
+                    .between_waypoints = true,
+                    .windowed = true,
+                    .long_jobs = true,
+                    .default_wall_limit_s = 900},  // the longest ones have nearly a thousand waypoints
+};
+static_assert(kTasks.size() == kNumWords<Task>);
+
+constexpr const TaskDescription& DescriptionOf(Task task) { return kTasks.at(static_cast<std::size_t>(task)); }
+
+/// Waypoints that a solution must have. Consecutive ones share a stance.
+constexpr int NumWaypoints(Task task, int num_stances) {
+  return DescriptionOf(task).waypoints_per_stance * num_stances;
+}
+
+constexpr bool HasStances(Task task, int num_stances) {
+  const TaskDescription& description = DescriptionOf(task);
+  return num_stances >= description.least_stances && num_stances <= description.most_stances;
+}
+
+/// The task that has problems of so many stances; empty when none or several have. For files that do not name it.
+constexpr std::optional<Task> TaskOfStances(int num_stances) {
+  std::optional<Task> found;
+  for (const TaskDescription& description : kTasks) {
+    if (!HasStances(description.task, num_stances)) continue;
+    if (found) return std::nullopt;
+    found = description.task;
+  }
+  return found;
+}
+
+}  // namespace legopt
