@@ -8,8 +8,8 @@
 
 namespace legopt {
 
-/// Puts what an isolated call (isolated_call.h) found into the bytes that it answers: a letter for the kind of answer,
-/// then sequences of trivially copyable values, each with its count. Both processes are one program, so that nothing is
+/// Puts what a guarded read (read_guard.h) found into the bytes that it answers: a letter for the kind of answer, then
+/// sequences of trivially copyable values, each with its count. Both sides are one program, so that nothing is
 /// converted.
 class AnswerWriter {
  public:

@@ -42,7 +42,7 @@ bool WriteAll(int fd, std::string_view bytes) {
 }
 
 /// Gives up what belongs to the caller: its signal handlers, its output, its life beyond it.
-void BecomeIsolated(pid_t caller, const IsolationLimits& limits) {
+void BecomeIsolated(pid_t caller, const ReadLimits& limits) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != caller) ::_exit(kCallerGone);
   for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU, SIGALRM}) {
@@ -126,7 +126,7 @@ class Answerer {
 };
 
 /// Why a process with this status gave no answer; empty if it did. `said` is what it wrote.
-std::string Fault(int status, const std::string& said, const IsolationLimits& limits) {
+std::string Fault(int status, const std::string& said, const ReadLimits& limits) {
   const std::string too_long = "it took more than " + std::to_string(limits.cpu_s) + " s of CPU time";
   if (WIFSIGNALED(status)) {
     const int number = WTERMSIG(status);
@@ -147,9 +147,9 @@ std::string Fault(int status, const std::string& said, const IsolationLimits& li
 
 }  // namespace
 
-std::string CallIsolated(const std::function<std::string()>& body, const IsolationLimits& limits) {
+std::string CallIsolated(const std::function<std::string()>& body, const ReadLimits& limits) {
   std::array<int, 2> pipe{};
-  if (::pipe2(pipe.data(), O_CLOEXEC) != 0) throw IsolatedCallFailed(std::string("no pipe: ") + std::strerror(errno));
+  if (::pipe2(pipe.data(), O_CLOEXEC) != 0) throw ReadFailed(std::string("no pipe: ") + std::strerror(errno));
   const pid_t caller = ::getpid();
   const pid_t child = ::fork();
   if (child == 0) {
@@ -162,14 +162,14 @@ std::string CallIsolated(const std::function<std::string()>& body, const Isolati
   if (child < 0) {
     ::close(pipe[0]);
     if (fork_error == EPERM) return body();
-    throw IsolatedCallFailed(std::string("no process could be started: ") + std::strerror(fork_error));
+    throw ReadFailed(std::string("no process could be started: ") + std::strerror(fork_error));
   }
   Answerer answerer(child, pipe[0]);
   std::optional<std::string> answer = answerer.Read(Clock::now() + std::chrono::seconds(limits.wall_s));
-  if (!answer) throw IsolatedCallFailed("it took more than " + std::to_string(limits.wall_s) + " s");
+  if (!answer) throw ReadFailed("it took more than " + std::to_string(limits.wall_s) + " s");
   const std::optional<int> status = answerer.Wait();
-  if (!status) throw IsolatedCallFailed("its end was not seen, as SIGCHLD is ignored");
-  if (const std::string fault = Fault(*status, *answer, limits); !fault.empty()) throw IsolatedCallFailed(fault);
+  if (!status) throw ReadFailed("its end was not seen, as SIGCHLD is ignored");
+  if (const std::string fault = Fault(*status, *answer, limits); !fault.empty()) throw ReadFailed(fault);
   return std::move(*answer);
 }
 

@@ -1,24 +1,11 @@
 #pragma once
 
-#include <cstdint>
 #include <functional>
-#include <stdexcept>
 #include <string>
 
+#include "legopt/read_guard.h"
+
 namespace legopt {
-
-/// What an isolated call may take.
-struct IsolationLimits {
-  int cpu_s = 10;                                     ///< CPU time in whole seconds, at least 1
-  int wall_s = 120;                                   ///< real time, at least 1; also bounds a call that waits for ever
-  std::int64_t memory_bytes = std::int64_t{1} << 30;  ///< growth of the address space beyond that of the caller
-};
-
-/// The call ended without an answer; what() says how ("it ended with signal 11 (Segmentation fault)").
-class IsolatedCallFailed : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// Runs `body` in a process of its own and returns the bytes that it returned: for readers that untrusted input may
 /// crash, corrupt or keep busy for ever. The process is a copy of the caller's with one thread, prints nothing, dumps
@@ -29,7 +16,9 @@ class IsolatedCallFailed : public std::runtime_error {
 /// denies new processes (EPERM, as to the job processes of workers, which are expendable themselves) `body` runs in the
 /// calling process, unlimited.
 ///
-/// Throws IsolatedCallFailed: crash, exception in `body`, limit, or no process could be started. Thread-safe. Linux.
-std::string CallIsolated(const std::function<std::string()>& body, const IsolationLimits& limits);
+/// A ReadGuard, which the three programs give to every reader of the library.
+///
+/// Throws ReadFailed: crash, exception in `body`, limit, or no process could be started. Thread-safe. Linux.
+std::string CallIsolated(const std::function<std::string()>& body, const ReadLimits& limits);
 
 }  // namespace legopt

@@ -39,9 +39,10 @@ struct TaskDescription {
   std::string_view plural;               ///< of its solutions, in a sentence
   std::string_view problem_file;         ///< with its problems, in the datasets that we write
   std::string_view legopt_problem_file;  ///< likewise in a folder of the original benchmark
-  int least_stances = 1;                 ///< of one problem
+  std::string_view stances;              ///< how many one problem has, in a sentence
+  int least_stances = 1;
   int most_stances = 1;
-  int waypoints_per_stance = 1;
+  int waypoints_per_stance = 1;  ///< identical copies; consecutive waypoints share a stance
   TaskCost cost{};
   bool between_waypoints = false;  ///< consecutive waypoints belong together: what lies between them is scored, too
   /// Solved window by window, so that its progress counts windows; otherwise it counts attempts, of which the first
@@ -59,6 +60,7 @@ inline constexpr std::array kTasks = {
                     .plural = "postures",
                     .problem_file = "problems-posture.json",
                     .legopt_problem_file = "problemsposture.json",
+                    .stances = "one stance",
                     .cost = TaskCost::kTorques},
     TaskDescription{.task = Task::kMotion,
                     .title = "Motion generation",
@@ -66,6 +68,7 @@ inline constexpr std::array kTasks = {
                     .plural = "motions",
                     .problem_file = "problems-motion.json",
                     .legopt_problem_file = "problemsmotion.json",
+                    .stances = "two or more",
                     .least_stances = 2,
                     .most_stances = std::numeric_limits<int>::max(),
                     .waypoints_per_stance = 2,  // docs/readings.md#waypoints-of-a-stance
@@ -79,10 +82,13 @@ static_assert(kTasks.size() == kNumWords<Task>);
 
 constexpr const TaskDescription& DescriptionOf(Task task) { return kTasks.at(static_cast<std::size_t>(task)); }
 
-/// Waypoints that a solution must have. Consecutive ones share a stance.
+/// Waypoints that a solution must have.
 constexpr int NumWaypoints(Task task, int num_stances) {
   return DescriptionOf(task).waypoints_per_stance * num_stances;
 }
+
+/// Index of the stance that constrains `waypoint`.
+constexpr int StanceOfWaypoint(Task task, int waypoint) { return waypoint / DescriptionOf(task).waypoints_per_stance; }
 
 constexpr bool HasStances(Task task, int num_stances) {
   const TaskDescription& description = DescriptionOf(task);

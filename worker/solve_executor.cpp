@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "legopt/input_error.h"
+#include "legopt/word_input.h"
+#include "programs/isolated_call.h"
 #include "worker/outcome.h"
 
 namespace legopt::worker {
@@ -75,7 +77,7 @@ SolveExecutor::SolveExecutor(std::vector<std::filesystem::path> folders) : folde
 std::vector<LoadedDataset> SolveExecutor::Load() {
   std::vector<LoadedDataset> loaded;
   for (const std::filesystem::path& folder : folders_) {
-    const std::shared_ptr<const Dataset> dataset = Dataset::Load(folder);
+    const std::shared_ptr<const Dataset> dataset = Dataset::Load(folder, CallIsolated);
     if (!runners_.try_emplace(dataset->content_hash(), dataset).second) continue;  // the same content twice
     loaded.push_back({dataset->name(), dataset->content_hash()});
   }
@@ -106,8 +108,8 @@ legopt_msg::result_request SolveExecutor::Execute(const legopt_msg::lease& lease
                       "start the worker with --dataset DIR"});
   }
   Job job;
-  job.task = ParseTask(lease.task, kLeaseSource);
-  job.initialization = ParseInitialization(lease.initialization, kLeaseSource);
+  job.task = ReadTask(lease.task, kLeaseSource);
+  job.initialization = ReadInitialization(lease.initialization, kLeaseSource);
   job.problem_id = lease.problem_id;
   job.repetition = lease.repetition;
   job.experiment_seed = static_cast<std::uint64_t>(lease.experiment_seed);

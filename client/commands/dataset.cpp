@@ -17,6 +17,7 @@
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/robot/dof_names.h"
+#include "programs/isolated_call.h"
 
 namespace legopt::client {
 namespace {
@@ -29,7 +30,7 @@ struct Options {
 
 ExitCode CheckHashes(const std::filesystem::path& folder, const Options& options) {
   const DatasetDescription description = ReadDatasetFile(folder);
-  const auto manifest = ComputeManifest(folder);
+  const auto manifest = ComputeManifest(folder, CallIsolated);
   Listing listing;
   listing.columns = {"file", "state", "hash"};
   std::size_t faults = 0;
@@ -62,9 +63,9 @@ ExitCode Hash(const Options& options) {
   if (options.check) return CheckHashes(folder, options);
   Listing listing;
   listing.columns = {"file", "hash"};
-  for (const auto& file : WriteManifestHashes(folder)) listing.rows.push_back({file.path, file.hash});
+  for (const auto& file : WriteManifestHashes(folder, CallIsolated)) listing.rows.push_back({file.path, file.hash});
   std::cout << RenderListing(listing, options.format) << std::flush;
-  std::cerr << "dataset " << Dataset::Load(folder)->content_hash() << "\n";
+  std::cerr << "dataset " << Dataset::Load(folder, CallIsolated)->content_hash() << "\n";
   return ExitCode::kOk;
 }
 
@@ -102,7 +103,7 @@ std::string RenderInfo(const Listing& listing, const RobotModel& robot, ListingF
 }
 
 ExitCode Info(const Options& options) {
-  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr));
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), CallIsolated);
   Listing listing;
   listing.columns = {"name",          "folder",           "robot",           "dofs", "mass_kg",
                      "scene_objects", "posture_problems", "motion_problems", "hash"};
@@ -120,7 +121,7 @@ struct CheckOptions {
 };
 
 ExitCode Check(const CheckOptions& options) {
-  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr));
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), CallIsolated);
   const std::vector<DatasetFinding> findings = CheckDataset(*dataset);
   if (options.json) {
     std::cout << JsonText(DatasetFindingsToJson(findings)) << "\n";

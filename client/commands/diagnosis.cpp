@@ -19,6 +19,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/input_error.h"
 #include "programs/data_folder.h"
+#include "programs/isolated_call.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -176,7 +177,7 @@ void CheckNetwork(const DiagnosisOptions& options, std::vector<Finding>* finding
 
 Finding CheckDataset(const DiagnosisOptions& options) {
   try {
-    const auto dataset = Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr));
+    const auto dataset = Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated);
     return {"dataset",
             State::kOk,
             dataset->name() + " in " + dataset->folder().string() + ", " +

@@ -9,6 +9,7 @@
 #include "client/report/evaluation_report.h"
 #include "client/suite/chosen_files.h"
 #include "programs/checks.h"
+#include "programs/isolated_call.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -26,7 +27,7 @@ struct Options {
 
 ExitCode Evaluate(const Options& options) {
   const SolutionFile file = ReadSolutions(options.file);
-  Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr)));
+  Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated));
   const auto report = EvaluateSolutions(file, judge, options.rule == "strict" ? Rule::kStrict : Rule::kLiteral,
                                         options.definitions == "dataset" ? Definitions::kDataset : Definitions::kFile);
   if (report.rows.empty()) {

@@ -7,7 +7,9 @@
 #include "client/commands/options.h"
 #include "client/report/exported_solutions.h"
 #include "client/suite/chosen_files.h"
+#include "legopt/word_input.h"
 #include "programs/checks.h"
+#include "programs/isolated_call.h"
 
 namespace legopt::client {
 namespace {
@@ -22,7 +24,7 @@ struct Options {
 
 std::shared_ptr<const Dataset> LoadDatasetOf(const ExperimentInfo& experiment, const Options& options) {
   const auto folder = ChooseDatasetFolder(options.dataset, nullptr);
-  auto dataset = Dataset::Load(folder);
+  auto dataset = Dataset::Load(folder, CallIsolated);
   if (dataset->content_hash() != experiment.dataset_hash) {
     throw ClientError(ExitCode::kDatasetMismatch, "experiment " + std::to_string(experiment.id) +
                                                       " was made with the dataset '" + experiment.dataset_name +
@@ -60,7 +62,7 @@ ExitCode Export(const Options& options) {
   const auto experiment = FindExperiment(*source, options.experiment);
   const auto dataset = LoadDatasetOf(experiment, options);
   ExportFilter filter{options.methods, options.initialization, std::nullopt};
-  if (options.task) filter.task = ParseTask(*options.task, "--task");
+  if (options.task) filter.task = ReadTask(*options.task, "--task");
   const auto exported = ReadSolutionsOf(*source, experiment.id, *dataset, filter);
   if (exported.num_solutions == 0) {
     throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) +

@@ -22,6 +22,7 @@
 #include "legopt/input_error.h"
 #include "programs/checks.h"
 #include "programs/data_folder.h"
+#include "programs/isolated_call.h"
 
 namespace legopt::client {
 namespace {
@@ -48,10 +49,10 @@ void AddScenarioFlags(CLI::App& app, ScenarioFlags* flags) {
   app.add_flag("--no-pictures", flags->no_pictures, "Leave the PNG files out");
 }
 
-ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
-  ScenarioOptions options;
-  options.kind = ParseBuildingKind(flags.kind);
-  options.level = ParseScenarioLevel(flags.level);
+generate::ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
+  generate::ScenarioOptions options;
+  options.kind = generate::ParseBuildingKind(flags.kind);
+  options.level = generate::ParseScenarioLevel(flags.level);
   options.seed = flags.seed;
   return options;
 }
@@ -59,7 +60,7 @@ ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
 /// Makes `out` by `make` in a folder of its own, which is kept after an interruption, and after a refusal when stances
 /// were proven there, as the same command then goes on with them.
 void MakeFolder(const std::filesystem::path& out, const std::string& identity,
-                const std::function<void(const std::filesystem::path&, const BuildProgress&)>& make) {
+                const std::function<void(const std::filesystem::path&, const generate::BuildProgress&)>& make) {
   NewFolder folder(out, identity);
   const InterruptGuard guard;
   GenerationProgress progress;
@@ -74,7 +75,7 @@ void MakeFolder(const std::filesystem::path& out, const std::string& identity,
                                                   folder.path().string() + "; to begin anew, remove it");
   } catch (const InputError& error) {
     progress.Break();
-    if (!std::filesystem::exists(folder.path() / kStancesFileName)) {
+    if (!std::filesystem::exists(folder.path() / generate::kStancesFileName)) {
       folder.Discard();
       throw;
     }
@@ -89,14 +90,15 @@ void MakeFolder(const std::filesystem::path& out, const std::string& identity,
 }
 
 ExitCode GenerateScenario(const ScenarioFlags& flags) {
-  const ScenarioOptions options = OptionsOf(flags);
+  const generate::ScenarioOptions options = OptionsOf(flags);
   const std::string identity = "scenario " + flags.kind + " " + flags.level + " " + std::to_string(flags.seed) + "\n";
-  Scenario scenario;
-  MakeFolder(flags.out, identity, [&](const std::filesystem::path& folder, const BuildProgress& progress) {
-    scenario = MakeScenario(options, [&](double done, double total) { progress("collapse", done, total, "s"); });
-    WriteScenario(scenario, folder, !flags.no_pictures);
+  generate::Scenario scenario;
+  MakeFolder(flags.out, identity, [&](const std::filesystem::path& folder, const generate::BuildProgress& progress) {
+    scenario =
+        generate::MakeScenario(options, [&](double done, double total) { progress("collapse", done, total, "s"); });
+    generate::WriteScenario(scenario, folder, !flags.no_pictures, CallIsolated);
   });
-  std::cout << JsonText(DescribeScenario(scenario)) << "\n";
+  std::cout << JsonText(generate::DescribeScenario(scenario)) << "\n";
   return ExitCode::kOk;
 }
 
@@ -105,12 +107,12 @@ struct DatasetFlags {
   std::optional<std::string> robot;
   std::optional<std::string> from;
   std::string name;
-  DatasetOptions options;
+  generate::DatasetOptions options;
 };
 
 /// What decides which stances there are.
 CLI::Option* AddStanceFlags(CLI::App& app, DatasetFlags* flags) {
-  DatasetOptions& options = flags->options;
+  generate::DatasetOptions& options = flags->options;
   app.add_option("--name", flags->name, "Name of the dataset (default: that of the folder)");
   app.add_option("--radius", options.radius_m, "Largest distance of the feet, m (default: by the robot's size)");
   app.add_option("--slope", options.slope_rad, "Steepest ground, rad (default: 0.45)");
@@ -120,7 +122,7 @@ CLI::Option* AddStanceFlags(CLI::App& app, DatasetFlags* flags) {
 }
 
 void AddInstanceFlags(CLI::App& app, DatasetFlags* flags) {
-  DatasetOptions& options = flags->options;
+  generate::DatasetOptions& options = flags->options;
   CLI::Option* stances = AddStanceFlags(app, flags);
   app.add_option("--proven", options.proven,
                  "Solution file: its stances that have a posture, instead of sampling and proving some here")
@@ -139,11 +141,13 @@ void AddSourceFlags(CLI::App& app, DatasetFlags* flags) {
   app.add_option("--out", flags->scenario.out, "Folder to make; it must not exist")->required();
 }
 
-using Build = DatasetReport (*)(const DatasetOptions&, const std::filesystem::path&, const BuildProgress&);
+using Build = generate::DatasetReport (*)(const generate::DatasetOptions&, const std::filesystem::path&,
+                                          const generate::BuildProgress&);
 
 /// Makes the folder by `build`, and says what was asked for as its identity.
-DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Build build) {
-  DatasetOptions options = flags.options;
+generate::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Build build) {
+  generate::DatasetOptions options = flags.options;
+  options.read_guard = CallIsolated;
   const std::filesystem::path out = std::filesystem::path(flags.scenario.out).lexically_normal();
   options.name = !flags.name.empty() ? flags.name : (out.has_filename() ? out : out.parent_path()).filename().string();
   options.seed = flags.scenario.seed;
@@ -155,11 +159,11 @@ DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Bu
     options.scenario = OptionsOf(flags.scenario);
   }
   options.Validate();
-  const auto source = Dataset::Load(options.robot_folder);
-  CheckSource(source, options.ProbeFor(*source), !options.scenario);
+  const auto source = Dataset::Load(options.robot_folder, CallIsolated);
+  generate::CheckSource(source, options.ProbeFor(*source), !options.scenario);
   const std::string identity = what + options.StancesIdentity() + ", from " + source->content_hash() + "\n";
-  DatasetReport report;
-  MakeFolder(out, identity, [&](const std::filesystem::path& folder, const BuildProgress& progress) {
+  generate::DatasetReport report;
+  MakeFolder(out, identity, [&](const std::filesystem::path& folder, const generate::BuildProgress& progress) {
     report = build(options, folder, progress);
   });
   if (!report.tally.empty()) std::cout << "stances: " << report.tally << "\n";
@@ -167,10 +171,11 @@ DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Bu
 }
 
 ExitCode MakeDataset(const DatasetFlags& flags) {
-  const DatasetReport report = BuildFolder(flags, "", BuildDataset);
-  for (const HistogramRow& row : report.histograms) {
+  const generate::DatasetReport report = BuildFolder(flags, "", generate::BuildDataset);
+  for (const generate::HistogramRow& row : report.histograms) {
     std::cout << row.heading << "\n\n";
-    for (const Histogram& histogram : row.histograms) std::cout << FormatHistogram(histogram) << "\n";
+    for (const generate::Histogram& histogram : row.histograms)
+      std::cout << generate::FormatHistogram(histogram) << "\n";
   }
   std::cout << "plans: " << report.pairs_tried << " pairs tried, at most " << report.largest_motion
             << " stances per motion\ndataset " << report.content_hash << "\n";
@@ -178,7 +183,7 @@ ExitCode MakeDataset(const DatasetFlags& flags) {
 }
 
 ExitCode MakeCandidates(const DatasetFlags& flags) {
-  const DatasetReport report = BuildFolder(flags, "candidates, ", BuildCandidates);
+  const generate::DatasetReport report = BuildFolder(flags, "candidates, ", generate::BuildCandidates);
   std::cout << "dataset " << report.content_hash << "\n";
   return ExitCode::kOk;
 }

@@ -15,6 +15,7 @@
 #include "legopt/dataset/text_file.h"
 #include "legopt/import/importer.h"
 #include "legopt/input_error.h"
+#include "programs/isolated_call.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -56,6 +57,7 @@ void PrintReport(const ImportReport& report, const std::string& out, bool json) 
 
 ExitCode Import(const Flags& flags) {
   ImportOptions options = flags.options;
+  options.read_guard = CallIsolated;
   for (const std::string& word : flags.nominal) AddNominal(word, &options);
   const std::filesystem::path out = std::filesystem::path(flags.out).lexically_normal();
   if (options.name.empty()) options.name = (out.has_filename() ? out : out.parent_path()).filename().string();
@@ -89,8 +91,10 @@ void AddImportCommand(CLI::App& app, Invocation* invocation) {
   command->add_option("--name", options.name, "Name of the dataset (default: that of the folder)");
   command->add_option("--robot", options.files.robot, "URDF, or COLLADA with kinematics (default: the only one)");
   command->add_option("--scene", options.files.scene, "Mesh or scene.yaml (default: scene.yaml, else the only mesh)");
-  command->add_option("--posture", options.files.posture, "Posture problems (default: problems*.json of that task)");
-  command->add_option("--motion", options.files.motion, "Motion problems (default: problems*.json of that task)");
+  for (const TaskDescription& task : kTasks) {
+    command->add_option("--" + std::string(ToString(task.task)), options.files.problems[task.task],
+                        std::string(task.short_title) + " problems (default: problems*.json of that task)");
+  }
   command->add_option("--feet", options.feet, "Links that may stand (default: those that the problems name)")
       ->delimiter(',')
       ->allow_extra_args(false)

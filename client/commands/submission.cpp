@@ -11,6 +11,7 @@
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/import/plausibility.h"
 #include "legopt/input_error.h"
+#include "programs/isolated_call.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -63,7 +64,7 @@ Submission PrepareSubmission(const SuiteOptions& options) {
   Submission submission;
   submission.dataset_folder =
       std::filesystem::absolute(ChooseDatasetFolder(options.dataset, &suite)).lexically_normal();
-  const auto dataset = Dataset::Load(submission.dataset_folder);
+  const auto dataset = Dataset::Load(submission.dataset_folder, CallIsolated);
   WarnAbout(*dataset);
   const DatasetFacts facts = FactsOf(*dataset);
   CheckName(suite.name, suite.file, "give the suite another 'name'");

@@ -8,6 +8,7 @@
 
 #include "client/client_error.h"
 #include "legopt/robot/dof_names.h"
+#include "legopt/word_input.h"
 
 namespace legopt::client {
 namespace {
@@ -53,7 +54,7 @@ std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& where) 
     rows.push_back({integer("job_id"),
                     {integer("method_id"), text("method"), integer("multi_starts"), integer("sample_size"),
                      text("initialization"), integer("repetition"), text("collision")},
-                    ParseTask(text("task"), "database"),
+                    ReadTask(text("task"), "database"),
                     static_cast<int>(integer("problem_id")),
                     static_cast<double>(integer("wall_us")) * kSecondsPerMicrosecond,
                     text("verdict_literal") == "success",

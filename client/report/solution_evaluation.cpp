@@ -61,7 +61,7 @@ void CheckJoints(const SolutionFile& file, const RobotModel& robot) {
 // What the dataset calls its robot and its scenario: by itself, and in its problem file.
 ProblemFile LabelsOf(const Dataset& dataset, Task task) {
   const DatasetDescription description = DescribeDataset(dataset.folder());
-  const std::string& name = task == Task::kPosture ? description.posture_file : description.motion_file;
+  const std::string& name = description.problem_files[task];
   return name.empty() ? ProblemFile() : ReadProblemFile(dataset.folder() / name);
 }
 

@@ -70,8 +70,8 @@ std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelectio
 // Leaves long motions out; a sentence on that, empty when there are none.
 std::string LeaveOutLongMotions(const Suite& suite, std::vector<DatasetFacts::Problem>* problems) {
   if (!suite.max_stances) return {};
-  const auto erased =
-      std::erase_if(*problems, [&](const auto& p) { return p.waypoints > kWaypointsPerStance * *suite.max_stances; });
+  const auto erased = std::erase_if(
+      *problems, [&](const auto& p) { return p.waypoints > NumWaypoints(Task::kMotion, *suite.max_stances); });
   if (erased == 0) return {};
   const std::string longer = "longer than " + std::to_string(*suite.max_stances) + " stances (max_stances)";
   if (problems->empty()) return "no motion is left: all " + std::to_string(erased) + " chosen problems are " + longer;
@@ -121,18 +121,21 @@ std::vector<std::string> JointNames(const RobotModel& robot) {
   return names;
 }
 
-std::vector<DatasetFacts::Problem> ProblemFacts(const std::vector<ProblemDefinition>& problems) {
+std::vector<DatasetFacts::Problem> ProblemFacts(const Dataset& dataset, Task task) {
+  const std::vector<ProblemDefinition>& problems = dataset.problems(task);
   std::vector<DatasetFacts::Problem> facts;
   facts.reserve(problems.size());
-  for (const auto& problem : problems) facts.push_back({problem.id, NumWaypoints(problem)});
+  for (const auto& problem : problems) {
+    facts.push_back({problem.id, NumWaypoints(task, static_cast<int>(problem.stances.size()))});
+  }
   return facts;
 }
 
 }  // namespace
 
 DatasetFacts FactsOf(const Dataset& dataset) {
-  return {dataset.name(), dataset.content_hash(), ProblemFacts(dataset.problems(Task::kPosture)),
-          ProblemFacts(dataset.problems(Task::kMotion)), JointNames(dataset.robot())};
+  return {dataset.name(), dataset.content_hash(), ProblemFacts(dataset, Task::kPosture),
+          ProblemFacts(dataset, Task::kMotion), JointNames(dataset.robot())};
 }
 
 nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset, std::vector<std::string>* left_out) {

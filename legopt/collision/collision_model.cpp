@@ -74,12 +74,12 @@ CollisionModel::Ball BallRound(const LinkShapes& link, const Impl& impl) {
 }
 
 /// One convex shape per geometry.
-void AddPieces(const Link& link, Impl& impl) {
+void AddPieces(const Link& link, const ReadGuard& guard, Impl& impl) {
   LinkShapes shapes;
   shapes.first_piece = static_cast<int>(impl.shapes.size());
   for (const ShapeSpec& spec : link.collision) {
     const bool mesh = spec.kind == ShapeSpec::Kind::kMesh;
-    impl.shapes.push_back(mesh ? ConvexShape::FromHull(ComputeHull(Tessellate(spec).vertices))
+    impl.shapes.push_back(mesh ? ConvexShape::FromHull(ComputeHull(Tessellate(spec, guard).vertices))
                                : ConvexShape::FromPrimitive(spec));
   }
   shapes.num_pieces = static_cast<int>(impl.shapes.size()) - shapes.first_piece;
@@ -89,16 +89,17 @@ void AddPieces(const Link& link, Impl& impl) {
 }
 
 /// Decomposes the meshes of a link, unless that has been done.
-void AddFinePieces(const Link& link, const CollisionOptions& options, LinkShapes& shapes, Impl& impl) {
+void AddFinePieces(const RobotModel& robot, int link, const CollisionOptions& options, Impl& impl) {
+  LinkShapes& shapes = impl.links[static_cast<size_t>(link)];
   if (shapes.num_fine > 0) return;
   const DecompositionLimits limits{options.link_concavity_m, options.max_link_pieces};
   shapes.first_fine = static_cast<int>(impl.shapes.size());
-  for (const ShapeSpec& spec : link.collision) {
+  for (const ShapeSpec& spec : robot.links()[static_cast<size_t>(link)].collision) {
     if (spec.kind != ShapeSpec::Kind::kMesh) {
       impl.shapes.push_back(ConvexShape::FromPrimitive(spec));
       continue;
     }
-    for (ConvexHull& hull : DecomposeApproximately(Tessellate(spec), limits)) {
+    for (ConvexHull& hull : DecomposeApproximately(Tessellate(spec, robot.read_guard()), limits)) {
       impl.shapes.push_back(ConvexShape::FromHull(std::move(hull)));
     }
   }
@@ -107,16 +108,14 @@ void AddFinePieces(const Link& link, const CollisionOptions& options, LinkShapes
 
 void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> reference_x, const CollisionOptions& options,
               Impl& impl) {
-  for (const Link& link : robot.links()) NamingLink(link, [&] { AddPieces(link, impl); });
+  for (const Link& link : robot.links()) NamingLink(link, [&] { AddPieces(link, robot.read_guard(), impl); });
   TrimeshWorld world;
   LinkTrimeshes meshes(robot, world);
   impl.pairs = ClassifyLinkPairs(robot, meshes, reference_x);
   impl.fine.assign(impl.links.size() * impl.links.size(), false);
   for (const LinkPair& pair : impl.pairs.phantom) {
     impl.fine[impl.PairIndex(pair.first, pair.second)] = true;
-    for (int link : {pair.first, pair.second}) {
-      AddFinePieces(robot.links()[static_cast<size_t>(link)], options, impl.links[static_cast<size_t>(link)], impl);
-    }
+    for (int link : {pair.first, pair.second}) AddFinePieces(robot, link, options, impl);
   }
   for (const ConvexShape& shape : impl.shapes) impl.ranges.push_back(impl.link_points.Add(shape.points()));
 }

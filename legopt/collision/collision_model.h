@@ -8,8 +8,8 @@
 
 #include "legopt/collision/mesh.h"
 #include "legopt/collision/scene.h"
-#include "legopt/collision/scene_representation.h"
 #include "legopt/robot/robot_model.h"
+#include "words/collision.h"
 
 namespace legopt {
 

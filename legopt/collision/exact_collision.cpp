@@ -47,7 +47,7 @@ struct ExactCollision::Impl {
   Impl(const RobotModel& robot, const Scene& scene, std::shared_ptr<const CollisionModel> collision_model)
       : model(std::move(collision_model)), num_links(static_cast<int>(robot.links().size())), links(robot, world) {
     for (const SceneObject& object : scene.objects) {
-      TriangleMesh mesh = Tessellate(object.shape);
+      TriangleMesh mesh = Tessellate(object.shape, scene.read_guard);
       TriangleBvh bvh(mesh);
       const int number = world.Add(mesh);
       objects.push_back({number, std::move(mesh), std::move(bvh)});

@@ -11,7 +11,7 @@ LinkTrimeshes::LinkTrimeshes(const RobotModel& robot, TrimeshWorld& world) : wor
   by_link_.resize(robot.links().size());
   for (size_t link = 0; link < robot.links().size(); ++link) {
     for (const ShapeSpec& spec : robot.links()[link].collision) {
-      TriangleMesh mesh = Tessellate(spec);
+      TriangleMesh mesh = Tessellate(spec, robot.read_guard());
       Geometry geometry{static_cast<int>(link), 0, ConvexShape::FromHull(ComputeHull(mesh.vertices)), {}, {}, {}};
       geometry.mesh = world_.Add(std::move(mesh));
       geometry.range = local_.Add(geometry.hull.points());

@@ -10,7 +10,6 @@
 #include "legopt/collision/mesh_reader.h"
 #include "legopt/input_error.h"
 #include "legopt/isolated_answer.h"
-#include "programs/isolated_call.h"
 
 namespace legopt {
 namespace {
@@ -64,11 +63,11 @@ std::optional<TriangleMesh> DecodeMesh(std::string_view bytes) {
 
 /// Some seventy times the time and thirty times the memory that sound files take: OBJ and DAE files of 35 MB are read
 /// at 30 MB/s, in 7 bytes per byte.
-IsolationLimits LimitsFor(std::uintmax_t file_bytes) {
+ReadLimits LimitsFor(std::uintmax_t file_bytes) {
   constexpr std::uintmax_t kBytesPerCpuSecond = 500'000;
   constexpr std::int64_t kBytesPerByte = 200;
   constexpr std::int64_t kBaseBytes = std::int64_t{1} << 29;
-  IsolationLimits limits;
+  ReadLimits limits;
   limits.cpu_s = 5 + static_cast<int>(file_bytes / kBytesPerCpuSecond);
   limits.wall_s = 60 + 10 * limits.cpu_s;
   limits.memory_bytes = kBaseBytes + kBytesPerByte * static_cast<std::int64_t>(file_bytes);
@@ -77,7 +76,7 @@ IsolationLimits LimitsFor(std::uintmax_t file_bytes) {
 
 }  // namespace
 
-TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale) {
+TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale, const ReadGuard& guard) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
     throw InputError({path, "", "", "mesh file does not exist or is not a file", "check the path and mesh_folder"});
@@ -89,6 +88,7 @@ TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale) {
                       "give three factors such as 0.001 0.001 0.001"});
   }
   CheckMeshFile(path);
+  if (!guard) return ReadMesh(path, scale);
   const auto read = [&path, &scale] {
     try {
       return EncodeMesh(ReadMesh(path, scale));
@@ -98,8 +98,8 @@ TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale) {
   };
   std::string answer;
   try {
-    answer = CallIsolated(read, LimitsFor(std::filesystem::file_size(path, error)));
-  } catch (const IsolatedCallFailed& failure) {
+    answer = guard(read, LimitsFor(std::filesystem::file_size(path, error)));
+  } catch (const ReadFailed& failure) {
     RefuseUnread(path, std::string("its reader failed: ") + failure.what());
   }
   const std::string_view content = answer;

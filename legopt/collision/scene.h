@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "legopt/read_guard.h"
 #include "legopt/robot/robot_model.h"
 
 namespace legopt {
@@ -16,6 +17,7 @@ struct SceneObject {
 /// All obstacles of the environment. A plain value; nothing is loaded or checked before a model is built from it.
 struct Scene {
   std::vector<SceneObject> objects;
+  ReadGuard read_guard = {};  ///< with which the scene was read; its meshes are loaded under it
 };
 
 }  // namespace legopt

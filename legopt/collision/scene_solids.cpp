@@ -115,7 +115,8 @@ std::vector<ConvexShape> BuildSceneSolids(const Scene& scene, const CollisionOpt
   std::vector<ConvexShape> solids;
   ForEachObject(scene, [&](const ShapeSpec& shape) {
     if (shape.kind == ShapeSpec::Kind::kMesh) {
-      for (ConvexShape& solid : SolidsOfMesh(Tessellate(shape), options)) solids.push_back(std::move(solid));
+      for (ConvexShape& solid : SolidsOfMesh(Tessellate(shape, scene.read_guard), options))
+        solids.push_back(std::move(solid));
     } else {
       solids.push_back(ConvexShape::FromPrimitive(shape));
     }
@@ -126,7 +127,7 @@ std::vector<ConvexShape> BuildSceneSolids(const Scene& scene, const CollisionOpt
 TriangleMesh CollectSceneTriangles(const Scene& scene) {
   TriangleMesh all;
   ForEachObject(scene, [&](const ShapeSpec& shape) {
-    const TriangleMesh mesh = Tessellate(shape);
+    const TriangleMesh mesh = Tessellate(shape, scene.read_guard);
     const int first = static_cast<int>(all.vertices.size());
     all.vertices.insert(all.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
     for (const auto& [a, b, c] : mesh.triangles) all.triangles.push_back({first + a, first + b, first + c});

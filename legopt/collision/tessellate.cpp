@@ -74,7 +74,7 @@ std::vector<Eigen::Vector2d> CapsuleProfile(double radius, double length) {
   return profile;
 }
 
-TriangleMesh InShapeFrame(const ShapeSpec& shape) {
+TriangleMesh InShapeFrame(const ShapeSpec& shape, const ReadGuard& guard) {
   switch (shape.kind) {
     case ShapeSpec::Kind::kBox:
       CheckSize(shape, "box", {0, 1, 2});
@@ -92,19 +92,19 @@ TriangleMesh InShapeFrame(const ShapeSpec& shape) {
       return Revolve({{0.0, -h}, {r, -h}, {r, h}, {0.0, h}});
     }
     case ShapeSpec::Kind::kMesh:
-      return LoadMesh(shape.mesh_file, shape.scale);
+      return LoadMesh(shape.mesh_file, shape.scale, guard);
   }
   return {};
 }
 
 }  // namespace
 
-TriangleMesh Tessellate(const ShapeSpec& shape) {
+TriangleMesh Tessellate(const ShapeSpec& shape, const ReadGuard& guard) {
   if (!shape.pose.matrix().allFinite()) {
     throw InputError({shape.mesh_file.empty() ? "shape" : shape.mesh_file, "pose", "", "pose is not finite",
                       "give finite position and rotation"});
   }
-  TriangleMesh mesh = InShapeFrame(shape);
+  TriangleMesh mesh = InShapeFrame(shape, guard);
   for (Eigen::Vector3d& vertex : mesh.vertices) vertex = shape.pose * vertex;
   return mesh;
 }

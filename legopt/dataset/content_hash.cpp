@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -88,8 +89,8 @@ std::string HashFile(const fs::path& path) {
 std::vector<std::string> UsedFiles(const fs::path& folder, const DatasetDescription& description,
                                    const RobotModel& robot, const Scene& scene) {
   std::vector<std::string> paths = {description.robot_file, description.scene_file};
-  if (!description.posture_file.empty()) paths.push_back(description.posture_file);
-  if (!description.motion_file.empty()) paths.push_back(description.motion_file);
+  std::copy_if(description.problem_files.begin(), description.problem_files.end(), std::back_inserter(paths),
+               [](const std::string& file) { return !file.empty(); });
   const auto add_mesh = [&](const ShapeSpec& shape) {
     if (shape.kind == ShapeSpec::Kind::kMesh) paths.push_back(RelativePath(folder, shape.mesh_file));
   };
@@ -100,11 +101,11 @@ std::vector<std::string> UsedFiles(const fs::path& folder, const DatasetDescript
   return paths;
 }
 
-std::vector<FileHash> ComputeManifest(const fs::path& folder) {
+std::vector<FileHash> ComputeManifest(const fs::path& folder, const ReadGuard& guard) {
   const fs::path absolute = fs::weakly_canonical(folder);
   const DatasetDescription description = DescribeDataset(absolute);
-  const RobotModel robot = RobotModel::FromUrdfFile((absolute / description.robot_file).string());
-  const Scene scene = ReadSceneFile(absolute / description.scene_file);
+  const RobotModel robot = RobotModel::FromUrdfFile((absolute / description.robot_file).string(), guard);
+  const Scene scene = ReadSceneFile(absolute / description.scene_file, guard);
   std::vector<FileHash> manifest;
   for (const std::string& path : UsedFiles(absolute, description, robot, scene)) {
     manifest.push_back({.path = path, .hash = HashFile(absolute / path)});
@@ -112,12 +113,12 @@ std::vector<FileHash> ComputeManifest(const fs::path& folder) {
   return manifest;
 }
 
-std::vector<FileHash> WriteManifestHashes(const fs::path& folder) {
+std::vector<FileHash> WriteManifestHashes(const fs::path& folder, const ReadGuard& guard) {
   const fs::path path = folder / kDatasetFileName;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) Fail(path, "cannot be read", "a bare LegOpt folder has no manifest; write a dataset.yaml first");
   const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  const std::vector<FileHash> manifest = ComputeManifest(folder);
+  const std::vector<FileHash> manifest = ComputeManifest(folder, guard);
   size_t position = 0;
   std::string kept = RemoveFilesBlock(text, &position);
   if (position == std::string::npos) {
@@ -133,14 +134,13 @@ std::string ContentHash(const DatasetDescription& description, const std::vector
   nlohmann::json text = {{"format", kDatasetFormat},
                          {"robot", description.robot_file},
                          {"scene", description.scene_file},
-                         {"posture", description.posture_file},
-                         {"motion", description.motion_file},
                          {"feet", description.feet},
                          {"sole_offset_m", description.sole_offset_m},
                          {"gravity_m_s2", description.gravity_m_s2},
                          {"nominal_posture", description.nominal_posture},
                          {"self_collision_reference", description.self_collision_reference},
                          {"files", nlohmann::json::object()}};
+  for (const auto& [task, word] : kWords<Task>) text[std::string(word)] = description.problem_files[task];
   for (const FileHash& file : manifest) text["files"][file.path] = file.hash;
   return Blake2bHex(text.dump());
 }

@@ -25,13 +25,13 @@ std::vector<std::string> UsedFiles(const std::filesystem::path& folder, const Da
                                    const RobotModel& robot, const Scene& scene);
 
 /// Hashes of UsedFiles of the dataset in `folder` (with dataset.yaml or bare), sorted by path; ignores the hashes that
-/// dataset.yaml states. Throws InputError for missing or malformed files.
-std::vector<FileHash> ComputeManifest(const std::filesystem::path& folder);
+/// dataset.yaml states. The robot is read under `guard`. Throws InputError for missing or malformed files.
+std::vector<FileHash> ComputeManifest(const std::filesystem::path& folder, const ReadGuard& guard = {});
 
 /// Replaces the `files:` block of `folder`/dataset.yaml by ComputeManifest(folder), or appends it; everything else,
 /// comments included, stays as it is. The file is replaced in one step. Returns the manifest written. Throws InputError
 /// (no dataset.yaml, unwritable folder).
-std::vector<FileHash> WriteManifestHashes(const std::filesystem::path& folder);
+std::vector<FileHash> WriteManifestHashes(const std::filesystem::path& folder, const ReadGuard& guard = {});
 
 /// The hash that names a dataset: BLAKE2b-256 of a canonical text (JSON, sorted keys, shortest round-trip numbers) of
 /// the description, name left out, and the manifest.

@@ -23,6 +23,8 @@ namespace fs = std::filesystem;
 /// Boxes of shapes in the frame of their owner; every mesh is read once for each scale.
 class ShapeBoxes {
  public:
+  explicit ShapeBoxes(const ReadGuard& guard) : guard_(guard) {}
+
   /// `user` names the owner in errors. Throws InputError for a mesh that cannot be read.
   Eigen::AlignedBox3d Of(const ShapeSpec& shape, const std::string& user) {
     if (shape.kind != ShapeSpec::Kind::kMesh) return LinkBox({.name = user, .collision = {shape}});
@@ -33,10 +35,10 @@ class ShapeBoxes {
   }
 
  private:
-  static Eigen::AlignedBox3d BoxOfMesh(const ShapeSpec& shape, const std::string& user) {
+  Eigen::AlignedBox3d BoxOfMesh(const ShapeSpec& shape, const std::string& user) const {
     Eigen::AlignedBox3d box;
     try {
-      for (const Eigen::Vector3d& vertex : LoadMesh(shape.mesh_file, shape.scale).vertices) box.extend(vertex);
+      for (const Eigen::Vector3d& vertex : LoadMesh(shape.mesh_file, shape.scale, guard_).vertices) box.extend(vertex);
     } catch (const InputError& error) {
       InputError::Fault fault = error.fault();
       fault.field = user + (fault.field.empty() ? "" : ": " + fault.field);
@@ -45,6 +47,7 @@ class ShapeBoxes {
     return box;
   }
 
+  const ReadGuard& guard_;
   std::map<std::tuple<std::string, double, double, double>, Eigen::AlignedBox3d> meshes_;  ///< by file and scale
 };
 
@@ -67,24 +70,25 @@ bool IsHash(const std::string& text) {
 
 }  // namespace
 
-std::shared_ptr<const Dataset> Dataset::Load(const fs::path& folder) {
+std::shared_ptr<const Dataset> Dataset::Load(const fs::path& folder, const ReadGuard& guard) {
   const fs::path absolute = fs::weakly_canonical(folder);
-  return std::shared_ptr<const Dataset>(new Dataset(absolute, DescribeDataset(absolute)));
+  return std::shared_ptr<const Dataset>(new Dataset(absolute, DescribeDataset(absolute), guard));
 }
 
-Dataset::Dataset(fs::path folder, DatasetDescription description)
+Dataset::Dataset(fs::path folder, DatasetDescription description, const ReadGuard& guard)
     : folder_(std::move(folder)),
       description_(std::move(description)),
       // Before the robot is parsed: a damaged file should be reported as damaged, not as bad XML.
-      robot_((VerifyListedFiles(), RobotModel::FromUrdfFile((folder_ / description_.robot_file).string()))),
-      scene_(ReadSceneFile(folder_ / description_.scene_file)) {
+      robot_((VerifyListedFiles(), RobotModel::FromUrdfFile((folder_ / description_.robot_file).string(), guard))),
+      scene_(ReadSceneFile(folder_ / description_.scene_file, guard)) {
   ResolveContentHash();
   CheckMass();
   MeasureShapes();
   ResolveFeet();
   ResolvePostures();
-  posture_problems_ = ReadProblems(Task::kPosture, description_.posture_file);
-  motion_problems_ = ReadProblems(Task::kMotion, description_.motion_file);
+  for (const TaskDescription& task : kTasks) {
+    problems_[task.task] = ReadProblems(task.task, description_.problem_files[task.task]);
+  }
 }
 
 std::string Dataset::file_for_errors() const {
@@ -161,7 +165,7 @@ void Dataset::CheckMass() const {
 }
 
 void Dataset::MeasureShapes() {
-  ShapeBoxes boxes;
+  ShapeBoxes boxes(robot_.read_guard());  // which is the scene's, too
   for (const SceneObject& object : scene_.objects) {
     const std::string user = "scene object '" + object.name + "'";
     scene_bounds_.extend(Near(boxes.Of(object.shape, user), user, folder_ / description_.scene_file));
@@ -185,7 +189,7 @@ void Dataset::ResolveFeet() {
                         .message = "the robot has no such link",
                         .fix = SuggestName(name, link_names)});
     }
-    const Eigen::AlignedBox3d box = LinkBox(robot_.links()[static_cast<size_t>(index)]);
+    const Eigen::AlignedBox3d box = LinkBox(robot_.links()[static_cast<size_t>(index)], robot_.read_guard());
     if (box.isEmpty() || !(box.sizes().head<2>().minCoeff() > 0)) {
       throw InputError({.file = file_for_errors(),
                         .field = "feet",
@@ -263,11 +267,11 @@ std::vector<ProblemDefinition> Dataset::ReadProblems(Task task, const std::strin
   }
   for (const ProblemDefinition& problem : problems.problems) {
     const std::string place = "problem " + std::to_string(problem.id);
-    if ((problem.stances.size() == 1) != (task == Task::kPosture)) {
+    if (!Fits(task, problem)) {
       throw InputError({.file = path,
                         .field = place,
                         .value = std::to_string(problem.stances.size()) + " stances",
-                        .message = "a posture problem has one stance, a motion problem two or more",
+                        .message = StancesOfTasks(),
                         .fix = "correct the definition, or move the problem to the file of the other task"});
     }
     for (size_t s = 0; s < problem.stances.size(); ++s) {
@@ -286,15 +290,11 @@ std::vector<ProblemDefinition> Dataset::ReadProblems(Task task, const std::strin
 }
 
 const std::shared_ptr<const CollisionModel>& Dataset::collision_model(SceneRepresentation scene) const {
-  LazyCollisionModel& lazy = collision_models_.at(static_cast<size_t>(scene));
+  LazyCollisionModel& lazy = collision_models_[scene];
   std::call_once(lazy.once, [&] {
     lazy.model = CollisionModel::Build(robot_, scene_, self_collision_reference_, {.scene = scene});
   });
   return lazy.model;
-}
-
-const std::vector<ProblemDefinition>& Dataset::problems(Task task) const {
-  return task == Task::kPosture ? posture_problems_ : motion_problems_;
 }
 
 const ProblemDefinition& Dataset::problem(Task task, int id) const {

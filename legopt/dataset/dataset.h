@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <array>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -13,8 +12,8 @@
 #include "legopt/collision/scene.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/dataset/stance.h"
-#include "legopt/dataset/task.h"
 #include "legopt/robot/robot_model.h"
+#include "words/task.h"
 
 namespace legopt {
 
@@ -34,12 +33,14 @@ class Dataset {
   };
 
   /// Reads and checks the whole dataset; every mesh is read once, so that a corrupt one is found here, not by a worker.
+  /// `guard` runs the readers of other people's libraries on its robot and its meshes, now and for later users of
+  /// robot() and scene().
   ///
   /// Throws InputError for a missing or malformed file, a content hash that differs from the manifest, an unknown key,
   /// link or joint (naming the nearest valid one), a robot without mass, geometry more than 8,192 m from the origin
   /// (beyond which single precision, as in mesh files, is coarser than the judge's 1 mm), a foot without geometry, a
   /// stance that is not well formed, and problem ids that occur twice.
-  static std::shared_ptr<const Dataset> Load(const std::filesystem::path& folder);
+  static std::shared_ptr<const Dataset> Load(const std::filesystem::path& folder, const ReadGuard& guard = {});
 
   /// From `dataset.yaml`; the folder's own name for a bare folder. Not part of the content hash.
   const std::string& name() const { return description_.name; }
@@ -64,7 +65,7 @@ class Dataset {
       SceneRepresentation scene = SceneRepresentation::kSolid) const;
 
   /// Problems of a task in file order; empty when the dataset has none.
-  const std::vector<ProblemDefinition>& problems(Task task) const;
+  const std::vector<ProblemDefinition>& problems(Task task) const { return problems_[task]; }
   /// Throws InputError naming the ids there are.
   const ProblemDefinition& problem(Task task, int id) const;
 
@@ -91,7 +92,7 @@ class Dataset {
   Dataset& operator=(const Dataset&) = delete;
 
  private:
-  Dataset(std::filesystem::path folder, DatasetDescription description);
+  Dataset(std::filesystem::path folder, DatasetDescription description, const ReadGuard& guard);
   void VerifyListedFiles() const;
   void ResolveContentHash();
   void CheckMass() const;
@@ -111,8 +112,7 @@ class Dataset {
   std::string content_hash_;
   Eigen::AlignedBox3d scene_bounds_, robot_bounds_;
   std::vector<Eigen::AlignedBox3d> link_boxes_;  ///< by link, in its frame; empty for a link without geometry
-  std::vector<ProblemDefinition> posture_problems_;
-  std::vector<ProblemDefinition> motion_problems_;
+  Per<Task, std::vector<ProblemDefinition>> problems_;
   Eigen::VectorXd nominal_joints_;
   Eigen::VectorXd self_collision_reference_;
   double nominal_sole_height_m_ = 0;
@@ -122,7 +122,7 @@ class Dataset {
     std::once_flag once;
     std::shared_ptr<const CollisionModel> model;
   };
-  mutable std::array<LazyCollisionModel, 2> collision_models_;  ///< by SceneRepresentation
+  mutable Per<SceneRepresentation, LazyCollisionModel> collision_models_;
 };
 
 }  // namespace legopt

@@ -67,13 +67,29 @@ std::map<std::string, std::string> ReadFiles(const YamlFields& fields) {
   return files;
 }
 
+/// A text of each task, "a or b", as errors list them.
+template <typename TextOf>
+std::string AnyTask(const TextOf& text_of) {
+  std::string text;
+  for (const TaskDescription& task : kTasks) text += (text.empty() ? "" : " or ") + std::string(text_of(task));
+  return text;
+}
+
 void ReadProblemNames(const YamlFields& fields, DatasetDescription* description) {
-  const YamlFields problems(fields.Require("problems"), fields.file(), "problems", {"posture", "motion"});
-  if (const auto text = problems.Text("posture")) description->posture_file = CheckPath(problems, "posture", *text);
-  if (const auto text = problems.Text("motion")) description->motion_file = CheckPath(problems, "motion", *text);
-  if (description->posture_file.empty() && description->motion_file.empty()) {
-    fields.Fail("problems", "", "names no problem file", "add 'posture: FILE.json' or 'motion: FILE.json'");
+  std::vector<std::string> words;
+  for (const auto& [task, word] : kWords<Task>) words.emplace_back(word);
+  const YamlFields problems(fields.Require("problems"), fields.file(), "problems", words);
+  bool any = false;
+  for (const auto& [task, word] : kWords<Task>) {
+    const std::string key(word);
+    const std::optional<std::string> text = problems.Text(key);
+    if (text) description->problem_files[task] = CheckPath(problems, key, *text);
+    any = any || text.has_value();
   }
+  if (any) return;
+  fields.Fail("problems", "", "names no problem file", "add " + AnyTask([](const TaskDescription& task) {
+                                                         return "'" + std::string(ToString(task.task)) + ": FILE.json'";
+                                                       }));
 }
 
 }  // namespace
@@ -115,8 +131,9 @@ DatasetDescription DescribeDataset(const fs::path& folder) {
                     .field = "",
                     .value = "",
                     .message = fs::is_directory(folder) ? "is not a dataset folder" : "the folder does not exist",
-                    .fix = "name a folder with dataset.yaml, or one with problemsposture.json or problemsmotion.json, "
-                           "one URDF and one scene mesh"});
+                    .fix = "name a folder with dataset.yaml, or one with " +
+                           AnyTask([](const TaskDescription& task) { return task.legopt_problem_file; }) +
+                           ", one URDF and one scene mesh"});
 }
 
 }  // namespace legopt

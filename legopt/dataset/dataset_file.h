@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "words/task.h"
+
 namespace legopt {
 
 /// What a `dataset.yaml` says: names of files and constants, nothing resolved yet.
@@ -15,7 +17,7 @@ namespace legopt {
 ///     name: garage-small                  # required, shown in tables
 ///     robot: robot.urdf                   # required, URDF; its collision meshes stand in the folder, too
 ///     scene: scene.yaml                   # required, scene.yaml (scene_file.h) or one mesh: .stl .obj .dae .ply
-///     problems:                           # required, at least one of the two; LegOpt JSON (problem_file.h)
+///     problems:                           # required, at least one task; LegOpt JSON (problem_file.h)
 ///       posture: problems-posture.json
 ///       motion: problems-motion.json
 ///     feet: [l_foot, r_foot]              # required, links with collision geometry
@@ -31,8 +33,7 @@ struct DatasetDescription {
   std::string name;
   std::string robot_file;
   std::string scene_file;
-  std::string posture_file;  ///< empty: none
-  std::string motion_file;   ///< empty: none
+  Per<Task, std::string> problem_files;  ///< empty: none
   std::vector<std::string> feet;
   double sole_offset_m = 0;
   double gravity_m_s2 = kBenchmarkGravity_m_s2;

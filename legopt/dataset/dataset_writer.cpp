@@ -78,8 +78,10 @@ std::string FormatDatasetFile(const DatasetDescription& description, const std::
   for (std::string line; std::getline(lines, line);) text += "# " + line + "\n";
   text += std::string("format: ") + kDatasetFormat + "\nname: " + Text(description.name) +
           "\nrobot: " + Text(description.robot_file) + "\nscene: " + Text(description.scene_file) + "\nproblems:\n";
-  if (!description.posture_file.empty()) text += "  posture: " + Text(description.posture_file) + "\n";
-  if (!description.motion_file.empty()) text += "  motion: " + Text(description.motion_file) + "\n";
+  for (const auto& [task, word] : kWords<Task>) {
+    const std::string& file = description.problem_files[task];
+    if (!file.empty()) text += "  " + std::string(word) + ": " + Text(file) + "\n";
+  }
   std::string feet;
   for (const std::string& foot : description.feet) feet += (feet.empty() ? "" : ", ") + Text(foot);
   text += "\nfeet: [" + feet + "]\nsole_offset_m: " + Number(description.sole_offset_m) +

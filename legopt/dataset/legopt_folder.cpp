@@ -12,8 +12,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kPostureFile = "problemsposture.json";
-constexpr const char* kMotionFile = "problemsmotion.json";
 constexpr double kAtlasSoleOffset_m = 0.082351;  // lowest vertex of r_foot, 0.081351, and the tolerance, 0.001
 constexpr double kKnee_rad = 50 * std::numbers::pi / 180;
 constexpr double kHipAndAnkle_rad = -25 * std::numbers::pi / 180;
@@ -36,7 +34,9 @@ std::string TheOnly(const fs::path& folder, std::vector<fs::path> found, const s
 }  // namespace
 
 bool IsLegOptFolder(const fs::path& folder) {
-  return fs::is_regular_file(folder / kPostureFile) || fs::is_regular_file(folder / kMotionFile);
+  return std::any_of(kTasks.begin(), kTasks.end(), [&](const TaskDescription& task) {
+    return fs::is_regular_file(folder / task.legopt_problem_file);
+  });
 }
 
 DatasetDescription DescribeLegOptFolder(const fs::path& folder) {
@@ -54,8 +54,10 @@ DatasetDescription DescribeLegOptFolder(const fs::path& folder) {
   }
   description.robot_file = TheOnly(absolute, robots, "URDF file (*.urdf)");
   description.scene_file = TheOnly(absolute, meshes, "scene mesh (.stl, .obj, .dae, .ply)");
-  if (fs::is_regular_file(absolute / kPostureFile)) description.posture_file = kPostureFile;
-  if (fs::is_regular_file(absolute / kMotionFile)) description.motion_file = kMotionFile;
+  for (const TaskDescription& task : kTasks) {
+    if (!fs::is_regular_file(absolute / task.legopt_problem_file)) continue;
+    description.problem_files[task.task] = task.legopt_problem_file;
+  }
   SetBenchmarkConstants(&description);
   return description;
 }

@@ -30,11 +30,11 @@ Eigen::Vector3d HalfExtents(const ShapeSpec& shape) {
 
 }  // namespace
 
-Eigen::AlignedBox3d LinkBox(const Link& link) {
+Eigen::AlignedBox3d LinkBox(const Link& link, const ReadGuard& guard) {
   Eigen::AlignedBox3d box;
   for (const ShapeSpec& shape : link.collision) {
     if (shape.kind == ShapeSpec::Kind::kMesh) {
-      for (const Eigen::Vector3d& vertex : LoadMesh(shape.mesh_file, shape.scale).vertices) {
+      for (const Eigen::Vector3d& vertex : LoadMesh(shape.mesh_file, shape.scale, guard).vertices) {
         box.extend(shape.pose * vertex);
       }
     } else {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "legopt/input_error.h"
+#include "legopt/word_input.h"
 
 namespace legopt {
 namespace {
@@ -100,7 +101,7 @@ ProblemFile ParseProblemFile(const Json& root, const std::string& file_for_error
                    .task = std::nullopt,
                    .problems = {}};
   const std::string task = OptionalText(root, "task", file_for_errors);
-  if (!task.empty()) file.task = ParseTask(task, file_for_errors);
+  if (!task.empty()) file.task = ReadTask(task, file_for_errors);
   std::set<int> ids;
   for (size_t i = 0; i < list->size(); ++i) {
     const Json& entry = (*list)[i];

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "legopt/dataset/stance.h"
-#include "legopt/dataset/task.h"
+#include "words/task.h"
 
 namespace legopt {
 

@@ -88,12 +88,12 @@ SceneObject ReadObject(const YAML::Node& node, const fs::path& path, const std::
   return object;
 }
 
-Scene SceneOfOneMesh(const fs::path& path) {
+Scene SceneOfOneMesh(const fs::path& path, const ReadGuard& guard) {
   SceneObject object;
   object.name = path.stem().string();
   object.shape.kind = ShapeSpec::Kind::kMesh;
   object.shape.mesh_file = path.string();
-  return {.objects = {std::move(object)}};
+  return {.objects = {std::move(object)}, .read_guard = guard};
 }
 
 }  // namespace
@@ -106,15 +106,15 @@ bool IsMeshFile(const fs::path& path) {
   return std::find(kSuffixes.begin(), kSuffixes.end(), suffix) != kSuffixes.end();
 }
 
-Scene ReadSceneFile(const fs::path& path) {
-  if (IsMeshFile(path) && fs::is_regular_file(path)) return SceneOfOneMesh(path);
+Scene ReadSceneFile(const fs::path& path, const ReadGuard& guard) {
+  if (IsMeshFile(path) && fs::is_regular_file(path)) return SceneOfOneMesh(path, guard);
   const YamlFields fields(ReadYamlFile(path), path.string(), "", {"objects"});
   const YAML::Node list = fields.Require("objects");
   if (!list.IsSequence() || list.size() == 0) {
     fields.Fail("objects", DescribeNode(list), "must be a list of at least one object",
                 "write '- {name: ..., shape: box, ...}' lines");
   }
-  Scene scene;
+  Scene scene{.objects = {}, .read_guard = guard};
   std::set<std::string> names;
   for (size_t i = 0; i < list.size(); ++i) {
     const std::string place = "objects[" + std::to_string(i) + "]";

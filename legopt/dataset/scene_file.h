@@ -16,10 +16,11 @@ namespace legopt {
 ///       - {name: car, shape: mesh, file: meshes/car.stl, scale: 1}      # scale: a number or [x, y, z]
 ///
 /// `position` and `rpy` default to zero; rpy is fixed-axis roll, pitch, yaw (R = Rz Ry Rx), as in URDF. Names are
-/// unique. Mesh files are relative to the scene file and must exist; they are parsed when the collision model is built.
+/// unique. Mesh files are relative to the scene file and must exist; they are parsed, under `guard`, when the collision
+/// model is built.
 /// Throws InputError: missing file, broken YAML, unknown key or shape (naming the nearest), a size that is not positive
 /// and finite, a name used twice, a mesh file of unknown type.
-Scene ReadSceneFile(const std::filesystem::path& path);
+Scene ReadSceneFile(const std::filesystem::path& path, const ReadGuard& guard = {});
 
 /// True for the suffixes .stl .obj .dae .ply in any case.
 bool IsMeshFile(const std::filesystem::path& path);

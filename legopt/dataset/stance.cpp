@@ -95,9 +95,17 @@ bool operator==(const ProblemDefinition& a, const ProblemDefinition& b) {
   return a.id == b.id && a.stances == b.stances;
 }
 
-int NumWaypoints(const ProblemDefinition& problem) {
-  const int stances = static_cast<int>(problem.stances.size());
-  return stances == 1 ? 1 : 2 * stances;
+bool Fits(Task task, const ProblemDefinition& problem) {
+  return HasStances(task, static_cast<int>(problem.stances.size()));
+}
+
+std::string StancesOfTasks() {
+  std::string text;
+  for (const TaskDescription& description : kTasks) {
+    text += (text.empty() ? "a " : ", a ") + std::string(ToString(description.task)) + " problem " +
+            (text.empty() ? "has " : "") + std::string(description.stances);
+  }
+  return text;
 }
 
 Stance ParseStance(std::string_view text, const TextSource& source) {

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "words/task.h"
+
 namespace legopt {
 
 /// Where one foot has to stand, exactly as written in the problem file.
@@ -23,7 +25,7 @@ struct Stance {
   std::vector<Foothold> footholds;
 };
 
-/// One problem of a benchmark: one stance for a posture, two or more for a motion.
+/// One problem of a benchmark; its task says how many stances it has.
 struct ProblemDefinition {
   int id;
   std::vector<Stance> stances;
@@ -33,15 +35,11 @@ bool operator==(const Foothold& a, const Foothold& b);
 bool operator==(const Stance& a, const Stance& b);
 bool operator==(const ProblemDefinition& a, const ProblemDefinition& b);
 
-/// Number of waypoints a solution must have: 1 for a single stance, else two identical copies of every stance, so that
-/// waypoint w belongs to stance StanceOfWaypoint(w) (docs/readings.md#waypoints-of-a-stance).
-int NumWaypoints(const ProblemDefinition& problem);
+/// Whether the problem has as many stances as the task wants.
+bool Fits(Task task, const ProblemDefinition& problem);
 
-/// Waypoints of a motion per stance.
-inline constexpr int kWaypointsPerStance = 2;
-
-/// Index of the stance that constrains `waypoint`.
-inline int StanceOfWaypoint(int waypoint) { return waypoint / kWaypointsPerStance; }
+/// How many stances the tasks want, as errors say it: "a posture problem has one stance, a motion problem two or more".
+std::string StancesOfTasks();
 
 /// Largest deviation of a file quaternion's norm from 1. LegOpt's own files are unit to 7e-11.
 inline constexpr double kQuaternionTolerance = 1e-6;

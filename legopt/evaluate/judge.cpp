@@ -21,18 +21,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMillimetres = 1000.0;
 constexpr int kDigits = 4;
 
-constexpr std::array<std::pair<Verdict, std::string_view>, 9> kVerdictNames = {{
-    {Verdict::kSuccess, "success"},
-    {Verdict::kWrongWaypointCount, "wrong_waypoint_count"},
-    {Verdict::kWrongSize, "wrong_size"},
-    {Verdict::kNotFinite, "not_finite"},
-    {Verdict::kFootPose, "foot_pose"},
-    {Verdict::kCom, "com"},
-    {Verdict::kJointLimit, "joint_limit"},
-    {Verdict::kEnvironmentCollision, "environment_collision"},
-    {Verdict::kSelfCollision, "self_collision"},
-}};
-
 std::string Text(double value) {
   std::array<char, 32> buffer;
   std::snprintf(buffer.data(), buffer.size(), "%.*g", kDigits, value);
@@ -81,25 +69,6 @@ std::string DescribePoseError(const std::string& link, const PoseError& error) {
 
 }  // namespace
 
-std::string_view ToString(Verdict verdict) {
-  const auto found = std::find_if(kVerdictNames.begin(), kVerdictNames.end(),
-                                  [verdict](const auto& entry) { return entry.first == verdict; });
-  return found->second;
-}
-
-Verdict ParseVerdict(std::string_view text) {
-  std::string known;
-  for (const auto& [verdict, name] : kVerdictNames) {
-    if (text == name) return verdict;
-    known += (known.empty() ? "" : ", ") + std::string(name);
-  }
-  throw InputError({.file = "",
-                    .field = "verdict",
-                    .value = std::string(text),
-                    .message = "unknown verdict",
-                    .fix = "known: " + known});
-}
-
 class Judge::Workspace {
  public:
   explicit Workspace(std::shared_ptr<const Dataset> dataset)
@@ -115,7 +84,7 @@ class Judge::Workspace {
   Evaluation Evaluate(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
 
  private:
-  Evaluation Judged(const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
+  Evaluation Judged(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
   static void CheckTask(Task task, const ProblemDefinition& problem);
   void CheckFootNames(const ProblemDefinition& problem) const;
   static void Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation);
@@ -127,7 +96,9 @@ class Judge::Workspace {
   void CheckLimits(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const;
   void CheckEnvironment(int waypoint, Evaluation* evaluation);
   void CheckSelf(int waypoint, Evaluation* evaluation);
-  double Cost(std::span<const Eigen::VectorXd> waypoints);
+  double Cost(Task task, std::span<const Eigen::VectorXd> waypoints);
+  double Torques(std::span<const Eigen::VectorXd> waypoints);
+  double JointSteps(std::span<const Eigen::VectorXd> waypoints) const;
   const std::string& LinkName(int link) const { return robot_.links()[static_cast<size_t>(link)].name; }
   std::string DescribeContact(const ExactCollision::SceneContact& contact) const;
   std::string DescribeOverlap(const LinkPair& pair, double depth_m) const;
@@ -142,12 +113,12 @@ class Judge::Workspace {
 };
 
 void Judge::Workspace::CheckTask(Task task, const ProblemDefinition& problem) {
-  if (!problem.stances.empty() && (problem.stances.size() == 1) == (task == Task::kPosture)) return;
+  if (Fits(task, problem)) return;
   throw InputError({.file = "",
                     .field = "problem " + std::to_string(problem.id),
                     .value = std::to_string(problem.stances.size()) + " stances",
                     .message = "does not fit the task '" + std::string(ToString(task)) + "'",
-                    .fix = "a posture problem has one stance, a motion problem two or more"});
+                    .fix = StancesOfTasks()});
 }
 
 /// The fault is the problem's, wherever that stands; the dataset only knows better names.
@@ -296,33 +267,46 @@ void Judge::Workspace::CheckSelf(int waypoint, Evaluation* evaluation) {
 }
 
 /// Per waypoint (docs/readings.md#cost).
-double Judge::Workspace::Cost(std::span<const Eigen::VectorXd> waypoints) {
-  if (waypoints.size() == 1) {
-    SetState(waypoints[0]);
+double Judge::Workspace::Cost(Task task, std::span<const Eigen::VectorXd> waypoints) {
+  const double sum = DescriptionOf(task).cost == TaskCost::kTorques ? Torques(waypoints) : JointSteps(waypoints);
+  return sum / static_cast<double>(waypoints.size());
+}
+
+double Judge::Workspace::Torques(std::span<const Eigen::VectorXd> waypoints) {
+  double sum = 0;
+  for (const Eigen::VectorXd& x : waypoints) {
+    SetState(x);
     kinematics_.GravityTorques(dataset_->gravity_m_s2(), torques_);
-    return torques_.squaredNorm();
+    sum += torques_.squaredNorm();
   }
+  return sum;
+}
+
+double Judge::Workspace::JointSteps(std::span<const Eigen::VectorXd> waypoints) const {
   const int n = robot_.num_dofs();
   double sum = 0;
   for (size_t w = 1; w < waypoints.size(); ++w) {
     sum += (waypoints[w].head(n) - waypoints[w - 1].head(n)).squaredNorm();
   }
-  return sum / static_cast<double>(waypoints.size());
+  return sum;
 }
 
 Evaluation Judge::Workspace::Evaluate(Task task, const ProblemDefinition& problem,
                                       std::span<const Eigen::VectorXd> waypoints) {
   CheckTask(task, problem);
   CheckFootNames(problem);
-  Evaluation evaluation = Judged(problem, waypoints);
-  if (task == Task::kMotion) evaluation.interpolation = ScoreInterpolation(waypoints, kinematics_, collision_);
+  Evaluation evaluation = Judged(task, problem, waypoints);
+  if (DescriptionOf(task).between_waypoints) {
+    evaluation.interpolation = ScoreInterpolation(waypoints, kinematics_, collision_);
+  }
   return evaluation;
 }
 
 /// Phases A to C.
-Evaluation Judge::Workspace::Judged(const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints) {
+Evaluation Judge::Workspace::Judged(Task task, const ProblemDefinition& problem,
+                                    std::span<const Eigen::VectorXd> waypoints) {
   Evaluation evaluation;
-  evaluation.num_waypoints = NumWaypoints(problem);
+  evaluation.num_waypoints = NumWaypoints(task, static_cast<int>(problem.stances.size()));
   const int count = static_cast<int>(waypoints.size());
   if (count != evaluation.num_waypoints) {
     Fail(Verdict::kWrongWaypointCount, -1,
@@ -333,7 +317,7 @@ Evaluation Judge::Workspace::Judged(const ProblemDefinition& problem, std::span<
     const Eigen::VectorXd& x = waypoints[static_cast<size_t>(w)];
     if (!IsWellFormed(x, w, &evaluation)) continue;
     SetState(x);
-    CheckFeet(problem.stances[static_cast<size_t>(StanceOfWaypoint(w))], w, &evaluation);
+    CheckFeet(problem.stances[static_cast<size_t>(StanceOfWaypoint(task, w))], w, &evaluation);
     CheckCom(w, &evaluation);
     CheckLimits(x, w, &evaluation);
   }
@@ -343,7 +327,7 @@ Evaluation Judge::Workspace::Judged(const ProblemDefinition& problem, std::span<
     CheckEnvironment(w, &evaluation);
     CheckSelf(w, &evaluation);
   }
-  if (evaluation.literal == Verdict::kSuccess) evaluation.cost = Cost(waypoints);
+  if (evaluation.literal == Verdict::kSuccess) evaluation.cost = Cost(task, waypoints);
   return evaluation;
 }
 

@@ -5,33 +5,14 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <string_view>
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/stance.h"
-#include "legopt/dataset/task.h"
 #include "legopt/evaluate/interpolation.h"
+#include "words/result.h"
+#include "words/task.h"
 
 namespace legopt {
-
-/// Why a solution fails, or that it does not. In the order in which the benchmark checks one waypoint.
-enum class Verdict {
-  kSuccess,
-  kWrongWaypointCount,
-  kWrongSize,
-  kNotFinite,
-  kFootPose,
-  kCom,
-  kJointLimit,
-  kEnvironmentCollision,
-  kSelfCollision,
-};
-
-/// "success", "wrong_waypoint_count", "wrong_size", "not_finite", "foot_pose", "com", "joint_limit",
-/// "environment_collision", "self_collision".
-std::string_view ToString(Verdict verdict);
-/// Inverse; throws InputError listing the words.
-Verdict ParseVerdict(std::string_view text);
 
 /// Tolerances of the benchmark: a value above them fails, equality passes (docs/readings.md#order-and-tolerances).
 inline constexpr double kPoseTolerance = 1e-3;     ///< quaternion vector part (1) and translation (m)
@@ -64,7 +45,7 @@ struct Evaluation {
   double self_depth_literal_m = kNotEvaluated;  ///< contact depth of the last colliding pair of each waypoint
   double self_depth_strict_m = kNotEvaluated;   ///< contact depth of all colliding pairs
 
-  InterpolationScore interpolation;  ///< motions, whatever the verdict; no part of it
+  InterpolationScore interpolation;  ///< of tasks scored between waypoints, whatever the verdict; no part of it
 
   double cost = kNotEvaluated;  ///< see Judge; NaN unless `literal` is success
   int num_waypoints = 0;        ///< constraint waypoints: divisor of cost and time
@@ -75,14 +56,12 @@ struct Evaluation {
 ///
 /// Phase A, waypoint by waypoint: size, finite numbers, foot poses, COM, joint limits. Kinematics use the joints
 /// clamped to their limits, the limit test the raw vector. Phase B, only if A passed everywhere: environment,
-/// self-collision. Phase C, cost per waypoint:
+/// self-collision. Phase C, cost per waypoint, W = num_waypoints, as the task is described (words/task.h):
 ///
-///     posture: sum_i tau_i^2           tau: gravity torques with the base held fixed, N m
-///     motion:  1/W sum_w |q_w - q_{w-1}|^2     W = num_waypoints, raw joint values, base excluded
+///     torques:      1/W sum_w sum_i tau_i^2        tau: gravity torques with the base held fixed, N m
+///     joint steps:  1/W sum_w |q_w - q_{w-1}|^2    raw joint values, base excluded
 ///
-/// Beside it every motion gets the score of its interpolation.
-///
-/// A problem with one stance has one waypoint and is scored as a posture, all others as a motion.
+/// Beside it the interpolation is scored where the task says that what lies between waypoints is.
 /// Holds kinematics and collision workspaces: one thread at a time; the dataset is shared. Construction builds the
 /// dataset's collision model if nobody has yet, and throws InputError when a mesh is corrupt.
 class Judge {

@@ -219,11 +219,13 @@ std::vector<std::string> ParseJoints(const Json& root, const std::string& file) 
   return list->get<std::vector<std::string>>();
 }
 
+/// By the number of stances; of a file without any the first task.
 Task InferTask(const ProblemFile& file) {
   for (const ProblemDefinition& problem : file.problems) {
-    if (!problem.stances.empty()) return problem.stances.size() == 1 ? Task::kPosture : Task::kMotion;
+    const std::optional<Task> task = TaskOfStances(static_cast<int>(problem.stances.size()));
+    if (task) return *task;
   }
-  return Task::kPosture;
+  return kTasks.front().task;
 }
 
 std::string FormatWaypoint(const Eigen::VectorXd& x) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "legopt/dataset/stance.h"
-#include "legopt/dataset/task.h"
+#include "words/task.h"
 
 namespace legopt {
 
@@ -42,7 +42,7 @@ struct SolvedProblem {
 struct SolutionFile {
   std::string robot;
   std::string scenario;
-  Task task = Task::kPosture;
+  Task task{};
   std::vector<SolvedProblem> problems;
   /// Names of the joints in the order of `x`, without the base; empty: the file does not say. A key of ours, "joints",
   /// that LegOpt's scripts pass over.

@@ -28,8 +28,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kPostureFile = "problems-posture.json";
-constexpr const char* kMotionFile = "problems-motion.json";
 constexpr const char* kGenerationFile = "generation.json";
 constexpr const char* kSolutionsFile = "solutions-posture.json";
 
@@ -38,6 +36,13 @@ struct Proven {
   Stance stance;
   PostureProof proof;
 };
+
+/// Numbered in their order.
+std::vector<ProblemDefinition> AsProblems(const std::vector<Stance>& stances) {
+  std::vector<ProblemDefinition> problems;
+  for (const Stance& stance : stances) problems.push_back({static_cast<int>(problems.size()), {stance}});
+  return problems;
+}
 
 class Builder {
  public:
@@ -57,7 +62,7 @@ class Builder {
 
   DatasetReport BuildCandidates() {
     PrepareModel();
-    WriteTextFile(folder_ / kPostureFile, FormatStances(Sample(false)));
+    WriteProblems(kStanceTask, AsProblems(Sample(false)));
     Finish();
     return std::move(report_);
   }
@@ -71,7 +76,8 @@ class Builder {
   void MakeScene();
   std::vector<Stance> Stances();
   std::vector<Stance> Sample(bool prove);
-  std::string FormatStances(const std::vector<Stance>& stances) const;
+  std::string Format(Task task, std::span<const ProblemDefinition> problems) const;
+  void WriteProblems(Task task, std::span<const ProblemDefinition> problems) const;
   void Plan(const std::vector<Stance>& stances);
   void SelectPostures();
   std::vector<Stance> DifferentStances() const;
@@ -97,12 +103,12 @@ void Builder::MakeScene() {
   if (fs::exists(folder_ / kScenarioFileName)) return;
   const Scenario scenario =
       MakeScenario(*options_.scenario, [&](double done, double total) { Show("collapse", done, total, "s"); });
-  WriteScenario(scenario, folder_, options_.pictures);
+  WriteScenario(scenario, folder_, options_.pictures, options_.read_guard);
 }
 
 /// A dataset without problems, so that it can be loaded.
 void Builder::PrepareFolder() {
-  const auto source = Dataset::Load(options_.robot_folder);
+  const auto source = Dataset::Load(options_.robot_folder, options_.read_guard);
   DatasetDescription description = DescribeDataset(options_.robot_folder);
   CopyRobot(*source, description, folder_);
   if (options_.scenario) {
@@ -120,19 +126,18 @@ void Builder::PrepareFolder() {
     scenario_name_ = source->name();
   }
   description.name = options_.name;
-  description.posture_file = kPostureFile;
-  description.motion_file = kMotionFile;
+  for (const TaskDescription& task : kTasks) description.problem_files[task.task] = task.problem_file;
   WriteTextFile(folder_ / kDatasetFileName,
                 FormatDatasetFile(description, "Made by `legopt generate`; " + options_.Identity()));
-  for (const auto& [file, task] : {std::pair(kPostureFile, Task::kPosture), std::pair(kMotionFile, Task::kMotion)}) {
-    WriteTextFile(folder_ / file, FormatProblems({}, task, source->robot().name(), scenario_name_));
+  for (const TaskDescription& task : kTasks) {
+    WriteTextFile(folder_ / task.problem_file, FormatProblems({}, task.task, source->robot().name(), scenario_name_));
   }
-  WriteManifestHashes(folder_);
+  WriteManifestHashes(folder_, options_.read_guard);
 }
 
 void Builder::PrepareModel() {
   PrepareFolder();
-  dataset_ = Dataset::Load(folder_);
+  dataset_ = Dataset::Load(folder_, options_.read_guard);
   RequireSoundMeshes(*dataset_);
   RequireLeftFootFirst(*dataset_);
   model_ = ProbeModel::Build(dataset_, options_.ProbeFor(*dataset_));
@@ -147,7 +152,7 @@ std::vector<Stance> Builder::Stances() {
     return stances;
   }
   stances = options_.proven ? ReadProvenStances(dataset_, *options_.proven) : Sample(true);
-  WriteTextFile(path, FormatStances(stances));
+  WriteTextFile(path, Format(kStanceTask, AsProblems(stances)));
   return stances;
 }
 
@@ -165,11 +170,12 @@ std::vector<Stance> Builder::Sample(bool prove) {
   return std::move(sampled.stances);
 }
 
-/// As posture problems, numbered in their order.
-std::string Builder::FormatStances(const std::vector<Stance>& stances) const {
-  std::vector<ProblemDefinition> problems;
-  for (const Stance& stance : stances) problems.push_back({static_cast<int>(problems.size()), {stance}});
-  return FormatProblems(problems, Task::kPosture, dataset_->robot().name(), scenario_name_);
+std::string Builder::Format(Task task, std::span<const ProblemDefinition> problems) const {
+  return FormatProblems(problems, task, dataset_->robot().name(), scenario_name_);
+}
+
+void Builder::WriteProblems(Task task, std::span<const ProblemDefinition> problems) const {
+  WriteTextFile(folder_ / DescriptionOf(task).problem_file, Format(task, problems));
 }
 
 /// Motion problems: first those that change floors, as in the paper's files.
@@ -273,16 +279,16 @@ void Builder::Describe() {
     add("trunk distance", "m", [](const StanceFeatures& f) { return f.trunk_distance_m; });
     return result;
   };
-  const auto list = [&](const char* task, int id, int stance, const StanceFeatures& f) {
+  const auto list = [&](Task task, int id, int stance, const StanceFeatures& f) {
     std::array<char, 160> line;
-    std::snprintf(line.data(), line.size(), "%s,%d,%d,%.4f,%.4f,%.3f,%.4f\n", task, id, stance, f.length_m, f.height_m,
-                  kDegrees * f.tilt_rad, f.trunk_distance_m);
+    std::snprintf(line.data(), line.size(), "%s,%d,%d,%.4f,%.4f,%.3f,%.4f\n", std::string(ToString(task)).c_str(), id,
+                  stance, f.length_m, f.height_m, kDegrees * f.tilt_rad, f.trunk_distance_m);
     csv += line.data();
   };
   std::vector<Stance> stances;
   for (const Proven& posture : postures_) stances.push_back(posture.stance);
   const std::vector<StanceFeatures> posture_features = Features(stances);
-  for (size_t i = 0; i < stances.size(); ++i) list("posture", static_cast<int>(i), 0, posture_features[i]);
+  for (size_t i = 0; i < stances.size(); ++i) list(Task::kPosture, static_cast<int>(i), 0, posture_features[i]);
   report_.histograms.push_back(row("Posture problems", posture_features));
 
   std::vector<double> lengths;
@@ -292,7 +298,7 @@ void Builder::Describe() {
     const std::vector<StanceFeatures> features = Features(motion.stances);
     for (size_t s = 0; s < features.size(); ++s) {
       if (motion.stances[s].footholds.size() < 2) continue;
-      list("motion", motion.id, static_cast<int>(s), features[s]);
+      list(Task::kMotion, motion.id, static_cast<int>(s), features[s]);
       motion_features.push_back(features[s]);
     }
   }
@@ -310,9 +316,8 @@ void Builder::Describe() {
 }
 
 void Builder::FinishPostures() const {
-  const std::string& robot = dataset_->robot().name();
   std::vector<ProblemDefinition> postures;
-  SolutionFile solutions{robot, scenario_name_, Task::kPosture, {}};
+  SolutionFile solutions{dataset_->robot().name(), scenario_name_, Task::kPosture, {}};
   for (const Proven& posture : postures_) {
     postures.push_back({static_cast<int>(postures.size()), {posture.stance}});
     Solution solution;
@@ -322,15 +327,14 @@ void Builder::FinishPostures() const {
     solution.success = true;
     solutions.problems.push_back({postures.back(), {std::move(solution)}});
   }
-  WriteTextFile(folder_ / kPostureFile, FormatProblems(postures, Task::kPosture, robot, scenario_name_));
+  WriteProblems(Task::kPosture, postures);
   WriteTextFile(folder_ / kSolutionsFile, FormatSolutions(solutions));
 }
 
 void Builder::Finish() {
-  WriteTextFile(folder_ / kMotionFile,
-                FormatProblems(motions_, Task::kMotion, dataset_->robot().name(), scenario_name_));
-  WriteManifestHashes(folder_);
-  report_.content_hash = Dataset::Load(folder_)->content_hash();
+  WriteProblems(Task::kMotion, motions_);
+  WriteManifestHashes(folder_, options_.read_guard);
+  report_.content_hash = Dataset::Load(folder_, options_.read_guard)->content_hash();
   for (const char* state : {"plans-same.json", "plans-different.json"}) fs::remove(folder_ / state);
 }
 

@@ -32,6 +32,7 @@ struct DatasetOptions {
   std::optional<double> slope_rad;
   /// Stances that have a posture (proven_stances.h), instead of sampling and proving `stances` of them.
   std::optional<std::filesystem::path> proven;
+  ReadGuard read_guard;  ///< runs the readers of robot and meshes; decides nothing
 
   /// Everything that decides the result, as text. Throws InputError: `proven` cannot be read.
   std::string Identity() const;

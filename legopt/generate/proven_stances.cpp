@@ -6,6 +6,7 @@
 
 #include "legopt/evaluate/judge.h"
 #include "legopt/evaluate/solution_file.h"
+#include "legopt/generate/stance_sampler.h"
 #include "legopt/input_error.h"
 
 namespace legopt::generate {
@@ -15,17 +16,18 @@ std::vector<Stance> ReadProvenStances(const std::shared_ptr<const Dataset>& data
   const SolutionFile file = ReadSolutions(path);
   Judge judge(dataset);
   const auto accepted = [&judge](const ProblemDefinition& problem, const Solution& solution) {
-    const Evaluation evaluation = judge.Evaluate(Task::kPosture, problem, solution.waypoints);
+    const Evaluation evaluation = judge.Evaluate(kStanceTask, problem, solution.waypoints);
     return evaluation.literal == Verdict::kSuccess && evaluation.strict == Verdict::kSuccess;
   };
   std::vector<Stance> stances;
   std::set<std::string> known;
+  const std::string word(ToString(kStanceTask));
   for (const SolvedProblem& problem : file.problems) {
     const ProblemDefinition& definition = problem.definition;
-    if (definition.stances.size() != 1) {
+    if (!Fits(kStanceTask, definition)) {
       throw InputError({path.string(), "problem " + std::to_string(definition.id),
-                        std::to_string(definition.stances.size()) + " stances", "is no posture problem",
-                        "export the solutions with --task posture"});
+                        std::to_string(definition.stances.size()) + " stances", "is no " + word + " problem",
+                        "export the solutions with --task " + word});
     }
     const bool proven = std::any_of(problem.solutions.begin(), problem.solutions.end(),
                                     [&](const Solution& solution) { return accepted(definition, solution); });

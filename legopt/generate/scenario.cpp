@@ -51,8 +51,8 @@ Json ToJson(const Difficulty& difficulty) {
 }
 
 /// The mesh as a user of the dataset will see it.
-void CheckWritten(const std::filesystem::path& path, size_t pieces) {
-  const TriangleMesh mesh = LoadMesh(path.string());
+void CheckWritten(const std::filesystem::path& path, size_t pieces, const ReadGuard& guard) {
+  const TriangleMesh mesh = LoadMesh(path.string(), Eigen::Vector3d::Ones(), guard);
   const MeshFaults faults = FindMeshFaults(mesh);
   if (faults.none()) return;
   throw InputError({path.string(), "mesh",
@@ -204,10 +204,11 @@ std::vector<std::pair<std::string_view, Camera>> ScenarioCameras(const Building&
   return {{"outside", outside}, {"back", back}, {"inside", inside}, {"ground", ground}};
 }
 
-void WriteScenario(const Scenario& scenario, const std::filesystem::path& folder, bool pictures) {
+void WriteScenario(const Scenario& scenario, const std::filesystem::path& folder, bool pictures,
+                   const ReadGuard& guard) {
   const TriangleMesh mesh = MeshOf(scenario.pieces);
   WritePly(folder / kSceneMeshName, mesh);
-  CheckWritten(folder / kSceneMeshName, scenario.pieces.size());
+  CheckWritten(folder / kSceneMeshName, scenario.pieces.size(), guard);
   Json root = DescribeScenario(scenario);
   WriteTextFile(folder / kMembersFileName, ListMembers(scenario.building));
   root["files"][kMembersFileName] = HashFile(folder / kMembersFileName);

@@ -12,6 +12,7 @@
 #include "legopt/generate/fracture.h"
 #include "legopt/generate/picture.h"
 #include "legopt/generate/pieces.h"
+#include "legopt/read_guard.h"
 
 namespace legopt::generate {
 
@@ -61,8 +62,9 @@ inline constexpr const char* kScenarioFileName = "scenario.json";
 inline constexpr const char* kMembersFileName = "building.csv";
 
 /// Writes scene.ply, scenario.json (DescribeScenario and the hashes of all other files) and, when asked for, a PNG per
-/// camera into an existing folder. The scene is read back and checked: closed, wound outwards, one solid per piece.
-/// Throws InputError when something cannot be written.
-void WriteScenario(const Scenario& scenario, const std::filesystem::path& folder, bool pictures);
+/// camera into an existing folder. The scene is read back under `guard` and checked: closed, wound outwards, one solid
+/// per piece. Throws InputError when something cannot be written.
+void WriteScenario(const Scenario& scenario, const std::filesystem::path& folder, bool pictures,
+                   const ReadGuard& guard = {});
 
 }  // namespace legopt::generate

@@ -13,7 +13,7 @@ namespace legopt::generate {
 void RequireSoundMeshes(const Dataset& dataset) {
   for (const SceneObject& object : dataset.scene().objects) {
     if (object.shape.kind != ShapeSpec::Kind::kMesh) continue;
-    const MeshFaults faults = FindMeshFaults(Tessellate(object.shape));
+    const MeshFaults faults = FindMeshFaults(Tessellate(object.shape, dataset.scene().read_guard));
     if (faults.none()) continue;
     const bool holes = faults.open_edges > 0;
     throw InputError({object.shape.mesh_file, "scene object '" + object.name + "'",

@@ -168,10 +168,10 @@ const char* PostureProver::method_name() { return "SQP(Multistart10)"; }
 PostureProof PostureProver::Prove(const Stance& stance, int id) {
   const ProblemDefinition problem{.id = id, .stances = {stance}};
   const SolveOutcome outcome =
-      impl_->solver.Solve(Task::kPosture, problem, Initialization::kGood, impl_->method, SolveSettings{});
+      impl_->solver.Solve(kStanceTask, problem, Initialization::kGood, impl_->method, SolveSettings{});
   PostureProof proof;
   if (outcome.waypoints.size() != 1) return proof;
-  const Evaluation evaluation = impl_->judge.Evaluate(Task::kPosture, problem, outcome.waypoints);
+  const Evaluation evaluation = impl_->judge.Evaluate(kStanceTask, problem, outcome.waypoints);
   proof.accepted = evaluation.literal == Verdict::kSuccess && evaluation.strict == Verdict::kSuccess;
   proof.x = outcome.waypoints.front();
   proof.cost = evaluation.cost;

@@ -47,6 +47,9 @@ struct SampledStances {
 SampledStances SampleStances(const std::shared_ptr<const ProbeModel>& model, const StanceSamplerOptions& options,
                              const std::function<void(int, int)>& progress);
 
+/// What a stance by itself is a problem of.
+inline constexpr Task kStanceTask = Task::kPosture;
+
 /// Posture of a stance: SQP from the good start with up to ten restarts, judged.
 struct PostureProof {
   bool accepted = false;  ///< by both rules

@@ -31,8 +31,6 @@ namespace {
 namespace fs = std::filesystem;
 using Severity = DatasetFinding::Severity;
 
-constexpr const char* kPostureFile = "problems-posture.json";
-constexpr const char* kMotionFile = "problems-motion.json";
 constexpr double kSoleClearance_m = 1e-3;  // the judge's tolerance (docs/readings.md#foot-targets)
 
 class Importer {
@@ -63,8 +61,8 @@ class Importer {
     ChooseConstants();
     WriteTextFile(folder_ / kDatasetFileName,
                   FormatDatasetFile(description_, "Made by `legopt import` from " + options_.source.string()));
-    WriteManifestHashes(folder_);
-    const auto dataset = Dataset::Load(folder_);
+    WriteManifestHashes(folder_, options_.read_guard);
+    const auto dataset = Dataset::Load(folder_, options_.read_guard);
     report_.content_hash = dataset->content_hash();
     for (DatasetFinding& finding : CheckDataset(*dataset)) report_.findings.push_back(std::move(finding));
     return std::move(report_);
@@ -77,8 +75,9 @@ class Importer {
     const std::string name = inside.generic_string();
     if (name == kRobotFileName) return sources_.robot;
     if (name == description_.scene_file) return sources_.scene;
-    if (name == kPostureFile) return sources_.posture;
-    if (name == kMotionFile) return sources_.motion;
+    for (const TaskDescription& task : kTasks) {
+      if (name == task.problem_file) return sources_.problems[task.task];
+    }
     if (name == kDatasetFileName) return options_.source;
     return inside;
   }
@@ -94,7 +93,7 @@ class Importer {
 
   void NoteSources() {
     std::string problems;
-    for (const fs::path& file : {sources_.posture, sources_.motion}) {
+    for (const fs::path& file : sources_.problems) {
       if (!file.empty()) problems += ", " + InSource(file);
     }
     Note(Severity::kInfo, "files", "", InSource(sources_.robot) + ", " + InSource(sources_.scene) + problems,
@@ -108,11 +107,12 @@ class Importer {
       WriteColladaRobot(robot, folder_);
       findings = std::move(robot.findings);
     } else {
-      findings = CopyUrdfRobot(sources_.robot, folder_);
+      findings = CopyUrdfRobot(sources_.robot, folder_, options_.read_guard);
     }
     for (DatasetFinding& finding : findings) report_.findings.push_back(std::move(finding));
     description_.robot_file = kRobotFileName;
-    robot_ = std::make_unique<RobotModel>(RobotModel::FromUrdfFile((folder_ / kRobotFileName).string()));
+    robot_ = std::make_unique<RobotModel>(
+        RobotModel::FromUrdfFile((folder_ / kRobotFileName).string(), options_.read_guard));
   }
 
   /// What the user asks for is within the limits, or refused; Dataset::Load names unknown joints.
@@ -130,25 +130,29 @@ class Importer {
   }
 
   void WriteScene() {
-    CopiedScene scene = CopySceneFiles(sources_.scene, folder_, options_.source, options_.fix_winding);
+    CopiedScene scene = CopySceneFiles(
+        sources_.scene, folder_,
+        {.root = options_.source, .fix_winding = options_.fix_winding, .read_guard = options_.read_guard});
     description_.scene_file = scene.file;
     for (DatasetFinding& finding : scene.findings) report_.findings.push_back(std::move(finding));
-    triangles_ = CollectSceneTriangles(ReadSceneFile(folder_ / description_.scene_file));
+    triangles_ = CollectSceneTriangles(ReadSceneFile(folder_ / description_.scene_file, options_.read_guard));
   }
 
   void WriteProblems() {
     FootholdList footholds;
     std::vector<std::pair<Task, ProblemFile>> files;
-    for (const auto& [task, path] : {std::pair(Task::kPosture, sources_.posture), {Task::kMotion, sources_.motion}}) {
+    for (const TaskDescription& task : kTasks) {
+      const fs::path& path = sources_.problems[task.task];
       if (path.empty()) continue;
-      files.emplace_back(task, ReadProblemFile(path));
-      footholds.Add(task, files.back().second.problems);
+      files.emplace_back(task.task, ReadProblemFile(path));
+      footholds.Add(task.task, files.back().second.problems);
     }
     CollectFeet(footholds);
     for (auto& [task, file] : files) WriteProblemFile(task, footholds, &file);
     if (!files.empty()) return;
-    description_.posture_file = kPostureFile;
-    WriteTextFile(folder_ / kPostureFile, FormatProblems({}, Task::kPosture, robot_->name(), options_.name));
+    const TaskDescription& any = kTasks.front();  // a dataset names problems, if none
+    description_.problem_files[any.task] = any.problem_file;
+    WriteTextFile(folder_ / any.problem_file, FormatProblems({}, any.task, robot_->name(), options_.name));
   }
 
   QuaternionEvidence Weigh(const FootholdList& footholds) const {
@@ -169,12 +173,11 @@ class Importer {
   }
 
   void WriteProblemFile(Task task, const FootholdList& all, ProblemFile* file) {
-    const bool motion = task == Task::kMotion;
     const bool x_first = IsXFirst(task, *file, all);
-    const std::string name = motion ? kMotionFile : kPostureFile;
-    (motion ? description_.motion_file : description_.posture_file) = name;
+    const std::string name(DescriptionOf(task).problem_file);
+    description_.problem_files[task] = name;
     if (!x_first) {
-      CopyFile(motion ? sources_.motion : sources_.posture, folder_ / name);
+      CopyFile(sources_.problems[task], folder_ / name);
       return;
     }
     for (ProblemDefinition& problem : file->problems) {
@@ -272,7 +275,7 @@ class Importer {
     for (const std::string& foot : description_.feet) {
       const int link = robot_->FindLink(foot);
       if (link < 0) continue;  // Dataset::Load names the nearest link
-      const Eigen::AlignedBox3d box = LinkBox(robot_->links()[static_cast<size_t>(link)]);
+      const Eigen::AlignedBox3d box = LinkBox(robot_->links()[static_cast<size_t>(link)], options_.read_guard);
       if (!box.isEmpty()) lowest = std::min(lowest, box.min().z());
     }
     constexpr double kMicrometre = 1e-6;

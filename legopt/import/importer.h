@@ -8,6 +8,7 @@
 
 #include "legopt/import/finding.h"
 #include "legopt/import/source_layout.h"
+#include "legopt/read_guard.h"
 
 namespace legopt {
 
@@ -20,6 +21,7 @@ struct ImportOptions {
   std::optional<double> sole_offset_m;            ///< default: lowest point of the feet, and 1 mm
   std::map<std::string, double> nominal_posture;  ///< joint -> rad; default: see ImportDataset
   bool fix_winding = false;                       ///< turn bodies of the scene that are inside out
+  ReadGuard read_guard;                           ///< runs the readers of robot and meshes
 
   /// Throws InputError naming the flag that is out of range.
   void Validate() const;

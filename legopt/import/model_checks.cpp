@@ -114,7 +114,7 @@ std::vector<DatasetFinding> CheckSceneMeshes(const Dataset& dataset) {
   size_t triangles = 0;
   for (const SceneObject& object : dataset.scene().objects) {
     if (object.shape.kind != ShapeSpec::Kind::kMesh) continue;
-    const TriangleMesh mesh = Tessellate(object.shape);
+    const TriangleMesh mesh = Tessellate(object.shape, dataset.scene().read_guard);
     const MeshFaults faults = FindMeshFaults(mesh);
     ++meshes;
     bodies += faults.components;
@@ -143,7 +143,7 @@ std::vector<DatasetFinding> CheckRobot(const Dataset& dataset) {
     shaped += link.collision.empty() ? 0 : 1;
     for (const ShapeSpec& shape : link.collision) {
       if (shape.kind != ShapeSpec::Kind::kMesh) continue;
-      const MeshFaults faults = FindMeshFaults(Tessellate(shape));
+      const MeshFaults faults = FindMeshFaults(Tessellate(shape, robot.read_guard()));
       open += faults.open_edges > 0 ? 1 : 0;
       if (faults.inverted_components > 0) inverted += (inverted.empty() ? "" : ", ") + link.name;
     }
@@ -181,7 +181,7 @@ std::vector<DatasetFinding> CheckTrunk(const Dataset& dataset) {
   CollisionQuery query(dataset.collision_model());
   const int height = dataset.robot().num_dofs() + 2;
   std::vector<DatasetFinding> findings;
-  for (const Task task : {Task::kPosture, Task::kMotion}) {
+  for (const auto& [task, word] : kWords<Task>) {
     if (dataset.problems(task).empty()) continue;
     ProblemIds problems;
     std::map<int, std::set<int>> by_link;
@@ -202,7 +202,7 @@ std::vector<DatasetFinding> CheckTrunk(const Dataset& dataset) {
     finding.check = "trunk in collision";
     finding.field = ToString(problems);
     finding.value = std::to_string(problems[task].size()) + " of " + std::to_string(dataset.problems(task).size()) +
-                    " " + std::string(ToString(task)) + " problems";
+                    " " + std::string(word) + " problems";
     finding.message = "have trunk, arms or head in the scene in the nominal posture over a stance";
     if (by_link.empty()) continue;
     finding.severity = Severity::kWarning;

@@ -191,8 +191,8 @@ void WriteColladaRobot(const ColladaRobot& robot, const fs::path& folder) {
   WriteTextFile(folder / kRobotFileName, Print(document));
 }
 
-std::vector<DatasetFinding> CopyUrdfRobot(const fs::path& urdf, const fs::path& folder) {
-  const RobotModel robot = RobotModel::FromUrdfFile(urdf.string());
+std::vector<DatasetFinding> CopyUrdfRobot(const fs::path& urdf, const fs::path& folder, const ReadGuard& guard) {
+  const RobotModel robot = RobotModel::FromUrdfFile(urdf.string(), guard);
   tinyxml2::XMLDocument document;
   document.LoadFile(urdf.string().c_str());  // has just been read without errors
   MakeFolder(folder / kRobotMeshFolder);

@@ -6,6 +6,7 @@
 
 #include "legopt/import/collada_robot.h"
 #include "legopt/import/finding.h"
+#include "legopt/read_guard.h"
 
 namespace legopt {
 
@@ -19,8 +20,9 @@ void WriteColladaRobot(const ColladaRobot& robot, const std::filesystem::path& f
 
 /// Copies a URDF to `folder`/robot.urdf and its collision meshes into `folder`/meshes, and rewrites their names in it;
 /// `package://` and absolute names become relative. Visual elements go, since nothing here reads them. Returns findings
-/// about what was left out. Throws InputError: whatever RobotModel::FromUrdfFile throws, or a file that cannot be
-/// copied.
-std::vector<DatasetFinding> CopyUrdfRobot(const std::filesystem::path& urdf, const std::filesystem::path& folder);
+/// about what was left out. `guard` as for RobotModel::FromUrdfFile. Throws InputError: whatever that throws, or a file
+/// that cannot be copied.
+std::vector<DatasetFinding> CopyUrdfRobot(const std::filesystem::path& urdf, const std::filesystem::path& folder,
+                                          const ReadGuard& guard);
 
 }  // namespace legopt

@@ -29,11 +29,11 @@ std::string Lower(std::string text) {
 
 class SceneCopy {
  public:
-  SceneCopy(const fs::path& scene, const fs::path& folder, const fs::path& root, bool fix_winding)
-      : scene_(scene), folder_(folder), root_(root), fix_winding_(fix_winding) {}
+  SceneCopy(const fs::path& scene, const fs::path& folder, const SceneCopyOptions& options)
+      : scene_(scene), folder_(folder), options_(options) {}
 
   CopiedScene Make() {
-    const Scene source = ReadSceneFile(scene_);
+    const Scene source = ReadSceneFile(scene_, options_.read_guard);
     if (IsMeshFile(scene_)) {
       CopyOneMesh();
     } else {
@@ -45,7 +45,7 @@ class SceneCopy {
  private:
   void CopyOneMesh() {
     copied_.file = "scene.ply";
-    if (fix_winding_ && WriteTurned(scene_, copied_.file)) return;
+    if (options_.fix_winding && WriteTurned(scene_, copied_.file)) return;
     copied_.file = "scene" + Lower(scene_.extension().string());
     CopyFile(scene_, folder_ / copied_.file);
   }
@@ -71,7 +71,7 @@ class SceneCopy {
     }
     if (turned->contains(relative)) return;
     const fs::path replacement = FreeName(relative);
-    if (fix_winding_ && WriteTurned(object.shape.mesh_file, kSceneFolder / replacement)) {
+    if (options_.fix_winding && WriteTurned(object.shape.mesh_file, kSceneFolder / replacement)) {
       turned->emplace(relative, replacement);
     } else {
       CopyFile(object.shape.mesh_file, folder_ / kSceneFolder / relative);
@@ -87,7 +87,7 @@ class SceneCopy {
 
   /// Writes a mesh with all bodies wound outwards, in the frame of its file; false when they are already.
   bool WriteTurned(const fs::path& mesh_file, const fs::path& to) {
-    const TriangleMesh mesh = LoadMesh(mesh_file.string());
+    const TriangleMesh mesh = LoadMesh(mesh_file.string(), Eigen::Vector3d::Ones(), options_.read_guard);
     const int inverted = FindMeshFaults(mesh).inverted_components;
     if (inverted == 0) return false;
     fs::create_directories((folder_ / to).parent_path());
@@ -96,7 +96,7 @@ class SceneCopy {
         {.severity = DatasetFinding::Severity::kInfo,
          .check = "winding",
          .file = "",
-         .field = mesh_file.lexically_relative(fs::weakly_canonical(root_)).generic_string(),
+         .field = mesh_file.lexically_relative(fs::weakly_canonical(options_.root)).generic_string(),
          .value = std::to_string(inverted) + (inverted == 1 ? " body" : " bodies"),
          .message = "wound inside out, turned round; the mesh is written as " + to.filename().string(),
          .fix = ""});
@@ -132,15 +132,14 @@ class SceneCopy {
 
   const fs::path& scene_;
   const fs::path& folder_;
-  const fs::path& root_;
-  bool fix_winding_;
+  const SceneCopyOptions& options_;
   CopiedScene copied_;
 };
 
 }  // namespace
 
-CopiedScene CopySceneFiles(const fs::path& scene, const fs::path& folder, const fs::path& root, bool fix_winding) {
-  return SceneCopy(scene, folder, root, fix_winding).Make();
+CopiedScene CopySceneFiles(const fs::path& scene, const fs::path& folder, const SceneCopyOptions& options) {
+  return SceneCopy(scene, folder, options).Make();
 }
 
 }  // namespace legopt

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "legopt/import/finding.h"
+#include "legopt/read_guard.h"
 
 namespace legopt {
 
@@ -14,14 +15,19 @@ struct CopiedScene {
   std::vector<DatasetFinding> findings;
 };
 
+struct SceneCopyOptions {
+  std::filesystem::path root;  ///< findings name files relative to it
+  bool fix_winding = false;
+  ReadGuard read_guard;  ///< runs the reader of meshes
+};
+
 /// Copies a scene into `folder`: a mesh as scene.SUFFIX, or a scene.yaml and its meshes into a folder of their own, so
 /// that they cannot meet the robot's.
 ///
 /// With `fix_winding` a mesh with bodies inside out (mesh_faults.h) is written anew with them turned round, as
-/// scene.ply or as NAME-turned.ply, which the copied scene.yaml then names; findings tell. Findings name files relative
-/// to `root`. Throws InputError: whatever ReadSceneFile and LoadMesh throw, a mesh outside of the scene's folder, a
-/// file that cannot be copied.
+/// scene.ply or as NAME-turned.ply, which the copied scene.yaml then names; findings tell. Throws InputError:
+/// whatever ReadSceneFile and LoadMesh throw, a mesh outside of the scene's folder, a file that cannot be copied.
 CopiedScene CopySceneFiles(const std::filesystem::path& scene, const std::filesystem::path& folder,
-                           const std::filesystem::path& root, bool fix_winding);
+                           const SceneCopyOptions& options);
 
 }  // namespace legopt

@@ -69,15 +69,19 @@ class Finder {
       const DatasetDescription description = ReadDatasetFile(folder_);
       layout.robot = Chosen(choices_.robot).value_or(folder_ / description.robot_file);
       layout.scene = Chosen(choices_.scene).value_or(folder_ / description.scene_file);
-      if (!description.posture_file.empty()) layout.posture = folder_ / description.posture_file;
-      if (!description.motion_file.empty()) layout.motion = folder_ / description.motion_file;
+      for (const TaskDescription& task : kTasks) {
+        const std::string& file = description.problem_files[task.task];
+        if (!file.empty()) layout.problems[task.task] = folder_ / file;
+      }
     } else {
       layout.robot = Robot();
       layout.scene = Scene(layout.robot);
       FindProblems(&layout);
     }
-    layout.posture = Chosen(choices_.posture).value_or(layout.posture);
-    layout.motion = Chosen(choices_.motion).value_or(layout.motion);
+    for (const TaskDescription& task : kTasks) {
+      fs::path& file = layout.problems[task.task];
+      file = Chosen(choices_.problems[task.task]).value_or(file);
+    }
     layout.collada = layout.robot.extension() != ".urdf";
     return layout;
   }
@@ -149,12 +153,12 @@ class Finder {
       return file.extension() == ".json" && file.filename().string().starts_with("problems");
     });
     for (const fs::path& file : files) {
-      const bool motion = TaskOf(file) == Task::kMotion;
-      if (motion ? choices_.motion.has_value() : choices_.posture.has_value()) continue;
-      fs::path& place = motion ? layout->motion : layout->posture;
+      const Task task = TaskOf(file);
+      if (choices_.problems[task]) continue;
+      fs::path& place = layout->problems[task];
       if (!place.empty()) {
-        Fail(motion ? "motion problems" : "posture problems", Names({place, file}), "there are several files",
-             motion ? "name one with --motion FILE" : "name one with --posture FILE");
+        const std::string word(ToString(task));
+        Fail(word + " problems", Names({place, file}), "there are several files", "name one with --" + word + " FILE");
       }
       place = file;
     }
@@ -163,10 +167,14 @@ class Finder {
   static Task TaskOf(const fs::path& file) {
     const ProblemFile problems = ReadProblemFile(file);
     if (problems.task) return *problems.task;
+    Task task = kTasks.front().task;
     if (!problems.problems.empty()) {
-      return problems.problems.front().stances.size() == 1 ? Task::kPosture : Task::kMotion;
+      return TaskOfStances(static_cast<int>(problems.problems.front().stances.size())).value_or(task);
     }
-    return file.filename().string().find("motion") != std::string::npos ? Task::kMotion : Task::kPosture;
+    for (const TaskDescription& named : kTasks) {
+      if (file.filename().string().find(ToString(named.task)) != std::string::npos) task = named.task;
+    }
+    return task;
   }
 
   fs::path folder_;

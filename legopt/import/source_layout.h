@@ -4,14 +4,15 @@
 #include <optional>
 #include <string>
 
+#include "words/task.h"
+
 namespace legopt {
 
 /// What the user names; everything else is looked for. A path that does not exist is tried inside of the folder.
 struct SourceChoices {
-  std::optional<std::string> robot;    ///< .urdf, .dae or .zae
-  std::optional<std::string> scene;    ///< a mesh or a scene.yaml
-  std::optional<std::string> posture;  ///< LegOpt JSON
-  std::optional<std::string> motion;   ///< LegOpt JSON
+  std::optional<std::string> robot;                     ///< .urdf, .dae or .zae
+  std::optional<std::string> scene;                     ///< a mesh or a scene.yaml
+  Per<Task, std::optional<std::string>> problems = {};  ///< LegOpt JSON
 };
 
 /// The files that a dataset is made from; absolute paths.
@@ -19,8 +20,7 @@ struct SourceLayout {
   std::filesystem::path robot;
   bool collada = false;  ///< the robot is a COLLADA file
   std::filesystem::path scene;
-  std::filesystem::path posture;  ///< empty: none
-  std::filesystem::path motion;   ///< empty: none
+  Per<Task, std::filesystem::path> problems;  ///< empty: none
 };
 
 /// Finds robot, scene and problems in a folder (hidden folders are not searched):

@@ -3,25 +3,11 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "words/result.h"
+
 namespace legopt {
-
-/// How a solve ended, by the solver's own word. Success is only what the judge says.
-enum class SolveStatus {
-  kNotRun,
-  kConvergedFeasible,    ///< converged, all constraints within the solver's tolerance
-  kConvergedInfeasible,  ///< no progress possible at the largest penalty, constraints violated ("stuck")
-  kIterationLimit,
-  kTimeLimit,
-  kNumericalFailure,  ///< non-finite values at the start, or no subproblem could be solved
-  kCancelled,
-};
-
-/// "not_run", "converged_feasible", "converged_infeasible", "iteration_limit", "time_limit", "numerical_failure",
-/// "cancelled".
-std::string_view ToString(SolveStatus status);
 
 /// One trial step of an optimiser. Of the records of one solve the last accepted one is the returned point; when none
 /// is accepted, the start is returned.
@@ -38,12 +24,12 @@ struct IterationRecord {
 /// What a solve of one problem, restarts included, produced.
 struct SolveOutcome {
   SolveStatus status = SolveStatus::kNotRun;
-  std::vector<Eigen::VectorXd> waypoints;  ///< n + 7 each; the best point found; of a motion what was solved
+  std::vector<Eigen::VectorXd> waypoints;  ///< n + 7 each; the best point found; of windows what was solved
   double cost = 0.0;                       ///< optimiser's own cost of the returned point
   double max_violation = 0.0;              ///< largest single constraint violation of the returned point
   int iterations = 0;                      ///< trial steps of all attempts
   int restarts = 0;                        ///< attempts beyond the first, of all windows
-  int windows = 0;                         ///< of a motion; 0 for a posture
+  int windows = 0;                         ///< 0 for tasks that are not solved window by window
   int windows_solved = 0;                  ///< the first ones; `waypoints` are theirs
   std::int64_t wall_us = 0;                ///< of the solving thread, restarts included, loading excluded
   std::int64_t cpu_us = 0;                 ///< CPU time of the solving thread

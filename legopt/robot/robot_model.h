@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "legopt/read_guard.h"
+
 namespace legopt {
 
 /// One collision geometry of a URDF link or of a scene, in the frame of its owner.
@@ -57,12 +59,14 @@ struct Joint {
 class RobotModel {
  public:
   /// Reads a URDF. Mesh paths are resolved against the file's folder; `package://NAME/rest` is searched upwards from
-  /// there. Throws InputError for a file that cannot be read, XML faults, missing links, loops, several roots,
-  /// unsupported joints (floating, planar, mimic), bad axes, limits or masses.
-  static RobotModel FromUrdfFile(const std::string& path);
+  /// there. `guard` runs urdfdom, and later whatever loads a mesh of the robot. Throws InputError for a file that
+  /// cannot be read, XML faults, missing links, loops, several roots, unsupported joints (floating, planar, mimic), bad
+  /// axes, limits or masses.
+  static RobotModel FromUrdfFile(const std::string& path, const ReadGuard& guard = {});
 
   /// The same for text; `source` names it in errors, `mesh_folder` is what relative mesh paths refer to.
-  static RobotModel FromUrdfText(const std::string& xml, const std::string& source, const std::string& mesh_folder);
+  static RobotModel FromUrdfText(const std::string& xml, const std::string& source, const std::string& mesh_folder,
+                                 const ReadGuard& guard = {});
 
   /// Builds the tree from links and joints already in depth-first order (checked; a broken order aborts).
   RobotModel(std::string name, std::vector<Link> links, std::vector<Joint> joints);
@@ -70,6 +74,8 @@ class RobotModel {
   const std::string& name() const { return name_; }
   const std::vector<Link>& links() const { return links_; }
   const std::vector<Joint>& joints() const { return joints_; }
+  /// With which the robot was read; its meshes are loaded under it.
+  const ReadGuard& read_guard() const { return read_guard_; }
 
   int num_dofs() const { return static_cast<int>(dof_joints_.size()); }
   int configuration_size() const { return num_dofs() + 7; }
@@ -103,6 +109,7 @@ class RobotModel {
   void BuildBodies();
 
   std::string name_;
+  ReadGuard read_guard_;
   std::vector<Link> links_;
   std::vector<Joint> joints_;
   std::vector<int> dof_joints_;

@@ -10,13 +10,16 @@
 
 namespace legopt {
 
-RobotModel RobotModel::FromUrdfFile(const std::string& path) {
-  return FromUrdfText(ReadUrdfFile(path), path, std::filesystem::path(path).parent_path().string());
+RobotModel RobotModel::FromUrdfFile(const std::string& path, const ReadGuard& guard) {
+  return FromUrdfText(ReadUrdfFile(path), path, std::filesystem::path(path).parent_path().string(), guard);
 }
 
-RobotModel RobotModel::FromUrdfText(const std::string& xml, const std::string& source, const std::string& mesh_folder) {
+RobotModel RobotModel::FromUrdfText(const std::string& xml, const std::string& source, const std::string& mesh_folder,
+                                    const ReadGuard& guard) {
   const CheckedUrdf urdf = CheckUrdf(xml, source);
-  return BuildUrdfTree(urdf, ReadByIsolatedUrdfdom(urdf), mesh_folder);
+  RobotModel robot = BuildUrdfTree(urdf, ReadByUrdfdom(urdf, guard), mesh_folder);
+  robot.read_guard_ = guard;
+  return robot;
 }
 
 }  // namespace legopt

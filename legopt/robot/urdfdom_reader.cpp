@@ -12,7 +12,6 @@
 
 #include "legopt/input_error.h"
 #include "legopt/isolated_answer.h"
-#include "programs/isolated_call.h"
 
 namespace legopt {
 namespace {
@@ -263,12 +262,11 @@ std::optional<UrdfContent> Decode(std::string_view bytes, const CheckedUrdf& urd
 
 }  // namespace
 
-UrdfContent ReadByUrdfdom(const CheckedUrdf& urdf) {
-  const std::lock_guard<std::mutex> lock(UrdfdomMutex());
-  return ReadUnguarded(urdf);
-}
-
-UrdfContent ReadByIsolatedUrdfdom(const CheckedUrdf& urdf) {
+UrdfContent ReadByUrdfdom(const CheckedUrdf& urdf, const ReadGuard& guard) {
+  if (!guard) {
+    const std::lock_guard<std::mutex> lock(UrdfdomMutex());
+    return ReadUnguarded(urdf);
+  }
   const auto read = [&urdf] {
     try {
       return Encode(ReadUnguarded(urdf));
@@ -279,8 +277,8 @@ UrdfContent ReadByIsolatedUrdfdom(const CheckedUrdf& urdf) {
   std::string answer;
   try {
     const std::lock_guard<std::mutex> lock(UrdfdomMutex());
-    answer = CallIsolated(read, {});
-  } catch (const IsolatedCallFailed& failure) {
+    answer = guard(read, {});
+  } catch (const ReadFailed& failure) {
     Refuse(urdf, "", std::string("cannot be read: urdfdom failed: ") + failure.what());
   }
   const std::string_view bytes = answer;

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "legopt/read_guard.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/robot/urdf_check.h"
 
@@ -14,12 +15,9 @@ struct UrdfContent {
   std::vector<Joint> joints;  ///< in the order of CheckedUrdf::joints; fixed joints without axis and limits
 };
 
-/// Reads a checked URDF with urdfdom, in this process. Throws InputError when urdfdom logs an error, throws, or leaves
-/// a link, shape or joint out: none of that happens for a text that CheckUrdf made. Thread-safe.
-UrdfContent ReadByUrdfdom(const CheckedUrdf& urdf);
-
-/// The same in a process of its own (isolated_call.h), for about a millisecond. Throws InputError also when that ends
-/// without an answer.
-UrdfContent ReadByIsolatedUrdfdom(const CheckedUrdf& urdf);
+/// Reads a checked URDF with urdfdom, under the guard when there is one. Throws InputError when urdfdom logs an error,
+/// throws, or leaves a link, shape or joint out - none of that happens for a text that CheckUrdf made - and when the
+/// guard gives no answer. Thread-safe.
+UrdfContent ReadByUrdfdom(const CheckedUrdf& urdf, const ReadGuard& guard);
 
 }  // namespace legopt

@@ -5,17 +5,17 @@
 #include <memory>
 
 #include "legopt/dataset/dataset.h"
-#include "legopt/dataset/task.h"
 #include "legopt/evaluate/judge.h"
 #include "legopt/methods/method.h"
 #include "legopt/optimize/solve_outcome.h"
 #include "legopt/solve/problem_solver.h"
+#include "words/task.h"
 
 namespace legopt {
 
 /// One solve of one problem by one method: everything that decides the solution, besides the dataset.
 struct Job {
-  Task task = Task::kPosture;
+  Task task{};
   Initialization initialization = Initialization::kGood;
   int problem_id = 0;
   int repetition = 0;                 ///< >= 0; enters the seed of every random draw
@@ -59,7 +59,7 @@ class JobRunner {
   Judge judge_;
 };
 
-/// Adds to the judge's detail how far a motion came that lacks waypoints: it is infeasible by their count, and this is
+/// Adds to the judge's detail how far a solution came that lacks windows: it is infeasible by their count, and this is
 /// what a reader wants to know.
 void DescribeWindows(JobResult* result);
 

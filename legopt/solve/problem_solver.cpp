@@ -12,9 +12,8 @@
 #include "legopt/solve/multi_start.h"
 #include "legopt/solve/solve_timer.h"
 #include "legopt/terms/initial_guess.h"
-#include "legopt/terms/motion_windows.h"
-#include "legopt/terms/velocity_term.h"
-#include "legopt/terms/waypoint_program.h"
+#include "legopt/terms/task_program.h"
+#include "legopt/word_input.h"
 
 namespace legopt {
 namespace {
@@ -25,12 +24,6 @@ std::mt19937_64 GeneratorOf(const std::string& identity) {
   constexpr size_t kSeedDigits = 16;
   constexpr int kHexadecimal = 16;
   return std::mt19937_64(std::stoull(Blake2bHex(identity).substr(0, kSeedDigits), nullptr, kHexadecimal));
-}
-
-/// Of the words that Method accepts.
-ContinuousCollision Continuous(const std::string& word) {
-  if (word == "none") return ContinuousCollision::kNone;
-  return word == "required" ? ContinuousCollision::kRequired : ContinuousCollision::kPreferred;
 }
 
 std::string WorstTerm(const Program& program, const SolverResult& result) {
@@ -44,45 +37,51 @@ std::string WorstTerm(const Program& program, const SolverResult& result) {
 /// One solve.
 class ProblemSolver::Run {
  public:
-  Run(const Dataset& dataset, CollisionQuery& query, Initialization initialization, const Method& method,
+  Run(const Dataset& dataset, CollisionQuery& query, Task task, Initialization initialization, const Method& method,
       const SolveSettings& settings)
       : dataset_(dataset),
         query_(query),
+        task_(DescriptionOf(task)),
         initialization_(initialization),
         method_(method),
         settings_(settings),
         solver_(MakeSolver(method)) {}
 
-  SolveOutcome Posture(const ProblemDefinition& problem);
-  SolveOutcome Motion(const ProblemDefinition& problem);
+  SolveOutcome Solve(const ProblemDefinition& problem);
 
  private:
-  /// Everything that may decide a random draw: equal on every machine.
-  std::string Identity(Task task, const ProblemDefinition& problem) const {
-    return std::to_string(settings_.experiment_seed) + "/" + std::string(ToString(task)) + "/" +
+  /// Everything that may decide a random draw of a window's attempts: equal on every machine.
+  std::string Identity(const ProblemDefinition& problem, int window) const {
+    return std::to_string(settings_.experiment_seed) + "/" + std::string(ToString(task_.task)) + "/" +
            std::to_string(problem.id) + "/" + std::string(ToString(initialization_)) + "/" + method_.Hash() + "/" +
-           std::to_string(settings_.repetition) + "/";
+           std::to_string(settings_.repetition) + "/" + (task_.windowed ? std::to_string(window) + "/" : "");
   }
   ContactOptions Contacts() const {
-    return {method_.collision_margin_m, method_.contact_range_m, Continuous(method_.continuous_collision),
+    return {method_.collision_margin_m, method_.contact_range_m,
+            ReadWord<ContinuousCollision>(method_.continuous_collision, method_.name, "continuous_collision",
+                                          "kind of continuous collision"),
             method_.continuous_weight};
   }
   SolveStatus Stopped() const;
   void Perturb(std::mt19937_64& generator, int first_waypoint, Eigen::VectorXd& x) const;
   MultiStartSettings Attempts(std::string identity, int first_waypoint);
   Eigen::VectorXd WindowStart(std::span<const Stance> stances, bool fixed_first) const;
-  void KeepWindow(const MotionWindow& window, const Eigen::VectorXd& x);
+  bool SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index);
+  void KeepWindow(const StanceWindow& window, const Eigen::VectorXd& x);
+  std::string WindowName(const StanceWindow& window, int index) const;
   void Account(const MultiStartResult& result);
   SolveOutcome Finish();
 
   const Dataset& dataset_;
   CollisionQuery& query_;
+  const TaskDescription& task_;
   Initialization initialization_;
   const Method& method_;
   const SolveSettings& settings_;
   std::unique_ptr<Solver> solver_;
   SolveTimer timer_;
   SolveOutcome outcome_;
+  double window_costs_ = 0.0;  ///< sum of the programs' own
 };
 
 SolveStatus ProblemSolver::Run::Stopped() const {
@@ -109,6 +108,9 @@ MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int first_
   attempts.perturb = [this, first_waypoint](std::mt19937_64& generator, Eigen::VectorXd& x) {
     Perturb(generator, first_waypoint, x);
   };
+  if (!task_.windowed && settings_.progress) {
+    attempts.attempted = [this](int made) { settings_.progress(made, method_.multi_starts + 1); };
+  }
   attempts.stop = [this] { return Stopped(); };
   attempts.history = &outcome_.history;
   return attempts;
@@ -117,7 +119,7 @@ MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int first_
 void ProblemSolver::Run::Account(const MultiStartResult& result) {
   outcome_.restarts += result.restarts;
   outcome_.iterations += result.iterations;
-  // Of a motion: the first window that did not converge, or the one that ended it.
+  // Of several windows: the first that did not converge, or the one that ended the solve.
   const bool converged = outcome_.status == SolveStatus::kNotRun || outcome_.status == SolveStatus::kConvergedFeasible;
   if (converged || !result.best.feasible || result.stopped()) outcome_.status = result.best.status;
   outcome_.max_violation = std::max(outcome_.max_violation, result.best.value.max_violation);
@@ -130,73 +132,63 @@ SolveOutcome ProblemSolver::Run::Finish() {
   return std::move(outcome_);
 }
 
-SolveOutcome ProblemSolver::Run::Posture(const ProblemDefinition& problem) {
-  const Stance& stance = problem.stances.front();
-  const auto program = WaypointProgram::Posture(dataset_, query_, stance, Contacts());
-  MultiStartSettings attempts = Attempts(Identity(Task::kPosture, problem), 0);
-  attempts.attempted = [this](int made) {
-    if (settings_.progress) settings_.progress(made, method_.multi_starts + 1);
-  };
-  const MultiStartResult result =
-      SolveWithRestarts(*solver_, *program, InitialGuess(dataset_, stance, initialization_), attempts);
-  Account(result);
-  outcome_.cost = result.best.value.cost;
-  outcome_.waypoints = {result.x};
-  outcome_.message = WorstTerm(*program, result.best);
-  return Finish();
-}
-
 Eigen::VectorXd ProblemSolver::Run::WindowStart(std::span<const Stance> stances, bool fixed_first) const {
   const Eigen::Index size = dataset_.robot().configuration_size();
-  const auto count = static_cast<Eigen::Index>(stances.size()) * kWaypointsPerStance;
+  const int count = NumWaypoints(task_.task, static_cast<int>(stances.size()));
   Eigen::VectorXd x(count * size);
-  for (Eigen::Index t = 0; t < count; ++t) {
-    x.segment(t * size, size) =
-        InitialGuess(dataset_, stances[static_cast<size_t>(t / kWaypointsPerStance)], initialization_);
+  for (int t = 0; t < count; ++t) {
+    const Stance& stance = stances[static_cast<size_t>(StanceOfWaypoint(task_.task, t))];
+    x.segment(t * size, size) = InitialGuess(dataset_, stance, initialization_);
   }
-  if (fixed_first) x.head(size) = outcome_.waypoints[outcome_.waypoints.size() - kWaypointsPerStance];
+  if (fixed_first)
+    x.head(size) = outcome_.waypoints[outcome_.waypoints.size() - static_cast<size_t>(task_.waypoints_per_stance)];
   return x;
 }
 
-void ProblemSolver::Run::KeepWindow(const MotionWindow& window, const Eigen::VectorXd& x) {
+void ProblemSolver::Run::KeepWindow(const StanceWindow& window, const Eigen::VectorXd& x) {
   const Eigen::Index size = dataset_.robot().configuration_size();
-  outcome_.waypoints.resize(static_cast<size_t>(window.first_stance) * kWaypointsPerStance);
+  outcome_.waypoints.resize(static_cast<size_t>(NumWaypoints(task_.task, window.first_stance)));
   for (Eigen::Index t = 0; t < x.size() / size; ++t) outcome_.waypoints.emplace_back(x.segment(t * size, size));
 }
 
-SolveOutcome ProblemSolver::Run::Motion(const ProblemDefinition& problem) {
-  const std::vector<MotionWindow> windows = MotionWindows(static_cast<int>(problem.stances.size()));
-  outcome_.windows = static_cast<int>(windows.size());
-  for (const MotionWindow& window : windows) {
-    const std::span<const Stance> stances =
-        std::span(problem.stances)
-            .subspan(static_cast<size_t>(window.first_stance), static_cast<size_t>(window.num_stances));
-    const bool fixed_first = window.first_stance > 0;
-    const auto program = WaypointProgram::Window(dataset_, query_, stances, Contacts(), fixed_first);
-    const int index = outcome_.windows_solved;
-    const size_t first_record = outcome_.history.size();
-    const MultiStartResult result = SolveWithRestarts(
-        *solver_, *program, WindowStart(stances, fixed_first),
-        Attempts(Identity(Task::kMotion, problem) + std::to_string(index) + "/", fixed_first ? 1 : 0));
-    for (size_t i = first_record; i < outcome_.history.size(); ++i) outcome_.history[i].window = index;
-    Account(result);
-    if (!result.best.feasible) {
-      outcome_.message = "window " + std::to_string(index) + " of " + std::to_string(windows.size()) + " (stances " +
-                         std::to_string(window.first_stance) + " to " +
-                         std::to_string(window.first_stance + window.num_stances - 1) + "), " +
-                         WorstTerm(*program, result.best);
-      break;
-    }
-    KeepWindow(window, result.x);
+std::string ProblemSolver::Run::WindowName(const StanceWindow& window, int index) const {
+  return "window " + std::to_string(index) + " of " + std::to_string(outcome_.windows) + " (stances " +
+         std::to_string(window.first_stance) + " to " + std::to_string(window.first_stance + window.num_stances - 1) +
+         "), ";
+}
+
+/// False when it ends the problem: it failed, or was stopped. The best point that was found is kept even if it is not
+/// feasible, unless it would stand in a row of windows.
+bool ProblemSolver::Run::SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index) {
+  const std::span<const Stance> stances =
+      std::span(problem.stances)
+          .subspan(static_cast<size_t>(window.first_stance), static_cast<size_t>(window.num_stances));
+  const bool fixed_first = window.first_stance > 0;
+  const auto program = MakeTaskProgram(task_.task, dataset_, query_, stances, Contacts(), fixed_first);
+  const size_t first_record = outcome_.history.size();
+  const MultiStartResult result = SolveWithRestarts(*solver_, *program, WindowStart(stances, fixed_first),
+                                                    Attempts(Identity(problem, index), fixed_first ? 1 : 0));
+  for (size_t i = first_record; i < outcome_.history.size(); ++i) outcome_.history[i].window = index;
+  Account(result);
+  const bool failed = !result.best.feasible;
+  if (failed) outcome_.message = (task_.windowed ? WindowName(window, index) : "") + WorstTerm(*program, result.best);
+  if (failed && task_.windowed) return false;
+  KeepWindow(window, result.x);
+  window_costs_ += result.best.value.cost;
+  if (task_.windowed) {
     ++outcome_.windows_solved;
     if (settings_.progress) settings_.progress(outcome_.windows_solved, outcome_.windows);
-    if (result.stopped()) break;
   }
-  Eigen::VectorXd difference(dataset_.robot().tangent_size());
-  for (size_t w = 1; w < outcome_.waypoints.size(); ++w) {
-    ConfigurationDifference(dataset_.robot(), outcome_.waypoints[w - 1], outcome_.waypoints[w], difference);
-    outcome_.cost += difference.squaredNorm();
+  return !failed && !result.stopped();
+}
+
+SolveOutcome ProblemSolver::Run::Solve(const ProblemDefinition& problem) {
+  const std::vector<StanceWindow> windows = StanceWindows(task_.task, static_cast<int>(problem.stances.size()));
+  if (task_.windowed) outcome_.windows = static_cast<int>(windows.size());
+  for (int index = 0; index < std::ssize(windows); ++index) {
+    if (!SolveWindow(problem, windows[static_cast<size_t>(index)], index)) break;
   }
+  outcome_.cost = SolutionCost(task_.task, dataset_.robot(), outcome_.waypoints, window_costs_);
   return Finish();
 }
 
@@ -205,7 +197,7 @@ ProblemSolver::ProblemSolver(std::shared_ptr<const Dataset> dataset) : dataset_(
 }
 
 CollisionQuery& ProblemSolver::Query(SceneRepresentation representation) {
-  std::unique_ptr<CollisionQuery>& query = queries_[static_cast<size_t>(representation)];
+  std::unique_ptr<CollisionQuery>& query = queries_[representation];
   if (query == nullptr) query = std::make_unique<CollisionQuery>(dataset_->collision_model(representation));
   return *query;
 }
@@ -217,8 +209,9 @@ SolveOutcome ProblemSolver::Solve(Task task, int problem_id, Initialization init
 
 SolveOutcome ProblemSolver::Solve(Task task, const ProblemDefinition& problem, Initialization initialization,
                                   const Method& method, const SolveSettings& settings) {
-  Run run(*dataset_, Query(ParseSceneRepresentation(method.collision, method.name)), initialization, method, settings);
-  return task == Task::kPosture ? run.Posture(problem) : run.Motion(problem);
+  const auto representation =
+      ReadWord<SceneRepresentation>(method.collision, method.name, "collision", "representation of the scene");
+  return Run(*dataset_, Query(representation), task, initialization, method, settings).Solve(problem);
 }
 
 }  // namespace legopt

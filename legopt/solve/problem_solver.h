@@ -1,15 +1,14 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
 
 #include "legopt/collision/collision_query.h"
 #include "legopt/dataset/dataset.h"
-#include "legopt/dataset/task.h"
 #include "legopt/methods/method.h"
 #include "legopt/optimize/solve_outcome.h"
+#include "words/task.h"
 
 namespace legopt {
 
@@ -19,16 +18,16 @@ struct SolveSettings {
   int repetition = 0;
   double wall_limit_s = 60.0;       ///< soft limit, checked between iterations; > 0
   std::function<bool()> cancelled;  ///< polled between iterations; may be empty
-  /// Attempts finished of attempts allowed (posture), windows finished of all windows (motion); may be empty.
+  /// Windows finished of all windows, of a task without them attempts finished of attempts allowed; may be empty.
   std::function<void(int done, int total)> progress;
 };
 
 /// Solves problems of one dataset, one after the other, by any method: one attempt from the initial guess, then up to
 /// `method.multi_starts` from perturbed ones (docs/readings.md#restarts) until one ends feasible.
 ///
-/// A motion is solved window by window (docs/readings.md#motion-windows); restarts are per window. A window that
-/// exhausts them ends the problem: the outcome holds the waypoints of the windows before it, and its message names
-/// window and term.
+/// A task that is described so is solved window by window (docs/readings.md#motion-windows); restarts are per window. A
+/// window that exhausts them ends the problem: the outcome holds the waypoints of the windows before it, and its
+/// message names window and term.
 ///
 /// Deterministic: all random draws come from generators seeded by (experiment seed, task, problem, initialisation,
 /// method, repetition, window, restart); what was solved before has no influence. One thread at a time.
@@ -51,7 +50,7 @@ class ProblemSolver {
   CollisionQuery& Query(SceneRepresentation representation);
 
   std::shared_ptr<const Dataset> dataset_;
-  std::array<std::unique_ptr<CollisionQuery>, 2> queries_;  ///< by SceneRepresentation, built when first asked for
+  Per<SceneRepresentation, std::unique_ptr<CollisionQuery>> queries_;  ///< built when first asked for
 };
 
 }  // namespace legopt

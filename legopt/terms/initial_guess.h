@@ -4,8 +4,8 @@
 #include <random>
 
 #include "legopt/dataset/stance.h"
-#include "legopt/dataset/task.h"
 #include "legopt/robot/robot_model.h"
+#include "words/task.h"
 
 namespace legopt {
 

@@ -10,7 +10,7 @@ namespace legopt {
 void ConfigurationDifference(const RobotModel& robot, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                              Eigen::Ref<Eigen::VectorXd> difference);
 
-/// Cost of a motion: squared change from a waypoint to the next, joints and base with weight 1 (the judge counts
+/// Cost of a transition: squared change from a waypoint to the next, joints and base with weight 1 (the judge counts
 /// joints only). All transitions of a program are one sampling unit (docs/readings.md#terms-and-samples).
 class VelocityCostTerm : public Term {
  public:

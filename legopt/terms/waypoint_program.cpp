@@ -5,42 +5,13 @@
 #include <limits>
 
 #include "legopt/dataset/support_polygon.h"
-#include "legopt/terms/swept_collision_term.h"
-#include "legopt/terms/velocity_term.h"
 #include "legopt/terms/waypoint_terms.h"
 
 namespace legopt {
 
-std::unique_ptr<WaypointProgram> WaypointProgram::Posture(const Dataset& dataset, CollisionQuery& query,
-                                                          const Stance& stance, const ContactOptions& contacts) {
-  std::unique_ptr<WaypointProgram> program(new WaypointProgram(dataset, query, {&stance}, contacts));
-  program->terms_.insert(program->terms_.begin(), std::make_unique<TorqueCostTerm>(0, program->states_[0]));
-  return program;
-}
-
-std::unique_ptr<WaypointProgram> WaypointProgram::Window(const Dataset& dataset, CollisionQuery& query,
-                                                         std::span<const Stance> stances,
-                                                         const ContactOptions& contacts, bool fixed_first) {
-  std::vector<const Stance*> per_waypoint;
-  for (const Stance& stance : stances) per_waypoint.insert(per_waypoint.end(), kWaypointsPerStance, &stance);
-  std::unique_ptr<WaypointProgram> program(new WaypointProgram(dataset, query, per_waypoint, contacts));
-  program->fixed_first_ = fixed_first;
-  constexpr int kVelocityUnit = 0;
-  for (int t = 0; t + 1 < program->num_waypoints(); ++t) {
-    program->terms_.push_back(
-        std::make_unique<VelocityCostTerm>(t, kVelocityUnit, program->state(t), program->state(t + 1)));
-    if (contacts.continuous == ContinuousCollision::kNone) continue;
-    const double weight = contacts.continuous == ContinuousCollision::kPreferred ? contacts.continuous_weight : 0.0;
-    program->terms_.push_back(std::make_unique<SweptCollisionTerm>(t, program->state(t), program->state(t + 1),
-                                                                   dataset.robot(), query, contacts.margin_m,
-                                                                   contacts.range_m, weight));
-  }
-  return program;
-}
-
-WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query,
-                                 const std::vector<const Stance*>& stances, const ContactOptions& contacts)
-    : robot_(&dataset.robot()) {
+WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query, std::span<const Stance* const> stances,
+                                 const ContactOptions& contacts, bool fixed_first)
+    : robot_(&dataset.robot()), fixed_first_(fixed_first) {
   for (size_t t = 0; t < stances.size(); ++t) {
     states_.emplace_back(*robot_, query, contacts.range_m);
     AddConstraints(dataset, *stances[t], static_cast<int>(t), contacts.margin_m);

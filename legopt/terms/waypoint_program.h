@@ -3,43 +3,39 @@
 #include <deque>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/program/program.h"
 #include "legopt/terms/waypoint_state.h"
+#include "words/collision.h"
 
 namespace legopt {
-
-/// What collision between consecutive waypoints is to a program. The paper has it in the solver although the task does
-/// not require it (paper, section V): a preference cannot make a window fail that the task's constraints allow.
-enum class ContinuousCollision { kNone, kPreferred, kRequired };
 
 /// How collision enters a program. Metres.
 struct ContactOptions {
   double margin_m = 5e-4;                                            ///< distance to keep
   double range_m = 0.03;                                             ///< pairs nearer than this become rows; > margin_m
-  ContinuousCollision continuous = ContinuousCollision::kPreferred;  ///< windows
+  ContinuousCollision continuous = ContinuousCollision::kPreferred;  ///< of programs with transitions
   double continuous_weight = 1e2;                                    ///< of the preference, per metre, > 0
 };
 
 /// A chain of waypoints of one robot, each bound to a stance: one pose term per foot, the centre of mass over the
-/// support polygon of the targets, collision, joint limits as bounds. Costs are added by the task.
+/// support polygon of the targets, collision, joint limits as bounds. The task adds terms of its own (task_program.h).
 ///
 /// A workspace: the dataset and the collision query, which must be one of the dataset's collision model, must outlive
 /// it. One thread.
 class WaypointProgram : public Program {
  public:
-  /// The posture task: one waypoint with the torque cost; five terms in double support.
-  static std::unique_ptr<WaypointProgram> Posture(const Dataset& dataset, CollisionQuery& query, const Stance& stance,
-                                                  const ContactOptions& contacts);
+  /// The constraints of all waypoints; `stances` has the stance of each and need not outlive the call. With
+  /// `fixed_first` the first waypoint does not move (docs/readings.md#motion-windows).
+  WaypointProgram(const Dataset& dataset, CollisionQuery& query, std::span<const Stance* const> stances,
+                  const ContactOptions& contacts, bool fixed_first);
 
-  /// A window of the motion task: two waypoints per stance, the velocity cost as one sampling unit
-  /// (docs/readings.md#terms-and-samples), continuous collision between consecutive waypoints as asked for.
-  /// With `fixed_first` the first waypoint does not move (docs/readings.md#motion-windows).
-  static std::unique_ptr<WaypointProgram> Window(const Dataset& dataset, CollisionQuery& query,
-                                                 std::span<const Stance> stances, const ContactOptions& contacts,
-                                                 bool fixed_first);
+  /// Add a term before or after those that there are. It may refer to the states.
+  void Prepend(std::unique_ptr<Term> term) { terms_.insert(terms_.begin(), std::move(term)); }
+  void Append(std::unique_ptr<Term> term) { terms_.push_back(std::move(term)); }
 
   int num_waypoints() const override { return static_cast<int>(states_.size()); }
   int tangent_size() const override { return robot_->tangent_size(); }
@@ -58,15 +54,13 @@ class WaypointProgram : public Program {
   WaypointState& state(int waypoint) { return states_[static_cast<size_t>(waypoint)]; }
 
  private:
-  WaypointProgram(const Dataset& dataset, CollisionQuery& query, const std::vector<const Stance*>& stances,
-                  const ContactOptions& contacts);
   void AddConstraints(const Dataset& dataset, const Stance& stance, int waypoint, double margin_m);
 
   /// First waypoint that moves.
   Eigen::Index first_free() const { return fixed_first_ ? 1 : 0; }
 
   const RobotModel* robot_;
-  bool fixed_first_ = false;
+  bool fixed_first_;
   std::deque<WaypointState> states_;  ///< terms point into it
   std::vector<std::unique_ptr<Term>> terms_;
 };

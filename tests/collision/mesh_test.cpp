@@ -11,6 +11,7 @@
 #include <map>
 
 #include "legopt/input_error.h"
+#include "programs/isolated_call.h"
 #include "tests/collision/test_shapes.h"
 #include "tests/temporary_folder.h"
 
@@ -39,7 +40,7 @@ class MeshFile : public ::testing::Test {
   /// The fault LoadMesh reports; empty when it does not throw.
   static std::string ErrorOf(const std::string& path, const Eigen::Vector3d& scale = Eigen::Vector3d::Ones()) {
     try {
-      LoadMesh(path, scale);
+      LoadMesh(path, scale, CallIsolated);
     } catch (const InputError& error) {
       EXPECT_EQ(error.fault().file, path);
       EXPECT_FALSE(error.fault().fix.empty());
@@ -173,7 +174,7 @@ TEST_F(MeshFile, DamageThatTheReaderWouldNotSurviveIsRefused) {
   for (const Case& c : cases) {
     const std::string path = Write(c.name, c.content);
     try {
-      LoadMesh(path);
+      LoadMesh(path, Eigen::Vector3d::Ones(), CallIsolated);
       ADD_FAILURE() << c.name << " was read";
     } catch (const InputError& e) {
       EXPECT_NE(std::string(e.what()).find(path + ": "), std::string::npos) << e.what();
@@ -198,10 +199,52 @@ TEST_F(MeshFile, LoadingPrintsNothing) {
   const std::string good = Write("tetra.stl", BinaryStl(kTetrahedron));
   ::testing::internal::CaptureStdout();
   ::testing::internal::CaptureStderr();
+  EXPECT_THROW(LoadMesh(bad, Eigen::Vector3d::Ones(), CallIsolated), InputError);
   EXPECT_THROW(LoadMesh(bad), InputError);
   LoadMesh(good);
+  LoadMesh(good, Eigen::Vector3d::Ones(), CallIsolated);
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
+
+// Whatever a guard does, it runs the reader; it is asked once for each file, and its failure is the file's.
+TEST_F(MeshFile, IsReadUnderTheGuardThatItIsGiven) {
+  const std::string path = Write("tetra.stl", BinaryStl(kTetrahedron));
+  ShapeSpec shape;
+  shape.kind = ShapeSpec::Kind::kMesh;
+  shape.mesh_file = path;
+  int calls = 0;
+  const ReadGuard counting = [&calls](const std::function<std::string()>& read, const ReadLimits& limits) {
+    ++calls;
+    EXPECT_GE(limits.cpu_s, 5);
+    EXPECT_GE(limits.memory_bytes, std::int64_t{1} << 29);
+    return read();
+  };
+  const TriangleMesh plain = LoadMesh(path);
+  const TriangleMesh counted = Tessellate(shape, counting);
+  const TriangleMesh isolated = Tessellate(shape, CallIsolated);
+  EXPECT_EQ(calls, 1);
+  for (const TriangleMesh& mesh : {counted, isolated}) {
+    EXPECT_EQ(mesh.vertices, plain.vertices);
+    EXPECT_EQ(mesh.triangles, plain.triangles);
+  }
+  const auto refusal = [&](const ReadGuard& guard) -> std::string {
+    try {
+      LoadMesh(path, Eigen::Vector3d::Ones(), guard);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  using Read = std::function<std::string()>;
+  EXPECT_NE(refusal([](const Read&, const ReadLimits&) -> std::string {
+              throw ReadFailed("it is tired");
+            }).find("tetra.stl: mesh cannot be read: its reader failed: it is tired"),
+            std::string::npos);
+  EXPECT_NE(refusal([](const Read& read, const ReadLimits&) { return read() + "x"; }).find("makes sense"),
+            std::string::npos);
+  EXPECT_NE(refusal([](const Read&, const ReadLimits&) { return std::string(); }).find("makes sense"),
+            std::string::npos);
 }
 
 struct PrimitiveCase {

@@ -8,13 +8,14 @@
 
 #include "legopt/collision/collision_query.h"
 #include "legopt/collision/model_data.h"
-#include "legopt/collision/scene_representation.h"
 #include "legopt/collision/scene_solids.h"
 #include "legopt/collision/signed_distance.h"
 #include "legopt/input_error.h"
+#include "legopt/word_input.h"
 #include "tests/collision/allocation_count.h"
 #include "tests/collision/atlas_data.h"
 #include "tests/collision/test_shapes.h"
+#include "words/collision.h"
 
 namespace legopt::test {
 namespace {
@@ -244,13 +245,18 @@ TEST(Surface, PrimitivesBecomeTrianglesAndTheRobotStaysTheSame) {
 }
 
 TEST(Surface, NamesAreReadBack) {
+  const auto read = [](std::string_view text) {
+    return ReadWord<SceneRepresentation>(text, "suite.yaml", "collision", "representation of the scene");
+  };
   for (const auto representation : {SceneRepresentation::kSolid, SceneRepresentation::kSurface}) {
-    EXPECT_EQ(ParseSceneRepresentation(ToString(representation), "suite.yaml"), representation);
+    EXPECT_EQ(read(ToString(representation)), representation);
   }
   try {
-    ParseSceneRepresentation("mesh", "suite.yaml");
+    read("mesh");
     FAIL();
   } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(),
+                 "suite.yaml: collision: unknown representation of the scene (got 'mesh'); use 'solid' or 'surface'");
     EXPECT_EQ(error.fault().value, "mesh");
     EXPECT_EQ(error.fault().file, "suite.yaml");
   }

@@ -2,23 +2,22 @@
 
 #include <gtest/gtest.h>
 
-#include "legopt/generate/difficulty.h"
-#include "legopt/generate/pieces.h"
+#include "tests/collision/test_shapes.h"
 
 namespace legopt {
 namespace {
 
+using test::At;
+using test::Spec;
+
 /// Ground 10 x 10 m with a table of 2 x 2 m whose top is at 1 m and whose underside is at 0.8 m.
 TriangleMesh GroundAndTable() {
-  Building building;
-  BuildingParts parts(&building);
-  parts.Box("ground", {-5, -5, -1}, {5, 5, 0}, Material::kGround, 0.0);
-  parts.Box("table", {-1, -1, 0.8}, {1, 1, 1}, Material::kConcrete, 0.0);
-  building.plan = {Eigen::Vector2d(-5, -5), Eigen::Vector2d(5, 5)};
-  const std::vector<Cell> cells = {WholeCell(building.members[0], 0), WholeCell(building.members[1], 1)};
-  Snapshot snapshot;
-  snapshot.cells.resize(2);
-  return MeshOf(PiecesOf(building, cells, snapshot));
+  TriangleMesh all = Tessellate(Spec(ShapeSpec::Kind::kBox, {10, 10, 1}, At(0, 0, -0.5)));
+  const TriangleMesh table = Tessellate(Spec(ShapeSpec::Kind::kBox, {2, 2, 0.2}, At(0, 0, 0.9)));
+  const int first = static_cast<int>(all.vertices.size());
+  all.vertices.insert(all.vertices.end(), table.vertices.begin(), table.vertices.end());
+  for (const auto& [a, b, c] : table.triangles) all.triangles.push_back({first + a, first + b, first + c});
+  return all;
 }
 
 TEST(Terrain, FindsAllSurfacesThatLookUp) {
@@ -42,16 +41,6 @@ TEST(Terrain, KnowsTheHeadroom) {
   EXPECT_NEAR(terrain.NextAbove(0.3, 0.2, 0.0), 0.8, 1e-6);
   EXPECT_TRUE(std::isinf(terrain.NextAbove(3, 3, 0.0)));
   EXPECT_TRUE(std::isinf(terrain.NextAbove(0.3, 0.2, 1.0)));
-}
-
-TEST(Difficulty, LowSpaceAndEdgesAreNotWalkable) {
-  const Terrain terrain(GroundAndTable());
-  const Difficulty difficulty = MeasureDifficulty(terrain, {Eigen::Vector2d(-4, -4), Eigen::Vector2d(4, 4)});
-  // 8 x 8 m of ground without the 2 x 2 m below the table, and its top without a rim.
-  EXPECT_GT(difficulty.walkable_m2, 60.0);
-  EXPECT_LT(difficulty.walkable_m2, 64.0);
-  EXPECT_DOUBLE_EQ(difficulty.clearance_m, 3.0);
-  EXPECT_LT(difficulty.height_variance_m2, 1e-2);
 }
 
 }  // namespace

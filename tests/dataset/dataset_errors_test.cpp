@@ -4,6 +4,7 @@
 #include "legopt/blake2b.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset.h"
+#include "programs/isolated_call.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 
@@ -23,7 +24,7 @@ class DatasetErrorsTest : public testing::Test {
   DatasetErrorsTest() { test::SyntheticFolder{folder_.path()}; }
 
   std::string LoadMessage() {
-    return MessageOf([&] { Dataset::Load(folder_.path()); });
+    return MessageOf([&] { Dataset::Load(folder_.path(), CallIsolated); });
   }
   /// Changes dataset.yaml and loads.
   std::string AfterYaml(const std::string& from, const std::string& to) {
@@ -33,7 +34,7 @@ class DatasetErrorsTest : public testing::Test {
   /// Changes another file, brings the hashes up to date if the files can be read at all, and loads.
   std::string AfterFile(const std::string& file, const std::string& from, const std::string& to) {
     ReplaceInFile(folder_.path() / file, from, to);
-    WriteManifestHashes(folder_.path());
+    WriteManifestHashes(folder_.path(), CallIsolated);
     return LoadMessage();
   }
   test::TemporaryFolder folder_;

@@ -115,7 +115,7 @@ TEST_F(LegOptDataTest, MotionStatistics) {
     EXPECT_EQ(both, std::stoi(row["double"]));
     EXPECT_EQ(left, std::stoi(row["left_only"]));
     EXPECT_EQ(right, std::stoi(row["right_only"]));
-    EXPECT_EQ(NumWaypoints(problem), std::stoi(row["waypoints"]));
+    EXPECT_EQ(NumWaypoints(Task::kMotion, static_cast<int>(problem.stances.size())), std::stoi(row["waypoints"]));
     EXPECT_NEAR(low, std::stod(row["z_min"]), 5.1e-4);
     EXPECT_NEAR(high, std::stod(row["z_max"]), 5.1e-4);
     EXPECT_NEAR(tilt, std::stod(row["max_tilt_deg"]), 5.1e-3);

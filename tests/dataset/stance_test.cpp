@@ -5,8 +5,9 @@
 
 #include <random>
 
-#include "legopt/dataset/task.h"
+#include "legopt/word_input.h"
 #include "tests/dataset/test_data.h"
+#include "words/task.h"
 
 namespace legopt {
 namespace {
@@ -66,18 +67,31 @@ TEST(Stance, FormattingRoundTripsEveryBit) {
 }
 
 TEST(Stance, WaypointsPerProblem) {
-  ProblemDefinition problem{.id = 0, .stances = std::vector<Stance>(1)};
-  EXPECT_EQ(NumWaypoints(problem), 1);
-  problem.stances.resize(3);
-  EXPECT_EQ(NumWaypoints(problem), 6);
-  EXPECT_EQ(StanceOfWaypoint(3), 1);
+  EXPECT_EQ(NumWaypoints(Task::kPosture, 1), 1);
+  EXPECT_EQ(StanceOfWaypoint(Task::kPosture, 0), 0);
+  EXPECT_EQ(NumWaypoints(Task::kMotion, 3), 6);
+  EXPECT_EQ(StanceOfWaypoint(Task::kMotion, 3), 1);
+}
+
+TEST(Stance, ATaskSaysHowManyAProblemHas) {
+  ProblemDefinition problem{.id = 0, .stances = {}};
+  for (const auto& [stances, posture, motion] : {std::tuple(0, false, false), std::tuple(1, true, false),
+                                                 std::tuple(2, false, true), std::tuple(500, false, true)}) {
+    problem.stances.resize(static_cast<size_t>(stances));
+    EXPECT_EQ(Fits(Task::kPosture, problem), posture) << stances;
+    EXPECT_EQ(Fits(Task::kMotion, problem), motion) << stances;
+  }
+  EXPECT_EQ(StancesOfTasks(), "a posture problem has one stance, a motion problem two or more");
 }
 
 TEST(Words, TasksAndInitialisations) {
-  EXPECT_EQ(ParseTask(ToString(Task::kMotion), "f"), Task::kMotion);
-  EXPECT_EQ(ParseInitialization(ToString(Initialization::kInCollision), "f"), Initialization::kInCollision);
-  EXPECT_THAT(MessageOf([] { ParseTask("walk", "f.yaml"); }), AllOf(HasSubstr("f.yaml"), HasSubstr("posture")));
-  EXPECT_THAT(MessageOf([] { ParseInitialization("bad", "f.yaml"); }), HasSubstr("in_collision"));
+  EXPECT_EQ(ReadTask(ToString(Task::kMotion), "f"), Task::kMotion);
+  EXPECT_EQ(ReadInitialization(ToString(Initialization::kInCollision), "f"), Initialization::kInCollision);
+  EXPECT_EQ(ReadInitialization("in-collision", "f"), Initialization::kInCollision);
+  EXPECT_EQ(MessageOf([] { ReadTask("walk", "f.yaml"); }),
+            "f.yaml: task: unknown task (got 'walk'); use 'posture' or 'motion'");
+  EXPECT_EQ(MessageOf([] { ReadInitialization("bad", "f.yaml"); }),
+            "f.yaml: initialization: unknown initialisation (got 'bad'); use 'good' or 'in_collision'");
 }
 
 }  // namespace

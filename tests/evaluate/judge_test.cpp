@@ -334,9 +334,10 @@ TEST(Verdicts, NamesRoundTrip) {
   for (const Verdict verdict :
        {Verdict::kSuccess, Verdict::kWrongWaypointCount, Verdict::kWrongSize, Verdict::kNotFinite, Verdict::kFootPose,
         Verdict::kCom, Verdict::kJointLimit, Verdict::kEnvironmentCollision, Verdict::kSelfCollision}) {
-    EXPECT_EQ(ParseVerdict(ToString(verdict)), verdict);
+    EXPECT_EQ(ParseWord<Verdict>(ToString(verdict)), verdict);
   }
-  EXPECT_THAT(test::MessageOf([] { ParseVerdict("great"); }), HasSubstr("environment_collision"));
+  EXPECT_EQ(ParseWord<Verdict>("great"), std::nullopt);
+  EXPECT_THAT(WordChoices<Verdict>(), HasSubstr("'environment_collision'"));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "legopt/input_error.h"
+#include "programs/isolated_call.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -13,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const char* suffix = kSuffixes[input.Number(1) % kSuffixes.size()];
   const legopt::fuzz::InputFile file(input.Text(), suffix);
   try {
-    const legopt::TriangleMesh mesh = legopt::LoadMesh(file.path());
+    const legopt::TriangleMesh mesh = legopt::LoadMesh(file.path(), Eigen::Vector3d::Ones(), legopt::CallIsolated);
     for (const auto& triangle : mesh.triangles) {
       for (const int vertex : triangle) {
         legopt::fuzz::Require(vertex >= 0 && static_cast<std::size_t>(vertex) < mesh.vertices.size(), "vertex index");

@@ -1,5 +1,5 @@
 // The reader of robots: it reads, or throws InputError; and what the check lets through, urdfdom reads without a word,
-// whole. No isolated process here: urdfdom itself must not crash on any checked text.
+// whole. No guard here: urdfdom itself must not crash on any checked text.
 #include <string>
 
 #include "legopt/input_error.h"
@@ -10,7 +10,7 @@ namespace {
 
 legopt::UrdfContent Read(const legopt::CheckedUrdf& urdf) {
   try {
-    return legopt::ReadByUrdfdom(urdf);
+    return legopt::ReadByUrdfdom(urdf, {});
   } catch (const legopt::InputError& error) {
     legopt::fuzz::Require(false, error.what());
   }

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Eigen::Vector3d;
@@ -107,4 +107,4 @@ TEST(Collapse, FarFromTheFrontNothingMoves) {
 }
 
 }  // namespace
-}  // namespace legopt
+}  // namespace legopt::generate

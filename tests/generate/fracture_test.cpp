@@ -10,7 +10,7 @@
 #include "legopt/generate/pieces.h"
 #include "tests/dataset/test_data.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Eigen::Vector3d;
@@ -144,4 +144,4 @@ TEST(Pieces, EveryFirstByteIsReadBack) {
 }
 
 }  // namespace
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -5,7 +5,7 @@
 #include "legopt/generate/pieces.h"
 #include "tests/dataset/test_data.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 Drawing RedCube() {
@@ -46,4 +46,4 @@ TEST(Picture, PngStartsAsOneAndUnwritablePathIsAnError) {
 }
 
 }  // namespace
-}  // namespace legopt
+}  // namespace legopt::generate

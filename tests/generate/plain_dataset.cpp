@@ -21,8 +21,8 @@ void WritePlainDataset(const std::filesystem::path& folder, const std::string& s
   CopyRobot(*source, description, folder);
   WriteText(folder / "scene.yaml", scene);
   description.scene_file = "scene.yaml";
-  description.motion_file.clear();
-  WriteText(folder / description.posture_file, FormatProblems({}, Task::kPosture, "atlas", "plain"));
+  description.problem_files[Task::kMotion].clear();
+  WriteText(folder / description.problem_files[Task::kPosture], FormatProblems({}, Task::kPosture, "atlas", "plain"));
   WriteText(folder / kDatasetFileName, FormatDatasetFile(description, "for tests"));
   WriteManifestHashes(folder);
 }

@@ -6,7 +6,7 @@
 #include "tests/dataset/test_data.h"
 #include "tests/generate/plain_dataset.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Eigen::Vector3d;
@@ -138,4 +138,4 @@ TEST_F(Planning, RobotsWithoutTwoFeetAreRefused) {
 }
 
 }  // namespace
-}  // namespace legopt
+}  // namespace legopt::generate

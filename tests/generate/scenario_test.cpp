@@ -9,7 +9,7 @@
 #include "legopt/dataset/text_file.h"
 #include "tests/dataset/test_data.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 TEST(Scenario, WordsOfKindAndLevel) {
@@ -85,4 +85,4 @@ TEST(NewFolder, NothingIsOverwrittenAndUnfinishedWorkIsKept) {
 }
 
 }  // namespace
-}  // namespace legopt
+}  // namespace legopt::generate

@@ -18,7 +18,7 @@
 #include "tests/dataset/test_data.h"
 #include "tests/generate/plain_dataset.h"
 
-namespace legopt {
+namespace legopt::generate {
 namespace {
 
 using Eigen::Vector3d;
@@ -104,7 +104,7 @@ TEST(DatasetFile, NamesThatYamlWouldMisreadAreQuoted) {
   written.name = "no";
   written.robot_file = "robots/my robot.urdf";
   written.scene_file = "scene.ply";
-  written.posture_file = "problems #1.json";
+  written.problem_files[Task::kPosture] = "problems #1.json";
   written.feet = {"left: foot", "[right]", "7", "sole, \"back\""};
   written.sole_offset_m = 0.01;
   written.nominal_posture = {{"knee: left", 0.5}, {"true", 0.25}};
@@ -115,7 +115,7 @@ TEST(DatasetFile, NamesThatYamlWouldMisreadAreQuoted) {
   const DatasetDescription read = ReadDatasetFile(folder.path());
   EXPECT_EQ(read.name, written.name);
   EXPECT_EQ(read.robot_file, written.robot_file);
-  EXPECT_EQ(read.posture_file, written.posture_file);
+  EXPECT_EQ(read.problem_files, written.problem_files);
   EXPECT_EQ(read.feet, written.feet);
   EXPECT_EQ(read.nominal_posture, written.nominal_posture);
 }
@@ -318,4 +318,4 @@ TEST_F(DatasetBuilding, MeshWithHolesOrInsideOutIsRefused) {
 }
 
 }  // namespace
-}  // namespace legopt
+}  // namespace legopt::generate

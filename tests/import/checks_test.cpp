@@ -6,7 +6,6 @@
 #include "legopt/collision/mesh_faults.h"
 #include "legopt/collision/scene_solids.h"
 #include "legopt/dataset/content_hash.h"
-#include "legopt/generate/pieces.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/import/quaternion_order.h"
 #include "tests/dataset/synthetic_dataset.h"

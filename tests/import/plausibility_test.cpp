@@ -166,7 +166,7 @@ TEST(SceneOfKilometres, TakesNeitherMemoryNorTimeToImport) {
   const test::TemporaryFolder folder;
   const fs::path source = Enlarged(folder.path() / "source", 1000.0);
   fs::create_directories(folder.path() / "out");
-  const IsolationLimits limits{.cpu_s = 60, .wall_s = 600, .memory_bytes = std::int64_t{500} << 20};
+  const ReadLimits limits{.cpu_s = 60, .wall_s = 600, .memory_bytes = std::int64_t{500} << 20};
   std::string words;
   ASSERT_NO_THROW(
       words = CallIsolated([&] { return Words(ImportDataset(From(source), folder.path() / "out").findings); }, limits));

@@ -26,8 +26,8 @@ TEST(SourceLayout, OfACloneOfTheOriginalBenchmark) {
   EXPECT_EQ(layout.robot.filename(), "tiny.zae");
   EXPECT_TRUE(layout.collada);
   EXPECT_EQ(layout.scene.filename(), "yard.stl");
-  EXPECT_EQ(layout.posture.filename(), "problemsposture.json");
-  EXPECT_EQ(layout.motion.filename(), "problemsmotion.json");
+  EXPECT_EQ(layout.problems[Task::kPosture].filename(), "problemsposture.json");
+  EXPECT_EQ(layout.problems[Task::kMotion].filename(), "problemsmotion.json");
 }
 
 TEST(SourceLayout, OfLooseFilesAndOfADataset) {
@@ -39,7 +39,7 @@ TEST(SourceLayout, OfLooseFilesAndOfADataset) {
   EXPECT_EQ(layout.robot.filename(), "robot.urdf");
   EXPECT_FALSE(layout.collada);
   EXPECT_EQ(layout.scene.filename(), "scene.yaml");
-  EXPECT_EQ(layout.motion.filename(), "problems-motion.json");
+  EXPECT_EQ(layout.problems[Task::kMotion].filename(), "problems-motion.json");
 }
 
 TEST(SourceLayout, MissingAndAmbiguousFilesAreNamedWithTheFlag) {
@@ -48,12 +48,13 @@ TEST(SourceLayout, MissingAndAmbiguousFilesAreNamedWithTheFlag) {
     return MessageOf([&] { FindSources(clone.path(), choices); });
   };
   EXPECT_THAT(MessageOf([&] { FindSources(clone.path() / "nowhere", {}); }), HasSubstr("does not exist"));
-  EXPECT_THAT(error({"none.urdf", {}, {}, {}}), HasSubstr("none.urdf"));
+  EXPECT_THAT(error({"none.urdf", {}, {}}), HasSubstr("none.urdf"));
 
   fs::copy(clone.path() / "data" / "problemsmotion.json", clone.path() / "data" / "problems-again.json");
   EXPECT_THAT(error(), AllOf(HasSubstr("problems-again.json"), HasSubstr("--motion")));
-  EXPECT_EQ(FindSources(clone.path(), {{}, {}, {}, "data/problems-again.json"}).motion.filename(),
-            "problems-again.json");
+  SourceChoices again;
+  again.problems[Task::kMotion] = "data/problems-again.json";
+  EXPECT_EQ(FindSources(clone.path(), again).problems[Task::kMotion].filename(), "problems-again.json");
   fs::remove(clone.path() / "data" / "problems-again.json");
 
   fs::remove_all(clone.path() / "destruction_scenarios");  // a clone without --recursive

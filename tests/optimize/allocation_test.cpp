@@ -11,7 +11,7 @@
 #include "legopt/methods/registry.h"
 #include "legopt/methods/solver_factory.h"
 #include "legopt/terms/initial_guess.h"
-#include "legopt/terms/waypoint_program.h"
+#include "legopt/terms/task_program.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 #include "tests/optimize/heap_count.h"
@@ -86,8 +86,8 @@ class Allocations : public ::testing::TestWithParam<Variant> {
     const auto dataset = Dataset::Load(folder);
     CollisionQuery query(dataset->collision_model());
     const Stance& stance = dataset->problem(Task::kPosture, 0).stances.front();
-    const auto posture = WaypointProgram::Posture(*dataset, query, stance, {});
-    const auto window = WaypointProgram::Window(*dataset, query, std::vector{stance, stance}, {}, false);
+    const auto posture = MakeTaskProgram(Task::kPosture, *dataset, query, {&stance, 1}, {});
+    const auto window = MakeTaskProgram(Task::kMotion, *dataset, query, std::vector{stance, stance}, {});
     for (const Initialization initialization : {Initialization::kGood, Initialization::kInCollision}) {
       const Eigen::VectorXd start = InitialGuess(*dataset, stance, initialization);
       ExpectIndependentOfIterations(*posture, start);

@@ -18,10 +18,10 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 /// The reason that a call failed with; empty if it answered.
-std::string FaultOf(const std::function<std::string()>& body, const IsolationLimits& limits = {}) {
+std::string FaultOf(const std::function<std::string()>& body, const ReadLimits& limits = {}) {
   try {
     CallIsolated(body, limits);
-  } catch (const IsolatedCallFailed& failure) {
+  } catch (const ReadFailed& failure) {
     return failure.what();
   }
   return {};
@@ -68,7 +68,7 @@ TEST(CallIsolated, ExceptionsAreFailuresWithTheirText) {
 }
 
 TEST(CallIsolated, MemoryBeyondTheLimitIsAFailure) {
-  IsolationLimits limits;
+  ReadLimits limits;
   limits.memory_bytes = std::int64_t{64} << 20;
   const auto take = [](std::size_t bytes) {
     return [bytes] {
@@ -81,7 +81,7 @@ TEST(CallIsolated, MemoryBeyondTheLimitIsAFailure) {
 }
 
 TEST(CallIsolated, TimeBeyondTheLimitsIsAFailure) {
-  IsolationLimits limits;
+  ReadLimits limits;
   limits.cpu_s = 1;
   const auto busy = []() -> std::string {
     for (volatile unsigned i = 0;;) {

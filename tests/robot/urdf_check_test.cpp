@@ -15,6 +15,7 @@
 #include "legopt/input_error.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/robot/urdf_rules.h"
+#include "programs/isolated_call.h"
 #include "tests/robot/complete_urdf.h"
 
 namespace legopt {
@@ -27,7 +28,7 @@ using tinyxml2::XMLElement;
 
 InputError::Fault FaultOf(const std::string& xml) {
   try {
-    RobotModel::FromUrdfText(xml, "robot.urdf", LEGOPT_SOURCE_DIR "/tests/robot");
+    RobotModel::FromUrdfText(xml, "robot.urdf", LEGOPT_SOURCE_DIR "/tests/robot", CallIsolated);
   } catch (const InputError& error) {
     return error.fault();
   }
@@ -297,7 +298,7 @@ TEST(UrdfCheck, ALongChainIsRead) {
     xml += "<link name='" + name + "'/><joint name='" + name + "' type='fixed'><parent link='" + std::to_string(i - 1) +
            "'/><child link='" + name + "'/></joint>";
   }
-  EXPECT_EQ(RobotModel::FromUrdfText(xml + "</robot>", "chain.urdf", ".").links().size(), 2000U);
+  EXPECT_EQ(RobotModel::FromUrdfText(xml + "</robot>", "chain.urdf", ".", CallIsolated).links().size(), 2000U);
 }
 
 TEST(UrdfCheck, OtherProgramsElementsAreLetBy) {
@@ -305,7 +306,7 @@ TEST(UrdfCheck, OtherProgramsElementsAreLetBy) {
       "<robot name='r' xmlns:xacro='http://ros.org/wiki/xacro'><gazebo><plugin/></gazebo><transmission name='t'/>"
       "<link name='a' type='laser'><sensor name='s'/><collision group='x'><geometry><sphere radius='1'/></geometry>"
       "<contact_coefficients mu='1'/></collision></link><!-- xacro:nothing --></robot>",
-      "robot.urdf", ".");
+      "robot.urdf", ".", CallIsolated);
   EXPECT_EQ(robot.links()[0].collision.size(), 1U);
 }
 
@@ -314,7 +315,7 @@ TEST(UrdfCheck, NamesMayHoldWhatXmlEscapes) {
       "<robot name='a&amp;b'><link name='&lt;&quot;%s%n&apos;&gt;'/><link name='b&#x20;c'/><joint name='%n' "
       "type='fixed'>"
       "<parent link='&lt;&quot;%s%n&apos;&gt;'/><child link='b c'/></joint></robot>",
-      "robot.urdf", ".");
+      "robot.urdf", ".", CallIsolated);
   EXPECT_EQ(robot.name(), "a&b");
   EXPECT_EQ(robot.links()[0].name, "<\"%s%n'>");
   EXPECT_EQ(robot.links()[1].name, "b c");
@@ -325,7 +326,7 @@ TEST(UrdfCheck, WhiteSpaceInNumbersIsFree) {
   const RobotModel robot = RobotModel::FromUrdfText(
       "<robot name='r'><link name='a'><inertial><origin xyz=' 1\t2\n 3 '/><mass value=' 14.2 '/>"
       "<inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='+1.e0'/></inertial></link></robot>",
-      "robot.urdf", ".");
+      "robot.urdf", ".", CallIsolated);
   EXPECT_EQ(robot.total_mass(), 14.2);
   EXPECT_EQ(robot.links()[0].com, Eigen::Vector3d(1, 2, 3));
 }
@@ -339,10 +340,40 @@ TEST(UrdfCheck, FixedJointsMayHaveNoDirection) {
   EXPECT_THAT(FaultOf(head + "revolute" + joint + "</robot>").message, HasSubstr("direction"));
 }
 
+// The guard runs urdfdom, is remembered for the meshes, and its failure is the file's.
+TEST(UrdfCheck, IsReadUnderTheGuardThatItIsGiven) {
+  const std::string xml =
+      "<robot name='r'><link name='a'><collision><geometry><sphere radius='1'/></geometry></collision></link>"
+      "<link name='b'/><joint name='j' type='continuous'><parent link='a'/><child link='b'/></joint></robot>";
+  int calls = 0;
+  const ReadGuard counting = [&calls](const std::function<std::string()>& read, const ReadLimits&) {
+    ++calls;
+    return read();
+  };
+  const RobotModel plain = RobotModel::FromUrdfText(xml, "robot.urdf", ".");
+  EXPECT_FALSE(plain.read_guard());
+  for (const ReadGuard& guard : {counting, ReadGuard(CallIsolated)}) {
+    const RobotModel robot = RobotModel::FromUrdfText(xml, "robot.urdf", ".", guard);
+    EXPECT_TRUE(robot.read_guard());
+    ASSERT_EQ(robot.links().size(), plain.links().size());
+    EXPECT_EQ(robot.links()[0].collision[0].size, plain.links()[0].collision[0].size);
+    EXPECT_EQ(robot.joints()[0].axis, plain.joints()[0].axis);
+  }
+  EXPECT_EQ(calls, 1);
+  try {
+    RobotModel::FromUrdfText(
+        xml, "robot.urdf", ".",
+        [](const std::function<std::string()>&, const ReadLimits&) -> std::string { throw ReadFailed("it is tired"); });
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("robot.urdf: cannot be read: urdfdom failed: it is tired"));
+  }
+}
+
 // What urdfdom makes of the file itself, against the model.
 void ExpectReadAsByUrdfdom(const std::string& path) {
   const urdf::ModelInterfaceSharedPtr expected = urdf::parseURDF(ReadUrdfFile(path));
-  const RobotModel robot = RobotModel::FromUrdfFile(path);
+  const RobotModel robot = RobotModel::FromUrdfFile(path, CallIsolated);
   ASSERT_NE(expected, nullptr);
   ASSERT_EQ(robot.links().size(), expected->links_.size());
   ASSERT_EQ(robot.joints().size(), expected->joints_.size());

@@ -4,19 +4,19 @@
 
 #include "legopt/evaluate/judge.h"
 #include "legopt/solve/problem_solver.h"
-#include "legopt/terms/motion_windows.h"
+#include "legopt/terms/task_program.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {
 
-TEST(MotionWindows, SixStancesOverlappingByOne) {
+TEST(StanceWindows, OfAMotionSixOverlappingByOne) {
   for (int stances = 2; stances <= 499; ++stances) {
-    const std::vector<MotionWindow> windows = MotionWindows(stances);
+    const std::vector<StanceWindow> windows = StanceWindows(Task::kMotion, stances);
     EXPECT_EQ(static_cast<int>(windows.size()), 1 + std::max(0, (stances - 6 + 4) / 5)) << stances;
     int next = 0;
-    for (const MotionWindow& window : windows) {
+    for (const StanceWindow& window : windows) {
       EXPECT_EQ(window.first_stance, next);
       EXPECT_GE(window.num_stances, 2);
       EXPECT_LE(window.num_stances, 6);
@@ -24,6 +24,13 @@ TEST(MotionWindows, SixStancesOverlappingByOne) {
     }
     EXPECT_EQ(next, stances - 1);
   }
+}
+
+TEST(StanceWindows, OfAPostureItsStance) {
+  const std::vector<StanceWindow> windows = StanceWindows(Task::kPosture, 1);
+  ASSERT_EQ(windows.size(), 1u);
+  EXPECT_EQ(windows[0].first_stance, 0);
+  EXPECT_EQ(windows[0].num_stances, 1);
 }
 
 class Motion : public ::testing::Test {
@@ -41,7 +48,7 @@ TEST(EmbeddedMotions, AreSolvedAndJudged) {
   ProblemSolver solver(dataset);
   Judge judge(dataset);
   const ProblemDefinition& problem = dataset->problems(Task::kMotion).front();
-  const std::vector<MotionWindow> windows = MotionWindows(static_cast<int>(problem.stances.size()));
+  const std::vector<StanceWindow> windows = StanceWindows(Task::kMotion, static_cast<int>(problem.stances.size()));
   SolveSettings settings;
   std::vector<std::pair<int, int>> progress, expected;
   settings.progress = [&](int done, int total) { progress.emplace_back(done, total); };
@@ -84,7 +91,7 @@ TEST(LegOptMotions, PlainSqpSolvesTheShortOnes) {
       const SolveOutcome outcome = solver.Solve(Task::kMotion, problem.id, start, {}, {});
       const Evaluation evaluation = judge.Evaluate(Task::kMotion, problem, outcome.waypoints);
       EXPECT_EQ(evaluation.strict, Verdict::kSuccess) << problem.id << " " << outcome.message << evaluation.detail;
-      const std::vector<MotionWindow> windows = MotionWindows(static_cast<int>(problem.stances.size()));
+      const std::vector<StanceWindow> windows = StanceWindows(Task::kMotion, static_cast<int>(problem.stances.size()));
       EXPECT_GT(windows.size(), 3u);
       EXPECT_EQ(outcome.windows_solved, static_cast<int>(windows.size()));
       ++tried;

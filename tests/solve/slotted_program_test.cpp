@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "legopt/terms/initial_guess.h"
-#include "legopt/terms/waypoint_program.h"
+#include "legopt/terms/task_program.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 
@@ -20,7 +20,7 @@ class Slots : public ::testing::Test {
       : folder_(temporary_.path() / "dataset"),
         dataset_(Dataset::Load(folder_.path())),
         query_(dataset_->collision_model()),
-        program_(WaypointProgram::Posture(*dataset_, query_, stance(), {})) {
+        program_(MakeTaskProgram(Task::kPosture, *dataset_, query_, {&stance(), 1}, {})) {
     slotted_.Reset(*program_);
   }
 

@@ -9,7 +9,7 @@
 #include <span>
 
 #include "legopt/terms/initial_guess.h"
-#include "legopt/terms/waypoint_program.h"
+#include "legopt/terms/task_program.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 
@@ -141,7 +141,8 @@ void CheckPostures(const Dataset& dataset, int num_problems, double range_m, int
   int compared = 0;
   for (int p = 0; p < num_problems; ++p) {
     const Stance& stance = dataset.problems(Task::kPosture)[static_cast<size_t>(p)].stances[0];
-    const auto program = WaypointProgram::Posture(dataset, query, stance, {.margin_m = 5e-4, .range_m = range_m});
+    const auto program =
+        MakeTaskProgram(Task::kPosture, dataset, query, {&stance, 1}, {.margin_m = 5e-4, .range_m = range_m});
     TermDerivatives check(dataset.robot(), *program);
     for (const Initialization start : {Initialization::kGood, Initialization::kInCollision}) {
       check.CheckAt(noisy(stance, start));
@@ -156,11 +157,12 @@ void CheckWindow(const Dataset& dataset, double range_m) {
   NoisyStart noisy(dataset);
   const std::vector<Stance>& all = dataset.problems(Task::kMotion)[0].stances;
   const std::span<const Stance> stances = std::span(all).first(2);
-  const auto program = WaypointProgram::Window(dataset, query, stances, {.margin_m = 5e-4, .range_m = range_m}, false);
+  const auto program = MakeTaskProgram(Task::kMotion, dataset, query, stances, {.margin_m = 5e-4, .range_m = range_m});
   const Eigen::Index size = program->point_size();
   Eigen::VectorXd x(program->num_waypoints() * size);
   for (int t = 0; t < program->num_waypoints(); ++t) {
-    x.segment(t * size, size) = noisy(stances[static_cast<size_t>(StanceOfWaypoint(t))], Initialization::kInCollision);
+    x.segment(t * size, size) =
+        noisy(stances[static_cast<size_t>(StanceOfWaypoint(Task::kMotion, t))], Initialization::kInCollision);
   }
   TermDerivatives(dataset.robot(), *program).CheckAt(x);
 }
@@ -185,7 +187,8 @@ TEST(Terms, APostureInDoubleSupportHasFiveTerms) {
   const test::SyntheticFolder folder(temporary.path() / "dataset");
   const auto dataset = Dataset::Load(folder.path());
   CollisionQuery query(dataset->collision_model());
-  const auto program = WaypointProgram::Posture(*dataset, query, dataset->problems(Task::kPosture)[0].stances[0], {});
+  const auto program =
+      MakeTaskProgram(Task::kPosture, *dataset, query, dataset->problems(Task::kPosture)[0].stances, {});
   EXPECT_EQ(program->terms().size(), 5u);  // docs/readings.md#terms-and-samples
 }
 
@@ -194,7 +197,7 @@ TEST(Terms, AFullWindowHasTheUnitsOfTheReference) {
   const auto dataset = Dataset::Load(test::LegOptFolder());
   CollisionQuery query(dataset->collision_model());
   const std::vector<Stance>& stances = dataset->problems(Task::kMotion)[0].stances;
-  const auto program = WaypointProgram::Window(*dataset, query, std::span(stances).first(6), {}, false);
+  const auto program = MakeTaskProgram(Task::kMotion, *dataset, query, std::span(stances).first(6), {});
   int alone = 0;
   std::set<int> shared;
   for (const auto& term : program->terms()) {
@@ -215,7 +218,7 @@ TEST(Terms, TheFirstWaypointOfALaterWindowStays) {
   const auto dataset = Dataset::Load(folder.path());
   CollisionQuery query(dataset->collision_model());
   const std::vector<Stance>& stances = dataset->problems(Task::kMotion)[0].stances;
-  const auto program = WaypointProgram::Window(*dataset, query, stances, {}, true);
+  const auto program = MakeTaskProgram(Task::kMotion, *dataset, query, stances, {}, true);
   Eigen::VectorXd first = test::StandingUpright();
   first[test::kLeftHip] = 100.0;  // not even the limits move it
   const Eigen::VectorXd x = first.replicate(program->num_waypoints(), 1);
@@ -234,7 +237,8 @@ TEST(Terms, BoundsAreTheJointLimits) {
   const test::SyntheticFolder folder(temporary.path() / "dataset");
   const auto dataset = Dataset::Load(folder.path());
   CollisionQuery query(dataset->collision_model());
-  const auto program = WaypointProgram::Posture(*dataset, query, dataset->problems(Task::kPosture)[0].stances[0], {});
+  const auto program =
+      MakeTaskProgram(Task::kPosture, *dataset, query, dataset->problems(Task::kPosture)[0].stances, {});
   const RobotModel& robot = dataset->robot();
   Eigen::VectorXd x = test::StandingUpright();
   x[test::kLeftHip] = 100.0;

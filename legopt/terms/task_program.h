@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "legopt/terms/waypoint_program.h"
+#include "words/task.h"
+
+namespace legopt {
+
+/// Stances [first_stance, first_stance + num_stances) of a problem, which are solved as one program.
+struct StanceWindow {
+  int first_stance = 0;
+  int num_stances = 0;
+};
+
+/// The windows of a problem with `num_stances` >= 1 stances, in the order of solving: a stance of its own each for a
+/// posture; of a motion 1 + ceil((N - 6) / 5) of six stances, of which the first is shared with the window before
+/// (docs/readings.md#motion-windows), the last one perhaps shorter.
+std::vector<StanceWindow> StanceWindows(Task task, int num_stances);
+
+/// The program of one window: the constraints of every waypoint (waypoint_program.h), and the task's own terms:
+///
+///     posture: the torque cost; five terms in double support
+///     motion:  the velocity cost as one sampling unit (docs/readings.md#terms-and-samples), continuous collision
+///     between
+///              consecutive waypoints as asked for; 54 units in a full window
+///
+/// `stances` are those of the window; with `fixed_first` its first waypoint does not move. Lifetimes as for
+/// WaypointProgram.
+std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& dataset, CollisionQuery& query,
+                                                 std::span<const Stance> stances, const ContactOptions& contacts,
+                                                 bool fixed_first = false);
+
+/// Cost of a whole solution in the optimiser's terms, of `waypoints` (n + 7 each). `window_costs` is the sum of the
+/// windows' own, which counts what they share twice.
+double SolutionCost(Task task, const RobotModel& robot, std::span<const Eigen::VectorXd> waypoints,
+                    double window_costs);
+
+}  // namespace legopt
