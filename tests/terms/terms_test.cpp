@@ -212,6 +212,17 @@ TEST(Terms, AFullWindowHasTheUnitsOfTheReference) {
   EXPECT_EQ(shared.size(), 1u);
 }
 
+TEST(Terms, ASolutionCostsItsTransitionsOnceOrItsWindows) {
+  const test::TemporaryFolder temporary;
+  const test::SyntheticFolder folder(temporary.path() / "dataset");
+  const auto dataset = Dataset::Load(folder.path());
+  std::vector<Eigen::VectorXd> waypoints(3, test::StandingUpright());
+  waypoints[1][test::kLeftHip] += 0.5;
+  constexpr double kWindowCosts = 12.5;
+  EXPECT_EQ(SolutionCost(Task::kPosture, dataset->robot(), waypoints, kWindowCosts), kWindowCosts);
+  EXPECT_NEAR(SolutionCost(Task::kMotion, dataset->robot(), waypoints, kWindowCosts), 0.5, 1e-15);
+}
+
 TEST(Terms, TheFirstWaypointOfALaterWindowStays) {
   const test::TemporaryFolder temporary;
   const test::SyntheticFolder folder(temporary.path() / "dataset");
