@@ -31,9 +31,6 @@
 
 namespace legopt::bus {
 
-// "probe", "hello", ...; "unknown" for anything else.
-std::string_view ToString(MessageType type);
-
 // Why a request was refused, on the wire. PROTOCOL.md, section 8.
 enum class ErrorCode : std::int16_t {
   kVersionRefused = 1,  // the peer speaks another protocol version

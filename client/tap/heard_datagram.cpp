@@ -5,7 +5,7 @@
 
 #include "bus/codec.h"
 #include "bus/endpoint.h"
-#include "bus/validate.h"
+#include "bus/text.h"
 #include "client/tap/message_json.h"
 
 namespace legopt::client {
