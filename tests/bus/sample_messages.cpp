@@ -12,6 +12,8 @@ void Agree(legopt_msg::chunk& message) {
 
 void Agree(legopt_msg::lease_reply& message) { message.status = static_cast<std::int32_t>(LeaseStatus::kLeased); }
 
+void Agree(legopt_msg::lease_state& message) { message.progress_done = message.progress_total - 1; }
+
 void Agree(legopt_msg::result_request& message) {
   message.waypoints = {1, -2, 3.5, 0, -0.0, 1e300};
   message.num_waypoints = 2;

@@ -27,6 +27,7 @@ template <class Message>
 void Agree(Message& /*message*/) {}
 void Agree(legopt_msg::chunk& message);
 void Agree(legopt_msg::lease_reply& message);
+void Agree(legopt_msg::lease_state& message);
 void Agree(legopt_msg::result_request& message);
 void Agree(legopt_msg::control_request& message);
 
