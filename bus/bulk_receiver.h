@@ -1,8 +1,3 @@
-// Puts large bodies together from chunks and says what to acknowledge. Pure; private to bus. Source: PROTOCOL.md,
-// section 6.
-//
-// Memory is bounded by the declared sizes of incomplete bodies; a body that does not fit is not begun, so that its
-// sender tries again later. Thread rule: one thread.
 #pragma once
 
 #include <cstdint>
@@ -16,25 +11,30 @@
 #include "bus/counters.h"
 #include "bus/wire.h"
 
+/// Puts large bodies together from chunks and says what to acknowledge. Pure; private to bus. Source: PROTOCOL.md,
+/// section 6.
+///
+/// Memory is bounded by the declared sizes of incomplete bodies; a body that does not fit is not begun, so that its
+/// sender tries again later. Thread rule: one thread.
 namespace legopt::bus {
 
 class BulkReceiver {
  public:
   struct Limits {
     std::size_t max_incoming_bytes;
-    microseconds lifetime;  // of an incomplete body without a new chunk
+    microseconds lifetime;  ///< of an incomplete body without a new chunk
   };
   struct Outcome {
-    std::optional<std::string> body;  // complete and verified
-    std::optional<ChunkAck> ack;      // to be sent, unless `body` is set (then the caller decides)
+    std::optional<std::string> body;  ///< complete and verified
+    std::optional<ChunkAck> ack;      ///< to be sent, unless `body` is set (then the caller decides)
   };
 
-  // `first_reassembly`: any number that other lives of this party are unlikely to use.
+  /// `first_reassembly`: any number that other lives of this party are unlikely to use.
   BulkReceiver(Counters& counters, const Limits& limits, std::int64_t first_reassembly)
       : counters_(counters), limits_(limits), next_reassembly_(first_reassembly) {}
 
   Outcome Accept(const ObjectKey& key, const ChunkView& chunk, microseconds now);
-  // What acknowledges a body that is complete.
+  /// What acknowledges a body that is complete.
   ChunkAck CompleteAck(bool of_reply) const;
   void Drop(const ObjectKey& key);
   void OnTimer(microseconds now);

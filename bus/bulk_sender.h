@@ -1,7 +1,3 @@
-// Sends large bodies as chunks: window, selective acknowledgement, loss detection, pacing. Pure: time and
-// acknowledgements go in, chunks come out through `emit`. Private to bus. Source: PROTOCOL.md, section 6.
-//
-// Thread rule: one thread.
 #pragma once
 
 #include <chrono>
@@ -20,12 +16,16 @@
 #include "bus/transport.h"
 #include "bus/wire.h"
 
+/// Sends large bodies as chunks: window, selective acknowledgement, loss detection, pacing. Pure: time and
+/// acknowledgements go in, chunks come out through `emit`. Private to bus. Source: PROTOCOL.md, section 6.
+///
+/// Thread rule: one thread.
 namespace legopt::bus {
 
-// One body under way: of which call, in which direction, to or from which peer.
+/// One body under way: of which call, in which direction, to or from which peer.
 struct ObjectKey {
   EndpointId peer = 0;
-  std::int64_t session = 0;  // of the caller
+  std::int64_t session = 0;  ///< of the caller
   std::int64_t call_id = 0;
   bool of_reply = false;
   auto operator<=>(const ObjectKey&) const = default;
@@ -35,17 +35,17 @@ class BulkSender {
  public:
   using Body = std::shared_ptr<const std::string>;
   using Emit = std::function<void(const ObjectKey&, std::int16_t type, const ChunkView&)>;
-  // `delivered` is false when the receiver showed no progress for kPatience.
+  /// `delivered` is false when the receiver showed no progress for kPatience.
   using Done = std::function<void(const ObjectKey&, bool delivered)>;
 
   BulkSender(Counters& counters, Emit emit, Done done);
 
-  // Starts, or starts again, to send `body` (not empty).
+  /// Starts, or starts again, to send `body` (not empty).
   void Start(const ObjectKey& key, std::int16_t type, Body body, microseconds now);
-  // Sends the first chunk once more, unacknowledged, to hear how the receiver stands.
+  /// Sends the first chunk once more, unacknowledged, to hear how the receiver stands.
   void Remind(const ObjectKey& key, std::int16_t type, const Body& body);
   void Cancel(const ObjectKey& key, microseconds now);
-  // False when nothing is being sent under `key`.
+  /// False when nothing is being sent under `key`.
   bool OnAck(const ObjectKey& key, const ChunkAck& ack, microseconds now);
   void OnTimer(microseconds now);
   std::optional<microseconds> next_timer() const;

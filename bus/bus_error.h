@@ -1,27 +1,27 @@
-// The one exception of the bus: the network or an option is unusable, or a message that we built ourselves is illegal.
-// What arrives from others never throws; it is counted (counters.h) and refused.
 #pragma once
 
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
+/// The one exception of the bus: the network or an option is unusable, or a message that we built ourselves is illegal.
+/// What arrives from others never throws; it is counted (counters.h) and refused.
 namespace legopt::bus {
 
 enum class BusErrorCode {
-  kInvalidOption,     // an option or address is malformed or out of range
-  kNoMulticastRoute,  // no interface carries the group; the message says which command creates a route
-  kPortUnusable,      // a port cannot be bound: held exclusively by another program, or privileged
-  kNetworkUnusable,   // any other refusal by the system or by LCM, e.g. its self-test failed
-  kInvalidMessage,    // Encode() was given a message that its own validation refuses
+  kInvalidOption,     ///< an option or address is malformed or out of range
+  kNoMulticastRoute,  ///< no interface carries the group; the message says which command creates a route
+  kPortUnusable,      ///< a port cannot be bound: held exclusively by another program, or privileged
+  kNetworkUnusable,   ///< any other refusal by the system or by LCM, e.g. its self-test failed
+  kInvalidMessage,    ///< Encode() was given a message that its own validation refuses
 };
 
-// "invalid_option", "no_multicast_route", "port_unusable", "network_unusable", "invalid_message".
+/// "invalid_option", "no_multicast_route", "port_unusable", "network_unusable", "invalid_message".
 std::string_view ToString(BusErrorCode code);
 
 class BusError : public std::runtime_error {
  public:
-  // `message` names the field, its value and the fix.
+  /// `message` names the field, its value and the fix.
   BusError(BusErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
   BusErrorCode code() const { return code_; }
 

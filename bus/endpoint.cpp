@@ -2,19 +2,9 @@
 
 #include <sodium.h>
 
-#include <array>
-
 #include "bus/endpoint_core.h"
 
 namespace legopt::bus {
-
-std::string_view ToString(MessageType type) {
-  static constexpr std::array<std::string_view, kLastMessageType + 1> kNames = {
-      "unknown", "probe",  "hello", "lease",  "heartbeat", "result", "method",
-      "submit",  "status", "query", "cancel", "shutdown",  "control"};
-  const auto index = static_cast<std::int16_t>(type);
-  return index >= 1 && index <= kLastMessageType ? kNames[static_cast<std::size_t>(index)] : kNames[0];
-}
 
 std::string_view ToString(ErrorCode code) {
   switch (code) {

@@ -6,6 +6,7 @@
 
 #include "bus/bus_error.h"
 #include "bus/codec.h"
+#include "bus/text.h"
 
 namespace legopt::bus {
 namespace {

@@ -1,4 +1,3 @@
-// What an Endpoint is made of. Private to bus; see endpoint.h for the contract.
 #pragma once
 
 #include <array>
@@ -24,6 +23,7 @@
 #include "bus/reply_cache.h"
 #include "bus/wire.h"
 
+/// What an Endpoint is made of. Private to bus; see endpoint.h for the contract.
 namespace legopt::bus {
 
 inline CallKey CallerKey(const FrameHeader& header) { return {header.sender, header.session, header.call_id}; }
@@ -46,7 +46,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   std::size_t held_bytes() const;
   const Counters& counters();
 
-  // From a Responder. `error` 0: `body` is the reply; else it is the text of a refusal.
+  /// From a Responder. `error` 0: `body` is the reply; else it is the text of a refusal.
   void Answer(const CallKey& key, std::int16_t error, std::string body);
 
   void OnDatagram(Port port, std::span<const std::uint8_t> datagram) noexcept override;

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "bus/endpoint_core.h"
-#include "bus/validate.h"
+#include "bus/text.h"
 
 namespace legopt::bus {
 namespace {

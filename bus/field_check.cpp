@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "bus/validate.h"
+#include "bus/text.h"
 
 namespace legopt::bus {
 
@@ -78,15 +78,6 @@ FieldCheck& FieldCheck::Hash(std::string_view field, const std::string& value) {
   return *this;
 }
 
-FieldCheck& FieldCheck::OneOf(std::string_view field, const std::string& value, std::string_view first,
-                              std::string_view second) {
-  constexpr std::size_t kShown = 64;
-  if (value != first && value != second) {
-    Fail(field, CleanText(value, kShown), std::string(first).append(" or ").append(second));
-  }
-  return *this;
-}
-
 FieldCheck& FieldCheck::NanOrFinite(std::string_view field, double value) {
   if (std::isinf(value)) Fail(field, std::to_string(value), "finite, or NaN for not available");
   return *this;
@@ -110,11 +101,14 @@ FieldCheck& FieldCheck::Require(bool holds, std::string_view what) {
   return *this;
 }
 
-FieldCheck& FieldCheck::Nested(std::string_view field, std::size_t index, const std::string& fault) {
-  if (!fault.empty() && fault_.empty()) {
-    fault_ = std::string(field) + "[" + std::to_string(index) + "]." + fault;
-  }
-  return *this;
+void FieldCheck::NoneOf(std::string_view field, const std::string& value, const std::string& choices) {
+  constexpr std::size_t kShown = 64;
+  Fail(field, CleanText(value, kShown), choices);
+}
+
+void FieldCheck::Nested(std::string_view field, std::size_t index, const std::string& fault) {
+  if (fault.empty() || !fault_.empty()) return;
+  fault_ = std::string(field) + "[" + std::to_string(index) + "]." + fault;
 }
 
 }  // namespace legopt::bus

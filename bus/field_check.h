@@ -1,7 +1,7 @@
-// Collects the first fault of a message while its fields are checked one after another. Private to bus.
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -9,32 +9,35 @@
 namespace legopt::bus {
 
 inline constexpr int kMaxJsonNesting = 64;
-// Whether no array or object of the text stands in more than `most` others. True of much that is no JSON at all.
+/// Whether no array or object of the text stands in more than `most` others. True of much that is no JSON at all.
 bool NestsWithin(std::string_view json, int most);
 
+/// Collects the first fault of a message while its fields are checked one after another, as "field: value: what is
+/// allowed". Private to bus: rules of fields (fields/rules.h) use it. Thread rule: one thread.
 class FieldCheck {
  public:
-  // value in [low, high]
+  /// value in [low, high]
   FieldCheck& Range(std::string_view field, std::int64_t value, std::int64_t low, std::int64_t high);
   FieldCheck& AtLeast(std::string_view field, std::int64_t value, std::int64_t low);
   FieldCheck& NonZero(std::string_view field, std::int64_t value);
-  // UTF-8 without NUL, of so many bytes
+  /// UTF-8 without NUL, of so many bytes
   FieldCheck& Text(std::string_view field, const std::string& value, std::size_t least_bytes, std::size_t most_bytes);
-  // Text() of JSON that nests at most kMaxJsonNesting deep: who reads it, or shows it in an error, may recurse
+  /// Text() of JSON that nests at most kMaxJsonNesting deep: who reads it, or shows it in an error, may recurse
   FieldCheck& Json(std::string_view field, const std::string& value, std::size_t least_bytes, std::size_t most_bytes);
-  // 64 lower-case hexadecimal digits
+  /// 64 lower-case hexadecimal digits
   FieldCheck& Hash(std::string_view field, const std::string& value);
-  FieldCheck& OneOf(std::string_view field, const std::string& value, std::string_view first, std::string_view second);
   FieldCheck& NanOrFinite(std::string_view field, double value);
   FieldCheck& Finite(std::string_view field, double value);
-  // the count field of an array agrees with the array
+  /// the count field of an array agrees with the array
   FieldCheck& Count(std::string_view field, std::int64_t count, std::size_t array_size, std::int64_t most);
   FieldCheck& Require(bool holds, std::string_view what);
-  // the fault of a nested message
-  FieldCheck& Nested(std::string_view field, std::size_t index, const std::string& fault);
+  /// the value is none of the choices
+  void NoneOf(std::string_view field, const std::string& value, const std::string& choices);
+  /// the fault of a nested message
+  void Nested(std::string_view field, std::size_t index, const std::string& fault);
 
   bool ok() const { return fault_.empty(); }
-  std::string fault() const { return fault_; }
+  const std::string& fault() const { return fault_; }
 
  private:
   void Fail(std::string_view field, const std::string& value, const std::string& allowed);

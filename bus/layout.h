@@ -1,10 +1,3 @@
-// Byte layout of each message, to bound what a generated decoder allocates before it runs.
-//
-// The generated decoders size vectors by the count they read, before they look whether so many bytes are there: a
-// datagram of 100 bytes could cost gigabytes. LayoutFits() walks the encoded bytes first. Grammar of a layout, in order
-// of the fields: '1' '2' '4' '8' a number of so many bytes; 's' an LCM string (int32 length with its final NUL, bytes,
-// NUL); "a(...)" an int32 count and then so many groups. The fingerprint is not part of it. Source: kFields
-// (message_fields.h), at compile time; the tests compare each layout with the generated encoder.
 #pragma once
 
 #include <array>
@@ -17,9 +10,17 @@
 
 #include "bus/message_fields.h"
 
+/// Byte layout of each message, to bound what a generated decoder allocates before it runs.
+///
+/// The generated decoders size vectors by the count they read, before they look whether so many bytes are there: a
+/// datagram of 100 bytes could cost gigabytes. LayoutFits() walks the encoded bytes first. Grammar of a layout, in
+/// order of the fields: '1' '2' '4' '8' a number of so many bytes; 's' an LCM string (int32 length with its final NUL,
+/// bytes, NUL); "a(...)" an int32 count and then so many groups. The fingerprint is not part of it. Source: kFields
+/// (message_fields.h), at compile time; the tests compare each layout with the generated encoder. Private to bus.
+/// Thread rule: none, no state.
 namespace legopt::bus {
 
-// Whether `bytes` (after the fingerprint) is exactly one message of this layout.
+/// Whether `bytes` (after the fingerprint) is exactly one message of this layout.
 bool LayoutFits(std::string_view layout, std::string_view bytes);
 
 namespace layout_internal {
@@ -29,7 +30,7 @@ struct Text {
   std::size_t size = 0;
 
   constexpr void Add(char c) { chars.at(size++) = c; }
-  // LCM writes the count of a vector as the field before it; here it belongs to the group.
+  /// LCM writes the count of a vector as the field before it; here it belongs to the group.
   constexpr void TakeBackCount() {
     if (size == 0 || chars.at(size - 1) != '4') throw "the field before a vector must be its int32 count";
     --size;
@@ -63,8 +64,8 @@ constexpr void AddValue(Text& text) {
   }
 }
 
-template <class Message, class Value>
-constexpr void AddField(Text& text, const Field<Message, Value>& /*field*/) {
+template <class Message, class Value, class Rule>
+constexpr void AddField(Text& text, const fields::Field<Message, Value, Rule>& /*field*/) {
   AddValue<Value>(text);
 }
 
@@ -85,6 +86,7 @@ inline constexpr Text kText = Write<Message>();
 
 }  // namespace layout_internal
 
+/// Of one message, as C++ knows it.
 template <class Message>
 inline constexpr std::string_view kLayout{layout_internal::kText<Message>.chars.data(),
                                           layout_internal::kText<Message>.size};

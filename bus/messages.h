@@ -1,123 +1,97 @@
-// Every generated message of package legopt_msg, and which call each belongs to.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <string_view>
+#include <type_traits>
 
-#include "legopt_msg/cancel_reply.hpp"
-#include "legopt_msg/cancel_request.hpp"
-#include "legopt_msg/chunk.hpp"
-#include "legopt_msg/chunk_ack.hpp"
-#include "legopt_msg/control_reply.hpp"
-#include "legopt_msg/control_request.hpp"
-#include "legopt_msg/dataset_ref.hpp"
-#include "legopt_msg/frame.hpp"
-#include "legopt_msg/heartbeat_reply.hpp"
-#include "legopt_msg/heartbeat_request.hpp"
-#include "legopt_msg/hello_reply.hpp"
-#include "legopt_msg/hello_request.hpp"
-#include "legopt_msg/lease.hpp"
-#include "legopt_msg/lease_reply.hpp"
-#include "legopt_msg/lease_request.hpp"
-#include "legopt_msg/lease_state.hpp"
-#include "legopt_msg/method_reply.hpp"
-#include "legopt_msg/method_request.hpp"
-#include "legopt_msg/probe_reply.hpp"
-#include "legopt_msg/probe_request.hpp"
-#include "legopt_msg/query_reply.hpp"
-#include "legopt_msg/query_request.hpp"
-#include "legopt_msg/result_reply.hpp"
-#include "legopt_msg/result_request.hpp"
-#include "legopt_msg/shutdown_reply.hpp"
-#include "legopt_msg/shutdown_request.hpp"
-#include "legopt_msg/status_reply.hpp"
-#include "legopt_msg/status_request.hpp"
-#include "legopt_msg/submit_reply.hpp"
-#include "legopt_msg/submit_request.hpp"
+#include "legopt_msg/all.hpp"
 
+/// Every generated message of package legopt_msg, and which call each belongs to, as lcmtypes/messages.def lists them.
+/// Thread rule: none, types and constants.
 namespace legopt::bus {
 
-// Version of the protocol that this build speaks. PROTOCOL.md, section 2.
+/// Version of the protocol that this build speaks. PROTOCOL.md, section 2.
 inline constexpr std::int16_t kProtocolVersion = 3;
 
-// Message type of a call: what stands in frame.type.
+/// Message type of a call: what stands in frame.type.
 enum class MessageType : std::int16_t {
-  kProbe = 1,      // who serves here?
-  kHello = 2,      // worker registers
-  kLease = 3,      // worker asks for jobs
-  kHeartbeat = 4,  // worker renews its leases
-  kResult = 5,     // worker delivers one attempt
-  kMethod = 6,     // worker asks for the options behind a method hash
-  kSubmit = 7,     // client submits an experiment
-  kStatus = 8,     // client asks how things are
-  kQuery = 9,      // client runs read-only SQL
-  kCancel = 10,    // client cancels an experiment
-  kShutdown = 11,  // client or launcher stops the server
-  kControl = 12,   // client pauses, resumes, holds, releases, favours or retries an experiment
+#define LEGOPT_PART(name)
+#define LEGOPT_CALL(number, Name, name) k##Name = number,
+#include "lcmtypes/messages.def"
 };
-inline constexpr std::int16_t kLastMessageType = 12;
 
-// CallOf<Request>::kType and CallOf<Request>::Reply: which call a request message opens, and what answers it.
+/// CallOf<Request>::kType and CallOf<Request>::Reply: which call a request message opens, and what answers it.
 template <class Request>
 struct CallOf;
-template <>
-struct CallOf<legopt_msg::probe_request> {
-  static constexpr MessageType kType = MessageType::kProbe;
-  using Reply = legopt_msg::probe_reply;
+#define LEGOPT_PART(name)
+#define LEGOPT_CALL(number, Name, name)                        \
+  template <>                                                  \
+  struct CallOf<legopt_msg::name##_request> {                  \
+    static constexpr MessageType kType = MessageType::k##Name; \
+    using Reply = legopt_msg::name##_reply;                    \
+  };
+#include "lcmtypes/messages.def"
+
+/// A list of message types, to walk over: `[]<class... M>(MessageList<M...>) { ... }(AllMessages())`.
+template <class... Message>
+struct MessageList {
+  static constexpr std::size_t kSize = sizeof...(Message);
 };
-template <>
-struct CallOf<legopt_msg::hello_request> {
-  static constexpr MessageType kType = MessageType::kHello;
-  using Reply = legopt_msg::hello_reply;
-};
-template <>
-struct CallOf<legopt_msg::lease_request> {
-  static constexpr MessageType kType = MessageType::kLease;
-  using Reply = legopt_msg::lease_reply;
-};
-template <>
-struct CallOf<legopt_msg::heartbeat_request> {
-  static constexpr MessageType kType = MessageType::kHeartbeat;
-  using Reply = legopt_msg::heartbeat_reply;
-};
-template <>
-struct CallOf<legopt_msg::result_request> {
-  static constexpr MessageType kType = MessageType::kResult;
-  using Reply = legopt_msg::result_reply;
-};
-template <>
-struct CallOf<legopt_msg::method_request> {
-  static constexpr MessageType kType = MessageType::kMethod;
-  using Reply = legopt_msg::method_reply;
-};
-template <>
-struct CallOf<legopt_msg::submit_request> {
-  static constexpr MessageType kType = MessageType::kSubmit;
-  using Reply = legopt_msg::submit_reply;
-};
-template <>
-struct CallOf<legopt_msg::status_request> {
-  static constexpr MessageType kType = MessageType::kStatus;
-  using Reply = legopt_msg::status_reply;
-};
-template <>
-struct CallOf<legopt_msg::query_request> {
-  static constexpr MessageType kType = MessageType::kQuery;
-  using Reply = legopt_msg::query_reply;
-};
-template <>
-struct CallOf<legopt_msg::cancel_request> {
-  static constexpr MessageType kType = MessageType::kCancel;
-  using Reply = legopt_msg::cancel_reply;
-};
-template <>
-struct CallOf<legopt_msg::control_request> {
-  static constexpr MessageType kType = MessageType::kControl;
-  using Reply = legopt_msg::control_reply;
-};
-template <>
-struct CallOf<legopt_msg::shutdown_request> {
-  static constexpr MessageType kType = MessageType::kShutdown;
-  using Reply = legopt_msg::shutdown_reply;
-};
+template <class... A, class... B>
+constexpr MessageList<A..., B...> operator+(MessageList<A...> /*a*/, MessageList<B...> /*b*/) {
+  return {};
+}
+
+/// The request of every call, by message type: kProbe first.
+using Requests = decltype(MessageList<>()
+#define LEGOPT_PART(name)
+#define LEGOPT_CALL(number, Name, name) +MessageList<legopt_msg::name##_request>()
+#include "lcmtypes/messages.def"
+);
+inline constexpr auto kLastMessageType = static_cast<std::int16_t>(Requests::kSize);
+
+/// Every message, in the order of messages.def; a request before its reply.
+using AllMessages = decltype(MessageList<>()
+#define LEGOPT_PART(name) +MessageList<legopt_msg::name>()
+#define LEGOPT_CALL(number, Name, name) +MessageList<legopt_msg::name##_request, legopt_msg::name##_reply>()
+#include "lcmtypes/messages.def"
+);
+
+/// "probe", "hello", ...; "unknown" for anything else.
+constexpr std::string_view ToString(MessageType type) {
+  switch (type) {
+#define LEGOPT_PART(name)
+#define LEGOPT_CALL(number, Name, name) \
+  case MessageType::k##Name:            \
+    return #name;
+#include "lcmtypes/messages.def"
+  }
+  return "unknown";
+}
+
+namespace messages_internal {
+
+template <class... Request>
+constexpr bool AreNumberedInOrder(MessageList<Request...> /*requests*/) {
+  std::int16_t number = 0;
+  return ((static_cast<std::int16_t>(CallOf<Request>::kType) == ++number) && ...);
+}
+static_assert(AreNumberedInOrder(Requests()), "lcmtypes/messages.def: the calls' numbers are 1, 2, 3, ...");
+
+template <class Message, class... All>
+constexpr std::size_t IndexIn(MessageList<All...> /*all*/) {
+  constexpr std::array<bool, sizeof...(All)> kIsIt = {std::is_same_v<Message, All>...};
+  std::size_t index = 0;
+  while (index < kIsIt.size() && !kIsIt[index]) ++index;
+  return index;
+}
+
+}  // namespace messages_internal
+
+/// Where a message stands in AllMessages.
+template <class Message>
+inline constexpr std::size_t kMessageIndex = messages_internal::IndexIn<Message>(AllMessages());
 
 }  // namespace legopt::bus

@@ -1,6 +1,3 @@
-// Asks the kernel, before LCM does, whether a multicast group and port work. LCM itself would print to stderr and,
-// behind a firewall, block for ten seconds. Private to bus; ProbeMulticastRoute() of lcm_transport.h is the public
-// face.
 #pragma once
 
 #include <chrono>
@@ -8,17 +5,20 @@
 
 #include "bus/bus_error.h"
 
+/// Asks the kernel, before LCM does, whether a multicast group and port work. LCM itself would print to stderr and,
+/// behind a firewall, block for ten seconds. Private to bus; ProbeMulticastRoute() of lcm_transport.h is the public
+/// face.
 namespace legopt::bus {
 
 struct ProbeResult {
   bool usable = false;
-  BusErrorCode code = BusErrorCode::kNetworkUnusable;  // when not usable
-  std::string problem;                                 // when not usable: what is wrong and what fixes it
-  std::string interface;                               // that carries the group, when known
+  BusErrorCode code = BusErrorCode::kNetworkUnusable;  ///< when not usable
+  std::string problem;                                 ///< when not usable: what is wrong and what fixes it
+  std::string interface;                               ///< that carries the group, when known
 };
 
-// Binds `port` (0: any free one), joins, sends itself a datagram with TTL 0 and waits at most `patience` for it. The
-// datagram is that of LCM's own self-test, so other parties on the port are not disturbed.
+/// Binds `port` (0: any free one), joins, sends itself a datagram with TTL 0 and waits at most `patience` for it. The
+/// datagram is that of LCM's own self-test, so other parties on the port are not disturbed.
 ProbeResult ProbeMulticast(const std::string& group, int port, std::chrono::milliseconds patience);
 
 }  // namespace legopt::bus

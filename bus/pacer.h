@@ -1,20 +1,20 @@
-// A token bucket that keeps bursts of small requests below what a receiver's buffer takes without loss. Private to bus.
-// Larger bursts must be assumed lossy, paced traffic is not: docs/reliability.md#what-lcm-and-udp-do.
 #pragma once
 
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
 
+/// A token bucket that keeps bursts of small requests below what a receiver's buffer takes without loss. Private to
+/// bus. Larger bursts must be assumed lossy, paced traffic is not: docs/reliability.md#what-lcm-and-udp-do.
 namespace legopt::bus {
 
 class Pacer {
  public:
   using microseconds = std::chrono::microseconds;
-  static constexpr int kBurst = 48;             // sent without waiting
-  static constexpr microseconds kInterval{25};  // then one per interval: 40,000 / s
+  static constexpr int kBurst = 48;             ///< sent without waiting
+  static constexpr microseconds kInterval{25};  ///< then one per interval: 40,000 / s
 
-  // Whether one may be sent now; counts it if so.
+  /// Whether one may be sent now; counts it if so.
   bool Take(microseconds now) {
     const auto earned = (now - refilled_) / kInterval;
     if (earned > 0) {
@@ -25,7 +25,7 @@ class Pacer {
     --tokens_;
     return true;
   }
-  // When the next one may be sent, after Take() has refused.
+  /// When the next one may be sent, after Take() has refused.
   microseconds next() const { return refilled_ + kInterval; }
 
  private:

@@ -1,10 +1,3 @@
-// Which requests are fresh, where a key is configured. Pure; private to bus.
-//
-// A session (caller and its session number) is admitted once it has proven that it lives now, by returning this
-// endpoint's challenge under the key; what was recorded before, also before a restart of ours, is refused then. After
-// that a window over its nonces takes each frame once: nonces beyond the highest one, and those of the last
-// kReplayWindow not seen yet. The longest silent session is forgotten first, and the challenge changes with it, so
-// that its old proof is worth nothing. Thread rule: one thread. Source: PROTOCOL.md, section 11.
 #pragma once
 
 #include <array>
@@ -16,17 +9,24 @@
 
 #include "bus/transport.h"
 
+/// Which requests are fresh, where a key is configured. Pure; private to bus.
+///
+/// A session (caller and its session number) is admitted once it has proven that it lives now, by returning this
+/// endpoint's challenge under the key; what was recorded before, also before a restart of ours, is refused then. After
+/// that a window over its nonces takes each frame once: nonces beyond the highest one, and those of the last
+/// kReplayWindow not seen yet. The longest silent session is forgotten first, and the challenge changes with it, so
+/// that its old proof is worth nothing. Thread rule: one thread. Source: PROTOCOL.md, section 11.
 namespace legopt::bus {
 
-// Nonces remembered per session. Callers send at most 48 requests at once and one every 25 us after that, so frames
-// that the network delays by less than 100 ms are still inside.
+/// Nonces remembered per session. Callers send at most 48 requests at once and one every 25 us after that, so frames
+/// that the network delays by less than 100 ms are still inside.
 inline constexpr std::int64_t kReplayWindow = 4096;
 
 class ReplayWindow {
  public:
-  // Refuses everything up to `floor`.
+  /// Refuses everything up to `floor`.
   explicit ReplayWindow(std::int64_t floor) : highest_(floor) { seen_.fill(~std::uint64_t{0}); }
-  // True the first time that a nonce comes, if it is not too old.
+  /// True the first time that a nonce comes, if it is not too old.
   bool Take(std::int64_t nonce);
 
  private:
@@ -43,11 +43,11 @@ class ReplayGuard {
 
   ReplayGuard(std::size_t max_sessions, std::uint64_t seed);
 
-  // A request with a good tag arrived.
+  /// A request with a good tag arrived.
   Verdict Check(EndpointId caller, std::int64_t session, std::int64_t nonce);
-  // What a session that is not known has to return. Positive, unlike that of any other life.
+  /// What a session that is not known has to return. Positive, unlike that of any other life.
   std::int64_t challenge() const { return challenge_; }
-  // A proof with a good tag arrived; true when the session is admitted now or was before.
+  /// A proof with a good tag arrived; true when the session is admitted now or was before.
   bool Prove(EndpointId caller, std::int64_t session, std::int64_t nonce, std::int64_t answer);
 
  private:

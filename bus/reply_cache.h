@@ -1,9 +1,3 @@
-// Duplicate suppression and replies of the calls that others make to us. Pure; private to bus.
-//
-// Per caller (address and session) it knows which calls are open, answered or over. A caller tells with every request
-// below which number all its calls are finished (completed_below); their replies are forgotten then. Memory is bounded:
-// when the replies exceed the limit the oldest go first, and a repeat of such a call is answered "reply gone". Thread
-// rule: one thread. Source: PROTOCOL.md, section 5.
 #pragma once
 
 #include <compare>
@@ -18,6 +12,12 @@
 #include "bus/counters.h"
 #include "bus/transport.h"
 
+/// Duplicate suppression and replies of the calls that others make to us. Pure; private to bus.
+///
+/// Per caller (address and session) it knows which calls are open, answered or over. A caller tells with every request
+/// below which number all its calls are finished (completed_below); their replies are forgotten then. Memory is
+/// bounded: when the replies exceed the limit the oldest go first, and a repeat of such a call is answered "reply
+/// gone". Thread rule: one thread. Source: PROTOCOL.md, section 5.
 namespace legopt::bus {
 
 struct CallKey {
@@ -35,32 +35,32 @@ class ReplyCache {
   };
   using Body = std::shared_ptr<const std::string>;
 
-  // What a request turned out to be.
+  /// What a request turned out to be.
   enum class Verdict {
-    kNew,       // opened now: hand it to its handler
-    kOpen,      // being handled
-    kAnswered,  // see reply
-    kOver,      // the caller itself called it finished
-    kGone,      // answered long ago, reply forgotten
-    kBusy,      // too many open requests
+    kNew,       ///< opened now: hand it to its handler
+    kOpen,      ///< being handled
+    kAnswered,  ///< see reply
+    kOver,      ///< the caller itself called it finished
+    kGone,      ///< answered long ago, reply forgotten
+    kBusy,      ///< too many open requests
   };
   struct Reply {
     std::int16_t type = 0;
-    std::int16_t error = 0;  // 0: body is the reply; else an ErrorCode and body its text
+    std::int16_t error = 0;  ///< 0: body is the reply; else an ErrorCode and body its text
     Body body;
   };
   struct Lookup {
     Verdict verdict;
-    Reply reply;  // kAnswered
+    Reply reply;  ///< kAnswered
   };
 
   ReplyCache(Counters& counters, const Limits& limits) : counters_(counters), limits_(limits) {}
 
-  // A request arrived. Opens it when it is new.
+  /// A request arrived. Opens it when it is new.
   Lookup Open(const CallKey& key, std::int16_t type, std::int64_t completed_below);
-  // How a call stands, without opening it.
+  /// How a call stands, without opening it.
   Lookup Find(const CallKey& key) const;
-  // Stores the reply of an open request and returns it; empty when it is not open (any more).
+  /// Stores the reply of an open request and returns it; empty when it is not open (any more).
   std::optional<Reply> Answer(const CallKey& key, std::int16_t error, Body body);
 
   std::size_t held_bytes() const { return held_bytes_; }

@@ -1,12 +1,3 @@
-// A seeded network in virtual time: the same Transport interface, every misfortune on demand, the same history each
-// time.
-//
-// Use: make a SimulatedNetwork, then one SimulatedTransport per party. Poll() of a simulated transport never waits: it
-// delivers what is due at the network's now(). The driver polls every party and then advances time:
-//     while (!done) { for (auto* e : endpoints) e->Poll(0us); network.AdvanceTo(earliest timer or delivery); }
-// Run() does that for endpoints.
-//
-// Thread rule: one thread for a network and all its transports.
 #pragma once
 
 #include <cstdint>
@@ -21,25 +12,34 @@
 #include "bus/message_key.h"
 #include "bus/transport.h"
 
+/// A seeded network in virtual time: the same Transport interface, every misfortune on demand, the same history each
+/// time.
+///
+/// Use: make a SimulatedNetwork, then one SimulatedTransport per party. Poll() of a simulated transport never waits: it
+/// delivers what is due at the network's now(). The driver polls every party and then advances time:
+///     while (!done) { for (auto* e : endpoints) e->Poll(0us); network.AdvanceTo(earliest timer or delivery); }
+/// Run() does that for endpoints.
+///
+/// Thread rule: one thread for a network and all its transports.
 namespace legopt::bus {
 
 class Endpoint;
 class SimulatedTransport;
 
-// Probabilities are per datagram and receiver, each in [0, 1]. The defaults are a perfect, instant network.
+/// Probabilities are per datagram and receiver, each in [0, 1]. The defaults are a perfect, instant network.
 struct Misfortune {
   double drop = 0;
-  double duplicate = 0;  // delivered once more, with its own delay
-  double reorder = 0;    // held back by an extra delay of up to `reorder_delay`
-  double corrupt = 0;    // 1 - 3 random bytes changed
-  double truncate = 0;   // cut at a random length
+  double duplicate = 0;  ///< delivered once more, with its own delay
+  double reorder = 0;    ///< held back by an extra delay of up to `reorder_delay`
+  double corrupt = 0;    ///< 1 - 3 random bytes changed
+  double truncate = 0;   ///< cut at a random length
   microseconds min_delay{0};
   microseconds max_delay{0};
   microseconds reorder_delay{50'000};
-  // Datagrams that may wait for a party, those under way included; more are lost, as in a kernel's receive buffer.
+  /// Datagrams that may wait for a party, those under way included; more are lost, as in a kernel's receive buffer.
   std::size_t receive_buffer = SIZE_MAX;
 
-  // Standard chaos (docs/reliability.md#the-27-figures): 20 % loss, 5 % duplication, 10 % reordering, 0 - 50 ms delay.
+  /// Standard chaos (docs/reliability.md#the-27-figures): 20 % loss, 5 % duplication, 10 % reordering, 0 - 50 ms delay.
   static Misfortune StandardChaos();
 };
 
@@ -53,26 +53,26 @@ class SimulatedNetwork {
   microseconds now() const { return now_; }
   void set_misfortune(const Misfortune& misfortune) { misfortune_ = misfortune; }
 
-  // Moves time forward (never back) to `time`; delivers nothing by itself.
+  /// Moves time forward (never back) to `time`; delivers nothing by itself.
   void AdvanceTo(microseconds time);
   void Advance(microseconds duration) { AdvanceTo(now_ + duration); }
-  // When the earliest datagram under way is due; empty when none is.
+  /// When the earliest datagram under way is due; empty when none is.
   std::optional<microseconds> next_delivery() const;
 
-  // Parties of different partitions do not hear each other; all start in 0. What is under way still arrives.
+  /// Parties of different partitions do not hear each other; all start in 0. What is under way still arrives.
   void SetPartition(const SimulatedTransport& transport, int partition);
 
-  // As with a socket filter at every party: a datagram reaches only the party that its frame is for. A fleet is
-  // simulated in a time that grows with what is said, not with who could hear it. To be set before anything is sent.
+  /// As with a socket filter at every party: a datagram reaches only the party that its frame is for. A fleet is
+  /// simulated in a time that grows with what is said, not with who could hear it. To be set before anything is sent.
   void SetFiltered() { filtered_ = true; }
 
-  // Puts a datagram on the wire as if a stranger had sent it.
+  /// Puts a datagram on the wire as if a stranger had sent it.
   void Inject(Port port, std::span<const std::uint8_t> datagram);
-  // Called for every datagram sent, before misfortune strikes; for size checks and recordings.
+  /// Called for every datagram sent, before misfortune strikes; for size checks and recordings.
   void SetTap(std::function<void(Port, std::span<const std::uint8_t>)> tap) { tap_ = std::move(tap); }
 
-  // Polls the endpoints and advances time until `done` returns true or `limit` of virtual time has passed since the
-  // call; returns whether `done` was reached.
+  /// Polls the endpoints and advances time until `done` returns true or `limit` of virtual time has passed since the
+  /// call; returns whether `done` was reached.
   bool Run(std::span<Endpoint* const> endpoints, const std::function<bool()>& done, microseconds limit);
 
  private:
@@ -98,8 +98,8 @@ class SimulatedNetwork {
 
 class SimulatedTransport final : public Transport {
  public:
-  // `network` must outlive the transport. Transports of one network with different deployments hear each other and
-  // ignore it.
+  /// `network` must outlive the transport. Transports of one network with different deployments hear each other and
+  /// ignore it.
   explicit SimulatedTransport(SimulatedNetwork& network, std::int64_t deployment = 1,
                               std::shared_ptr<const MessageKey> key = nullptr);
   ~SimulatedTransport() override;
@@ -112,7 +112,7 @@ class SimulatedTransport final : public Transport {
   const MessageKey* key() const override { return key_.get(); }
   TransportCounters counters() const override;
 
-  // When this party's next datagram is due, perhaps in the past; empty when none is under way.
+  /// When this party's next datagram is due, perhaps in the past; empty when none is under way.
   std::optional<microseconds> next_arrival() const;
 
  private:

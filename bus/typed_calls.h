@@ -1,13 +1,3 @@
-// Calls in terms of messages rather than bytes: encodes, decodes and checks on both sides, so that neither a handler
-// nor a callback ever sees an illegal message. An undecodable request is refused with kMalformed and counted; an
-// undecodable reply ends its call with kRejected, kMalformed.
-//
-//     ServeMessage<legopt_msg::lease_request>(endpoint,
-//         [&](const legopt_msg::lease_request& request, EndpointId sender, ReplyTo<legopt_msg::lease_reply> reply)
-//         {...});
-//     CallMessage(endpoint, kServer, request, {}, [&](CallOutcome<legopt_msg::lease_reply> outcome) {...});
-//
-// Thread rule: as Endpoint.
 #pragma once
 
 #include <functional>
@@ -18,10 +8,20 @@
 #include "bus/endpoint.h"
 #include "bus/messages.h"
 
+/// Calls in terms of messages rather than bytes: encodes, decodes and checks on both sides, so that neither a handler
+/// nor a callback ever sees an illegal message. An undecodable request is refused with kMalformed and counted; an
+/// undecodable reply ends its call with kRejected, kMalformed.
+///
+///     ServeMessage<legopt_msg::lease_request>(endpoint,
+///         [&](const legopt_msg::lease_request& request, EndpointId sender, ReplyTo<legopt_msg::lease_reply> reply)
+///         {...});
+///     CallMessage(endpoint, kServer, request, {}, [&](CallOutcome<legopt_msg::lease_reply> outcome) {...});
+///
+/// Thread rule: as Endpoint.
 namespace legopt::bus {
 
-// A Responder that takes a message. Send() throws BusError (kInvalidMessage) when the message is illegal; thrown from a
-// handler, that becomes a kHandlerFailed refusal.
+/// A Responder that takes a message. Send() throws BusError (kInvalidMessage) when the message is illegal; thrown from
+/// a handler, that becomes a kHandlerFailed refusal.
 template <class Reply>
 class ReplyTo {
  public:
@@ -50,13 +50,13 @@ void ServeMessage(Endpoint& endpoint, Handler handler) {
 template <class Reply>
 struct CallOutcome {
   CallResult::Status status = CallResult::kTimeout;
-  Reply reply{};      // kOk
-  ErrorCode code{};   // kRejected
-  std::string error;  // otherwise
+  Reply reply{};      ///< kOk
+  ErrorCode code{};   ///< kRejected
+  std::string error;  ///< otherwise
   bool ok() const { return status == CallResult::kOk; }
 };
 
-// Throws BusError (kInvalidMessage) when `request` is illegal, and as Endpoint::Call.
+/// Throws BusError (kInvalidMessage) when `request` is illegal, and as Endpoint::Call.
 template <class Message>
 CallId CallMessage(Endpoint& endpoint, EndpointId to, Message request, const CallOptions& options,
                    std::function<void(CallOutcome<typename CallOf<Message>::Reply>&&)> callback) {

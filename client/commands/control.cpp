@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "bus/validate.h"
+#include "bus/text.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"

@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "bus/spec_limits.h"
-#include "bus/validate.h"
+#include "bus/text.h"
 #include "client/client_error.h"
 #include "client/suite/chosen_files.h"
 #include "client/suite/experiment_spec.h"

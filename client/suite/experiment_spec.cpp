@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "bus/validate.h"
+#include "bus/text.h"
 #include "client/client_error.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/input_error.h"

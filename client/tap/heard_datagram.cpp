@@ -5,7 +5,7 @@
 
 #include "bus/codec.h"
 #include "bus/endpoint.h"
-#include "bus/validate.h"
+#include "bus/text.h"
 #include "client/tap/message_json.h"
 
 namespace legopt::client {
@@ -18,6 +18,13 @@ using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::array<std::string_view, bus::kLastFrameKind + 1> kKinds = {
     "unknown", "request", "reply", "error", "request_chunk", "reply_chunk", "chunk_ack", "proof"};
+
+bool HasKind(const bus::FrameHeader& header) {
+  const auto kind = static_cast<std::int16_t>(header.kind);
+  return kind >= 1 && kind <= bus::kLastFrameKind;
+}
+
+bool HasType(const bus::FrameHeader& header) { return header.type >= 1 && header.type <= bus::kLastMessageType; }
 
 // Names of bus/counters.h without "rejected_".
 std::string_view CauseOf(FrameFault fault) {
@@ -105,12 +112,11 @@ void Put(std::string_view name, std::optional<Json> value, std::string_view caus
 void ReadPayload(Bytes payload, HeardDatagram* heard) {
   const bus::FrameHeader& header = heard->header;
   const auto type = static_cast<bus::MessageType>(header.type);
-  const bool known = header.type <= bus::kLastMessageType;
   switch (header.kind) {
     case FrameKind::kRequest:
     case FrameKind::kReply:
       Put("body", BodyToJson(type, header.kind == FrameKind::kReply, Text(payload), &heard->why),
-          known ? "body" : "type", heard);
+          HasType(header) ? "body" : "type", heard);
       return;
     case FrameKind::kError:
       Put("error", ErrorToJson(header, payload), "field", heard);
@@ -137,6 +143,7 @@ HeardDatagram ReadDatagram(bus::Port port, std::span<const std::uint8_t> datagra
   heard.bytes = datagram.size();
   bus::FrameView frame;
   const FrameFault fault = bus::OpenFrame(datagram, deployment, bus::kAnybody, frame, key);
+  heard.fault = fault;
   heard.is_frame = fault != FrameFault::kSize && fault != FrameFault::kMalformed;
   heard.header = frame.header;
   heard.rejected = CauseOf(fault);
@@ -148,8 +155,7 @@ HeardDatagram ReadDatagram(bus::Port port, std::span<const std::uint8_t> datagra
 
 std::string_view KindName(const HeardDatagram& heard) {
   if (!heard.is_frame) return "none";
-  const auto kind = static_cast<std::int16_t>(heard.header.kind);
-  return kKinds[kind >= 1 && kind <= bus::kLastFrameKind ? static_cast<std::size_t>(kind) : 0];
+  return kKinds[HasKind(heard.header) ? static_cast<std::size_t>(heard.header.kind) : 0];
 }
 
 std::string_view TypeName(const HeardDatagram& heard) {
@@ -167,10 +173,10 @@ nlohmann::ordered_json DatagramToJson(const HeardDatagram& heard, std::int64_t w
   json["kind"] = KindName(heard);
   json["type"] = TypeName(heard);
   // Numbers that have no name here.
-  if (KindName(heard) == "unknown") json["kind_number"] = static_cast<std::int16_t>(header.kind);
-  if (TypeName(heard) == "unknown") json["type_number"] = header.type;
-  if (heard.rejected == "version") json["version"] = header.version;
-  if (heard.rejected == "deployment") json["deployment"] = header.deployment;
+  if (!HasKind(header)) json["kind_number"] = static_cast<std::int16_t>(header.kind);
+  if (!HasType(header)) json["type_number"] = header.type;
+  if (heard.fault == FrameFault::kVersion) json["version"] = header.version;
+  if (heard.fault == FrameFault::kDeployment) json["deployment"] = header.deployment;
   json["sender"] = header.sender;
   json["destination"] = header.destination;
   json["session"] = header.session;

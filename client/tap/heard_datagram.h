@@ -14,7 +14,8 @@ namespace legopt::client {
 struct HeardDatagram {
   bus::Port port{};
   std::size_t bytes = 0;
-  bool is_frame = false;  ///< `header` stands; unchecked when `rejected` is "deployment", "tag" or "field"
+  bus::FrameFault fault{};  ///< of the datagram; its payload is looked at as well only when there is none
+  bool is_frame = false;    ///< `header` stands; unchecked when `rejected` is "deployment", "tag" or "field"
   bus::FrameHeader header;
   std::string_view tag;            ///< "signed" (under the key), "unsigned" (a checksum), "wrong"; empty: not looked at
   std::string_view rejected;       ///< why no party takes it, as in bus/counters.h ("size", "tag", ...); empty: legal

@@ -52,19 +52,12 @@ struct CallDecoders {
   Decoder reply;
 };
 
-template <std::size_t index>
-constexpr CallDecoders DecodersOf() {
-  using Request = std::tuple_element_t<index, bus::Requests>;
-  static_assert(bus::CallOf<Request>::kType == static_cast<bus::MessageType>(index + 1), "Requests is not in order");
-  return {&DecodeToJson<Request>, &DecodeToJson<typename bus::CallOf<Request>::Reply>};
+template <class... Request>
+constexpr std::array<CallDecoders, sizeof...(Request)> DecodersOf(bus::MessageList<Request...> /*all*/) {
+  return {CallDecoders{&DecodeToJson<Request>, &DecodeToJson<typename bus::CallOf<Request>::Reply>}...};
 }
 
-template <std::size_t... index>
-constexpr std::array<CallDecoders, sizeof...(index)> MakeDecoders(std::index_sequence<index...> /*all*/) {
-  return {DecodersOf<index>()...};
-}
-
-constexpr auto kDecoders = MakeDecoders(std::make_index_sequence<std::tuple_size_v<bus::Requests>>());
+constexpr std::array kDecoders = DecodersOf(bus::Requests());
 
 }  // namespace
 

@@ -3,8 +3,8 @@
 
 #include <string>
 
+#include "bus/codec.h"
 #include "bus/field_check.h"
-#include "bus/validate.h"
 
 namespace legopt::bus {
 namespace {

@@ -21,18 +21,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Every .lcm file: a new one has to be added here, or the first test fails.
-using All =
-    std::tuple<legopt_msg::cancel_reply, legopt_msg::cancel_request, legopt_msg::chunk, legopt_msg::chunk_ack,
-               legopt_msg::control_reply, legopt_msg::control_request, legopt_msg::dataset_ref, legopt_msg::frame,
-               legopt_msg::heartbeat_reply, legopt_msg::heartbeat_request, legopt_msg::hello_reply,
-               legopt_msg::hello_request, legopt_msg::lease, legopt_msg::lease_reply, legopt_msg::lease_request,
-               legopt_msg::lease_state, legopt_msg::method_reply, legopt_msg::method_request, legopt_msg::probe_reply,
-               legopt_msg::probe_request, legopt_msg::query_reply, legopt_msg::query_request, legopt_msg::result_reply,
-               legopt_msg::result_request, legopt_msg::shutdown_reply, legopt_msg::shutdown_request,
-               legopt_msg::status_reply, legopt_msg::status_request, legopt_msg::submit_reply,
-               legopt_msg::submit_request>;
-
 using Names = std::vector<std::string>;
 
 template <class Message>
@@ -43,7 +31,7 @@ Names ListedFields() {
 }
 
 template <class... Message>
-std::map<std::string, Names> ListedMessages(std::tuple<Message...>* /*all*/) {
+std::map<std::string, Names> ListedMessages(bus::MessageList<Message...> /*all*/) {
   return {{Message::getTypeName(), ListedFields<Message>()}...};
 }
 
@@ -62,13 +50,13 @@ Names FieldsOfFile(const std::filesystem::path& path) {
 }
 
 TEST(MessageFields, EveryFileIsListedWithItsFieldsInOrder) {
-  const auto listed = ListedMessages(static_cast<All*>(nullptr));
+  const auto listed = ListedMessages(bus::AllMessages());
   std::set<std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(LEGOPT_SOURCE_DIR "/lcmtypes")) {
     if (entry.path().extension() != ".lcm") continue;
     const std::string name = entry.path().stem().string();
     files.insert(name);
-    ASSERT_TRUE(listed.contains(name)) << name << ": add it to bus/message_fields.h and to this test";
+    ASSERT_TRUE(listed.contains(name)) << name << ": add it to lcmtypes/messages.def";
     EXPECT_EQ(listed.at(name), FieldsOfFile(entry.path())) << name;
   }
   EXPECT_EQ(files.size(), listed.size());
@@ -115,12 +103,12 @@ void ExpectShownWhole(bus::MessageType type, bool of_reply) {
 }
 
 template <class... Request>
-void ExpectEveryCallShown(std::tuple<Request...>* /*all*/) {
+void ExpectEveryCallShown(bus::MessageList<Request...> /*all*/) {
   (ExpectShownWhole<Request>(bus::CallOf<Request>::kType, false), ...);
   (ExpectShownWhole<typename bus::CallOf<Request>::Reply>(bus::CallOf<Request>::kType, true), ...);
 }
 
-TEST(MessageJson, EveryCallIsShownWhole) { ExpectEveryCallShown(static_cast<bus::Requests*>(nullptr)); }
+TEST(MessageJson, EveryCallIsShownWhole) { ExpectEveryCallShown(bus::Requests()); }
 
 TEST(MessageJson, FiguresThatAreNotAvailableAreNull) {
   auto result = bus::Sample<legopt_msg::result_request>();

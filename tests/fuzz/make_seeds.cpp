@@ -19,11 +19,11 @@ void Write(const std::filesystem::path& file, const std::string& bytes) {
 
 std::string AsText(std::span<const std::uint8_t> bytes) { return {bytes.begin(), bytes.end()}; }
 
-// In the order of messages.cpp.
-template <class... Messages>
-void WriteMessages(const std::filesystem::path& folder) {
-  int index = 0;
-  (Write(folder / Messages::getTypeName(), std::string(1, static_cast<char>(index++)) + Encode(Sample<Messages>())),
+// As messages.cpp chooses them.
+template <class... Message>
+void WriteMessages(const std::filesystem::path& folder, MessageList<Message...> /*all*/) {
+  (Write(folder / Message::getTypeName(),
+         std::string(1, static_cast<char>(kMessageIndex<Message>)) + Encode(Sample<Message>())),
    ...);
 }
 
@@ -70,15 +70,10 @@ void WriteFrames(const std::filesystem::path& folder) {
 
 int main(int argc, char** argv) {
   using namespace legopt::bus;
-  using namespace legopt_msg;
   if (argc != 2) return 2;
   const std::filesystem::path corpus = argv[1];
   PrepareHashing();
-  WriteMessages<frame, chunk, chunk_ack, probe_request, probe_reply, hello_request, hello_reply, lease_request,
-                lease_reply, method_request, method_reply, heartbeat_request, heartbeat_reply, result_request,
-                result_reply, submit_request, submit_reply, status_request, status_reply, query_request, query_reply,
-                cancel_request, cancel_reply, shutdown_request, shutdown_reply, control_request, control_reply>(
-      corpus / "messages");
+  WriteMessages(corpus / "messages", AllMessages());
   WriteFrames(corpus / "frame");
   // Steps of reassembler.cpp: choice, size of the body, index, time. Two whole bodies, in and out of order.
   Write(corpus / "reassembler" / "in-order",

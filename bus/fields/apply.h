@@ -1,0 +1,73 @@
+#pragma once
+
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include "bus/message_fields.h"
+
+/// The rules of a message's fields, applied to one. Private to bus: instantiated for every message in codec.cpp.
+/// Thread rule: none, no state.
+namespace legopt::bus::fields {
+
+template <class Value>
+inline constexpr bool kIsVector = false;
+template <class Element>
+inline constexpr bool kIsVector<std::vector<Element>> = true;
+
+/// Whether values of the type are messages of their own.
+template <class Value>
+inline constexpr bool kIsMessage = std::is_class_v<Value> && !std::is_same_v<Value, std::string> && !kIsVector<Value>;
+
+template <class Message>
+std::string FaultOf(const Message& message);
+
+template <class Message, class Value, class Rule>
+void CheckField(const Field<Message, Value, Rule>& field, const Message& message, FieldCheck& check) {
+  static_assert(!kIsMessage<Value>, "a message stands within another as an element of an array");
+  if constexpr (!kIsVector<Value> && !std::is_same_v<Rule, Anything>) {
+    field.rule.Check(check, field.name, message.*field.member, message);
+  }
+  if (field.condition != nullptr && check.ok()) field.condition(message, check);
+}
+
+/// For arrays.
+template <class Message, class Element, class Rule>
+void CheckElements(const Field<Message, std::vector<Element>, Rule>& field, const Message& message, FieldCheck& check) {
+  const std::vector<Element>& elements = message.*field.member;
+  if constexpr (kIsMessage<Element>) {
+    for (std::size_t i = 0; check.ok() && i < elements.size(); ++i) check.Nested(field.name, i, FaultOf(elements[i]));
+  } else if constexpr (!std::is_same_v<Rule, Anything>) {
+    for (std::size_t i = 0; check.ok() && i < elements.size(); ++i) {
+      field.rule.element.Check(check, field.name, elements[i], message);
+    }
+  }
+}
+template <class Message, class Value, class Rule>
+void CheckElements(const Field<Message, Value, Rule>& /*field*/, const Message& /*message*/, FieldCheck& /*check*/) {}
+
+/// Empty when the message is legal, else the first fault: of the fields in their order, then of what arrays hold.
+template <class Message>
+std::string FaultOf(const Message& message) {
+  FieldCheck check;
+  std::apply(
+      [&](const auto&... field) {
+        ((CheckField(field, message, check), check.ok()) && ...);
+        if (check.ok()) ((CheckElements(field, message, check), check.ok()) && ...);
+      },
+      kFields<Message>);
+  return check.fault();
+}
+
+/// What a sender does before it sends (rules.h): counts, texts for humans, figures that are not available.
+template <class Message>
+void PutRight(Message& message) {
+  if constexpr (requires { Description<Message>::PutRight(message); }) Description<Message>::PutRight(message);
+  const auto put_right = [&message](const auto& field) {
+    if constexpr (requires { field.rule.PutRight(message, field.member); }) field.rule.PutRight(message, field.member);
+  };
+  std::apply([&](const auto&... field) { (put_right(field), ...); }, kFields<Message>);
+}
+
+}  // namespace legopt::bus::fields

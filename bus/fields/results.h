@@ -1,0 +1,93 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "bus/fields/field.h"
+#include "bus/fields/limits.h"
+#include "bus/fields/rules.h"
+#include "bus/messages.h"
+#include "words/job.h"
+#include "words/reply.h"
+
+/// What became of an attempt: the call result. PROTOCOL.md, section 9.
+namespace legopt::bus::fields {
+
+inline constexpr std::int64_t kLogBytes = std::int64_t{64} << 10;
+inline constexpr std::int64_t kMostSignals = 64;
+inline constexpr std::int64_t kMostWaypoints = 1'000'000;
+inline constexpr std::int64_t kMostWaypointNumbers = 4096;
+
+template <>
+struct Description<legopt_msg::result_request> {
+  using M = legopt_msg::result_request;
+
+  static void InterpolationIsPossible(const M& m, FieldCheck& check) {
+    check
+        .Require(!(m.interpolation_environment_depth_m < 0 || m.interpolation_self_depth_m < 0),
+                 "interpolation: a depth is negative")
+        .Require(!(m.interpolation_free_share < 0 || m.interpolation_free_share > 1),
+                 "interpolation_free_share: must be within 0 .. 1");
+  }
+  static void WaypointsAreWhole(const M& m, FieldCheck& check) {
+    check.Require(std::int64_t{m.num_waypoints} * m.waypoint_size == m.num_values,
+                  "num_values: must be num_waypoints * waypoint_size");
+  }
+
+  static void PutRight(M& m) {
+    if (std::all_of(m.waypoints.begin(), m.waypoints.end(), [](double value) { return std::isfinite(value); })) return;
+    m.waypoints.clear();
+    m.num_waypoints = 0;
+    m.verdict_detail = CleanText(std::move(m.verdict_detail), kTextBytes - kWordBytes);
+    m.verdict_detail += " [waypoints left out: not finite]";
+  }
+
+  static constexpr std::tuple kRows{
+      Field{"worker_id", &M::worker_id, AtLeast{1}},
+      Field{"job_id", &M::job_id, AtLeast{1}},
+      Field{"attempt", &M::attempt, AtLeast{1}},
+      Field{"token", &M::token, NonZero{}},
+      Field{"outcome", &M::outcome, ValueOf<ReportedOutcome>{}},
+      Field{"message", &M::message, ForHumans(kTextBytes)},
+      Field{"log_tail", &M::log_tail, ForHumans(kLogBytes, Keep::kEnd)},
+      Field{"exit_signal", &M::exit_signal, Range{0, kMostSignals}},
+      Field{"solver_status", &M::solver_status, Text{0, kWordBytes}},
+      Field{"iterations", &M::iterations, AtLeast{0}},
+      Field{"restarts", &M::restarts, AtLeast{0}},
+      Field{"wall_us", &M::wall_us, AtLeast{0}},
+      Field{"cpu_us", &M::cpu_us, AtLeast{0}},
+      Field{"involuntary_context_switches", &M::involuntary_context_switches, AtLeast{0}},
+      Field{"peak_memory_bytes", &M::peak_memory_bytes, AtLeast{0}},
+      Field{"solver_cost", &M::solver_cost, NanOrFinite{}},
+      Field{"solver_violation", &M::solver_violation, NanOrFinite{}},
+      Field{"verdict_literal", &M::verdict_literal, Text{0, kWordBytes}},
+      Field{"verdict_strict", &M::verdict_strict, Text{0, kWordBytes}},
+      Field{"verdict_detail", &M::verdict_detail, ForHumans(kTextBytes)},
+      Field{"failed_waypoint", &M::failed_waypoint, AtLeast{-1}},
+      Field{"cost", &M::cost, NanOrFinite{}},
+      Field{"foot_violation", &M::foot_violation, NanOrFinite{}},
+      Field{"com_violation_m", &M::com_violation_m, NanOrFinite{}},
+      Field{"limit_violation", &M::limit_violation, NanOrFinite{}},
+      Field{"environment_depth_m", &M::environment_depth_m, NanOrFinite{}},
+      Field{"self_depth_literal_m", &M::self_depth_literal_m, NanOrFinite{}},
+      Field{"self_depth_strict_m", &M::self_depth_strict_m, NanOrFinite{}},
+      Field{"interpolation_environment_depth_m", &M::interpolation_environment_depth_m, NanOrFinite{}},
+      Field{"interpolation_self_depth_m", &M::interpolation_self_depth_m, NanOrFinite{}},
+      Field{"interpolation_free_share", &M::interpolation_free_share, NanOrFinite{}, &InterpolationIsPossible},
+      Field{"windows", &M::windows, AtLeast{0}},
+      Field{"windows_solved", &M::windows_solved, Range{0, &M::windows}},
+      Field{"num_waypoints", &M::num_waypoints, Range{0, kMostWaypoints}},
+      Field{"waypoint_size", &M::waypoint_size, Range{0, kMostWaypointNumbers}},
+      Field{"num_values", &M::num_values, CountOf{&M::waypoints, INT32_MAX}, &WaypointsAreWhole},
+      Field{"waypoints", &M::waypoints, Each{Finite{}}},
+      Field{"history_json", &M::history_json, Json{0, kJsonBytes}}};
+};
+
+template <>
+struct Description<legopt_msg::result_reply> {
+  using M = legopt_msg::result_reply;
+  static constexpr std::tuple kRows{Field{"status", &M::status, ValueOf<ResultStatus>{}},
+                                    Field{"message", &M::message, ForHumans(kTextBytes)}};
+};
+
+}  // namespace legopt::bus::fields

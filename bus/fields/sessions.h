@@ -1,0 +1,73 @@
+#pragma once
+
+#include "bus/fields/field.h"
+#include "bus/fields/limits.h"
+#include "bus/fields/rules.h"
+#include "bus/messages.h"
+#include "words/reply.h"
+
+/// Who is there: the calls probe, hello and shutdown.
+namespace legopt::bus::fields {
+
+template <>
+struct Description<legopt_msg::probe_request> {
+  using M = legopt_msg::probe_request;
+  static constexpr std::tuple kRows{Field{"nonce", &M::nonce}};
+};
+
+template <>
+struct Description<legopt_msg::probe_reply> {
+  using M = legopt_msg::probe_reply;
+  static constexpr std::tuple kRows{Field{"protocol_version", &M::protocol_version, AtLeast{1}},
+                                    Field{"server_version", &M::server_version, Text{0, kNameBytes}},
+                                    Field{"hostname", &M::hostname, ForHumans(kNameBytes)},
+                                    Field{"pid", &M::pid, AtLeast{1}},
+                                    Field{"server_instance", &M::server_instance, AtLeast{1}},
+                                    Field{"database", &M::database, ForHumans(kTextBytes)},
+                                    Field{"uptime_us", &M::uptime_us, AtLeast{0}},
+                                    Field{"wall_clock_us", &M::wall_clock_us, AtLeast{0}}};
+};
+
+template <>
+struct Description<legopt_msg::dataset_ref> {
+  using M = legopt_msg::dataset_ref;
+  static constexpr std::tuple kRows{Field{"name", &M::name, Text{0, kNameBytes}}, Field{"hash", &M::hash, Hash{}}};
+};
+
+template <>
+struct Description<legopt_msg::hello_request> {
+  using M = legopt_msg::hello_request;
+  static constexpr std::tuple kRows{Field{"protocol_version", &M::protocol_version, AtLeast{1}},
+                                    Field{"worker_name", &M::worker_name, Text{1, kNameBytes}},
+                                    Field{"hostname", &M::hostname, ForHumans(kNameBytes)},
+                                    Field{"pid", &M::pid, AtLeast{1}},
+                                    Field{"slots", &M::slots, Range{1, kMostSlots}},
+                                    Field{"build", &M::build, ForHumans(kNameBytes)},
+                                    Field{"num_datasets", &M::num_datasets, CountOf{&M::datasets, kMostDatasets}},
+                                    Field{"datasets", &M::datasets}};
+};
+
+template <>
+struct Description<legopt_msg::hello_reply> {
+  using M = legopt_msg::hello_reply;
+  static constexpr std::tuple kRows{Field{"status", &M::status, ValueOf<HelloStatus>{}},
+                                    Field{"server_instance", &M::server_instance, AtLeast{1}},
+                                    Field{"worker_id", &M::worker_id, AtLeast{If{&M::status, HelloStatus::kOk, 1, 0}}},
+                                    Field{"lease_us", &M::lease_us, Range{0, kLongestLease_us}},
+                                    Field{"heartbeat_us", &M::heartbeat_us, Range{0, &M::lease_us}},
+                                    Field{"message", &M::message, ForHumans(kTextBytes)}};
+};
+
+template <>
+struct Description<legopt_msg::shutdown_request> {
+  using M = legopt_msg::shutdown_request;
+  static constexpr std::tuple kRows{Field{"nonce", &M::nonce}};
+};
+
+template <>
+struct Description<legopt_msg::shutdown_reply> {
+  using M = legopt_msg::shutdown_reply;
+  static constexpr std::tuple kRows{Field{"status", &M::status, ValueOf<ShutdownStatus>{}}};
+};
+
+}  // namespace legopt::bus::fields
