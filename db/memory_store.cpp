@@ -8,6 +8,8 @@
 #include <set>
 #include <utility>
 
+#include "legopt/blake2b.h"
+
 namespace legopt::db {
 namespace {
 
@@ -17,11 +19,6 @@ namespace {
 
 void Require(bool legal, const std::string& message) {
   if (!legal) Refuse(message);
-}
-
-bool IsHash(const std::string& text) {
-  constexpr std::size_t kHashDigits = 64;
-  return text.size() == kHashDigits && text.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 
 struct Attempt {
@@ -130,7 +127,7 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
   Require(!e.jobs.empty() && e.experiment_id > 0 && !e.submission_id.empty() && FaultOfName(e.name).empty() &&
               e.submitter.size() <= kMaxNameBytes,
           "bad experiment");
-  Require(IsHash(e.spec_hash) && IsHash(e.dataset.hash), "bad hash");
+  Require(IsBlake2bHex(e.spec_hash) && IsBlake2bHex(e.dataset.hash), "bad hash");
   Require(e.seed >= 0 && e.repetitions >= 1 && e.max_attempts >= 1 && e.wall_limit_us > 0 && e.memory_limit_bytes > 0,
           "number out of range");
   InsertKey(submissions, e.submission_id, "submission");
@@ -155,7 +152,7 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
   row.num_cells = e.cells.size();
   Insert(experiments, e.experiment_id, row, "experiment");
   for (const MethodRecord& method : e.methods) {
-    Require(IsHash(method.hash) && method.sample_size_percent >= 1 && method.multi_starts >= 0, "bad method");
+    Require(IsBlake2bHex(method.hash) && method.sample_size_percent >= 1 && method.multi_starts >= 0, "bad method");
     if (options.emplace(method.hash, method.options_json).second) {
       undo.push_back([this, hash = method.hash] { options.erase(hash); });
     }
