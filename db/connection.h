@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "db/store_error.h"
+#include "words/words.h"
 
 struct sqlite3;
 struct sqlite3_stmt;
@@ -34,6 +35,10 @@ class Statement {
   Statement& Bind(int parameter, const char* text) { return Bind(parameter, std::string_view(text)); }
   Statement& Bind(int parameter, const std::string& text) { return Bind(parameter, std::string_view(text)); }
   Statement& Bind(int parameter, std::optional<std::int64_t> value);
+  template <Worded Enum>
+  Statement& Bind(int parameter, Enum value) {
+    return Bind(parameter, ToString(value));
+  }
   Statement& BindNull(int parameter);
   Statement& BindBlob(int parameter, const void* data, std::size_t size);
 
@@ -62,6 +67,13 @@ class Statement {
   std::int64_t column_int(int column) const;
   double column_double(int column) const;
   std::string column_text(int column) const;  ///< of text and blobs
+  /// The value whose word stands there; throws StoreError (kCorrupt) when no value has it.
+  template <Worded Enum>
+  Enum column_word(int column) const {
+    const std::string text = column_text(column);
+    if (const std::optional<Enum> value = ParseWord<Enum>(text)) return *value;
+    throw StoreError(StoreErrorCode::kCorrupt, "the database holds the unknown word '" + text + "'");
+  }
   bool read_only() const;
 
  private:

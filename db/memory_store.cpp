@@ -8,6 +8,8 @@
 #include <set>
 #include <utility>
 
+#include "legopt/blake2b.h"
+
 namespace legopt::db {
 namespace {
 
@@ -18,14 +20,6 @@ namespace {
 void Require(bool legal, const std::string& message) {
   if (!legal) Refuse(message);
 }
-
-bool IsHash(const std::string& text) {
-  constexpr std::size_t kHashDigits = 64;
-  return text.size() == kHashDigits && text.find_first_not_of("0123456789abcdef") == std::string::npos;
-}
-
-bool IsTask(const std::string& text) { return text == "posture" || text == "motion"; }
-bool IsInitialization(const std::string& text) { return text == "good" || text == "in_collision"; }
 
 struct Attempt {
   std::int64_t token = 0;
@@ -133,7 +127,7 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
   Require(!e.jobs.empty() && e.experiment_id > 0 && !e.submission_id.empty() && FaultOfName(e.name).empty() &&
               e.submitter.size() <= kMaxNameBytes,
           "bad experiment");
-  Require(IsHash(e.spec_hash) && IsHash(e.dataset.hash), "bad hash");
+  Require(IsBlake2bHex(e.spec_hash) && IsBlake2bHex(e.dataset.hash), "bad hash");
   Require(e.seed >= 0 && e.repetitions >= 1 && e.max_attempts >= 1 && e.wall_limit_us > 0 && e.memory_limit_bytes > 0,
           "number out of range");
   InsertKey(submissions, e.submission_id, "submission");
@@ -158,14 +152,12 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
   row.num_cells = e.cells.size();
   Insert(experiments, e.experiment_id, row, "experiment");
   for (const MethodRecord& method : e.methods) {
-    Require(IsHash(method.hash) && method.sample_size_percent >= 1 && method.multi_starts >= 0, "bad method");
-    Require(method.collision == "solid" || method.collision == "surface", "bad collision model");
+    Require(IsBlake2bHex(method.hash) && method.sample_size_percent >= 1 && method.multi_starts >= 0, "bad method");
     if (options.emplace(method.hash, method.options_json).second) {
       undo.push_back([this, hash = method.hash] { options.erase(hash); });
     }
   }
   for (const CellRecord& cell : e.cells) {
-    Require(IsTask(cell.task) && IsInitialization(cell.initialization), "bad cell");
     Insert(cells, cell.cell_id, e.experiment_id, "cell");
   }
   std::int64_t expected_id = e.jobs.front().job_id;
@@ -256,7 +248,8 @@ void MemoryStore::Tables::Do(const ControlExperiment& op) {
 
 bool MemoryStore::Tables::MayRetry(std::int64_t job_id, const JobRow& job, bool time_limited) const {
   if (job.state == JobState::kFailed || job.state == JobState::kDead) return true;
-  return time_limited && job.state == JobState::kDone && results.at(job_id).result.solver_status == kSolverTimeLimit;
+  return time_limited && job.state == JobState::kDone &&
+         results.at(job_id).result.solver_status == SolveStatus::kTimeLimit;
 }
 
 void MemoryStore::Tables::Do(const RetryExperiment& op) {
@@ -359,9 +352,9 @@ void MemoryStore::Tables::Do(const RecordEvent& op) {
 ExperimentSummary MemoryStore::Tables::Summarize(const ExperimentRow& row) const {
   ExperimentSummary summary = row.summary;
   for (std::int64_t id = summary.first_job_id; id < summary.first_job_id + summary.num_jobs; ++id) {
-    ++summary.jobs_by_state[static_cast<int>(jobs.at(id).state)];
+    ++summary.jobs_by_state[jobs.at(id).state];
     const auto result = results.find(id);
-    if (result != results.end() && result->second.result.verdict_literal == kSuccess) ++summary.solved;
+    if (result != results.end() && result->second.result.verdict_literal == Verdict::kSuccess) ++summary.solved;
   }
   return summary;
 }
@@ -385,8 +378,8 @@ OpenExperiment MemoryStore::Tables::Open(const ExperimentRow& row) const {
     open_job.ended_at_us = job.attempts.back().ended_at_us;
     const auto result = results.find(id);
     if (result == results.end()) continue;
-    open_job.time_limited = result->second.result.solver_status == kSolverTimeLimit;
-    open_job.solved = result->second.result.verdict_literal == kSuccess;
+    open_job.time_limited = result->second.result.solver_status == SolveStatus::kTimeLimit;
+    open_job.solved = result->second.result.verdict_literal == Verdict::kSuccess;
     open.cell_times[job.cell].wall_us += result->second.result.wall_us;
     open.cell_times[job.cell].waypoints += result->second.result.num_waypoints;
   }

@@ -1,46 +1,24 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "db/result_record.h"
+#include "words/collision.h"
+#include "words/job.h"
+#include "words/task.h"
 
 /// The rows of the database as values. Times are wall-clock microseconds since 1970 (`_at_us`); they inform people and
 /// decide nothing. Identifiers are positive and chosen by the caller (the scheduler), never by the store.
 namespace legopt::db {
 
-enum class JobState : std::uint8_t {
-  kQueued,     ///< waits for a worker
-  kLeased,     ///< one running attempt
-  kDone,       ///< has its one accepted result, whatever the verdict
-  kFailed,     ///< used up its attempts, the last of which reported that the job cannot run (bad problem or option)
-  kDead,       ///< used up its attempts otherwise: crashed, expired, over a limit
-  kCancelled,  ///< withdrawn by a user
-};
-inline constexpr int kNumJobStates = 6;
-
-enum class AttemptOutcome : std::uint8_t {
-  kRunning,
-  kFinished,     ///< gave the accepted result
-  kCrashed,      ///< the job child died; `exit_signal` tells how
-  kTimeLimit,    ///< killed at its wall-time limit
-  kMemoryLimit,  ///< killed at its memory limit
-  kError,        ///< the job child reported that it cannot run this job
-  kExpired,      ///< the worker was not heard of within the lease
-  kCancelled,    ///< the experiment was cancelled
-  kReturned,     ///< given back unfinished by a living worker (it shut down, or never got the lease); not charged
-};
-
-enum class ExperimentState : std::uint8_t { kActive, kDone, kCancelled };
-
-/// What keeps an active experiment from being worked on.
-enum class Hold : std::uint8_t {
-  kNone,
-  kPaused,  ///< no job is leased
-  kHeld,    ///< the same, and what ran was given back; has a reason
-};
+using legopt::AttemptOutcome;
+using legopt::ExperimentState;
+using legopt::Hold;
+using legopt::IsTerminal;
+using legopt::JobState;
 
 inline constexpr int kMaxPriority = 1000;  ///< least: -kMaxPriority
 
@@ -52,19 +30,6 @@ struct ExperimentControl {
 
   bool operator==(const ExperimentControl&) const = default;
 };
-
-/// "queued", "leased", ...; "running", "finished", ...; "active", "done", "cancelled": the values of the columns.
-std::string_view ToString(JobState state);
-std::string_view ToString(AttemptOutcome outcome);
-std::string_view ToString(ExperimentState state);
-std::string_view ToString(Hold hold);  ///< "none", "paused", "held"
-/// Inverse of ToString; empty when the text names no value.
-std::optional<JobState> ParseJobState(std::string_view text);
-std::optional<AttemptOutcome> ParseAttemptOutcome(std::string_view text);
-std::optional<ExperimentState> ParseExperimentState(std::string_view text);
-std::optional<Hold> ParseHold(std::string_view text);
-
-inline constexpr bool IsTerminal(JobState state) { return state != JobState::kQueued && state != JobState::kLeased; }
 
 struct DatasetRecord {
   std::string name;
@@ -80,12 +45,12 @@ struct MethodRecord {
   int multi_starts = 0;
   int sample_size_percent = 100;
   bool incremental = false;
-  std::string collision = "solid";  ///< or "surface"; as among the options
+  SceneRepresentation collision = SceneRepresentation::kSolid;  ///< as among the options
 };
 
 struct ProblemRecord {
-  std::string task;  ///< "posture" or "motion"
-  int number = 0;    ///< id of the problem in the dataset
+  Task task{};
+  int number = 0;  ///< id of the problem in the dataset
   int waypoints = 1;
 };
 
@@ -93,8 +58,8 @@ struct ProblemRecord {
 struct CellRecord {
   std::int64_t cell_id = 0;
   int method_index = 0;  ///< into NewExperiment::methods
-  std::string task;
-  std::string initialization;  ///< "good" or "in_collision"
+  Task task{};
+  Initialization initialization{};
   std::int64_t num_jobs = 0;
   std::int64_t wall_limit_us = 0;  ///< of one job
 };
@@ -138,47 +103,6 @@ struct WorkerRecord {
   std::int64_t seen_at_us = 0;
 };
 
-/// What a worker reports of a finished attempt: the solver's word, and beside it the judge's.
-/// Floating-point fields that are not finite mean "not available" and become NULL.
-struct ResultRecord {
-  std::string solver_status;
-  int iterations = 0;
-  int restarts = 0;
-  std::int64_t wall_us = 0;  ///< of the solve, restarts included, loading excluded
-  std::int64_t cpu_us = 0;
-  std::int64_t involuntary_context_switches = 0;
-  std::int64_t peak_memory_bytes = 0;
-  double solver_cost = 0;
-  double solver_violation = 0;
-  std::string verdict_literal;
-  std::string verdict_strict;
-  std::string verdict_detail;
-  int failed_waypoint = -1;  ///< -1: none
-  double cost = 0;           ///< per waypoint, by the judge; finite when the literal verdict is "success"
-  double foot_violation = 0;
-  double com_violation_m = 0;
-  double limit_violation = 0;
-  double environment_depth_m = 0;
-  double self_depth_literal_m = 0;
-  double self_depth_strict_m = 0;
-  // Between consecutive waypoints of a motion, see legopt/evaluate/interpolation.h; not finite for postures.
-  double interpolation_environment_depth_m = std::numeric_limits<double>::quiet_NaN();
-  double interpolation_self_depth_m = std::numeric_limits<double>::quiet_NaN();
-  double interpolation_free_share = std::numeric_limits<double>::quiet_NaN();  ///< of the transitions, 0 .. 1
-  int windows = 0;         ///< that the motion was cut into; 0: not solved by windows
-  int windows_solved = 0;  ///< 0 .. windows
-  int num_waypoints =
-      1;  ///< divisor of cost and time (constraint waypoints of the problem), not the rows of `waypoints`
-  std::string history_json;
-  int waypoint_size = 0;          ///< numbers per waypoint, n + 7
-  std::vector<double> waypoints;  ///< row by row; a multiple of waypoint_size, may be empty
-};
-
-inline constexpr std::string_view kSuccess = "success";
-
-inline constexpr std::string_view kSolverTimeLimit =
-    "time_limit";  ///< `solver_status` of a solve that the clock stopped
-
 inline constexpr std::size_t kMaxNameBytes = 200;
 inline constexpr std::size_t kMaxTagBytes = 100;
 
@@ -186,9 +110,5 @@ inline constexpr std::size_t kMaxTagBytes = 100;
 /// kMaxTagBytes bytes without NUL and comma); empty when it is legal.
 std::string FaultOfName(std::string_view name);
 std::string FaultOfTag(std::string_view tag);
-
-/// Why the schema would refuse the result (an unknown status or verdict, a negative count, a success without cost);
-/// empty when it is legal. Whoever takes results from others asks before storing.
-std::string FaultOf(const ResultRecord& result);
 
 }  // namespace legopt::db

@@ -3,7 +3,11 @@
 #include <cstddef>
 #include <string>
 
-// The SQL of SqliteStore, one named constant per statement. Private to the sqlite_store*.cpp files.
+#include "db/connection.h"
+#include "db/result_record.h"
+
+// The SQL of SqliteStore, one name per statement. What holds a result follows from kResultColumns. Private to the
+// sqlite_store*.cpp files.
 
 namespace legopt::db::sql {
 
@@ -23,25 +27,58 @@ inline constexpr char kEndJob[] =
     "UPDATE jobs SET state = ?3, returned = returned + ?4 "
     "WHERE job_id = ?1 AND state = 'leased' AND attempts = ?2";
 
-inline constexpr char kInsertResult[] =
-    "INSERT INTO results (job_id, cell_id, attempt, solver_status, iterations, restarts, wall_us, "
-    "cpu_us, involuntary_context_switches, peak_memory_bytes, solver_cost, solver_violation, "
-    "verdict_literal, verdict_strict, verdict_detail, failed_waypoint, cost, foot_violation, "
-    "com_violation_m, limit_violation, environment_depth_m, self_depth_literal_m, "
-    "self_depth_strict_m, num_waypoints, history_json, received_at_us, interpolation_environment_depth_m, "
-    "interpolation_self_depth_m, interpolation_free_share, windows, windows_solved) "
-    "VALUES (?1, (SELECT cell_id FROM jobs WHERE job_id = ?1), ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, "
-    "?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20, ?21, ?22, ?23, nullif(?24, ''), ?25, "
-    "?26, ?27, ?28, ?29, ?30)";
+enum class Columns { kAll, kStale };
+
+// Calls `visit` with each column of the record that the table has.
+template <class Visit>
+void ForEach(Columns columns, const Visit& visit) {
+  ForEachResultColumn([&](const auto& column) {
+    if (columns == Columns::kAll || column.also_stale) visit(column);
+  });
+}
+
+inline std::string Names(Columns columns) {
+  std::string names;
+  ForEach(columns, [&names](const auto& column) { names += (names.empty() ? "" : ", ") + std::string(column.name); });
+  return names;
+}
+
+// Parameters for these columns, the first of which has this number.
+inline std::string Parameters(Columns columns, int first) {
+  std::string parameters;
+  ForEach(columns, [&](const auto&) { parameters += (parameters.empty() ? "?" : ", ?") + std::to_string(first++); });
+  return parameters;
+}
+
+// Binds the columns of the record from parameter `first` on; returns the number of the next one.
+inline int Bind(Statement& statement, int first, Columns columns, const ResultRecord& record) {
+  ForEach(columns, [&](const auto& column) {
+    if (column.is_null != nullptr && column.is_null(record)) {
+      statement.BindNull(first++);
+    } else {
+      statement.Bind(first++, record.*column.member);
+    }
+  });
+  return first;
+}
+
+inline constexpr int kFirstOfResult = 4;  // parameter of its first column
+
+inline std::string InsertResult() {
+  return "INSERT INTO results (job_id, cell_id, attempt, received_at_us, " + Names(Columns::kAll) +
+         ") VALUES (?1, (SELECT cell_id FROM jobs WHERE job_id = ?1), ?2, ?3, " +
+         Parameters(Columns::kAll, kFirstOfResult) + ")";
+}
 
 inline constexpr char kInsertWaypoint[] = "INSERT INTO waypoints (job_id, waypoint, x) VALUES (?1, ?2, ?3)";
 
-inline constexpr char kInsertStale[] =
-    "INSERT INTO stale_results (job_id, attempt, outcome, reason, message, received_at_us, "
-    "solver_status, iterations, wall_us, cpu_us, verdict_literal, verdict_strict, verdict_detail, cost, "
-    "num_waypoints, waypoint_size, x) "
-    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17) "
-    "ON CONFLICT (job_id, attempt) DO NOTHING";
+inline constexpr int kFirstOfStale = 9;  // parameter of its first column
+
+inline std::string InsertStale() {
+  return "INSERT INTO stale_results (job_id, attempt, outcome, reason, message, received_at_us, waypoint_size, x, " +
+         Names(Columns::kStale) + ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, " +
+         Parameters(Columns::kStale, kFirstOfStale) + ") ON CONFLICT (job_id, attempt) DO NOTHING";
+}
 
 inline constexpr char kCancelAttempts[] =
     "UPDATE attempts SET outcome = 'cancelled', ended_at_us = ?2 "
@@ -64,13 +101,15 @@ inline constexpr char kTimeLimitedResults[] =
     "SELECT r.job_id FROM results AS r JOIN cells AS c USING (cell_id) "
     "WHERE c.experiment_id = ?1 AND r.solver_status = 'time_limit'";
 
-inline constexpr char kKeepResultAsStale[] =
-    "INSERT OR REPLACE INTO stale_results (job_id, attempt, outcome, reason, message, received_at_us, "
-    "solver_status, iterations, wall_us, cpu_us, verdict_literal, verdict_strict, verdict_detail, cost, "
-    "num_waypoints, waypoint_size, x) "
-    "SELECT job_id, attempt, 'finished', 'the time limit ended it, and the job was queued again', "
-    "'', ?2, solver_status, iterations, wall_us, cpu_us, verdict_literal, verdict_strict, verdict_detail, "
-    "cost, num_waypoints, ?3, ?4 FROM results WHERE job_id = ?1";
+inline std::string KeepResultAsStale() {
+  const std::string names = Names(Columns::kStale);
+  return "INSERT OR REPLACE INTO stale_results (job_id, attempt, outcome, reason, message, received_at_us, "
+         "waypoint_size, x, " +
+         names +
+         ") SELECT job_id, attempt, 'finished', "
+         "'the time limit ended it, and the job was queued again', '', ?2, ?3, ?4, " +
+         names + " FROM results WHERE job_id = ?1";
+}
 
 inline constexpr char kReadWaypoints[] = "SELECT x FROM waypoints WHERE job_id = ?1 ORDER BY waypoint";
 

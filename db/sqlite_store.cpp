@@ -67,9 +67,9 @@ SqliteStore::Statements::Statements(Connection& c)
       insert_attempt(c, sql::kInsertAttempt),
       end_attempt(c, sql::kEndAttempt),
       end_job(c, sql::kEndJob),
-      insert_result(c, sql::kInsertResult),
+      insert_result(c, sql::InsertResult()),
       insert_waypoint(c, sql::kInsertWaypoint),
-      insert_stale(c, sql::kInsertStale),
+      insert_stale(c, sql::InsertStale()),
       cancel_attempts(c, sql::kCancelAttempts),
       cancel_jobs(c, sql::kCancelJobs),
       control_experiment(c, sql::kControlExperiment),
@@ -124,7 +124,7 @@ void SqliteStore::Do(const LeaseJob& op) {
 }
 
 void SqliteStore::EndJob(std::int64_t job_id, int attempt, JobState next, bool returned) {
-  statements_->end_job.Run(job_id, attempt, ToString(next), returned ? 1 : 0);
+  statements_->end_job.Run(job_id, attempt, next, returned ? 1 : 0);
   RequireOneChange("EndAttempt", job_id);
 }
 
@@ -134,8 +134,7 @@ void SqliteStore::Do(const EndAttempt& op) {
     throw StoreError(StoreErrorCode::kConstraint, "EndAttempt: job " + std::to_string(op.job_id) + " cannot end as " +
                                                       std::string(ToString(op.outcome)));
   }
-  statements_->end_attempt.Run(op.job_id, op.attempt, ToString(op.outcome), op.exit_signal, op.message, op.log_tail,
-                               op.at_us);
+  statements_->end_attempt.Run(op.job_id, op.attempt, op.outcome, op.exit_signal, op.message, op.log_tail, op.at_us);
   RequireOneChange("EndAttempt", op.job_id);
   EndJob(op.job_id, op.attempt, op.next, op.outcome == AttemptOutcome::kReturned);
 }
@@ -145,38 +144,27 @@ void SqliteStore::Do(const AcceptResult& op) {
   if (const std::string fault = FaultOf(r); !fault.empty()) {
     throw StoreError(StoreErrorCode::kConstraint, "AcceptResult: job " + std::to_string(op.job_id) + ": " + fault);
   }
-  const std::optional<std::int64_t> failed =
-      r.failed_waypoint < 0 ? std::nullopt : std::optional<std::int64_t>(r.failed_waypoint);
-  using Count = std::optional<std::int64_t>;
-  const Count windows = r.windows > 0 ? Count(r.windows) : std::nullopt;
-  const Count solved = r.windows > 0 ? Count(r.windows_solved) : std::nullopt;
-  statements_->insert_result.Run(
-      op.job_id, op.attempt, r.solver_status, r.iterations, r.restarts, r.wall_us, r.cpu_us,
-      r.involuntary_context_switches, r.peak_memory_bytes, r.solver_cost, r.solver_violation, r.verdict_literal,
-      r.verdict_strict, r.verdict_detail, failed, r.cost, r.foot_violation, r.com_violation_m, r.limit_violation,
-      r.environment_depth_m, r.self_depth_literal_m, r.self_depth_strict_m, r.num_waypoints, r.history_json, op.at_us,
-      r.interpolation_environment_depth_m, r.interpolation_self_depth_m, r.interpolation_free_share, windows, solved);
+  statements_->insert_result.BindAll(op.job_id, op.attempt, op.at_us);
+  sql::Bind(statements_->insert_result, sql::kFirstOfResult, sql::Columns::kAll, r);
+  statements_->insert_result.RunBound();
   const auto size = static_cast<std::size_t>(r.waypoint_size);
   for (std::size_t row = 0; row < NumRows(r); ++row) {
     statements_->insert_waypoint.BindAll(op.job_id, static_cast<std::int64_t>(row));
     statements_->insert_waypoint.BindBlob(3, r.waypoints.data() + row * size, size * sizeof(double));
     statements_->insert_waypoint.RunBound();
   }
-  statements_->end_attempt.Run(op.job_id, op.attempt, ToString(AttemptOutcome::kFinished), 0, op.message, op.log_tail,
-                               op.at_us);
+  statements_->end_attempt.Run(op.job_id, op.attempt, AttemptOutcome::kFinished, 0, op.message, op.log_tail, op.at_us);
   RequireOneChange("AcceptResult", op.job_id);
   EndJob(op.job_id, op.attempt, JobState::kDone, false);
 }
 
 void SqliteStore::Do(const RecordStaleResult& op) {
   Statement& s = statements_->insert_stale;
-  s.BindAll(op.job_id, op.attempt, ToString(op.outcome), op.reason, op.message, op.at_us);
+  s.BindAll(op.job_id, op.attempt, op.outcome, op.reason, op.message, op.at_us);
   if (op.result) {
     const ResultRecord& r = *op.result;
-    s.Bind(7, r.solver_status).Bind(8, r.iterations).Bind(9, r.wall_us).Bind(10, r.cpu_us);
-    s.Bind(11, r.verdict_literal).Bind(12, r.verdict_strict).Bind(13, r.verdict_detail).Bind(14, r.cost);
-    s.Bind(15, r.num_waypoints).Bind(16, r.waypoint_size);
-    s.BindBlob(17, r.waypoints.data(), r.waypoints.size() * sizeof(double));
+    s.Bind(7, r.waypoint_size).BindBlob(8, r.waypoints.data(), r.waypoints.size() * sizeof(double));
+    sql::Bind(s, sql::kFirstOfStale, sql::Columns::kStale, r);
   }
   s.RunBound();
 }
@@ -184,18 +172,17 @@ void SqliteStore::Do(const RecordStaleResult& op) {
 void SqliteStore::Do(const CancelExperiment& op) {
   statements_->cancel_attempts.Run(op.experiment_id, op.at_us);
   statements_->cancel_jobs.Run(op.experiment_id);
-  statements_->close_experiment.Run(op.experiment_id, ToString(ExperimentState::kCancelled), op.at_us);
+  statements_->close_experiment.Run(op.experiment_id, ExperimentState::kCancelled, op.at_us);
   RequireOneChange("CancelExperiment", op.experiment_id);
 }
 
 void SqliteStore::Do(const ControlExperiment& op) {
-  statements_->control_experiment.Run(op.experiment_id, ToString(op.control.hold), op.control.reason,
-                                      op.control.priority);
+  statements_->control_experiment.Run(op.experiment_id, op.control.hold, op.control.reason, op.control.priority);
   RequireOneChange("ControlExperiment", op.experiment_id);
 }
 
 void SqliteStore::Do(const FinishExperiment& op) {
-  statements_->close_experiment.Run(op.experiment_id, ToString(ExperimentState::kDone), op.at_us);
+  statements_->close_experiment.Run(op.experiment_id, ExperimentState::kDone, op.at_us);
   RequireOneChange("FinishExperiment", op.experiment_id);
 }
 

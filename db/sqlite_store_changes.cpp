@@ -26,7 +26,7 @@ std::int64_t SqliteStore::RequeueTimeLimited(const RetryExperiment& op) {
   Statement find(connection_, sql::kTimeLimitedResults, false);
   for (find.BindAll(op.experiment_id); find.Step();) jobs.push_back(find.column_int(0));
   DeferForeignKeys(connection_);
-  Statement read(connection_, sql::kReadWaypoints), keep(connection_, sql::kKeepResultAsStale);
+  Statement read(connection_, sql::kReadWaypoints), keep(connection_, sql::KeepResultAsStale());
   Statement drop_result(connection_, sql::kDropResult), drop_waypoints(connection_, sql::kDropWaypoints);
   Statement requeue(connection_, sql::kRequeueDone);
   for (const std::int64_t job : jobs) {

@@ -1,4 +1,3 @@
-#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <unordered_map>
@@ -39,12 +38,12 @@ void RequireLegal(const NewExperiment& experiment, const NewJob& job) {
 }
 
 // problem_key by task and number
-using ProblemKeys = std::map<std::string, std::unordered_map<std::int64_t, std::int64_t>>;
+using ProblemKeys = Per<Task, std::unordered_map<std::int64_t, std::int64_t>>;
 
 ProblemKeys ReadProblemKeys(Statement& find, std::int64_t dataset_id) {
   ProblemKeys keys;
   find.BindAll(dataset_id);
-  while (find.Step()) keys[find.column_text(0)].emplace(find.column_int(1), find.column_int(2));
+  while (find.Step()) keys[find.column_word<Task>(0)].emplace(find.column_int(1), find.column_int(2));
   find.Reset();
   return keys;
 }
@@ -95,7 +94,7 @@ std::vector<std::int64_t> SqliteStore::PutProblems(std::int64_t dataset_id, std:
             });
   if (!fresh.empty()) keys = ReadProblemKeys(statements_->find_problems, dataset_id);
   std::vector<std::int64_t> found;
-  for (const ProblemRecord& problem : problems) found.push_back(keys.at(problem.task).at(problem.number));
+  for (const ProblemRecord& problem : problems) found.push_back(keys[problem.task].at(problem.number));
   return found;
 }
 

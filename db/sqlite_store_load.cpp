@@ -3,31 +3,13 @@
 #include "db/sqlite_store_impl.h"
 
 namespace legopt::db {
-namespace {
-
-template <class Enum>
-Enum Require(std::optional<Enum> value, const std::string& text) {
-  if (!value) throw StoreError(StoreErrorCode::kCorrupt, "the database holds the unknown word '" + text + "'");
-  return *value;
-}
-
-JobState JobStateAt(const Statement& s, int column) {
-  const std::string text = s.column_text(column);
-  return Require(ParseJobState(text), text);
-}
-
-AttemptOutcome OutcomeAt(const Statement& s, int column) {
-  const std::string text = s.column_text(column);
-  return Require(ParseAttemptOutcome(text), text);
-}
-
-}  // namespace
 
 std::optional<AttemptRecord> SqliteStore::FindAttempt(std::int64_t job_id, int attempt) {
   Statement& s = statements_->find_attempt;
   std::optional<AttemptRecord> record;
   if (s.BindAll(job_id, attempt).Step()) {
-    record = AttemptRecord{s.column_int(0), s.column_int(1), OutcomeAt(s, 2), JobStateAt(s, 3)};
+    record =
+        AttemptRecord{s.column_int(0), s.column_int(1), s.column_word<AttemptOutcome>(2), s.column_word<JobState>(3)};
   }
   s.Reset();
   return record;
@@ -72,14 +54,12 @@ void SqliteStore::LoadSummaries(OpenState& state) {
     summary.submission_id = experiments.column_text(1);
     summary.name = experiments.column_text(2);
     summary.spec_hash = experiments.column_text(3);
-    const std::string state_text = experiments.column_text(4);
-    summary.state = Require(ParseExperimentState(state_text), state_text);
+    summary.state = experiments.column_word<ExperimentState>(4);
     summary.first_job_id = experiments.column_int(5);
     summary.num_jobs = experiments.column_int(6);
     summary.submitted_at_us = experiments.column_int(7);
     summary.finished_at_us = experiments.column_int(8);
-    const std::string hold = experiments.column_text(9);
-    summary.control = {Require(ParseHold(hold), hold), experiments.column_text(10),
+    summary.control = {experiments.column_word<Hold>(9), experiments.column_text(10),
                        static_cast<int>(experiments.column_int(11))};
     summary.submitter = experiments.column_text(12);
     summary.dataset = experiments.column_text(13);
@@ -89,7 +69,7 @@ void SqliteStore::LoadSummaries(OpenState& state) {
                    "SELECT c.experiment_id, j.state, count(*) FROM jobs AS j JOIN cells AS c USING (cell_id) "
                    "GROUP BY c.experiment_id, j.state");
   while (counts.Step()) {
-    by_id[counts.column_int(0)].jobs_by_state[static_cast<int>(JobStateAt(counts, 1))] = counts.column_int(2);
+    by_id[counts.column_int(0)].jobs_by_state[counts.column_word<JobState>(1)] = counts.column_int(2);
   }
   Statement solved(connection_, "SELECT experiment_id, sum(solved) FROM literal_scores GROUP BY experiment_id");
   while (solved.Step()) by_id[solved.column_int(0)].solved = solved.column_int(1);
@@ -138,10 +118,10 @@ void SqliteStore::LoadJobs(std::int64_t first_job_id, std::int64_t num_jobs, Ope
     if (jobs.column_int(10) != last_cell) open.cell_times.emplace_back();  // the jobs of a cell follow each other
     open.cell_times.back().wall_us += jobs.column_int(11);
     open.cell_times.back().waypoints += jobs.column_int(12);
-    open.jobs.push_back({JobStateAt(jobs, 0), static_cast<int>(jobs.column_int(1)),
+    open.jobs.push_back({jobs.column_word<JobState>(0), static_cast<int>(jobs.column_int(1)),
                          static_cast<int>(jobs.column_int(2)), jobs.column_int(3), jobs.column_int(4),
-                         OutcomeAt(jobs, 5), jobs.column_int(6) != 0, jobs.column_int(7) != 0, jobs.column_int(8),
-                         jobs.column_int(9)});
+                         jobs.column_word<AttemptOutcome>(5), jobs.column_int(6) != 0, jobs.column_int(7) != 0,
+                         jobs.column_int(8), jobs.column_int(9)});
   }
   if (static_cast<std::int64_t>(open.jobs.size()) != num_jobs) {
     throw StoreError(StoreErrorCode::kCorrupt, "experiment " + std::to_string(open.experiment_id) + " has " +

@@ -14,8 +14,7 @@
 
 namespace legopt::db {
 
-// --- Operations. Each is a value; a span of them is applied in order, in one transaction.
-// -----------------------------
+// --- Operations. Each is a value; a span of them is applied in order, in one transaction. ----------------------------
 
 /// Adds an experiment with its methods, cells, problems and jobs (all queued). Methods, datasets and problems that are
 /// known already are shared. An equal submission id or experiment id is a kConstraint error.
@@ -80,7 +79,7 @@ struct ControlExperiment {
 };
 
 /// All failed and dead jobs -> queued with none of their attempts charged; with `time_limited` also the done ones whose
-/// result has the solver status "time_limit": that result is kept among the stale ones, its solution with it, and
+/// result has the solver status kTimeLimit: that result is kept among the stale ones, its solution with it, and
 /// counts no more. At least one job in all; experiment done -> active. A cancelled experiment cannot be retried.
 struct RetryExperiment {
   std::int64_t experiment_id = 0;
@@ -140,8 +139,8 @@ struct OpenJob {
   std::int64_t token = 0;  ///< of the latest attempt; 0 when there was none
   std::int64_t worker_id = 0;
   AttemptOutcome outcome = AttemptOutcome::kRunning;  ///< of the latest attempt; meaningless when there was none
-  bool time_limited = false;                          ///< done, and its result has the solver status "time_limit"
-  bool solved = false;                                ///< done, and its literal verdict is "success"
+  bool time_limited = false;                          ///< done, and its result has the solver status kTimeLimit
+  bool solved = false;                                ///< done, and its literal verdict is kSuccess
   std::int64_t leased_at_us = 0;                      ///< of the latest attempt; 0 when there was none
   std::int64_t ended_at_us = 0;                       ///< of the latest attempt; 0 while it runs
 };
@@ -160,8 +159,8 @@ struct ExperimentSummary {
   ExperimentControl control;
   std::int64_t first_job_id = 0;
   std::int64_t num_jobs = 0;
-  std::int64_t jobs_by_state[kNumJobStates] = {};  ///< indexed by JobState
-  std::int64_t solved = 0;                         ///< results whose literal verdict is "success"
+  Per<JobState, std::int64_t> jobs_by_state;
+  std::int64_t solved = 0;  ///< results whose literal verdict is kSuccess
   std::int64_t submitted_at_us = 0;
   std::int64_t finished_at_us = 0;  ///< 0 while active
 };

@@ -12,4 +12,9 @@ std::string Blake2bHex(std::string_view bytes) {
   return hex;
 }
 
+bool IsBlake2bHex(std::string_view text) {
+  return text.size() == 2 * crypto_generichash_BYTES &&
+         text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
 }  // namespace legopt

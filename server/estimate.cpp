@@ -102,7 +102,7 @@ class Slots {
 
 std::vector<std::optional<double>> SecondsPerWaypoint(const WorkLeft& left) {
   const std::vector<Exposure> exposure = ExposureOfKinds(left);
-  std::map<std::string, std::map<std::size_t, Exposure>> by_method;  // of each task
+  Per<Task, std::map<std::size_t, Exposure>> by_method;  // of each task
   for (std::size_t i = 0; i < left.kinds.size(); ++i) {
     if (exposure[i].rate()) by_method[left.kinds[i].task][left.kinds[i].method].Add(exposure[i]);
   }

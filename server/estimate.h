@@ -3,8 +3,9 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
+
+#include "words/task.h"
 
 namespace legopt::server {
 
@@ -12,7 +13,7 @@ namespace legopt::server {
 /// Durations are counted per waypoint of the problem, so that a long motion is more work than a short one.
 struct JobKind {
   std::size_t method = 0;
-  std::string task;
+  Task task{};
   double seconds = 0;    ///< wall time of the solves that gave a result
   double waypoints = 0;  ///< of the problems of these
 };

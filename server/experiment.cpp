@@ -112,7 +112,7 @@ db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t exp
   }
   for (std::size_t method = 0; method < spec.methods.size(); ++method) {
     for (const ExperimentSpec::TaskProblems& task : spec.tasks) {
-      for (const std::string& initialization : spec.initializations) {
+      for (const Initialization initialization : spec.initializations) {
         const auto cell_id = first_cell_id + static_cast<std::int64_t>(rows.cells.size());
         const auto num_jobs = static_cast<std::int64_t>(task.problems.size()) * spec.repetitions;
         rows.cells.push_back(

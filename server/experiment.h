@@ -20,7 +20,7 @@ struct Job {
   db::AttemptOutcome outcome = db::AttemptOutcome::kRunning;   ///< of the latest attempt
   db::AttemptOutcome previous = db::AttemptOutcome::kRunning;  ///< of the one before, as far as it ended in this life
   bool time_limited : 1 = false;                               ///< done, and the clock stopped its solve
-  bool solved : 1 = false;                                     ///< done, and its literal verdict is "success"
+  bool solved : 1 = false;                                     ///< done, and its literal verdict is kSuccess
 };
 static_assert(sizeof(Job) == 16);
 
@@ -47,6 +47,8 @@ class Experiment {
   std::optional<std::chrono::microseconds> closed_at;
   /// Its queued jobs, none while it is paused or held, as last accounted for.
   std::int64_t leasable = 0;
+
+  Task TaskOf(std::int64_t index) const { return spec_.tasks[CoordinatesOf(spec_, index).task].task; }
 
   /// Takes the next queued job in the order of work, jobs that came back first; empty when none is queued. The caller
   /// makes it leased.

@@ -98,7 +98,7 @@ std::string Outlooks::WaitingForWorkers(const Experiment& experiment) const {
   }
   const std::int64_t experiment_id = experiment.experiment_id();
   const db::ExperimentSummary& summary = scheduler_.experiments().at(experiment_id);
-  const bool all_taken = summary.jobs_by_state[static_cast<int>(db::JobState::kQueued)] == 0;
+  const bool all_taken = summary.jobs_by_state[db::JobState::kQueued] == 0;
   if (with_the_silent_.contains(experiment_id) && (heard == 0 || all_taken)) {
     return "nothing is heard of the workers that have its jobs";
   }
@@ -159,7 +159,7 @@ WorkLeft Outlooks::Left(const Experiment& experiment) const {
     running.waypoints = task.waypoints[at.problem];
     running.elapsed_s = Seconds(now_.steady - lease.since);
     running.limit_s = static_cast<double>(task.wall_limit_us) * kSecondsPerMicrosecond;
-    if (task.task != "motion") continue;  // attempts at a posture tell nothing: the first good one is the last
+    if (!DescriptionOf(task.task).windowed) continue;  // attempts tell nothing: the first good one is the last
     running.windows_solved = static_cast<int>(lease.progress_done);
     running.windows = static_cast<int>(lease.progress_total);
   }
@@ -193,8 +193,7 @@ double Outlooks::SlotsFor(const Experiment& experiment) const {
 // Whether the scheduler deals slots to it, or has.
 bool Outlooks::TakesPart(const db::ExperimentSummary& summary) const {
   if (summary.state != db::ExperimentState::kActive || summary.control.hold != db::Hold::kNone) return false;
-  return summary.jobs_by_state[static_cast<int>(db::JobState::kQueued)] > 0 ||
-         worked_on_.contains(summary.experiment_id);
+  return summary.jobs_by_state[db::JobState::kQueued] > 0 || worked_on_.contains(summary.experiment_id);
 }
 
 }  // namespace legopt::server

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "db/read_only_database.h"
+#include "words/reply.h"
 
 namespace legopt::server {
 namespace {
@@ -58,12 +59,9 @@ Json JsonOf(const db::Value& value) {
   return nullptr;
 }
 
-constexpr std::int32_t kRefused = 1;
-constexpr std::int32_t kStopped = 2;
-
-legopt_msg::query_reply Failure(const std::string& message, std::int32_t status = kRefused) {
+legopt_msg::query_reply Failure(const std::string& message, QueryStatus status = QueryStatus::kRefused) {
   legopt_msg::query_reply reply{};
-  reply.status = status;
+  reply.status = NumberOf(status);
   reply.message = message;
   return reply;
 }
@@ -176,7 +174,8 @@ class QueryService::Impl {
       limits.time_limit = query.limit;
       return Answer(database->Query(query.request.sql, {}, limits));
     } catch (const db::StoreError& error) {
-      return Failure(error.what(), error.code() == db::StoreErrorCode::kInterrupted ? kStopped : kRefused);
+      return Failure(error.what(),
+                     error.code() == db::StoreErrorCode::kInterrupted ? QueryStatus::kStopped : QueryStatus::kRefused);
     } catch (const std::exception& error) {
       return Failure(error.what());
     }

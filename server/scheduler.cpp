@@ -5,13 +5,12 @@
 #include <utility>
 
 #include "bus/messages.h"
+#include "words/reply.h"
 
 namespace legopt::server {
 namespace {
 
-std::int64_t& CountOf(db::ExperimentSummary& summary, db::JobState state) {
-  return summary.jobs_by_state[static_cast<int>(state)];
-}
+std::int64_t& CountOf(db::ExperimentSummary& summary, db::JobState state) { return summary.jobs_by_state[state]; }
 
 // Names are for tables; they change neither options nor hash.
 std::string WithoutName(const std::string& options_json) {
@@ -88,7 +87,7 @@ legopt_msg::submit_reply Scheduler::Submit(const Instant& now, const legopt_msg:
   legopt_msg::submit_reply reply{};
   const auto refuse = [&](const std::string& why) {
     ++counters_.submissions_refused;
-    reply.status = 2;
+    reply.status = NumberOf(SubmitStatus::kRefused);
     reply.message = why;
     return reply;
   };
@@ -105,7 +104,7 @@ legopt_msg::submit_reply Scheduler::Submit(const Instant& now, const legopt_msg:
                     std::to_string(known->second) + " with another content; use a new id");
     }
     ++counters_.resubmitted;
-    reply.status = 1;
+    reply.status = NumberOf(SubmitStatus::kAlreadyKnown);
     reply.experiment_id = known->second;
     reply.num_jobs = summary.num_jobs;
     return reply;
@@ -128,7 +127,7 @@ legopt_msg::submit_reply Scheduler::Submit(const Instant& now, const legopt_msg:
   next_cell_id_ += static_cast<std::int64_t>(rows.cells.size());
   AddExperiment(rows, std::move(spec));
   ++counters_.submitted;
-  reply.status = 0;
+  reply.status = NumberOf(SubmitStatus::kCreated);
   reply.experiment_id = rows.experiment_id;
   reply.num_jobs = static_cast<std::int64_t>(rows.jobs.size());
   ops.emplace_back(db::CreateExperiment{std::move(rows)});
@@ -164,14 +163,14 @@ legopt_msg::cancel_reply Scheduler::Cancel(const Instant& now, const legopt_msg:
   legopt_msg::cancel_reply reply{};
   const auto found = summaries_.find(request.experiment_id);
   if (found == summaries_.end()) {
-    reply.status = 1;
+    reply.status = NumberOf(ControlStatus::kUnknownExperiment);
     reply.message = "there is no experiment " + std::to_string(request.experiment_id);
     return reply;
   }
   if (found->second.state != db::ExperimentState::kActive) {
     // Asked again, or too late: nothing is left to cancel, which is what the caller wants.
     reply.message = "experiment " + std::to_string(request.experiment_id) + " is " +
-                    std::string(db::ToString(found->second.state)) + " already";
+                    std::string(ToString(found->second.state)) + " already";
     return reply;
   }
   Experiment& experiment = *open_.at(request.experiment_id);

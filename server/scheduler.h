@@ -76,9 +76,9 @@ struct WorkerStatus {
 /// A leased job whose worker told how far it is.
 struct JobProgress {
   std::int64_t job_id = 0;
-  std::string task;
+  Task task{};
   std::int64_t worker_id = 0;
-  std::int64_t done = 0, total = 0;  ///< windows of a motion, attempts of a posture
+  std::int64_t done = 0, total = 0;  ///< windows of a windowed task, attempts otherwise
 };
 
 /// A lease at this moment.

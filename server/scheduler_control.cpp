@@ -3,35 +3,16 @@
 #include <utility>
 
 #include "server/scheduler.h"
+#include "words/reply.h"
 
 namespace legopt::server {
 namespace {
 
-// control_request.action; the values 0 to 10 are checked by the bus.
-enum class Action : std::int8_t {
-  kPause,
-  kResume,
-  kHold,
-  kRelease,
-  kPriority,
-  kRetry,
-  kRetryTimeLimited,
-  kRename,
-  kTag,
-  kUntag,
-  kDelete
-};
-
 constexpr std::size_t kMostTags = 100;  // of an experiment
 
-// Status codes of control_reply.
-constexpr std::int32_t kDone = 0;
-constexpr std::int32_t kUnknownExperiment = 1;
-constexpr std::int32_t kRefused = 2;
-
-legopt_msg::control_reply Answer(std::int32_t status, std::string message) {
+legopt_msg::control_reply Answer(ControlStatus status, std::string message) {
   legopt_msg::control_reply reply{};
-  reply.status = status;
+  reply.status = NumberOf(status);
   reply.message = std::move(message);
   return reply;
 }
@@ -41,20 +22,20 @@ std::string NameOf(const legopt_msg::control_request& request) {
 }
 
 // What the experiment becomes; empty when it is so already. `*refusal` tells why it cannot be.
-std::optional<db::ExperimentControl> NextHold(const db::ExperimentControl& now, Action action,
+std::optional<db::ExperimentControl> NextHold(const db::ExperimentControl& now, ControlAction action,
                                               const std::string& reason, std::string* refusal) {
   db::ExperimentControl next = now;
   next.reason.clear();
   switch (action) {
-    case Action::kPause:
+    case ControlAction::kPause:
       if (now.hold == db::Hold::kHeld) return std::nullopt;  // more than paused
       next.hold = db::Hold::kPaused;
       break;
-    case Action::kHold:
+    case ControlAction::kHold:
       next.hold = db::Hold::kHeld;
       next.reason = reason;
       break;
-    case Action::kResume:
+    case ControlAction::kResume:
       if (now.hold == db::Hold::kHeld) *refusal = "it is held: " + now.reason + "; release it";
       next.hold = db::Hold::kNone;
       break;
@@ -66,13 +47,13 @@ std::optional<db::ExperimentControl> NextHold(const db::ExperimentControl& now, 
   return next;
 }
 
-const char* EventOf(Action action) {
+const char* EventOf(ControlAction action) {
   switch (action) {
-    case Action::kPause:
+    case ControlAction::kPause:
       return "experiment_paused";
-    case Action::kResume:
+    case ControlAction::kResume:
       return "experiment_resumed";
-    case Action::kHold:
+    case ControlAction::kHold:
       return "experiment_held";
     default:
       return "experiment_released";
@@ -82,44 +63,47 @@ const char* EventOf(Action action) {
 }  // namespace
 
 legopt_msg::control_reply Scheduler::Control(const Instant& now, const legopt_msg::control_request& request, Ops& ops) {
-  const auto action = static_cast<Action>(request.action);
+  const auto action = ControlAction{request.action};
   const auto found = summaries_.find(request.experiment_id);
   if (found == summaries_.end()) {
     // Numbers are given one after the other and never again: this one was there.
     const bool was_there = request.experiment_id < next_experiment_id_;
-    if (was_there && action == Action::kDelete) return Answer(kDone, NameOf(request) + " was deleted already");
-    return Answer(kUnknownExperiment, was_there ? NameOf(request) + " was deleted" : "there is no " + NameOf(request));
+    if (was_there && action == ControlAction::kDelete)
+      return Answer(ControlStatus::kOk, NameOf(request) + " was deleted already");
+    return Answer(ControlStatus::kUnknownExperiment,
+                  was_there ? NameOf(request) + " was deleted" : "there is no " + NameOf(request));
   }
   switch (action) {
-    case Action::kRetry:
-    case Action::kRetryTimeLimited:
-      return Retry(now, request.experiment_id, action == Action::kRetryTimeLimited, ops);
-    case Action::kRename:
+    case ControlAction::kRetry:
+    case ControlAction::kRetryTimeLimits:
+      return Retry(now, request.experiment_id, action == ControlAction::kRetryTimeLimits, ops);
+    case ControlAction::kRename:
       return Rename(now, request, ops);
-    case Action::kTag:
-    case Action::kUntag:
+    case ControlAction::kTag:
+    case ControlAction::kUntag:
       return SetTag(request, ops);
-    case Action::kDelete:
+    case ControlAction::kDelete:
       return Delete(now, request.experiment_id, ops);
     default:
       break;
   }
   if (found->second.state != db::ExperimentState::kActive) {
-    return Answer(kRefused, NameOf(request) + " is " + std::string(db::ToString(found->second.state)) + " already");
+    return Answer(ControlStatus::kRefused,
+                  NameOf(request) + " is " + std::string(ToString(found->second.state)) + " already");
   }
-  if (action == Action::kPriority) return SetPriority(now, request, ops);
+  if (action == ControlAction::kPriority) return SetPriority(now, request, ops);
   return SetHold(now, request, ops);
 }
 
 legopt_msg::control_reply Scheduler::SetHold(const Instant& now, const legopt_msg::control_request& request, Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
-  const auto action = static_cast<Action>(request.action);
+  const auto action = ControlAction{request.action};
   std::string refusal;
   const auto next = NextHold(summary.control, action, request.reason, &refusal);
   if (!refusal.empty()) {
-    return Answer(kRefused, "experiment " + std::to_string(request.experiment_id) + ": " + refusal);
+    return Answer(ControlStatus::kRefused, "experiment " + std::to_string(request.experiment_id) + ": " + refusal);
   }
-  legopt_msg::control_reply reply = Answer(kDone, "");
+  legopt_msg::control_reply reply = Answer(ControlStatus::kOk, "");
   if (!next) {
     reply.message = "experiment " + std::to_string(request.experiment_id) + " is so already";
     return reply;
@@ -128,7 +112,7 @@ legopt_msg::control_reply Scheduler::SetHold(const Instant& now, const legopt_ms
   UpdateWaiting(*open_.at(summary.experiment_id));
   ops.emplace_back(db::ControlExperiment{summary.experiment_id, *next});
   ops.emplace_back(db::RecordEvent{EventOf(action), now.wall_us, summary.experiment_id, {}, {}, request.reason});
-  if (action == Action::kHold) {
+  if (action == ControlAction::kHold) {
     reply.num_jobs = GiveBackRunning(now, *open_.at(summary.experiment_id), "held: " + request.reason, ops);
   }
   return reply;
@@ -153,13 +137,13 @@ std::int64_t Scheduler::GiveBackRunning(const Instant& now, Experiment& experime
 legopt_msg::control_reply Scheduler::SetPriority(const Instant& now, const legopt_msg::control_request& request,
                                                  Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
-  if (summary.control.priority == request.priority) return Answer(kDone, "it has this priority already");
+  if (summary.control.priority == request.priority) return Answer(ControlStatus::kOk, "it has this priority already");
   summary.control.priority = request.priority;
   shares_.SetPriority(summary.experiment_id, request.priority);
   ops.emplace_back(db::ControlExperiment{summary.experiment_id, summary.control});
   ops.emplace_back(db::RecordEvent{
       "experiment_priority", now.wall_us, summary.experiment_id, {}, {}, std::to_string(request.priority)});
-  return Answer(kDone, "");
+  return Answer(ControlStatus::kOk, "");
 }
 
 // Idempotent: what was queued again is not over when this is heard twice.
@@ -168,10 +152,10 @@ legopt_msg::control_reply Scheduler::Retry(const Instant& now, std::int64_t expe
   const std::string name = "experiment " + std::to_string(experiment_id);
   db::ExperimentSummary& summary = summaries_.at(experiment_id);
   if (summary.state == db::ExperimentState::kCancelled) {
-    return Answer(kRefused, name + " was cancelled; submit it as a new one");
+    return Answer(ControlStatus::kRefused, name + " was cancelled; submit it as a new one");
   }
-  legopt_msg::control_reply reply = Answer(kDone, "");
-  const auto count = [&summary](db::JobState state) { return summary.jobs_by_state[static_cast<int>(state)]; };
+  legopt_msg::control_reply reply = Answer(ControlStatus::kOk, "");
+  const auto count = [&summary](db::JobState state) { return summary.jobs_by_state[state]; };
   const bool none_failed = count(db::JobState::kFailed) + count(db::JobState::kDead) == 0;
   if (!none_failed || time_limited) {
     if (!open_.contains(experiment_id)) {
@@ -214,25 +198,27 @@ std::int64_t Scheduler::QueueAgain(Experiment& experiment, bool time_limited) {
 legopt_msg::control_reply Scheduler::Rename(const Instant& now, const legopt_msg::control_request& request, Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
   if (const std::string fault = db::FaultOfName(request.reason); !fault.empty()) {
-    return Answer(kRefused, "the name of an experiment " + fault);
+    return Answer(ControlStatus::kRefused, "the name of an experiment " + fault);
   }
-  if (summary.name == request.reason) return Answer(kDone, NameOf(request) + " has this name already");
+  if (summary.name == request.reason) return Answer(ControlStatus::kOk, NameOf(request) + " has this name already");
   ops.emplace_back(db::RenameExperiment{summary.experiment_id, request.reason});
   ops.emplace_back(db::RecordEvent{"experiment_renamed", now.wall_us, summary.experiment_id, {}, {}, summary.name});
   summary.name = request.reason;
-  return Answer(kDone, "");
+  return Answer(ControlStatus::kOk, "");
 }
 
 legopt_msg::control_reply Scheduler::SetTag(const legopt_msg::control_request& request, Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
-  const bool set = static_cast<Action>(request.action) == Action::kTag;
+  const bool set = ControlAction{request.action} == ControlAction::kTag;
   const std::string& tag = request.reason;
-  if (const std::string fault = db::FaultOfTag(tag); !fault.empty()) return Answer(kRefused, "a tag " + fault);
+  if (const std::string fault = db::FaultOfTag(tag); !fault.empty())
+    return Answer(ControlStatus::kRefused, "a tag " + fault);
   if (summary.tags.contains(tag) == set) {
-    return Answer(kDone, NameOf(request) + (set ? " has this tag already" : " does not have this tag"));
+    return Answer(ControlStatus::kOk, NameOf(request) + (set ? " has this tag already" : " does not have this tag"));
   }
   if (set && summary.tags.size() >= kMostTags) {
-    return Answer(kRefused, NameOf(request) + " has " + std::to_string(kMostTags) + " tags, as many as may be");
+    return Answer(ControlStatus::kRefused,
+                  NameOf(request) + " has " + std::to_string(kMostTags) + " tags, as many as may be");
   }
   if (set) {
     summary.tags.insert(tag);
@@ -240,7 +226,7 @@ legopt_msg::control_reply Scheduler::SetTag(const legopt_msg::control_request& r
     summary.tags.erase(tag);
   }
   ops.emplace_back(db::TagExperiment{summary.experiment_id, tag, set});
-  return Answer(kDone, "");
+  return Answer(ControlStatus::kOk, "");
 }
 
 // Nothing of it is leased. Late reports find nothing; its numbers are never given again.
@@ -248,8 +234,9 @@ legopt_msg::control_reply Scheduler::Delete(const Instant& now, std::int64_t id,
   const auto found = summaries_.find(id);
   const db::ExperimentSummary& summary = found->second;
   const std::string name = "experiment " + std::to_string(id);
-  if (summary.state == db::ExperimentState::kActive) return Answer(kRefused, name + " is active; cancel it first");
-  legopt_msg::control_reply reply = Answer(kDone, "");
+  if (summary.state == db::ExperimentState::kActive)
+    return Answer(ControlStatus::kRefused, name + " is active; cancel it first");
+  legopt_msg::control_reply reply = Answer(ControlStatus::kOk, "");
   reply.num_jobs = summary.num_jobs;
   counters_.jobs_deleted += static_cast<std::uint64_t>(summary.num_jobs);
   ops.emplace_back(db::DeleteExperiment{id});

@@ -2,29 +2,9 @@
 
 #include "bus/messages.h"
 #include "server/scheduler.h"
+#include "words/reply.h"
 
 namespace legopt::server {
-namespace {
-
-// Status codes of the replies, lcmtypes/*.lcm.
-constexpr std::int32_t kHelloOk = 0;
-constexpr std::int32_t kHelloVersionRefused = 1;
-constexpr std::int32_t kHelloDatasetMismatch = 2;
-constexpr std::int32_t kLeased = 0;
-constexpr std::int32_t kNoneNow = 1;
-constexpr std::int32_t kUnknownWorker = 2;
-constexpr std::int32_t kDatasetMismatch = 3;
-constexpr std::int32_t kNoMoreWork = 4;
-constexpr std::int8_t kContinue = 0;
-constexpr std::int8_t kCancel = 1;
-constexpr std::int8_t kUnknownLease = 2;
-
-// A motion ends a batch: a worker that asked for many postures must not hold motions that others could begin.
-bool EndsWithMotion(const legopt_msg::lease_reply& reply) {
-  return !reply.jobs.empty() && reply.jobs.back().task == "motion";
-}
-
-}  // namespace
 
 void Scheduler::SetOnline(Worker& worker, bool online) {
   online_workers_ += (online ? 1 : 0) - (worker.online ? 1 : 0);
@@ -47,7 +27,7 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
   reply.lease_us = options_.lease.count();
   reply.heartbeat_us = options_.heartbeat.count();
   if (request.protocol_version != bus::kProtocolVersion) {
-    reply.status = kHelloVersionRefused;
+    reply.status = NumberOf(HelloStatus::kVersionRefused);
     reply.message = "worker speaks protocol version " + std::to_string(request.protocol_version) + ", server speaks " +
                     std::to_string(bus::kProtocolVersion) + "; run the same release on both";
     return reply;
@@ -75,11 +55,11 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
   const std::string mismatch = hashes.empty() ? std::string() : MismatchOf(worker, hashes, &same_name);
   if (same_name) {
     SetOnline(worker, false);  // it will not work
-    reply.status = kHelloDatasetMismatch;
+    reply.status = NumberOf(HelloStatus::kDatasetMismatch);
     reply.message = mismatch;
     return reply;
   }
-  reply.status = kHelloOk;
+  reply.status = NumberOf(HelloStatus::kOk);
   reply.worker_id = worker_id;
   reply.message = mismatch;
   return reply;
@@ -92,7 +72,7 @@ std::string Scheduler::MismatchOf(const Worker& worker, const std::vector<std::s
   *same_name = false;
   for (const auto& [id, experiment] : open_) {
     const db::ExperimentSummary& summary = summaries_.at(id);
-    if (summary.jobs_by_state[static_cast<int>(db::JobState::kQueued)] == 0) continue;
+    if (summary.jobs_by_state[db::JobState::kQueued] == 0) continue;
     if (summary.control.hold != db::Hold::kNone) continue;
     const db::DatasetRecord& wanted = experiment->spec().dataset;
     if (std::find(hashes.begin(), hashes.end(), wanted.hash) != hashes.end()) {
@@ -117,14 +97,14 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   legopt_msg::lease_reply reply{};
   Worker* worker = FindWorker(request.worker_id, sender);
   if (worker == nullptr || !worker->online || request.server_instance != options_.server_instance) {
-    reply.status = kUnknownWorker;
+    reply.status = NumberOf(LeaseStatus::kUnknownWorker);
     return reply;
   }
   Hear(*worker, now);
   const microseconds idle_retry = std::max(options_.min_retry, options_.retry_per_worker * online_workers_);
   reply.retry_after_us = idle_retry.count();
   if (draining_) {
-    reply.status = kNoMoreWork;
+    reply.status = NumberOf(LeaseStatus::kNoMoreWork);
     reply.message = "the server is stopping";
     return reply;
   }
@@ -132,23 +112,27 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   const auto has = [&hashes = request.dataset_hashes](const std::string& dataset) {
     return std::find(hashes.begin(), hashes.end(), dataset) != hashes.end();
   };
-  while (static_cast<int>(reply.jobs.size()) < wanted && !EndsWithMotion(reply)) {
+  // A long job ends a batch: a worker that asked for many short ones must not hold long ones that others could begin.
+  bool full = false;
+  while (!full && static_cast<int>(reply.jobs.size()) < wanted) {
     const std::optional<std::int64_t> next = shares_.First(has);
     if (!next) break;
-    reply.jobs.push_back(LeaseFrom(now, *open_.at(*next), *worker, ops));
+    Experiment& experiment = *open_.at(*next);
+    const legopt_msg::lease& lease = reply.jobs.emplace_back(LeaseFrom(now, experiment, *worker, ops));
+    full = DescriptionOf(experiment.TaskOf(lease.job_id - experiment.first_job_id())).long_jobs;
   }
   reply.num_jobs = static_cast<std::int32_t>(reply.jobs.size());
   if (!reply.jobs.empty()) {
-    reply.status = kLeased;
+    reply.status = NumberOf(LeaseStatus::kLeased);
     return reply;
   }
   if (num_queued() == 0 && num_leases() == 0) {  // a leased job may come back
-    reply.status = kNoMoreWork;
+    reply.status = NumberOf(LeaseStatus::kNoMoreWork);
     return reply;
   }
   bool same_name = false;
   reply.message = MismatchOf(*worker, request.dataset_hashes, &same_name);
-  reply.status = same_name ? kDatasetMismatch : kNoneNow;
+  reply.status = NumberOf(same_name ? LeaseStatus::kDatasetMismatch : LeaseStatus::kNoneNow);
   return reply;
 }
 
@@ -184,8 +168,8 @@ legopt_msg::lease Scheduler::LeaseFrom(const Instant& now, Experiment& experimen
   lease.lease_us = options_.lease.count();
   lease.dataset_hash = spec.dataset.hash;
   lease.method_hash = spec.methods[at.method].hash;
-  lease.task = spec.tasks[at.task].task;
-  lease.initialization = spec.initializations[at.initialization];
+  lease.task = ToString(spec.tasks[at.task].task);
+  lease.initialization = ToString(spec.initializations[at.initialization]);
   lease.problem_id = spec.tasks[at.task].problems[at.problem];
   lease.repetition = static_cast<std::int32_t>(at.repetition);
   lease.experiment_seed = spec.seed;
@@ -203,12 +187,12 @@ legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::Endpoi
   Worker* worker = FindWorker(request.worker_id, sender);
   const bool registered = worker != nullptr && worker->online && request.server_instance == options_.server_instance;
   if (worker != nullptr) Hear(*worker, now);
-  reply.status = registered ? 0 : kUnknownWorker;
+  reply.status = NumberOf(registered ? HeartbeatStatus::kOk : HeartbeatStatus::kUnknownWorker);
   for (const legopt_msg::lease_state& held : request.leases) {
     const JobRef ref = FindJob(held.job_id);
     const Job* job = ref.experiment == nullptr ? nullptr : &ref.experiment->job(ref.index);
     const bool latest = job != nullptr && job->attempts == held.attempt && job->token == held.token;
-    std::int8_t verdict = kUnknownLease;
+    LeaseVerdict verdict = LeaseVerdict::kUnknownLease;
     if (latest && job->state == db::JobState::kLeased) {
       LeaseState& lease = leases_.at(held.job_id);
       lease.expires = now.steady + options_.lease + options_.grace;
@@ -216,15 +200,15 @@ legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::Endpoi
       lease.progress_done = held.progress_done;
       lease.progress_total = held.progress_total;
       ++counters_.renewals;
-      verdict = kContinue;
+      verdict = LeaseVerdict::kContinue;
     } else if (latest && job->outcome == db::AttemptOutcome::kCancelled) {
-      verdict = kCancel;
+      verdict = LeaseVerdict::kCancel;
     } else if (latest && job->outcome == db::AttemptOutcome::kFinished) {
-      verdict = kContinue;  // its result is here; the acknowledgement is on its way
+      verdict = LeaseVerdict::kContinue;  // its result is here; the acknowledgement is on its way
     } else {
       ++counters_.unknown_leases;
     }
-    reply.verdicts.push_back(verdict);
+    reply.verdicts.push_back(NumberOf(verdict));
   }
   reply.num_leases = static_cast<std::int32_t>(reply.verdicts.size());
   return reply;

@@ -1,67 +1,13 @@
 #include <utility>
 
+#include "server/result_message.h"
 #include "server/scheduler.h"
+#include "words/reply.h"
 
 namespace legopt::server {
 namespace {
 
-// Status codes of result_reply.
-constexpr std::int32_t kAccepted = 0;
-constexpr std::int32_t kDuplicate = 1;
-constexpr std::int32_t kStale = 2;
-constexpr std::int32_t kRefused = 3;
-
-// result_request.outcome; the values 0 to 5 are checked by the bus.
-db::AttemptOutcome OutcomeOf(const legopt_msg::result_request& request) {
-  switch (request.outcome) {
-    case 0:
-      return db::AttemptOutcome::kFinished;
-    case 1:
-      return db::AttemptOutcome::kCrashed;
-    case 2:
-      return db::AttemptOutcome::kTimeLimit;
-    case 3:
-      return db::AttemptOutcome::kMemoryLimit;
-    case 4:
-      return db::AttemptOutcome::kCancelled;
-    default:
-      return db::AttemptOutcome::kError;
-  }
-}
-
-db::ResultRecord RecordOf(const legopt_msg::result_request& request) {
-  db::ResultRecord record;
-  record.solver_status = request.solver_status;
-  record.iterations = request.iterations;
-  record.restarts = request.restarts;
-  record.wall_us = request.wall_us;
-  record.cpu_us = request.cpu_us;
-  record.involuntary_context_switches = request.involuntary_context_switches;
-  record.peak_memory_bytes = request.peak_memory_bytes;
-  record.solver_cost = request.solver_cost;
-  record.solver_violation = request.solver_violation;
-  record.verdict_literal = request.verdict_literal;
-  record.verdict_strict = request.verdict_strict;
-  record.verdict_detail = request.verdict_detail;
-  record.failed_waypoint = request.failed_waypoint;
-  record.cost = request.cost;
-  record.foot_violation = request.foot_violation;
-  record.com_violation_m = request.com_violation_m;
-  record.limit_violation = request.limit_violation;
-  record.environment_depth_m = request.environment_depth_m;
-  record.self_depth_literal_m = request.self_depth_literal_m;
-  record.self_depth_strict_m = request.self_depth_strict_m;
-  record.interpolation_environment_depth_m = request.interpolation_environment_depth_m;
-  record.interpolation_self_depth_m = request.interpolation_self_depth_m;
-  record.interpolation_free_share = request.interpolation_free_share;
-  record.windows = request.windows;
-  record.windows_solved = request.windows_solved;
-  record.history_json = request.history_json;
-  record.num_waypoints = std::max(request.num_waypoints, 1);
-  record.waypoint_size = request.waypoint_size;
-  record.waypoints = request.waypoints;
-  return record;
-}
+const std::string kIllegalResult = "the worker sent an illegal result: ";
 
 }  // namespace
 
@@ -69,7 +15,7 @@ legopt_msg::result_reply Scheduler::Result(const Instant& now, const legopt_msg:
   const auto refuse = [&](const std::string& why) {
     ++counters_.results_refused;
     legopt_msg::result_reply reply{};
-    reply.status = kRefused;
+    reply.status = NumberOf(ResultStatus::kRefused);
     reply.message = "job " + std::to_string(request.job_id) + why;
     return reply;
   };
@@ -136,18 +82,19 @@ legopt_msg::result_reply Scheduler::AcceptCurrent(const Instant& now, const JobR
   legopt_msg::result_reply reply{};
   const ExperimentSpec& spec = ref.experiment->spec();
   const JobCoordinates at = CoordinatesOf(spec, ref.index);
-  db::ResultRecord record = RecordOf(request);
+  auto [record, fault] = ResultOf(request);
   // Cost and time are per constraint waypoint of the problem, however many rows the solution has.
   record.num_waypoints = spec.tasks[at.task].waypoints[at.problem];
-  if (const std::string fault = db::FaultOf(record); !fault.empty()) {
+  if (fault.empty()) fault = db::FaultOf(record);
+  if (!fault.empty()) {
     // Sending it again would not help: end the attempt with the evidence instead of letting its lease run out.
     db::EndAttempt end;
     end.job_id = request.job_id;
     end.attempt = request.attempt;
     end.outcome = db::AttemptOutcome::kError;
-    end.message = "the worker sent an illegal result: " + fault;
+    end.message = kIllegalResult + fault;
     end.log_tail = request.log_tail;
-    reply.status = kRefused;
+    reply.status = NumberOf(ResultStatus::kRefused);
     reply.message = end.message;
     ++counters_.results_refused;
     EndCurrent(now, ref, std::move(end), ops);
@@ -155,8 +102,8 @@ legopt_msg::result_reply Scheduler::AcceptCurrent(const Instant& now, const JobR
   }
   Job& job = ref.experiment->job(ref.index);
   job.outcome = db::AttemptOutcome::kFinished;
-  job.time_limited = record.solver_status == db::kSolverTimeLimit;
-  job.solved = record.verdict_literal == db::kSuccess;
+  job.time_limited = record.solver_status == SolveStatus::kTimeLimit;
+  job.solved = record.verdict_literal == Verdict::kSuccess;
   if (job.solved) ++summaries_.at(ref.experiment->experiment_id()).solved;
   ref.experiment->AddTime(ref.index, record.wall_us);
   DropLease(now, ref);
@@ -165,7 +112,7 @@ legopt_msg::result_reply Scheduler::AcceptCurrent(const Instant& now, const JobR
                                     request.log_tail, now.wall_us});
   FinishIfComplete(now, *ref.experiment, ops);
   ++counters_.results_accepted;
-  reply.status = kAccepted;
+  reply.status = NumberOf(ResultStatus::kAccepted);
   return reply;
 }
 
@@ -201,7 +148,7 @@ void Scheduler::EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt
                             experiment.experiment_id(),
                             end.job_id,
                             {},
-                            std::string(db::ToString(end.outcome)) + ": " + end.message};
+                            std::string(ToString(end.outcome)) + ": " + end.message};
   }
   ops.emplace_back(std::move(end));
   if (event) ops.emplace_back(std::move(*event));
@@ -214,25 +161,35 @@ legopt_msg::result_reply Scheduler::AnswerEnded(const Instant& now, const db::At
   const db::AttemptOutcome reported = OutcomeOf(request);
   if (reported == db::AttemptOutcome::kCancelled) {
     // Withdrawn, returned or expired meanwhile: in each case there is nothing to keep.
-    reply.status = record.outcome == db::AttemptOutcome::kCancelled ? kAccepted : kDuplicate;
+    reply.status = record.outcome == db::AttemptOutcome::kCancelled ? NumberOf(ResultStatus::kAccepted)
+                                                                    : NumberOf(ResultStatus::kDuplicate);
     return reply;
   }
   if (record.outcome == reported) {
     ++counters_.results_duplicate;
-    reply.status = kDuplicate;
+    reply.status = NumberOf(ResultStatus::kDuplicate);
     return reply;
   }
-  ++counters_.results_stale;
   db::RecordStaleResult stale;
+  if (reported == db::AttemptOutcome::kFinished) {
+    auto [result, fault] = ResultOf(request);
+    if (!fault.empty()) {  // nothing of it counts, and there is no column for what nobody here understands
+      ++counters_.results_refused;
+      reply.status = NumberOf(ResultStatus::kRefused);
+      reply.message = kIllegalResult + fault;
+      return reply;
+    }
+    stale.result = std::move(result);
+  }
+  ++counters_.results_stale;
   stale.job_id = request.job_id;
   stale.attempt = request.attempt;
   stale.outcome = reported;
   stale.reason = "attempt " + std::to_string(request.attempt) + " had ended as " +
-                 std::string(db::ToString(record.outcome)) + ", job is " + std::string(db::ToString(record.job_state));
+                 std::string(ToString(record.outcome)) + ", job is " + std::string(ToString(record.job_state));
   stale.message = request.message;
   stale.at_us = now.wall_us;
-  if (reported == db::AttemptOutcome::kFinished) stale.result = RecordOf(request);
-  reply.status = kStale;
+  reply.status = NumberOf(ResultStatus::kStale);
   reply.message = stale.reason;
   ops.emplace_back(std::move(stale));
   return reply;

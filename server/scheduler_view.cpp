@@ -17,8 +17,7 @@ std::vector<JobProgress> Scheduler::Progress(std::int64_t experiment_id, std::si
   for (auto lease = leases_.lower_bound(first); lease != end && list.size() < most; ++lease) {
     const LeaseState& state = lease->second;
     if (state.progress_total == 0) continue;
-    const JobCoordinates at = CoordinatesOf(experiment.spec(), lease->first - first);
-    list.push_back({lease->first, experiment.spec().tasks[at.task].task, state.worker_id, state.progress_done,
+    list.push_back({lease->first, experiment.TaskOf(lease->first - first), state.worker_id, state.progress_done,
                     state.progress_total});
   }
   return list;
@@ -47,7 +46,7 @@ const Experiment* Scheduler::InMemory(std::int64_t experiment_id) const {
 void Scheduler::CountWork(microseconds elapsed) {
   constexpr microseconds kLongest = std::chrono::seconds(1);
   for (const auto& [id, experiment] : open_) {
-    const std::int64_t leased = summaries_.at(id).jobs_by_state[static_cast<int>(db::JobState::kLeased)];
+    const std::int64_t leased = summaries_.at(id).jobs_by_state[db::JobState::kLeased];
     if (leased > 0) experiment->worked += std::min(elapsed, kLongest);
   }
 }

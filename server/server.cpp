@@ -6,6 +6,7 @@
 
 #include "bus/codec.h"
 #include "server/status.h"
+#include "words/reply.h"
 
 namespace legopt::server {
 namespace {
@@ -110,7 +111,7 @@ void Server::RegisterHandlers() {
   Serve<legopt_msg::method_request>(MessageType::kMethod, true, [this](Sender, const auto& request, auto responder) {
     const auto options = store_.FindMethodOptions(request.hash);
     legopt_msg::method_reply reply{};
-    reply.status = options ? 0 : 1;
+    reply.status = NumberOf(options ? MethodStatus::kFound : MethodStatus::kUnknown);
     reply.options_json = options.value_or("");
     responder.Reply(EncodeReply(reply));
   });
@@ -143,7 +144,7 @@ void Server::ServeLease() {
           return;
         }
         legopt_msg::lease_reply reply{};
-        reply.status = 1;
+        reply.status = NumberOf(LeaseStatus::kNoneNow);
         reply.retry_after_us = options_.max_store_retry.count();
         reply.message = "no job is leased while the database cannot be written: " + store_error_;
         responder.Reply(EncodeReply(reply));
@@ -174,7 +175,7 @@ void Server::ServeQuery() {
           return;
         }
         legopt_msg::query_reply reply{};
-        reply.status = 1;
+        reply.status = NumberOf(QueryStatus::kRefused);
         reply.message = queries_ == nullptr ? "this server has no database file" : "too many queries wait; try again";
         responder.Reply(EncodeReply(reply));
       });

@@ -1,14 +1,13 @@
 #include "server/spec.h"
 
-#include <sodium.h>
-
-#include <array>
 #include <cmath>
-#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <string_view>
+#include <vector>
 
 #include "bus/spec_limits.h"
+#include "legopt/blake2b.h"
 
 namespace legopt::server {
 namespace {
@@ -24,19 +23,19 @@ constexpr double kBytesPerMb = 1 << 20;
 }
 
 // Every object is closed: an unknown key would silently change nothing.
-const Json& RequireObject(const Json& json, const std::string& key, std::initializer_list<const char*> allowed) {
+const Json& RequireObject(const Json& json, const std::string& key, const std::vector<std::string_view>& allowed) {
   if (!json.is_object()) Refuse(key, "must be an object");
   for (const auto& [name, value] : json.items()) {
     bool known = false;
-    for (const char* candidate : allowed) known = known || name == candidate;
+    for (const std::string_view candidate : allowed) known = known || name == candidate;
     if (!known) Refuse(key.empty() ? name : key + "." + name, "unknown key");
   }
   return json;
 }
 
-const Json& Member(const Json& object, const std::string& key, const char* name) {
+const Json& Member(const Json& object, const std::string& key, std::string_view name) {
   const auto found = object.find(name);
-  if (found == object.end()) Refuse(key.empty() ? name : key + "." + name, "missing");
+  if (found == object.end()) Refuse((key.empty() ? "" : key + ".") + std::string(name), "missing");
   return *found;
 }
 
@@ -73,19 +72,27 @@ std::string Text(const Json& json, const std::string& key) {
   return text;
 }
 
-std::string Choice(const Json& json, const std::string& key, const char* first, const char* second) {
-  if (json != first && json != second) {
-    Refuse(key, json.dump() + " is neither '" + first + "' nor '" + second + "'");
+// "neither 'a' nor 'b'", "neither 'a', 'b' nor 'c'"
+template <Worded Enum>
+std::string NoneOfTheWords() {
+  std::string text;
+  for (const auto& [value, word] : kWords<Enum>) {
+    const bool last = word == kWords<Enum>.back().word;
+    text += (text.empty() ? "neither '" : last ? " nor '" : ", '") + std::string(word) + "'";
   }
-  return json.get<std::string>();
+  return text;
+}
+
+template <Worded Enum>
+Enum Choice(const Json& json, const std::string& key) {
+  const auto value = json.is_string() ? ParseWord<Enum>(json.get_ref<const std::string&>()) : std::nullopt;
+  if (!value) Refuse(key, json.dump() + " is " + NoneOfTheWords<Enum>());
+  return *value;
 }
 
 std::string Hash(const Json& json, const std::string& key) {
-  constexpr std::size_t kDigits = 64;
   std::string hash = Text(json, key);
-  if (hash.size() != kDigits || hash.find_first_not_of("0123456789abcdef") != std::string::npos) {
-    Refuse(key, "must be 64 lower-case hexadecimal digits");
-  }
+  if (!IsBlake2bHex(hash)) Refuse(key, "must be 64 lower-case hexadecimal digits");
   return hash;
 }
 
@@ -105,7 +112,7 @@ db::DatasetRecord ParseDataset(const Json& json) {
 ExperimentSpec::TaskProblems ParseTask(const Json& json, const std::string& key) {
   RequireObject(json, key, {"task", "problems", "waypoints"});
   ExperimentSpec::TaskProblems task;
-  task.task = Choice(Member(json, key, "task"), key + ".task", "posture", "motion");
+  task.task = Choice<Task>(Member(json, key, "task"), key + ".task");
   const Json& problems = Array(Member(json, key, "problems"), key + ".problems", kMaxJobsPerExperiment);
   const Json& waypoints = Array(Member(json, key, "waypoints"), key + ".waypoints", kMaxJobsPerExperiment);
   if (waypoints.size() != problems.size()) {
@@ -138,25 +145,29 @@ db::MethodRecord ParseMethod(const Json& json, const std::string& key) {
   if (!incremental.is_boolean()) Refuse(key + ".incremental", "must be true or false");
   method.incremental = incremental.get<bool>();
   if (const auto solver = options.find("options"); solver != options.end() && solver->contains("collision")) {
-    method.collision = Choice(solver->at("collision"), key + ".options.options.collision", "solid", "surface");
+    method.collision = Choice<SceneRepresentation>(solver->at("collision"), key + ".options.options.collision");
   }
   return method;
 }
 
 void ParseLists(const Json& json, ExperimentSpec& spec) {
-  std::set<std::string> seen;
-  for (const Json& task : Array(Member(json, "", "tasks"), "tasks", 2)) {
+  std::set<Task> tasks;
+  for (const Json& task : Array(Member(json, "", "tasks"), "tasks", kNumWords<Task>)) {
     spec.tasks.push_back(ParseTask(task, "tasks[" + std::to_string(spec.tasks.size()) + "]"));
-    if (!seen.insert(spec.tasks.back().task).second) Refuse("tasks", "a task stands there twice");
+    if (!tasks.insert(spec.tasks.back().task).second) Refuse("tasks", "a task stands there twice");
   }
-  for (const Json& initialization : Array(Member(json, "", "initializations"), "initializations", 2)) {
-    spec.initializations.push_back(Choice(initialization, "initializations", "good", "in_collision"));
-    if (!seen.insert(spec.initializations.back()).second) Refuse("initializations", "one stands there twice");
+  std::set<Initialization> initializations;
+  for (const Json& initialization :
+       Array(Member(json, "", "initializations"), "initializations", kNumWords<Initialization>)) {
+    spec.initializations.push_back(Choice<Initialization>(initialization, "initializations"));
+    if (!initializations.insert(spec.initializations.back()).second)
+      Refuse("initializations", "one stands there twice");
   }
+  std::set<std::string> methods;
   for (const Json& method : Array(Member(json, "", "methods"), "methods", limits::kMostMethods)) {
     spec.methods.push_back(ParseMethod(method, "methods[" + std::to_string(spec.methods.size()) + "]"));
     const db::MethodRecord& parsed = spec.methods.back();
-    if (!seen.insert(parsed.hash + parsed.name).second) {
+    if (!methods.insert(parsed.hash + parsed.name).second) {
       Refuse("methods", "'" + parsed.name + "' stands there twice with the same options");
     }
   }
@@ -168,9 +179,11 @@ void ParseLimits(const Json& json, ExperimentSpec& spec) {
   const Json& object = RequireObject(json, "limits", {"wall_time_s", "memory_mb"});
   const Json& wall_time = Member(object, "limits", "wall_time_s");
   const std::string key = "limits.wall_time_s";
-  if (wall_time.is_object()) RequireObject(wall_time, key, {"posture", "motion"});
+  std::vector<std::string_view> tasks;
+  for (const auto& [task, word] : kWords<Task>) tasks.push_back(word);
+  if (wall_time.is_object()) RequireObject(wall_time, key, tasks);
   for (ExperimentSpec::TaskProblems& task : spec.tasks) {
-    const Json& limit = wall_time.is_object() ? Member(wall_time, key, task.task.c_str()) : wall_time;
+    const Json& limit = wall_time.is_object() ? Member(wall_time, key, ToString(task.task)) : wall_time;
     task.wall_limit_us =
         std::llround(kMicrosecondsPerSecond * Number(limit, key, limits::kLeastWallTime_s, limits::kMostWallTime_s));
   }
@@ -188,14 +201,6 @@ void CheckSize(const ExperimentSpec& spec) {
     Refuse("", "makes " + Json(jobs).dump() + " jobs, more than " + std::to_string(kMaxJobsPerExperiment) +
                    "; submit it in parts");
   }
-}
-
-std::string Blake2bHex(const std::string& bytes) {
-  std::array<unsigned char, crypto_generichash_BYTES> digest{};
-  const auto* input = reinterpret_cast<const unsigned char*>(bytes.data());
-  crypto_generichash(digest.data(), digest.size(), input, bytes.size(), nullptr, 0);
-  std::array<char, 2 * crypto_generichash_BYTES + 1> hex{};
-  return sodium_bin2hex(hex.data(), hex.size(), digest.data(), digest.size());
 }
 
 }  // namespace

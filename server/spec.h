@@ -15,7 +15,7 @@ namespace legopt::server {
 /// repetition.
 struct ExperimentSpec {
   struct TaskProblems {
-    std::string task;                ///< "posture" or "motion"
+    Task task{};
     std::vector<int> problems;       ///< ids in the dataset, no duplicates
     std::vector<int> waypoints;      ///< of each problem
     std::int64_t wall_limit_us = 0;  ///< of one solve; (0, 7 days]
@@ -27,7 +27,7 @@ struct ExperimentSpec {
   int repetitions = 1;
   db::DatasetRecord dataset;
   std::vector<TaskProblems> tasks;
-  std::vector<std::string> initializations;  ///< "good", "in_collision"
+  std::vector<Initialization> initializations;
   std::vector<db::MethodRecord> methods;
   std::int64_t memory_limit_bytes = 0;  ///< of one job child; [64 MiB, 1 TiB]
   int max_attempts = 3;                 ///< 1 - 100

@@ -18,7 +18,7 @@ Json RunningJson(const std::vector<JobProgress>& jobs) {
   Json running = Json::array();
   for (const JobProgress& job : jobs) {
     running.push_back({{"job", job.job_id},
-                       {"task", job.task},
+                       {"task", ToString(job.task)},
                        {"worker", job.worker_id},
                        {"progress_done", job.done},
                        {"progress_total", job.total}});
@@ -48,8 +48,8 @@ Json KindsJson(const Experiment& experiment, const WorkLeft& left) {
   Json kinds = Json::array();
   for (std::size_t kind = 0; kind < left.kinds.size(); ++kind) {
     kinds.push_back({{"method", spec.methods[left.kinds[kind].method].name},
-                     {"task", left.kinds[kind].task},
-                     {"initialization", spec.initializations[kind % spec.initializations.size()]},
+                     {"task", ToString(left.kinds[kind].task)},
+                     {"initialization", ToString(spec.initializations[kind % spec.initializations.size()])},
                      {"queued", queued[kind]},
                      {"s_per_waypoint", rates[kind] ? Json(*rates[kind]) : Json()}});
   }
@@ -59,9 +59,7 @@ Json KindsJson(const Experiment& experiment, const WorkLeft& left) {
 Json ExperimentJson(const db::ExperimentSummary& summary, const Scheduler& scheduler, const Outlooks& outlooks,
                     bool with_kinds, const Instant& now) {
   Json jobs{{"total", summary.num_jobs}};
-  for (int state = 0; state < db::kNumJobStates; ++state) {
-    jobs[std::string(db::ToString(static_cast<db::JobState>(state)))] = summary.jobs_by_state[state];
-  }
+  for (const auto& [state, word] : kWords<JobState>) jobs[std::string(word)] = summary.jobs_by_state[state];
   const Outlook outlook = outlooks.Of(summary.experiment_id);
   const Experiment* experiment = scheduler.InMemory(summary.experiment_id);
   Json json{{"id", summary.experiment_id},
@@ -71,8 +69,8 @@ Json ExperimentJson(const db::ExperimentSummary& summary, const Scheduler& sched
             {"tags", summary.tags},
             {"dataset", summary.dataset},
             {"methods", summary.methods},
-            {"state", db::ToString(summary.state)},
-            {"hold", db::ToString(summary.control.hold)},
+            {"state", ToString(summary.state)},
+            {"hold", ToString(summary.control.hold)},
             {"hold_reason", summary.control.reason},
             {"priority", summary.control.priority},
             {"jobs", std::move(jobs)},

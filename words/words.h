@@ -51,6 +51,12 @@ constexpr bool IsValueOf(std::int64_t number) {
   return number >= 0 && static_cast<std::uint64_t>(number) < kNumWords<Enum>;
 }
 
+/// The number of a value, as it stands in a message.
+template <Worded Enum>
+constexpr auto NumberOf(Enum value) {
+  return static_cast<std::underlying_type_t<Enum>>(value);
+}
+
 /// The word of a value. What is no value of its enumeration ends the program (std::array::at throws): it cannot have
 /// come from outside, where IsValueOf and ParseWord stand.
 template <Worded Enum>

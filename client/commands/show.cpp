@@ -7,6 +7,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/json_text.h"
+#include "db/result_record.h"
 #include "programs/checks.h"
 #include "programs/printable.h"
 
@@ -28,12 +29,6 @@ constexpr char kJobSql[] =
     "e.memory_limit_bytes FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) "
     "JOIN datasets AS d USING (dataset_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) "
     "WHERE j.job_id = ";
-constexpr char kResultSql[] =
-    "SELECT solver_status, iterations, restarts, solver_cost, solver_violation, verdict_literal, verdict_strict, "
-    "verdict_detail, failed_waypoint, num_waypoints, cost, time_s, wall_us, cpu_us, involuntary_context_switches, "
-    "peak_memory_bytes, foot_violation, com_violation_m, limit_violation, environment_depth_m, self_depth_literal_m, "
-    "self_depth_strict_m, windows, windows_solved, interpolation_environment_depth_m, interpolation_self_depth_m, "
-    "interpolation_free_share, attempt, history_json AS history FROM results WHERE job_id = ";
 constexpr char kAttemptsSql[] =
     "SELECT attempt, outcome, w.name AS worker, w.hostname, exit_signal, (ended_at_us - leased_at_us) / 1e6 AS "
     "seconds, strftime('%Y-%m-%d %H:%M:%S', leased_at_us / 1000000, 'unixepoch') AS leased_utc, message, log_tail "
@@ -83,7 +78,7 @@ ExitCode Show(const Options& options) {
   if (job.rows.empty()) {
     throw ClientError(ExitCode::kUsage, "there is no job " + id + "; 'legopt list" + source->flags() + "' lists them");
   }
-  const Listing result = source->Query(kResultSql + id);
+  const Listing result = source->Query("SELECT " + db::ShownResultColumns() + " FROM results WHERE job_id = " + id);
   const Listing attempts = source->Query(kAttemptsSql + id + " ORDER BY attempt");
   if (!options.json) {
     Print(RenderText(job, result, attempts, LayoutOf(options.output)), options.output);

@@ -16,17 +16,17 @@ namespace {
 // both initialisations, 1 repetition: 12 jobs. Submitted in the order restarts 10, restarts 0.
 NewExperiment TwoMethods() {
   NewExperiment e = SampleExperiment(1, 1, 1);
-  e.methods = {{"SQP", HashOf('a'), R"({"multi_starts":10})", 10, 100, false, "surface"},
+  e.methods = {{"SQP", HashOf('a'), R"({"multi_starts":10})", 10, 100, false, SceneRepresentation::kSurface},
                {"SQP", HashOf('b'), R"({"multi_starts":0})", 0, 80, true}};
-  e.problems = {{"posture", 3, 1}, {"posture", 5, 1}, {"motion", 0, 4}};
+  e.problems = {{Task::kPosture, 3, 1}, {Task::kPosture, 5, 1}, {Task::kMotion, 0, 4}};
   e.cells.clear();
   e.jobs.clear();
   std::int64_t job_id = 1;
   for (int method = 0; method < 2; ++method) {
-    for (const char* task : {"posture", "motion"}) {
-      for (const char* initialization : {"good", "in_collision"}) {
+    for (const Task task : {Task::kPosture, Task::kMotion}) {
+      for (const Initialization initialization : {Initialization::kGood, Initialization::kInCollision}) {
         const int cell = static_cast<int>(e.cells.size());
-        const bool posture = std::string(task) == "posture";
+        const bool posture = task == Task::kPosture;
         e.cells.push_back({cell + 1, method, task, initialization, posture ? 2 : 1});
         for (int problem = posture ? 0 : 2; problem < (posture ? 2 : 3); ++problem) {
           e.jobs.push_back({job_id++, cell, problem, 0});
@@ -46,12 +46,12 @@ class BenchmarkTable : public testing::Test {
 
   void Apply(const std::vector<StoreOp>& ops) { store_->Apply(ops); }
 
-  void Finish(std::int64_t job_id, const std::string& literal, const std::string& strict, double cost,
-              std::int64_t wall_us, int num_waypoints) {
+  void Finish(std::int64_t job_id, Verdict literal, Verdict strict, double cost, std::int64_t wall_us,
+              int num_waypoints) {
     ResultRecord r = SampleResult(cost);
     r.verdict_literal = literal;
     r.verdict_strict = strict;
-    r.verdict_detail = literal == kSuccess ? "" : "foot l_foot off by 2.0 mm";
+    r.verdict_detail = literal == Verdict::kSuccess ? "" : "foot l_foot off by 2.0 mm";
     r.wall_us = wall_us;
     r.num_waypoints = num_waypoints;
     Apply({LeaseJob{job_id, 1, 100 + job_id, 1, 1}, AcceptResult{job_id, 1, r, "", "", 2}});
@@ -70,11 +70,12 @@ Value Int(std::int64_t value) { return value; }
 Value Text(const char* value) { return std::string(value); }
 
 TEST_F(BenchmarkTable, MeansOverSolvedPerWaypointAndNullWithoutSuccess) {
-  Finish(1, "success", "success", 400, 1'000, 1);  // method 1, posture, good
-  Finish(2, "success", "self_collision", 500, 3'000, 1);
-  Finish(3, "foot_pose", "foot_pose", std::nan(""), 9'000, 1);  // method 1, posture, in collision: nothing solved
-  Finish(4, "com", "com", std::nan(""), 9'000, 1);
-  Finish(5, "success", "success", 0.125, 8'000, 4);  // method 1, motion, good
+  Finish(1, Verdict::kSuccess, Verdict::kSuccess, 400, 1'000, 1);  // method 1, posture, good
+  Finish(2, Verdict::kSuccess, Verdict::kSelfCollision, 500, 3'000, 1);
+  Finish(3, Verdict::kFootPose, Verdict::kFootPose, std::nan(""), 9'000,
+         1);  // method 1, posture, in collision: nothing solved
+  Finish(4, Verdict::kCom, Verdict::kCom, std::nan(""), 9'000, 1);
+  Finish(5, Verdict::kSuccess, Verdict::kSuccess, 0.125, 8'000, 4);  // method 1, motion, good
 
   const QueryResult table = Query("SELECT * FROM benchmark_table WHERE experiment_id = 1");
   ASSERT_EQ(table.columns.size(), 22U);
@@ -97,8 +98,7 @@ TEST_F(BenchmarkTable, MeansOverSolvedPerWaypointAndNullWithoutSuccess) {
 }
 
 TEST_F(BenchmarkTable, InterpolationCoversTheSolvedMotions) {
-  const auto finish = [this](std::int64_t job_id, const std::string& strict, double scene_m, double self_m,
-                             double share) {
+  const auto finish = [this](std::int64_t job_id, Verdict strict, double scene_m, double self_m, double share) {
     ResultRecord r = SampleResult(0.1);
     r.verdict_strict = strict;
     r.num_waypoints = 4;
@@ -108,9 +108,10 @@ TEST_F(BenchmarkTable, InterpolationCoversTheSolvedMotions) {
     r.interpolation_free_share = share;
     Apply({LeaseJob{job_id, 1, 100 + job_id, 1, 1}, AcceptResult{job_id, 1, r, "", "", 2}});
   };
-  finish(5, "success", 0.004, 0, 0.75);              // method 1, motion, good
-  finish(6, "self_collision", 0.0005, 0.0001, 1.0);  // method 1, motion, in collision: solved by the literal rule
-  Finish(1, "success", "success", 400, 1'000, 1);    // a posture does not count
+  finish(5, Verdict::kSuccess, 0.004, 0, 0.75);  // method 1, motion, good
+  finish(6, Verdict::kSelfCollision, 0.0005, 0.0001,
+         1.0);  // method 1, motion, in collision: solved by the literal rule
+  Finish(1, Verdict::kSuccess, Verdict::kSuccess, 400, 1'000, 1);  // a posture does not count
   const std::string columns =
       "SELECT rule, initialization, n, solved, scored, free, free_share, environment_depth_m, self_depth_m "
       "FROM interpolation_cells WHERE multi_starts = 10 ORDER BY rule, initialization";
@@ -123,8 +124,8 @@ TEST_F(BenchmarkTable, InterpolationCoversTheSolvedMotions) {
 }
 
 TEST_F(BenchmarkTable, CellsOfBothRulesWithFinishedJobs) {
-  Finish(1, "success", "success", 400, 1'000, 1);
-  Finish(2, "success", "self_collision", 500, 3'000, 1);
+  Finish(1, Verdict::kSuccess, Verdict::kSuccess, 400, 1'000, 1);
+  Finish(2, Verdict::kSuccess, Verdict::kSelfCollision, 500, 3'000, 1);
   const QueryResult cells = Query(
       "SELECT experiment, method_id, multi_starts, sample_size, incremental, rule, n, finished, solved, cost, time_s "
       "FROM benchmark_cells WHERE task = 'posture' AND initialization = 'good' AND multi_starts = 10 ORDER BY rule");
@@ -147,7 +148,7 @@ TEST_F(BenchmarkTable, CellsThatAnExperimentLacksAreNull) {
 }
 
 TEST_F(BenchmarkTable, JobListNamesEverything) {
-  Finish(2, "success", "success", 500, 3'000, 1);
+  Finish(2, Verdict::kSuccess, Verdict::kSuccess, 500, 3'000, 1);
   const QueryResult jobs = Query("SELECT * FROM job_list WHERE job_id = 2");
   EXPECT_EQ(jobs.columns, (std::vector<std::string>{"job_id",
                                                     "experiment_id",
@@ -185,8 +186,8 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
 }
 
 TEST_F(BenchmarkTable, FailuresTellWhy) {
-  Finish(1, "success", "success", 400, 1'000, 1);
-  Finish(2, "foot_pose", "foot_pose", std::nan(""), 3'000, 1);
+  Finish(1, Verdict::kSuccess, Verdict::kSuccess, 400, 1'000, 1);
+  Finish(2, Verdict::kFootPose, Verdict::kFootPose, std::nan(""), 3'000, 1);
   Apply({LeaseJob{3, 1, 900, 1, 1},
          EndAttempt{3, 1, AttemptOutcome::kCrashed, JobState::kDead, 11, "killed by SIGSEGV", "", 2}});
   EXPECT_EQ(Query("SELECT job_id, state, detail, message FROM failures ORDER BY job_id").rows,
@@ -212,14 +213,14 @@ TEST_F(BenchmarkTable, EveryViewThatNamesAMethodTellsThoseOfOneNameApart) {
 }
 
 TEST_F(BenchmarkTable, DisagreementsOfSolverAndJudgeAndOfTheRules) {
-  Finish(1, "success", "success", 400, 1'000, 1);
-  Finish(2, "success", "self_collision", 500, 3'000, 1);
-  Finish(3, "com", "com", std::nan(""), 3'000, 1);  // the solver says converged_feasible
+  Finish(1, Verdict::kSuccess, Verdict::kSuccess, 400, 1'000, 1);
+  Finish(2, Verdict::kSuccess, Verdict::kSelfCollision, 500, 3'000, 1);
+  Finish(3, Verdict::kCom, Verdict::kCom, std::nan(""), 3'000, 1);  // the solver says converged_feasible
   EXPECT_EQ(Query("SELECT job_id FROM disagreements ORDER BY job_id").rows, (std::vector<Row>{{Int(2)}, {Int(3)}}));
 }
 
 TEST_F(BenchmarkTable, ExperimentListCountsEveryJobOnce) {
-  Finish(1, "success", "success", 400, 1'000, 1);
+  Finish(1, Verdict::kSuccess, Verdict::kSuccess, 400, 1'000, 1);
   Apply({LeaseJob{2, 1, 900, 1, 1}});
   EXPECT_EQ(Query("SELECT jobs, queued, leased, done, failed, dead, cancelled, solved FROM experiment_list").rows.at(0),
             (Row{Int(12), Int(10), Int(1), Int(1), Int(0), Int(0), Int(0), Int(1)}));

@@ -24,7 +24,7 @@ namespace {
   if (state.experiments.empty()) {
     store->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1, 5000)}, PutWorker{SampleWorker(1)}});
   } else {
-    next = state.experiments[0].jobs_by_state[static_cast<int>(JobState::kDone)] + 1;
+    next = state.experiments[0].jobs_by_state[JobState::kDone] + 1;
   }
   ResultRecord result = SampleResult();
   result.waypoints.assign(3 * 40, 0.5);
@@ -134,7 +134,7 @@ int FillTheDisk(const std::filesystem::path& path) {
   }
   // Reading goes on, and only what was acknowledged is there.
   const OpenState state = store->LoadOpenState();
-  if (state.experiments.at(0).jobs_by_state[static_cast<int>(JobState::kDone)] != job - 1) return 3;
+  if (state.experiments.at(0).jobs_by_state[JobState::kDone] != job - 1) return 3;
   try {
     store->Apply(ops);
     return 4;  // still full
@@ -143,7 +143,7 @@ int FillTheDisk(const std::filesystem::path& path) {
   }
   setrlimit(RLIMIT_FSIZE, &unlimited);
   store->Apply(ops);  // the very same transaction, once there is space
-  return store->LoadOpenState().experiments.at(0).jobs_by_state[static_cast<int>(JobState::kDone)] == job ? 0 : 6;
+  return store->LoadOpenState().experiments.at(0).jobs_by_state[JobState::kDone] == job ? 0 : 6;
 }
 
 TEST(Crash, FullDiskIsAStateThatPasses) {

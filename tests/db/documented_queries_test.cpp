@@ -67,7 +67,7 @@ class DocumentedDatabase : public testing::Test {
   void SetUp() override {
     NewExperiment e = SampleExperiment(1, 1, 1);
     e.dataset.joint_names = {"hip", "knee"};
-    e.methods.push_back({"SQP", HashOf('b'), "{}", 10, 100, false, "surface"});
+    e.methods.push_back({"SQP", HashOf('b'), "{}", 10, 100, false, SceneRepresentation::kSurface});
     e.cells[1].method_index = 1;
     ResultRecord solved = SampleResult();
     solved.history_json =
@@ -75,7 +75,7 @@ class DocumentedDatabase : public testing::Test {
         R"("rows":[[0,0,10,5,4,400.5,0.25,0.1],[0,0,100,3,3,401,1e-6,0.1]]})";
     solved.wall_us = 9000;
     ResultRecord failed = SampleResult();
-    failed.verdict_literal = failed.verdict_strict = "com";
+    failed.verdict_literal = failed.verdict_strict = Verdict::kCom;
     store_->Apply(std::vector<StoreOp>{CreateExperiment{e}, PutWorker{SampleWorker(1)}, LeaseJob{1, 1, 71, 1, 1},
                                        AcceptResult{1, 1, solved, "", "", 2}, LeaseJob{2, 1, 72, 1, 1},
                                        AcceptResult{2, 1, failed, "", "", 2}, LeaseJob{3, 1, 73, 1, 1},

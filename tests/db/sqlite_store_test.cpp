@@ -199,7 +199,7 @@ TEST_F(SqliteStoreFile, JointNamesAreKeptFromWhoeverTellsThemFirst) {
 TEST_F(SqliteStoreFile, ARetriedResultIsKeptWithItsSolution) {
   const auto store = OpenSqliteStore(path_);
   ResultRecord result = SampleResult(321);
-  result.solver_status = "time_limit";
+  result.solver_status = SolveStatus::kTimeLimit;
   result.waypoints = {1, 2, 3, 4, 5, 6};
   store->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1)}, PutWorker{SampleWorker(1)},
                                     LeaseJob{1, 1, 71, 1, 1}, AcceptResult{1, 1, result, "", "", 2},
@@ -242,7 +242,7 @@ TEST_F(SqliteStoreFile, NothingOfADeletedExperimentIsLeft) {
 TEST_F(SqliteStoreFile, RetriedJobsAreSound) {
   const auto store = OpenSqliteStore(path_);
   ResultRecord stopped = SampleResult();
-  stopped.solver_status = "time_limit";
+  stopped.solver_status = SolveStatus::kTimeLimit;
   store->Apply(std::vector<StoreOp>{
       CreateExperiment{SampleExperiment(1, 1, 1)}, PutWorker{SampleWorker(1)}, LeaseJob{1, 1, 71, 1, 1},
       EndAttempt{1, 1, AttemptOutcome::kReturned, JobState::kQueued, 0, "", "", 2}, LeaseJob{1, 2, 72, 1, 1},

@@ -75,7 +75,7 @@ class JobRun {
   // stopped it, and is deleted. Every step is known by what the step before left behind.
   bool Change(Store& store) {
     ResultRecord stopped = SampleResult();
-    stopped.solver_status = "time_limit";
+    stopped.solver_status = SolveStatus::kTimeLimit;
     OpenState state = store.LoadOpenState();
     if (state.next_experiment_id == 2) {
       std::vector<StoreOp> ops = {RenameExperiment{1, "renamed"}, TagExperiment{1, "tag", true},

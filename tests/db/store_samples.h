@@ -29,9 +29,9 @@ inline NewExperiment SampleExperiment(std::int64_t experiment_id, std::int64_t f
   e.submitted_at_us = 1000;
   e.dataset = {"garage", HashOf('d')};
   e.methods = {{"SQP", HashOf('a'), R"({"solver":"sqp"})", 0, 100, false}};
-  for (int i = 0; i < num_problems; ++i) e.problems.push_back({"posture", i, 1});
-  e.cells = {{first_cell_id, 0, "posture", "good", num_problems},
-             {first_cell_id + 1, 0, "posture", "in_collision", num_problems}};
+  for (int i = 0; i < num_problems; ++i) e.problems.push_back({Task::kPosture, i, 1});
+  e.cells = {{first_cell_id, 0, Task::kPosture, Initialization::kGood, num_problems},
+             {first_cell_id + 1, 0, Task::kPosture, Initialization::kInCollision, num_problems}};
   for (int cell = 0; cell < 2; ++cell) {
     for (int i = 0; i < num_problems; ++i) e.jobs.push_back({first_job_id++, cell, i, 0});
   }
@@ -45,12 +45,12 @@ inline WorkerRecord SampleWorker(std::int64_t worker_id) {
 
 inline ResultRecord SampleResult(double cost = 400) {
   ResultRecord r;
-  r.solver_status = "converged_feasible";
+  r.solver_status = SolveStatus::kConvergedFeasible;
   r.iterations = 12;
   r.wall_us = 2000;
   r.cpu_us = 1900;
-  r.verdict_literal = "success";
-  r.verdict_strict = "success";
+  r.verdict_literal = Verdict::kSuccess;
+  r.verdict_strict = Verdict::kSuccess;
   r.cost = cost;
   r.waypoint_size = 3;
   r.waypoints = {1.5, -2.25, 1e-300};

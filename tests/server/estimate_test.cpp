@@ -18,14 +18,15 @@ constexpr double kLimit_s = 300;
 // Two methods, each with postures (kinds 0 and 2) and motions (kinds 1 and 3).
 WorkLeft TwoMethods() {
   WorkLeft left;
-  left.kinds = {{0, "posture", 0, 0}, {0, "motion", 0, 0}, {1, "posture", 0, 0}, {1, "motion", 0, 0}};
+  left.kinds = {
+      {0, Task::kPosture, 0, 0}, {0, Task::kMotion, 0, 0}, {1, Task::kPosture, 0, 0}, {1, Task::kMotion, 0, 0}};
   left.slots = 2;
   return left;
 }
 
 TEST(SecondsPerWaypoint, IsTimeOverWaypointsDealtWith) {
   WorkLeft left = TwoMethods();
-  left.kinds[0] = {0, "posture", 6, 12};
+  left.kinds[0] = {0, Task::kPosture, 6, 12};
   left.running = {{0, 1, 2.0, 0, 0, kLimit_s}, {1, 50, 10.0, 2, 10, kLimit_s}};
   const auto rates = SecondsPerWaypoint(left);
   EXPECT_DOUBLE_EQ(*rates[0], 7.5 / 12) << "a running job adds what it takes longer than expected";
@@ -34,9 +35,12 @@ TEST(SecondsPerWaypoint, IsTimeOverWaypointsDealtWith) {
 
 TEST(SecondsPerWaypoint, BorrowsFromKinButNotFromAnotherTask) {
   WorkLeft left;
-  left.kinds = {
-      {0, "posture", 4, 2}, {0, "posture", 0, 0}, {1, "posture", 30, 3}, {2, "posture", 0, 0}, {0, "motion", 0, 0}};
-  left.kinds.push_back({3, "posture", 9, 3});
+  left.kinds = {{0, Task::kPosture, 4, 2},
+                {0, Task::kPosture, 0, 0},
+                {1, Task::kPosture, 30, 3},
+                {2, Task::kPosture, 0, 0},
+                {0, Task::kMotion, 0, 0}};
+  left.kinds.push_back({3, Task::kPosture, 9, 3});
   const auto rates = SecondsPerWaypoint(left);
   EXPECT_DOUBLE_EQ(*rates[1], 2) << "the same method from the other start";
   EXPECT_DOUBLE_EQ(*rates[3], 3) << "the other methods took 2, 10 and 3";
@@ -45,24 +49,24 @@ TEST(SecondsPerWaypoint, BorrowsFromKinButNotFromAnotherTask) {
 
 TEST(EstimateRemaining, IsNoneWhileNothingRuns) {
   WorkLeft left = TwoMethods();
-  left.kinds[0] = {0, "posture", 6, 12};
+  left.kinds[0] = {0, Task::kPosture, 6, 12};
   left.queued = {{0, 1, 10}};
   EXPECT_FALSE(EstimateRemaining_s(left).has_value());
 }
 
 TEST(EstimateRemaining, IsNoneWhileAKindIsUnknown) {
   WorkLeft left = TwoMethods();
-  left.kinds[0] = {0, "posture", 6, 12};
+  left.kinds[0] = {0, Task::kPosture, 6, 12};
   left.running = {{0, 1, 0.1, 0, 0, kLimit_s}};
   left.queued = {{0, 1, 10}, {1, 24, 1}};
   EXPECT_FALSE(EstimateRemaining_s(left).has_value()) << "no motion was ever seen";
-  left.kinds[3] = {1, "motion", 48, 24};
+  left.kinds[3] = {1, Task::kMotion, 48, 24};
   EXPECT_TRUE(EstimateRemaining_s(left).has_value());
 }
 
 TEST(EstimateRemaining, DividesShortJobsBySlots) {
   WorkLeft left = TwoMethods();
-  left.kinds[0] = {0, "posture", 60, 120};
+  left.kinds[0] = {0, Task::kPosture, 60, 120};
   left.running = {{0, 1, 0.5, 0, 0, kLimit_s}};
   left.queued = {{0, 1, 100}};
   EXPECT_NEAR(*EstimateRemaining_s(left), 25, 0.5);
@@ -78,8 +82,8 @@ TEST(EstimateRemaining, DoesNotDivideAJob) {
 
 TEST(EstimateRemaining, CountsALongJobAtTheEndInFull) {
   WorkLeft left = TwoMethods();
-  left.kinds[0] = {0, "posture", 1, 10};
-  left.kinds[3] = {1, "motion", 20, 10};
+  left.kinds[0] = {0, Task::kPosture, 1, 10};
+  left.kinds[3] = {1, Task::kMotion, 20, 10};
   left.running = {{0, 1, 0, 0, 0, kLimit_s}, {0, 1, 0, 0, 0, kLimit_s}};
   left.queued = {{0, 1, 8}, {1, 50, 1}};
   EXPECT_NEAR(*EstimateRemaining_s(left), 0.5 + 100, 0.1);
@@ -87,7 +91,7 @@ TEST(EstimateRemaining, CountsALongJobAtTheEndInFull) {
 
 TEST(EstimateRemaining, ASharedSlotTakesLonger) {
   WorkLeft left = TwoMethods();
-  left.kinds[0] = {0, "posture", 100, 100};
+  left.kinds[0] = {0, Task::kPosture, 100, 100};
   left.running = {{0, 1, 0, 0, 0, kLimit_s}};
   left.queued = {{0, 1, 99}};
   left.slots = 0.5;
@@ -96,7 +100,7 @@ TEST(EstimateRemaining, ASharedSlotTakesLonger) {
 
 TEST(EstimateRemaining, AnOverdueJobIsNotTakenForDone) {
   WorkLeft left = TwoMethods();
-  left.kinds[0] = {0, "posture", 1, 10};
+  left.kinds[0] = {0, Task::kPosture, 1, 10};
   left.running = {{0, 1, 40, 0, 0, kLimit_s}};
   EXPECT_DOUBLE_EQ(*EstimateRemaining_s(left), 10);
   left.running[0].limit_s = 42;

@@ -237,7 +237,7 @@ class SharedPool : public SchedulerTest {
     nlohmann::json spec = SampleSpec(num_jobs);
     if (!submitter.empty()) spec["submitter"] = submitter;
     const auto reply = Submit(spec, "submission " + std::to_string(job_time_.size()));
-    EXPECT_EQ(reply.status, 0) << reply.message;
+    EXPECT_EQ(StatusOf(reply), SubmitStatus::kCreated) << reply.message;
     EXPECT_FALSE(job_time_.contains(reply.experiment_id));
     job_time_[reply.experiment_id] = job_time;
     return reply.experiment_id;
@@ -303,7 +303,7 @@ class SharedPool : public SchedulerTest {
     const std::int64_t experiment = slot.held.front().experiment_id;
     auto result = ResultFor(worker_ids_[slot.endpoint], slot.held.front());
     result.cpu_us = job_time_[experiment].count();
-    EXPECT_EQ(Deliver(result).status, 0);
+    EXPECT_EQ(StatusOf(Deliver(result)), ResultStatus::kAccepted);
     used_[experiment] += job_time_[experiment];
     if (Summary(experiment).state == db::ExperimentState::kDone) finished_[experiment] = now_.steady;
     slot.held.pop_front();
@@ -350,10 +350,10 @@ TEST_F(SharedPool, WhatIsHeldSavesNothing) {
   const auto held = SubmitAs("ada", 5000, 1s);
   const auto other = SubmitAs("bob", 5000, 1s);
   StartSlots(2);
-  Control(held, 2, "why");
+  Control(held, ControlAction::kHold, "why");
   Work(100s);
   EXPECT_EQ(Used_s(held), 0);
-  Control(held, 3);
+  Control(held, ControlAction::kRelease);
   used_.clear();
   Work(100s);
   EXPECT_NEAR(Used_s(held), 100, 3);
@@ -386,7 +386,8 @@ TEST_F(SharedPool, FailedAttemptsAreChargedForTheirTime) {
     const auto lease = LeaseOne(kFirst);
     ++leases[lease.experiment_id];
     Advance(1s);
-    auto result = ResultFor(worker_ids_[kFirst], lease, lease.experiment_id == 1 ? 1 : 0);
+    auto result = ResultFor(worker_ids_[kFirst], lease,
+                            lease.experiment_id == 1 ? ReportedOutcome::kCrashed : ReportedOutcome::kFinished);
     if (lease.experiment_id == 2) result.cpu_us = 1'000'000;
     Deliver(result);
   }

@@ -15,7 +15,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using testing::HasSubstr;
 
-constexpr int kPause = 0, kResume = 1, kHold = 2, kRelease = 3, kPriority = 4;
+using enum ControlAction;
 
 class OutlookTest : public SchedulerTest {
  protected:

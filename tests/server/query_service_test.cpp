@@ -7,6 +7,7 @@
 
 #include "db/sqlite_store.h"
 #include "tests/db/store_samples.h"
+#include "tests/server/reply_status.h"
 
 namespace legopt::server {
 namespace {
@@ -49,7 +50,7 @@ class Queries : public testing::Test {
 
 TEST_F(Queries, AnswerIsJson) {
   const auto reply = Ask("SELECT 1 AS one, 0.5 AS half, 'text' AS word, NULL AS missing, x'00ff' AS bytes");
-  EXPECT_EQ(reply.status, 0) << reply.message;
+  EXPECT_EQ(StatusOf(reply), QueryStatus::kOk) << reply.message;
   EXPECT_EQ(Json::parse(reply.json), Json::parse(R"({"columns":["one","half","word","missing","bytes"],
       "rows":[[1,0.5,"text",null,"00ff"]],"truncated":false})"));
 }
@@ -67,7 +68,7 @@ TEST_F(Queries, RowsAreLimited) {
 }
 
 TEST_F(Queries, FaultsAreToldNotThrown) {
-  EXPECT_EQ(Ask("SELECT nonsense").status, 1);
+  EXPECT_EQ(StatusOf(Ask("SELECT nonsense")), QueryStatus::kRefused);
   EXPECT_NE(Ask("SELECT nonsense").message.find("nonsense"), std::string::npos);
   EXPECT_NE(Ask("DELETE FROM jobs").message.find("read-only"), std::string::npos);
   EXPECT_NE(
@@ -91,17 +92,17 @@ TEST_F(Queries, MissingDatabaseIsAnError) {
   poll(&descriptor, 1, -1);
   const auto finished = service.TakeFinished();
   ASSERT_EQ(finished.size(), 1U);
-  EXPECT_EQ(finished[0].reply.status, 1);
+  EXPECT_EQ(StatusOf(finished[0].reply), QueryStatus::kRefused);
 }
 
 TEST_F(Queries, TheStatementMayAskForItsTime) {
   const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n";
   const auto reply = Ask("/*+ MAX_EXECUTION_TIME(100) */ " + endless);
-  EXPECT_EQ(reply.status, 2) << "not the statement's fault, as a refusal would be";
+  EXPECT_EQ(StatusOf(reply), QueryStatus::kStopped) << "not the statement's fault, as a refusal would be";
   EXPECT_NE(reply.message.find("stopped after 0.1 s"), std::string::npos) << reply.message;
   // One that may take an hour keeps nobody else waiting.
   EXPECT_TRUE(service_.Start(1000, Request("/*+ MAX_EXECUTION_TIME(3600000) */ " + endless)));
-  EXPECT_EQ(Ask("SELECT 1").status, 0);
+  EXPECT_EQ(StatusOf(Ask("SELECT 1")), QueryStatus::kOk);
   // No number is no wish.
   for (const char* hint :
        {"/*+ MAX_EXECUTION_TIME(x) */ ", "/*+ MAX_EXECUTION_TIME(-1) */ ", "/*+ MAX_EXECUTION_TIME(5 "}) {

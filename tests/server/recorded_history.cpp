@@ -28,7 +28,7 @@ RecordedHistory ReadHistory(const std::string& file) {
     std::getline(fields, windows, ',');
     const std::size_t method_index = methods.emplace(method, methods.size()).first->second;
     const auto [kind, is_new] = kinds.emplace(std::tuple(method, task, initialization), kinds.size());
-    if (is_new) history.kinds.push_back({method_index, task, 0, 0});
+    if (is_new) history.kinds.push_back({method_index, ParseWord<Task>(task).value(), 0, 0});
     history.jobs.push_back({kind->second, std::stod(waypoints), std::stod(wall_us) * 1e-6, std::stoi(windows)});
   }
   return history;

@@ -10,19 +10,21 @@
 #include "bus/messages.h"
 #include "db/memory_store.h"
 #include "server/scheduler.h"
+#include "tests/server/reply_status.h"
 #include "tests/server/sample_spec.h"
 
 namespace legopt::server {
 
-inline legopt_msg::result_request ResultFor(std::int64_t worker_id, const legopt_msg::lease& lease, int outcome = 0) {
+inline legopt_msg::result_request ResultFor(std::int64_t worker_id, const legopt_msg::lease& lease,
+                                            ReportedOutcome outcome = ReportedOutcome::kFinished) {
   legopt_msg::result_request result{};
   result.worker_id = worker_id;
   result.job_id = lease.job_id;
   result.attempt = lease.attempt;
   result.token = lease.token;
-  result.outcome = static_cast<std::int8_t>(outcome);
+  result.outcome = NumberOf(outcome);
   result.failed_waypoint = -1;
-  if (outcome != 0) return result;
+  if (outcome != ReportedOutcome::kFinished) return result;
   result.solver_status = "converged_feasible";
   result.wall_us = 2000;
   result.verdict_literal = "success";
@@ -157,7 +159,8 @@ class SchedulerTest : public testing::Test {
     Commit();
     return reply;
   }
-  legopt_msg::result_reply Finish(bus::EndpointId endpoint, const legopt_msg::lease& lease, int outcome = 0) {
+  legopt_msg::result_reply Finish(bus::EndpointId endpoint, const legopt_msg::lease& lease,
+                                  ReportedOutcome outcome = ReportedOutcome::kFinished) {
     return Deliver(ResultFor(worker_ids_[endpoint], lease, outcome));
   }
 
@@ -169,11 +172,11 @@ class SchedulerTest : public testing::Test {
     return reply;
   }
 
-  legopt_msg::control_reply Control(std::int64_t experiment_id, int action, const std::string& reason = "",
+  legopt_msg::control_reply Control(std::int64_t experiment_id, ControlAction action, const std::string& reason = "",
                                     int priority = 0) {
     legopt_msg::control_request request{};
     request.experiment_id = experiment_id;
-    request.action = static_cast<std::int8_t>(action);
+    request.action = NumberOf(action);
     request.reason = reason;
     request.priority = priority;
     const auto reply = scheduler_->Control(now_, request, ops_);

@@ -35,9 +35,9 @@ TEST_F(SchedulerTest, HeartbeatsRenewForEver) {
   const auto lease = LeaseOne(kFirst);
   for (int i = 0; i < 100; ++i) {
     Advance(1s);
-    EXPECT_EQ(Heartbeat(kFirst, {lease}).verdicts.at(0), 0);
+    EXPECT_EQ(VerdictOf(Heartbeat(kFirst, {lease})), LeaseVerdict::kContinue);
   }
-  EXPECT_EQ(Finish(kFirst, lease).status, 0);
+  EXPECT_EQ(StatusOf(Finish(kFirst, lease)), ResultStatus::kAccepted);
 }
 
 TEST_F(SchedulerTest, ExpiryConsumesAttempts) {
@@ -56,13 +56,13 @@ TEST_F(SchedulerTest, LateResultAfterExpiryIsStaleAndKept) {
   Hello(kFirst);
   const auto late = LeaseOne(kFirst);
   Advance(12s);
-  EXPECT_EQ(Heartbeat(kFirst, {late}).verdicts.at(0), 2);
-  EXPECT_EQ(Finish(kFirst, late).status, 2) << "queued again";
+  EXPECT_EQ(VerdictOf(Heartbeat(kFirst, {late})), LeaseVerdict::kUnknownLease);
+  EXPECT_EQ(StatusOf(Finish(kFirst, late)), ResultStatus::kStale) << "queued again";
   Hello(kSecond);
   const auto current = LeaseOne(kSecond);
-  EXPECT_EQ(Finish(kFirst, late).status, 2) << "leased again";
-  EXPECT_EQ(Finish(kSecond, current).status, 0);
-  EXPECT_EQ(Finish(kFirst, late).status, 2) << "done by another";
+  EXPECT_EQ(StatusOf(Finish(kFirst, late)), ResultStatus::kStale) << "leased again";
+  EXPECT_EQ(StatusOf(Finish(kSecond, current)), ResultStatus::kAccepted);
+  EXPECT_EQ(StatusOf(Finish(kFirst, late)), ResultStatus::kStale) << "done by another";
   EXPECT_EQ(store_.num_stale(), 1);
   EXPECT_EQ(store_.accepted_result(1)->attempt, 2);
 }
@@ -77,8 +77,8 @@ TEST_F(SchedulerTest, StaleResultOfAClosedAndForgottenExperimentIsStillTold) {
   Finish(kSecond, current);
   Advance(options_.retention + 1s);
   Advance(1s);
-  EXPECT_EQ(Finish(kFirst, late).status, 2);
-  EXPECT_EQ(Finish(kSecond, current).status, 1);
+  EXPECT_EQ(StatusOf(Finish(kFirst, late)), ResultStatus::kStale);
+  EXPECT_EQ(StatusOf(Finish(kSecond, current)), ResultStatus::kDuplicate);
   EXPECT_EQ(store_.num_stale(), 1);
 }
 
@@ -161,11 +161,11 @@ TEST_F(SchedulerTest, SilentWorkerMustSayHelloAgain) {
   Submit(SampleSpec(1));
   Hello(kFirst);
   Advance(12s);
-  EXPECT_EQ(Heartbeat(kFirst, {}).status, 2);
-  EXPECT_EQ(Lease(kFirst).status, 2);
+  EXPECT_EQ(StatusOf(Heartbeat(kFirst, {})), HeartbeatStatus::kUnknownWorker);
+  EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kUnknownWorker);
   Hello(kFirst);
-  EXPECT_EQ(Heartbeat(kFirst, {}).status, 0);
-  EXPECT_EQ(Lease(kFirst).status, 0);
+  EXPECT_EQ(StatusOf(Heartbeat(kFirst, {})), HeartbeatStatus::kOk);
+  EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kLeased);
 }
 
 TEST_F(SchedulerTest, WallClockDecidesNothing) {
@@ -175,9 +175,9 @@ TEST_F(SchedulerTest, WallClockDecidesNothing) {
   for (const std::int64_t jump : {86'400'000'000LL, -2 * 86'400'000'000LL, 3'600'000'000LL}) {
     now_.wall_us += jump;
     Advance(1s);
-    EXPECT_EQ(Heartbeat(kFirst, {lease}).verdicts.at(0), 0);
+    EXPECT_EQ(VerdictOf(Heartbeat(kFirst, {lease})), LeaseVerdict::kContinue);
   }
-  EXPECT_EQ(Finish(kFirst, lease).status, 0);
+  EXPECT_EQ(StatusOf(Finish(kFirst, lease)), ResultStatus::kAccepted);
 }
 
 TEST_F(SchedulerTest, IdleSchedulerHasNoDeadline) {
@@ -199,12 +199,12 @@ TEST_F(SchedulerTest, RunningLeaseSurvivesARestart) {
   Heartbeat(kFirst, {lease});
   Restart();
   const auto beat = Heartbeat(kFirst, {lease});
-  EXPECT_EQ(beat.status, 0 + 2) << "say hello";
+  EXPECT_EQ(StatusOf(beat), HeartbeatStatus::kUnknownWorker) << "say hello";
   EXPECT_EQ(beat.server_instance, options_.server_instance);
-  EXPECT_EQ(beat.verdicts.at(0), 0) << "and go on";
+  EXPECT_EQ(VerdictOf(beat), LeaseVerdict::kContinue) << "and go on";
   Hello(kSecond);
   EXPECT_EQ(LeaseOne(kSecond).job_id, 2) << "the running job is not given away";
-  EXPECT_EQ(Finish(kFirst, lease).status, 0);
+  EXPECT_EQ(StatusOf(Finish(kFirst, lease)), ResultStatus::kAccepted);
   EXPECT_EQ(store_.accepted_result(1)->attempt, 1);
 }
 
@@ -236,14 +236,14 @@ TEST_F(SchedulerTest, QueueGoesOnWhereItStood) {
   Submit(SampleSpec(5));
   Hello(kFirst);
   Finish(kFirst, LeaseOne(kFirst));
-  Finish(kFirst, LeaseOne(kFirst), 1);  // job 2 is queued again
-  LeaseOne(kFirst);                     // job 2 runs
-  LeaseOne(kFirst);                     // job 3 runs
+  Finish(kFirst, LeaseOne(kFirst), ReportedOutcome::kCrashed);  // job 2 is queued again
+  LeaseOne(kFirst);                                             // job 2 runs
+  LeaseOne(kFirst);                                             // job 3 runs
   Restart();
   Hello(kSecond);
   EXPECT_EQ(LeaseOne(kSecond).job_id, 4);
   EXPECT_EQ(LeaseOne(kSecond).job_id, 5);
-  EXPECT_EQ(Lease(kSecond).status, 1);
+  EXPECT_EQ(StatusOf(Lease(kSecond)), LeaseStatus::kNoneNow);
 }
 
 // --- The end of work -------------------------------------------------------------------------------------------------
@@ -270,18 +270,19 @@ TEST_F(SchedulerTest, CancelReachesWorkersByHeartbeatAndLateResultsAreStale) {
   Finish(kFirst, done);
   const auto running = LeaseOne(kFirst);
   const auto reply = Cancel(1);
-  EXPECT_EQ(reply.status, 0);
+  EXPECT_EQ(StatusOf(reply), ControlStatus::kOk);
   EXPECT_EQ(reply.num_jobs, 2);
   EXPECT_EQ(StateOf(1), JobState::kDone);
   EXPECT_EQ(StateOf(2), JobState::kCancelled);
-  EXPECT_EQ(Heartbeat(kFirst, {running}).verdicts.at(0), 1);
-  EXPECT_EQ(Lease(kFirst).status, 4) << "a cancelled job does not come back";
-  EXPECT_EQ(Finish(kFirst, running).status, 2) << "finished all the same";
+  EXPECT_EQ(VerdictOf(Heartbeat(kFirst, {running})), LeaseVerdict::kCancel);
+  EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kNoMoreWork) << "a cancelled job does not come back";
+  EXPECT_EQ(StatusOf(Finish(kFirst, running)), ResultStatus::kStale) << "finished all the same";
   EXPECT_EQ(store_.num_accepted(), 1);
-  EXPECT_EQ(Finish(kFirst, running, 4).status, 0) << "the worker reports that it stopped";
-  EXPECT_EQ(Cancel(1).status, 0) << "again";
+  EXPECT_EQ(StatusOf(Finish(kFirst, running, ReportedOutcome::kCancelled)), ResultStatus::kAccepted)
+      << "the worker reports that it stopped";
+  EXPECT_EQ(StatusOf(Cancel(1)), ControlStatus::kOk) << "again";
   EXPECT_EQ(Cancel(1).num_jobs, 0);
-  EXPECT_EQ(Cancel(9).status, 1);
+  EXPECT_EQ(StatusOf(Cancel(9)), ControlStatus::kUnknownExperiment);
 }
 
 TEST_F(SchedulerTest, CancelledStaysCancelledAfterARestart) {
@@ -291,9 +292,9 @@ TEST_F(SchedulerTest, CancelledStaysCancelledAfterARestart) {
   Cancel(1);
   Restart();
   Hello(kFirst);
-  EXPECT_EQ(Lease(kFirst).status, 4) << "nothing is left to do";
-  EXPECT_EQ(Heartbeat(kFirst, {running}).verdicts.at(0), 2);
-  EXPECT_EQ(Finish(kFirst, running).status, 2);
+  EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kNoMoreWork) << "nothing is left to do";
+  EXPECT_EQ(VerdictOf(Heartbeat(kFirst, {running})), LeaseVerdict::kUnknownLease);
+  EXPECT_EQ(StatusOf(Finish(kFirst, running)), ResultStatus::kStale);
   EXPECT_EQ(store_.num_accepted(), 0);
 }
 

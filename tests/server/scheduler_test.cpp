@@ -19,12 +19,12 @@ using db::JobState;
 
 TEST_F(SchedulerTest, SubmissionIsIdempotentById) {
   const auto first = Submit(SampleSpec());
-  EXPECT_EQ(first.status, 0);
+  EXPECT_EQ(StatusOf(first), SubmitStatus::kCreated);
   EXPECT_EQ(first.experiment_id, 1);
   EXPECT_EQ(first.num_jobs, 4);
   for (int i = 0; i < 3; ++i) {
     const auto again = Submit(SampleSpec());
-    EXPECT_EQ(again.status, 1);
+    EXPECT_EQ(StatusOf(again), SubmitStatus::kAlreadyKnown);
     EXPECT_EQ(again.experiment_id, 1);
     EXPECT_EQ(again.num_jobs, 4);
     Restart();
@@ -35,7 +35,7 @@ TEST_F(SchedulerTest, SubmissionIsIdempotentById) {
 TEST_F(SchedulerTest, SameIdWithOtherContentIsRefused) {
   Submit(SampleSpec(4));
   const auto other = Submit(SampleSpec(5));
-  EXPECT_EQ(other.status, 2);
+  EXPECT_EQ(StatusOf(other), SubmitStatus::kRefused);
   EXPECT_NE(other.message.find("s1"), std::string::npos);
   EXPECT_EQ(scheduler_->experiments().size(), 1U);
 }
@@ -44,7 +44,7 @@ TEST_F(SchedulerTest, IllegalSpecIsRefusedByName) {
   auto spec = SampleSpec();
   spec["repetitions"] = 0;
   const auto reply = Submit(spec);
-  EXPECT_EQ(reply.status, 2);
+  EXPECT_EQ(StatusOf(reply), SubmitStatus::kRefused);
   EXPECT_NE(reply.message.find("repetitions"), std::string::npos);
 }
 
@@ -53,19 +53,19 @@ TEST_F(SchedulerTest, MethodHashCannotMeanTwoThings) {
   auto forged = SampleSpec();
   forged["methods"][0]["options"]["solver"] = "other";
   const auto reply = Submit(forged, "s2");
-  EXPECT_EQ(reply.status, 2);
+  EXPECT_EQ(StatusOf(reply), SubmitStatus::kRefused);
   EXPECT_NE(reply.message.find("hash"), std::string::npos);
   auto renamed = SampleSpec();  // a name is no option
   renamed["methods"][0]["name"] = renamed["methods"][0]["options"]["name"] = "mine";
-  EXPECT_EQ(Submit(renamed, "s3").status, 0);
+  EXPECT_EQ(StatusOf(Submit(renamed, "s3")), SubmitStatus::kCreated);
 }
 
 TEST_F(SchedulerTest, TooManyOpenJobsArePushedBack) {
   options_.max_open_jobs = 6;
   Restart();
-  EXPECT_EQ(Submit(SampleSpec(4), "a").status, 0);
-  EXPECT_EQ(Submit(SampleSpec(4), "b").status, 2);
-  EXPECT_EQ(Submit(SampleSpec(2), "c").status, 0);
+  EXPECT_EQ(StatusOf(Submit(SampleSpec(4), "a")), SubmitStatus::kCreated);
+  EXPECT_EQ(StatusOf(Submit(SampleSpec(4), "b")), SubmitStatus::kRefused);
+  EXPECT_EQ(StatusOf(Submit(SampleSpec(2), "c")), SubmitStatus::kCreated);
 }
 
 // --- Leases ----------------------------------------------------------------------------------------------------------
@@ -97,7 +97,7 @@ TEST_F(SchedulerTest, JobsAreLeasedInOrderAndOnce) {
   // Experiments take turns, the older one first; the jobs of each go in order.
   for (const std::int64_t job : {1, 3, 2, 4}) EXPECT_EQ(LeaseOne(job % 2 == 0 ? kFirst : kSecond).job_id, job);
   const auto none = Lease(kFirst);
-  EXPECT_EQ(none.status, 1);
+  EXPECT_EQ(StatusOf(none), LeaseStatus::kNoneNow);
   EXPECT_GT(none.retry_after_us, 0);
 }
 
@@ -133,13 +133,13 @@ TEST_F(SchedulerTest, AMotionEndsABatch) {
 
 TEST_F(SchedulerTest, UnknownWorkerIsToldToSayHello) {
   Submit(SampleSpec());
-  EXPECT_EQ(Lease(kFirst).status, 2);
+  EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kUnknownWorker);
   Hello(kFirst);
   worker_ids_[kSecond] = worker_ids_[kFirst];
-  EXPECT_EQ(Lease(kSecond).status, 2) << "another address under the same id";
-  EXPECT_EQ(Lease(kFirst).status, 0);
+  EXPECT_EQ(StatusOf(Lease(kSecond)), LeaseStatus::kUnknownWorker) << "another address under the same id";
+  EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kLeased);
   Restart();
-  EXPECT_EQ(Lease(kFirst).status, 2) << "not yet known to this instance";
+  EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kUnknownWorker) << "not yet known to this instance";
 }
 
 TEST_F(SchedulerTest, WorkerKeepsItsIdOverHelloAndRestart) {
@@ -154,7 +154,7 @@ TEST_F(SchedulerTest, OtherProtocolVersionIsRefused) {
   legopt_msg::hello_request request{};
   request.protocol_version = bus::kProtocolVersion + 1;
   const auto reply = scheduler_->Hello(now_, kFirst, request, ops_);
-  EXPECT_EQ(reply.status, 1);
+  EXPECT_EQ(StatusOf(reply), HelloStatus::kVersionRefused);
   EXPECT_EQ(reply.worker_id, 0);
   EXPECT_FALSE(reply.message.empty());
 }
@@ -163,7 +163,7 @@ TEST_F(SchedulerTest, DrainingServerLeasesNothing) {
   Submit(SampleSpec());
   Hello(kFirst);
   scheduler_->set_draining(true);
-  EXPECT_EQ(Lease(kFirst).status, 4);
+  EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kNoMoreWork);
 }
 
 // --- Datasets --------------------------------------------------------------------------------------------------------
@@ -171,25 +171,25 @@ TEST_F(SchedulerTest, DrainingServerLeasesNothing) {
 TEST_F(SchedulerTest, SameNameWithOtherContentIsAMismatchWithBothHashes) {
   Submit(SampleSpec());
   const auto hello = Hello(kFirst, 1, 'e');
-  EXPECT_EQ(hello.status, 2);
+  EXPECT_EQ(StatusOf(hello), HelloStatus::kDatasetMismatch);
   EXPECT_NE(hello.message.find(HashOf('d')), std::string::npos);
   EXPECT_NE(hello.message.find(HashOf('e')), std::string::npos);
 }
 
 TEST_F(SchedulerTest, MismatchThatComesLaterIsToldAtTheNextLease) {
-  EXPECT_EQ(Hello(kFirst, 1, 'e').status, 0);
+  EXPECT_EQ(StatusOf(Hello(kFirst, 1, 'e')), HelloStatus::kOk);
   Submit(SampleSpec());
   const auto lease = Lease(kFirst, 1, 'e');
-  EXPECT_EQ(lease.status, 3);
+  EXPECT_EQ(StatusOf(lease), LeaseStatus::kDatasetMismatch);
   EXPECT_NE(lease.message.find(HashOf('d')), std::string::npos);
   EXPECT_NE(lease.message.find(HashOf('e')), std::string::npos);
 }
 
 TEST_F(SchedulerTest, WorkerForAnotherDatasetWaits) {
   Submit(SampleSpec());
-  EXPECT_EQ(Hello(kFirst, 1, 'e', "warehouse").status, 0);
+  EXPECT_EQ(StatusOf(Hello(kFirst, 1, 'e', "warehouse")), HelloStatus::kOk);
   const auto lease = Lease(kFirst, 1, 'e');
-  EXPECT_EQ(lease.status, 1);
+  EXPECT_EQ(StatusOf(lease), LeaseStatus::kNoneNow);
   EXPECT_NE(lease.message.find("garage"), std::string::npos);
   auto spec = SampleSpec();
   spec["dataset"] = {{"name", "warehouse"}, {"hash", HashOf('e')}};
@@ -203,11 +203,11 @@ TEST_F(SchedulerTest, ResultIsAcceptedOnceAndThenADuplicate) {
   Submit(SampleSpec(1));
   Hello(kFirst);
   const auto lease = LeaseOne(kFirst);
-  EXPECT_EQ(Finish(kFirst, lease).status, 0);
+  EXPECT_EQ(StatusOf(Finish(kFirst, lease)), ResultStatus::kAccepted);
   EXPECT_EQ(StateOf(1), JobState::kDone);
-  EXPECT_EQ(Finish(kFirst, lease).status, 1);
+  EXPECT_EQ(StatusOf(Finish(kFirst, lease)), ResultStatus::kDuplicate);
   Restart();
-  EXPECT_EQ(Finish(kFirst, lease).status, 1);
+  EXPECT_EQ(StatusOf(Finish(kFirst, lease)), ResultStatus::kDuplicate);
   EXPECT_EQ(store_.num_accepted(), 1);
   EXPECT_EQ(store_.num_stale(), 0);
 }
@@ -228,12 +228,12 @@ TEST_F(SchedulerTest, WrongTokenIsRefused) {
   Hello(kFirst);
   auto lease = LeaseOne(kFirst);
   lease.token += 1;
-  EXPECT_EQ(Finish(kFirst, lease).status, 3);
+  EXPECT_EQ(StatusOf(Finish(kFirst, lease)), ResultStatus::kRefused);
   lease.token -= 1;
   lease.attempt = 2;
-  EXPECT_EQ(Finish(kFirst, lease).status, 3);
+  EXPECT_EQ(StatusOf(Finish(kFirst, lease)), ResultStatus::kRefused);
   lease.job_id = 77;
-  EXPECT_EQ(Finish(kFirst, lease).status, 3);
+  EXPECT_EQ(StatusOf(Finish(kFirst, lease)), ResultStatus::kRefused);
   EXPECT_EQ(StateOf(1), JobState::kLeased);
   EXPECT_EQ(store_.num_stale(), 0);
 }
@@ -254,10 +254,44 @@ TEST_F(SchedulerTest, IllegalResultCostsAnAttemptWithTheReason) {
     auto result = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst));
     result.cost = std::nan("");
     const auto reply = Deliver(result);
-    EXPECT_EQ(reply.status, 3);
+    EXPECT_EQ(StatusOf(reply), ResultStatus::kRefused);
     EXPECT_NE(reply.message.find("cost"), std::string::npos);
   }
   EXPECT_EQ(StateOf(1), JobState::kFailed);
+}
+
+// As from a worker of another build.
+TEST_F(SchedulerTest, UnknownWordsOfAResultAreRefusedByField) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  const auto refusal = [this](auto field) {
+    auto result = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst));
+    result.*field = "fine";
+    const auto reply = Deliver(result);
+    EXPECT_EQ(StatusOf(reply), ResultStatus::kRefused);
+    return reply.message;
+  };
+  const std::string illegal = "the worker sent an illegal result: ";
+  EXPECT_EQ(refusal(&legopt_msg::result_request::solver_status), illegal + "solver_status 'fine' is unknown");
+  EXPECT_EQ(refusal(&legopt_msg::result_request::verdict_literal), illegal + "verdict_literal 'fine' is unknown");
+  EXPECT_EQ(refusal(&legopt_msg::result_request::verdict_strict), illegal + "verdict_strict 'fine' is unknown");
+  EXPECT_EQ(StateOf(1), JobState::kFailed);
+}
+
+TEST_F(SchedulerTest, ALateResultWithAnUnknownWordIsRefusedAndNotKept) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  auto late = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst));
+  Advance(12s);
+  late.verdict_strict = "";
+  const auto reply = Deliver(late);
+  EXPECT_EQ(StatusOf(reply), ResultStatus::kRefused);
+  EXPECT_EQ(reply.message, "the worker sent an illegal result: verdict_strict '' is unknown");
+  EXPECT_EQ(store_.num_stale(), 0);
+  EXPECT_EQ(scheduler_->counters().results_refused, 1U);
+  late.verdict_strict = "com";
+  EXPECT_EQ(StatusOf(Deliver(late)), ResultStatus::kStale);
+  EXPECT_EQ(store_.num_stale(), 1);
 }
 
 // --- Attempts --------------------------------------------------------------------------------------------------------
@@ -269,10 +303,10 @@ TEST_F(SchedulerTest, CrashingJobIsDeadAfterItsAttemptsAndNeighboursAreNot) {
     const auto lease = LeaseOne(kFirst);
     EXPECT_EQ(lease.job_id, 1) << "a job that came back goes first";
     EXPECT_EQ(lease.attempt, attempt);
-    auto crash = ResultFor(worker_ids_[kFirst], lease, 1);
+    auto crash = ResultFor(worker_ids_[kFirst], lease, ReportedOutcome::kCrashed);
     crash.exit_signal = 11;
-    EXPECT_EQ(Deliver(crash).status, 0);
-    EXPECT_EQ(Deliver(crash).status, 1) << "reported again";
+    EXPECT_EQ(StatusOf(Deliver(crash)), ResultStatus::kAccepted);
+    EXPECT_EQ(StatusOf(Deliver(crash)), ResultStatus::kDuplicate) << "reported again";
   }
   EXPECT_EQ(StateOf(1), JobState::kDead);
   EXPECT_EQ(store_.num_attempts(1), 3);
@@ -284,15 +318,15 @@ TEST_F(SchedulerTest, CrashingJobIsDeadAfterItsAttemptsAndNeighboursAreNot) {
 TEST_F(SchedulerTest, RepeatedCrashReportInTheRoundOfTheNextLeaseIsADuplicate) {
   Submit(SampleSpec(1));
   Hello(kFirst);
-  const auto crash = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst), 1);
+  const auto crash = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst), ReportedOutcome::kCrashed);
   legopt_msg::lease_request request{};
   request.worker_id = worker_ids_[kFirst];
   request.server_instance = options_.server_instance;
   request.max_jobs = 1;
   request.dataset_hashes = {HashOf('d')};
-  EXPECT_EQ(scheduler_->Result(now_, crash, ops_).status, 0);
+  EXPECT_EQ(StatusOf(scheduler_->Result(now_, crash, ops_)), ResultStatus::kAccepted);
   EXPECT_EQ(scheduler_->Lease(now_, kFirst, request, ops_).jobs.at(0).attempt, 2);
-  EXPECT_EQ(scheduler_->Result(now_, crash, ops_).status, 1);
+  EXPECT_EQ(StatusOf(scheduler_->Result(now_, crash, ops_)), ResultStatus::kDuplicate);
   Commit();
   EXPECT_EQ(StateOf(1), JobState::kLeased);
   EXPECT_EQ(store_.num_attempts(1), 2);
@@ -301,10 +335,10 @@ TEST_F(SchedulerTest, RepeatedCrashReportInTheRoundOfTheNextLeaseIsADuplicate) {
 TEST_F(SchedulerTest, LimitsAndErrorsCostAttempts) {
   Submit(SampleSpec(1));
   Hello(kFirst);
-  Finish(kFirst, LeaseOne(kFirst), 2);
-  Finish(kFirst, LeaseOne(kFirst), 3);
+  Finish(kFirst, LeaseOne(kFirst), ReportedOutcome::kTimeLimit);
+  Finish(kFirst, LeaseOne(kFirst), ReportedOutcome::kMemoryLimit);
   EXPECT_EQ(StateOf(1), JobState::kQueued);
-  Finish(kFirst, LeaseOne(kFirst), 5);
+  Finish(kFirst, LeaseOne(kFirst), ReportedOutcome::kError);
   EXPECT_EQ(StateOf(1), JobState::kFailed) << "the last attempt said that the job cannot run";
 }
 
@@ -312,7 +346,7 @@ TEST_F(SchedulerTest, AttemptsSurviveARestart) {
   Submit(SampleSpec(1));
   for (int attempt = 1; attempt <= 3; ++attempt) {
     Hello(kFirst);
-    Finish(kFirst, LeaseOne(kFirst), 1);
+    Finish(kFirst, LeaseOne(kFirst), ReportedOutcome::kCrashed);
     Restart();
   }
   EXPECT_EQ(StateOf(1), JobState::kDead);
@@ -321,7 +355,8 @@ TEST_F(SchedulerTest, AttemptsSurviveARestart) {
 TEST_F(SchedulerTest, JobGivenBackIsNotCharged) {
   Submit(SampleSpec(1));
   Hello(kFirst);
-  for (int i = 0; i < 5; ++i) EXPECT_EQ(Finish(kFirst, LeaseOne(kFirst), 4).status, 0);
+  for (int i = 0; i < 5; ++i)
+    EXPECT_EQ(StatusOf(Finish(kFirst, LeaseOne(kFirst), ReportedOutcome::kCancelled)), ResultStatus::kAccepted);
   EXPECT_EQ(StateOf(1), JobState::kQueued);
   Finish(kFirst, LeaseOne(kFirst));
   EXPECT_EQ(StateOf(1), JobState::kDone);
@@ -332,7 +367,7 @@ TEST_F(SchedulerTest, GivingBackForEverIsCharged) {
   Hello(kFirst);
   int leases = 0;
   while (!db::IsTerminal(StateOf(1)) && leases < 100) {
-    Finish(kFirst, LeaseOne(kFirst), 4);
+    Finish(kFirst, LeaseOne(kFirst), ReportedOutcome::kCancelled);
     ++leases;
   }
   EXPECT_EQ(leases, options_.max_returns_per_job + 3);

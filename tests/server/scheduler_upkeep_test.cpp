@@ -12,7 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 using db::JobState;
 
-constexpr int kRetry = 5, kRetryTimeLimited = 6, kRename = 7, kTag = 8, kUntag = 9, kDelete = 10;
+using enum ControlAction;
 
 class SchedulerUpkeep : public SchedulerTest {
  protected:
@@ -20,7 +20,7 @@ class SchedulerUpkeep : public SchedulerTest {
     auto result = ResultFor(worker_ids_[kFirst], lease);
     result.solver_status = "time_limit";
     result.verdict_literal = result.verdict_strict = verdict;
-    EXPECT_EQ(Deliver(result).status, 0);
+    EXPECT_EQ(StatusOf(Deliver(result)), ResultStatus::kAccepted);
   }
 
   // Two jobs: the clock stopped the first, the second is done.
@@ -37,8 +37,8 @@ class SchedulerUpkeep : public SchedulerTest {
   void ExpectAccountsAgree() {
     for (const db::ExperimentSummary& stored : store_.LoadOpenState().experiments) {
       const db::ExperimentSummary& known = Summary(stored.experiment_id);
-      for (int state = 0; state < db::kNumJobStates; ++state) {
-        EXPECT_EQ(stored.jobs_by_state[state], known.jobs_by_state[state]) << state;
+      for (const auto& [state, word] : kWords<JobState>) {
+        EXPECT_EQ(stored.jobs_by_state[state], known.jobs_by_state[state]) << word;
       }
       EXPECT_EQ(stored.solved, known.solved);
       EXPECT_EQ(stored.name, known.name);
@@ -54,31 +54,31 @@ class SchedulerUpkeep : public SchedulerTest {
 TEST_F(SchedulerUpkeep, WhatTheClockStoppedIsTriedAgainWhenAskedFor) {
   const auto stopped = RunTwoJobs();
   EXPECT_EQ(Control(1, kRetry).num_jobs, 0) << "it has neither failed nor died";
-  EXPECT_EQ(Control(1, kRetryTimeLimited).num_jobs, 1);
-  EXPECT_EQ(Control(1, kRetryTimeLimited).num_jobs, 0) << "heard twice";
+  EXPECT_EQ(Control(1, kRetryTimeLimits).num_jobs, 1);
+  EXPECT_EQ(Control(1, kRetryTimeLimits).num_jobs, 0) << "heard twice";
   EXPECT_EQ(Summary().state, db::ExperimentState::kActive);
   EXPECT_EQ(StateOf(1), JobState::kQueued);
   EXPECT_EQ(StateOf(2), JobState::kDone) << "the other one stays";
   EXPECT_EQ(store_.num_accepted(), 1) << "the earlier result counts no more";
   EXPECT_EQ(store_.num_stale(), 1) << "but is kept";
   ExpectAccountsAgree();
-  EXPECT_EQ(Finish(kFirst, stopped).status, 1) << "the earlier attempt, sent again, is known";
+  EXPECT_EQ(StatusOf(Finish(kFirst, stopped)), ResultStatus::kDuplicate) << "the earlier attempt, sent again, is known";
   const auto again = LeaseOne(kFirst);
   EXPECT_EQ(again.job_id, 1);
   EXPECT_EQ(again.attempt, 2);
-  EXPECT_EQ(Finish(kFirst, again).status, 0);
+  EXPECT_EQ(StatusOf(Finish(kFirst, again)), ResultStatus::kAccepted);
   EXPECT_EQ(store_.accepted_result(1)->attempt, 2);
   EXPECT_EQ(store_.num_accepted(), 2);
   EXPECT_EQ(Summary().solved, 2);
   EXPECT_EQ(Summary().state, db::ExperimentState::kDone);
-  EXPECT_EQ(Control(1, kRetryTimeLimited).num_jobs, 0) << "nothing was stopped this time";
+  EXPECT_EQ(Control(1, kRetryTimeLimits).num_jobs, 0) << "nothing was stopped this time";
   ExpectAccountsAgree();
 }
 
 TEST_F(SchedulerUpkeep, ASuccessThatTheClockStoppedIsCountedOnce) {
   RunTwoJobs("success");
   EXPECT_EQ(Summary().solved, 2);
-  Control(1, kRetryTimeLimited);
+  Control(1, kRetryTimeLimits);
   EXPECT_EQ(Summary().solved, 1);
   ExpectAccountsAgree();
   Finish(kFirst, LeaseOne(kFirst));
@@ -89,19 +89,20 @@ TEST_F(SchedulerUpkeep, ASuccessThatTheClockStoppedIsCountedOnce) {
 TEST_F(SchedulerUpkeep, FailedAndStoppedJobsAreTriedAgainTogetherAlsoByAnotherServer) {
   Submit(SampleSpec(3));
   Hello(kFirst);
-  for (int attempt = 1; attempt <= 3; ++attempt) Finish(kFirst, LeaseOne(kFirst), 2);  // killed at the limit
+  for (int attempt = 1; attempt <= 3; ++attempt)
+    Finish(kFirst, LeaseOne(kFirst), ReportedOutcome::kTimeLimit);  // killed at the limit
   EXPECT_EQ(StateOf(1), JobState::kDead);
   FinishStopped(LeaseOne(kFirst));
   Finish(kFirst, LeaseOne(kFirst));
   Restart();  // nothing of the experiment is in memory now
-  EXPECT_EQ(Control(1, kRetryTimeLimited).num_jobs, 2);
+  EXPECT_EQ(Control(1, kRetryTimeLimits).num_jobs, 2);
   ExpectAccountsAgree();
   Restart();
   Hello(kFirst);
   for (const int job : {1, 2}) {
     const auto lease = LeaseOne(kFirst);
     EXPECT_EQ(lease.job_id, job);
-    EXPECT_EQ(Finish(kFirst, lease).status, 0);
+    EXPECT_EQ(StatusOf(Finish(kFirst, lease)), ResultStatus::kAccepted);
   }
   EXPECT_EQ(store_.num_accepted(), 3);
   EXPECT_EQ(Summary().state, db::ExperimentState::kDone);
@@ -110,11 +111,11 @@ TEST_F(SchedulerUpkeep, FailedAndStoppedJobsAreTriedAgainTogetherAlsoByAnotherSe
 
 TEST_F(SchedulerUpkeep, ARetriedJobHasAllItsAttemptsAgain) {
   RunTwoJobs();
-  Control(1, kRetryTimeLimited);
+  Control(1, kRetryTimeLimits);
   for (int attempt = 2; attempt <= 4; ++attempt) {
     const auto lease = LeaseOne(kFirst);
     EXPECT_EQ(lease.attempt, attempt);
-    Finish(kFirst, lease, 1);
+    Finish(kFirst, lease, ReportedOutcome::kCrashed);
   }
   EXPECT_EQ(StateOf(1), JobState::kDead);
 }
@@ -125,12 +126,12 @@ TEST_F(SchedulerUpkeep, WhatWasLookedIntoInVainIsForgottenAgain) {
   const auto lease = LeaseOne(kFirst);
   Finish(kFirst, lease);
   Advance(options_.retention + 1s);
-  const auto reply = Control(1, kRetryTimeLimited);
-  EXPECT_EQ(reply.status, 0);
+  const auto reply = Control(1, kRetryTimeLimits);
+  EXPECT_EQ(StatusOf(reply), ControlStatus::kOk);
   EXPECT_NE(reply.message.find("clock"), std::string::npos) << reply.message;
   Advance(options_.retention + 1s);
-  EXPECT_EQ(Finish(kFirst, lease).status, 1);
-  EXPECT_EQ(Control(1, kDelete).status, 0);
+  EXPECT_EQ(StatusOf(Finish(kFirst, lease)), ResultStatus::kDuplicate);
+  EXPECT_EQ(StatusOf(Control(1, kDelete)), ControlStatus::kOk);
 }
 
 TEST_F(SchedulerUpkeep, ACancelledExperimentIsNotTriedAgain) {
@@ -138,7 +139,7 @@ TEST_F(SchedulerUpkeep, ACancelledExperimentIsNotTriedAgain) {
   Hello(kFirst);
   FinishStopped(LeaseOne(kFirst));
   Cancel(1);
-  EXPECT_EQ(Control(1, kRetryTimeLimited).status, 2);
+  EXPECT_EQ(StatusOf(Control(1, kRetryTimeLimits)), ControlStatus::kRefused);
   EXPECT_EQ(StateOf(1), JobState::kDone);
 }
 
@@ -146,14 +147,14 @@ TEST_F(SchedulerUpkeep, ACancelledExperimentIsNotTriedAgain) {
 
 TEST_F(SchedulerUpkeep, ANameCanBeChangedAtAnyTime) {
   Submit(SampleSpec(1));
-  EXPECT_EQ(Control(1, kRename, "night run").status, 0);
-  EXPECT_EQ(Control(1, kRename, "night run").status, 0) << "again";
+  EXPECT_EQ(StatusOf(Control(1, kRename, "night run")), ControlStatus::kOk);
+  EXPECT_EQ(StatusOf(Control(1, kRename, "night run")), ControlStatus::kOk) << "again";
   EXPECT_EQ(Summary().name, "night run");
-  EXPECT_EQ(Submit(SampleSpec(1)).status, 1) << "it is the same submission still";
+  EXPECT_EQ(StatusOf(Submit(SampleSpec(1))), SubmitStatus::kAlreadyKnown) << "it is the same submission still";
   Cancel(1);
-  EXPECT_EQ(Control(1, kRename, std::string(201, 'x')).status, 2);
-  EXPECT_EQ(Control(1, kRename, std::string(200, 'x')).status, 0);
-  EXPECT_EQ(Control(7, kRename, "x").status, 1);
+  EXPECT_EQ(StatusOf(Control(1, kRename, std::string(201, 'x'))), ControlStatus::kRefused);
+  EXPECT_EQ(StatusOf(Control(1, kRename, std::string(200, 'x'))), ControlStatus::kOk);
+  EXPECT_EQ(StatusOf(Control(7, kRename, "x")), ControlStatus::kUnknownExperiment);
   ExpectAccountsAgree();
   Restart();
   EXPECT_EQ(Summary().name, std::string(200, 'x'));
@@ -161,17 +162,18 @@ TEST_F(SchedulerUpkeep, ANameCanBeChangedAtAnyTime) {
 
 TEST_F(SchedulerUpkeep, TagsComeAndGo) {
   Submit(SampleSpec(1));
-  for (const char* tag : {"paper", "draft", "paper"}) EXPECT_EQ(Control(1, kTag, tag).status, 0) << tag;
+  for (const char* tag : {"paper", "draft", "paper"})
+    EXPECT_EQ(StatusOf(Control(1, kTag, tag)), ControlStatus::kOk) << tag;
   EXPECT_EQ(Summary().tags, (std::set<std::string>{"draft", "paper"}));
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(Control(1, kUntag, "draft").status, 0);
-  EXPECT_EQ(Control(1, kTag, "a,b").status, 2);
-  EXPECT_EQ(Control(1, kTag, std::string(101, 'x')).status, 2);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(StatusOf(Control(1, kUntag, "draft")), ControlStatus::kOk);
+  EXPECT_EQ(StatusOf(Control(1, kTag, "a,b")), ControlStatus::kRefused);
+  EXPECT_EQ(StatusOf(Control(1, kTag, std::string(101, 'x'))), ControlStatus::kRefused);
   ExpectAccountsAgree();
   Restart();
   EXPECT_EQ(Summary().tags, (std::set<std::string>{"paper"}));
-  for (int i = 1; i < 100; ++i) EXPECT_EQ(Control(1, kTag, std::to_string(i)).status, 0);
-  EXPECT_EQ(Control(1, kTag, "one more").status, 2) << "a status shows them all";
-  EXPECT_EQ(Control(1, kTag, "paper").status, 0);
+  for (int i = 1; i < 100; ++i) EXPECT_EQ(StatusOf(Control(1, kTag, std::to_string(i))), ControlStatus::kOk);
+  EXPECT_EQ(StatusOf(Control(1, kTag, "one more")), ControlStatus::kRefused) << "a status shows them all";
+  EXPECT_EQ(StatusOf(Control(1, kTag, "paper")), ControlStatus::kOk);
 }
 
 // --- Deletion --------------------------------------------------------------------------------------------------------
@@ -179,15 +181,15 @@ TEST_F(SchedulerUpkeep, TagsComeAndGo) {
 TEST_F(SchedulerUpkeep, OnlyWhatIsOverCanBeDeletedAndItIsGoneThen) {
   Submit(SampleSpec(2), "s1");
   const auto refused = Control(1, kDelete);
-  EXPECT_EQ(refused.status, 2);
+  EXPECT_EQ(StatusOf(refused), ControlStatus::kRefused);
   EXPECT_NE(refused.message.find("cancel it first"), std::string::npos);
   Cancel(1);
   const auto deleted = Control(1, kDelete);
-  EXPECT_EQ(deleted.status, 0);
+  EXPECT_EQ(StatusOf(deleted), ControlStatus::kOk);
   EXPECT_EQ(deleted.num_jobs, 2);
-  EXPECT_EQ(Control(1, kDelete).status, 0) << "again: it is so already";
-  EXPECT_EQ(Control(1, kRetry).status, 1);
-  EXPECT_EQ(Control(2, kDelete).status, 1) << "never was";
+  EXPECT_EQ(StatusOf(Control(1, kDelete)), ControlStatus::kOk) << "again: it is so already";
+  EXPECT_EQ(StatusOf(Control(1, kRetry)), ControlStatus::kUnknownExperiment);
+  EXPECT_EQ(StatusOf(Control(2, kDelete)), ControlStatus::kUnknownExperiment) << "never was";
   EXPECT_TRUE(scheduler_->experiments().empty());
   EXPECT_TRUE(store_.LoadOpenState().experiments.empty());
   EXPECT_EQ(store_.job_state(1), std::nullopt);
@@ -197,9 +199,9 @@ TEST_F(SchedulerUpkeep, NumbersOfTheDeletedNeverReturn) {
   RunTwoJobs();
   Control(1, kDelete);
   Restart();
-  EXPECT_EQ(Control(1, kDelete).status, 0) << "was deleted, by an earlier server";
+  EXPECT_EQ(StatusOf(Control(1, kDelete)), ControlStatus::kOk) << "was deleted, by an earlier server";
   const auto again = Submit(SampleSpec(2));
-  EXPECT_EQ(again.status, 0) << "the same submission makes a new experiment";
+  EXPECT_EQ(StatusOf(again), SubmitStatus::kCreated) << "the same submission makes a new experiment";
   EXPECT_EQ(again.experiment_id, 2);
   Hello(kFirst);
   EXPECT_EQ(LeaseOne(kFirst).job_id, 3);
@@ -216,18 +218,20 @@ TEST_F(SchedulerUpkeep, LateReportsOfTheDeletedAreRefused) {
   Cancel(1);
   legopt_msg::control_request request{};
   request.experiment_id = 1;
-  request.action = kDelete;
-  EXPECT_EQ(scheduler_->Control(now_, request, ops_).status, 0);
+  request.action = NumberOf(kDelete);
+  EXPECT_EQ(StatusOf(scheduler_->Control(now_, request, ops_)), ControlStatus::kOk);
   const auto late = ResultFor(worker_ids_[kFirst], lost);
   const auto reply = scheduler_->Result(now_, late, ops_);
-  EXPECT_EQ(reply.status, 3) << "sending it again is useless";
+  EXPECT_EQ(StatusOf(reply), ResultStatus::kRefused) << "sending it again is useless";
   EXPECT_NE(reply.message.find("deleted"), std::string::npos);
   Commit();
-  EXPECT_EQ(Deliver(late).status, 3);
-  EXPECT_EQ(Heartbeat(kFirst, {lost, other}).verdicts, (std::vector<std::int8_t>{2, 0})) << "its worker stops";
-  EXPECT_EQ(Finish(kFirst, other).status, 0) << "the neighbours are untouched";
+  EXPECT_EQ(StatusOf(Deliver(late)), ResultStatus::kRefused);
+  EXPECT_EQ(Heartbeat(kFirst, {lost, other}).verdicts,
+            (std::vector{NumberOf(LeaseVerdict::kUnknownLease), NumberOf(LeaseVerdict::kContinue)}))
+      << "its worker stops";
+  EXPECT_EQ(StatusOf(Finish(kFirst, other)), ResultStatus::kAccepted) << "the neighbours are untouched";
   Restart();
-  EXPECT_EQ(Deliver(late).status, 3);
+  EXPECT_EQ(StatusOf(Deliver(late)), ResultStatus::kRefused);
   EXPECT_EQ(store_.num_stale(), 0);
 }
 
@@ -236,11 +240,11 @@ TEST_F(SchedulerUpkeep, ADeletionMayBeFollowedByTheSameSubmissionAtOnce) {
   Cancel(1);
   legopt_msg::control_request request{};
   request.experiment_id = 1;
-  request.action = kDelete;
+  request.action = NumberOf(kDelete);
   legopt_msg::submit_request submit{};
   submit.submission_id = "s1";
   submit.spec_json = SampleSpec(2).dump();
-  EXPECT_EQ(scheduler_->Control(now_, request, ops_).status, 0);
+  EXPECT_EQ(StatusOf(scheduler_->Control(now_, request, ops_)), ControlStatus::kOk);
   EXPECT_EQ(scheduler_->Submit(now_, submit, ops_).experiment_id, 2);
   Commit();
   ExpectAccountsAgree();

@@ -69,7 +69,7 @@ class ScriptedWorker {
     dataset.hash = HashOf('d');
     request.datasets = {dataset};
     party_.Call<legopt_msg::hello_reply>(bus::MessageType::kHello, request, [this](const auto& reply) {
-      ASSERT_EQ(reply.status, 0) << reply.message;
+      ASSERT_EQ(StatusOf(reply), HelloStatus::kOk) << reply.message;
       registration_ = reply;
       Lease();
     });
@@ -82,8 +82,8 @@ class ScriptedWorker {
     request.max_jobs = 4;
     request.dataset_hashes = {HashOf('d')};
     party_.Call<legopt_msg::lease_reply>(bus::MessageType::kLease, request, [this](const auto& reply) {
-      if (reply.status == 2) return Hello();
-      if (reply.status == 4) return;
+      if (StatusOf(reply) == LeaseStatus::kUnknownWorker) return Hello();
+      if (StatusOf(reply) == LeaseStatus::kNoMoreWork) return;
       left_ = static_cast<int>(reply.jobs.size());
       for (const auto& lease : reply.jobs) Deliver(lease);
       if (left_ == 0) Lease();
@@ -94,7 +94,8 @@ class ScriptedWorker {
     auto result = ResultFor(registration_.worker_id, lease);
     result.history_json = std::string(3000, ' ');  // more than one datagram
     party_.Call<legopt_msg::result_reply>(bus::MessageType::kResult, result, [this](const auto& reply) {
-      ++(reply.status <= 1 ? accepted : refused);
+      const ResultStatus status = StatusOf(reply);
+      ++(status == ResultStatus::kAccepted || status == ResultStatus::kDuplicate ? accepted : refused);
       if (--left_ == 0) Lease();
     });
   }
@@ -208,7 +209,7 @@ TEST_F(ServerOnBus, ExperimentIsWorkedOff) {
   AddWorkers(2);
   Submit(SampleSpec(50));
   ASSERT_TRUE(RunUntil([&] { return AllDone(); }));
-  EXPECT_EQ(submitted_->status, 0);
+  EXPECT_EQ(StatusOf(*submitted_), SubmitStatus::kCreated);
   EXPECT_EQ(store_.num_accepted(), 50);
   const auto status = Status();
   EXPECT_EQ(status["experiments"][0]["state"], "done");
@@ -325,7 +326,7 @@ TEST_F(ServerOnBus, RequestsWaitWhileReadingFails) {
   EXPECT_EQ(endpoint_->counters().handler_failures, 0U);
   store_.reading_fails = false;
   ASSERT_TRUE(RunUntil([&] { return submitted_.has_value(); }, 5s));
-  EXPECT_EQ(submitted_->status, 0);
+  EXPECT_EQ(StatusOf(*submitted_), SubmitStatus::kCreated);
   EXPECT_TRUE(server_->store_healthy());
 }
 
@@ -356,9 +357,9 @@ TEST_F(ServerOnBus, MethodOptionsAreServed) {
                                            [&](const auto& reply) { replies.push_back(reply); });
     ASSERT_TRUE(RunUntil([&] { return replies.size() == (digit == 'a' ? 1U : 2U); }));
   }
-  EXPECT_EQ(replies[0].status, 0);
+  EXPECT_EQ(StatusOf(replies[0]), MethodStatus::kFound);
   EXPECT_EQ(nlohmann::json::parse(replies[0].options_json)["solver"], "a");
-  EXPECT_EQ(replies[1].status, 1);
+  EXPECT_EQ(StatusOf(replies[1]), MethodStatus::kUnknown);
 }
 
 TEST_F(ServerOnBus, QueryWithoutADatabaseFileIsRefusedPolitely) {
@@ -368,7 +369,7 @@ TEST_F(ServerOnBus, QueryWithoutADatabaseFileIsRefusedPolitely) {
   std::optional<legopt_msg::query_reply> answer;
   client_.Call<legopt_msg::query_reply>(bus::MessageType::kQuery, request, [&](const auto& reply) { answer = reply; });
   ASSERT_TRUE(RunUntil([&] { return answer.has_value(); }));
-  EXPECT_EQ(answer->status, 1);
+  EXPECT_EQ(StatusOf(*answer), QueryStatus::kRefused);
 }
 
 TEST_F(ServerOnBus, MalformedBodiesAreRejectedByField) {
@@ -385,8 +386,9 @@ TEST_F(ServerOnBus, MalformedBodiesAreRejectedByField) {
 
 TEST_F(ServerOnBus, ShutdownIsAnsweredAndDrains) {
   bool answered = false;
-  client_.Call<legopt_msg::shutdown_reply>(bus::MessageType::kShutdown, legopt_msg::shutdown_request{},
-                                           [&](const auto& reply) { answered = reply.status == 0; });
+  client_.Call<legopt_msg::shutdown_reply>(
+      bus::MessageType::kShutdown, legopt_msg::shutdown_request{},
+      [&](const auto& reply) { answered = StatusOf(reply) == ShutdownStatus::kStopping; });
   ASSERT_TRUE(RunUntil([&] { return answered; }));
   EXPECT_TRUE(server_->shutdown_requested());
 }

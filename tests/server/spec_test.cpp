@@ -66,9 +66,9 @@ TEST(Spec, HashIgnoresLayoutAndOrderOfKeys) {
 
 TEST(Spec, CollisionIsReadFromTheOptions) {
   Json spec = SampleSpec();
-  EXPECT_EQ(ParseSpec(spec.dump()).methods[0].collision, "solid");
+  EXPECT_EQ(ParseSpec(spec.dump()).methods[0].collision, SceneRepresentation::kSolid);
   spec["methods"][0]["options"]["options"] = {{"collision", "surface"}};
-  EXPECT_EQ(ParseSpec(spec.dump()).methods[0].collision, "surface");
+  EXPECT_EQ(ParseSpec(spec.dump()).methods[0].collision, SceneRepresentation::kSurface);
   spec["methods"][0]["options"]["options"]["collision"] = "gas";
   ExpectRefused(spec, "methods[0].options.options.collision");
 }

@@ -1,0 +1,58 @@
+#include "db/result_record.h"
+
+#include <cmath>
+
+namespace legopt::db {
+namespace {
+
+template <class Value>
+std::string FaultOfColumn(const ResultColumn<Value>& column, const ResultRecord& result) {
+  if constexpr (std::is_arithmetic_v<Value>) {
+    const auto value = static_cast<double>(result.*column.member);
+    if (!(value < column.least || value > column.most)) return {};  // what is not a number becomes NULL
+    std::string fault(column.name);
+    if (!std::isinf(column.most)) {
+      return fault + " is not within " + std::to_string(std::lround(column.least)) + " .. " +
+             std::to_string(std::lround(column.most));
+    }
+    return fault + (column.least == 0 ? " is negative" : " is below " + std::to_string(std::lround(column.least)));
+  } else {
+    return {};
+  }
+}
+
+}  // namespace
+
+std::string ShownResultColumns() {
+  std::string list;
+  const auto add = [&list](const auto& column) {
+    list += (list.empty() ? "" : ", ") + std::string(column.name);
+    if constexpr (requires { column.shown_as; }) {
+      if (column.shown_as != column.name) list += " AS " + std::string(column.shown_as);
+    }
+  };
+  std::apply([&](const auto&... columns) { (add(columns), ...); }, kResultColumns);
+  return list;
+}
+
+std::string FaultOf(const ResultRecord& result) {
+  std::string fault;
+  ForEachResultColumn([&](const auto& column) {
+    if (fault.empty()) fault = FaultOfColumn(column, result);
+  });
+  if (!fault.empty()) return fault;
+  const bool success = result.verdict_literal == Verdict::kSuccess || result.verdict_strict == Verdict::kSuccess;
+  if (success && !std::isfinite(result.cost)) return "a success without a finite cost";
+  if (result.windows_solved > result.windows) {
+    return "windows_solved (" + std::to_string(result.windows_solved) + ") is not within 0 .. windows (" +
+           std::to_string(result.windows) + ")";
+  }
+  const std::size_t size = result.waypoints.size();
+  if (size > 0 && (result.waypoint_size < 1 || size % static_cast<std::size_t>(result.waypoint_size) != 0)) {
+    return "the number of waypoint values (" + std::to_string(size) + ") is not a multiple of waypoint_size (" +
+           std::to_string(result.waypoint_size) + ")";
+  }
+  return {};
+}
+
+}  // namespace legopt::db

@@ -1,0 +1,153 @@
+// The columns of a result: what follows from their description is what the schema has.
+
+#include "db/result_record.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
+
+#include "db/read_only_database.h"
+#include "db/sqlite_store.h"
+#include "tests/db/store_samples.h"
+
+namespace legopt::db {
+namespace {
+
+// Every column has a value of its own, in the range of all of them.
+ResultRecord DistinctValues() {
+  ResultRecord record;
+  int next = 2;
+  ForEachResultColumn([&](const auto& column) {
+    auto& member = record.*column.member;
+    using Value = std::remove_cvref_t<decltype(member)>;
+    if constexpr (std::is_same_v<Value, std::string>) {
+      member = "[" + std::to_string(next++) + "]";
+    } else if constexpr (std::is_same_v<Value, double>) {
+      member = 1.0 / next++;
+    } else if constexpr (!std::is_enum_v<Value>) {
+      member = next++;
+    }
+  });
+  record.solver_status = SolveStatus::kNumericalFailure;
+  record.verdict_literal = Verdict::kSelfCollision;
+  record.verdict_strict = Verdict::kJointLimit;
+  std::swap(record.windows, record.windows_solved);  // the larger one is the whole
+  return record;
+}
+
+template <class Member>
+Value Stored(const Member& member) {
+  if constexpr (std::is_enum_v<Member>) {
+    return std::string(ToString(member));
+  } else if constexpr (std::is_integral_v<Member>) {
+    return std::int64_t{member};
+  } else {
+    return member;
+  }
+}
+
+class ResultColumns : public testing::Test {
+ protected:
+  void SetUp() override {
+    store_->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1)}, PutWorker{SampleWorker(1)}});
+  }
+
+  std::vector<Value> RowOf(const std::string& table, const std::string& columns) {
+    return ReadOnlyDatabase(path_).Query("SELECT " + columns + " FROM " + table).rows.at(0);
+  }
+  void Accept(const ResultRecord& record) {
+    store_->Apply(std::vector<StoreOp>{LeaseJob{1, 1, 71, 1, 1}, AcceptResult{1, 1, record, "", "", 2}});
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_ / "results.sqlite";
+  std::unique_ptr<Store> store_ = OpenSqliteStore(path_);
+};
+
+TEST_F(ResultColumns, AreThoseOfTheTable) {
+  std::set<std::string> described{"job_id", "cell_id", "received_at_us", "solved_literal", "solved_strict"};
+  std::apply([&](const auto&... columns) { (described.insert(std::string(columns.name)), ...); }, kResultColumns);
+  std::set<std::string> in_table;
+  for (const auto& row : ReadOnlyDatabase(path_).Query("SELECT name FROM pragma_table_xinfo('results')").rows) {
+    in_table.insert(std::get<std::string>(row.at(0)));
+  }
+  EXPECT_EQ(described, in_table);
+}
+
+TEST_F(ResultColumns, HoldWhatTheRecordHas) {
+  const ResultRecord record = DistinctValues();
+  ASSERT_EQ(FaultOf(record), "");
+  Accept(record);
+  ForEachResultColumn([&](const auto& column) {
+    EXPECT_EQ(RowOf("results", std::string(column.name)).at(0), Stored(record.*column.member)) << column.name;
+  });
+  EXPECT_EQ(RowOf("results", "job_id, cell_id, attempt, received_at_us"),
+            (std::vector<Value>{std::int64_t{1}, std::int64_t{1}, std::int64_t{1}, std::int64_t{2}}));
+}
+
+TEST_F(ResultColumns, AreNullWhereThereIsNothing) {
+  ResultRecord record = SampleResult();
+  record.solver_cost = std::numeric_limits<double>::infinity();
+  Accept(record);
+  std::set<std::string> null;
+  ForEachResultColumn([&](const auto& column) {
+    const Value value = RowOf("results", std::string(column.name)).at(0);
+    if (std::holds_alternative<std::monostate>(value)) null.insert(std::string(column.name));
+  });
+  EXPECT_EQ(null, (std::set<std::string>{"solver_cost", "failed_waypoint", "windows", "windows_solved",
+                                         "interpolation_environment_depth_m", "interpolation_self_depth_m",
+                                         "interpolation_free_share", "history_json"}));
+}
+
+TEST_F(ResultColumns, AreKeptOfALateResult) {
+  ResultRecord record = DistinctValues();
+  record.waypoint_size = 2;
+  record.waypoints = {1, 2};
+  store_->Apply(std::vector<StoreOp>{LeaseJob{1, 1, 71, 1, 1},
+                                     EndAttempt{1, 1, AttemptOutcome::kExpired, JobState::kQueued, 0, "", "", 2},
+                                     RecordStaleResult{1, 1, AttemptOutcome::kFinished, "late", record, "said", 3}});
+  std::set<std::string> kept;
+  ForEachResultColumn([&](const auto& column) {
+    if (!column.also_stale) return;
+    kept.insert(std::string(column.name));
+    EXPECT_EQ(RowOf("stale_results", std::string(column.name)).at(0), Stored(record.*column.member)) << column.name;
+  });
+  EXPECT_EQ(kept, (std::set<std::string>{"solver_status", "iterations", "wall_us", "cpu_us", "verdict_literal",
+                                         "verdict_strict", "verdict_detail", "cost", "num_waypoints"}));
+  EXPECT_EQ(RowOf("stale_results", "outcome, reason, message, received_at_us, waypoint_size, hex(x)"),
+            (std::vector<Value>{std::string("finished"), std::string("late"), std::string("said"), std::int64_t{3},
+                                std::int64_t{2}, std::string("000000000000F03F0000000000000040")}));
+}
+
+// What programs read from `legopt show JOB --format json`, in its order.
+TEST_F(ResultColumns, AreShownInTheirOrder) {
+  EXPECT_EQ(ShownResultColumns(),
+            "solver_status, iterations, restarts, solver_cost, solver_violation, verdict_literal, verdict_strict, "
+            "verdict_detail, failed_waypoint, num_waypoints, cost, time_s, wall_us, cpu_us, "
+            "involuntary_context_switches, peak_memory_bytes, foot_violation, com_violation_m, limit_violation, "
+            "environment_depth_m, self_depth_literal_m, self_depth_strict_m, windows, windows_solved, "
+            "interpolation_environment_depth_m, interpolation_self_depth_m, interpolation_free_share, attempt, "
+            "history_json AS history");
+}
+
+TEST(ResultFault, NamesTheColumnAndItsRange) {
+  const auto fault = [](auto member, auto value) {
+    ResultRecord record = SampleResult();
+    record.*member = value;
+    return FaultOf(record);
+  };
+  EXPECT_EQ(FaultOf(SampleResult()), "");
+  EXPECT_EQ(fault(&ResultRecord::peak_memory_bytes, -1), "peak_memory_bytes is negative");
+  EXPECT_EQ(fault(&ResultRecord::num_waypoints, 0), "num_waypoints is below 1");
+  EXPECT_EQ(fault(&ResultRecord::interpolation_free_share, 1.01), "interpolation_free_share is not within 0 .. 1");
+  EXPECT_EQ(fault(&ResultRecord::interpolation_free_share, std::numeric_limits<double>::quiet_NaN()), "");
+  EXPECT_EQ(fault(&ResultRecord::interpolation_self_depth_m, -0.5), "interpolation_self_depth_m is negative");
+  EXPECT_EQ(fault(&ResultRecord::cost, std::numeric_limits<double>::infinity()), "a success without a finite cost");
+  EXPECT_EQ(fault(&ResultRecord::windows_solved, 3), "windows_solved (3) is not within 0 .. windows (0)");
+  EXPECT_EQ(fault(&ResultRecord::waypoint_size, 2),
+            "the number of waypoint values (3) is not a multiple of waypoint_size (2)");
+}
+
+}  // namespace
+}  // namespace legopt::db

@@ -1,0 +1,84 @@
+// The result in a worker's report becomes the record that the store takes: every column from the field of its name.
+
+#include "server/result_message.h"
+
+#include <gtest/gtest.h>
+
+#include "bus/message_fields.h"
+
+namespace legopt::server {
+namespace {
+
+// Every number and text of the message has a value of its own.
+legopt_msg::result_request DistinctReport() {
+  legopt_msg::result_request request{};
+  int next = 1;
+  const auto fill = [&](auto& member) {
+    using Value = std::remove_cvref_t<decltype(member)>;
+    if constexpr (std::is_arithmetic_v<Value>) member = static_cast<Value>(next++);
+    if constexpr (std::is_same_v<Value, std::string>) member = "text " + std::to_string(next++);
+  };
+  std::apply([&](const auto&... fields) { (fill(request.*fields.member), ...); },
+             bus::kFields<legopt_msg::result_request>);
+  request.solver_status = "time_limit";
+  request.verdict_literal = "success";
+  request.verdict_strict = "self_collision";
+  request.waypoints = {1, 2};
+  return request;
+}
+
+TEST(ResultMessage, EveryColumnComesFromTheFieldOfItsName) {
+  const legopt_msg::result_request request = DistinctReport();
+  const auto [record, fault] = ResultOf(request);
+  EXPECT_EQ(fault, "");
+  EXPECT_EQ(record.solver_status, SolveStatus::kTimeLimit);
+  EXPECT_EQ(record.verdict_literal, Verdict::kSuccess);
+  EXPECT_EQ(record.verdict_strict, Verdict::kSelfCollision);
+  EXPECT_EQ(record.iterations, request.iterations);
+  EXPECT_EQ(record.restarts, request.restarts);
+  EXPECT_EQ(record.wall_us, request.wall_us);
+  EXPECT_EQ(record.cpu_us, request.cpu_us);
+  EXPECT_EQ(record.involuntary_context_switches, request.involuntary_context_switches);
+  EXPECT_EQ(record.peak_memory_bytes, request.peak_memory_bytes);
+  EXPECT_EQ(record.solver_cost, request.solver_cost);
+  EXPECT_EQ(record.solver_violation, request.solver_violation);
+  EXPECT_EQ(record.verdict_detail, request.verdict_detail);
+  EXPECT_EQ(record.failed_waypoint, request.failed_waypoint);
+  EXPECT_EQ(record.cost, request.cost);
+  EXPECT_EQ(record.foot_violation, request.foot_violation);
+  EXPECT_EQ(record.com_violation_m, request.com_violation_m);
+  EXPECT_EQ(record.limit_violation, request.limit_violation);
+  EXPECT_EQ(record.environment_depth_m, request.environment_depth_m);
+  EXPECT_EQ(record.self_depth_literal_m, request.self_depth_literal_m);
+  EXPECT_EQ(record.self_depth_strict_m, request.self_depth_strict_m);
+  EXPECT_EQ(record.interpolation_environment_depth_m, request.interpolation_environment_depth_m);
+  EXPECT_EQ(record.interpolation_self_depth_m, request.interpolation_self_depth_m);
+  EXPECT_EQ(record.interpolation_free_share, request.interpolation_free_share);
+  EXPECT_EQ(record.windows, request.windows);
+  EXPECT_EQ(record.windows_solved, request.windows_solved);
+  EXPECT_EQ(record.history_json, request.history_json);
+  EXPECT_EQ(record.num_waypoints, request.num_waypoints);
+  EXPECT_EQ(record.waypoint_size, request.waypoint_size);
+  EXPECT_EQ(record.waypoints, request.waypoints);
+}
+
+TEST(ResultMessage, TheFirstUnknownWordIsNamed) {
+  legopt_msg::result_request request = DistinctReport();
+  request.num_waypoints = 0;
+  request.verdict_strict = "perfect";
+  EXPECT_EQ(ResultOf(request).fault, "verdict_strict 'perfect' is unknown");
+  request.solver_status = "";
+  EXPECT_EQ(ResultOf(request).fault, "solver_status '' is unknown");
+  EXPECT_EQ(ResultOf(request).record.num_waypoints, 1);
+}
+
+TEST(ResultMessage, OutcomesKeepTheirMeaning) {
+  for (const auto& [reported, word] : kWords<ReportedOutcome>) {
+    legopt_msg::result_request request{};
+    request.outcome = NumberOf(reported);
+    EXPECT_EQ(ToString(OutcomeOf(request)), word);
+  }
+}
+
+}  // namespace
+}  // namespace legopt::server
