@@ -25,8 +25,8 @@ TEST(Method, DefaultsAreThePapers) {
   const Method method = Method::FromJson(json::parse(R"({"solver": "sqp"})"), "");
   EXPECT_EQ(method.name, "SQP");
   EXPECT_EQ(method.multi_starts, 0);
-  EXPECT_EQ(method.sqp.initial_penalty, 1e2);
-  EXPECT_EQ(method.sqp.max_penalty_iterations, 11);  // up to 1e12
+  EXPECT_EQ(std::get<SqpOptions>(method.options).initial_penalty, 1e2);
+  EXPECT_EQ(std::get<SqpOptions>(method.options).max_penalty_iterations, 11);  // up to 1e12
 }
 
 TEST(Method, IncrementalVariantsCarryThePapersPrefix) {
@@ -42,7 +42,7 @@ TEST(Method, CanonicalFormRoundTrips) {
       json::parse(R"({"solver": "sqp", "name": "mine", "multi_starts": 10, "options": {"trust_box_size": 0.5}})"), "");
   const Method again = Method::FromJson(method.ToJson(), "");
   EXPECT_EQ(again.ToJson(), method.ToJson());
-  EXPECT_EQ(again.sqp.trust_box_size, 0.5);
+  EXPECT_EQ(std::get<SqpOptions>(again.options).trust_box_size, 0.5);
   EXPECT_EQ(again.Hash(), method.Hash());
 }
 
