@@ -6,12 +6,6 @@
 
 namespace legopt {
 
-std::string_view ToString(Task task) { return task == Task::kPosture ? "posture" : "motion"; }
-
-std::string_view ToString(Initialization initialization) {
-  return initialization == Initialization::kGood ? "good" : "in_collision";
-}
-
 Task ParseTask(std::string_view text, std::string_view file_for_errors) {
   if (text == "posture") return Task::kPosture;
   if (text == "motion") return Task::kMotion;
