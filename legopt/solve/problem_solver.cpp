@@ -2,13 +2,13 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <random>
 #include <span>
 #include <string>
 #include <utility>
 
 #include "legopt/blake2b.h"
-#include "legopt/methods/solver_factory.h"
 #include "legopt/solve/multi_start.h"
 #include "legopt/solve/solve_timer.h"
 #include "legopt/terms/initial_guess.h"
@@ -27,12 +27,6 @@ std::mt19937_64 GeneratorOf(const std::string& identity) {
   return std::mt19937_64(std::stoull(Blake2bHex(identity).substr(0, kSeedDigits), nullptr, kHexadecimal));
 }
 
-/// Of the words that Method accepts.
-ContinuousCollision Continuous(const std::string& word) {
-  if (word == "none") return ContinuousCollision::kNone;
-  return word == "required" ? ContinuousCollision::kRequired : ContinuousCollision::kPreferred;
-}
-
 std::string WorstTerm(const Program& program, const SolverResult& result) {
   if (result.feasible || result.value.worst_term < 0) return "";
   const TermShape& shape = program.terms()[static_cast<size_t>(result.value.worst_term)]->shape();
@@ -45,13 +39,13 @@ std::string WorstTerm(const Program& program, const SolverResult& result) {
 class ProblemSolver::Run {
  public:
   Run(const Dataset& dataset, CollisionQuery& query, Initialization initialization, const Method& method,
-      const SolveSettings& settings)
+      const SolveSettings& settings, const SolverRegistry& registry)
       : dataset_(dataset),
         query_(query),
         initialization_(initialization),
         method_(method),
         settings_(settings),
-        solver_(MakeSolver(method)) {}
+        solver_(MakeSolver(method, registry)) {}
 
   SolveOutcome Posture(const ProblemDefinition& problem);
   SolveOutcome Motion(const ProblemDefinition& problem);
@@ -64,10 +58,10 @@ class ProblemSolver::Run {
            std::to_string(settings_.repetition) + "/";
   }
   ContactOptions Contacts() const {
-    return {method_.collision_margin_m, method_.contact_range_m, Continuous(method_.continuous_collision),
+    return {method_.collision_margin_m, method_.contact_range_m, method_.continuous_collision,
             method_.continuous_weight};
   }
-  SolveStatus Stopped() const;
+  std::optional<SolveStatus> Stopped() const;
   void Perturb(std::mt19937_64& generator, int first_waypoint, Eigen::VectorXd& x) const;
   MultiStartSettings Attempts(std::string identity, int first_waypoint);
   Eigen::VectorXd WindowStart(std::span<const Stance> stances, bool fixed_first) const;
@@ -85,11 +79,11 @@ class ProblemSolver::Run {
   SolveOutcome outcome_;
 };
 
-SolveStatus ProblemSolver::Run::Stopped() const {
+std::optional<SolveStatus> ProblemSolver::Run::Stopped() const {
   constexpr double kMicros = 1e6;
   if (settings_.cancelled && settings_.cancelled()) return SolveStatus::kCancelled;
   const bool late = static_cast<double>(timer_.wall_us()) > settings_.wall_limit_s * kMicros;
-  return late ? SolveStatus::kTimeLimit : SolveStatus::kNotRun;
+  return late ? std::optional(SolveStatus::kTimeLimit) : std::nullopt;
 }
 
 void ProblemSolver::Run::Perturb(std::mt19937_64& generator, int first_waypoint, Eigen::VectorXd& x) const {
@@ -200,7 +194,8 @@ SolveOutcome ProblemSolver::Run::Motion(const ProblemDefinition& problem) {
   return Finish();
 }
 
-ProblemSolver::ProblemSolver(std::shared_ptr<const Dataset> dataset) : dataset_(std::move(dataset)) {
+ProblemSolver::ProblemSolver(std::shared_ptr<const Dataset> dataset, SolverRegistry registry)
+    : dataset_(std::move(dataset)), registry_(std::move(registry)) {
   Query(SceneRepresentation::kSolid);
 }
 
@@ -217,7 +212,7 @@ SolveOutcome ProblemSolver::Solve(Task task, int problem_id, Initialization init
 
 SolveOutcome ProblemSolver::Solve(Task task, const ProblemDefinition& problem, Initialization initialization,
                                   const Method& method, const SolveSettings& settings) {
-  Run run(*dataset_, Query(ParseSceneRepresentation(method.collision, method.name)), initialization, method, settings);
+  Run run(*dataset_, Query(method.collision), initialization, method, settings, registry_);
   return task == Task::kPosture ? run.Posture(problem) : run.Motion(problem);
 }
 
