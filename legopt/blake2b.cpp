@@ -2,14 +2,26 @@
 
 #include <sodium.h>
 
+#include <vector>
+
+#include "legopt/demand.h"
+
 namespace legopt {
 
-std::string Blake2bHex(std::string_view bytes) {
-  unsigned char hash[crypto_generichash_BYTES];
-  crypto_generichash(hash, sizeof hash, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), nullptr, 0);
-  char hex[2 * sizeof hash + 1];
-  sodium_bin2hex(hex, sizeof hex, hash, sizeof hash);
-  return hex;
+std::string Blake2bHex(std::string_view bytes, std::size_t hash_bytes) {
+  Demand(hash_bytes >= crypto_generichash_BYTES_MIN && hash_bytes <= crypto_generichash_BYTES_MAX,
+         "a BLAKE2b hash has 16 to 64 bytes", hash_bytes);
+  std::vector<unsigned char> hash(hash_bytes);
+  crypto_generichash(hash.data(), hash.size(), reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(),
+                     nullptr, 0);
+  return HexText(hash);
+}
+
+std::string HexText(std::span<const unsigned char> bytes) {
+  std::string text(2 * bytes.size() + 1, '\0');
+  sodium_bin2hex(text.data(), text.size(), bytes.data(), bytes.size());
+  text.pop_back();
+  return text;
 }
 
 bool IsBlake2bHex(std::string_view text) {

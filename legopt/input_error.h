@@ -3,13 +3,15 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace legopt {
 
 /// Bad input from outside the program (URDF, mesh, dataset, suite, solution file, option).
 ///
 /// Thrown by every loader and validator of the library. It names where the fault is and how to mend it, so that a
-/// program can print `what()` as it stands: "FILE: FIELD: MESSAGE (got VALUE); FIX".
+/// program can print `what()` as it stands: "FILE: FIELD: MESSAGE (got VALUE); FIX". Of several faults, each has a
+/// line.
 class InputError : public std::runtime_error {
  public:
   struct Fault {
@@ -20,12 +22,21 @@ class InputError : public std::runtime_error {
     std::string fix;      ///< what the user can do; may be empty
   };
 
-  explicit InputError(Fault fault) : std::runtime_error(Format(fault)), fault_(std::move(fault)) {}
+  explicit InputError(Fault fault) : std::runtime_error(TextOf(fault)), faults_{std::move(fault)} {}
 
-  const Fault& fault() const { return fault_; }
+  /// Of one fault or more, for readers that look at all before they refuse.
+  static InputError Of(std::vector<Fault> faults) {
+    std::string lines;
+    for (const Fault& fault : faults) lines += (lines.empty() ? "" : "\n") + TextOf(fault);
+    return {lines, std::move(faults)};
+  }
 
- private:
-  static std::string Format(const Fault& fault) {
+  /// The first one.
+  const Fault& fault() const { return faults_.front(); }
+  const std::vector<Fault>& faults() const { return faults_; }
+
+  /// A fault as a sentence.
+  static std::string TextOf(const Fault& fault) {
     std::string text = fault.file;
     if (!fault.field.empty()) text += (text.empty() ? "" : ": ") + fault.field;
     text += (text.empty() ? "" : ": ") + fault.message;
@@ -34,7 +45,11 @@ class InputError : public std::runtime_error {
     return text;
   }
 
-  Fault fault_;
+ private:
+  InputError(const std::string& lines, std::vector<Fault> faults)
+      : std::runtime_error(lines), faults_(std::move(faults)) {}
+
+  std::vector<Fault> faults_;
 };
 
 }  // namespace legopt

@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <span>
 
 #include "bus/text.h"
 #include "client/client_error.h"
+#include "legopt/blake2b.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/input_error.h"
 
@@ -19,17 +19,6 @@ namespace {
 
 constexpr int kSpecVersion = 1;
 constexpr std::size_t kSubmissionIdBytes = 16;
-
-void StartSodium() {
-  if (sodium_init() < 0) throw ClientError(ExitCode::kInternal, "libsodium cannot start");
-}
-
-std::string Hex(std::span<const unsigned char> bytes) {
-  std::string text(bytes.size() * 2 + 1, '\0');
-  sodium_bin2hex(text.data(), text.size(), bytes.data(), bytes.size());
-  text.pop_back();
-  return text;
-}
 
 std::string IdRange(const std::vector<DatasetFacts::Problem>& problems) {
   const auto [low, high] =
@@ -40,7 +29,7 @@ std::string IdRange(const std::vector<DatasetFacts::Problem>& problems) {
 
 nlohmann::json WallTimeJson(const Suite& suite) {
   auto times = nlohmann::json::object();
-  for (const auto& task : suite.tasks) times[task.task] = suite.wall_time_s.Of(task.task);
+  for (const auto& task : suite.tasks) times[std::string(ToString(task.task))] = suite.wall_time_s[task.task];
   const bool same = std::all_of(times.begin(), times.end(), [&](const auto& time) { return time == *times.begin(); });
   return same ? *times.begin() : times;
 }
@@ -48,9 +37,10 @@ nlohmann::json WallTimeJson(const Suite& suite) {
 // The problems of a task by the suite's selection, in its order.
 std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelection& selection,
                                           const DatasetFacts& dataset) {
-  const auto& available = selection.task == "posture" ? dataset.posture : dataset.motion;
+  const auto& available = dataset.problems[selection.task];
+  const std::string task(ToString(selection.task));
   if (available.empty()) {
-    throw InputError({suite.file, "tasks", selection.task, "the dataset '" + dataset.name + "' has no such problems",
+    throw InputError({suite.file, "tasks", task, "the dataset '" + dataset.name + "' has no such problems",
                       "remove the task (--tasks) or choose another dataset"});
   }
   if (!selection.problems) return available;
@@ -59,7 +49,7 @@ std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelectio
     const auto found = std::find_if(available.begin(), available.end(), [&](const auto& p) { return p.id == id; });
     if (found == available.end()) {
       throw InputError({suite.file, "problems", std::to_string(id),
-                        "is not a " + selection.task + " problem of the dataset '" + dataset.name + "'",
+                        "is not a " + task + " problem of the dataset '" + dataset.name + "'",
                         "it has " + IdRange(available)});
     }
     selected.push_back(*found);
@@ -67,35 +57,51 @@ std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelectio
   return selected;
 }
 
-// Leaves long motions out; a sentence on that, empty when there are none.
-std::string LeaveOutLongMotions(const Suite& suite, std::vector<DatasetFacts::Problem>* problems) {
+// Leaves long problems out; a sentence on that, empty when there are none.
+std::string LeaveOutLongProblems(const Suite& suite, Task task, std::vector<DatasetFacts::Problem>* problems) {
   if (!suite.max_stances) return {};
-  const auto erased = std::erase_if(
-      *problems, [&](const auto& p) { return p.waypoints > NumWaypoints(Task::kMotion, *suite.max_stances); });
+  const int most = NumWaypoints(task, *suite.max_stances);
+  const auto erased = std::erase_if(*problems, [most](const auto& problem) { return problem.waypoints > most; });
   if (erased == 0) return {};
+  const std::string word(ToString(task));
   const std::string longer = "longer than " + std::to_string(*suite.max_stances) + " stances (max_stances)";
-  if (problems->empty()) return "no motion is left: all " + std::to_string(erased) + " chosen problems are " + longer;
-  return std::to_string(erased) + " of " + std::to_string(erased + problems->size()) + " motion problems are " + longer;
+  if (problems->empty()) {
+    return "no " + word + " is left: all " + std::to_string(erased) + " chosen problems are " + longer;
+  }
+  return std::to_string(erased) + " of " + std::to_string(erased + problems->size()) + " " + word + " problems are " +
+         longer;
 }
 
-// The suite's tasks with their problems. A task whose motions are all too long is left out as long as another remains.
+// The suite's tasks with their problems. A task whose problems are all too long is left out as long as another remains.
 nlohmann::json TasksJson(const Suite& suite, const DatasetFacts& dataset, std::vector<std::string>* left_out) {
   auto tasks = nlohmann::json::array();
+  std::string emptied;
   for (const TaskSelection& selection : suite.tasks) {
+    const std::string word(ToString(selection.task));
     auto problems = Select(suite, selection, dataset);
-    const std::string loss = selection.task == "motion" ? LeaveOutLongMotions(suite, &problems) : "";
+    const std::string loss = LeaveOutLongProblems(suite, selection.task, &problems);
     if (!loss.empty() && left_out != nullptr) left_out->push_back(loss);
-    if (problems.empty()) continue;
+    if (problems.empty()) {
+      emptied += (emptied.empty() ? "" : " and no ") + word + " problem";
+      continue;
+    }
     auto ids = nlohmann::json::array(), waypoints = nlohmann::json::array();
     for (const auto& problem : problems) {
       ids.push_back(problem.id);
       waypoints.push_back(problem.waypoints);
     }
-    tasks.push_back({{"task", selection.task}, {"problems", std::move(ids)}, {"waypoints", std::move(waypoints)}});
+    tasks.push_back({{"task", word}, {"problems", std::move(ids)}, {"waypoints", std::move(waypoints)}});
   }
   if (!tasks.empty()) return tasks;
-  throw InputError({suite.file, "max_stances", std::to_string(suite.max_stances.value_or(0)),
-                    "leaves no motion problem", "raise it, or choose other problems"});
+  throw InputError({suite.file, "max_stances", std::to_string(suite.max_stances.value_or(0)), "leaves no " + emptied,
+                    "raise it, or choose other problems"});
+}
+
+// The words of the initialisations.
+nlohmann::json InitializationsJson(const Suite& suite) {
+  auto words = nlohmann::json::array();
+  for (const Initialization initialization : suite.initializations) words.push_back(ToString(initialization));
+  return words;
 }
 
 nlohmann::json MethodJson(const Method& method) {
@@ -134,8 +140,12 @@ std::vector<DatasetFacts::Problem> ProblemFacts(const Dataset& dataset, Task tas
 }  // namespace
 
 DatasetFacts FactsOf(const Dataset& dataset) {
-  return {dataset.name(), dataset.content_hash(), ProblemFacts(dataset, Task::kPosture),
-          ProblemFacts(dataset, Task::kMotion), JointNames(dataset.robot())};
+  DatasetFacts facts;
+  facts.name = dataset.name();
+  facts.hash = dataset.content_hash();
+  for (const TaskDescription& task : kTasks) facts.problems[task.task] = ProblemFacts(dataset, task.task);
+  facts.joint_names = JointNames(dataset.robot());
+  return facts;
 }
 
 nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset, std::vector<std::string>* left_out) {
@@ -147,7 +157,7 @@ nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset, std::v
           {"repetitions", suite.repetitions},
           {"dataset", DatasetJson(dataset)},
           {"tasks", TasksJson(suite, dataset, left_out)},
-          {"initializations", suite.initializations},
+          {"initializations", InitializationsJson(suite)},
           {"methods", std::move(methods)},
           {"limits", {{"wall_time_s", WallTimeJson(suite)}, {"memory_mb", suite.memory_mb}}},
           {"max_attempts", suite.max_attempts}};
@@ -175,20 +185,13 @@ std::int64_t CountJobs(const nlohmann::json& spec) {
          static_cast<std::int64_t>(spec.at("initializations").size()) * spec.at("repetitions").get<std::int64_t>();
 }
 
-std::string ContentSubmissionId(const nlohmann::json& spec) {
-  StartSodium();
-  const std::string text = spec.dump();
-  std::array<unsigned char, kSubmissionIdBytes> hash{};
-  crypto_generichash(hash.data(), hash.size(), reinterpret_cast<const unsigned char*>(text.data()), text.size(),
-                     nullptr, 0);
-  return Hex(hash);
-}
+std::string ContentSubmissionId(const nlohmann::json& spec) { return Blake2bHex(spec.dump(), kSubmissionIdBytes); }
 
 std::string RandomSubmissionId() {
-  StartSodium();
+  if (sodium_init() < 0) throw ClientError(ExitCode::kInternal, "libsodium cannot start");
   std::array<unsigned char, kSubmissionIdBytes> bytes{};
   randombytes_buf(bytes.data(), bytes.size());
-  return Hex(bytes);
+  return HexText(bytes);
 }
 
 }  // namespace legopt::client

@@ -20,9 +20,8 @@ struct DatasetFacts {
     int waypoints;
   };
   std::string name;
-  std::string hash;              ///< 64 hex digits
-  std::vector<Problem> posture;  ///< in file order
-  std::vector<Problem> motion;
+  std::string hash;                           ///< 64 hex digits
+  Per<Task, std::vector<Problem>> problems;   ///< in file order
   std::vector<std::string> joint_names = {};  ///< of the robot, in the order of a solution; empty: not told
 };
 

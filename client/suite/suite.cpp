@@ -22,23 +22,24 @@ const std::vector<std::string> kSuiteKeys = {"name",        "dataset",  "seed", 
                                              "max_stances", "limits",   "max_attempts", "collision"};
 const std::vector<std::string> kMethodKeys = {"name",        "solver",    "multi_starts", "sample_size",
                                               "incremental", "collision", "options"};
-const std::vector<std::string> kTasks = {"posture", "motion"};
-const std::vector<std::string> kCollisions = {"solid", "surface"};
-const std::vector<std::string> kInitializations = {"good", "in_collision"};
 
 namespace limits = bus::spec_limits;
-constexpr int kMaxStances = 1'000'000;
 constexpr int kMostProblemId = limits::kMostProblemId;
 // What a suite may ask for is what a server takes and a worker can do.
 static_assert(Method::kMostMultiStarts == limits::kMostMultiStarts);
 
-std::string OneOf(const std::vector<std::string>& valid, const YAML::Node& node, const std::string& file,
-                  const std::string& field) {
+template <Worded Enum>
+std::vector<std::string> WordsOf() {
+  std::vector<std::string> words;
+  for (const Word<Enum>& row : kWords<Enum>) words.emplace_back(row.word);
+  return words;
+}
+
+template <Worded Enum>
+Enum ReadWord(const YAML::Node& node, const std::string& file, const std::string& field) {
   const std::string text = YamlString(node, file, field);
-  if (std::find(valid.begin(), valid.end(), text) == valid.end()) {
-    throw YamlFault(file, node, field, "is not known", SuggestName(text, valid));
-  }
-  return text;
+  if (const auto value = ParseWord<Enum>(text)) return *value;
+  throw YamlFault(file, node, field, "is not known", SuggestName(text, WordsOf<Enum>()));
 }
 
 std::vector<int> ReadProblems(const YamlMap& map) {
@@ -56,17 +57,18 @@ void ReadTasks(const YamlMap& map, Suite* suite) {
   const auto nodes = map.List("tasks");
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const std::string path = map.Path("tasks", i);
-    TaskSelection selection{"", shared};
+    TaskSelection selection{{}, shared};
     if (nodes[i].IsMap()) {
       const YamlMap task(nodes[i], map.file(), path, {"task", "problems"});
-      selection.task = OneOf(kTasks, task.Get("task"), map.file(), task.Path("task"));
+      selection.task = ReadWord<Task>(task.Get("task"), map.file(), task.Path("task"));
       if (task.Has("problems")) selection.problems = ReadProblems(task);
     } else {
-      selection.task = OneOf(kTasks, nodes[i], map.file(), path);
+      selection.task = ReadWord<Task>(nodes[i], map.file(), path);
     }
     for (const auto& other : suite->tasks) {
       if (other.task == selection.task) {
-        throw InputError({YamlPlace(map.file(), nodes[i]), path, selection.task, "task occurs twice", "join them"});
+        throw InputError({YamlPlace(map.file(), nodes[i]), path, std::string(ToString(selection.task)),
+                          "task occurs twice", "join them"});
       }
     }
     suite->tasks.push_back(std::move(selection));
@@ -78,11 +80,11 @@ void ReadInitializations(const YamlMap& map, Suite* suite) {
   const auto nodes = map.List("initializations");
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const std::string path = map.Path("initializations", i);
-    const std::string text = OneOf(kInitializations, nodes[i], map.file(), path);
-    if (std::count(suite->initializations.begin(), suite->initializations.end(), text) > 0) {
+    const auto initialization = ReadWord<Initialization>(nodes[i], map.file(), path);
+    if (std::ranges::count(suite->initializations, initialization) > 0) {
       throw YamlFault(map.file(), nodes[i], path, "initialization occurs twice", "remove one of them");
     }
-    suite->initializations.push_back(text);
+    suite->initializations.push_back(initialization);
   }
 }
 
@@ -117,14 +119,14 @@ void AddMethod(const nlohmann::json& map, const YAML::Node& node, const YamlMap&
 }
 
 // The collision models that the suite or a method names: one method for each. None: as the options say.
-using Collision = std::optional<std::string>;
+using Collision = std::optional<SceneRepresentation>;
 
 std::vector<Collision> ReadCollisions(const YamlMap& map) {
   if (!map.Has("collision")) return {std::nullopt};
   std::vector<Collision> values;
   const auto nodes = map.List("collision");
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    values.emplace_back(OneOf(kCollisions, nodes[i], map.file(), map.Path("collision", i)));
+    values.emplace_back(ReadWord<SceneRepresentation>(nodes[i], map.file(), map.Path("collision", i)));
   }
   return values;
 }
@@ -166,7 +168,7 @@ void ReadMethod(const YamlMap& map, const Collision& shared, Suite* suite) {
         auto method = base;
         if (starts) method["multi_starts"] = *starts;
         if (size) method["sample_size"] = *size;
-        if (collision) method["options"]["collision"] = *collision;
+        if (collision) method["options"]["collision"] = ToString(*collision);
         AddMethod(method, map.node(), map, suite);
       }
     }
@@ -184,14 +186,18 @@ void ReadMethods(const YamlMap& map, Suite* suite) {
 
 // One number for all tasks, or a map with one for each.
 WallTimes ReadWallTimes(const YamlMap& parent) {
-  WallTimes times;
+  const auto read = [](const YamlMap& map, const std::string& key) {
+    return map.Number(key, limits::kLeastWallTime_s, limits::kMostWallTime_s);
+  };
+  WallTimes times = DefaultWallTimes();
   if (!parent.Get("wall_time_s").IsMap()) {
-    times.posture = times.motion = parent.Number("wall_time_s", limits::kLeastWallTime_s, limits::kMostWallTime_s);
+    times.values.fill(read(parent, "wall_time_s"));
     return times;
   }
-  const YamlMap map(parent.Get("wall_time_s"), parent.file(), parent.Path("wall_time_s"), kTasks);
-  if (map.Has("posture")) times.posture = map.Number("posture", limits::kLeastWallTime_s, limits::kMostWallTime_s);
-  if (map.Has("motion")) times.motion = map.Number("motion", limits::kLeastWallTime_s, limits::kMostWallTime_s);
+  const YamlMap map(parent.Get("wall_time_s"), parent.file(), parent.Path("wall_time_s"), WordsOf<Task>());
+  for (const auto& [task, word] : kWords<Task>) {
+    if (map.Has(std::string(word))) times[task] = read(map, std::string(word));
+  }
   return times;
 }
 
@@ -241,7 +247,8 @@ void KeepProblems(const std::vector<std::string>& items, Suite* suite) {
                             std::back_inserter(both));
     }
     if (both.empty()) {
-      throw InputError({suite->file, "--problems", "", "leaves no problem of the task " + task.task,
+      throw InputError({suite->file, "--problems", "",
+                        "leaves no problem of the task " + std::string(ToString(task.task)),
                         "choose among the problems that the suite names, or leave the task out with --tasks"});
     }
     kept.insert(both.begin(), both.end());
@@ -287,7 +294,8 @@ Suite ParseSuite(const std::string& text, const std::string& file) {
   ReadTasks(map, &suite);
   if (map.Has("initializations")) ReadInitializations(map, &suite);
   ReadMethods(map, &suite);
-  if (map.Has("max_stances")) suite.max_stances = static_cast<int>(map.Integer("max_stances", 2, kMaxStances));
+  if (map.Has("max_stances"))
+    suite.max_stances = static_cast<int>(map.Integer("max_stances", 2, limits::kMostWaypoints));
   if (map.Has("limits")) ReadLimits(map, &suite);
   if (map.Has("max_attempts"))
     suite.max_attempts = static_cast<int>(map.Integer("max_attempts", 1, limits::kMostAttempts));
@@ -297,14 +305,15 @@ Suite ParseSuite(const std::string& text, const std::string& file) {
 void ApplyFilter(const SuiteFilter& filter, Suite* suite) {
   Keep(filter.methods, "--methods", suite->file, &suite->methods, [](const Method& method) { return method.name; });
   Keep(filter.collision, "--collision", suite->file, &suite->methods,
-       [](const Method& method) { return method.collision; });
+       [](const Method& method) { return std::string(ToString(method.collision)); });
   Keep(filter.multi_starts, "--multi-starts", suite->file, &suite->methods,
        [](const Method& method) { return std::to_string(method.multi_starts); });
   Keep(filter.sample_sizes, "--sample-size", suite->file, &suite->methods,
        [](const Method& method) { return std::to_string(method.sample_size_percent); });
-  Keep(filter.tasks, "--tasks", suite->file, &suite->tasks, [](const TaskSelection& task) { return task.task; });
+  Keep(filter.tasks, "--tasks", suite->file, &suite->tasks,
+       [](const TaskSelection& task) { return std::string(ToString(task.task)); });
   Keep(filter.initializations, "--initializations", suite->file, &suite->initializations,
-       [](const std::string& initialization) { return initialization; });
+       [](Initialization initialization) { return std::string(ToString(initialization)); });
   if (!filter.problems.empty()) KeepProblems(filter.problems, suite);
   if (filter.seed) suite->seed = *filter.seed;
   if (filter.max_stances) suite->max_stances = filter.max_stances;

@@ -7,22 +7,24 @@
 #include <vector>
 
 #include "legopt/methods/method.h"
+#include "words/task.h"
 
 namespace legopt::client {
 
 /// One task of a suite and the problems to solve. Without a value: all problems that the dataset has for it.
 struct TaskSelection {
-  std::string task;                          ///< "posture" or "motion"
+  Task task{};
   std::optional<std::vector<int>> problems;  ///< sorted, without repetition
 };
 
 /// Wall-time limit of one job, by task; seconds.
-struct WallTimes {
-  double posture = 60;
-  double motion = 900;  ///< the longest ones have nearly a thousand waypoints
+using WallTimes = Per<Task, double>;
 
-  double Of(const std::string& task) const { return task == "motion" ? motion : posture; }
-};
+constexpr WallTimes DefaultWallTimes() {
+  WallTimes times;
+  for (const TaskDescription& task : kTasks) times[task.task] = task.default_wall_limit_s;
+  return times;
+}
 
 /// An experiment file (YAML). Keys, all in the paper's words:
 ///
@@ -52,17 +54,18 @@ struct Suite {
   std::int64_t seed = 1;
   int repetitions = 1;
   std::vector<TaskSelection> tasks;
-  std::vector<std::string> initializations = {"good", "in_collision"};
-  std::optional<int> max_stances;  ///< of motion problems
+  std::vector<Initialization> initializations = {Initialization::kGood, Initialization::kInCollision};
+  std::optional<int> max_stances;  ///< longer problems are left out
   std::vector<Method> methods;     ///< one per combination of the lists' values, complete with defaults
-  WallTimes wall_time_s;
+  WallTimes wall_time_s = DefaultWallTimes();
   int memory_mb = 1024;
   int max_attempts = 3;
 };
 
-/// What the command line may narrow or change. Empty lists change nothing.
+/// What the command line may narrow or change, as it is typed there: ApplyFilter knows what the suite has, in which
+/// words and numbers are to be found, letter case ignored. Empty lists change nothing.
 struct SuiteFilter {
-  std::vector<std::string> methods;          ///< names to keep, letter case ignored
+  std::vector<std::string> methods;          ///< names to keep
   std::vector<std::string> tasks;            ///< to keep
   std::vector<std::string> problems;         ///< ids and ranges to keep, e.g. "0-4"
   std::vector<std::string> initializations;  ///< to keep

@@ -1,80 +1,135 @@
 #include "legopt/methods/method.h"
 
 #include <nlohmann/json.hpp>
-#include <string_view>
-#include <vector>
 
 #include "legopt/blake2b.h"
-#include "legopt/methods/option_reader.h"
-#include "legopt/methods/registry.h"
-#include "legopt/optimize/solve_outcome.h"
+#include "legopt/demand.h"
+#include "legopt/methods/option_visitors.h"
+#include "legopt/nearest_name.h"
+#include "legopt/optimize/solver.h"
 
 namespace legopt {
-
 namespace {
 
 using nlohmann::json;
 
-std::vector<std::string> SolverWords() {
-  std::vector<std::string> words;
-  for (const SolverEntry& entry : SolverRegistry()) words.emplace_back(entry.word);
-  return words;
+constexpr char kOptions[] = "options";
+
+// The keys beside `options`.
+void VisitHead(auto& method, auto& fields) {
+  fields.Integer("multi_starts", method.multi_starts, 0, Method::kMostMultiStarts);
+  fields.Integer("sample_size", method.sample_size_percent, 1, 100);
+  fields.Boolean("incremental", method.incremental);
 }
 
-}  // namespace
-
-void Method::VisitOptions(OptionFields& fields) {
-  fields.Number("restart_noise_deg", restart_noise_deg, 0.0, 180.0);
-  fields.Choice("collision", collision, {"solid", "surface"});
-  fields.Number("collision_margin_m", collision_margin_m, 0.0, 0.1);
-  fields.Number("contact_range_m", contact_range_m, 1e-3, 1.0);
-  fields.Choice("continuous_collision", continuous_collision, {"none", "preferred", "required"});
-  fields.Number("continuous_weight", continuous_weight, 1e-3, 1e6);
-  fields.Require(contact_range_m > collision_margin_m, "contact_range_m", json(contact_range_m).dump(),
-                 "must exceed collision_margin_m", "raise it or lower collision_margin_m");
-  FindSolver(solver)->visit(*this, fields);
+void VisitAllOptions(auto& method, auto& fields) {
+  fields.Number("restart_noise_deg", method.restart_noise_deg, 0.0, 180.0);
+  fields.Choice("collision", method.collision);
+  fields.Number("collision_margin_m", method.collision_margin_m, 0.0, 0.1);
+  fields.Number("contact_range_m", method.contact_range_m, 1e-3, 1.0);
+  fields.Choice("continuous_collision", method.continuous_collision);
+  fields.Number("continuous_weight", method.continuous_weight, 1e-3, 1e6);
+  fields.Require(method.contact_range_m > method.collision_margin_m, "contact_range_m", "collision_margin_m",
+                 json(method.contact_range_m).dump(), "must exceed collision_margin_m",
+                 "raise it or lower collision_margin_m");
+  VisitOptions(method.options, fields);
 }
 
-Method Method::FromJson(const json& description, const std::string& source) {
+Method DefaultsOf(const SolverEntry& entry) {
   Method method;
-  OptionReader reader(description, source, "");
-  if (!description.contains("solver")) {
-    reader.Fail("solver", "", "is missing", "add it, for example 'solver: sqp'");
-  }
-  reader.Choice("solver", method.solver, SolverWords());
-  const SolverEntry& entry = *FindSolver(method.solver);
+  method.name = entry.paper_name;
+  method.solver = entry.word;
   method.contact_range_m = entry.contact_range_m;
-  reader.Integer("multi_starts", method.multi_starts, 0, kMostMultiStarts);
-  reader.Integer("sample_size", method.sample_size_percent, 1, 100);
-  reader.Boolean("incremental", method.incremental);
-  method.name = (method.incremental ? "I-" : "") + std::string(entry.paper_name);
-  reader.Text("name", method.name);
-  if (const json* options = reader.Find("options"); options != nullptr) {
-    OptionReader option_reader(*options, source, "options");
-    method.VisitOptions(option_reader);
-    option_reader.RefuseOthers();
-  }
-  reader.RefuseOthers();
-  if (!entry.samples && method.sample_size_percent != 100) {
-    reader.Fail("sample_size", std::to_string(method.sample_size_percent),
-                "solver " + method.solver + " uses all terms", "leave sample_size at 100");
-  }
-  if (!entry.samples && method.incremental) {
-    reader.Fail("incremental", "true", "solver " + method.solver + " uses all terms", "leave incremental at false");
-  }
+  method.options = entry.defaults;
   return method;
 }
 
+void RefuseSolver(const std::string& word, const SolverRegistry& registry, OptionFaults& faults) {
+  faults.Add("solver", word, "is not known", SuggestName(word, registry.words()));
+}
+
+// Null, with a fault, when there is none.
+const SolverEntry* ReadSolver(OptionReader& reader, const SolverRegistry& registry, OptionFaults& faults) {
+  std::string word;
+  const bool given = reader.Text("solver", word);
+  if (!given && !faults.Has("solver")) faults.Add("solver", "", "is missing", "add it, for example 'solver: sqp'");
+  if (!given) return nullptr;
+  const SolverEntry* entry = registry.Find(word);
+  if (entry == nullptr) RefuseSolver(word, registry, faults);
+  return entry;
+}
+
+std::string SourceOf(const Method& method) { return "method '" + method.name + "'"; }
+
+}  // namespace
+
+Method Method::Of(const std::string& solver, const SolverRegistry& registry) {
+  return DefaultsOf(registry.Require(solver, "method"));
+}
+
+Method Method::FromJson(const json& description, const std::string& source, const SolverRegistry& registry) {
+  OptionFaults faults(source);
+  if (!OptionReader::IsMap(description, "", faults)) faults.ThrowIfAny();
+  OptionReader reader(description, "", faults);
+  const SolverEntry* entry = ReadSolver(reader, registry, faults);
+  Method method = entry == nullptr ? Method() : DefaultsOf(*entry);
+  VisitHead(method, reader);
+  if (method.incremental) method.name = "I-" + method.name;
+  reader.Text("name", method.name);
+  const json* options = reader.Find(kOptions);
+  if (options != nullptr && OptionReader::IsMap(*options, kOptions, faults) && entry != nullptr) {
+    OptionReader option_reader(*options, kOptions, faults);
+    VisitAllOptions(method, option_reader);
+    option_reader.RefuseOthers();
+  }
+  reader.RefuseOthers();
+  method.CheckValues(faults);
+  if (entry != nullptr) method.CheckSolver(registry, faults);
+  faults.ThrowIfAny();
+  return method;
+}
+
+void Method::CheckValues(OptionFaults& faults) const {
+  if (name.empty()) faults.Add("name", "", "must be a text", "write a name");
+  OptionChecker head("", faults);
+  VisitHead(*this, head);
+  OptionChecker checker(kOptions, faults);
+  VisitAllOptions(*this, checker);
+}
+
+void Method::CheckSolver(const SolverRegistry& registry, OptionFaults& faults) const {
+  const SolverEntry* entry = registry.Find(solver);
+  if (entry == nullptr) return RefuseSolver(solver, registry, faults);
+  if (!AreAlike(options, entry->defaults)) {
+    faults.Add(kOptions, "", "are those of another solver than " + solver, "begin with the defaults of " + solver);
+  }
+  if (entry->samples) return;
+  if (sample_size_percent != 100 && !faults.Has("sample_size")) {
+    faults.Add("sample_size", std::to_string(sample_size_percent), "solver " + solver + " uses all terms",
+               "leave sample_size at 100");
+  }
+  if (incremental) {
+    faults.Add("incremental", "true", "solver " + solver + " uses all terms", "leave incremental at false");
+  }
+}
+
+void Method::Validate(const SolverRegistry& registry) const {
+  OptionFaults faults(SourceOf(*this));
+  CheckSolver(registry, faults);
+  CheckValues(faults);
+  faults.ThrowIfAny();
+}
+
 json Method::ToJson() const {
-  json options = json::object();
-  OptionWriter writer(options);
-  Method(*this).VisitOptions(writer);
-  return {{"name", name},
-          {"solver", solver},
-          {"multi_starts", multi_starts},
-          {"sample_size", sample_size_percent},
-          {"incremental", incremental},
-          {"options", options}};
+  OptionFaults faults(SourceOf(*this));
+  CheckValues(faults);
+  faults.ThrowIfAny();
+  json description = {{"name", name}, {"solver", solver}};
+  OptionWriter head(description);
+  VisitHead(*this, head);
+  OptionWriter writer(description[kOptions] = json::object());
+  VisitAllOptions(*this, writer);
+  return description;
 }
 
 std::string Method::Hash() const {
@@ -83,6 +138,17 @@ std::string Method::Hash() const {
   return Blake2bHex(canonical.dump());
 }
 
-bool Method::draws() const { return multi_starts > 0 || sample_size_percent < 100 || FindSolver(solver)->draws; }
+bool Method::draws(const SolverRegistry& registry) const {
+  const SolverEntry& entry = registry.Require(solver, SourceOf(*this));
+  return multi_starts > 0 || sample_size_percent < 100 || entry.draws;
+}
+
+std::unique_ptr<Solver> MakeSolver(const Method& method, const SolverRegistry& registry) {
+  method.Validate(registry);
+  std::unique_ptr<Solver> solver =
+      registry.Find(method.solver)->make(method.options, {method.sample_size_percent, method.incremental});
+  Demand(solver != nullptr, "a registered solver is made", method.solver);
+  return solver;
+}
 
 }  // namespace legopt

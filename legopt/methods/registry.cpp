@@ -1,46 +1,77 @@
 #include "legopt/methods/registry.h"
 
-#include <array>
+#include "legopt/input_error.h"
+#include "legopt/nearest_name.h"
+#include "legopt/optimize/best_solver.h"
+#include "legopt/optimize/gradient_solver.h"
+#include "legopt/optimize/ipopt_solver.h"
+#include "legopt/optimize/sqp_solver.h"
+#include "legopt/optimize/stomp_solver.h"
 
 namespace legopt {
 namespace {
-
-void VisitDescent(Method& method, OptionFields& fields) { method.gradient.Visit(fields); }
-
-void VisitMomentDescent(Method& method, OptionFields& fields) {
-  method.gradient.Visit(fields);
-  method.moments.Visit(fields);
-}
-
-void VisitCovariantDescent(Method& method, OptionFields& fields) {
-  method.gradient.Visit(fields);
-  method.metric.Visit(fields);
-}
 
 // Models see obstacles ahead; plain penalties are zero until the margin (5e-4) is violated.
 constexpr double kAhead_m = 0.03;
 constexpr double kTouching_m = 1e-3;
 
-constexpr std::array kSolvers = {
-    SolverEntry{"sqp", "SQP", true, false, kAhead_m, [](Method& m, OptionFields& f) { m.sqp.Visit(f); }},
-    SolverEntry{"best", "LegOpt-best", false, true, kAhead_m, [](Method& m, OptionFields& f) { m.best.Visit(f); }},
-    SolverEntry{"ipopt", "Ipopt", false, false, kAhead_m, [](Method& m, OptionFields& f) { m.ipopt.Visit(f); }},
-    SolverEntry{"sgd", "SGD", true, false, kTouching_m, VisitDescent},
-    SolverEntry{"adam", "Adam", true, false, kTouching_m, VisitMomentDescent},
-    SolverEntry{"nadam", "Nadam", true, false, kTouching_m, VisitMomentDescent},
-    SolverEntry{"chomp", "CHOMP", false, false, kTouching_m, VisitCovariantDescent},
-    SolverEntry{"stomp", "STOMP", false, true, kTouching_m, [](Method& m, OptionFields& f) { m.stomp.Visit(f); }},
-};
+auto Descent(const GradientOptions& options, std::unique_ptr<GradientDirection> direction, const Sampling& sampling) {
+  return std::make_unique<GradientSolver>(options, std::move(direction), sampling);
+}
+
+auto MomentDescent(const MomentGradientOptions& options, bool nesterov, const Sampling& sampling) {
+  return Descent(options.gradient, std::make_unique<MomentDirection>(options.moments, nesterov), sampling);
+}
 
 }  // namespace
 
-std::span<const SolverEntry> SolverRegistry() { return kSolvers; }
+SolverRegistry::SolverRegistry() {
+  Register<SqpOptions>({.word = "sqp", .paper_name = "SQP", .samples = true, .contact_range_m = kAhead_m},
+                       [](const auto& o, const Sampling& s) { return std::make_unique<SqpSolver>(o, s); });
+  Register<BestOptions>({.word = "best", .paper_name = "LegOpt-best", .draws = true, .contact_range_m = kAhead_m},
+                        [](const auto& o, const Sampling&) { return std::make_unique<BestSolver>(o); });
+  Register<IpoptOptions>({.word = "ipopt", .paper_name = "Ipopt", .contact_range_m = kAhead_m},
+                         [](const auto& o, const Sampling&) { return std::make_unique<IpoptSolver>(o); });
+  Register<GradientOptions>(
+      {.word = "sgd", .paper_name = "SGD", .samples = true, .contact_range_m = kTouching_m},
+      [](const auto& o, const Sampling& s) { return Descent(o, std::make_unique<SteepestDirection>(), s); });
+  Register<MomentGradientOptions>(
+      {.word = "adam", .paper_name = "Adam", .samples = true, .contact_range_m = kTouching_m},
+      [](const auto& o, const Sampling& s) { return MomentDescent(o, false, s); });
+  Register<MomentGradientOptions>(
+      {.word = "nadam", .paper_name = "Nadam", .samples = true, .contact_range_m = kTouching_m},
+      [](const auto& o, const Sampling& s) { return MomentDescent(o, true, s); });
+  Register<CovariantGradientOptions>({.word = "chomp", .paper_name = "CHOMP", .contact_range_m = kTouching_m},
+                                     [](const auto& o, const Sampling& s) {
+                                       return Descent(o.gradient, std::make_unique<CovariantDirection>(o.metric), s);
+                                     });
+  Register<StompOptions>({.word = "stomp", .paper_name = "STOMP", .draws = true, .contact_range_m = kTouching_m},
+                         [](const auto& o, const Sampling&) { return std::make_unique<StompSolver>(o); });
+}
 
-const SolverEntry* FindSolver(const std::string& word) {
-  for (const SolverEntry& entry : kSolvers) {
-    if (word == entry.word) return &entry;
+const SolverEntry* SolverRegistry::Find(std::string_view word) const {
+  for (const SolverEntry& entry : entries_) {
+    if (entry.word == word) return &entry;
   }
   return nullptr;
+}
+
+const SolverEntry& SolverRegistry::Require(const std::string& word, const std::string& source) const {
+  if (const SolverEntry* entry = Find(word)) return *entry;
+  throw InputError({source, "solver", word, "is not known", SuggestName(word, words())});
+}
+
+std::vector<std::string> SolverRegistry::words() const {
+  std::vector<std::string> words;
+  for (const SolverEntry& entry : entries_) words.push_back(entry.word);
+  return words;
+}
+
+void SolverRegistry::Add(SolverEntry entry) {
+  if (entry.word.empty() || Find(entry.word) != nullptr) {
+    throw InputError({"solver registry", "word", entry.word, "is empty or taken", "choose another one"});
+  }
+  entries_.push_back(std::move(entry));
 }
 
 }  // namespace legopt

@@ -1,28 +1,81 @@
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
-#include "legopt/methods/method.h"
-#include "legopt/optimize/option_fields.h"
+#include "legopt/methods/solver_options.h"
+#include "legopt/optimize/sampling.h"
 
 namespace legopt {
 
-/// One solver that a method may name: its words, defaults and options. Enter a new one here, and what makes it in
-/// solver_factory.cpp. This half depends on no solver, so that readers of methods (suites, fuzz targets) need none.
-struct SolverEntry {
-  const char* word;        ///< value of a method's `solver`
-  const char* paper_name;  ///< what tables print, without the prefix "I-" of incremental variants
-  bool samples;            ///< sample_size and incremental apply
-  bool draws;              ///< draws random numbers even with all terms
-  double contact_range_m;  ///< default of that option: wide for solvers that linearise rows before they are violated
-  void (*visit)(Method& method, OptionFields& fields);
+class Solver;
+
+/// What a method, a suite and a table must know of a solver.
+struct SolverFacts {
+  std::string word;               ///< value of a method's `solver`
+  std::string paper_name;         ///< what tables print, without the prefix "I-" of incremental variants
+  bool samples = false;           ///< sample_size and incremental apply
+  bool draws = false;             ///< draws random numbers even with all terms
+  double contact_range_m = 0.03;  ///< default of that option: wide for solvers that see rows before they are violated
 };
 
-/// All solvers, in the order of the documentation.
-std::span<const SolverEntry> SolverRegistry();
+/// One solver that a method may name: all that the library knows of it.
+struct SolverEntry : SolverFacts {
+  SolverOptions defaults;  ///< of the type that `make` takes
+  std::function<std::unique_ptr<Solver>(const SolverOptions& options, const Sampling& sampling)> make;
+};
 
-/// Null when unknown.
-const SolverEntry* FindSolver(const std::string& word);
+/// The solvers that methods may name: those of the library, and what a program adds of its own before it reads methods:
+///
+///     SolverRegistry registry;
+///     registry.Register<MyOptions>({.word = "mine", .paper_name = "Mine"},
+///                                  [](const MyOptions& options, const Sampling&) {
+///                                    return std::make_unique<MySolver>(options);
+///                                  });
+///     const Method method = Method::FromJson({{"solver", "mine"}}, "mine.json", registry);
+///     const std::unique_ptr<Solver> solver = MakeSolver(method, registry);
+///
+/// A value that is handed to whoever reads or solves methods, and no list of the process: two parts of a program cannot
+/// disturb each other, nothing depends on the order in which translation units start, and a library that is linked
+/// statically does not lose rows of which nobody speaks. Options of one's own are any struct with a Visit
+/// (option_fields.h); they are read, checked, written and hashed as those of the library are. The library's own are
+/// alternatives of a variant instead, so that code that knows them needs no cast. Reading is thread-safe.
+class SolverRegistry {
+ public:
+  /// The solvers of the library, in the order of the documentation.
+  SolverRegistry();
+
+  /// Adds a solver with options of type `Options`, default-constructed where a method says nothing; `make`, called as
+  /// make(const Options&, const Sampling&), returns a std::unique_ptr to a Solver. Throws InputError when the word is
+  /// empty or taken.
+  template <class Options, class Make>
+  void Register(SolverFacts facts, Make make) {
+    SolverEntry entry{std::move(facts), MakeSolverOptions(Options()), nullptr};
+    entry.make = [make = std::move(make)](const SolverOptions& options, const Sampling& sampling) {
+      return std::unique_ptr<Solver>(make(OptionsAs<Options>(options), sampling));
+    };
+    Add(std::move(entry));
+  }
+
+  /// Null when unknown. Valid until the next Register.
+  const SolverEntry* Find(std::string_view word) const;
+  /// The same; throws InputError that names `source` and the nearest word.
+  const SolverEntry& Require(const std::string& word, const std::string& source) const;
+
+  std::span<const SolverEntry> entries() const { return entries_; }
+  auto begin() const { return entries_.begin(); }
+  auto end() const { return entries_.end(); }
+  std::vector<std::string> words() const;
+
+ private:
+  void Add(SolverEntry entry);
+
+  std::vector<SolverEntry> entries_;
+};
 
 }  // namespace legopt

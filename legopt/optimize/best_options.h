@@ -4,8 +4,6 @@
 
 namespace legopt {
 
-class OptionFields;
-
 /// Options of LegOpt-best. Those of the trust region differ from TrajOpt's defaults: a wide box, gentle shrinking and
 /// early convergence cost half the iterations and end in better optima.
 struct BestOptions {
@@ -16,7 +14,7 @@ struct BestOptions {
     sqp.trust_expand_ratio = 2.0;
     sqp.improve_ratio_threshold = 0.1;
     sqp.min_approx_improve_frac = 0.03;
-    sqp.trust_rule = "measured";
+    sqp.trust_rule = TrustRule::kMeasured;
     sqp.polish_violations = false;
     sqp.subproblem_accuracy_frac = 1e-3;
     sqp.constraint_tolerance = 4e-4;
@@ -29,7 +27,16 @@ struct BestOptions {
   int refinements = 0;            ///< further starts around the solution, for its cost; single waypoints only, >= 0
   double refinement_noise = 0.5;  ///< half width of their noise, as above
 
-  void Visit(OptionFields& fields);
+  static void Visit(auto& options, auto& fields) {
+    constexpr int kMostStarts = 1000;
+    constexpr double kLeastNoise = 1e-6;
+    constexpr double kMostNoise = 10.0;
+    SqpOptions::Visit(options.sqp, fields);
+    fields.Integer("rescues", options.rescues, 0, kMostStarts);
+    fields.Number("rescue_noise", options.rescue_noise, kLeastNoise, kMostNoise);
+    fields.Integer("refinements", options.refinements, 0, kMostStarts);
+    fields.Number("refinement_noise", options.refinement_noise, kLeastNoise, kMostNoise);
+  }
 };
 
 }  // namespace legopt

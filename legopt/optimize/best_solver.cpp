@@ -36,12 +36,12 @@ SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const Solve
   const ObjectiveValue first = best.value;
   if (best.status == SolveStatus::kNumericalFailure && !best.value.IsFinite()) return best;
   for (int k = 0; k < options_.rescues && !best.feasible && !Stopped(best); ++k) {
-    Scatter(program, start_, options_.rescue_noise, *context.generator);
+    Scatter(program, start_, options_.rescue_noise, context.Draws());
     Try(program, context, x, best);
   }
   const int refinements = program.num_waypoints() == 1 && best.feasible ? options_.refinements : 0;
   for (int k = 0; k < refinements && !Stopped(best); ++k) {
-    Scatter(program, x, options_.refinement_noise, *context.generator);
+    Scatter(program, x, options_.refinement_noise, context.Draws());
     Try(program, context, x, best);
   }
   RecordMove(context, first_record, first, best.value);

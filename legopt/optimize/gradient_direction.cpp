@@ -1,15 +1,6 @@
 #include "legopt/optimize/gradient_direction.h"
 
-#include "legopt/optimize/option_fields.h"
-
 namespace legopt {
-
-void MomentOptions::Visit(OptionFields& fields) {
-  constexpr double kBelowOne = 0.999999;
-  fields.Number("beta1", beta1, 0.0, kBelowOne);
-  fields.Number("beta2", beta2, 0.0, kBelowOne);
-  fields.Number("epsilon", epsilon, 1e-300, 1.0);
-}
 
 void MomentDirection::Reset(const Program& program) {
   const Eigen::Index size = static_cast<Eigen::Index>(program.num_waypoints()) * program.tangent_size();

@@ -3,12 +3,11 @@
 #include <Eigen/Core>
 #include <memory>
 
+#include "legopt/optimize/gradient_options.h"
 #include "legopt/optimize/waypoint_metric.h"
 #include "legopt/program/program.h"
 
 namespace legopt {
-
-class OptionFields;
 
 /// How a gradient method turns g_k, the (sampled or remembered) gradient, into the direction d_k of the step -alpha
 /// d_k.
@@ -31,16 +30,6 @@ class SteepestDirection : public GradientDirection {
  public:
   void Reset(const Program&) override {}
   void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) override { direction = gradient; }
-};
-
-struct MomentOptions {
-  double beta1 = 0.9;     ///< decay of the first moment (paper), [0, 1)
-  double beta2 = 0.999;   ///< decay of the second moment (paper), [0, 1)
-  double epsilon = 1e-8;  ///< > 0, docs/readings.md#moments
-
-  void Visit(OptionFields& fields);
-
-  bool operator==(const MomentOptions&) const = default;
 };
 
 /// Adam and Nadam (paper, (18) to (20)): with m_k = beta1 m_{k-1} + (1 - beta1) g_k, v_k = beta2 v_{k-1} + (1 - beta2)

@@ -1,14 +1,13 @@
 #pragma once
 
 #include "legopt/optimize/line_search.h"
+#include "legopt/optimize/metric_options.h"
 #include "legopt/optimize/penalty_options.h"
 
 namespace legopt {
 
-class OptionFields;
-
-/// Numerical options of gradient methods (SGD; Adam and Nadam add MomentOptions, CHOMP its smoothness). Defaults are
-/// the paper's where it has any; every one is a key under `options:` of a method.
+/// Numerical options of gradient methods: all that SGD has. Defaults are the paper's where it has any; every one is a
+/// key under `options:` of a method.
 struct GradientOptions {
   PenaltyOptions penalty;
   /// w of the smooth penalties, per m or rad, > 0 (docs/readings.md#smooth-penalties). Measured on the postures: 1e2
@@ -16,9 +15,46 @@ struct GradientOptions {
   double sharpness = 1e2;
   LineSearchOptions line_search;
 
-  void Visit(OptionFields& fields);
+  static void Visit(auto& options, auto& fields) {
+    PenaltyOptions::Visit(options.penalty, fields);
+    fields.Number("sharpness", options.sharpness, 1e-3, 1e12);
+    LineSearchOptions::Visit(options.line_search, fields);
+  }
+};
 
-  bool operator==(const GradientOptions&) const = default;
+struct MomentOptions {
+  double beta1 = 0.9;     ///< decay of the first moment (paper), [0, 1)
+  double beta2 = 0.999;   ///< decay of the second moment (paper), [0, 1)
+  double epsilon = 1e-8;  ///< > 0, docs/readings.md#moments
+
+  static void Visit(auto& options, auto& fields) {
+    constexpr double kBelowOne = 0.999999;
+    fields.Number("beta1", options.beta1, 0.0, kBelowOne);
+    fields.Number("beta2", options.beta2, 0.0, kBelowOne);
+    fields.Number("epsilon", options.epsilon, 1e-300, 1.0);
+  }
+};
+
+/// Adam, Nadam.
+struct MomentGradientOptions {
+  GradientOptions gradient;
+  MomentOptions moments;
+
+  static void Visit(auto& options, auto& fields) {
+    GradientOptions::Visit(options.gradient, fields);
+    MomentOptions::Visit(options.moments, fields);
+  }
+};
+
+/// CHOMP.
+struct CovariantGradientOptions {
+  GradientOptions gradient;
+  MetricOptions metric;
+
+  static void Visit(auto& options, auto& fields) {
+    GradientOptions::Visit(options.gradient, fields);
+    MetricOptions::Visit(options.metric, fields);
+  }
 };
 
 }  // namespace legopt

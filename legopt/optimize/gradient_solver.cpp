@@ -32,7 +32,7 @@ PenaltySolver::EpochEnd GradientSolver::Epoch(Program& program, Eigen::VectorXd&
   EpochEnd end = EpochEnd::kStuck;
   for (int k = 0; k < sampler_.batches_per_epoch(); ++k) {
     if (!NextIteration()) return EpochEnd::kInterrupted;
-    const TermMask& batch = sampler_.NextBatch(*context().generator);
+    const TermMask& batch = sampler_.everything() ? all_ : sampler_.NextBatch(context().Draws());
     const TermMask& seen = searches_all() ? all_ : batch;
     if (!looked_) LookAt(program, x, seen);
     line_.Aim(x, direction_, seen);

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "legopt/optimize/ipopt_options.h"
 #include "legopt/optimize/slotted_program.h"
 #include "legopt/optimize/solver.h"
+#include "legopt/subproblem/quiet_ipopt.h"
 
 namespace legopt {
 
@@ -36,18 +38,16 @@ class IpoptSolver : public Solver {
   SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) override;
 
  private:
-  enum class RoundEnd { kConverged, kNoProgress, kFailed, kIterationLimit, kStopped };
-
-  RoundEnd SolveRound(Eigen::VectorXd& x, int round, const SolverContext& context);
+  QuietIpopt::End SolveRound(Eigen::VectorXd& x, int round, const SolverContext& context);
   SolveStatus RunRounds(Eigen::VectorXd& x, const SolverContext& context);
-  SolveStatus Verdict(RoundEnd end) const;
+  SolveStatus Verdict(QuietIpopt::End end) const;
   bool Satisfied(const ObjectiveValue& value) const { return value.max_violation < options_.constraint_tolerance; }
 
   IpoptOptions options_;
   SlottedProgram slotted_;
   ObjectiveValue value_;  ///< at x of the last round's end
   int iterations_ = 0;
-  SolveStatus stop_status_ = SolveStatus::kNotRun;
+  std::optional<SolveStatus> stop_status_;  ///< what the stop check said
   std::vector<double> scratch_;
 };
 

@@ -2,22 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
-
-#include "legopt/optimize/option_fields.h"
 
 namespace legopt {
-
-void LineSearchOptions::Visit(OptionFields& fields) {
-  fields.Number("sufficient_decrease", sufficient_decrease, 1e-12, 0.5);
-  fields.Number("curvature", curvature, 1e-6, 0.999);
-  fields.Number("max_step", max_step, 1e-6, 100.0);
-  fields.Number("short_step", short_step, 0.0, 1.0);
-  fields.Integer("max_trials", max_trials, 1, 200);
-  fields.Require(curvature > sufficient_decrease, "curvature", std::to_string(curvature),
-                 "must exceed sufficient_decrease", "raise it or lower sufficient_decrease");
-}
-
 namespace {
 
 constexpr double kGrowth = 2.0;          // of the trial step while bracketing

@@ -1,8 +1,8 @@
 #pragma once
 
-namespace legopt {
+#include <string>
 
-class OptionFields;
+namespace legopt {
 
 /// A function of one variable along a search direction, alpha >= 0.
 class LineFunction {
@@ -19,9 +19,16 @@ struct LineSearchOptions {
   double short_step = 1e-3;           ///< the same where no Wolfe point is found, >= 0 (docs/readings.md#line-search)
   int max_trials = 20;                ///< points looked at per search, >= 1
 
-  void Visit(OptionFields& fields);
-
-  bool operator==(const LineSearchOptions&) const = default;
+  static void Visit(auto& options, auto& fields) {
+    fields.Number("sufficient_decrease", options.sufficient_decrease, 1e-12, 0.5);
+    fields.Number("curvature", options.curvature, 1e-6, 0.999);
+    fields.Number("max_step", options.max_step, 1e-6, 100.0);
+    fields.Number("short_step", options.short_step, 0.0, 1.0);
+    fields.Integer("max_trials", options.max_trials, 1, 200);
+    fields.Require(options.curvature > options.sufficient_decrease, "curvature", "sufficient_decrease",
+                   std::to_string(options.curvature), "must exceed sufficient_decrease",
+                   "raise it or lower sufficient_decrease");
+  }
 };
 
 /// phi(0), phi'(0) and the steps to begin and end with.

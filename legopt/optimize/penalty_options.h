@@ -2,8 +2,6 @@
 
 namespace legopt {
 
-class OptionFields;
-
 /// Options of the outer penalty loop that first-order and sampling methods share (penalty_solver.h). Every one is a key
 /// under `options:` of a method.
 struct PenaltyOptions {
@@ -16,9 +14,18 @@ struct PenaltyOptions {
   int max_epochs_when_satisfied = 1;        ///< the same while the constraints hold, >= 1
   double min_improve_frac = 1e-3;           ///< a smaller relative decrease is no improvement, [0, 1)
 
-  void Visit(OptionFields& fields);
-
-  bool operator==(const PenaltyOptions&) const = default;
+  static void Visit(auto& options, auto& fields) {
+    constexpr double kTiny = 1e-12;
+    constexpr double kHuge = 1e15;
+    fields.Number("initial_penalty", options.initial_penalty, kTiny, kHuge);
+    fields.Number("penalty_increase_ratio", options.penalty_increase_ratio, 1.001, 1e6);
+    fields.Integer("max_penalty_iterations", options.max_penalty_iterations, 1, 20);
+    fields.Number("constraint_tolerance", options.constraint_tolerance, kTiny, 1e-3);
+    fields.Integer("max_iterations", options.max_iterations, 1, 100000);
+    fields.Integer("max_epochs_without_improvement", options.max_epochs_without_improvement, 1, 1000);
+    fields.Integer("max_epochs_when_satisfied", options.max_epochs_when_satisfied, 1, 1000);
+    fields.Number("min_improve_frac", options.min_improve_frac, 0.0, 0.99);
+  }
 };
 
 }  // namespace legopt

@@ -6,7 +6,7 @@ SolverResult PenaltySolver::Solve(Program& program, Eigen::VectorXd& x, const So
   context_ = &context;
   const size_t first_record = NumRecords(context);
   iterations_ = 0;
-  stop_status_ = SolveStatus::kNotRun;
+  stop_status_.reset();
   SolverResult result;
   program.ProjectOnBounds(x);
   lowest_.Take(x, EvaluateObjective(program, x, scratch_));
@@ -30,7 +30,7 @@ SolverResult PenaltySolver::Solve(Program& program, Eigen::VectorXd& x, const So
   result.feasible = Satisfied(best_.value);
   result.iterations = iterations_;
   if (end == InnerEnd::kStopped) {
-    result.status = stop_status_;
+    result.status = *stop_status_;
   } else if (end == InnerEnd::kIterationLimit) {
     result.status = SolveStatus::kIterationLimit;
   } else {
@@ -48,7 +48,7 @@ PenaltySolver::InnerEnd PenaltySolver::MinimizeAtPenalty(Program& program) {
   while (idle_epochs < Patience()) {
     finite_ = true;
     const EpochEnd end = Epoch(program, x_);
-    if (stop_status_ != SolveStatus::kNotRun) return InnerEnd::kStopped;
+    if (stop_status_) return InnerEnd::kStopped;
     if (end == EpochEnd::kInterrupted) return InnerEnd::kIterationLimit;
     const double merit = lowest_.value.Merit(penalty_);
     const bool improved = merit < (1.0 - options_.min_improve_frac) * reference;
@@ -68,8 +68,8 @@ int PenaltySolver::Patience() const {
 }
 
 bool PenaltySolver::NextIteration() {
-  if (stop_status_ == SolveStatus::kNotRun) stop_status_ = context_->Stopped();
-  if (stop_status_ != SolveStatus::kNotRun || iterations_at_penalty_ >= options_.max_iterations) return false;
+  if (!stop_status_) stop_status_ = context_->Stopped();
+  if (stop_status_ || iterations_at_penalty_ >= options_.max_iterations) return false;
   ++iterations_;
   ++iterations_at_penalty_;
   return true;

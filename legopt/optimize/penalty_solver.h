@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "legopt/optimize/penalty_options.h"
@@ -65,7 +66,7 @@ class PenaltySolver : public Solver {
   const SolverContext* context_ = nullptr;
   double penalty_ = 0.0;
   int iterations_ = 0, iterations_at_penalty_ = 0;
-  SolveStatus stop_status_ = SolveStatus::kNotRun;
+  std::optional<SolveStatus> stop_status_;  ///< what the stop check said
   Eigen::VectorXd x_;
   bool finite_ = true;  ///< the last visited point's terms are
   Candidate lowest_;    ///< of the objective at this mu

@@ -2,17 +2,19 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <random>
 #include <vector>
 
+#include "legopt/demand.h"
 #include "legopt/optimize/penalty_objective.h"
 #include "legopt/optimize/solve_outcome.h"
 #include "legopt/program/program.h"
 
 namespace legopt {
 
-/// Asked between iterations: kNotRun to go on, or the status to stop with (kTimeLimit, kCancelled). May be empty.
-using StopCheck = std::function<SolveStatus()>;
+/// Asked between iterations: the status to stop with (kTimeLimit, kCancelled), or nothing to go on. May be empty.
+using StopCheck = std::function<std::optional<SolveStatus>()>;
 
 /// What one attempt of a solver may use besides the program. The generator is the attempt's own: every random draw
 /// comes from it. `history` receives the trial steps and may be null.
@@ -21,7 +23,13 @@ struct SolverContext {
   std::mt19937_64* generator = nullptr;  ///< not null for solvers that draw (Method::draws)
   std::vector<IterationRecord>* history = nullptr;
 
-  SolveStatus Stopped() const { return stop ? stop() : SolveStatus::kNotRun; }
+  std::optional<SolveStatus> Stopped() const { return stop ? stop() : std::nullopt; }
+
+  /// The generator, for a solver that draws.
+  std::mt19937_64& Draws() const {
+    Demand(generator != nullptr, "a solver that draws is given a generator");
+    return *generator;
+  }
 };
 
 /// Records so far; 0 without a history.

@@ -1,10 +1,29 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
+
+#include "words/words.h"
 
 namespace legopt {
 
-class OptionFields;
+/// How the trust box changes between steps.
+enum class TrustRule : std::uint8_t {
+  kTrajOpt,   ///< multiplied by the ratios after every step
+  kMeasured,  ///< expands only after a step that reached the box and gained more than 3/4 of what was predicted, and
+              ///< shrinks from the rejected step
+};
+
+template <>
+inline constexpr auto kWords<TrustRule> = Words<TrustRule>({{TrustRule::kTrajOpt, "trajopt"},
+                                                            {TrustRule::kMeasured, "measured"}});
+
+/// Who solves the convex subproblem.
+enum class SubproblemMethod : std::uint8_t { kInteriorPoint, kIpopt };
+
+template <>
+inline constexpr auto kWords<SubproblemMethod> = Words<SubproblemMethod>(
+    {{SubproblemMethod::kInteriorPoint, "interior_point"}, {SubproblemMethod::kIpopt, "ipopt"}});
 
 /// Numerical options of the trust-region SQP (docs/readings.md#sqp). Defaults are TrajOpt's with the paper's penalties;
 /// every one is a key under `options:` of a method.
@@ -21,17 +40,35 @@ struct SqpOptions {
   double penalty_increase_ratio = 10.0;   ///< > 1
   int max_penalty_iterations = 11;        ///< mu = 1e2 .. 1e12 (paper), 1..20
   int max_iterations = 50;                ///< convexifications per penalty value, >= 1
-  /// Trust box between steps: "trajopt" multiplies by the ratios above after every step; "measured" expands only after
-  /// a step that reached the box and gained more than 3/4 of what was predicted, and shrinks from the rejected step.
-  std::string trust_rule = "trajopt";
+  TrustRule trust_rule = TrustRule::kTrajOpt;
   /// false: while the constraints hold, a decrease of their remaining violations does not count as an improvement.
   bool polish_violations = true;
-  double subproblem_accuracy_frac = 1e-8;     ///< a subproblem may end this share of the merit above its optimum, > 0
-  std::string subproblem = "interior_point";  ///< or "ipopt"
+  double subproblem_accuracy_frac = 1e-8;  ///< a subproblem may end this share of the merit above its optimum, > 0
+  SubproblemMethod subproblem = SubproblemMethod::kInteriorPoint;
 
-  void Visit(OptionFields& fields);
-
-  bool operator==(const SqpOptions&) const = default;
+  static void Visit(auto& options, auto& fields) {
+    constexpr double kTiny = 1e-12;
+    constexpr double kHuge = 1e15;
+    fields.Number("trust_box_size", options.trust_box_size, kTiny, 10.0);
+    fields.Number("min_trust_box_size", options.min_trust_box_size, kTiny, 1.0);
+    fields.Number("trust_shrink_ratio", options.trust_shrink_ratio, 1e-3, 0.99);
+    fields.Number("trust_expand_ratio", options.trust_expand_ratio, 1.0, 100.0);
+    fields.Number("improve_ratio_threshold", options.improve_ratio_threshold, 1e-6, 0.99);
+    fields.Number("min_approx_improve", options.min_approx_improve, 0.0, kHuge);
+    fields.Number("min_approx_improve_frac", options.min_approx_improve_frac, 0.0, 1.0);
+    fields.Number("constraint_tolerance", options.constraint_tolerance, kTiny, 1e-3);
+    fields.Number("initial_penalty", options.initial_penalty, kTiny, kHuge);
+    fields.Number("penalty_increase_ratio", options.penalty_increase_ratio, 1.001, 1e6);
+    fields.Integer("max_penalty_iterations", options.max_penalty_iterations, 1, 20);
+    fields.Integer("max_iterations", options.max_iterations, 1, 100000);
+    fields.Choice("trust_rule", options.trust_rule);
+    fields.Boolean("polish_violations", options.polish_violations);
+    fields.Number("subproblem_accuracy_frac", options.subproblem_accuracy_frac, kTiny, 0.1);
+    fields.Choice("subproblem", options.subproblem);
+    fields.Require(options.trust_box_size > options.min_trust_box_size, "trust_box_size", "min_trust_box_size",
+                   std::to_string(options.trust_box_size), "must exceed min_trust_box_size",
+                   "raise it or lower min_trust_box_size");
+  }
 };
 
 }  // namespace legopt

@@ -15,8 +15,8 @@ constexpr double kGoodShare = 0.75;          // of the predicted decrease: the m
 constexpr double kReachedShare = 0.99;       // of the trust box: a step that long was cut by it
 constexpr double kTrustRestartFactor = 1.5;  // TrajOpt: s is at least 1.5 min / shrink after a penalty increase
 
-std::unique_ptr<SubproblemSolver> MakeSubproblemSolver(const std::string& name) {
-  if (name == "ipopt") return std::make_unique<IpoptSubproblemSolver>();
+std::unique_ptr<SubproblemSolver> MakeSubproblemSolver(SubproblemMethod method) {
+  if (method == SubproblemMethod::kIpopt) return std::make_unique<IpoptSubproblemSolver>();
   return std::make_unique<InteriorPointSolver>();
 }
 
@@ -38,8 +38,7 @@ void SqpSolver::Prepare(const Program& program) {
   trust_box_ = options_.trust_box_size;
   penalty_ = options_.initial_penalty;
   iterations_ = 0;
-  stop_status_ = SolveStatus::kNotRun;
-  hit_iteration_limit_ = false;
+  stop_status_.reset();
 }
 
 SolverResult SqpSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
@@ -54,16 +53,14 @@ SolverResult SqpSolver::Solve(Program& program, Eigen::VectorXd& x, const Solver
     result.value = value_;
     return result;
   }
+  InnerEnd end = InnerEnd::kConverged;
   for (int k = 0; k < options_.max_penalty_iterations; ++k) {
-    const InnerEnd end = ConvexifyLoop(program, x);
-    if (end == InnerEnd::kStopped) result.status = stop_status_;
-    if (end == InnerEnd::kFailed) result.status = SolveStatus::kNumericalFailure;
-    hit_iteration_limit_ = end == InnerEnd::kIterationLimit;
-    if (result.status != SolveStatus::kNotRun || Satisfied()) break;
+    end = ConvexifyLoop(program, x);
+    if (end == InnerEnd::kStopped || end == InnerEnd::kFailed || Satisfied()) break;
     penalty_ *= options_.penalty_increase_ratio;
     trust_box_ = std::max(trust_box_, RestartedTrustBox());
   }
-  if (result.status == SolveStatus::kNotRun) result.status = FinalStatus();
+  result.status = StatusAfter(end);
   result.value = value_;
   result.feasible = Satisfied();
   result.iterations = iterations_;
@@ -74,8 +71,17 @@ double SqpSolver::RestartedTrustBox() const {
   return kTrustRestartFactor * options_.min_trust_box_size / options_.trust_shrink_ratio;
 }
 
-SolveStatus SqpSolver::FinalStatus() const {
-  if (hit_iteration_limit_) return SolveStatus::kIterationLimit;
+SolveStatus SqpSolver::StatusAfter(InnerEnd end) const {
+  switch (end) {
+    case InnerEnd::kStopped:
+      return *stop_status_;
+    case InnerEnd::kFailed:
+      return SolveStatus::kNumericalFailure;
+    case InnerEnd::kIterationLimit:
+      return SolveStatus::kIterationLimit;
+    case InnerEnd::kConverged:
+      break;
+  }
   return Satisfied() ? SolveStatus::kConvergedFeasible : SolveStatus::kConvergedInfeasible;
 }
 
@@ -107,7 +113,7 @@ void SqpSolver::Convexify(Program& program, const Eigen::VectorXd& x, bool refre
   at_x_ = true;
   const auto& terms = program.terms();
   const bool all = refresh_all || sampler_.everything();
-  const std::vector<std::uint8_t>& drawn = all ? sampler_.All() : sampler_.Draw(*context_->generator);
+  const std::vector<std::uint8_t>& drawn = all ? sampler_.All() : sampler_.Draw(context_->Draws());
   for (size_t k = 0; k < terms.size(); ++k) {
     if (drawn[k] != 0) terms[k]->Linearize(models_[k]);
   }
@@ -155,7 +161,7 @@ SqpSolver::StepEnd SqpSolver::TrustRegionLoop(Program& program, Eigen::VectorXd&
   const double model = subproblem_->Value(zero_);  // the merit, unless terms are stale or missing
   while (trust_box_ >= options_.min_trust_box_size) {
     stop_status_ = context_->Stopped();
-    if (stop_status_ != SolveStatus::kNotRun) return StepEnd::kStopped;
+    if (stop_status_) return StepEnd::kStopped;
     if (!SolveSubproblem(program, x)) return StepEnd::kFailed;
     const double predicted = model - subproblem_->Value(dx_);
     if (TooSmall(predicted)) return StepEnd::kConverged;
@@ -198,7 +204,7 @@ SqpSolver::Step SqpSolver::TryStep(Program& program, const Eigen::VectorXd& x, d
 
 void SqpSolver::ResizeTrustBox(Step step) {
   const bool accepted = step != Step::kRejected;
-  if (options_.trust_rule == "trajopt") {
+  if (options_.trust_rule == TrustRule::kTrajOpt) {
     trust_box_ *= accepted ? options_.trust_expand_ratio : options_.trust_shrink_ratio;
     return;
   }

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "legopt/optimize/sampling.h"
@@ -57,7 +58,8 @@ class SqpSolver : public Solver {
   bool SolveSubproblem(const Program& program, const Eigen::VectorXd& x);
   bool Satisfied() const { return value_.max_violation < options_.constraint_tolerance; }
   double RestartedTrustBox() const;
-  SolveStatus FinalStatus() const;
+  /// How the solve ends when its last inner loop ends like that.
+  SolveStatus StatusAfter(InnerEnd end) const;
 
   SqpOptions options_;
   Sampling sampling_;
@@ -74,8 +76,7 @@ class SqpSolver : public Solver {
   ObjectiveValue value_;  ///< exact, at x
   double penalty_ = 0.0, trust_box_ = 0.0;
   int iterations_ = 0;
-  SolveStatus stop_status_ = SolveStatus::kNotRun;
-  bool hit_iteration_limit_ = false;
+  std::optional<SolveStatus> stop_status_;  ///< what the stop check said
 };
 
 }  // namespace legopt

@@ -1,11 +1,9 @@
 #pragma once
 
+#include "legopt/optimize/metric_options.h"
 #include "legopt/optimize/penalty_options.h"
-#include "legopt/optimize/waypoint_metric.h"
 
 namespace legopt {
-
-class OptionFields;
 
 /// Options of the STOMP-style solver; every one is a key under `options:` of a method.
 struct StompOptions {
@@ -23,9 +21,15 @@ struct StompOptions {
   double noise_shrinkage = 0.9;  ///< factor after one that did not, (0, 1)
   double selectivity = 10.0;     ///< h: weight e^-h of a waypoint's worst rollout against its best, > 0
 
-  void Visit(OptionFields& fields);
-
-  bool operator==(const StompOptions&) const = default;
+  static void Visit(auto& options, auto& fields) {
+    PenaltyOptions::Visit(options.penalty, fields);
+    MetricOptions::Visit(options.metric, fields);
+    fields.Integer("rollouts", options.rollouts, 2, 10000);
+    fields.Number("noise", options.noise, 1e-9, 10.0);
+    fields.Number("noise_growth", options.noise_growth, 1.0, 10.0);
+    fields.Number("noise_shrinkage", options.noise_shrinkage, 0.01, 0.999);
+    fields.Number("selectivity", options.selectivity, 1e-3, 1e3);
+  }
 };
 
 }  // namespace legopt

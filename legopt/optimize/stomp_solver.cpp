@@ -60,7 +60,7 @@ void StompSolver::RollOut(Program& program, const Eigen::VectorXd& x) {
   best_value_.cost = kInfinity;
   for (int k = 0; k < options_.rollouts; ++k) {
     Eigen::VectorXd& noise = rollouts_[static_cast<size_t>(k)];
-    for (double& entry : noise) entry = normal_.Next(*context().generator);
+    for (double& entry : noise) entry = normal_.Next(context().Draws());
     metric_.Correlate(noise);
     noise = (noise_ * noise).cwiseMax(lower_).cwiseMin(upper_);
     program.Retract(x, noise, point_);

@@ -2,11 +2,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "legopt/optimize/option_fields.h"
-
 namespace legopt {
-
-void MetricOptions::Visit(OptionFields& fields) { fields.Number("smoothness", smoothness, 0.0, 1e9); }
 
 void WaypointMetric::Reset(int num_waypoints, int block_size, const MetricOptions& options) {
   const double smoothness = options.smoothness;

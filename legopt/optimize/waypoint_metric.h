@@ -2,18 +2,9 @@
 
 #include <Eigen/Core>
 
+#include "legopt/optimize/metric_options.h"
+
 namespace legopt {
-
-class OptionFields;
-
-/// Options that CHOMP and STOMP share.
-struct MetricOptions {
-  double smoothness = 1.0;  ///< weight of the differences between waypoints, >= 0
-
-  void Visit(OptionFields& fields);
-
-  bool operator==(const MetricOptions&) const = default;
-};
 
 /// The metric of CHOMP and STOMP on chains of T waypoints, the same for every variable:
 ///     A = I + smoothness K^T K,   (K x)_t = x_{t+1} - x_t,   T x T,

@@ -5,8 +5,8 @@
 
 namespace legopt {
 
-JobRunner::JobRunner(std::shared_ptr<const Dataset> dataset)
-    : dataset_(std::move(dataset)), solver_(dataset_), judge_(dataset_) {}
+JobRunner::JobRunner(std::shared_ptr<const Dataset> dataset, SolverRegistry registry)
+    : dataset_(std::move(dataset)), solver_(dataset_, std::move(registry)), judge_(dataset_) {}
 
 JobResult JobRunner::Run(const Job& job, const JobHooks& hooks) {
   const ProblemDefinition& problem = dataset_->problem(job.task, job.problem_id);

@@ -2,13 +2,13 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <random>
 #include <span>
 #include <string>
 #include <utility>
 
 #include "legopt/blake2b.h"
-#include "legopt/methods/solver_factory.h"
 #include "legopt/solve/multi_start.h"
 #include "legopt/solve/solve_timer.h"
 #include "legopt/terms/initial_guess.h"
@@ -38,14 +38,14 @@ std::string WorstTerm(const Program& program, const SolverResult& result) {
 class ProblemSolver::Run {
  public:
   Run(const Dataset& dataset, CollisionQuery& query, Task task, Initialization initialization, const Method& method,
-      const SolveSettings& settings)
+      const SolveSettings& settings, const SolverRegistry& registry)
       : dataset_(dataset),
         query_(query),
         task_(DescriptionOf(task)),
         initialization_(initialization),
         method_(method),
         settings_(settings),
-        solver_(MakeSolver(method)) {}
+        solver_(MakeSolver(method, registry)) {}
 
   SolveOutcome Solve(const ProblemDefinition& problem);
 
@@ -57,12 +57,10 @@ class ProblemSolver::Run {
            std::to_string(settings_.repetition) + "/" + (task_.windowed ? std::to_string(window) + "/" : "");
   }
   ContactOptions Contacts() const {
-    return {method_.collision_margin_m, method_.contact_range_m,
-            ReadWord<ContinuousCollision>(method_.continuous_collision, method_.name, "continuous_collision",
-                                          "kind of continuous collision"),
+    return {method_.collision_margin_m, method_.contact_range_m, method_.continuous_collision,
             method_.continuous_weight};
   }
-  SolveStatus Stopped() const;
+  std::optional<SolveStatus> Stopped() const;
   void Perturb(std::mt19937_64& generator, int first_waypoint, Eigen::VectorXd& x) const;
   MultiStartSettings Attempts(std::string identity, int first_waypoint);
   Eigen::VectorXd WindowStart(std::span<const Stance> stances, bool fixed_first) const;
@@ -84,11 +82,11 @@ class ProblemSolver::Run {
   double window_costs_ = 0.0;  ///< sum of the programs' own
 };
 
-SolveStatus ProblemSolver::Run::Stopped() const {
+std::optional<SolveStatus> ProblemSolver::Run::Stopped() const {
   constexpr double kMicros = 1e6;
   if (settings_.cancelled && settings_.cancelled()) return SolveStatus::kCancelled;
   const bool late = static_cast<double>(timer_.wall_us()) > settings_.wall_limit_s * kMicros;
-  return late ? SolveStatus::kTimeLimit : SolveStatus::kNotRun;
+  return late ? std::optional(SolveStatus::kTimeLimit) : std::nullopt;
 }
 
 void ProblemSolver::Run::Perturb(std::mt19937_64& generator, int first_waypoint, Eigen::VectorXd& x) const {
@@ -192,7 +190,8 @@ SolveOutcome ProblemSolver::Run::Solve(const ProblemDefinition& problem) {
   return Finish();
 }
 
-ProblemSolver::ProblemSolver(std::shared_ptr<const Dataset> dataset) : dataset_(std::move(dataset)) {
+ProblemSolver::ProblemSolver(std::shared_ptr<const Dataset> dataset, SolverRegistry registry)
+    : dataset_(std::move(dataset)), registry_(std::move(registry)) {
   Query(SceneRepresentation::kSolid);
 }
 
@@ -209,9 +208,7 @@ SolveOutcome ProblemSolver::Solve(Task task, int problem_id, Initialization init
 
 SolveOutcome ProblemSolver::Solve(Task task, const ProblemDefinition& problem, Initialization initialization,
                                   const Method& method, const SolveSettings& settings) {
-  const auto representation =
-      ReadWord<SceneRepresentation>(method.collision, method.name, "collision", "representation of the scene");
-  return Run(*dataset_, Query(representation), task, initialization, method, settings).Solve(problem);
+  return Run(*dataset_, Query(method.collision), task, initialization, method, settings, registry_).Solve(problem);
 }
 
 }  // namespace legopt

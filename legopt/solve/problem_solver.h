@@ -34,10 +34,10 @@ struct SolveSettings {
 class ProblemSolver {
  public:
   /// Builds the dataset's collision model of solids when nobody has yet, and its own collision query; those of the
-  /// surface at their first use, outside of the measured time.
-  explicit ProblemSolver(std::shared_ptr<const Dataset> dataset);
+  /// surface at their first use, outside of the measured time. `registry` has the solvers that methods may name.
+  explicit ProblemSolver(std::shared_ptr<const Dataset> dataset, SolverRegistry registry = {});
 
-  /// Throws InputError when the dataset has no such problem.
+  /// Throws InputError when the dataset has no such problem or the method is not valid (Method::Validate).
   SolveOutcome Solve(Task task, int problem_id, Initialization initialization, const Method& method,
                      const SolveSettings& settings);
   /// The same for a problem that is not (yet) one of the dataset's. Its links must be feet of the dataset (InputError).
@@ -50,6 +50,7 @@ class ProblemSolver {
   CollisionQuery& Query(SceneRepresentation representation);
 
   std::shared_ptr<const Dataset> dataset_;
+  SolverRegistry registry_;
   Per<SceneRepresentation, std::unique_ptr<CollisionQuery>> queries_;  ///< built when first asked for
 };
 

@@ -1,12 +1,10 @@
 #include "legopt/subproblem/ipopt_subproblem.h"
 
-#include <IpSolveStatistics.hpp>
 #include <IpTNLP.hpp>
 #include <algorithm>
-#include <mutex>
 #include <vector>
 
-#include "legopt/subproblem/ipopt_application.h"
+#include "legopt/subproblem/quiet_ipopt.h"
 
 namespace legopt {
 namespace {
@@ -176,25 +174,20 @@ class SlackProgram : public Ipopt::TNLP {
 
 SubproblemSolver::Result IpoptSubproblemSolver::Solve(const ConvexSubproblem& problem, double accuracy,
                                                       Eigen::Ref<Eigen::VectorXd> dx) {
-  const std::lock_guard<std::mutex> lock(IpoptMutex());
   const double scale = problem.max_weight() > 0.0 ? problem.max_weight() : 1.0;
-  Ipopt::SmartPtr<Ipopt::IpoptApplication> application = MakeQuietIpopt();
-  application->Options()->SetNumericValue("tol", std::max(accuracy / scale, kMinTolerance));
-  application->Options()->SetIntegerValue("max_iter", kMaxIterations);
-  application->Options()->SetStringValue("mehrotra_algorithm", "yes");
-  application->Options()->SetStringValue("hessian_constant", "yes");
-  application->Options()->SetStringValue("jac_c_constant", "yes");
-  application->Options()->SetStringValue("jac_d_constant", "yes");
+  QuietIpopt ipopt;
+  ipopt.SetNumber("tol", std::max(accuracy / scale, kMinTolerance));
+  ipopt.SetInteger("max_iter", kMaxIterations);
+  ipopt.SetText("mehrotra_algorithm", "yes");
+  ipopt.SetText("hessian_constant", "yes");
+  ipopt.SetText("jac_c_constant", "yes");
+  ipopt.SetText("jac_d_constant", "yes");
+  const Ipopt::SmartPtr<SlackProgram> program = new SlackProgram(problem, dx);
+  const QuietIpopt::End end = ipopt.Solve(*program);
   Result result;
-  if (!InitializeQuietly(*application)) return result;
-  Ipopt::SmartPtr<SlackProgram> program = new SlackProgram(problem, dx);
-  const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(Ipopt::GetRawPtr(program));
-  if (Ipopt::IsValid(application->Statistics())) result.iterations = application->Statistics()->IterationCount();
-  if (status == Ipopt::Solve_Succeeded || status == Ipopt::Solved_To_Acceptable_Level) {
-    result.status = Status::kSolved;
-  } else if (status == Ipopt::Maximum_Iterations_Exceeded) {
-    result.status = Status::kIterationLimit;
-  }
+  if (end == QuietIpopt::End::kSolved) result.status = Status::kSolved;
+  if (end == QuietIpopt::End::kIterationLimit) result.status = Status::kIterationLimit;
+  result.iterations = ipopt.iterations();
   result.gap = accuracy;
   return result;
 }

@@ -16,7 +16,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-const DatasetFacts kDataset = {"tiny", std::string(64, 'a'), {{0, 1}, {1, 1}, {7, 1}}, {}};
+const DatasetFacts kDataset = {"tiny", std::string(64, 'a'), {{{{{0, 1}, {1, 1}, {7, 1}}, {}}}}};
 
 Suite SuiteOf(const std::string& text) { return ParseSuite(text, "suite.yaml"); }
 
@@ -44,7 +44,7 @@ TEST(ExperimentSpec, HoldsTheContractsKeys) {
 }
 
 TEST(ExperimentSpec, WhatIsLeftOutIsTold) {
-  const DatasetFacts dataset = {"tiny", std::string(64, 'a'), {{0, 1}}, {{0, 54}, {3, 160}, {4, 162}, {9, 998}}};
+  const DatasetFacts dataset = {"tiny", std::string(64, 'a'), {{{{{0, 1}}, {{0, 54}, {3, 160}, {4, 162}, {9, 998}}}}}};
   const auto left_out = [&](const std::string& keys) {
     std::vector<std::string> sentences;
     BuildSpec(SuiteOf("tasks: [posture, motion]\nmethods: [{solver: sqp}]\n" + keys), dataset, &sentences);
@@ -59,7 +59,7 @@ TEST(ExperimentSpec, WhatIsLeftOutIsTold) {
 }
 
 TEST(ExperimentSpec, LongMotionsAreLeftOut) {
-  const DatasetFacts dataset = {"tiny", std::string(64, 'a'), {{0, 1}}, {{0, 54}, {3, 160}, {4, 162}, {9, 998}}};
+  const DatasetFacts dataset = {"tiny", std::string(64, 'a'), {{{{{0, 1}}, {{0, 54}, {3, 160}, {4, 162}, {9, 998}}}}}};
   const auto problems = [&](const std::string& keys) {
     return BuildSpec(SuiteOf("tasks: motion\nmethods: [{solver: sqp}]\n" + keys), dataset).at("tasks")[0];
   };
@@ -80,7 +80,7 @@ TEST(ExperimentSpec, LongMotionsAreLeftOut) {
 }
 
 TEST(ExperimentSpec, WallTimesDifferOnlyWhereTasksDo) {
-  const DatasetFacts dataset = {"tiny", std::string(64, 'a'), {{0, 1}}, {{0, 54}}};
+  const DatasetFacts dataset = {"tiny", std::string(64, 'a'), {{{{{0, 1}}, {{0, 54}}}}}};
   const auto limit = [&](const std::string& tasks, const std::string& keys) {
     const Suite suite = SuiteOf("tasks: " + tasks + "\nmethods: [{solver: sqp}]\n" + keys);
     return BuildSpec(suite, dataset).at("limits").at("wall_time_s");
@@ -117,7 +117,7 @@ TEST(ExperimentSpec, EqualContentHasEqualIdentity) {
   const auto spec = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\n"), kDataset);
   const auto same = BuildSpec(
       SuiteOf("methods:\n  - solver: sqp\n    multi_starts: 0\nproblems: [0-7]\ntasks:\n  - posture\nseed: 1\n"),
-      {"tiny", kDataset.hash, {{0, 1}, {1, 1}, {2, 1}, {3, 1}, {4, 1}, {5, 1}, {6, 1}, {7, 1}}, {}});
+      {"tiny", kDataset.hash, {{{{{0, 1}, {1, 1}, {2, 1}, {3, 1}, {4, 1}, {5, 1}, {6, 1}, {7, 1}}, {}}}}});
   const auto explicit_same = BuildSpec(
       SuiteOf("methods:\n  - solver: sqp\n    multi_starts: 0\nproblems: [7, 0, 1]\ntasks:\n  - posture\nseed: 1\n"),
       kDataset);

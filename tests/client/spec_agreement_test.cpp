@@ -17,7 +17,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-const DatasetFacts kDataset = {"tiny", std::string(64, 'a'), {{0, 1}, {1'000'000, 1}}, {}};
+const DatasetFacts kDataset = {"tiny", std::string(64, 'a'), {{{{{0, 1}, {1'000'000, 1}}, {}}}}};
 
 std::string Yaml(const std::string& keys, const std::string& method = "solver: sqp") {
   return "tasks: posture\nproblems: [0]\n" + keys + "\nmethods: [{" + method + "}]\n";

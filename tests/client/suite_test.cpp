@@ -51,11 +51,11 @@ TEST(Suite, TakesEveryKeyOver) {
   EXPECT_EQ(suite.seed, 7);
   EXPECT_EQ(suite.repetitions, 3);
   ASSERT_EQ(suite.tasks.size(), 2U);
-  EXPECT_EQ(suite.tasks[0].task, "posture");
+  EXPECT_EQ(suite.tasks[0].task, Task::kPosture);
   EXPECT_THAT(*suite.tasks[1].problems, ElementsAre(0, 3, 4, 5));
-  EXPECT_THAT(suite.initializations, ElementsAre("good"));
-  EXPECT_DOUBLE_EQ(suite.wall_time_s.posture, 2.5);
-  EXPECT_DOUBLE_EQ(suite.wall_time_s.motion, 2.5);
+  EXPECT_THAT(suite.initializations, ElementsAre(Initialization::kGood));
+  EXPECT_DOUBLE_EQ(suite.wall_time_s[Task::kPosture], 2.5);
+  EXPECT_DOUBLE_EQ(suite.wall_time_s[Task::kMotion], 2.5);
   EXPECT_EQ(suite.memory_mb, 256);
   EXPECT_EQ(suite.max_attempts, 2);
 }
@@ -77,7 +77,7 @@ TEST(Suite, DefaultsFillWhatIsNotSaid) {
   EXPECT_EQ(suite.seed, 1);
   EXPECT_EQ(suite.repetitions, 1);
   EXPECT_FALSE(suite.tasks[0].problems.has_value());
-  EXPECT_THAT(suite.initializations, ElementsAre("good", "in_collision"));
+  EXPECT_THAT(suite.initializations, ElementsAre(Initialization::kGood, Initialization::kInCollision));
   EXPECT_EQ(suite.methods[0].name, "SQP");
 }
 
@@ -85,8 +85,8 @@ TEST(Suite, CollisionMakesOneMethodPerValue) {
   const Suite own = ParseSuite(
       "tasks: posture\nmethods:\n  - {solver: sqp, multi_starts: [0, 10], collision: [solid, surface]}\n", "s.yaml");
   ASSERT_EQ(own.methods.size(), 4U);
-  EXPECT_EQ(own.methods[0].collision, "solid");
-  EXPECT_EQ(own.methods[3].collision, "surface");
+  EXPECT_EQ(own.methods[0].collision, SceneRepresentation::kSolid);
+  EXPECT_EQ(own.methods[3].collision, SceneRepresentation::kSurface);
   EXPECT_EQ(own.methods[3].multi_starts, 10);
   EXPECT_NE(own.methods[0].Hash(), own.methods[2].Hash());
 
@@ -94,9 +94,9 @@ TEST(Suite, CollisionMakesOneMethodPerValue) {
   Suite shared = ParseSuite(methods + "collision: [surface, solid]\n", "s.yaml");
   ASSERT_EQ(shared.methods.size(), 4U) << "all methods once with each";
   EXPECT_EQ(shared.methods[1].name, "B");
-  EXPECT_EQ(shared.methods[1].collision, "surface");
+  EXPECT_EQ(shared.methods[1].collision, SceneRepresentation::kSurface);
   EXPECT_EQ(shared.methods[2].name, "SQP");
-  EXPECT_EQ(shared.methods[2].collision, "solid");
+  EXPECT_EQ(shared.methods[2].collision, SceneRepresentation::kSolid);
   SuiteFilter filter;
   filter.collision = {"solid"};
   ApplyFilter(filter, &shared);
@@ -105,10 +105,10 @@ TEST(Suite, CollisionMakesOneMethodPerValue) {
 
 TEST(Suite, WallTimeMayDifferByTask) {
   const Suite suite = ParseSuite(std::string(kSmall) + "limits: {wall_time_s: {posture: 5, motion: 7.5}}\n", "s.yaml");
-  EXPECT_EQ(suite.wall_time_s.Of("posture"), 5);
-  EXPECT_EQ(suite.wall_time_s.Of("motion"), 7.5);
+  EXPECT_EQ(suite.wall_time_s[Task::kPosture], 5);
+  EXPECT_EQ(suite.wall_time_s[Task::kMotion], 7.5);
   const Suite defaults = ParseSuite(kSmall, "s.yaml");
-  EXPECT_GT(defaults.wall_time_s.motion, defaults.wall_time_s.posture);
+  EXPECT_GT(defaults.wall_time_s[Task::kMotion], defaults.wall_time_s[Task::kPosture]);
 }
 
 TEST(Suite, TaskMayNameItsOwnProblems) {
@@ -300,7 +300,7 @@ TEST(SuiteFilter, KeepsWhatIsNamed) {
   ApplyFilter(filter, &suite);
   EXPECT_EQ(suite.methods.size(), 2U);
   ASSERT_EQ(suite.tasks.size(), 1U);
-  EXPECT_EQ(suite.tasks[0].task, "motion");
+  EXPECT_EQ(suite.tasks[0].task, Task::kMotion);
   EXPECT_THAT(*suite.tasks[0].problems, ElementsAre(4, 5));
   EXPECT_EQ(suite.seed, 11);
 }

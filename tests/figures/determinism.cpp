@@ -36,15 +36,15 @@ nlohmann::json EverySolver(const Dataset& dataset, int problems) {
   client::Suite suite;
   suite.name = "determinism";
   suite.seed = 23;
-  suite.initializations = {"in_collision"};
-  suite.wall_time_s.posture = kNoLimit_s;
+  suite.initializations = {Initialization::kInCollision};
+  suite.wall_time_s[Task::kPosture] = kNoLimit_s;
   suite.max_attempts = 100;  // being killed is not the jobs' fault
   const client::DatasetFacts facts = client::FactsOf(dataset);
   std::vector<int> ids;
-  for (const auto& problem : facts.posture) {
+  for (const auto& problem : facts.problems[Task::kPosture]) {
     if (static_cast<int>(ids.size()) < problems) ids.push_back(problem.id);
   }
-  suite.tasks = {{"posture", ids}};
+  suite.tasks = {{Task::kPosture, ids}};
   for (const SolverEntry& entry : SolverRegistry()) {
     suite.methods.push_back(Method::FromJson({{"solver", entry.word}, {"multi_starts", 1}}, "determinism"));
   }

@@ -1,15 +1,44 @@
+// Policy: a method is read strictly and all its faults are told at once, wherever it was made; its canonical form, and
+// with it its hash, is that of the results that people already have.
+
 #include "legopt/methods/method.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "legopt/input_error.h"
+#include "legopt/optimize/solver.h"
 
 namespace legopt {
 namespace {
 
 using nlohmann::json;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// "FIELD: MESSAGE" of all faults, in their order.
+template <class Make>
+std::vector<std::string> FaultsOf(Make make) {
+  std::vector<std::string> faults;
+  try {
+    make();
+  } catch (const InputError& error) {
+    for (const InputError::Fault& fault : error.faults()) faults.push_back(fault.field + ": " + fault.message);
+  }
+  return faults;
+}
+
+std::vector<std::string> FaultsOf(const Method& method) {
+  return FaultsOf([&] { method.Validate(); });
+}
+
+std::vector<std::string> FaultsOfText(const std::string& text) {
+  return FaultsOf([&] { Method::FromJson(json::parse(text), "suite.yaml"); });
+}
 
 InputError::Fault FaultOf(const std::string& text) {
   try {
@@ -25,8 +54,8 @@ TEST(Method, DefaultsAreThePapers) {
   const Method method = Method::FromJson(json::parse(R"({"solver": "sqp"})"), "");
   EXPECT_EQ(method.name, "SQP");
   EXPECT_EQ(method.multi_starts, 0);
-  EXPECT_EQ(method.sqp.initial_penalty, 1e2);
-  EXPECT_EQ(method.sqp.max_penalty_iterations, 11);  // up to 1e12
+  EXPECT_EQ(std::get<SqpOptions>(method.options).initial_penalty, 1e2);
+  EXPECT_EQ(std::get<SqpOptions>(method.options).max_penalty_iterations, 11);  // up to 1e12
 }
 
 TEST(Method, IncrementalVariantsCarryThePapersPrefix) {
@@ -42,7 +71,7 @@ TEST(Method, CanonicalFormRoundTrips) {
       json::parse(R"({"solver": "sqp", "name": "mine", "multi_starts": 10, "options": {"trust_box_size": 0.5}})"), "");
   const Method again = Method::FromJson(method.ToJson(), "");
   EXPECT_EQ(again.ToJson(), method.ToJson());
-  EXPECT_EQ(again.sqp.trust_box_size, 0.5);
+  EXPECT_EQ(std::get<SqpOptions>(again.options).trust_box_size, 0.5);
   EXPECT_EQ(again.Hash(), method.Hash());
 }
 
@@ -80,6 +109,129 @@ TEST(Method, WrongTypesAndRanges) {
   EXPECT_EQ(FaultOf(R"({"name": "x"})").field, "solver");
   EXPECT_EQ(FaultOf(R"({"solver": "sqp", "sample_size": 0})").field, "sample_size");
   EXPECT_EQ(FaultOf(R"({"solver": "sqp", "options": {"collision": "solids"}})").field, "options.collision");
+}
+
+/// Stored results are found by these; a new option or default makes others, on purpose.
+TEST(Method, HashesOfTheDefaultsStay) {
+  const std::pair<const char*, const char*> hashes[] = {
+      {"sqp", "5af88f65e077a8b7521d494cc250c767f816a81cccbcb973d17506ba28f06e5c"},
+      {"best", "859cc40cbf2836d9956940d37681624efb3e39b2997d356e5defbad3950c8d3c"},
+      {"ipopt", "31b164ae2e17a5fc9ab4e4dae4c94fc9506122592b4914dd296c3fbf858a3f9e"},
+      {"sgd", "9848ef7c0a2f8d453ebfad20620e05c553a4e8e4b5743ef54c46b00fd150b35c"},
+      {"adam", "fd87614d01c9a22aeb4c2b330b356db464ff9b557867e5463177254a7886cc71"},
+      {"nadam", "92bdac13b214981fbd9c86629acdc2ea5b5992729b7e0f5801651ecdff3c747b"},
+      {"chomp", "acbceb2f6823dd4f8eeef5af5e93ae835bb0d98b1d2a7f3c5e9e01141b8ea480"},
+      {"stomp", "45e7e9778c9fd59aabcd60bd762a2a10e51fd8926ac6f1847e9b64b23b9f9e4b"},
+  };
+  for (const auto& [word, hash] : hashes) {
+    EXPECT_EQ(Method::FromJson({{"solver", word}}, "").Hash(), hash) << word;
+    EXPECT_EQ(Method::Of(word).Hash(), hash) << word;
+  }
+}
+
+TEST(Method, HashesOfWordsStay) {
+  const auto hash = [](const char* text) { return Method::FromJson(json::parse(text), "").Hash(); };
+  EXPECT_EQ(hash(R"({"solver": "sqp", "sample_size": 80, "incremental": true, "multi_starts": 10,
+                     "options": {"collision": "surface", "continuous_collision": "required", "trust_rule": "measured",
+                                 "subproblem": "ipopt", "polish_violations": false}})"),
+            "f8bd1e39b57dcef09aedc29f512c6dcda848e6bd061f1a56325cce2e777e0f28");
+  EXPECT_EQ(hash(R"({"solver": "ipopt",
+                     "options": {"hessian": "limited_memory", "barrier": "adaptive", "continuous_collision": "none"}})"),
+            "bd8308395b9d39ccbd0401c4ef90aa4c1c07c0da004dd1133f931f1b0891050c");
+}
+
+TEST(Method, AllFaultsOfATextAreTold) {
+  EXPECT_THAT(FaultsOfText(R"({"solver": "sgd", "multi_starts": -1, "sample_size": "all", "colour": 1,
+                               "options": {"curvature": "steep", "max_trials": 0, "sharpnes": 1, "zeal": 2,
+                                           "collision": "solids", "collision_margin_m": 0.05}})"),
+              ElementsAre("multi_starts: must be a whole number from 0 to 1000000",
+                          "sample_size: must be a whole number from 1 to 100", "options.collision: is not known",
+                          "options.curvature: must be a number from 1e-06 to 0.999",
+                          "options.max_trials: must be a whole number from 1 to 200", "options.sharpnes: unknown key",
+                          "options.zeal: unknown key", "colour: unknown key",
+                          "options.contact_range_m: must exceed collision_margin_m"));
+  EXPECT_THAT(FaultsOfText(R"({"solver": "spq", "multi_starts": -1, "options": {"anything": 1}, "colour": 1})"),
+              ElementsAre("solver: is not known", "multi_starts: must be a whole number from 0 to 1000000",
+                          "colour: unknown key"))
+      << "whose options these are is not known";
+  EXPECT_THAT(FaultsOfText(R"({"solver": "stomp", "sample_size": 80, "incremental": true})"),
+              ElementsAre("sample_size: solver stomp uses all terms", "incremental: solver stomp uses all terms"));
+}
+
+TEST(Method, EachFaultHasALine) {
+  try {
+    Method::FromJson({{"solver", "sqp"}, {"multi_starts", -1}, {"incremental", 1}}, "suite.yaml:4");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(),
+                 "suite.yaml:4: multi_starts: must be a whole number from 0 to 1000000 (got '-1')\n"
+                 "suite.yaml:4: incremental: must be true or false (got '1')");
+  }
+}
+
+TEST(Method, AFaultyFieldIsNoReasonToBlameAnother) {
+  EXPECT_THAT(FaultsOfText(R"({"solver": "sqp", "options": {"contact_range_m": 7, "collision_margin_m": 0.05}})"),
+              ElementsAre("options.contact_range_m: must be a number from 0.001 to 1.0"));
+  Method method;
+  method.collision_margin_m = std::nan("");
+  EXPECT_THAT(FaultsOf(method), ElementsAre("options.collision_margin_m: must be a number from 0.0 to 0.1"));
+}
+
+TEST(Method, WhatIsMadeHereIsCheckedLikeAText) {
+  EXPECT_THAT(FaultsOf(Method()), IsEmpty());
+  for (const SolverEntry& entry : SolverRegistry()) EXPECT_THAT(FaultsOf(Method::Of(entry.word)), IsEmpty());
+  Method method;
+  method.name = "";
+  method.multi_starts = -1;
+  method.sample_size_percent = 0;
+  method.restart_noise_deg = std::numeric_limits<double>::infinity();
+  method.collision = static_cast<SceneRepresentation>(7);
+  auto& sqp = std::get<SqpOptions>(method.options);
+  sqp.trust_box_size = std::nan("");
+  sqp.trust_rule = static_cast<TrustRule>(2);
+  sqp.max_iterations = 0;
+  EXPECT_THAT(FaultsOf(method),
+              ElementsAre("name: must be a text", "multi_starts: must be a whole number from 0 to 1000000",
+                          "sample_size: must be a whole number from 1 to 100",
+                          "options.restart_noise_deg: must be a number from 0.0 to 180.0",
+                          "options.collision: is no value of the enumeration",
+                          "options.trust_box_size: must be a number from 1e-12 to 10.0",
+                          "options.max_iterations: must be a whole number from 1 to 100000",
+                          "options.trust_rule: is no value of the enumeration"));
+  EXPECT_THROW(method.Hash(), InputError);
+  EXPECT_THROW(method.ToJson(), InputError);
+  EXPECT_THROW(MakeSolver(method), InputError);
+}
+
+TEST(Method, ConditionsBetweenFieldsAreCheckedHere) {
+  Method method = Method::Of("sgd");
+  std::get<GradientOptions>(method.options).line_search.curvature = 1e-5;
+  method.contact_range_m = 1e-3;
+  method.collision_margin_m = 2e-3;
+  EXPECT_THAT(FaultsOf(method), ElementsAre("options.contact_range_m: must exceed collision_margin_m",
+                                            "options.curvature: must exceed sufficient_decrease"));
+}
+
+TEST(Method, AnUnknownSolverIsToldWhereOneIsNeeded) {
+  Method method;
+  method.solver = "spq";
+  EXPECT_EQ(method.Hash().size(), 64u);
+  EXPECT_THAT(FaultsOf(method), ElementsAre("solver: is not known"));
+  EXPECT_THROW(MakeSolver(method), InputError);
+  EXPECT_THROW(method.draws(), InputError);
+  EXPECT_THROW(Method::Of("spq"), InputError);
+  try {
+    MakeSolver(method);
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("did you mean 'sqp'"));
+  }
+}
+
+TEST(Method, OptionsOfAnotherSolverAreRefused) {
+  Method method;
+  method.solver = "ipopt";
+  EXPECT_THAT(FaultsOf(method), ElementsAre("options: are those of another solver than ipopt"));
+  EXPECT_THROW(MakeSolver(method), InputError);
 }
 
 }  // namespace

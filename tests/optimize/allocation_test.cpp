@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "legopt/methods/registry.h"
-#include "legopt/methods/solver_factory.h"
+#include "legopt/methods/method.h"
+#include "legopt/optimize/solver.h"
 #include "legopt/terms/initial_guess.h"
 #include "legopt/terms/task_program.h"
 #include "tests/dataset/synthetic_dataset.h"
@@ -45,7 +45,7 @@ struct Variant {
 std::vector<Variant> Variants() {
   std::vector<Variant> variants;
   for (const SolverEntry& entry : SolverRegistry()) {
-    if (std::string(entry.word) == "ipopt") continue;
+    if (entry.word == "ipopt") continue;
     variants.push_back({entry.word});
     if (entry.samples) variants.push_back({entry.word, true});
   }

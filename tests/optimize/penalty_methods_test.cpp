@@ -6,7 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "legopt/methods/solver_factory.h"
+#include "legopt/methods/method.h"
 #include "legopt/optimize/gradient_solver.h"
 #include "legopt/optimize/waypoint_metric.h"
 #include "legopt/random_draws.h"
@@ -126,7 +126,7 @@ TEST_P(PenaltyMethods, StopsWhenAsked) {
     program.Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] * x[1] - 30.0); });
     VectorXd x = Vector2d(0.1, 0.1);
     int calls = 0;
-    const auto result = Solve(program, x, [&] { return ++calls > 3 ? reason : SolveStatus::kNotRun; });
+    const auto result = Solve(program, x, [&] { return ++calls > 3 ? std::optional(reason) : std::nullopt; });
     EXPECT_EQ(result.status, reason);
     EXPECT_EQ(result.iterations, 3);
     EXPECT_EQ(history_.size(), 3u);

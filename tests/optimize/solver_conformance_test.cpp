@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "legopt/methods/registry.h"
-#include "legopt/methods/solver_factory.h"
+#include "legopt/methods/method.h"
+#include "legopt/optimize/solver.h"
 #include "tests/optimize/analytic_program.h"
 
 namespace legopt {
@@ -374,7 +374,7 @@ TEST_P(SolverConformance, StopsOnTheWay) {
       int polls = 0;
       VectorXd x;
       const SolverResult result =
-          Solve(example, x, [&] { return ++polls > allowed ? SolveStatus::kCancelled : SolveStatus::kNotRun; });
+          Solve(example, x, [&] { return ++polls > allowed ? std::optional(SolveStatus::kCancelled) : std::nullopt; });
       EXPECT_EQ(result.status == SolveStatus::kCancelled, polls > allowed) << example.name;
       EXPECT_LE(polls, allowed + kPatience) << example.name;
     }

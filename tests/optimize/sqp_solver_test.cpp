@@ -23,7 +23,7 @@ AnalyticProgram Plane(double limit = kInfinity) {
 
 VectorXd One(double value) { return VectorXd::Constant(1, value); }
 
-class SqpOnSmallProblems : public ::testing::TestWithParam<std::string> {
+class SqpOnSmallProblems : public ::testing::TestWithParam<SubproblemMethod> {
  protected:
   SolverResult Solve(AnalyticProgram& program, VectorXd& x, const StopCheck& stop = {}) {
     SqpOptions options;
@@ -125,7 +125,7 @@ TEST_P(SqpOnSmallProblems, StopsWhenAsked) {
     program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3, 4)); });
     VectorXd x = Vector2d(0, 0);
     int calls = 0;
-    const auto result = Solve(program, x, [&] { return ++calls > 3 ? reason : SolveStatus::kNotRun; });
+    const auto result = Solve(program, x, [&] { return ++calls > 3 ? std::optional(reason) : std::nullopt; });
     EXPECT_EQ(result.status, reason);
     EXPECT_EQ(result.iterations, 3);
     EXPECT_GT(x.norm(), 0.0);
@@ -142,7 +142,9 @@ TEST_P(SqpOnSmallProblems, AcceptedStepsNeverRaiseTheMerit) {
   for (size_t i = 1; i < history_.size(); ++i) EXPECT_GE(history_[i].penalty, history_[i - 1].penalty);
 }
 
-INSTANTIATE_TEST_SUITE_P(Subproblems, SqpOnSmallProblems, ::testing::Values("interior_point", "ipopt"));
+INSTANTIATE_TEST_SUITE_P(Subproblems, SqpOnSmallProblems,
+                         ::testing::Values(SubproblemMethod::kInteriorPoint, SubproblemMethod::kIpopt),
+                         [](const auto& method) { return std::string(ToString(method.param)); });
 
 TEST(Sqp, FeasibleButNotConvergedIsNotCalledConverged) {
   AnalyticProgram program = Plane();

@@ -15,7 +15,7 @@ nlohmann::json PostureSpec(int repetitions) {
   suite.name = "postures";
   suite.seed = 3;
   suite.repetitions = repetitions;
-  suite.tasks = {{"posture", {}}};
+  suite.tasks = {{Task::kPosture, {}}};
   suite.methods = {method};
   return client::BuildSpec(suite, client::FactsOf(*Dataset::Load(DefaultDataset())));
 }

@@ -66,8 +66,7 @@ TEST_F(LegOptPostures, SqpWithRestarts) {
 
 TEST_F(LegOptPostures, Ipopt) {
   LEGOPT_SKIP_WITHOUT_TEST_DATA();
-  Method method;
-  method.solver = "ipopt";
+  const Method method = Method::Of("ipopt");
   for (const Initialization start : {Initialization::kGood, Initialization::kInCollision}) {
     const Row row = Run(method, start);
     EXPECT_GE(row.solved, 34);

@@ -25,8 +25,8 @@ class Solve : public ::testing::Test {
   static Method Hopeless(int multi_starts) {
     Method method;
     method.multi_starts = multi_starts;
-    method.sqp.max_iterations = 1;
-    method.sqp.max_penalty_iterations = 1;
+    std::get<SqpOptions>(method.options).max_iterations = 1;
+    std::get<SqpOptions>(method.options).max_penalty_iterations = 1;
     return method;
   }
 
@@ -40,7 +40,7 @@ TEST_F(Solve, TheJudgeAcceptsWhatTheSolverCallsFeasible) {
   Judge judge(dataset_);
   for (const Initialization start : {Initialization::kGood, Initialization::kInCollision}) {
     const SolveOutcome outcome = Run({}, {}, start);
-    EXPECT_LT(outcome.max_violation, Method{}.sqp.constraint_tolerance) << outcome.message;
+    EXPECT_LT(outcome.max_violation, SqpOptions().constraint_tolerance) << outcome.message;
     ASSERT_EQ(outcome.waypoints.size(), 1u);
     const Evaluation evaluation =
         judge.Evaluate(Task::kPosture, dataset_->problem(Task::kPosture, 0), outcome.waypoints);

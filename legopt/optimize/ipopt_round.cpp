@@ -1,21 +1,82 @@
-#include "legopt/optimize/ipopt_program.h"
+#include "legopt/optimize/ipopt_round.h"
 
+#include <IpTNLP.hpp>
 #include <algorithm>
+#include <exception>
+#include <string>
 
 namespace legopt {
 namespace {
 
-constexpr double kInfinity = 2e19;  // beyond Ipopt's notion of "no bound"
+constexpr double kInfinity = 2e19;       // beyond Ipopt's notion of "no bound"
+constexpr double kViolationShare = 0.1;  // of the constraint tolerance: what Ipopt aims at
+constexpr double kStagnantError = 0.1;   // largest optimality error at which Ipopt may stop when the cost stagnates
+constexpr int kStagnantIterations = 5;
+constexpr double kLaterBarrier = 1e-3;  // of rounds after the first, which start near an optimum
+constexpr double kLaterPush = 1e-6;     // how far they are moved away from bounds
 
-}  // namespace
+/// A SlottedProgram as Ipopt wants to see it, and a watch over the solve: it asks the stop check, records the history
+/// and remembers the best point.
+class IpoptProgram : public Ipopt::TNLP {
+ public:
+  using Index = Ipopt::Index;
+  using Number = Ipopt::Number;
+
+  /// What the solve is to know besides the problem.
+  struct Settings {
+    double tolerance = 0.0;  ///< violation from which on a point is infeasible
+    double band = 0.0;       ///< half width that replaces each equality; 0 for true equalities
+    double damping = 0.0;    ///< added to the diagonal of the Gauss-Newton matrix
+  };
+
+  /// All must outlive the solve.
+  IpoptProgram(SlottedProgram& slotted, const SolverContext& context, const Settings& settings);
+
+  /// All but `end`. Throws what a term or the stop check threw.
+  IpoptRound Result() const {
+    if (error_) std::rethrow_exception(error_);
+    return round_;
+  }
+
+  bool get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hessian, IndexStyleEnum& style) override;
+  bool get_bounds_info(Index n, Number* x_l, Number* x_u, Index m, Number* g_l, Number* g_u) override;
+  bool get_starting_point(Index n, bool init_x, Number* x, bool init_z, Number* z_l, Number* z_u, Index m,
+                          bool init_lambda, Number* lambda) override;
+  bool eval_f(Index n, const Number* x, bool new_x, Number& value) override;
+  bool eval_grad_f(Index n, const Number* x, bool new_x, Number* gradient) override;
+  bool eval_g(Index n, const Number* x, bool new_x, Index m, Number* g) override;
+  bool eval_jac_g(Index n, const Number* x, bool new_x, Index m, Index entries, Index* rows, Index* columns,
+                  Number* values) override;
+  bool eval_h(Index n, const Number* x, bool new_x, Number factor, Index m, const Number* lambda, bool new_lambda,
+              Index entries, Index* rows, Index* columns, Number* values) override;
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iteration, Number objective, Number inf_pr, Number inf_du,
+                             Number mu, Number d_norm, Number regularization, Number alpha_du, Number alpha_pr,
+                             Index trials, const Ipopt::IpoptData* data,
+                             Ipopt::IpoptCalculatedQuantities* quantities) override;
+  void finalize_solution(Ipopt::SolverReturn status, Index n, const Number* x, const Number* z_l, const Number* z_u,
+                         Index m, const Number* g, const Number* lambda, Number objective, const Ipopt::IpoptData* data,
+                         Ipopt::IpoptCalculatedQuantities* quantities) override;
+
+ private:
+  bool Evaluate(const Number* x);
+  void NoteBest();
+  bool Better(const ObjectiveValue& a, const ObjectiveValue& b) const;
+
+  SlottedProgram& slotted_;
+  std::vector<size_t> preferred_;  ///< rows of preferences, in the order of their excesses
+  const SolverContext& context_;
+  Settings settings_;
+  IpoptRound round_;
+  std::exception_ptr error_;
+};
 
 IpoptProgram::IpoptProgram(SlottedProgram& slotted, const SolverContext& context, const Settings& settings)
     : slotted_(slotted), context_(context), settings_(settings) {
-  last_dx_.setZero(slotted.num_variables());
+  round_.last_dx.setZero(slotted.num_variables());
   for (size_t i = 0; i < slotted.rows().size(); ++i) {
     if (slotted.rows()[i].kind == TermKind::kPreference) preferred_.push_back(i);
   }
-  Evaluate(last_dx_.data());
+  Evaluate(round_.last_dx.data());
 }
 
 bool IpoptProgram::Evaluate(const Number* x) {
@@ -38,9 +99,9 @@ bool IpoptProgram::Better(const ObjectiveValue& a, const ObjectiveValue& b) cons
 }
 
 void IpoptProgram::NoteBest() {
-  if (best_x_.size() > 0 && !Better(slotted_.value(), best_value_)) return;
-  best_x_ = slotted_.x();
-  best_value_ = slotted_.value();
+  if (round_.best_x.size() > 0 && !Better(slotted_.value(), round_.best_value)) return;
+  round_.best_x = slotted_.x();
+  round_.best_value = slotted_.value();
 }
 
 bool IpoptProgram::get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hessian, IndexStyleEnum& style) {
@@ -151,24 +212,63 @@ bool IpoptProgram::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, 
   if (error_) return false;
   try {
     if (iteration > 0) {
-      ++iterations_;
+      ++round_.iterations;
       const ObjectiveValue& value = slotted_.value();  // Ipopt has just moved to the point that it evaluated last
       if (context_.history != nullptr) {
         context_.history->push_back({.cost = value.cost, .violation = value.max_violation, .accepted = true});
       }
     }
-    stop_status_ = context_.Stopped();
+    round_.stop_status = context_.Stopped();
   } catch (...) {
     error_ = std::current_exception();
     return false;
   }
-  return stop_status_ == SolveStatus::kNotRun;
+  return !round_.stop_status;
 }
 
 void IpoptProgram::finalize_solution(Ipopt::SolverReturn, Index, const Number* x, const Number*, const Number*, Index,
                                      const Number*, const Number*, Number, const Ipopt::IpoptData*,
                                      Ipopt::IpoptCalculatedQuantities*) {
-  last_dx_ = Eigen::Map<const Eigen::VectorXd>(x, last_dx_.size());
+  round_.last_dx = Eigen::Map<const Eigen::VectorXd>(x, round_.last_dx.size());
+}
+
+/// Ipopt requires at most as many equalities as free variables.
+bool TooManyEqualities(const SlottedProgram& slotted) {
+  const auto equality = [](const SlottedProgram::Row& row) { return row.kind == TermKind::kEquality; };
+  const auto free = (slotted.upper().array() > slotted.lower().array()).count();
+  return std::ranges::count_if(slotted.rows(), equality) > free;
+}
+
+void SetOptions(const IpoptOptions& options, int round, int max_iterations, QuietIpopt& ipopt) {
+  ipopt.SetInteger("max_iter", max_iterations);
+  ipopt.SetNumber("tol", options.tolerance);
+  ipopt.SetNumber("constr_viol_tol", kViolationShare * options.constraint_tolerance);
+  ipopt.SetInteger("acceptable_iter", kStagnantIterations);
+  ipopt.SetNumber("acceptable_tol", std::max(options.tolerance, kStagnantError));
+  ipopt.SetNumber("acceptable_obj_change_tol", options.stagnation_frac);
+  ipopt.SetNumber("acceptable_constr_viol_tol", kViolationShare * options.constraint_tolerance);
+  ipopt.SetNumber("bound_relax_factor", 0.0);
+  ipopt.SetText("mu_strategy", std::string(ToString(options.barrier)));
+  if (options.hessian == IpoptHessian::kLimitedMemory) ipopt.SetText("hessian_approximation", "limited-memory");
+  if (round == 0) return;
+  ipopt.SetNumber("mu_init", kLaterBarrier);
+  ipopt.SetNumber("bound_push", kLaterPush);
+  ipopt.SetNumber("bound_frac", kLaterPush);
+}
+
+}  // namespace
+
+IpoptRound SolveByIpopt(SlottedProgram& slotted, const SolverContext& context, const IpoptOptions& options, int round,
+                        int max_iterations) {
+  QuietIpopt ipopt;
+  SetOptions(options, round, max_iterations, ipopt);
+  const double band = TooManyEqualities(slotted) ? 0.5 * options.constraint_tolerance : 0.0;
+  const Ipopt::SmartPtr<IpoptProgram> program =
+      new IpoptProgram(slotted, context, {options.constraint_tolerance, band, options.damping});
+  const QuietIpopt::End end = ipopt.Solve(*program);
+  IpoptRound result = program->Result();
+  result.end = end;
+  return result;
 }
 
 }  // namespace legopt

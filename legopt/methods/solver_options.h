@@ -1,0 +1,69 @@
+#pragma once
+
+#include <concepts>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "legopt/methods/foreign_options.h"
+#include "legopt/optimize/best_options.h"
+#include "legopt/optimize/gradient_options.h"
+#include "legopt/optimize/ipopt_options.h"
+#include "legopt/optimize/sqp_options.h"
+#include "legopt/optimize/stomp_options.h"
+
+namespace legopt {
+
+/// The options of one solver: of the library, or of one that a program has registered (registry.h).
+using SolverOptions = std::variant<SqpOptions, BestOptions, IpoptOptions, GradientOptions, MomentGradientOptions,
+                                   CovariantGradientOptions, StompOptions, ForeignOptions>;
+
+namespace internal {
+
+template <class Options, class Variant>
+inline constexpr bool kIsAlternative = false;
+template <class Options, class... Alternatives>
+inline constexpr bool kIsAlternative<Options, std::variant<Alternatives...>> = (std::is_same_v<Options, Alternatives> ||
+                                                                                ...);
+
+}  // namespace internal
+
+/// Options of a type, of the library or not, as a method holds them.
+template <class Options>
+SolverOptions MakeSolverOptions(Options options) {
+  if constexpr (internal::kIsAlternative<Options, SolverOptions>) {
+    return options;
+  } else {
+    return ForeignOptions(std::move(options));
+  }
+}
+
+/// Inverse of MakeSolverOptions; const if the options are. Throws std::bad_variant_access when they are of another
+/// type.
+template <class Options, class Held>
+requires std::same_as<std::remove_const_t<Held>, SolverOptions>
+auto& OptionsAs(Held& options) {
+  if constexpr (internal::kIsAlternative<Options, SolverOptions>) {
+    return std::get<Options>(options);
+  } else {
+    if (auto* found = std::get<ForeignOptions>(options).template Get<Options>()) return *found;
+    throw std::bad_variant_access();
+  }
+}
+
+/// Visits the fields of whatever options these are.
+inline void VisitOptions(SolverOptions& options, OptionFields& fields) {
+  std::visit([&](auto& held) { held.Visit(held, fields); }, options);
+}
+inline void VisitOptions(const SolverOptions& options, ConstOptionFields& fields) {
+  std::visit([&](const auto& held) { held.Visit(held, fields); }, options);
+}
+
+/// Whether both are options of one type.
+inline bool AreAlike(const SolverOptions& a, const SolverOptions& b) {
+  if (a.index() != b.index()) return false;
+  const auto* foreign = std::get_if<ForeignOptions>(&a);
+  return foreign == nullptr || foreign->type() == std::get<ForeignOptions>(b).type();
+}
+
+}  // namespace legopt
