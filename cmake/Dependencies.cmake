@@ -8,7 +8,6 @@ find_package(spdlog REQUIRED)
 find_package(CLI11 REQUIRED)
 pkg_check_modules(LCM REQUIRED IMPORTED_TARGET lcm)
 pkg_check_modules(SQLITE REQUIRED IMPORTED_TARGET sqlite3>=3.40)
-pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 
 # lcm-gen stands beside liblcm; Debian ships no CMake configuration for it.
 pkg_get_variable(LCM_PREFIX lcm prefix)
