@@ -77,6 +77,7 @@ inline constexpr std::array kTasks = {
 };
 static_assert(kTasks.size() == kNumWords<Task>);
 
+/// The row of `task` in kTasks.
 constexpr const TaskDescription& DescriptionOf(Task task) { return kTasks.at(static_cast<std::size_t>(task)); }
 
 /// Waypoints that a solution must have. Consecutive ones share a stance.
@@ -84,6 +85,7 @@ constexpr int NumWaypoints(Task task, int num_stances) {
   return DescriptionOf(task).waypoints_per_stance * num_stances;
 }
 
+/// Whether a problem of the task may have so many stances.
 constexpr bool HasStances(Task task, int num_stances) {
   const TaskDescription& description = DescriptionOf(task);
   return num_stances >= description.least_stances && num_stances <= description.most_stances;
