@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "legopt/evaluate/judge.h"
 #include "legopt/input_error.h"
@@ -49,8 +50,7 @@ class GaussNewtonSolver : public legopt::Solver {
       x = x_next;
       if (step.lpNorm<Eigen::Infinity>() < 1e-6) break;
     }
-    program.SetPoint(x);
-    result.value = legopt::EvaluateObjective(program);
+    result.value = legopt::EvaluateObjective(program, x, residuals_);
     result.feasible = result.value.max_violation < 1e-3;
     result.status =
         result.feasible ? legopt::SolveStatus::kConvergedFeasible : legopt::SolveStatus::kConvergedInfeasible;
@@ -73,6 +73,7 @@ class GaussNewtonSolver : public legopt::Solver {
 
   GaussNewtonOptions options_;
   legopt::LinearModel model_;
+  std::vector<double> residuals_;
 };
 
 }  // namespace
