@@ -1,25 +1,27 @@
-# legopt_options: what each of our own targets is compiled with. Third-party code is never compiled here.
+# legopt_options: what whoever compiles our headers must compile them with, we or those who link the installed library.
 add_library(legopt_options INTERFACE)
-target_include_directories(legopt_options INTERFACE ${PROJECT_SOURCE_DIR})
-target_compile_options(legopt_options INTERFACE
+target_include_directories(legopt_options INTERFACE
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/legopt>)
+target_compile_features(legopt_options INTERFACE cxx_std_20)
+if(LEGOPT_ARCH AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  # Decides how Eigen aligns its fixed-size types, and so the layout of ours.
+  target_compile_options(legopt_options INTERFACE -march=${LEGOPT_ARCH})
+endif()
+# No fusing of products and sums that the source does not ask for: it would depend on what is inlined where, and the same
+# seed would give other bits in another build (link-time optimised or not). Eigen's kernels fuse explicitly.
+target_compile_options(legopt_options INTERFACE -ffp-contract=off)
+
+# Warnings are for our own code: of the folder, so that nobody inherits them. Third-party code is never compiled here.
+add_compile_options(
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Woverloaded-virtual
   $<$<BOOL:${LEGOPT_WERROR}>:-Werror>)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # False alarms of g++ 12: the first two inside Eigen's assignments of 3-vectors, the others for "literal" + std::string.
-  target_compile_options(legopt_options INTERFACE
-    -Wno-array-bounds -Wno-maybe-uninitialized -Wno-restrict -Wno-stringop-overflow)
-  target_link_options(legopt_options INTERFACE -Wno-stringop-overflow)  # link-time optimisation warns once more
+  add_compile_options(-Wno-array-bounds -Wno-maybe-uninitialized -Wno-restrict -Wno-stringop-overflow)
+  add_link_options(-Wno-stringop-overflow)  # link-time optimisation warns once more
 endif()
 
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
-if(LEGOPT_ARCH AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-  # On every target, so that all of them agree on Eigen's alignment.
-  add_compile_options(-march=${LEGOPT_ARCH})
-endif()
-
-# No fusing of products and sums that the source does not ask for: it would depend on what is inlined where, and the same
-# seed would give other bits in another build (link-time optimised or not). Eigen's kernels fuse explicitly.
-add_compile_options(-ffp-contract=off)
 
 if(LEGOPT_FUZZ)
   if(NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")

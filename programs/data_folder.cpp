@@ -26,13 +26,15 @@ std::filesystem::path DataFolder() {
     throw InputError({"LEGOPT_DATA", "", environment, "no such folder",
                       "set it to the folder that holds suites/ and garage-easier/, or unset it"});
   }
-  const auto installed = (ProgramFolder() / ".." / "share" / "legopt" / "data").lexically_normal();
-  if (IsFolder(installed)) return installed;
-  if (IsFolder(LEGOPT_DATA_DIR)) return LEGOPT_DATA_DIR;
-  throw InputError(
-      {"", "", "",
-       "the embedded data folder is missing (looked for " + installed.string() + " and " LEGOPT_DATA_DIR ")",
-       "set LEGOPT_DATA to it, or give --dataset"});
+  // Beside an installed program, a built one, a built test.
+  for (const char* place : {"../share/legopt/data", "legopt-data", "../legopt-data"}) {
+    const auto folder = (ProgramFolder() / place).lexically_normal();
+    if (IsFolder(folder)) return std::filesystem::canonical(folder);
+  }
+  throw InputError({"", "", "",
+                    "the embedded data folder is missing (looked for ../share/legopt/data and legopt-data beside " +
+                        ProgramFolder().string() + ")",
+                    "set LEGOPT_DATA to it, or give --dataset"});
 }
 
 std::filesystem::path DefaultDatasetFolder() { return DataFolder() / kDefaultDataset; }

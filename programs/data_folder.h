@@ -8,8 +8,8 @@ namespace legopt::programs {
 std::filesystem::path ProgramFolder();
 
 /// The folder with the embedded datasets and suites: the environment variable LEGOPT_DATA, else ../share/legopt/data
-/// beside the program (where it was installed), else the source folder that this build came from. Throws InputError
-/// when none exists. `legopt --help` and `legopt doctor` tell which one it is.
+/// beside the program (where it was installed), else the link legopt-data beside it or its folder (where it was built).
+/// Throws InputError when none exists. `legopt --help` and `legopt doctor` tell which one it is.
 std::filesystem::path DataFolder();
 
 /// The embedded default dataset, inside DataFolder(). Throws as it does.

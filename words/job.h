@@ -6,6 +6,7 @@
 
 namespace legopt {
 
+/// Where a job stands.
 enum class JobState : std::uint8_t {
   kQueued,     ///< waits for a worker
   kLeased,     ///< one running attempt
@@ -23,6 +24,7 @@ inline constexpr auto kWords<JobState> = Words<JobState>({{JobState::kQueued, "q
                                                           {JobState::kDead, "dead"},
                                                           {JobState::kCancelled, "cancelled"}});
 
+/// Whether a job in this state is over.
 constexpr bool IsTerminal(JobState state) { return state != JobState::kQueued && state != JobState::kLeased; }
 
 /// What became of one attempt, as the server knows it.
@@ -67,6 +69,7 @@ inline constexpr auto kWords<ReportedOutcome> = Words<ReportedOutcome>({{Reporte
                                                                         {ReportedOutcome::kCancelled, "cancelled"},
                                                                         {ReportedOutcome::kError, "error"}});
 
+/// Where an experiment stands.
 enum class ExperimentState : std::uint8_t { kActive, kDone, kCancelled };
 
 template <>

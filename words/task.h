@@ -80,6 +80,7 @@ inline constexpr std::array kTasks = {
 };
 static_assert(kTasks.size() == kNumWords<Task>);
 
+/// The row of `task` in kTasks.
 constexpr const TaskDescription& DescriptionOf(Task task) { return kTasks.at(static_cast<std::size_t>(task)); }
 
 /// Waypoints that a solution must have.
@@ -90,6 +91,7 @@ constexpr int NumWaypoints(Task task, int num_stances) {
 /// Index of the stance that constrains `waypoint`.
 constexpr int StanceOfWaypoint(Task task, int waypoint) { return waypoint / DescriptionOf(task).waypoints_per_stance; }
 
+/// Whether a problem of the task may have so many stances.
 constexpr bool HasStances(Task task, int num_stances) {
   const TaskDescription& description = DescriptionOf(task);
   return num_stances >= description.least_stances && num_stances <= description.most_stances;

@@ -13,7 +13,6 @@
 #include "legopt/solve/solve_timer.h"
 #include "legopt/terms/initial_guess.h"
 #include "legopt/terms/task_program.h"
-#include "legopt/word_input.h"
 
 namespace legopt {
 namespace {
