@@ -1,6 +1,5 @@
 // How an experiment is worked on and what it is called: pause, resume, hold, release, priority, retry, rename, tag.
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -11,6 +10,7 @@
 #include "client/commands/options.h"
 #include "db/records.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -99,12 +99,12 @@ ExitCode Control(const Options& options) {
   return ExitCode::kOk;
 }
 
-CLI::App* AddAction(CLI::App& app, Invocation* invocation, const char* name, const char* help,
-                    const std::shared_ptr<Options>& options) {
-  auto* command = app.add_subcommand(name, help);
-  command->add_option("ID", options->experiment, "Experiment")->required()->check(programs::WholeNumber(1));
-  AddNetworkOptions(*command, &options->network);
-  command->callback([=] { invocation->body = [options] { return Control(*options); }; });
+programs::Command AddAction(const programs::Command& program, Invocation* invocation, const char* name,
+                            const char* help, const std::shared_ptr<Options>& options) {
+  const auto command = program.AddCommand(name, help);
+  command.AddOption("ID", options->experiment, "Experiment").Required().Check(programs::WholeNumber(1));
+  AddNetworkOptions(command, &options->network);
+  command.WhenChosen([=] { invocation->body = [options] { return Control(*options); }; });
   return command;
 }
 
@@ -114,44 +114,46 @@ std::shared_ptr<Options> For(Action action) {
   return options;
 }
 
-void AddTagCommand(CLI::App& app, Invocation* invocation) {
+void AddTagCommand(const programs::Command& program, Invocation* invocation) {
   const auto tag = For(Action::kTag);
-  auto* command =
-      AddAction(app, invocation, "tag", "Tag an experiment, for lists and filters, or take a tag away", tag);
-  auto* given = command->add_option("TAG", tag->reason, "1 to 100 bytes without a comma");
+  const auto command =
+      AddAction(program, invocation, "tag", "Tag an experiment, for lists and filters, or take a tag away", tag);
+  const auto given = command.AddOption("TAG", tag->reason, "1 to 100 bytes without a comma");
   const auto remove = [tag](const std::string& text) {
     tag->reason = text;
     tag->action = Action::kUntag;
   };
-  command->add_option_function<std::string>("--remove", remove, "Take this tag away")->excludes(given);
+  command.AddAction("--remove", remove, "Take this tag away").Excludes(given);
 }
 
 }  // namespace
 
-void AddControlCommands(CLI::App& app, Invocation* invocation) {
-  AddAction(app, invocation, "pause", "Begin no more jobs of an experiment; running ones finish", For(Action::kPause));
-  AddAction(app, invocation, "resume", "Go on with a paused experiment", For(Action::kResume));
+void AddControlCommands(const programs::Command& program, Invocation* invocation) {
+  AddAction(program, invocation, "pause", "Begin no more jobs of an experiment; running ones finish",
+            For(Action::kPause));
+  AddAction(program, invocation, "resume", "Go on with a paused experiment", For(Action::kResume));
   const auto hold = For(Action::kHold);
-  AddAction(app, invocation, "hold", "Stop an experiment for a reason; running jobs are given back, not charged", hold)
-      ->add_option("REASON", hold->reason, "Why, for those who see it in 'legopt status'")
-      ->required()
-      ->check(CLI::Validator(CheckReason, ""));
-  AddAction(app, invocation, "release", "Go on with a held experiment", For(Action::kRelease));
+  AddAction(program, invocation, "hold", "Stop an experiment for a reason; running jobs are given back, not charged",
+            hold)
+      .AddOption("REASON", hold->reason, "Why, for those who see it in 'legopt status'")
+      .Required()
+      .Check({CheckReason, ""});
+  AddAction(program, invocation, "release", "Go on with a held experiment", For(Action::kRelease));
   const auto priority = For(Action::kPriority);
-  AddAction(app, invocation, "priority", "Begin an experiment's jobs before or after those of others", priority)
-      ->add_option("PRIORITY", priority->priority, "Larger is earlier; experiments begin with 0")
-      ->required()
-      ->check(programs::WholeNumber(-kMostPriority, kMostPriority));
+  AddAction(program, invocation, "priority", "Begin an experiment's jobs before or after those of others", priority)
+      .AddOption("PRIORITY", priority->priority, "Larger is earlier; experiments begin with 0")
+      .Required()
+      .Check(programs::WholeNumber(-kMostPriority, kMostPriority));
   const auto retry = For(Action::kRetry);
-  AddAction(app, invocation, "retry", "Queue the failed and dead jobs of an experiment again", retry)
-      ->add_flag_callback(
+  AddAction(program, invocation, "retry", "Queue the failed and dead jobs of an experiment again", retry)
+      .AddFlagAction(
           "--time-limit", [retry] { retry->action = Action::kRetryTimeLimited; },
           "Also those whose solve the clock stopped, as on a busy machine; their results no longer count");
   const auto rename = For(Action::kRename);
-  AddAction(app, invocation, "rename", "Give an experiment another name", rename)
-      ->add_option("NAME", rename->reason, "1 to 200 bytes")
-      ->required();
-  AddTagCommand(app, invocation);
+  AddAction(program, invocation, "rename", "Give an experiment another name", rename)
+      .AddOption("NAME", rename->reason, "1 to 200 bytes")
+      .Required();
+  AddTagCommand(program, invocation);
 }
 
 }  // namespace legopt::client

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -9,6 +8,7 @@
 #include "client/report/evaluation_report.h"
 #include "client/suite/chosen_files.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -45,21 +45,21 @@ ExitCode Evaluate(const Options& options) {
 
 }  // namespace
 
-void AddEvaluateCommand(CLI::App& app, Invocation* invocation) {
-  auto* command =
-      app.add_subcommand("evaluate", "Judge a LegOpt solution file: per method successes, mean cost, mean time");
+void AddEvaluateCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command =
+      program.AddCommand("evaluate", "Judge a LegOpt solution file: per method successes, mean cost, mean time");
   const auto options = std::make_shared<Options>();
-  command->add_option("FILE", options->file, "LegOpt solution JSON")->required();
-  AddDatasetOption(*command, &options->dataset);
+  command.AddOption("FILE", options->file, "LegOpt solution JSON").Required();
+  AddDatasetOption(command, &options->dataset);
   command
-      ->add_option("--definitions", options->definitions,
-                   "Whose problem definitions count: file (default), as in the original evaluator, or dataset")
-      ->check(programs::OneOf({"file", "dataset"}));
-  AddRuleOption(*command, &options->rule);
-  AddTableFormatOption(*command, &options->format);
-  AddTimeUnitOption(*command, &options->time_unit);
-  AddOutputOptions(*command, &options->output);
-  command->callback([=] { invocation->body = [options] { return Evaluate(*options); }; });
+      .AddOption("--definitions", options->definitions,
+                 "Whose problem definitions count: file (default), as in the original evaluator, or dataset")
+      .Check(programs::OneOf({"file", "dataset"}));
+  AddRuleOption(command, &options->rule);
+  AddTableFormatOption(command, &options->format);
+  AddTimeUnitOption(command, &options->time_unit);
+  AddOutputOptions(command, &options->output);
+  command.WhenChosen([=] { invocation->body = [options] { return Evaluate(*options); }; });
 }
 
 }  // namespace legopt::client

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
@@ -8,6 +7,7 @@
 #include "client/report/exported_solutions.h"
 #include "client/suite/chosen_files.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -81,24 +81,24 @@ ExitCode Export(const Options& options) {
 
 }  // namespace
 
-void AddExportCommand(CLI::App& app, Invocation* invocation) {
-  auto* command =
-      app.add_subcommand("export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges");
+void AddExportCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command =
+      program.AddCommand("export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment (default: the newest)")->check(programs::WholeNumber(1));
+  command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(programs::WholeNumber(1));
   command
-      ->add_option("--out", options->out,
-                   "File to write, - for standard output; with both tasks, -posture and -motion are added to its name")
-      ->required();
-  AddMethodFilterOptions(*command, &options->methods);
-  command->add_option("--initialization", options->initialization, "Only this one: good or in_collision")
-      ->check(programs::OneOf({"good", "in_collision"}));
-  command->add_option("--task", options->task, "Only this task: posture or motion")
-      ->check(programs::OneOf({"posture", "motion"}));
-  command->add_option("--dataset", options->dataset,
-                      "Dataset folder, for the problem definitions (default: the embedded garage-easier)");
-  AddSourceOptions(*command, &options->source);
-  command->callback([=] { invocation->body = [options] { return Export(*options); }; });
+      .AddOption("--out", options->out,
+                 "File to write, - for standard output; with both tasks, -posture and -motion are added to its name")
+      .Required();
+  AddMethodFilterOptions(command, &options->methods);
+  command.AddOption("--initialization", options->initialization, "Only this one: good or in_collision")
+      .Check(programs::OneOf({"good", "in_collision"}));
+  command.AddOption("--task", options->task, "Only this task: posture or motion")
+      .Check(programs::OneOf({"posture", "motion"}));
+  command.AddOption("--dataset", options->dataset,
+                    "Dataset folder, for the problem definitions (default: the embedded garage-easier)");
+  AddSourceOptions(command, &options->source);
+  command.WhenChosen([=] { invocation->body = [options] { return Export(*options); }; });
 }
 
 }  // namespace legopt::client

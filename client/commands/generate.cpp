@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <functional>
@@ -21,6 +20,7 @@
 #include "legopt/generate/source_check.h"
 #include "legopt/input_error.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/data_folder.h"
 
 namespace legopt::client {
@@ -34,24 +34,24 @@ struct ScenarioFlags {
   bool no_pictures = false;
 };
 
-void AddSeedFlag(CLI::App& app, ScenarioFlags* flags) {
-  app.add_option("--seed", flags->seed, "All random draws follow from it")
-      ->capture_default_str()
-      ->check(programs::WholeNumber(0));  // it would wrap around
+void AddSeedFlag(const programs::Command& command, ScenarioFlags* flags) {
+  command.AddOption("--seed", flags->seed, "All random draws follow from it")
+      .ShowDefault()
+      .Check(programs::WholeNumber(0));  // it would wrap around
 }
 
-void AddScenarioFlags(CLI::App& app, ScenarioFlags* flags) {
-  app.add_option("--kind", flags->kind, "garage or house")->capture_default_str();
-  app.add_option("--level", flags->level, "easier, easy, intermediate or hard")->capture_default_str();
-  AddSeedFlag(app, flags);
-  app.add_option("--out", flags->out, "Folder to make; it must not exist")->required();
-  app.add_flag("--no-pictures", flags->no_pictures, "Leave the PNG files out");
+void AddScenarioFlags(const programs::Command& command, ScenarioFlags* flags) {
+  command.AddOption("--kind", flags->kind, "garage or house").ShowDefault();
+  command.AddOption("--level", flags->level, "easier, easy, intermediate or hard").ShowDefault();
+  AddSeedFlag(command, flags);
+  command.AddOption("--out", flags->out, "Folder to make; it must not exist").Required();
+  command.AddFlag("--no-pictures", flags->no_pictures, "Leave the PNG files out");
 }
 
-ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
-  ScenarioOptions options;
-  options.kind = ParseBuildingKind(flags.kind);
-  options.level = ParseScenarioLevel(flags.level);
+generate::ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
+  generate::ScenarioOptions options;
+  options.kind = generate::ParseBuildingKind(flags.kind);
+  options.level = generate::ParseScenarioLevel(flags.level);
   options.seed = flags.seed;
   return options;
 }
@@ -59,7 +59,7 @@ ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
 /// Makes `out` by `make` in a folder of its own, which is kept after an interruption, and after a refusal when stances
 /// were proven there, as the same command then goes on with them.
 void MakeFolder(const std::filesystem::path& out, const std::string& identity,
-                const std::function<void(const std::filesystem::path&, const BuildProgress&)>& make) {
+                const std::function<void(const std::filesystem::path&, const generate::BuildProgress&)>& make) {
   NewFolder folder(out, identity);
   const InterruptGuard guard;
   GenerationProgress progress;
@@ -74,7 +74,7 @@ void MakeFolder(const std::filesystem::path& out, const std::string& identity,
                                                   folder.path().string() + "; to begin anew, remove it");
   } catch (const InputError& error) {
     progress.Break();
-    if (!std::filesystem::exists(folder.path() / kStancesFileName)) {
+    if (!std::filesystem::exists(folder.path() / generate::kStancesFileName)) {
       folder.Discard();
       throw;
     }
@@ -89,14 +89,15 @@ void MakeFolder(const std::filesystem::path& out, const std::string& identity,
 }
 
 ExitCode GenerateScenario(const ScenarioFlags& flags) {
-  const ScenarioOptions options = OptionsOf(flags);
+  const generate::ScenarioOptions options = OptionsOf(flags);
   const std::string identity = "scenario " + flags.kind + " " + flags.level + " " + std::to_string(flags.seed) + "\n";
-  Scenario scenario;
-  MakeFolder(flags.out, identity, [&](const std::filesystem::path& folder, const BuildProgress& progress) {
-    scenario = MakeScenario(options, [&](double done, double total) { progress("collapse", done, total, "s"); });
-    WriteScenario(scenario, folder, !flags.no_pictures);
+  generate::Scenario scenario;
+  MakeFolder(flags.out, identity, [&](const std::filesystem::path& folder, const generate::BuildProgress& progress) {
+    scenario =
+        generate::MakeScenario(options, [&](double done, double total) { progress("collapse", done, total, "s"); });
+    generate::WriteScenario(scenario, folder, !flags.no_pictures);
   });
-  std::cout << JsonText(DescribeScenario(scenario)) << "\n";
+  std::cout << JsonText(generate::DescribeScenario(scenario)) << "\n";
   return ExitCode::kOk;
 }
 
@@ -105,45 +106,46 @@ struct DatasetFlags {
   std::optional<std::string> robot;
   std::optional<std::string> from;
   std::string name;
-  DatasetOptions options;
+  generate::DatasetOptions options;
 };
 
 /// What decides which stances there are.
-CLI::Option* AddStanceFlags(CLI::App& app, DatasetFlags* flags) {
-  DatasetOptions& options = flags->options;
-  app.add_option("--name", flags->name, "Name of the dataset (default: that of the folder)");
-  app.add_option("--radius", options.radius_m, "Largest distance of the feet, m (default: by the robot's size)");
-  app.add_option("--slope", options.slope_rad, "Steepest ground, rad (default: 0.45)");
+programs::Option AddStanceFlags(const programs::Command& command, DatasetFlags* flags) {
+  generate::DatasetOptions& options = flags->options;
+  command.AddOption("--name", flags->name, "Name of the dataset (default: that of the folder)");
+  command.AddOption("--radius", options.radius_m, "Largest distance of the feet, m (default: by the robot's size)");
+  command.AddOption("--slope", options.slope_rad, "Steepest ground, rad (default: 0.45)");
   options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  app.add_option("--threads", options.threads, "The result does not depend on it (default: all cores)");
-  return app.add_option("--stances", options.stances, "Stances sampled")->capture_default_str();
+  command.AddOption("--threads", options.threads, "The result does not depend on it (default: all cores)");
+  return command.AddOption("--stances", options.stances, "Stances sampled").ShowDefault();
 }
 
-void AddInstanceFlags(CLI::App& app, DatasetFlags* flags) {
-  DatasetOptions& options = flags->options;
-  CLI::Option* stances = AddStanceFlags(app, flags);
-  app.add_option("--proven", options.proven,
+void AddInstanceFlags(const programs::Command& command, DatasetFlags* flags) {
+  generate::DatasetOptions& options = flags->options;
+  programs::Option stances = AddStanceFlags(command, flags);
+  command
+      .AddOption("--proven", options.proven,
                  "Solution file: its stances that have a posture, instead of sampling and proving some here")
-      ->excludes(stances);
-  app.add_option("--same-floor", options.same_floor, "Motion problems on one floor")->capture_default_str();
-  app.add_option("--different-floors", options.different_floors, "Motion problems between floors")
-      ->capture_default_str();
-  app.add_option("--postures", options.postures, "Posture problems")->capture_default_str();
+      .Excludes(stances);
+  command.AddOption("--same-floor", options.same_floor, "Motion problems on one floor").ShowDefault();
+  command.AddOption("--different-floors", options.different_floors, "Motion problems between floors").ShowDefault();
+  command.AddOption("--postures", options.postures, "Posture problems").ShowDefault();
 }
 
 /// Adds what is the same for all datasets: where robot and scene come from.
-void AddSourceFlags(CLI::App& app, DatasetFlags* flags) {
-  app.add_option("--from", flags->from, "Dataset folder with the robot and the scene; its problems are not used")
-      ->required();
-  AddSeedFlag(app, &flags->scenario);
-  app.add_option("--out", flags->scenario.out, "Folder to make; it must not exist")->required();
+void AddSourceFlags(const programs::Command& command, DatasetFlags* flags) {
+  command.AddOption("--from", flags->from, "Dataset folder with the robot and the scene; its problems are not used")
+      .Required();
+  AddSeedFlag(command, &flags->scenario);
+  command.AddOption("--out", flags->scenario.out, "Folder to make; it must not exist").Required();
 }
 
-using Build = DatasetReport (*)(const DatasetOptions&, const std::filesystem::path&, const BuildProgress&);
+using Build = generate::DatasetReport (*)(const generate::DatasetOptions&, const std::filesystem::path&,
+                                          const generate::BuildProgress&);
 
 /// Makes the folder by `build`, and says what was asked for as its identity.
-DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Build build) {
-  DatasetOptions options = flags.options;
+generate::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Build build) {
+  generate::DatasetOptions options = flags.options;
   const std::filesystem::path out = std::filesystem::path(flags.scenario.out).lexically_normal();
   options.name = !flags.name.empty() ? flags.name : (out.has_filename() ? out : out.parent_path()).filename().string();
   options.seed = flags.scenario.seed;
@@ -156,10 +158,10 @@ DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Bu
   }
   options.Validate();
   const auto source = Dataset::Load(options.robot_folder);
-  CheckSource(source, options.ProbeFor(*source), !options.scenario);
+  generate::CheckSource(source, options.ProbeFor(*source), !options.scenario);
   const std::string identity = what + options.StancesIdentity() + ", from " + source->content_hash() + "\n";
-  DatasetReport report;
-  MakeFolder(out, identity, [&](const std::filesystem::path& folder, const BuildProgress& progress) {
+  generate::DatasetReport report;
+  MakeFolder(out, identity, [&](const std::filesystem::path& folder, const generate::BuildProgress& progress) {
     report = build(options, folder, progress);
   });
   if (!report.tally.empty()) std::cout << "stances: " << report.tally << "\n";
@@ -167,10 +169,11 @@ DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Bu
 }
 
 ExitCode MakeDataset(const DatasetFlags& flags) {
-  const DatasetReport report = BuildFolder(flags, "", BuildDataset);
-  for (const HistogramRow& row : report.histograms) {
+  const generate::DatasetReport report = BuildFolder(flags, "", generate::BuildDataset);
+  for (const generate::HistogramRow& row : report.histograms) {
     std::cout << row.heading << "\n\n";
-    for (const Histogram& histogram : row.histograms) std::cout << FormatHistogram(histogram) << "\n";
+    for (const generate::Histogram& histogram : row.histograms)
+      std::cout << generate::FormatHistogram(histogram) << "\n";
   }
   std::cout << "plans: " << report.pairs_tried << " pairs tried, at most " << report.largest_motion
             << " stances per motion\ndataset " << report.content_hash << "\n";
@@ -178,45 +181,46 @@ ExitCode MakeDataset(const DatasetFlags& flags) {
 }
 
 ExitCode MakeCandidates(const DatasetFlags& flags) {
-  const DatasetReport report = BuildFolder(flags, "candidates, ", BuildCandidates);
+  const generate::DatasetReport report = BuildFolder(flags, "candidates, ", generate::BuildCandidates);
   std::cout << "dataset " << report.content_hash << "\n";
   return ExitCode::kOk;
 }
 
 }  // namespace
 
-void AddGenerateCommand(CLI::App& app, Invocation* invocation) {
-  auto* generate = app.add_subcommand("generate", "Make destruction scenarios and benchmark instances from a seed");
-  generate->require_subcommand(1);
-  generate->fallthrough();
+void AddGenerateCommand(const programs::Command& program, Invocation* invocation) {
+  const auto generate =
+      program.AddCommand("generate", "Make destruction scenarios and benchmark instances from a seed");
+  generate.RequireCommand();
+  generate.LetOptionsFollowCommands();
 
-  auto* scenario = generate->add_subcommand("scenario", "A damaged building: mesh, manifest and pictures");
+  const auto scenario = generate.AddCommand("scenario", "A damaged building: mesh, manifest and pictures");
   const auto flags = std::make_shared<ScenarioFlags>();
-  AddScenarioFlags(*scenario, flags.get());
-  scenario->callback([=] { invocation->body = [flags] { return GenerateScenario(*flags); }; });
+  AddScenarioFlags(scenario, flags.get());
+  scenario.WhenChosen([=] { invocation->body = [flags] { return GenerateScenario(*flags); }; });
 
-  auto* dataset =
-      generate->add_subcommand("dataset", "Scenario, stances, footstep plans and problems: a whole dataset");
+  const auto dataset =
+      generate.AddCommand("dataset", "generate::Scenario, stances, footstep plans and problems: a whole dataset");
   const auto dataset_flags = std::make_shared<DatasetFlags>();
-  AddScenarioFlags(*dataset, &dataset_flags->scenario);
-  dataset->add_option("--robot", dataset_flags->robot,
-                      "Dataset folder whose robot is used (default: the embedded one's)");
-  AddInstanceFlags(*dataset, dataset_flags.get());
-  dataset->callback([=] { invocation->body = [dataset_flags] { return MakeDataset(*dataset_flags); }; });
+  AddScenarioFlags(dataset, &dataset_flags->scenario);
+  dataset.AddOption("--robot", dataset_flags->robot,
+                    "Dataset folder whose robot is used (default: the embedded one's)");
+  AddInstanceFlags(dataset, dataset_flags.get());
+  dataset.WhenChosen([=] { invocation->body = [dataset_flags] { return MakeDataset(*dataset_flags); }; });
 
-  auto* problems =
-      generate->add_subcommand("problems", "Stances, footstep plans and problems for a robot and scene of yours");
+  const auto problems =
+      generate.AddCommand("problems", "Stances, footstep plans and problems for a robot and scene of yours");
   const auto problem_flags = std::make_shared<DatasetFlags>();
-  AddSourceFlags(*problems, problem_flags.get());
-  AddInstanceFlags(*problems, problem_flags.get());
-  problems->callback([=] { invocation->body = [problem_flags] { return MakeDataset(*problem_flags); }; });
+  AddSourceFlags(problems, problem_flags.get());
+  AddInstanceFlags(problems, problem_flags.get());
+  problems.WhenChosen([=] { invocation->body = [problem_flags] { return MakeDataset(*problem_flags); }; });
 
-  auto* candidates = generate->add_subcommand(
+  const auto candidates = generate.AddCommand(
       "candidates", "Stances whose feasibility nobody has checked yet, as posture problems for the worker pool");
   const auto candidate_flags = std::make_shared<DatasetFlags>();
-  AddSourceFlags(*candidates, candidate_flags.get());
-  AddStanceFlags(*candidates, candidate_flags.get());
-  candidates->callback([=] { invocation->body = [candidate_flags] { return MakeCandidates(*candidate_flags); }; });
+  AddSourceFlags(candidates, candidate_flags.get());
+  AddStanceFlags(candidates, candidate_flags.get());
+  candidates.WhenChosen([=] { invocation->body = [candidate_flags] { return MakeCandidates(*candidate_flags); }; });
 }
 
 }  // namespace legopt::client

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <iostream>
@@ -13,6 +12,7 @@
 #include "legopt/evaluate/judge.h"
 #include "legopt/nearest_name.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -123,25 +123,25 @@ ExitCode List(const Options& options) {
 
 }  // namespace
 
-void AddListCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand("list", "List the jobs of an experiment");
+void AddListCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("list", "List the jobs of an experiment");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment (default: the newest)")->check(programs::WholeNumber(1));
-  command->add_option("--state", options->state, "queued, leased, done, failed, dead or cancelled")
-      ->check(programs::OneOf({"queued", "leased", "done", "failed", "dead", "cancelled"}));
-  AddMethodFilterOptions(*command, &options->methods);
-  command->add_option("--task", options->task, "posture or motion")->check(programs::OneOf({"posture", "motion"}));
-  command->add_option("--initialization", options->initialization, "good or in_collision")
-      ->check(programs::OneOf({"good", "in_collision"}));
-  command->add_option("--problem", options->problem, "Only this problem");
-  command->add_option("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose")
-      ->check(FaultOfVerdict);
-  command->add_flag("--unsolved", options->unsolved, "Only jobs that ended without success");
-  command->add_option("--limit", options->limit, "Most jobs to list (default 1000)")
-      ->check(programs::WholeNumber(1, ResultSource::kAllRows));
-  AddListingOptions(*command, &options->listing);
-  AddSourceOptions(*command, &options->source);
-  command->callback([=] { invocation->body = [options] { return List(*options); }; });
+  command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(programs::WholeNumber(1));
+  command.AddOption("--state", options->state, "queued, leased, done, failed, dead or cancelled")
+      .Check(programs::OneOf({"queued", "leased", "done", "failed", "dead", "cancelled"}));
+  AddMethodFilterOptions(command, &options->methods);
+  command.AddOption("--task", options->task, "posture or motion").Check(programs::OneOf({"posture", "motion"}));
+  command.AddOption("--initialization", options->initialization, "good or in_collision")
+      .Check(programs::OneOf({"good", "in_collision"}));
+  command.AddOption("--problem", options->problem, "Only this problem");
+  command.AddOption("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose")
+      .Check({FaultOfVerdict, ""});
+  command.AddFlag("--unsolved", options->unsolved, "Only jobs that ended without success");
+  command.AddOption("--limit", options->limit, "Most jobs to list (default 1000)")
+      .Check(programs::WholeNumber(1, ResultSource::kAllRows));
+  AddListingOptions(command, &options->listing);
+  AddSourceOptions(command, &options->source);
+  command.WhenChosen([=] { invocation->body = [options] { return List(*options); }; });
 }
 
 }  // namespace legopt::client

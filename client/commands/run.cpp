@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <ctime>
@@ -14,6 +13,7 @@
 #include "client/service/interrupt.h"
 #include "client/service/local_pool.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/data_folder.h"
 #include "programs/granted_processors.h"
 #include "programs/printable.h"
@@ -205,26 +205,25 @@ void SettleWorkers(Options& options) {
 
 }  // namespace
 
-void AddRunCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand(
+void AddRunCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand(
       "run", "Run an experiment on this machine: server, workers, progress and table in one command");
   const auto options = std::make_shared<Options>();
-  AddSuiteOptions(*command, &options->suite);
-  command->add_option(
+  AddSuiteOptions(command, &options->suite);
+  command.AddOption(
       "--db", options->db,
       "Database file (default: made from suite and time). An unfinished experiment of the same content in "
       "it is continued");
   command
-      ->add_option("--workers", options->workers,
-                   "Jobs at the same time (default: the processors granted to this process)")
-      ->check(programs::WholeNumber(1, kMaxWorkers));
-  command->add_flag("--dry-run", options->dry_run, "Check everything and print counts, but start nothing");
-  AddTableFormatOption(*command, &options->format);
-  AddRuleOption(*command, &options->rule);
-  command->add_option("--port", options->network.port, "Control port (default: a free pair of ports)")
-      ->group("Network");
-  command->add_option("--group", options->network.group, "Multicast group")->group("Network");
-  command->callback([=] {
+      .AddOption("--workers", options->workers,
+                 "Jobs at the same time (default: the processors granted to this process)")
+      .Check(programs::WholeNumber(1, kMaxWorkers));
+  command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but start nothing");
+  AddTableFormatOption(command, &options->format);
+  AddRuleOption(command, &options->rule);
+  command.AddOption("--port", options->network.port, "Control port (default: a free pair of ports)").Group("Network");
+  command.AddOption("--group", options->network.group, "Multicast group").Group("Network");
+  command.WhenChosen([=] {
     SettleWorkers(*options);
     invocation->body = [options, invocation] { return Run(*options, invocation->verbose); };
   });

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
@@ -9,6 +8,7 @@
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
 #include "client/suite/experiment_spec.h"
+#include "programs/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -82,17 +82,16 @@ ExitCode Submit(const Options& options) {
 
 }  // namespace
 
-void AddSubmitCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand("submit", "Submit an experiment to the server; prints its id");
+void AddSubmitCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("submit", "Submit an experiment to the server; prints its id");
   const auto options = std::make_shared<Options>();
-  AddSuiteOptions(*command, &options->suite);
-  command->add_flag("--dry-run", options->dry_run, "Check everything and print counts, but submit nothing");
-  command->add_flag("--wait", options->wait,
-                    "Show progress until the experiment is over; its end decides the exit code");
-  AddPatienceOption(*command, &options->patience_s);
-  AddTextOrJsonOption(*command, &options->json);
-  AddNetworkOptions(*command, &options->network);
-  command->callback([=] { invocation->body = [options] { return Submit(*options); }; });
+  AddSuiteOptions(command, &options->suite);
+  command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but submit nothing");
+  command.AddFlag("--wait", options->wait, "Show progress until the experiment is over; its end decides the exit code");
+  AddPatienceOption(command, &options->patience_s);
+  AddTextOrJsonOption(command, &options->json);
+  AddNetworkOptions(command, &options->network);
+  command.WhenChosen([=] { invocation->body = [options] { return Submit(*options); }; });
 }
 
 }  // namespace legopt::client

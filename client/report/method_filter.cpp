@@ -1,6 +1,5 @@
 #include "client/report/method_filter.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
 #include <set>
@@ -8,6 +7,7 @@
 #include "client/client_error.h"
 #include "legopt/nearest_name.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -32,15 +32,15 @@ std::optional<std::string> TextOf(const std::optional<std::int64_t>& number) {
 
 }  // namespace
 
-void AddMethodFilterOptions(CLI::App& command, MethodFilter* filter) {
+void AddMethodFilterOptions(const programs::Command& command, MethodFilter* filter) {
   constexpr std::int64_t kMost = 1'000'000;
-  command.add_option("--method", filter->method, "Only methods of this name");
-  command.add_option("--multi-starts", filter->multi_starts, "Only methods with this number of restarts")
-      ->check(programs::WholeNumber(0, kMost));
-  command.add_option("--sample-size", filter->sample_size, "Only methods with this sample size, in percent")
-      ->check(programs::WholeNumber(1, 100));
-  command.add_option("--collision", filter->collision, "Only methods with this model: solid or surface")
-      ->check(programs::OneOf({"solid", "surface"}));
+  command.AddOption("--method", filter->method, "Only methods of this name");
+  command.AddOption("--multi-starts", filter->multi_starts, "Only methods with this number of restarts")
+      .Check(programs::WholeNumber(0, kMost));
+  command.AddOption("--sample-size", filter->sample_size, "Only methods with this sample size, in percent")
+      .Check(programs::WholeNumber(1, 100));
+  command.AddOption("--collision", filter->collision, "Only methods with this model: solid or surface")
+      .Check(programs::OneOf({"solid", "surface"}));
 }
 
 ExperimentMethods::ExperimentMethods(ResultSource& source, std::int64_t experiment_id)

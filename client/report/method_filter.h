@@ -6,10 +6,7 @@
 #include <vector>
 
 #include "client/report/result_source.h"
-
-namespace CLI {
-class App;
-}
+#include "programs/command_line.h"
 
 namespace legopt::client {
 
@@ -22,7 +19,7 @@ struct MethodFilter {
 };
 
 /// --method, --multi-starts, --sample-size, --collision. `filter` must outlive the parse.
-void AddMethodFilterOptions(CLI::App& command, MethodFilter* filter);
+void AddMethodFilterOptions(const programs::Command& command, MethodFilter* filter);
 
 /// The methods of one experiment, and what tells them apart.
 class ExperimentMethods {
