@@ -6,10 +6,6 @@
 
 namespace legopt {
 
-std::string_view ToString(SceneRepresentation representation) {
-  return representation == SceneRepresentation::kSolid ? "solid" : "surface";
-}
-
 SceneRepresentation ParseSceneRepresentation(std::string_view text, std::string_view file_for_errors) {
   if (text == "solid") return SceneRepresentation::kSolid;
   if (text == "surface") return SceneRepresentation::kSurface;

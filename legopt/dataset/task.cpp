@@ -1,35 +1,13 @@
 #include "legopt/dataset/task.h"
 
-#include <string>
-
-#include "legopt/input_error.h"
+#include "legopt/word_input.h"
 
 namespace legopt {
 
-std::string_view ToString(Task task) { return task == Task::kPosture ? "posture" : "motion"; }
-
-std::string_view ToString(Initialization initialization) {
-  return initialization == Initialization::kGood ? "good" : "in_collision";
-}
-
-Task ParseTask(std::string_view text, std::string_view file_for_errors) {
-  if (text == "posture") return Task::kPosture;
-  if (text == "motion") return Task::kMotion;
-  throw InputError({.file = std::string(file_for_errors),
-                    .field = "task",
-                    .value = std::string(text),
-                    .message = "unknown task",
-                    .fix = "use 'posture' or 'motion'"});
-}
+Task ParseTask(std::string_view text, std::string_view file_for_errors) { return ReadTask(text, file_for_errors); }
 
 Initialization ParseInitialization(std::string_view text, std::string_view file_for_errors) {
-  if (text == "good") return Initialization::kGood;
-  if (text == "in_collision" || text == "in-collision") return Initialization::kInCollision;
-  throw InputError({.file = std::string(file_for_errors),
-                    .field = "initialization",
-                    .value = std::string(text),
-                    .message = "unknown initialisation",
-                    .fix = "use 'good' or 'in_collision'"});
+  return ReadInitialization(text, file_for_errors);
 }
 
 }  // namespace legopt

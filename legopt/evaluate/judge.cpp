@@ -81,12 +81,6 @@ std::string DescribePoseError(const std::string& link, const PoseError& error) {
 
 }  // namespace
 
-std::string_view ToString(Verdict verdict) {
-  const auto found = std::find_if(kVerdictNames.begin(), kVerdictNames.end(),
-                                  [verdict](const auto& entry) { return entry.first == verdict; });
-  return found->second;
-}
-
 Verdict ParseVerdict(std::string_view text) {
   std::string known;
   for (const auto& [verdict, name] : kVerdictNames) {

@@ -11,25 +11,10 @@
 #include "legopt/dataset/stance.h"
 #include "legopt/dataset/task.h"
 #include "legopt/evaluate/interpolation.h"
+#include "words/result.h"
 
 namespace legopt {
 
-/// Why a solution fails, or that it does not. In the order in which the benchmark checks one waypoint.
-enum class Verdict {
-  kSuccess,
-  kWrongWaypointCount,
-  kWrongSize,
-  kNotFinite,
-  kFootPose,
-  kCom,
-  kJointLimit,
-  kEnvironmentCollision,
-  kSelfCollision,
-};
-
-/// "success", "wrong_waypoint_count", "wrong_size", "not_finite", "foot_pose", "com", "joint_limit",
-/// "environment_collision", "self_collision".
-std::string_view ToString(Verdict verdict);
 /// Inverse; throws InputError listing the words.
 Verdict ParseVerdict(std::string_view text);
 

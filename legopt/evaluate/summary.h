@@ -17,9 +17,6 @@ struct JudgedSolution {
   bool other_definition = false;  ///< judged by a definition that is not the dataset's
 };
 
-/// Which of the judge's two verdicts counts.
-enum class Rule { kLiteral, kStrict };
-
 /// One row of a benchmark table (docs/readings.md#table-rows-and-times).
 struct MethodSummary {
   std::string method;

@@ -11,26 +11,6 @@
 
 namespace legopt {
 
-std::string_view ToString(SolveStatus status) {
-  switch (status) {
-    case SolveStatus::kNotRun:
-      return "not_run";
-    case SolveStatus::kConvergedFeasible:
-      return "converged_feasible";
-    case SolveStatus::kConvergedInfeasible:
-      return "converged_infeasible";
-    case SolveStatus::kIterationLimit:
-      return "iteration_limit";
-    case SolveStatus::kTimeLimit:
-      return "time_limit";
-    case SolveStatus::kNumericalFailure:
-      return "numerical_failure";
-    case SolveStatus::kCancelled:
-      return "cancelled";
-  }
-  return "not_run";
-}
-
 namespace {
 
 using nlohmann::json;

@@ -3,25 +3,11 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "words/result.h"
+
 namespace legopt {
-
-/// How a solve ended, by the solver's own word. Success is only what the judge says.
-enum class SolveStatus {
-  kNotRun,
-  kConvergedFeasible,    ///< converged, all constraints within the solver's tolerance
-  kConvergedInfeasible,  ///< no progress possible at the largest penalty, constraints violated ("stuck")
-  kIterationLimit,
-  kTimeLimit,
-  kNumericalFailure,  ///< non-finite values at the start, or no subproblem could be solved
-  kCancelled,
-};
-
-/// "not_run", "converged_feasible", "converged_infeasible", "iteration_limit", "time_limit", "numerical_failure",
-/// "cancelled".
-std::string_view ToString(SolveStatus status);
 
 /// One trial step of an optimiser. Of the records of one solve the last accepted one is the returned point; when none
 /// is accepted, the start is returned.

@@ -8,12 +8,9 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/program/program.h"
 #include "legopt/terms/waypoint_state.h"
+#include "words/collision.h"
 
 namespace legopt {
-
-/// What collision between consecutive waypoints is to a program. The paper has it in the solver although the task does
-/// not require it (paper, section V): a preference cannot make a window fail that the task's constraints allow.
-enum class ContinuousCollision { kNone, kPreferred, kRequired };
 
 /// How collision enters a program. Metres.
 struct ContactOptions {
