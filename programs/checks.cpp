@@ -32,6 +32,17 @@ std::string Got(const std::string& word) { return word.empty() ? " (got nothing)
 
 }  // namespace
 
+std::string Alternatives(const std::vector<std::string>& words) {
+  if (words.size() < 2) return Joined(words);
+  return Joined({words.begin(), words.end() - 1}) + " or " + words.back();
+}
+
+std::string Joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
 ValueCheck WholeNumber(std::int64_t low, std::int64_t high) {
   const bool bounded = high < std::numeric_limits<std::int64_t>::max();
   const std::string range =
@@ -54,8 +65,7 @@ ValueCheck Number(double low, double high) {
 }
 
 ValueCheck OneOf(std::vector<std::string> words) {
-  std::string list;
-  for (const auto& word : words) list += (list.empty() ? "" : ", ") + word;
+  const std::string list = Joined(words);
   const auto check = [words = std::move(words)](const std::string& word) {
     for (const auto& known : words) {
       if (known == word) return std::string();

@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "words/words.h"
@@ -33,5 +34,18 @@ std::vector<std::string> WordsOf() {
   for (const Word<Enum>& row : kWords<Enum>) words.emplace_back(row.word);
   return words;
 }
+
+/// Likewise, each with its value, for Command::AddChoice.
+template <Worded Enum>
+std::vector<std::pair<std::string, Enum>> WordChoicesOf() {
+  std::vector<std::pair<std::string, Enum>> choices;
+  for (const Word<Enum>& row : kWords<Enum>) choices.emplace_back(row.word, row.value);
+  return choices;
+}
+
+/// "a, b or c".
+std::string Alternatives(const std::vector<std::string>& words);
+/// "a, b, c".
+std::string Joined(const std::vector<std::string>& words);
 
 }  // namespace legopt::programs

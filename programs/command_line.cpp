@@ -73,6 +73,10 @@ template Option Command::AddOption<std::vector<std::filesystem::path>>(const std
                                                                        std::vector<std::filesystem::path>&,
                                                                        const std::string&) const;
 
+Option Command::AddOption(const std::string& name, const std::string& help) const {
+  return Option(app_->add_option(name, help));
+}
+
 Option Command::AddFlag(const std::string& name, bool& value, const std::string& help) const {
   return Option(app_->add_flag(name, value, help));
 }

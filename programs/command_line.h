@@ -56,6 +56,8 @@ class Command {
   /// instantiates it).
   template <class Value>
   Option AddOption(const std::string& name, Value& value, const std::string& help) const;
+  /// One whose value nobody wants.
+  Option AddOption(const std::string& name, const std::string& help) const;
   Option AddFlag(const std::string& name, bool& value, const std::string& help) const;
   /// `action` is called with the word that was typed, during the parse.
   Option AddAction(const std::string& name, std::function<void(const std::string&)> action,
@@ -65,9 +67,10 @@ class Command {
   template <class Choice>
   Option AddChoice(const std::string& name, Choice& value, const std::string& help,
                    std::vector<std::pair<std::string, Choice>> choices) const;
-  /// The word of an enumerator; the help lists all. `value` is an Enum, or a std::optional of one.
+  /// The word of an enumerator, which `check` lets pass. `value` is an Enum, or a std::optional of one.
   template <Worded Enum, class Value>
-  Option AddWord(const std::string& name, Value& value, const std::string& help) const;
+  Option AddWord(const std::string& name, Value& value, const std::string& help,
+                 ValueCheck check = OneOf(WordsOf<Enum>())) const;
 
   Command AddCommand(const std::string& name, const std::string& help) const;
   /// `action` is called at the end of a parse that chose this command.
@@ -118,11 +121,11 @@ Option Command::AddChoice(const std::string& name, Choice& value, const std::str
 }
 
 template <Worded Enum, class Value>
-Option Command::AddWord(const std::string& name, Value& value, const std::string& help) const {
+Option Command::AddWord(const std::string& name, Value& value, const std::string& help, ValueCheck check) const {
   const auto take = [&value](const std::string& word) {
     if (const auto parsed = ParseWord<Enum>(word)) value = *parsed;
   };
-  return AddAction(name, take, help).Check(OneOf(WordsOf<Enum>()));
+  return AddAction(name, take, help).Check(std::move(check));
 }
 
 }  // namespace legopt::programs

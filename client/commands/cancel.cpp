@@ -6,6 +6,7 @@
 #include "client/commands/options.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
+#include "words/reply.h"
 
 namespace legopt::client {
 namespace {
@@ -18,7 +19,7 @@ struct Options {
 ExitCode Cancel(const Options& options) {
   ServerConnection server(options.network);
   const auto reply = server.Cancel(options.experiment);
-  if (reply.status != 0) {
+  if (ControlStatus{reply.status} != ControlStatus::kOk) {
     throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(options.experiment) +
                                             " cannot be cancelled: " + reply.message + "; see 'legopt status'");
   }

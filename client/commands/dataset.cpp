@@ -104,12 +104,19 @@ std::string RenderInfo(const Listing& listing, const RobotModel& robot, ListingF
 ExitCode Info(const Options& options) {
   const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr));
   Listing listing;
-  listing.columns = {"name",          "folder",           "robot",           "dofs", "mass_kg",
-                     "scene_objects", "posture_problems", "motion_problems", "hash"};
-  listing.rows.push_back({dataset->name(), dataset->folder().string(), dataset->robot().name(),
-                          dataset->robot().num_dofs(), dataset->robot().total_mass(), dataset->scene().objects.size(),
-                          dataset->problems(Task::kPosture).size(), dataset->problems(Task::kMotion).size(),
-                          dataset->content_hash()});
+  auto& row = listing.rows.emplace_back();
+  const auto add = [&](const std::string& column, nlohmann::json cell) {
+    listing.columns.push_back(column);
+    row.push_back(std::move(cell));
+  };
+  add("name", dataset->name());
+  add("folder", dataset->folder().string());
+  add("robot", dataset->robot().name());
+  add("dofs", dataset->robot().num_dofs());
+  add("mass_kg", dataset->robot().total_mass());
+  add("scene_objects", dataset->scene().objects.size());
+  for (const auto& [task, word] : kWords<Task>) add(std::string(word) + "_problems", dataset->problems(task).size());
+  add("hash", dataset->content_hash());
   std::cout << RenderInfo(listing, dataset->robot(), options.format);
   return ExitCode::kOk;
 }

@@ -13,11 +13,10 @@
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/printable.h"
+#include "words/reply.h"
 
 namespace legopt::client {
 namespace {
-
-constexpr std::int8_t kDelete = 10;  // control_request.action, lcmtypes/control_request.lcm
 
 struct Options {
   std::int64_t experiment = 0;
@@ -62,9 +61,9 @@ ExitCode Delete(const Options& options) {
   }
   legopt_msg::control_request request{};
   request.experiment_id = options.experiment;
-  request.action = kDelete;
+  request.action = static_cast<std::int8_t>(ControlAction::kDelete);
   const auto reply = server.Control(request);
-  if (reply.status != 0) throw ClientError(ExitCode::kUsage, reply.message);
+  if (ControlStatus{reply.status} != ControlStatus::kOk) throw ClientError(ExitCode::kUsage, reply.message);
   std::cout << what << ": deleted\n";
   return ExitCode::kOk;
 }

@@ -17,8 +17,8 @@ namespace {
 struct Options {
   std::string file;
   std::optional<std::string> dataset;
-  std::string rule = "literal";
-  std::string definitions = "file";
+  Rule rule = Rule::kLiteral;
+  Definitions definitions = Definitions::kFile;
   TableFormat format = TableFormat::kText;
   TimeUnit time_unit = kMilliseconds;
   OutputOptions output;
@@ -27,8 +27,7 @@ struct Options {
 ExitCode Evaluate(const Options& options) {
   const SolutionFile file = ReadSolutions(options.file);
   Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr)));
-  const auto report = EvaluateSolutions(file, judge, options.rule == "strict" ? Rule::kStrict : Rule::kLiteral,
-                                        options.definitions == "dataset" ? Definitions::kDataset : Definitions::kFile);
+  const auto report = EvaluateSolutions(file, judge, options.rule, options.definitions);
   if (report.rows.empty()) {
     throw ClientError(ExitCode::kUsage, options.file + ": no problem has a 'solution'; is it a problem file?");
   }
@@ -51,10 +50,9 @@ void AddEvaluateCommand(const programs::Command& program, Invocation* invocation
   const auto options = std::make_shared<Options>();
   command.AddOption("FILE", options->file, "LegOpt solution JSON").Required();
   AddDatasetOption(command, &options->dataset);
-  command
-      .AddOption("--definitions", options->definitions,
-                 "Whose problem definitions count: file (default), as in the original evaluator, or dataset")
-      .Check(programs::OneOf({"file", "dataset"}));
+  command.AddWord<Definitions>(
+      "--definitions", options->definitions,
+      "Whose problem definitions count: file (default), as in the original evaluator, or dataset");
   AddRuleOption(command, &options->rule);
   AddTableFormatOption(command, &options->format);
   AddTimeUnitOption(command, &options->time_unit);

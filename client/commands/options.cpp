@@ -81,11 +81,11 @@ void AddTableFormatOption(const programs::Command& command, TableFormat* format)
                                   {"json", TableFormat::kJson}});
 }
 
-void AddRuleOption(const programs::Command& command, std::string* rule) {
-  command.AddChoice<std::string>(
+void AddRuleOption(const programs::Command& command, Rule* rule) {
+  command.AddChoice<Rule>(
       "--rule", *rule,
       "Whose success counts: literal, as the original evaluator (default), or strict, every colliding pair",
-      {{"literal", "literal"}, {"strict", "strict"}});
+      programs::WordChoicesOf<Rule>());
 }
 
 void AddTextOrJsonOption(const programs::Command& command, bool* json) {
@@ -105,6 +105,7 @@ void AddDatasetOption(const programs::Command& command, std::optional<std::strin
 }
 
 void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
+  using programs::Joined, programs::WordsOf;
   command.AddOption("SUITE", options->suite, "Experiment file (YAML), or the name of an embedded suite, e.g. quick")
       .Required();
   AddDatasetOption(command, &options->dataset);
@@ -112,10 +113,12 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
   AddList(command, "--multi-starts", &options->filter.multi_starts, "Keep only methods with these numbers of restarts");
   AddList(command, "--sample-size", &options->filter.sample_sizes,
           "Keep only methods with these sample sizes, percent");
-  AddList(command, "--tasks", &options->filter.tasks, "Keep only these tasks: posture, motion");
+  AddList(command, "--tasks", &options->filter.tasks, "Keep only these tasks: " + Joined(WordsOf<Task>()));
   AddList(command, "--problems", &options->filter.problems, "Keep only these problems: ids and ranges, e.g. 0-9,12");
-  AddList(command, "--initializations", &options->filter.initializations, "Keep only these: good, in_collision");
-  AddList(command, "--collision", &options->filter.collision, "Keep only methods with these models: solid, surface");
+  AddList(command, "--initializations", &options->filter.initializations,
+          "Keep only these: " + Joined(WordsOf<Initialization>()));
+  AddList(command, "--collision", &options->filter.collision,
+          "Keep only methods with these models: " + Joined(WordsOf<SceneRepresentation>()));
   command.AddOption("--max-stances", options->filter.max_stances, "Leave longer motion problems out")
       .Check(programs::WholeNumber(2, 1'000'000));
   command.AddOption("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")

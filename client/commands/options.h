@@ -41,7 +41,7 @@ void AddTextOrJsonOption(const programs::Command& command, bool* json);
 /// --patience: for who waits for an experiment
 void AddPatienceOption(const programs::Command& command, double* patience_s);
 /// --rule literal|strict
-void AddRuleOption(const programs::Command& command, std::string* rule);
+void AddRuleOption(const programs::Command& command, Rule* rule);
 /// --dataset
 void AddDatasetOption(const programs::Command& command, std::optional<std::string>* dataset);
 

@@ -17,6 +17,7 @@
 #include "programs/data_folder.h"
 #include "programs/granted_processors.h"
 #include "programs/printable.h"
+#include "words/reply.h"
 
 namespace legopt::client {
 namespace {
@@ -24,7 +25,6 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr int kMaxWorkers = 1024;
-constexpr int kAlreadyKnown = 1;
 // A server of our own that was killed is back within a second or two.
 constexpr Seconds kServerPatience{60};
 constexpr milliseconds kCallTimeout{2000};
@@ -38,7 +38,7 @@ struct Options {
   int workers = 0;  // until settled
   std::string workers_reason;
   TableFormat format = TableFormat::kText;
-  std::string rule = "literal";
+  Rule rule = Rule::kLiteral;
 };
 
 // quick-20261121-103000.sqlite; a number is added when that exists.
@@ -60,7 +60,7 @@ void PrintStart(const Submission& submission, const legopt_msg::submit_reply& re
   std::cerr << "experiment " << reply.experiment_id << " in " << programs::Printable(db.string()) << ", dataset "
             << programs::Printable(submission.dataset_folder.string()) << "\n"
             << DescribeJobs(submission.spec) << "\n";
-  if (reply.status == kAlreadyKnown) {
+  if (SubmitStatus{reply.status} == SubmitStatus::kAlreadyKnown) {
     std::cerr << "this experiment is in the database already: going on where it stopped (--new makes another one)\n";
   }
 }
@@ -152,7 +152,7 @@ ExitCode Finish(const Options& options, const std::string& db, const std::filesy
               << programs::Printable(ShellWord(db)) << "\n";
     return ExitCode::kInterrupted;
   }
-  if (outcome.status.state == "cancelled") {
+  if (outcome.status.state == ExperimentState::kCancelled) {
     std::cerr << "\nlegopt: this experiment was cancelled; --new runs it anew\n";
   }
   if (const auto hint = FailureHint(outcome.status, source->flags()); !hint.empty()) {

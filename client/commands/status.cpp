@@ -27,8 +27,8 @@ Listing RunningListing(const std::vector<ExperimentStatus>& experiments) {
   listing.columns = {"experiment", "job", "task", "worker", "done", "total", "unit"};
   for (const auto& e : experiments) {
     for (const auto& job : e.running) {
-      listing.rows.push_back(
-          {e.id, job.job, job.task, job.worker, job.done, job.total, job.task == "motion" ? "windows" : "attempts"});
+      listing.rows.push_back({e.id, job.job, ToString(job.task), job.worker, job.done, job.total,
+                              DescriptionOf(job.task).windowed ? "windows" : "attempts"});
     }
   }
   return listing;

@@ -9,6 +9,7 @@
 #include "client/service/interrupt.h"
 #include "client/suite/experiment_spec.h"
 #include "programs/command_line.h"
+#include "words/reply.h"
 
 namespace legopt::client {
 namespace {
@@ -21,8 +22,6 @@ struct Options {
   double patience_s = WatchOptions::kDefaultPatience_s;
   bool json = false;
 };
-
-constexpr int kAlreadyKnown = 1;
 
 ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, Seconds patience) {
   const InterruptGuard guard;
@@ -62,16 +61,18 @@ ExitCode Submit(const Options& options) {
   }
   ServerConnection server(options.network);
   const auto reply = Send(server, submission);
+  const bool known = SubmitStatus{reply.status} == SubmitStatus::kAlreadyKnown;
   if (options.json) {
     std::cout << nlohmann::ordered_json{{"experiment_id", reply.experiment_id},
                                         {"jobs", reply.num_jobs},
-                                        {"created", reply.status != kAlreadyKnown}}
+                                        {"created", !known}}
               << std::endl;
   } else {
     std::cout << reply.experiment_id << std::endl;
   }
-  if (reply.status == kAlreadyKnown) {
-    const bool cancelled = ParseExperiments(server.Status(reply.experiment_id)).at(0).state == "cancelled";
+  if (known) {
+    const bool cancelled =
+        ParseExperiments(server.Status(reply.experiment_id)).at(0).state == ExperimentState::kCancelled;
     std::cerr << "legopt: this experiment was submitted before" << (cancelled ? " and cancelled" : "")
               << "; --new makes another one\n";
   } else {

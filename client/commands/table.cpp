@@ -3,6 +3,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/benchmark_table.h"
+#include "client/report/method_filter.h"
 #include "client/report/paper_table.h"
 #include "client/report/reading.h"
 #include "programs/checks.h"
@@ -50,8 +51,7 @@ void AddTableCommand(const programs::Command& program, Invocation* invocation) {
       .Check(programs::WholeNumber(1));
   AddTableFormatOption(command, &options->format);
   AddRuleOption(command, &options->selection.rule);
-  command.AddOption("--collision", options->selection.collision, "Only methods with this model: solid or surface")
-      .Check(programs::OneOf({"solid", "surface"}));
+  AddCollisionOption(command, &options->selection.collision);
   const auto paper = command.AddFlag("--paper", options->paper, "Show the paper's Table I beside it");
   command
       .AddFlag("--interpolation", options->interpolation,

@@ -30,6 +30,10 @@ std::optional<std::string> TextOf(const std::optional<std::int64_t>& number) {
   return number ? std::optional(std::to_string(*number)) : std::nullopt;
 }
 
+std::optional<std::string> TextOf(const std::optional<SceneRepresentation>& model) {
+  return model ? std::optional(std::string(ToString(*model))) : std::nullopt;
+}
+
 }  // namespace
 
 void AddMethodFilterOptions(const programs::Command& command, MethodFilter* filter) {
@@ -39,8 +43,13 @@ void AddMethodFilterOptions(const programs::Command& command, MethodFilter* filt
       .Check(programs::WholeNumber(0, kMost));
   command.AddOption("--sample-size", filter->sample_size, "Only methods with this sample size, in percent")
       .Check(programs::WholeNumber(1, 100));
-  command.AddOption("--collision", filter->collision, "Only methods with this model: solid or surface")
-      .Check(programs::OneOf({"solid", "surface"}));
+  AddCollisionOption(command, &filter->collision);
+}
+
+void AddCollisionOption(const programs::Command& command, std::optional<SceneRepresentation>* collision) {
+  using programs::Alternatives, programs::WordsOf;
+  command.AddWord<SceneRepresentation>("--collision", *collision,
+                                       "Only methods with this model: " + Alternatives(WordsOf<SceneRepresentation>()));
 }
 
 ExperimentMethods::ExperimentMethods(ResultSource& source, std::int64_t experiment_id)
@@ -57,7 +66,7 @@ std::string ExperimentMethods::Condition(const MethodFilter& filter) const {
   const Wanted wanted[] = {{"method", "--method", filter.method},
                            {"multi_starts", "--multi-starts", TextOf(filter.multi_starts)},
                            {"sample_size", "--sample-size", TextOf(filter.sample_size)},
-                           {"collision", "--collision", filter.collision}};
+                           {"collision", "--collision", TextOf(filter.collision)}};
   std::string so_far;
   for (const auto& [column, flag, value] : wanted) {
     if (!value) continue;

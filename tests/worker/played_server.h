@@ -101,7 +101,7 @@ class PlayedServer final : public ServerLink {
   // False for a result that is there already.
   bool Keep(const legopt_msg::result_request& result) {
     const bool is_given_back =
-        result.outcome == static_cast<int>(Outcome::kCancelled) && !verdicts.contains(result.job_id);
+        result.outcome == static_cast<int>(ReportedOutcome::kCancelled) && !verdicts.contains(result.job_id);
     if (!is_given_back) return results.emplace(result.job_id, result).second;
     legopt_msg::lease& lease = leases.at(result.job_id);
     if (lease.token != result.token) return false;

@@ -84,7 +84,7 @@ TEST(PoolEndTest, FirstSignalGivesBackWhatHasNotBegun) {
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
   EXPECT_EQ(results[0].key.job_id, 2);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled));
 }
 
 TEST(PoolEndTest, WhatIsLeasedAfterTheFirstSignalIsGivenBack) {
@@ -99,7 +99,7 @@ TEST(PoolEndTest, WhatIsLeasedAfterTheFirstSignalIsGivenBack) {
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
   EXPECT_EQ(results[0].key.job_id, 2);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled));
 }
 
 TEST(PoolEndTest, AWorkerThatLeavesWaitsASecondForWhatItAskedFor) {
@@ -133,7 +133,7 @@ TEST(PoolEndTest, SecondSignalKillsAndGivesBack) {
   EXPECT_TRUE(harness.Take<StartChild>().empty());
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled));
   harness.ReplyResult(results[0].key);
   EXPECT_EQ(harness.exit_code, ExitCode::kInterrupted);
 }
@@ -190,7 +190,7 @@ TEST(PoolDrainTest, WhatStillRunsAfterTheDrainIsKilledAndGivenBack) {
   harness.Exit(0, {SIGKILL, 0, "", 0});
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled));
   harness.ReplyResult(results[0].key);
   EXPECT_EQ(harness.exit_code, ExitCode::kOk) << "it left as it was told to";
   EXPECT_TRUE(harness.Take<StartChild>().empty());
@@ -205,7 +205,7 @@ TEST(PoolDrainTest, AJobThatEndsInTimeIsDelivered) {
   harness.FinishJob(jobs.at(0));
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kFinished));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kFinished));
   harness.ReplyResult(results[0].key);
   EXPECT_EQ(harness.exit_code, ExitCode::kOk);
 }
@@ -267,7 +267,7 @@ TEST(PoolDrainTest, AProcessEndedFromOutsideMeanwhileIsNoCrash) {
     harness.Exit(0, {signal, 0, "", 0});
     const auto results = harness.Take<CallResult>();
     ASSERT_EQ(results.size(), 1U);
-    EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled)) << SignalName(signal);
+    EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled)) << SignalName(signal);
     harness.ReplyResult(results[0].key);
     EXPECT_EQ(harness.exit_code, ExitCode::kOk);
   }
@@ -279,7 +279,7 @@ TEST(PoolDrainTest, ACrashOfTheJobsOwnMeanwhileIsACrash) {
     harness.StartJobs({SampleLease(1)});
     harness.pool.Stop(harness.now);
     harness.Exit(0, {signal, 0, "", 0});
-    EXPECT_EQ(harness.Take<CallResult>().at(0).request->outcome, static_cast<int>(Outcome::kCrashed));
+    EXPECT_EQ(harness.Take<CallResult>().at(0).request->outcome, static_cast<int>(ReportedOutcome::kCrashed));
   }
 }
 
@@ -287,7 +287,7 @@ TEST(PoolDrainTest, AKillFromOutsideOfAWorkerThatStaysIsACrash) {
   PoolHarness harness;
   harness.StartJobs({SampleLease(1)});
   harness.Exit(0, {SIGKILL, 0, "", 0});
-  EXPECT_EQ(harness.Take<CallResult>().at(0).request->outcome, static_cast<int>(Outcome::kCrashed));
+  EXPECT_EQ(harness.Take<CallResult>().at(0).request->outcome, static_cast<int>(ReportedOutcome::kCrashed));
 }
 
 // --- Idleness --------------------------------------------------------------------------------------------------------
@@ -363,7 +363,7 @@ TEST(PoolIdleTest, WhatIsLeasedToAWorkerThatLeavesIsGivenBack) {
   harness.ReplyLease({SampleLease(1)});
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled));
   harness.ReplyResult(results[0].key);
   EXPECT_EQ(harness.exit_code, ExitCode::kOk);
 }

@@ -128,7 +128,7 @@ class PoolHarness {
   }
 
   void FinishJob(const AssignJob& job) {
-    pool.OnChildResult(now, job.slot, job.sequence, ResultWithoutSolution(Outcome::kFinished, "done"));
+    pool.OnChildResult(now, job.slot, job.sequence, ResultWithoutSolution(ReportedOutcome::kFinished, "done"));
     Collect();
   }
 

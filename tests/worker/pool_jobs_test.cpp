@@ -30,7 +30,7 @@ class PoolJobTest : public testing::Test {
 };
 
 TEST_F(PoolJobTest, AResultCarriesTheIdentityOfTheLeaseWhateverTheProcessSays) {
-  legopt_msg::result_request result = ResultWithoutSolution(Outcome::kFinished, "");
+  legopt_msg::result_request result = ResultWithoutSolution(ReportedOutcome::kFinished, "");
   result.job_id = 555;
   result.token = 666;
   harness_.pool.OnChildResult(harness_.now, job_.slot, job_.sequence, result);
@@ -45,7 +45,7 @@ TEST_F(PoolJobTest, AResultCarriesTheIdentityOfTheLeaseWhateverTheProcessSays) {
 TEST_F(PoolJobTest, ACrashIsReportedWithSignalAndLastWordsAndTheSlotRestartsAtOnce) {
   harness_.Exit(job_.slot, {11, 0, "assertion failed: x > 0\n", 1000});
   const legopt_msg::result_request sent = OnlyResult();
-  EXPECT_EQ(sent.outcome, static_cast<int>(Outcome::kCrashed));
+  EXPECT_EQ(sent.outcome, static_cast<int>(ReportedOutcome::kCrashed));
   EXPECT_EQ(sent.exit_signal, 11);
   EXPECT_EQ(sent.log_tail, "assertion failed: x > 0\n");
   EXPECT_NE(sent.message.find("SIGSEGV"), std::string::npos);
@@ -54,13 +54,13 @@ TEST_F(PoolJobTest, ACrashIsReportedWithSignalAndLastWordsAndTheSlotRestartsAtOn
 
 TEST_F(PoolJobTest, MemoryExhaustionIsReportedAsSuch) {
   harness_.Exit(job_.slot, {0, kChildOutOfMemory, "", 0});
-  EXPECT_EQ(OnlyResult().outcome, static_cast<int>(Outcome::kMemoryLimit));
+  EXPECT_EQ(OnlyResult().outcome, static_cast<int>(ReportedOutcome::kMemoryLimit));
 }
 
 TEST_F(PoolJobTest, AnExitWithoutAResultIsACrash) {
   harness_.Exit(job_.slot, {0, 0, "", 0});
   const legopt_msg::result_request sent = OnlyResult();
-  EXPECT_EQ(sent.outcome, static_cast<int>(Outcome::kCrashed));
+  EXPECT_EQ(sent.outcome, static_cast<int>(ReportedOutcome::kCrashed));
   EXPECT_NE(sent.message.find("exited with code 0"), std::string::npos) << sent.message;
 }
 
@@ -74,7 +74,7 @@ TEST_F(PoolJobTest, AHangingJobIsKilledAtItsLimitPlusOneSecond) {
   ASSERT_EQ(harness_.Take<KillChild>().size(), 1U);
   harness_.Exit(job_.slot, {9, 0, "", 0});
   const legopt_msg::result_request sent = OnlyResult();
-  EXPECT_EQ(sent.outcome, static_cast<int>(Outcome::kTimeLimit));
+  EXPECT_EQ(sent.outcome, static_cast<int>(ReportedOutcome::kTimeLimit));
   EXPECT_NE(sent.message.find("60 s"), std::string::npos) << sent.message;
 }
 
@@ -84,7 +84,7 @@ TEST_F(PoolJobTest, GarbageEndsTheProcessAndIsEvidence) {
   ASSERT_EQ(harness_.Take<KillChild>().size(), 1U);
   harness_.Exit(job_.slot, {9, 0, "", 0});
   const legopt_msg::result_request sent = OnlyResult();
-  EXPECT_EQ(sent.outcome, static_cast<int>(Outcome::kCrashed));
+  EXPECT_EQ(sent.outcome, static_cast<int>(ReportedOutcome::kCrashed));
   EXPECT_NE(sent.message.find("a damaged frame"), std::string::npos);
 }
 
@@ -110,7 +110,7 @@ TEST_F(PoolJobTest, ACancelledJobIsStoppedAndReportedCancelled) {
   harness_.ReplyHeartbeat(1);
   ASSERT_EQ(harness_.Take<CancelJob>().size(), 1U);
   harness_.FinishJob(job_);
-  EXPECT_EQ(OnlyResult().outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(OnlyResult().outcome, static_cast<int>(ReportedOutcome::kCancelled));
   EXPECT_TRUE(harness_.Take<KillChild>().empty()) << "it stopped by itself";
 }
 
@@ -120,7 +120,7 @@ TEST_F(PoolJobTest, ACancelledJobThatDoesNotListenIsKilledWithinASecond) {
   harness_.Run(seconds(1));
   ASSERT_EQ(harness_.Take<KillChild>().size(), 1U);
   harness_.Exit(job_.slot, {9, 0, "", 0});
-  EXPECT_EQ(OnlyResult().outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(OnlyResult().outcome, static_cast<int>(ReportedOutcome::kCancelled));
 }
 
 TEST_F(PoolJobTest, AnUnknownLeaseIsStoppedAndNotReported) {
@@ -195,7 +195,7 @@ TEST(PoolSlotTest, ACrashCostsItsNeighbourNothing) {
   harness.FinishJob(jobs[1]);
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 2U);
-  EXPECT_EQ(results[1].request->outcome, static_cast<int>(Outcome::kFinished));
+  EXPECT_EQ(results[1].request->outcome, static_cast<int>(ReportedOutcome::kFinished));
 }
 
 TEST(PoolSlotTest, ProcessesThatNeverStartEndTheWorkerWithTheEvidence) {

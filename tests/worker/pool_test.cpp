@@ -141,7 +141,7 @@ TEST(PoolDatasetTest, AJobOfAnotherDatasetIsNeverRun) {
   EXPECT_TRUE(harness.Take<AssignJob>().empty());
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled)) << "given back";
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled)) << "given back";
 }
 
 TEST(PoolDatasetTest, FilesThatChangeUnderWayEndTheWorker) {
@@ -270,7 +270,7 @@ TEST(PoolLeaseTest, JobsOfAMethodThatTheServerDoesNotKnowAreErrors) {
   harness.ReplyMethod(HexHash('e'), 1);
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kError));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kError));
 }
 
 // The lease counts from before it was asked for, so that a slow reply does not stretch it.
@@ -296,7 +296,7 @@ TEST(PoolLeaseTest, StopsAJobBeforeItsUnrenewedLeaseCanEnd) {
   harness.Exit(0, {9, 0, "", 0});
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled))
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled))
       << "given back, should the server hear it";
 }
 
