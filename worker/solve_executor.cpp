@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "legopt/input_error.h"
+#include "legopt/word_input.h"
 #include "worker/outcome.h"
 
 namespace legopt::worker {
@@ -106,8 +107,8 @@ legopt_msg::result_request SolveExecutor::Execute(const legopt_msg::lease& lease
                       "start the worker with --dataset DIR"});
   }
   Job job;
-  job.task = ParseTask(lease.task, kLeaseSource);
-  job.initialization = ParseInitialization(lease.initialization, kLeaseSource);
+  job.task = ReadTask(lease.task, kLeaseSource);
+  job.initialization = ReadInitialization(lease.initialization, kLeaseSource);
   job.problem_id = lease.problem_id;
   job.repetition = lease.repetition;
   job.experiment_seed = static_cast<std::uint64_t>(lease.experiment_seed);

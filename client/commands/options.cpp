@@ -41,13 +41,17 @@ void AddFormatOption(const programs::Command& command, ListingFormat* format) {
                                     {"json", ListingFormat::kJson}});
 }
 
-void AddOutputOptions(const programs::Command& command, OutputOptions* options) {
+void AddLayoutOptions(const programs::Command& command, OutputOptions* options) {
   constexpr std::size_t kLargestWidth = 10'000;
   command.AddOption("--width", options->width, "Columns that text fits into (default: the terminal's; else no limit)")
       .Check(programs::WholeNumber(kSmallestWidth, kLargestWidth));
   command.AddChoice<ColorChoice>(
       "--color", options->color, "Colour: auto (default, on a terminal, not with NO_COLOR), always or never",
       {{"auto", ColorChoice::kAuto}, {"always", ColorChoice::kAlways}, {"never", ColorChoice::kNever}});
+}
+
+void AddOutputOptions(const programs::Command& command, OutputOptions* options) {
+  AddLayoutOptions(command, options);
   command.AddFlag("--no-pager", options->no_pager, "Do not show long text by LEGOPT_PAGER, PAGER or less");
 }
 

@@ -22,7 +22,9 @@ void AddNetworkOptions(const programs::Command& command, NetworkOptions* options
 void AddSourceOptions(const programs::Command& command, SourceOptions* options);
 /// --format text|markdown|csv|json
 void AddFormatOption(const programs::Command& command, ListingFormat* format);
-/// --width, --color auto|always|never, --no-pager
+/// --width, --color auto|always|never
+void AddLayoutOptions(const programs::Command& command, OutputOptions* options);
+/// Those, and --no-pager: for what may go through a pager
 void AddOutputOptions(const programs::Command& command, OutputOptions* options);
 /// How a command prints its listing; see PrintListing.
 struct ListingOptions {

@@ -39,6 +39,8 @@ struct Options {
   std::string workers_reason;
   TableFormat format = TableFormat::kText;
   Rule rule = Rule::kLiteral;
+  TimeUnit time_unit = kMilliseconds;
+  OutputOptions output;
 };
 
 // quick-20261121-103000.sqlite; a number is added when that exists.
@@ -145,7 +147,7 @@ ExitCode Finish(const Options& options, const std::string& db, const std::filesy
   const auto source = OpenResults({db, {}});
   std::cout << (options.format == TableFormat::kText ? "\n" : "")
             << RenderBenchmarkTable(ReadBenchmarkTable(*source, {outcome.experiment_id, options.rule, {}}),
-                                    options.format, {kMilliseconds, LayoutOf({})})
+                                    options.format, {options.time_unit, LayoutOf(options.output)})
             << std::flush;
   if (outcome.interrupted) {
     std::cerr << "\nStopped before the end. To go on, give the same command with --db "
@@ -221,6 +223,8 @@ void AddRunCommand(const programs::Command& program, Invocation* invocation) {
   command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but start nothing");
   AddTableFormatOption(command, &options->format);
   AddRuleOption(command, &options->rule);
+  AddTimeUnitOption(command, &options->time_unit);
+  AddLayoutOptions(command, &options->output);
   command.AddOption("--port", options->network.port, "Control port (default: a free pair of ports)").Group("Network");
   command.AddOption("--group", options->network.group, "Multicast group").Group("Network");
   command.WhenChosen([=] {

@@ -9,8 +9,6 @@
 namespace legopt::simulation {
 namespace {
 
-using worker::Outcome;
-
 constexpr microseconds kRestart{400'000};
 constexpr std::uint64_t kLivesPerWorker = 100'000;
 

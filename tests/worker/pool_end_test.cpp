@@ -37,7 +37,7 @@ void RunRenewed(PoolHarness& harness, microseconds duration) {
   const microseconds end = harness.now + duration;
   while (harness.now < end && !harness.exit_code) {
     harness.Run(std::min<microseconds>(milliseconds(500), end - harness.now));
-    if (!harness.Take<CallLease>().empty()) harness.ReplyLease({}, 1);
+    if (!harness.Take<CallLease>().empty()) harness.ReplyLease({}, LeaseStatus::kNoneNow);
     const auto asked = [](const Action& action) { return std::holds_alternative<CallHeartbeat>(action); };
     if (std::any_of(harness.actions.begin(), harness.actions.end(), asked)) harness.ReplyHeartbeat();
   }
@@ -50,10 +50,10 @@ TEST(PoolEndTest, LeavesWhenIdleOnlyIfToldTo) {
     PoolHarness harness(options);
     harness.ChildrenReady();
     harness.ReplyHello();
-    harness.ReplyLease({}, 1);
+    harness.ReplyLease({}, LeaseStatus::kNoneNow);
     EXPECT_FALSE(harness.exit_code) << "none now is not none";
     harness.Run(seconds(1));
-    harness.ReplyLease({}, 4);
+    harness.ReplyLease({}, LeaseStatus::kNoMoreWork);
     EXPECT_EQ(harness.exit_code.has_value(), exit_when_idle);
     if (exit_when_idle) {
       EXPECT_EQ(*harness.exit_code, ExitCode::kOk);
@@ -245,7 +245,7 @@ TEST(PoolDrainTest, AfterTheDrainASecondSignalStillEndsItAtOnce) {
 TEST(PoolDrainTest, TheFirstSignalIsTheFirstWhateverTheWorkerLeavesFor) {
   PoolHarness harness(WithDrain(seconds(5)));
   harness.StartJobs({SampleLease(1)});
-  harness.ReplyLease({}, 3);
+  harness.ReplyLease({}, LeaseStatus::kDatasetMismatch);
   RunRenewed(harness, seconds(20));
   harness.pool.Stop(harness.now);
   RunRenewed(harness, milliseconds(4'900));
@@ -310,7 +310,7 @@ TEST(PoolIdleTest, NoExperimentYetIsNoReasonToLeaveAtOnce) {
   PoolHarness harness(WithIdleTimeout(seconds(300)));
   harness.ChildrenReady();
   harness.ReplyHello();
-  harness.ReplyLease({}, 4);
+  harness.ReplyLease({}, LeaseStatus::kNoMoreWork);
   RunRenewed(harness, seconds(200));
   EXPECT_FALSE(harness.exit_code);
 }

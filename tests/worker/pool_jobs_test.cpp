@@ -107,7 +107,7 @@ TEST_F(PoolJobTest, ProgressTravelsWithHeartbeats) {
 
 TEST_F(PoolJobTest, ACancelledJobIsStoppedAndReportedCancelled) {
   harness_.Run(seconds(1));
-  harness_.ReplyHeartbeat(1);
+  harness_.ReplyHeartbeat(LeaseVerdict::kCancel);
   ASSERT_EQ(harness_.Take<CancelJob>().size(), 1U);
   harness_.FinishJob(job_);
   EXPECT_EQ(OnlyResult().outcome, static_cast<int>(ReportedOutcome::kCancelled));
@@ -116,7 +116,7 @@ TEST_F(PoolJobTest, ACancelledJobIsStoppedAndReportedCancelled) {
 
 TEST_F(PoolJobTest, ACancelledJobThatDoesNotListenIsKilledWithinASecond) {
   harness_.Run(seconds(1));
-  harness_.ReplyHeartbeat(1);
+  harness_.ReplyHeartbeat(LeaseVerdict::kCancel);
   harness_.Run(seconds(1));
   ASSERT_EQ(harness_.Take<KillChild>().size(), 1U);
   harness_.Exit(job_.slot, {9, 0, "", 0});
@@ -125,7 +125,7 @@ TEST_F(PoolJobTest, ACancelledJobThatDoesNotListenIsKilledWithinASecond) {
 
 TEST_F(PoolJobTest, AnUnknownLeaseIsStoppedAndNotReported) {
   harness_.Run(seconds(1));
-  harness_.ReplyHeartbeat(2);
+  harness_.ReplyHeartbeat(LeaseVerdict::kUnknownLease);
   ASSERT_EQ(harness_.Take<CancelJob>().size(), 1U);
   harness_.FinishJob(job_);
   EXPECT_TRUE(harness_.Take<CallResult>().empty());
@@ -143,7 +143,7 @@ TEST_F(PoolJobTest, ResultsAreOfferedUntilTheServerAnswers) {
     harness_.Run(seconds(6));
   }
   EXPECT_EQ(harness_.pool.num_undelivered(), 1U);
-  harness_.ReplyResult(harness_.Take<CallResult>().at(0).key, 1);
+  harness_.ReplyResult(harness_.Take<CallResult>().at(0).key, ResultStatus::kDuplicate);
   EXPECT_EQ(harness_.pool.num_leases(), 0U);
 }
 
@@ -152,7 +152,7 @@ TEST_F(PoolJobTest, AResultIsDeliveredToARestartedServerUnderTheNewName) {
   harness_.FinishJob(job_);
   const auto lost = harness_.Take<CallResult>();
   ASSERT_EQ(lost.size(), 1U);
-  harness_.ReplyHeartbeat(0, 2, 99);
+  harness_.ReplyHeartbeat(LeaseVerdict::kContinue, HeartbeatStatus::kUnknownWorker, 99);
   harness_.pool.OnResultReply(harness_.now, lost[0].key, nullptr, "no answer");
   harness_.Run(seconds(6));
   EXPECT_TRUE(harness_.Take<CallResult>().empty()) << "not before it is registered";
@@ -180,7 +180,7 @@ TEST_F(PoolJobTest, StaleAndRefusedResultsAreDroppedAndWorkGoesOn) {
 TEST_F(PoolJobTest, AVerdictOnAResultUnderWayDoesNotDropIt) {
   harness_.Run(seconds(1));
   harness_.FinishJob(job_);
-  harness_.ReplyHeartbeat(2);
+  harness_.ReplyHeartbeat(LeaseVerdict::kUnknownLease);
   EXPECT_EQ(harness_.pool.num_undelivered(), 1U) << "its own answer decides";
 }
 

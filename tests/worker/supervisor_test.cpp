@@ -160,7 +160,7 @@ TEST_F(SupervisorTest, MuchLogIsCutToItsTail) {
 TEST_F(SupervisorTest, ACancelledJobStopsAndItsProcessGoesOn) {
   const std::int64_t job = server_.Queue(Misbehaviour::kUntilCancelled);
   const std::int64_t next = server_.Queue(Misbehaviour::kNone);
-  server_.verdicts[job] = 1;
+  server_.verdicts[job] = LeaseVerdict::kCancel;
   EXPECT_EQ(Run(), ExitCode::kOk);
   EXPECT_EQ(server_.results[job].outcome, Code(ReportedOutcome::kCancelled));
   EXPECT_EQ(server_.results[job].exit_signal, 0) << "not killed";
@@ -169,7 +169,7 @@ TEST_F(SupervisorTest, ACancelledJobStopsAndItsProcessGoesOn) {
 
 TEST_F(SupervisorTest, ACancelledJobThatDoesNotListenIsKilled) {
   const std::int64_t job = server_.Queue(Misbehaviour::kLoop);
-  server_.verdicts[job] = 1;
+  server_.verdicts[job] = LeaseVerdict::kCancel;
   EXPECT_EQ(Run(), ExitCode::kOk);
   EXPECT_EQ(server_.results[job].outcome, Code(ReportedOutcome::kCancelled));
 }
