@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "legopt/nearest_name.h"
+#include "programs/command_line.h"
 #include "programs/exit_codes.h"
 #include "programs/printable.h"
 
@@ -21,7 +22,7 @@ constexpr int kWrongUsage = StatusOf(ExitCode::kUsage);
 using Words = std::vector<std::string>;
 
 // A command line as far as it names commands: "legopt dataset check ...".
-struct Command {
+struct NamedCommand {
   CLI::App* app = nullptr;
   std::string path;       // "legopt dataset check"
   std::size_t end = 0;    // index of the first word after its name
@@ -58,8 +59,8 @@ std::string UnknownOption(const CLI::App& app, const std::string& word) {
   return "unknown option '" + typed + "'" + (close.empty() ? "" : "; did you mean '--" + close + "'?");
 }
 
-Command FindCommand(CLI::App& app, const Words& words) {
-  Command command{&app, app.get_name(), 0, false, {}, {}};
+NamedCommand FindCommand(CLI::App& app, const Words& words) {
+  NamedCommand command{&app, app.get_name(), 0, false, {}, {}};
   std::size_t next = 0;
   while (true) {
     const Words names = CommandNames(*command.app);
@@ -90,7 +91,7 @@ Words WithoutHelpCommand(Words words) {
   return words;
 }
 
-std::string UnknownCommand(const Command& command, std::span<const Synonym> synonyms) {
+std::string UnknownCommand(const NamedCommand& command, std::span<const Synonym> synonyms) {
   const Words names = CommandNames(*command.app);
   std::string typed = command.unknown;
   for (const auto& synonym : synonyms) {
@@ -101,7 +102,7 @@ std::string UnknownCommand(const Command& command, std::span<const Synonym> syno
 }
 
 // Before anything else is complained about: a misspelt option also leaves arguments over or a required one missing.
-std::string FindUnknownOption(const Command& command, const Words& words) {
+std::string FindUnknownOption(const NamedCommand& command, const Words& words) {
   for (std::size_t i = command.end; i < words.size() && words[i] != "--"; ++i) {
     if (!IsOption(words[i])) continue;
     const auto* option = command.app->get_option_no_throw(OptionName(words[i]));
@@ -144,7 +145,8 @@ std::string NotConverted(const CLI::App& app, const std::string& words) {
   return name + ": " + kind + " (got '" + value + "')";
 }
 
-std::string Explain(const CLI::App& app, const Command& command, const CLI::ParseError& error, const Words& words) {
+std::string Explain(const CLI::App& app, const NamedCommand& command, const CLI::ParseError& error,
+                    const Words& words) {
   const std::string kind = error.get_name(), what = error.what();
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) return Unexpected(app, words);
   if (kind == "ConversionError") return NotConverted(*command.app, what);
@@ -164,7 +166,7 @@ std::string Explain(const CLI::App& app, const Command& command, const CLI::Pars
   return what;
 }
 
-int WrongUsage(const CLI::App& app, const Command& command, const std::string& cause) {
+int WrongUsage(const CLI::App& app, const NamedCommand& command, const std::string& cause) {
   ReportError(app.get_name(), cause + "; see '" + command.path + " --help'");
   return kWrongUsage;
 }
@@ -176,17 +178,18 @@ int Print(const CLI::App& app, const std::string& text, int status) {
   return kWrongUsage;
 }
 
-std::string HelpOf(const CLI::App& app, const Command& command) {
+std::string HelpOf(const CLI::App& app, const NamedCommand& command) {
   const std::string path = command.path.substr(0, command.path.rfind(' '));
   return command.app->help(command.app == &app ? "" : path);
 }
 
 }  // namespace
 
-std::optional<int> ParseCommandLine(CLI::App& app, int argc, const char* const* argv,
+std::optional<int> ParseCommandLine(const Program& program, int argc, const char* const* argv,
                                     std::span<const Synonym> synonyms) {
+  CLI::App& app = program.app();
   const Words words = WithoutHelpCommand(Words(argv + std::min(argc, 1), argv + argc));
-  const Command command = FindCommand(app, words);
+  const NamedCommand command = FindCommand(app, words);
   if (!command.fault.empty()) return WrongUsage(app, command, command.fault);
   if (!command.unknown.empty()) return WrongUsage(app, command, UnknownCommand(command, synonyms));
   const bool asks = std::any_of(words.begin(), words.end(), [](const auto& word) {

@@ -4,11 +4,9 @@
 #include <span>
 #include <string>
 
-namespace CLI {
-class App;
-}
-
 namespace legopt::programs {
+
+class Program;
 
 /// A word that people type for a command, and the command's name here. For suggestions only; it runs nothing.
 struct Synonym {
@@ -16,8 +14,8 @@ struct Synonym {
   const char* command;
 };
 
-/// Reads a command line into `app`, which has the program's name. Empty: the program goes on. Otherwise all is said and
-/// the value is the exit status:
+/// Reads a command line into the variables that the options are bound to. Empty: the program goes on. Otherwise all is
+/// said and the value is the exit status:
 /// * 0: help or version were asked for, by --help, --version, "help [COMMAND]" or "version"; they are on standard
 /// output;
 /// * 2: wrong usage. One line "PROGRAM: error: CAUSE; see 'PROGRAM COMMAND --help'" is on standard error; the cause
@@ -25,9 +23,9 @@ struct Synonym {
 ///   the nearest command or option where one is unknown (a command also by what others call it). Where a command is
 ///   missing altogether ("legopt", "legopt dataset") the help is on standard output instead.
 ///
-/// Commands are found by name in every `app` that has some; options before a command take no value. Output that cannot
+/// Commands are found by name wherever there are some; options before a command take no value. Output that cannot
 /// be written is wrong usage, too.
-std::optional<int> ParseCommandLine(CLI::App& app, int argc, const char* const* argv,
+std::optional<int> ParseCommandLine(const Program& program, int argc, const char* const* argv,
                                     std::span<const Synonym> synonyms = {});
 
 /// "PROGRAM: error: MESSAGE" as one line on standard error, with the message made printable; standard output is flushed

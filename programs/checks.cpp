@@ -32,7 +32,18 @@ std::string Got(const std::string& word) { return word.empty() ? " (got nothing)
 
 }  // namespace
 
-CLI::Validator WholeNumber(std::int64_t low, std::int64_t high) {
+std::string Alternatives(const std::vector<std::string>& words) {
+  if (words.size() < 2) return Joined(words);
+  return Joined({words.begin(), words.end() - 1}) + " or " + words.back();
+}
+
+std::string Joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+ValueCheck WholeNumber(std::int64_t low, std::int64_t high) {
   const bool bounded = high < std::numeric_limits<std::int64_t>::max();
   const std::string range =
       bounded ? " from " + std::to_string(low) + " to " + std::to_string(high) : " of at least " + std::to_string(low);
@@ -41,28 +52,27 @@ CLI::Validator WholeNumber(std::int64_t low, std::int64_t high) {
     if (value && *value >= low && *value <= high) return std::string();
     return "must be a whole number" + range + Got(word);
   };
-  return CLI::Validator(check, "[" + std::to_string(low) + " .. " + (bounded ? std::to_string(high) : "") + "]");
+  return {check, "[" + std::to_string(low) + " .. " + (bounded ? std::to_string(high) : "") + "]"};
 }
 
-CLI::Validator Number(double low, double high) {
+ValueCheck Number(double low, double high) {
   const auto check = [low, high](const std::string& word) {
     const auto value = Parse<double>(word);
     if (value && *value >= low && *value <= high) return std::string();
     return "must be a number from " + Text(low) + " to " + Text(high) + Got(word);
   };
-  return CLI::Validator(check, "[" + Text(low) + " .. " + Text(high) + "]");
+  return {check, "[" + Text(low) + " .. " + Text(high) + "]"};
 }
 
-CLI::Validator OneOf(std::vector<std::string> words) {
-  std::string list;
-  for (const auto& word : words) list += (list.empty() ? "" : ", ") + word;
+ValueCheck OneOf(std::vector<std::string> words) {
+  const std::string list = Joined(words);
   const auto check = [words = std::move(words)](const std::string& word) {
     for (const auto& known : words) {
       if (known == word) return std::string();
     }
     return "'" + word + "' is not known; " + SuggestName(word, words);
   };
-  return CLI::Validator(check, "{" + list + "}");
+  return {check, "{" + list + "}"};
 }
 
 }  // namespace legopt::programs

@@ -2,12 +2,10 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -20,6 +18,7 @@
 #include <vector>
 
 #include "programs/process_limits.h"
+#include "programs/processes.h"
 
 namespace legopt {
 namespace {
@@ -43,16 +42,13 @@ bool WriteAll(int fd, std::string_view bytes) {
 
 /// Gives up what belongs to the caller: its signal handlers, its output, its life beyond it.
 void BecomeIsolated(pid_t caller, const ReadLimits& limits) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != caller) ::_exit(kCallerGone);
+  if (!programs::DieWith(caller, SIGKILL)) ::_exit(kCallerGone);
   for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU, SIGALRM}) {
     ::signal(number, SIG_DFL);
   }
   // Sent to a whole group or job: the caller decides on those.
   for (const int number : {SIGINT, SIGHUP, SIGTERM, SIGUSR1, SIGUSR2, SIGPIPE}) ::signal(number, SIG_IGN);
-  sigset_t none;
-  ::sigemptyset(&none);
-  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  programs::UnblockSignals();
   const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (nowhere >= 0) {
     ::dup2(nowhere, STDOUT_FILENO);
@@ -81,7 +77,7 @@ void BecomeIsolated(pid_t caller, const ReadLimits& limits) {
 /// The process that answers, seen from its caller: killed and waited for when this goes.
 class Answerer {
  public:
-  Answerer(pid_t pid, int fd) : pid_(pid), fd_(fd) {}
+  Answerer(pid_t pid, programs::Descriptor pipe) : pid_(pid), pipe_(std::move(pipe)) {}
   Answerer(const Answerer&) = delete;
   Answerer& operator=(const Answerer&) = delete;
   ~Answerer() {
@@ -89,7 +85,6 @@ class Answerer {
       ::kill(pid_, SIGKILL);
       Wait();
     }
-    ::close(fd_);
   }
 
   /// All that it writes until it closes; empty when that takes longer than until `deadline`.
@@ -99,30 +94,22 @@ class Answerer {
     for (;;) {
       const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
       if (left <= 0) return std::nullopt;
-      pollfd ready{fd_, POLLIN, 0};
+      pollfd ready{pipe_.get(), POLLIN, 0};
       const int polled = ::poll(&ready, 1, static_cast<int>(left));
       if (polled == 0) return std::nullopt;
       if (polled < 0) continue;
-      const ssize_t count = ::read(fd_, buffer.data(), buffer.size());
+      const ssize_t count = ::read(pipe_.get(), buffer.data(), buffer.size());
       if (count == 0) return bytes;
       if (count > 0) bytes.append(buffer.data(), static_cast<std::size_t>(count));
     }
   }
 
   /// Its status; empty where the program leaves its children to the system (SIGCHLD ignored).
-  std::optional<int> Wait() {
-    int status = 0;
-    pid_t ended = -1;
-    do {
-      ended = ::waitpid(pid_, &status, 0);
-    } while (ended < 0 && errno == EINTR);
-    pid_ = -1;
-    return ended < 0 ? std::nullopt : std::optional(status);
-  }
+  std::optional<int> Wait() { return programs::WaitForEnd(std::exchange(pid_, -1)); }
 
  private:
   pid_t pid_;
-  int fd_;
+  programs::Descriptor pipe_;
 };
 
 /// Why a process with this status gave no answer; empty if it did. `said` is what it wrote.
@@ -148,23 +135,23 @@ std::string Fault(int status, const std::string& said, const ReadLimits& limits)
 }  // namespace
 
 std::string CallIsolated(const std::function<std::string()>& body, const ReadLimits& limits) {
-  std::array<int, 2> pipe{};
-  if (::pipe2(pipe.data(), O_CLOEXEC) != 0) throw ReadFailed(std::string("no pipe: ") + std::strerror(errno));
+  std::optional<programs::Pipe> pipe = programs::MakePipe();
+  if (!pipe) throw ReadFailed(std::string("no pipe: ") + std::strerror(errno));
   const pid_t caller = ::getpid();
   const pid_t child = ::fork();
   if (child == 0) {
-    ::close(pipe[0]);
+    pipe->read.Close();
     BecomeIsolated(caller, limits);
-    Answer(pipe[1], body);
+    Answer(pipe->write.get(), body);
   }
   const int fork_error = errno;
-  ::close(pipe[1]);
+  pipe->write.Close();
   if (child < 0) {
-    ::close(pipe[0]);
+    pipe->read.Close();
     if (fork_error == EPERM) return body();
     throw ReadFailed(std::string("no process could be started: ") + std::strerror(fork_error));
   }
-  Answerer answerer(child, pipe[0]);
+  Answerer answerer(child, std::move(pipe->read));
   std::optional<std::string> answer = answerer.Read(Clock::now() + std::chrono::seconds(limits.wall_s));
   if (!answer) throw ReadFailed("it took more than " + std::to_string(limits.wall_s) + " s");
   const std::optional<int> status = answerer.Wait();

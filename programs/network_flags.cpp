@@ -1,8 +1,7 @@
 #include "programs/network_flags.h"
 
-#include <CLI/CLI.hpp>
-
 #include "programs/checks.h"
+#include "programs/command_line.h"
 
 namespace legopt::programs {
 
@@ -17,25 +16,27 @@ bus::LcmOptions NetworkFlags::Resolve() const {
   return options;
 }
 
-void AddListeningFlags(CLI::App& app, NetworkFlags* flags) {
-  app.add_option("--group", flags->group, "Multicast group (default 239.255.76.67 or LEGOPT_GROUP)")
-      ->group(kNetworkHeading);
-  app.add_option("--port", flags->port, "Control port; port + 1 carries bulk data (default 7667 or LEGOPT_PORT)")
-      ->group(kNetworkHeading);
-  app.add_option("--key-file", flags->key_file,
+void AddListeningFlags(const Command& command, NetworkFlags* flags) {
+  command.AddOption("--group", flags->group, "Multicast group (default 239.255.76.67 or LEGOPT_GROUP)")
+      .Group(kNetworkHeading);
+  command.AddOption("--port", flags->port, "Control port; port + 1 carries bulk data (default 7667 or LEGOPT_PORT)")
+      .Group(kNetworkHeading);
+  command
+      .AddOption("--key-file", flags->key_file,
                  "Shared key of the deployment, made by 'legopt keygen' (default LEGOPT_KEY_FILE)")
-      ->group(kNetworkHeading);
+      .Group(kNetworkHeading);
 }
 
-void AddNetworkFlags(CLI::App& app, NetworkFlags* flags) {
+void AddNetworkFlags(const Command& command, NetworkFlags* flags) {
   constexpr int kLargestTtl = 255;
-  AddListeningFlags(app, flags);
-  app.add_option("--ttl", flags->ttl, "Network hops of what we send; 0 stays on this machine (default 0)")
-      ->check(WholeNumber(0, kLargestTtl))
-      ->group(kNetworkHeading);
-  app.add_flag("--trust-network", flags->trust_network,
+  AddListeningFlags(command, flags);
+  command.AddOption("--ttl", flags->ttl, "Network hops of what we send; 0 stays on this machine (default 0)")
+      .Check(WholeNumber(0, kLargestTtl))
+      .Group(kNetworkHeading);
+  command
+      .AddFlag("--trust-network", flags->trust_network,
                "Let messages leave this machine without a key: everybody on the network may command the deployment")
-      ->group(kNetworkHeading);
+      .Group(kNetworkHeading);
 }
 
 }  // namespace legopt::programs

@@ -4,10 +4,7 @@
 #include <string>
 
 #include "bus/lcm_transport.h"
-
-namespace CLI {
-class App;
-}
+#include "programs/command_line.h"
 
 namespace legopt::programs {
 
@@ -25,9 +22,9 @@ struct NetworkFlags {
 };
 
 /// --group, --port, --key-file: for who only listens. The target must outlive the parse.
-void AddListeningFlags(CLI::App& app, NetworkFlags* flags);
+void AddListeningFlags(const Command& command, NetworkFlags* flags);
 /// Those, and --ttl, --trust-network: for who sends.
-void AddNetworkFlags(CLI::App& app, NetworkFlags* flags);
+void AddNetworkFlags(const Command& command, NetworkFlags* flags);
 /// Under this heading the help lists them.
 inline constexpr char kNetworkHeading[] = "Network";
 

@@ -105,6 +105,18 @@ std::string PrintableLines(std::string_view text) {
   return out;
 }
 
+std::string WithoutControls(std::string_view text) {
+  std::string out(text);
+  std::replace_if(
+      out.begin(), out.end(),
+      [](char c) {
+        const auto byte = static_cast<unsigned char>(c);
+        return (byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7F;
+      },
+      '?');
+  return out;
+}
+
 std::string PrintableJson(std::string_view json) {
   std::string out;
   out.reserve(json.size());

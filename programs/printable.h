@@ -21,6 +21,10 @@ std::string Printable(std::string_view text);
 /// becomes a space.
 std::string PrintableLines(std::string_view text);
 
+/// A text that is kept or sent on, of unchanged length: controls other than newline and tab, and DEL, become '?'.
+/// Broken UTF-8 stays (the bus mends it).
+std::string WithoutControls(std::string_view text);
+
 /// A JSON text with the same characters escaped as JSON escapes them (\u0085, \ud83e\udd16); its value does not change.
 /// What is no UTF-8 stays.
 std::string PrintableJson(std::string_view json);

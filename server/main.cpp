@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <chrono>
 #include <filesystem>
@@ -18,6 +17,7 @@
 #include "bus/lcm_transport.h"
 #include "db/sqlite_store.h"
 #include "programs/arguments.h"
+#include "programs/command_line.h"
 #include "programs/exit_codes.h"
 #include "programs/log_format.h"
 #include "programs/network_flags.h"
@@ -131,19 +131,19 @@ ExitCode Serve(const Arguments& arguments) {
 
 int Run(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app(
-      "The legopt experiment service: leases the jobs of submitted experiments to workers and stores their results.",
-      "legopt-server");
-  app.set_version_flag("--version", "legopt-server " LEGOPT_VERSION);
-  app.add_option("--db", arguments.database, "Database file; created when missing")->required();
-  programs::AddNetworkFlags(app, &arguments.network);
-  app.add_flag("--verbose", arguments.verbose, "Log what happens to stderr");
+  const programs::Program program(
+      "legopt-server",
+      "The legopt experiment service: leases the jobs of submitted experiments to workers and stores their results.");
+  program.SetVersion("legopt-server " LEGOPT_VERSION);
+  program.AddOption("--db", arguments.database, "Database file; created when missing").Required();
+  programs::AddNetworkFlags(program, &arguments.network);
+  program.AddFlag("--verbose", arguments.verbose, "Log what happens to stderr");
   // For a program that has started us as a part of itself ('legopt run'); not for people.
-  app.add_option("--owner", arguments.owner, "Process whose orders to stop count; no others do")->group("");
-  app.footer(
+  program.AddOption("--owner", arguments.owner, "Process whose orders to stop count; no others do").Group("");
+  program.SetFooter(
       programs::ExitCodeHelp({ExitCode::kOk, ExitCode::kUsage, ExitCode::kDatabaseUnusable, ExitCode::kNetworkUnusable,
                               ExitCode::kNewerDatabase, ExitCode::kInternal, ExitCode::kMachine}));
-  if (const auto status = programs::ParseCommandLine(app, argc, argv)) return *status;
+  if (const auto status = programs::ParseCommandLine(program, argc, argv)) return *status;
   spdlog::set_level(arguments.verbose ? spdlog::level::debug : spdlog::level::warn);
   return StatusOf(Serve(arguments));
 }

@@ -12,9 +12,11 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <optional>
 #include <system_error>
 #include <utility>
 
+#include "programs/processes.h"
 #include "worker/outcome.h"
 #include "worker/process_guards.h"
 
@@ -23,27 +25,13 @@ extern char** environ;
 namespace legopt::worker {
 namespace {
 
+using programs::Descriptor;
+
 constexpr std::size_t kReadBytes = 1U << 16;
 constexpr std::size_t kMaxReadBytes = 1U << 20;
 constexpr std::int64_t kKibibyte = 1024;
 
 [[noreturn]] void Refuse(const char* what, int error) { throw std::system_error(error, std::generic_category(), what); }
-
-// One descriptor, closed at the end unless taken.
-class Descriptor {
- public:
-  explicit Descriptor(int fd = -1) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return fd_; }
-  int Take() { return std::exchange(fd_, -1); }
-
- private:
-  int fd_;
-};
 
 // The environment of job processes: one thread per job, so that timings and results do not depend on the machine.
 std::vector<std::string> ChildEnvironment() {
@@ -56,13 +44,6 @@ std::vector<std::string> ChildEnvironment() {
   variables.emplace_back("OMP_NUM_THREADS=1");
   variables.emplace_back("OPENBLAS_NUM_THREADS=1");
   return variables;
-}
-
-std::vector<char*> Pointers(std::vector<std::string>& texts) {
-  std::vector<char*> pointers;
-  for (std::string& text : texts) pointers.push_back(text.data());
-  pointers.push_back(nullptr);
-  return pointers;
 }
 
 struct SpawnAttributes {
@@ -108,39 +89,36 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command) {
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets.data()) != 0) Refuse("socketpair", errno);
   Descriptor ours(sockets[0]);
   const Descriptor theirs(sockets[1]);
-  std::array<int, 2> pipe_ends{};
-  if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0) Refuse("pipe2", errno);
-  Descriptor log_read(pipe_ends[0]);
-  const Descriptor log_write(pipe_ends[1]);
-  fcntl(ours.get(), F_SETFL, O_NONBLOCK);
-  fcntl(log_read.get(), F_SETFL, O_NONBLOCK);
+  std::optional<programs::Pipe> log = programs::MakePipe();
+  if (!log) Refuse("pipe2", errno);
+  ours.SetNonBlocking();
+  log->read.SetNonBlocking();
   const Descriptor child_socket(AboveSocket(theirs.get()));
-  const Descriptor child_log(AboveSocket(log_write.get()));
+  const Descriptor child_log(AboveSocket(log->write.get()));
 
   std::vector<std::string> arguments = command;
   std::vector<std::string> environment = ChildEnvironment();
   const SpawnAttributes attributes;
   const SpawnFiles files(child_socket.get(), child_log.get());
   const int error = posix_spawn(&pid_, command.front().c_str(), &files.value, &attributes.value,
-                                Pointers(arguments).data(), Pointers(environment).data());
+                                programs::Pointers(arguments).data(), programs::Pointers(environment).data());
   if (error != 0) Refuse(("cannot start " + command.front()).c_str(), error);
   pidfd_ = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
   if (pidfd_ < 0) {
     const int open_error = errno;
     Kill();
-    waitpid(pid_, nullptr, 0);
+    programs::WaitForEnd(pid_);
     Refuse("pidfd_open", open_error);
   }
   fcntl(pidfd_, F_SETFD, FD_CLOEXEC);
   socket_ = ours.Take();
-  log_pipe_ = log_read.Take();
+  log_pipe_ = log->read.Take();
 }
 
 ChildProcess::~ChildProcess() {
   if (pid_ > 0) {
     Kill();
-    while (waitpid(pid_, nullptr, 0) < 0 && errno == EINTR) {
-    }
+    programs::WaitForEnd(pid_);
   }
   CloseDescriptors();
 }

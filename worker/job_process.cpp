@@ -109,7 +109,7 @@ legopt_msg::result_request Execute(JobExecutor& executor, Channel& channel, cons
     std::fprintf(stderr, "out of memory: an allocation failed\n");
     _exit(kChildOutOfMemory);
   } catch (const std::exception& error) {
-    return ResultWithoutSolution(Outcome::kError, error.what());
+    return ResultWithoutSolution(ReportedOutcome::kError, error.what());
   }
 }
 
@@ -121,9 +121,9 @@ std::string EncodeResult(const legopt_msg::lease& lease, legopt_msg::result_requ
   try {
     std::string body = bus::Encode(result);
     if (body.size() <= kMaxFrameBytes) return body;
-    result = ResultWithoutSolution(Outcome::kError, "the result is too large to be sent");
+    result = ResultWithoutSolution(ReportedOutcome::kError, "the result is too large to be sent");
   } catch (const bus::BusError& error) {
-    result = ResultWithoutSolution(Outcome::kError, error.what());
+    result = ResultWithoutSolution(ReportedOutcome::kError, error.what());
   }
   return EncodeResult(lease, std::move(result));
 }

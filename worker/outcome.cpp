@@ -3,31 +3,19 @@
 #include <csignal>
 #include <limits>
 
+#include "programs/printable.h"
+
 namespace legopt::worker {
-namespace {
-
-// The bus mends broken UTF-8 on its way out; here it is terminals that must not be told what to do.
-std::string Printable(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) {
-    constexpr unsigned char kFirstPrintable = 0x20;
-    constexpr unsigned char kDelete = 0x7f;
-    const auto byte = static_cast<unsigned char>(c);
-    if ((byte < kFirstPrintable && c != '\n' && c != '\t') || byte == kDelete) c = '?';
-  }
-  return out;
+std::string PrintableText(std::string_view text, std::size_t max_bytes) {
+  return programs::WithoutControls(text.substr(0, max_bytes));
 }
-
-}  // namespace
-
-std::string PrintableText(std::string_view text, std::size_t max_bytes) { return Printable(text.substr(0, max_bytes)); }
 
 std::string PrintableTail(std::string_view text, std::size_t max_bytes) {
   if (text.size() > max_bytes) text.remove_prefix(text.size() - max_bytes);
-  return Printable(text);
+  return programs::WithoutControls(text);
 }
 
-legopt_msg::result_request ResultWithoutSolution(Outcome outcome, std::string_view message) {
+legopt_msg::result_request ResultWithoutSolution(ReportedOutcome outcome, std::string_view message) {
   constexpr double kNotAvailable = std::numeric_limits<double>::quiet_NaN();
   legopt_msg::result_request result{};
   result.outcome = static_cast<std::int8_t>(outcome);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "programs/exit_codes.h"
+#include "words/reply.h"
 #include "worker/outcome.h"
 
 namespace legopt::worker {
@@ -130,8 +131,8 @@ void Pool::OnHelloReply(microseconds now, const legopt_msg::hello_reply* reply, 
     return;
   }
   HeardServer(now);
-  switch (reply->status) {
-    case 0: {
+  switch (HelloStatus{reply->status}) {
+    case HelloStatus::kOk: {
       hello_backoff_ = microseconds(0);
       Registration registration;
       registration.worker_id = reply->worker_id;
@@ -153,12 +154,12 @@ void Pool::OnHelloReply(microseconds now, const legopt_msg::hello_reply* reply, 
       TellOnce(reply->message);
       break;
     }
-    case 2:
+    case HelloStatus::kDatasetMismatch:
       Log(LogLevel::kError, MismatchText(reply->message));
       Drain(now, ExitCode::kDatasetMismatch);
       next_hello_ = microseconds::max();
       break;
-    default:
+    case HelloStatus::kVersionRefused:
       Log(LogLevel::kError, "the server refuses this worker: " + PrintableText(reply->message, kMaxMessageBytes) +
                                 "; run server and workers of the same release");
       Finish(ExitCode::kUsage);
@@ -209,14 +210,14 @@ std::string Pool::CausesOfSilence() const {
 
 // Motions take seconds to minutes, whatever the postures before them took: none is held ready that another worker
 // could begin.
-bool Pool::HoldsMotion() const {
+bool Pool::HoldsLongJob() const {
   return std::any_of(leases_.begin(), leases_.end(), [](const auto& entry) {
-    return entry.second.phase != Phase::kDelivering && entry.second.lease.task == "motion";
+    return entry.second.phase != Phase::kDelivering && DescriptionOf(entry.second.task).long_jobs;
   });
 }
 
 int Pool::NumAheadPerSlot() const {
-  if (mean_job_us_ < 0 || mean_job_us_ >= kShortJob_us || HoldsMotion()) return 0;
+  if (mean_job_us_ < 0 || mean_job_us_ >= kShortJob_us || HoldsLongJob()) return 0;
   const double work_us = std::clamp(kAnswersAhead * mean_answer_us_, static_cast<double>(options_.prefetch.count()),
                                     static_cast<double>(options_.longest_prefetch.count()));
   const double jobs = work_us / std::max(mean_job_us_, 1.0);
@@ -268,24 +269,24 @@ void Pool::OnLeaseReply(microseconds now, const legopt_msg::lease_reply* reply, 
   HeardServer(now);
   no_more_work_ = false;
   const microseconds retry = Jittered(std::clamp(microseconds(reply->retry_after_us), kSoonestAsk, kLatestAsk));
-  switch (reply->status) {
-    case 0:
+  switch (LeaseStatus{reply->status}) {
+    case LeaseStatus::kLeased:
       mean_answer_us_ += kAverageWeight * (static_cast<double>((now - lease_asked_at_).count()) - mean_answer_us_);
       for (const legopt_msg::lease& lease : reply->jobs) AcceptLease(now, lease);
       next_lease_ = now;
       break;
-    case 1:
+    case LeaseStatus::kNoneNow:
       TellOnce(reply->message);
       next_lease_ = now + retry;
       break;
-    case 2:
+    case LeaseStatus::kUnknownWorker:
       ForgetRegistration(now, "the server does not know this worker");
       break;
-    case 3:
+    case LeaseStatus::kDatasetMismatch:
       Log(LogLevel::kError, MismatchText(reply->message));
       Drain(now, ExitCode::kDatasetMismatch);
       break;
-    default:
+    case LeaseStatus::kNoMoreWork:
       no_more_work_ = true;
       next_lease_ = now + retry;
   }
@@ -324,6 +325,9 @@ void Pool::AcceptLease(microseconds now, const legopt_msg::lease& lease) {
     return;
   }
   if (draining_) return StopLease(now, key, StopReason::kShutdown);  // the answer to a request from before
+  const std::optional<Task> task = ParseWord<Task>(lease.task);
+  if (!task) return FailLease(now, key, "this worker does not know the task '" + lease.task + "'");
+  leases_.at(key).task = *task;
   methods_.try_emplace(lease.method_hash);
 }
 
@@ -368,7 +372,7 @@ void Pool::OnMethodReply(microseconds now, const std::string& hash, const legopt
       method.backoff = std::clamp(method.backoff * 2, kFirstHelloRetry, kLastHelloRetry);
       method.next_try = now + method.backoff;
       ServerSilent(now, error);
-    } else if (reply->status == 0) {
+    } else if (MethodStatus{reply->status} == MethodStatus::kFound) {
       HeardServer(now);
       method.options_json = std::make_shared<const std::string>(reply->options_json);
     } else {
@@ -411,20 +415,21 @@ void Pool::OnHeartbeatReply(microseconds now, const legopt_msg::heartbeat_reply*
   heartbeat_in_flight_ = false;
   if (reply == nullptr) {
     ServerSilent(now, error);
-  } else if (HeardServer(now);
-             !registration_ || reply->status != 0 || reply->server_instance != registration_->server_instance) {
+  } else if (HeardServer(now); !registration_ || HeartbeatStatus{reply->status} != HeartbeatStatus::kOk ||
+                               reply->server_instance != registration_->server_instance) {
     ForgetRegistration(now, "the server has restarted");
   } else if (reply->verdicts.size() == heartbeat_keys_.size()) {
     for (std::size_t i = 0; i < heartbeat_keys_.size(); ++i) {
       const auto it = leases_.find(heartbeat_keys_[i]);
       if (it == leases_.end() || it->second.phase == Phase::kDelivering) continue;  // the result's answer decides
       HeldLease& held = it->second;
-      if (reply->verdicts[i] == 0) {
+      const LeaseVerdict verdict{reply->verdicts[i]};
+      if (verdict == LeaseVerdict::kContinue) {
         const microseconds renewed = heartbeat_sent_at_ + microseconds(held.lease.lease_us) - StopMargin(held.lease);
         if (held.expires != microseconds::max()) held.expires = std::max(held.expires, renewed);
         continue;
       }
-      const bool cancelled = reply->verdicts[i] == 1;
+      const bool cancelled = verdict == LeaseVerdict::kCancel;
       Log(LogLevel::kInfo, "job " + std::to_string(it->first.job_id) +
                                (cancelled ? ": cancelled" : ": the server has withdrawn the lease"));
       StopLease(now, heartbeat_keys_[i], cancelled ? StopReason::kCancelled : StopReason::kUnknownLease);

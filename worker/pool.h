@@ -15,6 +15,7 @@
 #include "legopt_msg/lease_reply.hpp"
 #include "legopt_msg/method_reply.hpp"
 #include "legopt_msg/result_reply.hpp"
+#include "words/task.h"
 #include "worker/actions.h"
 #include "worker/job_executor.h"
 #include "worker/job_slot.h"
@@ -120,6 +121,7 @@ class Pool {
   enum class Phase { kReady, kRunning, kDelivering };
   struct HeldLease {
     legopt_msg::lease lease;
+    Task task{};
     Phase phase = Phase::kReady;
     microseconds expires{0};   // when its job must have been stopped
     microseconds accepted{0};  // when it was received
@@ -166,7 +168,7 @@ class Pool {
   microseconds StopMargin(const legopt_msg::lease& lease) const;
   int NumWantedLeases() const;
   int NumAheadPerSlot() const;
-  bool HoldsMotion() const;
+  bool HoldsLongJob() const;
   void Log(LogLevel level, std::string text);
   static std::string Seconds(microseconds duration);
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "programs/exit_codes.h"
+#include "words/reply.h"
 #include "worker/outcome.h"
 #include "worker/pool.h"
 
@@ -35,11 +36,11 @@ std::string SecondsText(microseconds duration) {
 // How a process ended by itself, while it had a job.
 legopt_msg::result_request DescribeDeath(const ChildExit& exit) {
   if (exit.signal == 0 && exit.exit_code == kChildOutOfMemory) {
-    return ResultWithoutSolution(Outcome::kMemoryLimit, "the job needed more memory than its limit allows");
+    return ResultWithoutSolution(ReportedOutcome::kMemoryLimit, "the job needed more memory than its limit allows");
   }
   const std::string how = exit.signal != 0 ? "was ended by " + SignalName(exit.signal)
                                            : "exited with code " + std::to_string(exit.exit_code) + " without a result";
-  return ResultWithoutSolution(Outcome::kCrashed, "the job process " + how);
+  return ResultWithoutSolution(ReportedOutcome::kCrashed, "the job process " + how);
 }
 
 }  // namespace
@@ -213,14 +214,16 @@ void Pool::StopLease(microseconds now, const LeaseKey& key, StopReason reason) {
 void Pool::EndStoppedJob(microseconds now, const LeaseKey& key, StopReason reason) {
   switch (reason) {
     case StopReason::kCancelled:
-      return KeepResult(now, key, ResultWithoutSolution(Outcome::kCancelled, "cancelled"));
+      return KeepResult(now, key, ResultWithoutSolution(ReportedOutcome::kCancelled, "cancelled"));
     case StopReason::kLeaseExpiring:
-      return KeepResult(now, key,
-                        ResultWithoutSolution(Outcome::kCancelled, "given back: the lease was not renewed in time"));
+      return KeepResult(
+          now, key,
+          ResultWithoutSolution(ReportedOutcome::kCancelled, "given back: the lease was not renewed in time"));
     case StopReason::kShutdown:
-      return KeepResult(now, key, ResultWithoutSolution(Outcome::kCancelled, "given back: the worker stops"));
+      return KeepResult(now, key, ResultWithoutSolution(ReportedOutcome::kCancelled, "given back: the worker stops"));
     case StopReason::kWaited:
-      return KeepResult(now, key, ResultWithoutSolution(Outcome::kCancelled, "given back: no slot was free for it"));
+      return KeepResult(now, key,
+                        ResultWithoutSolution(ReportedOutcome::kCancelled, "given back: no slot was free for it"));
     case StopReason::kNone:
     case StopReason::kTimeLimit:
     case StopReason::kUnknownLease:
@@ -275,13 +278,15 @@ void Pool::EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit
       break;
     case StopReason::kTimeLimit: {
       const microseconds limit(leases_.at(slot.key).lease.wall_limit_us);
-      result = ResultWithoutSolution(
-          Outcome::kTimeLimit, "killed: still running " + SecondsText(options_.slot_times.kill_grace) +
-                                   " after the wall-time limit of " + SecondsText(limit) + ", or judging without end");
+      result =
+          ResultWithoutSolution(ReportedOutcome::kTimeLimit,
+                                "killed: still running " + SecondsText(options_.slot_times.kill_grace) +
+                                    " after the wall-time limit of " + SecondsText(limit) + ", or judging without end");
       break;
     }
     case StopReason::kGarbage:
-      result = ResultWithoutSolution(Outcome::kCrashed, "the job process broke the protocol: " + machine.stop_detail());
+      result = ResultWithoutSolution(ReportedOutcome::kCrashed,
+                                     "the job process broke the protocol: " + machine.stop_detail());
       break;
     case StopReason::kCancelled:
     case StopReason::kUnknownLease:
@@ -302,7 +307,7 @@ void Pool::EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit
 void Pool::FailLease(microseconds now, const LeaseKey& key, const std::string& message) {
   std::erase(ready_, key);
   Log(LogLevel::kWarning, JobName(key) + ": " + message);
-  KeepResult(now, key, ResultWithoutSolution(Outcome::kError, message));
+  KeepResult(now, key, ResultWithoutSolution(ReportedOutcome::kError, message));
 }
 
 // --- Results ---------------------------------------------------------------------------------------------------------
@@ -361,11 +366,11 @@ void Pool::OnResultReply(microseconds now, const LeaseKey& key, const legopt_msg
       ServerSilent(now, error);
     } else {
       HeardServer(now);
-      constexpr int kStale = 2;
-      constexpr int kRefused = 3;
+      const ResultStatus status{reply->status};
       const std::string text = PrintableText(reply->message, kMaxMessageBytes);
-      if (reply->status == kStale) Log(LogLevel::kInfo, JobName(key) + ": result came too late: " + text);
-      if (reply->status == kRefused) Log(LogLevel::kError, JobName(key) + ": the server refuses the result: " + text);
+      if (status == ResultStatus::kStale) Log(LogLevel::kInfo, JobName(key) + ": result came too late: " + text);
+      if (status == ResultStatus::kRefused)
+        Log(LogLevel::kError, JobName(key) + ": the server refuses the result: " + text);
       leases_.erase(it);
     }
   }

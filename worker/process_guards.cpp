@@ -21,6 +21,7 @@
 #include <cstring>
 #include <new>
 
+#include "programs/processes.h"
 #include "worker/job_slot.h"
 
 namespace legopt::worker {
@@ -76,8 +77,7 @@ sigset_t SignalsForOthers() {
 }
 
 void DieWithSupervisor(int supervisor_pid) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != supervisor_pid) _exit(kChildOrphaned);  // died before the request
+  if (!programs::DieWith(supervisor_pid, SIGKILL)) _exit(kChildOrphaned);
 }
 
 void LimitResources() {

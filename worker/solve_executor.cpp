@@ -121,8 +121,8 @@ legopt_msg::result_request SolveExecutor::Execute(const legopt_msg::lease& lease
 legopt_msg::result_request ToMessage(const JobResult& job) {
   const SolveOutcome& solve = job.solve;
   const Evaluation& evaluation = job.evaluation;
-  legopt_msg::result_request result = ResultWithoutSolution(Outcome::kFinished, solve.message);
-  if (solve.status == SolveStatus::kCancelled) result.outcome = static_cast<std::int8_t>(Outcome::kCancelled);
+  legopt_msg::result_request result = ResultWithoutSolution(ReportedOutcome::kFinished, solve.message);
+  if (solve.status == SolveStatus::kCancelled) result.outcome = static_cast<std::int8_t>(ReportedOutcome::kCancelled);
   result.solver_status = ToString(solve.status);
   result.iterations = solve.iterations;
   result.restarts = solve.restarts;

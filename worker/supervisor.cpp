@@ -177,9 +177,10 @@ void Supervisor::HandleFrame(int slot, const Frame& frame) {
       std::string why;
       std::optional<legopt_msg::result_request> result = bus::Decode<legopt_msg::result_request>(frame.body, &why);
       if (!result) return Garbage(slot, "an unreadable result: " + why);
-      const auto outcome = static_cast<Outcome>(result->outcome);
+      const auto outcome = static_cast<ReportedOutcome>(result->outcome);
       // How a process ended is for the supervisor to say.
-      if (outcome == Outcome::kCrashed || outcome == Outcome::kTimeLimit) return Garbage(slot, "an impossible outcome");
+      if (outcome == ReportedOutcome::kCrashed || outcome == ReportedOutcome::kTimeLimit)
+        return Garbage(slot, "an impossible outcome");
       return pool_.OnChildResult(now, slot, frame.sequence, std::move(*result));
     }
     case FrameType::kJob:

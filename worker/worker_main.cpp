@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -21,6 +20,7 @@
 #include "legopt/input_error.h"
 #include "programs/arguments.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/data_folder.h"
 #include "programs/exit_codes.h"
 #include "programs/granted_processors.h"
@@ -65,32 +65,36 @@ std::string HostName() {
   return name.data();
 }
 
-void Define(CLI::App& app, CommandLine& line) {
-  app.add_option("--slots", line.slots,
+void Define(const programs::Program& program, CommandLine& line) {
+  program
+      .AddOption("--slots", line.slots,
                  "Jobs at the same time, one process each (default: the processors granted to this process by its "
                  "affinity, Slurm, and the CPU quota of its control group)")
-      ->check(programs::WholeNumber(1, kMaxSlots));
-  app.add_option("--dataset", line.datasets,
-                 "Dataset folder whose jobs this worker takes; may be repeated "
-                 "(default: the embedded garage-easier)");
-  app.add_option("--name", line.name, "Name in tables and listings (default: the host's)");
-  app.add_flag("--exit-when-idle", line.exit_when_idle,
-               "Leave when every experiment of the server is over (also when it has none)");
-  app.add_option("--idle-timeout", line.idle_timeout_s,
+      .Check(programs::WholeNumber(1, kMaxSlots));
+  program.AddOption("--dataset", line.datasets,
+                    "Dataset folder whose jobs this worker takes; may be repeated "
+                    "(default: the embedded garage-easier)");
+  program.AddOption("--name", line.name, "Name in tables and listings (default: the host's)");
+  program.AddFlag("--exit-when-idle", line.exit_when_idle,
+                  "Leave when every experiment of the server is over (also when it has none)");
+  program
+      .AddOption("--idle-timeout", line.idle_timeout_s,
                  "Seconds without a job after which to leave, server or not (default: never)")
-      ->check(programs::Number(kShortest_s, kLongest_s));
-  app.add_option("--drain", line.drain_s,
+      .Check(programs::Number(kShortest_s, kLongest_s));
+  program
+      .AddOption("--drain", line.drain_s,
                  "Seconds that running jobs may go on after the first signal; then they are given back (default 8)")
-      ->check(programs::Number(0, kLongest_s));
-  app.add_option("--wait-server", line.wait_server_s,
+      .Check(programs::Number(0, kLongest_s));
+  program
+      .AddOption("--wait-server", line.wait_server_s,
                  "Seconds without any answer of a server after which to give up (default: never)")
-      ->check(programs::Number(kShortest_s, kLongest_s));
-  app.add_flag("--verbose", line.verbose, "Tell what happens, job processes included");
-  programs::AddNetworkFlags(app, &line.network);
+      .Check(programs::Number(kShortest_s, kLongest_s));
+  program.AddFlag("--verbose", line.verbose, "Tell what happens, job processes included");
+  programs::AddNetworkFlags(program, &line.network);
   // For a program that has started us as a part of itself ('legopt run'); not for people.
-  app.add_option("--owner", line.owner, "Process whose orders to stop count; no others do")->group("");
-  app.set_version_flag("--version", kBuild);
-  app.footer(
+  program.AddOption("--owner", line.owner, "Process whose orders to stop count; no others do").Group("");
+  program.SetVersion(kBuild);
+  program.SetFooter(
       "Stop it with SIGTERM or Ctrl-C: it takes no more jobs, finishes those that end within --drain and gives the\n"
       "others back, which costs them no attempt; a second signal gives them back at once.\n" +
       programs::ExitCodeHelp({ExitCode::kOk, ExitCode::kUsage, ExitCode::kUnreachable, ExitCode::kDatasetMismatch,
@@ -190,9 +194,9 @@ int WorkerMain(int argc, char** argv, const ExecutorFactory& make_executor) {
   try {
     if (argc > 1 && argv[1] == kChildFlag) return ChildMain(argc, argv, make_executor);
     CommandLine line;
-    CLI::App app("Runs jobs of a legopt server in a pool of job processes", "legopt-worker");
-    Define(app, line);
-    if (const auto status = programs::ParseCommandLine(app, argc, argv)) return *status;
+    const programs::Program program("legopt-worker", "Runs jobs of a legopt server in a pool of job processes");
+    Define(program, line);
+    if (const auto status = programs::ParseCommandLine(program, argc, argv)) return *status;
     const auto logger = spdlog::stderr_color_st("legopt-worker");
     programs::FormatPrintably(*logger);
     logger->set_level(line.verbose ? spdlog::level::debug : spdlog::level::warn);

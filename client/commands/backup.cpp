@@ -1,6 +1,5 @@
 #include "db/backup.h"
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
@@ -8,6 +7,7 @@
 #include <string>
 
 #include "client/commands/commands.h"
+#include "programs/command_line.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -33,12 +33,13 @@ ExitCode Backup(const Options& options) {
 
 }  // namespace
 
-void AddBackupCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand("backup", "Copy a database, also one in use, into a new file, and check the copy");
+void AddBackupCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command =
+      program.AddCommand("backup", "Copy a database, also one in use, into a new file, and check the copy");
   const auto options = std::make_shared<Options>();
-  command->add_option("--db", options->db, "Database file to copy; a server may be working on it")->required();
-  command->add_option("FILE", options->target, "The copy; an existing file is never overwritten")->required();
-  command->callback([=] { invocation->body = [options] { return Backup(*options); }; });
+  command.AddOption("--db", options->db, "Database file to copy; a server may be working on it").Required();
+  command.AddOption("FILE", options->target, "The copy; an existing file is never overwritten").Required();
+  command.WhenChosen([=] { invocation->body = [options] { return Backup(*options); }; });
 }
 
 }  // namespace legopt::client

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
@@ -6,6 +5,8 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
+#include "words/reply.h"
 
 namespace legopt::client {
 namespace {
@@ -18,7 +19,7 @@ struct Options {
 ExitCode Cancel(const Options& options) {
   ServerConnection server(options.network);
   const auto reply = server.Cancel(options.experiment);
-  if (reply.status != 0) {
+  if (ControlStatus{reply.status} != ControlStatus::kOk) {
     throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(options.experiment) +
                                             " cannot be cancelled: " + reply.message + "; see 'legopt status'");
   }
@@ -29,12 +30,12 @@ ExitCode Cancel(const Options& options) {
 
 }  // namespace
 
-void AddCancelCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand("cancel", "Cancel an experiment; what is finished is kept");
+void AddCancelCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("cancel", "Cancel an experiment; what is finished is kept");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment")->required()->check(programs::WholeNumber(1));
-  AddNetworkOptions(*command, &options->network);
-  command->callback([=] { invocation->body = [options] { return Cancel(*options); }; });
+  command.AddOption("ID", options->experiment, "Experiment").Required().Check(programs::WholeNumber(1));
+  AddNetworkOptions(command, &options->network);
+  command.WhenChosen([=] { invocation->body = [options] { return Cancel(*options); }; });
 }
 
 }  // namespace legopt::client

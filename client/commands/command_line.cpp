@@ -1,7 +1,6 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <cerrno>
 #include <exception>
@@ -110,40 +109,34 @@ int Execute(const Invocation& invocation) {
   }
 }
 
-void AddCommands(CLI::App& app, Invocation* invocation) {
-  AddRunCommand(app, invocation);
-  AddSubmitCommand(app, invocation);
-  AddWatchCommand(app, invocation);
-  AddStatusCommand(app, invocation);
-  AddListCommand(app, invocation);
-  AddShowCommand(app, invocation);
-  AddCancelCommand(app, invocation);
-  AddControlCommands(app, invocation);
-  AddDeleteCommand(app, invocation);
-  AddTableCommand(app, invocation);
-  AddQueryCommand(app, invocation);
-  AddEvaluateCommand(app, invocation);
-  AddExportCommand(app, invocation);
-  AddDatasetCommand(app, invocation);
-  AddGenerateCommand(app, invocation);
-  AddImportCommand(app, invocation);
-  AddDoctorCommand(app, invocation);
-  AddTapCommand(app, invocation);
-  AddKeygenCommand(app, invocation);
-  AddBackupCommand(app, invocation);
+void AddCommands(const programs::Command& program, Invocation* invocation) {
+  AddRunCommand(program, invocation);
+  AddSubmitCommand(program, invocation);
+  AddWatchCommand(program, invocation);
+  AddStatusCommand(program, invocation);
+  AddListCommand(program, invocation);
+  AddShowCommand(program, invocation);
+  AddCancelCommand(program, invocation);
+  AddControlCommands(program, invocation);
+  AddDeleteCommand(program, invocation);
+  AddTableCommand(program, invocation);
+  AddQueryCommand(program, invocation);
+  AddEvaluateCommand(program, invocation);
+  AddExportCommand(program, invocation);
+  AddDatasetCommand(program, invocation);
+  AddGenerateCommand(program, invocation);
+  AddImportCommand(program, invocation);
+  AddDoctorCommand(program, invocation);
+  AddTapCommand(program, invocation);
+  AddKeygenCommand(program, invocation);
+  AddBackupCommand(program, invocation);
 }
 
 // Shown in the list of commands; the command line itself is read by programs::ParseCommandLine.
-void AddHelpCommands(CLI::App& app) {
-  auto* help = app.add_subcommand("help", "Show the help of a command: legopt help run");
-  help->add_option("COMMAND", "The command; without one, all of them");
-  app.add_subcommand("version", "Show the version, as --version does");
-}
-
-// --verbose may also stand after the command.
-void AddVerboseFlag(CLI::App& app, Invocation* invocation) {
-  app.add_flag("-v,--verbose", invocation->verbose, "Tell on standard error what happens");
-  for (auto* command : app.get_subcommands({})) AddVerboseFlag(*command, invocation);
+void AddHelpCommands(const programs::Command& program) {
+  const auto help = program.AddCommand("help", "Show the help of a command: legopt help run");
+  help.AddOption("COMMAND", "The command; without one, all of them");
+  program.AddCommand("version", "Show the version, as --version does");
 }
 
 std::string DataFolderText() {
@@ -162,16 +155,17 @@ std::string Footer() {
 }  // namespace
 
 int RunCommandLine(int argc, const char* const* argv) {
-  CLI::App app("Which optimiser finds feasible, cheap whole-body postures and motions, and how fast?", kProgram);
+  programs::Program program(kProgram,
+                            "Which optimiser finds feasible, cheap whole-body postures and motions, and how fast?");
   Invocation invocation;
-  app.set_version_flag("--version", std::string("legopt ") + LEGOPT_VERSION);
-  app.require_subcommand(1);
-  app.footer("Exit codes: see 'legopt --help'");  // inherited by the commands
-  AddCommands(app, &invocation);
-  AddHelpCommands(app);
-  AddVerboseFlag(app, &invocation);
-  app.footer(Footer());
-  if (const auto status = programs::ParseCommandLine(app, argc, argv, kSynonyms)) return *status;
+  program.SetVersion(std::string("legopt ") + LEGOPT_VERSION);
+  program.RequireCommand();
+  program.SetFooter("Exit codes: see 'legopt --help'");  // inherited by the commands
+  AddCommands(program, &invocation);
+  AddHelpCommands(program);
+  program.AddFlagThroughout("-v,--verbose", invocation.verbose, "Tell on standard error what happens");
+  program.SetFooter(Footer());
+  if (const auto status = programs::ParseCommandLine(program, argc, argv, kSynonyms)) return *status;
   StartLogging(invocation.verbose);
   return Execute(invocation);
 }

@@ -3,10 +3,7 @@
 #include <functional>
 
 #include "client/client_error.h"
-
-namespace CLI {
-class App;
-}
+#include "programs/command_line.h"
 
 namespace legopt::client {
 
@@ -17,28 +14,28 @@ struct Invocation {
   std::function<ExitCode()> body;
 };
 
-// Each adds one subcommand to `app`. `invocation` must outlive the parse.
-void AddRunCommand(CLI::App& app, Invocation* invocation);
-void AddSubmitCommand(CLI::App& app, Invocation* invocation);
-void AddWatchCommand(CLI::App& app, Invocation* invocation);
-void AddStatusCommand(CLI::App& app, Invocation* invocation);
-void AddListCommand(CLI::App& app, Invocation* invocation);
-void AddShowCommand(CLI::App& app, Invocation* invocation);
-void AddCancelCommand(CLI::App& app, Invocation* invocation);
-void AddDeleteCommand(CLI::App& app, Invocation* invocation);
+// Each adds one command to `program`. `invocation` must outlive the parse.
+void AddRunCommand(const programs::Command& program, Invocation* invocation);
+void AddSubmitCommand(const programs::Command& program, Invocation* invocation);
+void AddWatchCommand(const programs::Command& program, Invocation* invocation);
+void AddStatusCommand(const programs::Command& program, Invocation* invocation);
+void AddListCommand(const programs::Command& program, Invocation* invocation);
+void AddShowCommand(const programs::Command& program, Invocation* invocation);
+void AddCancelCommand(const programs::Command& program, Invocation* invocation);
+void AddDeleteCommand(const programs::Command& program, Invocation* invocation);
 /// pause, resume, hold, release, priority, retry, rename, tag.
-void AddControlCommands(CLI::App& app, Invocation* invocation);
-void AddTableCommand(CLI::App& app, Invocation* invocation);
-void AddQueryCommand(CLI::App& app, Invocation* invocation);
-void AddEvaluateCommand(CLI::App& app, Invocation* invocation);
-void AddExportCommand(CLI::App& app, Invocation* invocation);
-void AddDatasetCommand(CLI::App& app, Invocation* invocation);
-void AddGenerateCommand(CLI::App& app, Invocation* invocation);
-void AddImportCommand(CLI::App& app, Invocation* invocation);
-void AddDoctorCommand(CLI::App& app, Invocation* invocation);
-void AddBackupCommand(CLI::App& app, Invocation* invocation);
-void AddTapCommand(CLI::App& app, Invocation* invocation);
-void AddKeygenCommand(CLI::App& app, Invocation* invocation);
+void AddControlCommands(const programs::Command& program, Invocation* invocation);
+void AddTableCommand(const programs::Command& program, Invocation* invocation);
+void AddQueryCommand(const programs::Command& program, Invocation* invocation);
+void AddEvaluateCommand(const programs::Command& program, Invocation* invocation);
+void AddExportCommand(const programs::Command& program, Invocation* invocation);
+void AddDatasetCommand(const programs::Command& program, Invocation* invocation);
+void AddGenerateCommand(const programs::Command& program, Invocation* invocation);
+void AddImportCommand(const programs::Command& program, Invocation* invocation);
+void AddDoctorCommand(const programs::Command& program, Invocation* invocation);
+void AddBackupCommand(const programs::Command& program, Invocation* invocation);
+void AddTapCommand(const programs::Command& program, Invocation* invocation);
+void AddKeygenCommand(const programs::Command& program, Invocation* invocation);
 
 /// Parses and runs a whole command line, reports errors on standard error as "legopt: error: ..." and returns the exit
 /// status. This is `main`, callable from tests.

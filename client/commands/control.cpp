@@ -1,6 +1,5 @@
 // How an experiment is worked on and what it is called: pause, resume, hold, release, priority, retry, rename, tag.
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -11,30 +10,18 @@
 #include "client/commands/options.h"
 #include "db/records.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/printable.h"
+#include "words/reply.h"
 
 namespace legopt::client {
 namespace {
-
-// control_request.action, lcmtypes/control_request.lcm.
-enum class Action : std::int8_t {
-  kPause,
-  kResume,
-  kHold,
-  kRelease,
-  kPriority,
-  kRetry,
-  kRetryTimeLimited,
-  kRename,
-  kTag,
-  kUntag
-};
 
 constexpr int kMostPriority = 1000;
 
 struct Options {
   std::int64_t experiment = 0;
-  Action action{};
+  ControlAction action{};
   std::string reason;
   int priority = 0;
   NetworkOptions network;
@@ -51,24 +38,25 @@ std::string CheckReason(const std::string& reason) {
 std::string Done(const Options& options, std::int64_t num_jobs) {
   const std::string jobs = std::to_string(num_jobs) + (num_jobs == 1 ? " job" : " jobs");
   switch (options.action) {
-    case Action::kPause:
+    case ControlAction::kPause:
       return "paused; running jobs finish, no other begins until 'legopt resume'";
-    case Action::kResume:
+    case ControlAction::kResume:
       return "goes on";
-    case Action::kHold:
+    case ControlAction::kHold:
       return "held, " + jobs + " given back; 'legopt release' lets it go on";
-    case Action::kRelease:
+    case ControlAction::kRelease:
       return "released";
-    case Action::kPriority:
+    case ControlAction::kPriority:
       return "priority " + std::to_string(options.priority);
-    case Action::kRename:
+    case ControlAction::kRename:
       return "renamed";
-    case Action::kTag:
+    case ControlAction::kTag:
       return "tagged";
-    case Action::kUntag:
+    case ControlAction::kUntag:
       return "tagged so no longer";
-    case Action::kRetry:
-    case Action::kRetryTimeLimited:
+    case ControlAction::kRetry:
+    case ControlAction::kRetryTimeLimits:
+    case ControlAction::kDelete:  // another command's
       break;
   }
   return jobs + " queued again";
@@ -76,8 +64,8 @@ std::string Done(const Options& options, std::int64_t num_jobs) {
 
 // Before it is sent: what would not be text is not changed silently into another name.
 void CheckText(const Options& options) {
-  const bool name = options.action == Action::kRename;
-  if (!name && options.action != Action::kTag && options.action != Action::kUntag) return;
+  const bool name = options.action == ControlAction::kRename;
+  if (!name && options.action != ControlAction::kTag && options.action != ControlAction::kUntag) return;
   std::string fault = name ? db::FaultOfName(options.reason) : db::FaultOfTag(options.reason);
   if (fault.empty() && !bus::IsText(options.reason)) fault = "must be UTF-8";
   if (!fault.empty()) throw ClientError(ExitCode::kUsage, (name ? "NAME: " : "TAG: ") + fault);
@@ -92,66 +80,69 @@ ExitCode Control(const Options& options) {
   request.reason = options.reason;
   ServerConnection server(options.network);
   const auto reply = server.Control(request);
-  if (reply.status != 0) throw ClientError(ExitCode::kUsage, reply.message + "; see 'legopt status'");
+  if (ControlStatus{reply.status} != ControlStatus::kOk)
+    throw ClientError(ExitCode::kUsage, reply.message + "; see 'legopt status'");
   std::cout << "experiment " << options.experiment << ": " << programs::Printable(Done(options, reply.num_jobs))
             << "\n";
   if (!reply.message.empty()) std::cerr << "legopt: " << programs::Printable(reply.message) << "\n";
   return ExitCode::kOk;
 }
 
-CLI::App* AddAction(CLI::App& app, Invocation* invocation, const char* name, const char* help,
-                    const std::shared_ptr<Options>& options) {
-  auto* command = app.add_subcommand(name, help);
-  command->add_option("ID", options->experiment, "Experiment")->required()->check(programs::WholeNumber(1));
-  AddNetworkOptions(*command, &options->network);
-  command->callback([=] { invocation->body = [options] { return Control(*options); }; });
+programs::Command AddAction(const programs::Command& program, Invocation* invocation, const char* name,
+                            const char* help, const std::shared_ptr<Options>& options) {
+  const auto command = program.AddCommand(name, help);
+  command.AddOption("ID", options->experiment, "Experiment").Required().Check(programs::WholeNumber(1));
+  AddNetworkOptions(command, &options->network);
+  command.WhenChosen([=] { invocation->body = [options] { return Control(*options); }; });
   return command;
 }
 
-std::shared_ptr<Options> For(Action action) {
+std::shared_ptr<Options> For(ControlAction action) {
   const auto options = std::make_shared<Options>();
   options->action = action;
   return options;
 }
 
-void AddTagCommand(CLI::App& app, Invocation* invocation) {
-  const auto tag = For(Action::kTag);
-  auto* command =
-      AddAction(app, invocation, "tag", "Tag an experiment, for lists and filters, or take a tag away", tag);
-  auto* given = command->add_option("TAG", tag->reason, "1 to 100 bytes without a comma");
+void AddTagCommand(const programs::Command& program, Invocation* invocation) {
+  const auto tag = For(ControlAction::kTag);
+  const auto command =
+      AddAction(program, invocation, "tag", "Tag an experiment, for lists and filters, or take a tag away", tag);
+  const auto given = command.AddOption("TAG", tag->reason, "1 to 100 bytes without a comma");
   const auto remove = [tag](const std::string& text) {
     tag->reason = text;
-    tag->action = Action::kUntag;
+    tag->action = ControlAction::kUntag;
   };
-  command->add_option_function<std::string>("--remove", remove, "Take this tag away")->excludes(given);
+  command.AddAction("--remove", remove, "Take this tag away").Excludes(given);
 }
 
 }  // namespace
 
-void AddControlCommands(CLI::App& app, Invocation* invocation) {
-  AddAction(app, invocation, "pause", "Begin no more jobs of an experiment; running ones finish", For(Action::kPause));
-  AddAction(app, invocation, "resume", "Go on with a paused experiment", For(Action::kResume));
-  const auto hold = For(Action::kHold);
-  AddAction(app, invocation, "hold", "Stop an experiment for a reason; running jobs are given back, not charged", hold)
-      ->add_option("REASON", hold->reason, "Why, for those who see it in 'legopt status'")
-      ->required()
-      ->check(CLI::Validator(CheckReason, ""));
-  AddAction(app, invocation, "release", "Go on with a held experiment", For(Action::kRelease));
-  const auto priority = For(Action::kPriority);
-  AddAction(app, invocation, "priority", "Begin an experiment's jobs before or after those of others", priority)
-      ->add_option("PRIORITY", priority->priority, "Larger is earlier; experiments begin with 0")
-      ->required()
-      ->check(programs::WholeNumber(-kMostPriority, kMostPriority));
-  const auto retry = For(Action::kRetry);
-  AddAction(app, invocation, "retry", "Queue the failed and dead jobs of an experiment again", retry)
-      ->add_flag_callback(
-          "--time-limit", [retry] { retry->action = Action::kRetryTimeLimited; },
+void AddControlCommands(const programs::Command& program, Invocation* invocation) {
+  AddAction(program, invocation, "pause", "Begin no more jobs of an experiment; running ones finish",
+            For(ControlAction::kPause));
+  AddAction(program, invocation, "resume", "Go on with a paused experiment", For(ControlAction::kResume));
+  const auto hold = For(ControlAction::kHold);
+  AddAction(program, invocation, "hold", "Stop an experiment for a reason; running jobs are given back, not charged",
+            hold)
+      .AddOption("REASON", hold->reason, "Why, for those who see it in 'legopt status'")
+      .Required()
+      .Check({CheckReason, ""});
+  AddAction(program, invocation, "release", "Go on with a held experiment", For(ControlAction::kRelease));
+  const auto priority = For(ControlAction::kPriority);
+  AddAction(program, invocation, "priority", "Begin an experiment's jobs before or after those of others", priority)
+      .AddOption("PRIORITY", priority->priority, "Larger is earlier; experiments begin with 0")
+      .Required()
+      .Check(programs::WholeNumber(-kMostPriority, kMostPriority));
+  const auto retry = For(ControlAction::kRetry);
+  AddAction(program, invocation, "retry", "Queue the failed and dead jobs of an experiment again", retry)
+      .AddFlagAction(
+          "--time-limit", [retry] { retry->action = ControlAction::kRetryTimeLimits; },
           "Also those whose solve the clock stopped, as on a busy machine; their results no longer count");
-  const auto rename = For(Action::kRename);
-  AddAction(app, invocation, "rename", "Give an experiment another name", rename)
-      ->add_option("NAME", rename->reason, "1 to 200 bytes")
-      ->required();
-  AddTagCommand(app, invocation);
+  const auto rename = For(ControlAction::kRename);
+  AddAction(program, invocation, "rename", "Give an experiment another name", rename)
+      .AddOption("NAME", rename->reason, "1 to 200 bytes")
+      .Required();
+  AddTagCommand(program, invocation);
 }
 
 }  // namespace legopt::client

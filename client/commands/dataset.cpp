@@ -1,6 +1,5 @@
 #include "legopt/dataset/dataset.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <iostream>
@@ -17,6 +16,7 @@
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/robot/dof_names.h"
+#include "programs/command_line.h"
 #include "programs/isolated_call.h"
 
 namespace legopt::client {
@@ -105,12 +105,19 @@ std::string RenderInfo(const Listing& listing, const RobotModel& robot, ListingF
 ExitCode Info(const Options& options) {
   const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), CallIsolated);
   Listing listing;
-  listing.columns = {"name",          "folder",           "robot",           "dofs", "mass_kg",
-                     "scene_objects", "posture_problems", "motion_problems", "hash"};
-  listing.rows.push_back({dataset->name(), dataset->folder().string(), dataset->robot().name(),
-                          dataset->robot().num_dofs(), dataset->robot().total_mass(), dataset->scene().objects.size(),
-                          dataset->problems(Task::kPosture).size(), dataset->problems(Task::kMotion).size(),
-                          dataset->content_hash()});
+  auto& row = listing.rows.emplace_back();
+  const auto add = [&](const std::string& column, nlohmann::json cell) {
+    listing.columns.push_back(column);
+    row.push_back(std::move(cell));
+  };
+  add("name", dataset->name());
+  add("folder", dataset->folder().string());
+  add("robot", dataset->robot().name());
+  add("dofs", dataset->robot().num_dofs());
+  add("mass_kg", dataset->robot().total_mass());
+  add("scene_objects", dataset->scene().objects.size());
+  for (const auto& [task, word] : kWords<Task>) add(std::string(word) + "_problems", dataset->problems(task).size());
+  add("hash", dataset->content_hash());
   std::cout << RenderInfo(listing, dataset->robot(), options.format);
   return ExitCode::kOk;
 }
@@ -136,30 +143,30 @@ ExitCode Check(const CheckOptions& options) {
 
 }  // namespace
 
-void AddDatasetCommand(CLI::App& app, Invocation* invocation) {
-  auto* dataset = app.add_subcommand("dataset", "Look after dataset folders");
-  dataset->require_subcommand(1);
-  dataset->fallthrough();
+void AddDatasetCommand(const programs::Command& program, Invocation* invocation) {
+  const auto dataset = program.AddCommand("dataset", "Look after dataset folders");
+  dataset.RequireCommand();
+  dataset.LetOptionsFollowCommands();
 
-  auto* hash = dataset->add_subcommand("hash", "Write the content hashes of all files into dataset.yaml");
+  const auto hash = dataset.AddCommand("hash", "Write the content hashes of all files into dataset.yaml");
   const auto options = std::make_shared<Options>();
-  hash->add_option("DIR", options->folder, "Dataset folder")->required();
-  hash->add_flag("--check", options->check, "Only compare; exit code 5 when a hash does not fit");
-  AddFormatOption(*hash, &options->format);
-  hash->callback([=] { invocation->body = [options] { return Hash(*options); }; });
+  hash.AddOption("DIR", options->folder, "Dataset folder").Required();
+  hash.AddFlag("--check", options->check, "Only compare; exit code 5 when a hash does not fit");
+  AddFormatOption(hash, &options->format);
+  hash.WhenChosen([=] { invocation->body = [options] { return Hash(*options); }; });
 
-  auto* check = dataset->add_subcommand("check", "Check winding, quaternions, footholds and starts of a dataset");
+  const auto check = dataset.AddCommand("check", "Check winding, quaternions, footholds and starts of a dataset");
   const auto check_options = std::make_shared<CheckOptions>();
-  check->add_option("DIR", check_options->folder, "Dataset folder (default: the embedded garage-easier)");
-  AddTextOrJsonOption(*check, &check_options->json);
-  check->callback([=] { invocation->body = [check_options] { return Check(*check_options); }; });
+  check.AddOption("DIR", check_options->folder, "Dataset folder (default: the embedded garage-easier)");
+  AddTextOrJsonOption(check, &check_options->json);
+  check.WhenChosen([=] { invocation->body = [check_options] { return Check(*check_options); }; });
 
-  auto* info = dataset->add_subcommand(
+  const auto info = dataset.AddCommand(
       "info", "Load a dataset, check its hashes and describe it, with its joints in the order of solutions");
   const auto info_options = std::make_shared<Options>();
-  info->add_option("DIR", info_options->folder, "Dataset folder (default: the embedded garage-easier)");
-  AddFormatOption(*info, &info_options->format);
-  info->callback([=] { invocation->body = [info_options] { return Info(*info_options); }; });
+  info.AddOption("DIR", info_options->folder, "Dataset folder (default: the embedded garage-easier)");
+  AddFormatOption(info, &info_options->format);
+  info.WhenChosen([=] { invocation->body = [info_options] { return Info(*info_options); }; });
 }
 
 }  // namespace legopt::client

@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -12,12 +11,12 @@
 #include "client/commands/options.h"
 #include "client/service/experiment_status.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/printable.h"
+#include "words/reply.h"
 
 namespace legopt::client {
 namespace {
-
-constexpr std::int8_t kDelete = 10;  // control_request.action, lcmtypes/control_request.lcm
 
 struct Options {
   std::int64_t experiment = 0;
@@ -62,23 +61,23 @@ ExitCode Delete(const Options& options) {
   }
   legopt_msg::control_request request{};
   request.experiment_id = options.experiment;
-  request.action = kDelete;
+  request.action = static_cast<std::int8_t>(ControlAction::kDelete);
   const auto reply = server.Control(request);
-  if (reply.status != 0) throw ClientError(ExitCode::kUsage, reply.message);
+  if (ControlStatus{reply.status} != ControlStatus::kOk) throw ClientError(ExitCode::kUsage, reply.message);
   std::cout << what << ": deleted\n";
   return ExitCode::kOk;
 }
 
 }  // namespace
 
-void AddDeleteCommand(CLI::App& app, Invocation* invocation) {
-  auto* command =
-      app.add_subcommand("delete", "Delete an experiment that is over, with its jobs and results, for good");
+void AddDeleteCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command =
+      program.AddCommand("delete", "Delete an experiment that is over, with its jobs and results, for good");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment")->required()->check(programs::WholeNumber(1));
-  command->add_flag("--yes", options->yes, "Do not ask");
-  AddNetworkOptions(*command, &options->network);
-  command->callback([=] { invocation->body = [options] { return Delete(*options); }; });
+  command.AddOption("ID", options->experiment, "Experiment").Required().Check(programs::WholeNumber(1));
+  command.AddFlag("--yes", options->yes, "Do not ask");
+  AddNetworkOptions(command, &options->network);
+  command.WhenChosen([=] { invocation->body = [options] { return Delete(*options); }; });
 }
 
 }  // namespace legopt::client

@@ -21,6 +21,7 @@
 #include "programs/data_folder.h"
 #include "programs/isolated_call.h"
 #include "programs/printable.h"
+#include "words/task.h"
 
 namespace legopt::client {
 namespace {
@@ -175,15 +176,22 @@ void CheckNetwork(const DiagnosisOptions& options, std::vector<Finding>* finding
   findings->push_back(CheckClock(probe));
 }
 
+// "40 posture and 35 motion".
+std::string CountProblems(const Dataset& dataset) {
+  std::string text;
+  for (const auto& [task, word] : kWords<Task>) {
+    text += (text.empty() ? "" : " and ") + std::to_string(dataset.problems(task).size()) + " " + std::string(word);
+  }
+  return text;
+}
+
 Finding CheckDataset(const DiagnosisOptions& options) {
   try {
     const auto dataset = Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated);
     return {"dataset",
             State::kOk,
-            dataset->name() + " in " + dataset->folder().string() + ", " +
-                std::to_string(dataset->problems(Task::kPosture).size()) + " posture and " +
-                std::to_string(dataset->problems(Task::kMotion).size()) + " motion problems, hash " +
-                dataset->content_hash(),
+            dataset->name() + " in " + dataset->folder().string() + ", " + CountProblems(*dataset) +
+                " problems, hash " + dataset->content_hash(),
             "",
             {}};
   } catch (const InputError& error) {

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
@@ -6,6 +5,7 @@
 #include "client/commands/diagnosis.h"
 #include "client/commands/options.h"
 #include "client/report/terminal.h"
+#include "programs/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -23,16 +23,17 @@ ExitCode Doctor(const Options& options) {
 
 }  // namespace
 
-void AddDoctorCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand("doctor", "Check network, programs, server, clock, dataset; says what to fix");
+void AddDoctorCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command =
+      program.AddCommand("doctor", "Check network, programs, server, clock, dataset; says what to fix");
   const auto options = std::make_shared<Options>();
-  AddDatasetOption(*command, &options->diagnosis.dataset);
-  command->add_option(
+  AddDatasetOption(command, &options->diagnosis.dataset);
+  command.AddOption(
       "--db", options->diagnosis.db,
       "Also check this database file: integrity, foreign keys, schema and everything that rows promise each other");
-  AddFormatOption(*command, &options->format);
-  AddNetworkOptions(*command, &options->diagnosis.network);
-  command->callback([=] { invocation->body = [options] { return Doctor(*options); }; });
+  AddFormatOption(command, &options->format);
+  AddNetworkOptions(command, &options->diagnosis.network);
+  command.WhenChosen([=] { invocation->body = [options] { return Doctor(*options); }; });
 }
 
 }  // namespace legopt::client

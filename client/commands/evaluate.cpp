@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -9,6 +8,7 @@
 #include "client/report/evaluation_report.h"
 #include "client/suite/chosen_files.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/isolated_call.h"
 #include "programs/printable.h"
 
@@ -18,8 +18,8 @@ namespace {
 struct Options {
   std::string file;
   std::optional<std::string> dataset;
-  std::string rule = "literal";
-  std::string definitions = "file";
+  Rule rule = Rule::kLiteral;
+  Definitions definitions = Definitions::kFile;
   TableFormat format = TableFormat::kText;
   TimeUnit time_unit = kMilliseconds;
   OutputOptions output;
@@ -28,8 +28,7 @@ struct Options {
 ExitCode Evaluate(const Options& options) {
   const SolutionFile file = ReadSolutions(options.file);
   Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated));
-  const auto report = EvaluateSolutions(file, judge, options.rule == "strict" ? Rule::kStrict : Rule::kLiteral,
-                                        options.definitions == "dataset" ? Definitions::kDataset : Definitions::kFile);
+  const auto report = EvaluateSolutions(file, judge, options.rule, options.definitions);
   if (report.rows.empty()) {
     throw ClientError(ExitCode::kUsage, options.file + ": no problem has a 'solution'; is it a problem file?");
   }
@@ -46,21 +45,20 @@ ExitCode Evaluate(const Options& options) {
 
 }  // namespace
 
-void AddEvaluateCommand(CLI::App& app, Invocation* invocation) {
-  auto* command =
-      app.add_subcommand("evaluate", "Judge a LegOpt solution file: per method successes, mean cost, mean time");
+void AddEvaluateCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command =
+      program.AddCommand("evaluate", "Judge a LegOpt solution file: per method successes, mean cost, mean time");
   const auto options = std::make_shared<Options>();
-  command->add_option("FILE", options->file, "LegOpt solution JSON")->required();
-  AddDatasetOption(*command, &options->dataset);
-  command
-      ->add_option("--definitions", options->definitions,
-                   "Whose problem definitions count: file (default), as in the original evaluator, or dataset")
-      ->check(programs::OneOf({"file", "dataset"}));
-  AddRuleOption(*command, &options->rule);
-  AddTableFormatOption(*command, &options->format);
-  AddTimeUnitOption(*command, &options->time_unit);
-  AddOutputOptions(*command, &options->output);
-  command->callback([=] { invocation->body = [options] { return Evaluate(*options); }; });
+  command.AddOption("FILE", options->file, "LegOpt solution JSON").Required();
+  AddDatasetOption(command, &options->dataset);
+  command.AddWord<Definitions>(
+      "--definitions", options->definitions,
+      "Whose problem definitions count: file (default), as in the original evaluator, or dataset");
+  AddRuleOption(command, &options->rule);
+  AddTableFormatOption(command, &options->format);
+  AddTimeUnitOption(command, &options->time_unit);
+  AddOutputOptions(command, &options->output);
+  command.WhenChosen([=] { invocation->body = [options] { return Evaluate(*options); }; });
 }
 
 }  // namespace legopt::client

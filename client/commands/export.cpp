@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
@@ -7,8 +6,8 @@
 #include "client/commands/options.h"
 #include "client/report/exported_solutions.h"
 #include "client/suite/chosen_files.h"
-#include "legopt/word_input.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/isolated_call.h"
 
 namespace legopt::client {
@@ -17,7 +16,9 @@ namespace {
 struct Options {
   std::optional<std::int64_t> experiment;
   std::string out;
-  std::optional<std::string> initialization, task, dataset;
+  std::optional<Initialization> initialization;
+  std::optional<Task> task;
+  std::optional<std::string> dataset;
   MethodFilter methods;
   SourceOptions source;
 };
@@ -37,7 +38,7 @@ std::shared_ptr<const Dataset> LoadDatasetOf(const ExperimentInfo& experiment, c
 
 constexpr char kStandardOutput[] = "-";
 
-// The file itself for a single task, else one file per task: solutions-posture.json, solutions-motion.json.
+// The file itself for a single task, else one file per task, e.g. solutions-posture.json.
 std::filesystem::path FileFor(const std::string& out, const SolutionFile& file, std::size_t num_files) {
   if (num_files == 1) return out;
   std::filesystem::path path(out);
@@ -57,21 +58,29 @@ void Write(const std::string& out, const SolutionFile& file, std::size_t num_fil
             << (out == kStandardOutput ? "standard output" : path.string()) << "\n";
 }
 
+// "both tasks, -posture and -motion".
+std::string AllTasks() {
+  std::string endings;
+  for (const auto& row : kWords<Task>) endings += (endings.empty() ? "-" : " and -") + std::string(row.word);
+  return (kNumWords<Task> == 2 ? "both tasks, " : "several tasks, ") + endings;
+}
+
 ExitCode Export(const Options& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
   const auto dataset = LoadDatasetOf(experiment, options);
-  ExportFilter filter{options.methods, options.initialization, std::nullopt};
-  if (options.task) filter.task = ReadTask(*options.task, "--task");
-  const auto exported = ReadSolutionsOf(*source, experiment.id, *dataset, filter);
+  const auto exported =
+      ReadSolutionsOf(*source, experiment.id, *dataset, {options.methods, options.initialization, options.task});
   if (exported.num_solutions == 0) {
     throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) +
                                             " has no results that match; 'legopt list " +
                                             std::to_string(experiment.id) + source->flags() + "' shows what there is");
   }
   if (options.out == kStandardOutput && exported.files.size() > 1) {
-    throw ClientError(ExitCode::kUsage,
-                      "the experiment has both tasks, which make two files: choose one with --task, or a --out FILE");
+    throw ClientError(ExitCode::kUsage, std::string(exported.files.size() == 2
+                                                        ? "the experiment has both tasks, which make two files"
+                                                        : "the experiment has several tasks, which make a file each") +
+                                            ": choose one with --task, or a --out FILE");
   }
   for (const auto& file : exported.files) Write(options.out, file, exported.files.size());
   if (exported.num_missing > 0) {
@@ -83,24 +92,24 @@ ExitCode Export(const Options& options) {
 
 }  // namespace
 
-void AddExportCommand(CLI::App& app, Invocation* invocation) {
-  auto* command =
-      app.add_subcommand("export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges");
+void AddExportCommand(const programs::Command& program, Invocation* invocation) {
+  using programs::Alternatives, programs::WordsOf;
+  const auto command =
+      program.AddCommand("export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment (default: the newest)")->check(programs::WholeNumber(1));
+  command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(programs::WholeNumber(1));
   command
-      ->add_option("--out", options->out,
-                   "File to write, - for standard output; with both tasks, -posture and -motion are added to its name")
-      ->required();
-  AddMethodFilterOptions(*command, &options->methods);
-  command->add_option("--initialization", options->initialization, "Only this one: good or in_collision")
-      ->check(programs::OneOf({"good", "in_collision"}));
-  command->add_option("--task", options->task, "Only this task: posture or motion")
-      ->check(programs::OneOf({"posture", "motion"}));
-  command->add_option("--dataset", options->dataset,
-                      "Dataset folder, for the problem definitions (default: the embedded garage-easier)");
-  AddSourceOptions(*command, &options->source);
-  command->callback([=] { invocation->body = [options] { return Export(*options); }; });
+      .AddOption("--out", options->out,
+                 "File to write, - for standard output; with " + AllTasks() + " are added to its name")
+      .Required();
+  AddMethodFilterOptions(command, &options->methods);
+  command.AddWord<Initialization>("--initialization", options->initialization,
+                                  "Only this one: " + Alternatives(WordsOf<Initialization>()));
+  command.AddWord<Task>("--task", options->task, "Only this task: " + Alternatives(WordsOf<Task>()));
+  command.AddOption("--dataset", options->dataset,
+                    "Dataset folder, for the problem definitions (default: the embedded garage-easier)");
+  AddSourceOptions(command, &options->source);
+  command.WhenChosen([=] { invocation->body = [options] { return Export(*options); }; });
 }
 
 }  // namespace legopt::client

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <functional>
@@ -21,6 +20,7 @@
 #include "legopt/generate/source_check.h"
 #include "legopt/input_error.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/data_folder.h"
 #include "programs/isolated_call.h"
 
@@ -35,18 +35,18 @@ struct ScenarioFlags {
   bool no_pictures = false;
 };
 
-void AddSeedFlag(CLI::App& app, ScenarioFlags* flags) {
-  app.add_option("--seed", flags->seed, "All random draws follow from it")
-      ->capture_default_str()
-      ->check(programs::WholeNumber(0));  // it would wrap around
+void AddSeedFlag(const programs::Command& command, ScenarioFlags* flags) {
+  command.AddOption("--seed", flags->seed, "All random draws follow from it")
+      .ShowDefault()
+      .Check(programs::WholeNumber(0));  // it would wrap around
 }
 
-void AddScenarioFlags(CLI::App& app, ScenarioFlags* flags) {
-  app.add_option("--kind", flags->kind, "garage or house")->capture_default_str();
-  app.add_option("--level", flags->level, "easier, easy, intermediate or hard")->capture_default_str();
-  AddSeedFlag(app, flags);
-  app.add_option("--out", flags->out, "Folder to make; it must not exist")->required();
-  app.add_flag("--no-pictures", flags->no_pictures, "Leave the PNG files out");
+void AddScenarioFlags(const programs::Command& command, ScenarioFlags* flags) {
+  command.AddOption("--kind", flags->kind, "garage or house").ShowDefault();
+  command.AddOption("--level", flags->level, "easier, easy, intermediate or hard").ShowDefault();
+  AddSeedFlag(command, flags);
+  command.AddOption("--out", flags->out, "Folder to make; it must not exist").Required();
+  command.AddFlag("--no-pictures", flags->no_pictures, "Leave the PNG files out");
 }
 
 generate::ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
@@ -111,34 +111,34 @@ struct DatasetFlags {
 };
 
 /// What decides which stances there are.
-CLI::Option* AddStanceFlags(CLI::App& app, DatasetFlags* flags) {
+programs::Option AddStanceFlags(const programs::Command& command, DatasetFlags* flags) {
   generate::DatasetOptions& options = flags->options;
-  app.add_option("--name", flags->name, "Name of the dataset (default: that of the folder)");
-  app.add_option("--radius", options.radius_m, "Largest distance of the feet, m (default: by the robot's size)");
-  app.add_option("--slope", options.slope_rad, "Steepest ground, rad (default: 0.45)");
+  command.AddOption("--name", flags->name, "Name of the dataset (default: that of the folder)");
+  command.AddOption("--radius", options.radius_m, "Largest distance of the feet, m (default: by the robot's size)");
+  command.AddOption("--slope", options.slope_rad, "Steepest ground, rad (default: 0.45)");
   options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  app.add_option("--threads", options.threads, "The result does not depend on it (default: all cores)");
-  return app.add_option("--stances", options.stances, "Stances sampled")->capture_default_str();
+  command.AddOption("--threads", options.threads, "The result does not depend on it (default: all cores)");
+  return command.AddOption("--stances", options.stances, "Stances sampled").ShowDefault();
 }
 
-void AddInstanceFlags(CLI::App& app, DatasetFlags* flags) {
+void AddInstanceFlags(const programs::Command& command, DatasetFlags* flags) {
   generate::DatasetOptions& options = flags->options;
-  CLI::Option* stances = AddStanceFlags(app, flags);
-  app.add_option("--proven", options.proven,
+  programs::Option stances = AddStanceFlags(command, flags);
+  command
+      .AddOption("--proven", options.proven,
                  "Solution file: its stances that have a posture, instead of sampling and proving some here")
-      ->excludes(stances);
-  app.add_option("--same-floor", options.same_floor, "Motion problems on one floor")->capture_default_str();
-  app.add_option("--different-floors", options.different_floors, "Motion problems between floors")
-      ->capture_default_str();
-  app.add_option("--postures", options.postures, "Posture problems")->capture_default_str();
+      .Excludes(stances);
+  command.AddOption("--same-floor", options.same_floor, "Motion problems on one floor").ShowDefault();
+  command.AddOption("--different-floors", options.different_floors, "Motion problems between floors").ShowDefault();
+  command.AddOption("--postures", options.postures, "Posture problems").ShowDefault();
 }
 
 /// Adds what is the same for all datasets: where robot and scene come from.
-void AddSourceFlags(CLI::App& app, DatasetFlags* flags) {
-  app.add_option("--from", flags->from, "Dataset folder with the robot and the scene; its problems are not used")
-      ->required();
-  AddSeedFlag(app, &flags->scenario);
-  app.add_option("--out", flags->scenario.out, "Folder to make; it must not exist")->required();
+void AddSourceFlags(const programs::Command& command, DatasetFlags* flags) {
+  command.AddOption("--from", flags->from, "Dataset folder with the robot and the scene; its problems are not used")
+      .Required();
+  AddSeedFlag(command, &flags->scenario);
+  command.AddOption("--out", flags->scenario.out, "Folder to make; it must not exist").Required();
 }
 
 using Build = generate::DatasetReport (*)(const generate::DatasetOptions&, const std::filesystem::path&,
@@ -190,38 +190,39 @@ ExitCode MakeCandidates(const DatasetFlags& flags) {
 
 }  // namespace
 
-void AddGenerateCommand(CLI::App& app, Invocation* invocation) {
-  auto* generate = app.add_subcommand("generate", "Make destruction scenarios and benchmark instances from a seed");
-  generate->require_subcommand(1);
-  generate->fallthrough();
+void AddGenerateCommand(const programs::Command& program, Invocation* invocation) {
+  const auto generate =
+      program.AddCommand("generate", "Make destruction scenarios and benchmark instances from a seed");
+  generate.RequireCommand();
+  generate.LetOptionsFollowCommands();
 
-  auto* scenario = generate->add_subcommand("scenario", "A damaged building: mesh, manifest and pictures");
+  const auto scenario = generate.AddCommand("scenario", "A damaged building: mesh, manifest and pictures");
   const auto flags = std::make_shared<ScenarioFlags>();
-  AddScenarioFlags(*scenario, flags.get());
-  scenario->callback([=] { invocation->body = [flags] { return GenerateScenario(*flags); }; });
+  AddScenarioFlags(scenario, flags.get());
+  scenario.WhenChosen([=] { invocation->body = [flags] { return GenerateScenario(*flags); }; });
 
-  auto* dataset =
-      generate->add_subcommand("dataset", "Scenario, stances, footstep plans and problems: a whole dataset");
+  const auto dataset =
+      generate.AddCommand("dataset", "generate::Scenario, stances, footstep plans and problems: a whole dataset");
   const auto dataset_flags = std::make_shared<DatasetFlags>();
-  AddScenarioFlags(*dataset, &dataset_flags->scenario);
-  dataset->add_option("--robot", dataset_flags->robot,
-                      "Dataset folder whose robot is used (default: the embedded one's)");
-  AddInstanceFlags(*dataset, dataset_flags.get());
-  dataset->callback([=] { invocation->body = [dataset_flags] { return MakeDataset(*dataset_flags); }; });
+  AddScenarioFlags(dataset, &dataset_flags->scenario);
+  dataset.AddOption("--robot", dataset_flags->robot,
+                    "Dataset folder whose robot is used (default: the embedded one's)");
+  AddInstanceFlags(dataset, dataset_flags.get());
+  dataset.WhenChosen([=] { invocation->body = [dataset_flags] { return MakeDataset(*dataset_flags); }; });
 
-  auto* problems =
-      generate->add_subcommand("problems", "Stances, footstep plans and problems for a robot and scene of yours");
+  const auto problems =
+      generate.AddCommand("problems", "Stances, footstep plans and problems for a robot and scene of yours");
   const auto problem_flags = std::make_shared<DatasetFlags>();
-  AddSourceFlags(*problems, problem_flags.get());
-  AddInstanceFlags(*problems, problem_flags.get());
-  problems->callback([=] { invocation->body = [problem_flags] { return MakeDataset(*problem_flags); }; });
+  AddSourceFlags(problems, problem_flags.get());
+  AddInstanceFlags(problems, problem_flags.get());
+  problems.WhenChosen([=] { invocation->body = [problem_flags] { return MakeDataset(*problem_flags); }; });
 
-  auto* candidates = generate->add_subcommand(
+  const auto candidates = generate.AddCommand(
       "candidates", "Stances whose feasibility nobody has checked yet, as posture problems for the worker pool");
   const auto candidate_flags = std::make_shared<DatasetFlags>();
-  AddSourceFlags(*candidates, candidate_flags.get());
-  AddStanceFlags(*candidates, candidate_flags.get());
-  candidates->callback([=] { invocation->body = [candidate_flags] { return MakeCandidates(*candidate_flags); }; });
+  AddSourceFlags(candidates, candidate_flags.get());
+  AddStanceFlags(candidates, candidate_flags.get());
+  candidates.WhenChosen([=] { invocation->body = [candidate_flags] { return MakeCandidates(*candidate_flags); }; });
 }
 
 }  // namespace legopt::client

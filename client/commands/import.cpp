@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <filesystem>
 #include <iostream>
@@ -15,6 +14,7 @@
 #include "legopt/dataset/text_file.h"
 #include "legopt/import/importer.h"
 #include "legopt/input_error.h"
+#include "programs/command_line.h"
 #include "programs/isolated_call.h"
 #include "programs/printable.h"
 
@@ -81,42 +81,38 @@ ExitCode Import(const Flags& flags) {
 
 }  // namespace
 
-void AddImportCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand(
+void AddImportCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand(
       "import", "Make a dataset from robot, scene and problem files, e.g. a clone of the original benchmark; check it");
   const auto flags = std::make_shared<Flags>();
   ImportOptions& options = flags->options;
-  command->add_option("DIR", options.source, "Folder with the files")->required();
-  command->add_option("--out", flags->out, "Folder to make; it must not exist")->required();
-  command->add_option("--name", options.name, "Name of the dataset (default: that of the folder)");
-  command->add_option("--robot", options.files.robot, "URDF, or COLLADA with kinematics (default: the only one)");
-  command->add_option("--scene", options.files.scene, "Mesh or scene.yaml (default: scene.yaml, else the only mesh)");
+  command.AddOption("DIR", options.source, "Folder with the files").Required();
+  command.AddOption("--out", flags->out, "Folder to make; it must not exist").Required();
+  command.AddOption("--name", options.name, "Name of the dataset (default: that of the folder)");
+  command.AddOption("--robot", options.files.robot, "URDF, or COLLADA with kinematics (default: the only one)");
+  command.AddOption("--scene", options.files.scene, "Mesh or scene.yaml (default: scene.yaml, else the only mesh)");
   for (const TaskDescription& task : kTasks) {
-    command->add_option("--" + std::string(ToString(task.task)), options.files.problems[task.task],
-                        std::string(task.short_title) + " problems (default: problems*.json of that task)");
+    command.AddOption("--" + std::string(ToString(task.task)), options.files.problems[task.task],
+                      std::string(task.short_title) + " problems (default: problems*.json of that task)");
   }
-  command->add_option("--feet", options.feet, "Links that may stand (default: those that the problems name)")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("LIST");
-  command->add_option("--sole-offset", options.sole_offset_m,
-                      "Height of a foot's link frame above its pose, m (default: lowest point of the feet, and 1 mm)");
+  command.AddOption("--feet", options.feet, "Links that may stand (default: those that the problems name)")
+      .CommaSeparated();
+  command.AddOption("--sole-offset", options.sole_offset_m,
+                    "Height of a foot's link frame above its pose, m (default: lowest point of the feet, and 1 mm)");
   command
-      ->add_option("--nominal", flags->nominal,
-                   "Start of every solve, JOINT=RADIANS, comma separated (default: all joints 0)")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("LIST");
-  command->add_flag("--fix-winding", options.fix_winding, "Turn bodies of the scene round that are inside out");
-  AddTextOrJsonOption(*command, &flags->json);
-  command->footer(
+      .AddOption("--nominal", flags->nominal,
+                 "Start of every solve, JOINT=RADIANS, comma separated (default: all joints 0)")
+      .CommaSeparated();
+  command.AddFlag("--fix-winding", options.fix_winding, "Turn bodies of the scene round that are inside out");
+  AddTextOrJsonOption(command, &flags->json);
+  command.SetFooter(
       "What is not named is looked for in DIR: the files of its dataset.yaml; else the only URDF (else the only "
       "COLLADA\n"
       "robot), the scene of an OpenRAVE environment *.xml, scene.yaml or the only mesh, and problems*.json, one per "
       "task.\n"
       "The scene is in metres, z up; quaternions have norm 1, their order is found out. DIR is not changed;\n"
       "faults marked FAIL make no dataset, exit code 2.");
-  command->callback([=] { invocation->body = [flags] { return Import(*flags); }; });
+  command.WhenChosen([=] { invocation->body = [flags] { return Import(*flags); }; });
 }
 
 }  // namespace legopt::client

@@ -1,10 +1,10 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <string>
 
 #include "bus/message_key.h"
 #include "client/commands/commands.h"
+#include "programs/command_line.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -19,12 +19,12 @@ ExitCode Keygen(const std::string& file) {
 
 }  // namespace
 
-void AddKeygenCommand(CLI::App& app, Invocation* invocation) {
-  auto* command =
-      app.add_subcommand("keygen", "Make the shared key of a deployment: a new file that only you may read");
+void AddKeygenCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command =
+      program.AddCommand("keygen", "Make the shared key of a deployment: a new file that only you may read");
   const auto file = std::make_shared<std::string>();
-  command->add_option("FILE", *file, "File to create; an existing one is never overwritten")->required();
-  command->callback([=] { invocation->body = [file] { return Keygen(*file); }; });
+  command.AddOption("FILE", *file, "File to create; an existing one is never overwritten").Required();
+  command.WhenChosen([=] { invocation->body = [file] { return Keygen(*file); }; });
 }
 
 }  // namespace legopt::client

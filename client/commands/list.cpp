@@ -1,6 +1,3 @@
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <array>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -10,9 +7,12 @@
 #include "client/commands/options.h"
 #include "client/report/method_filter.h"
 #include "client/service/experiment_status.h"
-#include "legopt/evaluate/judge.h"
 #include "legopt/nearest_name.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
+#include "words/job.h"
+#include "words/result.h"
+#include "words/task.h"
 
 namespace legopt::client {
 namespace {
@@ -21,7 +21,10 @@ constexpr int kDefaultLimit = 1000;
 
 struct Options {
   std::optional<std::int64_t> experiment;
-  std::optional<std::string> state, task, initialization, verdict;
+  std::optional<JobState> state;
+  std::optional<Task> task;
+  std::optional<Initialization> initialization;
+  std::optional<Verdict> verdict;
   MethodFilter methods;
   std::optional<int> problem;
   bool unsolved = false;
@@ -30,17 +33,14 @@ struct Options {
   ListingOptions listing;
 };
 
-constexpr std::array kVerdicts = {Verdict::kSuccess,      Verdict::kWrongWaypointCount,
-                                  Verdict::kWrongSize,    Verdict::kNotFinite,
-                                  Verdict::kFootPose,     Verdict::kCom,
-                                  Verdict::kJointLimit,   Verdict::kEnvironmentCollision,
-                                  Verdict::kSelfCollision};
-
 std::string FaultOfVerdict(const std::string& word) {
-  std::vector<std::string> words;
-  for (const Verdict verdict : kVerdicts) words.emplace_back(ToString(verdict));
-  if (std::find(words.begin(), words.end(), word) != words.end()) return {};
-  return "'" + word + "' is no verdict; " + SuggestName(word, words);
+  if (ParseWord<Verdict>(word)) return {};
+  return "'" + word + "' is no verdict; " + SuggestName(word, programs::WordsOf<Verdict>());
+}
+
+template <Worded Enum>
+std::string SqlWord(Enum value) {
+  return SqlText(std::string(ToString(value)));
 }
 
 // A number that no problem of the experiment has would look like a problem without jobs.
@@ -49,15 +49,19 @@ void RequireProblem(ResultSource& source, std::int64_t experiment_id, int proble
       "SELECT task, min(problem_id) AS first, max(problem_id) AS last, count(*) FILTER (WHERE problem_id = " +
       std::to_string(problem) + ") AS n FROM (SELECT DISTINCT c.task, p.problem_id FROM cells AS c JOIN jobs AS j " +
       "USING (cell_id) JOIN problems AS p USING (problem_key) WHERE c.experiment_id = " +
-      std::to_string(experiment_id) + ") GROUP BY task ORDER BY task DESC");
-  std::string known;
+      std::to_string(experiment_id) + ") GROUP BY task");
+  Per<Task, std::string> known;
   for (std::size_t i = 0; i < found.rows.size(); ++i) {
     if (found.At(i, "n").get<int>() > 0) return;
-    known += (known.empty() ? "; it has " : ", ") + found.At(i, "task").get<std::string>() + " " +
-             found.At(i, "first").dump() + " to " + found.At(i, "last").dump();
+    const Task task = found.WordAt<Task>(i, "task");
+    known[task] = std::string(ToString(task)) + " " + found.At(i, "first").dump() + " to " + found.At(i, "last").dump();
+  }
+  std::string text;
+  for (const std::string& range : known) {
+    if (!range.empty()) text += (text.empty() ? "; it has " : ", ") + range;
   }
   throw ClientError(ExitCode::kUsage, "--problem " + std::to_string(problem) + ": experiment " +
-                                          std::to_string(experiment_id) + " has no such problem" + known);
+                                          std::to_string(experiment_id) + " has no such problem" + text);
 }
 
 std::string Sql(const Options& options, std::int64_t experiment_id, const ExperimentMethods& methods) {
@@ -68,8 +72,8 @@ std::string Sql(const Options& options, std::int64_t experiment_id, const Experi
                     "verdict_literal AS verdict, solver_status, cost, time_s, worker FROM job_list WHERE "
                     "experiment_id = " +
                     std::to_string(experiment_id);
-  const auto restrict = [&sql](const char* column, const std::optional<std::string>& value) {
-    if (value) sql += " AND lower(" + std::string(column) + ") = lower(" + SqlText(*value) + ")";
+  const auto restrict = [&sql](const char* column, const auto& value) {
+    if (value) sql += " AND " + std::string(column) + " = " + SqlWord(*value);
   };
   restrict("state", options.state);
   restrict("task", options.task);
@@ -79,7 +83,10 @@ std::string Sql(const Options& options, std::int64_t experiment_id, const Experi
     sql += " AND job_id IN (SELECT job_id FROM jobs JOIN cells USING (cell_id) WHERE " + condition + ")";
   }
   if (options.problem) sql += " AND problem_id = " + std::to_string(*options.problem);
-  if (options.unsolved) sql += " AND (state IN ('failed', 'dead') OR verdict_literal <> 'success')";
+  if (options.unsolved) {
+    sql += " AND (state IN (" + SqlWord(JobState::kFailed) + ", " + SqlWord(JobState::kDead) +
+           ") OR verdict_literal <> " + SqlWord(Verdict::kSuccess) + ")";
+  }
   return sql + " ORDER BY job_id";
 }
 
@@ -102,7 +109,8 @@ void AddProgress(const Options& options, std::int64_t experiment_id, Listing* jo
 // What a busy machine may have cost, and how to mend it.
 void HintAtStoppedJobs(std::int64_t experiment_id, const Listing& jobs) {
   int stopped = 0;
-  for (std::size_t i = 0; i < jobs.rows.size(); ++i) stopped += jobs.At(i, "solver_status") == "time_limit" ? 1 : 0;
+  for (std::size_t i = 0; i < jobs.rows.size(); ++i)
+    stopped += jobs.At(i, "solver_status") == ToString(SolveStatus::kTimeLimit) ? 1 : 0;
   if (stopped == 0) return;
   std::cerr << "legopt: the clock stopped " << stopped << " of these; 'legopt retry " << experiment_id
             << " --time-limit' queues them again\n";
@@ -123,25 +131,24 @@ ExitCode List(const Options& options) {
 
 }  // namespace
 
-void AddListCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand("list", "List the jobs of an experiment");
+void AddListCommand(const programs::Command& program, Invocation* invocation) {
+  using programs::Alternatives, programs::WordsOf;
+  const auto command = program.AddCommand("list", "List the jobs of an experiment");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment (default: the newest)")->check(programs::WholeNumber(1));
-  command->add_option("--state", options->state, "queued, leased, done, failed, dead or cancelled")
-      ->check(programs::OneOf({"queued", "leased", "done", "failed", "dead", "cancelled"}));
-  AddMethodFilterOptions(*command, &options->methods);
-  command->add_option("--task", options->task, "posture or motion")->check(programs::OneOf({"posture", "motion"}));
-  command->add_option("--initialization", options->initialization, "good or in_collision")
-      ->check(programs::OneOf({"good", "in_collision"}));
-  command->add_option("--problem", options->problem, "Only this problem");
-  command->add_option("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose")
-      ->check(FaultOfVerdict);
-  command->add_flag("--unsolved", options->unsolved, "Only jobs that ended without success");
-  command->add_option("--limit", options->limit, "Most jobs to list (default 1000)")
-      ->check(programs::WholeNumber(1, ResultSource::kAllRows));
-  AddListingOptions(*command, &options->listing);
-  AddSourceOptions(*command, &options->source);
-  command->callback([=] { invocation->body = [options] { return List(*options); }; });
+  command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(programs::WholeNumber(1));
+  command.AddWord<JobState>("--state", options->state, Alternatives(WordsOf<JobState>()));
+  AddMethodFilterOptions(command, &options->methods);
+  command.AddWord<Task>("--task", options->task, Alternatives(WordsOf<Task>()));
+  command.AddWord<Initialization>("--initialization", options->initialization, Alternatives(WordsOf<Initialization>()));
+  command.AddOption("--problem", options->problem, "Only this problem");
+  command.AddWord<Verdict>("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose",
+                           {FaultOfVerdict, ""});
+  command.AddFlag("--unsolved", options->unsolved, "Only jobs that ended without success");
+  command.AddOption("--limit", options->limit, "Most jobs to list (default 1000)")
+      .Check(programs::WholeNumber(1, ResultSource::kAllRows));
+  AddListingOptions(command, &options->listing);
+  AddSourceOptions(command, &options->source);
+  command.WhenChosen([=] { invocation->body = [options] { return List(*options); }; });
 }
 
 }  // namespace legopt::client

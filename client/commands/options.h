@@ -10,23 +10,22 @@
 #include "client/report/terminal.h"
 #include "client/service/server_connection.h"
 #include "client/suite/suite.h"
-
-namespace CLI {
-class App;
-}
+#include "programs/command_line.h"
 
 namespace legopt::client {
 
-// Flags that several commands share. Each function adds them to `app`; the target must outlive the parse.
+// Flags that several commands share. Each function adds them to `command`; the target must outlive the parse.
 
 /// the network flags and --timeout
-void AddNetworkOptions(CLI::App& app, NetworkOptions* options);
+void AddNetworkOptions(const programs::Command& command, NetworkOptions* options);
 /// --db and those
-void AddSourceOptions(CLI::App& app, SourceOptions* options);
+void AddSourceOptions(const programs::Command& command, SourceOptions* options);
 /// --format text|markdown|csv|json
-void AddFormatOption(CLI::App& app, ListingFormat* format);
-/// --width, --color auto|always|never, --no-pager
-void AddOutputOptions(CLI::App& app, OutputOptions* options);
+void AddFormatOption(const programs::Command& command, ListingFormat* format);
+/// --width, --color auto|always|never
+void AddLayoutOptions(const programs::Command& command, OutputOptions* options);
+/// Those, and --no-pager: for what may go through a pager
+void AddOutputOptions(const programs::Command& command, OutputOptions* options);
 /// How a command prints its listing; see PrintListing.
 struct ListingOptions {
   ListingFormat format = ListingFormat::kText;
@@ -34,19 +33,19 @@ struct ListingOptions {
   OutputOptions output;
 };
 /// --format, --columns and the output options
-void AddListingOptions(CLI::App& app, ListingOptions* options);
+void AddListingOptions(const programs::Command& command, ListingOptions* options);
 /// --time-unit s|ms|us
-void AddTimeUnitOption(CLI::App& app, TimeUnit* unit);
+void AddTimeUnitOption(const programs::Command& command, TimeUnit* unit);
 /// --format text|markdown|latex|csv|json
-void AddTableFormatOption(CLI::App& app, TableFormat* format);
+void AddTableFormatOption(const programs::Command& command, TableFormat* format);
 /// --format text|json
-void AddTextOrJsonOption(CLI::App& app, bool* json);
+void AddTextOrJsonOption(const programs::Command& command, bool* json);
 /// --patience: for who waits for an experiment
-void AddPatienceOption(CLI::App& app, double* patience_s);
+void AddPatienceOption(const programs::Command& command, double* patience_s);
 /// --rule literal|strict
-void AddRuleOption(CLI::App& app, std::string* rule);
+void AddRuleOption(const programs::Command& command, Rule* rule);
 /// --dataset
-void AddDatasetOption(CLI::App& app, std::optional<std::string>* dataset);
+void AddDatasetOption(const programs::Command& command, std::optional<std::string>* dataset);
 
 /// A listing on standard output as its options say, through the pager where it is long. Throws ClientError (kUsage) for
 /// a column that it does not have.
@@ -59,6 +58,6 @@ struct SuiteOptions {
   SuiteFilter filter;
   bool fresh = false;  ///< --new: a new experiment although one of the same content exists
 };
-void AddSuiteOptions(CLI::App& app, SuiteOptions* options);
+void AddSuiteOptions(const programs::Command& command, SuiteOptions* options);
 
 }  // namespace legopt::client

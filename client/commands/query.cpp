@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
@@ -6,6 +5,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -47,22 +47,22 @@ ExitCode Query(const Options& options) {
 
 }  // namespace
 
-void AddQueryCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand("query", "Run a read-only SQL statement on the results");
+void AddQueryCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("query", "Run a read-only SQL statement on the results");
   const auto options = std::make_shared<Options>();
-  command->add_option("SQL", options->sql, "One SELECT, e.g. \"SELECT * FROM benchmark_table\"")->required();
-  command->add_option("--max-rows", options->max_rows, "Most rows to read (default 100000)")
-      ->check(programs::WholeNumber(1, ResultSource::kAllRows));
+  command.AddOption("SQL", options->sql, "One SELECT, e.g. \"SELECT * FROM benchmark_table\"").Required();
+  command.AddOption("--max-rows", options->max_rows, "Most rows to read (default 100000)")
+      .Check(programs::WholeNumber(1, ResultSource::kAllRows));
   command
-      ->add_option("--limit", options->limit_s,
-                   "Seconds after which the query is stopped (default 30); 0 with --db: never")
-      ->check(programs::Number(0, ResultSource::kLongestLimit_s));
-  AddListingOptions(*command, &options->listing);
-  AddSourceOptions(*command, &options->source);
-  command->footer(
+      .AddOption("--limit", options->limit_s,
+                 "Seconds after which the query is stopped (default 30); 0 with --db: never")
+      .Check(programs::Number(0, ResultSource::kLongestLimit_s));
+  AddListingOptions(command, &options->listing);
+  AddSourceOptions(command, &options->source);
+  command.SetFooter(
       "Views: benchmark_table, benchmark_cells, experiment_list, job_list, failures, disagreements, "
       "interpolation_cells");
-  command->callback([=] { invocation->body = [options] { return Query(*options); }; });
+  command.WhenChosen([=] { invocation->body = [options] { return Query(*options); }; });
 }
 
 }  // namespace legopt::client

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <ctime>
@@ -14,9 +13,11 @@
 #include "client/service/interrupt.h"
 #include "client/service/local_pool.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/data_folder.h"
 #include "programs/granted_processors.h"
 #include "programs/printable.h"
+#include "words/reply.h"
 
 namespace legopt::client {
 namespace {
@@ -24,7 +25,6 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr int kMaxWorkers = 1024;
-constexpr int kAlreadyKnown = 1;
 // A server of our own that was killed is back within a second or two.
 constexpr Seconds kServerPatience{60};
 constexpr milliseconds kCallTimeout{2000};
@@ -38,7 +38,9 @@ struct Options {
   int workers = 0;  // until settled
   std::string workers_reason;
   TableFormat format = TableFormat::kText;
-  std::string rule = "literal";
+  Rule rule = Rule::kLiteral;
+  TimeUnit time_unit = kMilliseconds;
+  OutputOptions output;
 };
 
 // quick-20261121-103000.sqlite; a number is added when that exists.
@@ -60,7 +62,7 @@ void PrintStart(const Submission& submission, const legopt_msg::submit_reply& re
   std::cerr << "experiment " << reply.experiment_id << " in " << programs::Printable(db.string()) << ", dataset "
             << programs::Printable(submission.dataset_folder.string()) << "\n"
             << DescribeJobs(submission.spec) << "\n";
-  if (reply.status == kAlreadyKnown) {
+  if (SubmitStatus{reply.status} == SubmitStatus::kAlreadyKnown) {
     std::cerr << "this experiment is in the database already: going on where it stopped (--new makes another one)\n";
   }
 }
@@ -145,14 +147,14 @@ ExitCode Finish(const Options& options, const std::string& db, const std::filesy
   const auto source = OpenResults({db, {}});
   std::cout << (options.format == TableFormat::kText ? "\n" : "")
             << RenderBenchmarkTable(ReadBenchmarkTable(*source, {outcome.experiment_id, options.rule, {}}),
-                                    options.format, {kMilliseconds, LayoutOf({})})
+                                    options.format, {options.time_unit, LayoutOf(options.output)})
             << std::flush;
   if (outcome.interrupted) {
     std::cerr << "\nStopped before the end. To go on, give the same command with --db "
               << programs::Printable(ShellWord(db)) << "\n";
     return ExitCode::kInterrupted;
   }
-  if (outcome.status.state == "cancelled") {
+  if (outcome.status.state == ExperimentState::kCancelled) {
     std::cerr << "\nlegopt: this experiment was cancelled; --new runs it anew\n";
   }
   if (const auto hint = FailureHint(outcome.status, source->flags()); !hint.empty()) {
@@ -205,26 +207,27 @@ void SettleWorkers(Options& options) {
 
 }  // namespace
 
-void AddRunCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand(
+void AddRunCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand(
       "run", "Run an experiment on this machine: server, workers, progress and table in one command");
   const auto options = std::make_shared<Options>();
-  AddSuiteOptions(*command, &options->suite);
-  command->add_option(
+  AddSuiteOptions(command, &options->suite);
+  command.AddOption(
       "--db", options->db,
       "Database file (default: made from suite and time). An unfinished experiment of the same content in "
       "it is continued");
   command
-      ->add_option("--workers", options->workers,
-                   "Jobs at the same time (default: the processors granted to this process)")
-      ->check(programs::WholeNumber(1, kMaxWorkers));
-  command->add_flag("--dry-run", options->dry_run, "Check everything and print counts, but start nothing");
-  AddTableFormatOption(*command, &options->format);
-  AddRuleOption(*command, &options->rule);
-  command->add_option("--port", options->network.port, "Control port (default: a free pair of ports)")
-      ->group("Network");
-  command->add_option("--group", options->network.group, "Multicast group")->group("Network");
-  command->callback([=] {
+      .AddOption("--workers", options->workers,
+                 "Jobs at the same time (default: the processors granted to this process)")
+      .Check(programs::WholeNumber(1, kMaxWorkers));
+  command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but start nothing");
+  AddTableFormatOption(command, &options->format);
+  AddRuleOption(command, &options->rule);
+  AddTimeUnitOption(command, &options->time_unit);
+  AddLayoutOptions(command, &options->output);
+  command.AddOption("--port", options->network.port, "Control port (default: a free pair of ports)").Group("Network");
+  command.AddOption("--group", options->network.group, "Multicast group").Group("Network");
+  command.WhenChosen([=] {
     SettleWorkers(*options);
     invocation->body = [options, invocation] { return Run(*options, invocation->verbose); };
   });

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -9,6 +8,7 @@
 #include "client/report/json_text.h"
 #include "db/result_record.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -95,16 +95,15 @@ ExitCode Show(const Options& options) {
 
 }  // namespace
 
-void AddShowCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand("show", "Show all that is known of one job: result, verdicts, attempts, logs");
+void AddShowCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command =
+      program.AddCommand("show", "Show all that is known of one job: result, verdicts, attempts, logs");
   const auto options = std::make_shared<Options>();
-  command->add_option("JOB", options->job, "Job, as 'legopt list' shows it")
-      ->required()
-      ->check(programs::WholeNumber(1));
-  AddTextOrJsonOption(*command, &options->json);
-  AddOutputOptions(*command, &options->output);
-  AddSourceOptions(*command, &options->source);
-  command->callback([=] { invocation->body = [options] { return Show(*options); }; });
+  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(programs::WholeNumber(1));
+  AddTextOrJsonOption(command, &options->json);
+  AddOutputOptions(command, &options->output);
+  AddSourceOptions(command, &options->source);
+  command.WhenChosen([=] { invocation->body = [options] { return Show(*options); }; });
 }
 
 }  // namespace legopt::client

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
@@ -10,6 +9,7 @@
 #include "client/report/status_table.h"
 #include "client/report/terminal.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -27,8 +27,8 @@ Listing RunningListing(const std::vector<ExperimentStatus>& experiments) {
   listing.columns = {"experiment", "job", "task", "worker", "done", "total", "unit"};
   for (const auto& e : experiments) {
     for (const auto& job : e.running) {
-      listing.rows.push_back(
-          {e.id, job.job, job.task, job.worker, job.done, job.total, job.task == "motion" ? "windows" : "attempts"});
+      listing.rows.push_back({e.id, job.job, ToString(job.task), job.worker, job.done, job.total,
+                              DescriptionOf(job.task).windowed ? "windows" : "attempts"});
     }
   }
   return listing;
@@ -115,14 +115,14 @@ ExitCode StatusOfServer(const Options& options) {
 
 }  // namespace
 
-void AddStatusCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand("status", "Show the experiments and workers of the server");
+void AddStatusCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("status", "Show the experiments and workers of the server");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Only this experiment")->check(programs::WholeNumber(1));
-  AddFormatOption(*command, &options->format);
-  AddOutputOptions(*command, &options->output);
-  AddSourceOptions(*command, &options->source);
-  command->callback([=] {
+  command.AddOption("ID", options->experiment, "Only this experiment").Check(programs::WholeNumber(1));
+  AddFormatOption(command, &options->format);
+  AddOutputOptions(command, &options->output);
+  AddSourceOptions(command, &options->source);
+  command.WhenChosen([=] {
     invocation->body = [options] { return options->source.db ? StatusOfFile(*options) : StatusOfServer(*options); };
   });
 }

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 
@@ -9,6 +8,8 @@
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
 #include "client/suite/experiment_spec.h"
+#include "programs/command_line.h"
+#include "words/reply.h"
 
 namespace legopt::client {
 namespace {
@@ -21,8 +22,6 @@ struct Options {
   double patience_s = WatchOptions::kDefaultPatience_s;
   bool json = false;
 };
-
-constexpr int kAlreadyKnown = 1;
 
 ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, Seconds patience) {
   const InterruptGuard guard;
@@ -62,16 +61,18 @@ ExitCode Submit(const Options& options) {
   }
   ServerConnection server(options.network);
   const auto reply = Send(server, submission);
+  const bool known = SubmitStatus{reply.status} == SubmitStatus::kAlreadyKnown;
   if (options.json) {
     std::cout << nlohmann::ordered_json{{"experiment_id", reply.experiment_id},
                                         {"jobs", reply.num_jobs},
-                                        {"created", reply.status != kAlreadyKnown}}
+                                        {"created", !known}}
               << std::endl;
   } else {
     std::cout << reply.experiment_id << std::endl;
   }
-  if (reply.status == kAlreadyKnown) {
-    const bool cancelled = ParseExperiments(server.Status(reply.experiment_id)).at(0).state == "cancelled";
+  if (known) {
+    const bool cancelled =
+        ParseExperiments(server.Status(reply.experiment_id)).at(0).state == ExperimentState::kCancelled;
     std::cerr << "legopt: this experiment was submitted before" << (cancelled ? " and cancelled" : "")
               << "; --new makes another one\n";
   } else {
@@ -82,17 +83,16 @@ ExitCode Submit(const Options& options) {
 
 }  // namespace
 
-void AddSubmitCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand("submit", "Submit an experiment to the server; prints its id");
+void AddSubmitCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("submit", "Submit an experiment to the server; prints its id");
   const auto options = std::make_shared<Options>();
-  AddSuiteOptions(*command, &options->suite);
-  command->add_flag("--dry-run", options->dry_run, "Check everything and print counts, but submit nothing");
-  command->add_flag("--wait", options->wait,
-                    "Show progress until the experiment is over; its end decides the exit code");
-  AddPatienceOption(*command, &options->patience_s);
-  AddTextOrJsonOption(*command, &options->json);
-  AddNetworkOptions(*command, &options->network);
-  command->callback([=] { invocation->body = [options] { return Submit(*options); }; });
+  AddSuiteOptions(command, &options->suite);
+  command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but submit nothing");
+  command.AddFlag("--wait", options->wait, "Show progress until the experiment is over; its end decides the exit code");
+  AddPatienceOption(command, &options->patience_s);
+  AddTextOrJsonOption(command, &options->json);
+  AddNetworkOptions(command, &options->network);
+  command.WhenChosen([=] { invocation->body = [options] { return Submit(*options); }; });
 }
 
 }  // namespace legopt::client

@@ -1,12 +1,13 @@
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/benchmark_table.h"
+#include "client/report/method_filter.h"
 #include "client/report/paper_table.h"
 #include "client/report/reading.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 #include "programs/data_folder.h"
 
 namespace legopt::client {
@@ -43,24 +44,23 @@ ExitCode Table(const Options& options) {
 
 }  // namespace
 
-void AddTableCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand("table", "Print the benchmark table of an experiment");
+void AddTableCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("table", "Print the benchmark table of an experiment");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->selection.experiment, "Experiment (default: the newest)")
-      ->check(programs::WholeNumber(1));
-  AddTableFormatOption(*command, &options->format);
-  AddRuleOption(*command, &options->selection.rule);
-  command->add_option("--collision", options->selection.collision, "Only methods with this model: solid or surface")
-      ->check(programs::OneOf({"solid", "surface"}));
-  auto* paper = command->add_flag("--paper", options->paper, "Show the paper's Table I beside it");
+  command.AddOption("ID", options->selection.experiment, "Experiment (default: the newest)")
+      .Check(programs::WholeNumber(1));
+  AddTableFormatOption(command, &options->format);
+  AddRuleOption(command, &options->selection.rule);
+  AddCollisionOption(command, &options->selection.collision);
+  const auto paper = command.AddFlag("--paper", options->paper, "Show the paper's Table I beside it");
   command
-      ->add_flag("--interpolation", options->interpolation,
-                 "Instead: what lies between the waypoints of the solved motions")
-      ->excludes(paper);
-  AddTimeUnitOption(*command, &options->time_unit);
-  AddOutputOptions(*command, &options->output);
-  AddSourceOptions(*command, &options->source);
-  command->callback([=] { invocation->body = [options] { return Table(*options); }; });
+      .AddFlag("--interpolation", options->interpolation,
+               "Instead: what lies between the waypoints of the solved motions")
+      .Excludes(paper);
+  AddTimeUnitOption(command, &options->time_unit);
+  AddOutputOptions(command, &options->output);
+  AddSourceOptions(command, &options->source);
+  command.WhenChosen([=] { invocation->body = [options] { return Table(*options); }; });
 }
 
 }  // namespace legopt::client

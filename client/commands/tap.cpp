@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <chrono>
@@ -20,6 +19,7 @@
 #include "client/tap/traffic_rates.h"
 #include "legopt/nearest_name.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -255,30 +255,29 @@ std::string CheckSender(const std::string& word) {
 
 }  // namespace
 
-void AddTapCommand(CLI::App& app, Invocation* invocation) {
+void AddTapCommand(const programs::Command& program, Invocation* invocation) {
   constexpr double kShortest_s = 0.1, kLongest_s = 1e6;
-  auto* command = app.add_subcommand("tap", "Show the traffic of a deployment as it passes, one JSON object per line");
+  const auto command =
+      program.AddCommand("tap", "Show the traffic of a deployment as it passes, one JSON object per line");
   const auto options = std::make_shared<Options>();
-  command->add_option("--type", options->types, "Only these message types, e.g. lease,result")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("LIST")
-      ->check(CLI::Validator(CheckType, ""));
-  command->add_option("--from", options->from, "Only what this party sends: server, or an address")
-      ->check(CLI::Validator(CheckSender, ""));
-  auto* rates = command->add_option("--rates", options->rates,
-                                    "Instead: datagrams and bytes per second by type and kind, every SECONDS (1)");
-  rates->expected(0, 1)->type_name("SECONDS")->default_str("1")->check(programs::Number(kShortest_s, kLongest_s));
-  command->add_option("--count", options->count, "End after so many lines (--rates: tables)")
-      ->check(programs::WholeNumber(1));
-  command->add_option("--seconds", options->seconds, "End after so many seconds")
-      ->check(programs::Number(kShortest_s, kLongest_s));
-  AddTextOrJsonOption(*command, &options->json);
-  programs::AddListeningFlags(*command, &options->network);
-  command->footer(
+  command.AddOption("--type", options->types, "Only these message types, e.g. lease,result")
+      .CommaSeparated()
+      .Check({CheckType, ""});
+  command.AddOption("--from", options->from, "Only what this party sends: server, or an address")
+      .Check({CheckSender, ""});
+  const auto rates = command.AddOption("--rates", options->rates,
+                                       "Instead: datagrams and bytes per second by type and kind, every SECONDS (1)");
+  rates.ValueMayBeLeftOut("1").ValueName("SECONDS").Check(programs::Number(kShortest_s, kLongest_s));
+  command.AddOption("--count", options->count, "End after so many lines (--rates: tables)")
+      .Check(programs::WholeNumber(1));
+  command.AddOption("--seconds", options->seconds, "End after so many seconds")
+      .Check(programs::Number(kShortest_s, kLongest_s));
+  AddTextOrJsonOption(command, &options->json);
+  programs::AddListeningFlags(command, &options->network);
+  command.SetFooter(
       "It only listens: no frame is sent, and no key is printed. --format json concerns --rates. Bodies above one\n"
       "datagram pass as chunks and are not put together.");
-  command->callback([=] { invocation->body = [options] { return Tap(*options); }; });
+  command.WhenChosen([=] { invocation->body = [options] { return Tap(*options); }; });
 }
 
 }  // namespace legopt::client

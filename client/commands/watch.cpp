@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <iostream>
 #include <memory>
@@ -10,6 +9,7 @@
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -83,22 +83,22 @@ ExitCode Watch(const Options& options) {
 
 }  // namespace
 
-void AddWatchCommand(CLI::App& app, Invocation* invocation) {
-  auto* command = app.add_subcommand("watch", "Show the progress of an experiment until it is over");
+void AddWatchCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("watch", "Show the progress of an experiment until it is over");
   const auto options = std::make_shared<Options>();
-  command->add_option("ID", options->experiment, "Experiment (default: the newest that runs)")
-      ->check(programs::WholeNumber(1));
-  AddPatienceOption(*command, &options->patience_s);
-  AddTextOrJsonOption(*command, &options->json);
-  command->add_option("--interval", options->interval_s, "With --format json: seconds between two lines (default 1)")
-      ->check(programs::Number(kShortestInterval_s, kLongestInterval_s));
-  AddNetworkOptions(*command, &options->network);
-  command->footer(
+  command.AddOption("ID", options->experiment, "Experiment (default: the newest that runs)")
+      .Check(programs::WholeNumber(1));
+  AddPatienceOption(command, &options->patience_s);
+  AddTextOrJsonOption(command, &options->json);
+  command.AddOption("--interval", options->interval_s, "With --format json: seconds between two lines (default 1)")
+      .Check(programs::Number(kShortestInterval_s, kLongestInterval_s));
+  AddNetworkOptions(command, &options->network);
+  command.SetFooter(
       "The exit code tells how it ended: 0 done, 3 the server did not come back, 4 jobs died or could not run, "
       "6 it came back with another database, 8 cancelled or interrupted.\n"
       "--format json writes one object per line; the last one has the event \"end\". Fields: "
       "docs/watching.md");
-  command->callback([=] { invocation->body = [options] { return Watch(*options); }; });
+  command.WhenChosen([=] { invocation->body = [options] { return Watch(*options); }; });
 }
 
 }  // namespace legopt::client

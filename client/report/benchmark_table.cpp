@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <set>
 
+#include "words/job.h"
+
 namespace legopt::client {
 namespace {
 
@@ -26,14 +28,17 @@ class CellReader {
   CellReader(const Listing& cells, std::size_t row) : cells_(cells), row_(row) {}
 
   std::int64_t Integer(const char* column) const { return cells_.At(row_, column).get<std::int64_t>(); }
-  std::string Text(const char* column) const { return cells_.At(row_, column).get<std::string>(); }
+  std::string Text(const char* column) const { return cells_.Text(row_, column); }
+  BenchmarkColumn Column() const {
+    return {cells_.WordAt<Task>(row_, "task"), cells_.WordAt<Initialization>(row_, "initialization")};
+  }
 
   BenchmarkRow Row() const {
     BenchmarkRow row;
     row.method = Text("method");
     row.multi_starts = Integer("multi_starts");
     row.sample_size = Integer("sample_size");
-    row.collision = Text("collision");
+    row.collision = cells_.WordAt<SceneRepresentation>(row_, "collision");
     return row;
   }
 
@@ -94,25 +99,30 @@ BenchmarkCell BenchmarkTable::Sum() const {
   return sum;
 }
 
-std::string BenchmarkCellsSql(std::int64_t experiment_id, const std::string& rule) {
+std::string ColumnName(const BenchmarkColumn& column) {
+  return std::string(ToString(column.task)) + "_" + std::string(ToString(column.initialization));
+}
+
+std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule) {
   // A finished job without a result is dead, failed or cancelled. Where all have one, no job need be looked at: in
   // experiments of a million jobs that is what takes long.
-  const auto count = [](const std::string& state) {
+  const auto count = [](JobState job_state) {
+    const std::string state(ToString(job_state));
     return "iif(finished = results, 0, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state = '" +
            state + "')) AS " + state + ", ";
   };
   return "WITH s AS MATERIALIZED (SELECT b.*, c.cell_id, e.repetitions, (SELECT count(*) FROM results AS r WHERE "
          "r.cell_id = c.cell_id) AS results FROM benchmark_cells AS b JOIN cells AS c USING (experiment_id, method_id, "
          "task, initialization) JOIN experiments AS e USING (experiment_id) WHERE experiment_id = " +
-         std::to_string(experiment_id) + " AND rule = '" + (rule == "strict" ? "strict" : "literal") +
+         std::to_string(experiment_id) + " AND rule = '" + std::string(ToString(rule)) +
          "') SELECT method_id, method, multi_starts, sample_size, collision, task, initialization, n, finished, "
          "solved, cost, time_s, experiment, " +
-         count("dead") + count("failed") + count("cancelled") +
+         count(JobState::kDead) + count(JobState::kFailed) + count(JobState::kCancelled) +
          "n / repetitions AS problems, repetitions FROM s ORDER BY (SELECT min(cell_id) FROM s AS m WHERE m.method_id "
          "= s.method_id), task, initialization";
 }
 
-BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment_id, const std::string& rule) {
+BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment_id, Rule rule) {
   BenchmarkTable table;
   table.experiment_id = experiment_id;
   table.rule = rule;
@@ -127,14 +137,13 @@ BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment
       found = method_ids.insert(method_ids.end(), method_id);
       table.rows.push_back(reader.Row());
     }
-    const BenchmarkColumn column{reader.Text("task"), reader.Text("initialization")};
+    const BenchmarkColumn column = reader.Column();
     present.insert(column);
     table.rows[static_cast<std::size_t>(found - method_ids.begin())].cells[column] = reader.Cell();
   }
   for (const auto& column : kPaperColumns) {
-    if (present.erase(column) > 0) table.columns.push_back(column);
+    if (present.contains(column)) table.columns.push_back(column);
   }
-  table.columns.insert(table.columns.end(), present.begin(), present.end());
   TellRowsApart(method_ids, &table.rows);
   return table;
 }

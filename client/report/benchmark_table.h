@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -11,17 +13,30 @@
 
 #include "client/report/listing.h"
 #include "client/report/text_layout.h"
+#include "words/collision.h"
+#include "words/result.h"
+#include "words/task.h"
 
 namespace legopt::client {
 
 enum class TableFormat { kText, kMarkdown, kLatex, kCsv, kJson };
 
-/// Task and initialization, e.g. {"posture", "in_collision"}.
-using BenchmarkColumn = std::pair<std::string, std::string>;
+struct BenchmarkColumn {
+  Task task{};
+  Initialization initialization{};
 
-/// The paper's columns, in its order.
-inline const std::array<BenchmarkColumn, 4> kPaperColumns = {
-    {{"posture", "good"}, {"posture", "in_collision"}, {"motion", "good"}, {"motion", "in_collision"}}};
+  auto operator<=>(const BenchmarkColumn&) const = default;
+};
+
+/// Every task from every initialization: the paper's columns, in its order.
+inline constexpr auto kPaperColumns = [] {
+  std::array<BenchmarkColumn, kNumWords<Task> * kNumWords<Initialization>> columns{};
+  std::size_t i = 0;
+  for (const TaskDescription& description : kTasks) {
+    for (const auto& start : kWords<Initialization>) columns[i++] = {description.task, start.value};
+  }
+  return columns;
+}();
 
 /// One method on one task from one initialization.
 struct BenchmarkCell {
@@ -46,7 +61,7 @@ struct BenchmarkRow {
   std::int64_t multi_starts = 0;
   std::int64_t sample_size = 100;  ///< percent
   std::map<BenchmarkColumn, BenchmarkCell> cells;
-  std::string collision = "solid";                      ///< the solver's obstacles: "solid" or "surface"
+  SceneRepresentation collision = SceneRepresentation::kSolid;  ///< the solver's obstacles
   std::map<BenchmarkColumn, BenchmarkCell> paper = {};  ///< the paper's figures of this row; empty: not asked for
 };
 
@@ -54,8 +69,8 @@ struct BenchmarkRow {
 struct BenchmarkTable {
   std::int64_t experiment_id = 0;
   std::string experiment;
-  std::string dataset;                   ///< name; empty: not known
-  std::string rule;                      ///< "literal" or "strict"
+  std::string dataset;  ///< name; empty: not known
+  Rule rule = Rule::kLiteral;
   std::vector<BenchmarkColumn> columns;  ///< in the paper's order, only those that the experiment has
   std::vector<BenchmarkRow> rows;        ///< in the experiment's order
   bool compared = false;                 ///< the paper's figures were asked for
@@ -66,14 +81,17 @@ struct BenchmarkTable {
   BenchmarkCell Sum() const;
 };
 
+/// "posture_in_collision".
+std::string ColumnName(const BenchmarkColumn& column);
+
 /// The statement that reads a table's cells: columns method_id, method, multi_starts, sample_size, collision, task,
 /// initialization, n, finished, solved, cost, time_s, experiment, dead, failed, cancelled, problems, repetitions.
-std::string BenchmarkCellsSql(std::int64_t experiment_id, const std::string& rule);
+std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule);
 
-/// Makes the table from the rows of that statement. Columns come in the order posture/good, posture/in_collision,
-/// motion/good, motion/in_collision; what no method has is left out. Rows that would read the same get the method's id
+/// Makes the table from the rows of that statement. Columns come in the order of kPaperColumns; what no method has is
+/// left out. Rows that would read the same get the method's id
 /// behind their name.
-BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment_id, const std::string& rule);
+BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment_id, Rule rule);
 
 /// The unit in which times are shown. It never depends on the data, so that tables can be compared.
 struct TimeUnit {
@@ -89,7 +107,7 @@ void TellRowsApart(const std::vector<std::int64_t>& method_ids, std::vector<Row>
   const auto key = [](const Row& row) {
     return std::tuple(row.method, row.multi_starts, row.sample_size, row.collision);
   };
-  std::map<std::tuple<std::string, std::int64_t, std::int64_t, std::string>, int> seen;
+  std::map<decltype(key(std::declval<const Row&>())), int> seen;
   for (const auto& row : *rows) ++seen[key(row)];
   for (std::size_t i = 0; i < rows->size(); ++i) {
     Row& row = (*rows)[i];
@@ -120,7 +138,7 @@ struct TableStyle {
 ///   column and, among the rows that have it, the lowest cost and time;
 /// * CSV and JSON hold the same cells unrounded, times in seconds, and nothing (null) where nothing was solved. CSV has
 ///   the same columns for every experiment: posture_good_n, ..._problems, ..._repetitions, ..._finished, ..._solved,
-///   ..._dead, ..._failed, ..._cancelled, ..._cost, ..._time_s, likewise for the three other pairs of task and
+///   ..._dead, ..._failed, ..._cancelled, ..._cost, ..._time_s, likewise for the other pairs of task and
 ///   initialization, and with the paper's figures paper_posture_good_n, ...; JSON has those in a member "paper".
 std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format, const TableStyle& style = {});
 

@@ -53,17 +53,16 @@ std::string Repetitions(const BenchmarkTable& table, const BenchmarkColumn& colu
 
 // Once for all columns where they agree, else for each task.
 std::string Repetitions(const BenchmarkTable& table) {
-  std::vector<std::pair<std::string, std::string>> tasks;  // the columns of a task have the same problems
+  std::vector<std::pair<Task, std::string>> tasks;  // the columns of a task have the same problems
   for (const auto& column : table.columns) {
-    if (tasks.empty() || tasks.back().first != column.first)
-      tasks.emplace_back(column.first, Repetitions(table, column));
+    if (tasks.empty() || tasks.back().first != column.task) tasks.emplace_back(column.task, Repetitions(table, column));
   }
   const bool equal =
       std::all_of(tasks.begin(), tasks.end(), [&](const auto& task) { return task.second == tasks.front().second; });
   std::string text;
   for (const auto& [task, words] : tasks) {
     if (words.empty() || (equal && !text.empty())) continue;
-    text += (text.empty() ? "; " : ", ") + (equal ? "" : task + " ") + words;
+    text += (text.empty() ? "; " : ", ") + (equal ? "" : std::string(ToString(task)) + " ") + words;
   }
   return text;
 }
@@ -71,7 +70,7 @@ std::string Repetitions(const BenchmarkTable& table) {
 std::string Caption(const BenchmarkTable& table) {
   std::string text = "Experiment " + std::to_string(table.experiment_id) + " '" + table.experiment + "'";
   if (!table.dataset.empty()) text += ", dataset " + table.dataset;
-  return text + ", " + table.rule + " rule, " + Progress(table.Sum()) + Repetitions(table);
+  return text + ", " + std::string(ToString(table.rule)) + " rule, " + Progress(table.Sum()) + Repetitions(table);
 }
 
 // The best of a column: the largest share of solved problems and, among the rows that have it, lowest cost and time.
@@ -122,7 +121,7 @@ std::vector<TableText> ShownLine(const BenchmarkTable& table, const BenchmarkRow
                                  const Cells& cells, const TimeUnit& unit,
                                  const std::map<BenchmarkColumn, Best>& best) {
   std::vector<TableText> line = {{name}, {std::to_string(row.multi_starts)}, {std::to_string(row.sample_size)}};
-  if (table.shows_collision()) line.push_back({row.collision});
+  if (table.shows_collision()) line.push_back({std::string(ToString(row.collision))});
   for (const auto& column : table.columns) {
     const auto found = cells.find(column);
     const auto rival = best.find(column);
@@ -180,7 +179,8 @@ nlohmann::ordered_json CellJson(const BenchmarkCell& cell, Figures figures) {
 void AddCells(const BenchmarkTable& table, const Cells& cells, Figures figures, nlohmann::ordered_json* line) {
   for (const auto& column : table.columns) {
     const auto found = cells.find(column);
-    if (found != cells.end()) (*line)[column.first][column.second] = CellJson(found->second, figures);
+    if (found != cells.end())
+      (*line)[ToString(column.task)][ToString(column.initialization)] = CellJson(found->second, figures);
   }
 }
 
@@ -189,7 +189,7 @@ std::string RenderJson(const BenchmarkTable& table) {
   nlohmann::ordered_json json = {{"experiment_id", table.experiment_id},
                                  {"experiment", table.experiment},
                                  {"dataset", table.dataset},
-                                 {"rule", table.rule},
+                                 {"rule", ToString(table.rule)},
                                  {"jobs", sum.n},
                                  {"finished", sum.finished},
                                  {"dead", sum.dead},
@@ -200,7 +200,7 @@ std::string RenderJson(const BenchmarkTable& table) {
     nlohmann::ordered_json line = {{"method", row.method},
                                    {"multi_starts", row.multi_starts},
                                    {"sample_size", row.sample_size},
-                                   {"collision", row.collision}};
+                                   {"collision", ToString(row.collision)}};
     AddCells(table, row.cells, kFigures, &line);
     if (!row.paper.empty()) AddCells(table, row.paper, kPaperFigures, &line["paper"]);
     json["rows"].push_back(std::move(line));
@@ -209,8 +209,8 @@ std::string RenderJson(const BenchmarkTable& table) {
 }
 
 void AddTitles(const std::string& prefix, Figures figures, Listing* listing) {
-  for (const auto& [task, initialization] : kPaperColumns) {
-    for (const auto* figure : figures) listing->columns.push_back(prefix + task + "_" + initialization + "_" + figure);
+  for (const auto& column : kPaperColumns) {
+    for (const auto* figure : figures) listing->columns.push_back(prefix + ColumnName(column) + "_" + figure);
   }
 }
 
@@ -232,8 +232,8 @@ std::string RenderCsv(const BenchmarkTable& table) {
   if (table.compared) AddTitles("paper_", kPaperFigures, &listing);
   for (const auto& row : table.rows) {
     auto& line = listing.rows.emplace_back();
-    line = {table.experiment_id, table.experiment, table.dataset,   table.rule,
-            row.method,          row.multi_starts, row.sample_size, row.collision};
+    line = {table.experiment_id, table.experiment, table.dataset,   ToString(table.rule),
+            row.method,          row.multi_starts, row.sample_size, ToString(row.collision)};
     AddFigures(row.cells, kFigures, &line);
     if (table.compared) AddFigures(row.paper, kPaperFigures, &line);
   }

@@ -26,8 +26,6 @@ Verdict VerdictOf(const JudgedRow& row, Rule rule) {
   return rule == Rule::kLiteral ? row.evaluation.literal : row.evaluation.strict;
 }
 
-std::string ToString(Rule rule) { return rule == Rule::kLiteral ? "literal" : "strict"; }
-
 std::string Plural(std::size_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
@@ -35,7 +33,7 @@ std::string Plural(std::size_t count, const std::string& noun) {
 std::string ProblemsLine(const EvaluationReport& report) {
   std::string text;
   if (report.num_posed == 0) {
-    text = "The dataset has no " + std::string(legopt::ToString(report.task)) + " problems.";
+    text = "The dataset has no " + std::string(ToString(report.task)) + " problems.";
   } else {
     text = "The file holds " + std::to_string(report.in_file.size()) + " of the dataset's " +
            std::to_string(report.num_posed) + " problems" +
@@ -97,7 +95,7 @@ Listing FailureListing(const EvaluationReport& report) {
     const Verdict verdict = VerdictOf(row, report.rule);
     if (verdict == Verdict::kSuccess) continue;
     const int waypoint = row.evaluation.failed_waypoint;
-    listing.rows.push_back({row.method, row.problem_id, std::string(legopt::ToString(verdict)),
+    listing.rows.push_back({row.method, row.problem_id, std::string(ToString(verdict)),
                             waypoint < 0 ? nlohmann::json() : nlohmann::json(waypoint), row.evaluation.detail});
   }
   return listing;
@@ -158,7 +156,7 @@ GroupedTable Grouped(const Listing& shown, const std::string& caption, Task task
   table.caption = caption;
   table.note = kNote;
   table.key_titles = {{"Method"}};
-  table.groups = {{{}, {task == Task::kPosture ? "Posture generation" : "Motion generation"}}};
+  table.groups = {{{}, {std::string(DescriptionOf(task).title)}}};
   for (std::size_t i = 1; i < shown.columns.size(); ++i) {
     const std::string& title = shown.columns[i];
     table.column_titles.push_back({title == "time (us)" ? "time ($\\mu$s)" : title});
@@ -214,8 +212,8 @@ nlohmann::ordered_json RowJson(const JudgedRow& row) {
           {"problem", row.problem_id},
           {"in_dataset", row.posed},
           {"other_definition", row.other_definition},
-          {"verdict_literal", legopt::ToString(e.literal)},
-          {"verdict_strict", legopt::ToString(e.strict)},
+          {"verdict_literal", ToString(e.literal)},
+          {"verdict_strict", ToString(e.strict)},
           {"detail", e.detail},
           {"failed_waypoint", e.failed_waypoint < 0 ? nlohmann::json() : nlohmann::json(e.failed_waypoint)},
           {"cost", Number(e.cost)},
@@ -243,7 +241,7 @@ nlohmann::ordered_json MethodsJson(const EvaluationReport& report) {
 std::string RenderJson(const EvaluationReport& report) {
   nlohmann::ordered_json json = {{"file", report.file},
                                  {"dataset", report.dataset},
-                                 {"task", legopt::ToString(report.task)},
+                                 {"task", ToString(report.task)},
                                  {"rule", ToString(report.rule)},
                                  {"definitions", ToString(report.definitions)},
                                  {"dataset_problems", report.num_posed},
@@ -261,8 +259,8 @@ std::string RenderJson(const EvaluationReport& report) {
 }  // namespace
 
 std::string EvaluationCaption(const EvaluationReport& report) {
-  return report.file + ": " + std::string(legopt::ToString(report.task)) + ", dataset " + report.dataset + ", " +
-         ToString(report.rule) + " rule.\n" + ProblemsLine(report) + "\n" + DefinitionsLine(report) + "\n";
+  return report.file + ": " + std::string(ToString(report.task)) + ", dataset " + report.dataset + ", " +
+         std::string(ToString(report.rule)) + " rule.\n" + ProblemsLine(report) + "\n" + DefinitionsLine(report) + "\n";
 }
 
 std::string RenderEvaluation(const EvaluationReport& report, TableFormat format, const TableStyle& style) {

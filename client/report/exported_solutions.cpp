@@ -8,7 +8,7 @@
 
 #include "client/client_error.h"
 #include "legopt/robot/dof_names.h"
-#include "legopt/word_input.h"
+#include "words/result.h"
 
 namespace legopt::client {
 namespace {
@@ -20,7 +20,7 @@ constexpr std::int64_t kWaypointsPerQuery = 20'000;
 struct ResultRow {
   std::int64_t job_id = 0;
   ResultKey key;
-  Task task = Task::kPosture;
+  Task task{};
   int problem_id = 0;
   double time_s = 0;
   bool success = false;
@@ -32,7 +32,8 @@ std::string Where(ResultSource& source, std::int64_t experiment_id, const Export
   std::string where = " WHERE c.experiment_id = " + std::to_string(experiment_id);
   const std::string methods = ExperimentMethods(source, experiment_id).Condition(filter.methods);
   if (!methods.empty()) where += " AND c." + methods;
-  if (filter.initialization) where += " AND c.initialization = " + SqlText(*filter.initialization);
+  if (filter.initialization)
+    where += " AND c.initialization = " + SqlText(std::string(ToString(*filter.initialization)));
   if (filter.task) where += " AND c.task = " + SqlText(std::string(ToString(*filter.task)));
   return where;
 }
@@ -50,14 +51,14 @@ std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& where) 
   std::vector<ResultRow> rows;
   for (std::size_t i = 0; i < listing.rows.size(); ++i) {
     const auto integer = [&](const char* column) { return listing.At(i, column).get<std::int64_t>(); };
-    const auto text = [&](const char* column) { return listing.At(i, column).get<std::string>(); };
     rows.push_back({integer("job_id"),
-                    {integer("method_id"), text("method"), integer("multi_starts"), integer("sample_size"),
-                     text("initialization"), integer("repetition"), text("collision")},
-                    ReadTask(text("task"), "database"),
+                    {integer("method_id"), listing.Text(i, "method"), integer("multi_starts"), integer("sample_size"),
+                     listing.WordAt<Initialization>(i, "initialization"), integer("repetition"),
+                     listing.WordAt<SceneRepresentation>(i, "collision")},
+                    listing.WordAt<Task>(i, "task"),
                     static_cast<int>(integer("problem_id")),
                     static_cast<double>(integer("wall_us")) * kSecondsPerMicrosecond,
-                    text("verdict_literal") == "success",
+                    listing.WordAt<Verdict>(i, "verdict_literal") == Verdict::kSuccess,
                     integer("num_waypoints"),
                     {}});
   }
@@ -118,8 +119,8 @@ SolutionFile MakeFile(Task task, const std::vector<ResultRow>& rows, const std::
   std::map<int, std::vector<Solution>> by_problem;
   for (const auto& row : rows) {
     if (row.task != task) continue;
-    by_problem[row.problem_id].push_back(
-        {methods.at(row.job_id), row.time_s, row.waypoints, row.success, row.key.initialization});
+    by_problem[row.problem_id].push_back({methods.at(row.job_id), row.time_s, row.waypoints, row.success,
+                                          std::string(ToString(row.key.initialization))});
   }
   for (auto& [id, solutions] : by_problem) file.problems.push_back({dataset.problem(task, id), std::move(solutions)});
   return file;
@@ -156,13 +157,14 @@ std::vector<std::string> MethodStrings(const std::vector<ResultKey>& keys) {
       keys, &texts, [](const ResultKey& k) { return k.sample_size; },
       [](const ResultKey& k) { return "sample size " + std::to_string(k.sample_size); });
   Extend(
-      keys, &texts, [](const ResultKey& k) { return k.collision; }, [](const ResultKey& k) { return k.collision; });
+      keys, &texts, [](const ResultKey& k) { return k.collision; },
+      [](const ResultKey& k) { return std::string(ToString(k.collision)); });
   Extend(
       keys, &texts, [](const ResultKey& k) { return k.method_id; },
       [](const ResultKey& k) { return "method " + std::to_string(k.method_id); });
   Extend(
       keys, &texts, [](const ResultKey& k) { return k.initialization; },
-      [](const ResultKey& k) { return k.initialization; });
+      [](const ResultKey& k) { return std::string(ToString(k.initialization)); });
   Extend(
       keys, &texts, [](const ResultKey& k) { return k.repetition; },
       [](const ResultKey& k) { return "repetition " + std::to_string(k.repetition); });
@@ -185,8 +187,8 @@ ExportedSolutions ReadSolutionsOf(ResultSource& source, std::int64_t experiment_
   ExportedSolutions exported;
   exported.num_solutions = static_cast<std::int64_t>(rows.size());
   exported.num_missing = count.At(0, "n").get<std::int64_t>() - exported.num_solutions;
-  for (const Task task : {Task::kPosture, Task::kMotion}) {
-    auto file = MakeFile(task, rows, methods, dataset);
+  for (const TaskDescription& description : kTasks) {
+    auto file = MakeFile(description.task, rows, methods, dataset);
     if (!file.problems.empty()) exported.files.push_back(std::move(file));
   }
   return exported;

@@ -9,13 +9,15 @@
 #include "client/report/result_source.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/evaluate/solution_file.h"
+#include "words/collision.h"
+#include "words/task.h"
 
 namespace legopt::client {
 
 /// Which results of an experiment to export.
 struct ExportFilter {
   MethodFilter methods;
-  std::optional<std::string> initialization;
+  std::optional<Initialization> initialization;
   std::optional<Task> task;
 };
 
@@ -25,9 +27,9 @@ struct ResultKey {
   std::string method;
   std::int64_t multi_starts = 0;
   std::int64_t sample_size = 100;
-  std::string initialization;
+  Initialization initialization{};
   std::int64_t repetition = 0;
-  std::string collision = "solid";
+  SceneRepresentation collision = SceneRepresentation::kSolid;
 
   bool operator==(const ResultKey&) const = default;
 };
@@ -37,7 +39,7 @@ struct ResultKey {
 std::vector<std::string> MethodStrings(const std::vector<ResultKey>& keys);
 
 struct ExportedSolutions {
-  std::vector<SolutionFile> files;  ///< one per task, posture first
+  std::vector<SolutionFile> files;  ///< one per task, in the order of the tasks
   std::int64_t num_solutions = 0;
   std::int64_t num_missing = 0;  ///< selected jobs without a result: they cannot be exported
 };

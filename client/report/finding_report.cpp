@@ -1,5 +1,6 @@
 #include "client/report/finding_report.h"
 
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "client/report/listing.h"

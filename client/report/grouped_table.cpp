@@ -9,6 +9,13 @@
 namespace legopt::client {
 namespace {
 
+struct StartTitle {
+  const char* full;
+  const char* brief;
+};
+constexpr Per<Initialization, StartTitle> kStartTitles = {
+    {{{"good init", "good"}, {"init in collision", "collision"}}}};
+
 std::vector<std::string> Titles(const GroupedTable& table) {
   std::vector<std::string> titles;
   for (const auto& title : table.key_titles) titles.push_back(title.full);
@@ -135,13 +142,10 @@ GroupedTable MakePrintable(GroupedTable table) {
   return table;
 }
 
-TableGroup GroupOf(const std::string& task, const std::string& initialization) {
-  TableGroup group{{task}, {initialization}};
-  if (task == "posture") group.section = {"Posture generation", "Posture"};
-  if (task == "motion") group.section = {"Motion generation", "Motion"};
-  if (initialization == "good") group.title = {"good init", "good"};
-  if (initialization == "in_collision") group.title = {"init in collision", "collision"};
-  return group;
+TableGroup GroupOf(Task task, Initialization initialization) {
+  const auto& [full, brief] = kStartTitles[initialization];
+  const TaskDescription& description = DescriptionOf(task);
+  return {{std::string(description.title), std::string(description.short_title)}, {full, brief}};
 }
 
 }  // namespace legopt::client

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "client/report/text_layout.h"
+#include "words/task.h"
 
 namespace legopt::client {
 
@@ -47,7 +48,7 @@ std::string RenderMarkdown(const GroupedTable& table);
 /// booktabs; "--" for "-".
 std::string RenderLatex(const GroupedTable& table);
 
-/// Posture or motion generation, from a good start or one in collision; others as they are.
-TableGroup GroupOf(const std::string& task, const std::string& initialization);
+/// "Motion generation", "init in collision".
+TableGroup GroupOf(Task task, Initialization initialization);
 
 }  // namespace legopt::client

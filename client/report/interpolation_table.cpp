@@ -1,7 +1,6 @@
 #include "client/report/interpolation_table.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <utility>
 
@@ -11,7 +10,8 @@
 namespace legopt::client {
 namespace {
 
-const std::array<std::string, 2> kInitializations = {"good", "in_collision"};
+// The task that the view `interpolation_cells` is about.
+constexpr Task kScoredTask = std::ranges::find_if(kTasks, &TaskDescription::between_waypoints)->task;
 constexpr char kNote[] =
     "Ten configurations between consecutive waypoints of each solved motion, by the exact meshes: motions free of "
     "penetration above 1 mm, mean share of such transitions, largest depths. No part of the verdict.";
@@ -33,9 +33,9 @@ std::string Shown(const std::optional<double>& value, double unit) {
 std::vector<TableText> ShownLine(const InterpolationTable& table, const InterpolationRow& row) {
   constexpr double kPercent = 0.01, kMillimetre = 1e-3;
   std::vector<TableText> line = {{row.method}, {std::to_string(row.multi_starts)}, {std::to_string(row.sample_size)}};
-  if (table.shows_collision()) line.push_back({row.collision});
-  for (const auto& initialization : kInitializations) {
-    const auto found = row.cells.find(initialization);
+  if (table.shows_collision()) line.push_back({std::string(ToString(row.collision))});
+  for (const auto& start : kWords<Initialization>) {
+    const auto found = row.cells.find(start.value);
     const InterpolationCell cell = found == row.cells.end() ? InterpolationCell{} : found->second;
     line.push_back({cell.scored > 0 ? std::to_string(cell.free) + "/" + std::to_string(cell.scored) : "-"});
     line.push_back({Shown(cell.free_share, kPercent)});
@@ -49,13 +49,13 @@ GroupedTable Group(const InterpolationTable& table) {
   GroupedTable grouped;
   grouped.caption = "Interpolation of the motions of experiment " + std::to_string(table.experiment_id) + " '" +
                     table.experiment + "'" + (table.dataset.empty() ? "" : ", dataset " + table.dataset) + ", " +
-                    table.rule + " rule";
+                    std::string(ToString(table.rule)) + " rule";
   grouped.key_titles = {{"Method"}, {"Multi-starts", "Starts"}, {"Sample size", "Sample"}};
   if (table.shows_collision()) grouped.key_titles.push_back({"Collision"});
   grouped.column_titles = {{"Free"}, {"Share (percent)", "Share"}, {"Scene (mm)", "Scene"}, {"Self (mm)", "Self"}};
   grouped.note = kNote;
   grouped.legend = "Share and sample size in percent, depths in mm.";
-  for (const auto& initialization : kInitializations) grouped.groups.push_back(GroupOf("motion", initialization));
+  for (const auto& start : kWords<Initialization>) grouped.groups.push_back(GroupOf(kScoredTask, start.value));
   for (const auto& row : table.rows) grouped.rows.push_back(ShownLine(table, row));
   return MakePrintable(std::move(grouped));
 }
@@ -68,10 +68,10 @@ Listing Unrounded(const InterpolationTable& table) {
                      "self_depth_m"};
   for (const auto& row : table.rows) {
     for (const auto& [initialization, cell] : row.cells) {
-      listing.rows.push_back({table.experiment_id, table.experiment, table.dataset, table.rule, row.method,
-                              row.multi_starts, row.sample_size, row.collision, initialization, cell.n, cell.solved,
-                              cell.scored, cell.free, Json(cell.free_share), Json(cell.environment_depth_m),
-                              Json(cell.self_depth_m)});
+      listing.rows.push_back({table.experiment_id, table.experiment, table.dataset, ToString(table.rule), row.method,
+                              row.multi_starts, row.sample_size, ToString(row.collision), ToString(initialization),
+                              cell.n, cell.solved, cell.scored, cell.free, Json(cell.free_share),
+                              Json(cell.environment_depth_m), Json(cell.self_depth_m)});
     }
   }
   return listing;
@@ -81,7 +81,7 @@ std::string RenderJson(const InterpolationTable& table) {
   const nlohmann::ordered_json json = {{"experiment_id", table.experiment_id},
                                        {"experiment", table.experiment},
                                        {"dataset", table.dataset},
-                                       {"rule", table.rule},
+                                       {"rule", ToString(table.rule)},
                                        {"cells", ListingToJson(Unrounded(table))}};
   return JsonText(json) + "\n";
 }
@@ -92,34 +92,38 @@ bool InterpolationTable::shows_collision() const {
   return std::any_of(rows.begin(), rows.end(), [this](const auto& row) { return row.collision != rows[0].collision; });
 }
 
-std::string InterpolationCellsSql(std::int64_t experiment_id, const std::string& rule) {
+std::string InterpolationCellsSql(std::int64_t experiment_id, Rule rule) {
   return "SELECT b.*, e.name AS experiment FROM interpolation_cells AS b JOIN experiments AS e USING (experiment_id) "
          "WHERE b.experiment_id = " +
-         std::to_string(experiment_id) + " AND rule = '" + (rule == "strict" ? "strict" : "literal") +
+         std::to_string(experiment_id) + " AND rule = '" + std::string(ToString(rule)) +
          "' ORDER BY (SELECT min(cell_id) FROM cells AS c WHERE c.experiment_id = b.experiment_id AND "
          "c.method_id = b.method_id), initialization";
 }
 
-InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t experiment_id, const std::string& rule) {
+InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t experiment_id, Rule rule) {
   InterpolationTable table;
   table.experiment_id = experiment_id;
   table.rule = rule;
   std::vector<std::int64_t> method_ids;  // of the rows
   for (std::size_t i = 0; i < cells.rows.size(); ++i) {
     const auto integer = [&](const char* column) { return cells.At(i, column).get<std::int64_t>(); };
-    const auto text = [&](const char* column) { return cells.At(i, column).get<std::string>(); };
-    table.experiment = text("experiment");
+    table.experiment = cells.Text(i, "experiment");
     if (method_ids.empty() || method_ids.back() != integer("method_id")) {
       method_ids.push_back(integer("method_id"));
-      table.rows.push_back({text("method"), integer("multi_starts"), integer("sample_size"), text("collision"), {}});
+      table.rows.push_back({cells.Text(i, "method"),
+                            integer("multi_starts"),
+                            integer("sample_size"),
+                            cells.WordAt<SceneRepresentation>(i, "collision"),
+                            {}});
     }
-    table.rows.back().cells[text("initialization")] = {integer("n"),
-                                                       integer("solved"),
-                                                       integer("scored"),
-                                                       integer("free"),
-                                                       OptionalNumber(cells.At(i, "free_share")),
-                                                       OptionalNumber(cells.At(i, "environment_depth_m")),
-                                                       OptionalNumber(cells.At(i, "self_depth_m"))};
+    table.rows.back().cells[cells.WordAt<Initialization>(i, "initialization")] = {
+        integer("n"),
+        integer("solved"),
+        integer("scored"),
+        integer("free"),
+        OptionalNumber(cells.At(i, "free_share")),
+        OptionalNumber(cells.At(i, "environment_depth_m")),
+        OptionalNumber(cells.At(i, "self_depth_m"))};
   }
   TellRowsApart(method_ids, &table.rows);
   return table;

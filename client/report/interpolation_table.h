@@ -11,7 +11,7 @@
 
 namespace legopt::client {
 
-/// What lies between the waypoints of the solved motions of one method from one initialization. Depths are the largest
+/// What lies between the waypoints of the solutions of one method from one initialization. Depths are the largest
 /// of all of them, by the exact meshes.
 struct InterpolationCell {
   std::int64_t n = 0;                ///< jobs of the cell
@@ -27,8 +27,8 @@ struct InterpolationRow {
   std::string method;
   std::int64_t multi_starts = 0;
   std::int64_t sample_size = 100;
-  std::string collision = "solid";
-  std::map<std::string, InterpolationCell> cells;  ///< by initialization
+  SceneRepresentation collision = SceneRepresentation::kSolid;
+  std::map<Initialization, InterpolationCell> cells;
 };
 
 /// The motions of one experiment, seen between their waypoints.
@@ -36,17 +36,17 @@ struct InterpolationTable {
   std::int64_t experiment_id = 0;
   std::string experiment;
   std::string dataset;  ///< name; empty: not known
-  std::string rule;     ///< "literal" or "strict"
+  Rule rule = Rule::kLiteral;
   std::vector<InterpolationRow> rows;
 
   bool shows_collision() const;
 };
 
 /// The statement that reads the cells of the view `interpolation_cells`, in the order of the benchmark table.
-std::string InterpolationCellsSql(std::int64_t experiment_id, const std::string& rule);
+std::string InterpolationCellsSql(std::int64_t experiment_id, Rule rule);
 
 /// Makes the table from the rows of that statement.
-InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t experiment_id, const std::string& rule);
+InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t experiment_id, Rule rule);
 
 /// As RenderBenchmarkTable: text, Markdown and LaTeX show free motions of the scored ones, the share of free
 /// transitions in percent and depths in mm; CSV and JSON hold the same cells unrounded, depths in metres.

@@ -83,6 +83,13 @@ const nlohmann::json& Listing::At(std::size_t row, std::string_view column) cons
   return rows.at(row).at(Column(column));
 }
 
+std::string Listing::Text(std::size_t row, std::string_view column) const { return At(row, column).get<std::string>(); }
+
+void Listing::RefuseWord(std::string_view column, const std::string& word) {
+  throw ClientError(ExitCode::kInternal, "the results have " + std::string(column) + " '" + word +
+                                             "', which this legopt does not know; use the release that wrote them");
+}
+
 std::string RenderListing(const Listing& listing, ListingFormat format, const TextLayout& layout) {
   switch (format) {
     case ListingFormat::kText:

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/report/text_layout.h"
+#include "words/words.h"
 
 namespace legopt::client {
 
@@ -24,7 +25,22 @@ struct Listing {
   std::size_t Column(std::string_view name) const;
   /// The cell of a row by column name.
   const nlohmann::json& At(std::size_t row, std::string_view column) const;
+  /// The same, of a column of texts.
+  std::string Text(std::size_t row, std::string_view column) const;
+  /// The value whose word stands there. Throws ClientError (kInternal) for a word of another release.
+  template <Worded Enum>
+  Enum WordAt(std::size_t row, std::string_view column) const;
+
+ private:
+  [[noreturn]] static void RefuseWord(std::string_view column, const std::string& word);
 };
+
+template <Worded Enum>
+Enum Listing::WordAt(std::size_t row, std::string_view column) const {
+  const std::string word = Text(row, column);
+  if (const auto value = ParseWord<Enum>(word)) return *value;
+  RefuseWord(column, word);
+}
 
 /// Renders a listing, with a final newline.
 /// * text: aligned columns, numbers to the right with at most six significant digits, "-" for null. A row is one line

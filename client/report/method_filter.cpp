@@ -1,6 +1,5 @@
 #include "client/report/method_filter.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
 #include <set>
@@ -8,6 +7,7 @@
 #include "client/client_error.h"
 #include "legopt/nearest_name.h"
 #include "programs/checks.h"
+#include "programs/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -30,17 +30,26 @@ std::optional<std::string> TextOf(const std::optional<std::int64_t>& number) {
   return number ? std::optional(std::to_string(*number)) : std::nullopt;
 }
 
+std::optional<std::string> TextOf(const std::optional<SceneRepresentation>& model) {
+  return model ? std::optional(std::string(ToString(*model))) : std::nullopt;
+}
+
 }  // namespace
 
-void AddMethodFilterOptions(CLI::App& command, MethodFilter* filter) {
+void AddMethodFilterOptions(const programs::Command& command, MethodFilter* filter) {
   constexpr std::int64_t kMost = 1'000'000;
-  command.add_option("--method", filter->method, "Only methods of this name");
-  command.add_option("--multi-starts", filter->multi_starts, "Only methods with this number of restarts")
-      ->check(programs::WholeNumber(0, kMost));
-  command.add_option("--sample-size", filter->sample_size, "Only methods with this sample size, in percent")
-      ->check(programs::WholeNumber(1, 100));
-  command.add_option("--collision", filter->collision, "Only methods with this model: solid or surface")
-      ->check(programs::OneOf({"solid", "surface"}));
+  command.AddOption("--method", filter->method, "Only methods of this name");
+  command.AddOption("--multi-starts", filter->multi_starts, "Only methods with this number of restarts")
+      .Check(programs::WholeNumber(0, kMost));
+  command.AddOption("--sample-size", filter->sample_size, "Only methods with this sample size, in percent")
+      .Check(programs::WholeNumber(1, 100));
+  AddCollisionOption(command, &filter->collision);
+}
+
+void AddCollisionOption(const programs::Command& command, std::optional<SceneRepresentation>* collision) {
+  using programs::Alternatives, programs::WordsOf;
+  command.AddWord<SceneRepresentation>("--collision", *collision,
+                                       "Only methods with this model: " + Alternatives(WordsOf<SceneRepresentation>()));
 }
 
 ExperimentMethods::ExperimentMethods(ResultSource& source, std::int64_t experiment_id)
@@ -57,7 +66,7 @@ std::string ExperimentMethods::Condition(const MethodFilter& filter) const {
   const Wanted wanted[] = {{"method", "--method", filter.method},
                            {"multi_starts", "--multi-starts", TextOf(filter.multi_starts)},
                            {"sample_size", "--sample-size", TextOf(filter.sample_size)},
-                           {"collision", "--collision", filter.collision}};
+                           {"collision", "--collision", TextOf(filter.collision)}};
   std::string so_far;
   for (const auto& [column, flag, value] : wanted) {
     if (!value) continue;

@@ -6,10 +6,8 @@
 #include <vector>
 
 #include "client/report/result_source.h"
-
-namespace CLI {
-class App;
-}
+#include "programs/command_line.h"
+#include "words/collision.h"
 
 namespace legopt::client {
 
@@ -18,11 +16,14 @@ struct MethodFilter {
   std::optional<std::string> method;  ///< name, whatever its letter case
   std::optional<std::int64_t> multi_starts;
   std::optional<std::int64_t> sample_size;  ///< percent
-  std::optional<std::string> collision;     ///< "solid" or "surface"
+  std::optional<SceneRepresentation> collision;
 };
 
 /// --method, --multi-starts, --sample-size, --collision. `filter` must outlive the parse.
-void AddMethodFilterOptions(CLI::App& command, MethodFilter* filter);
+void AddMethodFilterOptions(const programs::Command& command, MethodFilter* filter);
+
+/// --collision alone.
+void AddCollisionOption(const programs::Command& command, std::optional<SceneRepresentation>* collision);
 
 /// The methods of one experiment, and what tells them apart.
 class ExperimentMethods {

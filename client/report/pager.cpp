@@ -1,6 +1,5 @@
 #include "client/report/pager.h"
 
-#include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -10,7 +9,10 @@
 #include <cerrno>
 #include <cstdlib>
 #include <iostream>
+#include <optional>
 #include <vector>
+
+#include "programs/processes.h"
 
 namespace legopt::client {
 namespace {
@@ -43,13 +45,6 @@ std::vector<std::string> PagerEnvironment() {
   return environment;
 }
 
-std::vector<char*> Pointers(std::vector<std::string>& texts) {
-  std::vector<char*> pointers;
-  for (auto& text : texts) pointers.push_back(text.data());
-  pointers.push_back(nullptr);
-  return pointers;
-}
-
 // Starts the pager with `input` as its standard input; -1 when that cannot be.
 pid_t Start(const std::string& command, int input) {
   std::vector<std::string> words = {"/bin/sh", "-c", command};
@@ -66,8 +61,8 @@ pid_t Start(const std::string& command, int input) {
   ::posix_spawnattr_setsigdefault(&attributes, &usual);
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
   pid_t pid = -1;
-  if (::posix_spawnp(&pid, words.front().c_str(), &actions, &attributes, Pointers(words).data(),
-                     Pointers(environment).data()) != 0) {
+  if (::posix_spawnp(&pid, words.front().c_str(), &actions, &attributes, programs::Pointers(words).data(),
+                     programs::Pointers(environment).data()) != 0) {
     pid = -1;
   }
   ::posix_spawnattr_destroy(&attributes);
@@ -85,11 +80,9 @@ void WriteAll(int descriptor, const std::string& text) {
 }
 
 // Whether there was a pager: 126 and 127 are the shell's words for a command that it cannot run or find.
-bool WaitForEnd(pid_t pid) {
+bool WaitForPager(pid_t pid) {
   constexpr int kNotExecutable = 126, kNotFound = 127;
-  int status = 0;
-  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-  }
+  const int status = programs::WaitForEnd(pid).value_or(0);
   return !WIFEXITED(status) || (WEXITSTATUS(status) != kNotExecutable && WEXITSTATUS(status) != kNotFound);
 }
 
@@ -104,15 +97,16 @@ std::string ChoosePager(const Environment& environment) {
 }
 
 bool ShowInPager(const std::string& text, const std::string& command) {
-  std::array<int, 2> ends{};
-  if (command.empty() || ::pipe2(ends.data(), O_CLOEXEC) != 0) return false;
+  if (command.empty()) return false;
+  std::optional<programs::Pipe> pipe = programs::MakePipe();
+  if (!pipe) return false;
   std::cout.flush();
   const SignalsLeftToThePager signals;
-  const pid_t pid = Start(command, ends[0]);
-  ::close(ends[0]);
-  if (pid > 0) WriteAll(ends[1], text);
-  ::close(ends[1]);
-  return pid > 0 && WaitForEnd(pid);
+  const pid_t pid = Start(command, pipe->read.get());
+  pipe->read.Close();
+  if (pid > 0) WriteAll(pipe->write.get(), text);
+  pipe->write.Close();
+  return pid > 0 && WaitForPager(pid);
 }
 
 }  // namespace legopt::client

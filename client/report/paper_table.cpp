@@ -26,8 +26,8 @@ std::vector<std::string> Fields(const std::string& line) {
 
 std::vector<std::string> Titles() {
   std::vector<std::string> titles = {"method", "multi_starts", "sample_size"};
-  for (const auto& [task, initialization] : kPaperColumns) {
-    for (const auto& figure : kFigures) titles.push_back(task + "_" + initialization + "_" + figure);
+  for (const auto& column : kPaperColumns) {
+    for (const auto& figure : kFigures) titles.push_back(ColumnName(column) + "_" + figure);
   }
   return titles;
 }

@@ -34,16 +34,17 @@ std::string Counts(const ExperimentStatus& status) {
   return text;
 }
 
-// "windows 3/40, 7/61": how far the motions under way are. Postures are too short to be told.
+// "windows 3/40, 7/61": how far the jobs under way are that are solved window by window. Others are too short to be
+// told.
 std::string Windows(const ExperimentStatus& status) {
   constexpr int kMostShown = 4;
   std::string text;
-  int motions = 0;
+  int jobs = 0;
   for (const RunningJob& job : status.running) {
-    if (job.task != "motion" || ++motions > kMostShown) continue;
-    text += (motions == 1 ? "windows " : ", ") + std::to_string(job.done) + "/" + std::to_string(job.total);
+    if (!DescriptionOf(job.task).windowed || ++jobs > kMostShown) continue;
+    text += (jobs == 1 ? "windows " : ", ") + std::to_string(job.done) + "/" + std::to_string(job.total);
   }
-  if (motions > kMostShown) text += ", +" + std::to_string(motions - kMostShown);
+  if (jobs > kMostShown) text += ", +" + std::to_string(jobs - kMostShown);
   return text;
 }
 

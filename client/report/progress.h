@@ -60,7 +60,7 @@ std::string FormatElapsed(const ExperimentStatus& status);
 ///     [==========>         ] 52/80  38 solved  12.3 jobs/s  0:04  ETA 0:02
 ///     [==========>         ] 52/80  38 solved  0:04  no worker is connected
 ///
-/// Jobs that died or could not run are shown as soon as there are any, and so are the windows solved of the motions
+/// Jobs that died or could not run are shown as soon as there are any, and so are the windows solved of the jobs
 /// under way ("windows 3/40, 7/61"). `note` tells why it stands still and takes the place of rate and ETA; what follows
 /// its first ';' is dropped where there is no room. What else does not fit is dropped, least important part first: the
 /// elapsed time, the rate, the windows, the bar.

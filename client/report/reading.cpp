@@ -12,7 +12,7 @@ void KeepCollision(const TableSelection& selection, const ExperimentInfo& experi
   std::erase_if(table->rows, [&](const auto& row) { return row.collision != *selection.collision; });
   if (!table->rows.empty()) return;
   throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) + " has no method with collision " +
-                                          *selection.collision);
+                                          std::string(ToString(*selection.collision)));
 }
 
 }  // namespace

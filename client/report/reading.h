@@ -13,8 +13,8 @@ namespace legopt::client {
 /// Which table to read.
 struct TableSelection {
   std::optional<std::int64_t> experiment;  ///< default: the newest
-  std::string rule = "literal";            ///< or "strict"
-  std::optional<std::string> collision;    ///< only methods with this collision model
+  Rule rule = Rule::kLiteral;
+  std::optional<SceneRepresentation> collision;  ///< only methods with this collision model
 };
 
 /// The benchmark table of an experiment. Errors as of FindExperiment, and ClientError (kUsage) when no method has the

@@ -117,7 +117,7 @@ ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> 
                                            : "there is no experiment yet; submit one with 'legopt submit SUITE'");
   }
   return {found.At(0, "experiment_id").get<std::int64_t>(), found.At(0, "name").get<std::string>(),
-          found.At(0, "state").get<std::string>(), found.At(0, "dataset").get<std::string>(),
+          found.WordAt<ExperimentState>(0, "state"), found.At(0, "dataset").get<std::string>(),
           found.At(0, "hash").get<std::string>()};
 }
 

@@ -7,6 +7,7 @@
 
 #include "client/report/listing.h"
 #include "client/service/server_connection.h"
+#include "words/job.h"
 
 namespace legopt::client {
 
@@ -45,7 +46,7 @@ std::string SqlText(const std::string& text);
 struct ExperimentInfo {
   std::int64_t id = 0;
   std::string name;
-  std::string state;
+  ExperimentState state{};
   std::string dataset_name;
   std::string dataset_hash;
 };

@@ -217,8 +217,6 @@ class Evaluator {
 
 }  // namespace
 
-std::string ToString(Definitions definitions) { return definitions == Definitions::kFile ? "file" : "dataset"; }
-
 EvaluationReport EvaluateSolutions(const SolutionFile& file, Judge& judge, Rule rule, Definitions definitions) {
   return Evaluator(file, judge, rule, definitions).Run();
 }

@@ -6,8 +6,11 @@
 #include "legopt/evaluate/judge.h"
 #include "legopt/evaluate/solution_file.h"
 #include "legopt/evaluate/summary.h"
+#include "words/result.h"
+#include "words/task.h"
 
-namespace legopt::client {
+namespace legopt {
+namespace client {
 
 /// Whose definition of a problem a solution is held to, where file and dataset both have one.
 enum class Definitions {
@@ -15,8 +18,15 @@ enum class Definitions {
   kDataset,  ///< the dataset's
 };
 
-/// "file" or "dataset".
-std::string ToString(Definitions definitions);
+}  // namespace client
+
+template <>
+inline constexpr auto kWords<client::Definitions> =
+    Words<client::Definitions>({{client::Definitions::kFile, "file"}, {client::Definitions::kDataset, "dataset"}});
+
+}  // namespace legopt
+
+namespace legopt::client {
 
 /// One solution as judged.
 struct JudgedRow {
@@ -37,7 +47,7 @@ struct JudgedRow {
 struct EvaluationReport {
   std::string file;
   std::string dataset;
-  Task task = Task::kPosture;
+  Task task{};
   Rule rule = Rule::kLiteral;
   Definitions definitions = Definitions::kFile;
   int num_posed = 0;                     ///< the dataset's problems of the task

@@ -1,5 +1,6 @@
 #include "client/report/watch_json.h"
 
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "client/report/json_text.h"
@@ -14,12 +15,15 @@ Json OrNull(const std::optional<double>& number) { return number ? Json(*number)
 void AddProgress(const ExperimentStatus& status, Json* line) {
   Json running = Json::array();
   for (const RunningJob& job : status.running) {
-    running.push_back(
-        {{"job", job.job}, {"task", job.task}, {"worker", job.worker}, {"done", job.done}, {"total", job.total}});
+    running.push_back({{"job", job.job},
+                       {"task", ToString(job.task)},
+                       {"worker", job.worker},
+                       {"done", job.done},
+                       {"total", job.total}});
   }
   line->update(Json{{"name", status.name},
-                    {"state", status.state},
-                    {"hold", status.hold},
+                    {"state", ToString(status.state)},
+                    {"hold", ToString(status.hold)},
                     {"hold_reason", status.hold_reason},
                     {"waiting_for", status.waiting_for},
                     {"total", status.total},

@@ -87,7 +87,7 @@ std::string ReasonWithOwnWorkers(const ExperimentStatus& status, const nlohmann:
   const auto workers = reply.value("workers", nlohmann::json::array());
   const bool connected = std::any_of(workers.begin(), workers.end(),
                                      [](const nlohmann::json& worker) { return worker.value("online", false); });
-  if (status.waiting_for.empty() || connected || status.hold != "none" || !StoreError(reply).empty()) {
+  if (status.waiting_for.empty() || connected || status.hold != Hold::kNone || !StoreError(reply).empty()) {
     return status.waiting_for;
   }
   return "the workers load the dataset";
@@ -131,7 +131,7 @@ ExperimentStatus WatchOnTerminal(ServerConnection& server, std::int64_t experime
 
 ExitCode OutcomeOf(const ExperimentStatus& status) {
   if (status.dead > 0 || status.failed > 0) return ExitCode::kJobsFailed;
-  return status.state == "cancelled" ? ExitCode::kInterrupted : ExitCode::kOk;
+  return status.state == ExperimentState::kCancelled ? ExitCode::kInterrupted : ExitCode::kOk;
 }
 
 std::string FailureHint(const ExperimentStatus& status, const std::string& source_flags) {

@@ -4,7 +4,6 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "client/client_error.h"
 
@@ -31,11 +31,8 @@ constexpr off_t kTailBytes = 2000;
 // Runs between fork and exec: only calls that are safe there.
 [[noreturn]] void BecomeProgram(char* const* arguments, pid_t parent, int output, int error) {
   ::setpgid(0, 0);
-  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (::getppid() != parent) ::_exit(kCannotStart);  // the parent died before the line above
-  sigset_t none;
-  ::sigemptyset(&none);
-  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  if (!programs::DieWith(parent, SIGTERM)) ::_exit(kCannotStart);
+  programs::UnblockSignals();
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) ::signal(number, SIG_DFL);
   const int input = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
   if (input >= 0) ::dup2(input, STDIN_FILENO);
@@ -56,42 +53,32 @@ ChildProcess::ChildProcess(const std::filesystem::path& program, const std::vect
                            bool quiet) {
   if (::access(program.c_str(), X_OK) != 0)
     Fail(program, std::string(std::strerror(errno)) + "; build or install it beside legopt");
-  std::array<int, 2> pipe{};
-  if (::pipe2(pipe.data(), O_CLOEXEC) != 0) Fail(program, std::strerror(errno));
-  if (quiet) error_fd_ = ::memfd_create("legopt-child-errors", MFD_CLOEXEC);
-  if (error_fd_ >= 0) ::fcntl(error_fd_, F_SETFL, O_APPEND);
+  std::optional<programs::Pipe> output = programs::MakePipe();
+  if (!output) Fail(program, std::strerror(errno));
+  if (quiet) error_ = programs::Descriptor(::memfd_create("legopt-child-errors", MFD_CLOEXEC));
+  if (error_.open()) ::fcntl(error_.get(), F_SETFL, O_APPEND);
 
   std::vector<std::string> texts = {program.string()};
   texts.insert(texts.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  for (auto& text : texts) argv.push_back(text.data());
-  argv.push_back(nullptr);
+  const std::vector<char*> argv = programs::Pointers(texts);
 
   const pid_t parent = ::getpid();
   pid_ = ::fork();
-  if (pid_ == 0) BecomeProgram(argv.data(), parent, pipe[1], error_fd_);
-  const int fork_error = errno;
-  ::close(pipe[1]);
-  output_fd_ = pipe[0];
-  if (pid_ < 0) {
-    ::close(output_fd_);
-    if (error_fd_ >= 0) ::close(error_fd_);
-    Fail(program, std::strerror(fork_error));
-  }
-  ::fcntl(output_fd_, F_SETFL, O_NONBLOCK);
+  if (pid_ == 0) BecomeProgram(argv.data(), parent, output->write.get(), error_.get());
+  if (pid_ < 0) Fail(program, std::strerror(errno));
+  output_pipe_ = std::move(output->read);
+  output_pipe_.SetNonBlocking();
 }
 
 ChildProcess::~ChildProcess() {
   constexpr std::chrono::milliseconds kGrace{2000};
   Stop(kGrace);
-  ::close(output_fd_);
-  if (error_fd_ >= 0) ::close(error_fd_);
 }
 
 void ChildProcess::DrainOutput() {
   std::array<char, 4096> buffer{};
   for (;;) {
-    const ssize_t count = ::read(output_fd_, buffer.data(), buffer.size());
+    const ssize_t count = ::read(output_pipe_.get(), buffer.data(), buffer.size());
     if (count <= 0) break;
     output_.append(buffer.data(), static_cast<std::size_t>(count));
   }
@@ -117,7 +104,7 @@ bool ChildProcess::WaitForLine(const std::string& word, std::chrono::millisecond
     const auto found = output_.find(word);
     if (found != std::string::npos && output_.find('\n', found) != std::string::npos) return true;
     if (ended || Clock::now() >= deadline || (give_up != nullptr && give_up())) return false;
-    pollfd descriptor{output_fd_, POLLIN, 0};
+    pollfd descriptor{output_pipe_.get(), POLLIN, 0};
     // A closed pipe is always readable: do not spin until the child is reaped.
     if (::poll(&descriptor, 1, static_cast<int>(kPollInterval.count())) > 0 && (descriptor.revents & POLLHUP) != 0) {
       ::poll(nullptr, 0, 1);
@@ -148,11 +135,11 @@ ChildExit ChildProcess::Stop(std::chrono::milliseconds grace, bool (*give_up)())
 }
 
 std::string ChildProcess::ErrorTail() const {
-  if (error_fd_ < 0) return {};
-  const off_t size = ::lseek(error_fd_, 0, SEEK_END);
+  if (!error_.open()) return {};
+  const off_t size = ::lseek(error_.get(), 0, SEEK_END);
   const off_t start = std::max<off_t>(0, size - kTailBytes);
   std::string text(static_cast<std::size_t>(std::max<off_t>(0, size - start)), '\0');
-  const ssize_t count = ::pread(error_fd_, text.data(), text.size(), start);
+  const ssize_t count = ::pread(error_.get(), text.data(), text.size(), start);
   text.resize(static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
   if (start > 0) text.erase(0, text.find('\n') + 1);
   while (!text.empty() && text.back() == '\n') text.pop_back();

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "programs/processes.h"
+
 namespace legopt::client {
 
 /// How a child ended.
@@ -55,8 +57,8 @@ class ChildProcess {
   void DrainOutput();
 
   pid_t pid_ = -1;
-  int output_fd_ = -1;
-  int error_fd_ = -1;
+  programs::Descriptor output_pipe_;
+  programs::Descriptor error_;  // memory
   std::string output_;
   std::optional<ChildExit> exit_;
 };

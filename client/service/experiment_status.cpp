@@ -1,11 +1,11 @@
 #include "client/service/experiment_status.h"
 
+#include <nlohmann/json.hpp>
 #include <tuple>
 
 #include "client/client_error.h"
 
 namespace legopt::client {
-
 namespace {
 
 using Json = nlohmann::json;
@@ -15,9 +15,21 @@ std::optional<double> OptionalNumber(const Json& entry, const char* key) {
   return found == entry.end() || found->is_null() ? std::nullopt : std::optional(found->get<double>());
 }
 
+ClientError NotUnderstood(const std::string& what) {
+  return ClientError(ExitCode::kInternal, "the server's status is not understood: " + what +
+                                              "; check that server and client are of the same version");
+}
+
+template <Worded Enum>
+Enum ReadWord(const Json& word, const char* what) {
+  const auto text = word.get<std::string>();
+  if (const auto value = ParseWord<Enum>(text)) return *value;
+  throw NotUnderstood("unknown " + std::string(what) + " '" + text + "'");
+}
+
 // The server may be one that does not tell them yet.
 void ReadCircumstances(const Json& entry, ExperimentStatus* status) {
-  status->hold = entry.value("hold", "none");
+  if (const auto hold = entry.find("hold"); hold != entry.end()) status->hold = ReadWord<Hold>(*hold, "hold");
   status->hold_reason = entry.value("hold_reason", "");
   status->priority = entry.value("priority", 0);
   status->submitter = entry.value("submitter", "");
@@ -39,7 +51,7 @@ ExperimentStatus ParseExperiment(const Json& entry) {
   ExperimentStatus status;
   status.id = entry.at("id").get<std::int64_t>();
   status.name = entry.at("name").get<std::string>();
-  status.state = entry.at("state").get<std::string>();
+  status.state = ReadWord<ExperimentState>(entry.at("state"), "state");
   status.total = count("total");
   status.queued = count("queued");
   status.leased = count("leased");
@@ -49,7 +61,7 @@ ExperimentStatus ParseExperiment(const Json& entry) {
   status.cancelled = count("cancelled");
   status.solved = entry.at("solved").get<std::int64_t>();
   for (const Json& job : entry.value("running", Json::array())) {
-    status.running.push_back({job.at("job").get<std::int64_t>(), job.at("task").get<std::string>(),
+    status.running.push_back({job.at("job").get<std::int64_t>(), ReadWord<Task>(job.at("task"), "task"),
                               job.at("worker").get<std::int64_t>(), job.at("progress_done").get<std::int64_t>(),
                               job.at("progress_total").get<std::int64_t>()});
   }
@@ -64,8 +76,7 @@ std::vector<ExperimentStatus> ParseExperiments(const nlohmann::json& status) {
   try {
     for (const auto& entry : status.at("experiments")) experiments.push_back(ParseExperiment(entry));
   } catch (const nlohmann::json::exception& error) {
-    throw ClientError(ExitCode::kInternal, std::string("the server's status is not understood: ") + error.what() +
-                                               "; check that server and client are of the same version");
+    throw NotUnderstood(error.what());
   }
   return experiments;
 }
@@ -79,8 +90,9 @@ bool SameProgress(const ExperimentStatus& a, const ExperimentStatus& b) {
 }
 
 std::string StateText(const ExperimentStatus& status) {
-  if (status.over() || status.hold == "none") return status.state;
-  return status.hold == "held" ? "held: " + status.hold_reason : status.hold;
+  if (status.over() || status.hold == Hold::kNone) return std::string(ToString(status.state));
+  const std::string hold(ToString(status.hold));
+  return status.hold == Hold::kHeld ? hold + ": " + status.hold_reason : hold;
 }
 
 std::string StoreError(const nlohmann::json& status) {

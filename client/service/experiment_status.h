@@ -1,19 +1,22 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "words/job.h"
+#include "words/task.h"
 
 namespace legopt::client {
 
 /// How far a running job is.
 struct RunningJob {
   std::int64_t job = 0;
-  std::string task;
+  Task task{};
   std::int64_t worker = 0;
-  std::int64_t done = 0, total = 0;  ///< windows of a motion, attempts of a posture
+  std::int64_t done = 0, total = 0;  ///< windows where the task is solved by windows, else attempts
 
   bool operator==(const RunningJob&) const = default;
 };
@@ -22,7 +25,7 @@ struct RunningJob {
 struct ExperimentStatus {
   std::int64_t id = 0;
   std::string name;
-  std::string state;           ///< "active", "done" or "cancelled"
+  ExperimentState state = ExperimentState::kActive;
   std::int64_t total = 0;      ///< jobs; the six counts below add up to it
   std::int64_t queued = 0;     ///< wait for a worker
   std::int64_t leased = 0;     ///< are being worked on
@@ -32,9 +35,9 @@ struct ExperimentStatus {
   std::int64_t cancelled = 0;  ///< withdrawn
   std::int64_t solved = 0;     ///< of `done`: successes by the judge's literal rule
 
-  std::string hold = "none";  ///< "none", "paused" or "held"
-  std::string hold_reason;    ///< when held
-  int priority = 0;           ///< larger begins earlier
+  Hold hold = Hold::kNone;
+  std::string hold_reason;  ///< when held
+  int priority = 0;         ///< larger begins earlier
 
   std::vector<RunningJob> running;  ///< of `leased`: those that told their progress
 
@@ -51,7 +54,7 @@ struct ExperimentStatus {
   std::optional<double> worked_s;    ///< of these, a job of it was leased; none when the server has forgotten
 
   std::int64_t finished() const { return done + failed + dead + cancelled; }
-  bool over() const { return state != "active"; }
+  bool over() const { return state != ExperimentState::kActive; }
 };
 
 /// Whether a reader would see a difference: everything but times and what is estimated from them.

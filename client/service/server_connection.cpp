@@ -9,6 +9,7 @@
 #include <legopt_msg/status_reply.hpp>
 #include <legopt_msg/status_request.hpp>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "bus/typed_calls.h"
@@ -16,6 +17,7 @@
 #include "client/service/experiment_status.h"
 #include "client/service/interrupt.h"
 #include "client/service/submit_call.h"
+#include "words/reply.h"
 
 namespace legopt::client {
 namespace {
@@ -26,8 +28,6 @@ constexpr microseconds kWorkTimeout = std::chrono::seconds(120);
 constexpr microseconds kLongestCall = std::chrono::hours(1);
 constexpr microseconds kPollSlice = std::chrono::milliseconds(100);
 constexpr microseconds kTickInterval = std::chrono::milliseconds(500);
-constexpr int kReplyOk = 0;
-constexpr int kSubmitRefused = 2;
 
 microseconds ToMicroseconds(double seconds) {
   return std::chrono::duration_cast<microseconds>(std::chrono::duration<double>(seconds));
@@ -111,7 +111,7 @@ legopt_msg::submit_reply ServerConnection::Submit(const std::string& submission_
   const SubmitCall call(endpoint_, std::move(request), {timeout_, kWorkTimeout});
   Await([&] { return call.outcome().has_value(); }, tick);
   auto reply = Answer(*call.outcome());
-  if (reply.status == kSubmitRefused) {
+  if (SubmitStatus{reply.status} == SubmitStatus::kRefused) {
     throw ClientError(ExitCode::kUsage, "the server refused the experiment: " + reply.message);
   }
   return reply;
@@ -130,9 +130,9 @@ nlohmann::json ServerConnection::Query(const std::string& sql, int max_rows, dou
   request.max_rows = max_rows;
   // Others may be answered first.
   const auto reply = Ask(request, std::min(std::max(timeout_, ToMicroseconds(limit_s) + kWorkTimeout), kLongestCall));
-  constexpr std::int32_t kStopped = 2;
-  if (reply.status == kStopped) throw ClientError(ExitCode::kUnreachable, "query: " + reply.message);
-  if (reply.status != kReplyOk) throw ClientError(ExitCode::kUsage, "query: " + reply.message);
+  const QueryStatus status{reply.status};
+  if (status == QueryStatus::kStopped) throw ClientError(ExitCode::kUnreachable, "query: " + reply.message);
+  if (status != QueryStatus::kOk) throw ClientError(ExitCode::kUsage, "query: " + reply.message);
   auto json = nlohmann::json::parse(reply.json, nullptr, false);
   if (!json.is_object() || !json.contains("columns") || !json.contains("rows")) {
     throw ClientError(ExitCode::kInternal, "the server's query result is not understood");

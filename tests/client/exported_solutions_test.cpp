@@ -19,16 +19,17 @@ namespace {
 using testing::ElementsAre;
 
 TEST(MethodStrings, AreTheNamesWhenTheseSuffice) {
-  EXPECT_THAT(MethodStrings({{1, "SQP", 0, 100, "good", 0}, {2, "I-SQP", 10, 80, "good", 0}}),
-              ElementsAre("SQP", "I-SQP"));
+  EXPECT_THAT(
+      MethodStrings({{1, "SQP", 0, 100, Initialization::kGood, 0}, {2, "I-SQP", 10, 80, Initialization::kGood, 0}}),
+      ElementsAre("SQP", "I-SQP"));
 }
 
 TEST(MethodStrings, AddOnlyWhatTellsApart) {
-  EXPECT_THAT(MethodStrings({{1, "SQP", 0, 100, "good", 0},
-                             {1, "SQP", 0, 100, "in_collision", 0},
-                             {2, "SQP", 10, 100, "good", 0},
-                             {3, "SGD", 10, 100, "good", 0},
-                             {3, "SGD", 10, 100, "good", 1}}),
+  EXPECT_THAT(MethodStrings({{1, "SQP", 0, 100, Initialization::kGood, 0},
+                             {1, "SQP", 0, 100, Initialization::kInCollision, 0},
+                             {2, "SQP", 10, 100, Initialization::kGood, 0},
+                             {3, "SGD", 10, 100, Initialization::kGood, 0},
+                             {3, "SGD", 10, 100, Initialization::kGood, 1}}),
               ElementsAre("SQP, 0 multi-starts, good", "SQP, 0 multi-starts, in_collision", "SQP, 10 multi-starts",
                           "SGD, repetition 0", "SGD, repetition 1"));
 }
@@ -36,7 +37,7 @@ TEST(MethodStrings, AddOnlyWhatTellsApart) {
 TEST(MethodStrings, AreUniquePerKey) {
   std::vector<ResultKey> keys;
   for (int method = 1; method <= 3; ++method) {
-    for (const char* initialization : {"good", "in_collision"}) {
+    for (const auto initialization : {Initialization::kGood, Initialization::kInCollision}) {
       for (int repetition = 0; repetition < 2; ++repetition)
         keys.push_back({method, "M", 0, 100, initialization, repetition});
     }
@@ -46,7 +47,8 @@ TEST(MethodStrings, AreUniquePerKey) {
 }
 
 TEST(MethodStrings, TellCollisionModelsApart) {
-  EXPECT_THAT(MethodStrings({{1, "SQP", 0, 100, "good", 0, "solid"}, {2, "SQP", 0, 100, "good", 0, "surface"}}),
+  EXPECT_THAT(MethodStrings({{1, "SQP", 0, 100, Initialization::kGood, 0, SceneRepresentation::kSolid},
+                             {2, "SQP", 0, 100, Initialization::kGood, 0, SceneRepresentation::kSurface}}),
               ElementsAre("SQP, solid", "SQP, surface"));
 }
 
@@ -119,7 +121,7 @@ TEST(ExportedMotions, KeepEveryBitAndArePartlyExportedWhenPartlySolved) {
   experiment.dataset_hash = dataset->content_hash();
   experiment.task = "motion";
   experiment.num_waypoints = static_cast<int>(whole.size());
-  experiment.methods = {{"SQP", 0, "solid"}, {"SQP", 0, "surface"}};
+  experiment.methods = {{"SQP", 0, SceneRepresentation::kSolid}, {"SQP", 0, SceneRepresentation::kSurface}};
   experiment.results = {{.method = 0, .problem = problem.id, .verdict = "foot_pose", .waypoints = whole},
                         {.method = 1, .problem = problem.id, .verdict = "wrong_waypoint_count", .waypoints = part}};
   TemporaryFolder folder;
@@ -143,7 +145,7 @@ TEST(ExportedMotions, KeepEveryBitAndArePartlyExportedWhenPartlySolved) {
   EXPECT_EQ(report.rows[1].evaluation.literal, Verdict::kWrongWaypointCount);
   EXPECT_THAT(RenderEvaluation(report, TableFormat::kText), testing::HasSubstr("Between waypoints"));
   ExportFilter surface;
-  surface.methods.collision = "surface";
+  surface.methods.collision = SceneRepresentation::kSurface;
   EXPECT_EQ(ReadSolutionsOf(*source, 1, *dataset, surface).num_solutions, 1);
 }
 
@@ -151,7 +153,7 @@ TEST_F(ExportRoundTrip, FilterSelects) {
   const auto exported =
       ReadSolutionsOf(*source_, 1, *dataset_,
                       {.methods = {.method = "sqp", .multi_starts = {}, .sample_size = {}, .collision = {}},
-                       .initialization = "in_collision",
+                       .initialization = Initialization::kInCollision,
                        .task = Task::kPosture});
   EXPECT_EQ(exported.num_solutions, 1);
   EXPECT_EQ(exported.files.at(0).problems.at(0).solutions.at(0).method, "SQP");

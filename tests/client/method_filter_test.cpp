@@ -66,7 +66,7 @@ TEST_F(MethodFilterTest, WhatFitsNothingIsNamedWithWhatThereIs) {
   ExpectRefused(Of({}, 7), "--multi-starts 7: experiment 1 has no such method");
   ExpectRefused(Of("I-Adam", 10), "among those of --method I-Adam");
   MethodFilter surface;
-  surface.collision = "surface";
+  surface.collision = SceneRepresentation::kSurface;
   ExpectRefused(surface, "solid");
 }
 

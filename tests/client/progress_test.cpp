@@ -17,7 +17,7 @@ ExperimentStatus Status(std::int64_t done, std::int64_t solved, std::int64_t tot
   ExperimentStatus status;
   status.id = 3;
   status.name = "quick";
-  status.state = done == total ? "done" : "active";
+  status.state = done == total ? ExperimentState::kDone : ExperimentState::kActive;
   status.total = total;
   status.done = done;
   status.solved = solved;
@@ -211,7 +211,7 @@ TEST(ExperimentStatus, TellsTheWindowsOfRunningMotions) {
       {"job":9,"task":"motion","worker":2,"progress_done":0,"progress_total":61}]}],"workers":[]})"))
                           .at(0);
   ASSERT_EQ(status.running.size(), 3U);
-  EXPECT_EQ(status.running[0], (RunningJob{7, "motion", 1, 3, 40}));
+  EXPECT_EQ(status.running[0], (RunningJob{7, Task::kMotion, 1, 3, 40}));
   EXPECT_THAT(RenderProgressLine(status, {}, ""), HasSubstr("windows 3/40, 0/61  "));
   EXPECT_THAT(RenderProgressBar(status, {}, "", 80), HasSubstr("windows 3/40, 0/61"));
   EXPECT_THAT(RenderProgressBar(status, {}, "", 40), testing::Not(HasSubstr("windows")));

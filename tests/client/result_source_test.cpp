@@ -39,9 +39,10 @@ TEST_F(ResultSourceTest, ReadsTheBenchmarkTable) {
   EXPECT_EQ(table.dataset, "tiny");
   ASSERT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.rows[0].multi_starts, 0);
-  EXPECT_EQ(table.rows[0].cells.at({"posture", "good"}), (BenchmarkCell{3, 3, 2, 400.0, 0.002, 0, 0, 0, 3, 1}));
+  EXPECT_EQ(table.rows[0].cells.at({Task::kPosture, Initialization::kGood}),
+            (BenchmarkCell{3, 3, 2, 400.0, 0.002, 0, 0, 0, 3, 1}));
   EXPECT_EQ(table.rows[1].multi_starts, 10);
-  EXPECT_EQ(table.rows[1].cells.at({"posture", "in_collision"}),
+  EXPECT_EQ(table.rows[1].cells.at({Task::kPosture, Initialization::kInCollision}),
             (BenchmarkCell{2, 1, 0, std::nullopt, std::nullopt, 0, 0, 0, 2, 1}));
 }
 
@@ -65,20 +66,20 @@ TEST(BrokenJobs, AreCountedInTheirCells) {
   end(2, db::JobState::kDead);
   end(3, db::JobState::kFailed);
   db::OpenSqliteStore(file)->Apply(operations);
-  const auto cells = [&](const char* start) {
-    return ReadBenchmarkTable(*OpenResults({file.string(), {}}), {}).rows[0].cells.at({"posture", start});
+  const auto cells = [&](Initialization start) {
+    return ReadBenchmarkTable(*OpenResults({file.string(), {}}), {}).rows[0].cells.at({Task::kPosture, start});
   };
-  EXPECT_EQ(cells("good"), (BenchmarkCell{4, 3, 1, 400.0, 0.0015, 1, 1, 0, 4, 1}));
-  EXPECT_EQ(cells("in_collision"), (BenchmarkCell{2, 1, 1, 400.0, 0.0015, 0, 0, 0, 2, 1}));
+  EXPECT_EQ(cells(Initialization::kGood), (BenchmarkCell{4, 3, 1, 400.0, 0.0015, 1, 1, 0, 4, 1}));
+  EXPECT_EQ(cells(Initialization::kInCollision), (BenchmarkCell{2, 1, 1, 400.0, 0.0015, 0, 0, 0, 2, 1}));
   db::OpenSqliteStore(file)->Apply(std::vector<db::StoreOp>{db::CancelExperiment{1, at_us}});
-  EXPECT_EQ(cells("good"), (BenchmarkCell{4, 4, 1, 400.0, 0.0015, 1, 1, 1, 4, 1}));
-  EXPECT_EQ(cells("in_collision"), (BenchmarkCell{2, 2, 1, 400.0, 0.0015, 0, 0, 1, 2, 1}));
+  EXPECT_EQ(cells(Initialization::kGood), (BenchmarkCell{4, 4, 1, 400.0, 0.0015, 1, 1, 1, 4, 1}));
+  EXPECT_EQ(cells(Initialization::kInCollision), (BenchmarkCell{2, 2, 1, 400.0, 0.0015, 0, 0, 1, 2, 1}));
 }
 
 TEST_F(ResultSourceTest, FindsTheNewestExperiment) {
   const auto experiment = FindExperiment(*source_, std::nullopt);
   EXPECT_EQ(experiment.id, 1);
-  EXPECT_EQ(experiment.state, "active");
+  EXPECT_EQ(experiment.state, ExperimentState::kActive);
   EXPECT_EQ(experiment.dataset_hash, std::string(64, 'a'));
 }
 

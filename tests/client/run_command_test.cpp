@@ -69,6 +69,17 @@ TEST_F(RunCommand, EndsWithTheTable) {
   EXPECT_EQ(Count("results"), 6);
 }
 
+TEST_F(RunCommand, ItsTableTakesTheOptionsOfTable) {
+  const std::vector<std::string> options = {"--time-unit", "s", "--width", "50", "--color", "always"};
+  std::vector<std::string> run = {Suite(1), "--db", Db()}, table = {"table", "1", "--db", Db(), "--no-pager"};
+  run.insert(run.end(), options.begin(), options.end());
+  table.insert(table.end(), options.begin(), options.end());
+  const auto ran = Run(run);
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_EQ(ran.out, "\n" + RunLegopt(table, folder_.path()).out);
+  EXPECT_THAT(ran.out, AllOf(HasSubstr("\033["), HasSubstr("Time in s")));
+}
+
 TEST_F(RunCommand, NamesTheDatabaseAfterSuiteAndTime) {
   ASSERT_EQ(Run({Suite(1)}).exit_code, 0);
   int databases = 0;

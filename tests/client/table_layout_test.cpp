@@ -45,7 +45,7 @@ BenchmarkTable Example() {
   table.experiment_id = 1;
   table.experiment = "quick";
   table.dataset = "garage-easier";
-  table.rule = "literal";
+  table.rule = Rule::kLiteral;
   table.columns.assign(kPaperColumns.begin(), kPaperColumns.end());
   table.rows = {RowOf("SQP", 0, 100,
                       {CellOf(50, 49, 350, 1.85e-3), CellOf(50, 49, 352, 2.29e-3), CellOf(4, 4, 0.09, 3.19e-3),
@@ -308,7 +308,7 @@ TEST(TableLayout, RowsOfOneNameAreToldApart) {
   table.rows[2] = table.rows[1];
   table.rows[2].sample_size = 80;
   table.rows.push_back(table.rows[1]);
-  table.rows.back().collision = "surface";
+  table.rows.back().collision = SceneRepresentation::kSurface;
   for (const std::size_t width : {0U, 200U, 120U, 80U, 60U}) {
     const std::string text = Render(table, width);
     std::set<std::string> names;
@@ -335,7 +335,7 @@ class RandomTables : public testing::Test {
     table.rows.resize(1 + random_() % 4);
     for (auto& row : table.rows) {
       row = RowOf(Name(200), Draw(1000), Draw(100) + 1, {Cell(), Cell(), Cell(), Cell()});
-      if (random_() % 2 == 0) row.collision = "surface";
+      if (random_() % 2 == 0) row.collision = SceneRepresentation::kSurface;
       if (random_() % 4 == 0) row.paper = row.cells;
       if (random_() % 4 == 0 && !table.columns.empty()) row.cells.erase(table.columns.front());
     }

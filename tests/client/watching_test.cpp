@@ -102,7 +102,7 @@ TEST(ReasonWithOwnWorkers, ThoseThatAreNotConnectedYetLoad) {
   const nlohmann::json somebody = {{"workers", {{{"id", 1}, {"online", true}}}}};
   EXPECT_EQ(ReasonWithOwnWorkers(status, nobody), "the workers load the dataset");
   EXPECT_EQ(ReasonWithOwnWorkers(status, somebody), "no worker is connected");
-  status.hold = "held";
+  status.hold = Hold::kHeld;
   status.waiting_for = "held: the disk";
   EXPECT_EQ(ReasonWithOwnWorkers(status, nobody), "held: the disk");
   status = {};
@@ -115,7 +115,7 @@ class WatchJsonTest : public testing::Test {
     ExperimentStatus status;
     status.id = 3;
     status.name = "quick";
-    status.state = done == 4 ? "done" : "active";
+    status.state = done == 4 ? ExperimentState::kDone : ExperimentState::kActive;
     status.total = 4;
     status.done = done;
     status.queued = 4 - done;

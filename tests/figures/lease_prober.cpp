@@ -8,6 +8,8 @@
 
 #include "bus/typed_calls.h"
 #include "tests/figures/findings.h"
+#include "words/reply.h"
+#include "words/result.h"
 
 namespace legopt::figures {
 namespace {
@@ -37,7 +39,8 @@ LeaseProber::LeaseProber(int port)
   hello.datasets = {dataset};
   bool answered = false;
   registration_ = Ask(hello, &answered);
-  if (!answered || registration_.status != 0) throw std::runtime_error("no server takes the prober");
+  if (!answered || HelloStatus{registration_.status} != HelloStatus::kOk)
+    throw std::runtime_error("no server takes the prober");
 }
 
 template <class Message>
@@ -56,8 +59,8 @@ void LeaseProber::Report(const legopt_msg::lease& lease) {
   result.job_id = lease.job_id;
   result.attempt = lease.attempt;
   result.token = lease.token;
-  result.solver_status = "converged_feasible";
-  result.verdict_literal = result.verdict_strict = "success";
+  result.solver_status = ToString(SolveStatus::kConvergedFeasible);
+  result.verdict_literal = result.verdict_strict = ToString(Verdict::kSuccess);
   result.failed_waypoint = -1;
   result.wall_us = 1000;
   result.cost = 1;

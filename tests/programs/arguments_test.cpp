@@ -5,13 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "programs/checks.h"
+#include "programs/command_line.h"
+#include "words/task.h"
 
 namespace legopt::programs {
 namespace {
@@ -32,27 +33,33 @@ class Arguments : public testing::Test {
   };
 
   Said Parse(std::vector<const char*> words) {
-    CLI::App app("A program", "prog");
-    app.set_version_flag("--version", "prog 7");
-    app.require_subcommand(1);
-    auto* run = app.add_subcommand("run", "Runs");
-    run->add_option("SUITE", suite_, "Suite")->required();
-    run->add_option("--methods", methods_, "Methods");
-    run->add_option("--workers", workers_, "Workers")->check(WholeNumber(1, 16));
-    run->add_option("--ratio", ratio_, "Ratio");
-    auto* fast = run->add_flag("--fast", fast_, "Fast");
-    run->add_flag("--slow", slow_, "Slow")->excludes(fast);
-    app.add_subcommand("cancel", "Cancels")->add_option("ID", id_, "Id")->required();
-    app.add_subcommand("list", "Lists");
-    auto* data = app.add_subcommand("data", "Data");
-    data->require_subcommand(1);
-    data->add_subcommand("hash", "Hashes");
-    data->add_subcommand("check", "Checks");
+    const Program program("prog", "A program");
+    program.SetVersion("prog 7");
+    program.RequireCommand();
+    const Command run = program.AddCommand("run", "Runs");
+    run.AddOption("SUITE", suite_, "Suite").Required();
+    run.AddOption("--methods", methods_, "Methods");
+    run.AddOption("--workers", workers_, "Workers").Check(WholeNumber(1, 16));
+    run.AddOption("--ratio", ratio_, "Ratio");
+    run.AddOption("--names", names_, "Names").CommaSeparated();
+    run.AddOption("--every", every_, "Seconds").ValueMayBeLeftOut("2");
+    run.AddWord<Task>("--task", task_, "Task");
+    run.AddChoice<int>("--unit", unit_, "Unit", {{"s", 1}, {"min", 60}});
+    const Option fast = run.AddFlag("--fast", fast_, "Fast");
+    run.AddFlag("--slow", slow_, "Slow").Excludes(fast);
+    run.WhenChosen([this] { ++runs_; });
+    program.AddCommand("cancel", "Cancels").AddOption("ID", id_, "Id").Required();
+    program.AddCommand("list", "Lists");
+    const Command data = program.AddCommand("data", "Data");
+    data.RequireCommand();
+    data.AddCommand("hash", "Hashes");
+    data.AddCommand("check", "Checks");
+    program.AddFlagThroughout("--verbose", verbose_, "Verbose");
     words.insert(words.begin(), "/some/where/prog");
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
     Said said;
-    said.status = ParseCommandLine(app, static_cast<int>(words.size()), words.data(), kSynonyms);
+    said.status = ParseCommandLine(program, static_cast<int>(words.size()), words.data(), kSynonyms);
     said.out = testing::internal::GetCapturedStdout();
     said.err = testing::internal::GetCapturedStderr();
     return said;
@@ -69,7 +76,12 @@ class Arguments : public testing::Test {
   std::string suite_, methods_;
   int workers_ = 0, id_ = 0;
   double ratio_ = 0;
-  bool fast_ = false, slow_ = false;
+  bool fast_ = false, slow_ = false, verbose_ = false;
+  std::vector<std::string> names_;
+  std::optional<double> every_;
+  std::optional<Task> task_;
+  int unit_ = 1;
+  int runs_ = 0;
 };
 
 TEST_F(Arguments, GoodOnesGoOn) {
@@ -78,6 +90,39 @@ TEST_F(Arguments, GoodOnesGoOn) {
   EXPECT_EQ(suite_, "quick");
   EXPECT_EQ(methods_, "SQP");
   EXPECT_EQ(workers_, 2);
+}
+
+TEST_F(Arguments, TheCommandThatWasChosenIsCalled) {
+  Parse({"list"});
+  EXPECT_EQ(runs_, 0);
+  Parse({"run", "quick", "--verbose"});
+  EXPECT_EQ(runs_, 1);
+  EXPECT_TRUE(verbose_);
+  Parse({"run", "--help"});
+  EXPECT_EQ(runs_, 1);
+}
+
+TEST_F(Arguments, AListTakesOneArgument) {
+  EXPECT_FALSE(Parse({"run", "--names", "a,b", "quick"}).status);
+  EXPECT_EQ(names_, (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(suite_, "quick");
+}
+
+TEST_F(Arguments, AValueMayBeLeftOut) {
+  EXPECT_FALSE(Parse({"run", "quick", "--every"}).status);
+  EXPECT_EQ(every_, 2);
+  EXPECT_FALSE(Parse({"run", "quick", "--every", "3"}).status);
+  EXPECT_EQ(every_, 3);
+}
+
+TEST_F(Arguments, WordsBecomeValues) {
+  EXPECT_FALSE(Parse({"run", "quick", "--task", "motion", "--unit", "min"}).status);
+  EXPECT_EQ(task_, Task::kMotion);
+  EXPECT_EQ(unit_, 60);
+  Expect({"run", "quick", "--task", "moton"},
+         "--task: 'moton' is not known; did you mean 'motion'? valid: posture, motion", "prog run");
+  Expect({"run", "quick", "--unit", "mn"}, "--unit: 'mn' is not known; did you mean 'min'? valid: s, min", "prog run");
+  EXPECT_THAT(Parse({"run", "--help"}).out, HasSubstr("{posture, motion}"));
 }
 
 TEST_F(Arguments, HelpOfEverythingAndOfOneCommand) {
@@ -178,15 +223,14 @@ TEST_F(Arguments, WhatWasTypedCannotSteerTheTerminal) {
 }
 
 TEST(Checks, SayWhatTheyTake) {
-  std::string word = "x";
-  EXPECT_EQ(WholeNumber(1)(word), "must be a whole number of at least 1 (got 'x')");
-  EXPECT_EQ(Number(0.01, 3600)(word), "must be a number from 0.01 to 3600 (got 'x')");
-  word = "solit";
-  EXPECT_EQ(OneOf({"solid", "surface"})(word), "'solit' is not known; did you mean 'solid'? valid: solid, surface");
+  EXPECT_EQ(WholeNumber(1).fault("x"), "must be a whole number of at least 1 (got 'x')");
+  EXPECT_EQ(Number(0.01, 3600).fault("x"), "must be a number from 0.01 to 3600 (got 'x')");
+  EXPECT_EQ(OneOf({"solid", "surface"}).fault("solit"),
+            "'solit' is not known; did you mean 'solid'? valid: solid, surface");
 }
 
 TEST(Checks, TakeTheirRangeOnly) {
-  const auto takes = [](const CLI::Validator& check, std::string word) { return check(word).empty(); };
+  const auto takes = [](const ValueCheck& check, const std::string& word) { return check.fault(word).empty(); };
   for (const char* word : {"1", "+2", "1024"}) EXPECT_TRUE(takes(WholeNumber(1, 1024), word)) << word;
   for (const char* word : {"0", "1025", "1e2", "0x10", " 1", "1 "})
     EXPECT_FALSE(takes(WholeNumber(1, 1024), word)) << word;
@@ -195,6 +239,13 @@ TEST(Checks, TakeTheirRangeOnly) {
   EXPECT_FALSE(takes(WholeNumber(0), "9223372036854775808"));
   for (const char* word : {"nan", "inf", "1e9", ""}) EXPECT_FALSE(takes(Number(0, 10), word)) << word;
   EXPECT_TRUE(takes(OneOf({"a", "b"}), "b"));
+}
+
+TEST(Checks, WordsInSentences) {
+  EXPECT_EQ(WordsOf<Task>(), (std::vector<std::string>{"posture", "motion"}));
+  EXPECT_EQ(Alternatives({"a", "b", "c"}), "a, b or c");
+  EXPECT_EQ(Alternatives({"a"}), "a");
+  EXPECT_EQ(Joined({"a", "b", "c"}), "a, b, c");
 }
 
 }  // namespace

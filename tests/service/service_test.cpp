@@ -11,6 +11,7 @@
 #include "programs/exit_codes.h"
 #include "tests/service/deployment.h"
 #include "tests/service/stub_executor.h"
+#include "words/reply.h"
 
 namespace legopt::service {
 namespace {
@@ -132,9 +133,9 @@ TEST_F(ServiceTest, AHeldExperimentGivesItsJobsBackAndGoesOn) {
   ASSERT_TRUE(deployment_->WaitForJobs(experiment, 2));
   legopt_msg::control_request request{};
   request.experiment_id = experiment;
-  request.action = 2;
+  request.action = static_cast<std::int8_t>(ControlAction::kHold);
   request.reason = "the disk is being moved";
-  EXPECT_EQ(deployment_->connection().Control(request).status, 0);
+  EXPECT_EQ(deployment_->connection().Control(request).status, static_cast<std::int32_t>(ControlStatus::kOk));
   EXPECT_TRUE(deployment_->WaitFor(experiment, [](const nlohmann::json& status) {
     return status.at("jobs").at("leased") == 0 && status.at("hold_reason") == "the disk is being moved";
   }));
@@ -143,9 +144,9 @@ TEST_F(ServiceTest, AHeldExperimentGivesItsJobsBackAndGoesOn) {
   EXPECT_EQ(deployment_->Query("SELECT hold, (SELECT count(*) FROM attempts WHERE outcome = 'running') FROM "
                                "experiment_list"),
             std::vector<std::string>{"held|0"});
-  request.action = 3;
+  request.action = static_cast<std::int8_t>(ControlAction::kRelease);
   request.reason.clear();
-  EXPECT_EQ(deployment_->connection().Control(request).status, 0);
+  EXPECT_EQ(deployment_->connection().Control(request).status, static_cast<std::int32_t>(ControlStatus::kOk));
   ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
   ExpectComplete(experiment, 12);
   EXPECT_EQ(deployment_->Query("SELECT max(attempts - returned) FROM jobs"), std::vector<std::string>{"1"});

@@ -41,11 +41,11 @@ legopt_msg::result_request StubExecutor::Execute(const legopt_msg::lease& job, s
   const int spread_ms = options.value("work_spread_ms", 0);
   constexpr int kStep_ms = 37;
   const int work_ms = options.value("work_ms", 0) + (kStep_ms * job.problem_id) % (spread_ms + 1);
-  legopt_msg::result_request result = ResultWithoutSolution(Outcome::kFinished, "");
+  legopt_msg::result_request result = ResultWithoutSolution(ReportedOutcome::kFinished, "");
   const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i < work_ms; ++i) {
     if (hooks.cancelled()) {
-      result.outcome = static_cast<std::int8_t>(Outcome::kCancelled);
+      result.outcome = static_cast<std::int8_t>(ReportedOutcome::kCancelled);
       return result;
     }
     const timespec millisecond{0, 1'000'000};

@@ -11,6 +11,7 @@
 
 #include "tests/client/program_run.h"
 #include "tests/service/deployment.h"
+#include "words/reply.h"
 
 namespace legopt::service {
 namespace {
@@ -116,11 +117,11 @@ TEST_F(WatchingTest, TellsWhyNothingMovesAsLongAsThatIsSo) {
   ASSERT_TRUE(watcher->WaitForError("no worker is connected"));
   legopt_msg::control_request hold{};
   hold.experiment_id = experiment;
-  hold.action = 2;
+  hold.action = static_cast<std::int8_t>(ControlAction::kHold);
   hold.reason = "the disk";
   deployment_->connection().Control(hold);
   ASSERT_TRUE(watcher->WaitForError("held: the disk; 'legopt release 1' lets it go on"));
-  hold.action = 3;
+  hold.action = static_cast<std::int8_t>(ControlAction::kRelease);
   hold.reason = "";
   deployment_->connection().Control(hold);
   const auto worker = deployment_->StartStubWorker();

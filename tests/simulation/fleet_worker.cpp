@@ -24,7 +24,7 @@ worker::PoolOptions OptionsOf(int number, int slots) {
 }
 
 legopt_msg::result_request Success(const legopt_msg::lease& lease, microseconds wall) {
-  legopt_msg::result_request result = worker::ResultWithoutSolution(worker::Outcome::kFinished, "");
+  legopt_msg::result_request result = worker::ResultWithoutSolution(ReportedOutcome::kFinished, "");
   result.solver_status = "converged_feasible";
   result.iterations = 17;
   result.wall_us = wall.count();

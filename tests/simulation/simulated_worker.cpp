@@ -9,8 +9,6 @@
 namespace legopt::simulation {
 namespace {
 
-using worker::Outcome;
-
 constexpr microseconds kRestart{400'000};
 constexpr std::uint64_t kLivesPerWorker = 100'000;
 
@@ -177,7 +175,7 @@ void SimulatedWorker::Misbehave(int slot) {
       case 1:
         return ChildExits(slot, 0, kOutOfMemory);
       case 2:
-        return Finish(slot, worker::ResultWithoutSolution(Outcome::kError, "no such problem"));
+        return Finish(slot, worker::ResultWithoutSolution(ReportedOutcome::kError, "no such problem"));
       case 3:
         return pool_->OnChildGarbage(world().now(), slot, "noise");
       default:
@@ -187,7 +185,7 @@ void SimulatedWorker::Misbehave(int slot) {
 }
 
 legopt_msg::result_request SimulatedWorker::ResultOf(const Child& process) {
-  legopt_msg::result_request result = worker::ResultWithoutSolution(Outcome::kFinished, "");
+  legopt_msg::result_request result = worker::ResultWithoutSolution(ReportedOutcome::kFinished, "");
   result.solver_status = "converged_feasible";
   result.wall_us = 1000;
   result.verdict_literal = "success";
@@ -223,7 +221,7 @@ void SimulatedWorker::ChildExits(int slot, int signal, int exit_code) {
 void SimulatedWorker::CarryOut(const worker::CancelJob& action) {
   if (child(action.slot).sequence == 0 || world().Chance(manners_.deaf)) return;
   LaterInJob(action.slot, world().Within(microseconds(1'000), microseconds(100'000)), [this, slot = action.slot] {
-    Finish(slot, worker::ResultWithoutSolution(Outcome::kCancelled, "cancelled"));
+    Finish(slot, worker::ResultWithoutSolution(ReportedOutcome::kCancelled, "cancelled"));
   });
 }
 

@@ -139,7 +139,7 @@ TEST_F(JobRunnerTest, TheExecutorFillsTheResult) {
   SolveExecutor executor({kDataset});
   executor.Load();
   const auto result = executor.Execute(Lease(), job_.method.ToJson().dump(), Hooks());
-  EXPECT_EQ(result.outcome, static_cast<int>(Outcome::kFinished));
+  EXPECT_EQ(result.outcome, static_cast<int>(ReportedOutcome::kFinished));
   EXPECT_EQ(result.num_waypoints, 1);
   EXPECT_EQ(result.waypoints.size(), static_cast<std::size_t>(dataset_->robot().configuration_size()));
   EXPECT_FALSE(result.verdict_literal.empty());

@@ -89,7 +89,7 @@ class MisbehavingExecutor final : public JobExecutor {
 
   legopt_msg::result_request Execute(const legopt_msg::lease& job, std::string_view /*options_json*/,
                                      const Hooks& hooks) override {
-    legopt_msg::result_request result = ResultWithoutSolution(Outcome::kFinished, "");
+    legopt_msg::result_request result = ResultWithoutSolution(ReportedOutcome::kFinished, "");
     switch (static_cast<Misbehaviour>(job.problem_id)) {
       case Misbehaviour::kNone:
         break;

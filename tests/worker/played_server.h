@@ -12,6 +12,7 @@
 #include "bus/codec.h"
 #include "tests/worker/misbehaviour.h"
 #include "tests/worker/sample_messages.h"
+#include "words/reply.h"
 #include "worker/pool.h"
 #include "worker/server_link.h"
 
@@ -59,7 +60,7 @@ class PlayedServer final : public ServerLink {
   std::map<std::int64_t, legopt_msg::result_request> results;  ///< by job id, of what was not given back
   std::vector<legopt_msg::result_request> given_back;
   std::map<std::int64_t, legopt_msg::lease> leases;  ///< the last of each job, by its id
-  std::map<std::int64_t, int> verdicts;              ///< heartbeat verdicts by job id; 0 where absent
+  std::map<std::int64_t, LeaseVerdict> verdicts;     ///< of heartbeats, by job id; kContinue where absent
   std::function<void()> on_wait;
 
  private:
@@ -81,7 +82,8 @@ class PlayedServer final : public ServerLink {
         reply.server_instance = 1;
         for (const auto& lease : request.leases) {
           const auto verdict = verdicts.find(lease.job_id);
-          reply.verdicts.push_back(static_cast<std::int8_t>(verdict == verdicts.end() ? 0 : verdict->second));
+          reply.verdicts.push_back(
+              static_cast<std::int8_t>(verdict == verdicts.end() ? LeaseVerdict::kContinue : verdict->second));
         }
         return bus::Encode(reply);
       }
@@ -92,7 +94,8 @@ class PlayedServer final : public ServerLink {
       }
       default: {
         legopt_msg::result_reply reply{};
-        reply.status = Keep(bus::Decode<legopt_msg::result_request>(body).value()) ? 0 : 1;
+        const bool kept = Keep(bus::Decode<legopt_msg::result_request>(body).value());
+        reply.status = static_cast<std::int32_t>(kept ? ResultStatus::kAccepted : ResultStatus::kDuplicate);
         return bus::Encode(reply);
       }
     }
@@ -101,7 +104,7 @@ class PlayedServer final : public ServerLink {
   // False for a result that is there already.
   bool Keep(const legopt_msg::result_request& result) {
     const bool is_given_back =
-        result.outcome == static_cast<int>(Outcome::kCancelled) && !verdicts.contains(result.job_id);
+        result.outcome == static_cast<int>(ReportedOutcome::kCancelled) && !verdicts.contains(result.job_id);
     if (!is_given_back) return results.emplace(result.job_id, result).second;
     legopt_msg::lease& lease = leases.at(result.job_id);
     if (lease.token != result.token) return false;
@@ -120,7 +123,7 @@ class PlayedServer final : public ServerLink {
       queue_.pop_front();
     }
     if (reply.jobs.empty()) {
-      reply.status = all_done() ? 4 : 1;
+      reply.status = static_cast<std::int32_t>(all_done() ? LeaseStatus::kNoMoreWork : LeaseStatus::kNoneNow);
       reply.retry_after_us = 10'000;
     }
     return reply;

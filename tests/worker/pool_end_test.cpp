@@ -37,7 +37,7 @@ void RunRenewed(PoolHarness& harness, microseconds duration) {
   const microseconds end = harness.now + duration;
   while (harness.now < end && !harness.exit_code) {
     harness.Run(std::min<microseconds>(milliseconds(500), end - harness.now));
-    if (!harness.Take<CallLease>().empty()) harness.ReplyLease({}, 1);
+    if (!harness.Take<CallLease>().empty()) harness.ReplyLease({}, LeaseStatus::kNoneNow);
     const auto asked = [](const Action& action) { return std::holds_alternative<CallHeartbeat>(action); };
     if (std::any_of(harness.actions.begin(), harness.actions.end(), asked)) harness.ReplyHeartbeat();
   }
@@ -50,10 +50,10 @@ TEST(PoolEndTest, LeavesWhenIdleOnlyIfToldTo) {
     PoolHarness harness(options);
     harness.ChildrenReady();
     harness.ReplyHello();
-    harness.ReplyLease({}, 1);
+    harness.ReplyLease({}, LeaseStatus::kNoneNow);
     EXPECT_FALSE(harness.exit_code) << "none now is not none";
     harness.Run(seconds(1));
-    harness.ReplyLease({}, 4);
+    harness.ReplyLease({}, LeaseStatus::kNoMoreWork);
     EXPECT_EQ(harness.exit_code.has_value(), exit_when_idle);
     if (exit_when_idle) {
       EXPECT_EQ(*harness.exit_code, ExitCode::kOk);
@@ -84,7 +84,7 @@ TEST(PoolEndTest, FirstSignalGivesBackWhatHasNotBegun) {
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
   EXPECT_EQ(results[0].key.job_id, 2);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled));
 }
 
 TEST(PoolEndTest, WhatIsLeasedAfterTheFirstSignalIsGivenBack) {
@@ -99,7 +99,7 @@ TEST(PoolEndTest, WhatIsLeasedAfterTheFirstSignalIsGivenBack) {
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
   EXPECT_EQ(results[0].key.job_id, 2);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled));
 }
 
 TEST(PoolEndTest, AWorkerThatLeavesWaitsASecondForWhatItAskedFor) {
@@ -133,7 +133,7 @@ TEST(PoolEndTest, SecondSignalKillsAndGivesBack) {
   EXPECT_TRUE(harness.Take<StartChild>().empty());
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled));
   harness.ReplyResult(results[0].key);
   EXPECT_EQ(harness.exit_code, ExitCode::kInterrupted);
 }
@@ -190,7 +190,7 @@ TEST(PoolDrainTest, WhatStillRunsAfterTheDrainIsKilledAndGivenBack) {
   harness.Exit(0, {SIGKILL, 0, "", 0});
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled));
   harness.ReplyResult(results[0].key);
   EXPECT_EQ(harness.exit_code, ExitCode::kOk) << "it left as it was told to";
   EXPECT_TRUE(harness.Take<StartChild>().empty());
@@ -205,7 +205,7 @@ TEST(PoolDrainTest, AJobThatEndsInTimeIsDelivered) {
   harness.FinishJob(jobs.at(0));
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kFinished));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kFinished));
   harness.ReplyResult(results[0].key);
   EXPECT_EQ(harness.exit_code, ExitCode::kOk);
 }
@@ -245,7 +245,7 @@ TEST(PoolDrainTest, AfterTheDrainASecondSignalStillEndsItAtOnce) {
 TEST(PoolDrainTest, TheFirstSignalIsTheFirstWhateverTheWorkerLeavesFor) {
   PoolHarness harness(WithDrain(seconds(5)));
   harness.StartJobs({SampleLease(1)});
-  harness.ReplyLease({}, 3);
+  harness.ReplyLease({}, LeaseStatus::kDatasetMismatch);
   RunRenewed(harness, seconds(20));
   harness.pool.Stop(harness.now);
   RunRenewed(harness, milliseconds(4'900));
@@ -267,7 +267,7 @@ TEST(PoolDrainTest, AProcessEndedFromOutsideMeanwhileIsNoCrash) {
     harness.Exit(0, {signal, 0, "", 0});
     const auto results = harness.Take<CallResult>();
     ASSERT_EQ(results.size(), 1U);
-    EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled)) << SignalName(signal);
+    EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled)) << SignalName(signal);
     harness.ReplyResult(results[0].key);
     EXPECT_EQ(harness.exit_code, ExitCode::kOk);
   }
@@ -279,7 +279,7 @@ TEST(PoolDrainTest, ACrashOfTheJobsOwnMeanwhileIsACrash) {
     harness.StartJobs({SampleLease(1)});
     harness.pool.Stop(harness.now);
     harness.Exit(0, {signal, 0, "", 0});
-    EXPECT_EQ(harness.Take<CallResult>().at(0).request->outcome, static_cast<int>(Outcome::kCrashed));
+    EXPECT_EQ(harness.Take<CallResult>().at(0).request->outcome, static_cast<int>(ReportedOutcome::kCrashed));
   }
 }
 
@@ -287,7 +287,7 @@ TEST(PoolDrainTest, AKillFromOutsideOfAWorkerThatStaysIsACrash) {
   PoolHarness harness;
   harness.StartJobs({SampleLease(1)});
   harness.Exit(0, {SIGKILL, 0, "", 0});
-  EXPECT_EQ(harness.Take<CallResult>().at(0).request->outcome, static_cast<int>(Outcome::kCrashed));
+  EXPECT_EQ(harness.Take<CallResult>().at(0).request->outcome, static_cast<int>(ReportedOutcome::kCrashed));
 }
 
 // --- Idleness --------------------------------------------------------------------------------------------------------
@@ -310,7 +310,7 @@ TEST(PoolIdleTest, NoExperimentYetIsNoReasonToLeaveAtOnce) {
   PoolHarness harness(WithIdleTimeout(seconds(300)));
   harness.ChildrenReady();
   harness.ReplyHello();
-  harness.ReplyLease({}, 4);
+  harness.ReplyLease({}, LeaseStatus::kNoMoreWork);
   RunRenewed(harness, seconds(200));
   EXPECT_FALSE(harness.exit_code);
 }
@@ -363,7 +363,7 @@ TEST(PoolIdleTest, WhatIsLeasedToAWorkerThatLeavesIsGivenBack) {
   harness.ReplyLease({SampleLease(1)});
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled));
   harness.ReplyResult(results[0].key);
   EXPECT_EQ(harness.exit_code, ExitCode::kOk);
 }

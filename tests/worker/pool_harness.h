@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/worker/sample_messages.h"
+#include "words/reply.h"
 #include "worker/pool.h"
 
 namespace legopt::worker {
@@ -88,47 +89,50 @@ class PoolHarness {
     Collect();
   }
 
-  void ReplyLease(const std::vector<legopt_msg::lease>& leases, int status = -1, std::int64_t retry_us = 100'000) {
+  void ReplyLease(const std::vector<legopt_msg::lease>& leases, std::optional<LeaseStatus> status = {},
+                  std::int64_t retry_us = 100'000) {
     legopt_msg::lease_reply reply{};
-    reply.status = status >= 0 ? status : leases.empty() ? 1 : 0;
+    if (!status) status = leases.empty() ? LeaseStatus::kNoneNow : LeaseStatus::kLeased;
+    reply.status = static_cast<std::int32_t>(*status);
     reply.retry_after_us = retry_us;
-    reply.message = status == 3 ? "jobs need dataset garage " + HexHash('f') : "";
+    reply.message = status == LeaseStatus::kDatasetMismatch ? "jobs need dataset garage " + HexHash('f') : "";
     reply.jobs = leases;
     reply.num_jobs = static_cast<std::int32_t>(leases.size());
     pool.OnLeaseReply(now, &reply, "");
     Collect();
   }
 
-  void ReplyMethod(const std::string& hash, int status = 0) {
+  void ReplyMethod(const std::string& hash, MethodStatus status = MethodStatus::kFound) {
     legopt_msg::method_reply reply{};
-    reply.status = status;
-    reply.options_json = status == 0 ? "{}" : "";
+    reply.status = static_cast<std::int32_t>(status);
+    reply.options_json = status == MethodStatus::kFound ? "{}" : "";
     pool.OnMethodReply(now, hash, &reply, "");
     Collect();
   }
 
   /// Answers the newest heartbeat with one verdict for all its leases.
-  void ReplyHeartbeat(int verdict = 0, int status = 0, std::int64_t instance = 1) {
+  void ReplyHeartbeat(LeaseVerdict verdict = LeaseVerdict::kContinue, HeartbeatStatus status = HeartbeatStatus::kOk,
+                      std::int64_t instance = 1) {
     const std::vector<CallHeartbeat> calls = Take<CallHeartbeat>();
     ASSERT_FALSE(calls.empty());
     legopt_msg::heartbeat_reply reply{};
     reply.server_instance = instance;
-    reply.status = status;
+    reply.status = static_cast<std::int32_t>(status);
     reply.verdicts.assign(calls.back().request.leases.size(), static_cast<std::int8_t>(verdict));
     reply.num_leases = static_cast<std::int32_t>(reply.verdicts.size());
     pool.OnHeartbeatReply(now, &reply, "");
     Collect();
   }
 
-  void ReplyResult(const LeaseKey& key, int status = 0) {
+  void ReplyResult(const LeaseKey& key, ResultStatus status = ResultStatus::kAccepted) {
     legopt_msg::result_reply reply{};
-    reply.status = status;
+    reply.status = static_cast<std::int32_t>(status);
     pool.OnResultReply(now, key, &reply, "");
     Collect();
   }
 
   void FinishJob(const AssignJob& job) {
-    pool.OnChildResult(now, job.slot, job.sequence, ResultWithoutSolution(Outcome::kFinished, "done"));
+    pool.OnChildResult(now, job.slot, job.sequence, ResultWithoutSolution(ReportedOutcome::kFinished, "done"));
     Collect();
   }
 

@@ -30,7 +30,7 @@ class PoolJobTest : public testing::Test {
 };
 
 TEST_F(PoolJobTest, AResultCarriesTheIdentityOfTheLeaseWhateverTheProcessSays) {
-  legopt_msg::result_request result = ResultWithoutSolution(Outcome::kFinished, "");
+  legopt_msg::result_request result = ResultWithoutSolution(ReportedOutcome::kFinished, "");
   result.job_id = 555;
   result.token = 666;
   harness_.pool.OnChildResult(harness_.now, job_.slot, job_.sequence, result);
@@ -45,7 +45,7 @@ TEST_F(PoolJobTest, AResultCarriesTheIdentityOfTheLeaseWhateverTheProcessSays) {
 TEST_F(PoolJobTest, ACrashIsReportedWithSignalAndLastWordsAndTheSlotRestartsAtOnce) {
   harness_.Exit(job_.slot, {11, 0, "assertion failed: x > 0\n", 1000});
   const legopt_msg::result_request sent = OnlyResult();
-  EXPECT_EQ(sent.outcome, static_cast<int>(Outcome::kCrashed));
+  EXPECT_EQ(sent.outcome, static_cast<int>(ReportedOutcome::kCrashed));
   EXPECT_EQ(sent.exit_signal, 11);
   EXPECT_EQ(sent.log_tail, "assertion failed: x > 0\n");
   EXPECT_NE(sent.message.find("SIGSEGV"), std::string::npos);
@@ -54,13 +54,13 @@ TEST_F(PoolJobTest, ACrashIsReportedWithSignalAndLastWordsAndTheSlotRestartsAtOn
 
 TEST_F(PoolJobTest, MemoryExhaustionIsReportedAsSuch) {
   harness_.Exit(job_.slot, {0, kChildOutOfMemory, "", 0});
-  EXPECT_EQ(OnlyResult().outcome, static_cast<int>(Outcome::kMemoryLimit));
+  EXPECT_EQ(OnlyResult().outcome, static_cast<int>(ReportedOutcome::kMemoryLimit));
 }
 
 TEST_F(PoolJobTest, AnExitWithoutAResultIsACrash) {
   harness_.Exit(job_.slot, {0, 0, "", 0});
   const legopt_msg::result_request sent = OnlyResult();
-  EXPECT_EQ(sent.outcome, static_cast<int>(Outcome::kCrashed));
+  EXPECT_EQ(sent.outcome, static_cast<int>(ReportedOutcome::kCrashed));
   EXPECT_NE(sent.message.find("exited with code 0"), std::string::npos) << sent.message;
 }
 
@@ -74,7 +74,7 @@ TEST_F(PoolJobTest, AHangingJobIsKilledAtItsLimitPlusOneSecond) {
   ASSERT_EQ(harness_.Take<KillChild>().size(), 1U);
   harness_.Exit(job_.slot, {9, 0, "", 0});
   const legopt_msg::result_request sent = OnlyResult();
-  EXPECT_EQ(sent.outcome, static_cast<int>(Outcome::kTimeLimit));
+  EXPECT_EQ(sent.outcome, static_cast<int>(ReportedOutcome::kTimeLimit));
   EXPECT_NE(sent.message.find("60 s"), std::string::npos) << sent.message;
 }
 
@@ -84,7 +84,7 @@ TEST_F(PoolJobTest, GarbageEndsTheProcessAndIsEvidence) {
   ASSERT_EQ(harness_.Take<KillChild>().size(), 1U);
   harness_.Exit(job_.slot, {9, 0, "", 0});
   const legopt_msg::result_request sent = OnlyResult();
-  EXPECT_EQ(sent.outcome, static_cast<int>(Outcome::kCrashed));
+  EXPECT_EQ(sent.outcome, static_cast<int>(ReportedOutcome::kCrashed));
   EXPECT_NE(sent.message.find("a damaged frame"), std::string::npos);
 }
 
@@ -107,25 +107,25 @@ TEST_F(PoolJobTest, ProgressTravelsWithHeartbeats) {
 
 TEST_F(PoolJobTest, ACancelledJobIsStoppedAndReportedCancelled) {
   harness_.Run(seconds(1));
-  harness_.ReplyHeartbeat(1);
+  harness_.ReplyHeartbeat(LeaseVerdict::kCancel);
   ASSERT_EQ(harness_.Take<CancelJob>().size(), 1U);
   harness_.FinishJob(job_);
-  EXPECT_EQ(OnlyResult().outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(OnlyResult().outcome, static_cast<int>(ReportedOutcome::kCancelled));
   EXPECT_TRUE(harness_.Take<KillChild>().empty()) << "it stopped by itself";
 }
 
 TEST_F(PoolJobTest, ACancelledJobThatDoesNotListenIsKilledWithinASecond) {
   harness_.Run(seconds(1));
-  harness_.ReplyHeartbeat(1);
+  harness_.ReplyHeartbeat(LeaseVerdict::kCancel);
   harness_.Run(seconds(1));
   ASSERT_EQ(harness_.Take<KillChild>().size(), 1U);
   harness_.Exit(job_.slot, {9, 0, "", 0});
-  EXPECT_EQ(OnlyResult().outcome, static_cast<int>(Outcome::kCancelled));
+  EXPECT_EQ(OnlyResult().outcome, static_cast<int>(ReportedOutcome::kCancelled));
 }
 
 TEST_F(PoolJobTest, AnUnknownLeaseIsStoppedAndNotReported) {
   harness_.Run(seconds(1));
-  harness_.ReplyHeartbeat(2);
+  harness_.ReplyHeartbeat(LeaseVerdict::kUnknownLease);
   ASSERT_EQ(harness_.Take<CancelJob>().size(), 1U);
   harness_.FinishJob(job_);
   EXPECT_TRUE(harness_.Take<CallResult>().empty());
@@ -143,7 +143,7 @@ TEST_F(PoolJobTest, ResultsAreOfferedUntilTheServerAnswers) {
     harness_.Run(seconds(6));
   }
   EXPECT_EQ(harness_.pool.num_undelivered(), 1U);
-  harness_.ReplyResult(harness_.Take<CallResult>().at(0).key, 1);
+  harness_.ReplyResult(harness_.Take<CallResult>().at(0).key, ResultStatus::kDuplicate);
   EXPECT_EQ(harness_.pool.num_leases(), 0U);
 }
 
@@ -152,7 +152,7 @@ TEST_F(PoolJobTest, AResultIsDeliveredToARestartedServerUnderTheNewName) {
   harness_.FinishJob(job_);
   const auto lost = harness_.Take<CallResult>();
   ASSERT_EQ(lost.size(), 1U);
-  harness_.ReplyHeartbeat(0, 2, 99);
+  harness_.ReplyHeartbeat(LeaseVerdict::kContinue, HeartbeatStatus::kUnknownWorker, 99);
   harness_.pool.OnResultReply(harness_.now, lost[0].key, nullptr, "no answer");
   harness_.Run(seconds(6));
   EXPECT_TRUE(harness_.Take<CallResult>().empty()) << "not before it is registered";
@@ -180,7 +180,7 @@ TEST_F(PoolJobTest, StaleAndRefusedResultsAreDroppedAndWorkGoesOn) {
 TEST_F(PoolJobTest, AVerdictOnAResultUnderWayDoesNotDropIt) {
   harness_.Run(seconds(1));
   harness_.FinishJob(job_);
-  harness_.ReplyHeartbeat(2);
+  harness_.ReplyHeartbeat(LeaseVerdict::kUnknownLease);
   EXPECT_EQ(harness_.pool.num_undelivered(), 1U) << "its own answer decides";
 }
 
@@ -195,7 +195,7 @@ TEST(PoolSlotTest, ACrashCostsItsNeighbourNothing) {
   harness.FinishJob(jobs[1]);
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 2U);
-  EXPECT_EQ(results[1].request->outcome, static_cast<int>(Outcome::kFinished));
+  EXPECT_EQ(results[1].request->outcome, static_cast<int>(ReportedOutcome::kFinished));
 }
 
 TEST(PoolSlotTest, ProcessesThatNeverStartEndTheWorkerWithTheEvidence) {

@@ -96,7 +96,7 @@ TEST(PoolRegistrationTest, ARefusedVersionEndsTheWorker) {
   PoolHarness harness;
   harness.ChildrenReady();
   legopt_msg::hello_reply reply{};
-  reply.status = 1;
+  reply.status = static_cast<std::int32_t>(HelloStatus::kVersionRefused);
   reply.message = "protocol version 2 is needed";
   harness.pool.OnHelloReply(harness.now, &reply, "");
   harness.Collect();
@@ -109,7 +109,7 @@ TEST(PoolRegistrationTest, RegistersAgainWhenTheServerHasRestartedAndKeepsItsJob
   harness.StartJobs({SampleLease(1)});
   ASSERT_EQ(harness.Take<AssignJob>().size(), 1U);
   harness.Run(seconds(1));
-  harness.ReplyHeartbeat(0, 2, 99);
+  harness.ReplyHeartbeat(LeaseVerdict::kContinue, HeartbeatStatus::kUnknownWorker, 99);
   ASSERT_EQ(harness.Take<CallHello>().size(), 1U);
   EXPECT_TRUE(harness.Take<CancelJob>().empty());
   EXPECT_TRUE(harness.Take<KillChild>().empty());
@@ -126,7 +126,7 @@ TEST(PoolDatasetTest, MismatchNamesBothHashesAndTheFixAndEndsWithItsCode) {
   PoolHarness harness;
   harness.ChildrenReady();
   harness.ReplyHello();
-  harness.ReplyLease({}, 3);
+  harness.ReplyLease({}, LeaseStatus::kDatasetMismatch);
   EXPECT_EQ(harness.exit_code, ExitCode::kDatasetMismatch);
   EXPECT_NE(harness.log.find(HexHash('d')), std::string::npos) << harness.log;
   EXPECT_NE(harness.log.find(HexHash('f')), std::string::npos) << harness.log;
@@ -141,7 +141,7 @@ TEST(PoolDatasetTest, AJobOfAnotherDatasetIsNeverRun) {
   EXPECT_TRUE(harness.Take<AssignJob>().empty());
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled)) << "given back";
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled)) << "given back";
 }
 
 TEST(PoolDatasetTest, FilesThatChangeUnderWayEndTheWorker) {
@@ -226,7 +226,7 @@ TEST(PoolLeaseTest, HonoursRetryAfter) {
   harness.ChildrenReady();
   harness.ReplyHello();
   harness.Take<CallLease>();
-  harness.ReplyLease({}, 1, 300'000);
+  harness.ReplyLease({}, LeaseStatus::kNoneNow, 300'000);
   harness.Run(milliseconds(299));
   EXPECT_TRUE(harness.Take<CallLease>().empty());
   harness.Run(milliseconds(77));
@@ -239,7 +239,7 @@ TEST(PoolLeaseTest, TellsOnceWhyThereIsNothingToDo) {
   harness.ReplyHello();
   for (int i = 0; i < 3; ++i) {
     legopt_msg::lease_reply reply{};
-    reply.status = 1;
+    reply.status = static_cast<std::int32_t>(LeaseStatus::kNoneNow);
     reply.message = "jobs are there for dataset yard, which this worker does not have";
     harness.pool.OnLeaseReply(harness.now, &reply, "");
     harness.Run(seconds(1));
@@ -267,10 +267,10 @@ TEST(PoolLeaseTest, JobsOfAMethodThatTheServerDoesNotKnowAreErrors) {
   harness.ChildrenReady();
   harness.ReplyHello();
   harness.ReplyLease({SampleLease(1)});
-  harness.ReplyMethod(HexHash('e'), 1);
+  harness.ReplyMethod(HexHash('e'), MethodStatus::kUnknown);
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kError));
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kError));
 }
 
 // The lease counts from before it was asked for, so that a slow reply does not stretch it.
@@ -296,7 +296,7 @@ TEST(PoolLeaseTest, StopsAJobBeforeItsUnrenewedLeaseCanEnd) {
   harness.Exit(0, {9, 0, "", 0});
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(Outcome::kCancelled))
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled))
       << "given back, should the server hear it";
 }
 

@@ -46,12 +46,12 @@ class SupervisorTest : public testing::Test {
     const std::int64_t job = server_.Queue(what, wall_limit);
     const std::int64_t after = server_.Queue(Misbehaviour::kNone);
     EXPECT_EQ(Run(), ExitCode::kOk) << log_.str();
-    EXPECT_EQ(server_.results[before].outcome, Code(Outcome::kFinished));
-    EXPECT_EQ(server_.results[after].outcome, Code(Outcome::kFinished)) << server_.results[after].message;
+    EXPECT_EQ(server_.results[before].outcome, Code(ReportedOutcome::kFinished));
+    EXPECT_EQ(server_.results[after].outcome, Code(ReportedOutcome::kFinished)) << server_.results[after].message;
     return server_.results[job];
   }
 
-  static int Code(Outcome outcome) { return static_cast<int>(outcome); }
+  static int Code(ReportedOutcome outcome) { return static_cast<int>(outcome); }
 
   PlayedServer server_;
   std::ostringstream log_;
@@ -62,14 +62,14 @@ TEST_F(SupervisorTest, RunsJobsOnAllSlots) {
   EXPECT_EQ(Run(3), ExitCode::kOk) << log_.str();
   EXPECT_EQ(server_.results.size(), 200U);
   for (const auto& [id, result] : server_.results) {
-    EXPECT_EQ(result.outcome, Code(Outcome::kFinished));
+    EXPECT_EQ(result.outcome, Code(ReportedOutcome::kFinished));
     EXPECT_EQ(result.token, server_.leases[id].token);
   }
 }
 
 TEST_F(SupervisorTest, SegmentationFault) {
   const auto result = RunOne(Misbehaviour::kSegfault);
-  EXPECT_EQ(result.outcome, Code(Outcome::kCrashed));
+  EXPECT_EQ(result.outcome, Code(ReportedOutcome::kCrashed));
   if (!kSanitized) {
     EXPECT_EQ(result.exit_signal, SIGSEGV);
   }
@@ -77,66 +77,66 @@ TEST_F(SupervisorTest, SegmentationFault) {
 
 TEST_F(SupervisorTest, AbortWithItsLastWords) {
   const auto result = RunOne(Misbehaviour::kAbort);
-  EXPECT_EQ(result.outcome, Code(Outcome::kCrashed));
+  EXPECT_EQ(result.outcome, Code(ReportedOutcome::kCrashed));
   EXPECT_EQ(result.exit_signal, SIGABRT);
   EXPECT_NE(result.log_tail.find("last line before the end"), std::string::npos);
 }
 
 TEST_F(SupervisorTest, EndlessLoopIsKilledAtItsLimit) {
   const auto result = RunOne(Misbehaviour::kLoop, milliseconds(100));
-  EXPECT_EQ(result.outcome, Code(Outcome::kTimeLimit));
+  EXPECT_EQ(result.outcome, Code(ReportedOutcome::kTimeLimit));
   EXPECT_EQ(result.exit_signal, SIGKILL);
   EXPECT_NE(result.message.find("0.1 s"), std::string::npos) << result.message;
 }
 
 TEST_F(SupervisorTest, AllocationWithoutEndIsAMemoryLimit) {
   if (kSanitized) GTEST_SKIP() << "sanitizers answer failed allocations themselves";
-  EXPECT_EQ(RunOne(Misbehaviour::kAllocateByNew).outcome, Code(Outcome::kMemoryLimit));
+  EXPECT_EQ(RunOne(Misbehaviour::kAllocateByNew).outcome, Code(ReportedOutcome::kMemoryLimit));
 }
 
 TEST_F(SupervisorTest, UncheckedMallocIsAMemoryLimitToo) {
   if (kSanitized) GTEST_SKIP() << "sanitizers answer failed allocations themselves";
-  EXPECT_EQ(RunOne(Misbehaviour::kAllocateByMalloc).outcome, Code(Outcome::kMemoryLimit));
+  EXPECT_EQ(RunOne(Misbehaviour::kAllocateByMalloc).outcome, Code(ReportedOutcome::kMemoryLimit));
 }
 
 TEST_F(SupervisorTest, OneImpossibleAllocationIsAMemoryLimit) {
   if (kSanitized) GTEST_SKIP() << "sanitizers answer failed allocations themselves";
-  EXPECT_EQ(RunOne(Misbehaviour::kHugeVector).outcome, Code(Outcome::kMemoryLimit));
+  EXPECT_EQ(RunOne(Misbehaviour::kHugeVector).outcome, Code(ReportedOutcome::kMemoryLimit));
 }
 
 TEST_F(SupervisorTest, GarbageOnTheChannel) {
   const auto result = RunOne(Misbehaviour::kGarbage);
-  EXPECT_EQ(result.outcome, Code(Outcome::kCrashed));
+  EXPECT_EQ(result.outcome, Code(ReportedOutcome::kCrashed));
   EXPECT_NE(result.message.find("protocol"), std::string::npos) << result.message;
 }
 
 TEST_F(SupervisorTest, AFrameThatIsNotForTheSupervisor) {
-  EXPECT_EQ(RunOne(Misbehaviour::kForgedFrame).outcome, Code(Outcome::kCrashed));
+  EXPECT_EQ(RunOne(Misbehaviour::kForgedFrame).outcome, Code(ReportedOutcome::kCrashed));
 }
 
 TEST_F(SupervisorTest, AResultThatIsNone) {
-  EXPECT_EQ(RunOne(Misbehaviour::kLyingResult).outcome, Code(Outcome::kCrashed));
+  EXPECT_EQ(RunOne(Misbehaviour::kLyingResult).outcome, Code(ReportedOutcome::kCrashed));
 }
 
 TEST_F(SupervisorTest, SilentExit) {
   const auto result = RunOne(Misbehaviour::kSilentExit);
-  EXPECT_EQ(result.outcome, Code(Outcome::kCrashed));
+  EXPECT_EQ(result.outcome, Code(ReportedOutcome::kCrashed));
   EXPECT_EQ(result.exit_signal, 0);
 }
 
 TEST_F(SupervisorTest, AClosedChannelDoesNotHoldTheSlot) {
-  EXPECT_EQ(RunOne(Misbehaviour::kCloseChannel).outcome, Code(Outcome::kCrashed));
+  EXPECT_EQ(RunOne(Misbehaviour::kCloseChannel).outcome, Code(ReportedOutcome::kCrashed));
 }
 
 TEST_F(SupervisorTest, AForkBombStartsNothing) {
   const auto result = RunOne(Misbehaviour::kForkBomb);
-  EXPECT_EQ(result.outcome, Code(Outcome::kFinished));
+  EXPECT_EQ(result.outcome, Code(ReportedOutcome::kFinished));
   EXPECT_EQ(result.iterations, 0) << "processes started";
 }
 
 TEST_F(SupervisorTest, WhatShouldBeIsolatedRunsInTheJob) {
   const auto result = RunOne(Misbehaviour::kIsolatedCall);
-  EXPECT_EQ(result.outcome, Code(Outcome::kFinished));
+  EXPECT_EQ(result.outcome, Code(ReportedOutcome::kFinished));
   EXPECT_EQ(result.message, "answered");
 }
 
@@ -146,13 +146,13 @@ TEST_F(SupervisorTest, AJobMayUseThreads) { EXPECT_EQ(RunOne(Misbehaviour::kThre
 
 TEST_F(SupervisorTest, AnExceptionIsAnErrorWithItsText) {
   const auto result = RunOne(Misbehaviour::kThrow);
-  EXPECT_EQ(result.outcome, Code(Outcome::kError));
+  EXPECT_EQ(result.outcome, Code(ReportedOutcome::kError));
   EXPECT_EQ(result.message, "no such problem");
 }
 
 TEST_F(SupervisorTest, MuchLogIsCutToItsTail) {
   const auto result = RunOne(Misbehaviour::kChatter);
-  EXPECT_EQ(result.outcome, Code(Outcome::kCrashed));
+  EXPECT_EQ(result.outcome, Code(ReportedOutcome::kCrashed));
   EXPECT_LE(result.log_tail.size(), kMaxLogTailBytes);
   EXPECT_NE(result.log_tail.find("line 99999 of"), std::string::npos);
 }
@@ -160,25 +160,25 @@ TEST_F(SupervisorTest, MuchLogIsCutToItsTail) {
 TEST_F(SupervisorTest, ACancelledJobStopsAndItsProcessGoesOn) {
   const std::int64_t job = server_.Queue(Misbehaviour::kUntilCancelled);
   const std::int64_t next = server_.Queue(Misbehaviour::kNone);
-  server_.verdicts[job] = 1;
+  server_.verdicts[job] = LeaseVerdict::kCancel;
   EXPECT_EQ(Run(), ExitCode::kOk);
-  EXPECT_EQ(server_.results[job].outcome, Code(Outcome::kCancelled));
+  EXPECT_EQ(server_.results[job].outcome, Code(ReportedOutcome::kCancelled));
   EXPECT_EQ(server_.results[job].exit_signal, 0) << "not killed";
-  EXPECT_EQ(server_.results[next].outcome, Code(Outcome::kFinished));
+  EXPECT_EQ(server_.results[next].outcome, Code(ReportedOutcome::kFinished));
 }
 
 TEST_F(SupervisorTest, ACancelledJobThatDoesNotListenIsKilled) {
   const std::int64_t job = server_.Queue(Misbehaviour::kLoop);
-  server_.verdicts[job] = 1;
+  server_.verdicts[job] = LeaseVerdict::kCancel;
   EXPECT_EQ(Run(), ExitCode::kOk);
-  EXPECT_EQ(server_.results[job].outcome, Code(Outcome::kCancelled));
+  EXPECT_EQ(server_.results[job].outcome, Code(ReportedOutcome::kCancelled));
 }
 
 TEST_F(SupervisorTest, APoisonousJobLeavesItsNeighboursAlone) {
   for (int i = 0; i < 40; ++i) server_.Queue(i % 10 == 5 ? Misbehaviour::kSegfault : Misbehaviour::kNone);
   EXPECT_EQ(Run(2), ExitCode::kOk);
   int crashed = 0;
-  for (const auto& [id, result] : server_.results) crashed += result.outcome == Code(Outcome::kCrashed) ? 1 : 0;
+  for (const auto& [id, result] : server_.results) crashed += result.outcome == Code(ReportedOutcome::kCrashed) ? 1 : 0;
   EXPECT_EQ(server_.results.size(), 40U);
   EXPECT_EQ(crashed, 4);
 }

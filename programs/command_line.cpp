@@ -1,0 +1,130 @@
+#include "programs/command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+
+#include "legopt/nearest_name.h"
+
+namespace legopt::programs {
+
+Option Option::Required() const {
+  option_->required();
+  return *this;
+}
+
+Option Option::Check(ValueCheck check) const {
+  const auto fault = [fault = std::move(check.fault)](const std::string& word) { return fault(word); };
+  option_->check(CLI::Validator(fault, check.range));
+  return *this;
+}
+
+Option Option::Group(const std::string& heading) const {
+  option_->group(heading);
+  return *this;
+}
+
+Option Option::ValueName(const std::string& name) const {
+  option_->type_name(name);
+  return *this;
+}
+
+Option Option::CommaSeparated() const {
+  option_->delimiter(',')->allow_extra_args(false)->type_name("LIST");
+  return *this;
+}
+
+Option Option::ValueMayBeLeftOut(const std::string& value) const {
+  option_->expected(0, 1)->default_str(value);
+  return *this;
+}
+
+Option Option::ShowDefault() const {
+  option_->capture_default_str();
+  return *this;
+}
+
+Option Option::Excludes(Option other) const {
+  option_->excludes(other.option_);
+  return *this;
+}
+
+template <class Value>
+Option Command::AddOption(const std::string& name, Value& value, const std::string& help) const {
+  return Option(app_->add_option(name, value, help));
+}
+
+#define LEGOPT_OPTION_OF(...)                                                                                     \
+  template Option Command::AddOption<__VA_ARGS__>(const std::string&, __VA_ARGS__&, const std::string&) const;    \
+  template Option Command::AddOption<std::optional<__VA_ARGS__>>(const std::string&, std::optional<__VA_ARGS__>&, \
+                                                                 const std::string&) const
+
+LEGOPT_OPTION_OF(int);
+LEGOPT_OPTION_OF(std::int64_t);
+LEGOPT_OPTION_OF(std::uint64_t);
+LEGOPT_OPTION_OF(double);
+LEGOPT_OPTION_OF(std::string);
+LEGOPT_OPTION_OF(std::filesystem::path);
+#undef LEGOPT_OPTION_OF
+
+template Option Command::AddOption<std::vector<std::string>>(const std::string&, std::vector<std::string>&,
+                                                             const std::string&) const;
+template Option Command::AddOption<std::vector<std::filesystem::path>>(const std::string&,
+                                                                       std::vector<std::filesystem::path>&,
+                                                                       const std::string&) const;
+
+Option Command::AddOption(const std::string& name, const std::string& help) const {
+  return Option(app_->add_option(name, help));
+}
+
+Option Command::AddFlag(const std::string& name, bool& value, const std::string& help) const {
+  return Option(app_->add_flag(name, value, help));
+}
+
+Option Command::AddAction(const std::string& name, std::function<void(const std::string&)> action,
+                          const std::string& help) const {
+  return Option(app_->add_option_function<std::string>(name, action, help));
+}
+
+Option Command::AddFlagAction(const std::string& name, std::function<void()> action, const std::string& help) const {
+  return Option(app_->add_flag_callback(name, std::move(action), help));
+}
+
+Option Command::AddChosen(const std::string& name, std::vector<std::string> words,
+                          std::function<void(std::size_t)> choose, const std::string& help) const {
+  const auto take = [name, words = std::move(words), choose = std::move(choose)](const std::string& word) {
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      if (words[i] == word) return choose(i);
+    }
+    throw CLI::ValidationError(name, "'" + word + "' is not known; " + SuggestName(word, words));
+  };
+  return AddAction(name, take, help).ValueName("WORD");
+}
+
+Command Command::AddCommand(const std::string& name, const std::string& help) const {
+  return Command(app_->add_subcommand(name, help));
+}
+
+void Command::WhenChosen(std::function<void()> action) const { app_->callback(std::move(action)); }
+
+void Command::RequireCommand() const { app_->require_subcommand(1); }
+
+void Command::LetOptionsFollowCommands() const { app_->fallthrough(); }
+
+void Command::AddFlagThroughout(const std::string& name, bool& value, const std::string& help) const {
+  AddFlag(name, value, help);
+  for (CLI::App* command : app_->get_subcommands({})) Command(command).AddFlagThroughout(name, value, help);
+}
+
+void Command::SetFooter(const std::string& text) const { app_->footer(text); }
+
+Program::Program(const std::string& name, const std::string& description)
+    : Program(std::make_unique<CLI::App>(description, name)) {}
+
+Program::Program(std::unique_ptr<CLI::App> app) : Command(app.get()), owned_(std::move(app)) {}
+
+Program::~Program() = default;
+
+void Program::SetVersion(const std::string& text) const { app().set_version_flag("--version", text); }
+
+}  // namespace legopt::programs

@@ -1,0 +1,53 @@
+#include "programs/processes.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+
+namespace legopt::programs {
+
+void Descriptor::Close() {
+  if (fd_ >= 0) ::close(Take());
+}
+
+void Descriptor::SetNonBlocking() const { ::fcntl(fd_, F_SETFL, O_NONBLOCK); }
+
+std::optional<Pipe> MakePipe() {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return std::nullopt;
+  return Pipe{Descriptor(ends[0]), Descriptor(ends[1])};
+}
+
+std::vector<char*> Pointers(std::vector<std::string>& texts) {
+  std::vector<char*> pointers;
+  for (std::string& text : texts) pointers.push_back(text.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+bool DieWith(pid_t parent, int signal) {
+  ::prctl(PR_SET_PDEATHSIG, signal);
+  return ::getppid() == parent;  // it may have died before the line above
+}
+
+void UnblockSignals() {
+  sigset_t none;
+  ::sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+}
+
+std::optional<int> WaitForEnd(pid_t child) {
+  int status = 0;
+  pid_t ended = -1;
+  do {
+    ended = ::waitpid(child, &status, 0);
+  } while (ended < 0 && errno == EINTR);
+  return ended < 0 ? std::nullopt : std::optional(status);
+}
+
+}  // namespace legopt::programs

@@ -1,0 +1,114 @@
+// Policy: commands that read results say what is wrong with database, statement or id, and print the same in every
+// format.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "command_line_fixture.h"
+#include "db/connection.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+using ResultCommands = CommandLine;
+
+TEST_F(ResultCommands, MissingDatabase) {
+  for (const char* command : {"table", "list", "status"}) {
+    ExpectError(Run({command, "--db", "/nowhere/results.sqlite"}), 6, "/nowhere/results.sqlite");
+  }
+}
+
+TEST_F(ResultCommands, ForeignDatabase) {
+  const auto file =
+      Write("text.sqlite", "this is not a database, but a long enough text to look like one at first sight\n");
+  ExpectError(Run({"table", "--db", file}), 6, "text.sqlite");
+}
+
+TEST_F(ResultCommands, WrongSql) {
+  const auto file = Database();
+  ExpectError(Run({"query", "SELECT x FROM nowhere", "--db", file}), 2, "nowhere");
+  ExpectError(Run({"query", "DELETE FROM jobs", "--db", file}), 2, "");
+}
+
+TEST_F(ResultCommands, EmptyOrMisspeltSqlIsTheUsersToMend) {
+  const auto file = Database();
+  for (const char* sql : {"", " ", ";"}) ExpectError(Run({"query", sql, "--db", file}), 2, "the SQL is empty");
+  ExpectError(Run({"query", ""}), 2, "the SQL is empty");
+  ExpectError(Run({"query", "SELECT * FROM joblist", "--db", file}), 2, "did you mean 'job_list'?");
+}
+
+TEST_F(ResultCommands, AQueryIsStoppedWhenItsTimeIsOver) {
+  const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n";
+  ExpectError(Run({"query", endless, "--db", Database(), "--limit", "0.2"}), 3, "stopped after 0.2 s");
+  ExpectError(Run({"query", "SELECT 1", "--limit", "0"}), 2, "--db");
+}
+
+TEST_F(ResultCommands, ListOfWhatIsNotThereSaysWhatIs) {
+  const auto file = Database();
+  ExpectError(Run({"list", "--db", file, "--method", "SQQ"}), 2, "did you mean 'SQP'");
+  ExpectError(Run({"list", "--db", file, "--verdict", "foot_pos"}), 2, "did you mean 'foot_pose'");
+  ExpectError(Run({"list", "--db", file, "--problem", "9999"}), 2, "has no such problem; it has posture 0 to 1");
+  ExpectError(Run({"list", "--db", file, "--multi-starts", "7"}), 2, "--multi-starts 7");
+}
+
+TEST_F(ResultCommands, AnAlteredDatabaseIsTheUsersFileAndUnusable) {
+  const auto file = Database();
+  {
+    db::Connection connection(file, db::Connection::Mode::kReadWriteCreate);
+    connection.Execute("DROP TABLE waypoints");
+  }
+  ExpectError(Run({"table", "--db", file}), 6, "table 'waypoints' is missing; restore a backup");
+  const auto doctor = Run({"doctor", "--db", file});
+  EXPECT_NE(doctor.exit_code, 0);
+  EXPECT_THAT(doctor.out, HasSubstr("missing or changed: table waypoints"));
+  EXPECT_THAT(doctor.out + doctor.err, testing::Not(HasSubstr("legopt-audit")));
+}
+
+TEST_F(ResultCommands, UnknownIds) {
+  const auto file = Database();
+  ExpectError(Run({"table", "9", "--db", file}), 2, "no experiment 9");
+  ExpectError(Run({"show", "99", "--db", file}), 2, "no job 99");
+}
+
+TEST_F(ResultCommands, TableInEveryFormat) {
+  const auto file = Database();
+  for (const char* format : {"text", "markdown", "latex", "csv", "json"}) {
+    const auto result = Run({"table", "--db", file, "--format", format});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("SQP")) << format;
+  }
+  EXPECT_THAT(Run({"table", "1", "--db", file}).out, HasSubstr("1/2"));
+}
+
+TEST_F(ResultCommands, ListingsHaveJson) {
+  const auto file = Database();
+  EXPECT_EQ(nlohmann::json::parse(Run({"list", "--db", file, "--format", "json"}).out).size(), 2U);
+  EXPECT_EQ(nlohmann::json::parse(Run({"list", "--db", file, "--unsolved", "--format", "json"}).out).size(), 1U);
+  EXPECT_EQ(nlohmann::json::parse(Run({"list", "--db", file, "--state", "dead", "--format", "json"}).out).size(), 0U);
+  const auto status = nlohmann::json::parse(Run({"status", "--db", file, "--format", "json"}).out)[0];
+  EXPECT_EQ(status.at("solved"), 1);
+  EXPECT_EQ(status.at("methods"), "SQP");
+  EXPECT_EQ(status.at("dataset"), "tiny");
+  const auto job = nlohmann::json::parse(Run({"show", "2", "--db", file, "--format", "json"}).out);
+  EXPECT_EQ(job.at("result").at("verdict_literal"), "com");
+  EXPECT_EQ(job.at("attempt_list").size(), 1U);
+  EXPECT_EQ(nlohmann::json::parse(Run({"query", "SELECT 1 AS one", "--db", file, "--format", "json"}).out)[0].at("one"),
+            1);
+}
+
+TEST_F(ResultCommands, ShowTellsResultAndAttempts) {
+  const auto result = Run({"show", "2", "--db", Database()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("com"), HasSubstr("finished"), HasSubstr("worker-1")));
+}
+
+TEST_F(ResultCommands, ExportNeedsTheSameDataset) {
+  ExpectError(Run({"export", "--db", Database(), "--out", "out.json"}), 5, "--dataset");
+}
+
+}  // namespace
+}  // namespace legopt::client
