@@ -4,6 +4,8 @@
 #include <span>
 #include <string>
 
+#include "legopt/input_error.h"
+
 namespace CLI {
 class App;
 }
@@ -33,5 +35,7 @@ std::optional<int> ParseCommandLine(CLI::App& app, int argc, const char* const* 
 /// "PROGRAM: error: MESSAGE" as one line on standard error, with the message made printable; standard output is flushed
 /// before.
 void ReportError(const std::string& program, const std::string& message);
+/// A line for each fault.
+void ReportError(const std::string& program, const InputError& error);
 
 }  // namespace legopt::programs
