@@ -216,4 +216,8 @@ void ReportError(const std::string& program, const std::string& message) {
   std::cerr << program << ": error: " << Printable(message) << std::endl;
 }
 
+void ReportError(const std::string& program, const InputError& error) {
+  for (const InputError::Fault& fault : error.faults()) ReportError(program, InputError::TextOf(fault));
+}
+
 }  // namespace legopt::programs

@@ -4,6 +4,8 @@
 #include <span>
 #include <string>
 
+#include "legopt/input_error.h"
+
 namespace legopt::programs {
 
 class Program;
@@ -31,5 +33,7 @@ std::optional<int> ParseCommandLine(const Program& program, int argc, const char
 /// "PROGRAM: error: MESSAGE" as one line on standard error, with the message made printable; standard output is flushed
 /// before.
 void ReportError(const std::string& program, const std::string& message);
+/// A line for each fault.
+void ReportError(const std::string& program, const InputError& error);
 
 }  // namespace legopt::programs

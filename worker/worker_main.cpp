@@ -202,7 +202,8 @@ int WorkerMain(int argc, char** argv, const ExecutorFactory& make_executor) {
     logger->set_level(line.verbose ? spdlog::level::debug : spdlog::level::warn);
     return StatusOf(SupervisorMain(line, *logger));
   } catch (const InputError& error) {
-    return Report(ExitCode::kUsage, error.what());
+    programs::ReportError("legopt-worker", error);
+    return StatusOf(ExitCode::kUsage);
   } catch (const std::bad_alloc&) {
     return Report(ExitCode::kMachine, "out of memory");
   } catch (const std::system_error& error) {

@@ -93,7 +93,8 @@ int Execute(const Invocation& invocation) {
   } catch (const ClientError& error) {
     return Report(error.code(), error.what());
   } catch (const InputError& error) {
-    return Report(ExitCode::kUsage, error.what());
+    programs::ReportError(kProgram, error);
+    return static_cast<int>(ExitCode::kUsage);
   } catch (const db::StoreError& error) {
     return Report(CodeOf(error), error.what());
   } catch (const bus::BusError& error) {

@@ -71,6 +71,7 @@ void SolverRegistry::Add(SolverEntry entry) {
   if (entry.word.empty() || Find(entry.word) != nullptr) {
     throw InputError({"solver registry", "word", entry.word, "is empty or taken", "choose another one"});
   }
+  if (entry.paper_name.empty()) entry.paper_name = entry.word;
   entries_.push_back(std::move(entry));
 }
 

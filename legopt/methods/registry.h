@@ -17,8 +17,8 @@ class Solver;
 
 /// What a method, a suite and a table must know of a solver.
 struct SolverFacts {
-  std::string word;               ///< value of a method's `solver`
-  std::string paper_name;         ///< what tables print, without the prefix "I-" of incremental variants
+  std::string word = {};          ///< value of a method's `solver`
+  std::string paper_name = {};    ///< what tables print, without the "I-" of incremental variants; empty: the word
   bool samples = false;           ///< sample_size and incremental apply
   bool draws = false;             ///< draws random numbers even with all terms
   double contact_range_m = 0.03;  ///< default of that option: wide for solvers that see rows before they are violated

@@ -182,6 +182,7 @@ TEST(OwnSolver, AWordStandsForOneSolver) {
   EXPECT_THROW(add(""), InputError);
   add("compass2");
   EXPECT_EQ(registry.words().back(), "compass2");
+  EXPECT_EQ(Method::Of("compass2", registry).name, "compass2");
 }
 
 TEST(OwnSolver, ThatIsNotMadeEndsTheProgramWithItsWord) {
