@@ -17,12 +17,14 @@ constexpr std::int64_t kNow_us = 1'700'000'000'000'000;
 
 db::ResultRecord RecordOf(const TestResult& result, int num_waypoints) {
   db::ResultRecord record;
-  record.solver_status = result.verdict == "success" ? "converged_feasible" : "converged_infeasible";
+  const auto verdict = ParseWord<Verdict>(result.verdict).value();
+  const bool success = verdict == Verdict::kSuccess;
+  record.solver_status = success ? SolveStatus::kConvergedFeasible : SolveStatus::kConvergedInfeasible;
   record.wall_us = result.wall_us;
   record.cpu_us = result.wall_us;
-  record.verdict_literal = record.verdict_strict = result.verdict;
-  record.verdict_detail = result.verdict == "success" ? "" : "made up";
-  record.cost = result.verdict == "success" ? result.cost : std::nan("");
+  record.verdict_literal = record.verdict_strict = verdict;
+  record.verdict_detail = success ? "" : "made up";
+  record.cost = success ? result.cost : std::nan("");
   record.num_waypoints = num_waypoints;
   if (!result.waypoints.empty()) {
     record.waypoint_size = static_cast<int>(result.waypoints.front().size());
@@ -47,8 +49,9 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
   for (std::size_t i = 0; i < experiment.methods.size(); ++i) {
     const std::string hash(64, static_cast<char>('0' + i));
     description.methods.push_back({experiment.methods[i].name, hash, "{}", experiment.methods[i].multi_starts, 100,
-                                   false, experiment.methods[i].collision});
+                                   false, ParseWord<SceneRepresentation>(experiment.methods[i].collision).value()});
   }
+  const auto task = ParseWord<Task>(experiment.task).value();
   std::map<std::pair<int, std::string>, int> cells;
   std::map<int, int> problems;
   std::int64_t job_id = 0;
@@ -56,13 +59,13 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
     const auto [cell, new_cell] =
         cells.try_emplace({result.method, result.initialization}, static_cast<int>(description.cells.size()));
     if (new_cell) {
-      description.cells.push_back({static_cast<std::int64_t>(description.cells.size()) + 1, result.method,
-                                   experiment.task, result.initialization, 0});
+      description.cells.push_back({static_cast<std::int64_t>(description.cells.size()) + 1, result.method, task,
+                                   ParseWord<Initialization>(result.initialization).value(), 0});
     }
     ++description.cells[static_cast<std::size_t>(cell->second)].num_jobs;
     const auto [problem, new_problem] =
         problems.try_emplace(result.problem, static_cast<int>(description.problems.size()));
-    if (new_problem) description.problems.push_back({experiment.task, result.problem, experiment.num_waypoints});
+    if (new_problem) description.problems.push_back({task, result.problem, experiment.num_waypoints});
     description.jobs.push_back({++job_id, cell->second, problem->second, 0});
   }
   return description;

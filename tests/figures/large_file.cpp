@@ -49,7 +49,7 @@ std::int64_t CountResults(const std::filesystem::path& file) {
   return std::get<std::int64_t>(answer.rows.at(0).at(0));
 }
 
-// The drill of db/README.md: the file and its log are moved away, a backup takes their place, the server goes on.
+// The drill of docs/database.md: the file and its log are moved away, a backup takes their place, the server goes on.
 void MeasureRestore(Deployment& deployment, int rows, Findings& findings) {
   findings.Begin("20");
   const std::filesystem::path file = deployment.database();

@@ -10,16 +10,10 @@ using db::JobState;
 
 constexpr int kMaxAttempts = 3;  // as in ExperimentText
 
-constexpr int kFinished = 0;  // result_request.outcome
-constexpr int kCancelled = 4;
-constexpr int kAccepted = 0;  // result_reply.status
-constexpr int kDuplicate = 1;
-constexpr int kStale = 2;
-
-AttemptOutcome OutcomeOf(int reported) {
-  constexpr AttemptOutcome kOutcomes[] = {AttemptOutcome::kFinished,  AttemptOutcome::kCrashed,
-                                          AttemptOutcome::kTimeLimit, AttemptOutcome::kMemoryLimit,
-                                          AttemptOutcome::kCancelled, AttemptOutcome::kError};
+AttemptOutcome OutcomeOf(ReportedOutcome reported) {
+  constexpr Per<ReportedOutcome, AttemptOutcome> kOutcomes{{AttemptOutcome::kFinished, AttemptOutcome::kCrashed,
+                                                            AttemptOutcome::kTimeLimit, AttemptOutcome::kMemoryLimit,
+                                                            AttemptOutcome::kCancelled, AttemptOutcome::kError}};
   return kOutcomes[reported];
 }
 
@@ -68,7 +62,7 @@ class Checker {
   void CheckJob(std::int64_t id, const StoredState::Job& job) {
     const std::string name = "job " + std::to_string(id);
     if ((job.state == JobState::kDone) != job.accepted.has_value()) Fault("wrong state: " + name + ": done or not");
-    if (!db::IsTerminal(job.state)) Fault("lost: " + name + " never ended");
+    if (!IsTerminal(job.state)) Fault("lost: " + name + " never ended");
     if (job.accepted && IsPoison(manners_, id)) Fault("unexpected: " + name + " is poison and has a result");
     if (job.accepted && job.cost != CostOf(id, *job.accepted)) {
       Fault("wrong state: " + name + " has the result of another job or attempt");
@@ -76,8 +70,8 @@ class Checker {
     const int charged = job.attempts - job.returned;
     const bool used_up = job.state == JobState::kDead || job.state == JobState::kFailed;
     if (used_up ? charged != kMaxAttempts : charged > kMaxAttempts) {
-      Fault("wrong state: " + name + " is " + std::string(db::ToString(job.state)) + " after " +
-            std::to_string(charged) + " charged attempts");
+      Fault("wrong state: " + name + " is " + std::string(ToString(job.state)) + " after " + std::to_string(charged) +
+            " charged attempts");
     }
     const auto& experiment = state_.experiments.at(job.experiment_id);
     if (job.state == JobState::kCancelled && experiment.state != db::ExperimentState::kCancelled) {
@@ -96,9 +90,10 @@ class Checker {
     const auto report = record_.reports.find({key.first, key.second, attempt.token});
     const bool sent = report != record_.reports.end();
     // What was given back too often is charged as an error.
-    const bool given_back = sent && report->second.outcome == kCancelled && attempt.outcome == AttemptOutcome::kError;
+    const bool given_back =
+        sent && report->second.outcome == ReportedOutcome::kCancelled && attempt.outcome == AttemptOutcome::kError;
     if (!sent || (OutcomeOf(report->second.outcome) != attempt.outcome && !given_back)) {
-      Fault("unexpected: " + name + " ended as " + std::string(db::ToString(attempt.outcome)));
+      Fault("unexpected: " + name + " ended as " + std::string(ToString(attempt.outcome)));
     }
   }
 
@@ -110,18 +105,19 @@ class Checker {
     if (stored == state_.attempts.end() || stored->second.token != token) {
       return Fault("lost: lease of the " + name);
     }
-    for (const int answer : report.answers) {
-      if (report.outcome == kCancelled) {
-        if (answer > kDuplicate || stored->second.outcome == AttemptOutcome::kFinished) {
-          Fault("wrong state: the " + name + ", given back, was answered with " + std::to_string(answer));
+    for (const ResultStatus answer : report.answers) {
+      if (report.outcome == ReportedOutcome::kCancelled) {
+        const bool settled = answer == ResultStatus::kAccepted || answer == ResultStatus::kDuplicate;
+        if (!settled || stored->second.outcome == AttemptOutcome::kFinished) {
+          Fault("wrong state: the " + name + ", given back, was answered with " + std::string(ToString(answer)));
         }
-      } else if (answer == kAccepted || answer == kDuplicate) {
+      } else if (answer == ResultStatus::kAccepted || answer == ResultStatus::kDuplicate) {
         if (stored->second.outcome != OutcomeOf(report.outcome)) Fault("lost: the " + name + " was acknowledged");
         const auto& accepted = state_.jobs.at(job_id).accepted;
-        if (report.outcome == kFinished && accepted != attempt && !Retried({job_id, attempt})) {
+        if (report.outcome == ReportedOutcome::kFinished && accepted != attempt && !Retried({job_id, attempt})) {
           Fault("lost: the result in the " + name);
         }
-      } else if (answer == kStale) {
+      } else if (answer == ResultStatus::kStale) {
         if (!state_.stale.contains({job_id, attempt})) Fault("lost: the stale " + name + " was not kept");
         if (state_.jobs.at(job_id).accepted == attempt) Fault("wrong state: the " + name + " is stale and accepted");
       } else {

@@ -10,6 +10,11 @@ namespace {
 std::int64_t IntOf(const db::Value& value) { return std::get<std::int64_t>(value); }
 const std::string& TextOf(const db::Value& value) { return std::get<std::string>(value); }
 
+template <Worded Enum>
+Enum WordOf(const db::Value& value) {
+  return ParseWord<Enum>(TextOf(value)).value();
+}
+
 }  // namespace
 
 StoredState MemoryDisk::Read() {
@@ -47,8 +52,7 @@ StoredState SqliteDisk::Read() {
   db::ReadOnlyDatabase database(folder_ / "results.sqlite");
   for (const auto& row :
        database.Query("SELECT experiment_id, submission_id, state, first_job_id, num_jobs FROM experiments").rows) {
-    state.experiments[IntOf(row[0])] = {TextOf(row[1]), db::ParseExperimentState(TextOf(row[2])).value(), IntOf(row[3]),
-                                        IntOf(row[4])};
+    state.experiments[IntOf(row[0])] = {TextOf(row[1]), WordOf<ExperimentState>(row[2]), IntOf(row[3]), IntOf(row[4])};
   }
   for (const auto& row :
        database
@@ -58,7 +62,7 @@ StoredState SqliteDisk::Read() {
            .rows) {
     StoredState::Job& job = state.jobs[IntOf(row[0])];
     job.experiment_id = IntOf(row[1]);
-    job.state = db::ParseJobState(TextOf(row[2])).value();
+    job.state = WordOf<JobState>(row[2]);
     job.attempts = static_cast<int>(IntOf(row[3]));
     job.returned = static_cast<int>(IntOf(row[6]));
     if (std::holds_alternative<std::int64_t>(row[4])) {
@@ -70,9 +74,8 @@ StoredState SqliteDisk::Read() {
                              .Query("SELECT a.job_id, a.attempt, a.token, a.worker_id, a.outcome, j.state "
                                     "FROM attempts AS a JOIN jobs AS j USING (job_id)")
                              .rows) {
-    state.attempts[{IntOf(row[0]), static_cast<int>(IntOf(row[1]))}] = {IntOf(row[2]), IntOf(row[3]),
-                                                                        db::ParseAttemptOutcome(TextOf(row[4])).value(),
-                                                                        db::ParseJobState(TextOf(row[5])).value()};
+    state.attempts[{IntOf(row[0]), static_cast<int>(IntOf(row[1]))}] = {
+        IntOf(row[2]), IntOf(row[3]), WordOf<AttemptOutcome>(row[4]), WordOf<JobState>(row[5])};
   }
   for (const auto& row : database.Query("SELECT job_id, attempt FROM stale_results").rows) {
     state.stale.insert({IntOf(row[0]), static_cast<int>(IntOf(row[1]))});

@@ -8,6 +8,7 @@
 
 #include "bus/codec.h"
 #include "tests/simulation/experiment_text.h"
+#include "words/reply.h"
 
 namespace legopt::simulation {
 namespace {
@@ -72,11 +73,14 @@ void Fleet::Submit() {
     spec_bytes_ = request.spec_json.size();
     bus::CallOptions patient;
     patient.timeout = std::chrono::minutes(1);
-    client_.Call(bus::kServer, bus::MessageType::kSubmit, bus::Encode(request), patient,
-                 [this](bus::CallResult&& result) {
-                   const auto reply = bus::Decode<legopt_msg::submit_reply>(result.body);
-                   accepted_ += result.status == bus::CallResult::kOk && reply && reply->status == 0 ? 1 : 0;
-                 });
+    client_.Call(
+        bus::kServer, bus::MessageType::kSubmit, bus::Encode(request), patient, [this](bus::CallResult&& result) {
+          const auto reply = bus::Decode<legopt_msg::submit_reply>(result.body);
+          accepted_ +=
+              result.status == bus::CallResult::kOk && reply && ResultStatus{reply->status} == ResultStatus::kAccepted
+                  ? 1
+                  : 0;
+        });
   }
 }
 
@@ -122,7 +126,7 @@ void Fleet::ServerTurn() {
 
 std::int64_t Fleet::jobs_done() const {
   const auto done = [](std::int64_t sum, const auto& entry) {
-    return sum + entry.second.jobs_by_state[static_cast<int>(db::JobState::kDone)];
+    return sum + entry.second.jobs_by_state[db::JobState::kDone];
   };
   const auto& experiments = scheduler().experiments();
   return std::accumulate(experiments.begin(), experiments.end(), std::int64_t{0}, done);

@@ -116,7 +116,7 @@ void Record::Excuse(std::uint64_t life) {
 }
 
 void Record::OnReport(const legopt_msg::result_request& request) {
-  const Report report{request.outcome, request.cost, {}};
+  const Report report{ReportedOutcome{request.outcome}, request.cost, {}};
   const auto [known, first] = reports.emplace(ResultKey{request.job_id, request.attempt, request.token}, report);
   if (!first && known->second.outcome != report.outcome) {
     Violation("wrong state: a worker reported attempt " + std::to_string(request.attempt) + " of job " +
@@ -124,7 +124,7 @@ void Record::OnReport(const legopt_msg::result_request& request) {
   }
 }
 
-void Record::OnAnswer(const legopt_msg::result_request& request, int status) {
+void Record::OnAnswer(const legopt_msg::result_request& request, ResultStatus status) {
   reports.at({request.job_id, request.attempt, request.token}).answers.insert(status);
 }
 

@@ -11,6 +11,8 @@
 #include "legopt_msg/lease.hpp"
 #include "legopt_msg/result_request.hpp"
 #include "tests/simulation/disk.h"
+#include "words/job.h"
+#include "words/reply.h"
 
 namespace legopt::simulation {
 
@@ -25,9 +27,9 @@ class Record {
     std::optional<std::int64_t> experiment_id;  ///< as acknowledged
   };
   struct Report {
-    int outcome = 0;
+    ReportedOutcome outcome{};
     double cost = 0;
-    std::set<int> answers;  ///< statuses of result_reply that were heard
+    std::set<ResultStatus> answers;  ///< that were heard
   };
 
   void Violation(std::string what) { violations.push_back(std::move(what)); }
@@ -54,7 +56,7 @@ class Record {
   /// A paused worker cannot stop its jobs: these may run beside others.
   void Excuse(std::uint64_t life);
   void OnReport(const legopt_msg::result_request& request);
-  void OnAnswer(const legopt_msg::result_request& request, int status);
+  void OnAnswer(const legopt_msg::result_request& request, ResultStatus status);
 
   std::map<std::string, Submission> submissions;
   /// Whether the experiment of a job, or of a submission, was asked to be deleted: nothing of it needs to be there.

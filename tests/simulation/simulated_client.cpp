@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bus/typed_calls.h"
+#include "words/reply.h"
 
 namespace legopt::simulation {
 namespace {
@@ -12,12 +13,7 @@ constexpr microseconds kPresence{2'000'000};  // until a server must have answer
 constexpr microseconds kWork{5'000'000};
 constexpr microseconds kAskAgain{300'000};
 constexpr microseconds kStatusEvery{2'500'000};
-constexpr std::int8_t kPause = 0, kResume = 1, kHold = 2, kRelease = 3, kPriority = 4, kRetry = 5,
-                      kRetryTimeLimited = 6, kRename = 7, kTag = 8, kDelete = 10;
-constexpr int kUnknownExperiment = 1;
-constexpr int kCreated = 0;
-constexpr int kKnown = 1;
-constexpr int kRefused = 2;
+using enum ControlAction;
 
 }  // namespace
 
@@ -90,12 +86,13 @@ void SimulatedClient::SendSubmission(const std::string& id, const legopt_msg::su
   submission_ =
       std::make_unique<client::SubmitCall>(*endpoint_, request, client::SubmitCall::Patience{kPresence, kWork});
   on_submitted_ = [this, id, altered](const client::SubmitCall::Outcome& outcome) {
-    const int status = outcome.reply.status;
+    const SubmitStatus status{outcome.reply.status};
     // The id of what was deleted is free: the other content may have it now.
-    if (record_.MayBeDeleted(id) && (altered || status == kRefused)) return;
-    if (altered ? status != kRefused : status != kCreated && status != kKnown) {
+    if (record_.MayBeDeleted(id) && (altered || status == SubmitStatus::kRefused)) return;
+    if (altered ? status != SubmitStatus::kRefused
+                : status != SubmitStatus::kCreated && status != SubmitStatus::kAlreadyKnown) {
       record_.Violation("wrong state: submission " + id + (altered ? " with other content" : "") +
-                        " was answered with status " + std::to_string(status) + " " + outcome.reply.message);
+                        " was answered with status " + std::string(ToString(status)) + " " + outcome.reply.message);
     } else if (!altered) {
       record_.OnSubmitted(id, outcome.reply.experiment_id, outcome.reply.num_jobs);
     }
@@ -126,7 +123,8 @@ void SimulatedClient::SendCancel(const std::string& submission_id) {
   bus::CallMessage(
       *endpoint_, bus::kServer, request, options,
       [this, id = *experiment_id](bus::CallOutcome<legopt_msg::cancel_reply>&& reply) {
-        if (reply.ok() && reply.reply.status != 0 && !record_.delete_asked.contains(id)) {
+        if (reply.ok() && ControlStatus{reply.reply.status} != ControlStatus::kOk &&
+            !record_.delete_asked.contains(id)) {
           record_.Violation("lost: experiment " + std::to_string(id) + " cannot be cancelled: " + reply.reply.message);
         }
         if (reply.ok()) record_.OnCancelled(id, server_.disk().Read());
@@ -138,10 +136,10 @@ void SimulatedClient::SendCancel(const std::string& submission_id) {
 
 void SimulatedClient::StopAndGoOn(const std::string& submission_id, bool hold, microseconds duration) {
   legopt_msg::control_request stop{};
-  stop.action = hold ? kHold : kPause;
+  stop.action = NumberOf(hold ? kHold : kPause);
   if (hold) stop.reason = "simulated";
   legopt_msg::control_request go_on{};
-  go_on.action = hold ? kRelease : kResume;
+  go_on.action = NumberOf(hold ? kRelease : kResume);
   plan_.push_back({submission_id, [this, stop](const Step& step) { SendControl(step.submission_id, stop); }});
   plan_.push_back({submission_id, [this, duration](const Step&) {
                      Answered(true);
@@ -152,29 +150,29 @@ void SimulatedClient::StopAndGoOn(const std::string& submission_id, bool hold, m
 
 void SimulatedClient::Retry(const std::string& submission_id, bool time_limited) {
   legopt_msg::control_request request{};
-  request.action = time_limited ? kRetryTimeLimited : kRetry;
+  request.action = NumberOf(time_limited ? kRetryTimeLimits : kRetry);
   plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
 }
 
 void SimulatedClient::Delete(const std::string& submission_id) {
   Cancel(submission_id);
   legopt_msg::control_request request{};
-  request.action = kDelete;
+  request.action = NumberOf(kDelete);
   plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
 }
 
 void SimulatedClient::Label(const std::string& submission_id, const std::string& text) {
   legopt_msg::control_request request{};
   request.reason = text;
-  for (const std::int8_t action : {kRename, kTag}) {
-    request.action = action;
+  for (const ControlAction action : {kRename, kTag}) {
+    request.action = NumberOf(action);
     plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
   }
 }
 
 void SimulatedClient::Favour(const std::string& submission_id, int priority) {
   legopt_msg::control_request request{};
-  request.action = kPriority;
+  request.action = NumberOf(kPriority);
   request.priority = priority;
   plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
 }
@@ -183,24 +181,23 @@ void SimulatedClient::SendControl(const std::string& submission_id, legopt_msg::
   const auto experiment_id = record_.submissions[submission_id].experiment_id;
   if (!experiment_id) return Answered(false);
   request.experiment_id = *experiment_id;
-  if (request.action != kPause && request.action != kHold) record_.OnGoOn(*experiment_id, server_.disk().Read());
-  if (request.action == kRetryTimeLimited) record_.time_limit_retried.insert(*experiment_id);
-  if (request.action == kDelete) record_.delete_asked.insert(*experiment_id);
+  const ControlAction action{request.action};
+  const bool stops = action == kPause || action == kHold;
+  if (!stops) record_.OnGoOn(*experiment_id, server_.disk().Read());
+  if (action == kRetryTimeLimits) record_.time_limit_retried.insert(*experiment_id);
+  if (action == kDelete) record_.delete_asked.insert(*experiment_id);
   bus::CallOptions options;
   options.timeout = kPresence;
   bus::CallMessage(*endpoint_, bus::kServer, request, options,
-                   [this, request](bus::CallOutcome<legopt_msg::control_reply>&& reply) {
-                     const std::int64_t id = request.experiment_id;
-                     if (reply.ok() && reply.reply.status == 0 && request.action == kDelete) {
-                       record_.OnDeleted(id, server_.disk().Read());
-                     }
-                     if (reply.ok() && reply.reply.status == kUnknownExperiment && !record_.delete_asked.contains(id)) {
+                   [this, id = *experiment_id, action, stops](bus::CallOutcome<legopt_msg::control_reply>&& reply) {
+                     const ControlStatus status{reply.reply.status};
+                     const bool done = reply.ok() && status == ControlStatus::kOk;
+                     if (done && action == kDelete) record_.OnDeleted(id, server_.disk().Read());
+                     const bool unknown = reply.ok() && status == ControlStatus::kUnknownExperiment;
+                     if (unknown && !record_.delete_asked.contains(id)) {
                        record_.Violation("lost: experiment " + std::to_string(id) + " cannot be controlled");
                      }
-                     const bool stopped = request.action == kPause || request.action == kHold;
-                     if (reply.ok() && reply.reply.status == 0 && stopped) {
-                       record_.OnStopped(id, request.action == kHold, server_.disk().Read());
-                     }
+                     if (done && stops) record_.OnStopped(id, action == kHold, server_.disk().Read());
                      Answered(reply.ok());
                    });
 }

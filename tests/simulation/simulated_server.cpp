@@ -85,8 +85,7 @@ void SimulatedServer::CheckAccounts() {
     if (found == known.end()) continue;
     const auto total =
         std::accumulate(std::begin(stored.jobs_by_state), std::end(stored.jobs_by_state), std::int64_t{0});
-    const bool equal = std::equal(std::begin(stored.jobs_by_state), std::end(stored.jobs_by_state),
-                                  std::begin(found->second.jobs_by_state));
+    const bool equal = stored.jobs_by_state == found->second.jobs_by_state;
     if (total != stored.num_jobs || !equal || found->second.solved != stored.solved ||
         found->second.state != stored.state) {
       record_.Violation("wrong state: the accounts of experiment " + std::to_string(stored.experiment_id) +

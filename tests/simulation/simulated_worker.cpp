@@ -34,7 +34,7 @@ class SimulatedWorker::ObservedLink final : public worker::ServerLink {
       record_.OnReport(request);
       callback = [this, request, callback = std::move(callback)](bus::CallResult&& result) {
         if (result.status == bus::CallResult::kOk) {
-          record_.OnAnswer(request, bus::Decode<legopt_msg::result_reply>(result.body).value().status);
+          record_.OnAnswer(request, ResultStatus{bus::Decode<legopt_msg::result_reply>(result.body).value().status});
         }
         callback(std::move(result));
       };
