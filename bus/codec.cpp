@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <exception>
 
-#include "bus/fields/apply.h"
+#include "bus/field_validation.h"
 #include "bus/layout.h"
 
 namespace legopt::bus::codec_internal {

@@ -13,7 +13,7 @@ inline constexpr int kMaxJsonNesting = 64;
 bool NestsWithin(std::string_view json, int most);
 
 /// Collects the first fault of a message while its fields are checked one after another, as "field: value: what is
-/// allowed". Private to bus: rules of fields (fields/rules.h) use it. Thread rule: one thread.
+/// allowed". Private to bus: rules of fields (field_rules.h) use it. Thread rule: one thread.
 class FieldCheck {
  public:
   /// value in [low, high]

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "bus/fields/apply.h"
+#include "bus/field_validation.h"
 #include "bus/message_fields.h"
 #include "bus/messages.h"
 

@@ -60,7 +60,7 @@ std::string FaultOf(const Message& message) {
   return check.fault();
 }
 
-/// What a sender does before it sends (rules.h): counts, texts for humans, figures that are not available.
+/// What a sender does before it sends (field_rules.h): counts, texts for humans, figures that are not available.
 template <class Message>
 void PutRight(Message& message) {
   if constexpr (requires { Description<Message>::PutRight(message); }) Description<Message>::PutRight(message);

@@ -20,7 +20,7 @@ struct Anything {};
 template <class Message>
 using Condition = void (*)(const Message& message, FieldCheck& check);
 
-/// One row: name and member as in the .lcm file; the rule (rules.h); a condition, if there is one.
+/// One row: name and member as in the .lcm file; the rule (field_rules.h); a condition, if there is one.
 template <class Message, class Value, class Rule = Anything>
 struct Field {
   std::string_view name;

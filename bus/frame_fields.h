@@ -1,8 +1,8 @@
 #pragma once
 
 #include "bus/codec.h"
-#include "bus/fields/field.h"
-#include "bus/fields/rules.h"
+#include "bus/field.h"
+#include "bus/field_rules.h"
 #include "bus/messages.h"
 #include "bus/wire.h"
 
