@@ -208,7 +208,7 @@ std::string Pool::CausesOfSilence() const {
 
 // --- Leases ----------------------------------------------------------------------------------------------------------
 
-// Motions take seconds to minutes, whatever the postures before them took: none is held ready that another worker
+// Long jobs take seconds to minutes, whatever those before them took: none is held ready that another worker
 // could begin.
 bool Pool::HoldsLongJob() const {
   return std::any_of(leases_.begin(), leases_.end(), [](const auto& entry) {

@@ -30,7 +30,7 @@ double Rounded(double value) {
 
 // One row per penalty value of each restart of each window, {"columns": [...], "rows": [[...], ...]}: how many steps
 // were tried and accepted, and where it stood at its last accepted step. Every single step would make most results of
-// postures exceed a datagram, which costs more than solving easy ones.
+// short jobs exceed a datagram, which costs more than solving easy ones.
 std::string HistoryJson(const std::vector<IterationRecord>& history) {
   nlohmann::json rows = nlohmann::json::array();
   for (auto first = history.begin(); first != history.end();) {

@@ -36,13 +36,13 @@ ExitCode CheckHashes(const std::filesystem::path& folder, const Options& options
   std::size_t faults = 0;
   for (const auto& file : manifest) {
     const auto expected = description.files.find(file.path);
-    std::string state = "ok";
+    std::string fault;
     if (expected == description.files.end())
-      state = "not in the manifest";
+      fault = "not in the manifest";
     else if (expected->second != file.hash)
-      state = "differs";
-    faults += state == "ok" ? 0 : 1;
-    listing.rows.push_back({file.path, state, file.hash});
+      fault = "differs";
+    faults += fault.empty() ? 0 : 1;
+    listing.rows.push_back({file.path, fault.empty() ? "ok" : fault, file.hash});
   }
   for (const auto& [path, hash] : description.files) {
     const bool used =

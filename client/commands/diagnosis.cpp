@@ -176,7 +176,7 @@ void CheckNetwork(const DiagnosisOptions& options, std::vector<Finding>* finding
   findings->push_back(CheckClock(probe));
 }
 
-// "40 posture and 35 motion".
+// "40 a and 35 b".
 std::string CountProblems(const Dataset& dataset) {
   std::string text;
   for (const auto& [task, word] : kWords<Task>) {

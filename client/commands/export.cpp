@@ -38,7 +38,7 @@ std::shared_ptr<const Dataset> LoadDatasetOf(const ExperimentInfo& experiment, c
 
 constexpr char kStandardOutput[] = "-";
 
-// The file itself for a single task, else one file per task, e.g. solutions-posture.json.
+// The file itself for a single task, else one file per task, with its word behind the name.
 std::filesystem::path FileFor(const std::string& out, const SolutionFile& file, std::size_t num_files) {
   if (num_files == 1) return out;
   std::filesystem::path path(out);
@@ -58,7 +58,7 @@ void Write(const std::string& out, const SolutionFile& file, std::size_t num_fil
             << (out == kStandardOutput ? "standard output" : path.string()) << "\n";
 }
 
-// "both tasks, -posture and -motion".
+// "both tasks, -a and -b".
 std::string AllTasks() {
   std::string endings;
   for (const auto& row : kWords<Task>) endings += (endings.empty() ? "-" : " and -") + std::string(row.word);

@@ -7,9 +7,19 @@
 
 #include "programs/checks.h"
 #include "programs/command_line.h"
+#include "words/task.h"
 
 namespace legopt::client {
 namespace {
+
+// Those whose problems differ in length, "motion".
+std::string LongTasks() {
+  std::vector<std::string> words;
+  for (const TaskDescription& description : kTasks) {
+    if (description.most_stances > 1) words.emplace_back(ToString(description.task));
+  }
+  return programs::Alternatives(words);
+}
 
 // A comma-separated list that takes one argument, so that it does not swallow what follows.
 void AddList(const programs::Command& command, const std::string& flag, std::vector<std::string>* target,
@@ -123,7 +133,7 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
           "Keep only these: " + Joined(WordsOf<Initialization>()));
   AddList(command, "--collision", &options->filter.collision,
           "Keep only methods with these models: " + Joined(WordsOf<SceneRepresentation>()));
-  command.AddOption("--max-stances", options->filter.max_stances, "Leave longer motion problems out")
+  command.AddOption("--max-stances", options->filter.max_stances, "Leave longer " + LongTasks() + " problems out")
       .Check(programs::WholeNumber(2, 1'000'000));
   command.AddOption("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
       .Check(programs::WholeNumber(0));

@@ -28,7 +28,7 @@ void WarnOfLosses(const Submission& submission);
 /// nothing is sent.
 Submission PrepareSubmission(const SuiteOptions& options);
 
-/// "80 jobs: 2 methods x 2 initializations x 20 posture problems x 1 repetition" for people.
+/// "80 jobs: 2 methods x 2 initializations x 20 problems of a task x 1 repetition" for people.
 std::string DescribeJobs(const nlohmann::json& spec);
 
 }  // namespace legopt::client

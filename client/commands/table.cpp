@@ -55,7 +55,7 @@ void AddTableCommand(const programs::Command& program, Invocation* invocation) {
   const auto paper = command.AddFlag("--paper", options->paper, "Show the paper's Table I beside it");
   command
       .AddFlag("--interpolation", options->interpolation,
-               "Instead: what lies between the waypoints of the solved motions")
+               "Instead: what lies between the waypoints of the solved " + std::string(kInterpolatedTask.plural))
       .Excludes(paper);
   AddTimeUnitOption(command, &options->time_unit);
   AddOutputOptions(command, &options->output);

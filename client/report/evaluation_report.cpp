@@ -101,7 +101,7 @@ Listing FailureListing(const EvaluationReport& report) {
   return listing;
 }
 
-// Motions between their waypoints, one line per solution that was looked at.
+// What lies between waypoints, one line per solution that was looked at.
 Listing InterpolationListing(const EvaluationReport& report) {
   Listing listing;
   listing.columns = {"method", "problem", "free_share", "environment_depth_m", "self_depth_m"};

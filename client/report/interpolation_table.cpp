@@ -10,11 +10,12 @@
 namespace legopt::client {
 namespace {
 
-// The task that the view `interpolation_cells` is about.
-constexpr Task kScoredTask = std::ranges::find_if(kTasks, &TaskDescription::between_waypoints)->task;
-constexpr char kNote[] =
-    "Ten configurations between consecutive waypoints of each solved motion, by the exact meshes: motions free of "
-    "penetration above 1 mm, mean share of such transitions, largest depths. No part of the verdict.";
+std::string Note() {
+  return "Ten configurations between consecutive waypoints of each solved " +
+         std::string(ToString(kInterpolatedTask.task)) +
+         ", by the exact meshes: " + std::string(kInterpolatedTask.plural) +
+         " free of penetration above 1 mm, mean share of such transitions, largest depths. No part of the verdict.";
+}
 
 std::optional<double> OptionalNumber(const nlohmann::json& value) {
   return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
@@ -47,15 +48,17 @@ std::vector<TableText> ShownLine(const InterpolationTable& table, const Interpol
 
 GroupedTable Group(const InterpolationTable& table) {
   GroupedTable grouped;
-  grouped.caption = "Interpolation of the motions of experiment " + std::to_string(table.experiment_id) + " '" +
-                    table.experiment + "'" + (table.dataset.empty() ? "" : ", dataset " + table.dataset) + ", " +
+  grouped.caption = "Interpolation of the " + std::string(kInterpolatedTask.plural) + " of experiment " +
+                    std::to_string(table.experiment_id) + " '" + table.experiment + "'" +
+                    (table.dataset.empty() ? "" : ", dataset " + table.dataset) + ", " +
                     std::string(ToString(table.rule)) + " rule";
   grouped.key_titles = {{"Method"}, {"Multi-starts", "Starts"}, {"Sample size", "Sample"}};
   if (table.shows_collision()) grouped.key_titles.push_back({"Collision"});
   grouped.column_titles = {{"Free"}, {"Share (percent)", "Share"}, {"Scene (mm)", "Scene"}, {"Self (mm)", "Self"}};
-  grouped.note = kNote;
+  grouped.note = Note();
   grouped.legend = "Share and sample size in percent, depths in mm.";
-  for (const auto& start : kWords<Initialization>) grouped.groups.push_back(GroupOf(kScoredTask, start.value));
+  for (const auto& start : kWords<Initialization>)
+    grouped.groups.push_back(GroupOf(kInterpolatedTask.task, start.value));
   for (const auto& row : table.rows) grouped.rows.push_back(ShownLine(table, row));
   return MakePrintable(std::move(grouped));
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -10,6 +11,10 @@
 #include "client/report/listing.h"
 
 namespace legopt::client {
+
+/// The task that the view `interpolation_cells` is about: the one whose solutions are scored between their waypoints.
+inline constexpr const TaskDescription& kInterpolatedTask =
+    *std::ranges::find_if(kTasks, &TaskDescription::between_waypoints);
 
 /// What lies between the waypoints of the solutions of one method from one initialization. Depths are the largest
 /// of all of them, by the exact meshes.
@@ -31,7 +36,7 @@ struct InterpolationRow {
   std::map<Initialization, InterpolationCell> cells;
 };
 
-/// The motions of one experiment, seen between their waypoints.
+/// The solutions of one experiment, seen between their waypoints.
 struct InterpolationTable {
   std::int64_t experiment_id = 0;
   std::string experiment;
@@ -48,7 +53,7 @@ std::string InterpolationCellsSql(std::int64_t experiment_id, Rule rule);
 /// Makes the table from the rows of that statement.
 InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t experiment_id, Rule rule);
 
-/// As RenderBenchmarkTable: text, Markdown and LaTeX show free motions of the scored ones, the share of free
+/// As RenderBenchmarkTable: text, Markdown and LaTeX show the free ones of those scored, the share of free
 /// transitions in percent and depths in mm; CSV and JSON hold the same cells unrounded, depths in metres.
 std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format,
                                      const TextLayout& layout = {});

@@ -4,9 +4,12 @@
 #include <numeric>
 
 #include "programs/printable.h"
+#include "words/job.h"
 
 namespace legopt::client {
 namespace {
+
+constexpr std::string_view kDead = ToString(JobState::kDead), kFailed = ToString(JobState::kFailed);
 
 constexpr std::size_t kGap = 2;
 constexpr std::size_t kIndent = 4;          // of the further lines of a row
@@ -29,8 +32,8 @@ struct Grid {
 };
 
 Emphasis EmphasisOf(const std::string& column, const nlohmann::json& value) {
-  const bool count = (column == "dead" || column == "failed") && value.is_number() && value > 0;
-  const bool state = column == "state" && (value == "dead" || value == "failed");
+  const bool count = (column == kDead || column == kFailed) && value.is_number() && value > 0;
+  const bool state = column == "state" && (value == kDead || value == kFailed);
   return count || state ? Emphasis::kBad : Emphasis::kNone;
 }
 

@@ -31,8 +31,9 @@ InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelec
   auto table = BuildInterpolationTable(source.Query(InterpolationCellsSql(experiment.id, selection.rule)),
                                        experiment.id, selection.rule);
   if (table.rows.empty()) {
-    throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) +
-                                            " has no motions; only these have an interpolation");
+    throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) + " has no " +
+                                            std::string(kInterpolatedTask.plural) +
+                                            "; only these have an interpolation");
   }
   table.dataset = experiment.dataset_name;
   KeepCollision(selection, experiment, &table);

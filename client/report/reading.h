@@ -21,7 +21,7 @@ struct TableSelection {
 /// collision model.
 BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection);
 
-/// The interpolation of its motions; the same errors, and one when it has none.
+/// The interpolation of its solutions; the same errors, and one when it has none of the task.
 InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelection& selection);
 
 }  // namespace legopt::client
