@@ -42,8 +42,8 @@ struct JobResult {
 /// Runs jobs on one dataset, one after the other: solve, then judge.
 ///
 /// Construction builds the collision model (seconds for a large mesh), so that no job is charged for it, and throws
-/// InputError when a mesh is corrupt. The dataset is shared. `registry` has the solvers that methods may name. One thread
-/// at a time.
+/// InputError when a mesh is corrupt. The dataset is shared. `registry` has the solvers that methods may name. One
+/// thread at a time.
 class JobRunner {
  public:
   explicit JobRunner(std::shared_ptr<const Dataset> dataset, SolverRegistry registry = {});
