@@ -9,6 +9,7 @@
 #include <string>
 
 #include "client/report/paper_table.h"
+#include "legopt/blake2b.h"
 #include "legopt/input_error.h"
 
 namespace legopt::client {
@@ -271,6 +272,32 @@ TEST(Suite, EmbeddedSuitesAreValid) {
 }
 
 // Both suites of Table I name the paper's rows, in its order.
+/// Stored results are found by the hashes of their methods; a new option or default makes others, on purpose.
+TEST(Suite, HashesOfTheEmbeddedMethodsStay) {
+  struct Row {
+    const char* suite;
+    std::size_t methods;
+    const char* hash;  // of their hashes, a line each
+  };
+  const Row rows[] = {
+      {"baselines", 5, "c102be59bc536e89651f608c015af5f11461cccd09382f4bc82b046064a7bd95"},
+      {"feasibility", 1, "4804ae5001e3a5a24d2eadd1666b359a8f7d5d2eebec3b7c4147d7979a6d6adb"},
+      {"posture-sqp", 2, "703323b311931c550b24848762d76824595c20154191014f2a6de5f208581c43"},
+      {"quick", 5, "0fba63adbbbe27fcc9931c78ade9339395c9dc792bc1969998c0d96908ee8f24"},
+      {"sample-size", 40, "5650f1d6cbf75e77519bdd50edb79283aba9ace95b6aee66de38ece3ec560fcb"},
+      {"table1-short", 16, "15a7a9e9bdb170e353aaf29079480351b8baf65fd9cdcbe1b94dc178578703ce"},
+      {"table1", 32, "3a0dac187070e3fe557cdb2155f8494732b4b1d7d295e1e7fea4a2d850ed302d"},
+  };
+  for (const Row& row : rows) {
+    const auto folder = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "suites";
+    const Suite suite = ReadSuite(folder / (std::string(row.suite) + ".yaml"));
+    EXPECT_EQ(suite.methods.size(), row.methods) << row.suite;
+    std::string hashes;
+    for (const Method& method : suite.methods) hashes += method.Hash() + "\n";
+    EXPECT_EQ(Blake2bHex(hashes), row.hash) << row.suite;
+  }
+}
+
 TEST(Suite, TableOneHasThePapersRows) {
   const std::filesystem::path data = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data";
   const auto paper = ReadPaperTable(data / "paper-table1.csv");
