@@ -357,7 +357,7 @@ TEST(InterpolationTable, AllFormatsHaveTheSameCells) {
   cells.rows = {{3, "SQP", 0, 100, "solid", "e", "good", 5, 4, 4, 3, 0.975, 0.0123, 0.0},
                 {3, "SQP", 0, 100, "solid", "e", "in_collision", 5, 0, 0, 0, nullptr, nullptr, nullptr},
                 {4, "SQP", 0, 100, "surface", "e", "good", 5, 5, 5, 5, 1.0, 0.0004, 0.0002}};
-  const InterpolationTable table = BuildInterpolationTable(cells, 2, "literal");
+  const InterpolationTable table = BuildInterpolationTable(cells, 2, Rule::kLiteral);
   const std::string text = RenderInterpolationTable(table, TableFormat::kText);
   EXPECT_THAT(text, HasSubstr("experiment 2 'e'"));
   const auto rows = ParseTextTable(text).rows;

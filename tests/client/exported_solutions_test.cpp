@@ -121,7 +121,7 @@ TEST(ExportedMotions, KeepEveryBitAndArePartlyExportedWhenPartlySolved) {
   experiment.dataset_hash = dataset->content_hash();
   experiment.task = "motion";
   experiment.num_waypoints = static_cast<int>(whole.size());
-  experiment.methods = {{"SQP", 0, SceneRepresentation::kSolid}, {"SQP", 0, SceneRepresentation::kSurface}};
+  experiment.methods = {{"SQP", 0, "solid"}, {"SQP", 0, "surface"}};
   experiment.results = {{.method = 0, .problem = problem.id, .verdict = "foot_pose", .waypoints = whole},
                         {.method = 1, .problem = problem.id, .verdict = "wrong_waypoint_count", .waypoints = part}};
   TemporaryFolder folder;

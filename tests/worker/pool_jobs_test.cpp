@@ -164,7 +164,7 @@ TEST_F(PoolJobTest, AResultIsDeliveredToARestartedServerUnderTheNewName) {
 }
 
 TEST_F(PoolJobTest, StaleAndRefusedResultsAreDroppedAndWorkGoesOn) {
-  for (const int status : {2, 3}) {
+  for (const ResultStatus status : {ResultStatus::kStale, ResultStatus::kRefused}) {
     PoolHarness harness;
     harness.StartJobs({SampleLease(1)});
     harness.FinishJob(harness.Take<AssignJob>().at(0));
