@@ -14,6 +14,7 @@ namespace {
 
 using Json = nlohmann::json;
 namespace limits = bus::spec_limits;
+static_assert(limits::kMostNameBytes == db::kMaxNameBytes);
 
 constexpr int kSpecVersion = 1;
 constexpr double kBytesPerMb = 1 << 20;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bus/spec_limits.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "words/task.h"
@@ -134,7 +135,7 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
   AddList(command, "--collision", &options->filter.collision,
           "Keep only methods with these models: " + Joined(WordsOf<SceneRepresentation>()));
   command.AddOption("--max-stances", options->filter.max_stances, "Leave longer " + LongTasks() + " problems out")
-      .Check(programs::WholeNumber(2, 1'000'000));
+      .Check(programs::WholeNumber(2, bus::spec_limits::kMostWaypoints));
   command.AddOption("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
       .Check(programs::WholeNumber(0));
   command.AddFlag("--new", options->fresh, "Make a new experiment although one of the same content exists");
