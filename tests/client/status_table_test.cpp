@@ -20,7 +20,7 @@ ExperimentStatus Quick() {
   ExperimentStatus status;
   status.id = 3;
   status.name = "quick";
-  status.state = "active";
+  status.state = ExperimentState::kActive;
   status.total = 80;
   status.done = 52;
   status.solved = 38;
@@ -95,7 +95,7 @@ TEST(StatusTable, NoLineIsLongerThanTheTerminal) {
 TEST(StatusTable, TheStateIsTheReasonWhenNothingMoves) {
   std::vector<ExperimentStatus> list = {Long()};
   EXPECT_THAT(RenderExperiments(list, 0), HasSubstr("no worker has dataset 'garage' (0123456789ab)\n"));
-  list[0].state = "done";
+  list[0].state = ExperimentState::kDone;
   EXPECT_THAT(RenderExperiments(list, 0), HasSubstr("done\n"));
 }
 

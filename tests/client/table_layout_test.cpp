@@ -406,8 +406,9 @@ TEST_F(RandomTables, FitAndLoseNothing) {
 TEST(InterpolationLayout, FitsToo) {
   InterpolationTable table;
   table.experiment = "e";
-  table.rows = {{"SQP", 0, 100, "solid", {{"good", {5, 4, 4, 3, 0.975, 0.0123, 0.0}}}},
-                {"SQP", 0, 100, "surface", {{"good", {5, 5, 5, 5, 1.0, 0.0004, 0.0002}}}}};
+  table.rows = {
+      {"SQP", 0, 100, SceneRepresentation::kSolid, {{Initialization::kGood, {5, 4, 4, 3, 0.975, 0.0123, 0.0}}}},
+      {"SQP", 0, 100, SceneRepresentation::kSurface, {{Initialization::kGood, {5, 5, 5, 5, 1.0, 0.0004, 0.0002}}}}};
   EXPECT_EQ(RenderInterpolationTable(table, TableFormat::kText, {240, false}),
             RenderInterpolationTable(table, TableFormat::kText));
   for (const std::size_t width : {30U, 60U, 80U, 100U}) {
