@@ -9,7 +9,7 @@
 
 #include "legopt/evaluate/judge.h"
 #include "legopt/input_error.h"
-#include "legopt/optimize/option_fields.h"
+#include "legopt/optimize/solver.h"
 #include "legopt/solve/problem_solver.h"
 
 namespace {
@@ -20,13 +20,11 @@ struct GaussNewtonOptions {
   double penalty = 1e4;
   double damping = 1e-3;
 
-  void Visit(legopt::OptionFields& fields) {
-    fields.Integer("max_iterations", max_iterations, 1, 10000);
-    fields.Number("penalty", penalty, 1.0, 1e12);
-    fields.Number("damping", damping, 1e-9, 1e3);
+  static void Visit(auto& options, auto& fields) {
+    fields.Integer("max_iterations", options.max_iterations, 1, 10000);
+    fields.Number("penalty", options.penalty, 1.0, 1e12);
+    fields.Number("damping", options.damping, 1e-9, 1e3);
   }
-
-  bool operator==(const GaussNewtonOptions&) const = default;
 };
 
 class GaussNewtonSolver : public legopt::Solver {

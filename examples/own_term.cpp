@@ -6,6 +6,7 @@
 #include "legopt/collision/collision_query.h"
 #include "legopt/input_error.h"
 #include "legopt/methods/method.h"
+#include "legopt/optimize/solver.h"
 #include "legopt/terms/initial_guess.h"
 #include "legopt/terms/task_program.h"
 
