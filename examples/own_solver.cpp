@@ -17,8 +17,8 @@ namespace {
 // Options are a struct that lists its fields once: for reading, checking, writing and hashing.
 struct GaussNewtonOptions {
   int max_iterations = 100;
-  double penalty = 1e4;
-  double damping = 1e-3;
+  double penalty = 1e6;
+  double damping = 1.0;
 
   static void Visit(auto& options, auto& fields) {
     fields.Integer("max_iterations", options.max_iterations, 1, 10000);
