@@ -1,8 +1,9 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
-#include <source_location>
 #include <sstream>
 #include <string>
 
@@ -10,18 +11,25 @@ namespace legopt {
 
 /// What must hold, said at the call: the text and where it stands.
 struct Invariant {
-  // Implicit, so that a literal is one.
-  consteval Invariant(const char* text_in, std::source_location place_in = std::source_location::current())
-      : text(text_in), place(place_in) {}
+  // Implicit, so that a literal is one. The folder is left out at compile time: no program holds a path of its build.
+  consteval Invariant(const char* text_in, const char* path = __builtin_FILE(), int line_in = __builtin_LINE())
+      : text(text_in), line(line_in) {
+    const char* name = path;
+    for (const char* c = path; *c != '\0'; ++c) {
+      if (*c == '/') name = c + 1;
+    }
+    for (std::size_t i = 0; name[i] != '\0' && i + 1 < file.size(); ++i) file[i] = name[i];
+  }
 
   const char* text;
-  std::source_location place;
+  int line;
+  std::array<char, 48> file{};
 };
 
 /// Ends the program when an invariant of ours is broken: neither bad input (an InputError) nor a numerical outcome (a
 /// status). Shows it with the values that tell why, on standard error:
 ///
-///     legopt: broken invariant: joints stand depth first (got 'atlas', '3') [legopt/robot/robot_model.cpp:21]
+///     legopt: broken invariant: joints stand depth first (got 'atlas', '3') [robot_model.cpp:21]
 ///
 /// Values need an operator<<. Thread-safe; costs one comparison where it holds.
 template <class... Values>
@@ -33,8 +41,8 @@ void Demand(bool holds, Invariant invariant, const Values&... values) {
   [[maybe_unused]] const char* separator = " (got '";
   ((shown << separator << values << "'", separator = ", '"), ...);
   if (sizeof...(values) > 0) shown << ")";
-  std::fprintf(stderr, "legopt: broken invariant: %s%s [%s:%u]\n", invariant.text, shown.str().c_str(),
-               invariant.place.file_name(), static_cast<unsigned>(invariant.place.line()));
+  std::fprintf(stderr, "legopt: broken invariant: %s%s [%s:%d]\n", invariant.text, shown.str().c_str(),
+               invariant.file.data(), invariant.line);
   std::abort();
 }
 
