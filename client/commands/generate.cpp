@@ -202,7 +202,7 @@ void AddGenerateCommand(const programs::Command& program, Invocation* invocation
   scenario.WhenChosen([=] { invocation->body = [flags] { return GenerateScenario(*flags); }; });
 
   const auto dataset =
-      generate.AddCommand("dataset", "generate::Scenario, stances, footstep plans and problems: a whole dataset");
+      generate.AddCommand("dataset", "Scenario, stances, footstep plans and problems: a whole dataset");
   const auto dataset_flags = std::make_shared<DatasetFlags>();
   AddScenarioFlags(dataset, &dataset_flags->scenario);
   dataset.AddOption("--robot", dataset_flags->robot,
