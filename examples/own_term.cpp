@@ -18,11 +18,11 @@ class BelowTerm : public legopt::Term {
   BelowTerm(legopt::WaypointState& state, double height_m)
       : Term({"below the beam", legopt::TermKind::kInequality}), state_(&state), height_m_(height_m) {}
 
-  void Evaluate(std::vector<double>& residuals) override {
+  void ComputeResiduals(std::vector<double>& residuals) override {
     residuals.push_back(state_->kinematics().link_pose(kRoot).translation().z() - height_m_);
   }
 
-  void Linearize(legopt::LinearModel& model) override {
+  void ComputeModel(legopt::LinearModel& model) override {
     const legopt::Kinematics& kinematics = state_->kinematics();
     const Eigen::Vector3d point_W = kinematics.link_pose(kRoot).translation();
     model.Reset(1, kinematics.model().tangent_size(), 1);

@@ -196,7 +196,8 @@ struct CollisionQuery::Impl {
   std::vector<int> around;     ///< ascending
   BoxArray around_boxes;       ///< parallel to around
   std::vector<int> near_obstacles;
-  BoxArray obstacle_boxes;  ///< parallel to near_obstacles
+  BoxArray obstacle_boxes;   ///< parallel to near_obstacles
+  std::int64_t queries = 0;  ///< answered so far
   std::vector<Contact> contacts;
   std::vector<Source> sources;
   std::vector<int> nearest_first;
@@ -386,7 +387,10 @@ CollisionQuery& CollisionQuery::operator=(CollisionQuery&&) noexcept = default;
 
 const CollisionModel& CollisionQuery::model() const { return *impl_->model; }
 
+std::int64_t CollisionQuery::queries() const { return impl_->queries; }
+
 std::span<const Contact> CollisionQuery::Contacts(const Kinematics& kinematics, double margin_m) {
+  ++impl_->queries;
   impl_->CollideWithScene(kinematics, margin_m, impl_->all_links);
   impl_->CollideWithItself(kinematics, margin_m);
   return impl_->contacts;
@@ -394,6 +398,7 @@ std::span<const Contact> CollisionQuery::Contacts(const Kinematics& kinematics, 
 
 std::span<const Contact> CollisionQuery::SceneContacts(const Kinematics& kinematics, double margin_m,
                                                        std::span<const int> links) {
+  ++impl_->queries;
   impl_->CollideWithScene(kinematics, margin_m, links);
   return impl_->contacts;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 
@@ -37,6 +38,9 @@ class CollisionQuery {
   std::span<const Contact> SceneContacts(const Kinematics& kinematics, double margin_m);
 
   const CollisionModel& model() const;
+
+  /// Calls of Contacts and SceneContacts so far.
+  std::int64_t queries() const;
 
  private:
   struct Impl;

@@ -67,7 +67,8 @@ void BestSolver::Scatter(const Program& program, const Eigen::VectorXd& from, do
 
 void BestSolver::Try(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best) {
   SolverResult result = sqp_.Solve(program, trial_, context);
-  const int iterations = best.iterations + result.iterations;
+  Effort effort = best;
+  effort += result;
   const bool stopped = Stopped(result);
   const SolveStatus status = result.status;
   if (Better(result, best)) {
@@ -75,7 +76,7 @@ void BestSolver::Try(Program& program, const SolverContext& context, Eigen::Vect
     x.swap(trial_);
   }
   if (stopped) best.status = status;
-  best.iterations = iterations;
+  static_cast<Effort&>(best) = effort;
 }
 
 }  // namespace legopt

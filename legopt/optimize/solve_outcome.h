@@ -21,13 +21,22 @@ struct IterationRecord {
   bool accepted = false;
 };
 
-/// What a solve of one problem, restarts included, produced.
-struct SolveOutcome {
+/// What a solve has cost, in counts that no load and no machine changes. Efforts of attempts add up.
+struct Effort {
+  int iterations = 0;  ///< trial steps; of SQP subproblems, the one that showed convergence included
+
+  Effort& operator+=(const Effort& other) {
+    iterations += other.iterations;
+    return *this;
+  }
+};
+
+/// What a solve of one problem produced, and its effort, restarts included.
+struct SolveOutcome : Effort {
   SolveStatus status = SolveStatus::kNotRun;
   std::vector<Eigen::VectorXd> waypoints;  ///< n + 7 each; the best point found; of windows what was solved
   double cost = 0.0;                       ///< optimiser's own cost of the returned point
   double max_violation = 0.0;              ///< largest single constraint violation of the returned point
-  int iterations = 0;                      ///< trial steps of all attempts
   int restarts = 0;                        ///< attempts beyond the first, of all windows
   int windows = 0;                         ///< 0 for tasks that are not solved window by window
   int windows_solved = 0;                  ///< the first ones; `waypoints` are theirs

@@ -35,11 +35,11 @@ struct SolverContext {
 /// Records so far; 0 without a history.
 size_t NumRecords(const SolverContext& context);
 
-struct SolverResult {
+/// What one attempt produced, and its effort.
+struct SolverResult : Effort {
   SolveStatus status = SolveStatus::kNotRun;
   ObjectiveValue value;   ///< at the returned point
   bool feasible = false;  ///< every violation below the method's tolerance, converged or not
-  int iterations = 0;     ///< trial steps; of SQP subproblems, the one that showed convergence included
 };
 
 /// Ends the history of a solve whose first record is number `first_record`: if it has any, the last accepted one is

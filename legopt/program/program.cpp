@@ -32,6 +32,12 @@ void Term::RowKeys(int rows, std::vector<int>& keys) {
   for (int i = 0; i < rows; ++i) keys.push_back(i);
 }
 
+std::int64_t Program::TermEvaluations() const {
+  std::int64_t sum = 0;
+  for (const auto& term : terms()) sum += term->evaluations();
+  return sum;
+}
+
 void Program::PullBack(const double* /*dx*/, double* /*row*/) const {}
 
 }  // namespace legopt

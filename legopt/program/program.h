@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <string>
@@ -70,11 +71,21 @@ class Term {
 
   const TermShape& shape() const { return shape_; }
 
-  /// Residuals r at the program's point. The number of rows may differ from point to point (contacts come and go).
-  virtual void Evaluate(std::vector<double>& residuals) = 0;
+  /// Appends the residuals r at the program's point. The number of rows may differ from point to point (contacts come
+  /// and go).
+  void Evaluate(std::vector<double>& residuals) {
+    ++evaluations_;
+    ComputeResiduals(residuals);
+  }
 
   /// Linear model at the program's point; its values equal those of Evaluate.
-  virtual void Linearize(LinearModel& model) = 0;
+  void Linearize(LinearModel& model) {
+    ++evaluations_;
+    ComputeModel(model);
+  }
+
+  /// Calls of Evaluate and Linearize so far: what a solver has cost, on any machine and under any load.
+  std::int64_t evaluations() const { return evaluations_; }
 
   /// Appends one key per row of Evaluate at the program's point. Rows of equal key at two points are the same function
   /// of x, so that optimisers which need a fixed set of rows can follow them. Default: the place, 0, 1, 2, ...
@@ -84,7 +95,11 @@ class Term {
   virtual double AbsentRow() const { return -std::numeric_limits<double>::infinity(); }
 
  private:
+  virtual void ComputeResiduals(std::vector<double>& residuals) = 0;  ///< as Evaluate
+  virtual void ComputeModel(LinearModel& model) = 0;                  ///< as Linearize
+
   TermShape shape_;
+  std::int64_t evaluations_ = 0;
 };
 
 /// A nonlinear program over a chain of T waypoints, each a point on a manifold with `tangent_size` degrees of freedom.
@@ -110,6 +125,9 @@ class Program {
   /// Turns `row`, a derivative by the tangent of one waypoint at Retract(x, dx), into the derivative by that waypoint's
   /// block `dx` (tangent_size entries each; in place; independent of x). Default: nothing, for Retract = x + dx.
   virtual void PullBack(const double* dx, double* row) const;
+
+  /// Evaluations of all terms since the program was made.
+  std::int64_t TermEvaluations() const;
 
   /// Bounds of dx that keep x + dx within the variables' bounds (+-infinity where there are none; equal bounds fix a
   /// variable).

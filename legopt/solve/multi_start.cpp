@@ -25,7 +25,7 @@ MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen
       (*settings.history)[i].restart = restart;
     }
     result.restarts = restart;
-    result.iterations += attempt.iterations;
+    result.effort += attempt;
     if (restart == 0 || Better(attempt, result.best)) {
       result.best = attempt;
       result.x = x;

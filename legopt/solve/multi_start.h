@@ -26,7 +26,7 @@ struct MultiStartResult {
   SolverResult best;  ///< feasible first, then the smaller violation; status of a stop, if there was one
   Eigen::VectorXd x;
   int restarts = 0;
-  int iterations = 0;  ///< of all attempts
+  Effort effort;  ///< of all attempts
 
   bool stopped() const { return best.status == SolveStatus::kTimeLimit || best.status == SolveStatus::kCancelled; }
 };

@@ -115,7 +115,7 @@ MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int first_
 
 void ProblemSolver::Run::Account(const MultiStartResult& result) {
   outcome_.restarts += result.restarts;
-  outcome_.iterations += result.iterations;
+  outcome_ += result.effort;
   // Of several windows: the first that did not converge, or the one that ended the solve.
   const bool converged = outcome_.status == SolveStatus::kNotRun || outcome_.status == SolveStatus::kConvergedFeasible;
   if (converged || !result.best.feasible || result.stopped()) outcome_.status = result.best.status;

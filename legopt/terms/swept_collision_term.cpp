@@ -48,12 +48,12 @@ SweptCollisionTerm::SweptCollisionTerm(int waypoint, WaypointState& from, Waypoi
   links_.reserve(robot.links().size());
 }
 
-void SweptCollisionTerm::Evaluate(std::vector<double>& residuals) {
+void SweptCollisionTerm::ComputeResiduals(std::vector<double>& residuals) {
   Refresh();
   for (const Row& row : rows_) residuals.push_back(margin_m_ - row.contact.distance_m);
 }
 
-void SweptCollisionTerm::Linearize(LinearModel& model) {
+void SweptCollisionTerm::ComputeModel(LinearModel& model) {
   Refresh();
   const int straight = robot_->num_dofs() + 3;
   model.Reset(static_cast<int>(rows_.size()), robot_->tangent_size(), 2);

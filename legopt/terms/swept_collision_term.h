@@ -43,8 +43,8 @@ class SweptCollisionTerm : public Term {
   /// states' collision model) must outlive the term.
   SweptCollisionTerm(int waypoint, WaypointState& from, WaypointState& to, const RobotModel& robot,
                      CollisionQuery& query, double margin_m, double range_m, double preference_weight = 0.0);
-  void Evaluate(std::vector<double>& residuals) override;
-  void Linearize(LinearModel& model) override;
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
   /// The pairs of shapes: one row each.
   void RowKeys(int rows, std::vector<int>& keys) override;
   /// Pairs that are nearer and yet have no row keep the margin on the way and are nearer still at an end.

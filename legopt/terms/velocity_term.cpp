@@ -29,12 +29,12 @@ VelocityCostTerm::VelocityCostTerm(int waypoint, int unit, const WaypointState& 
   difference_.setZero(from.kinematics().model().tangent_size());
 }
 
-void VelocityCostTerm::Evaluate(std::vector<double>& residuals) {
+void VelocityCostTerm::ComputeResiduals(std::vector<double>& residuals) {
   ConfigurationDifference(from_->kinematics().model(), from_->configuration(), to_->configuration(), difference_);
   residuals.insert(residuals.end(), difference_.begin(), difference_.end());
 }
 
-void VelocityCostTerm::Linearize(LinearModel& model) {
+void VelocityCostTerm::ComputeModel(LinearModel& model) {
   ConfigurationDifference(from_->kinematics().model(), from_->configuration(), to_->configuration(), difference_);
   const auto size = static_cast<int>(difference_.size());
   const int linear = size - 3;

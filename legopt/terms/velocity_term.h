@@ -16,8 +16,8 @@ class VelocityCostTerm : public Term {
  public:
   /// The states are those of `waypoint` and its successor and must outlive the term.
   VelocityCostTerm(int waypoint, int unit, const WaypointState& from, const WaypointState& to);
-  void Evaluate(std::vector<double>& residuals) override;
-  void Linearize(LinearModel& model) override;
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
 
  private:
   const WaypointState* from_;

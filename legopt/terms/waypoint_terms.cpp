@@ -12,12 +12,12 @@ TorqueCostTerm::TorqueCostTerm(int waypoint, WaypointState& state)
   jacobian_.setZero(robot.num_dofs(), robot.tangent_size());
 }
 
-void TorqueCostTerm::Evaluate(std::vector<double>& residuals) {
+void TorqueCostTerm::ComputeResiduals(std::vector<double>& residuals) {
   state_->kinematics().GravityTorques(1.0, torque_);
   residuals.insert(residuals.end(), torque_.begin(), torque_.end());
 }
 
-void TorqueCostTerm::Linearize(LinearModel& model) {
+void TorqueCostTerm::ComputeModel(LinearModel& model) {
   const Kinematics& kinematics = state_->kinematics();
   const int n = static_cast<int>(torque_.size());
   kinematics.GravityTorques(1.0, torque_);
@@ -46,13 +46,13 @@ Eigen::Matrix<double, 6, 1> FootPoseTerm::Error(Eigen::Quaterniond& rotation) co
   return result;
 }
 
-void FootPoseTerm::Evaluate(std::vector<double>& residuals) {
+void FootPoseTerm::ComputeResiduals(std::vector<double>& residuals) {
   Eigen::Quaterniond rotation;
   const Eigen::Matrix<double, 6, 1> error = Error(rotation);
   residuals.insert(residuals.end(), error.begin(), error.end());
 }
 
-void FootPoseTerm::Linearize(LinearModel& model) {
+void FootPoseTerm::ComputeModel(LinearModel& model) {
   const Kinematics& kinematics = state_->kinematics();
   Eigen::Quaterniond rotation;
   const Eigen::Matrix<double, 6, 1> error = Error(rotation);
@@ -84,12 +84,12 @@ ComTerm::ComTerm(int waypoint, WaypointState& state, std::vector<HalfPlane> edge
   jacobian_.setZero(3, state.kinematics().model().tangent_size());
 }
 
-void ComTerm::Evaluate(std::vector<double>& residuals) {
+void ComTerm::ComputeResiduals(std::vector<double>& residuals) {
   const Eigen::Vector2d com = state_->kinematics().com().head<2>();
   for (const HalfPlane& edge : edges_) residuals.push_back(edge.Distance(com));
 }
 
-void ComTerm::Linearize(LinearModel& model) {
+void ComTerm::ComputeModel(LinearModel& model) {
   state_->kinematics().ComJacobian(jacobian_);
   const int size = static_cast<int>(jacobian_.cols());
   model.Reset(static_cast<int>(edges_.size()), size, 1);
@@ -106,7 +106,7 @@ void ComTerm::Linearize(LinearModel& model) {
 CollisionTerm::CollisionTerm(int waypoint, WaypointState& state, double margin_m)
     : Term({"collision", TermKind::kInequality, waypoint, 1}), state_(&state), margin_m_(margin_m) {}
 
-void CollisionTerm::Evaluate(std::vector<double>& residuals) {
+void CollisionTerm::ComputeResiduals(std::vector<double>& residuals) {
   for (const Contact& contact : state_->contacts()) residuals.push_back(margin_m_ - contact.distance_m);
 }
 
@@ -114,7 +114,7 @@ void CollisionTerm::RowKeys(int /*rows*/, std::vector<int>& keys) {
   for (const Contact& contact : state_->contacts()) keys.push_back(contact.pair_id);
 }
 
-void CollisionTerm::Linearize(LinearModel& model) {
+void CollisionTerm::ComputeModel(LinearModel& model) {
   const std::vector<Contact>& contacts = state_->contacts();
   const Kinematics& kinematics = state_->kinematics();
   model.Reset(static_cast<int>(contacts.size()), kinematics.model().tangent_size(), 1);

@@ -16,8 +16,8 @@ namespace legopt {
 class TorqueCostTerm : public Term {
  public:
   TorqueCostTerm(int waypoint, WaypointState& state);
-  void Evaluate(std::vector<double>& residuals) override;
-  void Linearize(LinearModel& model) override;
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
 
  private:
   WaypointState* state_;
@@ -31,8 +31,8 @@ class TorqueCostTerm : public Term {
 class FootPoseTerm : public Term {
  public:
   FootPoseTerm(int waypoint, WaypointState& state, int link, const Eigen::Isometry3d& target, const std::string& name);
-  void Evaluate(std::vector<double>& residuals) override;
-  void Linearize(LinearModel& model) override;
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
 
  private:
   /// Error vector; `rotation` receives E's quaternion.
@@ -48,8 +48,8 @@ class FootPoseTerm : public Term {
 class ComTerm : public Term {
  public:
   ComTerm(int waypoint, WaypointState& state, std::vector<HalfPlane> edges);
-  void Evaluate(std::vector<double>& residuals) override;
-  void Linearize(LinearModel& model) override;
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
 
  private:
   WaypointState* state_;
@@ -62,8 +62,8 @@ class ComTerm : public Term {
 class CollisionTerm : public Term {
  public:
   CollisionTerm(int waypoint, WaypointState& state, double margin_m);
-  void Evaluate(std::vector<double>& residuals) override;
-  void Linearize(LinearModel& model) override;
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
   /// The pairs of shapes.
   void RowKeys(int rows, std::vector<int>& keys) override;
   double AbsentRow() const override { return margin_m_ - state_->contact_range_m(); }

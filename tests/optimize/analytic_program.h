@@ -51,11 +51,11 @@ class AnalyticProgram : public Program {
    public:
     FunctionTerm(TermShape shape, Residuals residuals, double absent_row, const AnalyticProgram& program)
         : Term(std::move(shape)), residuals_(std::move(residuals)), absent_row_(absent_row), program_(program) {}
-    void Evaluate(std::vector<double>& values) override {
+    void ComputeResiduals(std::vector<double>& values) override {
       const Eigen::VectorXd r = residuals_(Point());
       values.insert(values.end(), r.begin(), r.end());
     }
-    void Linearize(LinearModel& model) override {
+    void ComputeModel(LinearModel& model) override {
       constexpr double kStep = 1e-6;
       const Eigen::VectorXd x = Point();
       const int size = program_.tangent_size();
