@@ -10,6 +10,7 @@ namespace legopt::bus::fields {
 inline constexpr std::int64_t kSecond_us = 1'000'000;
 inline constexpr std::int64_t kLongestLease_us = 86'400 * kSecond_us;
 inline constexpr std::int64_t kMostSlots = 1024;
+inline constexpr std::int64_t kMostProcessors = 65'536;
 inline constexpr std::int64_t kMostDatasets = 64;
 inline constexpr std::int64_t kMostLeases = 4096;
 inline constexpr std::int64_t kNameBytes = 256;

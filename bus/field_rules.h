@@ -192,6 +192,12 @@ struct NanOrFinite {
   }
 };
 
+/// The load of a host, of a message that has this field.
+template <class Message>
+void LoadIsPossible(const Message& message, FieldCheck& check) {
+  check.Require(!(message.load < 0), "load: must be at least 0, or NaN");
+}
+
 /// How many elements `array` has, at most `most`. A sender takes it from the array.
 template <class Message, class Array>
 struct CountOf {

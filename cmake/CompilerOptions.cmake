@@ -43,6 +43,20 @@ elseif(CMAKE_BUILD_TYPE STREQUAL "Release")
   endif()
 endif()
 
+# What may change the bits of a result, for people and the build's id.
+string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type)
+set(LEGOPT_NUMERIC_FLAGS ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${build_type}})
+get_target_property(interface_flags legopt_options INTERFACE_COMPILE_OPTIONS)
+list(APPEND LEGOPT_NUMERIC_FLAGS ${interface_flags})
+if(LEGOPT_LTO)
+  list(APPEND LEGOPT_NUMERIC_FLAGS -flto)
+endif()
+if(LEGOPT_SANITIZE)
+  list(APPEND LEGOPT_NUMERIC_FLAGS -fsanitize=${LEGOPT_SANITIZE})
+endif()
+list(REMOVE_DUPLICATES LEGOPT_NUMERIC_FLAGS)
+list(JOIN LEGOPT_NUMERIC_FLAGS " " LEGOPT_NUMERIC_FLAGS)
+
 # legopt_optimize_rooms(LEVEL): what follows is compiled with this level and without link-time optimisation in Release
 # builds. All numerics is in legopt/, which has both at their most; elsewhere a job's time is spent in system calls and
 # SQLite, and the compiler's time is a newcomer's.

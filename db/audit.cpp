@@ -72,6 +72,11 @@ constexpr std::array kRules{
          "c.task <> p.task"},
     Rule{"result_is_in_cell_of_job", "a result counts in another cell than its job's: job ",
          "SELECT r.job_id FROM results AS r JOIN jobs AS j USING (job_id) WHERE r.cell_id <> j.cell_id"},
+    Rule{"results_are_counted", "a worker's results of an experiment are not as many as counted: experiment ",
+         "SELECT experiment_id FROM (SELECT experiment_id, worker_id, results FROM result_workers WHERE results > 0 "
+         "UNION ALL SELECT c.experiment_id, a.worker_id, count(*) FROM results AS r JOIN cells AS c USING (cell_id) "
+         "JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt GROUP BY 1, 2) "
+         "GROUP BY experiment_id, worker_id HAVING count(*) <> 2 OR min(results) <> max(results)"},
     Rule{"waypoints_have_no_gaps", "waypoints are missing or of different sizes: job ",
          "SELECT job_id FROM waypoints GROUP BY job_id HAVING count(*) <> max(waypoint) + 1 OR "
          "min(length(x)) <> max(length(x))"},

@@ -227,6 +227,13 @@ void Connection::Execute(const std::string& sql) {
   }
 }
 
+void Connection::ExecuteUndefended(const std::string& sql) {
+  sqlite3_db_config(handle_, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
+  const int code = sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr);
+  sqlite3_db_config(handle_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  if (code != SQLITE_OK) Throw(handle_, code, "run SQL");
+}
+
 std::int64_t Connection::QueryInt(const std::string& sql) {
   Statement statement(*this, sql, false);
   return statement.Step() ? statement.column_int(0) : 0;

@@ -140,6 +140,7 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
   row.summary.num_jobs = static_cast<std::int64_t>(e.jobs.size());
   row.summary.submitted_at_us = e.submitted_at_us;
   row.summary.submitter = e.submitter;
+  row.summary.control.builds = e.builds;
   const auto [dataset, is_new] = dataset_names.emplace(e.dataset.hash, e.dataset.name);
   if (is_new) undo.push_back([this, hash = e.dataset.hash] { dataset_names.erase(hash); });
   row.summary.dataset = dataset->second;  // the same content under another name is the same dataset
@@ -221,7 +222,10 @@ void MemoryStore::Tables::Close(std::int64_t experiment_id, ExperimentState stat
           "experiment is not active");
   Set(row->second.summary.state, state);
   Set(row->second.summary.finished_at_us, at_us);
-  Set(row->second.summary.control, ExperimentControl{Hold::kNone, "", row->second.summary.control.priority});
+  ExperimentControl control = row->second.summary.control;
+  control.hold = Hold::kNone;
+  control.reason.clear();
+  Set(row->second.summary.control, std::move(control));
 }
 
 void MemoryStore::Tables::Do(const CancelExperiment& op) {
@@ -240,9 +244,9 @@ void MemoryStore::Tables::Do(const ControlExperiment& op) {
   const auto row = experiments.find(op.experiment_id);
   Require(row != experiments.end() && row->second.summary.state == ExperimentState::kActive,
           "experiment is not active");
-  Require(
-      (op.control.hold == Hold::kHeld) == !op.control.reason.empty() && std::abs(op.control.priority) <= kMaxPriority,
-      "bad control");
+  Require((op.control.hold == Hold::kHeld) == !op.control.reason.empty() &&
+              std::abs(op.control.priority) <= kMaxPriority && op.control.build_id.size() <= kMaxBuildIdBytes,
+          "bad control");
   Set(row->second.summary.control, op.control);
 }
 

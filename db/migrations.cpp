@@ -56,7 +56,7 @@ void Upgrade(Connection& connection, std::span<const Migration> migrations) {
     Transaction transaction(connection);
     // Read again under the write lock: nobody else can be migrating now.
     if (connection.QueryInt("PRAGMA user_version") >= migration.version) continue;
-    connection.Execute(std::string(migration.sql));
+    connection.ExecuteUndefended(std::string(migration.sql));
     connection.Execute("PRAGMA application_id = " + std::to_string(kApplicationId));
     connection.Execute("PRAGMA user_version = " + std::to_string(migration.version));
     transaction.Commit();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,7 @@
 namespace legopt::db {
 
 using legopt::AttemptOutcome;
+using legopt::BuildRule;
 using legopt::ExperimentState;
 using legopt::Hold;
 using legopt::IsTerminal;
@@ -22,11 +24,13 @@ using legopt::JobState;
 
 inline constexpr int kMaxPriority = 1000;  ///< least: -kMaxPriority
 
-/// What people decide about an experiment after its submission.
+/// What is decided about an experiment after its submission: by people, and the build by the first worker.
 struct ExperimentControl {
   Hold hold = Hold::kNone;
-  std::string reason;  ///< not empty exactly when held
-  int priority = 0;    ///< larger: its jobs are leased before others'
+  std::string reason;                  ///< not empty exactly when held
+  int priority = 0;                    ///< larger: its jobs are leased before others'
+  BuildRule builds = BuildRule::kOne;  ///< as submitted, until somebody lets any build finish it
+  std::string build_id;                ///< of the worker that took the first job; empty: nobody has
 
   bool operator==(const ExperimentControl&) const = default;
 };
@@ -78,6 +82,7 @@ struct NewExperiment {
   std::string spec_json;  ///< canonical text of the spec
   std::string spec_hash;  ///< 64 hex digits, of spec_json
   std::string submitter;  ///< at most 200 bytes; may be empty
+  BuildRule builds = BuildRule::kOne;
   std::int64_t seed = 0;
   int repetitions = 1;
   int max_attempts = 3;
@@ -99,12 +104,18 @@ struct WorkerRecord {
   std::string hostname;
   std::int64_t pid = 0;
   int slots = 1;
-  std::string build;
+  std::string build;     ///< for people: release, commit, compiler
+  std::string build_id;  ///< equal: the same bits; empty: told by none, before schema version 6
+  std::string processor;
+  int processors = 1;                                      ///< granted
+  std::int64_t memory_bytes = 0;                           ///< of the host; 0: unknown
+  double load = std::numeric_limits<double>::quiet_NaN();  ///< of the host, at the last sighting
   std::int64_t seen_at_us = 0;
 };
 
 inline constexpr std::size_t kMaxNameBytes = 200;
 inline constexpr std::size_t kMaxTagBytes = 100;
+inline constexpr std::size_t kMaxBuildIdBytes = 64;
 
 /// Why the schema would refuse this as an experiment's name (1 .. kMaxNameBytes bytes without NUL) or tag (1 ..
 /// kMaxTagBytes bytes without NUL and comma); empty when it is legal.

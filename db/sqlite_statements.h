@@ -91,7 +91,8 @@ inline constexpr char kCancelJobs[] =
     "AND cell_id IN (SELECT cell_id FROM cells WHERE experiment_id = ?1)";
 
 inline constexpr char kControlExperiment[] =
-    "UPDATE experiments SET hold = ?2, hold_reason = ?3, priority = ?4 WHERE experiment_id = ?1 AND state = 'active'";
+    "UPDATE experiments SET hold = ?2, hold_reason = ?3, priority = ?4, builds = ?5, build_id = nullif(?6, '') "
+    "WHERE experiment_id = ?1 AND state = 'active'";
 
 inline constexpr char kRetryJobs[] =
     "UPDATE jobs SET state = 'queued', returned = attempts WHERE state IN ('failed', 'dead') "
@@ -137,9 +138,9 @@ inline constexpr const char* kDeleteOfJobs[] = {"DELETE FROM events WHERE job_id
                                                 "DELETE FROM stale_results WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM attempts WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM jobs WHERE job_id >= ?1 AND job_id < ?2"};
-inline constexpr const char* kDeleteOfExperiment[] = {"DELETE FROM cells WHERE experiment_id = ?1",
-                                                      "DELETE FROM experiment_tags WHERE experiment_id = ?1",
-                                                      "DELETE FROM events WHERE experiment_id = ?1"};
+inline constexpr const char* kDeleteOfExperiment[] = {
+    "DELETE FROM cells WHERE experiment_id = ?1", "DELETE FROM experiment_tags WHERE experiment_id = ?1",
+    "DELETE FROM result_workers WHERE experiment_id = ?1", "DELETE FROM events WHERE experiment_id = ?1"};
 
 inline constexpr char kRenameExperiment[] = "UPDATE experiments SET name = ?2 WHERE experiment_id = ?1";
 
@@ -156,10 +157,12 @@ inline constexpr char kCloseExperiment[] =
     "WHERE experiment_id = ?1 AND state = 'active'";
 
 inline constexpr char kPutWorker[] =
-    "INSERT INTO workers (worker_id, endpoint, name, hostname, pid, slots, build, first_seen_at_us, "
-    "last_seen_at_us) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?8) "
-    "ON CONFLICT (worker_id) DO UPDATE SET endpoint = ?2, name = ?3, hostname = ?4, pid = ?5, "
-    "slots = ?6, build = ?7, last_seen_at_us = ?8";
+    "INSERT INTO workers (worker_id, endpoint, name, hostname, pid, slots, build, first_seen_at_us, last_seen_at_us, "
+    "build_id, processor, processors, memory_bytes, load) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?8, nullif(?9, ''), ?10, ?11, nullif(?12, 0), ?13) "
+    "ON CONFLICT (worker_id) DO UPDATE SET endpoint = ?2, name = ?3, hostname = ?4, pid = ?5, slots = ?6, build = ?7, "
+    "last_seen_at_us = ?8, build_id = nullif(?9, ''), processor = ?10, processors = ?11, "
+    "memory_bytes = nullif(?12, 0), load = ?13";
 
 inline constexpr char kInsertEvent[] =
     "INSERT INTO events (kind, at_us, experiment_id, job_id, worker_id, detail) "
@@ -182,8 +185,8 @@ inline constexpr char kFindProblems[] = "SELECT task, problem_id, problem_key FR
 inline constexpr char kInsertExperiment[] =
     "INSERT INTO experiments (experiment_id, submission_id, name, dataset_id, seed, repetitions, "
     "max_attempts, wall_limit_us, memory_limit_bytes, first_job_id, num_jobs, spec_json, "
-    "spec_hash, submitted_at_us, submitter) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, "
-    "?14, ?15)";
+    "spec_hash, submitted_at_us, submitter, builds) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, "
+    "?14, ?15, ?16)";
 
 inline constexpr char kInsertCell[] =
     "INSERT INTO cells (cell_id, experiment_id, method_id, task, initialization, num_jobs, wall_limit_us) "

@@ -177,7 +177,8 @@ void SqliteStore::Do(const CancelExperiment& op) {
 }
 
 void SqliteStore::Do(const ControlExperiment& op) {
-  statements_->control_experiment.Run(op.experiment_id, op.control.hold, op.control.reason, op.control.priority);
+  statements_->control_experiment.Run(op.experiment_id, op.control.hold, op.control.reason, op.control.priority,
+                                      op.control.builds, op.control.build_id);
   RequireOneChange("ControlExperiment", op.experiment_id);
 }
 
@@ -188,7 +189,8 @@ void SqliteStore::Do(const FinishExperiment& op) {
 
 void SqliteStore::Do(const PutWorker& op) {
   const WorkerRecord& w = op.worker;
-  statements_->put_worker.Run(w.worker_id, w.endpoint, w.name, w.hostname, w.pid, w.slots, w.build, w.seen_at_us);
+  statements_->put_worker.Run(w.worker_id, w.endpoint, w.name, w.hostname, w.pid, w.slots, w.build, w.seen_at_us,
+                              w.build_id, w.processor, w.processors, w.memory_bytes, w.load);
 }
 
 void SqliteStore::Do(const RecordEvent& op) {

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <limits>
 #include <string>
 
 #include "db/sqlite_store_impl.h"
@@ -46,7 +48,8 @@ void SqliteStore::LoadSummaries(OpenState& state) {
   std::map<std::int64_t, ExperimentSummary> by_id;
   Statement experiments(connection_,
                         "SELECT experiment_id, submission_id, name, spec_hash, state, first_job_id, num_jobs, "
-                        "submitted_at_us, coalesce(finished_at_us, 0), hold, hold_reason, priority, submitter, "
+                        "submitted_at_us, coalesce(finished_at_us, 0), hold, hold_reason, priority, submitter, builds, "
+                        "coalesce(build_id, ''), "
                         "(SELECT name FROM datasets AS d WHERE d.dataset_id = e.dataset_id) FROM experiments AS e");
   while (experiments.Step()) {
     ExperimentSummary& summary = by_id[experiments.column_int(0)];
@@ -60,9 +63,10 @@ void SqliteStore::LoadSummaries(OpenState& state) {
     summary.submitted_at_us = experiments.column_int(7);
     summary.finished_at_us = experiments.column_int(8);
     summary.control = {experiments.column_word<Hold>(9), experiments.column_text(10),
-                       static_cast<int>(experiments.column_int(11))};
+                       static_cast<int>(experiments.column_int(11)), experiments.column_word<BuildRule>(13),
+                       experiments.column_text(14)};
     summary.submitter = experiments.column_text(12);
-    summary.dataset = experiments.column_text(13);
+    summary.dataset = experiments.column_text(15);
   }
   LoadDescriptions(by_id);
   Statement counts(connection_,
@@ -132,7 +136,8 @@ void SqliteStore::LoadJobs(std::int64_t first_job_id, std::int64_t num_jobs, Ope
 
 void SqliteStore::LoadWorkers(OpenState& state) {
   Statement workers(connection_,
-                    "SELECT worker_id, endpoint, name, hostname, pid, slots, build, last_seen_at_us FROM workers");
+                    "SELECT worker_id, endpoint, name, hostname, pid, slots, build, last_seen_at_us, "
+                    "coalesce(build_id, ''), processor, processors, coalesce(memory_bytes, 0), load FROM workers");
   while (workers.Step()) {
     WorkerRecord& worker = state.workers[workers.column_int(0)];
     worker.worker_id = workers.column_int(0);
@@ -143,6 +148,12 @@ void SqliteStore::LoadWorkers(OpenState& state) {
     worker.slots = static_cast<int>(workers.column_int(5));
     worker.build = workers.column_text(6);
     worker.seen_at_us = workers.column_int(7);
+    worker.build_id = workers.column_text(8);
+    worker.processor = workers.column_text(9);
+    worker.processors = static_cast<int>(std::max<std::int64_t>(workers.column_int(10), 1));
+    worker.memory_bytes = workers.column_int(11);
+    worker.load = workers.column_type(12) == Statement::Type::kNull ? std::numeric_limits<double>::quiet_NaN()
+                                                                    : workers.column_double(12);
   }
 }
 

@@ -72,7 +72,7 @@ struct CancelExperiment {
   std::int64_t at_us = 0;
 };
 
-/// Replaces what people decided about an active experiment.
+/// Replaces what was decided about an active experiment.
 struct ControlExperiment {
   std::int64_t experiment_id = 0;
   ExperimentControl control;

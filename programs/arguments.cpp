@@ -81,10 +81,14 @@ NamedCommand FindCommand(CLI::App& app, const Words& words) {
   }
 }
 
+bool WantsMore(const Words& words) {
+  return std::any_of(words.begin(), words.end(), [](const auto& word) { return word == "--verbose" || word == "-v"; });
+}
+
 // "help run" is "run --help". Only as the first word: behind an option it is that option's value.
 Words WithoutHelpCommand(Words words) {
   if (words.empty()) return words;
-  if (words.front() == "version") return {"--version"};
+  if (words.front() == "version") return WantsMore(words) ? Words{"--version", "--verbose"} : Words{"--version"};
   if (words.front() != "help") return words;
   words.erase(words.begin());
   words.emplace_back("--help");
@@ -204,7 +208,7 @@ std::optional<int> ParseCommandLine(const Program& program, int argc, const char
   } catch (const CLI::CallForHelp&) {
     return Print(app, HelpOf(app, command), kDone);
   } catch (const CLI::CallForVersion&) {
-    return Print(app, app.version() + "\n", kDone);
+    return Print(app, (WantsMore(words) ? program.version_report() : app.version()) + "\n", kDone);
   } catch (const CLI::ParseError& error) {
     return WrongUsage(app, command, Explain(app, command, error, words));
   }

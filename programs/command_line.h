@@ -102,13 +102,15 @@ class Program : public Command {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  /// What --version and "version" print.
-  void SetVersion(const std::string& text) const;
+  /// What --version and "version" print, and, with --verbose besides, what they print then.
+  void SetVersion(const std::string& text, const std::string& report);
+  const std::string& version_report() const { return version_report_; }
 
  private:
   explicit Program(std::unique_ptr<CLI::App> app);
 
   std::unique_ptr<CLI::App> owned_;
+  std::string version_report_;
 };
 
 template <class Choice>

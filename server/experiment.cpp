@@ -96,6 +96,7 @@ db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t exp
   rows.spec_json = spec.canonical_json;
   rows.spec_hash = spec.hash;
   rows.submitter = spec.submitter;
+  rows.builds = spec.builds;
   rows.seed = spec.seed;
   rows.repetitions = spec.repetitions;
   rows.max_attempts = spec.max_attempts;

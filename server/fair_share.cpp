@@ -131,11 +131,11 @@ void FairShare::Charge(Entry& entry, std::int64_t used_us, std::int64_t running_
   if (submitter_waits) queue.insert(KeyOf(submitter));
 }
 
-std::optional<std::int64_t> FairShare::First(const std::function<bool(const std::string& dataset)>& accepts) const {
+std::optional<std::int64_t> FairShare::First(const std::function<bool(std::int64_t experiment_id)>& accepts) const {
   for (const auto& [priority, level] : levels_) {
     for (const auto& [time, senior, submitter] : level.waiting) {
       for (const auto& [own_time, experiment_id, entry] : submitter->waiting) {
-        if (accepts(entry->dataset)) return experiment_id;
+        if (accepts(experiment_id)) return experiment_id;
       }
     }
   }

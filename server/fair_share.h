@@ -41,9 +41,8 @@ class FairShare {
   /// It has ended, having used `used_us` >= 0; `expected_us` as at its begin.
   void End(std::int64_t experiment_id, std::int64_t expected_us, std::int64_t used_us);
 
-  /// The next to be served of those that wait and whose dataset is accepted; empty when there is none. The others keep
-  /// their places.
-  std::optional<std::int64_t> First(const std::function<bool(const std::string& dataset)>& accepts) const;
+  /// The next to be served of those that wait and are accepted; empty when there is none. The others keep their places.
+  std::optional<std::int64_t> First(const std::function<bool(std::int64_t experiment_id)>& accepts) const;
 
  private:
   struct Account {

@@ -17,6 +17,7 @@
 #include "bus/lcm_transport.h"
 #include "db/sqlite_store.h"
 #include "programs/arguments.h"
+#include "programs/build_identity.h"
 #include "programs/command_line.h"
 #include "programs/exit_codes.h"
 #include "programs/log_format.h"
@@ -56,7 +57,7 @@ std::string Hostname() {
 ServerOptions OptionsFor(const Arguments& arguments) {
   ServerOptions options;
   options.scheduler.server_instance = bus::RandomEndpointId();
-  options.version = LEGOPT_VERSION;
+  options.version = programs::ThisBuild().version;
   options.hostname = Hostname();
   options.pid = getpid();
   options.database = std::filesystem::absolute(arguments.database).string();
@@ -131,10 +132,11 @@ ExitCode Serve(const Arguments& arguments) {
 
 int Run(int argc, char** argv) {
   Arguments arguments;
-  const programs::Program program(
+  const programs::BuildFacts build = programs::ThisBuild();
+  programs::Program program(
       "legopt-server",
       "The legopt experiment service: leases the jobs of submitted experiments to workers and stores their results.");
-  program.SetVersion("legopt-server " LEGOPT_VERSION);
+  program.SetVersion("legopt-server " + build.version, programs::BuildReport(build));
   program.AddOption("--db", arguments.database, "Database file; created when missing").Required();
   programs::AddNetworkFlags(program, &arguments.network);
   program.AddFlag("--verbose", arguments.verbose, "Log what happens to stderr");

@@ -17,6 +17,14 @@ std::string NameOf(const db::ExperimentSummary& summary) {
   return "experiment " + std::to_string(summary.experiment_id) + " " + Quoted(summary.name);
 }
 
+std::string OtherBuilds(const db::ExperimentSummary& summary, const std::set<std::string>& builds) {
+  std::string list;
+  for (const std::string& build : builds) list += (list.empty() ? "" : ", ") + build;
+  return "no worker is of build " + summary.control.build_id + ", which began it (the workers are of build " + list +
+         "); start one, or let any build finish it: 'legopt resume " + std::to_string(summary.experiment_id) +
+         " --any-build'";
+}
+
 // Adjacent jobs of one kind and size are one entry: a cell of postures, however many.
 void AddQueued(WorkLeft& left, std::size_t kind, double waypoints) {
   if (!left.queued.empty() && left.queued.back().kind == kind && left.queued.back().waypoints == waypoints) {
@@ -58,6 +66,13 @@ bool Outlooks::Has(const WorkerStatus& worker, const std::string& dataset_hash) 
                                       [&](const db::DatasetRecord& dataset) { return dataset.hash == dataset_hash; });
 }
 
+bool Outlooks::MayWorkOn(const WorkerStatus& worker, const Experiment& experiment) const {
+  const db::ExperimentControl& control = scheduler_.experiments().at(experiment.experiment_id()).control;
+  const bool build_fits =
+      control.builds == BuildRule::kAny || control.build_id.empty() || control.build_id == worker.record.build_id;
+  return build_fits && Has(worker, experiment.spec().dataset.hash);
+}
+
 Outlook Outlooks::Of(std::int64_t experiment_id) const {
   Outlook outlook;
   const Experiment* experiment = scheduler_.InMemory(experiment_id);
@@ -89,12 +104,14 @@ std::string Outlooks::WaitingFor(const db::ExperimentSummary& summary, const Exp
 std::string Outlooks::WaitingForWorkers(const Experiment& experiment) const {
   const db::DatasetRecord& wanted = experiment.spec().dataset;
   int online = 0, loading = 0, able = 0, heard = 0;
+  std::set<std::string> other_builds;  // of workers that have the dataset
   for (const auto& [id, worker] : workers_) {
-    const bool has = Has(worker, wanted.hash);
+    const bool may = MayWorkOn(worker, experiment);
     online += worker.online ? 1 : 0;
     loading += worker.online && worker.datasets.empty() && Heard(worker) ? 1 : 0;
-    able += has ? 1 : 0;
-    heard += has && Heard(worker) ? 1 : 0;
+    able += may ? 1 : 0;
+    heard += may && Heard(worker) ? 1 : 0;
+    if (!may && Has(worker, wanted.hash)) other_builds.insert(worker.record.build_id);
   }
   const std::int64_t experiment_id = experiment.experiment_id();
   const db::ExperimentSummary& summary = scheduler_.experiments().at(experiment_id);
@@ -106,6 +123,7 @@ std::string Outlooks::WaitingForWorkers(const Experiment& experiment) const {
   if (loading > 0) return "workers load the dataset";
   if (able > 0) return "nothing is heard of the workers any more";
   if (online == 0) return "no worker is connected; start one with 'legopt-worker --slots 2'";
+  if (!other_builds.empty()) return OtherBuilds(summary, other_builds);
   return "no worker has dataset " + Quoted(wanted.name) + " (" + wanted.hash.substr(0, kHashDigitsShown) +
          "); start one with --dataset";
 }
@@ -117,7 +135,7 @@ std::string Outlooks::OtherWork(const Experiment& experiment) const {
   for (const auto& [id, leases] : worked_on_) {
     const db::ExperimentSummary& summary = scheduler_.experiments().at(id);
     const bool able = std::any_of(leases.begin(), leases.end(), [&](const LeaseView& lease) {
-      return Has(workers_.at(lease.worker_id), experiment.spec().dataset.hash);
+      return MayWorkOn(workers_.at(lease.worker_id), experiment);
     });
     if (able && (other == nullptr || summary.control.priority > other->control.priority)) other = &summary;
   }
@@ -184,7 +202,7 @@ double Outlooks::SlotsFor(const Experiment& experiment) const {
   }
   int slots = 0;
   for (const auto& [id, worker] : workers_) {
-    if (Heard(worker) && Has(worker, experiment.spec().dataset.hash)) slots += worker.record.slots;
+    if (Heard(worker) && MayWorkOn(worker, experiment)) slots += worker.record.slots;
   }
   const double parts = static_cast<double>(std::max<std::size_t>(submitters.size(), 1)) * std::max(of_mine, 1);
   return std::max(slots, 1) / parts;

@@ -41,6 +41,8 @@ class Outlooks {
 
   bool Heard(const WorkerStatus& worker) const;
   bool Has(const WorkerStatus& worker, const std::string& dataset_hash) const;
+  /// Has its dataset, and is of the build that finishes it.
+  bool MayWorkOn(const WorkerStatus& worker, const Experiment& experiment) const;
   std::string WaitingFor(const db::ExperimentSummary& summary, const Experiment& experiment) const;
   std::string WaitingForWorkers(const Experiment& experiment) const;
   std::string OtherWork(const Experiment& experiment) const;

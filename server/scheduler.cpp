@@ -142,6 +142,7 @@ void Scheduler::AddExperiment(const db::NewExperiment& rows, ExperimentSpec spec
   summary.name = spec.name;
   summary.spec_hash = spec.hash;
   summary.submitter = spec.submitter;
+  summary.control.builds = spec.builds;
   summary.dataset = spec.dataset.name;
   for (const db::MethodRecord& method : spec.methods) {
     auto& names = summary.methods;
@@ -240,14 +241,22 @@ void Scheduler::SetJobState(Experiment& experiment, Job& job, db::JobState state
   UpdateWaiting(experiment);
 }
 
-// To be called whenever the number of its queued jobs has changed, or whether they may be leased.
+// To be called whenever the number of its queued jobs has changed, or whether they may be leased: paused or held, or of
+// a build that no worker has.
 void Scheduler::UpdateWaiting(Experiment& experiment) {
   db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
-  const bool free = summary.control.hold == db::Hold::kNone;
+  const db::ExperimentControl& control = summary.control;
+  const bool free = control.hold == db::Hold::kNone && (control.builds == BuildRule::kAny || control.build_id.empty() ||
+                                                        builds_online_.contains(control.build_id));
   const std::int64_t leasable = free ? CountOf(summary, db::JobState::kQueued) : 0;
   num_leasable_ += leasable - experiment.leasable;
   experiment.leasable = leasable;
   shares_.SetWaiting(experiment.experiment_id(), leasable > 0);
+}
+
+bool Scheduler::MayWorkOn(const Worker& worker, std::int64_t experiment_id) const {
+  const db::ExperimentControl& control = summaries_.at(experiment_id).control;
+  return control.builds == BuildRule::kAny || control.build_id.empty() || control.build_id == worker.record.build_id;
 }
 
 void Scheduler::AddLease(Experiment& experiment, std::int64_t index, LeaseState lease) {

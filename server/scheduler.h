@@ -105,6 +105,8 @@ struct LeaseView {
 ///    begins them in that order; what it held ready is queued again without a charge;
 ///  - after a restart from the store, running leases go on and can be completed by their workers;
 ///  - no job of a paused or held experiment is leased, and larger priorities are leased first;
+///  - an experiment is finished by the build of the worker that took its first job, unless its spec or a person says
+///    that any may;
 ///  - among equal priorities submitters share the workers in equal parts of CPU time, and so do the experiments of each
 ///    (fair_share.h), from the start of this process on: what was used before it is forgotten.
 ///
@@ -177,9 +179,10 @@ class Scheduler {
     db::WorkerRecord record;
     std::vector<db::DatasetRecord> datasets;
     microseconds last_seen{0};
-    microseconds stored_seen{0};  ///< last_seen when it was last written
-    bool online = false;          ///< set by SetOnline only
-    int online_slots = 0;         ///< its part of online_slots_
+    microseconds stored_seen{0};              ///< last_seen when it was last written
+    bool online = false;                      ///< set by SetOnline only
+    int online_slots = 0;                     ///< its part of online_slots_
+    std::optional<std::string> online_build;  ///< its part of builds_online_
     std::int64_t leases = 0;
     int charged = 0;  ///< leases that expired at its cost since it was last heard of
   };
@@ -199,6 +202,7 @@ class Scheduler {
   void AddLease(Experiment& experiment, std::int64_t index, LeaseState lease);
   void DropLease(const Instant& now, const JobRef& ref);
   void UpdateWaiting(Experiment& experiment);
+  bool MayWorkOn(const Worker& worker, std::int64_t experiment_id) const;
   void AddOpen(std::unique_ptr<Experiment> experiment);
   void Open(const Instant& now, const db::OpenExperiment& stored);
   // scheduler_control.cpp
@@ -212,6 +216,8 @@ class Scheduler {
   std::int64_t GiveBackRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops);
   // scheduler_leases.cpp
   void SetOnline(Worker& worker, bool online);
+  void CountBuild(const std::string& build_id, int change);
+  void Bind(const Instant& now, const Experiment& experiment, const Worker& worker, Ops& ops);
   void StoreSighting(Worker& worker, Ops& ops);
   legopt_msg::lease LeaseFrom(const Instant& now, Experiment& experiment, Worker& worker, Ops& ops);
   std::string MismatchOf(const Worker& worker, const std::vector<std::string>& hashes, bool* same_name) const;
@@ -246,6 +252,7 @@ class Scheduler {
   std::map<std::int64_t, LeaseState> leases_;  ///< by job id
   std::int64_t next_order_ = 0;
   std::int64_t online_workers_ = 0, online_slots_ = 0;
+  std::map<std::string, int> builds_online_;  ///< build id -> workers online, > 0
   microseconds next_scan_{0};
   bool draining_ = false;
   SchedulerCounters counters_;

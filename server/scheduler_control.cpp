@@ -35,6 +35,9 @@ std::optional<db::ExperimentControl> NextHold(const db::ExperimentControl& now, 
       next.hold = db::Hold::kHeld;
       next.reason = reason;
       break;
+    case ControlAction::kResumeAnyBuild:
+      next.builds = BuildRule::kAny;
+      [[fallthrough]];
     case ControlAction::kResume:
       if (now.hold == db::Hold::kHeld) *refusal = "it is held: " + now.reason + "; release it";
       next.hold = db::Hold::kNone;
@@ -52,6 +55,7 @@ const char* EventOf(ControlAction action) {
     case ControlAction::kPause:
       return "experiment_paused";
     case ControlAction::kResume:
+    case ControlAction::kResumeAnyBuild:
       return "experiment_resumed";
     case ControlAction::kHold:
       return "experiment_held";

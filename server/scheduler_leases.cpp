@@ -1,10 +1,21 @@
 #include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "bus/messages.h"
 #include "server/scheduler.h"
 #include "words/reply.h"
 
 namespace legopt::server {
+namespace {
+
+std::string OtherBuild(const db::ExperimentSummary& experiment, const db::WorkerRecord& worker) {
+  return "experiment " + std::to_string(experiment.experiment_id) + " was begun by build " +
+         experiment.control.build_id + " and is finished by it; this worker is build " + worker.build_id;
+}
+
+}  // namespace
 
 void Scheduler::SetOnline(Worker& worker, bool online) {
   online_workers_ += (online ? 1 : 0) - (worker.online ? 1 : 0);
@@ -12,6 +23,24 @@ void Scheduler::SetOnline(Worker& worker, bool online) {
   online_slots_ += slots - worker.online_slots;
   worker.online_slots = slots;
   worker.online = online;
+  const std::optional<std::string> build = online ? std::optional(worker.record.build_id) : std::nullopt;
+  const std::optional<std::string> before = std::exchange(worker.online_build, build);
+  if (before == build) return;
+  if (build) CountBuild(*build, 1);
+  if (before) CountBuild(*before, -1);
+}
+
+// Experiments of a build wait while no worker has it.
+void Scheduler::CountBuild(const std::string& build_id, int change) {
+  int& workers = builds_online_[build_id];
+  const bool was_there = workers > 0;
+  workers += change;
+  const bool is_there = workers > 0;
+  if (!is_there) builds_online_.erase(build_id);
+  if (was_there == is_there) return;
+  for (const auto& [id, experiment] : open_) {
+    if (summaries_.at(id).control.build_id == build_id) UpdateWaiting(*experiment);
+  }
 }
 
 // Heartbeats change nothing in the store; for people it is told now and then who is there.
@@ -36,8 +65,10 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
   const std::int64_t worker_id = known != worker_of_endpoint_.end() ? known->second : next_worker_id_++;
   worker_of_endpoint_[sender] = worker_id;
   Worker& worker = workers_[worker_id];
-  worker.record = {worker_id,   sender,        request.worker_name, request.hostname,
-                   request.pid, request.slots, request.build,       now.wall_us};
+  worker.record = {
+      worker_id,     sender,           request.worker_name, request.hostname,   request.pid,          request.slots,
+      request.build, request.build_id, request.processor,   request.processors, request.memory_bytes, request.load,
+      now.wall_us};
   worker.datasets.clear();
   std::vector<std::string> hashes;
   for (const legopt_msg::dataset_ref& dataset : request.datasets) {
@@ -65,8 +96,9 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
   return reply;
 }
 
-// Empty when there is no queued job, or one that the worker can do. Otherwise says which dataset is wanted; `same_name`
-// tells that the worker has a dataset of that name with other content, which is a mistake rather than another purpose.
+// Empty when there is no queued job, or one that the worker can do. Otherwise says which dataset or build is wanted;
+// `same_name` tells that the worker has a dataset of that name with other content, which is a mistake rather than
+// another purpose.
 std::string Scheduler::MismatchOf(const Worker& worker, const std::vector<std::string>& hashes, bool* same_name) const {
   std::string text;
   *same_name = false;
@@ -76,6 +108,10 @@ std::string Scheduler::MismatchOf(const Worker& worker, const std::vector<std::s
     if (summary.control.hold != db::Hold::kNone) continue;
     const db::DatasetRecord& wanted = experiment->spec().dataset;
     if (std::find(hashes.begin(), hashes.end(), wanted.hash) != hashes.end()) {
+      if (!MayWorkOn(worker, id)) {
+        if (text.empty()) text = OtherBuild(summary, worker.record);
+        continue;
+      }
       *same_name = false;
       return {};
     }
@@ -109,13 +145,15 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     return reply;
   }
   const int wanted = BatchSize(request.max_jobs);
-  const auto has = [&hashes = request.dataset_hashes](const std::string& dataset) {
-    return std::find(hashes.begin(), hashes.end(), dataset) != hashes.end();
+  const auto can_do = [&](std::int64_t experiment_id) {
+    const std::vector<std::string>& hashes = request.dataset_hashes;
+    const std::string& dataset = open_.at(experiment_id)->spec().dataset.hash;
+    return std::find(hashes.begin(), hashes.end(), dataset) != hashes.end() && MayWorkOn(*worker, experiment_id);
   };
   // A long job ends a batch: a worker that asked for many short ones must not hold long ones that others could begin.
   bool full = false;
   while (!full && static_cast<int>(reply.jobs.size()) < wanted) {
-    const std::optional<std::int64_t> next = shares_.First(has);
+    const std::optional<std::int64_t> next = shares_.First(can_do);
     if (!next) break;
     Experiment& experiment = *open_.at(*next);
     const legopt_msg::lease& lease = reply.jobs.emplace_back(LeaseFrom(now, experiment, *worker, ops));
@@ -157,6 +195,7 @@ legopt_msg::lease Scheduler::LeaseFrom(const Instant& now, Experiment& experimen
   const microseconds expires = now.steady + options_.lease + options_.grace;
   AddLease(experiment, index, {worker.record.worker_id, expires, false, next_order_++, now.steady});
   ++counters_.leases;
+  Bind(now, experiment, worker, ops);
   ops.emplace_back(db::LeaseJob{job_id, job.attempts, job.token, worker.record.worker_id, now.wall_us});
 
   const JobCoordinates at = CoordinatesOf(spec, index);
@@ -178,6 +217,21 @@ legopt_msg::lease Scheduler::LeaseFrom(const Instant& now, Experiment& experimen
   return lease;
 }
 
+// The first job of an experiment decides which build finishes it.
+void Scheduler::Bind(const Instant& now, const Experiment& experiment, const Worker& worker, Ops& ops) {
+  db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
+  if (summary.control.builds != BuildRule::kOne || !summary.control.build_id.empty()) return;
+  if (worker.record.build_id.empty()) return;
+  summary.control.build_id = worker.record.build_id;
+  ops.emplace_back(db::ControlExperiment{summary.experiment_id, summary.control});
+  ops.emplace_back(db::RecordEvent{"build_chosen",
+                                   now.wall_us,
+                                   summary.experiment_id,
+                                   {},
+                                   worker.record.worker_id,
+                                   worker.record.build_id + ", " + worker.record.build});
+}
+
 legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::EndpointId sender,
                                                  const legopt_msg::heartbeat_request& request) {
   ++counters_.heartbeats;
@@ -186,7 +240,10 @@ legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::Endpoi
   // After a restart a worker is known by its lease tokens before it has said hello again.
   Worker* worker = FindWorker(request.worker_id, sender);
   const bool registered = worker != nullptr && worker->online && request.server_instance == options_.server_instance;
-  if (worker != nullptr) Hear(*worker, now);
+  if (worker != nullptr) {
+    Hear(*worker, now);
+    worker->record.load = request.load;
+  }
   reply.status = NumberOf(registered ? HeartbeatStatus::kOk : HeartbeatStatus::kUnknownWorker);
   for (const legopt_msg::lease_state& held : request.leases) {
     const JobRef ref = FindJob(held.job_id);

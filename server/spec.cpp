@@ -217,11 +217,12 @@ ExperimentSpec ParseSpec(std::string_view text) {
   if (json.is_discarded()) Refuse("", "is not JSON");
   RequireObject(json, "",
                 {"spec_version", "name", "seed", "repetitions", "dataset", "tasks", "initializations", "methods",
-                 "limits", "max_attempts", "submitter"});
+                 "limits", "max_attempts", "submitter", "builds"});
   Integer(Member(json, "", "spec_version"), "spec_version", kSpecVersion, kSpecVersion);
   ExperimentSpec spec;
   spec.name = Text(Member(json, "", "name"), "name");
   if (json.contains("submitter")) spec.submitter = Text(json.at("submitter"), "submitter");
+  if (json.contains("builds")) spec.builds = Choice<BuildRule>(json.at("builds"), "builds");
   spec.seed = Integer(Member(json, "", "seed"), "seed", 0, INT64_MAX);
   spec.repetitions =
       static_cast<int>(Integer(Member(json, "", "repetitions"), "repetitions", 1, limits::kMostRepetitions));

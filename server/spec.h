@@ -28,6 +28,7 @@ struct ExperimentSpec {
   db::DatasetRecord dataset;
   std::vector<TaskProblems> tasks;
   std::vector<Initialization> initializations;
+  BuildRule builds = BuildRule::kOne;  ///< who may finish it
   std::vector<db::MethodRecord> methods;
   std::int64_t memory_limit_bytes = 0;  ///< of one job child; [64 MiB, 1 TiB]
   int max_attempts = 3;                 ///< 1 - 100
@@ -46,8 +47,8 @@ class SpecError : public std::runtime_error {
 /// Most jobs that one experiment may have.
 inline constexpr std::int64_t kMaxJobsPerExperiment = bus::spec_limits::kMostJobs;
 
-/// Throws SpecError. Every key is required but "max_attempts", "submitter" and "joint_names"; an unknown key is
-/// an error.
+/// Throws SpecError. Every key is required but "max_attempts", "submitter", "builds" and "joint_names"; an unknown key
+/// is an error.
 ExperimentSpec ParseSpec(std::string_view json);
 
 /// What one job is, from its index in the experiment's order (0 <= index < num_jobs()).

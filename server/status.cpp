@@ -1,6 +1,7 @@
 #include "server/status.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -73,6 +74,8 @@ Json ExperimentJson(const db::ExperimentSummary& summary, const Scheduler& sched
             {"hold", ToString(summary.control.hold)},
             {"hold_reason", summary.control.reason},
             {"priority", summary.control.priority},
+            {"builds", ToString(summary.control.builds)},
+            {"build_id", summary.control.build_id},
             {"jobs", std::move(jobs)},
             {"running", RunningJson(scheduler.Progress(summary.experiment_id, kMostRunningShown))},
             {"solved", summary.solved},
@@ -97,7 +100,12 @@ Json WorkerJson(const WorkerStatus& worker, const Instant& now) {
           {"online", worker.online},
           {"silent_s", worker.online ? Json(silent_s) : Json()},
           {"datasets", std::move(datasets)},
-          {"build", worker.record.build}};
+          {"build", worker.record.build},
+          {"build_id", worker.record.build_id},
+          {"processor", worker.record.processor},
+          {"processors", worker.record.processors},
+          {"memory_bytes", worker.record.memory_bytes},
+          {"load", std::isfinite(worker.record.load) ? Json(worker.record.load) : Json()}};
 }
 
 }  // namespace

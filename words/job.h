@@ -88,4 +88,13 @@ template <>
 inline constexpr auto kWords<Hold> =
     Words<Hold>({{Hold::kNone, "none"}, {Hold::kPaused, "paused"}, {Hold::kHeld, "held"}});
 
+/// Which workers may finish an experiment.
+enum class BuildRule : std::uint8_t {
+  kOne,  ///< those of the build that took its first job
+  kAny,
+};
+
+template <>
+inline constexpr auto kWords<BuildRule> = Words<BuildRule>({{BuildRule::kOne, "one"}, {BuildRule::kAny, "any"}});
+
 }  // namespace legopt

@@ -145,20 +145,22 @@ enum class ControlAction : std::int8_t {
   kTag,
   kUntag,
   kDelete,
+  kResumeAnyBuild,  ///< resume, and let workers of any build finish it
 };
 
 template <>
-inline constexpr auto kWords<ControlAction> = Words<ControlAction>({{ControlAction::kPause, "pause"},
-                                                                    {ControlAction::kResume, "resume"},
-                                                                    {ControlAction::kHold, "hold"},
-                                                                    {ControlAction::kRelease, "release"},
-                                                                    {ControlAction::kPriority, "priority"},
-                                                                    {ControlAction::kRetry, "retry"},
-                                                                    {ControlAction::kRetryTimeLimits,
-                                                                     "retry_time_limits"},
-                                                                    {ControlAction::kRename, "rename"},
-                                                                    {ControlAction::kTag, "tag"},
-                                                                    {ControlAction::kUntag, "untag"},
-                                                                    {ControlAction::kDelete, "delete"}});
+inline constexpr auto kWords<ControlAction> =
+    Words<ControlAction>({{ControlAction::kPause, "pause"},
+                          {ControlAction::kResume, "resume"},
+                          {ControlAction::kHold, "hold"},
+                          {ControlAction::kRelease, "release"},
+                          {ControlAction::kPriority, "priority"},
+                          {ControlAction::kRetry, "retry"},
+                          {ControlAction::kRetryTimeLimits, "retry_time_limits"},
+                          {ControlAction::kRename, "rename"},
+                          {ControlAction::kTag, "tag"},
+                          {ControlAction::kUntag, "untag"},
+                          {ControlAction::kDelete, "delete"},
+                          {ControlAction::kResumeAnyBuild, "resume_any_build"}});
 
 }  // namespace legopt

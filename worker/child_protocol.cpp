@@ -125,6 +125,8 @@ bool DecodeJob(std::string_view body, legopt_msg::lease* lease, std::string* opt
 std::string EncodeDatasets(const std::vector<LoadedDataset>& datasets) {
   legopt_msg::hello_request message{};
   message.protocol_version = bus::kProtocolVersion;
+  message.build_id = "child";
+  message.processors = 1;
   message.worker_name = "job process";
   message.pid = 1;
   message.slots = 1;

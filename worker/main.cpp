@@ -2,7 +2,8 @@
 #include "worker/worker_main.h"
 
 int main(int argc, char** argv) {
-  return legopt::worker::WorkerMain(argc, argv, [](std::vector<std::filesystem::path> folders) {
-    return std::make_unique<legopt::worker::SolveExecutor>(std::move(folders));
-  });
+  return legopt::worker::WorkerMain(argc, argv, legopt::programs::ThisBuild(),
+                                    [](std::vector<std::filesystem::path> folders) {
+                                      return std::make_unique<legopt::worker::SolveExecutor>(std::move(folders));
+                                    });
 }

@@ -110,6 +110,11 @@ void Pool::AskForRegistration(microseconds now) {
   request.pid = options_.pid;
   request.slots = options_.slots;
   request.build = options_.build;
+  request.build_id = options_.build_id;
+  request.processor = options_.processor;
+  request.processors = options_.processors;
+  request.memory_bytes = options_.memory_bytes;
+  request.load = options_.load();
   for (const LoadedDataset& dataset : datasets_) {
     legopt_msg::dataset_ref ref;
     ref.name = dataset.name;
@@ -392,6 +397,7 @@ void Pool::OnMethodReply(microseconds now, const std::string& hash, const legopt
 void Pool::SendHeartbeat(microseconds now) {
   if (!registration_ || heartbeat_in_flight_ || now < next_heartbeat_) return;
   legopt_msg::heartbeat_request request{};
+  request.load = options_.load();
   request.worker_id = registration_->worker_id;
   request.server_instance = registration_->server_instance;
   heartbeat_keys_.clear();

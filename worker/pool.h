@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -27,7 +28,12 @@ struct PoolOptions {
   std::string name;
   std::string hostname;
   std::int64_t pid = 0;
-  std::string build;
+  std::string build;                                  ///< for people
+  std::string build_id;                               ///< 1 .. 64 bytes; equal for builds that compute the same bits
+  std::string processor;                              ///< model of the host's
+  std::int32_t processors = 1;                        ///< granted, >= 1
+  std::int64_t memory_bytes = 0;                      ///< of the host; 0: unknown
+  std::function<double()> load = [] { return 0.0; };  ///< of the host, now; NaN: unknown
   std::int32_t protocol_version = 1;
   std::string server_address;   ///< for messages: "GROUP:PORT"
   std::string key_file;         ///< for messages; empty: the deployment has no key

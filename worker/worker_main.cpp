@@ -24,6 +24,7 @@
 #include "programs/data_folder.h"
 #include "programs/exit_codes.h"
 #include "programs/granted_processors.h"
+#include "programs/host_facts.h"
 #include "programs/log_format.h"
 #include "programs/network_flags.h"
 #include "programs/printable.h"
@@ -38,7 +39,6 @@ constexpr std::string_view kChildFlag = "--child";
 constexpr int kMaxSlots = 1024;
 constexpr double kShortest_s = 0.001, kLongest_s = 604'800;  // a week
 constexpr std::size_t kMaxNameBytes = 200;
-constexpr char kBuild[] = "legopt " LEGOPT_VERSION ", " LEGOPT_COMPILER;
 
 double Seconds(microseconds duration) { return std::chrono::duration<double>(duration).count(); }
 
@@ -65,7 +65,7 @@ std::string HostName() {
   return name.data();
 }
 
-void Define(const programs::Program& program, CommandLine& line) {
+void Define(programs::Program& program, CommandLine& line) {
   program
       .AddOption("--slots", line.slots,
                  "Jobs at the same time, one process each (default: the processors granted to this process by its "
@@ -93,7 +93,6 @@ void Define(const programs::Program& program, CommandLine& line) {
   programs::AddNetworkFlags(program, &line.network);
   // For a program that has started us as a part of itself ('legopt run'); not for people.
   program.AddOption("--owner", line.owner, "Process whose orders to stop count; no others do").Group("");
-  program.SetVersion(kBuild);
   program.SetFooter(
       "Stop it with SIGTERM or Ctrl-C: it takes no more jobs, finishes those that end within --drain and gives the\n"
       "others back, which costs them no attempt; a second signal gives them back at once.\n" +
@@ -116,14 +115,25 @@ int ChildMain(int argc, char** argv, const ExecutorFactory& make_executor) {
   return RunJobProcess(ChildProcess::kSocket, supervisor_pid, *executor);
 }
 
-SupervisorOptions OptionsOf(const CommandLine& line, const bus::LcmOptions& network) {
+void DescribeHost(PoolOptions& pool) {
+  const programs::HostFacts host = programs::ReadHostFacts();
+  pool.processor = host.processor;
+  pool.processors = programs::GrantedProcessors(programs::ReadProcessorFacts()).processors;
+  pool.memory_bytes = host.memory_bytes;
+  pool.load = [] { return programs::HostLoad(); };
+}
+
+SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts& build,
+                            const bus::LcmOptions& network) {
   SupervisorOptions options;
   PoolOptions& pool = options.pool;
   pool.slots = *line.slots;
   pool.hostname = HostName();
   pool.name = (line.name.empty() ? pool.hostname : line.name).substr(0, kMaxNameBytes);
   pool.pid = getpid();
-  pool.build = kBuild;
+  pool.build = programs::BuildName(build);
+  pool.build_id = programs::BuildId(build);
+  DescribeHost(pool);
   pool.seed = bus::RandomSeed();
   pool.protocol_version = bus::kProtocolVersion;
   pool.server_address = network.group + ":" + std::to_string(network.port);
@@ -155,12 +165,12 @@ void SettleSlots(CommandLine& line, spdlog::logger& logger) {
   std::fflush(stdout);
 }
 
-ExitCode SupervisorMain(CommandLine line, spdlog::logger& logger) {
+ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spdlog::logger& logger) {
   programs::StopSignals stop(line.owner);
   SettleSlots(line, logger);
   try {
     const bus::LcmOptions network = line.network.Resolve();
-    const SupervisorOptions options = OptionsOf(line, network);
+    const SupervisorOptions options = OptionsOf(line, build, network);
     bus::LcmTransport transport(network);
     if (const std::string warning = transport.receive_buffer_warning(); !warning.empty()) logger.warn(warning);
     if (const std::string warning = transport.missing_key_warning(); !warning.empty()) logger.warn(warning);
@@ -190,17 +200,18 @@ int Report(ExitCode code, const std::string& message) {
 
 }  // namespace
 
-int WorkerMain(int argc, char** argv, const ExecutorFactory& make_executor) {
+int WorkerMain(int argc, char** argv, const programs::BuildFacts& build, const ExecutorFactory& make_executor) {
   try {
     if (argc > 1 && argv[1] == kChildFlag) return ChildMain(argc, argv, make_executor);
     CommandLine line;
-    const programs::Program program("legopt-worker", "Runs jobs of a legopt server in a pool of job processes");
+    programs::Program program("legopt-worker", "Runs jobs of a legopt server in a pool of job processes");
     Define(program, line);
+    program.SetVersion("legopt-worker " + build.version, programs::BuildReport(build));
     if (const auto status = programs::ParseCommandLine(program, argc, argv)) return *status;
     const auto logger = spdlog::stderr_color_st("legopt-worker");
     programs::FormatPrintably(*logger);
     logger->set_level(line.verbose ? spdlog::level::debug : spdlog::level::warn);
-    return StatusOf(SupervisorMain(line, *logger));
+    return StatusOf(SupervisorMain(line, build, *logger));
   } catch (const InputError& error) {
     programs::ReportError("legopt-worker", error);
     return StatusOf(ExitCode::kUsage);

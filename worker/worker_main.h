@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "programs/build_identity.h"
 #include "worker/job_executor.h"
 
 namespace legopt::worker {
@@ -14,7 +15,8 @@ using ExecutorFactory = std::function<std::unique_ptr<JobExecutor>(std::vector<s
 
 /// The program `legopt-worker` around an executor: parses the command line, then runs either the supervisor or, when
 /// the supervisor has started this very program so, one job process. Returns the exit status (exit_codes.h). Tests make
-/// workers with executors of their own of it. Call once, first thing in main.
-int WorkerMain(int argc, char** argv, const ExecutorFactory& make_executor);
+/// workers with executors of their own of it. `build` tells what the program was made from. Call once, first thing in
+/// main.
+int WorkerMain(int argc, char** argv, const programs::BuildFacts& build, const ExecutorFactory& make_executor);
 
 }  // namespace legopt::worker

@@ -155,11 +155,12 @@ std::string Footer() {
 
 }  // namespace
 
-int RunCommandLine(int argc, const char* const* argv) {
+int RunCommandLine(int argc, const char* const* argv, const programs::BuildFacts& build) {
   programs::Program program(kProgram,
                             "Which optimiser finds feasible, cheap whole-body postures and motions, and how fast?");
   Invocation invocation;
-  program.SetVersion(std::string("legopt ") + LEGOPT_VERSION);
+  invocation.build = build;
+  program.SetVersion("legopt " + build.version, programs::BuildReport(build));
   program.RequireCommand();
   program.SetFooter("Exit codes: see 'legopt --help'");  // inherited by the commands
   AddCommands(program, &invocation);

@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "client/client_error.h"
+#include "programs/build_identity.h"
 #include "programs/command_line.h"
 
 namespace legopt::client {
@@ -11,6 +12,7 @@ namespace legopt::client {
 /// anything.
 struct Invocation {
   bool verbose = false;
+  programs::BuildFacts build;  ///< of this program
   std::function<ExitCode()> body;
 };
 
@@ -39,6 +41,6 @@ void AddKeygenCommand(const programs::Command& program, Invocation* invocation);
 
 /// Parses and runs a whole command line, reports errors on standard error as "legopt: error: ..." and returns the exit
 /// status. This is `main`, callable from tests.
-int RunCommandLine(int argc, const char* const* argv);
+int RunCommandLine(int argc, const char* const* argv, const programs::BuildFacts& build);
 
 }  // namespace legopt::client

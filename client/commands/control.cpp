@@ -42,6 +42,8 @@ std::string Done(const Options& options, std::int64_t num_jobs) {
       return "paused; running jobs finish, no other begins until 'legopt resume'";
     case ControlAction::kResume:
       return "goes on";
+    case ControlAction::kResumeAnyBuild:
+      return "goes on, by workers of any build";
     case ControlAction::kHold:
       return "held, " + jobs + " given back; 'legopt release' lets it go on";
     case ControlAction::kRelease:
@@ -120,7 +122,11 @@ void AddTagCommand(const programs::Command& program, Invocation* invocation) {
 void AddControlCommands(const programs::Command& program, Invocation* invocation) {
   AddAction(program, invocation, "pause", "Begin no more jobs of an experiment; running ones finish",
             For(ControlAction::kPause));
-  AddAction(program, invocation, "resume", "Go on with a paused experiment", For(ControlAction::kResume));
+  const auto resume = For(ControlAction::kResume);
+  AddAction(program, invocation, "resume", "Go on with a paused experiment", resume)
+      .AddFlagAction(
+          "--any-build", [resume] { resume->action = ControlAction::kResumeAnyBuild; },
+          "Also let workers of any build finish it, which tables then say; else the build that began it does");
   const auto hold = For(ControlAction::kHold);
   AddAction(program, invocation, "hold", "Stop an experiment for a reason; running jobs are given back, not charged",
             hold)

@@ -43,10 +43,11 @@ std::string_view ToString(State state) {
   return "";
 }
 
-Finding CheckVersions() {
+Finding CheckVersions(const programs::BuildFacts& build) {
   return {"versions", State::kOk,
-          "legopt " LEGOPT_VERSION ", protocol " + std::to_string(bus::kProtocolVersion) + ", " LEGOPT_BUILT_WITH, "",
-          ExitCode::kOk};
+          programs::BuildName(build) + ", build " + programs::BuildId(build) + ", protocol " +
+              std::to_string(bus::kProtocolVersion) + ", " LEGOPT_BUILT_WITH ", " + build.libraries,
+          "", ExitCode::kOk};
 }
 
 Finding CheckPrograms() {
@@ -93,7 +94,7 @@ Finding CheckKey(const bus::LcmOptions& network, const bus::LcmTransport& transp
   return {"message tags", State::kWarn, "messages leave this machine without a key", warning, {}};
 }
 
-Finding CheckServer(const legopt_msg::probe_reply& probe, const std::string& address) {
+Finding CheckServer(const legopt_msg::probe_reply& probe, const std::string& address, const std::string& version) {
   const std::string detail = "legopt-server " + probe.server_version + " at " + address + " on " + probe.hostname +
                              ", database " + probe.database + ", up " +
                              FormatDuration(std::chrono::microseconds(probe.uptime_us));
@@ -101,8 +102,8 @@ Finding CheckServer(const legopt_msg::probe_reply& probe, const std::string& add
     return {"server", State::kFail, detail + ", protocol " + std::to_string(probe.protocol_version),
             "use server and client of the same release", ExitCode::kUnreachable};
   }
-  if (probe.server_version.find(LEGOPT_VERSION) == std::string::npos) {
-    return {"server", State::kWarn, detail, "this client is " LEGOPT_VERSION "; better use the same release", {}};
+  if (probe.server_version.find(version) == std::string::npos) {
+    return {"server", State::kWarn, detail, "this client is " + version + "; better use the same release", {}};
   }
   return {"server", State::kOk, detail, "", {}};
 }
@@ -156,7 +157,7 @@ void CheckNetwork(const DiagnosisOptions& options, std::vector<Finding>* finding
       findings->push_back(CheckKey(resolved, server.transport()));
       try {
         probe = server.Probe();
-        findings->push_back(CheckServer(*probe, server.address()));
+        findings->push_back(CheckServer(*probe, server.address(), options.build.version));
         if (findings->back().state != State::kFail) findings->push_back(CheckServersDatabase(server));
       } catch (const ClientError& error) {
         findings->push_back({"server",
@@ -242,7 +243,7 @@ void CheckDatabase(const std::string& file, std::vector<Finding>* findings) {
 }  // namespace
 
 std::vector<Finding> Diagnose(const DiagnosisOptions& options) {
-  std::vector<Finding> findings = {CheckVersions(), CheckPrograms(), CheckData()};
+  std::vector<Finding> findings = {CheckVersions(options.build), CheckPrograms(), CheckData()};
   CheckNetwork(options, &findings);
   findings.push_back(CheckDataset(options));
   if (options.db) CheckDatabase(*options.db, &findings);

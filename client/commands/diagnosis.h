@@ -7,6 +7,7 @@
 #include "client/client_error.h"
 #include "client/report/listing.h"
 #include "client/service/server_connection.h"
+#include "programs/build_identity.h"
 
 namespace legopt::client {
 
@@ -24,6 +25,7 @@ struct DiagnosisOptions {
   NetworkOptions network;
   std::optional<std::string> dataset;
   std::optional<std::string> db;
+  programs::BuildFacts build;  ///< of this program
 };
 
 /// Looks at everything a run depends on. Never throws for what it finds; each fault becomes a finding.

@@ -33,7 +33,10 @@ void AddDoctorCommand(const programs::Command& program, Invocation* invocation) 
       "Also check this database file: integrity, foreign keys, schema and everything that rows promise each other");
   AddFormatOption(command, &options->format);
   AddNetworkOptions(command, &options->diagnosis.network);
-  command.WhenChosen([=] { invocation->body = [options] { return Doctor(*options); }; });
+  command.WhenChosen([=] {
+    options->diagnosis.build = invocation->build;
+    invocation->body = [options] { return Doctor(*options); };
+  });
 }
 
 }  // namespace legopt::client

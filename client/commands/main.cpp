@@ -1,3 +1,4 @@
 #include "client/commands/commands.h"
+#include "programs/build_identity.h"
 
-int main(int argc, char** argv) { return legopt::client::RunCommandLine(argc, argv); }
+int main(int argc, char** argv) { return legopt::client::RunCommandLine(argc, argv, legopt::programs::ThisBuild()); }

@@ -12,6 +12,7 @@
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
 #include "client/service/local_pool.h"
+#include "programs/build_identity.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/data_folder.h"
@@ -35,6 +36,8 @@ struct Options {
   NetworkOptions network;
   std::optional<std::string> db;
   bool dry_run = false;
+  bool any_build = false;
+  programs::BuildFacts build;
   int workers = 0;  // until settled
   std::string workers_reason;
   TableFormat format = TableFormat::kText;
@@ -83,6 +86,27 @@ void LookAt(ServerConnection& server, StoreTrouble& trouble) {
   }
 }
 
+// An experiment that another build began would wait for ever: all workers here are of this one.
+void RequireBuild(ServerConnection& server, std::int64_t experiment_id, const Options& options) {
+  const auto experiments = ParseExperiments(server.Status(experiment_id));
+  if (experiments.empty() || experiments.front().over()) return;
+  const ExperimentStatus& experiment = experiments.front();
+  const std::string mine = programs::BuildId(options.build);
+  if (experiment.builds == BuildRule::kAny || experiment.build_id.empty() || experiment.build_id == mine) return;
+  if (options.any_build) {
+    legopt_msg::control_request request{};
+    request.experiment_id = experiment_id;
+    request.action = NumberOf(ControlAction::kResumeAnyBuild);
+    server.Control(request);
+    return;
+  }
+  throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment_id) + " was begun by build " +
+                                          experiment.build_id + ", and this is build " + mine + " (" +
+                                          programs::BuildName(options.build) +
+                                          "); finish it with that build, give --any-build to mix their results, or "
+                                          "--new for another experiment");
+}
+
 Outcome RunExperiment(const Submission& submission, const Options& options, LocalPool& pool,
                       const std::filesystem::path& db) {
   Outcome outcome;
@@ -96,6 +120,7 @@ Outcome RunExperiment(const Submission& submission, const Options& options, Loca
     server.set_timeout(kCallTimeout);
     outcome.experiment_id = reply.experiment_id;
     PrintStart(submission, reply, db);
+    if (SubmitStatus{reply.status} == SubmitStatus::kAlreadyKnown) RequireBuild(server, reply.experiment_id, options);
     std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers") << options.workers_reason
               << "; Ctrl-C stops and keeps what is done\n";
     outcome.status =
@@ -221,6 +246,8 @@ void AddRunCommand(const programs::Command& program, Invocation* invocation) {
                  "Jobs at the same time (default: the processors granted to this process)")
       .Check(programs::WholeNumber(1, kMaxWorkers));
   command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but start nothing");
+  command.AddFlag("--any-build", options->any_build,
+                  "Go on with an experiment that another build began; tables then name both");
   AddTableFormatOption(command, &options->format);
   AddRuleOption(command, &options->rule);
   AddTimeUnitOption(command, &options->time_unit);
@@ -229,6 +256,7 @@ void AddRunCommand(const programs::Command& program, Invocation* invocation) {
   command.AddOption("--group", options->network.group, "Multicast group").Group("Network");
   command.WhenChosen([=] {
     SettleWorkers(*options);
+    options->build = invocation->build;
     invocation->body = [options, invocation] { return Run(*options, invocation->verbose); };
   });
 }

@@ -79,7 +79,8 @@ void PrintListings(const std::vector<ExperimentStatus>& experiments, const nlohm
   }
   const Listing workers =
       ListingFromJson(status.value("workers", nlohmann::json::array()),
-                      {"id", "name", "hostname", "pid", "slots", "leases", "online", "silent_s", "datasets", "build"});
+                      {"id", "name", "hostname", "pid", "slots", "leases", "online", "silent_s", "datasets", "build",
+                       "build_id", "processor", "processors", "memory_bytes", "load"});
   if (!options.experiment && !workers.rows.empty()) std::cout << "\n" << RenderListing(workers, options.format);
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "client/report/listing.h"
+#include "client/report/result_origins.h"
 #include "client/report/text_layout.h"
 #include "words/collision.h"
 #include "words/result.h"
@@ -74,6 +75,7 @@ struct BenchmarkTable {
   std::vector<BenchmarkColumn> columns;  ///< in the paper's order, only those that the experiment has
   std::vector<BenchmarkRow> rows;        ///< in the experiment's order
   bool compared = false;                 ///< the paper's figures were asked for
+  std::vector<ResultOrigin> origins;     ///< builds and machines of the results
 
   /// Whether rows differ in their collision model, so that it needs a column.
   bool shows_collision() const;

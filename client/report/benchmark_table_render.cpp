@@ -70,7 +70,8 @@ std::string Repetitions(const BenchmarkTable& table) {
 std::string Caption(const BenchmarkTable& table) {
   std::string text = "Experiment " + std::to_string(table.experiment_id) + " '" + table.experiment + "'";
   if (!table.dataset.empty()) text += ", dataset " + table.dataset;
-  return text + ", " + std::string(ToString(table.rule)) + " rule, " + Progress(table.Sum()) + Repetitions(table);
+  return text + ", " + std::string(ToString(table.rule)) + " rule, " + Progress(table.Sum()) + Repetitions(table) +
+         (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins));
 }
 
 // The best of a column: the largest share of solved problems and, among the rows that have it, lowest cost and time.
@@ -194,7 +195,8 @@ std::string RenderJson(const BenchmarkTable& table) {
                                  {"finished", sum.finished},
                                  {"dead", sum.dead},
                                  {"failed", sum.failed},
-                                 {"cancelled", sum.cancelled}};
+                                 {"cancelled", sum.cancelled},
+                                 {"origins", OriginsJson(table.origins)}};
   json["rows"] = nlohmann::ordered_json::array();
   for (const auto& row : table.rows) {
     nlohmann::ordered_json line = {{"method", row.method},
@@ -230,12 +232,14 @@ std::string RenderCsv(const BenchmarkTable& table) {
                      "method",        "multi_starts", "sample_size", "collision"};
   AddTitles("", kFigures, &listing);
   if (table.compared) AddTitles("paper_", kPaperFigures, &listing);
+  listing.columns.emplace_back("builds");
   for (const auto& row : table.rows) {
     auto& line = listing.rows.emplace_back();
     line = {table.experiment_id, table.experiment, table.dataset,   ToString(table.rule),
             row.method,          row.multi_starts, row.sample_size, ToString(row.collision)};
     AddFigures(row.cells, kFigures, &line);
     if (table.compared) AddFigures(row.paper, kPaperFigures, &line);
+    line.emplace_back(BuildIds(table.origins));
   }
   return RenderListing(listing, ListingFormat::kCsv);
 }

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "client/client_error.h"
+#include "client/report/result_origins.h"
 #include "legopt/robot/dof_names.h"
 #include "words/result.h"
 
@@ -184,11 +185,15 @@ ExportedSolutions ReadSolutionsOf(ResultSource& source, std::int64_t experiment_
   std::map<std::int64_t, std::string> methods;
   for (std::size_t i = 0; i < rows.size(); ++i) methods[rows[i].job_id] = texts[i];
 
+  std::vector<std::string> origins;
+  for (const ResultOrigin& origin : ReadOrigins(source, experiment_id)) origins.push_back(DescribeOrigins({origin}));
+
   ExportedSolutions exported;
   exported.num_solutions = static_cast<std::int64_t>(rows.size());
   exported.num_missing = count.At(0, "n").get<std::int64_t>() - exported.num_solutions;
   for (const TaskDescription& description : kTasks) {
     auto file = MakeFile(description.task, rows, methods, dataset);
+    file.origins = origins;
     if (!file.problems.empty()) exported.files.push_back(std::move(file));
   }
   return exported;

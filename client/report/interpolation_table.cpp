@@ -51,7 +51,8 @@ GroupedTable Group(const InterpolationTable& table) {
   grouped.caption = "Interpolation of the " + std::string(kInterpolatedTask.plural) + " of experiment " +
                     std::to_string(table.experiment_id) + " '" + table.experiment + "'" +
                     (table.dataset.empty() ? "" : ", dataset " + table.dataset) + ", " +
-                    std::string(ToString(table.rule)) + " rule";
+                    std::string(ToString(table.rule)) + " rule" +
+                    (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins));
   grouped.key_titles = {{"Method"}, {"Multi-starts", "Starts"}, {"Sample size", "Sample"}};
   if (table.shows_collision()) grouped.key_titles.push_back({"Collision"});
   grouped.column_titles = {{"Free"}, {"Share (percent)", "Share"}, {"Scene (mm)", "Scene"}, {"Self (mm)", "Self"}};

@@ -43,6 +43,7 @@ struct InterpolationTable {
   std::string dataset;  ///< name; empty: not known
   Rule rule = Rule::kLiteral;
   std::vector<InterpolationRow> rows;
+  std::vector<ResultOrigin> origins;  ///< builds and machines of the results
 
   bool shows_collision() const;
 };

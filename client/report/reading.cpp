@@ -22,6 +22,7 @@ BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& se
   auto table = BuildBenchmarkTable(source.Query(BenchmarkCellsSql(experiment.id, selection.rule)), experiment.id,
                                    selection.rule);
   table.dataset = experiment.dataset_name;
+  table.origins = ReadOrigins(source, experiment.id);
   KeepCollision(selection, experiment, &table);
   return table;
 }
@@ -36,6 +37,7 @@ InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelec
                                             "; only these have an interpolation");
   }
   table.dataset = experiment.dataset_name;
+  table.origins = ReadOrigins(source, experiment.id);
   KeepCollision(selection, experiment, &table);
   return table;
 }

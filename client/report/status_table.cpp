@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -174,6 +175,20 @@ std::string WorkerState(const nlohmann::json& worker) {
   return Field(worker, "datasets").empty() ? "loads its dataset" : "online";
 }
 
+std::string Load(const nlohmann::json& worker) {
+  const auto load = worker.find("load");
+  if (load == worker.end() || !load->is_number()) return "-";
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f", load->get<double>());
+  return text;
+}
+
+// "2 x AMD EPYC 7B13"
+std::string Processor(const nlohmann::json& worker) {
+  const std::string model = Field(worker, "processor");
+  return model.empty() ? "-" : Field(worker, "processors") + " x " + model;
+}
+
 }  // namespace
 
 std::string RenderExperiments(std::span<const ExperimentStatus> experiments, std::size_t width) {
@@ -222,7 +237,9 @@ std::string RenderWorkers(const nlohmann::json& workers, std::size_t width) {
       MakeColumn("DATASETS", false, workers, field("datasets"))};
   std::vector<Column> all = columns;
   all.push_back(MakeColumn("PID", true, workers, field("pid")));
-  all.push_back(MakeColumn("BUILD", false, workers, field("build")));
+  all.push_back(MakeColumn("BUILD", false, workers, field("build_id")));
+  all.push_back(MakeColumn("LOAD", true, workers, Load));
+  all.push_back(MakeColumn("PROCESSOR", false, workers, Processor));
   std::vector<std::string> lines = Lines(std::move(all));
   if (!Fit(lines, width)) lines = Lines(std::move(columns));
   std::string text;

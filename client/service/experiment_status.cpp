@@ -32,6 +32,10 @@ void ReadCircumstances(const Json& entry, ExperimentStatus* status) {
   if (const auto hold = entry.find("hold"); hold != entry.end()) status->hold = ReadWord<Hold>(*hold, "hold");
   status->hold_reason = entry.value("hold_reason", "");
   status->priority = entry.value("priority", 0);
+  if (const auto builds = entry.find("builds"); builds != entry.end()) {
+    status->builds = ReadWord<BuildRule>(*builds, "rule of builds");
+  }
+  status->build_id = entry.value("build_id", "");
   status->submitter = entry.value("submitter", "");
   status->dataset = entry.value("dataset", "");
   status->methods = entry.value("methods", std::vector<std::string>{});

@@ -41,6 +41,9 @@ struct ExperimentStatus {
 
   std::vector<RunningJob> running;  ///< of `leased`: those that told their progress
 
+  BuildRule builds = BuildRule::kOne;
+  std::string build_id;  ///< that finishes it; empty: not begun, or not told
+
   std::string submitter;  ///< who submitted it; empty: not told
   std::string dataset;
   std::vector<std::string> methods, tags;

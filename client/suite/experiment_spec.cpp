@@ -151,16 +151,18 @@ DatasetFacts FactsOf(const Dataset& dataset) {
 nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset, std::vector<std::string>* left_out) {
   auto methods = nlohmann::json::array();
   for (const auto& method : suite.methods) methods.push_back(MethodJson(method));
-  return {{"spec_version", kSpecVersion},
-          {"name", suite.name},
-          {"seed", suite.seed},
-          {"repetitions", suite.repetitions},
-          {"dataset", DatasetJson(dataset)},
-          {"tasks", TasksJson(suite, dataset, left_out)},
-          {"initializations", InitializationsJson(suite)},
-          {"methods", std::move(methods)},
-          {"limits", {{"wall_time_s", WallTimeJson(suite)}, {"memory_mb", suite.memory_mb}}},
-          {"max_attempts", suite.max_attempts}};
+  nlohmann::json spec = {{"spec_version", kSpecVersion},
+                         {"name", suite.name},
+                         {"seed", suite.seed},
+                         {"repetitions", suite.repetitions},
+                         {"dataset", DatasetJson(dataset)},
+                         {"tasks", TasksJson(suite, dataset, left_out)},
+                         {"initializations", InitializationsJson(suite)},
+                         {"methods", std::move(methods)},
+                         {"limits", {{"wall_time_s", WallTimeJson(suite)}, {"memory_mb", suite.memory_mb}}},
+                         {"max_attempts", suite.max_attempts}};
+  if (suite.builds != BuildRule::kOne) spec["builds"] = ToString(suite.builds);  // left out: ids stay as they were
+  return spec;
 }
 
 std::string SubmitterName() {

@@ -17,9 +17,9 @@
 namespace legopt::client {
 namespace {
 
-const std::vector<std::string> kSuiteKeys = {"name",        "dataset",  "seed",         "repetitions",
-                                             "tasks",       "problems", "methods",      "initializations",
-                                             "max_stances", "limits",   "max_attempts", "collision"};
+const std::vector<std::string> kSuiteKeys = {
+    "name",        "dataset", "seed",         "repetitions", "tasks", "problems", "methods", "initializations",
+    "max_stances", "limits",  "max_attempts", "collision",   "builds"};
 const std::vector<std::string> kMethodKeys = {"name",        "solver",    "multi_starts", "sample_size",
                                               "incremental", "collision", "options"};
 
@@ -73,6 +73,13 @@ void ReadTasks(const YamlMap& map, Suite* suite) {
     }
     suite->tasks.push_back(std::move(selection));
   }
+}
+
+BuildRule ReadBuildRule(const YamlMap& map) {
+  const std::string word = map.String("builds");
+  if (const auto rule = ParseWord<BuildRule>(word)) return *rule;
+  throw YamlFault(map.file(), map.Get("builds"), "builds", "must be " + WordChoices<BuildRule>(),
+                  "write one, or any to let workers of all builds finish the experiment");
 }
 
 void ReadInitializations(const YamlMap& map, Suite* suite) {
@@ -299,6 +306,7 @@ Suite ParseSuite(const std::string& text, const std::string& file) {
   if (map.Has("limits")) ReadLimits(map, &suite);
   if (map.Has("max_attempts"))
     suite.max_attempts = static_cast<int>(map.Integer("max_attempts", 1, limits::kMostAttempts));
+  if (map.Has("builds")) suite.builds = ReadBuildRule(map);
   return suite;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "legopt/methods/method.h"
+#include "words/job.h"
 #include "words/task.h"
 
 namespace legopt::client {
@@ -47,6 +48,7 @@ constexpr WallTimes DefaultWallTimes() {
 ///         options: {}                  # of the solver, see legopt/methods/method.h
 ///     limits: {wall_time_s: 60, memory_mb: 1024}   # per job; or wall_time_s: {posture: 60, motion: 900}
 ///     max_attempts: 3                  # how often a job is started before it counts as dead
+///     builds: one                      # one: the build that begins it finishes it; any: workers of all builds may
 struct Suite {
   std::string name;
   std::string file;                              ///< as given, for errors
@@ -60,6 +62,7 @@ struct Suite {
   WallTimes wall_time_s = DefaultWallTimes();
   int memory_mb = 1024;
   int max_attempts = 3;
+  BuildRule builds = BuildRule::kOne;
 };
 
 /// What the command line may narrow or change, as it is typed there: ApplyFilter knows what the suite has, in which

@@ -295,6 +295,7 @@ SolutionFile ReadSolutions(const std::filesystem::path& path) {
 std::string FormatSolutions(const SolutionFile& file) {
   Json root = {{"robot", file.robot}, {"scenario", file.scenario}, {"task", ToString(file.task)}};
   if (!file.joints.empty()) root["joints"] = file.joints;
+  if (!file.origins.empty()) root["origins"] = file.origins;
   root["problems"] = Json::array();
   for (const SolvedProblem& problem : file.problems) {
     Json entry = {{"id", problem.definition.id}, {"solution", Json::array()}};

@@ -47,6 +47,9 @@ struct SolutionFile {
   /// Names of the joints in the order of `x`, without the base; empty: the file does not say. A key of ours, "joints",
   /// that LegOpt's scripts pass over.
   std::vector<std::string> joints = {};
+  /// Which builds on which machines made the solutions, for people; a key of ours, "origins", that is written and not
+  /// read.
+  std::vector<std::string> origins = {};
   std::string path = {};  ///< where it was read; empty when it was made
 };
 

@@ -89,6 +89,8 @@ class EmptyWorker {
   void Hello() {
     legopt_msg::hello_request request{};
     request.protocol_version = bus::kProtocolVersion;
+    request.build_id = "bench";
+    request.processors = 1;
     request.worker_name = "empty";
     request.pid = 1;
     request.slots = 1;
@@ -202,6 +204,8 @@ void BM_ScheduleOneJob(benchmark::State& state) {
   scheduler.Submit({}, submit, ops);
   legopt_msg::hello_request hello{};
   hello.protocol_version = bus::kProtocolVersion;
+  hello.build_id = "bench";
+  hello.processors = 1;
   legopt_msg::dataset_ref dataset{};
   dataset.name = "garage";
   dataset.hash = HashOf('d');

@@ -28,6 +28,8 @@ const std::map<std::string, std::string> kTexts = {
     {"hello_request.worker_name", "shown"},
     {"hello_request.hostname", "shown"},
     {"hello_request.build", "shown"},
+    {"hello_request.build_id", "compared"},
+    {"hello_request.processor", "shown"},
     {"lease.dataset_hash", "compared"},
     {"lease.method_hash", "compared"},
     {"lease.task", "word"},

@@ -32,6 +32,7 @@ methods:
     multi_starts: [0, 10]
 limits: {wall_time_s: 2.5, memory_mb: 256}
 max_attempts: 2
+builds: any
 )";
 
 constexpr char kSmall[] = "tasks: posture\nmethods:\n  - {solver: sqp}\n";
@@ -59,6 +60,7 @@ TEST(Suite, TakesEveryKeyOver) {
   EXPECT_DOUBLE_EQ(suite.wall_time_s[Task::kMotion], 2.5);
   EXPECT_EQ(suite.memory_mb, 256);
   EXPECT_EQ(suite.max_attempts, 2);
+  EXPECT_EQ(suite.builds, BuildRule::kAny);
 }
 
 TEST(Suite, ListsOfMethodValuesMakeSeveralMethods) {
@@ -214,6 +216,7 @@ INSTANTIATE_TEST_SUITE_P(
                  kSmall + std::string("repetitions: many\n"),
                  {"bad.yaml:4", "repetitions", "whole number", "many"}},
         BadSuite{"QuotedNumber", kSmall + std::string("seed: \"1\"\n"), {"bad.yaml:4", "seed", "whole number"}},
+        BadSuite{"Builds", kSmall + std::string("builds: all\n"), {"builds", "'one' or 'any'", "all"}},
         BadSuite{"Fraction", kSmall + std::string("max_attempts: 1.5\n"), {"max_attempts", "1.5"}},
         BadSuite{"OutOfRange", kSmall + std::string("limits: {memory_mb: 1}\n"), {"limits.memory_mb", "from 64"}},
         BadSuite{"NegativeTime", kSmall + std::string("limits: {wall_time_s: -1}\n"), {"limits.wall_time_s", "-1"}},

@@ -79,7 +79,8 @@ void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& 
   const auto said = [&text](const char* usual) { return text.empty() ? std::string(usual) : text; };
   std::vector<db::StoreOp> operations = {
       db::CreateExperiment{DescriptionOf(experiment)},
-      db::PutWorker{{kWorker, 99, said("worker-1"), said("host"), 1, 1, said("build"), kNow_us}}};
+      db::PutWorker{{kWorker, 99, said("worker-1"), said("host"), 1, 1, said("build"), "0123456789ab",
+                     said("processor"), 2, std::int64_t{1} << 30, 0.5, kNow_us}}};
   std::int64_t job_id = 0;
   bool all_finished = true;
   for (const auto& result : experiment.results) {

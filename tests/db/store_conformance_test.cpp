@@ -194,7 +194,14 @@ TEST_P(StoreConformance, WorkerIsUpdatedByItsId) {
   WorkerRecord renamed = SampleWorker(1);
   renamed.name = "renamed";
   Apply({PutWorker{renamed}});
-  EXPECT_EQ(store().LoadOpenState().workers.at(1).name, "renamed");
+  Reopen();
+  const WorkerRecord stored = store().LoadOpenState().workers.at(1);
+  EXPECT_EQ(stored.name, "renamed");
+  EXPECT_EQ(stored.build_id, renamed.build_id);
+  EXPECT_EQ(stored.processor, renamed.processor);
+  EXPECT_EQ(stored.processors, renamed.processors);
+  EXPECT_EQ(stored.memory_bytes, renamed.memory_bytes);
+  EXPECT_EQ(stored.load, renamed.load);
   WorkerRecord thief = SampleWorker(2);
   thief.endpoint = renamed.endpoint;
   ExpectRefused({PutWorker{thief}});

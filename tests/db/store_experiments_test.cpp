@@ -84,7 +84,7 @@ TEST_P(StoreConformance, TasksOfCellAndProblemAgree) {
 
 TEST_P(StoreConformance, DecisionsAboutAnExperimentAreKept) {
   Prepare();
-  const ExperimentControl held{Hold::kHeld, "why", 7};
+  const ExperimentControl held{Hold::kHeld, "why", 7, BuildRule::kAny, "0123456789ab"};
   Apply({ControlExperiment{1, held}});
   Reopen();
   EXPECT_EQ(store().LoadOpenState().experiments.at(0).control, held);
@@ -93,6 +93,7 @@ TEST_P(StoreConformance, DecisionsAboutAnExperimentAreKept) {
   ExpectRefused({ControlExperiment{1, {Hold::kHeld, "", 0}}});
   ExpectRefused({ControlExperiment{1, {Hold::kPaused, "why", 0}}});
   ExpectRefused({ControlExperiment{1, {Hold::kNone, "", kMaxPriority + 1}}});
+  ExpectRefused({ControlExperiment{1, {Hold::kNone, "", 0, BuildRule::kOne, std::string(65, 'b')}}});
   ExpectRefused({ControlExperiment{2, {}}});
   Apply({CancelExperiment{1, 5}});
   ExpectRefused({ControlExperiment{1, {}}});

@@ -39,7 +39,18 @@ inline NewExperiment SampleExperiment(std::int64_t experiment_id, std::int64_t f
 }
 
 inline WorkerRecord SampleWorker(std::int64_t worker_id) {
-  return {worker_id, 1000 + worker_id, std::string("w").append(std::to_string(worker_id)), "host", 42, 2, "test build",
+  return {worker_id,
+          1000 + worker_id,
+          std::string("w").append(std::to_string(worker_id)),
+          "host",
+          42,
+          2,
+          "test build",
+          "0123456789ab",
+          "some processor",
+          2,
+          std::int64_t{1} << 30,
+          0.5,
           5};
 }
 

@@ -30,6 +30,8 @@ LeaseProber::LeaseProber(int port)
     : transport_(Network(port)), endpoint_(transport_, bus::RandomEndpointId(), bus::RandomSeed()) {
   legopt_msg::hello_request hello{};
   hello.protocol_version = bus::kProtocolVersion;
+  hello.build_id = "prober";
+  hello.processors = 1;
   hello.worker_name = "prober";
   hello.pid = getpid();
   hello.slots = 1;

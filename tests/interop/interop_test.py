@@ -155,7 +155,8 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
 
     async def register(self, endpoint):
         dataset = {"name": "any", "hash": self._hash}
-        hello = await endpoint.call("hello", protocol_version=3, worker_name="test", pid=1, slots=1, datasets=[dataset])
+        hello = await endpoint.call("hello", protocol_version=4, worker_name="test", pid=1, slots=1,
+                                    build_id="test", processors=1, datasets=[dataset])
         self.assertEqual(hello.status, 0, hello.message)
         return {"worker_id": hello.worker_id, "server_instance": hello.server_instance}
 

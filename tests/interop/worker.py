@@ -130,7 +130,9 @@ class Worker:
             reply = await self._call(
                 "hello", protocol_version=frames.VERSION, worker_name=self._options.name,
                 hostname=socket.gethostname(), pid=os.getpid(), slots=self._options.slots,
-                build="Python " + platform.python_version(), datasets=[self._dataset])
+                build="Python " + platform.python_version(), build_id="python-" + platform.python_version(),
+                processor=platform.machine(), processors=os.cpu_count(), load=os.getloadavg()[0],
+                datasets=[self._dataset])
             if reply.status != OK:
                 mismatch = reply.status == HELLO_DATASET_MISMATCH
                 raise GivingUp(EXIT_DATASET if mismatch else EXIT_USAGE, reply.message)
@@ -143,7 +145,7 @@ class Worker:
             server, jobs, asked = self._server, list(self._jobs), time.monotonic()
             try:
                 reply = await self._endpoint.call("heartbeat", deadline=HEARTBEAT_DEADLINE_S, **told(server),
-                                                  leases=[job.identity() for job in jobs])
+                                                  load=os.getloadavg()[0], leases=[job.identity() for job in jobs])
             except (TimedOut, Refused) as error:
                 say(f"heartbeat: {error}")  # unrenewed jobs stop by themselves
                 continue

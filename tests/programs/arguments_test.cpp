@@ -33,8 +33,8 @@ class Arguments : public testing::Test {
   };
 
   Said Parse(std::vector<const char*> words) {
-    const Program program("prog", "A program");
-    program.SetVersion("prog 7");
+    Program program("prog", "A program");
+    program.SetVersion("prog 7", "all of prog 7");
     program.RequireCommand();
     const Command run = program.AddCommand("run", "Runs");
     run.AddOption("SUITE", suite_, "Suite").Required();
@@ -144,6 +144,15 @@ TEST_F(Arguments, HelpBehindAnOptionIsItsValue) {
   EXPECT_FALSE(Parse({"run", "--methods", "help", "version"}).status);
   EXPECT_EQ(methods_, "help");
   EXPECT_EQ(suite_, "version");
+}
+
+TEST_F(Arguments, VersionTellsMoreWhenAsked) {
+  for (const std::vector<const char*>& words : std::vector<std::vector<const char*>>{
+           {"--version", "--verbose"}, {"--verbose", "--version"}, {"version", "--verbose"}}) {
+    const Said said = Parse(words);
+    EXPECT_EQ(said.status, 0);
+    EXPECT_EQ(said.out, "all of prog 7\n");
+  }
 }
 
 TEST_F(Arguments, VersionAsOptionAndAsCommand) {

@@ -76,8 +76,8 @@ class SchedulerTest : public testing::Test {
     return reply;
   }
 
-  legopt_msg::hello_reply Hello(bus::EndpointId endpoint, int slots = 1, char dataset_digit = 'd',
-                                const std::string& dataset = "garage") {
+  static legopt_msg::hello_request HelloRequest(bus::EndpointId endpoint, int slots = 1, char dataset_digit = 'd',
+                                                const std::string& dataset = "garage") {
     legopt_msg::hello_request request{};
     request.protocol_version = bus::kProtocolVersion;
     request.worker_name = "worker-" + std::to_string(endpoint);
@@ -88,6 +88,12 @@ class SchedulerTest : public testing::Test {
     ref.hash = HashOf(dataset_digit);
     request.datasets = {ref};
     request.num_datasets = 1;
+    return request;
+  }
+
+  legopt_msg::hello_reply Hello(bus::EndpointId endpoint, int slots = 1, char dataset_digit = 'd',
+                                const std::string& dataset = "garage") {
+    const auto request = HelloRequest(endpoint, slots, dataset_digit, dataset);
     const auto reply = scheduler_->Hello(now_, endpoint, request, ops_);
     Commit();
     worker_ids_[endpoint] = reply.worker_id;

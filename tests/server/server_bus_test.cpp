@@ -61,6 +61,8 @@ class ScriptedWorker {
   void Hello() {
     legopt_msg::hello_request request{};
     request.protocol_version = bus::kProtocolVersion;
+    request.build_id = "test";
+    request.processors = 1;
     request.worker_name = "scripted";
     request.pid = 1;
     request.slots = 1;

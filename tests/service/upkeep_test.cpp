@@ -5,6 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
+#include <cstdlib>
+#include <memory>
 #include <optional>
 
 #include "db/audit.h"
@@ -101,6 +104,59 @@ TEST_F(UpkeepTest, NamesAndTags) {
   ExpectRefused(Legopt({"tag", id}), "TAG");
   ExpectRefused(Legopt({"tag", id, "a", "--remove", "b"}), "--remove");
   ExpectRefused(Legopt({"rename", "9", "x"}), "no experiment 9");
+}
+
+// A stub worker of another build than this test's others.
+class OtherBuild {
+ public:
+  OtherBuild() { setenv("LEGOPT_STUB_BUILD", "another", 1); }
+  ~OtherBuild() { unsetenv("LEGOPT_STUB_BUILD"); }
+  OtherBuild(const OtherBuild&) = delete;
+  OtherBuild& operator=(const OtherBuild&) = delete;
+};
+
+TEST_F(UpkeepTest, AnExperimentIsFinishedByTheBuildThatBeganIt) {
+  auto worker = deployment_->StartStubWorker();
+  const std::string id = std::to_string(deployment_->Submit(StubSpec(40, 50), "a"));
+  ASSERT_TRUE(deployment_->WaitForJobs(1, 2));
+  worker->Signal(SIGTERM);
+  worker->Wait(std::chrono::seconds(20));
+  const std::string begun_by = Number("SELECT build_id FROM experiments");
+  EXPECT_EQ(Number("SELECT build_id FROM workers"), begun_by);
+  const std::string done = Number("SELECT count(*) FROM results");
+  std::unique_ptr<client::ChildProcess> other;
+  {
+    const OtherBuild build;
+    other = deployment_->StartStubWorker();
+  }
+  ASSERT_TRUE(deployment_->WaitFor(1, [&](const nlohmann::json& status) {
+    return status.at("waiting_for").get<std::string>().find("no worker is of build " + begun_by) == 0;
+  }));
+  const auto status = Legopt({"status"});
+  ExpectDone(status, "no worker is of build");
+  EXPECT_EQ(Number("SELECT count(*) FROM results"), done);
+  ExpectDone(Legopt({"resume", id, "--any-build"}), "workers of any build");
+  ASSERT_TRUE(deployment_->WaitUntilDone(1));
+  EXPECT_EQ(Number("SELECT count(DISTINCT build_id) FROM result_origins"), "2");
+  EXPECT_EQ(Number("SELECT sum(results) FROM result_origins"), "40");
+  ExpectDone(Legopt({"table", id}), "2 builds: ");
+  EXPECT_THAT(Legopt({"table", id, "--format", "json"}).out, HasSubstr(begun_by));
+  EXPECT_EQ(db::Audit(deployment_->database()).size(), 0U);
+}
+
+TEST_F(UpkeepTest, ASuiteMayLetAnyBuildFinishIt) {
+  const auto worker = deployment_->StartStubWorker();
+  std::unique_ptr<client::ChildProcess> other;
+  {
+    const OtherBuild build;
+    other = deployment_->StartStubWorker();
+  }
+  ASSERT_TRUE(deployment_->WaitForWorkers(2));
+  nlohmann::json spec = StubSpec(40, 50);
+  spec["builds"] = "any";
+  deployment_->Submit(spec, "a");
+  ASSERT_TRUE(deployment_->WaitUntilDone(1));
+  EXPECT_EQ(Number("SELECT count(DISTINCT build_id) FROM result_origins"), "2");
 }
 
 TEST_F(UpkeepTest, DeletionAsksFirst) {

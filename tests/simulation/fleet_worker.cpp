@@ -19,6 +19,7 @@ worker::PoolOptions OptionsOf(int number, int slots) {
   options.name = "worker " + std::to_string(number);
   options.pid = 1;
   options.protocol_version = bus::kProtocolVersion;
+  options.build_id = "simulated";
   options.seed = static_cast<std::uint64_t>(number) + 1;
   return options;
 }

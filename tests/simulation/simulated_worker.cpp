@@ -75,6 +75,7 @@ bool SimulatedWorker::Start() {
   options.name = "worker " + std::to_string(number_);
   options.pid = 1;
   options.protocol_version = bus::kProtocolVersion;
+  options.build_id = "simulated";
   options.seed = world().Draw();
   pool_ = std::make_unique<worker::Pool>(options, world().now());
   calls_ = std::make_unique<worker::PoolCalls>(*link_, *pool_);

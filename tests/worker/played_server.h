@@ -144,6 +144,7 @@ inline PoolOptions TestPoolOptions(int slots) {
   options.hostname = "host";
   options.pid = 1;
   options.build = "test";
+  options.build_id = "test";
   options.exit_when_idle = true;
   options.slot_times.kill_grace = std::chrono::milliseconds(100);
   return options;

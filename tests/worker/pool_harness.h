@@ -27,6 +27,7 @@ class PoolHarness {
     options.hostname = "host";
     options.pid = 42;
     options.build = "test build";
+    options.build_id = "test";
     options.server_address = "239.0.0.1:7667";
     return options;
   }

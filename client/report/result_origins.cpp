@@ -1,0 +1,99 @@
+#include "client/report/result_origins.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace legopt::client {
+namespace {
+
+constexpr double kGibibyte = 1 << 30;
+
+std::optional<std::int64_t> OptionalInteger(const nlohmann::json& value) {
+  return value.is_number_integer() ? std::optional(value.get<std::int64_t>()) : std::nullopt;
+}
+
+// Each text once, in the order of its first appearance.
+std::vector<std::string> Distinct(const std::vector<ResultOrigin>& origins, std::string (*text)(const ResultOrigin&)) {
+  std::vector<std::string> distinct;
+  for (const ResultOrigin& origin : origins) {
+    const std::string mine = text(origin);
+    if (std::find(distinct.begin(), distinct.end(), mine) == distinct.end()) distinct.push_back(mine);
+  }
+  return distinct;
+}
+
+std::string Joined(const std::vector<std::string>& texts, const char* between) {
+  std::string joined;
+  for (const std::string& text : texts) joined += (joined.empty() ? "" : between) + text;
+  return joined;
+}
+
+std::string IdOf(const ResultOrigin& origin) { return origin.build_id.empty() ? "unknown" : origin.build_id; }
+
+std::string BuildOf(const ResultOrigin& origin) { return IdOf(origin) + " (" + origin.build + ")"; }
+
+std::string MachineOf(const ResultOrigin& origin) {
+  std::string text = origin.processor.empty() ? "a machine that is not known" : origin.processor;
+  if (origin.processors) {
+    text += ", " + std::to_string(*origin.processors) + (*origin.processors == 1 ? " processor" : " processors");
+  }
+  if (origin.memory_bytes) {
+    text += ", " + std::to_string(std::lround(static_cast<double>(*origin.memory_bytes) / kGibibyte)) + " GiB";
+  }
+  if (origin.load) {
+    char load[32];
+    std::snprintf(load, sizeof(load), ", load %.1f", *origin.load);
+    text += load;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<ResultOrigin> ReadOrigins(ResultSource& source, std::int64_t experiment_id) {
+  const Listing listing = source.Query(
+      "SELECT coalesce(build_id, '') AS build_id, build, hostname, processor, processors, memory_bytes, load, workers, "
+      "results FROM result_origins WHERE experiment_id = " +
+      std::to_string(experiment_id) + " ORDER BY results DESC, hostname, build_id, processor");
+  std::vector<ResultOrigin> origins;
+  for (std::size_t i = 0; i < listing.rows.size(); ++i) {
+    const nlohmann::json& load = listing.At(i, "load");
+    origins.push_back({listing.Text(i, "build_id"), listing.Text(i, "build"), listing.Text(i, "hostname"),
+                       listing.Text(i, "processor"), OptionalInteger(listing.At(i, "processors")),
+                       OptionalInteger(listing.At(i, "memory_bytes")),
+                       load.is_number() ? std::optional(load.get<double>()) : std::nullopt,
+                       listing.At(i, "workers").get<std::int64_t>(), listing.At(i, "results").get<std::int64_t>()});
+  }
+  return origins;
+}
+
+std::string DescribeOrigins(const std::vector<ResultOrigin>& origins) {
+  if (origins.empty()) return {};
+  const std::vector<std::string> builds = Distinct(origins, BuildOf);
+  const std::string many = builds.size() == 1 ? "Build " : std::to_string(builds.size()) + " builds: ";
+  return many + Joined(builds, ", ") + " on " + Joined(Distinct(origins, MachineOf), "; ") + ".";
+}
+
+nlohmann::ordered_json OriginsJson(const std::vector<ResultOrigin>& origins) {
+  const auto optional = [](const auto& value) {
+    return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
+  };
+  auto json = nlohmann::ordered_json::array();
+  for (const ResultOrigin& origin : origins) {
+    json.push_back({{"build_id", origin.build_id},
+                    {"build", origin.build},
+                    {"hostname", origin.hostname},
+                    {"processor", origin.processor},
+                    {"processors", optional(origin.processors)},
+                    {"memory_bytes", optional(origin.memory_bytes)},
+                    {"load", optional(origin.load)},
+                    {"workers", origin.workers},
+                    {"results", origin.results}});
+  }
+  return json;
+}
+
+std::string BuildIds(const std::vector<ResultOrigin>& origins) { return Joined(Distinct(origins, IdOf), " "); }
+
+}  // namespace legopt::client

@@ -1,0 +1,23 @@
+# Run at every build: writes OUT from TEMPLATE, where the content differs, with what is known only now: the commit and a
+# hash of the sources that decide results. Given besides: SOURCE, the tree; VERSION, COMPILER, FLAGS, LIBRARIES.
+set(COMMIT "")
+find_program(git git)
+if(git)
+  # The tree may belong to somebody else (containers, a build as root); git would refuse to read it.
+  execute_process(COMMAND ${git} -c safe.directory=* describe --always --dirty --abbrev=10
+    WORKING_DIRECTORY ${SOURCE} OUTPUT_VARIABLE COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+endif()
+
+# All that legopt-worker is compiled from. Names first: a file that moves is another source.
+set(listing "")
+foreach(room words legopt lcmtypes bus programs worker)
+  file(GLOB_RECURSE files RELATIVE ${SOURCE}
+    ${SOURCE}/${room}/*.h ${SOURCE}/${room}/*.cpp ${SOURCE}/${room}/*.lcm ${SOURCE}/${room}/*.def)
+  list(SORT files)
+  foreach(file IN LISTS files)
+    file(SHA256 ${SOURCE}/${file} hash)
+    string(APPEND listing "${hash} ${file}\n")
+  endforeach()
+endforeach()
+string(SHA256 SOURCES "${listing}")
+configure_file(${TEMPLATE} ${OUT} @ONLY)
