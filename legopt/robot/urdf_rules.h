@@ -21,29 +21,31 @@ enum class UrdfValue {
   kColor,         ///< four numbers from 0 to 1
 };
 
+/// An attribute and what it must hold.
 struct UrdfAttributeRule {
-  std::string_view name;
-  UrdfValue value = UrdfValue::kText;
-  bool required = false;
-  bool read = true;               ///< false: looked at, but nothing depends on it
-  std::string_view refusal = {};  ///< not empty: nobody may give it, and this is what to do instead
+  std::string_view name;               ///< as written in the file
+  UrdfValue value = UrdfValue::kText;  ///< what its text must be
+  bool required = false;               ///< a missing one is a fault
+  bool read = true;                    ///< false: looked at, but nothing depends on it
+  std::string_view refusal = {};       ///< not empty: nobody may give it, and this is what to do instead
 };
 
 /// An element, its attributes and the elements inside of it. What no rule names is no part of a robot and not read.
 struct UrdfElementRule {
-  std::string_view name;
-  int least = 0;
-  int most = 1;  ///< kAnyNumber: no limit
-  std::vector<UrdfAttributeRule> attributes = {};
-  std::vector<UrdfElementRule> children = {};
-  bool read = true;               ///< false: looked at, but nothing depends on it
-  bool holds_one = false;         ///< exactly one of the children, and nothing else
+  std::string_view name;                           ///< tag, as written in the file
+  int least = 0;                                   ///< times that it must stand there; fewer are a fault
+  int most = 1;                                    ///< kAnyNumber: no limit
+  std::vector<UrdfAttributeRule> attributes = {};  ///< others are let by, unless they look like one of these
+  std::vector<UrdfElementRule> children = {};      ///< likewise
+  bool read = true;                                ///< false: looked at, but nothing depends on it
+  bool holds_one = false;                          ///< exactly one of the children, and nothing else
   std::string_view refusal = {};  ///< not empty: the element may not be there, and this is what to do instead
 };
 
+/// UrdfElementRule::most without a limit.
 inline constexpr int kAnyNumber = 1'000'000'000;
 
-/// The rules of <robot>, for everything that urdfdom 3 looks at.
+/// The rules of `<robot>`, for everything that urdfdom 3 looks at.
 const UrdfElementRule& UrdfRobotRule();
 
 }  // namespace legopt
