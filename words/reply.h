@@ -4,13 +4,15 @@
 
 #include "words/words.h"
 
+/// @file
 /// The status numbers of replies and the actions of a control request, as PROTOCOL.md has them: `status` of a message
 /// is the number of the enumerator. The words are for people (`legopt tap`).
+
 namespace legopt {
 
 /// hello_reply.status.
 enum class HelloStatus : std::int32_t {
-  kOk,
+  kOk,               ///< registered
   kVersionRefused,   ///< of the protocol
   kDatasetMismatch,  ///< the jobs that wait need another content of a dataset that the worker has
 };

@@ -53,7 +53,10 @@ inline constexpr auto kWords<Verdict> = Words<Verdict>({{Verdict::kSuccess, "suc
 
 /// Which of the judge's two verdicts counts: by the original evaluator's rule, or with every colliding pair and
 /// contact.
-enum class Rule : std::uint8_t { kLiteral, kStrict };
+enum class Rule : std::uint8_t {
+  kLiteral,  ///< Evaluation::literal
+  kStrict    ///< Evaluation::strict
+};
 
 template <>
 inline constexpr auto kWords<Rule> = Words<Rule>({{Rule::kLiteral, "literal"}, {Rule::kStrict, "strict"}});

@@ -8,9 +8,12 @@
 #include <string_view>
 #include <type_traits>
 
+/// @file
 /// Enumerations and their words: the one place where a value meets its spelling in files, messages, databases and
 /// command lines. Text becomes a value where it enters (ParseWord) and text again where it leaves (ToString); nothing
 /// in between compares with a literal. Every room may use this one; it uses none. No state; thread-safe.
+
+/// All of legopt but its bus and its generator, which have namespaces of their own.
 namespace legopt {
 
 /// One row of a table of words.

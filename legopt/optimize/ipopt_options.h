@@ -17,7 +17,10 @@ inline constexpr auto kWords<IpoptHessian> = Words<IpoptHessian>({{IpoptHessian:
                                                                   {IpoptHessian::kLimitedMemory, "limited_memory"}});
 
 /// How Ipopt lowers the barrier. The words are Ipopt's own.
-enum class IpoptBarrier : std::uint8_t { kMonotone, kAdaptive };
+enum class IpoptBarrier : std::uint8_t {
+  kMonotone,  ///< step by step, each barrier problem solved to its tolerance (Fiacco and McCormick)
+  kAdaptive   ///< anew in every iteration
+};
 
 template <>
 inline constexpr auto kWords<IpoptBarrier> = Words<IpoptBarrier>({{IpoptBarrier::kMonotone, "monotone"},

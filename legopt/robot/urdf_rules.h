@@ -7,18 +7,18 @@ namespace legopt {
 
 /// What an attribute of a URDF must hold. Numbers: decimal, finite, in the C locale, separated by white space.
 enum class UrdfValue {
-  kText,         ///< anything
-  kName,         ///< 1 to 200 bytes without control characters
-  kFile,         ///< the same, up to 4,096 bytes
-  kVersion,      ///< 1.0
-  kJointType,    ///< revolute, continuous, prismatic or fixed
-  kNumber,       ///< one number
-  kNotNegative,  ///< one number, 0 or more
-  kPositive,     ///< one number above 0
-  kThree,        ///< three numbers
-  kThreePositive,
-  kThreeNotZero,  ///< three numbers, none of them 0
-  kColor,         ///< four numbers from 0 to 1
+  kText,           ///< anything
+  kName,           ///< 1 to 200 bytes without control characters
+  kFile,           ///< the same, up to 4,096 bytes
+  kVersion,        ///< 1.0
+  kJointType,      ///< revolute, continuous, prismatic or fixed
+  kNumber,         ///< one number
+  kNotNegative,    ///< one number, 0 or more
+  kPositive,       ///< one number above 0
+  kThree,          ///< three numbers
+  kThreePositive,  ///< three numbers above 0
+  kThreeNotZero,   ///< three numbers, none of them 0
+  kColor,          ///< four numbers from 0 to 1
 };
 
 /// An attribute and what it must hold.

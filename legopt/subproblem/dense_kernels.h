@@ -1,5 +1,6 @@
 #pragma once
 
+/// @file
 /// Small dense kernels for the interior-point solver: matrices of a few dozen rows, row-major, rows padded with zeros
 /// to whole vectors of four doubles ("stride"). Eigen's general products cost about twice as much at these sizes.
 /// Header-only so that the loops are inlined; pure functions of their arguments.
@@ -7,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 
+/// Kernels of the interior-point solver.
 namespace legopt::kernels {
 
 inline constexpr int kLanes = 4;  ///< doubles of a vector: what rows are padded to
