@@ -25,6 +25,7 @@ struct IterationRecord {
 struct Effort {
   int iterations = 0;  ///< trial steps; of SQP subproblems, the one that showed convergence included
 
+  /// Adds the counts of another attempt.
   Effort& operator+=(const Effort& other) {
     iterations += other.iterations;
     return *this;
