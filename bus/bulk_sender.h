@@ -16,41 +16,49 @@
 #include "bus/transport.h"
 #include "bus/wire.h"
 
+/// @file
 /// Sends large bodies as chunks: window, selective acknowledgement, loss detection, pacing. Pure: time and
 /// acknowledgements go in, chunks come out through `emit`. Private to bus. Source: PROTOCOL.md, section 6.
 ///
 /// Thread rule: one thread.
+
 namespace legopt::bus {
 
 /// One body under way: of which call, in which direction, to or from which peer.
 struct ObjectKey {
-  EndpointId peer = 0;
+  EndpointId peer = 0;       ///< to whom or from whom
   std::int64_t session = 0;  ///< of the caller
-  std::int64_t call_id = 0;
-  bool of_reply = false;
+  std::int64_t call_id = 0;  ///< within the session
+  bool of_reply = false;     ///< else of the request
   auto operator<=>(const ObjectKey&) const = default;
 };
 
+/// All bodies that this endpoint sends.
 class BulkSender {
  public:
+  /// Shared with whoever may need it again; must not change.
   using Body = std::shared_ptr<const std::string>;
+  /// Sends one chunk, at once.
   using Emit = std::function<void(const ObjectKey&, std::int16_t type, const ChunkView&)>;
   /// `delivered` is false when the receiver showed no progress for kPatience.
   using Done = std::function<void(const ObjectKey&, bool delivered)>;
 
+  /// `emit` and `done` are called from within the other functions; `counters` must outlive this.
   BulkSender(Counters& counters, Emit emit, Done done);
 
   /// Starts, or starts again, to send `body` (not empty).
   void Start(const ObjectKey& key, std::int16_t type, Body body, microseconds now);
   /// Sends the first chunk once more, unacknowledged, to hear how the receiver stands.
   void Remind(const ObjectKey& key, std::int16_t type, const Body& body);
+  /// Stops sending, without a word to `done`.
   void Cancel(const ObjectKey& key, microseconds now);
   /// False when nothing is being sent under `key`.
   bool OnAck(const ObjectKey& key, const ChunkAck& ack, microseconds now);
+  /// Sends again what is lost, and gives up what has shown no progress for kPatience.
   void OnTimer(microseconds now);
-  std::optional<microseconds> next_timer() const;
-  bool Sending(const ObjectKey& key) const { return objects_.contains(key); }
-  std::size_t held_bytes() const { return held_bytes_; }
+  std::optional<microseconds> next_timer() const;  ///< when OnTimer has something to do; empty: never
+  bool Sending(const ObjectKey& key) const { return objects_.contains(key); }  ///< whether a body is under way
+  std::size_t held_bytes() const { return held_bytes_; }                       ///< of all bodies under way
 
  private:
   struct Flight {

@@ -9,12 +9,14 @@
 #include "bus/bus_error.h"
 #include "bus/messages.h"
 
+/// @file
 /// Checked encoding and decoding of the messages of package legopt_msg.
 ///
 /// The generated coders trust their input: decoders throw on hostile lengths and accept trailing bytes, encoders
 /// believe the length field rather than the vector. Decode() therefore checks size, fingerprint and every length first,
 /// catches, requires that every byte was consumed, and validates every field; Encode() validates first. What Decode()
 /// returns and Encode() lets out obeys PROTOCOL.md, section 7. Thread rule: none, no state.
+
 namespace legopt::bus {
 
 /// Largest encoded message (an object, PROTOCOL.md section 6).
@@ -24,10 +26,14 @@ inline constexpr std::size_t kMaxMessageBytes = std::size_t{64} << 20;
 /// than in every file that sends or receives.
 namespace codec_internal {
 
+/// Empty when legal, else the fault (Validate).
 std::string FaultOf(std::size_t message_index, const void* message);
+/// Repairs what it may in `message`, then its bytes. Throws BusError (kInvalidMessage).
 std::string Encode(std::size_t message_index, void* message);
+/// False, with the fault in `why` unless that is null, when the bytes are not one legal message.
 bool Decode(std::size_t message_index, std::string_view bytes, void* message, std::string* why);
 
+/// Place of the message in AllMessages; what messages.def does not list does not compile.
 template <class Message>
 constexpr std::size_t IndexOf() {
   static_assert(kMessageIndex<Message> < AllMessages::kSize, "lcmtypes/messages.def does not list this message");

@@ -15,6 +15,7 @@
 #include "bus/messages.h"
 #include "bus/transport.h"
 
+/// @file
 /// Layer 2 of the bus: calls between parties over an unreliable Transport.
 ///
 /// A call is a request that is repeated, with exponential back-off and jitter, until its reply arrives or its time is
@@ -29,6 +30,7 @@
 /// and may call everything but Poll; neither may destroy the endpoint. An exception from a handler is caught (see
 /// Serve); one from a call's callback leaves Poll, and the endpoint stays usable. To answer from elsewhere, hand the
 /// work back to this thread, e.g. by an eventfd given to PollWith.
+
 namespace legopt::bus {
 
 /// Why a request was refused, on the wire. PROTOCOL.md, section 8.
@@ -43,12 +45,14 @@ enum class ErrorCode : std::int16_t {
   kProveSession = 8,    ///< with a key: answered by the bus itself, ends no call
   kKeyNeeded = 9,       ///< the deployment has a key and the request was made without one
 };
+/// "version_refused", "unknown_type", ...: the enumerator's name; "unknown" for anything else.
 std::string_view ToString(ErrorCode code);
 
+/// What a handler is given.
 struct Request {
-  EndpointId sender = 0;
-  MessageType type{};
-  std::string body;
+  EndpointId sender = 0;  ///< who asks; answered by the Responder
+  MessageType type{};     ///< of the call
+  std::string body;       ///< encoded as the sender had it; not checked yet
 };
 
 class EndpointCore;
@@ -59,6 +63,7 @@ class EndpointCore;
 class Responder {
  public:
   Responder() = default;
+  /// Answers with an encoded message. One above the limit of an object becomes a refusal, kTooLarge.
   void Reply(std::string body);
   /// Ends the call with CallResult::kRejected; `text` (at most 500 bytes are sent) reaches the caller.
   void Reject(ErrorCode code, std::string_view text);
@@ -73,24 +78,34 @@ class Responder {
   std::int64_t call_ = 0;
 };
 
+/// How long and how often a call is tried.
 struct CallOptions {
   microseconds timeout = std::chrono::seconds(10);           ///< (0, 1 h]
   microseconds first_retry = std::chrono::milliseconds(50);  ///< > 0; doubles each time, +-25 % jitter
-  microseconds max_retry = std::chrono::seconds(1);
+  microseconds max_retry = std::chrono::seconds(1);          ///< longest interval, >= first_retry
 };
 
+/// How a call ended.
 struct CallResult {
-  enum Status { kOk, kTimeout, kRejected };
-  Status status = kTimeout;
-  std::string body;   ///< of the reply, kOk
-  ErrorCode code{};   ///< kRejected
-  std::string error;  ///< kRejected and kTimeout: a sentence for humans
+  /// How a call ended.
+  enum Status {
+    kOk,       ///< with a reply
+    kTimeout,  ///< its effect is unknown
+    kRejected  ///< by an error reply
+  };
+  Status status = kTimeout;  ///< how
+  std::string body;          ///< of the reply, kOk
+  ErrorCode code{};          ///< kRejected
+  std::string error;         ///< kRejected and kTimeout: a sentence for humans
 };
 
 using CallId = std::int64_t;  ///< positive, unique per endpoint
+/// Called once, with the end of a call.
 using CallCallback = std::function<void(CallResult&&)>;
+/// Called once for each new request; answers now or later.
 using RequestHandler = std::function<void(Request&&, Responder)>;
 
+/// Limits of an endpoint's memory, in bytes where they do not count.
 struct EndpointOptions {
   std::size_t max_object_bytes = std::size_t{64} << 20;  ///< largest body, either direction
   /// Replies kept for repeated requests. When exceeded, the oldest replies are forgotten.
@@ -102,6 +117,7 @@ struct EndpointOptions {
   microseconds incoming_object_lifetime = std::chrono::seconds(10);  ///< without a new chunk
 };
 
+/// One party: makes calls to others and serves theirs. endpoint.h says what holds, and the thread rule.
 class Endpoint {
  public:
   /// `transport` must outlive the endpoint and serve it alone. `self` is positive; `seed` decides jitter and the
@@ -111,7 +127,7 @@ class Endpoint {
   Endpoint(const Endpoint&) = delete;
   Endpoint& operator=(const Endpoint&) = delete;
 
-  EndpointId id() const;
+  EndpointId id() const;     ///< as given at construction
   microseconds now() const;  ///< the transport's steady clock
 
   /// Starts a call. `callback` runs once, inside a later Poll, never inside Call; it may be empty. Order of calls to
@@ -135,6 +151,7 @@ class Endpoint {
 
   /// Calls of ours still open, and bytes held for replies, incoming and outgoing bodies (for tests and status).
   std::size_t num_open_calls() const;
+  /// See num_open_calls().
   std::size_t held_bytes() const;
 
   /// Refreshed from the transport at each call.
@@ -146,6 +163,7 @@ class Endpoint {
 
 /// 63 random bits from the operating system, above the role addresses.
 EndpointId RandomEndpointId();
+/// 64 random bits from the operating system.
 std::uint64_t RandomSeed();
 
 }  // namespace legopt::bus

@@ -23,28 +23,35 @@
 #include "bus/reply_cache.h"
 #include "bus/wire.h"
 
+/// @file
 /// What an Endpoint is made of. Private to bus; see endpoint.h for the contract.
+
 namespace legopt::bus {
 
+/// The call that a frame of a caller belongs to.
 inline CallKey CallerKey(const FrameHeader& header) { return {header.sender, header.session, header.call_id}; }
 
+/// What an Endpoint is made of.
 class EndpointCore final : public DatagramReceiver, public std::enable_shared_from_this<EndpointCore> {
  public:
+  /// As Endpoint.
   EndpointCore(Transport& transport, EndpointId self, std::uint64_t seed, const EndpointOptions& options);
   ~EndpointCore();
   EndpointCore(const EndpointCore&) = delete;
   EndpointCore& operator=(const EndpointCore&) = delete;
 
-  EndpointId id() const { return self_; }
-  microseconds now() const { return transport_.now(); }
+  EndpointId id() const { return self_; }                ///< as Endpoint
+  microseconds now() const { return transport_.now(); }  ///< as Endpoint
+  /// As Endpoint.
   CallId Call(EndpointId to, MessageType type, std::string body, const CallOptions& options, CallCallback callback);
-  void Abandon(CallId call);
-  void Serve(MessageType type, RequestHandler handler);
+  void Abandon(CallId call);                             ///< as Endpoint
+  void Serve(MessageType type, RequestHandler handler);  ///< as Endpoint
+  /// As Endpoint.
   void PollWith(std::span<pollfd> extra, microseconds max_wait);
-  std::optional<microseconds> next_timer() const;
-  std::size_t num_open_calls() const { return calls_.size(); }
-  std::size_t held_bytes() const;
-  const Counters& counters();
+  std::optional<microseconds> next_timer() const;               ///< as Endpoint
+  std::size_t num_open_calls() const { return calls_.size(); }  ///< as Endpoint
+  std::size_t held_bytes() const;                               ///< as Endpoint
+  const Counters& counters();                                   ///< as Endpoint
 
   /// From a Responder. `error` 0: `body` is the reply; else it is the text of a refusal.
   void Answer(const CallKey& key, std::int16_t error, std::string body);

@@ -6,14 +6,16 @@
 #include "bus/messages.h"
 #include "words/reply.h"
 
+/// @file
 /// What clients ask for: the calls submit, status, query, cancel and control. PROTOCOL.md, section 9.
+
 namespace legopt::bus::fields {
 
-inline constexpr std::int64_t kIdBytes = 128;
-inline constexpr std::int64_t kAnswerBytes = std::int64_t{48} << 20;
-inline constexpr std::int64_t kMostRows = 1'000'000;
-inline constexpr std::int64_t kMostPriority = 1000;
-inline constexpr std::int64_t kReasonBytes = 1000;
+inline constexpr std::int64_t kIdBytes = 128;                         ///< of a submission id
+inline constexpr std::int64_t kAnswerBytes = std::int64_t{48} << 20;  ///< of the rows of a query
+inline constexpr std::int64_t kMostRows = 1'000'000;                  ///< of a query
+inline constexpr std::int64_t kMostPriority = 1000;                   ///< either side of 0
+inline constexpr std::int64_t kReasonBytes = 1000;                    ///< why an experiment is held
 
 template <>
 struct Description<legopt_msg::submit_request> {

@@ -4,19 +4,21 @@
 
 #include "bus/spec_limits.h"
 
+/// @file
 /// Limits that several messages share. All are inclusive.
+
 namespace legopt::bus::fields {
 
-inline constexpr std::int64_t kSecond_us = 1'000'000;
-inline constexpr std::int64_t kLongestLease_us = 86'400 * kSecond_us;
-inline constexpr std::int64_t kMostSlots = 1024;
-inline constexpr std::int64_t kMostProcessors = 65'536;
-inline constexpr std::int64_t kMostDatasets = 64;
-inline constexpr std::int64_t kMostLeases = 4096;
-inline constexpr std::int64_t kNameBytes = 256;
-inline constexpr std::int64_t kWordBytes = 64;
-inline constexpr std::int64_t kTextBytes = 4096;
-inline constexpr std::int64_t kOptionsBytes = std::int64_t{1} << 20;
-inline constexpr std::int64_t kJsonBytes = spec_limits::kMostBytes;
+inline constexpr std::int64_t kSecond_us = 1'000'000;                  ///< in microseconds
+inline constexpr std::int64_t kLongestLease_us = 86'400 * kSecond_us;  ///< a day
+inline constexpr std::int64_t kMostSlots = 1024;                       ///< of a worker
+inline constexpr std::int64_t kMostProcessors = 65'536;                ///< granted to a worker
+inline constexpr std::int64_t kMostDatasets = 64;                      ///< that a worker holds
+inline constexpr std::int64_t kMostLeases = 4096;                      ///< in one heartbeat
+inline constexpr std::int64_t kNameBytes = 256;                        ///< of a host, a worker, a dataset, a build
+inline constexpr std::int64_t kWordBytes = 64;                         ///< of an enumeration, as a text
+inline constexpr std::int64_t kTextBytes = 4096;                       ///< of a text for humans
+inline constexpr std::int64_t kOptionsBytes = std::int64_t{1} << 20;   ///< of a method's options and of a query's SQL
+inline constexpr std::int64_t kJsonBytes = spec_limits::kMostBytes;    ///< of any other JSON
 
 }  // namespace legopt::bus::fields

@@ -13,33 +13,40 @@
 #include "bus/text.h"
 #include "words/words.h"
 
+/// @file
 /// What a field may hold. Each rule can Check() a value; some can also PutRight() what a sender need not care about:
 /// counts, texts for humans, figures that are not available. Thread rule: none, constants.
+
 namespace legopt::bus::fields {
 
 /// A limit is a number, another field, a function of the message, or an If.
 template <class Message, class Word>
 struct If {
-  std::underlying_type_t<Word> Message::*field;
-  Word word;
-  std::int64_t then;  ///< the limit while the field has this value
-  std::int64_t otherwise;
+  std::underlying_type_t<Word> Message::*field;  ///< which field decides
+  Word word;                                     ///< which value of it
+  std::int64_t then;                             ///< the limit while the field has this value
+  std::int64_t otherwise;                        ///< the limit while it has any other
 };
+/// From the arguments' types.
 template <class Message, class Value, class Word>
 If(Value Message::*, Word, std::int64_t, std::int64_t) -> If<Message, Word>;
 
+/// The limit as a number, given the message it is for. A number is itself.
 template <class Message>
 constexpr std::int64_t LimitOf(std::int64_t number, const Message& /*message*/) {
   return number;
 }
+/// Another field: its value.
 template <class Message, class Value>
 constexpr std::int64_t LimitOf(Value Message::*field, const Message& message) {
   return message.*field;
 }
+/// A function of the message.
 template <class Message>
 constexpr std::int64_t LimitOf(std::int64_t (*limit)(const Message&), const Message& message) {
   return limit(message);
 }
+/// An If: one of its two numbers.
 template <class Message, class Word>
 constexpr std::int64_t LimitOf(const If<Message, Word>& limit, const Message& message) {
   return message.*limit.field == static_cast<std::underlying_type_t<Word>>(limit.word) ? limit.then : limit.otherwise;
@@ -52,30 +59,37 @@ using LimitType = std::conditional_t<std::is_integral_v<Limit>, std::int64_t, Li
 /// An integer, inclusive.
 template <class Low, class High>
 struct Range {
-  Low low;
-  High high;
+  Low low;    ///< least value
+  High high;  ///< greatest value
 
+  /// A fault unless low <= value <= high.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, std::int64_t value, const Message& message) const {
     check.Range(name, value, LimitOf(low, message), LimitOf(high, message));
   }
 };
+/// From the limits, numbers as std::int64_t.
 template <class Low, class High>
 Range(Low, High) -> Range<LimitType<Low>, LimitType<High>>;
 
+/// An integer that has no upper limit.
 template <class Low>
 struct AtLeast {
-  Low low;
+  Low low;  ///< least value
 
+  /// A fault unless value >= low.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, std::int64_t value, const Message& message) const {
     check.AtLeast(name, value, LimitOf(low, message));
   }
 };
+/// From the limit, a number as std::int64_t.
 template <class Low>
 AtLeast(Low) -> AtLeast<LimitType<Low>>;
 
+/// An integer that 0 does not stand for.
 struct NonZero {
+  /// A fault for 0.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, std::int64_t value, const Message& /*message*/) const {
     check.NonZero(name, value);
@@ -85,6 +99,7 @@ struct NonZero {
 /// The number of an enumerator.
 template <Worded Enum>
 struct ValueOf {
+  /// A fault for a number that no enumerator has.
   template <class Value, class Message>
   void Check(FieldCheck& check, std::string_view name, Value value, const Message& /*message*/) const {
     static_assert(std::is_same_v<Value, std::underlying_type_t<Enum>>, "the enumeration is as wide as the field");
@@ -95,6 +110,7 @@ struct ValueOf {
 /// The word of an enumerator.
 template <Worded Enum>
 struct WordOf {
+  /// A fault, with the words there are, for a text that is none of them.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, const std::string& value, const Message& /*message*/) const {
     if (ParseWord<Enum>(value)) return;
@@ -107,33 +123,40 @@ struct WordOf {
 /// UTF-8 without NUL, of so many bytes.
 template <class Least, class Most>
 struct Text {
-  Least least;
-  Most most;
+  Least least;  ///< bytes
+  Most most;    ///< bytes
 
+  /// A fault for other lengths, NUL, and what is no UTF-8.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, const std::string& value, const Message& message) const {
     check.Text(name, value, static_cast<std::size_t>(LimitOf(least, message)),
                static_cast<std::size_t>(LimitOf(most, message)));
   }
 };
+/// From the limits, numbers as std::int64_t.
 template <class Least, class Most>
 Text(Least, Most) -> Text<LimitType<Least>, LimitType<Most>>;
 
 /// Which end of a text is worth keeping.
-enum class Keep : std::uint8_t { kBeginning, kEnd };
+enum class Keep : std::uint8_t {
+  kBeginning,  ///< what is said first
+  kEnd         ///< what was said last, as in a log
+};
 
 /// A text for humans: whatever it is, it does not keep the message from being delivered. A sender cuts and cleans it to
 /// `bytes`.
 template <class Rule>
 struct Cleaned {
-  std::int64_t bytes;
-  Rule rule;
-  Keep keep = Keep::kBeginning;
+  std::int64_t bytes;            ///< at most, after PutRight
+  Rule rule;                     ///< what the receiver checks
+  Keep keep = Keep::kBeginning;  ///< which end of a longer text stays
 
+  /// As the rule has it.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, const std::string& value, const Message& message) const {
     rule.Check(check, name, value, message);
   }
+  /// Cuts the text to `bytes`, and makes UTF-8 without NUL of it.
   template <class Message>
   void PutRight(Message& message, std::string Message::*member) const {
     std::string& text = message.*member;
@@ -142,8 +165,10 @@ struct Cleaned {
     text = CleanText(std::move(text), most);
   }
 };
+/// Keeps the beginning.
 template <class Rule>
 Cleaned(std::int64_t, Rule) -> Cleaned<Rule>;
+/// Keeps the end asked for.
 template <class Rule>
 Cleaned(std::int64_t, Rule, Keep) -> Cleaned<Rule>;
 
@@ -153,27 +178,32 @@ constexpr auto ForHumans(std::int64_t most, Keep keep = Keep::kBeginning) { retu
 /// Text of JSON that nests at most kMaxJsonNesting deep: who reads it, or shows it in an error, may recurse.
 template <class Least, class Most>
 struct Json {
-  Least least;
-  Most most;
+  Least least;  ///< bytes
+  Most most;    ///< bytes
 
+  /// A fault for other lengths, deeper nesting, NUL, and what is no UTF-8. Whether it is JSON is the reader's check.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, const std::string& value, const Message& message) const {
     check.Json(name, value, static_cast<std::size_t>(LimitOf(least, message)),
                static_cast<std::size_t>(LimitOf(most, message)));
   }
 };
+/// From the limits, numbers as std::int64_t.
 template <class Least, class Most>
 Json(Least, Most) -> Json<LimitType<Least>, LimitType<Most>>;
 
 /// 64 lower-case hexadecimal digits.
 struct Hash {
+  /// A fault for any other text.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, const std::string& value, const Message& /*message*/) const {
     check.Hash(name, value);
   }
 };
 
+/// A number, neither infinite nor NaN.
 struct Finite {
+  /// A fault for the others.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, double value, const Message& /*message*/) const {
     if (!std::isfinite(value)) check.Finite(name, value);
@@ -182,10 +212,12 @@ struct Finite {
 
 /// A figure; NaN when it is not available, which is also what a sender makes of an infinity.
 struct NanOrFinite {
+  /// A fault for an infinity.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, double value, const Message& /*message*/) const {
     if (std::isinf(value)) check.NanOrFinite(name, value);
   }
+  /// Makes NaN of an infinity.
   template <class Message>
   void PutRight(Message& message, double Message::*member) const {
     if (std::isinf(message.*member)) message.*member = std::nan("");
@@ -201,24 +233,28 @@ void LoadIsPossible(const Message& message, FieldCheck& check) {
 /// How many elements `array` has, at most `most`. A sender takes it from the array.
 template <class Message, class Array>
 struct CountOf {
-  Array Message::*array;
-  std::int64_t most;
+  Array Message::*array;  ///< which array
+  std::int64_t most;      ///< elements
 
+  /// A fault when the number is another than the array has, or above `most`.
   void Check(FieldCheck& check, std::string_view name, std::int64_t value, const Message& message) const {
     check.Count(name, value, (message.*array).size(), most);
   }
+  /// Takes the number from the array.
   void PutRight(Message& message, std::int32_t Message::*member) const {
     message.*member = static_cast<std::int32_t>((message.*array).size());
   }
 };
+/// From the arguments' types.
 template <class Message, class Array>
 CountOf(Array Message::*, std::int64_t) -> CountOf<Message, Array>;
 
 /// Every element of an array obeys the rule. Messages within a message need no rule: they have their own.
 template <class Rule>
 struct Each {
-  Rule element;
+  Rule element;  ///< the rule of one
 };
+/// From the rule's type.
 template <class Rule>
 Each(Rule) -> Each<Rule>;
 

@@ -7,10 +7,13 @@
 
 #include "bus/message_fields.h"
 
+/// @file
 /// The rules of a message's fields, applied to one. Private to bus: instantiated for every message in codec.cpp.
 /// Thread rule: none, no state.
+
 namespace legopt::bus::fields {
 
+/// Whether a type is a std::vector.
 template <class Value>
 inline constexpr bool kIsVector = false;
 template <class Element>
@@ -20,9 +23,11 @@ inline constexpr bool kIsVector<std::vector<Element>> = true;
 template <class Value>
 inline constexpr bool kIsMessage = std::is_class_v<Value> && !std::is_same_v<Value, std::string> && !kIsVector<Value>;
 
+/// See below.
 template <class Message>
 std::string FaultOf(const Message& message);
 
+/// The field's own rule and its condition; what arrays hold comes later.
 template <class Message, class Value, class Rule>
 void CheckField(const Field<Message, Value, Rule>& field, const Message& message, FieldCheck& check) {
   static_assert(!kIsMessage<Value>, "a message stands within another as an element of an array");
@@ -44,6 +49,7 @@ void CheckElements(const Field<Message, std::vector<Element>, Rule>& field, cons
     }
   }
 }
+/// For all others: nothing is left to check.
 template <class Message, class Value, class Rule>
 void CheckElements(const Field<Message, Value, Rule>& /*field*/, const Message& /*message*/, FieldCheck& /*check*/) {}
 

@@ -6,7 +6,9 @@
 #include "bus/messages.h"
 #include "bus/wire.h"
 
+/// @file
 /// The envelope and the pieces of large bodies: PROTOCOL.md, sections 3 and 6.
+
 namespace legopt::bus::fields {
 
 template <>

@@ -10,6 +10,7 @@
 
 #include "bus/message_fields.h"
 
+/// @file
 /// Byte layout of each message, to bound what a generated decoder allocates before it runs.
 ///
 /// The generated decoders size vectors by the count they read, before they look whether so many bytes are there: a
@@ -18,6 +19,7 @@
 /// bytes, NUL); "a(...)" an int32 count and then so many groups. The fingerprint is not part of it. Source: kFields
 /// (message_fields.h), at compile time; the tests compare each layout with the generated encoder. Private to bus.
 /// Thread rule: none, no state.
+
 namespace legopt::bus {
 
 /// Whether `bytes` (after the fingerprint) is exactly one message of this layout.
@@ -25,10 +27,12 @@ bool LayoutFits(std::string_view layout, std::string_view bytes);
 
 namespace layout_internal {
 
+/// A layout while it is written, at compile time.
 struct Text {
-  std::array<char, 128> chars{};
-  std::size_t size = 0;
+  std::array<char, 128> chars{};  ///< the layout's first `size` characters, then zeros
+  std::size_t size = 0;           ///< characters written
 
+  /// Appends a character; more than fit do not compile.
   constexpr void Add(char c) { chars.at(size++) = c; }
   /// LCM writes the count of a vector as the field before it; here it belongs to the group.
   constexpr void TakeBackCount() {
@@ -37,14 +41,17 @@ struct Text {
   }
 };
 
+/// Whether a type is a std::vector.
 template <class Value>
 struct IsVector : std::false_type {};
 template <class Element>
 struct IsVector<std::vector<Element>> : std::true_type {};
 
+/// Appends the layouts of all fields of a message.
 template <class Message>
 constexpr void AddFields(Text& text);
 
+/// Appends the layout of one value.
 template <class Value>
 constexpr void AddValue(Text& text) {
   if constexpr (std::is_arithmetic_v<Value>) {
@@ -64,6 +71,7 @@ constexpr void AddValue(Text& text) {
   }
 }
 
+/// Appends the layout of one field.
 template <class Message, class Value, class Rule>
 constexpr void AddField(Text& text, const fields::Field<Message, Value, Rule>& /*field*/) {
   AddValue<Value>(text);
@@ -74,6 +82,7 @@ constexpr void AddFields(Text& text) {
   std::apply([&text](const auto&... field) { (AddField(text, field), ...); }, kFields<Message>);
 }
 
+/// The layout of a message.
 template <class Message>
 constexpr Text Write() {
   Text text;
@@ -81,6 +90,7 @@ constexpr Text Write() {
   return text;
 }
 
+/// The same, made once.
 template <class Message>
 inline constexpr Text kText = Write<Message>();
 

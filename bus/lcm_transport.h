@@ -8,6 +8,7 @@
 
 #include "bus/transport.h"
 
+/// @file
 /// Transport over LCM's udpm provider: UDP multicast, control on `port`, bulk on `port + 1`, channel "LEGOPT".
 ///
 /// Construction fails within a second, with a BusError that names the fix, when the host has no multicast route for the
@@ -20,8 +21,10 @@
 /// filter cannot be attached everything still works; the checks of Endpoint do not rely on it.
 ///
 /// Thread rule: as Transport. Source: docs/reliability.md#what-lcm-and-udp-do.
+
 namespace legopt::bus {
 
+/// Where a deployment speaks, and with which key.
 struct LcmOptions {
   std::string group = "239.255.76.67";          ///< IPv4 multicast address, 224.0.0.0 - 239.255.255.255
   int port = 7667;                              ///< control; bulk is port + 1. 1024 - 65534
@@ -41,6 +44,7 @@ struct LcmOptions {
   void Validate() const;
 };
 
+/// LCM over UDP multicast; lcm_transport.h says what it keeps away and how it fails.
 class LcmTransport final : public Transport {
  public:
   /// Throws BusError: kInvalidOption (also for what is wrong with the key file), kNoMulticastRoute, kPortUnusable,
@@ -63,6 +67,7 @@ class LcmTransport final : public Transport {
   std::size_t granted_receive_buffer_bytes() const;
   /// What a warning should say when the grant is small; empty when it is as asked.
   std::string receive_buffer_warning() const;
+  /// Whether the kernel took the filter on both ports; without it all datagrams reach the process.
   bool socket_filter_attached() const;
   /// One line for the start of a program that has no key, saying who can command it; empty with a key.
   std::string missing_key_warning() const;
@@ -72,8 +77,9 @@ class LcmTransport final : public Transport {
   std::unique_ptr<Impl> impl_;
 };
 
+/// What ProbeMulticastRoute found.
 struct MulticastRoute {
-  bool usable = false;
+  bool usable = false;    ///< the group can be sent to and heard
   std::string interface;  ///< name of the interface that carries the group, e.g. "eth0"
   std::string problem;    ///< empty when usable; else what is wrong and the command that fixes it
 };

@@ -6,16 +6,21 @@
 #include <span>
 #include <string>
 
+/// @file
 /// The shared secret of a deployment: with it every datagram carries a keyed tag (PROTOCOL.md, section 11).
 ///
 /// A key file holds 64 hexadecimal digits and at most one line end, belongs to the user (or root) and is readable by
 /// nobody else. Thread rule: immutable after construction.
+
 namespace legopt::bus {
 
+/// A key in memory, where nothing else copies it to.
 class MessageKey {
  public:
+  /// Length of a key.
   static constexpr std::size_t kBytes = 32;
 
+  /// Copies the bytes.
   explicit MessageKey(std::span<const std::uint8_t, kBytes> bytes);
   ~MessageKey();  ///< leaves no copy in memory
   MessageKey(const MessageKey&) = delete;
@@ -28,7 +33,7 @@ class MessageKey {
   /// cannot be written.
   static void CreateFile(const std::string& file);
 
-  std::span<const std::uint8_t, kBytes> bytes() const { return bytes_; }
+  std::span<const std::uint8_t, kBytes> bytes() const { return bytes_; }  ///< for the tag; valid as long as the key
 
  private:
   std::array<std::uint8_t, kBytes> bytes_{};

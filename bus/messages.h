@@ -8,8 +8,10 @@
 
 #include "legopt_msg/all.hpp"
 
+/// @file
 /// Every generated message of package legopt_msg, and which call each belongs to, as lcmtypes/messages.def lists them.
 /// Thread rule: none, types and constants.
+
 namespace legopt::bus {
 
 /// Version of the protocol that this build speaks. PROTOCOL.md, section 2.
@@ -37,8 +39,10 @@ struct CallOf;
 /// A list of message types, to walk over: `[]<class... M>(MessageList<M...>) { ... }(AllMessages())`.
 template <class... Message>
 struct MessageList {
+  /// Messages in the list.
   static constexpr std::size_t kSize = sizeof...(Message);
 };
+/// The messages of both lists, those of `a` first.
 template <class... A, class... B>
 constexpr MessageList<A..., B...> operator+(MessageList<A...> /*a*/, MessageList<B...> /*b*/) {
   return {};
@@ -50,6 +54,7 @@ using Requests = decltype(MessageList<>()
 #define LEGOPT_CALL(number, Name, name) +MessageList<legopt_msg::name##_request>()
 #include "lcmtypes/messages.def"
 );
+/// The types of calls are 1 .. kLastMessageType.
 inline constexpr auto kLastMessageType = static_cast<std::int16_t>(Requests::kSize);
 
 /// Every message, in the order of messages.def; a request before its reply.
@@ -73,6 +78,7 @@ constexpr std::string_view ToString(MessageType type) {
 
 namespace messages_internal {
 
+/// Whether the calls have the numbers 1, 2, 3, ...
 template <class... Request>
 constexpr bool AreNumberedInOrder(MessageList<Request...> /*requests*/) {
   std::int16_t number = 0;
@@ -80,6 +86,7 @@ constexpr bool AreNumberedInOrder(MessageList<Request...> /*requests*/) {
 }
 static_assert(AreNumberedInOrder(Requests()), "lcmtypes/messages.def: the calls' numbers are 1, 2, 3, ...");
 
+/// Place of a message in a list; the length of the list when it is not there.
 template <class Message, class... All>
 constexpr std::size_t IndexIn(MessageList<All...> /*all*/) {
   constexpr std::array<bool, sizeof...(All)> kIsIt = {std::is_same_v<Message, All>...};

@@ -5,13 +5,16 @@
 
 #include "bus/bus_error.h"
 
+/// @file
 /// Asks the kernel, before LCM does, whether a multicast group and port work. LCM itself would print to stderr and,
 /// behind a firewall, block for ten seconds. Private to bus; ProbeMulticastRoute() of lcm_transport.h is the public
 /// face.
+
 namespace legopt::bus {
 
+/// What a probe found.
 struct ProbeResult {
-  bool usable = false;
+  bool usable = false;                                 ///< the datagram came back
   BusErrorCode code = BusErrorCode::kNetworkUnusable;  ///< when not usable
   std::string problem;                                 ///< when not usable: what is wrong and what fixes it
   std::string interface;                               ///< that carries the group, when known

@@ -4,12 +4,16 @@
 #include <chrono>
 #include <cstdint>
 
+/// @file
 /// A token bucket that keeps bursts of small requests below what a receiver's buffer takes without loss. Private to
 /// bus. Larger bursts must be assumed lossy, paced traffic is not: docs/reliability.md#what-lcm-and-udp-do.
+
 namespace legopt::bus {
 
+/// A token bucket for small requests.
 class Pacer {
  public:
+  /// Of the transport's steady clock.
   using microseconds = std::chrono::microseconds;
   static constexpr int kBurst = 48;             ///< sent without waiting
   static constexpr microseconds kInterval{25};  ///< then one per interval: 40,000 / s

@@ -9,6 +9,7 @@
 
 #include "bus/transport.h"
 
+/// @file
 /// Which requests are fresh, where a key is configured. Pure; private to bus.
 ///
 /// A session (caller and its session number) is admitted once it has proven that it lives now, by returning this
@@ -16,12 +17,14 @@
 /// that a window over its nonces takes each frame once: nonces beyond the highest one, and those of the last
 /// kReplayWindow not seen yet. The longest silent session is forgotten first, and the challenge changes with it, so
 /// that its old proof is worth nothing. Thread rule: one thread. Source: PROTOCOL.md, section 11.
+
 namespace legopt::bus {
 
 /// Nonces remembered per session. Callers send at most 48 requests at once and one every 25 us after that, so frames
 /// that the network delays by less than 100 ms are still inside.
 inline constexpr std::int64_t kReplayWindow = 4096;
 
+/// Which nonces of one session have been seen.
 class ReplayWindow {
  public:
   /// Refuses everything up to `floor`.
@@ -37,10 +40,17 @@ class ReplayWindow {
   std::array<std::uint64_t, kReplayWindow / kWordBits> seen_;  // bit nonce % kReplayWindow
 };
 
+/// The sessions admitted, each with its window.
 class ReplayGuard {
  public:
-  enum class Verdict { kFresh, kReplayed, kUnproven };
+  /// What a request is.
+  enum class Verdict {
+    kFresh,     ///< take it
+    kReplayed,  ///< seen before, or too old: drop it
+    kUnproven   ///< its session has to return challenge() first
+  };
 
+  /// Remembers at most `max_sessions`; challenges are drawn from `seed`, which must differ from life to life.
   ReplayGuard(std::size_t max_sessions, std::uint64_t seed);
 
   /// A request with a good tag arrived.

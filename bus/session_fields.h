@@ -6,7 +6,9 @@
 #include "bus/messages.h"
 #include "words/reply.h"
 
+/// @file
 /// Who is there: the calls probe, hello and shutdown.
+
 namespace legopt::bus::fields {
 
 template <>

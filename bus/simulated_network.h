@@ -12,6 +12,7 @@
 #include "bus/message_key.h"
 #include "bus/transport.h"
 
+/// @file
 /// A seeded network in virtual time: the same Transport interface, every misfortune on demand, the same history each
 /// time.
 ///
@@ -21,6 +22,7 @@
 /// Run() does that for endpoints.
 ///
 /// Thread rule: one thread for a network and all its transports.
+
 namespace legopt::bus {
 
 class Endpoint;
@@ -28,13 +30,14 @@ class SimulatedTransport;
 
 /// Probabilities are per datagram and receiver, each in [0, 1]. The defaults are a perfect, instant network.
 struct Misfortune {
-  double drop = 0;
-  double duplicate = 0;  ///< delivered once more, with its own delay
-  double reorder = 0;    ///< held back by an extra delay of up to `reorder_delay`
-  double corrupt = 0;    ///< 1 - 3 random bytes changed
-  double truncate = 0;   ///< cut at a random length
-  microseconds min_delay{0};
-  microseconds max_delay{0};
+  double drop = 0;            ///< never delivered
+  double duplicate = 0;       ///< delivered once more, with its own delay
+  double reorder = 0;         ///< held back by an extra delay of up to `reorder_delay`
+  double corrupt = 0;         ///< 1 - 3 random bytes changed
+  double truncate = 0;        ///< cut at a random length
+  microseconds min_delay{0};  ///< of every datagram
+  microseconds max_delay{0};  ///< of every datagram, >= min_delay; uniform between the two
+  /// Longest extra delay.
   microseconds reorder_delay{50'000};
   /// Datagrams that may wait for a party, those under way included; more are lost, as in a kernel's receive buffer.
   std::size_t receive_buffer = SIZE_MAX;
@@ -43,18 +46,21 @@ struct Misfortune {
   static Misfortune StandardChaos();
 };
 
+/// The wire, and the time, of all parties.
 class SimulatedNetwork {
  public:
+  /// Equal seeds and equal use give equal histories.
   explicit SimulatedNetwork(std::uint64_t seed, const Misfortune& misfortune = {});
   ~SimulatedNetwork();
   SimulatedNetwork(const SimulatedNetwork&) = delete;
   SimulatedNetwork& operator=(const SimulatedNetwork&) = delete;
 
-  microseconds now() const { return now_; }
-  void set_misfortune(const Misfortune& misfortune) { misfortune_ = misfortune; }
+  microseconds now() const { return now_; }                                        ///< virtual time since the start
+  void set_misfortune(const Misfortune& misfortune) { misfortune_ = misfortune; }  ///< for what is sent from now on
 
   /// Moves time forward (never back) to `time`; delivers nothing by itself.
   void AdvanceTo(microseconds time);
+  /// AdvanceTo the time that comes `duration` later.
   void Advance(microseconds duration) { AdvanceTo(now_ + duration); }
   /// When the earliest datagram under way is due; empty when none is.
   std::optional<microseconds> next_delivery() const;
@@ -96,6 +102,7 @@ class SimulatedNetwork {
   std::function<void(Port, std::span<const std::uint8_t>)> tap_;
 };
 
+/// One party's end of the network.
 class SimulatedTransport final : public Transport {
  public:
   /// `network` must outlive the transport. Transports of one network with different deployments hear each other and
@@ -110,6 +117,7 @@ class SimulatedTransport final : public Transport {
   microseconds now() const override;
   std::int64_t deployment() const override;
   const MessageKey* key() const override { return key_.get(); }
+  /// kernel_drops: the full receive buffer; the rest as sent and delivered.
   TransportCounters counters() const override;
 
   /// When this party's next datagram is due, perhaps in the past; empty when none is under way.

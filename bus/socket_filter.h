@@ -2,7 +2,9 @@
 
 #include <cstdint>
 
+/// @file
 /// The kernel-side filter of LcmTransport (classic BPF). Private to bus; what it keeps away and why: lcm_transport.h.
+
 namespace legopt::bus {
 
 /// Attaches the filter to a UDP socket, replacing an earlier one. `self` 0 lets every destination pass. False when the

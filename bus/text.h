@@ -3,7 +3,9 @@
 #include <cstddef>
 #include <string>
 
+/// @file
 /// Texts of messages: UTF-8 without NUL. Thread rule: none, no state.
+
 namespace legopt::bus {
 
 /// UTF-8 without NUL.

@@ -7,12 +7,15 @@
 #include <cstdint>
 #include <span>
 
+/// @file
 /// Layer 1 of the bus: unreliable datagrams of at most 1,200 bytes on two ports, a clock, and one place to wait.
 ///
 /// A transport may lose, repeat, reorder and delay datagrams and says nothing about it; Endpoint (endpoint.h) makes
 /// calls out of them. Every party of a deployment hears everything on its ports, its own datagrams included.
 ///
 /// Thread rule: one thread uses a transport.
+
+/// Datagrams, calls with retry, acknowledged chunks (lcmtypes/PROTOCOL.md).
 namespace legopt::bus {
 
 class MessageKey;
@@ -27,6 +30,7 @@ inline constexpr EndpointId kServerCandidate = 2;  ///< of all servers that are 
 /// Largest datagram that a transport takes, in bytes of encoded frame (PROTOCOL.md, section 3).
 inline constexpr std::size_t kMaxDatagramBytes = 1200;
 
+/// Which of the two ports.
 enum class Port : std::uint8_t {
   kControl,  ///< requests, replies: everything that fits one datagram
   kBulk,     ///< chunks of large bodies and their acknowledgements
@@ -44,15 +48,16 @@ class DatagramReceiver {
 
 /// What only the transport can know. Counts since construction.
 struct TransportCounters {
-  std::uint64_t datagrams_sent = 0;
-  std::uint64_t datagrams_received = 0;
-  std::uint64_t bytes_sent = 0;
-  std::uint64_t bytes_received = 0;
-  std::uint64_t send_failures = 0;    ///< the kernel refused a datagram, e.g. no buffer space
-  std::uint64_t kernel_drops = 0;     ///< lost for lack of receive buffer, see LcmTransport
-  std::uint64_t kernel_filtered = 0;  ///< kept away by the socket filter: addressed to others, or not ours at all
+  std::uint64_t datagrams_sent = 0;      ///< accepted by the kernel
+  std::uint64_t datagrams_received = 0;  ///< that reached the receiver
+  std::uint64_t bytes_sent = 0;          ///< of datagrams_sent
+  std::uint64_t bytes_received = 0;      ///< of datagrams_received
+  std::uint64_t send_failures = 0;       ///< the kernel refused a datagram, e.g. no buffer space
+  std::uint64_t kernel_drops = 0;        ///< lost for lack of receive buffer, see LcmTransport
+  std::uint64_t kernel_filtered = 0;     ///< kept away by the socket filter: addressed to others, or not ours at all
 };
 
+/// One party's end of the network; transport.h says what it promises.
 class Transport {
  public:
   Transport() = default;
@@ -84,7 +89,7 @@ class Transport {
   /// transport.
   virtual const MessageKey* key() const { return nullptr; }
 
-  virtual TransportCounters counters() const = 0;
+  virtual TransportCounters counters() const = 0;  ///< as of now
 };
 
 }  // namespace legopt::bus

@@ -8,6 +8,7 @@
 #include "bus/endpoint.h"
 #include "bus/messages.h"
 
+/// @file
 /// Calls in terms of messages rather than bytes: encodes, decodes and checks on both sides, so that neither a handler
 /// nor a callback ever sees an illegal message. An undecodable request is refused with kMalformed and counted; an
 /// undecodable reply ends its call with kRejected, kMalformed.
@@ -18,6 +19,7 @@
 ///     CallMessage(endpoint, kServer, request, {}, [&](CallOutcome<legopt_msg::lease_reply> outcome) {...});
 ///
 /// Thread rule: as Endpoint.
+
 namespace legopt::bus {
 
 /// A Responder that takes a message. Send() throws BusError (kInvalidMessage) when the message is illegal; thrown from
@@ -25,14 +27,18 @@ namespace legopt::bus {
 template <class Reply>
 class ReplyTo {
  public:
+  /// Answers through `responder`.
   explicit ReplyTo(Responder responder) : responder_(std::move(responder)) {}
+  /// Encodes and replies.
   void Send(Reply message) { responder_.Reply(Encode(std::move(message))); }
+  /// As Responder::Reject.
   void Reject(ErrorCode code, std::string_view text) { responder_.Reject(code, text); }
 
  private:
   Responder responder_;
 };
 
+/// Serves the call of a request: handler(const Message&, EndpointId sender, ReplyTo<Reply>), for legal ones only.
 template <class Message, class Handler>
 void ServeMessage(Endpoint& endpoint, Handler handler) {
   using Reply = typename CallOf<Message>::Reply;
@@ -47,13 +53,14 @@ void ServeMessage(Endpoint& endpoint, Handler handler) {
   });
 }
 
+/// CallResult, the reply decoded.
 template <class Reply>
 struct CallOutcome {
-  CallResult::Status status = CallResult::kTimeout;
-  Reply reply{};      ///< kOk
-  ErrorCode code{};   ///< kRejected
-  std::string error;  ///< otherwise
-  bool ok() const { return status == CallResult::kOk; }
+  CallResult::Status status = CallResult::kTimeout;      ///< kRejected also when the reply is not legal
+  Reply reply{};                                         ///< kOk
+  ErrorCode code{};                                      ///< kRejected
+  std::string error;                                     ///< otherwise
+  bool ok() const { return status == CallResult::kOk; }  ///< whether `reply` counts
 };
 
 /// Throws BusError (kInvalidMessage) when `request` is illegal, and as Endpoint::Call.

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <span>
 
+/// @file
 /// What the kernel knows of lost datagrams. Private to bus. Source: proc(5); Linux only, zero elsewhere.
+
 namespace legopt::bus {
 
 /// Sum of the "drops" column of /proc/net/udp over the sockets with these inodes: filtered away or no buffer space.

@@ -11,7 +11,7 @@ namespace legopt {
 
 /// What must hold, said at the call: the text and where it stands.
 struct Invariant {
-  // Implicit, so that a literal is one. The folder is left out at compile time: no program holds a path of its build.
+  /// Implicit, so that a literal is one. The folder is left out at compile time: no program holds a path of its build.
   consteval Invariant(const char* text_in, const char* path = __builtin_FILE(), int line_in = __builtin_LINE())
       : text(text_in), line(line_in) {
     const char* name = path;
@@ -21,9 +21,9 @@ struct Invariant {
     for (std::size_t i = 0; name[i] != '\0' && i + 1 < file.size(); ++i) file[i] = name[i];
   }
 
-  const char* text;
-  int line;
-  std::array<char, 48> file{};
+  const char* text;             ///< of the source: what must hold
+  int line;                     ///< of the call
+  std::array<char, 48> file{};  ///< name without its folder, cut to 47 bytes
 };
 
 /// Ends the program when an invariant of ours is broken: neither bad input (an InputError) nor a numerical outcome (a

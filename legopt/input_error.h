@@ -14,6 +14,7 @@ namespace legopt {
 /// line.
 class InputError : public std::runtime_error {
  public:
+  /// One fault: where it is, what it is, what mends it.
   struct Fault {
     std::string file;     ///< path, or a description of the source when there is no file
     std::string field;    ///< element, key or line; may be empty
@@ -22,6 +23,7 @@ class InputError : public std::runtime_error {
     std::string fix;      ///< what the user can do; may be empty
   };
 
+  /// Of one fault.
   explicit InputError(Fault fault) : std::runtime_error(TextOf(fault)), faults_{std::move(fault)} {}
 
   /// Of one fault or more, for readers that look at all before they refuse.
@@ -33,7 +35,7 @@ class InputError : public std::runtime_error {
 
   /// The first one.
   const Fault& fault() const { return faults_.front(); }
-  const std::vector<Fault>& faults() const { return faults_; }
+  const std::vector<Fault>& faults() const { return faults_; }  ///< at least one, in the order in which they were found
 
   /// A fault as a sentence.
   static std::string TextOf(const Fault& fault) {

@@ -13,8 +13,10 @@ namespace legopt {
 /// converted.
 class AnswerWriter {
  public:
+  /// Begins an answer with the letter of its kind, which the reader of the other side takes off before AnswerReader.
   explicit AnswerWriter(char kind) : bytes_(1, kind) {}
 
+  /// Appends the number of values (64 bits) and their bytes. `Sequence`: contiguous, of trivially copyable values.
   template <typename Sequence>
   void Add(const Sequence& values) {
     const std::uint64_t count = values.size();
@@ -22,7 +24,7 @@ class AnswerWriter {
     bytes_.append(reinterpret_cast<const char*>(values.data()), count * sizeof(*values.data()));
   }
 
-  std::string Take() { return std::move(bytes_); }
+  std::string Take() { return std::move(bytes_); }  ///< the answer; ends the writer's use
 
  private:
   std::string bytes_;
@@ -50,7 +52,7 @@ class AnswerReader {
     return true;
   }
 
-  bool at_end() const { return rest_.empty(); }
+  bool at_end() const { return rest_.empty(); }  ///< true when nothing is left: a sound answer ends here
 
  private:
   std::string_view rest_;

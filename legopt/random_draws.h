@@ -16,6 +16,7 @@ inline double UniformDraw(std::mt19937_64& generator) {
 /// Standard normal draws by Box and Muller's transform, two per pair of uniform ones; one thread.
 class NormalDraws {
  public:
+  /// The next draw; takes two uniform ones from `generator` at every other call.
   double Next(std::mt19937_64& generator) {
     if (has_spare_) {
       has_spare_ = false;

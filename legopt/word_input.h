@@ -21,6 +21,7 @@ Enum ReadWord(std::string_view text, std::string_view file, std::string_view fie
                     .fix = "use " + WordChoices<Enum>()});
 }
 
+/// The task of that name; InputError as ReadWord, under the field "task".
 inline Task ReadTask(std::string_view text, std::string_view file) {
   return ReadWord<Task>(text, file, "task", "task");
 }

@@ -22,7 +22,11 @@ inline constexpr auto kWords<SceneRepresentation> =
 
 /// What collision between consecutive waypoints is to a program. The paper has it in the solver although the task does
 /// not require it (paper, section V): a preference cannot make a window fail that the task's constraints allow.
-enum class ContinuousCollision : std::uint8_t { kNone, kPreferred, kRequired };
+enum class ContinuousCollision : std::uint8_t {
+  kNone,       ///< does not occur
+  kPreferred,  ///< is a preference of its own weight
+  kRequired    ///< is a constraint
+};
 
 template <>
 inline constexpr auto kWords<ContinuousCollision> =

@@ -29,7 +29,7 @@ constexpr bool IsTerminal(JobState state) { return state != JobState::kQueued &&
 
 /// What became of one attempt, as the server knows it.
 enum class AttemptOutcome : std::uint8_t {
-  kRunning,
+  kRunning,      ///< has a lease that has not ended
   kFinished,     ///< gave the accepted result
   kCrashed,      ///< the job process died; `exit_signal` tells how
   kTimeLimit,    ///< killed at its wall-time limit
@@ -70,7 +70,11 @@ inline constexpr auto kWords<ReportedOutcome> = Words<ReportedOutcome>({{Reporte
                                                                         {ReportedOutcome::kError, "error"}});
 
 /// Where an experiment stands.
-enum class ExperimentState : std::uint8_t { kActive, kDone, kCancelled };
+enum class ExperimentState : std::uint8_t {
+  kActive,    ///< some job is not over
+  kDone,      ///< every job is over
+  kCancelled  ///< withdrawn by a user
+};
 
 template <>
 inline constexpr auto kWords<ExperimentState> = Words<ExperimentState>({{ExperimentState::kActive, "active"},
@@ -79,7 +83,7 @@ inline constexpr auto kWords<ExperimentState> = Words<ExperimentState>({{Experim
 
 /// What keeps an active experiment from being worked on.
 enum class Hold : std::uint8_t {
-  kNone,
+  kNone,    ///< may be worked on
   kPaused,  ///< no job is leased
   kHeld,    ///< the same, and what ran was given back; has a reason
 };

@@ -4,15 +4,17 @@
 
 #include "words/words.h"
 
+/// @file
 /// The status numbers of replies and the actions of a control request, as PROTOCOL.md has them: `status` of a message
 /// is the number of the enumerator. The words are for people (`legopt tap`).
+
 namespace legopt {
 
 /// hello_reply.status.
 enum class HelloStatus : std::int32_t {
-  kOk,
-  kVersionRefused,  ///< of the protocol
-  kDatasetMismatch,
+  kOk,               ///< registered
+  kVersionRefused,   ///< of the protocol
+  kDatasetMismatch,  ///< the jobs that wait need another content of a dataset that the worker has
 };
 
 template <>
@@ -22,11 +24,11 @@ inline constexpr auto kWords<HelloStatus> = Words<HelloStatus>({{HelloStatus::kO
 
 /// lease_reply.status.
 enum class LeaseStatus : std::int32_t {
-  kLeased,  ///< with at least one job
-  kNoneNow,
-  kUnknownWorker,  ///< say hello again
-  kDatasetMismatch,
-  kNoMoreWork,
+  kLeased,           ///< with at least one job
+  kNoneNow,          ///< nothing to do at present: ask again after the given time
+  kUnknownWorker,    ///< say hello again
+  kDatasetMismatch,  ///< as of a hello
+  kNoMoreWork,       ///< every experiment is over, or the server stops
 };
 
 template <>
@@ -38,8 +40,8 @@ inline constexpr auto kWords<LeaseStatus> = Words<LeaseStatus>({{LeaseStatus::kL
 
 /// method_reply.status.
 enum class MethodStatus : std::int32_t {
-  kFound,
-  kUnknown,
+  kFound,    ///< with the options
+  kUnknown,  ///< no experiment has such a method
 };
 
 template <>
@@ -48,8 +50,8 @@ inline constexpr auto kWords<MethodStatus> = Words<MethodStatus>({{MethodStatus:
 
 /// heartbeat_reply.status; 1 is not used.
 enum class HeartbeatStatus : std::int32_t {
-  kOk,
-  kUnused,
+  kOk,             ///< the worker is registered
+  kUnused,         ///< stands for the number that has no meaning
   kUnknownWorker,  ///< say hello again
 };
 
@@ -61,9 +63,9 @@ inline constexpr auto kWords<HeartbeatStatus> = Words<HeartbeatStatus>({{Heartbe
 
 /// heartbeat_reply.verdicts.
 enum class LeaseVerdict : std::int8_t {
-  kContinue,
-  kCancel,
-  kUnknownLease,
+  kContinue,      ///< go on
+  kCancel,        ///< stop the job: it was cancelled
+  kUnknownLease,  ///< stop the job: it has expired, or the experiment is held; a result is stale
 };
 
 template <>
@@ -76,7 +78,7 @@ enum class ResultStatus : std::int32_t {
   kAccepted,   ///< and on disk
   kDuplicate,  ///< of an accepted one
   kStale,      ///< kept for audit
-  kRefused,
+  kRefused,    ///< not a result of this job
 };
 
 template <>
@@ -87,9 +89,9 @@ inline constexpr auto kWords<ResultStatus> = Words<ResultStatus>({{ResultStatus:
 
 /// submit_reply.status.
 enum class SubmitStatus : std::int32_t {
-  kCreated,
-  kAlreadyKnown,
-  kRefused,
+  kCreated,       ///< a new experiment
+  kAlreadyKnown,  ///< the experiment of an earlier submission with this id
+  kRefused,       ///< no legal specification, or another one under this id; the message says why
 };
 
 template <>
@@ -99,7 +101,7 @@ inline constexpr auto kWords<SubmitStatus> = Words<SubmitStatus>({{SubmitStatus:
 
 /// query_reply.status.
 enum class QueryStatus : std::int32_t {
-  kOk,
+  kOk,       ///< with rows
   kRefused,  ///< or failed
   kStopped,  ///< at its time limit
 };
@@ -111,9 +113,9 @@ inline constexpr auto kWords<QueryStatus> = Words<QueryStatus>({{QueryStatus::kO
 
 /// control_reply.status and cancel_reply.status.
 enum class ControlStatus : std::int32_t {
-  kOk,  ///< done, or so already
-  kUnknownExperiment,
-  kRefused,
+  kOk,                 ///< done, or so already
+  kUnknownExperiment,  ///< no such experiment
+  kRefused,            ///< not possible in its present state; the message says why
 };
 
 template <>
@@ -124,8 +126,8 @@ inline constexpr auto kWords<ControlStatus> = Words<ControlStatus>({{ControlStat
 
 /// shutdown_reply.status.
 enum class ShutdownStatus : std::int32_t {
-  kStopping,
-  kRefused,
+  kStopping,  ///< the server stops
+  kRefused,   ///< the message's sender may not stop it
 };
 
 template <>
@@ -134,18 +136,18 @@ inline constexpr auto kWords<ShutdownStatus> = Words<ShutdownStatus>({{ShutdownS
 
 /// control_request.action.
 enum class ControlAction : std::int8_t {
-  kPause,
-  kResume,
-  kHold,  ///< with a reason
-  kRelease,
-  kPriority,
-  kRetry,
+  kPause,            ///< begin no more jobs
+  kResume,           ///< begin jobs again
+  kHold,             ///< with a reason
+  kRelease,          ///< end of a hold
+  kPriority,         ///< before or behind other experiments
+  kRetry,            ///< failed and dead jobs once more
   kRetryTimeLimits,  ///< also the jobs that the clock stopped
-  kRename,
-  kTag,
-  kUntag,
-  kDelete,
-  kResumeAnyBuild,  ///< resume, and let workers of any build finish it
+  kRename,           ///< gives it another name
+  kTag,              ///< adds a tag
+  kUntag,            ///< takes a tag away
+  kDelete,           ///< with all its results
+  kResumeAnyBuild,   ///< resume, and let workers of any build finish it
 };
 
 template <>

@@ -8,13 +8,13 @@ namespace legopt {
 
 /// How a solve ended, by the solver's own word. Success is only what the judge says.
 enum class SolveStatus : std::uint8_t {
-  kNotRun,
+  kNotRun,               ///< nothing has been solved yet
   kConvergedFeasible,    ///< converged, all constraints within the solver's tolerance
   kConvergedInfeasible,  ///< no progress possible at the largest penalty, constraints violated ("stuck")
-  kIterationLimit,
-  kTimeLimit,
-  kNumericalFailure,  ///< non-finite values at the start, or no subproblem could be solved
-  kCancelled,
+  kIterationLimit,       ///< the iterations ran out; the point may be feasible
+  kTimeLimit,            ///< the solver stopped itself at its wall-time limit
+  kNumericalFailure,     ///< non-finite values at the start, or no subproblem could be solved
+  kCancelled,            ///< the stop check asked for it
 };
 
 template <>
@@ -29,15 +29,15 @@ inline constexpr auto kWords<SolveStatus> = Words<SolveStatus>({{SolveStatus::kN
 
 /// Why a solution fails, or that it does not. In the order in which the benchmark checks one waypoint.
 enum class Verdict : std::uint8_t {
-  kSuccess,
-  kWrongWaypointCount,
-  kWrongSize,
-  kNotFinite,
-  kFootPose,
-  kCom,
-  kJointLimit,
-  kEnvironmentCollision,
-  kSelfCollision,
+  kSuccess,               ///< feasible by this rule
+  kWrongWaypointCount,    ///< not as many waypoints as the task wants
+  kWrongSize,             ///< a waypoint that is not n + 7 numbers
+  kNotFinite,             ///< a waypoint with NaN or infinity
+  kFootPose,              ///< a foot is off its target
+  kCom,                   ///< the centre of mass is outside the support polygon
+  kJointLimit,            ///< a joint is beyond its limits
+  kEnvironmentCollision,  ///< a link is in the scene
+  kSelfCollision,         ///< two links are in each other
 };
 
 template <>
@@ -53,7 +53,10 @@ inline constexpr auto kWords<Verdict> = Words<Verdict>({{Verdict::kSuccess, "suc
 
 /// Which of the judge's two verdicts counts: by the original evaluator's rule, or with every colliding pair and
 /// contact.
-enum class Rule : std::uint8_t { kLiteral, kStrict };
+enum class Rule : std::uint8_t {
+  kLiteral,  ///< Evaluation::literal
+  kStrict    ///< Evaluation::strict
+};
 
 template <>
 inline constexpr auto kWords<Rule> = Words<Rule>({{Rule::kLiteral, "literal"}, {Rule::kStrict, "strict"}});

@@ -12,13 +12,19 @@
 namespace legopt {
 
 /// What a problem asks for: one static posture at a stance, or a motion through a sequence of stances.
-enum class Task : std::uint8_t { kPosture, kMotion };
+enum class Task : std::uint8_t {
+  kPosture,  ///< one static posture at a stance
+  kMotion    ///< a motion through a sequence of stances
+};
 
 template <>
 inline constexpr auto kWords<Task> = Words<Task>({{Task::kPosture, "posture"}, {Task::kMotion, "motion"}});
 
 /// The paper's two starting points: soles above every target, or soles below every target (buried).
-enum class Initialization : std::uint8_t { kGood, kInCollision };
+enum class Initialization : std::uint8_t {
+  kGood,        ///< soles above every target
+  kInCollision  ///< soles below every target (buried)
+};
 
 template <>
 inline constexpr auto kWords<Initialization> = Words<Initialization>({{Initialization::kGood, "good"},
@@ -33,17 +39,17 @@ enum class TaskCost : std::uint8_t {
 /// All that distinguishes a task from the others: code asks this and not which task it is. The terms of a task stand
 /// beside the terms (legopt/terms/task_program.h), in one row each as well.
 struct TaskDescription {
-  Task task{};
+  Task task{};                           ///< which one this describes
   std::string_view title;                ///< heading of its columns in a table
   std::string_view short_title;          ///< where columns are narrow
   std::string_view plural;               ///< of its solutions, in a sentence
   std::string_view problem_file;         ///< with its problems, in the datasets that we write
   std::string_view legopt_problem_file;  ///< likewise in a folder of the original benchmark
   std::string_view stances;              ///< how many one problem has, in a sentence
-  int least_stances = 1;
-  int most_stances = 1;
-  int waypoints_per_stance = 1;  ///< identical copies; consecutive waypoints share a stance
-  TaskCost cost{};
+  int least_stances = 1;                 ///< of a problem, >= 1
+  int most_stances = 1;                  ///< of a problem, >= least_stances
+  int waypoints_per_stance = 1;          ///< consecutive ones, under the same constraints
+  TaskCost cost{};                       ///< which of the costs solutions have
   bool between_waypoints = false;  ///< consecutive waypoints belong together: what lies between them is scored, too
   /// Solved window by window, so that its progress counts windows; otherwise it counts attempts, of which the first
   /// good one is the last.

@@ -8,16 +8,19 @@
 #include <string_view>
 #include <type_traits>
 
+/// @file
 /// Enumerations and their words: the one place where a value meets its spelling in files, messages, databases and
 /// command lines. Text becomes a value where it enters (ParseWord) and text again where it leaves (ToString); nothing
 /// in between compares with a literal. Every room may use this one; it uses none. No state; thread-safe.
+
+/// All of legopt but its bus and its generator, which have namespaces of their own.
 namespace legopt {
 
 /// One row of a table of words.
 template <class Enum>
 struct Word {
-  Enum value;
-  std::string_view word;
+  Enum value;             ///< the enumerator
+  std::string_view word;  ///< its spelling
 };
 
 /// The words of `Enum`, in the order of its enumerators 0, 1, 2, ...: each enumeration gives its own beside itself,
@@ -87,14 +90,16 @@ std::string WordChoices() {
 /// One value of type T for every value of the enumeration.
 template <Worded Enum, class T>
 struct Per {
-  std::array<T, kNumWords<Enum>> values{};
+  std::array<T, kNumWords<Enum>> values{};  ///< by the number of the enumerator
 
+  /// What is no value of the enumeration ends the program, as in ToString.
   constexpr T& operator[](Enum key) { return values.at(static_cast<std::size_t>(key)); }
+  /// The same, for reading.
   constexpr const T& operator[](Enum key) const { return values.at(static_cast<std::size_t>(key)); }
-  constexpr auto begin() { return values.begin(); }
-  constexpr auto end() { return values.end(); }
-  constexpr auto begin() const { return values.begin(); }
-  constexpr auto end() const { return values.end(); }
+  constexpr auto begin() { return values.begin(); }        ///< in the order of the enumerators
+  constexpr auto end() { return values.end(); }            ///< behind the last value
+  constexpr auto begin() const { return values.begin(); }  ///< the same, for reading
+  constexpr auto end() const { return values.end(); }      ///< the same, for reading
 
   bool operator==(const Per&) const = default;
 };

@@ -26,7 +26,7 @@ struct CollisionOptions {
   int max_link_pieces = 8;
   /// The same two for components of the scene that are neither convex nor vertical prisms.
   double scene_concavity_m = 0.03;
-  int max_component_pieces = 24;
+  int max_component_pieces = 24;  ///< at most so many per component, >= 1
   /// What the scene is made of; the robot's side does not depend on it.
   SceneRepresentation scene = SceneRepresentation::kSolid;
 };
@@ -46,7 +46,12 @@ struct CollisionOptions {
 /// Immutable; const members are safe from any number of threads.
 class CollisionModel {
  public:
-  enum class PairStatus { kChecked, kIgnoredAdjacent, kIgnoredReferencePose };
+  /// Whether a pair of links is compared, and if not, why.
+  enum class PairStatus {
+    kChecked,              ///< compared
+    kIgnoredAdjacent,      ///< at most one moving joint between them, or a link without geometry
+    kIgnoredReferencePose  ///< their meshes intersect at `reference_x`
+  };
 
   /// `reference_x`: configuration (n + 7) whose touching link pairs are ignored for good.
   /// Throws InputError: a mesh that cannot be loaded, a degenerate shape, wrong size of `reference_x`, bad options.
@@ -58,7 +63,7 @@ class CollisionModel {
   CollisionModel(const CollisionModel&) = delete;
   CollisionModel& operator=(const CollisionModel&) = delete;
 
-  int num_links() const;
+  int num_links() const;  ///< of the robot
   /// Pairs of links that are compared, ascending by (second, first), the order of the original evaluator.
   const std::vector<LinkPair>& checked_pairs() const;
   /// Status of any two different links, in any order. A link without geometry is adjacent to all.
@@ -69,13 +74,13 @@ class CollisionModel {
   int num_link_pieces(int link) const;
   /// A ball in the link's frame, m. Radius < 0 for links without geometry.
   struct Ball {
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    double radius = -1.0;
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< link frame
+    double radius = -1.0;                              ///< m; < 0: the link has no geometry
   };
   /// Holds all shapes of the link.
   const Ball& link_ball(int link) const;
 
-  SceneRepresentation scene_representation() const;
+  SceneRepresentation scene_representation() const;  ///< what num_scene_solids() counts: solids or triangles
   /// Convex obstacles of the scene: solids or triangles.
   int num_scene_solids() const;
 
@@ -83,8 +88,8 @@ class CollisionModel {
   /// A surface contains nothing. Slow (tests, tools).
   bool SceneContains(const Eigen::Vector3d& point_W, double depth_m = 0.0) const;
 
-  struct Impl;  // internal: defined in model_data.h
-  const Impl& impl() const { return *impl_; }
+  struct Impl;                                 // internal: defined in model_data.h
+  const Impl& impl() const { return *impl_; }  ///< internal to the room
 
  private:
   explicit CollisionModel(std::unique_ptr<const Impl> impl);

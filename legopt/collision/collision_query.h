@@ -20,9 +20,12 @@ namespace legopt {
 /// have grown to the largest query seen.
 class CollisionQuery {
  public:
+  /// `model` is shared; the query keeps it alive.
   explicit CollisionQuery(std::shared_ptr<const CollisionModel> model);
   ~CollisionQuery();
+  /// What is moved from may only be destroyed or assigned to.
   CollisionQuery(CollisionQuery&&) noexcept;
+  /// Likewise.
   CollisionQuery& operator=(CollisionQuery&&) noexcept;
 
   /// All contacts with distance < margin_m [m, >= 0] at the configuration held by `kinematics` (updated, of the model's
@@ -37,7 +40,7 @@ class CollisionQuery {
   /// The same for all links.
   std::span<const Contact> SceneContacts(const Kinematics& kinematics, double margin_m);
 
-  const CollisionModel& model() const;
+  const CollisionModel& model() const;  ///< of which it is a query
 
   /// Calls of Contacts and SceneContacts so far.
   std::int64_t queries() const;

@@ -8,9 +8,10 @@
 
 namespace legopt {
 
+/// When a decomposition is fine enough: whichever is reached first.
 struct DecompositionLimits {
   double concavity_m = 0.02;  ///< stop when no piece stands off from the mesh by more than this, m
-  int max_pieces = 16;
+  int max_pieces = 16;        ///< >= 1
 };
 
 /// True when all of the surface lies within `tolerance_m` of the boundary of its hull.

@@ -12,15 +12,24 @@ namespace legopt {
 /// One convex solid in the frame of its owner (a link, or the world): a polytope or a primitive.
 class ConvexShape {
  public:
-  enum class Kind { kHull, kBox, kSphere, kCapsule, kCylinder };
+  /// What a shape is.
+  enum class Kind {
+    kHull,     ///< of points
+    kBox,      ///< as in ShapeSpec
+    kSphere,   ///< as in ShapeSpec
+    kCapsule,  ///< as in ShapeSpec
+    kCylinder  ///< as in ShapeSpec
+  };
 
+  /// The polytope; flat ones are legal.
   static ConvexShape FromHull(ConvexHull hull);
   /// Not for meshes. Throws InputError for sizes that are not positive and finite.
   static ConvexShape FromPrimitive(const ShapeSpec& shape);
 
-  Kind kind() const { return kind_; }
+  Kind kind() const { return kind_; }  ///< what it is
   /// Primitives: frame and size as in ShapeSpec. Hulls: identity, zero.
   const Eigen::Isometry3d& pose() const { return pose_; }
+  /// As in ShapeSpec, m; zero for hulls.
   const Eigen::Vector3d& size() const { return size_; }
   /// Points of the core: hull vertices, box corners, capsule ends, sphere centre; empty for a cylinder.
   const std::vector<Eigen::Vector3d>& points() const { return points_; }
@@ -30,8 +39,8 @@ class ConvexShape {
   const Eigen::Vector3d& centre() const { return centre_; }
   /// Radius of a ball about centre() that holds the shape.
   double bounding_radius() const { return bounding_radius_; }
-  const Eigen::AlignedBox3d& bounds() const { return bounds_; }
-  const ConvexHull& hull() const { return hull_; }
+  const Eigen::AlignedBox3d& bounds() const { return bounds_; }  ///< axis-aligned, in the owner's frame
+  const ConvexHull& hull() const { return hull_; }               ///< of kHull; empty for primitives
 
   /// Distance to the boundary: < 0 inside (exact), > 0 outside (a lower bound for hulls and boxes).
   double BoundaryDistance(const Eigen::Vector3d& point) const;
@@ -53,11 +62,13 @@ class ConvexShape {
 /// Coordinates of many shapes' core points as three arrays, each shape padded to whole lanes (SupportSet).
 class PointArena {
  public:
+  /// Where the points of one shape are.
   struct Range {
-    int begin = 0;
-    int count = 0;
+    int begin = 0;  ///< a multiple of SupportSet::kLanes
+    int count = 0;  ///< padding included; a multiple of SupportSet::kLanes
   };
 
+  /// Appends the points of one shape; the last one is repeated as padding. Earlier views are void.
   Range Add(const std::vector<Eigen::Vector3d>& points);
   /// Room for the same ranges, values undefined.
   void ResizeLike(const PointArena& other);

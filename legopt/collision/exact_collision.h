@@ -27,7 +27,9 @@ class ExactCollision {
   /// Throws InputError when a mesh cannot be loaded.
   ExactCollision(const RobotModel& robot, const Scene& scene, std::shared_ptr<const CollisionModel> model);
   ~ExactCollision();
+  /// What is moved from may only be destroyed or assigned to.
   ExactCollision(ExactCollision&&) noexcept;
+  /// Likewise.
   ExactCollision& operator=(ExactCollision&&) noexcept;
 
   /// The deepest contact of any link with the scene.
@@ -36,10 +38,12 @@ class ExactCollision {
     int link = -1;         ///< -1 when there is no contact
     int object = -1;       ///< index in Scene::objects
   };
+  /// The deepest contacts by both rules.
   struct SceneContacts {
-    SceneContact literal;
-    SceneContact strict;  ///< at least as deep
+    SceneContact literal;  ///< as the original evaluator sees them
+    SceneContact strict;   ///< at least as deep
   };
+  /// In one configuration; see SceneContacts.
   SceneContacts DeepestEnvironmentContacts(const Kinematics& kinematics);
   /// Largest contact depth between any link and any scene object, all contacts counted, >= 0.
   double EnvironmentDepth(const Kinematics& kinematics);
@@ -49,7 +53,7 @@ class ExactCollision {
     double literal_m = 0.0;         ///< depth of the colliding pair that comes last; 0 when none collides
     double strict_m = 0.0;          ///< largest depth of all colliding pairs and all their contacts
     LinkPair literal_pair{-1, -1};  ///< (first < second); -1 when none
-    LinkPair strict_pair{-1, -1};
+    LinkPair strict_pair{-1, -1};   ///< with strict_m; -1 when none
   };
   /// Checked link pairs in ascending order of (higher, lower) link index; within a pair the geometries from the last to
   /// the first.

@@ -15,12 +15,12 @@ class LinkTrimeshes {
  public:
   /// One geometry of a link.
   struct Geometry {
-    int link;
-    int mesh;          ///< number within the TrimeshWorld
-    ConvexShape hull;  ///< of the mesh, link frame
-    PointArena::Range range;
-    SupportSet placed;  ///< the hull in the world
-    Eigen::AlignedBox3d bounds;
+    int link;                    ///< that it belongs to
+    int mesh;                    ///< number within the TrimeshWorld
+    ConvexShape hull;            ///< of the mesh, link frame
+    PointArena::Range range;     ///< of the hull's points
+    SupportSet placed;           ///< the hull in the world
+    Eigen::AlignedBox3d bounds;  ///< of the hull in the world
   };
 
   /// Loads every geometry. `world` must outlive this object. Throws InputError.
@@ -31,7 +31,9 @@ class LinkTrimeshes {
   /// Moves all geometries to the poses held by `kinematics`.
   void Place(const Kinematics& kinematics);
 
+  /// Of a link; 0 when it touches nothing.
   int num_geometries(int link) const { return static_cast<int>(by_link_[static_cast<size_t>(link)].size()); }
+  /// One of them, in the order of the URDF; as placed by the last Place().
   const Geometry& geometry(int link, int index) const {
     return geometries_[static_cast<size_t>(by_link_[static_cast<size_t>(link)][static_cast<size_t>(index)])];
   }

@@ -12,8 +12,8 @@ namespace legopt {
 
 /// Indexed triangles. Vertices in metres; a triangle's corners run counter-clockwise seen from outside.
 struct TriangleMesh {
-  std::vector<Eigen::Vector3d> vertices;
-  std::vector<std::array<int, 3>> triangles;
+  std::vector<Eigen::Vector3d> vertices;      ///< m
+  std::vector<std::array<int, 3>> triangles;  ///< indices into `vertices`
 };
 
 /// Reads a mesh file (STL, OBJ, DAE or PLY, by content and suffix) in the frame and with the triangle order of the

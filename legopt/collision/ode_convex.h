@@ -31,6 +31,7 @@ class OdeConvexWorld {
 
   /// Signed distance (A = moving shape, B = the other) when smaller than `margin_m`; false otherwise.
   bool CollideWithSolid(int moving, int solid, double margin_m, PairDistance& result);
+  /// The same for two moving shapes, A = `moving_a` and B = `moving_b`.
   bool CollideMoving(int moving_a, int moving_b, double margin_m, PairDistance& result);
 
  private:

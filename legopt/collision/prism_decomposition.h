@@ -11,6 +11,7 @@ namespace legopt {
 struct VerticalPrism {
   /// z = c0 + c1 x + c2 y
   Eigen::Vector3d top;
+  /// Of the plane below, likewise.
   Eigen::Vector3d bottom;
   std::vector<Eigen::Vector3d> vertices;      ///< of the top surface
   std::vector<std::array<int, 3>> triangles;  ///< of the top surface, counter-clockwise in plan

@@ -10,14 +10,14 @@ namespace legopt {
 
 /// One fixed obstacle. The pose of `shape` is in the world frame.
 struct SceneObject {
-  std::string name;
-  ShapeSpec shape;
+  std::string name;  ///< for messages; unique when read from a file
+  ShapeSpec shape;   ///< what it is and where it stands
 };
 
 /// All obstacles of the environment. A plain value; nothing is loaded or checked before a model is built from it.
 struct Scene {
-  std::vector<SceneObject> objects;
-  ReadGuard read_guard = {};  ///< with which the scene was read; its meshes are loaded under it
+  std::vector<SceneObject> objects;  ///< in the order of the file
+  ReadGuard read_guard = {};         ///< with which the scene was read; its meshes are loaded under it
 };
 
 }  // namespace legopt

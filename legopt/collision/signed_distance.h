@@ -8,10 +8,10 @@ namespace legopt {
 
 /// Result of one pair; signs as in contact.h.
 struct PairDistance {
-  double distance_m = 0.0;
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-  Eigen::Vector3d point_a = Eigen::Vector3d::Zero();
-  Eigen::Vector3d point_b = Eigen::Vector3d::Zero();
+  double distance_m = 0.0;                            ///< signed
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, from B to A
+  Eigen::Vector3d point_a = Eigen::Vector3d::Zero();  ///< on A
+  Eigen::Vector3d point_b = Eigen::Vector3d::Zero();  ///< on B
 };
 
 /// Signed distance of two convex shapes when it is smaller than `cutoff_m`; false, with `result` untouched, otherwise.
@@ -26,16 +26,19 @@ bool SignedDistance(const SupportSet& a, const SupportSet& b, double cutoff_m, P
 
 /// A vertex of the Minkowski difference A - B and the points it comes from.
 struct DifferencePoint {
-  Eigen::Vector3d w, a, b;
+  Eigen::Vector3d w,  ///< a - b
+      a,              ///< of A
+      b;              ///< of B
 };
 
 /// Corners of the smallest feature that holds the point nearest to the origin, with its barycentric weights.
 struct Simplex {
-  DifferencePoint points[4];
-  double weights[4];
-  int size = 0;
+  DifferencePoint points[4];  ///< the first `size` count
+  double weights[4];          ///< of the points, >= 0, sum 1
+  int size = 0;               ///< 1 to 4 corners
 };
 
+/// The point of A - B farthest along `direction` (any non-zero length). Cores only: the radii are not included.
 inline DifferencePoint SupportOfDifference(const SupportSet& a, const SupportSet& b, const Eigen::Vector3d& direction) {
   DifferencePoint point;
   point.a = a.Farthest(direction);

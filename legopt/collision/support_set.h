@@ -13,18 +13,19 @@ namespace legopt {
 /// each, a multiple of kLanes (pad by repeating a point). Kinds: hull and box = points, radius 0; sphere = one point;
 /// capsule = two points; cylinder = count 0.
 struct SupportSet {
-  static constexpr int kLanes = 4;
-  static constexpr double kUnbounded = 1e30;
+  static constexpr int kLanes = 4;            ///< what counts are padded to: four doubles of a vector
+  static constexpr double kUnbounded = 1e30;  ///< bound of a shape whose bounds nobody has filled in
 
-  const double* x = nullptr;
-  const double* y = nullptr;
-  const double* z = nullptr;
-  int count = 0;
+  const double* x = nullptr;                         ///< first coordinates
+  const double* y = nullptr;                         ///< second coordinates
+  const double* z = nullptr;                         ///< third coordinates
+  int count = 0;                                     ///< points, padding included; 0: a cylinder
   double radius = 0.0;                               ///< m
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< a point inside of the core
 
   /// Bounds of the core grown by the radius; may be loose. Only used to choose where to look first.
   Eigen::Vector3d lower = Eigen::Vector3d::Constant(-kUnbounded);
+  /// Likewise, upper corner.
   Eigen::Vector3d upper = Eigen::Vector3d::Constant(kUnbounded);
 
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< cylinder: unit

@@ -15,9 +15,10 @@ class Terrain {
   /// in them take no more than some 200 MB; results do not depend on it. Coordinates must be finite, and below 1e9 m.
   explicit Terrain(TriangleMesh mesh, double bin_m = 0.25);
 
+  /// Where a vertical ray meets a surface.
   struct Hit {
-    double z_m = 0.0;
-    int triangle = -1;
+    double z_m = 0.0;   ///< height
+    int triangle = -1;  ///< index into mesh(); -1: none
   };
   /// Surfaces that look up (n_z > 0) above (x, y) with heights in [low, high], highest first. Appends to a cleared
   /// list.
@@ -27,10 +28,11 @@ class Terrain {
   /// Height of the lowest surface of any orientation above z + 1 mm; +infinity under the open sky.
   double NextAbove(double x, double y, double z_m) const;
 
+  /// Unit, by the triangle's winding; zero for a triangle without area.
   const Eigen::Vector3d& normal(int triangle) const { return normals_[static_cast<size_t>(triangle)]; }
-  double area_m2(int triangle) const { return areas_m2_[static_cast<size_t>(triangle)]; }
-  const TriangleMesh& mesh() const { return mesh_; }
-  const Eigen::AlignedBox3d& bounds() const { return bounds_; }
+  double area_m2(int triangle) const { return areas_m2_[static_cast<size_t>(triangle)]; }  ///< of a triangle
+  const TriangleMesh& mesh() const { return mesh_; }                                       ///< as given
+  const Eigen::AlignedBox3d& bounds() const { return bounds_; }                            ///< of all vertices
 
  private:
   /// Height of the triangle above (x, y), or false when the point is outside of it.

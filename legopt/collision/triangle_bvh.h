@@ -10,6 +10,7 @@ namespace legopt {
 /// Bounding-box tree over the triangles of a fixed mesh. Immutable after construction.
 class TriangleBvh {
  public:
+  /// Copies the triangles' bounds; `mesh` need not outlive the tree.
   explicit TriangleBvh(const TriangleMesh& mesh);
 
   /// Calls visit(triangle index) for triangles whose bounds overlap the box until it returns true; returns whether it

@@ -15,8 +15,8 @@ std::string HashFile(const std::filesystem::path& path);
 
 /// One used file: path inside the dataset folder (forward slashes) and BLAKE2b-256 of its bytes, hex.
 struct FileHash {
-  std::string path;
-  std::string hash;
+  std::string path;  ///< inside the dataset's folder, forward slashes
+  std::string hash;  ///< 64 lower-case hexadecimal digits
 };
 
 /// Paths inside `folder` of everything the dataset reads: robot, collision meshes, scene, scene meshes, problem files.

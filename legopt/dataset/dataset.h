@@ -27,9 +27,9 @@ class Dataset {
   /// A link that may stand. `box` is the link-frame AABB of its collision geometry (metres); the four corners at
   /// box.min().z() are the sole that spans the support polygon.
   struct Foot {
-    std::string link;
-    int link_index;
-    Eigen::AlignedBox3d box;
+    std::string link;         ///< its name
+    int link_index;           ///< index into RobotModel::links()
+    Eigen::AlignedBox3d box;  ///< link frame, m; not empty
   };
 
   /// Reads and checks the whole dataset; every mesh is read once, so that a corrupt one is found here, not by a worker.
@@ -53,8 +53,8 @@ class Dataset {
 
   /// Absolute path of the URDF.
   std::filesystem::path robot_file() const { return folder_ / description_.robot_file; }
-  const RobotModel& robot() const { return robot_; }
-  const Scene& scene() const { return scene_; }
+  const RobotModel& robot() const { return robot_; }  ///< as read, meshes not loaded; lives as long as the dataset
+  const Scene& scene() const { return scene_; }       ///< as read, meshes not loaded; lives as long as the dataset
   /// A box that contains the scene, in the world, m.
   const Eigen::AlignedBox3d& scene_bounds() const { return scene_bounds_; }
   /// A box that contains the robot in its nominal posture, base upright at the origin, m.
@@ -81,7 +81,7 @@ class Dataset {
   /// (negative; Atlas -0.873903). Metres.
   double nominal_sole_height_m() const { return nominal_sole_height_m_; }
 
-  const std::vector<Foot>& feet() const { return feet_; }
+  const std::vector<Foot>& feet() const { return feet_; }  ///< in the order of dataset.yaml; not empty
   /// Foot by link name; throws InputError when the link is not a foot of this dataset.
   const Foot& foot(const std::string& link) const;
   /// Target of the foot's *link frame* in the world: position + sole_offset_m * n with n = third column of the

@@ -30,13 +30,13 @@ namespace legopt {
 ///     files:                              # required: every used file and the BLAKE2b-256 of its bytes
 ///       robot.urdf: 5c1e...               # (64 hex digits); `legopt dataset hash` writes them
 struct DatasetDescription {
-  std::string name;
-  std::string robot_file;
-  std::string scene_file;
-  Per<Task, std::string> problem_files;  ///< empty: none
-  std::vector<std::string> feet;
-  double sole_offset_m = 0;
-  double gravity_m_s2 = kBenchmarkGravity_m_s2;
+  std::string name;                                        ///< of the dataset; shown in tables
+  std::string robot_file;                                  ///< URDF, relative to the folder
+  std::string scene_file;                                  ///< scene.yaml or a mesh, relative to the folder
+  Per<Task, std::string> problem_files;                    ///< empty: none
+  std::vector<std::string> feet;                           ///< names of the links that may stand
+  double sole_offset_m = 0;                                ///< of a foot's link frame above its sole, >= 0
+  double gravity_m_s2 = kBenchmarkGravity_m_s2;            ///< > 0
   std::map<std::string, double> nominal_posture;           ///< joint name -> rad, before clamping
   std::map<std::string, double> self_collision_reference;  ///< joint name -> rad
   std::map<std::string, std::string> files;                ///< path -> expected hash; empty for a bare folder
@@ -46,7 +46,9 @@ struct DatasetDescription {
   static constexpr double kBenchmarkGravity_m_s2 = 9.797930195020351;
 };
 
+/// What a folder must hold to be a dataset and not bare.
 inline constexpr const char* kDatasetFileName = "dataset.yaml";
+/// Value of its key `format` that this program reads and writes.
 inline constexpr const char* kDatasetFormat = "legopt-dataset/1";
 
 /// Reads `folder`/dataset.yaml. Throws InputError for a missing file, broken YAML, an unknown or missing key, a value

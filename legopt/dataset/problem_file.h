@@ -20,10 +20,10 @@ namespace legopt {
 /// `definition` holds one stance string (stance.h) per stance. Keys this program does not know are left alone, so that
 /// solution files are problem files, too.
 struct ProblemFile {
-  std::string robot;         ///< free text, may be empty
-  std::string scenario;      ///< free text, may be empty
-  std::optional<Task> task;  ///< as stated; nullopt when the key is missing
-  std::vector<ProblemDefinition> problems;
+  std::string robot;                        ///< free text, may be empty
+  std::string scenario;                     ///< free text, may be empty
+  std::optional<Task> task;                 ///< as stated; nullopt when the key is missing
+  std::vector<ProblemDefinition> problems;  ///< in the order of the file
 };
 
 /// Parses a JSON file. Throws InputError: missing file, syntax error with its byte position.
@@ -31,6 +31,7 @@ nlohmann::json ReadJsonFile(const std::filesystem::path& path);
 
 /// The two halves of that: the bytes of a file, and JSON from a text that stands in the file `path` (for errors).
 std::string ReadJsonText(const std::filesystem::path& path);
+/// Throws InputError for a syntax error, with its byte position.
 nlohmann::json ParseJsonText(std::string_view text, const std::filesystem::path& path);
 
 /// Reads the problems. Throws InputError naming file and problem: no `problems` array, missing or repeated `id`,

@@ -15,20 +15,20 @@ namespace legopt {
 /// surface normal as z axis and the foot's forward direction as x axis; it is unit within kQuaternionTolerance and is
 /// kept with the file's digits so that writing it back changes nothing.
 struct Foothold {
-  std::string link;
-  Eigen::Vector3d position;
-  Eigen::Quaterniond rotation;
+  std::string link;             ///< the foot's, by name
+  Eigen::Vector3d position;     ///< world, m: the sole target
+  Eigen::Quaterniond rotation;  ///< of the foot's link frame at its target, in the world
 };
 
 /// The feet that carry the robot at the same time, in file order. Feet that are not listed are free.
 struct Stance {
-  std::vector<Foothold> footholds;
+  std::vector<Foothold> footholds;  ///< each of another link; not empty when read from a file
 };
 
 /// One problem of a benchmark; its task says how many stances it has.
 struct ProblemDefinition {
-  int id;
-  std::vector<Stance> stances;
+  int id;                       ///< unique among the problems of a task, >= 0 in a dataset
+  std::vector<Stance> stances;  ///< as many as the task wants, when read from a dataset
 };
 
 bool operator==(const Foothold& a, const Foothold& b);

@@ -18,8 +18,8 @@ struct FootPlacement {
 
 /// The set { c : normal . c + offset <= 0 }, `normal` unit and outward, world xy, metres.
 struct HalfPlane {
-  Eigen::Vector2d normal;
-  double offset;
+  Eigen::Vector2d normal;  ///< unit, outward
+  double offset;           ///< m
 
   /// Signed distance of c from the edge: > 0 outside.
   double Distance(const Eigen::Vector2d& c) const { return normal.dot(c) + offset; }

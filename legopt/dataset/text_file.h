@@ -15,8 +15,10 @@ void WriteTextFile(const std::filesystem::path& path, const std::string& text);
 /// another `identity`; with the same identity its files are kept, so that work can go on where it stopped.
 class NewFolder {
  public:
+  /// `folder` is DIR; `identity` is any text that names what is being made.
   NewFolder(const std::filesystem::path& folder, const std::string& identity);
-  const std::filesystem::path& path() const { return partial_; }
+  const std::filesystem::path& path() const { return partial_; }  ///< `DIR.partial`, where files go
+  /// Gives the folder its name, in one step. Throws InputError when that fails; the files then stay in `DIR.partial`.
   void Finish();
   /// Removes `DIR.partial` with everything in it; never throws.
   void Discard();

@@ -23,12 +23,12 @@ class YamlFields {
   /// that is not in `known` (naming the nearest) or has a key twice.
   YamlFields(YAML::Node map, std::string file, std::string place, const std::vector<std::string>& known);
 
-  std::string RequireText(const std::string& key) const;
-  double RequireNumber(const std::string& key) const;  ///< finite
-  YAML::Node Require(const std::string& key) const;
-  std::optional<std::string> Text(const std::string& key) const;
-  std::optional<double> Number(const std::string& key) const;  ///< finite
-  std::optional<Eigen::Vector3d> Vector3(const std::string& key) const;
+  std::string RequireText(const std::string& key) const;                 ///< not empty
+  double RequireNumber(const std::string& key) const;                    ///< finite
+  YAML::Node Require(const std::string& key) const;                      ///< any node but null
+  std::optional<std::string> Text(const std::string& key) const;         ///< not empty
+  std::optional<double> Number(const std::string& key) const;            ///< finite
+  std::optional<Eigen::Vector3d> Vector3(const std::string& key) const;  ///< three finite numbers
   /// Undefined node when the key is missing.
   YAML::Node Get(const std::string& key) const;
 
@@ -36,7 +36,7 @@ class YamlFields {
   [[noreturn]] void Fail(const std::string& key, const std::string& value, const std::string& message,
                          const std::string& fix) const;
 
-  const std::string& file() const { return file_; }
+  const std::string& file() const { return file_; }  ///< name for errors
 
  private:
   YAML::Node map_;

@@ -16,6 +16,7 @@ inline constexpr int kInterpolationSteps = 10;
 /// What happens between the waypoints of a motion when a robot just moves from each to the next. No part of the
 /// verdict: neither the paper nor its evaluator looks there. NaN: not evaluated.
 struct InterpolationScore {
+  /// A figure that nobody has computed.
   static constexpr double kNotEvaluated = std::numeric_limits<double>::quiet_NaN();
 
   double environment_depth_m = kNotEvaluated;  ///< largest contact depth with the scene, >= 0

@@ -30,6 +30,7 @@ inline constexpr double kUnlimitedJoint = 1e4;
 /// be evaluated, also after it. A figure that was never evaluated is NaN (no waypoint had the right size, or phase A
 /// failed and collisions were not looked at).
 struct Evaluation {
+  /// A figure that nobody has computed.
   static constexpr double kNotEvaluated = std::numeric_limits<double>::quiet_NaN();
 
   Verdict literal = Verdict::kSuccess;  ///< by the original evaluator's rule: self-collision of the last pair only
@@ -66,12 +67,15 @@ struct Evaluation {
 /// dataset's collision model if nobody has yet, and throws InputError when a mesh is corrupt.
 class Judge {
  public:
+  /// `dataset`: shared with the judge. See above for what this costs and throws.
   explicit Judge(std::shared_ptr<const Dataset> dataset);
   ~Judge();
+  /// What is moved from may only be destroyed or assigned to.
   Judge(Judge&&) noexcept;
+  /// Likewise.
   Judge& operator=(Judge&&) noexcept;
 
-  const Dataset& dataset() const;
+  const Dataset& dataset() const;  ///< as given at construction
 
   /// `problem` need not be one of the dataset's, but it must fit the task, and its links must be feet of the dataset:
   /// else InputError that names problem and stance, and no file. `waypoints` hold n + 7 numbers each; the quaternion

@@ -13,7 +13,7 @@ namespace legopt {
 
 /// The first number of a solution that cannot be read.
 struct UnreadableNumber {
-  int waypoint = 0;
+  int waypoint = 0;     ///< from 0
   int index = -1;       ///< within the waypoint, from 0; -1: the waypoint is neither a text nor a list
   std::string value;    ///< as the file has it, shortened
   std::string message;  ///< what is wrong with it
@@ -34,16 +34,16 @@ struct Solution {
 
 /// A problem of a solution file. `definition.stances` is empty when the file leaves `definition` out.
 struct SolvedProblem {
-  ProblemDefinition definition;
-  std::vector<Solution> solutions;
+  ProblemDefinition definition;     ///< id and stances
+  std::vector<Solution> solutions;  ///< by different methods; in the order of the file
 };
 
 /// A LegOpt solution file (docs/readings.md#problem-and-solution-files): its problems carry a `solution` array.
 struct SolutionFile {
-  std::string robot;
-  std::string scenario;
-  Task task{};
-  std::vector<SolvedProblem> problems;
+  std::string robot;                    ///< free text, may be empty
+  std::string scenario;                 ///< free text, may be empty
+  Task task{};                          ///< as stated, or inferred from the number of stances
+  std::vector<SolvedProblem> problems;  ///< in the order of the file; each id once
   /// Names of the joints in the order of `x`, without the base; empty: the file does not say. A key of ours, "joints",
   /// that LegOpt's scripts pass over.
   std::vector<std::string> joints = {};

@@ -7,10 +7,14 @@
 #include <string_view>
 #include <vector>
 
+/// Damaged buildings, stances and plans: a dataset from a seed.
 namespace legopt::generate {
 
 /// The intact buildings that can be generated.
-enum class BuildingKind { kGarage, kHouse };
+enum class BuildingKind {
+  kGarage,  ///< MakeGarage
+  kHouse    ///< MakeHouse
+};
 
 /// "garage" or "house".
 std::string_view ToString(BuildingKind kind);
@@ -18,23 +22,30 @@ std::string_view ToString(BuildingKind kind);
 BuildingKind ParseBuildingKind(std::string_view text);
 
 /// What a member is made of: decides its density, the strength of its bonds and its colour in pictures.
-enum class Material { kGround, kConcrete, kMasonry, kTimber, kCar, kPerson };
+enum class Material {
+  kGround,    ///< the plate that all stands on
+  kConcrete,  ///< slabs, columns, stairs
+  kMasonry,   ///< walls, parapets
+  kTimber,    ///< roofs, furniture
+  kCar,       ///< hollow: light for its size
+  kPerson     ///< as heavy as water
+};
 
 /// A convex part of an intact building, in the world frame (m, z up).
 struct Member {
-  std::string name;                      ///< unique
-  std::vector<Eigen::Vector3d> corners;  ///< their hull is the member
-  Material material = Material::kConcrete;
-  double cell_m = 0.0;  ///< mean edge of the cells that it breaks into; 0: stays whole
-  int prop = -1;        ///< members with the same number >= 0 are one loose body (a car, a person)
-  bool fixed = false;   ///< part of the ground
-  bool fails = false;   ///< crushed when the collapse begins
+  std::string name;                         ///< unique
+  std::vector<Eigen::Vector3d> corners;     ///< their hull is the member
+  Material material = Material::kConcrete;  ///< of its facts see FactsOf
+  double cell_m = 0.0;                      ///< mean edge of the cells that it breaks into; 0: stays whole
+  int prop = -1;                            ///< members with the same number >= 0 are one loose body (a car, a person)
+  bool fixed = false;                       ///< part of the ground
+  bool fails = false;                       ///< crushed when the collapse begins
 };
 
 /// An undamaged building. A plain value.
 struct Building {
-  BuildingKind kind = BuildingKind::kGarage;
-  std::vector<Member> members;
+  BuildingKind kind = BuildingKind::kGarage;               ///< which of the buildings
+  std::vector<Member> members;                             ///< all parts, surroundings included
   std::vector<double> storeys_m;                           ///< heights of the walking surfaces, ascending
   Eigen::AlignedBox2d plan;                                ///< of the building without its surroundings
   double height_m = 0.0;                                   ///< of its highest part
@@ -48,6 +59,7 @@ struct Building {
 /// Adds convex parts by their usual descriptions.
 class BuildingParts {
  public:
+  /// Appends to `building`, which must outlive this. References to members are void after the next part.
   explicit BuildingParts(Building* building) : building_(building) {}
 
   /// Upright box from its lowest to its highest corner.
@@ -63,11 +75,14 @@ class BuildingParts {
   void Car(const std::string& name, const Eigen::Vector3d& foot, double yaw_rad);
   /// A standing (or lying) person of simple solids.
   void Person(const std::string& name, const Eigen::Vector3d& foot, double yaw_rad, bool lying);
-  /// Wall along x (or y) from `low` to `high` with an opening per interval [from, to) along it between the heights
-  /// `sill_m` and `head_m` above its foot. Openings are ascending and disjoint.
+  /// An opening of a wall: the interval [from, to) along it, between two heights above its foot.
   struct Opening {
-    double from_m, to_m, sill_m, head_m;
+    double from_m,  ///< along the wall, from its lower end
+        to_m,       ///< likewise, > from_m
+        sill_m,     ///< lower edge above the wall's foot
+        head_m;     ///< upper edge above the wall's foot
   };
+  /// Wall along x (or y) from `low` to `high`; openings are ascending and disjoint.
   void Wall(const std::string& name, const Eigen::Vector3d& low, const Eigen::Vector3d& high, Material material,
             double cell_m, const std::vector<Opening>& openings);
 
@@ -84,6 +99,7 @@ Building MakeGarage(std::uint64_t seed);
 /// staircase, furniture and people.
 Building MakeHouse(std::uint64_t seed);
 
+/// The building of that kind.
 Building MakeBuilding(BuildingKind kind, std::uint64_t seed);
 
 }  // namespace legopt::generate

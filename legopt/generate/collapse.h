@@ -11,26 +11,28 @@
 
 namespace legopt::generate {
 
+/// What the simulation must know of a material.
 struct MaterialFacts {
-  std::string_view name;
-  double density_kg_m3;
-  double strength;  ///< of the bonds, relative to concrete
+  std::string_view name;  ///< lower case, for files
+  double density_kg_m3;   ///< of a solid piece
+  double strength;        ///< of the bonds, relative to concrete
 };
+/// The facts of a material.
 MaterialFacts FactsOf(Material material);
 
 /// The simulation. Defaults suit concrete buildings of ten to thirty metres.
 struct CollapseOptions {
-  double step_s = 0.005;         ///< of the integrator, (0, 0.02]
-  int iterations = 40;           ///< of ODE's quick step, 1..1000
-  double front_m = 4.5;          ///< distance from the focus within which cells can move at the beginning
-  double front_speed_m_s = 2.0;  ///< at which this distance grows
-  double tension_pa = 2.0e5;     ///< a bond breaks at this mean tensile stress, for concrete ...
-  double shear_pa = 3.0e5;       ///< ... this mean shear stress ...
-  double bending_pa = 1.2e6;     ///< ... or this stress by bending and torsion
-  double strength_spread = 0.6;  ///< bonds are stronger or weaker by up to this share, 0..1
-  double cracked_share = 0.7;    ///< of the bonds near the focus, broken from the start
-  double cracked_radius_m = 4.5;
-  double friction = 0.7;
+  double step_s = 0.005;          ///< of the integrator, (0, 0.02]
+  int iterations = 40;            ///< of ODE's quick step, 1..1000
+  double front_m = 4.5;           ///< distance from the focus within which cells can move at the beginning
+  double front_speed_m_s = 2.0;   ///< at which this distance grows
+  double tension_pa = 2.0e5;      ///< a bond breaks at this mean tensile stress, for concrete ...
+  double shear_pa = 3.0e5;        ///< ... this mean shear stress ...
+  double bending_pa = 1.2e6;      ///< ... or this stress by bending and torsion
+  double strength_spread = 0.6;   ///< bonds are stronger or weaker by up to this share, 0..1
+  double cracked_share = 0.7;     ///< of the bonds near the focus, broken from the start
+  double cracked_radius_m = 4.5;  ///< where that share has fallen to 0, linearly
+  double friction = 0.7;          ///< Coulomb's coefficient between cells
   std::vector<double> snapshots_s = {0.7, 1.0, 1.6, 3.0};  ///< ascending, > 0
 };
 
@@ -41,10 +43,11 @@ struct CellState {
   bool gone = false;                                         ///< crushed, or fallen off the edge of the world
 };
 
+/// All cells at one instant.
 struct Snapshot {
-  double time_s = 0.0;
+  double time_s = 0.0;           ///< since the collapse began
   std::vector<CellState> cells;  ///< by cell
-  int bonds_broken = 0;
+  int bonds_broken = 0;          ///< so far, those cracked from the start included
 };
 
 /// Called now and then with (simulated seconds, of all). May be empty.

@@ -21,15 +21,15 @@ struct DatasetOptions {
   std::string name;                         ///< of the dataset; letters, digits, '-', '_'
   std::filesystem::path robot_folder;       ///< a dataset: its robot and constants
   std::optional<ScenarioOptions> scenario;  ///< generated scene; without it the scene of `robot_folder`
-  bool pictures = true;
-  std::uint64_t seed = 1;
-  int stances = 100;
-  int same_floor = 25;  ///< motion problems
-  int different_floors = 25;
-  int postures = 50;
-  int threads = 1;
-  std::optional<double> radius_m;  ///< largest distance of the feet
-  std::optional<double> slope_rad;
+  bool pictures = true;                     ///< a PNG of the scene for each camera, too
+  std::uint64_t seed = 1;                   ///< of every draw
+  int stances = 100;                        ///< wanted, to plan between and to choose postures from
+  int same_floor = 25;                      ///< motion problems
+  int different_floors = 25;                ///< likewise: those that end on another floor
+  int postures = 50;                        ///< posture problems
+  int threads = 1;                          ///< decides nothing
+  std::optional<double> radius_m;           ///< largest distance of the feet
+  std::optional<double> slope_rad;          ///< steepest surface; both default to those of the robot, see ProbeFor
   /// Stances that have a posture (proven_stances.h), instead of sampling and proving `stances` of them.
   std::optional<std::filesystem::path> proven;
   ReadGuard read_guard;  ///< runs the readers of robot and meshes; decides nothing
@@ -47,9 +47,9 @@ struct DatasetOptions {
 
 /// What was made, for the user's eyes.
 struct DatasetReport {
-  std::string content_hash;
-  std::string tally;  ///< of the stances
-  int pairs_tried = 0;
+  std::string content_hash;              ///< of the dataset
+  std::string tally;                     ///< of the stances
+  int pairs_tried = 0;                   ///< planner's tries, successful or not
   int largest_motion = 0;                ///< stances
   std::vector<HistogramRow> histograms;  ///< the paper's two figures
 };
@@ -57,14 +57,14 @@ struct DatasetReport {
 /// stage, done, of all, unit; called from one thread at a time; may be empty.
 using BuildProgress = std::function<void(const std::string&, double, double, const std::string&)>;
 
-/// Makes a whole dataset in `folder`, which exists: scene, robot, stances, footstep plans, 25 + 25 motion problems,
-/// posture problems by K-means over (stance length, stance height, trunk distance), and a proof for each of them.
+/// Makes a whole dataset in `folder`, which exists: scene, robot, stances, footstep plans, motion
+/// problems on one floor and between floors, posture problems by K-means over (stance length, stance height, trunk
+/// distance), and a proof for each of them.
 ///
 /// Files: those of a dataset (dataset_file.h), scenario.json, building.csv and pictures for a generated scene,
-/// generation.json (generation_record.h), stances.json,
-/// plans.csv, features.csv, histograms.txt and .svg, solutions-posture.json (accepted by the judge, both rules). Stages
-/// that `folder` already holds from an interrupted run of the same options are not done again. The result depends on
-/// the options only, whatever the number of threads.
+/// generation.json (generation_record.h), stances.json, plans.csv, features.csv, histograms.txt and .svg,
+/// solutions-posture.json (accepted by the judge, both rules). Stages that `folder` already holds from an interrupted
+/// run of the same options are not done again. The result depends on the options only, whatever the number of threads.
 /// Throws InputError: see the parts; a scene mesh with holes or inverted winding; a robot without two feet.
 DatasetReport BuildDataset(const DatasetOptions& options, const std::filesystem::path& folder,
                            const BuildProgress& progress);

@@ -15,11 +15,11 @@ namespace legopt::generate {
 /// The action set and the effort of the planner. Lengths are for Atlas (base 0.874 m above the soles) and scale with
 /// the robot; positions are relative to the foot that stands, turned by its heading.
 struct PlannerOptions {
-  std::vector<double> forward_m = {-0.25, 0.0, 0.15, 0.3, 0.45, 0.58};
-  std::vector<double> sideways_m = {0.22, 0.3, 0.4};  ///< outwards
-  std::vector<double> turn_rad = {0.0, M_PI / 9.0};   ///< outwards
-  double grid_m = 0.1;                                ///< footholds lie on this grid ...
-  int headings = 36;                                  ///< ... with one of these headings
+  std::vector<double> forward_m = {-0.25, 0.0, 0.15, 0.3, 0.45, 0.58};  ///< steps along the heading
+  std::vector<double> sideways_m = {0.22, 0.3, 0.4};                    ///< outwards
+  std::vector<double> turn_rad = {0.0, M_PI / 9.0};                     ///< outwards
+  double grid_m = 0.1;                                                  ///< footholds lie on this grid ...
+  int headings = 36;                                                    ///< ... with one of these headings
   std::vector<double> slides_m = {0.0, 0.03, -0.03};  ///< along the heading, tried in turn where a foot does not hold
   double height_cost = 0.3;                           ///< of a step over the full step height, in steps
   double turn_cost = 0.2;                             ///< of a turn by 30 degrees, in steps
@@ -29,12 +29,13 @@ struct PlannerOptions {
   std::int64_t extra_expansions = 1500;               ///< after it, to improve the bound
 };
 
+/// A plan, and what is known of its quality.
 struct FootstepPlan {
   std::vector<Stance> stances;  ///< double, left, double, right, double, ...: see ExpandSteps
-  int steps = 0;
-  double cost = 0.0;
-  double bound = 0.0;  ///< the cost is at most this times the optimum of the action set
-  std::int64_t expansions = 0;
+  int steps = 0;                ///< footholds placed after the start
+  double cost = 0.0;            ///< of all steps, in steps
+  double bound = 0.0;           ///< the cost is at most this times the optimum of the action set
+  std::int64_t expansions = 0;  ///< states looked at
 };
 
 /// Plans footsteps between stances by ARA* (Likhachev et al. 2003): A* with the heuristic inflated by epsilon; after a
@@ -53,9 +54,11 @@ struct FootstepPlan {
 /// One thread. Footholds found are remembered for later plans and do not change them.
 class FootstepPlanner {
  public:
+  /// Model and map are shared by all planners. `options` are Atlas's; their lengths are scaled here.
   FootstepPlanner(std::shared_ptr<const ProbeModel> model, std::shared_ptr<const GuideMap> guide,
                   const PlannerOptions& options);
   ~FootstepPlanner();
+  /// What is moved from may only be destroyed.
   FootstepPlanner(FootstepPlanner&&) noexcept;
 
   /// Both stances on two feet, left foot first. Nothing when no plan was found within the effort. The first step is the

@@ -10,21 +10,23 @@ namespace legopt::generate {
 
 /// A convex cell, the smallest part that a building can break into. World frame of the intact building, m.
 struct Cell {
-  std::vector<Eigen::Vector3d> vertices;
-  std::vector<std::vector<int>> faces;  ///< corners of each face, counter-clockwise seen from outside
-  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
-  double volume_m3 = 0.0;
-  int member = -1;  ///< index in Building::members
+  std::vector<Eigen::Vector3d> vertices;               ///< of the hull
+  std::vector<std::vector<int>> faces;                 ///< corners of each face, counter-clockwise seen from outside
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  ///< of the volume, m
+  double volume_m3 = 0.0;                              ///< > 0
+  int member = -1;                                     ///< index in Building::members
 };
 
 /// Where two cells are joined: the area in which their faces touch.
 struct Bond {
-  int a = -1, b = -1;  ///< cells, a < b
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  int a = -1,                                         ///< cell
+      b = -1;                                         ///< cell, > a
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();   ///< of the area in which they touch
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< from a to b
-  double area_m2 = 0.0;
+  double area_m2 = 0.0;                               ///< of that area
 };
 
+/// How fine a building breaks.
 struct FractureOptions {
   double fine_radius_m = 3.5;  ///< about the focus, cells are 0.7 times as long within this distance
   double jitter = 0.75;        ///< of the seeds, as a share of the cell size, 0..1

@@ -18,9 +18,14 @@ namespace legopt::generate {
 /// beside something blocked, or have too little room above them for the trunk.
 class GuideMap {
  public:
+  /// `cell_m`: edge of a square, > 0. The model is not needed afterwards.
   explicit GuideMap(const ProbeModel& model, double cell_m = 0.2);
 
-  enum class Measure { kShortest, kCautious };
+  /// What a distance counts.
+  enum class Measure {
+    kShortest,  ///< metres
+    kCautious   ///< metres times their price: the guess
+  };
   /// Distances from any of the goals by Dijkstra over the grid [m]; by node; infinity where there is no way.
   std::vector<float> DistancesTo(std::span<const Eigen::Vector3d> goals, Measure measure) const;
   /// Lower bound of the length of a walk from `point`, given the result of DistancesTo: the grid distance without the

@@ -12,25 +12,30 @@
 namespace legopt::generate {
 
 /// Whether a plan stays on its floor.
-enum class FloorChange { kSame, kDifferent };
+enum class FloorChange {
+  kSame,      ///< heights differ by at most PairOptions::same_m
+  kDifferent  ///< heights differ by at least PairOptions::different_m
+};
 /// "same", "different".
 std::string_view ToString(FloorChange change);
 
+/// Which pairs are wanted, and how many.
 struct PairOptions {
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;    ///< of the draws
   int wanted = 25;           ///< successful plans of each kind, >= 0
   int max_pairs = 400;       ///< tried before giving up
   double same_m = 0.5;       ///< stances whose heights differ by at most this share a floor
   double different_m = 1.5;  ///< and by at least this are on different ones
-  int threads = 1;
+  int threads = 1;           ///< decides nothing
 };
 
 /// A pair of stances and what the planner made of it; `plan.stances` is empty when it found nothing.
 struct PlannedPair {
-  int pair = 0;             ///< number of the draw
-  int start = 0, goal = 0;  ///< indices of stances
-  FootstepPlan plan;
-  bool found() const { return !plan.stances.empty(); }
+  int pair = 0;                                         ///< number of the draw
+  int start = 0,                                        ///< index of the first stance
+      goal = 0;                                         ///< index of the last stance
+  FootstepPlan plan;                                    ///< of no use where nothing was found
+  bool found() const { return !plan.stances.empty(); }  ///< whether there is a plan
 };
 
 /// Draws random pairs of stances and plans between them until `wanted` plans of the kind have been found.

@@ -10,10 +10,10 @@
 namespace legopt::generate {
 
 /// One convex solid of a scenario, world frame; coordinates are representable as float.
-struct Piece {
+struct Piece {  ///< of the hull, m
   std::vector<Eigen::Vector3d> vertices;
   std::vector<std::vector<int>> faces;  ///< as in Cell
-  int member = -1;
+  int member = -1;                      ///< index in Building::members
 };
 
 /// The solids of a snapshot: members none of whose cells has moved as a whole, of the others every cell that is left

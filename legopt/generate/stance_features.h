@@ -15,6 +15,7 @@ struct StanceFeatures {
   double tilt_rad = 0.0;          ///< of the steeper foothold
   double trunk_distance_m = 0.0;  ///< signed distance of the trunk box from the scene, at most kTrunkRange_m
 
+  /// Farther than this the trunk is free.
   static constexpr double kTrunkRange_m = 1.0;
 };
 

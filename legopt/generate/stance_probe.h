@@ -33,23 +33,24 @@ struct ProbeOptions {
 
 /// Scene, feet and trunk as the probes see them; shared by all threads.
 struct ProbeModel {
-  std::shared_ptr<const Dataset> dataset;
-  ProbeOptions options;
-  Terrain terrain;
-  RobotModel parts;  ///< an empty base with the feet and the trunk box fixed to it
-  std::shared_ptr<const CollisionModel> collision;
+  std::shared_ptr<const Dataset> dataset;           ///< scene, feet and robot
+  ProbeOptions options;                             ///< validated
+  Terrain terrain;                                  ///< all triangles of the scene
+  RobotModel parts;                                 ///< an empty base with the feet and the trunk box fixed to it
+  std::shared_ptr<const CollisionModel> collision;  ///< of `parts` and the scene
 
   /// Validates the options. Throws InputError, also when the scene has no surface flat enough to stand on.
   static std::shared_ptr<const ProbeModel> Build(std::shared_ptr<const Dataset> dataset, const ProbeOptions& options);
-  int trunk_link() const { return 1 + static_cast<int>(dataset->feet().size()); }
+  int trunk_link() const { return 1 + static_cast<int>(dataset->feet().size()); }  ///< the trunk box in `parts`
 };
 
 /// Asks where a foot can stand and how near the trunk is to the scene. One thread; pure functions of their arguments.
 class StanceProbe {
  public:
+  /// `model` is shared; the probe keeps it alive.
   explicit StanceProbe(std::shared_ptr<const ProbeModel> model);
 
-  const ProbeModel& model() const { return *model_; }
+  const ProbeModel& model() const { return *model_; }  ///< as given at construction
 
   /// Foothold of foot number `foot` on the surface at (x, y, z) with the given normal: z axis along the normal, x axis
   /// in the vertical plane of the heading.

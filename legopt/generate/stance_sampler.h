@@ -9,14 +9,15 @@
 
 namespace legopt::generate {
 
+/// How many stances, from where, and how hard to try.
 struct StanceSamplerOptions {
-  int count = 100;  ///< stances wanted, >= 1
-  std::uint64_t seed = 1;
+  int count = 100;              ///< stances wanted, >= 1
+  std::uint64_t seed = 1;       ///< of every draw
   int max_candidates = 200000;  ///< before giving up
   int second_foot_tries = 12;   ///< per first foot
   Eigen::AlignedBox2d region;   ///< where first feet may stand; empty: everywhere
-  int threads = 1;
-  bool prove = true;  ///< keep only stances that have a posture; otherwise all that geometry allows
+  int threads = 1;              ///< decides nothing
+  bool prove = true;            ///< keep only stances that have a posture; otherwise all that geometry allows
 };
 
 /// How many candidates ended where.
@@ -27,12 +28,14 @@ struct StanceTally {
   std::int64_t trunk = 0;        ///< trunk box in collision
   std::int64_t infeasible = 0;   ///< no posture found by SQP, or not accepted by the judge
 
+  /// All figures in a sentence.
   std::string Describe() const;
 };
 
+/// What sampling gave.
 struct SampledStances {
-  std::vector<Stance> stances;
-  StanceTally tally;
+  std::vector<Stance> stances;  ///< in the order of their candidates
+  StanceTally tally;            ///< of all candidates up to the last stance
 };
 
 /// Samples stances by the paper's procedure: a point uniform by area on all surfaces that are flat enough and a uniform
@@ -53,16 +56,18 @@ inline constexpr Task kStanceTask = Task::kPosture;
 /// Posture of a stance: SQP from the good start with up to ten restarts, judged.
 struct PostureProof {
   bool accepted = false;  ///< by both rules
-  Eigen::VectorXd x;
-  double cost = 0.0;
-  double time_s = 0.0;
+  Eigen::VectorXd x;      ///< n + 7; of the posture found, accepted or not
+  double cost = 0.0;      ///< by the judge; NaN where it gives none
+  double time_s = 0.0;    ///< wall time of the solve
 };
 
 /// A solver and a judge for one thread.
 class PostureProver {
  public:
+  /// Builds the collision model of `dataset` when nobody has yet.
   explicit PostureProver(const std::shared_ptr<const Dataset>& dataset);
   ~PostureProver();
+  /// What is moved from may only be destroyed.
   PostureProver(PostureProver&&) noexcept;
   /// Depends on the stance and `id` (restarts draw from it) only.
   PostureProof Prove(const Stance& stance, int id);

@@ -16,14 +16,15 @@ namespace legopt {
 /// names the file and the line in the document.
 class ColladaDocument {
  public:
-  /// Throws InputError: missing file, no archive, several documents in it, not XML, no <COLLADA> element, an axis other
-  /// than z pointing up, a unit that is not positive.
+  /// Throws InputError: missing file, no archive, several documents in it, not XML, no `<COLLADA>` element, an axis
+  /// other than z pointing up, a unit that is not positive.
   explicit ColladaDocument(const std::filesystem::path& path);
 
+  /// `<COLLADA>`; lives as long as the document.
   const tinyxml2::XMLElement& root() const { return *document_.RootElement(); }
   /// Metres per unit of length of the document.
   double unit_m() const { return unit_m_; }
-  std::string file() const { return path_.string(); }
+  std::string file() const { return path_.string(); }  ///< path, for messages
 
   /// All elements of this name below `root` (not inside each other), in the order of the document.
   static std::vector<const tinyxml2::XMLElement*> FindAll(const tinyxml2::XMLElement& root, const char* name);
@@ -34,13 +35,14 @@ class ColladaDocument {
   std::string Attribute(const tinyxml2::XMLElement& element, const char* name) const;
   /// Finite numbers separated by white space; throws when there are not `count` of them (any number for -1).
   std::vector<double> Numbers(const tinyxml2::XMLElement& element, int count) const;
-  /// Number in <name> of the parent, wrapped in <float> or not; `fallback` when there is none.
+  /// Number in `<name>` of the parent, wrapped in `<float>` or not; `fallback` when there is none.
   double Number(const tinyxml2::XMLElement& parent, const char* name, double fallback) const;
-  /// Truth in <name> of the parent, wrapped in <bool> or not; `fallback` when there is none.
+  /// Truth in `<name>` of the parent, wrapped in `<bool>` or not; `fallback` when there is none.
   bool Flag(const tinyxml2::XMLElement& parent, const char* name, bool fallback) const;
-  /// Product of the <translate>, <rotate> (degrees) and <matrix> children in their order; lengths in metres.
+  /// Product of the `<translate>`, `<rotate>` (degrees) and `<matrix>` children in their order; lengths in metres.
   Eigen::Isometry3d Transform(const tinyxml2::XMLElement& element) const;
 
+  /// Throws an InputError that names the file and the line of the element.
   [[noreturn]] void Fail(const tinyxml2::XMLElement& element, const std::string& value, const std::string& message,
                          const std::string& fix) const;
 

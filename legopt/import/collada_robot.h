@@ -13,31 +13,32 @@ namespace legopt {
 
 /// A triangle mesh of a link: vertices in metres in a frame of its own, whose pose in the link frame is `pose`.
 struct ColladaGeometry {
-  TriangleMesh mesh;
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  TriangleMesh mesh;                                       ///< vertices in m, in a frame of its own
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< of that frame in the link frame
 };
 
+/// As in RobotModel, with what a URDF states besides.
 struct ColladaLink {
-  std::string name;
+  std::string name;                                        ///< unique in the robot
   double mass = 0.0;                                       ///< kg; 0 when the file states none
   Eigen::Vector3d com = Eigen::Vector3d::Zero();           ///< link frame, m
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();       ///< about the centre of mass, link axes, kg m^2
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< of the link frame in the base frame, all joints zero
-  std::vector<ColladaGeometry> geometries;
+  std::vector<ColladaGeometry> geometries;                 ///< all of the link's; empty: it touches nothing
 };
 
 /// As in RobotModel (limits in rad or m), with what a URDF states besides.
 struct ColladaJoint {
-  Joint joint;
+  Joint joint;            ///< kinematics and limits
   double effort = 0.0;    ///< N m or N
   double velocity = 0.0;  ///< rad/s or m/s
 };
 
 /// A robot in depth-first order; joints[k] leads to links[k + 1].
 struct ColladaRobot {
-  std::string name;
-  std::vector<ColladaLink> links;
-  std::vector<ColladaJoint> joints;
+  std::string name;                      ///< of the kinematics model
+  std::vector<ColladaLink> links;        ///< depth first; links[0] is the base
+  std::vector<ColladaJoint> joints;      ///< joints[k] leads to links[k + 1]
   std::vector<DatasetFinding> findings;  ///< what was decided while reading
 };
 

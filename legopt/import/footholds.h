@@ -20,14 +20,16 @@ std::string ToString(const ProblemIds& ids);
 
 /// A foothold and everything that uses it.
 struct UsedFoothold {
-  Foothold foothold;
-  ProblemIds problems;
+  Foothold foothold;    ///< as in the problems
+  ProblemIds problems;  ///< whose stances have it
 };
 
 /// Collects the footholds of problems, each different one once, in the order of their first use.
 class FootholdList {
  public:
+  /// Adds what the problems of one task use.
   void Add(Task task, std::span<const ProblemDefinition> problems);
+  /// Each different one once, in the order of first use.
   const std::vector<UsedFoothold>& all() const { return footholds_; }
 
  private:

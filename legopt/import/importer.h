@@ -14,8 +14,8 @@ namespace legopt {
 
 /// What to make a dataset from. Whatever is left out is found or decided, and the report says how.
 struct ImportOptions {
-  std::filesystem::path source;  ///< folder
-  SourceChoices files;
+  std::filesystem::path source;                   ///< folder
+  SourceChoices files;                            ///< which files, where the user names some
   std::string name;                               ///< of the dataset; letters, digits, '-', '_'
   std::vector<std::string> feet;                  ///< default: the links that the problems name
   std::optional<double> sole_offset_m;            ///< default: lowest point of the feet, and 1 mm
@@ -27,9 +27,10 @@ struct ImportOptions {
   void Validate() const;
 };
 
+/// What an import found out and decided.
 struct ImportReport {
-  std::vector<DatasetFinding> findings;
-  std::string content_hash;  ///< empty when the files cannot be a dataset
+  std::vector<DatasetFinding> findings;  ///< in the order of the checks
+  std::string content_hash;              ///< empty when the files cannot be a dataset
 };
 
 /// Makes a dataset from robot, scene and problems in `folder`, which exists and is empty, and checks it

@@ -12,6 +12,7 @@ namespace legopt {
 
 /// Names inside of a dataset folder.
 inline constexpr const char* kRobotFileName = "robot.urdf";
+/// Folder of the robot's meshes, beside kRobotFileName.
 inline constexpr const char* kRobotMeshFolder = "meshes";
 
 /// Writes a robot as `folder`/robot.urdf, its meshes as binary PLY files in `folder`/meshes. Joints stand depth first,

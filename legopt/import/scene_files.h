@@ -11,14 +11,15 @@ namespace legopt {
 
 /// A scene as it stands in a dataset folder.
 struct CopiedScene {
-  std::string file;  ///< relative to the folder
-  std::vector<DatasetFinding> findings;
+  std::string file;                      ///< relative to the folder
+  std::vector<DatasetFinding> findings;  ///< about what was changed; empty when nothing was
 };
 
+/// How a scene is copied.
 struct SceneCopyOptions {
   std::filesystem::path root;  ///< findings name files relative to it
-  bool fix_winding = false;
-  ReadGuard read_guard;  ///< runs the reader of meshes
+  bool fix_winding = false;    ///< turn bodies that are inside out
+  ReadGuard read_guard;        ///< runs the reader of meshes
 };
 
 /// Copies a scene into `folder`: a mesh as scene.SUFFIX, or a scene.yaml and its meshes into a folder of their own, so

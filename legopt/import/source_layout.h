@@ -17,9 +17,9 @@ struct SourceChoices {
 
 /// The files that a dataset is made from; absolute paths.
 struct SourceLayout {
-  std::filesystem::path robot;
-  bool collada = false;  ///< the robot is a COLLADA file
-  std::filesystem::path scene;
+  std::filesystem::path robot;                ///< URDF or COLLADA
+  bool collada = false;                       ///< the robot is a COLLADA file
+  std::filesystem::path scene;                ///< a mesh or a scene.yaml
   Per<Task, std::filesystem::path> problems;  ///< empty: none
 };
 
@@ -27,7 +27,7 @@ struct SourceLayout {
 ///
 /// * what its dataset.yaml names, if there is one; else
 /// * robot: the only .urdf, else the only .zae or .dae with kinematics, at any depth;
-/// * scene: what the OpenRAVE environment `*.xml` names in <Render>, as in a clone of the original benchmark; else
+/// * scene: what the OpenRAVE environment `*.xml` names in `<Render>`, as in a clone of the original benchmark; else
 ///   scene.yaml; else the only mesh directly in the folder that is no robot;
 /// * problems: `problems*.json` at any depth, one per task; the key `task` tells which, or the number of stances.
 ///

@@ -14,6 +14,7 @@ namespace legopt {
 class ForeignOptions {
  public:
   template <class Options>
+  /// Holds a copy of options of any type that has a Visit.
   explicit ForeignOptions(Options options)
       : options_(std::move(options)),
         edit_([](std::any& any, OptionFields& fields) { Options::Visit(*std::any_cast<Options>(&any), fields); }),
@@ -26,14 +27,17 @@ class ForeignOptions {
   Options* Get() {
     return std::any_cast<Options>(&options_);
   }
+  /// The same, for reading.
   template <class Options>
   const Options* Get() const {
     return std::any_cast<Options>(&options_);
   }
 
-  std::type_index type() const { return options_.type(); }
+  std::type_index type() const { return options_.type(); }  ///< of the options held
 
+  /// Visits the fields of the options held, for a reader that may change them.
   static void Visit(ForeignOptions& options, OptionFields& fields) { options.edit_(options.options_, fields); }
+  /// The same for checkers and writers.
   static void Visit(const ForeignOptions& options, ConstOptionFields& fields) {
     options.view_(options.options_, fields);
   }

@@ -24,7 +24,7 @@ class OptionFaults;
 /// A method may be made from text (FromJson) or in C++, from the defaults of a solver (Of) or from those of SQP. It is
 /// plain data and may hold anything on the way; who solves with it or writes it down checks it before.
 struct Method {
-  std::string name = "SQP";
+  std::string name = "SQP";       ///< what tables print; not part of the hash
   std::string solver = "sqp";     ///< a word of the registry
   int multi_starts = 0;           ///< restarts, 0..kMostMultiStarts (docs/readings.md#restarts)
   int sample_size_percent = 100;  ///< share of terms refreshed per iteration, 1..100
@@ -41,6 +41,7 @@ struct Method {
 
   SolverOptions options = SqpOptions();  ///< of the solver, and of the type that it takes
 
+  /// Most restarts that a method may ask for.
   static constexpr int kMostMultiStarts = 1'000'000;
 
   /// The defaults of a solver. Throws InputError for an unknown one.

@@ -15,10 +15,11 @@ class OptionFaults {
   /// `source` names the file in errors.
   explicit OptionFaults(std::string source) : source_(std::move(source)) {}
 
+  /// One more fault: of `field`, whose `value` is shown, with what is wrong and what mends it (may be empty).
   void Add(const std::string& field, const std::string& value, const std::string& message, const std::string& fix);
-  bool Has(const std::string& field) const;
-  const std::string& source() const { return source_; }
-  const std::vector<InputError::Fault>& all() const { return all_; }
+  bool Has(const std::string& field) const;                           ///< whether `field` has a fault already
+  const std::string& source() const { return source_; }               ///< the file in errors
+  const std::vector<InputError::Fault>& all() const { return all_; }  ///< in the order in which they were met
 
   /// Throws an InputError of all faults, if there are any.
   void ThrowIfAny() const;
@@ -36,10 +37,14 @@ class OptionReader : public OptionFields {
   /// False, with a fault, when the value of a key is no object.
   static bool IsMap(const nlohmann::json& value, const std::string& field, OptionFaults& faults);
 
+  /// Reads from `object`, which must be one (IsMap).
   OptionReader(const nlohmann::json& object, std::string where, OptionFaults& faults);
 
+  /// Reads a number; a fault when it is none, not finite or out of range.
   void Number(const char* key, double& value, double low, double high) override;
+  /// Reads a whole number; a fault when it is none or out of range.
   void Integer(const char* key, int& value, int low, int high) override;
+  /// Reads true or false; a fault for anything else, 0 and 1 included.
   void Boolean(const char* key, bool& value) override;
   void Require(bool, const char*, const char*, const std::string&, const std::string&, const std::string&) override {}
   /// False when there is none.
@@ -51,6 +56,7 @@ class OptionReader : public OptionFields {
   void RefuseOthers() const;
 
  protected:
+  /// Reads a word; a fault that names the nearest when there is no such word.
   void Word(const char* key, std::size_t& index, std::span<const std::string_view> words) override;
 
  private:
@@ -65,15 +71,19 @@ class OptionReader : public OptionFields {
 /// Finds values out of range and conditions that do not hold.
 class OptionChecker : public ConstOptionFields {
  public:
+  /// Fields are named after `where`, if given. `faults` must outlive the checker.
   OptionChecker(std::string where, OptionFaults& faults) : where_(std::move(where)), faults_(faults) {}
 
+  /// A fault for a value that is out of range or no number.
   void Number(const char* key, const double& value, double low, double high) override;
+  /// A fault for a value that is out of range.
   void Integer(const char* key, const int& value, int low, int high) override;
-  void Boolean(const char*, const bool&) override {}
+  void Boolean(const char*, const bool&) override {}  ///< either value is legal
   void Require(bool condition, const char* key, const char* other, const std::string& value, const std::string& message,
                const std::string& fix) override;
 
  protected:
+  /// A fault for what is no value of the enumeration.
   void Word(const char* key, const std::size_t& index, std::span<const std::string_view> words) override;
 
  private:
@@ -84,14 +94,19 @@ class OptionChecker : public ConstOptionFields {
 /// Writes every field, all of them faultless, into a JSON object.
 class OptionWriter : public ConstOptionFields {
  public:
+  /// Writes into `object`, which must outlive the writer; keys that it has are replaced.
   explicit OptionWriter(nlohmann::json& object) : object_(object) {}
 
+  /// Writes the number; JSON keeps its bits by the shortest text that reads back.
   void Number(const char* key, const double& value, double, double) override { object_[key] = value; }
+  /// Writes the whole number.
   void Integer(const char* key, const int& value, int, int) override { object_[key] = value; }
+  /// Writes true or false.
   void Boolean(const char* key, const bool& value) override { object_[key] = value; }
   void Require(bool, const char*, const char*, const std::string&, const std::string&, const std::string&) override {}
 
  protected:
+  /// Writes the word.
   void Word(const char* key, const std::size_t& index, std::span<const std::string_view> words) override {
     object_[key] = words[index];
   }

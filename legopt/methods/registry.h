@@ -27,6 +27,7 @@ struct SolverFacts {
 /// One solver that a method may name: all that the library knows of it.
 struct SolverEntry : SolverFacts {
   SolverOptions defaults;  ///< of the type that `make` takes
+  /// Makes a solver with options of the type of `defaults`. Throws std::bad_variant_access for others.
   std::function<std::unique_ptr<Solver>(const SolverOptions& options, const Sampling& sampling)> make;
 };
 
@@ -67,10 +68,11 @@ class SolverRegistry {
   /// The same; throws InputError that names `source` and the nearest word.
   const SolverEntry& Require(const std::string& word, const std::string& source) const;
 
+  /// In the order of registration, the library's first; valid until the next Register.
   std::span<const SolverEntry> entries() const { return entries_; }
-  auto begin() const { return entries_.begin(); }
-  auto end() const { return entries_.end(); }
-  std::vector<std::string> words() const;
+  auto begin() const { return entries_.begin(); }  ///< of entries()
+  auto end() const { return entries_.end(); }      ///< of entries()
+  std::vector<std::string> words() const;          ///< those that Find knows, in the same order
 
  private:
   void Add(SolverEntry entry);

@@ -55,6 +55,7 @@ auto& OptionsAs(Held& options) {
 inline void VisitOptions(SolverOptions& options, OptionFields& fields) {
   std::visit([&](auto& held) { held.Visit(held, fields); }, options);
 }
+/// The same, for reading.
 inline void VisitOptions(const SolverOptions& options, ConstOptionFields& fields) {
   std::visit([&](const auto& held) { held.Visit(held, fields); }, options);
 }

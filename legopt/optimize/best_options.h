@@ -7,6 +7,7 @@ namespace legopt {
 /// Options of LegOpt-best. Those of the trust region differ from TrajOpt's defaults: a wide box, gentle shrinking and
 /// early convergence cost half the iterations and end in better optima.
 struct BestOptions {
+  /// The trust region of LegOpt-best: what differs from SqpOptions.
   static SqpOptions WideSqp() {
     SqpOptions sqp;
     sqp.trust_box_size = 2.0;
@@ -21,12 +22,13 @@ struct BestOptions {
     return sqp;
   }
 
-  SqpOptions sqp = WideSqp();
+  SqpOptions sqp = WideSqp();     ///< of every start
   int rescues = 8;                ///< further starts while nothing feasible has been found, >= 0
   double rescue_noise = 0.15;     ///< half width of their noise on bounded variables; rad, m; > 0
   int refinements = 0;            ///< further starts around the solution, for its cost; single waypoints only, >= 0
   double refinement_noise = 0.5;  ///< half width of their noise, as above
 
+  /// Its keys under `options:`, those of the trust region among them (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     constexpr int kMostStarts = 1000;
     constexpr double kLeastNoise = 1e-6;

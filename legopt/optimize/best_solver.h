@@ -12,15 +12,16 @@ namespace legopt {
 /// LegOpt-best: SQP with a wide trust box, started again where one start is not enough.
 ///
 /// * Rescue: while the result is infeasible, another start, the original one with uniform noise on the bounded
-/// variables
-///   (the joints). The smallest violation is kept.
+///   variables (the joints). The smallest violation is kept.
 /// * Refinement, for programs of one waypoint: starts around the feasible solution, of which the cheapest feasible end
-/// is
-///   kept. A posture has many local optima (arms, knees), and one solve costs about a millisecond.
+///   is kept. A posture has many local optima (arms, knees), and one solve costs about a millisecond.
+///
+/// It knows terms, like every solver; random draws come from the attempt's generator.
 ///
 /// It knows terms, like every solver; random draws come from the attempt's generator.
 class BestSolver : public Solver {
  public:
+  /// Options as checked by Method::Validate; not looked at again.
   explicit BestSolver(const BestOptions& options);
 
   SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) override;

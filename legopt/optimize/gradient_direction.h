@@ -39,6 +39,7 @@ class SteepestDirection : public GradientDirection {
 ///     Nadam  mhat = beta1 m_k / (1 - beta1^(k+1)) + (1 - beta1) g_k / (1 - beta1^k)
 class MomentDirection : public GradientDirection {
  public:
+  /// `nesterov`: Nadam, else Adam.
   MomentDirection(const MomentOptions& options, bool nesterov) : options_(options), nesterov_(nesterov) {}
   void Reset(const Program& program) override;
   void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) override;
@@ -54,6 +55,7 @@ class MomentDirection : public GradientDirection {
 /// CHOMP (Ratliff et al., ICRA 2009): d = A^-1 g, A the metric of waypoint_metric.h.
 class CovariantDirection : public GradientDirection {
  public:
+  /// `options`: of the metric A.
   explicit CovariantDirection(const MetricOptions& options) : options_(options) {}
   void Reset(const Program& program) override;
   void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) override;

@@ -9,12 +9,13 @@ namespace legopt {
 /// Numerical options of gradient methods: all that SGD has. Defaults are the paper's where it has any; every one is a
 /// key under `options:` of a method.
 struct GradientOptions {
-  PenaltyOptions penalty;
+  PenaltyOptions penalty;  ///< of the outer loop
   /// w of the smooth penalties, per m or rad, > 0 (docs/readings.md#smooth-penalties). Measured on the postures: 1e2
   /// solves more than 1e4 with every method and faster, and at mu >= 1e4 its optimum still meets the tolerance.
   double sharpness = 1e2;
-  LineSearchOptions line_search;
+  LineSearchOptions line_search;  ///< of the step lengths
 
+  /// Its keys under `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     PenaltyOptions::Visit(options.penalty, fields);
     fields.Number("sharpness", options.sharpness, 1e-3, 1e12);
@@ -22,11 +23,13 @@ struct GradientOptions {
   }
 };
 
+/// Decay and scale of the moments of Adam and Nadam (MomentDirection).
 struct MomentOptions {
   double beta1 = 0.9;     ///< decay of the first moment (paper), [0, 1)
   double beta2 = 0.999;   ///< decay of the second moment (paper), [0, 1)
   double epsilon = 1e-8;  ///< > 0, docs/readings.md#moments
 
+  /// Its keys under `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     constexpr double kBelowOne = 0.999999;
     fields.Number("beta1", options.beta1, 0.0, kBelowOne);
@@ -37,9 +40,10 @@ struct MomentOptions {
 
 /// Adam, Nadam.
 struct MomentGradientOptions {
-  GradientOptions gradient;
-  MomentOptions moments;
+  GradientOptions gradient;  ///< as for SGD
+  MomentOptions moments;     ///< of the direction
 
+  /// Its keys under `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     GradientOptions::Visit(options.gradient, fields);
     MomentOptions::Visit(options.moments, fields);
@@ -48,9 +52,10 @@ struct MomentGradientOptions {
 
 /// CHOMP.
 struct CovariantGradientOptions {
-  GradientOptions gradient;
-  MetricOptions metric;
+  GradientOptions gradient;  ///< as for SGD
+  MetricOptions metric;      ///< A of the direction A^-1 g
 
+  /// Its keys under `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     GradientOptions::Visit(options.gradient, fields);
     MetricOptions::Visit(options.metric, fields);

@@ -25,6 +25,7 @@ namespace legopt {
 /// towards the gradient.
 class GradientSolver : public PenaltySolver {
  public:
+  /// `direction` makes d_k of g_k and belongs to the solver; `sampling` says which terms an iteration looks at.
   GradientSolver(const GradientOptions& options, std::unique_ptr<GradientDirection> direction,
                  const Sampling& sampling);
 

@@ -17,7 +17,10 @@ inline constexpr auto kWords<IpoptHessian> = Words<IpoptHessian>({{IpoptHessian:
                                                                   {IpoptHessian::kLimitedMemory, "limited_memory"}});
 
 /// How Ipopt lowers the barrier. The words are Ipopt's own.
-enum class IpoptBarrier : std::uint8_t { kMonotone, kAdaptive };
+enum class IpoptBarrier : std::uint8_t {
+  kMonotone,  ///< step by step, each barrier problem solved to its tolerance (Fiacco and McCormick)
+  kAdaptive   ///< anew in every iteration
+};
 
 template <>
 inline constexpr auto kWords<IpoptBarrier> = Words<IpoptBarrier>({{IpoptBarrier::kMonotone, "monotone"},
@@ -35,10 +38,11 @@ struct IpoptOptions {
   double tolerance = 1e-6;             ///< Ipopt's optimality error (scaled), (0, 1]
   double stagnation_frac = 1e-3;       ///< also converged when F changes by less, relatively, for five iterations; >= 0
   double constraint_tolerance = 1e-4;  ///< of each violation, (0, 1e-3]: docs/readings.md#solver-tolerance
-  IpoptHessian hessian = IpoptHessian::kGaussNewton;
-  double damping = 0.5;  ///< added to the diagonal of the Gauss-Newton matrix, >= 0
-  IpoptBarrier barrier = IpoptBarrier::kMonotone;
+  IpoptHessian hessian = IpoptHessian::kGaussNewton;  ///< of what Ipopt's Newton steps are made
+  double damping = 0.5;                               ///< added to the diagonal of the Gauss-Newton matrix, >= 0
+  IpoptBarrier barrier = IpoptBarrier::kMonotone;     ///< `mu_strategy` of Ipopt
 
+  /// Its keys under `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     constexpr double kTiny = 1e-12;
     fields.Integer("max_iterations", options.max_iterations, 1, 100000);

@@ -12,12 +12,12 @@ namespace legopt {
 
 /// How one solve of a SlottedProgram by Ipopt ended.
 struct IpoptRound {
-  QuietIpopt::End end = QuietIpopt::End::kFailed;
-  std::optional<SolveStatus> stop_status;  ///< what the stop check said last
-  int iterations = 0;
-  Eigen::VectorXd last_dx;  ///< where Ipopt ended; the step alone
-  Eigen::VectorXd best_x;   ///< best point met: feasible before infeasible, then lower cost or smaller violation
-  ObjectiveValue best_value;
+  QuietIpopt::End end = QuietIpopt::End::kFailed;  ///< what Ipopt said
+  std::optional<SolveStatus> stop_status;          ///< what the stop check said last
+  int iterations = 0;                              ///< of Ipopt in this round
+  Eigen::VectorXd last_dx;                         ///< where Ipopt ended; the step alone
+  Eigen::VectorXd best_x;     ///< best point met: feasible before infeasible, then lower cost or smaller violation
+  ObjectiveValue best_value;  ///< exact, at best_x
 };
 
 /// Solves `slotted` from its base point with at most `max_iterations`; asks the stop check, and adds to the history.

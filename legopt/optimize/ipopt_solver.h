@@ -33,6 +33,7 @@ namespace legopt {
 /// Ipopt.
 class IpoptSolver : public Solver {
  public:
+  /// Options as checked by Method::Validate; not looked at again.
   explicit IpoptSolver(const IpoptOptions& options) : options_(options) {}
 
   SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) override;

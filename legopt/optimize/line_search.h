@@ -12,6 +12,7 @@ class LineFunction {
   virtual double Slope() = 0;              ///< derivative at the alpha of the last Value()
 };
 
+/// Options of SearchWolfe and of the gradient methods' steps.
 struct LineSearchOptions {
   double sufficient_decrease = 1e-4;  ///< c1 of Wolfe's conditions (paper), (0, 1)
   double curvature = 0.9;             ///< c2 (paper), (c1, 1)
@@ -19,6 +20,7 @@ struct LineSearchOptions {
   double short_step = 1e-3;           ///< the same where no Wolfe point is found, >= 0 (docs/readings.md#line-search)
   int max_trials = 20;                ///< points looked at per search, >= 1
 
+  /// Its keys under `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     fields.Number("sufficient_decrease", options.sufficient_decrease, 1e-12, 0.5);
     fields.Number("curvature", options.curvature, 1e-6, 0.999);
@@ -33,12 +35,13 @@ struct LineSearchOptions {
 
 /// phi(0), phi'(0) and the steps to begin and end with.
 struct LineStart {
-  double value = 0.0;
-  double slope = 0.0;  ///< < 0
-  double first_alpha = 1.0;
-  double max_alpha = 1.0;
+  double value = 0.0;        ///< phi(0), finite
+  double slope = 0.0;        ///< < 0
+  double first_alpha = 1.0;  ///< tried first, > 0; at most max_alpha is
+  double max_alpha = 1.0;    ///< longest step, > 0; +infinity: none
 };
 
+/// Where a search ended.
 struct LineSearchResult {
   double alpha = 0.0;  ///< 0: no point with sufficient decrease was found
   double value = 0.0;  ///< phi(alpha)

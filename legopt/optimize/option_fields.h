@@ -30,14 +30,16 @@ template <bool is_const>
 class BasicOptionFields {
  public:
   template <class T>
+  /// How a Visit hands over a field: to be changed, or to be read only.
   using Field = std::conditional_t<is_const, const T&, T&>;
 
   virtual ~BasicOptionFields() = default;
 
   /// Values from `low` to `high`, both included.
   virtual void Number(const char* key, Field<double> value, double low, double high) = 0;
+  /// Whole numbers from `low` to `high`, both included.
   virtual void Integer(const char* key, Field<int> value, int low, int high) = 0;
-  virtual void Boolean(const char* key, Field<bool> value) = 0;
+  virtual void Boolean(const char* key, Field<bool> value) = 0;  ///< true or false
 
   /// A value of an enumeration, by its word.
   template <class Enum>
@@ -66,7 +68,9 @@ class BasicOptionFields {
   }();
 };
 
+/// What may change the values: readers.
 using OptionFields = BasicOptionFields<false>;
+/// What may not: checkers, writers, hashes.
 using ConstOptionFields = BasicOptionFields<true>;
 
 }  // namespace legopt

@@ -21,7 +21,9 @@ struct ObjectiveValue {
 
   /// What is minimised where the constraints hold: F + P.
   double Objective() const { return cost + preference; }
+  /// The penalty objective F + P + mu V, `penalty` = mu >= 0.
   double Merit(double penalty) const { return Objective() + penalty * violation; }
+  /// True when F, P and V are finite.
   bool IsFinite() const;
 };
 

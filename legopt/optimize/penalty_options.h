@@ -14,6 +14,7 @@ struct PenaltyOptions {
   int max_epochs_when_satisfied = 1;        ///< the same while the constraints hold, >= 1
   double min_improve_frac = 1e-3;           ///< a smaller relative decrease is no improvement, [0, 1)
 
+  /// Its keys under `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     constexpr double kTiny = 1e-12;
     constexpr double kHuge = 1e15;

@@ -22,10 +22,12 @@ class PenaltySolver : public Solver {
   SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) final;
 
  protected:
+  /// Options as checked by Method::Validate; not looked at again.
   explicit PenaltySolver(const PenaltyOptions& options) : options_(options) {}
 
+  /// How an epoch ended.
   enum class EpochEnd {
-    kDone,
+    kDone,         ///< another epoch may get further
     kStuck,        ///< another epoch would end where this one did
     kInterrupted,  ///< NextIteration() said no
   };
@@ -42,8 +44,9 @@ class PenaltySolver : public Solver {
   bool NextIteration();
   /// Takes note of an iterate and its exact value; false when that is not finite.
   bool Visit(const Eigen::VectorXd& x, const ObjectiveValue& value);
+  /// Of the solve at hand; valid within Prepare(), Restart() and Epoch().
   const SolverContext& context() const { return *context_; }
-  double penalty() const { return penalty_; }
+  double penalty() const { return penalty_; }  ///< mu
 
  private:
   struct Candidate {

@@ -12,6 +12,7 @@ namespace legopt {
 /// are not at a bound. A workspace; one thread.
 class ProjectedLine : public LineFunction {
  public:
+  /// For a program and its smoothed objective, both of which must outlive the use that follows.
   void Reset(Program& program, SmoothObjective& objective);
 
   /// The line from x along -d, which may be filled in later. The arguments must outlive the search.

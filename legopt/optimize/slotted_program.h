@@ -27,12 +27,13 @@ namespace legopt {
 /// A workspace on one program, which must outlive its use; one thread; no allocation in Evaluate once grown.
 class SlottedProgram {
  public:
+  /// Row i of the program in slots: h_i, g_i or p_i.
   struct Row {
-    TermKind kind = TermKind::kEquality;
-    int first = 0;        ///< first variable
-    int size = 0;         ///< number of variables, consecutive
-    size_t begin = 0;     ///< of the derivatives in jacobian()
-    double weight = 0.0;  ///< of a preference
+    TermKind kind = TermKind::kEquality;  ///< equality, inequality or preference
+    int first = 0;                        ///< first variable
+    int size = 0;                         ///< number of variables, consecutive
+    size_t begin = 0;                     ///< of the derivatives in jacobian()
+    double weight = 0.0;                  ///< of a preference
   };
 
   /// For a program; no slots yet.
@@ -44,17 +45,19 @@ class SlottedProgram {
   /// Evaluates at dx unless that is where it is. False when anything is not finite.
   bool Evaluate(const double* dx);
 
-  int num_variables() const { return static_cast<int>(dx_.size()); }
-  const std::vector<Row>& rows() const { return rows_; }
+  int num_variables() const { return static_cast<int>(dx_.size()); }  ///< length of dx: all waypoints' tangents
+  const std::vector<Row>& rows() const { return rows_; }              ///< fixed between two calls of Rebase
+  /// Bounds of dx about the base point, num_variables() entries, +-infinity where there are none.
   const Eigen::VectorXd& lower() const { return lower_; }
-  const Eigen::VectorXd& upper() const { return upper_; }
+  const Eigen::VectorXd& upper() const { return upper_; }  ///< likewise
 
   // At the point of the last Evaluate; derivatives only if it returned true.
-  const Eigen::VectorXd& x() const { return x_; }
+  const Eigen::VectorXd& x() const { return x_; }          ///< Retract(x0, dx)
   const ObjectiveValue& value() const { return value_; }   ///< exact, of all rows
   const ConvexSubproblem& cost() const { return *cost_; }  ///< F, its gradient and Gauss-Newton matrix at dx = "0"
   bool coupled() const { return coupled_; }                ///< the matrix may have blocks off the diagonal
-  const std::vector<double>& row_values() const { return row_values_; }
+  const std::vector<double>& row_values() const { return row_values_; }  ///< h_i, g_i or p_i, by row
+  /// Dense within a row's variables: Row::size numbers from Row::begin on.
   const std::vector<double>& jacobian() const { return jacobian_; }
   /// A row without a slot of its own is violated or nearer to that than `tolerance`.
   bool SharedSlotActive(double tolerance) const;

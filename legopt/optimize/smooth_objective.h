@@ -19,7 +19,7 @@ class TermGradients {
   /// All zero, for the terms of `program`.
   void Reset(const Program& program);
 
-  Eigen::VectorXd& of_term(size_t k) { return by_term_[k]; }
+  Eigen::VectorXd& of_term(size_t k) { return by_term_[k]; }  ///< of term k
 
   /// sum = gradients of the terms in `mask`, in the order of the terms; num_waypoints * tangent_size of the program.
   void Sum(const Program& program, const TermMask& mask, Eigen::VectorXd& sum) const;
@@ -34,7 +34,7 @@ class SmoothObjective {
  public:
   /// `program` must outlive the use that follows; `sharpness` is w of the smooth penalties, > 0.
   void Reset(Program& program, double sharpness);
-  void set_penalty(double mu) { penalty_ = mu; }
+  void set_penalty(double mu) { penalty_ = mu; }  ///< mu >= 0, for the values and gradients that follow
 
   /// Moves to x and sums the terms in `mask`. Not finite when a term is not.
   double Value(Eigen::Ref<const Eigen::VectorXd> x, const TermMask& mask);

@@ -9,8 +9,8 @@ namespace legopt {
 
 /// A scalar function and its derivative.
 struct ValueAndSlope {
-  double value = 0.0;
-  double slope = 0.0;
+  double value = 0.0;  ///< f
+  double slope = 0.0;  ///< f'
 };
 
 /// A smooth |h| (paper, (16); docs/readings.md#smooth-penalties): slope tanh(w h / 2), whose

@@ -12,19 +12,20 @@ namespace legopt {
 /// One trial step of an optimiser. Of the records of one solve the last accepted one is the returned point; when none
 /// is accepted, the start is returned.
 struct IterationRecord {
-  int window = 0;
-  int restart = 0;
+  int window = 0;          ///< in which, from 0; 0 for tasks that are not solved window by window
+  int restart = 0;         ///< of this window, 0: the first attempt
   double penalty = 0.0;    ///< mu; 0 for methods without
   double trust_box = 0.0;  ///< half width; 0 for methods without
   double cost = 0.0;       ///< F at the trial point
   double violation = 0.0;  ///< largest single constraint violation at the trial point
-  bool accepted = false;
+  bool accepted = false;   ///< the solver took it
 };
 
 /// What a solve has cost, in counts that no load and no machine changes. Efforts of attempts add up.
 struct Effort {
   int iterations = 0;  ///< trial steps; of SQP subproblems, the one that showed convergence included
 
+  /// Adds the counts of another attempt.
   Effort& operator+=(const Effort& other) {
     iterations += other.iterations;
     return *this;
@@ -33,18 +34,19 @@ struct Effort {
 
 /// What a solve of one problem produced, and its effort, restarts included.
 struct SolveOutcome : Effort {
-  SolveStatus status = SolveStatus::kNotRun;
-  std::vector<Eigen::VectorXd> waypoints;  ///< n + 7 each; the best point found; of windows what was solved
-  double cost = 0.0;                       ///< optimiser's own cost of the returned point
-  double max_violation = 0.0;              ///< largest single constraint violation of the returned point
-  int restarts = 0;                        ///< attempts beyond the first, of all windows
-  int windows = 0;                         ///< 0 for tasks that are not solved window by window
-  int windows_solved = 0;                  ///< the first ones; `waypoints` are theirs
-  std::int64_t wall_us = 0;                ///< of the solving thread, restarts included, loading excluded
-  std::int64_t cpu_us = 0;                 ///< CPU time of the solving thread
+  SolveStatus status = SolveStatus::kNotRun;  ///< of windows: the first not converged, or the one that ended the solve
+  std::vector<Eigen::VectorXd> waypoints;     ///< n + 7 each; the best point found; of windows what was solved
+  double cost = 0.0;                          ///< optimiser's own cost of the returned point
+  double max_violation = 0.0;                 ///< largest single constraint violation of the returned point
+  int restarts = 0;                           ///< attempts beyond the first, of all windows
+  int windows = 0;                            ///< 0 for tasks that are not solved window by window
+  int windows_solved = 0;                     ///< the first ones; `waypoints` are theirs
+  std::int64_t wall_us = 0;                   ///< of the solving thread, restarts included, loading excluded
+  std::int64_t cpu_us = 0;                    ///< CPU time of the solving thread
+  /// Of the solving thread: above 0, others had its processor in between.
   std::int64_t involuntary_context_switches = 0;
-  std::vector<IterationRecord> history;
-  std::string message;  ///< for humans: what failed, or empty
+  std::vector<IterationRecord> history;  ///< the trial steps of all attempts, in their order
+  std::string message;                   ///< for humans: what failed, or empty
 };
 
 }  // namespace legopt

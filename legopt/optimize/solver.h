@@ -19,10 +19,11 @@ using StopCheck = std::function<std::optional<SolveStatus>()>;
 /// What one attempt of a solver may use besides the program. The generator is the attempt's own: every random draw
 /// comes from it. `history` receives the trial steps and may be null.
 struct SolverContext {
-  StopCheck stop;
-  std::mt19937_64* generator = nullptr;  ///< not null for solvers that draw (Method::draws)
-  std::vector<IterationRecord>* history = nullptr;
+  StopCheck stop;                                   ///< asked between iterations
+  std::mt19937_64* generator = nullptr;             ///< not null for solvers that draw (Method::draws)
+  std::vector<IterationRecord>* history = nullptr;  ///< may be null
 
+  /// What the stop check says now; nothing when it is empty.
   std::optional<SolveStatus> Stopped() const { return stop ? stop() : std::nullopt; }
 
   /// The generator, for a solver that draws.
@@ -37,9 +38,9 @@ size_t NumRecords(const SolverContext& context);
 
 /// What one attempt produced, and its effort.
 struct SolverResult : Effort {
-  SolveStatus status = SolveStatus::kNotRun;
-  ObjectiveValue value;   ///< at the returned point
-  bool feasible = false;  ///< every violation below the method's tolerance, converged or not
+  SolveStatus status = SolveStatus::kNotRun;  ///< by the solver's own word
+  ObjectiveValue value;                       ///< at the returned point
+  bool feasible = false;                      ///< every violation below the method's tolerance, converged or not
 };
 
 /// Ends the history of a solve whose first record is number `first_record`: if it has any, the last accepted one is

@@ -19,7 +19,10 @@ inline constexpr auto kWords<TrustRule> = Words<TrustRule>({{TrustRule::kTrajOpt
                                                             {TrustRule::kMeasured, "measured"}});
 
 /// Who solves the convex subproblem.
-enum class SubproblemMethod : std::uint8_t { kInteriorPoint, kIpopt };
+enum class SubproblemMethod : std::uint8_t {
+  kInteriorPoint,  ///< InteriorPointSolver
+  kIpopt           ///< IpoptSubproblemSolver: a check on the other, slow
+};
 
 template <>
 inline constexpr auto kWords<SubproblemMethod> = Words<SubproblemMethod>(
@@ -40,12 +43,13 @@ struct SqpOptions {
   double penalty_increase_ratio = 10.0;   ///< > 1
   int max_penalty_iterations = 11;        ///< mu = 1e2 .. 1e12 (paper), 1..20
   int max_iterations = 50;                ///< convexifications per penalty value, >= 1
-  TrustRule trust_rule = TrustRule::kTrajOpt;
+  TrustRule trust_rule = TrustRule::kTrajOpt;  ///< which steps resize the box, and from what
   /// false: while the constraints hold, a decrease of their remaining violations does not count as an improvement.
   bool polish_violations = true;
   double subproblem_accuracy_frac = 1e-8;  ///< a subproblem may end this share of the merit above its optimum, > 0
-  SubproblemMethod subproblem = SubproblemMethod::kInteriorPoint;
+  SubproblemMethod subproblem = SubproblemMethod::kInteriorPoint;  ///< who solves the convex model
 
+  /// Its keys under `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     constexpr double kTiny = 1e-12;
     constexpr double kHuge = 1e15;

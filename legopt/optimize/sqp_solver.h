@@ -33,6 +33,7 @@ namespace legopt {
 /// subproblem has the drawn terms only. In both, steps are accepted by the full merit.
 class SqpSolver : public Solver {
  public:
+  /// Options as checked by Method::Validate; not looked at again.
   explicit SqpSolver(const SqpOptions& options, const Sampling& sampling = {});
 
   SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) override;

@@ -13,14 +13,15 @@ struct StompOptions {
     penalty.max_epochs_when_satisfied = 30;
   }
 
-  PenaltyOptions penalty;
-  MetricOptions metric;
+  PenaltyOptions penalty;        ///< of the outer loop, with more patience than that of gradient methods
+  MetricOptions metric;          ///< A of the noise and of the updates
   int rollouts = 20;             ///< noisy points per iteration, >= 2
   double noise = 0.05;           ///< standard deviation at the start of a mu, of one waypoint; rad and m, > 0
   double noise_growth = 2.0;     ///< factor after an update that lowered the objective, >= 1
   double noise_shrinkage = 0.9;  ///< factor after one that did not, (0, 1)
   double selectivity = 10.0;     ///< h: weight e^-h of a waypoint's worst rollout against its best, > 0
 
+  /// Its keys under `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     PenaltyOptions::Visit(options.penalty, fields);
     MetricOptions::Visit(options.metric, fields);

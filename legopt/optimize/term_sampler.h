@@ -16,11 +16,11 @@ class TermSampler {
   /// For a program and a share of its units; the batch has max(1, round(percent/100 * units)) of them.
   void Reset(const Program& program, const Sampling& sampling);
 
-  int num_units() const { return static_cast<int>(units_.size()); }
-  int batch_size() const { return batch_size_; }
+  int num_units() const { return static_cast<int>(units_.size()); }  ///< units that the program's terms make
+  int batch_size() const { return batch_size_; }                     ///< units of a batch, 1 .. num_units()
   /// Iterations per pass over all units.
   int batches_per_epoch() const { return (num_units() + batch_size_ - 1) / batch_size_; }
-  bool everything() const { return batch_size_ == num_units(); }
+  bool everything() const { return batch_size_ == num_units(); }  ///< every batch has all terms
 
   /// An independent draw without replacement (SQP). Entry i of the result: term i is in it. Valid until the next call.
   const std::vector<std::uint8_t>& Draw(std::mt19937_64& generator);

@@ -12,6 +12,7 @@ namespace legopt {
 /// The identity for one waypoint. Vectors are T blocks of equal size. A workspace; one thread.
 class WaypointMetric {
  public:
+  /// For vectors of num_waypoints * block_size entries. Factors A: cubic in the number of waypoints.
   void Reset(int num_waypoints, int block_size, const MetricOptions& options);
 
   /// v = A^-1 v.

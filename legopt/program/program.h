@@ -15,16 +15,21 @@ namespace legopt {
 ///   inequality  penalty * sum_i max(0, r_i)      (satisfied when r_i <= 0)
 ///   preference  weight * sum_i max(0, r_i)       with a weight of its own that never grows: what is wished for, but
 ///                                                must not stand in the way of the equalities and inequalities
-enum class TermKind { kCost, kEquality, kInequality, kPreference };
+enum class TermKind {
+  kCost,        ///< sum of squares
+  kEquality,    ///< l1 penalty on both sides
+  kInequality,  ///< l1 penalty above 0
+  kPreference   ///< as an inequality, under its own weight
+};
 
 /// What an optimiser may know of a term: its place in the chain of waypoints, nothing of robots.
 struct TermShape {
-  std::string name;  ///< for messages, e.g. "foot l_foot"
-  TermKind kind = TermKind::kCost;
-  int waypoint = 0;       ///< first waypoint it touches
-  int num_waypoints = 1;  ///< 1, or 2: the waypoint and its successor
-  int unit = -1;          ///< terms of equal unit >= 0 are sampled together, as one F_i of the paper; -1: on its own
-  double weight = 0.0;    ///< of a preference, > 0; others: unused
+  std::string name;                 ///< for messages, e.g. "foot l_foot"
+  TermKind kind = TermKind::kCost;  ///< what it adds to the objective
+  int waypoint = 0;                 ///< first waypoint it touches
+  int num_waypoints = 1;            ///< 1, or 2: the waypoint and its successor
+  int unit = -1;        ///< terms of equal unit >= 0 are sampled together, as one F_i of the paper; -1: on its own
+  double weight = 0.0;  ///< of a preference, > 0; others: unused
 };
 
 /// Linear model of a term about the program's point: r(dx) = value + jacobian[0] dx_t (+ jacobian[1] dx_{t+1}).
@@ -39,12 +44,14 @@ class LinearModel {
   /// Moves the point of expansion by dx (num_waypoints() blocks of `tangent_size`): value += jacobian dx.
   void Shift(const double* dx, int tangent_size);
 
-  int rows() const { return rows_; }
-  int stride() const { return stride_; }
-  int num_waypoints() const { return num_waypoints_; }
-  double& value(int i) { return value_[static_cast<size_t>(i)]; }
-  double value(int i) const { return value_[static_cast<size_t>(i)]; }
+  int rows() const { return rows_; }                    ///< rows of the model, which may be fewer than it has room for
+  int stride() const { return stride_; }                ///< doubles from one row to the next: PaddedSize(tangent_size)
+  int num_waypoints() const { return num_waypoints_; }  ///< waypoints that the rows touch, 1 or 2
+  double& value(int i) { return value_[static_cast<size_t>(i)]; }       ///< r_i at the point of expansion
+  double value(int i) const { return value_[static_cast<size_t>(i)]; }  ///< the same, for reading
+  /// Derivatives of r_i by the k-th waypoint's tangent, stride() doubles.
   double* row(int k, int i) { return jacobian_[k].data() + static_cast<size_t>(i) * static_cast<size_t>(stride_); }
+  /// The same, for reading.
   const double* row(int k, int i) const {
     return jacobian_[k].data() + static_cast<size_t>(i) * static_cast<size_t>(stride_);
   }
@@ -64,12 +71,13 @@ constexpr int PaddedSize(int size) { return (size + 3) / 4 * 4; }
 /// its Program holds. Non-finite results are allowed (the optimiser rejects the point).
 class Term {
  public:
+  /// `shape` says where the term stands; it does not change afterwards.
   explicit Term(TermShape shape) : shape_(std::move(shape)) {}
   virtual ~Term() = default;
   Term(const Term&) = delete;
   Term& operator=(const Term&) = delete;
 
-  const TermShape& shape() const { return shape_; }
+  const TermShape& shape() const { return shape_; }  ///< as given at construction
 
   /// Appends the residuals r at the program's point. The number of rows may differ from point to point (contacts come
   /// and go).
@@ -110,9 +118,10 @@ class Program {
  public:
   virtual ~Program() = default;
 
-  virtual int num_waypoints() const = 0;
-  virtual int tangent_size() const = 0;  ///< per waypoint
-  virtual int point_size() const = 0;    ///< per waypoint
+  virtual int num_waypoints() const = 0;  ///< T, the length of the chain, >= 1
+  virtual int tangent_size() const = 0;   ///< per waypoint
+  virtual int point_size() const = 0;     ///< per waypoint
+  /// All terms, of fixed number and order. Owned by the program; they read its point.
   virtual const std::vector<std::unique_ptr<Term>>& terms() const = 0;
 
   /// Moves to x (num_waypoints * point_size). Terms see it at their next call.

@@ -18,9 +18,10 @@ void Retract(const RobotModel& model, Eigen::Ref<const Eigen::VectorXd> x, Eigen
 /// configuration of the last update. Jacobian columns follow the tangent [dq, dp, dphi] of RobotModel.
 class Kinematics {
  public:
+  /// Without a configuration: only model() may be asked before the first Update() or UpdatePoses().
   explicit Kinematics(const RobotModel& model);
 
-  const RobotModel& model() const { return *model_; }
+  const RobotModel& model() const { return *model_; }  ///< as given at construction
 
   /// Computes all link poses and centres of mass. `x`: configuration, size n + 7; quaternion of any non-zero norm.
   void Update(Eigen::Ref<const Eigen::VectorXd> x);

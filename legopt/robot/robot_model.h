@@ -11,9 +11,16 @@ namespace legopt {
 
 /// One collision geometry of a URDF link or of a scene, in the frame of its owner.
 struct ShapeSpec {
-  enum class Kind { kBox, kSphere, kCylinder, kCapsule, kMesh };
+  /// What a shape is.
+  enum class Kind {
+    kBox,       ///< size: full extents
+    kSphere,    ///< size: radius
+    kCylinder,  ///< size: radius and length
+    kCapsule,   ///< size: radius and length
+    kMesh       ///< mesh_file and scale
+  };
 
-  Kind kind = Kind::kBox;
+  Kind kind = Kind::kBox;  ///< which of the members below count
   /// Metres. Box: full extents x, y, z. Sphere: radius in x. Cylinder and capsule: radius in x, length in z; the axis
   /// is the shape's z, the shape is centred, a capsule's length excludes its caps. Unused for meshes.
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
@@ -22,27 +29,34 @@ struct ShapeSpec {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< shape frame in the owner's frame
 };
 
+/// One link of the tree.
 struct Link {
-  std::string name;
+  std::string name;                               ///< unique among links
   double mass = 0.0;                              ///< kg; 0 when the link has no inertia
   Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< centre of mass in the link frame, m
   int parent_joint = -1;                          ///< index into joints(); -1 for the base
-  std::vector<ShapeSpec> collision;
+  std::vector<ShapeSpec> collision;               ///< empty: the link touches nothing
 };
 
-enum class JointType { kRevolute, kContinuous, kPrismatic, kFixed };
+/// What a joint does, as URDF has it.
+enum class JointType {
+  kRevolute,    ///< turns between limits, rad
+  kContinuous,  ///< turns without limits, rad
+  kPrismatic,   ///< slides between limits, m
+  kFixed        ///< joins two links to one body
+};
 
 /// Joint frame rule: X_parent_child(q) = origin * Motion(axis, q), with Motion a rotation (rad) or a translation (m).
 struct Joint {
-  std::string name;
-  JointType type = JointType::kFixed;
-  int parent_link = -1;
-  int child_link = -1;
-  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit, in the joint frame
-  int dof = -1;                                     ///< -1 for fixed joints
-  double lower = 0.0;                               ///< rad or m; -infinity when unlimited
-  double upper = 0.0;                               ///< rad or m; +infinity when unlimited
+  std::string name;                    ///< unique among joints
+  JointType type = JointType::kFixed;  ///< of what Motion is
+  int parent_link = -1;                ///< index into links()
+  int child_link = -1;                 ///< index into links(); every link but the base is the child of one joint
+  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< joint frame at q = 0 in the parent link's frame
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();           ///< unit, in the joint frame
+  int dof = -1;                                              ///< -1 for fixed joints
+  double lower = 0.0;                                        ///< rad or m; -infinity when unlimited
+  double upper = 0.0;                                        ///< rad or m; +infinity when unlimited
 };
 
 /// Kinematic tree of a floating-base robot: links, joints and degrees of freedom in depth-first order, children in the
@@ -71,25 +85,27 @@ class RobotModel {
   /// Builds the tree from links and joints already in depth-first order (checked; a broken order aborts).
   RobotModel(std::string name, std::vector<Link> links, std::vector<Joint> joints);
 
-  const std::string& name() const { return name_; }
-  const std::vector<Link>& links() const { return links_; }
-  const std::vector<Joint>& joints() const { return joints_; }
+  const std::string& name() const { return name_; }             ///< as the URDF says
+  const std::vector<Link>& links() const { return links_; }     ///< depth first; the base is links()[0]
+  const std::vector<Joint>& joints() const { return joints_; }  ///< depth first, in the order of their child links
   /// With which the robot was read; its meshes are loaded under it.
   const ReadGuard& read_guard() const { return read_guard_; }
 
-  int num_dofs() const { return static_cast<int>(dof_joints_.size()); }
-  int configuration_size() const { return num_dofs() + 7; }
-  int tangent_size() const { return num_dofs() + 6; }
+  int num_dofs() const { return static_cast<int>(dof_joints_.size()); }  ///< n, the joints that are not fixed
+  int configuration_size() const { return num_dofs() + 7; }              ///< n + 7
+  int tangent_size() const { return num_dofs() + 6; }                    ///< n + 6
 
   /// Joint limits by degree of freedom, rad or m, +-infinity where unlimited.
   const Eigen::VectorXd& lower_limits() const { return lower_; }
-  const Eigen::VectorXd& upper_limits() const { return upper_; }
+  const Eigen::VectorXd& upper_limits() const { return upper_; }  ///< likewise
 
+  /// Index into joints() of the joint that a degree of freedom belongs to.
   int dof_joint(int dof) const { return dof_joints_[static_cast<size_t>(dof)]; }
-  double total_mass() const { return total_mass_; }
+  double total_mass() const { return total_mass_; }  ///< of all links, kg
 
   /// Index, or -1 when there is no such link (joint).
   int FindLink(std::string_view name) const;
+  /// Likewise among joints.
   int FindJoint(std::string_view name) const;
 
   /// Number of moving joints on the chain between two links.
@@ -97,8 +113,10 @@ class RobotModel {
 
   // Bodies: links joined by fixed joints move as one. Body 0 contains the base; body k > 0 is moved by degree of
   // freedom k - 1, so that a body's parent has a smaller index.
-  int num_bodies() const { return num_dofs() + 1; }
+  int num_bodies() const { return num_dofs() + 1; }  ///< n + 1
+  /// Index of the body that a link belongs to.
   int link_body(int link) const { return link_body_[static_cast<size_t>(link)]; }
+  /// Index of the body that a joint moves this one against; of body k > 0 only.
   int body_parent(int body) const { return body_parent_[static_cast<size_t>(body)]; }
   /// Degrees of freedom that move a body, from the base outwards.
   const std::vector<int>& body_dofs(int body) const { return body_dofs_[static_cast<size_t>(body)]; }

@@ -8,7 +8,9 @@ namespace legopt {
 
 /// The place of a joint in the tree.
 struct UrdfJointElement {
-  std::string name, parent, child;
+  std::string name,  ///< of the joint
+      parent,        ///< link that it hangs from
+      child;         ///< link that it carries
 };
 
 /// A URDF in which every element and attribute that is read has been looked at.
@@ -28,7 +30,7 @@ struct CheckedUrdf {
 /// rest of a link at its first fault and goes on without it, and prints the faulty text as a format string.
 ///
 /// Refused are attributes and elements that are missing, given twice, of the wrong kind, or spelt so closely to one
-/// that is read that it was certainly meant (<colision>, xzy); numbers that are not plain, finite and as many as
+/// that is read that it was certainly meant (`<colision>`, xzy); numbers that are not plain, finite and as many as
 /// needed; shapes without positive size; masses below 0; what xacro has not expanded; names given twice; links that do
 /// not exist, are the child of two joints, or make no tree; more than 2,000 links, or 16 MiB of text. Other elements
 /// (sensors, transmissions, simulators' own) are let by: nothing here reads them.

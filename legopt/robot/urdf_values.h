@@ -10,13 +10,13 @@ namespace legopt {
 
 /// What is wrong with a text, and what to do about it.
 struct UrdfValueFault {
-  std::string message;
-  std::string fix;
+  std::string message;  ///< what the text should be
+  std::string fix;      ///< what the user can do; may be empty
 };
 
 /// The text of an attribute as it is to be passed on: numbers with single spaces between them, all else unchanged.
 struct UrdfValueText {
-  std::string text;
+  std::string text;                                    ///< of no use where there is a fault
   std::optional<UrdfValueFault> fault = std::nullopt;  ///< set: the text does not hold such a value
 };
 

@@ -15,12 +15,12 @@ namespace legopt {
 
 /// One solve of one problem by one method: everything that decides the solution, besides the dataset.
 struct Job {
-  Task task{};
-  Initialization initialization = Initialization::kGood;
-  int problem_id = 0;
-  int repetition = 0;                 ///< >= 0; enters the seed of every random draw
-  std::uint64_t experiment_seed = 0;  ///< the other part of it
-  Method method;
+  Task task{};                                            ///< of the problem
+  Initialization initialization = Initialization::kGood;  ///< which start
+  int problem_id = 0;                                     ///< within the task's problems of the dataset
+  int repetition = 0;                                     ///< >= 0; enters the seed of every random draw
+  std::uint64_t experiment_seed = 0;                      ///< the other part of it
+  Method method;                                          ///< as validated
   double wall_limit_s = 60;  ///< > 0; soft: the solver stops itself and returns the best it has
 };
 
@@ -35,8 +35,8 @@ struct JobHooks {
 /// The solver's outcome and the judge's verdict. Bit-identical for equal (dataset content, job) on every worker of one
 /// build, except the measured times.
 struct JobResult {
-  SolveOutcome solve;
-  Evaluation evaluation;
+  SolveOutcome solve;     ///< by the solver's own word
+  Evaluation evaluation;  ///< by the judge: what success is
 };
 
 /// Runs jobs on one dataset, one after the other: solve, then judge.
@@ -46,9 +46,10 @@ struct JobResult {
 /// thread at a time.
 class JobRunner {
  public:
+  /// See above for what this costs and throws.
   explicit JobRunner(std::shared_ptr<const Dataset> dataset, SolverRegistry registry = {});
 
-  const Dataset& dataset() const { return *dataset_; }
+  const Dataset& dataset() const { return *dataset_; }  ///< as given at construction
 
   /// Throws InputError when the dataset has no such problem and std::bad_alloc when memory ends; a solver that fails
   /// numerically is an outcome, not an exception.

@@ -11,23 +11,25 @@ namespace legopt {
 
 /// What the attempts at one program have in common.
 struct MultiStartSettings {
-  int max_restarts = 0;
+  int max_restarts = 0;  ///< attempts beyond the first, >= 0
   /// The generator of an attempt; 0 is the first one.
   std::function<std::mt19937_64(int restart)> generator;
   /// Turns the original start into that of a restart.
   std::function<void(std::mt19937_64& generator, Eigen::VectorXd& x)> perturb;
   /// Called after each attempt with the number of attempts made; may be empty.
   std::function<void(int attempts)> attempted;
-  StopCheck stop;
+  StopCheck stop;  ///< asked by the solver; what ends an attempt ends them all; may be empty
   std::vector<IterationRecord>* history = nullptr;  ///< may be null
 };
 
+/// The best of the attempts.
 struct MultiStartResult {
   SolverResult best;  ///< feasible first, then the smaller violation; status of a stop, if there was one
-  Eigen::VectorXd x;
-  int restarts = 0;
-  Effort effort;  ///< of all attempts
+  Eigen::VectorXd x;  ///< of `best`
+  int restarts = 0;   ///< attempts made beyond the first
+  Effort effort;      ///< of all attempts
 
+  /// A stop check ended it.
   bool stopped() const { return best.status == SolveStatus::kTimeLimit || best.status == SolveStatus::kCancelled; }
 };
 

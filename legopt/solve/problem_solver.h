@@ -14,10 +14,10 @@ namespace legopt {
 
 /// What a solve depends on besides dataset, problem and method.
 struct SolveSettings {
-  std::uint64_t experiment_seed = 1;
-  int repetition = 0;
-  double wall_limit_s = 60.0;       ///< soft limit, checked between iterations; > 0
-  std::function<bool()> cancelled;  ///< polled between iterations; may be empty
+  std::uint64_t experiment_seed = 1;  ///< enters the seed of every random draw
+  int repetition = 0;                 ///< >= 0; likewise
+  double wall_limit_s = 60.0;         ///< soft limit, checked between iterations; > 0
+  std::function<bool()> cancelled;    ///< polled between iterations; may be empty
   /// Windows finished of all windows, of a task without them attempts finished of attempts allowed; may be empty.
   std::function<void(int done, int total)> progress;
 };

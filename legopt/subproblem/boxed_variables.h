@@ -17,9 +17,11 @@ class BoxedVariables {
  public:
   /// All variables fixed at zero. `count` is rounded up to whole vectors.
   void Reset(size_t count);
+  /// Lets variable i move between two finite bounds, `lower` < `upper`.
   void SetFree(size_t i, double lower, double upper);
+  /// Holds variable i at a value; it gets a box round it that limits nothing.
   void SetFixed(size_t i, double at);
-  size_t size() const { return value.size(); }
+  size_t size() const { return value.size(); }  ///< variables, rounded up to whole vectors
 
   /// To be called when values have been set. From here on the slacks v - lower and upper - v are moved along with v:
   /// their differences would round to zero near a bound long before the method is done with it.
@@ -37,9 +39,16 @@ class BoxedVariables {
   void CompleteDirection();
   /// max(1, 1 / longest step that keeps all slacks and multipliers non-negative).
   double InverseMaxStep() const;
+  /// v and the multipliers move by `length` times their steps, the slacks with them. 0 <= length <= 1 /
+  /// InverseMaxStep().
   void Move(double length);
 
-  std::vector<double> value, lower, upper, z_lower, z_upper;
+  /// v, its bounds, and the multipliers of both sides; filled by the method between Reset() and Start().
+  std::vector<double> value,  ///< v
+      lower,                  ///< lower bounds
+      upper,                  ///< upper bounds
+      z_lower,                ///< multipliers of v >= lower, >= 0
+      z_upper;                ///< multipliers of v <= upper, >= 0
   std::vector<double> free;   ///< 1 or 0
   std::vector<double> step;   ///< of value
   std::vector<double> drive;  ///< what the complementarity targets add to the right-hand side of v's equation

@@ -18,15 +18,17 @@ namespace legopt {
 /// Plain data with builders; refilling it allocates nothing once it has grown. One thread.
 class ConvexSubproblem {
  public:
+  /// One penalised row, a^T dx + b over one block or two consecutive ones.
   struct Row {
-    int block = 0;
-    int num_blocks = 1;
+    int block = 0;          ///< the first that it touches
+    int num_blocks = 1;     ///< how many it touches, 1 or 2
     bool absolute = false;  ///< |.| rather than max(0, .)
     double weight = 0.0;    ///< > 0
     double offset = 0.0;    ///< b
     size_t begin = 0;       ///< of its coefficients in coefficients()
   };
 
+  /// Without costs, rows or freedom: all bounds are 0 until SetBounds().
   ConvexSubproblem(int num_blocks, int block_size);
 
   /// Removes costs and rows; bounds stay.
@@ -44,24 +46,26 @@ class ConvexSubproblem {
   /// m(dx); dx unpadded.
   double Value(Eigen::Ref<const Eigen::VectorXd> dx) const;
 
-  int num_blocks() const { return num_blocks_; }
-  int block_size() const { return block_size_; }
-  int stride() const { return stride_; }
-  double constant() const { return constant_; }
+  int num_blocks() const { return num_blocks_; }  ///< waypoints, T
+  int block_size() const { return block_size_; }  ///< variables of a block: the tangent size
+  int stride() const { return stride_; }          ///< doubles of a padded block, PaddedSize(block_size)
+  double constant() const { return constant_; }   ///< c
+  /// Largest w; 0 without penalties. Solvers divide the objective by it.
   double max_weight() const { return max_weight_; }
-  const std::vector<Row>& rows() const { return rows_; }
+  const std::vector<Row>& rows() const { return rows_; }  ///< all penalties, in the order in which they were added
   /// Coefficients of a row's k-th block, stride() doubles.
   const double* coefficients(const Row& row, int k = 0) const {
     return coefficients_.data() + row.begin + static_cast<size_t>(k) * static_cast<size_t>(stride_);
   }
   /// Upper triangle of H's diagonal block t / whole block (t, t+1): stride() x stride().
   const double* hessian(int t) const { return diagonal_.data() + BlockOffset(t); }
+  /// Whole block (t, t + 1) of H, stride() x stride(), rows by block t; zero where no cost couples the two.
   const double* coupling(int t) const { return coupling_.data() + BlockOffset(t); }
-  bool has_coupling() const { return has_coupling_; }
+  bool has_coupling() const { return has_coupling_; }  ///< some cost touches two blocks
   /// Padded vectors, num_blocks * stride() entries.
   const std::vector<double>& gradient() const { return gradient_; }
-  const std::vector<double>& lower() const { return lower_; }
-  const std::vector<double>& upper() const { return upper_; }
+  const std::vector<double>& lower() const { return lower_; }  ///< lower bounds of dx, padded likewise
+  const std::vector<double>& upper() const { return upper_; }  ///< upper bounds of dx, padded likewise
 
  private:
   size_t BlockOffset(int t) const {
@@ -99,18 +103,24 @@ void ForEachHessianEntry(const ConvexSubproblem& problem, bool coupled, Visit vi
 /// A solver of ConvexSubproblem. One thread; keeps its workspace between solves.
 class SubproblemSolver {
  public:
-  enum class Status { kSolved, kIterationLimit, kFailed };
+  /// How a solve ended.
+  enum class Status {
+    kSolved,          ///< within the accuracy asked for
+    kIterationLimit,  ///< or no further progress: the point is legal, but not proven optimal
+    kFailed           ///< numbers that are not finite, or no point at all
+  };
 
+  /// What a solve tells beside its point.
   struct Result {
-    Status status = Status::kFailed;
-    int iterations = 0;
-    double gap = 0.0;  ///< bound on m(dx) - min m
+    Status status = Status::kFailed;  ///< how it ended
+    int iterations = 0;               ///< Newton steps, or Ipopt's iterations
+    double gap = 0.0;                 ///< bound on m(dx) - min m
   };
 
   virtual ~SubproblemSolver() = default;
 
   /// Minimises to within `accuracy` of the optimal value. `dx` (unpadded) lies within the bounds; with
-  /// kIterationLimit it is the best point found, with kFailed it is unusable.
+  /// kIterationLimit it is the last point, with kFailed it is unusable.
   virtual Result Solve(const ConvexSubproblem& problem, double accuracy, Eigen::Ref<Eigen::VectorXd> dx) = 0;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+/// @file
 /// Small dense kernels for the interior-point solver: matrices of a few dozen rows, row-major, rows padded with zeros
 /// to whole vectors of four doubles ("stride"). Eigen's general products cost about twice as much at these sizes.
 /// Header-only so that the loops are inlined; pure functions of their arguments.
@@ -7,14 +8,20 @@
 #include <cmath>
 #include <cstddef>
 
+/// Kernels of the interior-point solver.
 namespace legopt::kernels {
 
-inline constexpr int kLanes = 4;
+inline constexpr int kLanes = 4;  ///< doubles of a vector: what rows are padded to
+/// Four doubles of any alignment, which may alias plain ones.
 using Lanes = double __attribute__((vector_size(kLanes * sizeof(double)), aligned(sizeof(double)), may_alias));
 
+/// Four doubles from p on.
 inline Lanes Load(const double* p) { return *reinterpret_cast<const Lanes*>(p); }
+/// Four doubles to p on.
 inline void Store(double* p, Lanes v) { *reinterpret_cast<Lanes*>(p) = v; }
+/// c in every lane.
 inline Lanes Broadcast(double c) { return Lanes{c, c, c, c}; }
+/// (v0 + v2) + (v1 + v3): always in this order, so that results keep their bits.
 inline double Sum(Lanes v) { return (v[0] + v[2]) + (v[1] + v[3]); }
 
 /// sum_i a_i b_i over `padded` entries.

@@ -35,7 +35,9 @@ namespace legopt {
 /// the other still has a gradient of at least 1 / N of the whole.
 class SweptCollisionTerm : public Term {
  public:
+  /// Longest way of a point of a link from one sample to the next, as far as kMostSteps allow.
   static constexpr double kStep_m = 0.1;
+  /// Most sub-steps, a power of two.
   static constexpr int kMostSteps = 32;
 
   /// `from` and `to`: states of `waypoint` and `waypoint` + 1; `range_m` > margin_m: pairs nearer than this may become
@@ -50,9 +52,10 @@ class SweptCollisionTerm : public Term {
   /// Pairs that are nearer and yet have no row keep the margin on the way and are nearer still at an end.
   double AbsentRow() const override { return margin_m_ - range_m_; }
 
+  /// One row: the nearest sample of a pair of shapes.
   struct Row {
-    Contact contact;
-    double s;
+    Contact contact;  ///< as at that sample
+    double s;         ///< where on the path, in (0, 1)
   };
   /// Rows at the states' present configurations, ascending by s, then in the query's order.
   std::span<const Row> rows();

@@ -12,8 +12,8 @@ namespace legopt {
 
 /// Stances [first_stance, first_stance + num_stances) of a problem, which are solved as one program.
 struct StanceWindow {
-  int first_stance = 0;
-  int num_stances = 0;
+  int first_stance = 0;  ///< index within the problem
+  int num_stances = 0;   ///< >= 1
 };
 
 /// The windows of a problem with `num_stances` >= 1 stances, in the order of solving: a stance of its own each for a
@@ -25,8 +25,7 @@ std::vector<StanceWindow> StanceWindows(Task task, int num_stances);
 ///
 ///     posture: the torque cost; five terms in double support
 ///     motion:  the velocity cost as one sampling unit (docs/readings.md#terms-and-samples), continuous collision
-///     between
-///              consecutive waypoints as asked for; 54 units in a full window
+///              between consecutive waypoints as asked for; 54 units in a full window
 ///
 /// `stances` are those of the window; with `fixed_first` its first waypoint does not move. Lifetimes as for
 /// WaypointProgram.

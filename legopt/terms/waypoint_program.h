@@ -35,11 +35,14 @@ class WaypointProgram : public Program {
 
   /// Add a term before or after those that there are. It may refer to the states.
   void Prepend(std::unique_ptr<Term> term) { terms_.insert(terms_.begin(), std::move(term)); }
+  /// Likewise, behind those that there are.
   void Append(std::unique_ptr<Term> term) { terms_.push_back(std::move(term)); }
 
+  /// One for each stance given.
   int num_waypoints() const override { return static_cast<int>(states_.size()); }
   int tangent_size() const override { return robot_->tangent_size(); }
   int point_size() const override { return robot_->configuration_size(); }
+  /// The constraints, by waypoint, with what Prepend and Append added; owned by the program.
   const std::vector<std::unique_ptr<Term>>& terms() const override { return terms_; }
   void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override;
   void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
@@ -51,6 +54,7 @@ class WaypointProgram : public Program {
                   Eigen::Ref<Eigen::VectorXd> upper) const override;
   void ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const override;
 
+  /// What the terms of a waypoint share; at the point of the last SetPoint.
   WaypointState& state(int waypoint) { return states_[static_cast<size_t>(waypoint)]; }
 
  private:

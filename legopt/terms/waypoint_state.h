@@ -13,6 +13,8 @@ namespace legopt {
 /// A workspace; the query may be shared by the waypoints of one program (one thread).
 class WaypointState {
  public:
+  /// `query`: of the robot's collision model; both must outlive the state. `contact_range_m` > 0: pairs closer than
+  /// this are contacts().
   WaypointState(const RobotModel& robot, CollisionQuery& query, double contact_range_m)
       : configuration_(Eigen::VectorXd::Constant(robot.configuration_size(), std::numeric_limits<double>::quiet_NaN())),
         kinematics_(robot),
@@ -32,8 +34,9 @@ class WaypointState {
   const Eigen::VectorXd& configuration() const { return configuration_; }
   /// Grows with every change of the configuration: what was computed at an equal revision still holds.
   std::uint64_t revision() const { return revision_; }
+  /// At configuration().
   const Kinematics& kinematics() const { return kinematics_; }
-  double contact_range_m() const { return contact_range_m_; }
+  double contact_range_m() const { return contact_range_m_; }  ///< as given at construction
 
   /// Pairs closer than the contact range, in the query's order.
   const std::vector<Contact>& contacts() {

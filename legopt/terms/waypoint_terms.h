@@ -15,6 +15,7 @@ namespace legopt {
 /// that is kg m (docs/readings.md#torque-cost).
 class TorqueCostTerm : public Term {
  public:
+  /// `state`: of waypoint number `waypoint` of its program.
   TorqueCostTerm(int waypoint, WaypointState& state);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
@@ -30,6 +31,7 @@ class TorqueCostTerm : public Term {
 /// (docs/readings.md#foot-pose-error).
 class FootPoseTerm : public Term {
  public:
+  /// `target`: of the foot's link frame in the world. `name`: the foot's, for messages.
   FootPoseTerm(int waypoint, WaypointState& state, int link, const Eigen::Isometry3d& target, const std::string& name);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
@@ -47,6 +49,7 @@ class FootPoseTerm : public Term {
 /// Inequality: the centre of mass inside the support polygon, one row a.c + b <= 0 per edge, m.
 class ComTerm : public Term {
  public:
+  /// `edges`: of the support polygon of the waypoint's targets, world xy.
   ComTerm(int waypoint, WaypointState& state, std::vector<HalfPlane> edges);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
@@ -61,6 +64,7 @@ class ComTerm : public Term {
 /// points fixed in their links and a constant normal (contact.h; docs/readings.md#contacts).
 class CollisionTerm : public Term {
  public:
+  /// `margin_m`: distance to keep, at most the state's contact range.
   CollisionTerm(int waypoint, WaypointState& state, double margin_m);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
