@@ -22,6 +22,7 @@ struct ResultRecord {
   SolveStatus solver_status = SolveStatus::kNotRun;
   int iterations = 0;
   int restarts = 0;
+  int starts = 0;            ///< points that a descent was begun from; 0: not counted
   std::int64_t wall_us = 0;  ///< of the solve, restarts included, loading excluded
   std::int64_t cpu_us = 0;
   std::int64_t involuntary_context_switches = 0;
@@ -101,6 +102,10 @@ struct OtherResultColumn {
   std::string_view name;
 };
 
+template <auto member>
+constexpr bool IsZero(const ResultRecord& r) {
+  return r.*member == 0;
+}
 constexpr bool HasNoFailedWaypoint(const ResultRecord& r) { return r.failed_waypoint < 0; }
 constexpr bool HasNoWindows(const ResultRecord& r) { return r.windows <= 0; }
 constexpr bool HasNoHistory(const ResultRecord& r) { return r.history_json.empty(); }
@@ -110,6 +115,7 @@ inline constexpr std::tuple kResultColumns{
     ResultColumn{"solver_status", &ResultRecord::solver_status}.AlsoStale(),
     ResultColumn{"iterations", &ResultRecord::iterations}.AtLeast(0).AlsoStale(),
     ResultColumn{"restarts", &ResultRecord::restarts}.AtLeast(0),
+    ResultColumn{"starts", &ResultRecord::starts}.AtLeast(0).NullWhen(IsZero<&ResultRecord::starts>),
     ResultColumn{"solver_cost", &ResultRecord::solver_cost},
     ResultColumn{"solver_violation", &ResultRecord::solver_violation},
     ResultColumn{"verdict_literal", &ResultRecord::verdict_literal}.AlsoStale(),

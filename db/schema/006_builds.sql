@@ -13,6 +13,10 @@ PRAGMA writable_schema = RESET;
 ALTER TABLE experiments ADD COLUMN builds TEXT NOT NULL DEFAULT 'one' CHECK (builds IN ('one', 'any'));
 ALTER TABLE experiments ADD COLUMN build_id TEXT CHECK (length(build_id) BETWEEN 1 AND 64);
 
+-- What a solve has cost, in counts that no load changes. NULL: not counted.
+-- starts: points that a descent was begun from; of LegOpt-best several inside an attempt.
+ALTER TABLE results ADD COLUMN starts INTEGER CHECK (starts >= 1);
+
 -- Equal build_id: the same bits. processors: granted to the worker; memory_bytes and load (mean number of running
 -- processes in a minute, at the worker's last sighting): of its host. NULL: not known.
 ALTER TABLE workers ADD COLUMN build_id TEXT CHECK (length(build_id) BETWEEN 1 AND 64);

@@ -38,6 +38,8 @@ size_t NumRecords(const SolverContext& context);
 
 /// What one attempt produced, and its effort.
 struct SolverResult : Effort {
+  SolverResult() { starts = 1; }
+
   SolveStatus status = SolveStatus::kNotRun;  ///< by the solver's own word
   ObjectiveValue value;                       ///< at the returned point
   bool feasible = false;                      ///< every violation below the method's tolerance, converged or not
