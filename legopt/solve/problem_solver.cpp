@@ -166,6 +166,7 @@ bool ProblemSolver::Run::SolveWindow(const ProblemDefinition& problem, const Sta
   const MultiStartResult result = SolveWithRestarts(*solver_, *program, WindowStart(stances, fixed_first),
                                                     Attempts(Identity(problem, index), fixed_first ? 1 : 0));
   for (size_t i = first_record; i < outcome_.history.size(); ++i) outcome_.history[i].window = index;
+  outcome_.term_evaluations += program->TermEvaluations();
   Account(result);
   const bool failed = !result.best.feasible;
   if (failed) outcome_.message = (task_.windowed ? WindowName(window, index) : "") + WorstTerm(*program, result.best);
