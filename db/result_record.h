@@ -22,9 +22,10 @@ struct ResultRecord {
   SolveStatus solver_status = SolveStatus::kNotRun;
   int iterations = 0;
   int restarts = 0;
-  int starts = 0;                     ///< points that a descent was begun from; 0: not counted
-  std::int64_t term_evaluations = 0;  ///< for values or derivatives; 0: not counted
-  std::int64_t wall_us = 0;           ///< of the solve, restarts included, loading excluded
+  int starts = 0;                      ///< points that a descent was begun from; 0: not counted
+  std::int64_t term_evaluations = 0;   ///< for values or derivatives; 0: not counted
+  std::int64_t collision_queries = 0;  ///< of the solver; 0: not counted
+  std::int64_t wall_us = 0;            ///< of the solve, restarts included, loading excluded
   std::int64_t cpu_us = 0;
   std::int64_t involuntary_context_switches = 0;
   std::int64_t peak_memory_bytes = 0;
@@ -119,6 +120,8 @@ inline constexpr std::tuple kResultColumns{
     ResultColumn{"starts", &ResultRecord::starts}.AtLeast(0).NullWhen(IsZero<&ResultRecord::starts>),
     ResultColumn{"term_evaluations", &ResultRecord::term_evaluations}.AtLeast(0).NullWhen(
         IsZero<&ResultRecord::term_evaluations>),
+    ResultColumn{"collision_queries", &ResultRecord::collision_queries}.AtLeast(0).NullWhen(
+        IsZero<&ResultRecord::collision_queries>),
     ResultColumn{"solver_cost", &ResultRecord::solver_cost},
     ResultColumn{"solver_violation", &ResultRecord::solver_violation},
     ResultColumn{"verdict_literal", &ResultRecord::verdict_literal}.AlsoStale(),

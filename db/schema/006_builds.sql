@@ -18,6 +18,8 @@ ALTER TABLE experiments ADD COLUMN build_id TEXT CHECK (length(build_id) BETWEEN
 ALTER TABLE results ADD COLUMN starts INTEGER CHECK (starts >= 1);
 -- term_evaluations: calls of terms of the objective, for values or derivatives.
 ALTER TABLE results ADD COLUMN term_evaluations INTEGER CHECK (term_evaluations >= 1);
+-- collision_queries: contacts of the robot at one configuration, asked for by the solver.
+ALTER TABLE results ADD COLUMN collision_queries INTEGER CHECK (collision_queries >= 1);
 
 -- Equal build_id: the same bits. processors: granted to the worker; memory_bytes and load (mean number of running
 -- processes in a minute, at the worker's last sighting): of its host. NULL: not known.

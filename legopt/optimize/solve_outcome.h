@@ -23,15 +23,17 @@ struct IterationRecord {
 
 /// What a solve has cost, in counts that no load and no machine changes. Efforts of attempts add up.
 struct Effort {
-  int iterations = 0;                 ///< trial steps; of SQP subproblems, the one that showed convergence included
-  int starts = 0;                     ///< points that a descent was begun from; an attempt may begin several times
-  std::int64_t term_evaluations = 0;  ///< calls of Term::Evaluate and Term::Linearize
+  int iterations = 0;                  ///< trial steps; of SQP subproblems, the one that showed convergence included
+  int starts = 0;                      ///< points that a descent was begun from; an attempt may begin several times
+  std::int64_t term_evaluations = 0;   ///< calls of Term::Evaluate and Term::Linearize
+  std::int64_t collision_queries = 0;  ///< answered by the solver's CollisionQuery
 
   /// Adds the counts of another attempt.
   Effort& operator+=(const Effort& other) {
     iterations += other.iterations;
     starts += other.starts;
     term_evaluations += other.term_evaluations;
+    collision_queries += other.collision_queries;
     return *this;
   }
 };

@@ -40,6 +40,7 @@ class ProblemSolver::Run {
       const SolveSettings& settings, const SolverRegistry& registry)
       : dataset_(dataset),
         query_(query),
+        first_query_(query.queries()),
         task_(DescriptionOf(task)),
         initialization_(initialization),
         method_(method),
@@ -71,6 +72,7 @@ class ProblemSolver::Run {
 
   const Dataset& dataset_;
   CollisionQuery& query_;
+  std::int64_t first_query_;  ///< it has answered so many for others
   const TaskDescription& task_;
   Initialization initialization_;
   const Method& method_;
@@ -125,6 +127,7 @@ void ProblemSolver::Run::Account(const MultiStartResult& result) {
 SolveOutcome ProblemSolver::Run::Finish() {
   outcome_.wall_us = timer_.wall_us();
   outcome_.cpu_us = timer_.cpu_us();
+  outcome_.collision_queries = query_.queries() - first_query_;
   outcome_.involuntary_context_switches = timer_.involuntary_context_switches();
   return std::move(outcome_);
 }
