@@ -68,11 +68,12 @@ GROUP BY s.experiment_id, w.build_id, w.build, w.hostname, w.processor, w.memory
 DROP VIEW job_list;
 DROP VIEW experiment_list;
 
--- As in version 5, with the host, its processor and the build of the worker.
+-- As in version 5, with the effort of a solve, and the host, its processor and the build of the worker.
 CREATE VIEW job_list AS
 SELECT j.job_id, c.experiment_id, m.name AS method, m.multi_starts, m.sample_size, m.incremental, m.collision, c.task,
   c.initialization, p.problem_id, j.repetition, j.state, j.attempts, r.solver_status, r.verdict_literal,
   r.verdict_strict, r.windows_solved, r.windows, r.cost, r.time_s, r.wall_us, r.cpu_us,
+  r.iterations, r.restarts, r.starts, r.term_evaluations, r.collision_queries,
   r.interpolation_environment_depth_m, r.interpolation_self_depth_m, r.interpolation_free_share, w.name AS worker,
   w.hostname, w.processor, w.build_id
 FROM jobs AS j

@@ -43,6 +43,8 @@ TEST(Best, RefinementsFindTheCheaperWell) {
   EXPECT_NEAR(x[0], -1.0, 0.1);
   EXPECT_LT(best.value.cost, once.value.cost);
   EXPECT_GT(best.iterations, once.iterations);
+  EXPECT_EQ(once.starts, 1);
+  EXPECT_EQ(best.starts, 1 + options.refinements);
 }
 
 /// x (x^2 - 1) > 0.5 holds right of 1.19 only; left of there the slope leads into a valley.

@@ -36,6 +36,9 @@ TEST(ResultMessage, EveryColumnComesFromTheFieldOfItsName) {
   EXPECT_EQ(record.verdict_strict, Verdict::kSelfCollision);
   EXPECT_EQ(record.iterations, request.iterations);
   EXPECT_EQ(record.restarts, request.restarts);
+  EXPECT_EQ(record.starts, request.starts);
+  EXPECT_EQ(record.term_evaluations, request.term_evaluations);
+  EXPECT_EQ(record.collision_queries, request.collision_queries);
   EXPECT_EQ(record.wall_us, request.wall_us);
   EXPECT_EQ(record.cpu_us, request.cpu_us);
   EXPECT_EQ(record.involuntary_context_switches, request.involuntary_context_switches);

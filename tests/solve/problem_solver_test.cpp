@@ -68,8 +68,21 @@ TEST_F(Solve, SameSeedSameBits) {
   const SolveOutcome second = Run(Hopeless(3), settings);
   EXPECT_EQ(first.waypoints[0], second.waypoints[0]);
   EXPECT_EQ(first.iterations, second.iterations);
+  EXPECT_EQ(first.term_evaluations, second.term_evaluations);
+  EXPECT_EQ(first.collision_queries, second.collision_queries);
   ASSERT_EQ(first.history.size(), second.history.size());
   for (size_t i = 0; i < first.history.size(); ++i) EXPECT_EQ(first.history[i].cost, second.history[i].cost);
+}
+
+TEST_F(Solve, EffortIsCounted) {
+  const SolveOutcome once = Run({});
+  EXPECT_EQ(once.starts, 1);
+  EXPECT_GT(once.term_evaluations, once.iterations) << "several terms at each trial point";
+  EXPECT_GE(once.collision_queries, once.iterations) << "each trial point is looked at";
+  EXPECT_LT(once.collision_queries, once.term_evaluations) << "one term of a waypoint is that of collisions";
+  const SolveOutcome hopeless = Run(Hopeless(4));
+  EXPECT_EQ(hopeless.starts, 5) << "the first attempt and its restarts";
+  EXPECT_EQ(Run(Method::Of("best")).starts, 1 + std::get<BestOptions>(Method::Of("best").options).refinements);
 }
 
 TEST_F(Solve, SeedRepetitionAndStartChangeTheNoiseButNotTheFirstAttempt) {
