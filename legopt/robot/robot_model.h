@@ -111,9 +111,9 @@ class RobotModel {
   /// Number of moving joints on the chain between two links.
   int MovingJointsBetween(int link_a, int link_b) const;
 
-  // Bodies: links joined by fixed joints move as one. Body 0 contains the base; body k > 0 is moved by degree of
-  // freedom k - 1, so that a body's parent has a smaller index.
-  int num_bodies() const { return num_dofs() + 1; }  ///< n + 1
+  /// n + 1. Links joined by fixed joints move as one body. Body 0 contains the base; body k > 0 is moved by degree of
+  /// freedom k - 1, so that a body's parent has a smaller index.
+  int num_bodies() const { return num_dofs() + 1; }
   /// Index of the body that a link belongs to.
   int link_body(int link) const { return link_body_[static_cast<size_t>(link)]; }
   /// Index of the body that a joint moves this one against; of body k > 0 only.
