@@ -13,7 +13,7 @@ namespace legopt::bus {
 /// What an endpoint has seen, by cause.
 struct Counters {
   // Datagrams.
-  std::uint64_t datagrams_sent = 0;      ///< on both ports, accepted by the kernel
+  std::uint64_t datagrams_sent = 0;      ///< on both ports, send_failures included
   std::uint64_t datagrams_received = 0;  ///< on both ports: all that reached the endpoint
   std::uint64_t bytes_sent = 0;          ///< of datagrams_sent
   std::uint64_t bytes_received = 0;      ///< of datagrams_received
