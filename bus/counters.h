@@ -12,9 +12,9 @@ namespace legopt::bus {
 
 /// What an endpoint has seen, by cause.
 struct Counters {
-  // Datagrams. "Sent" and "received" include both ports; received counts everything that reached the endpoint.
-  std::uint64_t datagrams_sent = 0;      ///< accepted by the kernel
-  std::uint64_t datagrams_received = 0;  ///< that reached the endpoint
+  // Datagrams.
+  std::uint64_t datagrams_sent = 0;      ///< on both ports, send_failures included
+  std::uint64_t datagrams_received = 0;  ///< on both ports: all that reached the endpoint
   std::uint64_t bytes_sent = 0;          ///< of datagrams_sent
   std::uint64_t bytes_received = 0;      ///< of datagrams_received
   std::uint64_t not_for_us = 0;          ///< well-formed, addressed to another party

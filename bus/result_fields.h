@@ -10,13 +10,15 @@
 #include "words/job.h"
 #include "words/reply.h"
 
+/// @file
 /// What became of an attempt: the call result. PROTOCOL.md, section 9.
+
 namespace legopt::bus::fields {
 
-inline constexpr std::int64_t kLogBytes = std::int64_t{64} << 10;
-inline constexpr std::int64_t kMostSignals = 64;
-inline constexpr std::int64_t kMostWaypoints = 1'000'000;
-inline constexpr std::int64_t kMostWaypointNumbers = 4096;
+inline constexpr std::int64_t kLogBytes = std::int64_t{64} << 10;  ///< of a log's tail
+inline constexpr std::int64_t kMostSignals = 64;                   ///< number of a signal
+inline constexpr std::int64_t kMostWaypoints = 1'000'000;          ///< of a solution
+inline constexpr std::int64_t kMostWaypointNumbers = 4096;         ///< of a waypoint, n + 7
 
 template <>
 struct Description<legopt_msg::result_request> {

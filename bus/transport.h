@@ -48,7 +48,7 @@ class DatagramReceiver {
 
 /// What only the transport can know. Counts since construction.
 struct TransportCounters {
-  std::uint64_t datagrams_sent = 0;      ///< accepted by the kernel
+  std::uint64_t datagrams_sent = 0;      ///< on both ports, send_failures included
   std::uint64_t datagrams_received = 0;  ///< that reached the receiver
   std::uint64_t bytes_sent = 0;          ///< of datagrams_sent
   std::uint64_t bytes_received = 0;      ///< of datagrams_received

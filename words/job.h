@@ -95,7 +95,7 @@ inline constexpr auto kWords<Hold> =
 /// Which workers may finish an experiment.
 enum class BuildRule : std::uint8_t {
   kOne,  ///< those of the build that took its first job
-  kAny,
+  kAny,  ///< all
 };
 
 template <>

@@ -26,7 +26,7 @@ struct CollisionOptions {
   int max_link_pieces = 8;
   /// The same two for components of the scene that are neither convex nor vertical prisms.
   double scene_concavity_m = 0.03;
-  int max_component_pieces = 24;  ///< at most so many per component, >= 1
+  int max_component_pieces = 24;  ///< upper bound per component, 1..64
   /// What the scene is made of; the robot's side does not depend on it.
   SceneRepresentation scene = SceneRepresentation::kSolid;
 };

@@ -23,7 +23,7 @@ namespace legopt {
 /// `link_b` of a contact with the environment.
 inline constexpr int kScene = -1;
 
-/// One pair of convex shapes closer than the margin of the query. World frame, metres; signs as in the block above.
+/// One pair of convex shapes closer than the margin of the query. World frame, metres; signs as defined in this file.
 struct Contact {
   int link_a = 0;                                       ///< robot link
   int link_b = kScene;                                  ///< robot link > link_a, or kScene

@@ -10,8 +10,9 @@
 
 namespace legopt {
 
-// Each check looks at one thing and returns what it found: at least one finding, so that a report shows that it was
-// looked at. None throws for what it finds, nor prints. They change nothing.
+/// @file
+/// Each check looks at one thing and returns what it found: at least one finding, so that a report shows that it was
+/// looked at. None throws for what it finds, nor prints. They change nothing.
 
 /// Closed meshes with outward winding, of the scene. A few open edges are a warning, many (over 1 %) an error, for the
 /// judge sees triangles and the solver solids; inverted bodies are an error.

@@ -17,8 +17,6 @@ namespace legopt {
 ///   is kept. A posture has many local optima (arms, knees), and one solve costs about a millisecond.
 ///
 /// It knows terms, like every solver; random draws come from the attempt's generator.
-///
-/// It knows terms, like every solver; random draws come from the attempt's generator.
 class BestSolver : public Solver {
  public:
   /// Options as checked by Method::Validate; not looked at again.

@@ -51,8 +51,8 @@ class SlottedProgram {
   const Eigen::VectorXd& lower() const { return lower_; }
   const Eigen::VectorXd& upper() const { return upper_; }  ///< likewise
 
-  // At the point of the last Evaluate; derivatives only if it returned true.
-  const Eigen::VectorXd& x() const { return x_; }          ///< Retract(x0, dx)
+  /// Retract(x0, dx) of the last Evaluate. All that follows holds there, derivatives only if it returned true.
+  const Eigen::VectorXd& x() const { return x_; }
   const ObjectiveValue& value() const { return value_; }   ///< exact, of all rows
   const ConvexSubproblem& cost() const { return *cost_; }  ///< F, its gradient and Gauss-Newton matrix at dx = "0"
   bool coupled() const { return coupled_; }                ///< the matrix may have blocks off the diagonal

@@ -12,12 +12,13 @@ namespace legopt {
 
 /// Stochastic trajectory optimisation after STOMP (Kalakrishnan et al., ICRA 2011), on the exact penalty objective
 /// F + mu V; needs no derivatives. Each iteration tries `rollouts` noisy copies x + e_k, e_k of covariance
-///     P_kt = exp(-h (S_kt - min_k S_kt) / (max_k S_kt - min_k S_kt)) / (sum over k),   dx = A^-1 sum_k P_kt e_kt,
-/// with S_kt the share of F + mu V of the terms that touch waypoint t at rollout k.
+/// noise^2 A^-1 (waypoint_metric.h), clipped to the bounds, and weighs them waypoint by waypoint,
 ///
-/// Unlike in the original, which takes every update, x moves only where the objective falls - to the
-/// update or the best rollout, whichever is lower - and the noise grows or shrinks with success: the tolerances of
-/// contacts lie two orders below a useful first noise.
+///     P_kt = exp(-h (S_kt - min_k S_kt) / (max_k S_kt - min_k S_kt)) / (sum over k),   dx = A^-1 sum_k P_kt e_kt,
+///
+/// with S_kt the objective of the terms that touch waypoint t at rollout k. Unlike in the original, which takes every
+/// update, x moves only where the objective falls - to the update or the best rollout, whichever is lower - and the
+/// noise grows or shrinks with success: the tolerances of contacts lie two orders below a useful first noise.
 class StompSolver : public PenaltySolver {
  public:
   /// Options as checked by Method::Validate; not looked at again.

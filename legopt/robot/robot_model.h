@@ -87,7 +87,7 @@ class RobotModel {
 
   const std::string& name() const { return name_; }             ///< as the URDF says
   const std::vector<Link>& links() const { return links_; }     ///< depth first; the base is links()[0]
-  const std::vector<Joint>& joints() const { return joints_; }  ///< depth first, in the order of their child links
+  const std::vector<Joint>& joints() const { return joints_; }  ///< joints()[k] leads to links()[k + 1]
   /// With which the robot was read; its meshes are loaded under it.
   const ReadGuard& read_guard() const { return read_guard_; }
 
@@ -111,12 +111,12 @@ class RobotModel {
   /// Number of moving joints on the chain between two links.
   int MovingJointsBetween(int link_a, int link_b) const;
 
-  // Bodies: links joined by fixed joints move as one. Body 0 contains the base; body k > 0 is moved by degree of
-  // freedom k - 1, so that a body's parent has a smaller index.
-  int num_bodies() const { return num_dofs() + 1; }  ///< n + 1
+  /// n + 1. Links joined by fixed joints move as one body. Body 0 contains the base; body k > 0 is moved by degree of
+  /// freedom k - 1, so that a body's parent has a smaller index.
+  int num_bodies() const { return num_dofs() + 1; }
   /// Index of the body that a link belongs to.
   int link_body(int link) const { return link_body_[static_cast<size_t>(link)]; }
-  /// Index of the body that a joint moves this one against; of body k > 0 only.
+  /// Index of the body that this one hangs from; -1 for body 0.
   int body_parent(int body) const { return body_parent_[static_cast<size_t>(body)]; }
   /// Degrees of freedom that move a body, from the base outwards.
   const std::vector<int>& body_dofs(int body) const { return body_dofs_[static_cast<size_t>(body)]; }

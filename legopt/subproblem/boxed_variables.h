@@ -43,8 +43,7 @@ class BoxedVariables {
   /// InverseMaxStep().
   void Move(double length);
 
-  /// v, its bounds, and the multipliers of both sides; filled by the method between Reset() and Start().
-  std::vector<double> value,  ///< v
+  std::vector<double> value,  ///< v; filled by the method between Reset() and Start(), like the next four
       lower,                  ///< lower bounds
       upper,                  ///< upper bounds
       z_lower,                ///< multipliers of v >= lower, >= 0

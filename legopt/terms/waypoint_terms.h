@@ -9,7 +9,8 @@
 
 namespace legopt {
 
-// The terms of one waypoint. Each refers to the state of its waypoint, which must outlive it.
+/// @file
+/// The terms of one waypoint. Each refers to the state of its waypoint, which must outlive it.
 
 /// Cost: static torques in units of gravity, r = tau / g over all joints, base fixed in space. N m per m/s^2,
 /// that is kg m (docs/readings.md#torque-cost).
