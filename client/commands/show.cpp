@@ -30,7 +30,8 @@ constexpr char kJobSql[] =
     "JOIN datasets AS d USING (dataset_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) "
     "WHERE j.job_id = ";
 constexpr char kAttemptsSql[] =
-    "SELECT attempt, outcome, w.name AS worker, w.hostname, exit_signal, (ended_at_us - leased_at_us) / 1e6 AS "
+    "SELECT attempt, outcome, w.name AS worker, w.hostname, w.build_id AS build, w.processor, exit_signal, "
+    "(ended_at_us - leased_at_us) / 1e6 AS "
     "seconds, strftime('%Y-%m-%d %H:%M:%S', leased_at_us / 1000000, 'unixepoch') AS leased_utc, message, log_tail "
     "FROM attempts JOIN workers AS w USING (worker_id) WHERE job_id = ";
 
