@@ -44,7 +44,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   microseconds now() const { return transport_.now(); }  ///< as Endpoint
   /// As Endpoint.
   CallId Call(EndpointId to, MessageType type, std::string body, const CallOptions& options, CallCallback callback);
-  void Abandon(CallId call);                             ///< as Endpoint
+  void Abandon(CallId id);                               ///< as Endpoint
   void Serve(MessageType type, RequestHandler handler);  ///< as Endpoint
   /// As Endpoint.
   void PollWith(std::span<pollfd> extra, microseconds max_wait);

@@ -147,7 +147,7 @@ enum class Keep : std::uint8_t {
 /// `bytes`.
 template <class Rule>
 struct Cleaned {
-  std::int64_t bytes;            ///< at most, after PutRight
+  std::int64_t bytes = 0;        ///< at most, after PutRight
   Rule rule;                     ///< what the receiver checks
   Keep keep = Keep::kBeginning;  ///< which end of a longer text stays
 

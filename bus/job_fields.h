@@ -12,9 +12,9 @@
 
 namespace legopt::bus::fields {
 
-inline constexpr std::int64_t kMostJobs = 1024;                             ///< in one lease reply
-inline constexpr std::int64_t kLongestWall_us = 365 * 86'400 * kSecond_us;  ///< a year
-inline constexpr std::int64_t kLongestRetry_us = 3'600 * kSecond_us;        ///< an hour
+inline constexpr std::int64_t kMostJobs = 1024;                               ///< in one lease reply
+inline constexpr std::int64_t kLongestWall_us = 365 * (86'400 * kSecond_us);  ///< a year
+inline constexpr std::int64_t kLongestRetry_us = 3'600 * kSecond_us;          ///< an hour
 
 template <>
 struct Description<legopt_msg::lease_request> {

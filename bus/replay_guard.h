@@ -37,7 +37,7 @@ class ReplayWindow {
   void Forget(std::int64_t nonce);
 
   std::int64_t highest_;
-  std::array<std::uint64_t, kReplayWindow / kWordBits> seen_;  // bit nonce % kReplayWindow
+  std::array<std::uint64_t, kReplayWindow / kWordBits> seen_{};  // bit nonce % kReplayWindow
 };
 
 /// The sessions admitted, each with its window.

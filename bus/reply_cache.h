@@ -58,8 +58,8 @@ class ReplyCache {
   };
   /// What is known of a call.
   struct Lookup {
-    Verdict verdict;  ///< how it stands
-    Reply reply;      ///< kAnswered
+    Verdict verdict = Verdict::kNew;  ///< how it stands
+    Reply reply;                      ///< kAnswered
   };
 
   /// `counters` must outlive this.

@@ -25,7 +25,7 @@ std::string HexText(std::span<const unsigned char> bytes) {
 }
 
 bool IsBlake2bHex(std::string_view text) {
-  return text.size() == 2 * crypto_generichash_BYTES &&
+  return text.size() == std::size_t{2} * crypto_generichash_BYTES &&
          text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 

@@ -12,6 +12,7 @@ namespace legopt {
 /// What must hold, said at the call: the text and where it stands.
 struct Invariant {
   /// Implicit, so that a literal is one. The folder is left out at compile time: no program holds a path of its build.
+  // NOLINTNEXTLINE(google-explicit-constructor): as it says
   consteval Invariant(const char* text_in, const char* path = __builtin_FILE(), int line_in = __builtin_LINE())
       : text(text_in), line(line_in) {
     const char* name = path;

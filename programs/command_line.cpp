@@ -81,7 +81,7 @@ Option Command::AddFlag(const std::string& name, bool& value, const std::string&
   return Option(app_->add_flag(name, value, help));
 }
 
-Option Command::AddAction(const std::string& name, std::function<void(const std::string&)> action,
+Option Command::AddAction(const std::string& name, const std::function<void(const std::string&)>& action,
                           const std::string& help) const {
   return Option(app_->add_option_function<std::string>(name, action, help));
 }

@@ -60,7 +60,7 @@ class Command {
   Option AddOption(const std::string& name, const std::string& help) const;
   Option AddFlag(const std::string& name, bool& value, const std::string& help) const;
   /// `action` is called with the word that was typed, during the parse.
-  Option AddAction(const std::string& name, std::function<void(const std::string&)> action,
+  Option AddAction(const std::string& name, const std::function<void(const std::string&)>& action,
                    const std::string& help) const;
   Option AddFlagAction(const std::string& name, std::function<void()> action, const std::string& help) const;
   /// One of `choices`; the error names the nearest one. The help does not list them.

@@ -35,7 +35,7 @@ class QueryService {
   bool Start(std::int64_t ticket, legopt_msg::query_request request);
 
   struct Finished {
-    std::int64_t ticket;
+    std::int64_t ticket = 0;
     legopt_msg::query_reply reply;
   };
   /// Readable while TakeFinished has something to give.

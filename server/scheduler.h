@@ -166,11 +166,11 @@ class Scheduler {
 
  private:
   struct LeaseState {
-    std::int64_t worker_id;
-    microseconds expires;
-    bool confirmed;                            ///< listed by a heartbeat of its worker
-    std::int64_t order;                        ///< in which leases were given: their worker begins them so
-    microseconds since;                        ///< it was given, or this server started
+    std::int64_t worker_id = 0;
+    microseconds expires{0};
+    bool confirmed = false;                    ///< listed by a heartbeat of its worker
+    std::int64_t order = 0;                    ///< in which leases were given: their worker begins them so
+    microseconds since{0};                     ///< it was given, or this server started
     std::int64_t expected_us = 0;              ///< CPU time that it was charged beforehand
     std::optional<std::int64_t> used_us = {};  ///< that it used, as told
     std::int64_t progress_done = 0, progress_total = 0;
@@ -204,7 +204,7 @@ class Scheduler {
   void UpdateWaiting(Experiment& experiment);
   bool MayWorkOn(const Worker& worker, std::int64_t experiment_id) const;
   void AddOpen(std::unique_ptr<Experiment> experiment);
-  void Open(const Instant& now, const db::OpenExperiment& stored);
+  void Open(const Instant& now, const db::OpenExperiment& open);
   // scheduler_control.cpp
   legopt_msg::control_reply SetHold(const Instant& now, const legopt_msg::control_request& request, Ops& ops);
   legopt_msg::control_reply SetPriority(const Instant& now, const legopt_msg::control_request& request, Ops& ops);

@@ -49,7 +49,7 @@ inline constexpr std::int64_t kMaxJobsPerExperiment = bus::spec_limits::kMostJob
 
 /// Throws SpecError. Every key is required but "max_attempts", "submitter", "builds" and "joint_names"; an unknown key
 /// is an error.
-ExperimentSpec ParseSpec(std::string_view json);
+ExperimentSpec ParseSpec(std::string_view text);
 
 /// What one job is, from its index in the experiment's order (0 <= index < num_jobs()).
 struct JobCoordinates {

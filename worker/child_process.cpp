@@ -150,7 +150,7 @@ bool ChildProcess::Flush() {
 }
 
 bool ChildProcess::ReadSocket() {
-  std::array<char, kReadBytes> buffer;
+  std::array<char, kReadBytes> buffer;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled by read()
   for (std::size_t total = 0; total < kMaxReadBytes;) {
     const ssize_t count = read(socket_, buffer.data(), buffer.size());
     if (count > 0) {
@@ -171,7 +171,7 @@ bool ChildProcess::ReadSocket() {
 
 std::string ChildProcess::ReadLog() {
   std::string text;
-  std::array<char, kReadBytes> buffer;
+  std::array<char, kReadBytes> buffer;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled by read()
   while (log_pipe_ >= 0 && text.size() < kMaxReadBytes) {
     const ssize_t count = read(log_pipe_, buffer.data(), buffer.size());
     if (count > 0) {

@@ -22,7 +22,7 @@ class SolveExecutor final : public JobExecutor {
 
   /// Builds collision models and judges too. Throws InputError.
   std::vector<LoadedDataset> Load() override;
-  legopt_msg::result_request Execute(const legopt_msg::lease& job, std::string_view options_json,
+  legopt_msg::result_request Execute(const legopt_msg::lease& lease, std::string_view options_json,
                                      const Hooks& hooks) override;
 
  private:

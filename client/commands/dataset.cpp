@@ -45,8 +45,8 @@ ExitCode CheckHashes(const std::filesystem::path& folder, const Options& options
     listing.rows.push_back({file.path, fault.empty() ? "ok" : fault, file.hash});
   }
   for (const auto& [path, hash] : description.files) {
-    const bool used =
-        std::any_of(manifest.begin(), manifest.end(), [&](const FileHash& file) { return file.path == path; });
+    const bool used = std::any_of(manifest.begin(), manifest.end(),
+                                  [&wanted = path](const FileHash& file) { return file.path == wanted; });
     if (used) continue;
     ++faults;
     listing.rows.push_back({path, "not used by the dataset", hash});

@@ -24,7 +24,7 @@ class ConvexShape {
   /// The polytope; flat ones are legal.
   static ConvexShape FromHull(ConvexHull hull);
   /// Not for meshes. Throws InputError for sizes that are not positive and finite.
-  static ConvexShape FromPrimitive(const ShapeSpec& shape);
+  static ConvexShape FromPrimitive(const ShapeSpec& spec);
 
   Kind kind() const { return kind_; }  ///< what it is
   /// Primitives: frame and size as in ShapeSpec. Hulls: identity, zero.

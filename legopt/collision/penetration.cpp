@@ -17,6 +17,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A triangle of the expanding polytope: outward unit normal and distance from the origin. Slivers without a usable
 /// normal have an infinite distance: they close the surface but are never chosen nor seen.
+// NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): a polytope makes hundreds and sets those that it uses
 struct Face {
   int corner[3];
   Vector3d normal;

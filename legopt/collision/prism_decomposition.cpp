@@ -31,7 +31,7 @@ struct Surface {
   /// Least squares through all corners, weighted by area; false when a corner is off by more than the tolerance.
   bool FitPlane(const std::vector<Eigen::Vector3d>& vertices, double tolerance_m) {
     if (triangles.empty()) return false;
-    const Eigen::Vector3d origin = vertices[static_cast<size_t>(triangles.front()[0])];
+    const Eigen::Vector3d& origin = vertices[static_cast<size_t>(triangles.front()[0])];
     Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();
     Eigen::Vector3d rhs = Eigen::Vector3d::Zero();
     ForEachCorner(vertices, [&](const Eigen::Vector3d& p, double weight) {

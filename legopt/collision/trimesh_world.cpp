@@ -51,7 +51,7 @@ struct TrimeshWorld::Impl {
 TrimeshWorld::TrimeshWorld() : impl_(std::make_unique<Impl>()) { UseOdeOnThisThread(); }
 TrimeshWorld::~TrimeshWorld() = default;
 
-int TrimeshWorld::Add(TriangleMesh mesh) {
+int TrimeshWorld::Add(const TriangleMesh& mesh) {
   UseOdeOnThisThread();
   auto entry = std::make_unique<Mesh>();
   entry->coordinates.reserve(kCoordinatesPerVertex * mesh.vertices.size());

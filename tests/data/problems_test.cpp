@@ -150,11 +150,11 @@ TEST(EmbeddedProblems, EverySoleLiesWhollyOnOneFace) {
   const Dataset& dataset = *EmbeddedDataset();
   for (const auto& [where, foothold] : AllFootholds(dataset)) {
     const Eigen::Vector3d normal = foothold.rotation * Eigen::Vector3d::UnitZ();
-    const bool carried =
-        std::any_of(dataset.scene().objects.begin(), dataset.scene().objects.end(), [&](const SceneObject& object) {
-          const std::optional<Face> face = FaceUnder(object, foothold.position, normal);
-          return face && CarriesWholeSole(dataset, foothold, *face);
-        });
+    const auto& objects = dataset.scene().objects;
+    const bool carried = std::any_of(objects.begin(), objects.end(), [&, &sole = foothold](const SceneObject& object) {
+      const std::optional<Face> face = FaceUnder(object, sole.position, normal);
+      return face && CarriesWholeSole(dataset, sole, *face);
+    });
     EXPECT_TRUE(carried) << where << " at " << foothold.position.transpose();
   }
 }
