@@ -10,7 +10,6 @@ namespace {
 // (docs/reliability.md#what-lcm-and-udp-do).
 constexpr std::size_t kBurst = 60;
 constexpr std::size_t kLeastCredit = 2;
-constexpr std::size_t kReach = 64;
 
 }  // namespace
 
@@ -85,8 +84,8 @@ ChunkAck BulkReceiver::MakeAck(const ObjectKey& key, const Object& object) const
   ack.of_reply = key.of_reply;
   ack.reassembly = object.reassembly;
   ack.received_below = static_cast<std::int32_t>(object.received_below);
-  for (std::size_t bit = 0; bit < kReach; ++bit) {
-    const std::size_t index = object.received_below + 1 + bit;
+  for (std::int32_t bit = 0; bit < kAckReach; ++bit) {
+    const std::size_t index = object.received_below + 1 + static_cast<std::size_t>(bit);
     if (index < object.received.size() && object.received[index]) ack.received_mask |= std::uint64_t{1} << bit;
   }
   ack.credit = Credit();

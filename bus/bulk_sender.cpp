@@ -9,7 +9,6 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr std::size_t kFirstCredit = 8;  // until the receiver has told its own
-constexpr std::int32_t kReach = 64;      // furthest chunk beyond the first missing one that an acknowledgement can name
 constexpr std::int32_t kAckEvery = 8;
 constexpr std::int64_t kReorderTolerance = 3;  // later transmissions acknowledged before a chunk counts as lost
 constexpr microseconds kFirstTimeout = milliseconds(100);
@@ -81,7 +80,7 @@ void BulkSender::Remove(Objects::iterator object) {
 
 bool BulkSender::HasMore(const Object& object) {
   return !object.lost.empty() || (object.next_new < static_cast<std::int32_t>(object.acked.size()) &&
-                                  object.next_new - object.first_unacked < kReach);
+                                  object.next_new - object.first_unacked < kAckReach);
 }
 
 // Shares the peer's window among its bodies, one chunk each in turn.
@@ -147,7 +146,7 @@ bool BulkSender::OnAck(const ObjectKey& key, const ChunkAck& ack, microseconds n
   }
   const std::int32_t below = std::min(ack.received_below, object.next_new);
   for (std::int32_t i = object.first_unacked; i < below; ++i) Acknowledge(object, peer, i, now);
-  for (std::int32_t bit = 0; bit < kReach; ++bit) {
+  for (std::int32_t bit = 0; bit < kAckReach; ++bit) {
     if (((ack.received_mask >> bit) & 1U) == 0) continue;
     const std::int64_t index = std::int64_t{ack.received_below} + 1 + bit;
     if (index < object.next_new) Acknowledge(object, peer, static_cast<std::int32_t>(index), now);

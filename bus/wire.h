@@ -34,8 +34,10 @@ inline constexpr std::size_t kMaxPayloadBytes = kMaxDatagramBytes - kFrameHeader
 inline constexpr std::size_t kChallengeBytes = 8;     ///< payload of a proof, and of the refusal that asks for one
 inline constexpr std::size_t kChunkBytes = 1024;      ///< of a body, per chunk
 inline constexpr std::size_t kChunkHeaderBytes = 57;  ///< of a chunk, before its data
-inline constexpr std::size_t kWindow = 32;            ///< chunks in flight to one receiver, at most
-inline constexpr std::size_t kObjectHashBytes = 32;   ///< BLAKE2b-256
+/// Furthest chunk beyond the first missing one that an acknowledgement can name.
+inline constexpr std::int32_t kAckReach = 64;
+inline constexpr std::size_t kWindow = 32;           ///< chunks in flight to one receiver, at most
+inline constexpr std::size_t kObjectHashBytes = 32;  ///< BLAKE2b-256
 static_assert(kFrameHeaderBytes + kChunkHeaderBytes + kChunkBytes <= kMaxDatagramBytes);
 
 /// Lets libsodium choose its fastest code for this machine. Idempotent, thread-safe; before any hashing or random draw.

@@ -21,7 +21,7 @@ namespace {
   throw StoreError(code, file.string() + ": " + what);
 }
 
-std::string Reason() { return std::strerror(errno); }
+std::string LastError() { return std::strerror(errno); }
 
 // The copy while it is made; gone at the end unless it got its name.
 class PartialFile {
@@ -33,7 +33,7 @@ class PartialFile {
       Fail(StoreErrorCode::kUnwritable, target, "exists already and is not overwritten; choose another name");
     }
     const int fd = ::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (fd < 0) Fail(StoreErrorCode::kUnwritable, path_, "cannot be created: " + Reason());
+    if (fd < 0) Fail(StoreErrorCode::kUnwritable, path_, "cannot be created: " + LastError());
     ::close(fd);
   }
   ~PartialFile() {
@@ -50,7 +50,7 @@ class PartialFile {
     if (::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target_.c_str(), RENAME_NOREPLACE) != 0) {
       // Some file systems cannot rename so; a hard link never replaces anything either.
       const bool linked = errno != EEXIST && ::link(path_.c_str(), target_.c_str()) == 0;
-      if (!linked) Fail(StoreErrorCode::kUnwritable, target_, "cannot be given its name: " + Reason());
+      if (!linked) Fail(StoreErrorCode::kUnwritable, target_, "cannot be given its name: " + LastError());
     }
     const std::filesystem::path folder = target_.parent_path();
     Sync(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY);
@@ -60,7 +60,7 @@ class PartialFile {
   static void Sync(const std::filesystem::path& path, int flags) {
     const int fd = ::open(path.c_str(), flags | O_CLOEXEC);
     const bool synced = fd >= 0 && ::fsync(fd) == 0;
-    const std::string reason = Reason();
+    const std::string reason = LastError();
     if (fd >= 0) ::close(fd);
     if (!synced) Fail(StoreErrorCode::kIo, path, "cannot be synced to the disk: " + reason);
   }

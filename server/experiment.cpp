@@ -6,8 +6,6 @@
 namespace legopt::server {
 namespace {
 
-constexpr double kSecondsPerMicrosecond = 1e-6;
-
 // How long at least one of the jobs' latest attempts ran. One that still runs has done so until something else of the
 // experiment was heard last.
 std::chrono::microseconds TimeOfLatestAttempts(const std::vector<db::OpenJob>& jobs) {

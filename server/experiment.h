@@ -11,6 +11,8 @@
 
 namespace legopt::server {
 
+inline constexpr double kSecondsPerMicrosecond = 1e-6;
+
 /// What the scheduler keeps of one job: 16 bytes, so that a million jobs fit in memory.
 struct Job {
   std::int64_t token = 0;  ///< of the latest attempt

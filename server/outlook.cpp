@@ -6,7 +6,6 @@
 namespace legopt::server {
 namespace {
 
-constexpr double kSecondsPerMicrosecond = 1e-6;
 constexpr std::size_t kHashDigitsShown = 12;
 
 double Seconds(microseconds duration) { return static_cast<double>(duration.count()) * kSecondsPerMicrosecond; }

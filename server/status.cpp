@@ -12,7 +12,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kSecondsPerMicrosecond = 1e-6;
 constexpr std::size_t kMostRunningShown = 1000;  // keeps a reply small, however large the pool
 
 Json RunningJson(const std::vector<JobProgress>& jobs) {

@@ -27,7 +27,6 @@ namespace {
 
 using programs::Descriptor;
 
-constexpr std::size_t kReadBytes = 1U << 16;
 constexpr std::size_t kMaxReadBytes = 1U << 20;
 constexpr std::int64_t kKibibyte = 1024;
 

@@ -39,6 +39,7 @@ struct Frame {
 inline constexpr std::size_t kFrameHeaderBytes = 32;
 /// Largest body in either direction: a result of 1e6 numbers fits, a mad length does not.
 inline constexpr std::size_t kMaxFrameBytes = std::size_t{32} << 20;
+inline constexpr std::size_t kReadBytes = 1U << 16;  ///< from the socket at a time
 
 std::string EncodeFrame(const Frame& frame);
 

@@ -26,7 +26,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kProgressInterval = std::chrono::milliseconds(100);
-constexpr std::size_t kReadBytes = 1U << 16;
 constexpr int kStartFailed = 1;
 
 // Written by the signal handler only; a job begins with it cleared. The supervisor never sends the signal once it has

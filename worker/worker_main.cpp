@@ -42,8 +42,8 @@ constexpr std::size_t kMaxNameBytes = 200;
 
 double Seconds(microseconds duration) { return std::chrono::duration<double>(duration).count(); }
 
-microseconds Microseconds(double seconds) {
-  return std::chrono::duration_cast<microseconds>(std::chrono::duration<double>(seconds));
+microseconds Microseconds(double duration_s) {
+  return std::chrono::duration_cast<microseconds>(std::chrono::duration<double>(duration_s));
 }
 
 struct CommandLine {

@@ -13,12 +13,12 @@
 namespace legopt::client {
 namespace {
 
-struct Options {
+struct BackupOptions {
   std::string db;
   std::string target;
 };
 
-ExitCode Backup(const Options& options) {
+ExitCode Backup(const BackupOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   const db::BackupReport report = db::BackUp(options.db, options.target);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
@@ -36,7 +36,7 @@ ExitCode Backup(const Options& options) {
 void AddBackupCommand(const programs::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("backup", "Copy a database, also one in use, into a new file, and check the copy");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<BackupOptions>();
   command.AddOption("--db", options->db, "Database file to copy; a server may be working on it").Required();
   command.AddOption("FILE", options->target, "The copy; an existing file is never overwritten").Required();
   command.WhenChosen([=] { invocation->body = [options] { return Backup(*options); }; });

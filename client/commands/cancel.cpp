@@ -11,12 +11,12 @@
 namespace legopt::client {
 namespace {
 
-struct Options {
+struct CancelOptions {
   std::int64_t experiment = 0;
   NetworkOptions network;
 };
 
-ExitCode Cancel(const Options& options) {
+ExitCode Cancel(const CancelOptions& options) {
   ServerConnection server(options.network);
   const auto reply = server.Cancel(options.experiment);
   if (ControlStatus{reply.status} != ControlStatus::kOk) {
@@ -32,7 +32,7 @@ ExitCode Cancel(const Options& options) {
 
 void AddCancelCommand(const programs::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("cancel", "Cancel an experiment; what is finished is kept");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CancelOptions>();
   command.AddOption("ID", options->experiment, "Experiment").Required().Check(programs::WholeNumber(1));
   AddNetworkOptions(command, &options->network);
   command.WhenChosen([=] { invocation->body = [options] { return Cancel(*options); }; });

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kMostPriority = 1000;
 
-struct Options {
+struct ControlOptions {
   std::int64_t experiment = 0;
   ControlAction action{};
   std::string reason;
@@ -35,7 +35,7 @@ std::string CheckReason(const std::string& reason) {
   return "is " + std::to_string(reason.size()) + " bytes long; at most " + std::to_string(kMostBytes) + " are possible";
 }
 
-std::string Done(const Options& options, std::int64_t num_jobs) {
+std::string Done(const ControlOptions& options, std::int64_t num_jobs) {
   const std::string jobs = std::to_string(num_jobs) + (num_jobs == 1 ? " job" : " jobs");
   switch (options.action) {
     case ControlAction::kPause:
@@ -65,7 +65,7 @@ std::string Done(const Options& options, std::int64_t num_jobs) {
 }
 
 // Before it is sent: what would not be text is not changed silently into another name.
-void CheckText(const Options& options) {
+void CheckText(const ControlOptions& options) {
   const bool name = options.action == ControlAction::kRename;
   if (!name && options.action != ControlAction::kTag && options.action != ControlAction::kUntag) return;
   std::string fault = name ? db::FaultOfName(options.reason) : db::FaultOfTag(options.reason);
@@ -73,7 +73,7 @@ void CheckText(const Options& options) {
   if (!fault.empty()) throw ClientError(ExitCode::kUsage, (name ? "NAME: " : "TAG: ") + fault);
 }
 
-ExitCode Control(const Options& options) {
+ExitCode Control(const ControlOptions& options) {
   CheckText(options);
   legopt_msg::control_request request{};
   request.experiment_id = options.experiment;
@@ -91,7 +91,7 @@ ExitCode Control(const Options& options) {
 }
 
 programs::Command AddAction(const programs::Command& program, Invocation* invocation, const char* name,
-                            const char* help, const std::shared_ptr<Options>& options) {
+                            const char* help, const std::shared_ptr<ControlOptions>& options) {
   const auto command = program.AddCommand(name, help);
   command.AddOption("ID", options->experiment, "Experiment").Required().Check(programs::WholeNumber(1));
   AddNetworkOptions(command, &options->network);
@@ -99,8 +99,8 @@ programs::Command AddAction(const programs::Command& program, Invocation* invoca
   return command;
 }
 
-std::shared_ptr<Options> For(ControlAction action) {
-  const auto options = std::make_shared<Options>();
+std::shared_ptr<ControlOptions> For(ControlAction action) {
+  const auto options = std::make_shared<ControlOptions>();
   options->action = action;
   return options;
 }

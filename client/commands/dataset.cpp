@@ -22,13 +22,13 @@
 namespace legopt::client {
 namespace {
 
-struct Options {
+struct DatasetOptions {
   std::optional<std::string> folder;
   bool check = false;
   ListingFormat format = ListingFormat::kText;
 };
 
-ExitCode CheckHashes(const std::filesystem::path& folder, const Options& options) {
+ExitCode CheckHashes(const std::filesystem::path& folder, const DatasetOptions& options) {
   const DatasetDescription description = ReadDatasetFile(folder);
   const auto manifest = ComputeManifest(folder, CallIsolated);
   Listing listing;
@@ -58,7 +58,7 @@ ExitCode CheckHashes(const std::filesystem::path& folder, const Options& options
                                                     folder.string() + "' writes them anew");
 }
 
-ExitCode Hash(const Options& options) {
+ExitCode Hash(const DatasetOptions& options) {
   const std::filesystem::path folder = *options.folder;
   if (options.check) return CheckHashes(folder, options);
   Listing listing;
@@ -102,7 +102,7 @@ std::string RenderInfo(const Listing& listing, const RobotModel& robot, ListingF
   return RenderListing(listing, format) + "\n" + RenderListing(joints, format) + "\n" + OrderNote(robot) + "\n";
 }
 
-ExitCode Info(const Options& options) {
+ExitCode Info(const DatasetOptions& options) {
   const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), CallIsolated);
   Listing listing;
   auto& row = listing.rows.emplace_back();
@@ -149,7 +149,7 @@ void AddDatasetCommand(const programs::Command& program, Invocation* invocation)
   dataset.LetOptionsFollowCommands();
 
   const auto hash = dataset.AddCommand("hash", "Write the content hashes of all files into dataset.yaml");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<DatasetOptions>();
   hash.AddOption("DIR", options->folder, "Dataset folder").Required();
   hash.AddFlag("--check", options->check, "Only compare; exit code 5 when a hash does not fit");
   AddFormatOption(hash, &options->format);
@@ -163,7 +163,7 @@ void AddDatasetCommand(const programs::Command& program, Invocation* invocation)
 
   const auto info = dataset.AddCommand(
       "info", "Load a dataset, check its hashes and describe it, with its joints in the order of solutions");
-  const auto info_options = std::make_shared<Options>();
+  const auto info_options = std::make_shared<DatasetOptions>();
   info.AddOption("DIR", info_options->folder, "Dataset folder (default: the embedded garage-easier)");
   AddFormatOption(info, &info_options->format);
   info.WhenChosen([=] { invocation->body = [info_options] { return Info(*info_options); }; });

@@ -18,7 +18,7 @@
 namespace legopt::client {
 namespace {
 
-struct Options {
+struct DeleteOptions {
   std::int64_t experiment = 0;
   bool yes = false;
   NetworkOptions network;
@@ -45,7 +45,7 @@ bool Confirmed(const std::string& what) {
   return answer == "y" || answer == "Y" || answer == "yes";
 }
 
-ExitCode Delete(const Options& options) {
+ExitCode Delete(const DeleteOptions& options) {
   const std::string name = "experiment " + std::to_string(options.experiment);
   ServerConnection server(options.network);
   const auto found = ParseExperiments(server.Status(options.experiment));
@@ -73,7 +73,7 @@ ExitCode Delete(const Options& options) {
 void AddDeleteCommand(const programs::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("delete", "Delete an experiment that is over, with its jobs and results, for good");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<DeleteOptions>();
   command.AddOption("ID", options->experiment, "Experiment").Required().Check(programs::WholeNumber(1));
   command.AddFlag("--yes", options->yes, "Do not ask");
   AddNetworkOptions(command, &options->network);

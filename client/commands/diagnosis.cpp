@@ -31,7 +31,7 @@ using State = Finding::State;
 // How long doctor waits for a server; a live one answers within milliseconds.
 constexpr double kProbeTimeout_s = 1.5;
 
-std::string_view ToString(State state) {
+std::string_view StateWord(State state) {
   switch (state) {
     case State::kOk:
       return "ok";
@@ -254,12 +254,12 @@ std::string RenderFindings(const std::vector<Finding>& findings, ListingFormat f
   Listing listing;
   if (format != ListingFormat::kText) {
     listing.columns = {"check", "state", "detail", "fix"};
-    for (const auto& f : findings) listing.rows.push_back({f.check, std::string(ToString(f.state)), f.detail, f.fix});
+    for (const auto& f : findings) listing.rows.push_back({f.check, std::string(StateWord(f.state)), f.detail, f.fix});
     return RenderListing(listing, format);
   }
   std::vector<std::vector<std::string>> lines;
   for (const auto& finding : findings) {
-    lines.push_back({std::string(ToString(finding.state)), finding.check, programs::Printable(finding.detail)});
+    lines.push_back({std::string(StateWord(finding.state)), finding.check, programs::Printable(finding.detail)});
     if (!finding.fix.empty()) lines.push_back({"", "", "-> " + programs::Printable(finding.fix)});
   }
   return AlignSentences(lines, layout.width);

@@ -10,12 +10,12 @@
 namespace legopt::client {
 namespace {
 
-struct Options {
+struct DoctorOptions {
   DiagnosisOptions diagnosis;
   ListingFormat format = ListingFormat::kText;
 };
 
-ExitCode Doctor(const Options& options) {
+ExitCode Doctor(const DoctorOptions& options) {
   const auto findings = Diagnose(options.diagnosis);
   std::cout << RenderFindings(findings, options.format, LayoutOf({}));
   return WorstOf(findings);
@@ -26,7 +26,7 @@ ExitCode Doctor(const Options& options) {
 void AddDoctorCommand(const programs::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("doctor", "Check network, programs, server, clock, dataset; says what to fix");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<DoctorOptions>();
   AddDatasetOption(command, &options->diagnosis.dataset);
   command.AddOption(
       "--db", options->diagnosis.db,

@@ -15,7 +15,7 @@
 namespace legopt::client {
 namespace {
 
-struct Options {
+struct EvaluateOptions {
   std::string file;
   std::optional<std::string> dataset;
   Rule rule = Rule::kLiteral;
@@ -25,7 +25,7 @@ struct Options {
   OutputOptions output;
 };
 
-ExitCode Evaluate(const Options& options) {
+ExitCode Evaluate(const EvaluateOptions& options) {
   const SolutionFile file = ReadSolutions(options.file);
   Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated));
   const auto report = EvaluateSolutions(file, judge, options.rule, options.definitions);
@@ -48,7 +48,7 @@ ExitCode Evaluate(const Options& options) {
 void AddEvaluateCommand(const programs::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("evaluate", "Judge a LegOpt solution file: per method successes, mean cost, mean time");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<EvaluateOptions>();
   command.AddOption("FILE", options->file, "LegOpt solution JSON").Required();
   AddDatasetOption(command, &options->dataset);
   command.AddWord<Definitions>(

@@ -13,7 +13,7 @@
 namespace legopt::client {
 namespace {
 
-struct Options {
+struct ExportOptions {
   std::optional<std::int64_t> experiment;
   std::string out;
   std::optional<Initialization> initialization;
@@ -23,7 +23,7 @@ struct Options {
   SourceOptions source;
 };
 
-std::shared_ptr<const Dataset> LoadDatasetOf(const ExperimentInfo& experiment, const Options& options) {
+std::shared_ptr<const Dataset> LoadDatasetOf(const ExperimentInfo& experiment, const ExportOptions& options) {
   const auto folder = ChooseDatasetFolder(options.dataset, nullptr);
   auto dataset = Dataset::Load(folder, CallIsolated);
   if (dataset->content_hash() != experiment.dataset_hash) {
@@ -65,7 +65,7 @@ std::string AllTasks() {
   return (kNumWords<Task> == 2 ? "both tasks, " : "several tasks, ") + endings;
 }
 
-ExitCode Export(const Options& options) {
+ExitCode Export(const ExportOptions& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
   const auto dataset = LoadDatasetOf(experiment, options);
@@ -96,7 +96,7 @@ void AddExportCommand(const programs::Command& program, Invocation* invocation) 
   using programs::Alternatives, programs::WordsOf;
   const auto command =
       program.AddCommand("export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ExportOptions>();
   command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(programs::WholeNumber(1));
   command
       .AddOption("--out", options->out,

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kDefaultLimit = 1000;
 
-struct Options {
+struct ListOptions {
   std::optional<std::int64_t> experiment;
   std::optional<JobState> state;
   std::optional<Task> task;
@@ -64,7 +64,7 @@ void RequireProblem(ResultSource& source, std::int64_t experiment_id, int proble
                                           std::to_string(experiment_id) + " has no such problem" + text);
 }
 
-std::string Sql(const Options& options, std::int64_t experiment_id, const ExperimentMethods& methods) {
+std::string Sql(const ListOptions& options, std::int64_t experiment_id, const ExperimentMethods& methods) {
   std::string telling;
   for (const std::string& column : methods.TellingColumns()) telling += column + ", ";
   std::string sql = "SELECT job_id AS job, method, " + telling +
@@ -91,7 +91,7 @@ std::string Sql(const Options& options, std::int64_t experiment_id, const Experi
 }
 
 // Of leased jobs only the server knows how far they are.
-void AddProgress(const Options& options, std::int64_t experiment_id, Listing* jobs) {
+void AddProgress(const ListOptions& options, std::int64_t experiment_id, Listing* jobs) {
   ServerConnection server(options.source.network);
   std::map<std::int64_t, std::string> progress;
   for (const auto& experiment : ParseExperiments(server.Status(experiment_id))) {
@@ -116,7 +116,7 @@ void HintAtStoppedJobs(std::int64_t experiment_id, const Listing& jobs) {
             << " --time-limit' queues them again\n";
 }
 
-ExitCode List(const Options& options) {
+ExitCode List(const ListOptions& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
   if (options.problem) RequireProblem(*source, experiment.id, *options.problem);
@@ -134,7 +134,7 @@ ExitCode List(const Options& options) {
 void AddListCommand(const programs::Command& program, Invocation* invocation) {
   using programs::Alternatives, programs::WordsOf;
   const auto command = program.AddCommand("list", "List the jobs of an experiment");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ListOptions>();
   command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(programs::WholeNumber(1));
   command.AddWord<JobState>("--state", options->state, Alternatives(WordsOf<JobState>()));
   AddMethodFilterOptions(command, &options->methods);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kDefaultMaxRows = 100'000;
 
-struct Options {
+struct QueryOptions {
   std::string sql;
   SourceOptions source;
   ListingOptions listing;
@@ -31,7 +31,7 @@ void RequireStatement(const std::string& sql) {
   }
 }
 
-ExitCode Query(const Options& options) {
+ExitCode Query(const QueryOptions& options) {
   RequireStatement(options.sql);
   if (options.limit_s == 0 && !options.source.db) {
     throw ClientError(ExitCode::kUsage, "--limit 0 (no limit) is for a file, --db; a server runs a query for at most " +
@@ -49,7 +49,7 @@ ExitCode Query(const Options& options) {
 
 void AddQueryCommand(const programs::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("query", "Run a read-only SQL statement on the results");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<QueryOptions>();
   command.AddOption("SQL", options->sql, "One SELECT, e.g. \"SELECT * FROM benchmark_table\"").Required();
   command.AddOption("--max-rows", options->max_rows, "Most rows to read (default 100000)")
       .Check(programs::WholeNumber(1, ResultSource::kAllRows));

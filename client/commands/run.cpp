@@ -31,7 +31,7 @@ constexpr Seconds kServerPatience{60};
 constexpr milliseconds kCallTimeout{2000};
 constexpr milliseconds kStopPatience{3000};
 
-struct Options {
+struct RunOptions {
   SuiteOptions suite;
   NetworkOptions network;
   std::optional<std::string> db;
@@ -87,7 +87,7 @@ void LookAt(ServerConnection& server, StoreTrouble& trouble) {
 }
 
 // An experiment that another build began would wait for ever: all workers here are of this one.
-void RequireBuild(ServerConnection& server, std::int64_t experiment_id, const Options& options) {
+void RequireBuild(ServerConnection& server, std::int64_t experiment_id, const RunOptions& options) {
   const auto experiments = ParseExperiments(server.Status(experiment_id));
   if (experiments.empty() || experiments.front().over()) return;
   const ExperimentStatus& experiment = experiments.front();
@@ -107,7 +107,7 @@ void RequireBuild(ServerConnection& server, std::int64_t experiment_id, const Op
                                           "--new for another experiment");
 }
 
-Outcome RunExperiment(const Submission& submission, const Options& options, LocalPool& pool,
+Outcome RunExperiment(const Submission& submission, const RunOptions& options, LocalPool& pool,
                       const std::filesystem::path& db) {
   Outcome outcome;
   StoreTrouble trouble;
@@ -166,7 +166,7 @@ void PrintNextSteps(const std::string& db, const std::filesystem::path& dataset,
             << "  legopt export " << id << flags << dataset_flag << " --out solutions.json\n";
 }
 
-ExitCode Finish(const Options& options, const std::string& db, const std::filesystem::path& dataset,
+ExitCode Finish(const RunOptions& options, const std::string& db, const std::filesystem::path& dataset,
                 const Outcome& outcome) {
   if (outcome.experiment_id == 0) return ExitCode::kInterrupted;
   const auto source = OpenResults({db, {}});
@@ -189,7 +189,7 @@ ExitCode Finish(const Options& options, const std::string& db, const std::filesy
   return OutcomeOf(outcome.status);
 }
 
-ExitCode DryRun(const Submission& submission, const Options& options, const std::filesystem::path& db) {
+ExitCode DryRun(const Submission& submission, const RunOptions& options, const std::filesystem::path& db) {
   if (options.format == TableFormat::kJson) {
     PrintDryRunJson(submission);
     return ExitCode::kOk;
@@ -202,7 +202,7 @@ ExitCode DryRun(const Submission& submission, const Options& options, const std:
   return ExitCode::kOk;
 }
 
-ExitCode Run(const Options& options, bool verbose) {
+ExitCode Run(const RunOptions& options, bool verbose) {
   const Submission submission = PrepareSubmission(options.suite);
   WarnOfLosses(submission);
   const std::filesystem::path db =
@@ -219,7 +219,7 @@ ExitCode Run(const Options& options, bool verbose) {
 }
 
 // The rule of legopt-worker's slots.
-void SettleWorkers(Options& options) {
+void SettleWorkers(RunOptions& options) {
   const programs::ProcessorGrant grant = programs::GrantedProcessors(programs::ReadProcessorFacts());
   if (options.workers > grant.processors) {
     std::cerr << "legopt: warning: --workers " << options.workers << " is more than was granted: " << grant.reason
@@ -235,7 +235,7 @@ void SettleWorkers(Options& options) {
 void AddRunCommand(const programs::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand(
       "run", "Run an experiment on this machine: server, workers, progress and table in one command");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RunOptions>();
   AddSuiteOptions(command, &options->suite);
   command.AddOption(
       "--db", options->db,

@@ -14,7 +14,7 @@
 namespace legopt::client {
 namespace {
 
-struct Options {
+struct ShowOptions {
   std::int64_t job = 0;
   SourceOptions source;
   bool json = false;
@@ -72,7 +72,7 @@ std::string RenderText(const Listing& job, const Listing& listed_result, const L
   return text;
 }
 
-ExitCode Show(const Options& options) {
+ExitCode Show(const ShowOptions& options) {
   const auto source = OpenResults(options.source);
   const std::string id = std::to_string(options.job);
   const Listing job = source->Query(kJobSql + id);
@@ -99,7 +99,7 @@ ExitCode Show(const Options& options) {
 void AddShowCommand(const programs::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("show", "Show all that is known of one job: result, verdicts, attempts, logs");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ShowOptions>();
   command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(programs::WholeNumber(1));
   AddTextOrJsonOption(command, &options->json);
   AddOutputOptions(command, &options->output);

@@ -15,7 +15,7 @@
 namespace legopt::client {
 namespace {
 
-struct Options {
+struct StatusOptions {
   std::optional<std::int64_t> experiment;
   SourceOptions source;
   ListingFormat format = ListingFormat::kText;
@@ -34,14 +34,14 @@ Listing RunningListing(const std::vector<ExperimentStatus>& experiments) {
   return listing;
 }
 
-void RequireFound(const Listing& experiments, const Options& options) {
+void RequireFound(const Listing& experiments, const StatusOptions& options) {
   if (options.experiment && experiments.rows.empty()) {
     throw ClientError(ExitCode::kUsage, "there is no experiment " + std::to_string(*options.experiment) +
                                             "; 'legopt status' without an id lists all");
   }
 }
 
-ExitCode StatusOfFile(const Options& options) {
+ExitCode StatusOfFile(const StatusOptions& options) {
   const auto source = OpenResults(options.source);
   std::string sql =
       "SELECT experiment_id AS experiment, name, iif(state <> 'active' OR hold = 'none', state, "
@@ -58,7 +58,7 @@ ExitCode StatusOfFile(const Options& options) {
 }
 
 std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
-                          const Options& options) {
+                          const StatusOptions& options) {
   const TextLayout layout = LayoutOf(options.output);
   std::string text = experiments.empty() ? "No experiments yet; submit one with 'legopt submit SUITE'\n"
                                          : RenderExperiments(experiments, layout.width);
@@ -72,7 +72,7 @@ std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, cons
 }
 
 void PrintListings(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
-                   const Options& options) {
+                   const StatusOptions& options) {
   std::cout << RenderListing(ExperimentListing(experiments), options.format);
   if (const Listing running = RunningListing(experiments); !running.rows.empty()) {
     std::cout << "\n" << RenderListing(running, options.format);
@@ -84,7 +84,7 @@ void PrintListings(const std::vector<ExperimentStatus>& experiments, const nlohm
   if (!options.experiment && !workers.rows.empty()) std::cout << "\n" << RenderListing(workers, options.format);
 }
 
-ExitCode StatusOfServer(const Options& options) {
+ExitCode StatusOfServer(const StatusOptions& options) {
   ServerConnection server(options.source.network);
   const auto probe = server.Probe();
   const auto status = server.Status(options.experiment.value_or(0));
@@ -118,7 +118,7 @@ ExitCode StatusOfServer(const Options& options) {
 
 void AddStatusCommand(const programs::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("status", "Show the experiments and workers of the server");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<StatusOptions>();
   command.AddOption("ID", options->experiment, "Only this experiment").Check(programs::WholeNumber(1));
   AddFormatOption(command, &options->format);
   AddOutputOptions(command, &options->output);

@@ -14,7 +14,7 @@
 namespace legopt::client {
 namespace {
 
-struct Options {
+struct SubmitOptions {
   SuiteOptions suite;
   NetworkOptions network;
   bool dry_run = false;
@@ -48,7 +48,7 @@ legopt_msg::submit_reply Send(ServerConnection& server, const Submission& submis
   }
 }
 
-ExitCode Submit(const Options& options) {
+ExitCode Submit(const SubmitOptions& options) {
   const Submission submission = PrepareSubmission(options.suite);
   WarnOfLosses(submission);
   if (options.dry_run) {
@@ -85,7 +85,7 @@ ExitCode Submit(const Options& options) {
 
 void AddSubmitCommand(const programs::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("submit", "Submit an experiment to the server; prints its id");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<SubmitOptions>();
   AddSuiteOptions(command, &options->suite);
   command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but submit nothing");
   command.AddFlag("--wait", options->wait, "Show progress until the experiment is over; its end decides the exit code");

@@ -13,7 +13,7 @@
 namespace legopt::client {
 namespace {
 
-struct Options {
+struct TableOptions {
   TableSelection selection;
   SourceOptions source;
   TableFormat format = TableFormat::kText;
@@ -25,7 +25,7 @@ struct Options {
 
 constexpr char kPaperTable[] = "paper-table1.csv";
 
-std::string Render(const Options& options) {
+std::string Render(const TableOptions& options) {
   const auto source = OpenResults(options.source);
   const TableStyle style{options.time_unit, LayoutOf(options.output)};
   if (options.interpolation) {
@@ -36,7 +36,7 @@ std::string Render(const Options& options) {
   return RenderBenchmarkTable(table, options.format, style);
 }
 
-ExitCode Table(const Options& options) {
+ExitCode Table(const TableOptions& options) {
   const std::string text = Render(options);
   Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
   return ExitCode::kOk;
@@ -46,7 +46,7 @@ ExitCode Table(const Options& options) {
 
 void AddTableCommand(const programs::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("table", "Print the benchmark table of an experiment");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<TableOptions>();
   command.AddOption("ID", options->selection.experiment, "Experiment (default: the newest)")
       .Check(programs::WholeNumber(1));
   AddTableFormatOption(command, &options->format);

@@ -32,7 +32,7 @@ constexpr microseconds kLastLook = std::chrono::seconds(1);
 constexpr microseconds kQuiet = std::chrono::milliseconds(300);
 constexpr microseconds kPatience = std::chrono::seconds(5);
 
-struct Options {
+struct TapOptions {
   NetworkOptions network;
   std::vector<std::string> types;
   std::string from;
@@ -85,7 +85,7 @@ std::optional<bus::EndpointId> ParseAddress(const std::string& word) {
 
 class Filter {
  public:
-  explicit Filter(const Options& options)
+  explicit Filter(const TapOptions& options)
       : types_(options.types.begin(), options.types.end()), sender_(ParseAddress(options.from)) {}
   bool Takes(const HeardDatagram& heard) const {
     if (!types_.empty() && !types_.contains(TypeName(heard))) return false;
@@ -101,14 +101,14 @@ std::int64_t WallClock() {
   return std::chrono::duration_cast<microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-double Seconds(microseconds span) { return duration<double>(span).count(); }
+double InSeconds(microseconds span) { return duration<double>(span).count(); }
 
 std::string ToLine(const nlohmann::ordered_json& json) { return JsonText(json, -1) + "\n"; }
 
 // One run of the command: listens, prints, and says at its end what it was.
 class TapRun {
  public:
-  TapRun(const Options& options, const bus::LcmOptions& network)
+  TapRun(const TapOptions& options, const bus::LcmOptions& network)
       : options_(options),
         address_(network.group + ":" + std::to_string(network.port)),
         transport_(network),
@@ -174,7 +174,7 @@ class TapRun {
   }
 
   void EndInterval() {
-    const double seconds = Seconds(transport_.now() - interval_begin_);
+    const double seconds = InSeconds(transport_.now() - interval_begin_);
     if (options_.json) {
       std::cout << ToLine(interval_.ToJson(seconds));
     } else {
@@ -205,7 +205,7 @@ class TapRun {
     const std::string rejected = all_.RejectedText();
     const auto lost = transport_.counters().kernel_drops;
     std::cerr << "legopt: heard " << all_.datagrams() << " datagrams (" << all_.bytes() << " bytes) in "
-              << Seconds(transport_.now() - begin_) << " s" << (rejected.empty() ? "" : "; rejected: " + rejected)
+              << InSeconds(transport_.now() - begin_) << " s" << (rejected.empty() ? "" : "; rejected: " + rejected)
               << (lost == 0 ? "" : "; " + std::to_string(lost) + " lost on this machine for lack of buffer")
               << std::endl;
     if (chosen_ == 0) std::cerr << "legopt: none of them passed --type and --from\n";
@@ -215,7 +215,7 @@ class TapRun {
     return ExitCode::kOk;
   }
 
-  const Options& options_;
+  const TapOptions& options_;
   std::string address_;
   bus::LcmTransport transport_;
   Listener listener_;
@@ -229,7 +229,7 @@ class TapRun {
   bool told_silence_ = false;
 };
 
-ExitCode Tap(const Options& options) {
+ExitCode Tap(const TapOptions& options) {
   const InterruptGuard guard;
   bus::PrepareHashing();
   return TapRun(options, options.network.Resolve()).Run();
@@ -259,7 +259,7 @@ void AddTapCommand(const programs::Command& program, Invocation* invocation) {
   constexpr double kShortest_s = 0.1, kLongest_s = 1e6;
   const auto command =
       program.AddCommand("tap", "Show the traffic of a deployment as it passes, one JSON object per line");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<TapOptions>();
   command.AddOption("--type", options->types, "Only these message types, e.g. lease,result")
       .CommaSeparated()
       .Check({CheckType, ""});

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kShortestInterval_s = 0.01, kLongestInterval_s = 3600;
 
-struct Options {
+struct WatchCommandOptions {
   std::optional<std::int64_t> experiment;
   double patience_s = WatchOptions::kDefaultPatience_s;
   double interval_s = 1;
@@ -39,11 +39,11 @@ std::int64_t DefaultExperiment(ServerConnection& server) {
   return chosen->id;
 }
 
-WatchOptions HowToWatch(const Options& options) {
+WatchOptions HowToWatch(const WatchCommandOptions& options) {
   return {Seconds(options.patience_s), !options.experiment, {}, false};
 }
 
-ExitCode WatchAsText(ServerConnection& server, std::int64_t id, const Options& options) {
+ExitCode WatchAsText(ServerConnection& server, std::int64_t id, const WatchCommandOptions& options) {
   try {
     const auto status = WatchOnTerminal(server, id, HowToWatch(options));
     if (const auto hint = FailureHint(status, ""); !hint.empty()) std::cerr << "legopt: " << hint << "\n";
@@ -57,7 +57,7 @@ ExitCode WatchAsText(ServerConnection& server, std::int64_t id, const Options& o
 }
 
 // The last line tells the end, whatever it is.
-ExitCode WatchAsJson(ServerConnection& server, std::int64_t id, const Options& options) {
+ExitCode WatchAsJson(ServerConnection& server, std::int64_t id, const WatchCommandOptions& options) {
   using std::chrono::microseconds;
   WatchJson view(
       id, Seconds(options.interval_s), [] { return Seconds(std::chrono::steady_clock::now().time_since_epoch()); },
@@ -74,7 +74,7 @@ ExitCode WatchAsJson(ServerConnection& server, std::int64_t id, const Options& o
   }
 }
 
-ExitCode Watch(const Options& options) {
+ExitCode Watch(const WatchCommandOptions& options) {
   const InterruptGuard guard;
   ServerConnection server(options.network);
   const std::int64_t id = options.experiment ? *options.experiment : DefaultExperiment(server);
@@ -85,7 +85,7 @@ ExitCode Watch(const Options& options) {
 
 void AddWatchCommand(const programs::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("watch", "Show the progress of an experiment until it is over");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<WatchCommandOptions>();
   command.AddOption("ID", options->experiment, "Experiment (default: the newest that runs)")
       .Check(programs::WholeNumber(1));
   AddPatienceOption(command, &options->patience_s);

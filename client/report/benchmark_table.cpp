@@ -17,7 +17,7 @@ std::string Print(const char* format, double value) {
   return text;
 }
 
-std::optional<double> OptionalNumber(const nlohmann::json& value) {
+std::optional<double> FiniteNumber(const nlohmann::json& value) {
   if (!value.is_number() || !std::isfinite(value.get<double>())) return std::nullopt;
   return value.get<double>();
 }
@@ -47,8 +47,8 @@ class CellReader {
     cell.n = Integer("n");
     cell.finished = Integer("finished");
     cell.solved = Integer("solved");
-    cell.cost = OptionalNumber(cells_.At(row_, "cost"));
-    cell.time_s = OptionalNumber(cells_.At(row_, "time_s"));
+    cell.cost = FiniteNumber(cells_.At(row_, "cost"));
+    cell.time_s = FiniteNumber(cells_.At(row_, "time_s"));
     cell.dead = Integer("dead");
     cell.failed = Integer("failed");
     cell.cancelled = Integer("cancelled");

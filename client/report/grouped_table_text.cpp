@@ -5,7 +5,6 @@
 namespace legopt::client {
 namespace {
 
-constexpr std::size_t kGap = 2;
 constexpr std::size_t kBarGap = 3;          // " | "
 constexpr std::size_t kNarrowestName = 20;  // names of rows are not broken into shorter pieces than this
 
@@ -23,17 +22,17 @@ constexpr Arrangement kArrangements[] = {{false, Stacking::kNone},      {true, S
                                          {false, Stacking::kBySection}, {true, Stacking::kBySection},
                                          {false, Stacking::kByGroup},   {true, Stacking::kByGroup}};
 
-struct Cell {
+struct GroupedCell {
   std::string text;
   Emphasis emphasis = Emphasis::kNone;
 };
 
 // A table of some of the groups: what one block of lines shows.
-struct Grid {
+struct GroupedGrid {
   std::string title;               // above it; empty: none
   std::vector<std::string> heads;  // of the groups, when `has_heads`
   bool has_heads = true;
-  std::vector<std::vector<Cell>> lines;  // the first has the columns' titles
+  std::vector<std::vector<GroupedCell>> lines;  // the first has the columns' titles
 };
 
 using Widths = std::vector<std::size_t>;
@@ -60,7 +59,7 @@ std::vector<std::vector<std::size_t>> Parts(const GroupedTable& table, Stacking 
 }
 
 void AddHeads(const GroupedTable& table, const std::vector<std::size_t>& groups, const Arrangement& arrangement,
-              Grid* grid) {
+              GroupedGrid* grid) {
   if (groups.empty()) return;
   grid->has_heads = arrangement.stacking != Stacking::kByGroup;
   const TableGroup& first = table.groups[groups.front()];
@@ -73,10 +72,10 @@ void AddHeads(const GroupedTable& table, const std::vector<std::size_t>& groups,
   }
 }
 
-Grid GridOf(const GroupedTable& table, const std::vector<std::size_t>& groups, const Arrangement& arrangement) {
+GroupedGrid GridOf(const GroupedTable& table, const std::vector<std::size_t>& groups, const Arrangement& arrangement) {
   const std::size_t keys = table.key_titles.size(), columns = table.column_titles.size();
-  const auto cell = [&](const TableText& text) { return Cell{Choose(text, arrangement.brief), text.emphasis}; };
-  Grid grid;
+  const auto cell = [&](const TableText& text) { return GroupedCell{Choose(text, arrangement.brief), text.emphasis}; };
+  GroupedGrid grid;
   AddHeads(table, groups, arrangement, &grid);
   auto& titles = grid.lines.emplace_back();
   for (const auto& title : table.key_titles) titles.push_back(cell(title));
@@ -107,7 +106,7 @@ class Geometry {
   std::size_t total() const {
     std::size_t sum = 0;
     for (std::size_t i = 0; i < widths_.size(); ++i)
-      sum += widths_[i] + (i == 0 ? 0 : group_starts(i) ? kBarGap : kGap);
+      sum += widths_[i] + (i == 0 ? 0 : group_starts(i) ? kBarGap : kColumnGap);
     return sum;
   }
 
@@ -132,7 +131,7 @@ class Geometry {
 
  private:
   std::size_t Span(std::size_t first, std::size_t count) const {
-    std::size_t width = (count - 1) * kGap;
+    std::size_t width = (count - 1) * kColumnGap;
     for (std::size_t i = first; i < first + count; ++i) width += widths_[i];
     return width;
   }
@@ -142,9 +141,9 @@ class Geometry {
 };
 
 // Widths for grids of as many columns as `shape`: they are the same in all of them.
-Geometry GeometryOf(const GroupedTable& table, const std::vector<Grid>& grids, const Grid& shape) {
+Geometry GeometryOf(const GroupedTable& table, const std::vector<GroupedGrid>& grids, const GroupedGrid& shape) {
   const std::size_t num_columns = shape.lines.front().size();
-  const auto has_shape = [&](const Grid& grid) { return grid.lines.front().size() == num_columns; };
+  const auto has_shape = [&](const GroupedGrid& grid) { return grid.lines.front().size() == num_columns; };
   Widths widths(num_columns, 0);
   for (const auto& grid : grids) {
     if (!has_shape(grid)) continue;
@@ -167,7 +166,7 @@ std::string Centered(const std::string& text, std::size_t width) {
   return std::string(left, ' ') + text + std::string(width - left - length, ' ');
 }
 
-std::string HeadLine(const Grid& grid, const Geometry& geometry) {
+std::string HeadLine(const GroupedGrid& grid, const Geometry& geometry) {
   std::string line(geometry.keys_width(), ' ');
   for (std::size_t group = 0; group < grid.heads.size(); ++group) {
     line += " | " + Centered(grid.heads[group], geometry.group_width(group));
@@ -176,7 +175,7 @@ std::string HeadLine(const Grid& grid, const Geometry& geometry) {
 }
 
 // A row; a name too long for its column goes on in further lines.
-std::string RowLines(const std::vector<Cell>& cells, const Geometry& geometry, bool color) {
+std::string RowLines(const std::vector<GroupedCell>& cells, const Geometry& geometry, bool color) {
   const auto names = WrapText(cells.front().text, geometry.width(0));
   std::string text;
   for (std::size_t part = 0; part < names.size(); ++part) {
@@ -185,7 +184,7 @@ std::string RowLines(const std::vector<Cell>& cells, const Geometry& geometry, b
       const std::string shown = i == 0 ? names[part] : part == 0 ? cells[i].text : "";
       const std::string padding(geometry.width(i) - DisplayWidth(shown), ' ');
       const std::string emphasized = Emphasized(shown, cells[i].emphasis, color);
-      if (i > 0) line += geometry.group_starts(i) ? " | " : std::string(kGap, ' ');
+      if (i > 0) line += geometry.group_starts(i) ? " | " : std::string(kColumnGap, ' ');
       line += i == 0 ? emphasized + padding : padding + emphasized;
     }
     text += Trimmed(line) + "\n";
@@ -193,7 +192,7 @@ std::string RowLines(const std::vector<Cell>& cells, const Geometry& geometry, b
   return text;
 }
 
-std::string RenderGrid(const Grid& grid, const Geometry& geometry, const TextLayout& layout) {
+std::string RenderGrid(const GroupedGrid& grid, const Geometry& geometry, const TextLayout& layout) {
   std::string text = grid.title.empty() ? "" : Paragraph(grid.title, layout, Emphasis::kBest);
   if (grid.has_heads) text += HeadLine(grid, geometry);
   const std::string titles = RowLines(grid.lines.front(), geometry, false);
@@ -206,7 +205,7 @@ std::string RenderGrid(const Grid& grid, const Geometry& geometry, const TextLay
 
 // The table in one arrangement; empty when it is too wide.
 std::string Arrange(const GroupedTable& table, const Arrangement& arrangement, const TextLayout& layout) {
-  std::vector<Grid> grids;
+  std::vector<GroupedGrid> grids;
   for (const auto& part : Parts(table, arrangement.stacking)) grids.push_back(GridOf(table, part, arrangement));
   std::string text;
   for (const auto& grid : grids) {
@@ -228,7 +227,8 @@ std::string Labelled(const std::vector<TableText>& titles, const std::vector<Tab
 
 std::string Indented(const std::string& text, const TextLayout& layout) {
   std::string lines;
-  for (const auto& line : WrapText(text, layout.width - kGap)) lines += std::string(kGap, ' ') + line + "\n";
+  for (const auto& line : WrapText(text, layout.width - kColumnGap))
+    lines += std::string(kColumnGap, ' ') + line + "\n";
   return lines;
 }
 

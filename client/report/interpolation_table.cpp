@@ -21,7 +21,9 @@ std::optional<double> OptionalNumber(const nlohmann::json& value) {
   return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
-nlohmann::json Json(const std::optional<double>& value) { return value ? nlohmann::json(*value) : nlohmann::json(); }
+nlohmann::json NumberOrNull(const std::optional<double>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json();
+}
 
 // A scaled figure, or a dash.
 std::string Shown(const std::optional<double>& value, double unit) {
@@ -74,8 +76,8 @@ Listing Unrounded(const InterpolationTable& table) {
     for (const auto& [initialization, cell] : row.cells) {
       listing.rows.push_back({table.experiment_id, table.experiment, table.dataset, ToString(table.rule), row.method,
                               row.multi_starts, row.sample_size, ToString(row.collision), ToString(initialization),
-                              cell.n, cell.solved, cell.scored, cell.free, Json(cell.free_share),
-                              Json(cell.environment_depth_m), Json(cell.self_depth_m)});
+                              cell.n, cell.solved, cell.scored, cell.free, NumberOrNull(cell.free_share),
+                              NumberOrNull(cell.environment_depth_m), NumberOrNull(cell.self_depth_m)});
     }
   }
   return listing;

@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::string_view kDead = ToString(JobState::kDead), kFailed = ToString(JobState::kFailed);
 
-constexpr std::size_t kGap = 2;
 constexpr std::size_t kIndent = 4;          // of the further lines of a row
 constexpr std::size_t kMostLines = 3;       // of a row
 constexpr std::size_t kNarrowestText = 20;  // longer texts may be broken into pieces of this size
@@ -61,7 +60,7 @@ Widths NaturalWidths(const Grid& grid) {
 
 std::size_t Total(const Widths& widths) {
   return std::accumulate(widths.begin(), widths.end(), std::size_t{0}) +
-         (widths.empty() ? 0 : widths.size() - 1) * kGap;
+         (widths.empty() ? 0 : widths.size() - 1) * kColumnGap;
 }
 
 // Some of the columns, one line per row unless a text is longer than its column.
@@ -79,7 +78,7 @@ std::string RowLines(const std::vector<Cell>& line, const Grid& grid, const Widt
       const std::string piece = part < pieces[i].size() ? pieces[i][part] : "";
       const std::string padding(widths[i] - std::min(DisplayWidth(piece), widths[i]), ' ');
       const std::string shown = Emphasized(piece, line[i].emphasis, color);
-      row += (i > 0 ? std::string(kGap, ' ') : "") + (grid.numeric[i] ? padding + shown : shown + padding);
+      row += (i > 0 ? std::string(kColumnGap, ' ') : "") + (grid.numeric[i] ? padding + shown : shown + padding);
     }
     row.erase(row.find_last_not_of(' ') + 1);
     text += row + "\n";
@@ -147,8 +146,8 @@ Bands FoldGreedily(const Grid& grid, const Widths& natural, std::size_t limit) {
   for (std::size_t i = 0; i < natural.size(); ++i) {
     const std::size_t title = DisplayWidth(grid.lines[0][i].text);
     const std::size_t width = grid.numeric[i] ? natural[i] : std::min(natural[i], std::max(kNarrowestText, title));
-    if (!bands.back().empty() && used + kGap + width > limit) bands.emplace_back();
-    used = bands.back().empty() ? width + (bands.size() > 1 ? kIndent : 0) : used + kGap + width;
+    if (!bands.back().empty() && used + kColumnGap + width > limit) bands.emplace_back();
+    used = bands.back().empty() ? width + (bands.size() > 1 ? kIndent : 0) : used + kColumnGap + width;
     bands.back().push_back(i);
     if (used > limit || bands.size() > kMostLines) return {};
   }
@@ -197,8 +196,8 @@ std::string RenderFolded(const Grid& grid, const Bands& bands, const TextLayout&
 
 // "name  value"; where that is too narrow for any value, the value goes below.
 std::string FieldLines(const std::string& name, std::size_t name_width, const Cell& value, const TextLayout& layout) {
-  const bool beside = layout.width == 0 || name_width + kGap + kNarrowestText <= layout.width;
-  const std::size_t indent = beside ? name_width + kGap : kGap;
+  const bool beside = layout.width == 0 || name_width + kColumnGap + kNarrowestText <= layout.width;
+  const std::size_t indent = beside ? name_width + kColumnGap : kColumnGap;
   std::string text;
   if (!beside) text = Paragraph(name, layout);
   bool first = beside;
@@ -281,12 +280,11 @@ std::string AlignColumns(std::span<const std::vector<std::string>> lines, const 
 std::string AlignSentences(std::span<const std::vector<std::string>> lines, std::size_t width) {
   if (lines.empty()) return "";
   const std::size_t last = lines.front().size() - 1;
-  constexpr std::size_t kGap = 2;
   std::size_t indent = 0;
   for (std::size_t column = 0; column < last; ++column) {
     std::size_t widest = 0;
     for (const auto& line : lines) widest = std::max(widest, DisplayWidth(line[column]));
-    indent += widest + kGap;
+    indent += widest + kColumnGap;
   }
   const std::size_t room = width == 0 ? 0 : std::max(width - std::min(width, indent), width / 2);
   std::vector<std::vector<std::string>> broken;

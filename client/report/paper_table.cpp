@@ -10,7 +10,7 @@
 namespace legopt::client {
 namespace {
 
-const std::vector<std::string> kFigures = {"n", "solved", "cost", "time_s"};
+const std::vector<std::string> kColumnFigures = {"n", "solved", "cost", "time_s"};
 
 std::vector<std::string> Fields(const std::string& line) {
   std::vector<std::string> fields(1);
@@ -27,7 +27,7 @@ std::vector<std::string> Fields(const std::string& line) {
 std::vector<std::string> Titles() {
   std::vector<std::string> titles = {"method", "multi_starts", "sample_size"};
   for (const auto& column : kPaperColumns) {
-    for (const auto& figure : kFigures) titles.push_back(ColumnName(column) + "_" + figure);
+    for (const auto& figure : kColumnFigures) titles.push_back(ColumnName(column) + "_" + figure);
   }
   return titles;
 }

@@ -68,7 +68,7 @@ std::string Jobs(const ExperimentStatus& status) {
   return text;
 }
 
-std::string State(const ExperimentStatus& status) {
+std::string StateOrReason(const ExperimentStatus& status) {
   std::string text = status.over() || status.waiting_for.empty() ? StateText(status) : status.waiting_for;
   text = text.substr(0, text.find(';'));
   if (status.dead > 0) text += ", " + std::to_string(status.dead) + " dead";
@@ -133,7 +133,7 @@ std::vector<std::string> WideExperiments(std::span<const ExperimentStatus> list)
                 MakeColumn("JOBS", true, list, Jobs),
                 MakeColumn("SOLVED", true, list, [](S s) { return std::to_string(s.solved); }),
                 MakeColumn("SHARE", true, list, Share), MakeColumn("ETA", true, list, Eta),
-                MakeColumn("STATE", false, list, State)});
+                MakeColumn("STATE", false, list, StateOrReason)});
 }
 
 // What the narrow line of an experiment has no room for.
@@ -156,7 +156,7 @@ std::vector<std::string> NarrowExperiments(std::span<const ExperimentStatus> lis
                 MakeColumn("JOBS", true, list, Jobs),
                 MakeColumn("SOLVED", true, list, [](S s) { return std::to_string(s.solved); }),
                 MakeColumn("SHARE", true, list, Share), MakeColumn("ETA", true, list, Eta),
-                MakeColumn("STATE", false, list, State)});
+                MakeColumn("STATE", false, list, StateOrReason)});
 }
 
 std::string Field(const nlohmann::json& worker, const char* key) {

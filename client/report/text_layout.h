@@ -15,6 +15,7 @@ struct TextLayout {
 
 /// The narrowest width that layouts fit into; a smaller one is taken as this: the longest number and some words.
 inline constexpr std::size_t kSmallestWidth = 24;
+inline constexpr std::size_t kColumnGap = 2;  ///< blanks between columns
 
 /// What a piece of text is to its reader. Colours are the terminal's own, so that they suit its background.
 enum class Emphasis {

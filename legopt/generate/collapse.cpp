@@ -37,7 +37,7 @@ class World {
   dJointGroupID contacts_;
 };
 
-struct Joint {
+struct BondJoint {
   dJointID id = nullptr;
   dJointFeedback feedback{};
   Vector3d force = Vector3d::Zero();   ///< smoothed
@@ -112,7 +112,7 @@ class Simulation {
   std::vector<int> owner_;       ///< first cell of the same body
   std::vector<bool> active_;
   std::vector<bool> gone_;
-  std::vector<Joint> joints_;
+  std::vector<BondJoint> joints_;
   std::set<std::pair<int, int>> joined_;  ///< pairs of cells with an unbroken bond
   double time_s_ = 0.0;
 };
@@ -222,7 +222,7 @@ void Simulation::MakeBody(int owner) {
 }
 
 void Simulation::MakeJoint(size_t bond) {
-  Joint& joint = joints_[bond];
+  BondJoint& joint = joints_[bond];
   if (joint.id != nullptr) dJointDestroy(joint.id);  // its other cell was part of the world until now
   joint.id = dJointCreateFixed(world_.world(), nullptr);
   dJointAttach(joint.id, BodyOf(bonds_[bond].a), BodyOf(bonds_[bond].b));
@@ -279,7 +279,7 @@ void Simulation::ReadPoses() {
 /// noisy. A square section is assumed for bending: modulus A^1.5 / 6.
 bool Simulation::Overloaded(size_t k) {
   const Bond& bond = bonds_[k];
-  Joint& joint = joints_[k];
+  BondJoint& joint = joints_[k];
   const bool first = BodyOf(bond.a) != nullptr;
   const dReal* f = joint.feedback.f1;  // ODE puts the world last, so the first body is never the world
   const dReal* t = joint.feedback.t1;
@@ -304,7 +304,7 @@ bool Simulation::Overloaded(size_t k) {
 
 void Simulation::BreakBonds() {
   for (size_t k = 0; k < bonds_.size(); ++k) {
-    Joint& joint = joints_[k];
+    BondJoint& joint = joints_[k];
     if (joint.id == nullptr || joint.broken || !Overloaded(k)) continue;
     joint.broken = true;
     dJointDestroy(joint.id);
@@ -327,7 +327,7 @@ Snapshot Simulation::Take() const {
     if (!state.moved) state.motion.setIdentity();
     snapshot.cells.push_back(state);
   }
-  for (const Joint& joint : joints_) snapshot.bonds_broken += joint.broken ? 1 : 0;
+  for (const BondJoint& joint : joints_) snapshot.bonds_broken += joint.broken ? 1 : 0;
   return snapshot;
 }
 

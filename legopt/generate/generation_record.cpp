@@ -6,12 +6,12 @@
 
 namespace legopt::generate {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 std::string DescribeGeneration(const DatasetOptions& options, const ProbeOptions& probe,
                                const PlannerOptions& planner) {
   const PairOptions pairs;
-  Json root;
+  OrderedJson root;
   root["format"] = "legopt-generation/1";
   root["seed"] = options.seed;
   if (options.proven) {

@@ -8,7 +8,7 @@
 namespace legopt::generate {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kUnreached = std::numeric_limits<float>::infinity();
 constexpr float kNarrow = 4.0F;  // price of places that a walker avoids
 
 }  // namespace
@@ -55,7 +55,7 @@ void GuideMap::AddSolid(const ProbeModel& model, std::vector<bool>& blocked) {
     }
     blocked[static_cast<size_t>(cell)] = any;
     std::sort(heights.begin(), heights.end(), std::greater<>());
-    float last = kInfinity;
+    float last = kUnreached;
     for (const auto& [z, price] : heights) {
       if (last - z < 0.5F * static_cast<float>(step_m_)) continue;
       nodes_.push_back({cell, z, price});
@@ -141,7 +141,7 @@ int GuideMap::NearestNode(const Eigen::Vector3d& point) const {
 }
 
 std::vector<float> GuideMap::DistancesTo(std::span<const Eigen::Vector3d> goals, Measure measure) const {
-  std::vector<float> distances(nodes_.size(), kInfinity);
+  std::vector<float> distances(nodes_.size(), kUnreached);
   using Entry = std::pair<float, int>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
   for (const Eigen::Vector3d& goal : goals) {

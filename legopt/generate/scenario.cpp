@@ -19,7 +19,7 @@
 namespace legopt::generate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 constexpr std::array<std::string_view, 4> kLevelNames = {"easier", "easy", "intermediate", "hard"};
 
@@ -44,7 +44,7 @@ Colour ColourOf(const Member& member) {
   return {200, 200, 200};
 }
 
-Json ToJson(const Difficulty& difficulty) {
+OrderedJson ToJson(const Difficulty& difficulty) {
   return {{"walkable_m2", difficulty.walkable_m2},
           {"height_variance_m2", difficulty.height_variance_m2},
           {"clearance_m", difficulty.clearance_m}};
@@ -118,8 +118,8 @@ std::string ListMembers(const Building& building) {
   return text;
 }
 
-Json DescribeMaterials() {
-  Json materials;
+OrderedJson DescribeMaterials() {
+  OrderedJson materials;
   for (const Material material : {Material::kGround, Material::kConcrete, Material::kMasonry, Material::kTimber,
                                   Material::kCar, Material::kPerson}) {
     const MaterialFacts facts = FactsOf(material);
@@ -134,10 +134,10 @@ nlohmann::ordered_json DescribeScenario(const Scenario& scenario) {
   const ScenarioOptions& options = scenario.options;
   const FractureOptions& fracture = options.fracture;
   const CollapseOptions& collapse = options.collapse;
-  Json building;
+  OrderedJson building;
   for (const auto& [name, value] : scenario.building.parameters) building[name] = value;
   building["storeys_m"] = scenario.building.storeys_m;
-  Json root;
+  OrderedJson root;
   root["format"] = "legopt-scenario/1";
   root["kind"] = ToString(options.kind);
   root["level"] = ToString(options.level);
@@ -209,7 +209,7 @@ void WriteScenario(const Scenario& scenario, const std::filesystem::path& folder
   const TriangleMesh mesh = MeshOf(scenario.pieces);
   WritePly(folder / kSceneMeshName, mesh);
   CheckWritten(folder / kSceneMeshName, scenario.pieces.size(), guard);
-  Json root = DescribeScenario(scenario);
+  OrderedJson root = DescribeScenario(scenario);
   WriteTextFile(folder / kMembersFileName, ListMembers(scenario.building));
   root["files"][kMembersFileName] = HashFile(folder / kMembersFileName);
   root["files"][kSceneMeshName] = HashFile(folder / kSceneMeshName);

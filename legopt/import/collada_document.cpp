@@ -10,8 +10,8 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
-#include <numbers>
 
+#include "legopt/import/degree.h"
 #include "legopt/input_error.h"
 
 namespace legopt {
@@ -20,7 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 using tinyxml2::XMLElement;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr const char* kSpace = " \t\r\n";
 
 std::string LowerSuffix(const fs::path& path) {

@@ -3,12 +3,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <utility>
 
 #include "legopt/import/collada_document.h"
 #include "legopt/import/collada_geometry.h"
+#include "legopt/import/degree.h"
 #include "legopt/input_error.h"
 
 namespace legopt {
@@ -16,7 +16,6 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr const char* kUrdfWriter = "URDF Collada Writer";  ///< <authoring_tool> of urdf_to_collada
 

@@ -1,8 +1,6 @@
 // Checks of the scene's meshes, of the robot, and of the robot over the stances.
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <set>
@@ -10,6 +8,7 @@
 #include "legopt/collision/collision_query.h"
 #include "legopt/collision/mesh_faults.h"
 #include "legopt/import/dataset_check.h"
+#include "legopt/import/rounded.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/terms/initial_guess.h"
 
@@ -22,12 +21,6 @@ constexpr double kFewOpenEdges = 0.01;
 
 std::string InFolder(const Dataset& dataset, const std::string& file) {
   return std::filesystem::path(file).lexically_relative(dataset.folder()).generic_string();
-}
-
-std::string Rounded(const char* format, double value) {
-  std::array<char, 48> text;
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
 }
 
 /// What is wrong with one mesh of the scene.

@@ -1,22 +1,15 @@
 #include "legopt/import/plausibility.h"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <string>
 #include <utility>
 
+#include "legopt/import/rounded.h"
 #include "legopt/robot/urdf_review.h"
 
 namespace legopt {
 namespace {
-
-std::string Rounded(const char* format, double value) {
-  std::array<char, 48> text;
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
 
 std::string Size(const Eigen::AlignedBox3d& box) {
   return Rounded("%.4g", box.sizes().x()) + " x " + Rounded("%.4g", box.sizes().y()) + " x " +

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "legopt/import/degree.h"
 #include "legopt/import/ground.h"
 
 namespace legopt {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 bool Agrees(const Eigen::Quaterniond& rotation, const Ground& ground) {
   const double least = std::cos((ground.found ? 5.0 : 45.0) * kDegree);

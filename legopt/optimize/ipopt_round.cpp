@@ -8,7 +8,7 @@
 namespace legopt {
 namespace {
 
-constexpr double kInfinity = 2e19;       // beyond Ipopt's notion of "no bound"
+constexpr double kIpoptInfinity = 2e19;  // beyond Ipopt's notion of "no bound"
 constexpr double kViolationShare = 0.1;  // of the constraint tolerance: what Ipopt aims at
 constexpr double kStagnantError = 0.1;   // largest optimality error at which Ipopt may stop when the cost stagnates
 constexpr int kStagnantIterations = 5;
@@ -118,14 +118,14 @@ bool IpoptProgram::get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_h
 bool IpoptProgram::get_bounds_info(Index n, Number* x_l, Number* x_u, Index m, Number* g_l, Number* g_u) {
   const Index steps = slotted_.num_variables();
   std::fill(x_l + steps, x_l + n, 0.0);
-  std::fill(x_u + steps, x_u + n, kInfinity);
+  std::fill(x_u + steps, x_u + n, kIpoptInfinity);
   for (Index i = 0; i < steps; ++i) {
-    x_l[i] = std::clamp(slotted_.lower()[i], -kInfinity, 0.0);
-    x_u[i] = std::clamp(slotted_.upper()[i], 0.0, kInfinity);
+    x_l[i] = std::clamp(slotted_.lower()[i], -kIpoptInfinity, 0.0);
+    x_u[i] = std::clamp(slotted_.upper()[i], 0.0, kIpoptInfinity);
   }
   for (Index i = 0; i < m; ++i) {
     const bool equality = slotted_.rows()[static_cast<size_t>(i)].kind == TermKind::kEquality;
-    g_l[i] = equality ? -settings_.band : -kInfinity;
+    g_l[i] = equality ? -settings_.band : -kIpoptInfinity;
     g_u[i] = equality ? settings_.band : 0.0;
   }
   return true;

@@ -6,7 +6,7 @@ namespace legopt {
 namespace {
 
 constexpr double kAxisTolerance = 1e-12;
-constexpr double kSmallAngle = 1e-8;
+constexpr double kNegligibleAngle = 1e-8;
 
 /// Columns of `rotation` turned about its own axis number `axis` by the angle with cosine c and sine s.
 void TurnAboutOwnAxis(int axis, double c, double s, Eigen::Matrix3d& rotation) {
@@ -38,7 +38,7 @@ void Retract(const RobotModel& model, Eigen::Ref<const Eigen::VectorXd> x, Eigen
   x_next.head(n + 3) = x.head(n + 3) + dx.head(n + 3);
   const Eigen::Vector3d phi = dx.segment<3>(n + 3);
   const double angle = phi.norm();
-  const double half_sinc = angle < kSmallAngle ? 0.5 : std::sin(0.5 * angle) / angle;
+  const double half_sinc = angle < kNegligibleAngle ? 0.5 : std::sin(0.5 * angle) / angle;
   const Eigen::Quaterniond turn(std::cos(0.5 * angle), half_sinc * phi.x(), half_sinc * phi.y(), half_sinc * phi.z());
   const Eigen::Quaterniond base(x[n + 3], x[n + 4], x[n + 5], x[n + 6]);
   const Eigen::Quaterniond next = (turn * base).normalized();

@@ -12,9 +12,9 @@ namespace {
 using Ipopt::Index;
 using Ipopt::Number;
 
-constexpr double kInfinity = 2e19;  // beyond Ipopt's notion of "no bound"
+constexpr double kIpoptInfinity = 2e19;  // beyond Ipopt's notion of "no bound"
 constexpr double kMinTolerance = 1e-11;
-constexpr int kMaxIterations = 300;
+constexpr int kIpoptMaxIterations = 300;
 
 /// Variables: dx (unpadded), then one slack per row. Constraints: a x + b - s <= 0, and for absolute rows also
 /// -a x - b - s <= 0.
@@ -48,8 +48,8 @@ class SlackProgram : public Ipopt::TNLP {
       x_u[i] = problem_.upper()[Padded(i)];
     }
     std::fill(x_l + n_, x_l + n, 0.0);
-    std::fill(x_u + n_, x_u + n, kInfinity);
-    std::fill(g_l, g_l + m, -kInfinity);
+    std::fill(x_u + n_, x_u + n, kIpoptInfinity);
+    std::fill(g_l, g_l + m, -kIpoptInfinity);
     std::fill(g_u, g_u + m, 0.0);
     return true;
   }
@@ -177,7 +177,7 @@ SubproblemSolver::Result IpoptSubproblemSolver::Solve(const ConvexSubproblem& pr
   const double scale = problem.max_weight() > 0.0 ? problem.max_weight() : 1.0;
   QuietIpopt ipopt;
   ipopt.SetNumber("tol", std::max(accuracy / scale, kMinTolerance));
-  ipopt.SetInteger("max_iter", kMaxIterations);
+  ipopt.SetInteger("max_iter", kIpoptMaxIterations);
   ipopt.SetText("mehrotra_algorithm", "yes");
   ipopt.SetText("hessian_constant", "yes");
   ipopt.SetText("jac_c_constant", "yes");
