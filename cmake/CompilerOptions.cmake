@@ -8,7 +8,7 @@ if(LEGOPT_ARCH AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   target_compile_options(legopt_options INTERFACE -march=${LEGOPT_ARCH})
 endif()
 # No fusing of products and sums that the source does not ask for: it would depend on what is inlined where, and the same
-# seed would give other bits in another build (link-time optimised or not). Eigen's kernels fuse explicitly.
+# seed would give other bits in another build (sources compiled one at a time or some). Eigen's kernels fuse explicitly.
 target_compile_options(legopt_options INTERFACE -ffp-contract=off)
 
 # Warnings are for our own code: of the folder, so that nobody inherits them. Third-party code is never compiled here.
@@ -18,7 +18,6 @@ add_compile_options(
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # False alarms of g++ 12: the first two inside Eigen's assignments of 3-vectors, the others for "literal" + std::string.
   add_compile_options(-Wno-array-bounds -Wno-maybe-uninitialized -Wno-restrict -Wno-stringop-overflow)
-  add_link_options(-Wno-stringop-overflow)  # link-time optimisation warns once more
 endif()
 
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
@@ -32,15 +31,6 @@ endif()
 if(LEGOPT_SANITIZE)
   add_compile_options(-fsanitize=${LEGOPT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${LEGOPT_SANITIZE})
-elseif(CMAKE_BUILD_TYPE STREQUAL "Release")
-  include(CheckIPOSupported)
-  check_ipo_supported(RESULT ipo_supported OUTPUT ipo_output LANGUAGES CXX)
-  option(LEGOPT_LTO "Link-time optimisation in Release builds" ${ipo_supported})
-  set(CMAKE_INTERPROCEDURAL_OPTIMIZATION ${LEGOPT_LTO})
-  if(LEGOPT_LTO AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # Objects that hold machine code, too: tests link that (tests/CMakeLists.txt).
-    list(TRANSFORM CMAKE_CXX_COMPILE_OPTIONS_IPO REPLACE "^-fno-fat-lto-objects$" "-ffat-lto-objects")
-  endif()
 endif()
 
 # What may change the bits of a result, for people and the build's id.
@@ -48,26 +38,15 @@ string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type)
 set(LEGOPT_NUMERIC_FLAGS ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${build_type}})
 get_target_property(interface_flags legopt_options INTERFACE_COMPILE_OPTIONS)
 list(APPEND LEGOPT_NUMERIC_FLAGS ${interface_flags})
-if(LEGOPT_LTO)
-  list(APPEND LEGOPT_NUMERIC_FLAGS -flto)
-endif()
 if(LEGOPT_SANITIZE)
   list(APPEND LEGOPT_NUMERIC_FLAGS -fsanitize=${LEGOPT_SANITIZE})
 endif()
 list(REMOVE_DUPLICATES LEGOPT_NUMERIC_FLAGS)
 list(JOIN LEGOPT_NUMERIC_FLAGS " " LEGOPT_NUMERIC_FLAGS)
 
-# legopt_optimize_rooms(LEVEL): what follows is compiled with this level and without link-time optimisation in Release
-# builds. All numerics is in legopt/, which has both at their most; elsewhere a job's time is spent in system calls and
-# SQLite, and the compiler's time is a newcomer's.
+# legopt_optimize_rooms(LEVEL): what follows is compiled with this level in Release builds. All numerics is in legopt/,
+# which has the highest; elsewhere a job's time is spent in system calls and SQLite, and the compiler's time is a
+# newcomer's. No link-time optimisation: it took a quarter of a build, and solves are as fast without.
 macro(legopt_optimize_rooms level)
   set(CMAKE_CXX_FLAGS_RELEASE "${level} -DNDEBUG")
-  set(CMAKE_INTERPROCEDURAL_OPTIMIZATION OFF)
 endmacro()
-
-# legopt_link_quickly(TARGET): links the machine code that the libraries hold, which otherwise would be optimised anew.
-function(legopt_link_quickly target)
-  if(LEGOPT_LTO AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    target_link_options(${target} PRIVATE -fno-lto)
-  endif()
-endfunction()

@@ -10,15 +10,6 @@ foreach(room ${LEGOPT_ROOMS})
   install(TARGETS legopt_${room} EXPORT legopt ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library)
 endforeach()
 install(TARGETS legopt_options EXPORT legopt)
-if(LEGOPT_LTO)
-  # Link-time optimisation's part of the archives fits this compiler alone; the machine code beside it fits all.
-  install(CODE "
-    file(GLOB archives \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/liblegopt_*.a\")
-    foreach(archive \${archives})
-      execute_process(COMMAND ${CMAKE_OBJCOPY} --wildcard --remove-section .gnu.lto_* --remove-section .gnu.debuglto_*
-                              --strip-symbol __gnu_lto_v1 \${archive} COMMAND_ERROR_IS_FATAL ANY)
-    endforeach()" COMPONENT library)
-endif()
 install(EXPORT legopt NAMESPACE legopt:: FILE legopt-targets.cmake DESTINATION ${config_folder} COMPONENT library)
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/legopt ${PROJECT_SOURCE_DIR}/words

@@ -12,6 +12,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/terms/initial_guess.h"
+#include "tests/folders.h"
 
 namespace legopt {
 namespace {
@@ -22,8 +23,7 @@ constexpr std::array<const char*, 2> kNames = {"garage-easier", "garage-small"};
 const std::shared_ptr<const Dataset>& Embedded(std::int64_t which) {
   static std::array<std::shared_ptr<const Dataset>, kNames.size()> datasets;
   auto& dataset = datasets.at(static_cast<size_t>(which));
-  if (!dataset)
-    dataset = Dataset::Load(std::string(LEGOPT_SOURCE_DIR) + "/data/" + kNames.at(static_cast<size_t>(which)));
+  if (!dataset) dataset = Dataset::Load(SourceFolder() + "/data/" + kNames.at(static_cast<size_t>(which)));
   return dataset;
 }
 
@@ -58,7 +58,7 @@ BENCHMARK_CAPTURE(BM_EmbeddedQuery, in_collision, Initialization::kInCollision)-
 
 /// Everything read, hashed and built: what a job process does before its first job.
 void BM_LoadEmbedded(benchmark::State& state) {
-  const auto folder = std::string(LEGOPT_SOURCE_DIR) + "/data/" + kNames.at(static_cast<size_t>(state.range(0)));
+  const auto folder = SourceFolder() + "/data/" + kNames.at(static_cast<size_t>(state.range(0)));
   for (auto _ : state) {
     const auto dataset = Dataset::Load(folder);
     benchmark::DoNotOptimize(dataset->collision_model(SceneRepresentation::kSolid));

@@ -3,13 +3,12 @@
 #include <benchmark/benchmark.h>
 
 #include "legopt/robot/kinematics.h"
+#include "tests/folders.h"
 
 namespace legopt {
 namespace {
 
-RobotModel Humanoid() {
-  return RobotModel::FromUrdfFile(std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small/robot.urdf");
-}
+RobotModel Humanoid() { return RobotModel::FromUrdfFile(SourceFolder() + "/data/garage-small/robot.urdf"); }
 
 Eigen::VectorXd SomeConfiguration(const RobotModel& model) {
   Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(model.configuration_size(), -0.4, 0.6);

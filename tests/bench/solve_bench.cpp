@@ -7,13 +7,13 @@
 
 #include "legopt/evaluate/judge.h"
 #include "legopt/solve/problem_solver.h"
+#include "tests/folders.h"
 
 namespace legopt {
 namespace {
 
 std::shared_ptr<const Dataset> Load(benchmark::State& state) {
-  const std::string folder =
-      state.range(0) == 0 ? std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small" : LEGOPT_TEST_DATA_DIR;
+  const std::string folder = state.range(0) == 0 ? SourceFolder() + "/data/garage-small" : TestDataFolder();
   if (!std::filesystem::exists(folder)) {
     state.SkipWithError("dataset not found");
     return nullptr;

@@ -23,7 +23,6 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr const char* kGroup = "239.255.76.67";
 constexpr EndpointId kClient = 1000;
 
 std::optional<BusErrorCode> CodeOf(const LcmOptions& options, std::string* message = nullptr) {

@@ -9,6 +9,8 @@
 #include <set>
 #include <string>
 
+#include "tests/folders.h"
+
 namespace {
 
 // What the programs do with a text. None of it opens or runs anything:
@@ -61,7 +63,7 @@ const std::map<std::string, std::string> kTexts = {
 TEST(NoPaths, EveryTextOfEveryMessageIsAccountedFor) {
   std::set<std::string> found;
   const std::regex field(R"(^\s*string\s+(\w+))");
-  for (const auto& entry : std::filesystem::directory_iterator(LEGOPT_SOURCE_DIR "/lcmtypes")) {
+  for (const auto& entry : std::filesystem::directory_iterator(legopt::SourceFolder() + "/lcmtypes")) {
     if (entry.path().extension() != ".lcm") continue;
     std::ifstream file(entry.path());
     for (std::string line; std::getline(file, line);) {
@@ -78,7 +80,7 @@ TEST(NoPaths, WhatServesMessagesNeitherOpensNorRunsAnything) {
   const std::regex opens(
       R"(\b(fopen|ofstream|ifstream|fstream|system|popen|execv\w*|execl\w*|posix_spawn\w*|dlopen)\b)");
   for (const char* room : {"bus", "server"}) {
-    for (const auto& entry : std::filesystem::directory_iterator(LEGOPT_SOURCE_DIR "/" + std::string(room))) {
+    for (const auto& entry : std::filesystem::directory_iterator(legopt::SourceFolder() + "/" + std::string(room))) {
       if (entry.path().extension() != ".cpp") continue;
       // /proc and /sys only, by constant names.
       if (entry.path().filename() == "udp_statistics.cpp" || entry.path().filename() == "multicast_probe.cpp") continue;

@@ -12,13 +12,14 @@
 #include "bus/codec.h"
 #include "bus/wire.h"
 #include "tests/bus/test_bed.h"
+#include "tests/folders.h"
 
 namespace legopt::bus {
 namespace {
 
 // "name" -> bytes, of lines "    vector NAME" and the hexadecimal lines after each.
 std::map<std::string, Datagram> ReadVectors() {
-  std::ifstream file(LEGOPT_SOURCE_DIR "/lcmtypes/PROTOCOL.md");
+  std::ifstream file(SourceFolder() + "/lcmtypes/PROTOCOL.md");
   std::map<std::string, Datagram> vectors;
   Datagram* current = nullptr;
   for (std::string line; std::getline(file, line);) {

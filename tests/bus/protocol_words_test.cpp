@@ -9,13 +9,14 @@
 #include <string>
 
 #include "bus/message_fields.h"
+#include "tests/folders.h"
 #include "words/result.h"
 
 namespace legopt::bus {
 namespace {
 
 std::string ReadFile(const std::string& name) {
-  std::ifstream file(LEGOPT_SOURCE_DIR "/lcmtypes/" + name);
+  std::ifstream file(SourceFolder() + "/lcmtypes/" + name);
   std::stringstream text;
   text << file.rdbuf();
   return text.str();

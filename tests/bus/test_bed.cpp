@@ -22,10 +22,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr const char* kGroup = "239.255.76.67";
-
 template <class TransportType>
-struct Party {
+struct BedParty {
   std::unique_ptr<TransportType> transport;
   std::unique_ptr<Endpoint> endpoint;
 };
@@ -39,7 +37,7 @@ class SimulatedBed final : public TestBed {
   }
 
   Endpoint& Add(EndpointId id, const EndpointOptions& options, std::int64_t deployment) override {
-    Party<SimulatedTransport> party;
+    BedParty<SimulatedTransport> party;
     party.transport = std::make_unique<SimulatedTransport>(network_, deployment, key_);
     party.endpoint = std::make_unique<Endpoint>(*party.transport, id, ++seed_, options);
     parties_.push_back(std::move(party));
@@ -63,7 +61,7 @@ class SimulatedBed final : public TestBed {
   SimulatedNetwork network_;
   std::shared_ptr<const MessageKey> key_;
   std::vector<std::pair<Port, Datagram>> recorded_;
-  std::list<Party<SimulatedTransport>> parties_;  // not a vector: moving would part endpoint and transport
+  std::list<BedParty<SimulatedTransport>> parties_;  // not a vector: moving would part endpoint and transport
   std::uint64_t seed_ = 0;
 };
 
@@ -121,7 +119,7 @@ class UdpBed final : public TestBed {
     lcm.port = port_;
     lcm.ttl = 0;
     lcm.deployment = deployment;
-    Party<LcmTransport> party;
+    BedParty<LcmTransport> party;
     party.transport = std::make_unique<LcmTransport>(lcm);
     party.endpoint = std::make_unique<Endpoint>(*party.transport, id, RandomSeed(), options);
     parties_.push_back(std::move(party));
@@ -174,7 +172,7 @@ class UdpBed final : public TestBed {
   Wire control_;
   Wire bulk_;
   std::vector<std::pair<Port, Datagram>> recorded_;
-  std::list<Party<LcmTransport>> parties_;  // not a vector: moving would part endpoint and transport
+  std::list<BedParty<LcmTransport>> parties_;  // not a vector: moving would part endpoint and transport
 };
 
 }  // namespace

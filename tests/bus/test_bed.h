@@ -14,6 +14,8 @@
 
 namespace legopt::bus {
 
+inline constexpr const char* kGroup = "239.255.76.67";
+
 using Datagram = std::vector<std::uint8_t>;
 
 class TestBed {

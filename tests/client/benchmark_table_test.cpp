@@ -15,6 +15,7 @@
 #include "client/report/interpolation_table.h"
 #include "client/report/paper_table.h"
 #include "table_parsers.h"
+#include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
@@ -27,7 +28,7 @@ const BenchmarkColumn kPostureGood = {Task::kPosture, Initialization::kGood};
 const BenchmarkColumn kPostureHard = {Task::kPosture, Initialization::kInCollision};
 const BenchmarkColumn kMotionGood = {Task::kMotion, Initialization::kGood};
 
-BenchmarkTable Example() {
+BenchmarkTable ExampleTable() {
   BenchmarkTable table;
   table.experiment_id = 3;
   table.experiment = "table_1";
@@ -94,8 +95,8 @@ std::vector<std::vector<std::string>> FromCsv(const std::string& text, const Ben
   return rows;
 }
 
-std::vector<std::vector<std::string>> FromJson(const std::string& text, const BenchmarkTable& table,
-                                               const TimeUnit& unit) {
+std::vector<std::vector<std::string>> CellsOfJson(const std::string& text, const BenchmarkTable& table,
+                                                  const TimeUnit& unit) {
   const auto json = nlohmann::json::parse(text);
   std::vector<std::vector<std::string>> rows;
   for (const auto& line : json.at("rows")) {
@@ -122,7 +123,7 @@ std::vector<std::vector<std::string>> FromJson(const std::string& text, const Be
 }
 
 TEST(BenchmarkTable, AllFormatsAreEqualInContent) {
-  const BenchmarkTable table = Example();
+  const BenchmarkTable table = ExampleTable();
   const auto text = ParseTextTable(RenderBenchmarkTable(table, TableFormat::kText));
   const TimeUnit unit = kMilliseconds;
   EXPECT_EQ(text.time_unit, "ms");
@@ -138,12 +139,12 @@ TEST(BenchmarkTable, AllFormatsAreEqualInContent) {
   EXPECT_EQ(latex.rows, text.rows);
   EXPECT_EQ(latex.time_unit, text.time_unit);
   EXPECT_EQ(FromCsv(RenderBenchmarkTable(table, TableFormat::kCsv), table, unit), text.rows);
-  EXPECT_EQ(FromJson(RenderBenchmarkTable(table, TableFormat::kJson), table, unit), text.rows);
+  EXPECT_EQ(CellsOfJson(RenderBenchmarkTable(table, TableFormat::kJson), table, unit), text.rows);
 }
 
 TEST(BenchmarkTable, CaptionTellsExperimentRuleAndProgress) {
   for (const auto format : {TableFormat::kText, TableFormat::kMarkdown, TableFormat::kLatex}) {
-    const std::string text = RenderBenchmarkTable(Example(), format);
+    const std::string text = RenderBenchmarkTable(ExampleTable(), format);
     EXPECT_THAT(text, HasSubstr("Experiment 3"));
     EXPECT_THAT(text, HasSubstr("literal rule"));
     EXPECT_THAT(text, HasSubstr("135/175 jobs finished"));
@@ -152,7 +153,7 @@ TEST(BenchmarkTable, CaptionTellsExperimentRuleAndProgress) {
 }
 
 TEST(BenchmarkTable, GroupsAreNamedInThePapersWords) {
-  const std::string text = RenderBenchmarkTable(Example(), TableFormat::kText);
+  const std::string text = RenderBenchmarkTable(ExampleTable(), TableFormat::kText);
   EXPECT_THAT(text, HasSubstr("Posture generation, good init"));
   EXPECT_THAT(text, HasSubstr("Posture generation, init in collision"));
   EXPECT_THAT(text, HasSubstr("Motion generation, good init"));
@@ -160,7 +161,7 @@ TEST(BenchmarkTable, GroupsAreNamedInThePapersWords) {
 }
 
 TEST(BenchmarkTable, TextColumnsLineUp) {
-  const std::string text = RenderBenchmarkTable(Example(), TableFormat::kText);
+  const std::string text = RenderBenchmarkTable(ExampleTable(), TableFormat::kText);
   std::vector<std::size_t> bars;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -173,7 +174,7 @@ TEST(BenchmarkTable, TextColumnsLineUp) {
 }
 
 TEST(BenchmarkTable, LatexIsBooktabsAndEscaped) {
-  const std::string text = RenderBenchmarkTable(Example(), TableFormat::kLatex);
+  const std::string text = RenderBenchmarkTable(ExampleTable(), TableFormat::kLatex);
   for (const char* part :
        {"\\toprule", "\\midrule", "\\bottomrule", "\\cmidrule(lr){4-6}", "table\\_1", "garage \\& co", "80\\%"}) {
     EXPECT_THAT(text, HasSubstr(part));
@@ -215,7 +216,7 @@ TEST(BenchmarkTable, UnknownWordsAreRefusedByName) {
 }
 
 TEST(BenchmarkTable, CollisionIsAColumnWhereItDiffers) {
-  BenchmarkTable table = Example();
+  BenchmarkTable table = ExampleTable();
   EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kText), Not(HasSubstr("Collision")));
   table.rows[1].collision = SceneRepresentation::kSurface;
   const auto text = ParseTextTable(RenderBenchmarkTable(table, TableFormat::kText));
@@ -231,21 +232,21 @@ TEST(BenchmarkTable, CollisionIsAColumnWhereItDiffers) {
 }
 
 TEST(BenchmarkTable, CsvHasTheSameColumnsForEveryExperiment) {
-  BenchmarkTable other = Example();
+  BenchmarkTable other = ExampleTable();
   other.columns = {kMotionGood};
   other.rows[1].collision = SceneRepresentation::kSurface;
-  const auto titles = ParseCsv(RenderBenchmarkTable(Example(), TableFormat::kCsv))[0];
+  const auto titles = ParseCsv(RenderBenchmarkTable(ExampleTable(), TableFormat::kCsv))[0];
   EXPECT_EQ(ParseCsv(RenderBenchmarkTable(other, TableFormat::kCsv))[0], titles);
   EXPECT_EQ(ParseCsv(RenderBenchmarkTable(BenchmarkTable(), TableFormat::kCsv))[0], titles);
   EXPECT_EQ(titles.size(), 8U + 4 * 10);
-  const auto row = CsvRows(RenderBenchmarkTable(Example(), TableFormat::kCsv))[1];
+  const auto row = CsvRows(RenderBenchmarkTable(ExampleTable(), TableFormat::kCsv))[1];
   EXPECT_EQ(row.at("collision"), "solid");
   EXPECT_EQ(row.at("motion_in_collision_n"), "");
 }
 
 // One job that died twice, one that could not run, two cancelled, one to go.
 BenchmarkTable Broken() {
-  BenchmarkTable table = Example();
+  BenchmarkTable table = ExampleTable();
   table.columns = {kPostureGood};
   table.rows.resize(1);
   table.rows[0].cells = {{kPostureGood, {9, 8, 4, 396.0, 0.001, 1, 1, 2, 3, 3}}};
@@ -271,7 +272,7 @@ TEST(BenchmarkTable, JobsWithoutResultsAreVisible) {
 
 TEST(BenchmarkTable, RepetitionsAreNotProblems) {
   EXPECT_THAT(RenderBenchmarkTable(Broken(), TableFormat::kText), HasSubstr("; 3 problems x 3 repetitions\n"));
-  EXPECT_THAT(RenderBenchmarkTable(Example(), TableFormat::kText), Not(HasSubstr("repetition")));
+  EXPECT_THAT(RenderBenchmarkTable(ExampleTable(), TableFormat::kText), Not(HasSubstr("repetition")));
   BenchmarkTable table = Broken();
   table.columns.push_back(kMotionGood);
   table.rows[0].cells[kMotionGood] = {3, 3, 3, 0.1, 0.001, 0, 0, 0, 1, 3};
@@ -297,18 +298,18 @@ TEST(BenchmarkTable, RowsThatWouldReadTheSameGetTheirMethodsId) {
 class PaperTable : public testing::Test {
  protected:
   void SetUp() override {
-    const auto paper = ReadPaperTable(std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "paper-table1.csv");
+    const auto paper = ReadPaperTable(std::filesystem::path(SourceFolder()) / "data" / "paper-table1.csv");
     ASSERT_EQ(paper.size(), 16U);
     table_.rows[1].method = "i-sqp";
     AddPaperFigures(paper, &table_);
   }
-  BenchmarkTable table_ = Example();
+  BenchmarkTable table_ = ExampleTable();
 };
 
 TEST_F(PaperTable, MatchesByNameStartsAndSampleSize) {
   EXPECT_EQ(table_.rows[0].paper.at(kPostureGood), (BenchmarkCell{50, 50, 49, 427.0, 1.32}));
   EXPECT_EQ(table_.rows[1].paper.at(kMotionGood), (BenchmarkCell{50, 50, 42, 0.13, 0.53}));
-  BenchmarkTable other = Example();
+  BenchmarkTable other = ExampleTable();
   AddPaperFigures({table_.rows[0]}, &other);
   EXPECT_TRUE(other.rows[1].paper.empty());
 }
@@ -336,17 +337,17 @@ TEST_F(PaperTable, ItsOwnUnitIsTheSecond) {
 }
 
 TEST_F(PaperTable, SaysWhenItHasNoneOfTheRows) {
-  BenchmarkTable table = Example();
+  BenchmarkTable table = ExampleTable();
   table.rows.resize(1);
   table.rows[0].method = "ours";
-  AddPaperFigures(ReadPaperTable(std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "paper-table1.csv"), &table);
+  AddPaperFigures(ReadPaperTable(std::filesystem::path(SourceFolder()) / "data" / "paper-table1.csv"), &table);
   EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kText), HasSubstr("Table I has none of these rows"));
 }
 
 TEST_F(PaperTable, WhereNothingWasSolvedItHasADash) {
-  BenchmarkTable table = Example();
+  BenchmarkTable table = ExampleTable();
   table.rows[1].method = "SQP";
-  AddPaperFigures(ReadPaperTable(std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "paper-table1.csv"), &table);
+  AddPaperFigures(ReadPaperTable(std::filesystem::path(SourceFolder()) / "data" / "paper-table1.csv"), &table);
   EXPECT_EQ(table.rows[1].paper.at(kMotionGood), (BenchmarkCell{50, 50, 0, std::nullopt, std::nullopt}));
 }
 
@@ -412,13 +413,13 @@ TEST(FormatTime, ShowsThreeSignificantDigits) {
 
 TEST(TimeUnit, DoesNotDependOnTheData) {
   for (const double time_s : {4.0, 0.0013, 0.00002}) {
-    BenchmarkTable table = Example();
+    BenchmarkTable table = ExampleTable();
     for (auto& row : table.rows) {
       for (auto& [column, cell] : row.cells) cell.time_s = time_s;
     }
     EXPECT_EQ(ParseTextTable(RenderBenchmarkTable(table, TableFormat::kText)).time_unit, "ms");
   }
-  BenchmarkTable unsolved = Example();
+  BenchmarkTable unsolved = ExampleTable();
   for (auto& row : unsolved.rows) {
     for (auto& [column, cell] : row.cells) cell.solved = 0, cell.cost = cell.time_s = std::nullopt;
   }
@@ -428,11 +429,11 @@ TEST(TimeUnit, DoesNotDependOnTheData) {
 TEST(TimeUnit, IsTheOneAskedFor) {
   for (const TimeUnit& unit : {kSeconds, kMilliseconds, kMicroseconds}) {
     const TableStyle style{unit, {}};
-    EXPECT_EQ(ParseTextTable(RenderBenchmarkTable(Example(), TableFormat::kText, style)).time_unit, unit.name);
+    EXPECT_EQ(ParseTextTable(RenderBenchmarkTable(ExampleTable(), TableFormat::kText, style)).time_unit, unit.name);
   }
   const TableStyle micro{kMicroseconds, {}};
-  EXPECT_EQ(ParseTextTable(RenderBenchmarkTable(Example(), TableFormat::kText, micro)).rows[0][5], "1457");
-  EXPECT_THAT(RenderBenchmarkTable(Example(), TableFormat::kLatex, micro), HasSubstr("Time ($\\mu$s)"));
+  EXPECT_EQ(ParseTextTable(RenderBenchmarkTable(ExampleTable(), TableFormat::kText, micro)).rows[0][5], "1457");
+  EXPECT_THAT(RenderBenchmarkTable(ExampleTable(), TableFormat::kLatex, micro), HasSubstr("Time ($\\mu$s)"));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "table_parsers.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
+#include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
@@ -20,7 +21,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 // A judged file without a judge: the rendering only.
-EvaluationReport Example() {
+EvaluationReport ExampleReport() {
   Evaluation good{};
   good.literal = good.strict = Verdict::kSuccess;
   good.cost = 396.4;
@@ -43,7 +44,7 @@ EvaluationReport Example() {
 }
 
 TEST(EvaluationReport, TextShowsSummaryAndFailures) {
-  const std::string text = RenderEvaluation(Example(), TableFormat::kText);
+  const std::string text = RenderEvaluation(ExampleReport(), TableFormat::kText);
   EXPECT_THAT(text, HasSubstr("s.json: posture, dataset yard, literal rule."));
   EXPECT_THAT(text, HasSubstr("The file holds 2 of the dataset's 2 problems."));
   EXPECT_THAT(
@@ -56,7 +57,7 @@ TEST(EvaluationReport, TextShowsSummaryAndFailures) {
 }
 
 TEST(EvaluationReport, EveryFormatHasTheSameCounts) {
-  const EvaluationReport report = Example();
+  const EvaluationReport report = ExampleReport();
   EXPECT_THAT(RenderEvaluation(report, TableFormat::kMarkdown), HasSubstr("| A | 1/2 | 2 | 396 | 2.00 |"));
   EXPECT_THAT(RenderEvaluation(report, TableFormat::kMarkdown), HasSubstr("2 of the dataset's 2 problems"));
   EXPECT_THAT(RenderEvaluation(report, TableFormat::kLatex), HasSubstr("A & 1/2 & 2 & 396 & 2.00"));
@@ -64,7 +65,7 @@ TEST(EvaluationReport, EveryFormatHasTheSameCounts) {
 }
 
 TEST(EvaluationReport, CsvHoldsTheSummaryUnrounded) {
-  const auto rows = ParseCsv(RenderEvaluation(Example(), TableFormat::kCsv));
+  const auto rows = ParseCsv(RenderEvaluation(ExampleReport(), TableFormat::kCsv));
   ASSERT_EQ(rows.size(), 3U);
   EXPECT_EQ(rows[1],
             (std::vector<std::string>{"A", "2", "1", "396.4", "0.002", "2", "0", "0", "0", "yard", "file", "literal"}));
@@ -72,7 +73,7 @@ TEST(EvaluationReport, CsvHoldsTheSummaryUnrounded) {
 }
 
 TEST(EvaluationReport, JsonHoldsEverySolution) {
-  const auto json = nlohmann::json::parse(RenderEvaluation(Example(), TableFormat::kJson));
+  const auto json = nlohmann::json::parse(RenderEvaluation(ExampleReport(), TableFormat::kJson));
   EXPECT_EQ(json.at("dataset_problems"), 2);
   EXPECT_EQ(json.at("methods")[0].at("solved"), 1);
   EXPECT_EQ(json.at("methods")[1].at("missing"), nlohmann::json({1}));
@@ -280,7 +281,7 @@ TEST_F(SolutionEvaluation, JointsMustBeTheRobotsInItsOrder) {
 }
 
 TEST(EvaluationReport, SampleSolutionIsJudgedAsPublished) {
-  const std::filesystem::path folder = LEGOPT_TEST_DATA_DIR;
+  const std::filesystem::path folder = TestDataFolder();
   if (!std::filesystem::exists(folder / "sample_solution.json")) GTEST_SKIP() << "no shared test data in " << folder;
   SolutionFile file = ReadSolutions(folder / "sample_solution.json");
   file.problems.at(0).solutions.at(0).success = false;
@@ -294,7 +295,7 @@ TEST(EvaluationReport, SampleSolutionIsJudgedAsPublished) {
 }
 
 TEST(EvaluationReport, ForeignDefinitionIsUsedAndReported) {
-  const std::filesystem::path folder = LEGOPT_TEST_DATA_DIR;
+  const std::filesystem::path folder = TestDataFolder();
   if (!std::filesystem::exists(folder / "sample_solution.json")) GTEST_SKIP() << "no shared test data in " << folder;
   SolutionFile file = ReadSolutions(folder / "sample_solution.json");
   file.problems.at(0).definition.stances.at(0).footholds.at(0).position.x() += 0.01;

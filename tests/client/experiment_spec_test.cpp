@@ -16,14 +16,14 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-const DatasetFacts kDataset = {"tiny", std::string(64, 'a'), {{{{{0, 1}, {1, 1}, {7, 1}}, {}}}}};
+const DatasetFacts kTinyDataset = {"tiny", std::string(64, 'a'), {{{{{0, 1}, {1, 1}, {7, 1}}, {}}}}};
 
 Suite SuiteOf(const std::string& text) { return ParseSuite(text, "suite.yaml"); }
 
 TEST(ExperimentSpec, HoldsTheContractsKeys) {
   const auto spec = BuildSpec(
       SuiteOf("name: quick\ntasks: posture\nproblems: [7, 0]\nmethods:\n  - {solver: sqp, multi_starts: [0, 10]}\n"),
-      kDataset);
+      kTinyDataset);
   EXPECT_EQ(spec.at("spec_version"), 1);
   EXPECT_EQ(spec.at("name"), "quick");
   EXPECT_EQ(spec.at("seed"), 1);
@@ -93,7 +93,7 @@ TEST(ExperimentSpec, WallTimesDifferOnlyWhereTasksDo) {
 }
 
 TEST(ExperimentSpec, AllProblemsWhenNoneAreNamed) {
-  const auto spec = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\nrepetitions: 4\n"), kDataset);
+  const auto spec = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\nrepetitions: 4\n"), kTinyDataset);
   EXPECT_EQ(spec.at("tasks")[0].at("problems"), (nlohmann::json{0, 1, 7}));
   EXPECT_EQ(CountJobs(spec), 1 * 2 * 3 * 4);
   EXPECT_EQ(DescribeJobs(spec), "24 jobs: 1 method x 2 initializations x 3 posture problems x 4 repetitions");
@@ -101,7 +101,7 @@ TEST(ExperimentSpec, AllProblemsWhenNoneAreNamed) {
 
 TEST(ExperimentSpec, UnknownProblemIsNamedWithWhatThereIs) {
   try {
-    BuildSpec(SuiteOf("tasks: posture\nproblems: [1, 5]\nmethods: [{solver: sqp}]\n"), kDataset);
+    BuildSpec(SuiteOf("tasks: posture\nproblems: [1, 5]\nmethods: [{solver: sqp}]\n"), kTinyDataset);
     FAIL();
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(),
@@ -110,21 +110,21 @@ TEST(ExperimentSpec, UnknownProblemIsNamedWithWhatThereIs) {
 }
 
 TEST(ExperimentSpec, TaskWithoutProblemsIsRefused) {
-  EXPECT_THROW(BuildSpec(SuiteOf("tasks: motion\nmethods: [{solver: sqp}]\n"), kDataset), InputError);
+  EXPECT_THROW(BuildSpec(SuiteOf("tasks: motion\nmethods: [{solver: sqp}]\n"), kTinyDataset), InputError);
 }
 
 TEST(ExperimentSpec, EqualContentHasEqualIdentity) {
-  const auto spec = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\n"), kDataset);
+  const auto spec = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\n"), kTinyDataset);
   const auto same = BuildSpec(
       SuiteOf("methods:\n  - solver: sqp\n    multi_starts: 0\nproblems: [0-7]\ntasks:\n  - posture\nseed: 1\n"),
-      {"tiny", kDataset.hash, {{{{{0, 1}, {1, 1}, {2, 1}, {3, 1}, {4, 1}, {5, 1}, {6, 1}, {7, 1}}, {}}}}});
+      {"tiny", kTinyDataset.hash, {{{{{0, 1}, {1, 1}, {2, 1}, {3, 1}, {4, 1}, {5, 1}, {6, 1}, {7, 1}}, {}}}}});
   const auto explicit_same = BuildSpec(
       SuiteOf("methods:\n  - solver: sqp\n    multi_starts: 0\nproblems: [7, 0, 1]\ntasks:\n  - posture\nseed: 1\n"),
-      kDataset);
+      kTinyDataset);
   EXPECT_EQ(spec.dump(), explicit_same.dump());
   EXPECT_EQ(ContentSubmissionId(spec), ContentSubmissionId(explicit_same));
   EXPECT_NE(ContentSubmissionId(spec), ContentSubmissionId(same));
-  const auto other_seed = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\nseed: 2\n"), kDataset);
+  const auto other_seed = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\nseed: 2\n"), kTinyDataset);
   EXPECT_NE(ContentSubmissionId(spec), ContentSubmissionId(other_seed));
 }
 
@@ -150,7 +150,7 @@ TEST(ExperimentSpec, TheSubmitterIsTheUserUnlessSaidOtherwise) {
 }
 
 TEST(ExperimentSpec, EachSubmitterHasAnIdentityOfHisOwn) {
-  auto spec = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\n"), kDataset);
+  auto spec = BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\n"), kTinyDataset);
   spec["submitter"] = "ada";
   const std::string of_ada = ContentSubmissionId(spec);
   EXPECT_EQ(ContentSubmissionId(spec), of_ada);

@@ -13,6 +13,7 @@
 #include "legopt/robot/dof_names.h"
 #include "legopt/terms/initial_guess.h"
 #include "test_database.h"
+#include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
@@ -59,7 +60,7 @@ TEST(MethodStrings, OfNothingAreNothing) { EXPECT_TRUE(MethodStrings({}).empty()
 class ExportRoundTrip : public testing::Test {
  protected:
   void SetUp() override {
-    const std::filesystem::path data = LEGOPT_TEST_DATA_DIR;
+    const std::filesystem::path data = TestDataFolder();
     if (!std::filesystem::exists(data / "sample_solution.json")) GTEST_SKIP() << "no shared test data in " << data;
     dataset_ = Dataset::Load(data);
     const auto sample = ReadSolutions(data / "sample_solution.json");
@@ -109,7 +110,7 @@ TEST_F(ExportRoundTrip, GivesTheSameVerdicts) {
 
 // Whole and partly solved motions on the embedded dataset.
 TEST(ExportedMotions, KeepEveryBitAndArePartlyExportedWhenPartlySolved) {
-  const auto dataset = Dataset::Load(LEGOPT_SOURCE_DIR "/data/garage-small");
+  const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   const ProblemDefinition& problem = dataset->problems(Task::kMotion).at(0);
   std::vector<Eigen::VectorXd> whole;
   for (const Stance& stance : problem.stances) {

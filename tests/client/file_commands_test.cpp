@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command_line_fixture.h"
+#include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
@@ -23,7 +24,7 @@ TEST_F(FileCommands, BadSolutionFile) {
 
 // The embedded posture solutions, with one number of problem 3 replaced.
 TEST_F(FileCommands, EvaluateJudgesTheOthersWhenANumberCannotBeRead) {
-  std::ifstream stream(std::filesystem::path(LEGOPT_SOURCE_DIR) / "data/garage-easier/solutions-posture.json");
+  std::ifstream stream(std::filesystem::path(SourceFolder()) / "data/garage-easier/solutions-posture.json");
   auto json = nlohmann::json::parse(stream);
   json["problems"][3]["solution"][0]["x"][0] = "0.1\n1e400";
   const auto result = Run({"evaluate", Write("bad.json", json.dump()), "--format", "json"});
@@ -37,7 +38,7 @@ TEST_F(FileCommands, EvaluateJudgesTheOthersWhenANumberCannotBeRead) {
 }
 
 TEST_F(FileCommands, DatasetInfoAndHashCheck) {
-  const auto folder = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "garage-small";
+  const auto folder = std::filesystem::path(SourceFolder()) / "data" / "garage-small";
   const auto info = Run({"dataset", "info", folder.string(), "--format", "json"});
   ASSERT_EQ(info.exit_code, 0) << info.err;
   EXPECT_EQ(nlohmann::json::parse(info.out)[0].at("hash").get<std::string>().size(), 64U);
@@ -45,7 +46,7 @@ TEST_F(FileCommands, DatasetInfoAndHashCheck) {
 }
 
 TEST_F(FileCommands, DatasetInfoHasTheJointsInTheOrderOfSolutions) {
-  const auto folder = (std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "garage-small").string();
+  const auto folder = (std::filesystem::path(SourceFolder()) / "data" / "garage-small").string();
   const auto joints = nlohmann::json::parse(Run({"dataset", "info", folder, "--format", "json"}).out)[0].at("joints");
   ASSERT_EQ(joints.size(), 29U);
   EXPECT_EQ(joints[0], (nlohmann::json{{"index", 0},
@@ -65,7 +66,7 @@ TEST_F(FileCommands, DatasetInfoHasTheJointsInTheOrderOfSolutions) {
 
 TEST_F(FileCommands, DatasetHashFindsAndMendsAChange) {
   const auto copy = folder_.path() / "copy";
-  std::filesystem::copy(std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "garage-small", copy,
+  std::filesystem::copy(std::filesystem::path(SourceFolder()) / "data" / "garage-small", copy,
                         std::filesystem::copy_options::recursive);
   std::ofstream(copy / "scene.yaml", std::ios::app) << "# one more line\n";
   const auto check = Run({"dataset", "hash", copy.string(), "--check"});

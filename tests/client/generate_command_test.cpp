@@ -6,6 +6,7 @@
 #include "program_run.h"
 #include "programs/exit_codes.h"
 #include "tests/dataset/test_data.h"
+#include "tests/folders.h"
 #include "tests/generate/plain_dataset.h"
 
 namespace legopt::client {
@@ -13,8 +14,6 @@ namespace {
 
 using programs::ExitCode;
 using testing::HasSubstr;
-
-constexpr int kUsage = static_cast<int>(ExitCode::kUsage);
 
 TEST(GenerateCommand, ScenarioRepeatsByteByByteAndNothingIsOverwritten) {
   const test::TemporaryFolder folder;
@@ -38,9 +37,8 @@ TEST(GenerateCommand, ScenarioRepeatsByteByByteAndNothingIsOverwritten) {
 
 TEST(GenerateCommand, AnInterruptionKeepsWhatIsDone) {
   const test::TemporaryFolder folder;
-  const std::vector<std::string> words = {
-      "generate",  "problems", "--from", std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small",
-      "--stances", "2000",     "--out",  "a"};
+  const std::vector<std::string> words = {"generate",  "problems", "--from", SourceFolder() + "/data/garage-small",
+                                          "--stances", "2000",     "--out",  "a"};
   RunningProgram program(BuiltProgram("legopt"), words, folder.path());
   ASSERT_TRUE(program.WaitForError("stances 0 of 2000"));
   ::kill(program.pid(), SIGINT);
@@ -71,9 +69,9 @@ TEST(GenerateCommand, ARefusalAfterTheStancesKeepsThemForFewerPlans) {
 
 TEST(GenerateCommand, CandidatesBecomeADatasetForTheWorkerPool) {
   const test::TemporaryFolder folder;
-  const ProgramResult made = RunLegopt({"generate", "candidates", "--stances", "5", "--from",
-                                        std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small", "--out", "a"},
-                                       folder.path());
+  const ProgramResult made = RunLegopt(
+      {"generate", "candidates", "--stances", "5", "--from", SourceFolder() + "/data/garage-small", "--out", "a"},
+      folder.path());
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const ProgramResult info = RunLegopt({"dataset", "info", "a", "--format", "csv"}, folder.path());
   EXPECT_THAT(info.out, HasSubstr(",5,0,"));  // posture and motion problems
@@ -93,7 +91,7 @@ TEST(GenerateCommand, BadArgumentsAreNamed) {
   EXPECT_THAT(error_of({"generate", "dataset", "--postures", "-3", "--out", "a"}), HasSubstr("--postures"));
   EXPECT_THAT(error_of({"generate", "problems", "--from", "x", "--proven", "y", "--stances", "9", "--out", "a"}),
               HasSubstr("--proven"));
-  const std::string small = std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small";
+  const std::string small = SourceFolder() + "/data/garage-small";
   EXPECT_THAT(error_of({"generate", "problems", "--from", small, "--proven", "y.json", "--out", "a"}),
               HasSubstr("y.json"));
   EXPECT_THAT(error_of({"generate", "problems", "--from", small, "--radius", "0.05", "--out", "a"}),

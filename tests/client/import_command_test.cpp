@@ -11,6 +11,7 @@
 #include "client/report/result_source.h"
 #include "program_run.h"
 #include "programs/exit_codes.h"
+#include "tests/folders.h"
 #include "tests/import/clone_folder.h"
 
 namespace legopt::client {
@@ -23,8 +24,6 @@ using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
-
-constexpr int kUsage = static_cast<int>(ExitCode::kUsage);
 
 ProgramResult Import(const test::CloneFolder& clone, std::vector<std::string> more = {}) {
   std::vector<std::string> words = {"import", clone.path().string(), "--out", "made"};
@@ -91,7 +90,7 @@ TEST(ImportCommand, BadInputIsNamedAndNothingIsLeft) {
 // The embedded small dataset, to be spoilt.
 class SpoiltDataset : public testing::Test {
  protected:
-  SpoiltDataset() { fs::copy(LEGOPT_SOURCE_DIR "/data/garage-small", dataset_); }
+  SpoiltDataset() { fs::copy(SourceFolder() + "/data/garage-small", dataset_); }
   ProgramResult Run(std::vector<std::string> words) const {
     words.push_back(dataset_.string());
     return RunLegopt(words, folder_.path());
@@ -141,7 +140,7 @@ TEST(ImportCommand, AMeshWithHolesIsAFindingAndNoDatasetIsMade) {
 
 /// The commands of a section of docs/datasets.md: indented lines that begin with "legopt", joined at backslashes.
 std::vector<std::vector<std::string>> DocumentedCommands(const std::string& heading) {
-  std::ifstream document(fs::path(LEGOPT_SOURCE_DIR) / "docs" / "datasets.md");
+  std::ifstream document(fs::path(SourceFolder()) / "docs" / "datasets.md");
   std::vector<std::vector<std::string>> commands;
   bool inside = false, joined = false;
   for (std::string line; std::getline(document, line);) {
@@ -167,7 +166,7 @@ TEST(BringYourOwn, TheDocumentedExampleWorksFromFilesToTable) {
   }
   if (!bus::ProbeMulticastRoute(bus::LcmOptions{}.group).usable) GTEST_SKIP() << "no multicast route here";
   const test::TemporaryFolder folder;
-  fs::create_directory_symlink(fs::path(LEGOPT_SOURCE_DIR) / "data", folder.path() / "data");
+  fs::create_directory_symlink(fs::path(SourceFolder()) / "data", folder.path() / "data");
   const auto commands = DocumentedCommands("Your own robot, from files to table");
   ASSERT_GE(commands.size(), 4U);
   std::string out;

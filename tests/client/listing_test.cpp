@@ -13,7 +13,7 @@
 namespace legopt::client {
 namespace {
 
-Listing Example() {
+Listing ExampleListing() {
   Listing listing;
   listing.columns = {"name", "count", "cost"};
   listing.rows = {{"plain", 3, 396.123456789}, {"a,\"b\"\nc", 12, nullptr}};
@@ -21,7 +21,7 @@ Listing Example() {
 }
 
 TEST(Listing, TextAlignsAndRounds) {
-  EXPECT_EQ(RenderListing(Example(), ListingFormat::kText),
+  EXPECT_EQ(RenderListing(ExampleListing(), ListingFormat::kText),
             "name      count     cost\n"
             "plain         3  396.123\n"
             "a,\"b\"\\nc     12        -\n");
@@ -35,12 +35,12 @@ TEST(Listing, MarkdownIsAPipeTable) {
 }
 
 TEST(Listing, CsvQuotesAndKeepsPrecision) {
-  EXPECT_EQ(RenderListing(Example(), ListingFormat::kCsv),
+  EXPECT_EQ(RenderListing(ExampleListing(), ListingFormat::kCsv),
             "name,count,cost\nplain,3,396.123456789\n\"a,\"\"b\"\"\nc\",12,\n");
 }
 
 TEST(Listing, JsonIsAnArrayOfObjects) {
-  const auto json = nlohmann::json::parse(RenderListing(Example(), ListingFormat::kJson));
+  const auto json = nlohmann::json::parse(RenderListing(ExampleListing(), ListingFormat::kJson));
   ASSERT_EQ(json.size(), 2U);
   EXPECT_EQ(json[0].at("cost").get<double>(), 396.123456789);
   EXPECT_TRUE(json[1].at("cost").is_null());
@@ -106,7 +106,7 @@ std::string Narrow(const Listing& listing, std::size_t width) {
 
 TEST(ListingLayout, WideEnoughItIsAsWithoutALimit) {
   EXPECT_EQ(Narrow(Jobs(), 200), RenderListing(Jobs(), ListingFormat::kText));
-  EXPECT_EQ(Narrow(Example(), 24), RenderListing(Example(), ListingFormat::kText));
+  EXPECT_EQ(Narrow(ExampleListing(), 24), RenderListing(ExampleListing(), ListingFormat::kText));
 }
 
 TEST(ListingLayout, GoldenAt100) {
@@ -247,7 +247,9 @@ TEST(KeepColumns, InTheOrderAskedFor) {
   }
 }
 
-TEST(Listing, UnknownColumnIsNamed) { EXPECT_THROW(static_cast<void>(Example().Column("nothing")), std::out_of_range); }
+TEST(Listing, UnknownColumnIsNamed) {
+  EXPECT_THROW(static_cast<void>(ExampleListing().Column("nothing")), std::out_of_range);
+}
 
 }  // namespace
 }  // namespace legopt::client

@@ -15,6 +15,7 @@
 #include "bus/codec.h"
 #include "bus/message_fields.h"
 #include "tests/bus/sample_messages.h"
+#include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
@@ -52,7 +53,7 @@ Names FieldsOfFile(const std::filesystem::path& path) {
 TEST(MessageFields, EveryFileIsListedWithItsFieldsInOrder) {
   const auto listed = ListedMessages(bus::AllMessages());
   std::set<std::string> files;
-  for (const auto& entry : std::filesystem::directory_iterator(LEGOPT_SOURCE_DIR "/lcmtypes")) {
+  for (const auto& entry : std::filesystem::directory_iterator(SourceFolder() + "/lcmtypes")) {
     if (entry.path().extension() != ".lcm") continue;
     const std::string name = entry.path().stem().string();
     files.insert(name);

@@ -15,10 +15,10 @@
 #include <stdexcept>
 #include <thread>
 
+#include "tests/folders.h"
+
 namespace legopt::client {
 namespace {
-
-constexpr int kSignalBase = 128;
 
 void SetEnvironment(const std::map<std::string, std::string>& environment) {
   for (const auto& [name, value] : environment) {
@@ -44,7 +44,7 @@ bool Drain(int* fd, std::string* text) {
 
 }  // namespace
 
-std::filesystem::path BuiltProgram(const std::string& name) { return std::filesystem::path(LEGOPT_BINARY_DIR) / name; }
+std::filesystem::path BuiltProgram(const std::string& name) { return std::filesystem::path(BuildFolder()) / name; }
 
 std::vector<int> ChildrenOf(int parent, const std::string& name) {
   std::vector<int> children;

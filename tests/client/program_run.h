@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "programs/exit_codes.h"
+
 namespace legopt::client {
 
 /// Process ids of the children of `parent` that run the program `name`.
@@ -17,9 +19,12 @@ std::vector<int> WaitForChildren(int parent, const std::string& name);
 /// Blocks until a process that is not our child has ended.
 void WaitForEnd(int pid);
 
+inline constexpr int kUsage = static_cast<int>(ExitCode::kUsage);
+inline constexpr int kSignalBase = 128;  ///< as shells have it
+
 /// What a program did.
 struct ProgramResult {
-  int exit_code = -1;  ///< 128 + signal when one killed it
+  int exit_code = -1;  ///< kSignalBase + signal when one killed it
   std::string out;
   std::string err;
 };

@@ -17,14 +17,14 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-const DatasetFacts kDataset = {"tiny", std::string(64, 'a'), {{{{{0, 1}, {1'000'000, 1}}, {}}}}};
+const DatasetFacts kLongDataset = {"tiny", std::string(64, 'a'), {{{{{0, 1}, {1'000'000, 1}}, {}}}}};
 
 std::string Yaml(const std::string& keys, const std::string& method = "solver: sqp") {
   return "tasks: posture\nproblems: [0]\n" + keys + "\nmethods: [{" + method + "}]\n";
 }
 
 server::ExperimentSpec Accepted(const std::string& yaml) {
-  return server::ParseSpec(BuildSpec(ParseSuite(yaml, "s.yaml"), kDataset).dump());
+  return server::ParseSpec(BuildSpec(ParseSuite(yaml, "s.yaml"), kLongDataset).dump());
 }
 
 std::string Refusal(const std::string& yaml) {

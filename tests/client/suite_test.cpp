@@ -11,6 +11,7 @@
 #include "client/report/paper_table.h"
 #include "legopt/blake2b.h"
 #include "legopt/input_error.h"
+#include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
@@ -266,7 +267,7 @@ TEST(Suite, MissingFileIsNamed) {
 }
 
 TEST(Suite, EmbeddedSuitesAreValid) {
-  const std::filesystem::path folder = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "suites";
+  const std::filesystem::path folder = std::filesystem::path(SourceFolder()) / "data" / "suites";
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() == ".yaml") {
       EXPECT_NO_THROW(ReadSuite(entry.path())) << entry.path();
@@ -292,7 +293,7 @@ TEST(Suite, HashesOfTheEmbeddedMethodsStay) {
       {"table1", 32, "3a0dac187070e3fe557cdb2155f8494732b4b1d7d295e1e7fea4a2d850ed302d"},
   };
   for (const Row& row : rows) {
-    const auto folder = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "suites";
+    const auto folder = std::filesystem::path(SourceFolder()) / "data" / "suites";
     const Suite suite = ReadSuite(folder / (std::string(row.suite) + ".yaml"));
     EXPECT_EQ(suite.methods.size(), row.methods) << row.suite;
     std::string hashes;
@@ -302,7 +303,7 @@ TEST(Suite, HashesOfTheEmbeddedMethodsStay) {
 }
 
 TEST(Suite, TableOneHasThePapersRows) {
-  const std::filesystem::path data = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data";
+  const std::filesystem::path data = std::filesystem::path(SourceFolder()) / "data";
   const auto paper = ReadPaperTable(data / "paper-table1.csv");
   ASSERT_EQ(paper.size(), 16U);
   for (const char* name : {"table1.yaml", "table1-short.yaml"}) {

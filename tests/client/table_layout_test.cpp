@@ -41,7 +41,7 @@ BenchmarkRow RowOf(const std::string& method, std::int64_t starts, std::int64_t 
 }
 
 // Both tasks, both starts.
-BenchmarkTable Example() {
+BenchmarkTable WideTable() {
   BenchmarkTable table;
   table.experiment_id = 1;
   table.experiment = "quick";
@@ -78,7 +78,8 @@ std::vector<std::size_t> WidthsOf(const std::string& text) {
 }
 
 TEST(TableLayout, GoldenAt180) {
-  EXPECT_EQ(Render(Example(), 180), R"(Experiment 1 'quick', dataset garage-easier, literal rule, 324/324 jobs finished
+  EXPECT_EQ(Render(WideTable(), 180),
+            R"(Experiment 1 'quick', dataset garage-easier, literal rule, 324/324 jobs finished
 
                                        | Posture generation, good init | Posture generation, init in collision | Motion generation, good init | Motion generation, init in collision
 Method       Multi-starts  Sample size |   Success    Cost    Time(ms) |      Success      Cost       Time(ms) |   Success   Cost    Time(ms) |     Success      Cost       Time(ms)
@@ -92,7 +93,8 @@ Costs and times are averaged over successfully solved problems, per waypoint.
 }
 
 TEST(TableLayout, GoldenAt120) {
-  EXPECT_EQ(Render(Example(), 120), R"(Experiment 1 'quick', dataset garage-easier, literal rule, 324/324 jobs finished
+  EXPECT_EQ(Render(WideTable(), 120),
+            R"(Experiment 1 'quick', dataset garage-easier, literal rule, 324/324 jobs finished
 
                             |   Posture, good    | Posture, collision |    Motion, good    | Motion, collision
 Method       Starts  Sample | Solved  Cost    ms | Solved  Cost    ms | Solved  Cost    ms | Solved  Cost    ms
@@ -107,7 +109,8 @@ Costs and times are averaged over successfully solved problems, per waypoint.
 }
 
 TEST(TableLayout, GoldenAt100) {
-  EXPECT_EQ(Render(Example(), 100), R"(Experiment 1 'quick', dataset garage-easier, literal rule, 324/324 jobs finished
+  EXPECT_EQ(Render(WideTable(), 100),
+            R"(Experiment 1 'quick', dataset garage-easier, literal rule, 324/324 jobs finished
 
 Posture generation
                                        |        good init        |    init in collision
@@ -130,7 +133,7 @@ Costs and times are averaged over successfully solved problems, per waypoint.
 }
 
 TEST(TableLayout, GoldenAt80) {
-  EXPECT_EQ(Render(Example(), 80), R"(Experiment 1 'quick', dataset garage-easier, literal rule, 324/324 jobs finished
+  EXPECT_EQ(Render(WideTable(), 80), R"(Experiment 1 'quick', dataset garage-easier, literal rule, 324/324 jobs finished
 
 Posture generation
                             |     good init      | init in collision
@@ -154,7 +157,7 @@ Costs and times are averaged over successfully solved problems, per waypoint.
 }
 
 TEST(TableLayout, GoldenAt60) {
-  EXPECT_EQ(Render(Example(), 60), R"(Experiment 1 'quick', dataset garage-easier, literal rule,
+  EXPECT_EQ(Render(WideTable(), 60), R"(Experiment 1 'quick', dataset garage-easier, literal rule,
 324/324 jobs finished
 
 Posture generation, good init
@@ -192,7 +195,7 @@ problems, per waypoint.
 }
 
 TEST(TableLayout, GoldenAt30) {
-  EXPECT_EQ(Render(Example(), 30), R"(Experiment 1 'quick', dataset
+  EXPECT_EQ(Render(WideTable(), 30), R"(Experiment 1 'quick', dataset
 garage-easier, literal rule,
 324/324 jobs finished
 
@@ -257,24 +260,24 @@ problems, per waypoint.
 }
 
 TEST(TableLayout, WithoutALimitItIsTheWidestOne) {
-  EXPECT_EQ(Render(Example(), 0), Render(Example(), 180));
-  EXPECT_EQ(Render(Example(), 0), RenderBenchmarkTable(Example(), TableFormat::kText));
+  EXPECT_EQ(Render(WideTable(), 0), Render(WideTable(), 180));
+  EXPECT_EQ(Render(WideTable(), 0), RenderBenchmarkTable(WideTable(), TableFormat::kText));
 }
 
 TEST(TableLayout, ColourChangesNoWidth) {
   for (const std::size_t width : {0U, 120U, 80U, 60U}) {
-    std::string colored = Render(Example(), width, true);
+    std::string colored = Render(WideTable(), width, true);
     EXPECT_THAT(colored, HasSubstr("\033[1m"));
     for (const char* escape : {"\033[0m", "\033[1m", "\033[2m", "\033[31m"}) {
       for (std::size_t at; (at = colored.find(escape)) != std::string::npos;)
         colored.erase(at, std::string(escape).size());
     }
-    EXPECT_EQ(colored, Render(Example(), width));
+    EXPECT_EQ(colored, Render(WideTable(), width));
   }
 }
 
 TEST(TableLayout, BestIsAmongTheRowsThatSolveMost) {
-  const std::string text = Render(Example(), 0, true);
+  const std::string text = Render(WideTable(), 0, true);
   EXPECT_THAT(text, HasSubstr("\033[1m50/50\033[0m"));
   EXPECT_THAT(text, HasSubstr("\033[1m612\033[0m"));       // of the rows with 50/50
   EXPECT_THAT(text, Not(HasSubstr("\033[1m350\033[0m")));  // cheaper, but of 49 problems
@@ -282,7 +285,7 @@ TEST(TableLayout, BestIsAmongTheRowsThatSolveMost) {
 }
 
 TEST(TableLayout, BrokenJobsAreSeenInEveryLayout) {
-  BenchmarkTable table = Example();
+  BenchmarkTable table = WideTable();
   BenchmarkCell& cell = table.rows[0].cells[kPaperColumns[0]];
   cell.dead = 1;
   cell.failed = 2;
@@ -301,11 +304,11 @@ TEST(TableLayout, BrokenJobsAreSeenInEveryLayout) {
     EXPECT_THAT(Render(table, width), HasSubstr("Behind n: d dead")) << width;
   }
   EXPECT_THAT(Render(table, 0, true), HasSubstr("\033[31m49/50 (1 dead, 2 failed, 3 cancelled, 10 left)\033[0m"));
-  EXPECT_THAT(Render(Example(), 80), Not(HasSubstr("Behind n")));
+  EXPECT_THAT(Render(WideTable(), 80), Not(HasSubstr("Behind n")));
 }
 
 TEST(TableLayout, RowsOfOneNameAreToldApart) {
-  BenchmarkTable table = Example();
+  BenchmarkTable table = WideTable();
   table.rows[2] = table.rows[1];
   table.rows[2].sample_size = 80;
   table.rows.push_back(table.rows[1]);
@@ -326,7 +329,7 @@ TEST(TableLayout, RowsOfOneNameAreToldApart) {
 class RandomTables : public testing::Test {
  protected:
   BenchmarkTable Make() {
-    BenchmarkTable table = Example();
+    BenchmarkTable table = WideTable();
     table.experiment = Name(60);
     table.dataset = Name(60);
     table.columns.clear();

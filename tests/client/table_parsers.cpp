@@ -11,7 +11,7 @@ std::string Trim(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(' ') - first + 1);
 }
 
-std::vector<std::string> Lines(const std::string& text) {
+std::vector<std::string> SplitLines(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream stream(text);
   for (std::string line; std::getline(stream, line);) lines.push_back(line);
@@ -36,7 +36,7 @@ std::string TimeUnitOf(const std::string& heading) {
 ParsedTable ParseTextTable(const std::string& text) {
   ParsedTable table;
   bool in_rows = false;
-  for (const auto& line : Lines(text)) {
+  for (const auto& line : SplitLines(text)) {
     if (line.rfind("Method", 0) == 0) table.time_unit = TimeUnitOf(line);
     if (line.rfind("---", 0) == 0) {
       in_rows = true;
@@ -53,7 +53,7 @@ ParsedTable ParseTextTable(const std::string& text) {
 ParsedTable ParseMarkdownTable(const std::string& text) {
   ParsedTable table;
   int line_number = 0;
-  for (const auto& line : Lines(text)) {
+  for (const auto& line : SplitLines(text)) {
     if (line.empty() || line[0] != '|') continue;
     if (line_number == 0) table.time_unit = TimeUnitOf(line);
     if (++line_number <= 2) continue;
@@ -68,7 +68,7 @@ ParsedTable ParseMarkdownTable(const std::string& text) {
 ParsedTable ParseLatexTable(const std::string& text) {
   ParsedTable table;
   bool in_rows = false;
-  for (const auto& line : Lines(text)) {
+  for (const auto& line : SplitLines(text)) {
     if (line.rfind("Method", 0) == 0) table.time_unit = TimeUnitOf(line);
     if (line == "\\midrule") {
       in_rows = true;

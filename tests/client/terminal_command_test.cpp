@@ -9,6 +9,7 @@
 #include "client/report/text_layout.h"
 #include "terminal_run.h"
 #include "test_database.h"
+#include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
@@ -173,7 +174,7 @@ TEST_F(TerminalCommand, FindingsFitTheWidth) {
   const auto doctor = Run({"doctor"}, size);
   EXPECT_THAT(doctor.out, HasSubstr("versions"));
   EXPECT_THAT(Widths(doctor.out), Each(testing::Le(size.columns))) << doctor.out;
-  const std::string dataset = std::string(LEGOPT_SOURCE_DIR) + "/data/garage-easier";
+  const std::string dataset = SourceFolder() + "/data/garage-easier";
   const auto check = RunInTerminal(BuiltProgram("legopt"), {"dataset", "check", dataset}, folder_.path(), size);
   EXPECT_EQ(check.exit_code, 0) << check.out;
   EXPECT_THAT(check.out, HasSubstr("quaternion order"));

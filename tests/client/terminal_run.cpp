@@ -14,9 +14,7 @@
 namespace legopt::client {
 namespace {
 
-constexpr int kSignalBase = 128;
-
-void SetEnvironment(const std::map<std::string, std::string>& environment) {
+void SetTerminalEnvironment(const std::map<std::string, std::string>& environment) {
   for (const char* name : {"COLUMNS", "LINES", "NO_COLOR", "PAGER", "LEGOPT_PAGER", "LESS"}) ::unsetenv(name);
   ::setenv("TERM", "xterm", 1);
   for (const auto& [name, value] : environment) {
@@ -59,7 +57,7 @@ ProgramResult RunInTerminal(const std::filesystem::path& program, const std::vec
   if (pid < 0) throw std::runtime_error("no terminal");
   if (pid == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    SetEnvironment(environment);
+    SetTerminalEnvironment(environment);
     if (::chdir(folder.c_str()) != 0) ::_exit(99);
     ::execv(argv[0], argv.data());
     ::_exit(99);

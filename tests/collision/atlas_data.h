@@ -14,13 +14,14 @@
 #include "legopt/collision/scene.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"
+#include "tests/folders.h"
 
 namespace legopt::test {
 
 /// Folder of the shared benchmark data: environment LEGOPT_TEST_DATA, else the one known to the build.
 inline std::filesystem::path DataFolder() {
   const char* folder = std::getenv("LEGOPT_TEST_DATA");
-  return folder != nullptr ? folder : LEGOPT_TEST_DATA_DIR;
+  return folder != nullptr ? folder : TestDataFolder();
 }
 
 /// Skips the running test, with a message, when the shared data are not there.

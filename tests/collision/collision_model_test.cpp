@@ -9,6 +9,7 @@
 
 #include "legopt/input_error.h"
 #include "tests/collision/atlas_data.h"
+#include "tests/folders.h"
 
 namespace legopt::test {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 using PairStatus = CollisionModel::PairStatus;
 
 TEST(AtlasModel, LinkPairsAreThoseOfTheReference) {
-  const std::filesystem::path csv = std::filesystem::path(LEGOPT_REFERENCE_DIR) / "atlas-self-pairs.csv";
+  const std::filesystem::path csv = std::filesystem::path(ReferenceFolder()) / "atlas-self-pairs.csv";
   LEGOPT_REQUIRE_FILE(csv);
   LEGOPT_REQUIRE_FILE(DataFolder() / "atlas/atlas.urdf");
   const RobotModel robot = Atlas();

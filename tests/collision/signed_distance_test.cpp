@@ -17,8 +17,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kEverything = 1e9;
-
 PairDistance Distance(const PlacedShape& a, const PlacedShape& b) {
   PairDistance result;
   EXPECT_TRUE(SignedDistance(a.set(), b.set(), kEverything, result));

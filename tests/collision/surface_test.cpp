@@ -24,9 +24,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Triangle = std::array<Vector3d, 3>;
 
-constexpr double kEverything = 1e9;
-
-PairDistance Distance(const PlacedShape& a, const PlacedShape& b) {
+PairDistance DistanceOf(const PlacedShape& a, const PlacedShape& b) {
   PairDistance result;
   EXPECT_TRUE(SignedDistance(a.set(), b.set(), kEverything, result));
   return result;
@@ -107,14 +105,14 @@ TEST(TriangleDistance, IsExactAgainstHullsApartAndPenetrating) {
     const Triangle t = {centre + draw.Vector(size), centre + draw.Vector(size), centre + draw.Vector(size)};
     const PlacedShape a(ConvexShape::FromHull(hull), Isometry3d::Identity());
     const PlacedShape b = Placed(t);
-    const PairDistance d = Distance(a, b);
+    const PairDistance d = DistanceOf(a, b);
     ASSERT_NEAR(d.normal.norm(), 1.0, 1e-12);
     if (d.distance_m <= 0.0) {
       ++overlapping;
       ASSERT_NEAR(-d.distance_m, Depth(hull, t, a.set(), b.set()), 3e-9) << round;
       // Moved along the normal by the depth, the two just touch.
       const PlacedShape moved(ConvexShape::FromHull(hull), Isometry3d(Eigen::Translation3d(-d.distance_m * d.normal)));
-      ASSERT_NEAR(Distance(moved, b).distance_m, 0.0, 1e-8) << round;
+      ASSERT_NEAR(DistanceOf(moved, b).distance_m, 0.0, 1e-8) << round;
     } else {
       ++apart;
       double expected = std::numeric_limits<double>::infinity();
@@ -142,13 +140,13 @@ TEST(TriangleDistance, HasTwoSidesAndNoInside) {
   for (const bool up : {true, false}) {
     const PlacedShape ground = Placed(Ground(up));
     for (const double sign : {1.0, -1.0}) {
-      const PairDistance apart = Distance({Box(0.2, 0.2, 0.2), At(0, 0, 0.3 * sign)}, ground);
+      const PairDistance apart = DistanceOf({Box(0.2, 0.2, 0.2), At(0, 0, 0.3 * sign)}, ground);
       EXPECT_NEAR(apart.distance_m, 0.2, 1e-12);
       EXPECT_LT((apart.normal - sign * Vector3d::UnitZ()).norm(), 1e-9);
-      const PairDistance grazing = Distance({Box(0.2, 0.2, 0.2), At(0, 0, 0.09 * sign)}, ground);
+      const PairDistance grazing = DistanceOf({Box(0.2, 0.2, 0.2), At(0, 0, 0.09 * sign)}, ground);
       EXPECT_NEAR(grazing.distance_m, -0.01, 1e-9);
       EXPECT_LT((grazing.normal - sign * Vector3d::UnitZ()).norm(), 1e-9) << "out on the side of the centre";
-      EXPECT_NEAR(Distance({Box(0.2, 0.2, 0.2), At(0, 0, 50.0 * sign)}, ground).distance_m, 49.9, 1e-9)
+      EXPECT_NEAR(DistanceOf({Box(0.2, 0.2, 0.2), At(0, 0, 50.0 * sign)}, ground).distance_m, 49.9, 1e-9)
           << "nothing is behind it";
     }
   }
@@ -157,7 +155,7 @@ TEST(TriangleDistance, HasTwoSidesAndNoInside) {
 TEST(TriangleDistance, AFootBuriedBy50MillimetresIsPushedDown) {
   constexpr double kHeight = 0.0535;  // of an Atlas foot: docs/readings.md#two-sided-triangles
   const PlacedShape foot(Box(0.26, 0.13, kHeight), At(0, 0, 0.5 * kHeight - 0.05));
-  const PairDistance d = Distance(foot, Placed(Ground(true)));
+  const PairDistance d = DistanceOf(foot, Placed(Ground(true)));
   EXPECT_NEAR(d.distance_m, -0.0035, 1e-9);
   EXPECT_LT((d.normal + Vector3d::UnitZ()).norm(), 1e-9);
 }
@@ -165,11 +163,11 @@ TEST(TriangleDistance, AFootBuriedBy50MillimetresIsPushedDown) {
 TEST(TriangleDistance, TouchingAndCoplanarShapes) {
   const PlacedShape ground = Placed(Ground(true));
   for (const double offset : {0.0, 1e-12, -1e-12, 1e-10, -1e-10}) {
-    EXPECT_NEAR(Distance({Box(1, 1, 1), At(0, 0, 0.5 + offset)}, ground).distance_m, offset, 2e-9);
+    EXPECT_NEAR(DistanceOf({Box(1, 1, 1), At(0, 0, 0.5 + offset)}, ground).distance_m, offset, 2e-9);
   }
   const PlacedShape sliver = Placed({Vector3d(0, 0, 0), Vector3d(1, 0, 0), Vector3d(2, 0, 0)});
-  EXPECT_NEAR(Distance({Box(1, 1, 1), At(1, 0, 0.8)}, sliver).distance_m, 0.3, 1e-12);
-  EXPECT_NEAR(Distance({Box(1, 1, 1), At(1, 0, 0.4)}, sliver).distance_m, -0.1, 1e-9);
+  EXPECT_NEAR(DistanceOf({Box(1, 1, 1), At(1, 0, 0.8)}, sliver).distance_m, 0.3, 1e-12);
+  EXPECT_NEAR(DistanceOf({Box(1, 1, 1), At(1, 0, 0.4)}, sliver).distance_m, -0.1, 1e-9);
 }
 
 /// Box on a base that is all there is.

@@ -10,6 +10,8 @@
 
 namespace legopt::test {
 
+inline constexpr double kEverything = 1e9;  ///< a distance beyond all others
+
 /// A convex shape placed in the world, with the arrays its support set points to.
 class PlacedShape {
  public:

@@ -12,12 +12,13 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"
+#include "tests/folders.h"
 
 namespace legopt {
 
 /// The dataset under test; loaded once per test program.
 inline const std::shared_ptr<const Dataset>& EmbeddedDataset() {
-  static const std::shared_ptr<const Dataset> dataset = Dataset::Load(LEGOPT_SOURCE_DIR "/data/garage-small");
+  static const std::shared_ptr<const Dataset> dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   return dataset;
 }
 

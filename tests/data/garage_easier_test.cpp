@@ -10,17 +10,18 @@
 #include "legopt/evaluate/judge.h"
 #include "legopt/evaluate/solution_file.h"
 #include "programs/data_folder.h"
+#include "tests/folders.h"
 
 namespace legopt {
 namespace {
 
 std::shared_ptr<const Dataset> DefaultDataset() {
-  static const std::shared_ptr<const Dataset> dataset = Dataset::Load(LEGOPT_SOURCE_DIR "/data/garage-easier");
+  static const std::shared_ptr<const Dataset> dataset = Dataset::Load(SourceFolder() + "/data/garage-easier");
   return dataset;
 }
 
 TEST(GarageEasier, IsTheDefault) {
-  EXPECT_TRUE(std::filesystem::equivalent(programs::DefaultDatasetFolder(), LEGOPT_SOURCE_DIR "/data/garage-easier"));
+  EXPECT_TRUE(std::filesystem::equivalent(programs::DefaultDatasetFolder(), SourceFolder() + "/data/garage-easier"));
   EXPECT_EQ(DefaultDataset()->name(), "garage-easier");
 }
 
@@ -39,7 +40,7 @@ TEST(GarageEasier, HasFiftyProblemsOfEachTask) {
 }
 
 TEST(GarageEasier, EveryPostureProblemHasASolutionThatTheJudgeAcceptsByBothRules) {
-  const SolutionFile file = ReadSolutions(LEGOPT_SOURCE_DIR "/data/garage-easier/solutions-posture.json");
+  const SolutionFile file = ReadSolutions(SourceFolder() + "/data/garage-easier/solutions-posture.json");
   Judge judge(DefaultDataset());
   std::set<int> solved;
   for (const SolvedProblem& problem : file.problems) {

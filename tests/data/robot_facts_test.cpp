@@ -11,6 +11,7 @@
 
 #include "legopt/collision/exact_collision.h"
 #include "tests/data/embedded_dataset.h"
+#include "tests/folders.h"
 
 namespace legopt {
 namespace {
@@ -48,7 +49,7 @@ Eigen::Vector3d Vector(const Row& row, const std::string& prefix) {
 class RobotFacts : public ::testing::Test {
  protected:
   void SetUp() override {
-    const std::filesystem::path folder = LEGOPT_REFERENCE_DIR;
+    const std::filesystem::path folder = ReferenceFolder();
     if (!std::filesystem::exists(folder / "atlas-joints.csv")) {
       GTEST_SKIP() << "NOT CHECKED: the tables atlas-joints.csv and atlas-links.csv are not in " << folder;
     }

@@ -9,6 +9,7 @@
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset.h"
 #include "tests/dataset/test_data.h"
+#include "tests/folders.h"
 
 namespace legopt {
 namespace {
@@ -30,7 +31,7 @@ class LegOptDataTest : public testing::Test {
   /// Rows of a reference table whose problem is in the dataset.
   std::vector<std::map<std::string, std::string>> Rows(Task task, const std::string& file) {
     std::vector<std::map<std::string, std::string>> rows;
-    for (auto& row : test::ReadCsv(fs::path(LEGOPT_REFERENCE_DIR) / file)) {
+    for (auto& row : test::ReadCsv(fs::path(ReferenceFolder()) / file)) {
       const int id = std::stoi(row["id"]);
       const auto& problems = dataset_->problems(task);
       if (std::any_of(problems.begin(), problems.end(), [&](const auto& p) { return p.id == id; })) rows.push_back(row);
@@ -61,7 +62,7 @@ TEST_F(LegOptDataTest, FootBoxesOfTheAtlas) {
 
 TEST_F(LegOptDataTest, PostureStatistics) {
   const auto rows = Rows(Task::kPosture, "posture-stats.csv");
-  if (rows.empty()) GTEST_SKIP() << "posture-stats.csv not found in " << LEGOPT_REFERENCE_DIR;
+  if (rows.empty()) GTEST_SKIP() << "posture-stats.csv not found in " << ReferenceFolder();
   EXPECT_EQ(rows.size(), 35u);
   for (auto row : rows) {
     const int id = std::stoi(row["id"]);
@@ -89,7 +90,7 @@ TEST_F(LegOptDataTest, PostureStatistics) {
 
 TEST_F(LegOptDataTest, MotionStatistics) {
   const auto rows = Rows(Task::kMotion, "motion-stats.csv");
-  if (rows.empty()) GTEST_SKIP() << "motion-stats.csv not found in " << LEGOPT_REFERENCE_DIR;
+  if (rows.empty()) GTEST_SKIP() << "motion-stats.csv not found in " << ReferenceFolder();
   EXPECT_EQ(rows.size(), 35u);
   for (auto row : rows) {
     SCOPED_TRACE("motion problem " + row["id"]);

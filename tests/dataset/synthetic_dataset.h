@@ -24,6 +24,9 @@ class SyntheticFolder {
 };
 
 inline constexpr int kSyntheticDofs = 8;
+inline constexpr int kBaseX = kSyntheticDofs;  ///< where the base stands in a state
+inline constexpr int kBaseY = kSyntheticDofs + 1;
+inline constexpr int kQuaternionW = kSyntheticDofs + 3;
 inline constexpr int kLeftHip = 0, kLeftAnkle = 1, kRightHip = 2, kRightAnkle = 3;
 inline constexpr int kLeftShoulder = 4, kRightShoulder = 5, kNeck = 6, kLidar = 7;
 inline constexpr double kSyntheticLeg_m = 0.5;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "legopt/input_error.h"
+#include "tests/folders.h"
 #include "tests/temporary_folder.h"
 
 namespace legopt::test {
@@ -18,7 +19,7 @@ namespace legopt::test {
 /// Folder with the LegOpt data: environment LEGOPT_TEST_DATA, else beside the sources.
 inline std::filesystem::path LegOptFolder() {
   const char* folder = std::getenv("LEGOPT_TEST_DATA");
-  return folder != nullptr ? folder : LEGOPT_TEST_DATA_DIR;
+  return folder != nullptr ? folder : TestDataFolder();
 }
 
 #define LEGOPT_SKIP_WITHOUT_TEST_DATA()                                                                              \

@@ -10,6 +10,7 @@
 #include "db/read_only_database.h"
 #include "db/sqlite_store.h"
 #include "tests/db/store_samples.h"
+#include "tests/folders.h"
 
 namespace legopt::db {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 // The indented lines of a section, without their indentation.
 std::vector<std::string> IndentedLines(const std::string& heading) {
   constexpr std::string_view kIndent = "    ";
-  std::ifstream file(LEGOPT_SOURCE_DIR "/docs/database.md");
+  std::ifstream file(SourceFolder() + "/docs/database.md");
   std::vector<std::string> lines;
   bool inside = false;
   for (std::string line; std::getline(file, line);) {
@@ -124,7 +125,7 @@ TEST_F(DocumentedDatabase, ViewsHaveTheColumnsThatAreListed) {
 }
 
 TEST_F(DocumentedDatabase, TheSchemaVersionIsTheOneThatIsNamed) {
-  std::ifstream file(LEGOPT_SOURCE_DIR "/docs/database.md");
+  std::ifstream file(SourceFolder() + "/docs/database.md");
   const std::string text(std::istreambuf_iterator<char>(file), {});
   EXPECT_NE(text.find("schema's version, now " + std::to_string(SchemaVersion()) + "."), std::string::npos);
 }

@@ -9,11 +9,9 @@
 namespace legopt::db {
 namespace {
 
-using Fault = FaultyVfs::Fault;
-
 // SQLite hands out C function pointers without room for an object, so the state of the one instance stands here.
 struct State {
-  Fault fault = Fault::kNone;
+  FaultyVfs::Fault fault = FaultyVfs::Fault::kNone;
   std::int64_t first = 0, length = 0, calls = 0, faults = 0;
   sqlite3_vfs* real = nullptr;
   sqlite3_vfs vfs{};
@@ -34,21 +32,22 @@ sqlite3_file* Real(sqlite3_file* file) { return Of(file)->real(); }
 // The result code that this call must fail with; SQLITE_OK: it may go on.
 int Strike(bool is_sync, int io_error) {
   State& state = Shared();
-  if (state.fault == Fault::kNone || (state.fault == Fault::kSyncFailed && !is_sync)) return SQLITE_OK;
+  if (state.fault == FaultyVfs::Fault::kNone || (state.fault == FaultyVfs::Fault::kSyncFailed && !is_sync))
+    return SQLITE_OK;
   ++state.calls;
   if (state.calls < state.first || state.calls >= state.first + state.length) return SQLITE_OK;
   ++state.faults;
-  return state.fault == Fault::kFull && !is_sync ? SQLITE_FULL : io_error;
+  return state.fault == FaultyVfs::Fault::kFull && !is_sync ? SQLITE_FULL : io_error;
 }
 
 void DieIfAsked() {
-  if (Shared().fault == Fault::kDie) ::_exit(9);
+  if (Shared().fault == FaultyVfs::Fault::kDie) ::_exit(9);
 }
 
 int Write(sqlite3_file* file, const void* data, int size, sqlite3_int64 offset) {
   const int code = Strike(false, SQLITE_IOERR_WRITE);
   if (code == SQLITE_OK) return Real(file)->pMethods->xWrite(Real(file), data, size, offset);
-  const bool torn = Shared().fault == Fault::kDie || Shared().fault == Fault::kFull;
+  const bool torn = Shared().fault == FaultyVfs::Fault::kDie || Shared().fault == FaultyVfs::Fault::kFull;
   if (torn) Real(file)->pMethods->xWrite(Real(file), data, size / 2, offset);
   DieIfAsked();
   return code;
@@ -115,7 +114,7 @@ int Open(sqlite3_vfs* /*vfs*/, sqlite3_filename name, sqlite3_file* file, int fl
   file->pMethods = nullptr;
   const bool creates = (flags & SQLITE_OPEN_CREATE) != 0 && name != nullptr && ::access(name, F_OK) != 0;
   if (creates) {
-    const int code = Strike(false, state.fault == Fault::kFull ? SQLITE_FULL : SQLITE_IOERR);
+    const int code = Strike(false, state.fault == FaultyVfs::Fault::kFull ? SQLITE_FULL : SQLITE_IOERR);
     if (code != SQLITE_OK) {
       DieIfAsked();
       return code;
@@ -163,7 +162,7 @@ void FaultyVfs::Arm(Fault fault, std::int64_t first, std::int64_t length) {
   state.calls = state.faults = 0;
 }
 
-void FaultyVfs::Disarm() { Arm(Fault::kNone, 0, 0); }
+void FaultyVfs::Disarm() { Arm(FaultyVfs::Fault::kNone, 0, 0); }
 std::int64_t FaultyVfs::calls() const { return Shared().calls; }
 std::int64_t FaultyVfs::faults() const { return Shared().faults; }
 

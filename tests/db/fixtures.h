@@ -6,12 +6,13 @@
 #include <string>
 
 #include "db/connection.h"
+#include "tests/folders.h"
 
 namespace legopt::db {
 
 /// Writes the database of a released schema version, as that release left it on disk, to `path`.
 inline void MakeReleased(int version, const std::filesystem::path& path) {
-  std::ifstream file(LEGOPT_SOURCE_DIR "/tests/db/fixtures/version_" + std::to_string(version) + ".sql");
+  std::ifstream file(SourceFolder() + "/tests/db/fixtures/version_" + std::to_string(version) + ".sql");
   std::ostringstream text;
   text << file.rdbuf();
   Connection connection(path, Connection::Mode::kReadWriteCreate);

@@ -14,12 +14,10 @@
 namespace legopt {
 namespace {
 
+using test::kBaseX;
+using test::kBaseY;
 using test::kLeftShoulder;
-using test::kSyntheticDofs;
-
-constexpr int kBaseX = kSyntheticDofs;
-constexpr int kBaseY = kSyntheticDofs + 1;
-constexpr int kQuaternionW = kSyntheticDofs + 3;
+using test::kQuaternionW;
 
 class InterpolationTest : public testing::Test {
  protected:

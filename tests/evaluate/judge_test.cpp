@@ -24,9 +24,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 constexpr double kGravity = 9.797930195020351;
-constexpr int kBaseX = kSyntheticDofs;
-constexpr int kBaseY = kSyntheticDofs + 1;
-constexpr int kQuaternionW = kSyntheticDofs + 3;
 
 class JudgeTest : public testing::Test {
  protected:

@@ -28,7 +28,7 @@ using std::chrono::seconds;
 
 constexpr int kProblems = 50;
 constexpr int kReplayed = 100;
-constexpr seconds kPatience{4 * 3600};
+constexpr seconds kSolvePatience{4 * 3600};
 constexpr int kNoLimit_s = 3600;  // of a job: a time limit would depend on the load
 
 // Every solver of the registry, with a restart so that random draws are made.
@@ -63,7 +63,7 @@ std::vector<std::string> Solutions(const Deployment& deployment, std::int64_t ex
 
 bool WaitUntilDone(Deployment& deployment, std::int64_t experiment) {
   return deployment.WaitFor(
-      experiment, [](const nlohmann::json& status) { return status.at("state") != "active"; }, kPatience);
+      experiment, [](const nlohmann::json& status) { return status.at("state") != "active"; }, kSolvePatience);
 }
 
 // Keeps as many cores busy as there are, unless others do so already.
@@ -123,7 +123,7 @@ class Runs {
         [&](const nlohmann::json& status) {
           return status.at("state") != "active" || deployment_.Query(at_work).at(0) == std::to_string(workers.size());
         },
-        kPatience);
+        kSolvePatience);
     auto next = Clock::now();
     deployment_.WaitFor(
         experiment,
@@ -135,7 +135,7 @@ class Runs {
           }
           return status.at("state") != "active";
         },
-        kPatience);
+        kSolvePatience);
     return experiment;
   }
   Deployment& deployment() { return deployment_; }

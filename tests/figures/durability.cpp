@@ -18,7 +18,7 @@ using service::Deployment;
 using std::chrono::milliseconds;
 
 constexpr int kKills = 500;
-constexpr int kJobs = 20;
+constexpr int kKilledJobs = 20;
 constexpr int kClients = 4;
 
 // A client that submits one experiment after the other, each again until it is acknowledged.
@@ -43,7 +43,7 @@ class Submitter {
     client::NetworkOptions network;
     network.port = port;
     client::ServerConnection connection(network);
-    const std::string spec = service::StubSpec(kJobs, 0).dump();
+    const std::string spec = service::StubSpec(kKilledJobs, 0).dump();
     for (int number = 0; !stop_;) {
       const std::string id = name_ + " " + std::to_string(number);
       try {
@@ -113,7 +113,7 @@ void MeasureDurability(const Request& request, Findings& findings) {
   const auto whole = deployment.Query(
       "SELECT count(*) FROM (SELECT count(j.job_id) AS jobs FROM experiments LEFT JOIN cells USING (experiment_id) "
       "LEFT JOIN jobs AS j USING (cell_id) GROUP BY experiment_id) WHERE jobs <> " +
-      std::to_string(kJobs));
+      std::to_string(kKilledJobs));
   findings.Promise(whole.at(0) == "0", "every experiment has all its jobs");
   findings.Note(std::to_string(unanswered) + " submissions had to be sent again after no answer in 5 s");
 }

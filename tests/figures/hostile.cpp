@@ -21,7 +21,7 @@ using std::chrono::seconds;
 
 constexpr int kPackets = 1'000'000;
 constexpr int kPerSecond = 5'000;
-constexpr int kJobs = 200;
+constexpr int kAttackedJobs = 200;
 
 class Gun {
  public:
@@ -93,11 +93,11 @@ ServerView ViewOf(Deployment& deployment) {
 void MeasureHostility(const Request& request, Findings& findings) {
   findings.Begin("14");
   const int packets = request.count > 0 ? request.count : kPackets;
-  const int work_ms = packets / kPerSecond * 1000 / kJobs;  // the jobs last as long as the packets, on one slot
+  const int work_ms = packets / kPerSecond * 1000 / kAttackedJobs;  // the jobs last as long as the packets, on one slot
   Deployment deployment;
   deployment.StartServer();
   const auto worker = deployment.StartStubWorker({"--slots", "1"});
-  const std::int64_t experiment = deployment.Submit(service::StubSpec(kJobs, work_ms), "under fire");
+  const std::int64_t experiment = deployment.Submit(service::StubSpec(kAttackedJobs, work_ms), "under fire");
   deployment.WaitForJobs(experiment, 1);
   bus::LcmOptions network;
   network.port = deployment.port();
@@ -111,13 +111,13 @@ void MeasureHostility(const Request& request, Findings& findings) {
       experiment, [](const nlohmann::json& status) { return status.at("state") == "done"; },
       std::chrono::seconds(120 + packets / kPerSecond));
 
-  findings.Promise(done, "all " + std::to_string(kJobs) + " jobs done under " + std::to_string(volley.fired) +
+  findings.Promise(done, "all " + std::to_string(kAttackedJobs) + " jobs done under " + std::to_string(volley.fired) +
                              " packets, " + std::to_string(static_cast<double>(volley.fired) / volley.took_s) +
                              " per second");
   findings.Promise(!deployment.server().Poll() && !worker->Poll(), "server and worker are the same processes");
-  findings.Promise(
-      deployment.Query("SELECT sum(attempts - returned) FROM jobs") == std::vector<std::string>{std::to_string(kJobs)},
-      "no attempt was wasted");
+  findings.Promise(deployment.Query("SELECT sum(attempts - returned) FROM jobs") ==
+                       std::vector<std::string>{std::to_string(kAttackedJobs)},
+                   "no attempt was wasted");
   const ServerView view = ViewOf(deployment);
   const std::uint64_t rejected = view.rejected - at_start.rejected;
   const std::uint64_t lost = view.kernel_drops - at_start.kernel_drops;

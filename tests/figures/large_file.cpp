@@ -16,8 +16,8 @@ using service::Deployment;
 using std::chrono::minutes;
 using std::chrono::seconds;
 
-constexpr int kRows = 100'000;
-constexpr int kOpenJobs = 1000;
+constexpr int kFileRows = 100'000;
+constexpr int kFileOpenJobs = 1000;
 constexpr double kReady_s = 2;
 
 // The slowest start, and the most work that one took: on a loaded machine only that tells.
@@ -34,7 +34,7 @@ struct Starts {
 };
 
 // Seconds of one run of `legopt`, which must succeed.
-double RunClient(const std::vector<std::string>& arguments, const std::string& what, Findings& findings) {
+double TimeClient(const std::vector<std::string>& arguments, const std::string& what, Findings& findings) {
   const auto begin = Clock::now();
   client::ChildProcess program(service::Program("legopt"), arguments, true);
   const auto exit = program.Wait(minutes(10));
@@ -54,10 +54,10 @@ void MeasureRestore(Deployment& deployment, int rows, Findings& findings) {
   findings.Begin("20");
   const std::filesystem::path file = deployment.database();
   const std::filesystem::path copy = deployment.folder() / "copy.sqlite";
-  RunClient({"backup", "--db", file.string(), copy.string()}, "backup of a live file", findings);
+  TimeClient({"backup", "--db", file.string(), copy.string()}, "backup of a live file", findings);
   const auto size_mb = static_cast<double>(std::filesystem::file_size(copy)) / (1 << 20);
   findings.Note("the copy has " + std::to_string(size_mb) + " MiB, " + std::to_string(rows) + " results");
-  RunClient({"doctor", "--db", copy.string(), "--timeout", "1"}, "check of the copy", findings);
+  TimeClient({"doctor", "--db", copy.string(), "--timeout", "1"}, "check of the copy", findings);
   deployment.KillServer();
   const auto begin = Clock::now();
   for (const char* suffix : {"", "-wal", "-shm"}) {
@@ -74,9 +74,9 @@ void MeasureRestore(Deployment& deployment, int rows, Findings& findings) {
 }  // namespace
 
 void MeasureLargeFile(const Request& request, Findings& findings) {
-  const int rows = request.count > 0 ? request.count : kRows;
+  const int rows = request.count > 0 ? request.count : kFileRows;
   constexpr int kStarts = 5;
-  const auto deployment = FilledDeployment(rows, kOpenJobs);
+  const auto deployment = FilledDeployment(rows, kFileOpenJobs);
   findings.Begin("17");
   Starts starts;
   starts.Make(*deployment);

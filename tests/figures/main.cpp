@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/figures/figures.h"
+#include "tests/folders.h"
 #include "tests/service/deployment.h"
 
 namespace legopt::figures {
@@ -27,7 +28,7 @@ const std::map<std::string, Measure>& Measures() {
 
 int Run(int argc, char** argv) {
   Request request;
-  request.dataset = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "garage-small";
+  request.dataset = std::filesystem::path(SourceFolder()) / "data" / "garage-small";
   std::string name;
   bool strict = false;
   std::vector<std::string> names;

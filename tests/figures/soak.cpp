@@ -26,7 +26,7 @@ using std::chrono::seconds;
 constexpr double kEightHours_min = 480;
 constexpr milliseconds kStart = seconds(20);
 constexpr int kWork_ms = 100;
-constexpr int kWorkers = 2;
+constexpr int kSoakWorkers = 2;
 constexpr seconds kRound{10};
 constexpr int kJobsPerRound = 100;  // 10 s of work for 20 s of slots
 constexpr std::size_t kFewSamples = 4;
@@ -94,7 +94,7 @@ class Soak {
     if (!relay_->WaitForLine("ready", kStart)) throw std::runtime_error(relay_->ErrorTail());
     Add("server", "legopt-server", {"--db", (folder_ / "soak.sqlite").string(), "--port", std::to_string(near)});
     if (!watched_[0].program->process().WaitForLine("ready", kStart)) throw std::runtime_error("no server");
-    for (int i = 1; i <= kWorkers; ++i) {
+    for (int i = 1; i <= kSoakWorkers; ++i) {
       Add("worker " + std::to_string(i), "stub_worker",
           {"--slots", "1", "--dataset", "stub-d", "--port", std::to_string(far_)});
     }

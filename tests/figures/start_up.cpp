@@ -27,7 +27,7 @@ constexpr char kUnshare[] = "/usr/bin/unshare";
 constexpr char kOwnNetwork[] = "-n";
 constexpr char kOwnUser[] = "-Urn";
 constexpr double kLimit_s = 1;
-constexpr std::chrono::milliseconds kPatience = seconds(30);
+constexpr std::chrono::milliseconds kStartPatience = seconds(30);
 
 // Something that cannot start: what it is called, its command, and what it must say.
 struct Case {
@@ -41,14 +41,14 @@ struct Case {
 bool Unshares(const std::string& options) {
   if (::access(kUnshare, X_OK) != 0) return false;
   ChildProcess probe(kUnshare, {options, "true"}, true);
-  const auto exit = probe.Wait(kPatience);
+  const auto exit = probe.Wait(kStartPatience);
   return exit && exit->signal == 0 && exit->code == 0;
 }
 
 void MeasureRefusal(const Case& refused, Findings& findings) {
   const auto begin = Clock::now();
   ChildProcess program(refused.command.front(), {refused.command.begin() + 1, refused.command.end()}, true);
-  const auto exit = program.Wait(kPatience);
+  const auto exit = program.Wait(kStartPatience);
   const double took_s = SecondsSince(begin);
   const bool right = exit && exit->signal == 0 && exit->code == static_cast<int>(refused.code);
   const bool named = program.ErrorTail().find(refused.words) != std::string::npos;
@@ -89,7 +89,7 @@ void MeasureSmallBuffer(const std::string& server, const std::string& database, 
       "ip link set lo up && ip route add 239.255.76.67/32 dev lo && exec " + server + " --db " + database;
   ChildProcess program(kUnshare, {kOwnUser, "sh", "-c", script}, true);
   const auto begin = Clock::now();
-  const bool ready = program.WaitForLine("ready", kPatience);
+  const bool ready = program.WaitForLine("ready", kStartPatience);
   const double took_s = SecondsSince(begin);
   program.Stop(seconds(5));
   const bool warned = program.ErrorTail().find("receive buffer of") != std::string::npos;

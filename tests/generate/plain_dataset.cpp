@@ -3,6 +3,7 @@
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset_writer.h"
 #include "tests/dataset/test_data.h"
+#include "tests/folders.h"
 
 namespace legopt::test {
 
@@ -14,7 +15,7 @@ const char kTwoLevels[] =
     "  - {name: deck, shape: box, size: [2.2, 6, 0.6], position: [2.85, 0, 0.3]}\n";
 
 void WritePlainDataset(const std::filesystem::path& folder, const std::string& scene) {
-  const std::filesystem::path embedded = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "garage-small";
+  const std::filesystem::path embedded = std::filesystem::path(SourceFolder()) / "data" / "garage-small";
   const auto source = Dataset::Load(embedded);
   DatasetDescription description = ReadDatasetFile(embedded);
   std::filesystem::create_directories(folder);

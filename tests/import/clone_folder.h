@@ -3,12 +3,13 @@
 #include <filesystem>
 
 #include "tests/dataset/test_data.h"
+#include "tests/folders.h"
 
 namespace legopt::test {
 
 /// A folder of these tests in the source tree: "clone" is laid out like a clone of the original benchmark.
 inline std::filesystem::path ImportTestFile(const std::string& name) {
-  return std::filesystem::path(LEGOPT_SOURCE_DIR) / "tests" / "import" / name;
+  return std::filesystem::path(SourceFolder()) / "tests" / "import" / name;
 }
 
 /// A writable copy of the clone.

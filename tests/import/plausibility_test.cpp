@@ -15,6 +15,7 @@
 #include "programs/isolated_call.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
+#include "tests/folders.h"
 
 namespace legopt {
 namespace {
@@ -121,7 +122,7 @@ TEST_F(Plausibility, JointsWithoutAxisOrRange) {
               AllOf(HasSubstr("neck (0 .. 0)"), HasSubstr("cannot move")));
 }
 
-class ShippedDataset : public testing::TestWithParam<const char*> {};
+class ShippedDataset : public testing::TestWithParam<std::string> {};
 
 TEST_P(ShippedDataset, GetsNoWord) {
   const fs::path folder = GetParam();
@@ -130,16 +131,16 @@ TEST_P(ShippedDataset, GetsNoWord) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Import, ShippedDataset,
-                         testing::Values(LEGOPT_SOURCE_DIR "/data/garage-small",
-                                         LEGOPT_SOURCE_DIR "/data/garage-easier", LEGOPT_TEST_DATA_DIR));
+                         testing::Values(SourceFolder() + "/data/garage-small", SourceFolder() + "/data/garage-easier",
+                                         TestDataFolder()));
 
 // The biped's workshop, its mesh `factor` times as large, as a folder to import.
 fs::path Enlarged(const fs::path& folder, double factor) {
   fs::create_directories(folder);
   for (const char* file : {"robot.urdf", "problemsposture.json", "problemsmotion.json"}) {
-    fs::copy(fs::path(LEGOPT_SOURCE_DIR "/data/biped") / file, folder / file);
+    fs::copy(fs::path(SourceFolder() + "/data/biped") / file, folder / file);
   }
-  std::ifstream source(LEGOPT_SOURCE_DIR "/data/biped/scene.obj");
+  std::ifstream source(SourceFolder() + "/data/biped/scene.obj");
   std::ofstream scene(folder / "scene.obj");
   for (std::string line; std::getline(source, line);) {
     std::istringstream words(line);
@@ -154,7 +155,7 @@ fs::path Enlarged(const fs::path& folder, double factor) {
   return folder;
 }
 
-ImportOptions From(const fs::path& source) {
+ImportOptions FromEnlarged(const fs::path& source) {
   ImportOptions options;
   options.source = source;
   options.name = "enlarged";
@@ -169,7 +170,8 @@ TEST(SceneOfKilometres, TakesNeitherMemoryNorTimeToImport) {
   const ReadLimits limits{.cpu_s = 60, .wall_s = 600, .memory_bytes = std::int64_t{500} << 20};
   std::string words;
   ASSERT_NO_THROW(
-      words = CallIsolated([&] { return Words(ImportDataset(From(source), folder.path() / "out").findings); }, limits));
+      words = CallIsolated([&] { return Words(ImportDataset(FromEnlarged(source), folder.path() / "out").findings); },
+                           limits));
   EXPECT_THAT(words, HasSubstr("units: scene: "));
   EXPECT_THAT(words, HasSubstr("millimetres"));
 }
@@ -179,7 +181,7 @@ TEST(SceneOfKilometres, BeyondWhatTheJudgeTellsApartIsRefused) {
   const fs::path source = Enlarged(folder.path() / "source", 1e5);
   fs::create_directories(folder.path() / "out");
   try {
-    ImportDataset(From(source), folder.path() / "out");
+    ImportDataset(FromEnlarged(source), folder.path() / "out");
     FAIL() << "accepted";
   } catch (const InputError& error) {
     EXPECT_EQ(error.fault().file, (source / "scene.obj").string());

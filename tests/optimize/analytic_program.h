@@ -10,6 +10,10 @@
 
 namespace legopt {
 
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+inline Eigen::VectorXd One(double value) { return Eigen::VectorXd::Constant(1, value); }
+
 /// A small nonlinear program given by functions: a chain of waypoints in R^n, tangent = point.
 class AnalyticProgram : public Program {
  public:
@@ -89,5 +93,10 @@ class AnalyticProgram : public Program {
   Eigen::VectorXd lower_, upper_, x_;
   std::vector<std::unique_ptr<Term>> terms_;
 };
+
+/// One waypoint in a plane, at most `limit` from the origin in each coordinate.
+inline AnalyticProgram Plane(double limit = kInfinity) {
+  return {Eigen::VectorXd::Constant(2, -limit), Eigen::VectorXd::Constant(2, limit)};
+}
 
 }  // namespace legopt

@@ -13,8 +13,6 @@ namespace {
 
 using Eigen::VectorXd;
 
-VectorXd One(double value) { return VectorXd::Constant(1, value); }
-
 /// Two wells, the left one cheaper; SQP from the right ends in the right one.
 void AddTwoWells(AnalyticProgram& program) {
   program.Add(TermKind::kCost, [](const VectorXd& x) { return One(x[0] * x[0] - 1.0); });

@@ -18,14 +18,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kCloseEnough = 0.02;  // first-order methods stop when a step no longer pays
-
-AnalyticProgram Plane(double limit = kInfinity) {
-  return {VectorXd::Constant(2, -limit), VectorXd::Constant(2, limit)};
-}
-
-VectorXd One(double value) { return VectorXd::Constant(1, value); }
 
 struct Variant {
   std::string solver;

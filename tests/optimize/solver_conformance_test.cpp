@@ -23,8 +23,6 @@ using Eigen::Vector2d;
 using Eigen::VectorXd;
 using nlohmann::json;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// How close a solver with all terms must come to a known optimum. A solver without a row of its own gets the last one.
 struct Accuracy {
   const char* word;
@@ -62,7 +60,7 @@ const Accuracy& AccuracyOf(const std::string& word) {
   return *row;
 }
 
-struct Variant {
+struct SolverVariant {
   std::string word;
   int percent = 100;
   bool incremental = false;
@@ -74,14 +72,14 @@ struct Variant {
                              {"options", json::parse(AccuracyOf(word).options)}},
                             "");
   }
-  friend std::ostream& operator<<(std::ostream& out, const Variant& v) {
+  friend std::ostream& operator<<(std::ostream& out, const SolverVariant& v) {
     return out << v.word << (v.percent < 100 ? "Sampled" : "") << (v.incremental ? "Incremental" : "");
   }
 };
 
-std::vector<Variant> Variants() {
+std::vector<SolverVariant> Variants() {
   constexpr int kHalf = 50;
-  std::vector<Variant> variants;
+  std::vector<SolverVariant> variants;
   for (const SolverEntry& entry : SolverRegistry()) {
     variants.push_back({entry.word});
     if (!entry.samples) continue;
@@ -91,8 +89,6 @@ std::vector<Variant> Variants() {
   return variants;
 }
 
-VectorXd One(double value) { return VectorXd::Constant(1, value); }
-
 /// A program of two or more terms with a start and, where there is one, the optimum.
 struct Example {
   const char* name;
@@ -101,7 +97,7 @@ struct Example {
   VectorXd optimum;
 };
 
-std::unique_ptr<AnalyticProgram> Plane(double limit) {
+std::unique_ptr<AnalyticProgram> BoxedPlane(double limit) {
   return std::make_unique<AnalyticProgram>(VectorXd::Constant(2, -limit), VectorXd::Constant(2, limit));
 }
 
@@ -113,26 +109,26 @@ void AddPull(AnalyticProgram& program, const Vector2d& to) {
 }
 
 Example Quadratic() {
-  auto program = Plane(kInfinity);
+  auto program = BoxedPlane(kInfinity);
   AddPull(*program, {0.6, -0.8});
   return {"quadratic", std::move(program), Vector2d(0, 0), Vector2d(0.6, -0.8)};
 }
 
 Example ActiveBound() {
-  auto program = Plane(0.5);
+  auto program = BoxedPlane(0.5);
   AddPull(*program, {1.5, -2});
   return {"active bound", std::move(program), Vector2d(9, 9), Vector2d(0.5, -0.5)};
 }
 
 Example Circle() {
-  auto program = Plane(3);
+  auto program = BoxedPlane(3);
   AddPull(*program, {1.2, 1.6});
   program->Add(TermKind::kEquality, [](const VectorXd& x) { return One(x.squaredNorm() - 1.0); });
   return {"circle", std::move(program), Vector2d(-0.3, 0.8), Vector2d(0.6, 0.8)};
 }
 
 Example ActiveInequality() {
-  auto program = Plane(5);
+  auto program = BoxedPlane(5);
   AddPull(*program, {0, 0});
   program->Add(TermKind::kInequality, [](const VectorXd& x) { return One(1.0 - x[0] * x[1]); });
   return {"active inequality", std::move(program), Vector2d(1.5, 2), Vector2d(1, 1)};
@@ -140,7 +136,7 @@ Example ActiveInequality() {
 
 /// The preference holds at a price, as its weight exceeds the multiplier.
 Example MetPreference() {
-  auto program = Plane(5);
+  auto program = BoxedPlane(5);
   AddPull(*program, {1, 0});
   program->Add(TermKind::kEquality, [](const VectorXd& x) { return One(x.sum() - 1.0); });
   program->AddShaped({"wish", TermKind::kPreference, 0, 1, -1, 10.0},
@@ -150,7 +146,7 @@ Example MetPreference() {
 
 /// An equality forbids what is preferred: the program is feasible all the same.
 Example ForbiddenPreference() {
-  auto program = Plane(5);
+  auto program = BoxedPlane(5);
   AddPull(*program, {0, 0.5});
   program->Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] - 1.0); });
   program->AddShaped({"wish", TermKind::kPreference, 0, 1, -1, 1.0}, [](const VectorXd& x) { return One(x[0] - 0.2); });
@@ -158,7 +154,7 @@ Example ForbiddenPreference() {
 }
 
 Example InactiveInequality() {
-  auto program = Plane(5);
+  auto program = BoxedPlane(5);
   AddPull(*program, {1, 1});
   program->Add(TermKind::kInequality, [](const VectorXd& x) { return One(x.sum() - 5.0); });
   return {"inactive inequality", std::move(program), Vector2d(0, 0), Vector2d(1, 1)};
@@ -167,7 +163,7 @@ Example InactiveInequality() {
 /// A disc that is felt only from nearby, as contacts are.
 Example RowThatComesAndGoes() {
   constexpr double kRange = 0.1;
-  auto program = Plane(5);
+  auto program = BoxedPlane(5);
   AddPull(*program, {0.2, 0});
   program->AddShaped(
       {"disc", TermKind::kInequality},
@@ -203,7 +199,7 @@ std::vector<Example> Solvable() {
 }
 
 Example Infeasible() {
-  auto program = Plane(2);
+  auto program = BoxedPlane(2);
   program->Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0]); });
   program->Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] - 1.0); });
   program->Add(TermKind::kInequality, [](const VectorXd& x) { return One(x[1] - 1.0); });
@@ -212,7 +208,7 @@ Example Infeasible() {
 
 /// More equalities than variables, but compatible ones.
 Example Overdetermined() {
-  auto program = Plane(2);
+  auto program = BoxedPlane(2);
   AddPull(*program, {0, 0});
   program->Add(TermKind::kEquality, [](const VectorXd& x) { return VectorXd(x - Vector2d(0.5, 0.25)); });
   program->Add(TermKind::kEquality, [](const VectorXd& x) { return One(x.sum() - 0.75); });
@@ -220,7 +216,7 @@ Example Overdetermined() {
 }
 
 Example SaddleAtTheStart() {
-  auto program = Plane(2);
+  auto program = BoxedPlane(2);
   AddPull(*program, {0, 0});
   program->Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] * x[1] + 1.0); });
   return {"saddle", std::move(program), Vector2d(0, 0), {}};
@@ -228,13 +224,13 @@ Example SaddleAtTheStart() {
 
 /// Undefined left of 0.2; the cost pulls to the left.
 Example PartlyUndefined() {
-  auto program = Plane(2);
+  auto program = BoxedPlane(2);
   AddPull(*program, {-1, 0});
   program->Add(TermKind::kCost, [](const VectorXd& x) { return One(x[0] < 0.2 ? std::nan("") : 0.1 * x[0]); });
   return {"partly undefined", std::move(program), Vector2d(0.37, 0.5), {}};
 }
 
-class SolverConformance : public ::testing::TestWithParam<Variant> {
+class SolverConformance : public ::testing::TestWithParam<SolverVariant> {
  protected:
   SolverConformance()
       : method_(GetParam().MakeMethod()), accuracy_(AccuracyOf(method_.solver)), solver_(MakeSolver(method_)) {

@@ -15,14 +15,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-AnalyticProgram Plane(double limit = kInfinity) {
-  return {VectorXd::Constant(2, -limit), VectorXd::Constant(2, limit)};
-}
-
-VectorXd One(double value) { return VectorXd::Constant(1, value); }
-
 class SqpOnSmallProblems : public ::testing::TestWithParam<SubproblemMethod> {
  protected:
   SolverResult Solve(AnalyticProgram& program, VectorXd& x, const StopCheck& stop = {}) {

@@ -8,17 +8,18 @@
 #include <sstream>
 
 #include "legopt/robot/kinematics.h"
+#include "tests/folders.h"
 
 namespace legopt {
 namespace {
 
-constexpr double kGravity = 9.797930195020351;
+constexpr double kAtlasGravity = 9.797930195020351;
 constexpr double kDegree = M_PI / 180.0;
 
 class AtlasRegression : public ::testing::Test {
  protected:
   void SetUp() override {
-    const std::string urdf = std::string(LEGOPT_TEST_DATA_DIR) + "/atlas/atlas.urdf";
+    const std::string urdf = TestDataFolder() + "/atlas/atlas.urdf";
     if (!std::filesystem::exists(urdf)) GTEST_SKIP() << "benchmark data not found: " << urdf;
     model_ = std::make_unique<RobotModel>(RobotModel::FromUrdfFile(urdf));
     kinematics_ = std::make_unique<Kinematics>(*model_);
@@ -47,7 +48,7 @@ class AtlasRegression : public ::testing::Test {
 
   double Torque2() {
     Eigen::VectorXd tau(model_->num_dofs());
-    kinematics_->GravityTorques(kGravity, tau);
+    kinematics_->GravityTorques(kAtlasGravity, tau);
     return tau.squaredNorm();
   }
 
@@ -87,7 +88,7 @@ TEST_F(AtlasRegression, NominalConfiguration) {
   EXPECT_NEAR(Torque2(), 529.400, kTorque);
 
   Eigen::VectorXd tau(model_->num_dofs());
-  kinematics_->GravityTorques(kGravity, tau);
+  kinematics_->GravityTorques(kAtlasGravity, tau);
   const auto torque = [&](const char* name) {
     return tau[model_->joints()[static_cast<size_t>(model_->FindJoint(name))].dof];
   };
@@ -130,7 +131,7 @@ TEST_F(AtlasRegression, TreeOrderLimitsAndMass) {
   EXPECT_EQ(model_->joints().size(), 40u);
   EXPECT_NEAR(model_->total_mass(), 90.7776740, 1e-6);
 
-  std::ifstream table(std::string(LEGOPT_REFERENCE_DIR) + "/atlas-joints.csv");
+  std::ifstream table(ReferenceFolder() + "/atlas-joints.csv");
   if (!table) GTEST_SKIP() << "joint table not found";
   std::string line;
   std::getline(table, line);

@@ -75,7 +75,7 @@ TEST(Interpolation, SignAndLengthOfQuaternionsDoNotMatter) {
 
 TEST(Interpolation, DerivativeOfTheTurnMeetsFiniteDifferences) {
   const RobotModel robot = OneJoint();
-  constexpr double kStep = 1e-6;
+  constexpr double kTurnStep = 1e-6;
   for (const double angle : {0.0, 1e-6, 1e-3, 0.4, 1.5, 2.9}) {
     const Eigen::VectorXd ends[2] = {Configuration(0.2, {0, 1, 0}, kStart),
                                      Configuration(0.1, {0, 0, 1}, Turned(angle, {0.3, -1, 2}))};
@@ -87,13 +87,13 @@ TEST(Interpolation, DerivativeOfTheTurnMeetsFiniteDifferences) {
           Eigen::Quaterniond side[2];
           for (int k = 0; k < 2; ++k) {
             Eigen::VectorXd moved[2] = {ends[0], ends[1]};
-            dx[robot.num_dofs() + 3 + axis] = k == 0 ? kStep : -kStep;
+            dx[robot.num_dofs() + 3 + axis] = k == 0 ? kTurnStep : -kTurnStep;
             Retract(robot, ends[end], dx, moved[end]);
             side[k] = Base(At(robot, moved[0], moved[1], s));
           }
           Eigen::Quaterniond turn = side[0] * side[1].conjugate();
           if (turn.w() < 0.0) turn.coeffs() *= -1.0;
-          const Eigen::Vector3d slope = 2.0 * turn.vec() / (2.0 * kStep);
+          const Eigen::Vector3d slope = 2.0 * turn.vec() / (2.0 * kTurnStep);
           EXPECT_LT(((end == 0 ? exact.from : exact.to).col(axis) - slope).norm(), 1e-8) << angle << " " << s;
         }
       }

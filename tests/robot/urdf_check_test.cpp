@@ -16,6 +16,7 @@
 #include "legopt/robot/robot_model.h"
 #include "legopt/robot/urdf_rules.h"
 #include "programs/isolated_call.h"
+#include "tests/folders.h"
 #include "tests/robot/complete_urdf.h"
 
 namespace legopt {
@@ -28,7 +29,7 @@ using tinyxml2::XMLElement;
 
 InputError::Fault FaultOf(const std::string& xml) {
   try {
-    RobotModel::FromUrdfText(xml, "robot.urdf", LEGOPT_SOURCE_DIR "/tests/robot", CallIsolated);
+    RobotModel::FromUrdfText(xml, "robot.urdf", SourceFolder() + "/tests/robot", CallIsolated);
   } catch (const InputError& error) {
     return error.fault();
   }
@@ -411,7 +412,7 @@ void ExpectReadAsByUrdfdom(const std::string& path) {
   }
 }
 
-class SoundRobot : public testing::TestWithParam<const char*> {};
+class SoundRobot : public testing::TestWithParam<std::string> {};
 
 TEST_P(SoundRobot, IsReadAsByUrdfdom) {
   if (!std::filesystem::exists(GetParam())) GTEST_SKIP() << GetParam() << " is not there";
@@ -419,10 +420,10 @@ TEST_P(SoundRobot, IsReadAsByUrdfdom) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Urdf, SoundRobot,
-                         testing::Values(LEGOPT_SOURCE_DIR "/data/garage-small/robot.urdf",
-                                         LEGOPT_SOURCE_DIR "/data/garage-easier/robot.urdf",
-                                         LEGOPT_SOURCE_DIR "/data/biped/robot.urdf",
-                                         LEGOPT_TEST_DATA_DIR "/atlas/atlas.urdf"));
+                         testing::Values(SourceFolder() + "/data/garage-small/robot.urdf",
+                                         SourceFolder() + "/data/garage-easier/robot.urdf",
+                                         SourceFolder() + "/data/biped/robot.urdf",
+                                         TestDataFolder() + "/atlas/atlas.urdf"));
 
 // Each of these took mass or collision geometry from the robot of garage-small, or ended the program.
 struct Edit {
@@ -436,7 +437,7 @@ void PrintTo(const Edit& edit, std::ostream* out) { *out << edit.to; }
 class BrokenLink : public testing::TestWithParam<Edit> {};
 
 TEST_P(BrokenLink, IsAnError) {
-  std::string xml = ReadUrdfFile(LEGOPT_SOURCE_DIR "/data/garage-small/robot.urdf");
+  std::string xml = ReadUrdfFile(SourceFolder() + "/data/garage-small/robot.urdf");
   const std::size_t link = xml.find("<link name=\"pelvis\"");
   ASSERT_NE(link, std::string::npos);
   const std::size_t place = xml.find(GetParam().from, link);

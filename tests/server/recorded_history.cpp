@@ -8,10 +8,12 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "tests/folders.h"
+
 namespace legopt::server {
 
 RecordedHistory ReadHistory(const std::string& file) {
-  std::ifstream in(std::string(LEGOPT_HISTORIES_DIR) + "/" + file);
+  std::ifstream in(SourceFolder() + "/tests/server/histories/" + file);
   std::string line;
   if (!std::getline(in, line)) throw std::runtime_error(file + " cannot be read");
   RecordedHistory history;

@@ -24,6 +24,7 @@
 #include "db/migrations.h"
 #include "db/sqlite_store.h"
 #include "tests/db/store_samples.h"
+#include "tests/folders.h"
 #include "tests/server/sample_spec.h"
 
 namespace legopt::server {
@@ -100,7 +101,7 @@ class ServerProcess : public testing::Test {
   }
 
   std::vector<std::string> Command(const std::filesystem::path& database, int port) const {
-    return {LEGOPT_BINARY_DIR "/legopt-server", "--db", database.string(), "--port", std::to_string(port)};
+    return {BuildFolder() + "/legopt-server", "--db", database.string(), "--port", std::to_string(port)};
   }
 
   void ExpectExit(const std::vector<std::string>& command, int code, const std::string& word) {
@@ -344,7 +345,7 @@ TEST_F(ServerProcess, AnAlteredSchemaIsAnUnusableDatabase) {
 }
 
 TEST_F(ServerProcess, WrongUsageHasItsExitCode) {
-  ExpectExit({LEGOPT_BINARY_DIR "/legopt-server"}, 2, "--db");
+  ExpectExit({BuildFolder() + "/legopt-server"}, 2, "--db");
   std::vector<std::string> command = Command(database_, port_);
   command.insert(command.end(), {"--group", "10.1.2.3"});
   ExpectExit(command, 2, "multicast");

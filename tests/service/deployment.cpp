@@ -6,6 +6,7 @@
 
 #include "bus/lcm_transport.h"
 #include "db/read_only_database.h"
+#include "tests/folders.h"
 
 namespace legopt::service {
 namespace {
@@ -36,7 +37,7 @@ std::string Cell(const db::Value& value) {
 }  // namespace
 
 std::filesystem::path Program(const std::string& name) {
-  const std::filesystem::path build = LEGOPT_BINARY_DIR;
+  const std::filesystem::path build = BuildFolder();
   return std::filesystem::exists(build / name) ? build / name : build / "tests" / name;
 }
 

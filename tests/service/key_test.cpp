@@ -20,7 +20,7 @@ namespace {
 using programs::ExitCode;
 
 constexpr char kKeyVariable[] = "LEGOPT_KEY_FILE";
-constexpr std::chrono::milliseconds kPatience{20'000};
+constexpr std::chrono::milliseconds kEndPatience{20'000};
 
 class KeyTest : public testing::Test {
  protected:
@@ -50,7 +50,7 @@ class KeyTest : public testing::Test {
     std::vector<std::string> all = {"--db", (folder_ / "refused.sqlite").string()};
     all.insert(all.end(), arguments.begin(), arguments.end());
     client::ChildProcess server(Program("legopt-server"), all, true);
-    const auto exit = server.Wait(kPatience);
+    const auto exit = server.Wait(kEndPatience);
     ASSERT_TRUE(exit.has_value());
     EXPECT_EQ(exit->code, StatusOf(ExitCode::kUsage)) << server.ErrorTail();
     EXPECT_NE(server.ErrorTail().find(word), std::string::npos) << server.ErrorTail();
@@ -108,7 +108,7 @@ TEST_F(KeyTest, AWorkerWithAnotherKeyIsToldWhatMayBeWrong) {
   Start();
   UseKey();
   const auto worker = deployment_->StartStubWorker({"--slots", "1", "--wait-server", "0.3"});
-  const auto exit = worker->Wait(kPatience);
+  const auto exit = worker->Wait(kEndPatience);
   ASSERT_TRUE(exit.has_value());
   EXPECT_EQ(exit->code, StatusOf(ExitCode::kUnreachable));
   EXPECT_NE(worker->ErrorTail().find("with the key in " + key_file_), std::string::npos) << worker->ErrorTail();
@@ -126,7 +126,7 @@ TEST_F(KeyTest, NothingLeavesTheHostWithoutAKeyUnlessToldSo) {
   const std::string port = std::to_string(deployment_->port());
   ExpectRefusal({"--ttl", "1", "--port", port}, "--key-file");
   const auto worker = deployment_->StartStubWorker({"--slots", "1", "--ttl", "1"});
-  const auto exit = worker->Wait(kPatience);
+  const auto exit = worker->Wait(kEndPatience);
   ASSERT_TRUE(exit.has_value());
   EXPECT_EQ(exit->code, StatusOf(ExitCode::kUsage)) << worker->ErrorTail();
   client::NetworkOptions network = Network();

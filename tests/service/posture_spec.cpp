@@ -3,10 +3,11 @@
 #include "client/suite/experiment_spec.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/methods/method.h"
+#include "tests/folders.h"
 
 namespace legopt::service {
 
-std::filesystem::path DefaultDataset() { return std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "garage-small"; }
+std::filesystem::path DefaultDataset() { return std::filesystem::path(SourceFolder()) / "data" / "garage-small"; }
 
 nlohmann::json PostureSpec(int repetitions) {
   Method method;

@@ -16,7 +16,7 @@ namespace {
 constexpr bus::EndpointId kClient = 77;
 constexpr std::uint64_t kSeed = 1;
 constexpr int kMostProblems = 1000;
-constexpr double kWallLimit_s = 60;
+constexpr double kFleetWallLimit_s = 60;
 constexpr std::int64_t kLooks = 100;
 
 std::chrono::nanoseconds ThreadCpu() {
@@ -29,7 +29,7 @@ std::chrono::nanoseconds ThreadCpu() {
 std::string SpecOf(const std::string& name, std::int64_t jobs) {
   std::int64_t problems = std::min<std::int64_t>(jobs, kMostProblems);
   while (jobs % problems != 0) --problems;
-  auto spec = nlohmann::json::parse(ExperimentText(name, static_cast<int>(problems), kWallLimit_s, false));
+  auto spec = nlohmann::json::parse(ExperimentText(name, static_cast<int>(problems), kFleetWallLimit_s, false));
   spec["repetitions"] = jobs / problems;
   return spec.dump();
 }

@@ -7,6 +7,7 @@
 #include "legopt/terms/task_program.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
+#include "tests/folders.h"
 
 namespace legopt {
 namespace {
@@ -44,7 +45,7 @@ class Motion : public ::testing::Test {
 };
 
 TEST(EmbeddedMotions, AreSolvedAndJudged) {
-  const auto dataset = Dataset::Load(std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small");
+  const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   ProblemSolver solver(dataset);
   Judge judge(dataset);
   const ProblemDefinition& problem = dataset->problems(Task::kMotion).front();

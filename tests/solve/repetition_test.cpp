@@ -8,6 +8,7 @@
 #include "legopt/methods/registry.h"
 #include "legopt/solve/problem_solver.h"
 #include "tests/dataset/test_data.h"
+#include "tests/folders.h"
 
 namespace legopt {
 namespace {
@@ -54,7 +55,7 @@ class Repetition : public ::testing::TestWithParam<Variant> {
 };
 
 TEST_P(Repetition, SameJobSameBits) {
-  const auto dataset = Dataset::Load(std::string(LEGOPT_SOURCE_DIR) + "/data/garage-small");
+  const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   for (const char* collision : {"solid", "surface"}) {
     const Method method = GetParam().Make(collision);
     ProblemSolver used(dataset);

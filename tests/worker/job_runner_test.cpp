@@ -9,13 +9,14 @@
 #include <nlohmann/json.hpp>
 
 #include "legopt/input_error.h"
+#include "tests/folders.h"
 #include "tests/worker/sample_messages.h"
 #include "worker/solve_executor.h"
 
 namespace legopt::worker {
 namespace {
 
-const std::filesystem::path kDataset = std::filesystem::path(LEGOPT_SOURCE_DIR) / "data" / "garage-small";
+const std::filesystem::path kDataset = std::filesystem::path(SourceFolder()) / "data" / "garage-small";
 
 class JobRunnerTest : public testing::Test {
  protected:

@@ -14,12 +14,6 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-PoolOptions WithSlots(int slots) {
-  PoolOptions options;
-  options.slots = slots;
-  return options;
-}
-
 PoolOptions WithDrain(microseconds drain) {
   PoolOptions options;
   options.drain = drain;

@@ -12,6 +12,12 @@
 
 namespace legopt::worker {
 
+inline PoolOptions WithSlots(int slots) {
+  PoolOptions options;
+  options.slots = slots;
+  return options;
+}
+
 /// A Pool in virtual time: collects its actions and plays server and job processes on request.
 class PoolHarness {
  public:

@@ -13,12 +13,6 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-PoolOptions WithSlots(int slots) {
-  PoolOptions options;
-  options.slots = slots;
-  return options;
-}
-
 TEST(PoolRegistrationTest, SaysHelloWhileItLoadsAndAgainWithItsDatasets) {
   PoolHarness harness(WithSlots(2));
   EXPECT_EQ(harness.Take<StartChild>().size(), 2U);

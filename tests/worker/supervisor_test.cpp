@@ -15,6 +15,7 @@
 #include <sstream>
 
 #include "programs/exit_codes.h"
+#include "tests/folders.h"
 #include "tests/worker/played_server.h"
 
 namespace legopt::worker {
@@ -29,13 +30,15 @@ constexpr bool kSanitized = true;
 constexpr bool kSanitized = false;
 #endif
 
+std::string MisbehavingProcess() { return BuildFolder() + "/tests/misbehaving_process"; }
+
 class SupervisorTest : public testing::Test {
  protected:
   // Works until all queued jobs have a result (or the worker gives up); returns its exit status.
   ExitCode Run(int slots = 1, const std::string& start = "ok") {
     SupervisorOptions options;
     options.pool = TestPoolOptions(slots);
-    options.child_command = {MISBEHAVING_PROCESS, std::to_string(getpid()), start};
+    options.child_command = {MisbehavingProcess(), std::to_string(getpid()), start};
     spdlog::logger logger("test", std::make_shared<spdlog::sinks::ostream_sink_st>(log_));
     return Supervisor(server_, options, logger).Run();
   }
@@ -211,7 +214,7 @@ TEST_F(SupervisorTest, SignalsDrainThenKill) {
   SupervisorOptions options;
   options.pool = TestPoolOptions(1);
   options.pool.kill_limit = seconds(60);
-  options.child_command = {MISBEHAVING_PROCESS, std::to_string(getpid()), "ok"};
+  options.child_command = {MisbehavingProcess(), std::to_string(getpid()), "ok"};
   spdlog::logger logger("test", std::make_shared<spdlog::sinks::ostream_sink_st>(log_));
   Supervisor supervisor(server_, options, logger);
   const auto take_order = [&] {
@@ -234,10 +237,11 @@ TEST_F(SupervisorTest, SignalsDrainThenKill) {
 TEST(OrphanTest, NoJobProcessOutlivesItsKilledSupervisor) {
   std::array<int, 2> out{};
   ASSERT_EQ(pipe(out.data()), 0);
+  const std::string program = MisbehavingProcess();
   const pid_t supervisor = fork();
   if (supervisor == 0) {
     dup2(out[1], STDOUT_FILENO);
-    execl(MISBEHAVING_PROCESS, MISBEHAVING_PROCESS, "supervise", static_cast<char*>(nullptr));
+    execl(program.c_str(), program.c_str(), "supervise", static_cast<char*>(nullptr));
     _exit(127);
   }
   close(out[1]);
