@@ -19,7 +19,7 @@ std::vector<int> WaitForChildren(int parent, const std::string& name);
 /// Blocks until a process that is not our child has ended.
 void WaitForEnd(int pid);
 
-inline constexpr int kUsage = static_cast<int>(ExitCode::kUsage);
+inline constexpr int kUsage = static_cast<int>(programs::ExitCode::kUsage);
 inline constexpr int kSignalBase = 128;  ///< as shells have it
 
 /// What a program did.
