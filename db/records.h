@@ -30,7 +30,7 @@ struct ExperimentControl {
   std::string reason;                  ///< not empty exactly when held
   int priority = 0;                    ///< larger: its jobs are leased before others'
   BuildRule builds = BuildRule::kOne;  ///< as submitted, until somebody lets any build finish it
-  std::string build_id;                ///< of the worker that took the first job; empty: nobody has
+  std::string build_id = {};           ///< of the worker that took the first job; empty: nobody has
 
   bool operator==(const ExperimentControl&) const = default;
 };

@@ -16,7 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-bool Any(const std::string&) { return true; }
+bool Any(std::int64_t) { return true; }
 
 // One slot that works off what is served: each job uses what its experiment's jobs use, and was expected to.
 class Accounts : public testing::Test {
@@ -123,7 +123,7 @@ TEST_F(Accounts, WhoWasAloneOwesNothingForIt) {
 TEST_F(Accounts, WaitingForWhatNobodyHasChangesNothingForOthers) {
   Add(1, "a", 10, 0, "rare");
   Add(2, "b", 10, 0, "rare");
-  const auto common = [](const std::string& dataset) { return dataset == "d"; };
+  const auto common = [](std::int64_t id) { return id > 2; };  // what has the other dataset is not accepted
   const auto serve = [&](int count) {
     std::map<std::int64_t, int> served;
     for (int i = 0; i < count; ++i) {
@@ -147,13 +147,13 @@ TEST_F(Accounts, WaitingForWhatNobodyHasChangesNothingForOthers) {
 TEST_F(Accounts, PassedOverForItsDatasetItKeepsItsPlace) {
   Add(1, "a", 10, 0, "rare");
   Add(2, "b", 10);
-  const auto common = [](const std::string& dataset) { return dataset == "d"; };
+  const auto common = [](std::int64_t id) { return id != 1; };
   for (int i = 0; i < 100; ++i) {
     ASSERT_EQ(shares_.First(common), 2);
     shares_.Begin(2, 10);
     shares_.End(2, 10, 10);
   }
-  EXPECT_EQ(shares_.First([](const std::string&) { return false; }), std::nullopt);
+  EXPECT_EQ(shares_.First([](std::int64_t) { return false; }), std::nullopt);
   Add(3, "c", 10);  // begins beside 2, with which it competes, not beside 1
   for (int i = 0; i < 100; ++i) EXPECT_EQ(Serve(), 1);
   ServeUntil(300);

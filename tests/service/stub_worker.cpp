@@ -10,7 +10,9 @@ namespace {
 // One build for all stubs; LEGOPT_STUB_BUILD in the environment makes another.
 legopt::programs::BuildFacts Build() {
   const char* other = std::getenv("LEGOPT_STUB_BUILD");
-  return {.version = other == nullptr ? "stub" : other};
+  legopt::programs::BuildFacts build;
+  build.version = other == nullptr ? "stub" : other;
+  return build;
 }
 
 }  // namespace
