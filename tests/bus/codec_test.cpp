@@ -228,7 +228,7 @@ TEST(Ranges, ControlRequestsHoldWhatTheirActionNeeds) {
   }
   EXPECT_EQ(fault(ControlAction::kPriority, "", 1000), "");
   EXPECT_NE(fault(ControlAction::kRetryTimeLimits, "", 1), "");
-  for (const int action : {-1, 11}) EXPECT_NE(fault_of_number(action, ""), "") << action;
+  for (const int action : {-1, int{kNumWords<ControlAction>}}) EXPECT_NE(fault_of_number(action, ""), "") << action;
 }
 
 // What is refused is told in these words: people read them, and other workers' authors search for them.
@@ -300,9 +300,9 @@ TEST(Encode, RefusesAnIllegalMessageByName) {
 }
 
 TEST(Decode, AHugeCountInASmallMessageCostsNothing) {
-  // num_leases follows worker_id and server_instance.
+  // num_leases follows worker_id, server_instance and load.
   std::string bytes = Encode(Sample<legopt_msg::heartbeat_request>());
-  constexpr std::size_t kCount = 8 + 8 + 8;
+  constexpr std::size_t kCount = 8 + 8 + 8 + 8;
   bytes[kCount] = 0x7F;
   EXPECT_FALSE(Decode<legopt_msg::heartbeat_request>(bytes).has_value());
 }
