@@ -21,7 +21,7 @@ struct ConvexData {
 };
 
 void FillBounds(const Eigen::AlignedBox3d& box, double* bounds) {
-  for (int axis = 0; axis < 3; ++axis) {
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
     bounds[2 * axis] = box.min()[axis];
     bounds[2 * axis + 1] = box.max()[axis];
   }
