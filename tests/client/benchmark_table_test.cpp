@@ -238,7 +238,7 @@ TEST(BenchmarkTable, CsvHasTheSameColumnsForEveryExperiment) {
   const auto titles = ParseCsv(RenderBenchmarkTable(ExampleTable(), TableFormat::kCsv))[0];
   EXPECT_EQ(ParseCsv(RenderBenchmarkTable(other, TableFormat::kCsv))[0], titles);
   EXPECT_EQ(ParseCsv(RenderBenchmarkTable(BenchmarkTable(), TableFormat::kCsv))[0], titles);
-  EXPECT_EQ(titles.size(), 8U + 4 * 10);
+  EXPECT_EQ(titles.size(), 8U + 4 * 10 + 1);
   const auto row = CsvRows(RenderBenchmarkTable(ExampleTable(), TableFormat::kCsv))[1];
   EXPECT_EQ(row.at("collision"), "solid");
   EXPECT_EQ(row.at("motion_in_collision_n"), "");

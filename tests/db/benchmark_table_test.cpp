@@ -150,38 +150,48 @@ TEST_F(BenchmarkTable, CellsThatAnExperimentLacksAreNull) {
 TEST_F(BenchmarkTable, JobListNamesEverything) {
   Finish(2, Verdict::kSuccess, Verdict::kSuccess, 500, 3'000, 1);
   const QueryResult jobs = Query("SELECT * FROM job_list WHERE job_id = 2");
-  EXPECT_EQ(jobs.columns, (std::vector<std::string>{"job_id",
-                                                    "experiment_id",
-                                                    "method",
-                                                    "multi_starts",
-                                                    "sample_size",
-                                                    "incremental",
-                                                    "collision",
-                                                    "task",
-                                                    "initialization",
-                                                    "problem_id",
-                                                    "repetition",
-                                                    "state",
-                                                    "attempts",
-                                                    "solver_status",
-                                                    "verdict_literal",
-                                                    "verdict_strict",
-                                                    "windows_solved",
-                                                    "windows",
-                                                    "cost",
-                                                    "time_s",
-                                                    "wall_us",
-                                                    "cpu_us",
-                                                    "interpolation_environment_depth_m",
-                                                    "interpolation_self_depth_m",
-                                                    "interpolation_free_share",
-                                                    "worker"}));
-  EXPECT_EQ(
-      jobs.rows.at(0),
-      (Row{Int(2),          Int(1),          Text("SQP"), Int(10), Int(100),     Int(0), Text("surface"),
-           Text("posture"), Text("good"),    Int(5),      Int(0),  Text("done"), Int(1), Text("converged_feasible"),
-           Text("success"), Text("success"), kNull,       kNull,   500.0,        0.003,  Int(3'000),
-           Int(1'900),      kNull,           kNull,       kNull,   Text("w1")}));
+  std::string columns;
+  for (const std::string& column : jobs.columns) columns += column + " ";
+  EXPECT_EQ(columns,
+            "job_id experiment_id method multi_starts sample_size incremental collision task initialization problem_id "
+            "repetition state attempts solver_status verdict_literal verdict_strict windows_solved windows cost time_s "
+            "wall_us cpu_us iterations restarts starts term_evaluations collision_queries "
+            "interpolation_environment_depth_m interpolation_self_depth_m interpolation_free_share worker hostname "
+            "processor build_id ");
+  EXPECT_EQ(jobs.rows.at(0), (Row{Int(2),
+                                  Int(1),
+                                  Text("SQP"),
+                                  Int(10),
+                                  Int(100),
+                                  Int(0),
+                                  Text("surface"),
+                                  Text("posture"),
+                                  Text("good"),
+                                  Int(5),
+                                  Int(0),
+                                  Text("done"),
+                                  Int(1),
+                                  Text("converged_feasible"),
+                                  Text("success"),
+                                  Text("success"),
+                                  kNull,
+                                  kNull,
+                                  500.0,
+                                  0.003,
+                                  Int(3'000),
+                                  Int(1'900),
+                                  Int(12),
+                                  Int(0),
+                                  kNull,
+                                  kNull,
+                                  kNull,
+                                  kNull,
+                                  kNull,
+                                  kNull,
+                                  Text("w1"),
+                                  Text("host"),
+                                  Text("some processor"),
+                                  Text("0123456789ab")}));
   EXPECT_EQ(Query("SELECT * FROM job_list").rows.size(), 12U);
 }
 

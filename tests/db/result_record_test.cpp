@@ -97,7 +97,8 @@ TEST_F(ResultColumns, AreNullWhereThereIsNothing) {
   });
   EXPECT_EQ(null, (std::set<std::string>{"solver_cost", "failed_waypoint", "windows", "windows_solved",
                                          "interpolation_environment_depth_m", "interpolation_self_depth_m",
-                                         "interpolation_free_share", "history_json"}));
+                                         "interpolation_free_share", "history_json", "starts", "term_evaluations",
+                                         "collision_queries"}));
 }
 
 TEST_F(ResultColumns, AreKeptOfALateResult) {
@@ -123,8 +124,9 @@ TEST_F(ResultColumns, AreKeptOfALateResult) {
 // What programs read from `legopt show JOB --format json`, in its order.
 TEST_F(ResultColumns, AreShownInTheirOrder) {
   EXPECT_EQ(ShownResultColumns(),
-            "solver_status, iterations, restarts, solver_cost, solver_violation, verdict_literal, verdict_strict, "
-            "verdict_detail, failed_waypoint, num_waypoints, cost, time_s, wall_us, cpu_us, "
+            "solver_status, iterations, restarts, starts, term_evaluations, collision_queries, solver_cost, "
+            "solver_violation, verdict_literal, verdict_strict, verdict_detail, failed_waypoint, num_waypoints, cost, "
+            "time_s, wall_us, cpu_us, "
             "involuntary_context_switches, peak_memory_bytes, foot_violation, com_violation_m, limit_violation, "
             "environment_depth_m, self_depth_literal_m, self_depth_strict_m, windows, windows_solved, "
             "interpolation_environment_depth_m, interpolation_self_depth_m, interpolation_free_share, attempt, "

@@ -447,15 +447,17 @@ TEST_F(SchedulerTest, StatusHasTheDocumentedKeys) {
   const auto status = StatusJson(*scheduler_, 0, now_);
   EXPECT_EQ(keys(status), "experiments server workers ");
   const auto& experiment = status["experiments"].at(0);
-  EXPECT_EQ(
-      keys(experiment),
-      "dataset elapsed_s eta_s finished_at_us hold hold_reason id jobs methods name priority running share solved "
-      "spec_hash state submitted_at_us submitter tags waiting_for worked_s ");
+  EXPECT_EQ(keys(experiment),
+            "build_id builds dataset elapsed_s eta_s finished_at_us hold hold_reason id jobs methods name priority "
+            "running share solved "
+            "spec_hash state submitted_at_us submitter tags waiting_for worked_s ");
   const auto alone = StatusJson(*scheduler_, 1, now_)["experiments"].at(0);
   EXPECT_EQ(keys(alone["kinds"].at(0)), "initialization method queued s_per_waypoint task ");
   EXPECT_EQ(keys(experiment["jobs"]), "cancelled dead done failed leased queued total ");
   EXPECT_EQ(keys(experiment["running"].at(0)), "job progress_done progress_total task worker ");
-  EXPECT_EQ(keys(status["workers"].at(0)), "build datasets hostname id leases name online pid silent_s slots ");
+  EXPECT_EQ(keys(status["workers"].at(0)),
+            "build build_id datasets hostname id leases load memory_bytes name online pid processor processors "
+            "silent_s slots ");
   EXPECT_EQ(keys(status["server"]),
             "leased queued scheduler store_error ");  // the server adds store_error and transport
 }
