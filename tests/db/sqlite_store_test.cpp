@@ -139,7 +139,8 @@ TEST_F(SqliteStoreFile, ResultsOfVersion2GetTheNewColumns) {
         HashOf('e') +
         "', 1, NULL);"
         "INSERT INTO cells VALUES (1, 1, 1, 'motion', 'good', 1);"
-        "INSERT INTO workers VALUES (1, 7, 'w', 'h', 1, 1, 'b', 1, 1);"
+        "INSERT INTO workers (worker_id, endpoint, name, hostname, pid, slots, build, first_seen_at_us, "
+        "last_seen_at_us) VALUES (1, 7, 'w', 'h', 1, 1, 'b', 1, 1);"
         "INSERT INTO jobs VALUES (1, 1, 1, 0, 'leased', 1, 0, 3);"
         "INSERT INTO attempts (job_id, attempt, worker_id, token, leased_at_us) VALUES (1, 1, 1, 5, 1);"
         "INSERT INTO results (job_id, cell_id, attempt, solver_status, iterations, restarts, wall_us, cpu_us, "

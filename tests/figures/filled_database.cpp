@@ -11,7 +11,9 @@ void FillResults(const std::filesystem::path& file, int results) {
   connection.Execute("PRAGMA synchronous = OFF");
   db::Transaction transaction(connection);
   const std::string some = " WHERE job_id <= " + std::to_string(results);
-  connection.Execute("INSERT INTO workers VALUES (1, 2, 'w', 'host', 1, 1, '', 0, 0)");
+  connection.Execute(
+      "INSERT INTO workers (worker_id, endpoint, name, hostname, pid, slots, build, first_seen_at_us, last_seen_at_us) "
+      "VALUES (1, 2, 'w', 'host', 1, 1, '', 0, 0)");
   connection.Execute("UPDATE jobs SET state = 'leased', attempts = 1" + some);
   connection.Execute(
       "INSERT INTO attempts (job_id, attempt, worker_id, token, leased_at_us) SELECT job_id, 1, 1, job_id, 0 FROM "
