@@ -66,7 +66,8 @@ const std::filesystem::path& MillionResults() {
     Transaction transaction(connection);
     connection.Execute(R"sql(
       INSERT INTO datasets VALUES (1, 'garage', printf('%064x', 1));
-      INSERT INTO workers (worker_id, endpoint, name, hostname, pid, slots, build, first_seen_at_us, last_seen_at_us) VALUES (1, 2, 'w', 'host', 1, 1, '', 0, 0);
+      INSERT INTO workers (worker_id, endpoint, name, hostname, pid, slots, build, first_seen_at_us, last_seen_at_us)
+        VALUES (1, 2, 'w', 'host', 1, 1, '', 0, 0);
       WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 16)
         INSERT INTO methods SELECT i, 'method ' || i, printf('%064x', i), '{}', 0, 100, 0, 'solid' FROM n;
       WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i < 31249)
