@@ -24,8 +24,8 @@ class MemoryStore : public Store {
   void FailWith(std::optional<StoreErrorCode> code) { fault_ = code; }
 
   struct Accepted {
-    std::int64_t job_id;
-    int attempt;
+    std::int64_t job_id = 0;
+    int attempt = 0;
     ResultRecord result;
   };
   std::optional<Accepted> accepted_result(std::int64_t job_id) const;

@@ -36,7 +36,7 @@ template <class Message>
 struct Sampler {
   const Message& message;  // as far as it is filled: limits may depend on other fields
   std::string_view name;
-  int number;
+  int number = 0;
 
   std::int64_t Within(std::int64_t low, std::int64_t high) const { return high - low < number ? high : low + number; }
   std::string Named(std::int64_t most) const {
