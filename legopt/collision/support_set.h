@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 namespace legopt {
 
@@ -42,17 +43,23 @@ struct SupportSet {
 
  private:
   using Lane = double __attribute__((vector_size(8 * kLanes)));
-  using LooseLane = double __attribute__((vector_size(8 * kLanes), aligned(8), may_alias));
   using Index = std::int64_t __attribute__((vector_size(8 * kLanes)));
 
   /// Two chains of compare-and-blend over lanes; ties go to the smaller index of the smaller lane.
   int FarthestIndex(const Eigen::Vector3d& d) const {
-    const auto load = [](const double* p) -> const LooseLane& { return *reinterpret_cast<const LooseLane*>(p); };
     const double dx = d.x();
     const double dy = d.y();
     const double dz = d.z();
-    // Out by reference: returning a lane would tie the build to one vector width.
-    const auto dot = [&](int i, Lane& out) { out = load(x + i) * dx + load(y + i) * dy + load(z + i) * dz; };
+    // Of any alignment. Out by reference: returning a lane would tie the build to one vector width.
+    const auto dot = [&](int i, Lane& out) {
+      Lane px;
+      Lane py;
+      Lane pz;
+      std::memcpy(&px, x + i, sizeof(Lane));
+      std::memcpy(&py, y + i, sizeof(Lane));
+      std::memcpy(&pz, z + i, sizeof(Lane));
+      out = px * dx + py * dy + pz * dz;
+    };
     Lane best;
     Lane first;
     Lane second;
