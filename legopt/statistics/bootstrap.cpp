@@ -17,7 +17,6 @@ namespace legopt::statistics {
 namespace {
 
 constexpr char kName[] = "Bootstrap";
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double ValueOf(const ProblemStatistic& statistic, std::span<const int> problems) {
   const double value = statistic(problems);

@@ -10,8 +10,6 @@
 namespace legopt::statistics {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 double QuantileOfSorted(const std::vector<double>& sorted, double share) {
   const double place = static_cast<double>(sorted.size() - 1) * share;
   const auto below = static_cast<std::size_t>(std::floor(place));

@@ -9,6 +9,11 @@
 /// throws InputError on bad input, which names function, argument and value.
 namespace legopt::statistics {
 
+/// A failure, or never.
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Nothing to take a mean of.
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
 /// Throws the InputError "FUNCTION: ARGUMENT: MESSAGE (got 'VALUE')".
 [[noreturn]] void Refuse(const char* function, const char* argument, const std::string& message, double value);
 

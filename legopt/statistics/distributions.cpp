@@ -10,8 +10,6 @@
 namespace legopt::statistics {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 double NormalDensity(double z) { return std::exp(-0.5 * z * z) / std::sqrt(2.0 * std::numbers::pi); }
 
 // The z with upper tail q, 0 < q <= 1/2.

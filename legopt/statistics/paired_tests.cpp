@@ -120,7 +120,6 @@ SignedRankTest SignedRank(std::span<const double> differences, const SignedRankO
 
 Location HodgesLehmann(std::span<const double> differences, double level) {
   constexpr int kMostExact = 200;
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   RequireNumbers("HodgesLehmann", "differences", differences);
   RequireLevel("HodgesLehmann", level);
   if (differences.size() > kMostLocated) {

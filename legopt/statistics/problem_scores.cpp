@@ -5,11 +5,7 @@
 #include "legopt/statistics/checks.h"
 
 namespace legopt::statistics {
-namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
+namespace {}  // namespace
 
 double ProblemScore::Share() const { return finished() == 0 ? kNaN : static_cast<double>(solved) / finished(); }
 

@@ -11,12 +11,11 @@
 
 #include "legopt/random_draws.h"
 #include "legopt/statistics/charged_times.h"
+#include "legopt/statistics/checks.h"
 #include "tests/statistics/refusal.h"
 
 namespace legopt::statistics {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 ProblemStatistic MeanOf(const std::vector<double>& values) {
   return [&values](std::span<const int> problems) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "legopt/statistics/checks.h"
 #include "tests/statistics/refusal.h"
 #include "tests/statistics/toy.h"
 
@@ -15,8 +16,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLimit = 100.0;
 
 std::vector<double> Charged(std::vector<double> times) {

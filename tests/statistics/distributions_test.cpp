@@ -6,13 +6,11 @@
 #include <cmath>
 #include <limits>
 
+#include "legopt/statistics/checks.h"
 #include "tests/statistics/refusal.h"
 
 namespace legopt::statistics {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Distributions, NormalQuantileInvertsTheTailsFarOut) {
   for (const double p : {1e-300, 1e-100, 1e-16, 1e-8, 0.001, 0.02425, 0.3, 0.4999999, 0.5}) {

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "legopt/random_draws.h"
+#include "legopt/statistics/checks.h"
 #include "legopt/statistics/distributions.h"
 #include "tests/statistics/refusal.h"
 
@@ -19,8 +20,6 @@ using ::testing::DoubleEq;
 using ::testing::DoubleNear;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 TEST(Holm, OfWorkedExamples) {
   EXPECT_THAT(HolmAdjusted(std::vector<double>{0.01, 0.04, 0.03, 0.005}),

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "legopt/random_draws.h"
+#include "legopt/statistics/checks.h"
 #include "legopt/statistics/distributions.h"
 #include "legopt/statistics/ranks.h"
 #include "tests/statistics/refusal.h"
@@ -19,8 +20,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const std::vector<double> kDarwin{6, 8, 14, 16, 23, 24, 28, 29, 41, -48, 49, 56, 60, -67, 75};
 

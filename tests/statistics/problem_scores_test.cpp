@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "legopt/statistics/checks.h"
 #include "legopt/statistics/proportions.h"
 #include "tests/statistics/refusal.h"
 
@@ -14,8 +15,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Repetition kQueued{};
 
 Repetition Solved(double value) { return {.end = RunEnd::kSolved, .value = value}; }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "legopt/statistics/checks.h"
 #include "tests/statistics/refusal.h"
 #include "tests/statistics/toy.h"
 
@@ -15,8 +16,6 @@ namespace {
 using ::testing::DoubleEq;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::vector<double> SharesOf(const StepCurve& curve, std::initializer_list<double> places) {
   std::vector<double> shares;

@@ -21,6 +21,7 @@
 #include "legopt/statistics/paired_tests.h"
 #include "legopt/statistics/profiles.h"
 #include "legopt/statistics/proportions.h"
+#include "tests/folders.h"
 
 namespace legopt::statistics {
 namespace {
@@ -200,7 +201,7 @@ void ExpectEqual(const json& ours, const json& expected, const std::string& wher
 }
 
 TEST(ScipyCases, AllAgree) {
-  std::ifstream file(std::string(LEGOPT_SOURCE_DIR) + "/tests/statistics/scipy_cases.json");
+  std::ifstream file(SourceFolder() + "/tests/statistics/scipy_cases.json");
   const json cases = json::parse(file).at("cases");
   ASSERT_EQ(cases.size(), 200U);
   std::map<std::string, int> seen;
