@@ -32,6 +32,11 @@ struct ExperimentControl {
   BuildRule builds = BuildRule::kOne;  ///< as submitted, until somebody lets any build finish it
   std::string build_id = {};           ///< of the worker that took the first job; empty: nobody has
 
+  /// Whether workers of this build get jobs of it.
+  bool Admits(const std::string& build) const {
+    return builds == BuildRule::kAny || build_id.empty() || build_id == build;
+  }
+
   bool operator==(const ExperimentControl&) const = default;
 };
 

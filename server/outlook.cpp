@@ -67,9 +67,7 @@ bool Outlooks::Has(const WorkerStatus& worker, const std::string& dataset_hash) 
 
 bool Outlooks::MayWorkOn(const WorkerStatus& worker, const Experiment& experiment) const {
   const db::ExperimentControl& control = scheduler_.experiments().at(experiment.experiment_id()).control;
-  const bool build_fits =
-      control.builds == BuildRule::kAny || control.build_id.empty() || control.build_id == worker.record.build_id;
-  return build_fits && Has(worker, experiment.spec().dataset.hash);
+  return control.Admits(worker.record.build_id) && Has(worker, experiment.spec().dataset.hash);
 }
 
 Outlook Outlooks::Of(std::int64_t experiment_id) const {

@@ -255,8 +255,7 @@ void Scheduler::UpdateWaiting(Experiment& experiment) {
 }
 
 bool Scheduler::MayWorkOn(const Worker& worker, std::int64_t experiment_id) const {
-  const db::ExperimentControl& control = summaries_.at(experiment_id).control;
-  return control.builds == BuildRule::kAny || control.build_id.empty() || control.build_id == worker.record.build_id;
+  return summaries_.at(experiment_id).control.Admits(worker.record.build_id);
 }
 
 void Scheduler::AddLease(Experiment& experiment, std::int64_t index, LeaseState lease) {
