@@ -21,8 +21,8 @@ std::string Lower(std::string text) {
 std::string TextOf(const nlohmann::json& cell) { return cell.is_string() ? cell.get<std::string>() : cell.dump(); }
 
 struct Wanted {
-  const char* column;
-  const char* flag;
+  const char* column = nullptr;
+  const char* flag = nullptr;
   std::optional<std::string> value;
 };
 

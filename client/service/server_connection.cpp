@@ -98,7 +98,7 @@ Reply ServerConnection::Answer(bus::CallOutcome<Reply> outcome) const {
 }
 
 legopt_msg::probe_reply ServerConnection::Probe() {
-  legopt_msg::probe_request request;
+  legopt_msg::probe_request request{};
   request.nonce = 0;
   return Ask(request, timeout_);
 }
@@ -118,7 +118,7 @@ legopt_msg::submit_reply ServerConnection::Submit(const std::string& submission_
 }
 
 nlohmann::json ServerConnection::Status(std::int64_t experiment_id) {
-  legopt_msg::status_request request;
+  legopt_msg::status_request request{};
   request.experiment_id = experiment_id;
   return ParseStatusText(Ask(request, timeout_).json);
 }
@@ -145,7 +145,7 @@ legopt_msg::control_reply ServerConnection::Control(legopt_msg::control_request 
 }
 
 legopt_msg::cancel_reply ServerConnection::Cancel(std::int64_t experiment_id) {
-  legopt_msg::cancel_request request;
+  legopt_msg::cancel_request request{};
   request.experiment_id = experiment_id;
   return Ask(request, timeout_);
 }

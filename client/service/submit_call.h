@@ -38,7 +38,7 @@ class SubmitCall {
   struct Shared {
     bus::Endpoint& endpoint;
     legopt_msg::submit_request request;
-    Patience patience;
+    Patience patience{};
     bus::CallId call = 0;
     std::optional<Outcome> outcome;
   };

@@ -13,7 +13,7 @@ LinkTrimeshes::LinkTrimeshes(const RobotModel& robot, TrimeshWorld& world) : wor
     for (const ShapeSpec& spec : robot.links()[link].collision) {
       TriangleMesh mesh = Tessellate(spec, robot.read_guard());
       Geometry geometry{static_cast<int>(link), 0, ConvexShape::FromHull(ComputeHull(mesh.vertices)), {}, {}, {}};
-      geometry.mesh = world_.Add(std::move(mesh));
+      geometry.mesh = world_.Add(mesh);
       geometry.range = local_.Add(geometry.hull.points());
       by_link_[link].push_back(static_cast<int>(geometries_.size()));
       geometries_.push_back(std::move(geometry));

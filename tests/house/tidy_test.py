@@ -105,6 +105,13 @@ class TidyTest(unittest.TestCase):
             self.plant(f"bus/{name}.h", "#pragma once\n")
         self.assertIn("1 files checked, 1 clean as before, 2 left", self.check("--most", "1").stderr)
 
+    def test_a_source_that_no_program_here_has_is_counted(self):
+        self.plant("bus/good.cpp", GOOD + "\n")
+        self.plant("examples/other.cpp", MOVED)
+        found = self.check()
+        self.assertEqual(found.returncode, 0, found.stdout + found.stderr)
+        self.assertIn("1 files checked, 0 clean as before, 0 left, 1 not of this build, 0 findings", found.stderr)
+
     def test_without_clang_tidy_it_is_skipped_and_in_continuous_integration_it_fails(self):
         tools = os.path.join(self.root, "tools")
         os.mkdir(tools)
