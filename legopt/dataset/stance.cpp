@@ -53,7 +53,7 @@ double ParseNumber(std::string_view token, const TextSource& source) {
 }
 
 std::string Shortest(double value) {
-  std::array<char, kMaxNumberText> buffer;
+  std::array<char, kMaxNumberText> buffer{};
   return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
 }
 

@@ -83,8 +83,8 @@ std::vector<HalfPlane> Edges(std::span<const Eigen::Vector2d> polygon) {
     std::abort();
   }
   if (polygon.size() <= 2) {
-    const Eigen::Vector2d a = polygon.front();
-    const Eigen::Vector2d b = polygon.back();
+    const Eigen::Vector2d& a = polygon.front();
+    const Eigen::Vector2d& b = polygon.back();
     const Eigen::Vector2d along = polygon.size() == 2 ? Eigen::Vector2d((b - a).normalized()) : Eigen::Vector2d(1, 0);
     const Eigen::Vector2d across(along.y(), -along.x());
     return {Through(a, across), Through(b, along), Through(a, -across), Through(a, -along)};

@@ -41,8 +41,9 @@ std::optional<double> AsNumber(const YAML::Node& node) {
   return value;
 }
 
-YamlFields::YamlFields(YAML::Node map, std::string file, std::string place, const std::vector<std::string>& known)
-    : map_(std::move(map)), file_(std::move(file)), place_(std::move(place)) {
+YamlFields::YamlFields(const YAML::Node& map, std::string file, std::string place,
+                       const std::vector<std::string>& known)
+    : map_(map), file_(std::move(file)), place_(std::move(place)) {
   if (!map_.IsMap()) Fail("", DescribeNode(map_), "must be a map of keys and values", "write 'key: value' lines");
   std::set<std::string> seen;
   for (const auto& entry : map_) {

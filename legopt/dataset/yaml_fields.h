@@ -21,7 +21,7 @@ class YamlFields {
  public:
   /// `place` is put before keys in messages, e.g. "objects[3]"; may be empty. Throws when `map` is not a map, has a key
   /// that is not in `known` (naming the nearest) or has a key twice.
-  YamlFields(YAML::Node map, std::string file, std::string place, const std::vector<std::string>& known);
+  YamlFields(const YAML::Node& map, std::string file, std::string place, const std::vector<std::string>& known);
 
   std::string RequireText(const std::string& key) const;                 ///< not empty
   double RequireNumber(const std::string& key) const;                    ///< finite

@@ -22,7 +22,7 @@ constexpr double kMillimetres = 1000.0;
 constexpr int kDigits = 4;
 
 std::string Text(double value) {
-  std::array<char, 32> buffer;
+  std::array<char, 32> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "%.*g", kDigits, value);
   return buffer.data();
 }

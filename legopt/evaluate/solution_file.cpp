@@ -90,7 +90,7 @@ std::string QuoteBeyondJson(std::string_view json) {
   return text;
 }
 
-std::string Shortened(std::string text) {
+std::string Shortened(const std::string& text) {
   constexpr size_t kMost = 40;
   return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
 }
