@@ -231,7 +231,7 @@ Task InferTask(const ProblemFile& file) {
 std::string FormatWaypoint(const Eigen::VectorXd& x) {
   std::string text;
   for (const double value : x) {
-    std::array<char, kMaxNumberText> buffer;
+    std::array<char, kMaxNumberText> buffer{};
     const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
     if (!text.empty()) text += '\n';
     text.append(buffer.data(), result.ptr);

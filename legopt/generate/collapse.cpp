@@ -93,7 +93,7 @@ class Simulation {
   void AddContacts();
   void ReadPoses();
   void BreakBonds();
-  bool Overloaded(size_t bond);
+  bool Overloaded(size_t k);  // bond k
   const Member& MemberOf(int cell) const {
     return building_.members[static_cast<size_t>(cells_[static_cast<size_t>(cell)].member)];
   }

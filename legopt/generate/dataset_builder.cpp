@@ -210,7 +210,7 @@ void Builder::Plan(const std::vector<Stance>& stances) {
 void Builder::DescribePlans(const std::vector<std::pair<FloorChange, PlannedPair>>& tried) const {
   std::string text = "floor,pair,start,goal,found,steps,cost,bound,expansions\n";
   for (const auto& [change, pair] : tried) {
-    std::array<char, 160> line;
+    std::array<char, 160> line{};
     std::snprintf(line.data(), line.size(), "%s,%d,%d,%d,%d,%d,%.4f,%.4f,%lld\n", std::string(ToString(change)).c_str(),
                   pair.pair, pair.start, pair.goal, pair.found() ? 1 : 0, pair.plan.steps, pair.plan.cost,
                   pair.plan.bound, static_cast<long long>(pair.plan.expansions));
@@ -280,7 +280,7 @@ void Builder::Describe() {
     return result;
   };
   const auto list = [&](Task task, int id, int stance, const StanceFeatures& f) {
-    std::array<char, 160> line;
+    std::array<char, 160> line{};
     std::snprintf(line.data(), line.size(), "%s,%d,%d,%.4f,%.4f,%.3f,%.4f\n", std::string(ToString(task)).c_str(), id,
                   stance, f.length_m, f.height_m, kDegrees * f.tilt_rad, f.trunk_distance_m);
     csv += line.data();

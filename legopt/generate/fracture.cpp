@@ -136,7 +136,7 @@ void AddContact(const Cell& a, const std::vector<int>& face_a, const Cell& b, co
   for (size_t k = 0; k < face_a.size(); ++k) polygon.push_back(corner(a, face_a, k));
   for (size_t k = 0; k < face_b.size() && !polygon.empty(); ++k) {
     // Seen from outside of b the face runs counter-clockwise: its inside is left of each side.
-    const Vector3d origin = corner(b, face_b, k);
+    const Vector3d& origin = corner(b, face_b, k);
     const Vector3d inward = (corner(b, face_b, k + 1) - origin).cross(normal);
     std::vector<Vector3d> clipped;
     for (size_t i = 0; i < polygon.size(); ++i) {

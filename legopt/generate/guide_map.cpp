@@ -43,8 +43,9 @@ void GuideMap::AddSolid(const ProbeModel& model, std::vector<bool>& blocked) {
     std::vector<std::pair<float, float>> heights;  // and prices
     bool any = false;
     for (int sample = 0; sample < 4; ++sample) {
-      const double x = origin_.x() + (cell % columns_ + 0.25 + 0.5 * (sample % 2)) * cell_m_;
-      const double y = origin_.y() + (cell / columns_ + 0.25 + 0.5 * (sample / 2)) * cell_m_;
+      const int column = cell % columns_, row = cell / columns_, right = sample % 2, up = sample / 2;
+      const double x = origin_.x() + (column + 0.25 + 0.5 * right) * cell_m_;
+      const double y = origin_.y() + (row + 0.25 + 0.5 * up) * cell_m_;
       terrain.Ground(x, y, terrain.bounds().min().z(), terrain.bounds().max().z(), hits);
       for (const Terrain::Hit& hit : hits) {
         any = true;

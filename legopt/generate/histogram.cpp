@@ -19,7 +19,7 @@ double RoundWidth(double least) {
 }
 
 std::string Text(const char* format, double value) {
-  std::array<char, 48> buffer;
+  std::array<char, 48> buffer{};
   std::snprintf(buffer.data(), buffer.size(), format, value);
   return buffer.data();
 }

@@ -108,7 +108,7 @@ std::string ListMembers(const Building& building) {
   for (const Member& member : building.members) {
     Eigen::AlignedBox3d box;
     for (const Eigen::Vector3d& corner : member.corners) box.extend(corner);
-    std::array<char, 256> line;
+    std::array<char, 256> line{};
     std::snprintf(line.data(), line.size(), "%s,%s,%g,%zu,%d,%d,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", member.name.c_str(),
                   std::string(FactsOf(member.material).name).c_str(), member.cell_m, member.corners.size(),
                   member.fixed ? 1 : 0, member.fails ? 1 : 0, box.min().x(), box.min().y(), box.min().z(),

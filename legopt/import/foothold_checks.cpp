@@ -19,13 +19,13 @@ using Severity = DatasetFinding::Severity;
 constexpr double kOnSurface_m = 2e-3;
 
 std::string Millimetres(double length_m) {
-  std::array<char, 32> text;
+  std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.1f mm", 1e3 * length_m);
   return text.data();
 }
 
 std::string Degrees(double angle_rad) {
-  std::array<char, 32> text;
+  std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.1f deg", angle_rad * 180.0 / std::numbers::pi);
   return text.data();
 }

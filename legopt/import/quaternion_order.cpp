@@ -16,7 +16,10 @@ bool Agrees(const Eigen::Quaterniond& rotation, const Ground& ground) {
 
 }  // namespace
 
-Eigen::Quaterniond ReadAsXFirst(const Eigen::Quaterniond& q) { return {q.z(), q.w(), q.x(), q.y()}; }
+Eigen::Quaterniond ReadAsXFirst(const Eigen::Quaterniond& read_as_w_first) {
+  const Eigen::Quaterniond& q = read_as_w_first;
+  return {q.z(), q.w(), q.x(), q.y()};
+}
 
 QuaternionEvidence WeighQuaternionOrder(std::span<const UsedFoothold> footholds, const Terrain& terrain) {
   QuaternionEvidence evidence;

@@ -77,7 +77,7 @@ class SlottedProgram {
   void LayOut();
   void PullBack(const TermShape& shape);
   void Linearize();
-  void Fill(size_t term);
+  void Fill(size_t k);  // term k
   void Put(size_t row, int model_row);
   bool IsFinite() const;
 
