@@ -17,8 +17,8 @@ class BoxedVariables {
  public:
   /// All variables fixed at zero. `count` is rounded up to whole vectors.
   void Reset(size_t count);
-  /// Lets variable i move between two finite bounds, `lower` < `upper`.
-  void SetFree(size_t i, double lower, double upper);
+  /// Lets variable i move between two finite bounds, `low` < `high`.
+  void SetFree(size_t i, double low, double high);
   /// Holds variable i at a value; it gets a box round it that limits nothing.
   void SetFixed(size_t i, double at);
   size_t size() const { return value.size(); }  ///< variables, rounded up to whole vectors

@@ -82,14 +82,14 @@ inline void AddTile(double sign, const double* a, std::ptrdiff_t a_step, const d
   Lanes s[kLanes][kWidth] = {};
   for (int r = 0; r < count; ++r, a += a_step, b += b_step) {
     Lanes v[kWidth];
-    for (int q = 0; q < kWidth; ++q) v[q] = Load(b + q * kLanes);
+    for (std::ptrdiff_t q = 0; q < kWidth; ++q) v[q] = Load(b + q * kLanes);
     for (int p = 0; p < kLanes; ++p) {
       const Lanes c = Broadcast(a[p]);
       for (int q = 0; q < kWidth; ++q) s[p][q] += c * v[q];
     }
   }
   for (int p = 0; p < kLanes; ++p) {
-    for (int q = 0; q < kWidth; ++q) {
+    for (std::ptrdiff_t q = 0; q < kWidth; ++q) {
       double* entry = m + p * stride + q * kLanes;
       Store(entry, Load(entry) + sign * s[p][q]);
     }

@@ -171,9 +171,10 @@ void InteriorPointSolver::StartingPoint(const ConvexSubproblem& problem) {
 }
 
 void InteriorPointSolver::AddRowProducts(const std::vector<double>& x, std::vector<double>& product) const {
+  const std::ptrdiff_t stride = stride_;
   for (const RowGroup& group : groups_) {
     for (int k = 0; k < group.num_blocks; ++k) {
-      kernels::AddProducts(group.coefficients + k * stride_, group.num_blocks * stride_, group.count,
+      kernels::AddProducts(group.coefficients + k * stride, group.num_blocks * stride, group.count,
                            x.data() + (group.block + static_cast<size_t>(k)) * static_cast<size_t>(stride_),
                            product.data() + group.begin, stride_);
     }
@@ -181,9 +182,10 @@ void InteriorPointSolver::AddRowProducts(const std::vector<double>& x, std::vect
 }
 
 void InteriorPointSolver::AddTransposedRows(const std::vector<double>& c, std::vector<double>& rhs) const {
+  const std::ptrdiff_t stride = stride_;
   for (const RowGroup& group : groups_) {
     for (int k = 0; k < group.num_blocks; ++k) {
-      kernels::AddCombination(c.data() + group.begin, group.coefficients + k * stride_, group.num_blocks * stride_,
+      kernels::AddCombination(c.data() + group.begin, group.coefficients + k * stride, group.num_blocks * stride,
                               group.count, Segment(rhs, static_cast<int>(group.block) + k), stride_);
     }
   }
@@ -243,8 +245,9 @@ void InteriorPointSolver::AddRows() {
     }
     const auto block = static_cast<int>(group.block);
     for (int k = 0; k < group.num_blocks; ++k) {
-      kernels::AddProductsUpper(1.0, scaled_rows_.data() + k * stride_, width, group.coefficients + k * stride_, width,
-                                group.count, Block(matrix_, block + k), stride_);
+      const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(k) * stride_;
+      kernels::AddProductsUpper(1.0, scaled_rows_.data() + begin, width, group.coefficients + begin, width, group.count,
+                                Block(matrix_, block + k), stride_);
     }
     if (group.num_blocks < 2) continue;
     kernels::AddProductsFull(1.0, scaled_rows_.data(), width, group.coefficients + stride_, width, group.count,

@@ -55,7 +55,7 @@ class SweptCollisionTerm : public Term {
   /// One row: the nearest sample of a pair of shapes.
   struct Row {
     Contact contact;  ///< as at that sample
-    double s;         ///< where on the path, in (0, 1)
+    double s = 0;     ///< where on the path, in (0, 1)
   };
   /// Rows at the states' present configurations, ascending by s, then in the query's order.
   std::span<const Row> rows();

@@ -29,8 +29,8 @@ struct TaskTerms {
   Task task{};
   int window_stances = 1;  ///< at most
   int window_overlap = 0;  ///< stances shared with the window before
-  void (*add_terms)(const Dataset&, CollisionQuery&, const ContactOptions&, WaypointProgram&);
-  decltype(SumOfWindows)* solution_cost;
+  void (*add_terms)(const Dataset&, CollisionQuery&, const ContactOptions&, WaypointProgram&) = nullptr;
+  decltype(SumOfWindows)* solution_cost = nullptr;
 };
 
 void AddTorqueCost(const Dataset&, CollisionQuery&, const ContactOptions&, WaypointProgram& program) {
