@@ -12,6 +12,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <exception>
 #include <fstream>
 
 #include "db/sqlite_store.h"
@@ -61,9 +62,7 @@ int Run(const FleetOptions& options) {
   return done ? 0 : 1;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int Main(int argc, char** argv) {
   FleetOptions options;
   std::int64_t job_ms = options.job_time / std::chrono::milliseconds(1);
   CLI::App app{"What a server costs for a large fleet"};
@@ -75,4 +74,15 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   options.job_time = std::chrono::milliseconds(job_ms);
   return Run(options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return Main(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "fleet_bench: %s\n", error.what());
+    return 1;
+  }
 }

@@ -26,7 +26,7 @@ TEST_P(LimitConformance, AnIllegalMessageNeverReachesAHandler) {
         reply.Send(message);
       });
   std::optional<CallOutcome<legopt_msg::cancel_reply>> outcome;
-  legopt_msg::cancel_request request;
+  legopt_msg::cancel_request request{};
   request.experiment_id = 7;
   CallMessage(*client_, kServer, request, {},
               [&](CallOutcome<legopt_msg::cancel_reply>&& o) { outcome = std::move(o); });

@@ -47,7 +47,7 @@ struct Host {
   Host(const LcmOptions& options, EndpointId id) : transport(options), endpoint(transport, id, RandomSeed()) {}
 };
 
-bool RunUntil(std::vector<Endpoint*> endpoints, const std::function<bool()>& done) {
+bool RunUntil(const std::vector<Endpoint*>& endpoints, const std::function<bool()>& done) {
   const auto end = std::chrono::steady_clock::now() + seconds(20);
   while (!done() && std::chrono::steady_clock::now() < end) {
     for (Endpoint* endpoint : endpoints) endpoint->Poll(milliseconds(1));
