@@ -12,11 +12,11 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <exception>
 #include <fstream>
 
 #include "db/sqlite_store.h"
 #include "tests/db/store_samples.h"
+#include "tests/guarded_main.h"
 #include "tests/simulation/fleet.h"
 
 namespace {
@@ -78,11 +78,4 @@ int Main(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  try {
-    return Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "fleet_bench: %s\n", error.what());
-    return 1;
-  }
-}
+int main(int argc, char** argv) { return legopt::GuardedMain(argc, argv, Main); }

@@ -20,6 +20,7 @@
 #include "client/service/child_process.h"
 #include "client/service/server_connection.h"
 #include "db/read_only_database.h"
+#include "tests/guarded_main.h"
 #include "tests/service/deployment.h"
 #include "tests/temporary_folder.h"
 
@@ -187,11 +188,8 @@ class Chaos {
   int worker_kills_ = 0, server_kills_ = 0;
 };
 
-}  // namespace
-}  // namespace legopt::chaos
-
-int main(int argc, char** argv) {
-  legopt::chaos::Options options;
+int Main(int argc, char** argv) {
+  Options options;
   CLI::App app("Real processes under loss and kills; fails unless every job is done once.");
   app.add_option("--minutes", options.minutes, "All jobs must be over by then")->capture_default_str();
   app.add_option("--jobs", options.jobs, "Stub jobs of 20 - 200 ms")->capture_default_str();
@@ -200,14 +198,14 @@ int main(int argc, char** argv) {
   app.add_option("--kill-worker-s", options.kill_worker_s, "Between kills of a worker")->capture_default_str();
   app.add_option("--kill-server-s", options.kill_server_s, "Between kills of the server")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  if (const std::string why = legopt::service::Deployment::Unavailable(); !why.empty()) {
+  if (const std::string why = service::Deployment::Unavailable(); !why.empty()) {
     std::cout << "SKIPPED, NO MULTICAST HERE: " << why << std::endl;
-    return legopt::chaos::kExitSkipped;
+    return kExitSkipped;
   }
-  try {
-    return legopt::chaos::Chaos(options).Run() ? 0 : 1;
-  } catch (const std::exception& error) {
-    std::cerr << "chaos: " << error.what() << "\n";
-    return 1;
-  }
+  return Chaos(options).Run() ? 0 : 1;
 }
+
+}  // namespace
+}  // namespace legopt::chaos
+
+int main(int argc, char** argv) { return legopt::GuardedMain(argc, argv, legopt::chaos::Main); }

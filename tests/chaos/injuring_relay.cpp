@@ -18,6 +18,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/guarded_main.h"
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -121,7 +123,7 @@ class Relay {
   bool Chance(double probability) { return static_cast<double>(random_() >> 11U) * 0x1.0p-53 < probability; }
 
   void Take(const Listener& listener) {
-    std::array<char, kLargest> buffer;
+    std::array<char, kLargest> buffer{};
     sockaddr_in source{};
     socklen_t size = sizeof source;
     const ssize_t bytes =
@@ -160,9 +162,7 @@ class Relay {
   std::multimap<Clock::time_point, Datagram> under_way_;
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int Main(int argc, char** argv) {
   Options options;
   CLI::App app("Carries datagrams between two pairs of multicast ports and injures them.");
   app.add_option("--group", options.group, "Multicast group of both sides")->capture_default_str();
@@ -174,12 +174,12 @@ int main(int argc, char** argv) {
   app.add_option("--reorder", options.reorder, "Share held back by up to 50 ms more")->capture_default_str();
   app.add_option("--max-delay-ms", options.max_delay_ms, "Delay of each, from 0")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  try {
-    Relay relay(options);
-    std::cout << "relay ready" << std::endl;
-    relay.Run();
-  } catch (const std::exception& error) {
-    std::cerr << error.what() << "\n";
-    return 1;
-  }
+  Relay relay(options);
+  std::cout << "relay ready" << std::endl;
+  relay.Run();
+  return 0;
 }
+
+}  // namespace
+
+int main(int argc, char** argv) { return legopt::GuardedMain(argc, argv, Main); }
