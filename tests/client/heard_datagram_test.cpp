@@ -22,7 +22,7 @@ constexpr std::int64_t kDeployment = 4711;
 constexpr bus::EndpointId kCaller = 0x123456789;
 
 std::array<std::uint8_t, bus::MessageKey::kBytes> KeyBytes(std::uint8_t fill) {
-  std::array<std::uint8_t, bus::MessageKey::kBytes> bytes;
+  std::array<std::uint8_t, bus::MessageKey::kBytes> bytes{};
   bytes.fill(fill);
   return bytes;
 }

@@ -26,9 +26,9 @@ class JobRun {
  public:
   explicit JobRun(std::filesystem::path path) : path_(std::move(path)) {}
 
-  // Goes on from what is on disk to the end. `acknowledged` is called with each job whose result is acknowledged.
-  // False: the store refused for a reason that does not pass, or for ever.
-  bool Finish(const std::function<void(std::int64_t)>& acknowledged) {
+  // Goes on from what is on disk to the end. `acknowledged` is called with the jobs of each commit, whose results are
+  // acknowledged then. False: the store refused for a reason that does not pass, or for ever.
+  bool Finish(const std::function<void(const std::vector<std::int64_t>&)>& acknowledged) {
     const auto store = Open();
     if (store == nullptr) return false;
     OpenState state = store->LoadOpenState();
@@ -49,7 +49,7 @@ class JobRun {
       jobs.push_back(job);
       if (job % kJobsPerCommit != 0) continue;
       if (!Apply(*store, batch)) return false;
-      for (const std::int64_t done : jobs) acknowledged(done);
+      acknowledged(jobs);
       batch.clear();
       jobs.clear();
       Tidy(*store);
@@ -149,12 +149,14 @@ class StorageFault : public testing::Test {
       vfs.Arm(fault, call, length);
       JobRun run(path_);
       std::set<std::int64_t> acknowledged;
-      const bool finished = run.Finish([&](std::int64_t job) {
-        EXPECT_TRUE(acknowledged.insert(job).second);
+      const bool finished = run.Finish([&](const std::vector<std::int64_t>& jobs) {
         // What is acknowledged is on disk: another connection sees it.
         const auto faults = vfs.faults();
         Connection other(path_, Connection::Mode::kReadOnly);
-        EXPECT_EQ(other.QueryInt("SELECT count(*) FROM results WHERE job_id = " + std::to_string(job)), 1) << when;
+        for (const std::int64_t job : jobs) {
+          EXPECT_TRUE(acknowledged.insert(job).second);
+          EXPECT_EQ(other.QueryInt("SELECT count(*) FROM results WHERE job_id = " + std::to_string(job)), 1) << when;
+        }
         EXPECT_EQ(vfs.faults(), faults);
       });
       EXPECT_TRUE(finished) << when << ": " << run.last();
@@ -191,9 +193,9 @@ TEST_F(StorageFault, DeathAtAnyCallLosesNothingAcknowledged) {
     if (child == 0) {
       FaultyVfs vfs;
       vfs.Arm(Fault::kDie, call);
-      const bool finished = JobRun(path_).Finish([&](std::int64_t job) {
-        const auto byte = static_cast<char>(job);
-        if (write(ends[1], &byte, 1) != 1) _exit(1);
+      const bool finished = JobRun(path_).Finish([&](const std::vector<std::int64_t>& jobs) {
+        const std::vector<char> bytes(jobs.begin(), jobs.end());
+        if (write(ends[1], bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) _exit(1);
       });
       _exit(finished ? 0 : 2);
     }
@@ -215,7 +217,7 @@ TEST_F(StorageFault, DeathAtAnyCallLosesNothingAcknowledged) {
       for (const Defect& defect : Audit(path_)) ADD_FAILURE() << when << ": " << defect.rule << ": " << defect.detail;
     }
     JobRun rest(path_);
-    ASSERT_TRUE(rest.Finish([](std::int64_t) {})) << when << ": " << rest.last();
+    ASSERT_TRUE(rest.Finish([](const std::vector<std::int64_t>&) {})) << when << ": " << rest.last();
     ExpectWhole(when);
     if (WEXITSTATUS(status) == 0 || HasFailure()) {
       EXPECT_GT(call, 100);
