@@ -107,8 +107,7 @@ TEST_F(RobotFacts, ShapesStayInsideTheBoundingBoxesOfTheTable) {
   for (size_t i = 0; i < links_.size(); ++i) {
     for (const ShapeSpec& shape : robot().links()[i].collision) {
       const TriangleMesh mesh = Tessellate(shape);
-      for (const Eigen::Vector3d& vertex : mesh.vertices) {
-        const Eigen::Vector3d point = vertex;
+      for (const Eigen::Vector3d& point : mesh.vertices) {
         EXPECT_TRUE(((point - Vector(links_[i], "aabb_min")).array() > -1e-8).all() &&
                     ((Vector(links_[i], "aabb_max") - point).array() > -1e-8).all())
             << robot().links()[i].name << " at " << point.transpose();

@@ -15,8 +15,11 @@
 namespace legopt {
 namespace {
 
+using test::kBaseX;
+using test::kBaseY;
 using test::kLeftShoulder;
 using test::kNeck;
+using test::kQuaternionW;
 using test::kRightShoulder;
 using test::kSyntheticDofs;
 using ::testing::AllOf;
