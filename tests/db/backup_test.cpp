@@ -108,7 +108,7 @@ TEST_F(Backup, IsRestoredByOpeningIt) {
 }
 
 TEST_F(Backup, NeverOverwrites) {
-  OpenSqliteStore(path_).reset();
+  { OpenSqliteStore(path_); }
   std::ofstream(copy_) << "precious";
   ExpectRefused(path_, copy_, StoreErrorCode::kUnwritable);
   EXPECT_EQ(Bytes(copy_), "precious");
@@ -124,15 +124,15 @@ TEST_F(Backup, WrongSourcesAreNamed) {
   ExpectRefused(folder_ / "missing", copy_, StoreErrorCode::kNotFound);
   std::ofstream(folder_ / "text") << std::string(5000, 'x');
   ExpectRefused(folder_ / "text", copy_, StoreErrorCode::kNotLegopt);
-  std::ofstream(folder_ / "empty");
+  std::ofstream(folder_ / "empty") << "";
   ExpectRefused(folder_ / "empty", copy_, StoreErrorCode::kNotLegopt);
-  OpenSqliteStore(path_).reset();
+  { OpenSqliteStore(path_); }
   ExpectRefused(path_, folder_ / "no" / "copy", StoreErrorCode::kUnwritable);
 }
 
 TEST_F(Backup, ADamagedDatabaseMakesNoCopy) {
   MakeReleased(3, path_);
-  OpenSqliteStore(path_).reset();
+  { OpenSqliteStore(path_); }
   {
     std::fstream file(path_, std::ios::binary | std::ios::in | std::ios::out);
     file.seekp(5 * 4096);
@@ -145,7 +145,7 @@ TEST_F(Backup, ADamagedDatabaseMakesNoCopy) {
 // The disk of the copy is full, or fails, at any call: no copy, and nothing is left behind.
 TEST_F(Backup, AFullDiskLeavesNothingBehind) {
   MakeReleased(3, path_);
-  OpenSqliteStore(path_).reset();
+  { OpenSqliteStore(path_); }
   BackUp(path_, copy_);  // the first reader makes the side files of the log, as readers do
   std::filesystem::remove(copy_);
   const std::size_t files = FilesInFolder();
