@@ -29,7 +29,7 @@ struct Played {
   std::vector<Snapshot> snapshots;
 };
 
-Played Simulate(const Building& building, CollapseOptions options) {
+Played Simulate(const Building& building, const CollapseOptions& options) {
   Played run;
   std::mt19937_64 generator(5);
   run.cells = Fracture(building, {}, generator);

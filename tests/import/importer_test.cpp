@@ -133,7 +133,7 @@ TEST(Import, TheLeftFootComesFirstWhateverTheProblemsNameFirst) {
 TEST(Import, OfAUrdfWithMeshesInPackages) {
   const test::TemporaryFolder folder;
   const test::SyntheticFolder synthetic(folder.path() / "ws" / "description");
-  const fs::path source = synthetic.path();
+  const fs::path& source = synthetic.path();
   fs::remove(source / "dataset.yaml");
   fs::create_directories(source / "models" / "a");
   fs::copy(source / "meshes" / "rock.obj", source / "models" / "a" / "head.obj");
@@ -191,7 +191,7 @@ TEST(Import, OfAllMeshesOfASceneOnlyThoseInsideOutAreTurned) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
   const test::TemporaryFolder folder;
   const test::SyntheticFolder synthetic(folder.path() / "in");
-  const fs::path source = synthetic.path();
+  const fs::path& source = synthetic.path();
   test::WriteText(source / "meshes" / "rock.obj", corners + "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
   test::WriteText(source / "meshes" / "stone.obj", corners + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   test::ReplaceInFile(source / "scene.yaml", "objects:",
@@ -230,7 +230,7 @@ TEST(Import, OfAllMeshesOfASceneOnlyThoseInsideOutAreTurned) {
 TEST(Import, MeshesOfOneNameAndDifferentSuffixesStayTwo) {
   const test::TemporaryFolder folder;
   const test::SyntheticFolder synthetic(folder.path() / "in");
-  const fs::path source = synthetic.path();
+  const fs::path& source = synthetic.path();
   // Inside out, one a third of the other; the second has the suffix of another format and a byte order mark before all.
   test::WriteText(source / "meshes" / "rock.obj",
                   "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
