@@ -64,9 +64,7 @@ void TakeColumns(const Request& request, ReportedResult& result, std::index_sequ
 db::AttemptOutcome OutcomeOf(const Request& request) {
   switch (ReportedOutcome{request.outcome}) {
     case ReportedOutcome::kFinished:
-      // What the clock ended is no result of the method, however it is reported.
-      return request.solver_status == ToString(SolveStatus::kTimeLimit) ? db::AttemptOutcome::kTimeLimit
-                                                                        : db::AttemptOutcome::kFinished;
+      return db::AttemptOutcome::kFinished;
     case ReportedOutcome::kCrashed:
       return db::AttemptOutcome::kCrashed;
     case ReportedOutcome::kTimeLimit:

@@ -120,8 +120,8 @@ std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule) {
          "') SELECT method_id, method, multi_starts, sample_size, collision, task, initialization, n, finished, "
          "solved, cost, time_s, experiment, " +
          count(JobState::kDead) + count(JobState::kFailed) + count(JobState::kCancelled) +
-         "(SELECT count(*) FROM clock_stopped AS k WHERE k.cell_id = s.cell_id) AS clock_stopped, "
-         "n / repetitions AS problems, repetitions FROM s ORDER BY (SELECT min(cell_id) FROM s AS m WHERE m.method_id "
+         "n / repetitions AS problems, repetitions, (SELECT count(*) FROM clock_stopped AS k WHERE k.cell_id = "
+         "s.cell_id) AS clock_stopped FROM s ORDER BY (SELECT min(cell_id) FROM s AS m WHERE m.method_id "
          "= s.method_id), task, initialization";
 }
 
@@ -172,8 +172,8 @@ std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit
 std::string ClockWarning(std::int64_t clock_stopped, std::int64_t experiment_id) {
   if (clock_stopped == 0) return {};
   return "The clock ended " + std::to_string(clock_stopped) + (clock_stopped == 1 ? " job" : " jobs") +
-         " before its method did, which says nothing about the method: 'legopt retry " +
-         std::to_string(experiment_id) + " --time-limit' queues " + (clock_stopped == 1 ? "it" : "them") + " again.";
+         " before the method did, which says nothing about it: 'legopt retry " + std::to_string(experiment_id) +
+         " --time-limit' queues " + (clock_stopped == 1 ? "it" : "them") + " again.";
 }
 
 std::string FormatSuccess(const BenchmarkCell& cell) {

@@ -15,9 +15,8 @@ constexpr char kPaperNote[] =
     "authors' problems and computer.";
 constexpr char kNoPaperNote[] = " The paper's Table I has none of these rows.";
 constexpr char kPaperRow[] = "  paper";
-constexpr std::array<const char*, 11> kFigures = {"n",    "problems", "repetitions", "finished",      "solved",
-                                                  "dead", "failed",   "cancelled",   "clock_stopped", "cost",
-                                                  "time_s"};
+constexpr std::array<const char*, 11> kFigures = {"n",      "problems",  "repetitions",   "finished", "solved", "dead",
+                                                  "failed", "cancelled", "clock_stopped", "cost",     "time_s"};
 constexpr std::array<const char*, 4> kPaperFigures = {"n", "solved", "cost", "time_s"};
 
 using Cells = std::map<BenchmarkColumn, BenchmarkCell>;

@@ -73,16 +73,17 @@ GroupedTable Group(const InterpolationTable& table) {
 
 Listing Unrounded(const InterpolationTable& table) {
   Listing listing;
-  listing.columns = {"experiment_id", "experiment",  "dataset",   "rule",           "method",
-                     "multi_starts",  "sample_size", "collision", "initialization", "n",
-                     "solved",        "scored",      "free",      "free_share",     "environment_depth_m",
+  listing.columns = {"experiment_id", "experiment",   "dataset",   "rule",           "method",
+                     "multi_starts",  "sample_size",  "collision", "initialization", "n",
+                     "solved",        "scored",       "free",      "free_share",     "environment_depth_m",
                      "self_depth_m",  "clock_stopped"};
   for (const auto& row : table.rows) {
     for (const auto& [initialization, cell] : row.cells) {
       listing.rows.push_back({table.experiment_id, table.experiment, table.dataset, ToString(table.rule), row.method,
                               row.multi_starts, row.sample_size, ToString(row.collision), ToString(initialization),
                               cell.n, cell.solved, cell.scored, cell.free, NumberOrNull(cell.free_share),
-                              NumberOrNull(cell.environment_depth_m), NumberOrNull(cell.self_depth_m), cell.clock_stopped});
+                              NumberOrNull(cell.environment_depth_m), NumberOrNull(cell.self_depth_m),
+                              cell.clock_stopped});
     }
   }
   return listing;
