@@ -76,7 +76,7 @@ const std::filesystem::path& MillionResults() {
         printf('%064x', 1), 0, NULL);
       WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i < 63)
         INSERT INTO cells SELECT i + 1, 1, 1 + i / 4, iif(i % 2, 'motion', 'posture'),
-          iif(i / 2 % 2, 'in_collision', 'good'), 15625, 1 FROM n;
+          iif(i / 2 % 2, 'in_collision', 'good'), 15625, 1, NULL FROM n;
       INSERT INTO jobs SELECT 15625 * (cell_id - 1) + 1 + problem_id, cell_id, problem_key, 0, 'leased', 1, 0, 3
         FROM cells JOIN problems USING (task);
       INSERT INTO attempts (job_id, attempt, worker_id, token, leased_at_us) SELECT job_id, 1, 1, job_id, 0 FROM jobs;
