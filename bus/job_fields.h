@@ -42,6 +42,7 @@ struct Description<legopt_msg::lease> {
                                     Field{"problem_id", &M::problem_id, AtLeast{0}},
                                     Field{"repetition", &M::repetition, AtLeast{0}},
                                     Field{"experiment_seed", &M::experiment_seed},
+                                    Field{"effort_limit", &M::effort_limit, AtLeast{0}},
                                     Field{"wall_limit_us", &M::wall_limit_us, Range{1, kLongestWall_us}},
                                     Field{"memory_limit_bytes", &M::memory_limit_bytes, AtLeast{0}}};
 };

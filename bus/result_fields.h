@@ -15,10 +15,11 @@
 
 namespace legopt::bus::fields {
 
-inline constexpr std::int64_t kLogBytes = std::int64_t{64} << 10;  ///< of a log's tail
-inline constexpr std::int64_t kMostSignals = 64;                   ///< number of a signal
-inline constexpr std::int64_t kMostWaypoints = 1'000'000;          ///< of a solution
-inline constexpr std::int64_t kMostWaypointNumbers = 4096;         ///< of a waypoint, n + 7
+inline constexpr std::int64_t kLogBytes = std::int64_t{64} << 10;       ///< of a log's tail
+inline constexpr std::int64_t kMostSignals = 64;                        ///< number of a signal
+inline constexpr std::int64_t kMostWaypoints = 1'000'000;               ///< of a solution
+inline constexpr std::int64_t kMostTraceBytes = std::int64_t{1} << 20;  ///< of a trace, compressed
+inline constexpr std::int64_t kMostWaypointNumbers = 4096;              ///< of a waypoint, n + 7
 
 template <>
 struct Description<legopt_msg::result_request> {
@@ -85,7 +86,8 @@ struct Description<legopt_msg::result_request> {
       Field{"waypoint_size", &M::waypoint_size, Range{0, kMostWaypointNumbers}},
       Field{"num_values", &M::num_values, CountOf{&M::waypoints, INT32_MAX}, &WaypointsAreWhole},
       Field{"waypoints", &M::waypoints, Each{Finite{}}},
-      Field{"history_json", &M::history_json, Json{0, kJsonBytes}}};
+      Field{"num_trace_bytes", &M::num_trace_bytes, CountOf{&M::trace, kMostTraceBytes}},
+      Field{"trace", &M::trace}};
 };
 
 template <>

@@ -20,6 +20,7 @@ inline constexpr std::int64_t kMostAttempts = 100;                ///< of a job,
 inline constexpr std::int64_t kMostProblemId = 1'000'000;         ///< from 0
 inline constexpr std::int64_t kMostWaypoints = 1'000'000;         ///< of a problem
 inline constexpr std::int64_t kMostMultiStarts = 1'000'000;       ///< from 0
+inline constexpr std::int64_t kMostEffort = 1'000'000'000'000;    ///< of a job, in term evaluations; at least 1
 inline constexpr double kLeastWallTime_s = 1e-3;                  ///< of a job
 inline constexpr double kMostWallTime_s = 7 * 86'400.0;           ///< of a job: a week
 inline constexpr std::int64_t kLeastMemory_mb = 64;               ///< of a job, in MiB

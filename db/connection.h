@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "db/store_error.h"
 #include "words/words.h"
@@ -35,6 +36,9 @@ class Statement {
   Statement& Bind(int parameter, const char* text) { return Bind(parameter, std::string_view(text)); }
   Statement& Bind(int parameter, const std::string& text) { return Bind(parameter, std::string_view(text)); }
   Statement& Bind(int parameter, std::optional<std::int64_t> value);
+  Statement& Bind(int parameter, const std::vector<std::uint8_t>& bytes) {
+    return BindBlob(parameter, bytes.data(), bytes.size());
+  }
   template <Worded Enum>
   Statement& Bind(int parameter, Enum value) {
     return Bind(parameter, ToString(value));

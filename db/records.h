@@ -71,6 +71,7 @@ struct CellRecord {
   Initialization initialization{};
   std::int64_t num_jobs = 0;
   std::int64_t wall_limit_us = 0;  ///< of one job
+  std::int64_t effort_limit = 0;   ///< of one job, in term evaluations; 0: none
 };
 
 struct NewJob {

@@ -26,9 +26,12 @@ std::string FaultOfColumn(const ResultColumn<Value>& column, const ResultRecord&
 std::string ShownResultColumns() {
   std::string list;
   const auto add = [&list](const auto& column) {
-    list += (list.empty() ? "" : ", ") + std::string(column.name);
+    list += list.empty() ? "" : ", ";
     if constexpr (requires { column.shown_as; }) {
-      if (column.shown_as != column.name) list += " AS " + std::string(column.shown_as);
+      list += std::string(column.shown_sql) +
+              (column.shown_as == column.shown_sql ? "" : " AS " + std::string(column.shown_as));
+    } else {
+      list += column.name;
     }
   };
   std::apply([&](const auto&... columns) { (add(columns), ...); }, kResultColumns);

@@ -49,9 +49,9 @@ struct ResultRecord {
   int windows = 0;         ///< that the motion was cut into; 0: not solved by windows
   int windows_solved = 0;  ///< 0 .. windows
   int num_waypoints = 1;   ///< divisor of cost and time (constraint waypoints of the problem), not rows of `waypoints`
-  std::string history_json;       ///< empty: the method records none
-  int waypoint_size = 0;          ///< numbers per waypoint, n + 7
-  std::vector<double> waypoints;  ///< row by row; a multiple of waypoint_size, may be empty
+  int waypoint_size = 0;   ///< numbers per waypoint, n + 7
+  std::vector<double> waypoints;    ///< row by row; a multiple of waypoint_size, may be empty
+  std::vector<std::uint8_t> trace;  ///< as the worker sent it (docs/database.md#traces); empty: there is none
 };
 
 /// A column that holds a member of the record. Made with its name and member, then told what else is so:
@@ -60,7 +60,7 @@ struct ResultRecord {
 template <class Value>
 struct ResultColumn {
   constexpr ResultColumn(std::string_view column_name, Value ResultRecord::*column_member)
-      : name(column_name), shown_as(column_name), member(column_member) {}
+      : name(column_name), shown_as(column_name), shown_sql(column_name), member(column_member) {}
 
   /// The schema refuses anything else; NULL is legal besides.
   constexpr ResultColumn AtLeast(double value) const { return Within(value, std::numeric_limits<double>::infinity()); }
@@ -83,15 +83,17 @@ struct ResultColumn {
     column.also_stale = true;
     return column;
   }
-  /// Its name in `legopt show`.
-  constexpr ResultColumn ShownAs(std::string_view title) const {
+  /// Its name in `legopt show`, and what is shown there in its place.
+  constexpr ResultColumn ShownAs(std::string_view title, std::string_view sql) const {
     ResultColumn column = *this;
     column.shown_as = title;
+    column.shown_sql = sql;
     return column;
   }
 
-  std::string_view name;  ///< in the table, and of the field of result_request that it comes from
-  std::string_view shown_as;
+  std::string_view name;       ///< in the table, and of the field of result_request that it comes from
+  std::string_view shown_as;   ///< its name in `legopt show`
+  std::string_view shown_sql;  ///< what is shown there
   Value ResultRecord::*member;
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
@@ -110,7 +112,7 @@ constexpr bool IsZero(const ResultRecord& r) {
 }
 constexpr bool HasNoFailedWaypoint(const ResultRecord& r) { return r.failed_waypoint < 0; }
 constexpr bool HasNoWindows(const ResultRecord& r) { return r.windows <= 0; }
-constexpr bool HasNoHistory(const ResultRecord& r) { return r.history_json.empty(); }
+constexpr bool HasNoTrace(const ResultRecord& r) { return r.trace.empty(); }
 
 /// In the order of `legopt show`. The solution (waypoints) is in a table of its own.
 inline constexpr std::tuple kResultColumns{
@@ -147,7 +149,7 @@ inline constexpr std::tuple kResultColumns{
     ResultColumn{"interpolation_self_depth_m", &ResultRecord::interpolation_self_depth_m}.AtLeast(0),
     ResultColumn{"interpolation_free_share", &ResultRecord::interpolation_free_share}.Within(0, 1),
     OtherResultColumn{"attempt"},
-    ResultColumn{"history_json", &ResultRecord::history_json}.NullWhen(HasNoHistory).ShownAs("history")};
+    ResultColumn{"trace", &ResultRecord::trace}.NullWhen(HasNoTrace).ShownAs("trace_bytes", "length(trace)")};
 
 /// Calls `visit` with each ResultColumn, in their order.
 template <class Visit>

@@ -189,8 +189,8 @@ inline constexpr char kInsertExperiment[] =
     "?14, ?15, ?16)";
 
 inline constexpr char kInsertCell[] =
-    "INSERT INTO cells (cell_id, experiment_id, method_id, task, initialization, num_jobs, wall_limit_us) "
-    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)";
+    "INSERT INTO cells (cell_id, experiment_id, method_id, task, initialization, num_jobs, wall_limit_us, "
+    "effort_limit) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, nullif(?8, 0))";
 
 // Rows of a submission that go into one statement: as many statements as rows would take twice the time.
 inline constexpr std::size_t kRowsPerBatch = 64;

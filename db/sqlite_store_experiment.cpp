@@ -113,7 +113,7 @@ void SqliteStore::Do(const CreateExperiment& op) {
   for (const CellRecord& cell : e.cells) {
     statements_->insert_cell.Run(cell.cell_id, e.experiment_id, At(method_ids, cell.method_index, "method"), cell.task,
                                  cell.initialization, cell.num_jobs,
-                                 cell.wall_limit_us > 0 ? cell.wall_limit_us : e.wall_limit_us);
+                                 cell.wall_limit_us > 0 ? cell.wall_limit_us : e.wall_limit_us, cell.effort_limit);
   }
   InsertJobs(e, problem_keys);
 }

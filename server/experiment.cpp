@@ -114,8 +114,8 @@ db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t exp
       for (const Initialization initialization : spec.initializations) {
         const auto cell_id = first_cell_id + static_cast<std::int64_t>(rows.cells.size());
         const auto num_jobs = static_cast<std::int64_t>(task.problems.size()) * spec.repetitions;
-        rows.cells.push_back(
-            {cell_id, static_cast<int>(method), task.task, initialization, num_jobs, task.wall_limit_us});
+        rows.cells.push_back({cell_id, static_cast<int>(method), task.task, initialization, num_jobs,
+                              task.wall_limit_us, task.effort_limit});
       }
     }
   }

@@ -212,6 +212,7 @@ legopt_msg::lease Scheduler::LeaseFrom(const Instant& now, Experiment& experimen
   lease.problem_id = spec.tasks[at.task].problems[at.problem];
   lease.repetition = static_cast<std::int32_t>(at.repetition);
   lease.experiment_seed = spec.seed;
+  lease.effort_limit = spec.tasks[at.task].effort_limit;
   lease.wall_limit_us = spec.tasks[at.task].wall_limit_us;
   lease.memory_limit_bytes = spec.memory_limit_bytes;
   return lease;

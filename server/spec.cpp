@@ -174,19 +174,29 @@ void ParseLists(const Json& json, ExperimentSpec& spec) {
   }
 }
 
-// One wall-time limit for all tasks, or a map with one for each.
-void ParseLimits(const Json& json, ExperimentSpec& spec) {
-  constexpr double kMicrosecondsPerSecond = 1e6;
-  const Json& object = RequireObject(json, "limits", {"wall_time_s", "memory_mb"});
-  const Json& wall_time = Member(object, "limits", "wall_time_s");
-  const std::string key = "limits.wall_time_s";
+// Calls `read` with each task and its limit: one for all tasks, or of a map with one for each.
+template <class Read>
+void ParseTaskLimits(const Json& limit, const std::string& key, ExperimentSpec& spec, const Read& read) {
   std::vector<std::string_view> tasks;
   for (const auto& [task, word] : kWords<Task>) tasks.push_back(word);
-  if (wall_time.is_object()) RequireObject(wall_time, key, tasks);
+  if (limit.is_object()) RequireObject(limit, key, tasks);
   for (ExperimentSpec::TaskProblems& task : spec.tasks) {
-    const Json& limit = wall_time.is_object() ? Member(wall_time, key, ToString(task.task)) : wall_time;
-    task.wall_limit_us =
-        std::llround(kMicrosecondsPerSecond * Number(limit, key, limits::kLeastWallTime_s, limits::kMostWallTime_s));
+    read(task, limit.is_object() ? Member(limit, key, ToString(task.task)) : limit);
+  }
+}
+
+void ParseLimits(const Json& json, ExperimentSpec& spec) {
+  constexpr double kMicrosecondsPerSecond = 1e6;
+  const Json& object = RequireObject(json, "limits", {"effort_limit", "wall_time_s", "memory_mb"});
+  const std::string wall_key = "limits.wall_time_s", effort_key = "limits.effort_limit";
+  ParseTaskLimits(Member(object, "limits", "wall_time_s"), wall_key, spec, [&](auto& task, const Json& limit) {
+    task.wall_limit_us = std::llround(kMicrosecondsPerSecond *
+                                      Number(limit, wall_key, limits::kLeastWallTime_s, limits::kMostWallTime_s));
+  });
+  if (object.contains("effort_limit")) {
+    ParseTaskLimits(object.at("effort_limit"), effort_key, spec, [&](auto& task, const Json& limit) {
+      task.effort_limit = Integer(limit, effort_key, 1, limits::kMostEffort);
+    });
   }
   spec.memory_limit_bytes =
       std::llround(kBytesPerMb * Number(Member(object, "limits", "memory_mb"), "limits.memory_mb",

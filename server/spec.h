@@ -19,6 +19,7 @@ struct ExperimentSpec {
     std::vector<int> problems;       ///< ids in the dataset, no duplicates
     std::vector<int> waypoints;      ///< of each problem
     std::int64_t wall_limit_us = 0;  ///< of one solve; (0, 7 days]
+    std::int64_t effort_limit = 0;   ///< of one solve, in term evaluations; 0: none was told
   };
 
   std::string name;
@@ -47,8 +48,8 @@ class SpecError : public std::runtime_error {
 /// Most jobs that one experiment may have.
 inline constexpr std::int64_t kMaxJobsPerExperiment = bus::spec_limits::kMostJobs;
 
-/// Throws SpecError. Every key is required but "max_attempts", "submitter", "builds" and "joint_names"; an unknown key
-/// is an error.
+/// Throws SpecError. Every key is required but "max_attempts", "submitter", "builds", "joint_names" and
+/// "limits.effort_limit"; an unknown key is an error.
 ExperimentSpec ParseSpec(std::string_view text);
 
 /// What one job is, from its index in the experiment's order (0 <= index < num_jobs()).

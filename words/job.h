@@ -12,7 +12,7 @@ enum class JobState : std::uint8_t {
   kLeased,     ///< one running attempt
   kDone,       ///< has its one accepted result, whatever the verdict
   kFailed,     ///< used up its attempts, the last of which reported that the job cannot run (bad problem or option)
-  kDead,       ///< used up its attempts otherwise: crashed, expired, over a limit
+  kDead,       ///< used up its attempts otherwise: crashed, expired, over a limit of time or memory
   kCancelled,  ///< withdrawn by a user
 };
 
@@ -32,7 +32,7 @@ enum class AttemptOutcome : std::uint8_t {
   kRunning,      ///< has a lease that has not ended
   kFinished,     ///< gave the accepted result
   kCrashed,      ///< the job process died; `exit_signal` tells how
-  kTimeLimit,    ///< killed at its wall-time limit
+  kTimeLimit,    ///< stopped by the clock at its wall-time limit
   kMemoryLimit,  ///< killed at its memory limit
   kError,        ///< the job process reported that it cannot run this job
   kExpired,      ///< the worker was not heard of within the lease
@@ -55,7 +55,7 @@ inline constexpr auto kWords<AttemptOutcome> = Words<AttemptOutcome>({{AttemptOu
 enum class ReportedOutcome : std::int8_t {
   kFinished,     ///< solved, well or badly, and judged
   kCrashed,      ///< the job process died or broke the protocol
-  kTimeLimit,    ///< killed, because the solver did not stop itself
+  kTimeLimit,    ///< stopped by the clock: the solver at its wall-time limit, or the process killed behind it
   kMemoryLimit,  ///< needed more memory than the job may have
   kCancelled,    ///< cancelled, or given back
   kError,        ///< could not be run as asked (no such problem, other dataset, unknown option)

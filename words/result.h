@@ -12,7 +12,8 @@ enum class SolveStatus : std::uint8_t {
   kConvergedFeasible,    ///< converged, all constraints within the solver's tolerance
   kConvergedInfeasible,  ///< no progress possible at the largest penalty, constraints violated ("stuck")
   kIterationLimit,       ///< the iterations ran out; the point may be feasible
-  kTimeLimit,            ///< the solver stopped itself at its wall-time limit
+  kEffortLimit,          ///< the job's evaluations ran out, on every machine at the same one; the point may be feasible
+  kTimeLimit,            ///< the clock ended it, which says nothing about the method: no result
   kNumericalFailure,     ///< non-finite values at the start, or no subproblem could be solved
   kCancelled,            ///< the stop check asked for it
 };
@@ -23,9 +24,15 @@ inline constexpr auto kWords<SolveStatus> = Words<SolveStatus>({{SolveStatus::kN
                                                                 {SolveStatus::kConvergedInfeasible,
                                                                  "converged_infeasible"},
                                                                 {SolveStatus::kIterationLimit, "iteration_limit"},
+                                                                {SolveStatus::kEffortLimit, "effort_limit"},
                                                                 {SolveStatus::kTimeLimit, "time_limit"},
                                                                 {SolveStatus::kNumericalFailure, "numerical_failure"},
                                                                 {SolveStatus::kCancelled, "cancelled"}});
+
+/// Whether a stop check ended the solve: further starts of the same job must not follow.
+constexpr bool IsStopped(SolveStatus status) {
+  return status == SolveStatus::kEffortLimit || status == SolveStatus::kTimeLimit || status == SolveStatus::kCancelled;
+}
 
 /// Why a solution fails, or that it does not. In the order in which the benchmark checks one waypoint.
 enum class Verdict : std::uint8_t {

@@ -54,8 +54,12 @@ struct TaskDescription {
   /// Solved window by window, so that its progress counts windows; otherwise it counts attempts, of which the first
   /// good one is the last.
   bool windowed = false;
-  bool long_jobs = false;            ///< of seconds and more: no job is leased ahead of one that runs
-  double default_wall_limit_s = 60;  ///< of one job
+  bool long_jobs = false;  ///< of seconds and more: no job is leased ahead of one that runs
+  /// Term evaluations of one job, unless a suite says otherwise: some ten times what the most expensive job of the
+  /// embedded suites needs that ends by itself (docs/suites.md#limits).
+  std::int64_t default_effort_limit = 10'000'000;
+  /// Of one job; no more than a safety net, ten times what the evaluations take on a slow machine.
+  double default_wall_limit_s = 3'600;
 };
 
 /// In the order of the enumerators.
@@ -82,7 +86,8 @@ inline constexpr std::array kTasks = {
                     .between_waypoints = true,
                     .windowed = true,
                     .long_jobs = true,
-                    .default_wall_limit_s = 900},  // the longest ones have nearly a thousand waypoints
+                    .default_effort_limit = 400'000'000,  // the longest ones have nearly a thousand waypoints
+                    .default_wall_limit_s = 72'000},
 };
 static_assert(kTasks.size() == kNumWords<Task>);
 

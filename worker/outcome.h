@@ -12,7 +12,6 @@ namespace legopt::worker {
 /// Longest texts that a result carries; longer ones are cut (the log at the front, others at the end).
 inline constexpr std::size_t kMaxMessageBytes = 2000;
 inline constexpr std::size_t kMaxLogTailBytes = 4096;
-inline constexpr std::size_t kMaxHistoryBytes = std::size_t{4} << 20;
 
 /// A result without a solution: figures NaN, texts empty, but for `outcome` and `message` (cut and made printable).
 legopt_msg::result_request ResultWithoutSolution(ReportedOutcome outcome, std::string_view message);

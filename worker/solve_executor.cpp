@@ -2,14 +2,13 @@
 
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "legopt/input_error.h"
+#include "legopt/solve/trace.h"
 #include "legopt/word_input.h"
 #include "programs/isolated_call.h"
 #include "worker/outcome.h"
@@ -21,45 +20,29 @@ constexpr double kMicrosecondsPerSecond = 1e6;
 constexpr std::size_t kMaxCachedMethods = 256;
 constexpr char kLeaseSource[] = "job from the server";
 
-// Six digits: for the eye and for plots.
-double Rounded(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", value);
-  return std::strtod(text.data(), nullptr);
-}
-
-// One row per penalty value of each restart of each window, {"columns": [...], "rows": [[...], ...]}: how many steps
-// were tried and accepted, and where it stood at its last accepted step. Every single step would make most results of
-// short jobs exceed a datagram, which costs more than solving easy ones.
-std::string HistoryJson(const std::vector<IterationRecord>& history) {
-  nlohmann::json rows = nlohmann::json::array();
-  for (auto first = history.begin(); first != history.end();) {
-    const auto end = std::find_if(first, history.end(), [&](const IterationRecord& step) {
-      return step.window != first->window || step.restart != first->restart || step.penalty != first->penalty;
-    });
-    const auto accepted = std::count_if(first, end, [](const IterationRecord& step) { return step.accepted; });
-    const IterationRecord* last = &*first;
-    for (auto step = first; step != end; ++step) {
-      if (step->accepted) last = &*step;
-    }
-    rows.push_back({first->window, first->restart, Rounded(first->penalty), end - first, accepted, Rounded(last->cost),
-                    Rounded(last->violation), Rounded((end - 1)->trust_box)});
-    first = end;
-  }
-  if (rows.empty()) return {};
-  const nlohmann::json document = {
-      {"columns", {"window", "restart", "penalty", "steps", "accepted", "cost", "violation", "trust_box"}},
-      {"rows", std::move(rows)}};
-  std::string text = document.dump();
-  return text.size() <= kMaxHistoryBytes ? text : std::string();
-}
-
 // The largest resident size that this process, which runs one job after the other, has had.
 std::int64_t PeakMemoryBytes() {
   constexpr std::int64_t kKibibyte = 1024;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<std::int64_t>(usage.ru_maxrss) * kKibibyte;
+}
+
+// What the clock has stopped is no result, however far it came.
+ReportedOutcome OutcomeOf(SolveStatus status) {
+  if (status == SolveStatus::kCancelled) return ReportedOutcome::kCancelled;
+  return status == SolveStatus::kTimeLimit ? ReportedOutcome::kTimeLimit : ReportedOutcome::kFinished;
+}
+
+std::string StoppedByTheClock(const SolveOutcome& solve) {
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(),
+                "stopped by the clock: the limit of wall time came before that of effort, after %.3g s (%.3g s of CPU "
+                "time) and %lld term evaluations",
+                static_cast<double>(solve.wall_us) / kMicrosecondsPerSecond,
+                static_cast<double>(solve.cpu_us) / kMicrosecondsPerSecond,
+                static_cast<long long>(solve.term_evaluations));
+  return text.data();
 }
 
 // A solver that fails may leave anything; the judge has said so, and what has no shape is not sent.
@@ -114,6 +97,7 @@ legopt_msg::result_request SolveExecutor::Execute(const legopt_msg::lease& lease
   job.repetition = lease.repetition;
   job.experiment_seed = static_cast<std::uint64_t>(lease.experiment_seed);
   job.method = ReadMethod(lease.method_hash, options_json);
+  job.effort_limit = lease.effort_limit;
   job.wall_limit_s = static_cast<double>(lease.wall_limit_us) / kMicrosecondsPerSecond;
   return ToMessage(runner->second.Run(job, {hooks.cancelled, hooks.progress, hooks.judging}));
 }
@@ -121,8 +105,9 @@ legopt_msg::result_request SolveExecutor::Execute(const legopt_msg::lease& lease
 legopt_msg::result_request ToMessage(const JobResult& job) {
   const SolveOutcome& solve = job.solve;
   const Evaluation& evaluation = job.evaluation;
-  legopt_msg::result_request result = ResultWithoutSolution(ReportedOutcome::kFinished, solve.message);
-  if (solve.status == SolveStatus::kCancelled) result.outcome = static_cast<std::int8_t>(ReportedOutcome::kCancelled);
+  const ReportedOutcome outcome = OutcomeOf(solve.status);
+  legopt_msg::result_request result =
+      ResultWithoutSolution(outcome, outcome == ReportedOutcome::kTimeLimit ? StoppedByTheClock(solve) : solve.message);
   result.solver_status = ToString(solve.status);
   result.iterations = solve.iterations;
   result.restarts = solve.restarts;
@@ -157,7 +142,7 @@ legopt_msg::result_request ToMessage(const JobResult& job) {
     for (const Eigen::VectorXd& x : solve.waypoints)
       result.waypoints.insert(result.waypoints.end(), x.begin(), x.end());
   }
-  result.history_json = HistoryJson(solve.history);
+  result.trace = EncodeTrace(CondenseTrace(solve.history));
   return result;
 }
 

@@ -179,8 +179,7 @@ void Supervisor::HandleFrame(int slot, const Frame& frame) {
       if (!result) return Garbage(slot, "an unreadable result: " + why);
       const auto outcome = static_cast<ReportedOutcome>(result->outcome);
       // How a process ended is for the supervisor to say.
-      if (outcome == ReportedOutcome::kCrashed || outcome == ReportedOutcome::kTimeLimit)
-        return Garbage(slot, "an impossible outcome");
+      if (outcome == ReportedOutcome::kCrashed) return Garbage(slot, "an impossible outcome");
       return pool_.OnChildResult(now, slot, frame.sequence, std::move(*result));
     }
     case FrameType::kJob:

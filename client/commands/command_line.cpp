@@ -26,18 +26,18 @@ namespace {
 constexpr char kProgram[] = "legopt";
 
 // What users of git, kubectl, Slurm and shells type.
-constexpr std::array<programs::Synonym, 41> kSynonyms = {{
-    {"rm", "delete"},      {"remove", "delete"},    {"del", "delete"},      {"ls", "list"},
-    {"jobs", "list"},      {"queue", "list"},       {"ps", "status"},       {"info", "status"},
-    {"squeue", "status"},  {"top", "watch"},        {"follow", "watch"},    {"progress", "watch"},
-    {"wait", "watch"},     {"stop", "cancel"},      {"kill", "cancel"},     {"abort", "cancel"},
-    {"scancel", "cancel"}, {"suspend", "pause"},    {"continue", "resume"}, {"unpause", "resume"},
-    {"unhold", "release"}, {"rerun", "retry"},      {"requeue", "retry"},   {"mv", "rename"},
-    {"label", "tag"},      {"start", "run"},        {"exec", "run"},        {"sbatch", "submit"},
-    {"results", "table"},  {"summary", "table"},    {"eval", "evaluate"},   {"judge", "evaluate"},
-    {"sql", "query"},      {"select", "query"},     {"cat", "show"},        {"describe", "show"},
-    {"save", "export"},    {"datasets", "dataset"}, {"check", "doctor"},    {"cp", "backup"},
-    {"listen", "tap"},
+constexpr std::array<programs::Synonym, 43> kSynonyms = {{
+    {"rm", "delete"},      {"remove", "delete"},    {"del", "delete"},        {"ls", "list"},
+    {"jobs", "list"},      {"queue", "list"},       {"ps", "status"},         {"info", "status"},
+    {"squeue", "status"},  {"top", "watch"},        {"follow", "watch"},      {"progress", "watch"},
+    {"wait", "watch"},     {"stop", "cancel"},      {"kill", "cancel"},       {"abort", "cancel"},
+    {"scancel", "cancel"}, {"suspend", "pause"},    {"continue", "resume"},   {"unpause", "resume"},
+    {"unhold", "release"}, {"rerun", "retry"},      {"requeue", "retry"},     {"mv", "rename"},
+    {"label", "tag"},      {"start", "run"},        {"exec", "run"},          {"sbatch", "submit"},
+    {"results", "table"},  {"summary", "table"},    {"eval", "evaluate"},     {"judge", "evaluate"},
+    {"sql", "query"},      {"select", "query"},     {"cat", "show"},          {"describe", "show"},
+    {"save", "export"},    {"datasets", "dataset"}, {"check", "doctor"},      {"cp", "backup"},
+    {"listen", "tap"},     {"history", "trace"},    {"convergence", "trace"},
 }};
 
 int Report(ExitCode code, const std::string& message) {
@@ -117,6 +117,7 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddStatusCommand(program, invocation);
   AddListCommand(program, invocation);
   AddShowCommand(program, invocation);
+  AddTraceCommand(program, invocation);
   AddCancelCommand(program, invocation);
   AddControlCommands(program, invocation);
   AddDeleteCommand(program, invocation);

@@ -23,6 +23,7 @@ void AddWatchCommand(const programs::Command& program, Invocation* invocation);
 void AddStatusCommand(const programs::Command& program, Invocation* invocation);
 void AddListCommand(const programs::Command& program, Invocation* invocation);
 void AddShowCommand(const programs::Command& program, Invocation* invocation);
+void AddTraceCommand(const programs::Command& program, Invocation* invocation);
 void AddCancelCommand(const programs::Command& program, Invocation* invocation);
 void AddDeleteCommand(const programs::Command& program, Invocation* invocation);
 /// pause, resume, hold, release, priority, retry, rename, tag.

@@ -5,6 +5,7 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
+#include "client/report/benchmark_table.h"
 #include "client/report/method_filter.h"
 #include "client/service/experiment_status.h"
 #include "legopt/nearest_name.h"
@@ -107,13 +108,11 @@ void AddProgress(const ListOptions& options, std::int64_t experiment_id, Listing
 }
 
 // What a busy machine may have cost, and how to mend it.
-void HintAtStoppedJobs(std::int64_t experiment_id, const Listing& jobs) {
-  int stopped = 0;
-  for (std::size_t i = 0; i < jobs.rows.size(); ++i)
-    stopped += jobs.At(i, "solver_status") == ToString(SolveStatus::kTimeLimit) ? 1 : 0;
-  if (stopped == 0) return;
-  std::cerr << "legopt: the clock stopped " << stopped << " of these; 'legopt retry " << experiment_id
-            << " --time-limit' queues them again\n";
+void HintAtStoppedJobs(ResultSource& source, std::int64_t experiment_id) {
+  const Listing stopped =
+      source.Query("SELECT count(*) AS n FROM clock_stopped WHERE experiment_id = " + std::to_string(experiment_id));
+  const std::string warning = ClockWarning(stopped.At(0, "n").get<std::int64_t>(), experiment_id);
+  if (!warning.empty()) std::cerr << "legopt: " << warning << "\n";
 }
 
 ExitCode List(const ListOptions& options) {
@@ -124,7 +123,7 @@ ExitCode List(const ListOptions& options) {
   if (!options.source.db) AddProgress(options, experiment.id, &jobs);
   PrintListing(jobs, options.listing);
   if (jobs.truncated) std::cerr << "legopt: only the first " << jobs.rows.size() << " jobs are shown; raise --limit\n";
-  if (options.unsolved) HintAtStoppedJobs(experiment.id, jobs);
+  if (options.unsolved) HintAtStoppedJobs(*source, experiment.id);
   if (jobs.rows.empty()) std::cerr << "legopt: no job of experiment " << experiment.id << " is like that\n";
   return ExitCode::kOk;
 }

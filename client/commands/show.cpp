@@ -25,7 +25,8 @@ constexpr char kJobSql[] =
     "SELECT j.job_id, c.experiment_id, e.name AS experiment, e.submitter, d.name AS dataset, d.hash AS dataset_hash, "
     "d.joint_names, m.name AS method, m.hash AS method_hash, m.multi_starts, m.sample_size, m.incremental, "
     "m.collision, c.task, c.initialization, p.problem_id, j.repetition, e.seed, m.options_json AS method_options, "
-    "j.state, j.attempts, j.max_attempts, coalesce(c.wall_limit_us, e.wall_limit_us) / 1e6 AS wall_limit_s, "
+    "j.state, j.attempts, j.max_attempts, c.effort_limit, coalesce(c.wall_limit_us, e.wall_limit_us) / 1e6 AS "
+    "wall_limit_s, "
     "e.memory_limit_bytes FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) "
     "JOIN datasets AS d USING (dataset_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) "
     "WHERE j.job_id = ";
@@ -42,21 +43,7 @@ nlohmann::ordered_json ParseText(const nlohmann::json& cell) {
   return json.is_discarded() ? nlohmann::ordered_json(cell) : json;
 }
 
-// The history of a solve is for programs; people are told that it is there.
-Listing WithHistoryCounted(Listing result) {
-  if (result.rows.empty()) return result;
-  auto& cell = result.rows.front()[result.Column("history")];
-  if (cell.is_string()) {
-    const auto history = ParseText(cell);
-    const bool known = history.is_object() && history.contains("rows");
-    cell = (known ? std::to_string(history.at("rows").size()) + " penalty values; " : "") + "see --format json";
-  }
-  return result;
-}
-
-std::string RenderText(const Listing& job, const Listing& listed_result, const Listing& attempts,
-                       const TextLayout& layout) {
-  const Listing result = WithHistoryCounted(listed_result);
+std::string RenderText(const Listing& job, const Listing& result, const Listing& attempts, const TextLayout& layout) {
   std::string text = RenderFields(job, 0, layout);
   text += "\nResult\n" + (result.rows.empty() ? "none\n" : RenderFields(result, 0, layout));
   Listing table = attempts;
@@ -88,7 +75,6 @@ ExitCode Show(const ShowOptions& options) {
   auto json = ListingToJson(job).at(0);
   for (const char* column : {"method_options", "joint_names"}) json[column] = ParseText(job.At(0, column));
   json["result"] = result.rows.empty() ? nlohmann::ordered_json() : ListingToJson(result).at(0);
-  if (!result.rows.empty()) json["result"]["history"] = ParseText(result.At(0, "history"));
   json["attempt_list"] = ListingToJson(attempts);
   Print(JsonText(json) + "\n", options.output);
   return ExitCode::kOk;

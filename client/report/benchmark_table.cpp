@@ -52,6 +52,7 @@ class CellReader {
     cell.dead = Integer("dead");
     cell.failed = Integer("failed");
     cell.cancelled = Integer("cancelled");
+    cell.clock_stopped = Integer("clock_stopped");
     cell.problems = Integer("problems");
     cell.repetitions = Integer("repetitions");
     return cell;
@@ -94,6 +95,7 @@ BenchmarkCell BenchmarkTable::Sum() const {
       sum.dead += cell.dead;
       sum.failed += cell.failed;
       sum.cancelled += cell.cancelled;
+      sum.clock_stopped += cell.clock_stopped;
     }
   }
   return sum;
@@ -118,7 +120,8 @@ std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule) {
          "') SELECT method_id, method, multi_starts, sample_size, collision, task, initialization, n, finished, "
          "solved, cost, time_s, experiment, " +
          count(JobState::kDead) + count(JobState::kFailed) + count(JobState::kCancelled) +
-         "n / repetitions AS problems, repetitions FROM s ORDER BY (SELECT min(cell_id) FROM s AS m WHERE m.method_id "
+         "n / repetitions AS problems, repetitions, (SELECT count(*) FROM clock_stopped AS k WHERE k.cell_id = "
+         "s.cell_id) AS clock_stopped FROM s ORDER BY (SELECT min(cell_id) FROM s AS m WHERE m.method_id "
          "= s.method_id), task, initialization";
 }
 
@@ -164,6 +167,13 @@ std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit
   if (value < kAllDecimals && value > 0) return Print("%#.3g", value);
   if (value < kTwoDecimals) return Print("%.2f", value);
   return Print(value < kOneDecimal ? "%.1f" : "%.0f", value);
+}
+
+std::string ClockWarning(std::int64_t clock_stopped, std::int64_t experiment_id) {
+  if (clock_stopped == 0) return {};
+  return "The clock ended " + std::to_string(clock_stopped) + (clock_stopped == 1 ? " job" : " jobs") +
+         " before the method did, which says nothing about it: 'legopt retry " + std::to_string(experiment_id) +
+         " --time-limit' queues " + (clock_stopped == 1 ? "it" : "them") + " again.";
 }
 
 std::string FormatSuccess(const BenchmarkCell& cell) {

@@ -15,8 +15,8 @@ constexpr char kPaperNote[] =
     "authors' problems and computer.";
 constexpr char kNoPaperNote[] = " The paper's Table I has none of these rows.";
 constexpr char kPaperRow[] = "  paper";
-constexpr std::array<const char*, 10> kFigures = {"n",    "problems", "repetitions", "finished", "solved",
-                                                  "dead", "failed",   "cancelled",   "cost",     "time_s"};
+constexpr std::array<const char*, 11> kFigures = {"n",      "problems",  "repetitions",   "finished", "solved", "dead",
+                                                  "failed", "cancelled", "clock_stopped", "cost",     "time_s"};
 constexpr std::array<const char*, 4> kPaperFigures = {"n", "solved", "cost", "time_s"};
 
 using Cells = std::map<BenchmarkColumn, BenchmarkCell>;
@@ -155,6 +155,7 @@ GroupedTable Group(const BenchmarkTable& table, const TimeUnit& unit, const std:
   const bool matched =
       std::any_of(table.rows.begin(), table.rows.end(), [](const auto& r) { return !r.paper.empty(); });
   if (table.compared) grouped.note += matched ? kPaperNote : kNoPaperNote;
+  grouped.warning = ClockWarning(sum.clock_stopped, table.experiment_id);
   return MakePrintable(std::move(grouped));
 }
 
@@ -170,6 +171,7 @@ nlohmann::ordered_json CellJson(const BenchmarkCell& cell, Figures figures) {
                               {"dead", cell.dead},
                               {"failed", cell.failed},
                               {"cancelled", cell.cancelled},
+                              {"clock_stopped", cell.clock_stopped},
                               {"cost", number(cell.cost)},
                               {"time_s", number(cell.time_s)}};
   nlohmann::ordered_json json;
@@ -196,6 +198,7 @@ std::string RenderJson(const BenchmarkTable& table) {
                                  {"dead", sum.dead},
                                  {"failed", sum.failed},
                                  {"cancelled", sum.cancelled},
+                                 {"clock_stopped", sum.clock_stopped},
                                  {"origins", OriginsJson(table.origins)}};
   json["rows"] = nlohmann::ordered_json::array();
   for (const auto& row : table.rows) {

@@ -66,30 +66,16 @@ std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& where) 
   return rows;
 }
 
-int HexDigit(char c) {
-  constexpr int kTen = 10;
-  if (c >= '0' && c <= '9') return c - '0';
-  return c >= 'A' && c <= 'F' ? c - 'A' + kTen : -1;
-}
-
-// Little-endian float64 values from hexadecimal text.
+// Little-endian float64 values.
 Eigen::VectorXd DecodeWaypoint(const std::string& hex, std::int64_t job_id) {
   static_assert(std::endian::native == std::endian::little);
-  constexpr std::size_t kDigitsPerNumber = 2 * sizeof(double);
-  constexpr int kBase = 16;
-  std::string bytes;
-  bool good = hex.size() % kDigitsPerNumber == 0;
-  for (std::size_t i = 0; good && i < hex.size(); i += 2) {
-    const int high = HexDigit(hex[i]), low = HexDigit(hex[i + 1]);
-    good = high >= 0 && low >= 0;
-    bytes.push_back(static_cast<char>(high * kBase + low));
-  }
-  if (!good) {
+  const std::optional<std::string> bytes = BytesOfBlob(hex);
+  if (!bytes || bytes->size() % sizeof(double) != 0) {
     throw ClientError(ExitCode::kInternal,
                       "the solution of job " + std::to_string(job_id) + " is damaged in the database");
   }
-  Eigen::VectorXd x(static_cast<Eigen::Index>(bytes.size() / sizeof(double)));
-  std::memcpy(x.data(), bytes.data(), bytes.size());
+  Eigen::VectorXd x(static_cast<Eigen::Index>(bytes->size() / sizeof(double)));
+  std::memcpy(x.data(), bytes->data(), bytes->size());
   return x;
 }
 

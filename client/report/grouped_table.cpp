@@ -112,7 +112,8 @@ std::string RenderMarkdown(const GroupedTable& table) {
   for (std::size_t i = 0; i < titles.size(); ++i) text += i == 0 ? " --- |" : " ---: |";
   text += "\n";
   for (const auto& row : table.rows) text += MarkdownLine(FullTexts(row));
-  return text + "\n" + table.note + "\n";
+  text += "\n" + table.note + "\n";
+  return text + (table.warning.empty() ? "" : "\n" + table.warning + "\n");
 }
 
 std::string RenderLatex(const GroupedTable& table) {
@@ -125,7 +126,9 @@ std::string RenderLatex(const GroupedTable& table) {
     for (auto& cell : cells) cell = cell == "-" ? "--" : EscapeLatex(cell);
     text += LatexLine(cells);
   }
-  return text + "\\bottomrule\n\\end{tabular}\n\n\\smallskip\nNote: " + EscapeLatex(table.note) + "\n\\end{table*}\n";
+  text += "\\bottomrule\n\\end{tabular}\n\n\\smallskip\nNote: " + EscapeLatex(table.note) + "\n";
+  if (!table.warning.empty()) text += "\n\\smallskip\n" + EscapeLatex(table.warning) + "\n";
+  return text + "\\end{table*}\n";
 }
 
 GroupedTable MakePrintable(GroupedTable table) {

@@ -31,8 +31,9 @@ struct GroupedTable {
   std::vector<TableGroup> groups;        ///< those of one section beside each other
   std::vector<TableText> column_titles;  ///< of one group; LaTeX takes them as they are
   std::vector<std::vector<TableText>> rows;
-  std::string note;    ///< below the table; one paragraph
-  std::string legend;  ///< what brief cells mean; shown where they are
+  std::string note;     ///< below the table; one paragraph
+  std::string warning;  ///< below the note, as a paragraph of its own; empty: none
+  std::string legend;   ///< what brief cells mean; shown where they are
 };
 
 /// The table with its texts made printable (programs::Printable): the names in it are anybody's.

@@ -62,22 +62,28 @@ GroupedTable Group(const InterpolationTable& table) {
   grouped.legend = "Share and sample size in percent, depths in mm.";
   for (const auto& start : kWords<Initialization>)
     grouped.groups.push_back(GroupOf(kInterpolatedTask.task, start.value));
-  for (const auto& row : table.rows) grouped.rows.push_back(ShownLine(table, row));
+  std::int64_t clock_stopped = 0;
+  for (const auto& row : table.rows) {
+    grouped.rows.push_back(ShownLine(table, row));
+    for (const auto& [start, cell] : row.cells) clock_stopped += cell.clock_stopped;
+  }
+  grouped.warning = ClockWarning(clock_stopped, table.experiment_id);
   return MakePrintable(std::move(grouped));
 }
 
 Listing Unrounded(const InterpolationTable& table) {
   Listing listing;
-  listing.columns = {"experiment_id", "experiment",  "dataset",   "rule",           "method",
-                     "multi_starts",  "sample_size", "collision", "initialization", "n",
-                     "solved",        "scored",      "free",      "free_share",     "environment_depth_m",
-                     "self_depth_m"};
+  listing.columns = {"experiment_id", "experiment",   "dataset",   "rule",           "method",
+                     "multi_starts",  "sample_size",  "collision", "initialization", "n",
+                     "solved",        "scored",       "free",      "free_share",     "environment_depth_m",
+                     "self_depth_m",  "clock_stopped"};
   for (const auto& row : table.rows) {
     for (const auto& [initialization, cell] : row.cells) {
       listing.rows.push_back({table.experiment_id, table.experiment, table.dataset, ToString(table.rule), row.method,
                               row.multi_starts, row.sample_size, ToString(row.collision), ToString(initialization),
                               cell.n, cell.solved, cell.scored, cell.free, NumberOrNull(cell.free_share),
-                              NumberOrNull(cell.environment_depth_m), NumberOrNull(cell.self_depth_m)});
+                              NumberOrNull(cell.environment_depth_m), NumberOrNull(cell.self_depth_m),
+                              cell.clock_stopped});
     }
   }
   return listing;
@@ -99,7 +105,11 @@ bool InterpolationTable::shows_collision() const {
 }
 
 std::string InterpolationCellsSql(std::int64_t experiment_id, Rule rule) {
-  return "SELECT b.*, e.name AS experiment FROM interpolation_cells AS b JOIN experiments AS e USING (experiment_id) "
+  return "SELECT b.*, e.name AS experiment, (SELECT count(*) FROM clock_stopped AS k JOIN cells AS c USING (cell_id) "
+         "WHERE c.experiment_id = b.experiment_id AND c.method_id = b.method_id AND c.initialization = "
+         "b.initialization AND c.task = " +
+         SqlText(std::string(ToString(kInterpolatedTask.task))) +
+         ") AS clock_stopped FROM interpolation_cells AS b JOIN experiments AS e USING (experiment_id) "
          "WHERE b.experiment_id = " +
          std::to_string(experiment_id) + " AND rule = '" + std::string(ToString(rule)) +
          "' ORDER BY (SELECT min(cell_id) FROM cells AS c WHERE c.experiment_id = b.experiment_id AND "
@@ -129,7 +139,8 @@ InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t ex
         integer("free"),
         OptionalNumber(cells.At(i, "free_share")),
         OptionalNumber(cells.At(i, "environment_depth_m")),
-        OptionalNumber(cells.At(i, "self_depth_m"))};
+        OptionalNumber(cells.At(i, "self_depth_m")),
+        integer("clock_stopped")};
   }
   TellRowsApart(method_ids, &table.rows);
   return table;

@@ -26,6 +26,7 @@ struct InterpolationCell {
   std::optional<double> free_share;  ///< mean share of such transitions, 0 .. 1
   std::optional<double> environment_depth_m;
   std::optional<double> self_depth_m;
+  std::int64_t clock_stopped = 0;  ///< of the n: ended by the clock
 };
 
 struct InterpolationRow {

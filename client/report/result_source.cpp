@@ -10,6 +10,12 @@
 namespace legopt::client {
 namespace {
 
+int HexDigit(char c) {
+  constexpr int kTen = 10;
+  if (c >= '0' && c <= '9') return c - '0';
+  return c >= 'A' && c <= 'F' ? c - 'A' + kTen : -1;
+}
+
 std::string Hex(const std::string& bytes) {
   constexpr char kDigits[] = "0123456789ABCDEF";
   constexpr unsigned kNibble = 4, kMask = 15;
@@ -93,6 +99,19 @@ class ServerSource final : public ResultSource {
 std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options) {
   if (options.db) return std::make_unique<FileSource>(*options.db);
   return std::make_unique<ServerSource>(options.network);
+}
+
+std::optional<std::string> BytesOfBlob(std::string_view hex) {
+  constexpr int kBase = 16;
+  if (hex.size() % 2 != 0) return std::nullopt;
+  std::string bytes;
+  bytes.reserve(hex.size() / 2);
+  for (std::size_t i = 0; i < hex.size(); i += 2) {
+    const int high = HexDigit(hex[i]), low = HexDigit(hex[i + 1]);
+    if (high < 0 || low < 0) return std::nullopt;
+    bytes.push_back(static_cast<char>(high * kBase + low));
+  }
+  return bytes;
 }
 
 std::string SqlText(const std::string& text) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "client/report/listing.h"
 #include "client/service/server_connection.h"
@@ -37,6 +38,9 @@ class ResultSource {
 };
 
 std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options);
+
+/// The bytes of a BLOB that came as text; empty for text that is none.
+std::optional<std::string> BytesOfBlob(std::string_view hex);
 
 /// A text as an SQL literal.
 std::string SqlText(const std::string& text);

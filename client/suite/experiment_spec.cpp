@@ -27,11 +27,13 @@ std::string IdRange(const std::vector<DatasetFacts::Problem>& problems) {
          std::to_string(high->id);
 }
 
-nlohmann::json WallTimeJson(const Suite& suite) {
-  auto times = nlohmann::json::object();
-  for (const auto& task : suite.tasks) times[std::string(ToString(task.task))] = suite.wall_time_s[task.task];
-  const bool same = std::all_of(times.begin(), times.end(), [&](const auto& time) { return time == *times.begin(); });
-  return same ? *times.begin() : times;
+// Of the suite's tasks; one number where all have the same.
+template <class Value>
+nlohmann::json LimitJson(const Suite& suite, const Per<Task, Value>& limit) {
+  auto limits = nlohmann::json::object();
+  for (const auto& task : suite.tasks) limits[std::string(ToString(task.task))] = limit[task.task];
+  const bool same = std::all_of(limits.begin(), limits.end(), [&](const auto& one) { return one == *limits.begin(); });
+  return same ? *limits.begin() : limits;
 }
 
 // The problems of a task by the suite's selection, in its order.
@@ -159,7 +161,10 @@ nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset, std::v
                          {"tasks", TasksJson(suite, dataset, left_out)},
                          {"initializations", InitializationsJson(suite)},
                          {"methods", std::move(methods)},
-                         {"limits", {{"wall_time_s", WallTimeJson(suite)}, {"memory_mb", suite.memory_mb}}},
+                         {"limits",
+                          {{"effort_limit", LimitJson(suite, suite.effort_limit)},
+                           {"wall_time_s", LimitJson(suite, suite.wall_time_s)},
+                           {"memory_mb", suite.memory_mb}}},
                          {"max_attempts", suite.max_attempts}};
   if (suite.builds != BuildRule::kOne) spec["builds"] = ToString(suite.builds);  // left out: ids stay as they were
   return spec;

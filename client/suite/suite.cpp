@@ -191,26 +191,31 @@ void ReadMethods(const YamlMap& map, Suite* suite) {
   }
 }
 
-// One number for all tasks, or a map with one for each.
-WallTimes ReadWallTimes(const YamlMap& parent) {
-  const auto read = [](const YamlMap& map, const std::string& key) {
-    return map.Number(key, limits::kLeastWallTime_s, limits::kMostWallTime_s);
-  };
-  WallTimes times = DefaultWallTimes();
-  if (!parent.Get("wall_time_s").IsMap()) {
-    times.values.fill(read(parent, "wall_time_s"));
-    return times;
+// One number for all tasks, or a map with one for each; what it does not tell stays.
+template <class Value, class Read>
+void ReadTaskLimits(const YamlMap& parent, const std::string& key, const Read& read, Per<Task, Value>* values) {
+  if (!parent.Has(key)) return;
+  if (!parent.Get(key).IsMap()) {
+    values->values.fill(read(parent, key));
+    return;
   }
-  const YamlMap map(parent.Get("wall_time_s"), parent.file(), parent.Path("wall_time_s"), WordsOf<Task>());
+  const YamlMap map(parent.Get(key), parent.file(), parent.Path(key), WordsOf<Task>());
   for (const auto& [task, word] : kWords<Task>) {
-    if (map.Has(std::string(word))) times[task] = read(map, std::string(word));
+    if (map.Has(std::string(word))) (*values)[task] = read(map, std::string(word));
   }
-  return times;
 }
 
 void ReadLimits(const YamlMap& parent, Suite* suite) {
-  const YamlMap map(parent.Get("limits"), parent.file(), parent.Path("limits"), {"wall_time_s", "memory_mb"});
-  if (map.Has("wall_time_s")) suite->wall_time_s = ReadWallTimes(map);
+  const YamlMap map(parent.Get("limits"), parent.file(), parent.Path("limits"),
+                    {"effort_limit", "wall_time_s", "memory_mb"});
+  const auto evaluations = [](const YamlMap& limit, const std::string& key) {
+    return limit.Integer(key, 1, limits::kMostEffort);
+  };
+  const auto seconds = [](const YamlMap& limit, const std::string& key) {
+    return limit.Number(key, limits::kLeastWallTime_s, limits::kMostWallTime_s);
+  };
+  ReadTaskLimits(map, "effort_limit", evaluations, &suite->effort_limit);
+  ReadTaskLimits(map, "wall_time_s", seconds, &suite->wall_time_s);
   if (map.Has("memory_mb")) {
     suite->memory_mb = static_cast<int>(map.Integer("memory_mb", limits::kLeastMemory_mb, limits::kMostMemory_mb));
   }

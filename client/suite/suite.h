@@ -18,13 +18,12 @@ struct TaskSelection {
   std::optional<std::vector<int>> problems;  ///< sorted, without repetition
 };
 
-/// Wall-time limit of one job, by task; seconds.
-using WallTimes = Per<Task, double>;
-
-constexpr WallTimes DefaultWallTimes() {
-  WallTimes times;
-  for (const TaskDescription& task : kTasks) times[task.task] = task.default_wall_limit_s;
-  return times;
+/// A limit of one job, by task, as the tasks' descriptions have it.
+template <class Value>
+constexpr Per<Task, Value> DefaultLimits(Value TaskDescription::*member) {
+  Per<Task, Value> limits;
+  for (const TaskDescription& task : kTasks) limits[task.task] = task.*member;
+  return limits;
 }
 
 /// An experiment file (YAML). Keys, all in the paper's words:
@@ -46,7 +45,7 @@ constexpr WallTimes DefaultWallTimes() {
 ///         incremental: false
 ///         collision: solid             # obstacles; a list likewise; not beside the suite's key
 ///         options: {}                  # of the solver, see legopt/methods/method.h
-///     limits: {wall_time_s: 60, memory_mb: 1024}   # per job; or wall_time_s: {posture: 60, motion: 900}
+///     limits: {effort_limit: 1000000, memory_mb: 1024}   # per job; or effort_limit: {posture: 1000000, ...}
 ///     max_attempts: 3                  # how often a job is started before it counts as dead
 ///     builds: one                      # one: the build that begins it finishes it; any: workers of all builds may
 struct Suite {
@@ -59,7 +58,10 @@ struct Suite {
   std::vector<Initialization> initializations = {Initialization::kGood, Initialization::kInCollision};
   std::optional<int> max_stances;  ///< longer problems are left out
   std::vector<Method> methods;     ///< one per combination of the lists' values, complete with defaults
-  WallTimes wall_time_s = DefaultWallTimes();
+  /// Of one job, in term evaluations.
+  Per<Task, std::int64_t> effort_limit = DefaultLimits(&TaskDescription::default_effort_limit);
+  /// Of one job, a safety net.
+  Per<Task, double> wall_time_s = DefaultLimits(&TaskDescription::default_wall_limit_s);
   int memory_mb = 1024;
   int max_attempts = 3;
   BuildRule builds = BuildRule::kOne;

@@ -7,10 +7,6 @@
 namespace legopt {
 namespace {
 
-bool Stopped(const SolverResult& result) {
-  return result.status == SolveStatus::kTimeLimit || result.status == SolveStatus::kCancelled;
-}
-
 bool Better(const SolverResult& a, const SolverResult& b) {
   if (a.feasible != b.feasible) return a.feasible;
   if (!a.value.IsFinite()) return false;
@@ -20,9 +16,9 @@ bool Better(const SolverResult& a, const SolverResult& b) {
 /// A better start from where no step was worth a try is a step of its own.
 void RecordMove(const SolverContext& context, size_t first_record, const ObjectiveValue& from,
                 const ObjectiveValue& to) {
-  if (context.history == nullptr || NumRecords(context) > first_record) return;
+  if (NumRecords(context) > first_record) return;
   if (from.cost == to.cost && from.max_violation == to.max_violation) return;
-  context.history->push_back({.cost = to.cost, .violation = to.max_violation, .accepted = true});
+  context.Record({.cost = to.cost, .violation = to.max_violation, .accepted = true});
 }
 
 }  // namespace
@@ -35,12 +31,12 @@ SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const Solve
   SolverResult best = sqp_.Solve(program, x, context);
   const ObjectiveValue first = best.value;
   if (best.status == SolveStatus::kNumericalFailure && !best.value.IsFinite()) return best;
-  for (int k = 0; k < options_.rescues && !best.feasible && !Stopped(best); ++k) {
+  for (int k = 0; k < options_.rescues && !best.feasible && !IsStopped(best.status); ++k) {
     Scatter(program, start_, options_.rescue_noise, context.Draws());
     Try(program, context, x, best);
   }
   const int refinements = program.num_waypoints() == 1 && best.feasible ? options_.refinements : 0;
-  for (int k = 0; k < refinements && !Stopped(best); ++k) {
+  for (int k = 0; k < refinements && !IsStopped(best.status); ++k) {
     Scatter(program, x, options_.refinement_noise, context.Draws());
     Try(program, context, x, best);
   }
@@ -66,16 +62,17 @@ void BestSolver::Scatter(const Program& program, const Eigen::VectorXd& from, do
 }
 
 void BestSolver::Try(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best) {
-  SolverResult result = sqp_.Solve(program, trial_, context);
+  SolverContext another = context;
+  another.start = best.starts;
+  SolverResult result = sqp_.Solve(program, trial_, another);
   Effort effort = best;
   effort += result;
-  const bool stopped = Stopped(result);
   const SolveStatus status = result.status;
   if (Better(result, best)) {
     best = result;
     x.swap(trial_);
   }
-  if (stopped) best.status = status;
+  if (IsStopped(status)) best.status = status;
   static_cast<Effort&>(best) = effort;
 }
 

@@ -214,9 +214,7 @@ bool IpoptProgram::intermediate_callback(Ipopt::AlgorithmMode, Index iteration, 
     if (iteration > 0) {
       ++round_.iterations;
       const ObjectiveValue& value = slotted_.value();  // Ipopt has just moved to the point that it evaluated last
-      if (context_.history != nullptr) {
-        context_.history->push_back({.cost = value.cost, .violation = value.max_violation, .accepted = true});
-      }
+      context_.Record({.cost = value.cost, .violation = value.max_violation, .accepted = true});
     }
     round_.stop_status = context_.Stopped();
   } catch (...) {

@@ -80,10 +80,7 @@ bool PenaltySolver::Visit(const Eigen::VectorXd& x, const ObjectiveValue& value)
   const bool lowest = finite_ && value.Merit(penalty_) < lowest_.value.Merit(penalty_);
   if (lowest) lowest_.Take(x, value);
   if (finite_ && Better(value, best_.value)) best_.Take(x, value);
-  if (context_->history != nullptr) {
-    context_->history->push_back(
-        {.penalty = penalty_, .cost = value.cost, .violation = value.max_violation, .accepted = lowest});
-  }
+  context_->Record({.penalty = penalty_, .cost = value.cost, .violation = value.max_violation, .accepted = lowest});
   return finite_;
 }
 

@@ -9,16 +9,21 @@
 
 namespace legopt {
 
-/// One trial step of an optimiser. Of the records of one solve the last accepted one is the returned point; when none
-/// is accepted, the start is returned.
+/// One trial step of an optimiser. Of the records of one attempt, and of all attempts at a window, the last accepted
+/// one is the returned point; when none is accepted, the start is returned. All but `elapsed_us` is the same whenever
+/// and wherever the solve is repeated, and nothing depends on that.
 struct IterationRecord {
-  int window = 0;          ///< in which, from 0; 0 for tasks that are not solved window by window
-  int restart = 0;         ///< of this window, 0: the first attempt
-  double penalty = 0.0;    ///< mu; 0 for methods without
-  double trust_box = 0.0;  ///< half width; 0 for methods without
-  double cost = 0.0;       ///< F at the trial point
-  double violation = 0.0;  ///< largest single constraint violation at the trial point
-  bool accepted = false;   ///< the solver took it
+  int step = 0;                  ///< number of the step in the whole solve, from 0
+  int window = 0;                ///< in which, from 0; 0 for tasks that are not solved window by window
+  int restart = 0;               ///< of this window, 0: the first attempt
+  int start = 0;                 ///< of this attempt, 0: the first point that a descent was begun from
+  double penalty = 0.0;          ///< mu; 0 for methods without
+  double trust_box = 0.0;        ///< half width; 0 for methods without
+  double cost = 0.0;             ///< F at the trial point
+  double violation = 0.0;        ///< largest single constraint violation at the trial point
+  bool accepted = false;         ///< the solver took it
+  std::int64_t evaluations = 0;  ///< term evaluations of the whole solve until then
+  std::int64_t elapsed_us = 0;   ///< wall time of the solving thread until then, as of SolveOutcome::wall_us
 };
 
 /// What a solve has cost, in counts that no load and no machine changes. Efforts of attempts add up.

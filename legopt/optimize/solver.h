@@ -13,15 +13,25 @@
 
 namespace legopt {
 
-/// Asked between iterations: the status to stop with (kTimeLimit, kCancelled), or nothing to go on. May be empty.
+/// Asked between iterations: the status to stop with, one of IsStopped(), or nothing to go on. May be empty. Asked at
+/// the same points of every repetition of a solve, so that what it counts by effort ends that at the same one.
 using StopCheck = std::function<std::optional<SolveStatus>()>;
 
+/// Completes the record of a trial step with what the solver does not know: window, restart, effort and time so far.
+/// May be empty.
+using StepStamp = std::function<void(IterationRecord&)>;
+
 /// What one attempt of a solver may use besides the program. The generator is the attempt's own: every random draw
-/// comes from it. `history` receives the trial steps and may be null.
+/// comes from it.
 struct SolverContext {
   StopCheck stop;                                   ///< asked between iterations
   std::mt19937_64* generator = nullptr;             ///< not null for solvers that draw (Method::draws)
-  std::vector<IterationRecord>* history = nullptr;  ///< may be null
+  std::vector<IterationRecord>* history = nullptr;  ///< receives the trial steps; may be null
+  StepStamp stamp = {};                             ///< of the records in the history
+  int start = 0;                                    ///< number of the descent within the attempt, from 0
+
+  /// Adds a trial step to the history, if there is one: the only way into it.
+  void Record(IterationRecord step) const;
 
   /// What the stop check says now; nothing when it is empty.
   std::optional<SolveStatus> Stopped() const { return stop ? stop() : std::nullopt; }
@@ -46,8 +56,9 @@ struct SolverResult : Effort {
 };
 
 /// Ends the history of a solve whose first record is number `first_record`: if it has any, the last accepted one is
-/// then the returned point. For solvers that may go on from the best point that they met: when they have, that point
-/// gets one more record, with the penalty at the end.
+/// then the returned point. For solvers, and rows of attempts, that may go on from the best point that they met: when
+/// they have, that point gets one more record, with the penalty at the end, and with restart and start of when it was
+/// met.
 void CloseHistory(const SolverContext& context, size_t first_record, const ObjectiveValue& returned);
 
 /// An optimiser of the paper's penalty problem, min F(x) + mu V(x) with growing mu. It knows terms, not robots.

@@ -190,13 +190,11 @@ SqpSolver::Step SqpSolver::TryStep(Program& program, const Eigen::VectorXd& x, d
   at_x_ = false;
   const double actual = merit - trial.Merit(penalty_);
   const bool accepted = trial.IsFinite() && actual >= 0.0 && actual >= options_.improve_ratio_threshold * predicted;
-  if (context_->history != nullptr) {
-    context_->history->push_back({.penalty = penalty_,
-                                  .trust_box = trust_box_,
-                                  .cost = trial.cost,
-                                  .violation = trial.max_violation,
-                                  .accepted = accepted});
-  }
+  context_->Record({.penalty = penalty_,
+                    .trust_box = trust_box_,
+                    .cost = trial.cost,
+                    .violation = trial.max_violation,
+                    .accepted = accepted});
   if (!accepted) return Step::kRejected;
   value_ = trial;
   return actual > kGoodShare * predicted ? Step::kGood : Step::kAccepted;

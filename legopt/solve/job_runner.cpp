@@ -13,6 +13,7 @@ JobResult JobRunner::Run(const Job& job, const JobHooks& hooks) {
   SolveSettings settings;
   settings.experiment_seed = job.experiment_seed;
   settings.repetition = job.repetition;
+  settings.effort_limit = job.effort_limit;
   settings.wall_limit_s = job.wall_limit_s;
   settings.cancelled = hooks.cancelled;
   settings.progress = hooks.progress;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include "legopt/dataset/dataset.h"
@@ -21,7 +22,10 @@ struct Job {
   int repetition = 0;                                     ///< >= 0; enters the seed of every random draw
   std::uint64_t experiment_seed = 0;                      ///< the other part of it
   Method method;                                          ///< as validated
-  double wall_limit_s = 60;  ///< > 0; soft: the solver stops itself and returns the best it has
+  /// Term evaluations from which on the solver stops itself and returns the best it has; 0: none.
+  std::int64_t effort_limit = 0;
+  /// A safety net, > 0: what it stops (SolveStatus::kTimeLimit) is no result of the method.
+  double wall_limit_s = std::numeric_limits<double>::infinity();
 };
 
 /// What a running job tells, and asks, its surroundings. Empty functions are not called. Called from the thread that
@@ -33,7 +37,7 @@ struct JobHooks {
 };
 
 /// The solver's outcome and the judge's verdict. Bit-identical for equal (dataset content, job) on every worker of one
-/// build, except the measured times.
+/// build, except the measured times, unless a clock or a person stopped it.
 struct JobResult {
   SolveOutcome solve;     ///< by the solver's own word
   Evaluation evaluation;  ///< by the judge: what success is

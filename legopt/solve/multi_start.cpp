@@ -15,15 +15,17 @@ MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen
                                    const MultiStartSettings& settings) {
   MultiStartResult result;
   Eigen::VectorXd x;
+  const SolverContext all{settings.stop, nullptr, settings.history, settings.stamp};
+  const size_t first_record = NumRecords(all);
   for (int restart = 0; restart <= settings.max_restarts; ++restart) {
     std::mt19937_64 generator = settings.generator(restart);
     x = start;
     if (restart > 0) settings.perturb(generator, x);
-    const size_t first_record = settings.history == nullptr ? 0 : settings.history->size();
-    const SolverResult attempt = solver.Solve(program, x, {settings.stop, &generator, settings.history});
-    for (size_t i = first_record; settings.history != nullptr && i < settings.history->size(); ++i) {
-      (*settings.history)[i].restart = restart;
-    }
+    const StepStamp stamp = [&settings, restart](IterationRecord& step) {
+      step.restart = restart;
+      if (settings.stamp) settings.stamp(step);
+    };
+    const SolverResult attempt = solver.Solve(program, x, {settings.stop, &generator, settings.history, stamp});
     result.restarts = restart;
     result.effort += attempt;
     if (restart == 0 || Better(attempt, result.best)) {
@@ -31,10 +33,10 @@ MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen
       result.x = x;
     }
     if (settings.attempted) settings.attempted(restart + 1);
-    const bool stopped = attempt.status == SolveStatus::kTimeLimit || attempt.status == SolveStatus::kCancelled;
-    if (stopped) result.best.status = attempt.status;
-    if (stopped || attempt.feasible) break;
+    if (IsStopped(attempt.status)) result.best.status = attempt.status;
+    if (IsStopped(attempt.status) || attempt.feasible) break;
   }
+  CloseHistory(all, first_record, result.best.value);
   return result;
 }
 

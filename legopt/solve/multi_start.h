@@ -20,6 +20,7 @@ struct MultiStartSettings {
   std::function<void(int attempts)> attempted;
   StopCheck stop;  ///< asked by the solver; what ends an attempt ends them all; may be empty
   std::vector<IterationRecord>* history = nullptr;  ///< may be null
+  StepStamp stamp = {};                             ///< of its records, beside the number of the restart; may be empty
 };
 
 /// The best of the attempts.
@@ -30,7 +31,7 @@ struct MultiStartResult {
   Effort effort;      ///< of all attempts
 
   /// A stop check ended it.
-  bool stopped() const { return best.status == SolveStatus::kTimeLimit || best.status == SolveStatus::kCancelled; }
+  bool stopped() const { return IsStopped(best.status); }
 };
 
 /// One attempt from `start`, then up to max_restarts from perturbed copies of it, until one ends feasible.

@@ -60,9 +60,13 @@ class ProblemSolver::Run {
     return {method_.collision_margin_m, method_.contact_range_m, method_.continuous_collision,
             method_.continuous_weight};
   }
+  /// Term evaluations so far.
+  std::int64_t Evaluations() const {
+    return outcome_.term_evaluations + (program_ == nullptr ? 0 : program_->TermEvaluations());
+  }
   std::optional<SolveStatus> Stopped() const;
   void Perturb(std::mt19937_64& generator, int first_waypoint, Eigen::VectorXd& x) const;
-  MultiStartSettings Attempts(std::string identity, int first_waypoint);
+  MultiStartSettings Attempts(std::string identity, int window, int first_waypoint);
   Eigen::VectorXd WindowStart(std::span<const Stance> stances, bool fixed_first) const;
   bool SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index);
   void KeepWindow(const StanceWindow& window, const Eigen::VectorXd& x);
@@ -80,12 +84,15 @@ class ProblemSolver::Run {
   std::unique_ptr<Solver> solver_;
   SolveTimer timer_;
   SolveOutcome outcome_;
-  double window_costs_ = 0.0;  ///< sum of the programs' own
+  const Program* program_ = nullptr;  ///< of the window at hand
+  double window_costs_ = 0.0;         ///< sum of the programs' own
 };
 
+// Effort before time: a solve that ends by its effort does so whenever the clock lets it come that far.
 std::optional<SolveStatus> ProblemSolver::Run::Stopped() const {
   constexpr double kMicros = 1e6;
   if (settings_.cancelled && settings_.cancelled()) return SolveStatus::kCancelled;
+  if (settings_.effort_limit > 0 && Evaluations() >= settings_.effort_limit) return SolveStatus::kEffortLimit;
   const bool late = static_cast<double>(timer_.wall_us()) > settings_.wall_limit_s * kMicros;
   return late ? std::optional(SolveStatus::kTimeLimit) : std::nullopt;
 }
@@ -98,7 +105,7 @@ void ProblemSolver::Run::Perturb(std::mt19937_64& generator, int first_waypoint,
   }
 }
 
-MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int first_waypoint) {
+MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int window, int first_waypoint) {
   MultiStartSettings attempts;
   attempts.max_restarts = method_.multi_starts;
   attempts.generator = [identity = std::move(identity)](int restart) {
@@ -112,6 +119,11 @@ MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int first_
   }
   attempts.stop = [this] { return Stopped(); };
   attempts.history = &outcome_.history;
+  attempts.stamp = [this, window](IterationRecord& step) {
+    step.window = window;
+    step.evaluations = Evaluations();
+    step.elapsed_us = timer_.wall_us();
+  };
   return attempts;
 }
 
@@ -165,11 +177,11 @@ bool ProblemSolver::Run::SolveWindow(const ProblemDefinition& problem, const Sta
           .subspan(static_cast<size_t>(window.first_stance), static_cast<size_t>(window.num_stances));
   const bool fixed_first = window.first_stance > 0;
   const auto program = MakeTaskProgram(task_.task, dataset_, query_, stances, Contacts(), fixed_first);
-  const size_t first_record = outcome_.history.size();
+  program_ = program.get();
   const MultiStartResult result = SolveWithRestarts(*solver_, *program, WindowStart(stances, fixed_first),
-                                                    Attempts(Identity(problem, index), fixed_first ? 1 : 0));
-  for (size_t i = first_record; i < outcome_.history.size(); ++i) outcome_.history[i].window = index;
-  outcome_.term_evaluations += program->TermEvaluations();
+                                                    Attempts(Identity(problem, index), index, fixed_first ? 1 : 0));
+  outcome_.term_evaluations = Evaluations();
+  program_ = nullptr;
   Account(result);
   const bool failed = !result.best.feasible;
   if (failed) outcome_.message = (task_.windowed ? WindowName(window, index) : "") + WorstTerm(*program, result.best);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include "legopt/collision/collision_query.h"
@@ -16,8 +17,10 @@ namespace legopt {
 struct SolveSettings {
   std::uint64_t experiment_seed = 1;  ///< enters the seed of every random draw
   int repetition = 0;                 ///< >= 0; likewise
-  double wall_limit_s = 60.0;         ///< soft limit, checked between iterations; > 0
-  std::function<bool()> cancelled;    ///< polled between iterations; may be empty
+  std::int64_t effort_limit = 0;      ///< term evaluations, checked between iterations: kEffortLimit; 0: none
+  /// A safety net, checked between iterations: kTimeLimit, which is no result of the method; > 0.
+  double wall_limit_s = std::numeric_limits<double>::infinity();
+  std::function<bool()> cancelled;  ///< polled between iterations; may be empty
   /// Windows finished of all windows, of a task without them attempts finished of attempts allowed; may be empty.
   std::function<void(int done, int total)> progress;
 };
@@ -29,8 +32,9 @@ struct SolveSettings {
 /// window that exhausts them ends the problem: the outcome holds the waypoints of the windows before it, and its
 /// message names window and term.
 ///
-/// Deterministic: all random draws come from generators seeded by (experiment seed, task, problem, initialisation,
-/// method, repetition, window, restart); what was solved before has no influence. One thread at a time.
+/// Deterministic, but for what a clock or a person stopped: all random draws come from generators seeded by (experiment
+/// seed, task, problem, initialisation, method, repetition, window, restart); what was solved before has no influence.
+/// One thread at a time.
 class ProblemSolver {
  public:
   /// Builds the dataset's collision model of solids when nobody has yet, and its own collision query; those of the

@@ -76,16 +76,16 @@ const std::filesystem::path& MillionResults() {
         printf('%064x', 1), 0, NULL);
       WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i < 63)
         INSERT INTO cells SELECT i + 1, 1, 1 + i / 4, iif(i % 2, 'motion', 'posture'),
-          iif(i / 2 % 2, 'in_collision', 'good'), 15625, 1 FROM n;
+          iif(i / 2 % 2, 'in_collision', 'good'), 15625, 1, NULL FROM n;
       INSERT INTO jobs SELECT 15625 * (cell_id - 1) + 1 + problem_id, cell_id, problem_key, 0, 'leased', 1, 0, 3
         FROM cells JOIN problems USING (task);
       INSERT INTO attempts (job_id, attempt, worker_id, token, leased_at_us) SELECT job_id, 1, 1, job_id, 0 FROM jobs;
       INSERT INTO results (job_id, cell_id, attempt, solver_status, iterations, restarts, wall_us, cpu_us,
           involuntary_context_switches, peak_memory_bytes, verdict_literal, verdict_strict, verdict_detail, cost,
-          num_waypoints, received_at_us, history_json)
+          num_waypoints, received_at_us, trace)
         SELECT job_id, cell_id, 1, 'converged_feasible', 20, 0, 1000 + abs(random()) % 100000, 900, 0, 1 << 20,
           iif(job_id % 10, 'success', 'com'), iif(job_id % 9, 'success', 'com'), '', 300 + abs(random()) % 200000 / 1e3,
-          1, 0, '{"cost":[1,2,3]}' FROM jobs;
+          1, 0, randomblob(300) FROM jobs;
       UPDATE attempts SET outcome = 'finished', ended_at_us = 1;
       UPDATE jobs SET state = 'done';
     )sql");

@@ -267,8 +267,8 @@ TEST(Ranges, TheFirstFaultIsTold) {
   auto result = Sample<legopt_msg::result_request>();
   result.waypoints[0] = std::nan("");
   EXPECT_EQ(Validate(result), "waypoints: nan: must be finite");
-  result.history_json = std::string("\0", 1);
-  EXPECT_EQ(Validate(result), "history_json: binary: must be UTF-8 without NUL");
+  result.num_trace_bytes = 9;
+  EXPECT_EQ(Validate(result), "num_trace_bytes: 9: must be the size of its array, 3");
   result.interpolation_free_share = 2;
   EXPECT_EQ(Validate(result), "interpolation_free_share: must be within 0 .. 1");
   result.interpolation_self_depth_m = -1;

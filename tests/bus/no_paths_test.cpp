@@ -53,7 +53,6 @@ const std::map<std::string, std::string> kTexts = {
     {"result_request.verdict_literal", "word"},
     {"result_request.verdict_strict", "word"},
     {"result_request.verdict_detail", "shown"},
-    {"result_request.history_json", "shown"},
     {"status_reply.json", "json"},
     {"submit_reply.message", "shown"},
     {"submit_request.submission_id", "compared"},

@@ -17,12 +17,12 @@ using testing::StartsWith;
 TEST_F(CommandLine, HelpNamesCommandsAndExitCodes) {
   const auto result = Run({"--help"});
   EXPECT_EQ(result.exit_code, 0);
-  for (const char* word : {"run",     "submit",   "watch",      "status",     "list",
-                           "show",    "cancel",   "pause",      "resume",     "hold",
-                           "release", "priority", "retry",      "rename",     "tag",
-                           "delete",  "table",    "query",      "evaluate",   "export",
-                           "doctor",  "dataset",  "tap",        "Exit codes", "database unusable",
-                           "help",    "version",  "LEGOPT_DATA"}) {
+  for (const char* word : {"run",     "submit",   "watch",       "status",     "list",
+                           "show",    "cancel",   "pause",       "resume",     "hold",
+                           "release", "priority", "retry",       "rename",     "tag",
+                           "delete",  "table",    "query",       "evaluate",   "export",
+                           "doctor",  "dataset",  "tap",         "Exit codes", "database unusable",
+                           "help",    "version",  "LEGOPT_DATA", "trace"}) {
     EXPECT_THAT(result.out, HasSubstr(word));
   }
 }

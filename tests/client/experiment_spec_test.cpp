@@ -31,7 +31,9 @@ TEST(ExperimentSpec, HoldsTheContractsKeys) {
   EXPECT_EQ(spec.at("dataset"), (nlohmann::json{{"name", "tiny"}, {"hash", std::string(64, 'a')}}));
   EXPECT_EQ(spec.at("tasks"), nlohmann::json::parse(R"([{"task":"posture","problems":[0,7],"waypoints":[1,1]}])"));
   EXPECT_EQ(spec.at("initializations"), (nlohmann::json{"good", "in_collision"}));
-  EXPECT_EQ(spec.at("limits"), (nlohmann::json{{"wall_time_s", 60.0}, {"memory_mb", 1024}}));
+  EXPECT_EQ(spec.at("limits"), (nlohmann::json{{"effort_limit", DescriptionOf(Task::kPosture).default_effort_limit},
+                                               {"wall_time_s", DescriptionOf(Task::kPosture).default_wall_limit_s},
+                                               {"memory_mb", 1024}}));
   EXPECT_EQ(spec.at("max_attempts"), 3);
   ASSERT_EQ(spec.at("methods").size(), 2U);
   const auto& method = spec.at("methods")[1];
@@ -79,17 +81,21 @@ TEST(ExperimentSpec, LongMotionsAreLeftOut) {
   }
 }
 
-TEST(ExperimentSpec, WallTimesDifferOnlyWhereTasksDo) {
+TEST(ExperimentSpec, LimitsDifferOnlyWhereTasksDo) {
   const DatasetFacts dataset = {"tiny", std::string(64, 'a'), {{{{{0, 1}}, {{0, 54}}}}}};
   const auto limit = [&](const std::string& tasks, const std::string& keys) {
     const Suite suite = SuiteOf("tasks: " + tasks + "\nmethods: [{solver: sqp}]\n" + keys);
     return BuildSpec(suite, dataset).at("limits").at("wall_time_s");
   };
-  EXPECT_EQ(limit("posture", ""), 60);
+  EXPECT_EQ(limit("posture", ""), DescriptionOf(Task::kPosture).default_wall_limit_s);
   EXPECT_EQ(limit("motion", "limits: {wall_time_s: {motion: 300}}\n"), 300);
   EXPECT_EQ(limit("[posture, motion]", "limits: {wall_time_s: 20}\n"), 20);
   EXPECT_EQ(limit("[posture, motion]", "limits: {wall_time_s: {motion: 300}}\n"),
-            (nlohmann::json{{"posture", 60.0}, {"motion", 300.0}}));
+            (nlohmann::json{{"posture", DescriptionOf(Task::kPosture).default_wall_limit_s}, {"motion", 300.0}}));
+  const Suite suite =
+      SuiteOf("tasks: [posture, motion]\nmethods: [{solver: sqp}]\nlimits: {effort_limit: {motion: 7}}\n");
+  EXPECT_EQ(BuildSpec(suite, dataset).at("limits").at("effort_limit"),
+            (nlohmann::json{{"posture", DescriptionOf(Task::kPosture).default_effort_limit}, {"motion", 7}}));
 }
 
 TEST(ExperimentSpec, AllProblemsWhenNoneAreNamed) {

@@ -7,6 +7,7 @@
 
 #include "command_line_fixture.h"
 #include "db/connection.h"
+#include "legopt/solve/trace.h"
 
 namespace legopt::client {
 namespace {
@@ -104,6 +105,97 @@ TEST_F(ResultCommands, ShowTellsResultAndAttempts) {
   const auto result = Run({"show", "2", "--db", Database()});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, AllOf(HasSubstr("com"), HasSubstr("finished"), HasSubstr("worker-1")));
+}
+
+class TraceCommand : public CommandLine {
+ protected:
+  // Three jobs: with a trace, with none, queued.
+  std::string Traced() {
+    const auto file = folder_.path() / "traced.sqlite";
+    const std::vector<IterationRecord> records = {{.step = 0,
+                                                   .penalty = 100,
+                                                   .trust_box = 0.1,
+                                                   .cost = 401.25,
+                                                   .violation = 0.5,
+                                                   .evaluations = 10,
+                                                   .elapsed_us = 70},
+                                                  {.step = 4,
+                                                   .penalty = 1000,
+                                                   .trust_box = 0.2,
+                                                   .cost = 1.0 / 3,
+                                                   .violation = 1e-5,
+                                                   .accepted = true,
+                                                   .evaluations = 40,
+                                                   .elapsed_us = 300}};
+    TestExperiment experiment;
+    experiment.results = {
+        {.problem = 0, .trace = EncodeTrace(records)}, {.problem = 1}, {.problem = 2, .finished = false}};
+    WriteTestDatabase(file, experiment);
+    return file.string();
+  }
+};
+
+TEST_F(TraceCommand, PrintsAndExportsEveryRecord) {
+  const std::string file = Traced();
+  const std::string csv = Run({"trace", "1", "--db", file, "--format", "csv"}).out;
+  EXPECT_EQ(csv.substr(0, csv.find('\n')),
+            "step,window,restart,start,penalty,trust_box,accepted,evaluations,elapsed_us,cost,violation\r");
+  const auto json = nlohmann::json::parse(Run({"trace", "1", "--db", file, "--format", "json"}).out);
+  ASSERT_EQ(json.size(), 2U);
+  EXPECT_EQ(json[0].at("accepted"), 0);
+  EXPECT_EQ(json[1].at("step"), 4);
+  EXPECT_EQ(json[1].at("cost"), 1.0 / 3) << "bit by bit";
+  EXPECT_EQ(json[1].at("elapsed_us"), 300);
+  EXPECT_THAT(Run({"trace", "1", "--db", file}).out, AllOf(HasSubstr("401.25"), HasSubstr("evaluations")));
+  const std::string out = (folder_.path() / "trace.csv").string();
+  const auto written = Run({"trace", "1", "--db", file, "--format", "csv", "--out", out});
+  EXPECT_EQ(written.exit_code, 0) << written.err;
+  EXPECT_EQ(written.out, "");
+  std::ifstream stream(out, std::ios::binary);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(stream), {}), csv);
+}
+
+TEST_F(TraceCommand, SaysWhyThereIsNone) {
+  const std::string file = Traced();
+  ExpectError(Run({"trace", "9", "--db", file}), 2, "job 9 does not exist; 'legopt list --db");
+  ExpectError(Run({"trace", "3", "--db", file}), 2, "job 3 is queued and has no result; 'legopt show 3 --db");
+  ExpectError(Run({"trace", "2", "--db", file}), 2, "job 2 has a result without a trace");
+  ExpectError(Run({"trace", "1", "--db", file, "--out", "/nowhere/x.csv"}), 2, "/nowhere/x.csv");
+}
+
+TEST_F(TraceCommand, DamageIsTheDatabases) {
+  const std::string file = Traced();
+  {
+    db::Connection connection(file, db::Connection::Mode::kReadWriteCreate);
+    connection.Execute("DROP TRIGGER results_are_final; UPDATE results SET trace = x'5a5a5a5a5a5a' WHERE job_id = 1");
+    connection.Execute(
+        "CREATE TRIGGER results_are_final BEFORE UPDATE ON results BEGIN SELECT RAISE(ABORT, 'an accepted result "
+        "cannot "
+        "change'); END");
+  }
+  ExpectError(Run({"trace", "1", "--db", file}), 6, "job 1: trace");
+}
+
+// A database of before there were traces, upgraded.
+TEST_F(TraceCommand, OlderResultsShowTheHistoryThatTheyHave) {
+  const std::string file = Traced();
+  {
+    db::Connection connection(file, db::Connection::Mode::kReadWriteCreate);
+    connection.Execute(
+        "DROP TRIGGER results_are_final; UPDATE results SET trace = NULL, history_json = "
+        "'{\"columns\":[\"penalty\",\"steps\",\"violation\"],\"rows\":[[100,7,0.25],[1000,2,1e-5]]}' WHERE job_id = 1");
+    connection.Execute(
+        "CREATE TRIGGER results_are_final BEFORE UPDATE ON results BEGIN SELECT RAISE(ABORT, 'an accepted result "
+        "cannot "
+        "change'); END");
+  }
+  const auto result = Run({"trace", "1", "--db", file, "--format", "json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("older than traces"));
+  const auto json = nlohmann::json::parse(result.out);
+  ASSERT_EQ(json.size(), 2U);
+  EXPECT_EQ(json[0].at("steps"), 7);
+  EXPECT_EQ(json[1].at("violation"), 1e-5);
 }
 
 TEST_F(ResultCommands, ExportNeedsTheSameDataset) {

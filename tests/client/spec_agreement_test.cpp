@@ -41,6 +41,8 @@ TEST(SpecAgreement, EachLimitPassesBoth) {
   EXPECT_EQ(Accepted(Yaml("", "solver: sqp, name: " + std::string(200, 'n'))).methods[0].name.size(), 200U);
   EXPECT_EQ(Accepted(Yaml("limits: {wall_time_s: 604800}")).tasks[0].wall_limit_us, 604'800'000'000);
   EXPECT_EQ(Accepted(Yaml("limits: {wall_time_s: 0.001}")).tasks[0].wall_limit_us, 1000);
+  EXPECT_EQ(Accepted(Yaml("limits: {effort_limit: 1}")).tasks[0].effort_limit, 1);
+  EXPECT_EQ(Accepted(Yaml("limits: {effort_limit: 1000000000000}")).tasks[0].effort_limit, 1'000'000'000'000);
   EXPECT_EQ(Accepted(Yaml("limits: {memory_mb: 64}")).memory_limit_bytes, 64 << 20);
   EXPECT_EQ(Accepted(Yaml("limits: {memory_mb: 1048576}")).memory_limit_bytes, std::int64_t{1} << 40);
   EXPECT_EQ(Accepted(Yaml("", "solver: sqp, multi_starts: 1000000")).methods[0].multi_starts, 1'000'000);
@@ -59,6 +61,7 @@ TEST(SpecAgreement, OneStepBeyondTheSuiteSaysSo) {
               StartsWith("s.yaml:4: methods[0].name: is 5000 bytes long"));
   EXPECT_THAT(Refusal(Yaml("limits: {wall_time_s: 604801}")),
               HasSubstr("limits.wall_time_s: must be a number from 0.001 to 604800"));
+  EXPECT_THAT(Refusal(Yaml("limits: {effort_limit: 1000000000001}")), HasSubstr("from 1 to 1000000000000"));
   EXPECT_THAT(Refusal(Yaml("limits: {memory_mb: 63}")), HasSubstr("from 64 to 1048576 (got '63')"));
   EXPECT_THAT(Refusal(Yaml("", "solver: sqp, multi_starts: 1000001")), HasSubstr("from 0 to 1000000"));
   EXPECT_THAT(Refusal(Yaml("repetitions: 100001")), HasSubstr("from 1 to 100000"));

@@ -31,7 +31,7 @@ methods:
   - name: SQP
     solver: sqp
     multi_starts: [0, 10]
-limits: {wall_time_s: 2.5, memory_mb: 256}
+limits: {effort_limit: 5000, wall_time_s: 2.5, memory_mb: 256}
 max_attempts: 2
 builds: any
 )";
@@ -57,6 +57,8 @@ TEST(Suite, TakesEveryKeyOver) {
   EXPECT_EQ(suite.tasks[0].task, Task::kPosture);
   EXPECT_THAT(*suite.tasks[1].problems, ElementsAre(0, 3, 4, 5));
   EXPECT_THAT(suite.initializations, ElementsAre(Initialization::kGood));
+  EXPECT_EQ(suite.effort_limit[Task::kPosture], 5000);
+  EXPECT_EQ(suite.effort_limit[Task::kMotion], 5000);
   EXPECT_DOUBLE_EQ(suite.wall_time_s[Task::kPosture], 2.5);
   EXPECT_DOUBLE_EQ(suite.wall_time_s[Task::kMotion], 2.5);
   EXPECT_EQ(suite.memory_mb, 256);
@@ -111,6 +113,9 @@ TEST(Suite, WallTimeMayDifferByTask) {
   const Suite suite = ParseSuite(std::string(kSmall) + "limits: {wall_time_s: {posture: 5, motion: 7.5}}\n", "s.yaml");
   EXPECT_EQ(suite.wall_time_s[Task::kPosture], 5);
   EXPECT_EQ(suite.wall_time_s[Task::kMotion], 7.5);
+  const Suite effort = ParseSuite(std::string(kSmall) + "limits: {effort_limit: {motion: 12}}\n", "s.yaml");
+  EXPECT_EQ(effort.effort_limit[Task::kMotion], 12);
+  EXPECT_EQ(effort.effort_limit[Task::kPosture], Suite().effort_limit[Task::kPosture]) << "what is not told stays";
   const Suite defaults = ParseSuite(kSmall, "s.yaml");
   EXPECT_GT(defaults.wall_time_s[Task::kMotion], defaults.wall_time_s[Task::kPosture]);
 }
@@ -220,6 +225,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadSuite{"Builds", kSmall + std::string("builds: all\n"), {"builds", "'one' or 'any'", "all"}},
         BadSuite{"Fraction", kSmall + std::string("max_attempts: 1.5\n"), {"max_attempts", "1.5"}},
         BadSuite{"OutOfRange", kSmall + std::string("limits: {memory_mb: 1}\n"), {"limits.memory_mb", "from 64"}},
+        BadSuite{"NoEffort", kSmall + std::string("limits: {effort_limit: 0}\n"), {"limits.effort_limit", "from 1"}},
+        BadSuite{
+            "PartOfAnEffort", kSmall + std::string("limits: {effort_limit: 1.5}\n"), {"limits.effort_limit", "1.5"}},
         BadSuite{"NegativeTime", kSmall + std::string("limits: {wall_time_s: -1}\n"), {"limits.wall_time_s", "-1"}},
         BadSuite{
             "NotANumberTime", kSmall + std::string("limits: {wall_time_s: .nan}\n"), {"limits.wall_time_s", ".nan"}},

@@ -26,6 +26,7 @@ db::ResultRecord RecordOf(const TestResult& result, int num_waypoints) {
   record.verdict_detail = success ? "" : "made up";
   record.cost = success ? result.cost : std::nan("");
   record.num_waypoints = num_waypoints;
+  record.trace = result.trace;
   if (!result.waypoints.empty()) {
     record.waypoint_size = static_cast<int>(result.waypoints.front().size());
     for (const auto& x : result.waypoints)

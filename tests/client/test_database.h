@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ struct TestResult {
   std::int64_t wall_us = 1500;
   std::vector<Eigen::VectorXd> waypoints = {};
   bool finished = true;  ///< false: stays queued
+  std::vector<std::uint8_t> trace = {};
 };
 
 struct TestMethod {

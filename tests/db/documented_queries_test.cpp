@@ -64,16 +64,14 @@ std::map<std::string, std::vector<std::string>> DocumentedViews() {
 
 class DocumentedDatabase : public testing::Test {
  protected:
-  // Two methods of one name; a success, a failure, a death, a disagreement, a disturbed timing and a history.
+  // Two methods of one name; a success, a failure, a death, a disagreement, a disturbed timing and a trace.
   void SetUp() override {
     NewExperiment e = SampleExperiment(1, 1, 1);
     e.dataset.joint_names = {"hip", "knee"};
     e.methods.push_back({"SQP", HashOf('b'), "{}", 10, 100, false, SceneRepresentation::kSurface});
     e.cells[1].method_index = 1;
     ResultRecord solved = SampleResult();
-    solved.history_json =
-        R"({"columns":["window","restart","penalty","steps","accepted","cost","violation","trust_box"],)"
-        R"("rows":[[0,0,10,5,4,400.5,0.25,0.1],[0,0,100,3,3,401,1e-6,0.1]]})";
+    solved.trace = {1, 2, 3};
     solved.wall_us = 9000;
     ResultRecord failed = SampleResult();
     failed.verdict_literal = failed.verdict_strict = Verdict::kCom;

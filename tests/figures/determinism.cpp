@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <bit>
@@ -26,39 +27,68 @@ using service::Deployment;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr int kProblems = 50;
+constexpr int kPostures = 50;
+constexpr int kMotions = 2;      // the shortest ones
+constexpr int kSampleSize = 60;  // percent, of the variants that sample
+constexpr int kEffort = 20'000;  // of a motion, in term evaluations: it ends many, and so is part of what must repeat
 constexpr int kReplayed = 100;
 constexpr seconds kSolvePatience{4 * 3600};
-constexpr int kNoLimit_s = 3600;  // of a job: a time limit would depend on the load
+constexpr int kNoLimit_s = 3600;  // of a job solved once more: more than it needs
 
-// Every solver of the registry, with a restart so that random draws are made.
-nlohmann::json EverySolver(const Dataset& dataset, int problems) {
+// The `most` problems of a task with the fewest waypoints.
+std::vector<int> ShortestProblems(const client::DatasetFacts& facts, Task task, int most) {
+  auto problems = facts.problems[task];
+  std::stable_sort(problems.begin(), problems.end(),
+                   [](const auto& a, const auto& b) { return a.waypoints < b.waypoints; });
+  std::vector<int> ids;
+  for (const auto& problem : problems) {
+    if (static_cast<int>(ids.size()) < most) ids.push_back(problem.id);
+  }
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+// Every solver of the registry, as it is, sampled and incremental, with a restart so that random draws are made.
+nlohmann::json EverySolver(const Dataset& dataset, int postures) {
   client::Suite suite;
   suite.name = "determinism";
   suite.seed = 23;
-  suite.initializations = {Initialization::kInCollision};
-  suite.wall_time_s[Task::kPosture] = kNoLimit_s;
+  suite.effort_limit[Task::kMotion] = kEffort;
   suite.max_attempts = 100;  // being killed is not the jobs' fault
   const client::DatasetFacts facts = client::FactsOf(dataset);
-  std::vector<int> ids;
-  for (const auto& problem : facts.problems[Task::kPosture]) {
-    if (static_cast<int>(ids.size()) < problems) ids.push_back(problem.id);
-  }
-  suite.tasks = {{Task::kPosture, ids}};
+  suite.tasks = {{Task::kPosture, ShortestProblems(facts, Task::kPosture, postures)},
+                 {Task::kMotion, ShortestProblems(facts, Task::kMotion, std::min(postures, kMotions))}};
+  const auto add = [&suite](const nlohmann::json& method) {
+    suite.methods.push_back(Method::FromJson(method, "determinism"));
+  };
   for (const SolverEntry& entry : SolverRegistry()) {
-    suite.methods.push_back(Method::FromJson({{"solver", entry.word}, {"multi_starts", 1}}, "determinism"));
+    nlohmann::json method = {{"solver", entry.word}, {"multi_starts", 1}};
+    add(method);
+    if (!entry.samples) continue;
+    method["sample_size"] = kSampleSize;
+    add(method);
+    method["incremental"] = true;
+    add(method);
   }
   return client::BuildSpec(suite, facts);
 }
 
-// All that a solve decides; times and who made it are left out.
+// All that a solve decides; times and who made it are left out. Jobs of equal specifications stand in the same order.
 constexpr char kSolution[] =
-    "SELECT method, problem_id, initialization, repetition, r.solver_status, r.iterations, r.restarts, "
-    "r.verdict_literal, r.verdict_strict, r.cost, waypoint, hex(x) FROM job_list JOIN results AS r USING (job_id) "
+    "SELECT method, sample_size, incremental, task, problem_id, initialization, repetition, r.solver_status, "
+    "r.iterations, r.restarts, r.starts, r.term_evaluations, r.collision_queries, r.verdict_literal, r.verdict_strict, "
+    "r.cost, waypoint, hex(x) FROM job_list JOIN results AS r USING (job_id) "
     "LEFT JOIN waypoints USING (job_id) WHERE experiment_id = ";
 
 std::vector<std::string> Solutions(const Deployment& deployment, std::int64_t experiment) {
-  return deployment.Query(kSolution + std::to_string(experiment) + " ORDER BY method, problem_id, waypoint");
+  return deployment.Query(kSolution + std::to_string(experiment) + " ORDER BY job_id, waypoint");
+}
+
+int CountOf(const Deployment& deployment, std::int64_t experiment, const std::string& condition) {
+  return std::stoi(deployment
+                       .Query("SELECT count(*) FROM job_list WHERE experiment_id = " + std::to_string(experiment) +
+                              " AND " + condition)
+                       .at(0));
 }
 
 bool WaitUntilDone(Deployment& deployment, std::int64_t experiment) {
@@ -174,9 +204,9 @@ int Replay(Deployment& deployment, const std::filesystem::path& dataset, const n
   const std::string hash = executor.Load().at(0).hash;
   const auto stored = deployment.Query(
       "SELECT m.hash, m.options_json, p.problem_id, c.initialization, j.repetition, r.solver_status, r.iterations, "
-      "hex(w.x) FROM results AS r JOIN jobs AS j USING (job_id) JOIN cells AS c ON c.cell_id = j.cell_id JOIN methods "
-      "AS m USING (method_id) JOIN problems AS p USING (problem_key) LEFT JOIN waypoints AS w ON w.job_id = r.job_id "
-      "ORDER BY r.job_id");
+      "(SELECT group_concat(hex(x), '') FROM (SELECT x FROM waypoints AS w WHERE w.job_id = r.job_id ORDER BY "
+      "waypoint)), c.task, c.effort_limit FROM results AS r JOIN jobs AS j USING (job_id) JOIN cells AS c ON c.cell_id "
+      "= j.cell_id JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) ORDER BY r.job_id");
   std::mt19937_64 random(seed);
   int same = 0;
   *replayed = std::min<int>(rows, static_cast<int>(stored.size()));
@@ -187,7 +217,8 @@ int Replay(Deployment& deployment, const std::filesystem::path& dataset, const n
     legopt_msg::lease job{};
     job.dataset_hash = hash;
     job.method_hash = cells.at(0);
-    job.task = "posture";
+    job.task = cells.at(8);
+    job.effort_limit = std::stoll(cells.at(9));
     job.problem_id = std::stoi(cells.at(2));
     job.initialization = cells.at(3);
     job.repetition = std::stoi(cells.at(4));
@@ -207,16 +238,20 @@ int Replay(Deployment& deployment, const std::filesystem::path& dataset, const n
 
 void MeasureDeterminism(const Request& request, Findings& findings) {
   findings.Begin("23");
-  const int problems = request.count > 0 ? request.count : kProblems;
-  const nlohmann::json spec = EverySolver(*Dataset::Load(request.dataset), problems);
+  const nlohmann::json spec =
+      EverySolver(*Dataset::Load(request.dataset), request.count > 0 ? request.count : kPostures);
   Runs runs(request.dataset, spec);
   const auto begin = Clock::now();
-  const std::vector<std::string> calm = Solutions(runs.deployment(), runs.Calm());
-  findings.Note(std::to_string(calm.size()) + " rows (solvers x problems) after " +
-                std::to_string(SecondsSince(begin)) + " s");
-  findings.Promise(static_cast<std::int64_t>(calm.size()) == client::CountJobs(spec), "every job has a solution");
+  const std::int64_t first = runs.Calm();
+  const std::vector<std::string> calm = Solutions(runs.deployment(), first);
+  const int jobs = CountOf(runs.deployment(), first, "state = 'done'");
+  const int limited = CountOf(runs.deployment(), first, "solver_status = 'effort_limit'");
+  findings.Note(std::to_string(jobs) + " jobs (methods x problems x starts), " + std::to_string(limited) +
+                " of them ended by their effort limit, after " + std::to_string(SecondsSince(begin)) + " s");
+  findings.Promise(jobs == client::CountJobs(spec), "every job has a result");
+  findings.Promise(limited > 0 && limited < jobs, "the effort limit ends some jobs and not all");
   findings.Promise(Solutions(runs.deployment(), runs.Loaded()) == calm,
-                   "the same status, iterations and bits by two workers on a loaded machine");
+                   "the same status, effort and bits by two workers on a loaded machine");
   const std::int64_t killed = runs.Killed(request.seed);
   const std::string retried = runs.deployment().Query("SELECT count(*) FROM job_list WHERE attempts > 1").at(0);
   findings.Promise(Solutions(runs.deployment(), killed) == calm,

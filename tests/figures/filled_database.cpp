@@ -22,8 +22,8 @@ void FillResults(const std::filesystem::path& file, int results) {
   connection.Execute(
       "INSERT INTO results (job_id, cell_id, attempt, solver_status, iterations, restarts, wall_us, cpu_us, "
       "involuntary_context_switches, peak_memory_bytes, verdict_literal, verdict_strict, verdict_detail, cost, "
-      "num_waypoints, received_at_us, history_json) SELECT job_id, cell_id, 1, 'converged_feasible', 20, 0, 1000, 900, "
-      "0, 1 << 20, 'success', 'success', '', 300, 1, 0, '{\"cost\":[1,2,3]}' FROM jobs" +
+      "num_waypoints, received_at_us, trace) SELECT job_id, cell_id, 1, 'converged_feasible', 20, 0, 1000, 900, "
+      "0, 1 << 20, 'success', 'success', '', 300, 1, 0, randomblob(300) FROM jobs" +
       some);
   connection.Execute("INSERT INTO waypoints SELECT job_id, 0, randomblob(288) FROM jobs" + some);
   connection.Execute("UPDATE attempts SET outcome = 'finished', ended_at_us = 1");

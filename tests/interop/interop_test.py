@@ -155,7 +155,7 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
 
     async def register(self, endpoint):
         dataset = {"name": "any", "hash": self._hash}
-        hello = await endpoint.call("hello", protocol_version=4, worker_name="test", pid=1, slots=1,
+        hello = await endpoint.call("hello", protocol_version=5, worker_name="test", pid=1, slots=1,
                                     build_id="test", processors=1, datasets=[dataset])
         self.assertEqual(hello.status, 0, hello.message)
         return {"worker_id": hello.worker_id, "server_instance": hello.server_instance}
@@ -224,7 +224,7 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
 
         _, third = await self.lease(endpoint, told)
         verdict = {"verdict_literal": "not_finite", "verdict_strict": "not_finite"}
-        large = {**no_answer(FINISHED, ""), **verdict, "history_json": json.dumps(["x" * 300_000])}
+        large = {**no_answer(FINISHED, ""), **verdict, "trace": bytes(300_000)}
         endpoint = self.endpoint(deployment, lost=0.1, repeated=0.1, damaged=0.1)
         await report(ACCEPTED, third, large)
         await report(DUPLICATE, third, large)
@@ -236,7 +236,7 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
         self.assertEqual(deployment.query("SELECT state, attempts, returned FROM jobs"), [("done", 3, 1)])
         self.assertEqual(deployment.query("SELECT outcome FROM attempts ORDER BY attempt"),
                          [("returned",), ("error",), ("finished",)])
-        self.assertEqual(deployment.query("SELECT length(history_json) FROM results"), [(300_004,)])
+        self.assertEqual(deployment.query("SELECT length(trace) FROM results"), [(300_000,)])
 
     async def test_leases_outlive_the_server(self):
         deployment = self.deploy()

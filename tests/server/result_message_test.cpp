@@ -24,6 +24,7 @@ legopt_msg::result_request DistinctReport() {
   request.verdict_literal = "success";
   request.verdict_strict = "self_collision";
   request.waypoints = {1, 2};
+  request.trace = {3, 4, 5};
   return request;
 }
 
@@ -59,7 +60,7 @@ TEST(ResultMessage, EveryColumnComesFromTheFieldOfItsName) {
   EXPECT_EQ(record.interpolation_free_share, request.interpolation_free_share);
   EXPECT_EQ(record.windows, request.windows);
   EXPECT_EQ(record.windows_solved, request.windows_solved);
-  EXPECT_EQ(record.history_json, request.history_json);
+  EXPECT_EQ(record.trace, request.trace);
   EXPECT_EQ(record.num_waypoints, request.num_waypoints);
   EXPECT_EQ(record.waypoint_size, request.waypoint_size);
   EXPECT_EQ(record.waypoints, request.waypoints);

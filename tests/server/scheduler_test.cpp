@@ -332,6 +332,30 @@ TEST_F(SchedulerTest, RepeatedCrashReportInTheRoundOfTheNextLeaseIsADuplicate) {
   EXPECT_EQ(store_.num_attempts(1), 2);
 }
 
+TEST_F(SchedulerTest, LeasesCarryTheLimits) {
+  nlohmann::json spec = SampleSpec(1);
+  spec["limits"]["effort_limit"] = 4321;
+  Submit(spec);
+  Hello(kFirst);
+  const auto lease = LeaseOne(kFirst);
+  EXPECT_EQ(lease.effort_limit, 4321);
+  EXPECT_EQ(lease.wall_limit_us, 60'000'000);
+}
+
+// Three times the clock, never a result: dead, which a retry takes up.
+TEST_F(SchedulerTest, WhatTheClockStopsIsQueuedAgainAndDiesInTheEnd) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  for (int attempt = 1; attempt <= 3; ++attempt) {
+    EXPECT_EQ(StateOf(1), JobState::kQueued);
+    Finish(kFirst, LeaseOne(kFirst), ReportedOutcome::kTimeLimit);
+  }
+  EXPECT_EQ(StateOf(1), JobState::kDead);
+  EXPECT_EQ(store_.num_accepted(), 0);
+  EXPECT_EQ(Control(1, ControlAction::kRetry).num_jobs, 1);
+  EXPECT_EQ(StatusOf(Finish(kFirst, LeaseOne(kFirst))), ResultStatus::kAccepted);
+}
+
 TEST_F(SchedulerTest, LimitsAndErrorsCostAttempts) {
   Submit(SampleSpec(1));
   Hello(kFirst);

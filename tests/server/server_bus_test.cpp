@@ -94,7 +94,7 @@ class ScriptedWorker {
 
   void Deliver(const legopt_msg::lease& lease) {
     auto result = ResultFor(registration_.worker_id, lease);
-    result.history_json = std::string(3000, ' ');  // more than one datagram
+    result.trace.assign(3000, 7);  // more than one datagram
     party_.Call<legopt_msg::result_reply>(bus::MessageType::kResult, result, [this](const auto& reply) {
       const ResultStatus status = StatusOf(reply);
       ++(status == ResultStatus::kAccepted || status == ResultStatus::kDuplicate ? accepted : refused);

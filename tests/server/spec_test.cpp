@@ -91,6 +91,24 @@ TEST(Spec, WallTimeMayDifferByTask) {
   ExpectRefused(spec, "dance");
 }
 
+TEST(Spec, EffortMayBeLimitedAndDifferByTask) {
+  Json spec = SampleSpec(1);
+  spec["tasks"].push_back({{"task", "motion"}, {"problems", {0}}, {"waypoints", {30}}});
+  EXPECT_EQ(ParseSpec(spec.dump()).tasks[1].effort_limit, 0) << "as in specifications of before";
+  spec["limits"]["effort_limit"] = 12;
+  EXPECT_EQ(ParseSpec(spec.dump()).tasks[1].effort_limit, 12);
+  spec["limits"]["effort_limit"] = {{"posture", 5}, {"motion", 1'000'000'000'000}};
+  const db::NewExperiment rows = MakeNewExperiment(ParseSpec(spec.dump()), 1, 1, 1);
+  EXPECT_EQ(rows.cells[0].effort_limit, 5);
+  EXPECT_EQ(rows.cells[1].effort_limit, 1'000'000'000'000);
+  spec["limits"]["effort_limit"] = {{"posture", 5}};
+  ExpectRefused(spec, "limits.effort_limit.motion");
+  for (const Json& wrong : {Json(0), Json(-1), Json(1.5), Json("many"), Json(1'000'000'000'001)}) {
+    spec["limits"]["effort_limit"] = wrong;
+    ExpectRefused(spec, "limits.effort_limit");
+  }
+}
+
 TEST(Spec, FaultsNameTheKey) {
   EXPECT_THROW(ParseSpec("{"), SpecError);
   EXPECT_THROW(ParseSpec("[]"), SpecError);

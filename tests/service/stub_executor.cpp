@@ -52,6 +52,9 @@ legopt_msg::result_request StubExecutor::Execute(const legopt_msg::lease& job, s
     nanosleep(&millisecond, nullptr);
     hooks.progress(i + 1, work_ms);
   }
+  if (options.value("slow_problem", -1) == job.problem_id && job.attempt <= options.value("slow_attempts", 0)) {
+    return ResultWithoutSolution(ReportedOutcome::kTimeLimit, "stopped by the clock");
+  }
   const bool stopped = options.value("stop_problem", -1) == job.problem_id && job.attempt == 1;
   result.solver_status = stopped ? "time_limit" : "converged_feasible";
   result.verdict_literal = result.verdict_strict = stopped ? "com" : "success";

@@ -44,6 +44,24 @@ class Motion : public ::testing::Test {
   ProblemSolver solver_;
 };
 
+TEST(EmbeddedMotions, WhoseEffortRunsOutKeepTheWindowsSolvedSoFar) {
+  const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
+  ProblemSolver solver(dataset);
+  SolveSettings settings;
+  const auto solve = [&] {
+    return solver.Solve(Task::kMotion, dataset->problems(Task::kMotion).front().id, Initialization::kGood, {},
+                        settings);
+  };
+  const SolveOutcome whole = solve();
+  ASSERT_GT(whole.windows_solved, 1) << whole.message;
+  settings.effort_limit = whole.term_evaluations / 2;
+  const SolveOutcome half = solve();
+  EXPECT_EQ(half.status, SolveStatus::kEffortLimit);
+  EXPECT_LT(half.windows_solved, whole.windows_solved);
+  ASSERT_LE(half.waypoints.size(), whole.waypoints.size());
+  for (std::size_t i = 0; i + 2 < half.waypoints.size(); ++i) EXPECT_EQ(half.waypoints[i], whole.waypoints[i]) << i;
+}
+
 TEST(EmbeddedMotions, AreSolvedAndJudged) {
   const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   ProblemSolver solver(dataset);

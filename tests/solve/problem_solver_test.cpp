@@ -111,6 +111,23 @@ TEST_F(Solve, CancelAndTimeLimit) {
   EXPECT_EQ(late.waypoints.size(), 1u);
 }
 
+// The same point, whatever time it takes.
+TEST_F(Solve, EffortEndsASolveAtTheSamePoint) {
+  const SolveOutcome whole = Run(Hopeless(30));
+  SolveSettings settings;
+  settings.effort_limit = whole.term_evaluations / 2;
+  const SolveOutcome half = Run(Hopeless(30), settings), again = Run(Hopeless(30), settings);
+  EXPECT_EQ(half.status, SolveStatus::kEffortLimit);
+  EXPECT_GE(half.term_evaluations, settings.effort_limit);
+  EXPECT_LT(half.term_evaluations, whole.term_evaluations);
+  EXPECT_LT(half.restarts, whole.restarts);
+  ASSERT_EQ(half.waypoints.size(), 1u);
+  EXPECT_EQ(half.waypoints[0], again.waypoints[0]);
+  EXPECT_EQ(half.term_evaluations, again.term_evaluations);
+  settings.effort_limit = whole.term_evaluations + 1;
+  EXPECT_EQ(Run(Hopeless(30), settings).status, whole.status) << "a limit that is not reached changes nothing";
+}
+
 TEST_F(Solve, ProgressCountsAttempts) {
   std::vector<int> done;
   SolveSettings settings;

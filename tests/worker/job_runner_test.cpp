@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "legopt/input_error.h"
+#include "legopt/solve/trace.h"
 #include "tests/folders.h"
 #include "tests/worker/sample_messages.h"
 #include "worker/solve_executor.h"
@@ -146,8 +147,36 @@ TEST_F(JobRunnerTest, TheExecutorFillsTheResult) {
   EXPECT_FALSE(result.verdict_literal.empty());
   EXPECT_FALSE(result.solver_status.empty());
   EXPECT_GT(result.peak_memory_bytes, 0);
-  const nlohmann::json history = nlohmann::json::parse(result.history_json);
-  EXPECT_EQ(history.at("columns").size(), history.at("rows").at(0).size());
+  const std::vector<IterationRecord> trace = DecodeTrace(result.trace, "test");
+  ASSERT_FALSE(trace.empty());
+  EXPECT_EQ(trace.back().violation, result.solver_violation);
+  EXPECT_LE(trace.back().evaluations, result.term_evaluations);
+  EXPECT_LE(trace.back().elapsed_us, result.wall_us);
+}
+
+TEST_F(JobRunnerTest, EffortThatRanOutIsAResult) {
+  SolveExecutor executor({kDataset});
+  executor.Load();
+  legopt_msg::lease lease = Lease();
+  lease.effort_limit = 1;
+  const auto result = executor.Execute(lease, job_.method.ToJson().dump(), Hooks());
+  EXPECT_EQ(result.outcome, static_cast<int>(ReportedOutcome::kFinished));
+  EXPECT_EQ(result.solver_status, "effort_limit");
+  EXPECT_EQ(result.num_waypoints, 1) << "the best point found";
+}
+
+TEST_F(JobRunnerTest, WhatTheClockStoppedIsNoResult) {
+  SolveExecutor executor({kDataset});
+  executor.Load();
+  legopt_msg::lease lease = Lease();
+  lease.wall_limit_us = 1;
+  const auto result = executor.Execute(lease, job_.method.ToJson().dump(), Hooks());
+  EXPECT_EQ(result.outcome, static_cast<int>(ReportedOutcome::kTimeLimit));
+  EXPECT_NE(result.message.find("stopped by the clock"), std::string::npos) << result.message;
+  EXPECT_GT(result.wall_us, 0) << "it is charged for";
+  lease.effort_limit = 1;
+  EXPECT_EQ(executor.Execute(lease, job_.method.ToJson().dump(), Hooks()).solver_status, "effort_limit")
+      << "what ends by its effort does so whatever the clock says at the same moment";
 }
 
 TEST_F(JobRunnerTest, TheExecutorRefusesOtherDatasetsAndForgedMethods) {

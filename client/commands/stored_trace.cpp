@@ -1,0 +1,81 @@
+#include "client/commands/stored_trace.h"
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "client/client_error.h"
+#include "legopt/input_error.h"
+#include "legopt/solve/trace.h"
+
+namespace legopt::client {
+namespace {
+
+[[noreturn]] void RefuseTrace(std::int64_t job, const std::string& what) {
+  throw ClientError(ExitCode::kUsage, "job " + std::to_string(job) + " " + what);
+}
+
+std::vector<IterationRecord> RecordsOf(const std::string& hex, std::int64_t job) {
+  const std::string source = "job " + std::to_string(job);
+  const std::optional<std::string> bytes = BytesOfBlob(hex);
+  try {
+    if (!bytes) throw InputError({source, "trace", "", "is no BLOB", "restore a backup"});
+    return DecodeTrace({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}, source);
+  } catch (const InputError& error) {
+    throw ClientError(ExitCode::kDatabaseUnusable, error.what());
+  }
+}
+
+Listing HistoryOf(const std::string& text, std::int64_t job) {
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  Listing listing;
+  const bool whole = json.is_object() && json.contains("columns") && json.contains("rows") &&
+                     json.at("columns").is_array() && json.at("rows").is_array();
+  if (!whole) RefuseTrace(job, "has a history that nobody can read: " + text.substr(0, 80));
+  for (const auto& column : json.at("columns")) listing.columns.push_back(column.get<std::string>());
+  for (const auto& row : json.at("rows")) {
+    if (!row.is_array() || row.size() != listing.columns.size()) RefuseTrace(job, "has a history with a damaged row");
+    listing.rows.emplace_back(row.begin(), row.end());
+  }
+  return listing;
+}
+
+}  // namespace
+
+StoredTrace ReadTrace(ResultSource& source, std::int64_t job) {
+  const std::string id = std::to_string(job);
+  const Listing found = source.Query(
+      "SELECT j.state, r.job_id, hex(r.trace) AS trace, r.history_json FROM jobs AS j LEFT JOIN results AS r "
+      "ON r.job_id = j.job_id WHERE j.job_id = " +
+      id);
+  if (found.rows.empty()) RefuseTrace(job, "does not exist; 'legopt list" + source.flags() + "' lists those that do");
+  if (found.At(0, "job_id").is_null()) {
+    RefuseTrace(job, "is " + found.Text(0, "state") + " and has no result; 'legopt show " + id + source.flags() +
+                         "' tells what happened");
+  }
+  StoredTrace trace;
+  const auto& packed = found.At(0, "trace");
+  const auto& history = found.At(0, "history_json");
+  if (packed.is_string() && !packed.get_ref<const std::string&>().empty()) {
+    trace.records = RecordsOf(packed.get<std::string>(), job);
+  } else if (history.is_string()) {
+    trace.history = HistoryOf(history.get<std::string>(), job);
+  } else {
+    RefuseTrace(job, "has a result without a trace: its solver took no step, or tells none");
+  }
+  return trace;
+}
+
+Listing TraceListing(const std::vector<IterationRecord>& records) {
+  Listing listing;
+  listing.columns = {"step",     "window",      "restart",    "start", "penalty",  "trust_box",
+                     "accepted", "evaluations", "elapsed_us", "cost",  "violation"};
+  for (const IterationRecord& record : records) {
+    listing.rows.push_back({record.step, record.window, record.restart, record.start, record.penalty, record.trust_box,
+                            record.accepted ? 1 : 0, record.evaluations, record.elapsed_us, record.cost,
+                            record.violation});
+  }
+  return listing;
+}
+
+}  // namespace legopt::client

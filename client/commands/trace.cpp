@@ -1,0 +1,50 @@
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/commands/stored_trace.h"
+#include "legopt/dataset/text_file.h"
+#include "programs/checks.h"
+#include "programs/command_line.h"
+
+namespace legopt::client {
+namespace {
+
+struct TraceOptions {
+  std::int64_t job = 0;
+  std::optional<std::string> out;
+  SourceOptions source;
+  ListingOptions listing;
+};
+
+ExitCode Trace(const TraceOptions& options) {
+  const StoredTrace trace = ReadTrace(*OpenResults(options.source), options.job);
+  const Listing listing = trace.records.empty() ? trace.history : TraceListing(trace.records);
+  if (options.out) {
+    const Listing& kept = options.listing.columns.empty() ? listing : KeepColumns(listing, options.listing.columns);
+    WriteTextFile(*options.out, RenderListing(kept, options.listing.format));
+    std::cerr << listing.rows.size() << " records written to " << *options.out << "\n";
+  } else {
+    PrintListing(listing, options.listing);
+  }
+  if (trace.records.empty()) {
+    std::cerr << "legopt: this result is older than traces: a row per penalty value, without times and evaluations\n";
+  }
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddTraceCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("trace", "Show how the solve of one job converged, step by step");
+  const auto options = std::make_shared<TraceOptions>();
+  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(programs::WholeNumber(1));
+  command.AddOption("--out", options->out, "Write it to this file instead, replacing what is there");
+  AddListingOptions(command, &options->listing);
+  AddSourceOptions(command, &options->source);
+  command.WhenChosen([=] { invocation->body = [options] { return Trace(*options); }; });
+}
+
+}  // namespace legopt::client
