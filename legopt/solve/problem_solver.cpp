@@ -50,10 +50,11 @@ class ProblemSolver::Run {
   SolveOutcome Solve(const ProblemDefinition& problem);
 
  private:
-  /// Everything that may decide a random draw of a window's attempts: equal on every machine.
+  /// Everything that may decide a random draw of a window's attempts: equal on every machine, and for every method, so
+  /// that methods meet the same noise and their rows are paired.
   std::string Identity(const ProblemDefinition& problem, int window) const {
     return std::to_string(settings_.experiment_seed) + "/" + std::string(ToString(task_.task)) + "/" +
-           std::to_string(problem.id) + "/" + std::string(ToString(initialization_)) + "/" + method_.Hash() + "/" +
+           std::to_string(problem.id) + "/" + std::string(ToString(initialization_)) + "/" +
            std::to_string(settings_.repetition) + "/" + (task_.windowed ? std::to_string(window) + "/" : "");
   }
   ContactOptions Contacts() const {

@@ -33,7 +33,8 @@ struct SolveSettings {
 /// message names window and term.
 ///
 /// Deterministic, but for what a clock or a person stopped: all random draws come from generators seeded by (experiment
-/// seed, task, problem, initialisation, method, repetition, window, restart); what was solved before has no influence.
+/// seed, task, problem, initialisation, repetition, window, restart), the same for all methods (common random numbers);
+/// what was solved before has no influence.
 /// One thread at a time.
 class ProblemSolver {
  public:

@@ -99,6 +99,16 @@ TEST_F(Solve, SeedRepetitionAndStartChangeTheNoiseButNotTheFirstAttempt) {
   EXPECT_NE(base.history[1].cost, repeated.history[1].cost);
 }
 
+TEST_F(Solve, OptionsDoNotChangeTheNoise) {
+  Method other = Hopeless(1);
+  other.continuous_weight *= 2;  // a posture has no path
+  ASSERT_NE(other.Hash(), Hopeless(1).Hash());
+  const SolveOutcome a = Run(Hopeless(1)), b = Run(other);
+  ASSERT_EQ(a.history.size(), 2u);
+  ASSERT_EQ(b.history.size(), 2u);
+  EXPECT_EQ(a.history[1].cost, b.history[1].cost) << "of the restart";
+}
+
 TEST_F(Solve, CancelAndTimeLimit) {
   SolveSettings settings;
   settings.cancelled = [] { return true; };
