@@ -58,7 +58,7 @@ TEST_F(Sampler, BatchesAreFullAndLeaveNothingOut) {
       EXPECT_LT(waited[i], 5) << "two passes";
     }
   }
-  for (const int h : hits) EXPECT_NEAR(h, kBatches * 3 / 8, 40);
+  for (const int h : hits) EXPECT_NEAR(h, kBatches * 3 / 8.0, 40);
 }
 
 TEST_F(Sampler, FullSamplesDrawNothingAndSmallOnesOne) {

@@ -44,7 +44,7 @@ TEST_F(SolvingTest, TheSameExperimentGivesTheSameBitsDisturbedOrNot) {
 
   const auto second = StartWorker(1);
   const std::int64_t disturbed = deployment_->Submit(spec, "disturbed");
-  const int jobs = spec["tasks"][0]["problems"].size() * 2 * 10;
+  const auto jobs = static_cast<int>(spec["tasks"][0]["problems"].size()) * 2 * 10;
   ASSERT_TRUE(deployment_->WaitForJobs(disturbed, jobs / 8));
   deployment_->KillServer();
   deployment_->StartServer();
