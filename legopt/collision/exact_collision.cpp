@@ -17,8 +17,8 @@ namespace {
 /// One scene object: its mesh within ODE, and its triangles once more to find out cheaply that a link is clear of it.
 struct SceneMesh {
   int mesh;
-  TriangleMesh triangles;
-  TriangleBvh bvh;
+  const TriangleMesh& triangles;
+  const TriangleBvh& bvh;
   ClosedBodies bodies;
 
   /// True when some triangle comes within the safety distance of the geometry's hull.
@@ -46,9 +46,10 @@ struct SceneMesh {
 
   /// Of the geometry's deepest vertex inside of the object's bodies, 0: none. A geometry that is not near a triangle
   /// is inside with all of its vertices or with none.
-  double DepthOf(const LinkTrimeshes::Geometry& geometry, bool near) const {
+  double DepthOf(const LinkTrimeshes::Geometry& geometry, const std::vector<Eigen::Vector3d>& vertices,
+                 bool near) const {
     double deepest = 0.0;
-    for (const Eigen::Vector3d& vertex : geometry.vertices) {
+    for (const Eigen::Vector3d& vertex : vertices) {
       deepest = std::max(deepest, bodies.Depth(geometry.pose * vertex));
       if (!near && deepest == 0.0) break;
     }
@@ -92,10 +93,9 @@ struct ExactCollision::Impl {
         links(robot, world, culling) {
     for (const SceneObject& object : scene.objects) {
       TriangleMesh mesh = Tessellate(object.shape, scene.read_guard);
-      TriangleBvh bvh(mesh);
       ClosedBodies bodies(mesh);
-      const int number = world.Add(mesh);
-      objects.push_back({number, std::move(mesh), std::move(bvh), std::move(bodies)});
+      const int number = world.Add(std::move(mesh));
+      objects.push_back({number, world.triangles(number), world.bvh(number), std::move(bodies)});
     }
   }
 
@@ -188,7 +188,7 @@ ExactCollision::LinkContact ExactCollision::DeepestIgnoredContact(const Kinemati
   LinkContact deepest;
   for (const LinkPair& pair : impl_->ignored) {
     impl_->ForEachGeometryPair(pair, [&](const auto& a, const auto& b) {
-      const double depth_m = impl_->links.AllDepths(a, b).all_m;
+      const double depth_m = impl_->links.ExactDepth(a, b);
       if (depth_m > deepest.depth_m) deepest = {depth_m, pair};
     });
   }
@@ -200,7 +200,7 @@ ExactCollision::Containment ExactCollision::DeepestContainment(const Kinematics&
   Containment deepest;
   impl_->ForEachGeometryAndObject([&](const auto& geometry, const SceneMesh& object, int index) {
     const bool near = impl_->Near(geometry, object);
-    double depth_m = object.DepthOf(geometry, near);
+    double depth_m = object.DepthOf(geometry, impl_->links.vertices(geometry), near);
     if (near) depth_m = std::max(depth_m, object.DepthIn(geometry, impl_->culling));
     if (depth_m > deepest.depth_m) deepest = {.depth_m = depth_m, .link = geometry.link, .object = index};
   });

@@ -17,7 +17,8 @@ namespace legopt {
 /// trimesh; primitives are tessellated (inscribed).
 ///
 /// *Literal* figures (docs/readings.md#literal-and-strict-rule) look at the first 255 contacts per pair of geometries,
-/// *strict* ones at all (up to 65,535). ODE merges contacts that fall into one cell of 0.1 mm, which may lower a depth
+/// *strict* ones at all: where there are so many, at all crossing triangles by the same rule (triangle_depth.h), and so
+/// do *solid* ones throughout. ODE merges contacts that fall into one cell of 0.1 mm, which may lower a depth
 /// by up to 0.01 mm, and finds crossing triangles in single precision: where a depth jumps as another pair of triangles
 /// starts to touch, and at slivers less than a micrometre high, the last micrometres decide.
 ///

@@ -36,7 +36,7 @@ bool Touch(const LinkTrimeshes& meshes, const LinkPair& pair) {
 /// More than the judge's tolerance of one link is in the other.
 bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
   return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) {
-    return meshes.AllDepths(a, b).all_m > kNoticeable || meshes.InsideDepth(a, b) > kNoticeable;
+    return meshes.ExactDepth(a, b) > kNoticeable || meshes.InsideDepth(a, b) > kNoticeable;
   });
 }
 

@@ -7,20 +7,6 @@
 
 namespace legopt {
 
-namespace {
-
-/// Of the vertices of a geometry inside the bodies of another one.
-double DeepestVertex(const LinkTrimeshes::Geometry& geometry, const LinkTrimeshes::Geometry& other) {
-  if (other.bodies.bodies().empty()) return 0.0;
-  const Eigen::Isometry3d X_OG = other.pose.inverse(Eigen::Isometry) * geometry.pose;
-  double deepest = 0.0;
-  for (const Eigen::Vector3d& vertex : geometry.vertices)
-    deepest = std::max(deepest, other.bodies.Depth(X_OG * vertex));
-  return deepest;
-}
-
-}  // namespace
-
 LinkTrimeshes::LinkTrimeshes(const RobotModel& robot, TrimeshWorld& world, Culling culling)
     : world_(world), culling_(culling) {
   by_link_.resize(robot.links().size());
@@ -30,7 +16,6 @@ LinkTrimeshes::LinkTrimeshes(const RobotModel& robot, TrimeshWorld& world, Culli
       Geometry geometry{.link = static_cast<int>(link),
                         .mesh = 0,
                         .hull = ConvexShape::FromHull(ComputeHull(mesh.vertices)),
-                        .vertices = mesh.vertices,
                         .bodies = ClosedBodies(mesh),
                         .pose = Eigen::Isometry3d::Identity(),
                         .range = {},
@@ -62,6 +47,22 @@ double LinkTrimeshes::Depth(const Geometry& a, const Geometry& b) const {
 
 TrimeshWorld::Depths LinkTrimeshes::AllDepths(const Geometry& a, const Geometry& b) const {
   return MayTouch(a, b) ? world_.AllDepths(a.mesh, b.mesh) : TrimeshWorld::Depths();
+}
+
+double LinkTrimeshes::ExactDepth(const Geometry& a, const Geometry& b) const {
+  constexpr double kNone = -1.0;
+  return MayTouch(a, b) ? world_.ExactDepth(a.mesh, b.mesh) : kNone;
+}
+
+/// Of the vertices of a geometry inside the bodies of another one.
+double LinkTrimeshes::DeepestVertex(const Geometry& geometry, const Geometry& other) const {
+  if (other.bodies.bodies().empty()) return 0.0;
+  const Eigen::Isometry3d X_OG = other.pose.inverse(Eigen::Isometry) * geometry.pose;
+  double deepest = 0.0;
+  for (const Eigen::Vector3d& vertex : vertices(geometry)) {
+    deepest = std::max(deepest, other.bodies.Depth(X_OG * vertex));
+  }
+  return deepest;
 }
 
 double LinkTrimeshes::InsideDepth(const Geometry& a, const Geometry& b) const {

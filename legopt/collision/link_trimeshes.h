@@ -17,15 +17,14 @@ class LinkTrimeshes {
  public:
   /// One geometry of a link.
   struct Geometry {
-    int link;                               ///< that it belongs to
-    int mesh;                               ///< number within the TrimeshWorld
-    ConvexShape hull;                       ///< of the mesh, link frame
-    std::vector<Eigen::Vector3d> vertices;  ///< of the mesh, link frame
-    ClosedBodies bodies;                    ///< of the mesh, link frame
-    Eigen::Isometry3d pose;                 ///< of the link in the world
-    PointArena::Range range;                ///< of the hull's points
-    SupportSet placed;                      ///< the hull in the world
-    Eigen::AlignedBox3d bounds;             ///< of the hull in the world
+    int link;                    ///< that it belongs to
+    int mesh;                    ///< number within the TrimeshWorld
+    ConvexShape hull;            ///< of the mesh, link frame
+    ClosedBodies bodies;         ///< of the mesh, link frame
+    Eigen::Isometry3d pose;      ///< of the link in the world
+    PointArena::Range range;     ///< of the hull's points
+    SupportSet placed;           ///< the hull in the world
+    Eigen::AlignedBox3d bounds;  ///< of the hull in the world
   };
 
   /// Loads every geometry. `world` must outlive this object. Throws InputError.
@@ -49,8 +48,16 @@ class LinkTrimeshes {
   /// The same, and that of all contacts.
   TrimeshWorld::Depths AllDepths(const Geometry& a, const Geometry& b) const;
 
+  /// Of all crossing triangles, whatever ODE's limits (TrimeshWorld::ExactDepth).
+  double ExactDepth(const Geometry& a, const Geometry& b) const;
+
   /// How deep the deepest vertex of two placed geometries lies inside a closed body of the other, m; 0 when none does.
   double InsideDepth(const Geometry& a, const Geometry& b) const;
+
+  /// Of the exact mesh of a geometry, link frame, m.
+  const std::vector<Eigen::Vector3d>& vertices(const Geometry& geometry) const {
+    return world_.triangles(geometry.mesh).vertices;
+  }
 
   /// True when the hulls of two placed geometries overlap by more than `depth_m`.
   bool HullsOverlap(const Geometry& a, const Geometry& b, double depth_m) const;
@@ -60,6 +67,7 @@ class LinkTrimeshes {
 
  private:
   bool MayTouch(const Geometry& a, const Geometry& b) const;
+  double DeepestVertex(const Geometry& geometry, const Geometry& other) const;
 
   TrimeshWorld& world_;
   Culling culling_;

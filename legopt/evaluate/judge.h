@@ -23,7 +23,7 @@ inline constexpr double kDepthTolerance_m = 1e-3;  ///< contact depth
 
 /// Under Rule::kSolid, farthest that a point of the robot may move between consecutive waypoints, as a share of the
 /// robot's size: the diagonal of Dataset::robot_bounds (docs/readings.md#solid-rule).
-inline constexpr double kStepShare = 0.5;
+inline constexpr double kStepShare = 1.0;
 
 /// Limits of a joint that has none (or wider ones), as in the original: +- this many rad (m for prismatic joints). It
 /// keeps every accepted cost finite. Kinematics do not clamp to it.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 
 #include "legopt/collision/scene_solids.h"
@@ -14,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-void Append(const TriangleMesh& part, bool inside_out, TriangleMesh* mesh) {
+void AppendTo(const TriangleMesh& part, bool inside_out, TriangleMesh* mesh) {
   const int first = static_cast<int>(mesh->vertices.size());
   mesh->vertices.insert(mesh->vertices.end(), part.vertices.begin(), part.vertices.end());
   for (auto [a, b, c] : part.triangles) {
@@ -23,7 +24,7 @@ void Append(const TriangleMesh& part, bool inside_out, TriangleMesh* mesh) {
   }
 }
 
-TriangleMesh BoxMesh(const Vector3d& size, const Eigen::Isometry3d& pose = Eigen::Isometry3d::Identity()) {
+TriangleMesh SolidBox(const Vector3d& size, const Eigen::Isometry3d& pose = Eigen::Isometry3d::Identity()) {
   return Tessellate(Spec(ShapeSpec::Kind::kBox, size, pose));
 }
 
@@ -42,7 +43,7 @@ double WindingBySolidAngles(const TriangleMesh& mesh, const Vector3d& p) {
 }
 
 TEST(ClosedBodies, DepthIsTheDistanceToTheSurface) {
-  const ClosedBodies box(BoxMesh({2, 4, 6}));
+  const ClosedBodies box(SolidBox({2, 4, 6}));
   ASSERT_EQ(box.bodies().size(), 1U);
   EXPECT_EQ(box.vertices(box.bodies()[0]).size(), 8U);
   EXPECT_DOUBLE_EQ(box.Depth({0, 0, 0}), 1.0);
@@ -58,7 +59,7 @@ TEST(ClosedBodies, DepthIsTheDistanceToTheSurface) {
 TEST(ClosedBodies, RaysThroughEdgesAndVerticesCountLikeOthers) {
   constexpr int kCells = 8;
   TriangleMesh mesh;  // a tower: the vertices of each box stand above those of the one below
-  for (int i = 0; i < kCells; ++i) Append(BoxMesh({1, 1, 1}, At(0, 0, 1.5 * i)), false, &mesh);
+  for (int i = 0; i < kCells; ++i) AppendTo(SolidBox({1, 1, 1}, At(0, 0, 1.5 * i)), false, &mesh);
   const ClosedBodies stack(mesh);
   EXPECT_EQ(stack.bodies().size(), static_cast<size_t>(kCells));
   for (const double x : {-0.5, -0.25, 0.0, 0.25, 0.5}) {
@@ -74,19 +75,19 @@ TEST(ClosedBodies, RaysThroughEdgesAndVerticesCountLikeOthers) {
 }
 
 TEST(ClosedBodies, WhatIsOpenHasNoInsideWhatIsInsideOutHas) {
-  TriangleMesh open = BoxMesh({1, 1, 1});
+  TriangleMesh open = SolidBox({1, 1, 1});
   open.triangles.pop_back();
   EXPECT_TRUE(ClosedBodies(open).bodies().empty());
   EXPECT_EQ(ClosedBodies(open).Depth({0, 0, 0}), 0.0);
   EXPECT_EQ(ClosedBodies({}).Depth({0, 0, 0}), 0.0);
   TriangleMesh turned;
-  Append(BoxMesh({1, 1, 1}), true, &turned);
+  AppendTo(SolidBox({1, 1, 1}), true, &turned);
   EXPECT_DOUBLE_EQ(ClosedBodies(turned).Depth({0, 0, 0}), 0.5);
 }
 
 TEST(ClosedBodies, ACavityIsOutside) {
-  TriangleMesh room = BoxMesh({4, 4, 4});
-  Append(BoxMesh({3, 3, 3}), true, &room);
+  TriangleMesh room = SolidBox({4, 4, 4});
+  AppendTo(SolidBox({3, 3, 3}), true, &room);
   const ClosedBodies walls(room);
   EXPECT_EQ(walls.bodies().size(), 2U);
   EXPECT_EQ(walls.Depth({0, 0, 0}), 0.0);
@@ -102,11 +103,11 @@ TEST(ClosedBodies, AgreesWithSolidAnglesOnRandomHullsAndOnTheGarage) {
     TriangleMesh part;
     for (const Vector3d& v : hull.vertices) part.vertices.push_back(pose * v);
     part.triangles = hull.triangles;
-    Append(part, false, &mesh);
+    AppendTo(part, false, &mesh);
   }
   const TriangleMesh garage = LoadMesh(SourceFolder() + "/data/garage-easier/scene.ply");
   int inside = 0;
-  for (const TriangleMesh* which : {&mesh, &garage}) {
+  for (const TriangleMesh* which : std::initializer_list<const TriangleMesh*>{&mesh, &garage}) {
     const ClosedBodies bodies(*which);
     Eigen::AlignedBox3d bounds;
     for (const Vector3d& v : which->vertices) bounds.extend(v);

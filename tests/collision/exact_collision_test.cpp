@@ -93,6 +93,41 @@ TEST(TrimeshDepth, TheOriginalLooksAt255ContactsTheStrictFigureAtAll) {
   EXPECT_GE(cut_off, 1) << "no case has its deepest contact beyond the first 255";
 }
 
+// Both ways of the same rule, where ODE has few contacts: its merging may lower a depth by up to 0.01 mm.
+TEST(TrimeshDepth, ExactDepthsAreOdes) {
+  constexpr double kMerging = 1.1e-5;
+  Draw draw(9);
+  int crossing = 0, deeper = 0;
+  for (int i = 0; i < 400; ++i) {
+    TrimeshWorld world;
+    const auto add = [&] {
+      const ConvexHull hull = draw.RandomHull(12, {0.2, 0.15, 0.1});
+      return world.Add({hull.vertices, hull.triangles});
+    };
+    const int a = add(), b = add();
+    world.SetPose(b, draw.Pose(0.2));
+    const double ode = world.Depth(a, b), exact = world.ExactDepth(a, b);
+    EXPECT_EQ(exact, world.ExactDepth(b, a));
+    EXPECT_EQ(ode < 0.0, exact < 0.0);
+    if (ode < 0.0) continue;
+    ++crossing;
+    EXPECT_GE(exact, ode - 1e-9);
+    deeper += exact > ode + kMerging ? 1 : 0;
+  }
+  EXPECT_GT(crossing, 100);
+  EXPECT_LE(deeper, crossing / 50) << "of " << crossing << ": ODE drops contacts whose merged normals cancel";
+}
+
+// A pose in which ODE, asked for more contacts than its store holds, ends the program.
+TEST(TrimeshDepth, OfHundredsOfContactsIsFoundWithoutOde) {
+  TrimeshWorld world;
+  const TriangleMesh ball = Tessellate(Spec(ShapeSpec::Kind::kSphere, {0.2, 0, 0}));
+  const int a = world.Add(ball), b = world.Add(Sheet(60, 0.3, 0.2));
+  world.SetPose(a, At(0.013, 0.007, 0.05));
+  EXPECT_GT(world.ExactDepth(a, b), 0.04);
+  EXPECT_EQ(world.AllDepths(a, b).all_m, world.ExactDepth(a, b));
+}
+
 TEST(TrimeshDepth, FewContactsHaveOneDepth) {
   TrimeshWorld world;
   const int box = world.Add(Tessellate(Spec(ShapeSpec::Kind::kBox, kFootSize)));
@@ -291,7 +326,7 @@ TEST(LongestStep, IsThatOfTheFarthestPoint) {
 }
 
 /// Every figure of one configuration.
-void ExpectSame(ExactCollision& culled, ExactCollision& exhaustive, const Kinematics& kinematics) {
+void ExpectSameFigures(ExactCollision& culled, ExactCollision& exhaustive, const Kinematics& kinematics) {
   const auto a = culled.DeepestEnvironmentContacts(kinematics), b = exhaustive.DeepestEnvironmentContacts(kinematics);
   EXPECT_EQ(a.literal.depth_m, b.literal.depth_m);
   EXPECT_EQ(a.strict.depth_m, b.strict.depth_m);
@@ -324,7 +359,7 @@ TEST(SelfDepth, CullingNeverChangesTheAnswer) {
     }
     x[robot.num_dofs() + 2] = draw.Number(-1.0, 1.0);
     kinematics.Update(x);
-    ExpectSame(culled, exhaustive, kinematics);
+    ExpectSameFigures(culled, exhaustive, kinematics);
     colliding += culled.SelfDepth(kinematics).strict_m > 0.0 ? 1 : 0;
   }
   EXPECT_GT(colliding, 20);

@@ -305,10 +305,13 @@ TEST_F(JudgeTest, SolidRuleBoundsTheStepBetweenWaypoints) {
 
 TEST_F(JudgeTest, DetailIsOfTheMostLenientRuleThatFails) {
   std::vector<Eigen::VectorXd> waypoints(4, test::StandingUpright());
-  waypoints[1][kRightShoulder] = 2.0;  // a long way for the arm, by the solid rule
-  waypoints[3][kLeftShoulder] = 1.2;   // into the column, by all rules
-  const Evaluation evaluation = Motion(waypoints);
-  EXPECT_GT(evaluation.longest_step_m, kStepShare * dataset_->robot_bounds().diagonal().norm());
+  waypoints[3][kLeftShoulder] = 1.2;  // into the column, by all rules
+  ProblemDefinition far = posture_;
+  Shift({-4, 0, 0}, &far, &waypoints[0]);  // a jump to the next stance, by the solid rule
+  waypoints[1] = waypoints[0];
+  const ProblemDefinition jump{.id = 1, .stances = {far.stances[0], posture_.stances[0]}};
+  const Evaluation evaluation = judge_.Evaluate(Task::kMotion, jump, waypoints);
+  EXPECT_NEAR(evaluation.longest_step_m, 4.0, 1e-12);
   EXPECT_EQ(evaluation.solid, Verdict::kStep);
   EXPECT_EQ(evaluation.strict, Verdict::kEnvironmentCollision);
   EXPECT_EQ(evaluation.literal, Verdict::kEnvironmentCollision);
