@@ -46,6 +46,14 @@ std::string FaultOf(const ResultRecord& result) {
   if (!fault.empty()) return fault;
   const bool success = result.verdict_literal == Verdict::kSuccess || result.verdict_strict == Verdict::kSuccess;
   if (success && !std::isfinite(result.cost)) return "a success without a finite cost";
+  for (const Verdict verdict : {result.verdict_literal, result.verdict_strict}) {
+    if (verdict == Verdict::kContainment || verdict == Verdict::kStep) {
+      return "verdict '" + std::string(ToString(verdict)) + "' by another rule than the solid one";
+    }
+  }
+  if (result.verdict_solid == Verdict::kSuccess && result.verdict_strict != Verdict::kSuccess) {
+    return "a success by the solid rule that is none by the strict one";
+  }
   if (result.windows_solved > result.windows) {
     return "windows_solved (" + std::to_string(result.windows_solved) + ") is not within 0 .. windows (" +
            std::to_string(result.windows) + ")";

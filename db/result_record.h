@@ -33,6 +33,7 @@ struct ResultRecord {
   double solver_violation = 0;
   Verdict verdict_literal = Verdict::kWrongWaypointCount;
   Verdict verdict_strict = Verdict::kWrongWaypointCount;
+  Verdict verdict_solid = Verdict::kWrongWaypointCount;
   std::string verdict_detail;
   int failed_waypoint = -1;  ///< -1: none
   double cost = 0;           ///< per waypoint, by the judge; finite when a verdict is kSuccess
@@ -42,6 +43,8 @@ struct ResultRecord {
   double environment_depth_m = 0;
   double self_depth_literal_m = 0;
   double self_depth_strict_m = 0;
+  double solid_depth_m = 0;   ///< by the solid rule, >= 0
+  double longest_step_m = 0;  ///< of a point of the robot between consecutive waypoints, >= 0
   // Between consecutive waypoints, see legopt/evaluate/interpolation.h; not finite where the task has nothing there.
   double interpolation_environment_depth_m = std::numeric_limits<double>::quiet_NaN();
   double interpolation_self_depth_m = std::numeric_limits<double>::quiet_NaN();
@@ -128,6 +131,7 @@ inline constexpr std::tuple kResultColumns{
     ResultColumn{"solver_violation", &ResultRecord::solver_violation},
     ResultColumn{"verdict_literal", &ResultRecord::verdict_literal}.AlsoStale(),
     ResultColumn{"verdict_strict", &ResultRecord::verdict_strict}.AlsoStale(),
+    ResultColumn{"verdict_solid", &ResultRecord::verdict_solid},
     ResultColumn{"verdict_detail", &ResultRecord::verdict_detail}.AlsoStale(),
     ResultColumn{"failed_waypoint", &ResultRecord::failed_waypoint}.NullWhen(HasNoFailedWaypoint),
     ResultColumn{"num_waypoints", &ResultRecord::num_waypoints}.AtLeast(1).AlsoStale(),
@@ -143,6 +147,8 @@ inline constexpr std::tuple kResultColumns{
     ResultColumn{"environment_depth_m", &ResultRecord::environment_depth_m},
     ResultColumn{"self_depth_literal_m", &ResultRecord::self_depth_literal_m},
     ResultColumn{"self_depth_strict_m", &ResultRecord::self_depth_strict_m},
+    ResultColumn{"solid_depth_m", &ResultRecord::solid_depth_m}.AtLeast(0),
+    ResultColumn{"longest_step_m", &ResultRecord::longest_step_m}.AtLeast(0),
     ResultColumn{"windows", &ResultRecord::windows}.AtLeast(0).NullWhen(HasNoWindows),
     ResultColumn{"windows_solved", &ResultRecord::windows_solved}.AtLeast(0).NullWhen(HasNoWindows),
     ResultColumn{"interpolation_environment_depth_m", &ResultRecord::interpolation_environment_depth_m}.AtLeast(0),

@@ -39,7 +39,7 @@ class BelowTerm : public legopt::Term {
 // Height of the root link in a posture that obeys the beam, if there is one.
 double RootHeight(const legopt::Dataset& dataset, const legopt::ProblemDefinition& problem, double beam_m) {
   const legopt::Method method = legopt::Method::Of("sqp");
-  legopt::CollisionQuery query(dataset.collision_model(method.collision));
+  legopt::CollisionQuery query(dataset.collision_model(method.collision, method.pairs));
   const auto program =
       legopt::MakeTaskProgram(legopt::Task::kPosture, dataset, query, problem.stances,
                               {.margin_m = method.collision_margin_m, .range_m = method.contact_range_m});

@@ -34,4 +34,14 @@ inline constexpr auto kWords<ContinuousCollision> =
                                 {ContinuousCollision::kPreferred, "preferred"},
                                 {ContinuousCollision::kRequired, "required"}});
 
+/// Which pairs of links are compared (docs/readings.md#ignored-link-pairs), neighbours left out.
+enum class PairSelection : std::uint8_t {
+  kReference,  ///< those that do not touch in the dataset's reference pose: the original's
+  kAll         ///< all that motion can part: the solid rule's
+};
+
+template <>
+inline constexpr auto kWords<PairSelection> = Words<PairSelection>({{PairSelection::kReference, "reference"},
+                                                                    {PairSelection::kAll, "all"}});
+
 }  // namespace legopt

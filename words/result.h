@@ -34,7 +34,8 @@ constexpr bool IsStopped(SolveStatus status) {
   return status == SolveStatus::kEffortLimit || status == SolveStatus::kTimeLimit || status == SolveStatus::kCancelled;
 }
 
-/// Why a solution fails, or that it does not. In the order in which the benchmark checks one waypoint.
+/// Why a solution fails, or that it does not. In the order in which one waypoint is checked; the last two occur under
+/// Rule::kSolid only.
 enum class Verdict : std::uint8_t {
   kSuccess,               ///< feasible by this rule
   kWrongWaypointCount,    ///< not as many waypoints as the task wants
@@ -45,6 +46,8 @@ enum class Verdict : std::uint8_t {
   kJointLimit,            ///< a joint is beyond its limits
   kEnvironmentCollision,  ///< a link is in the scene
   kSelfCollision,         ///< two links are in each other
+  kContainment,  ///< a link is inside of a closed body, or a body inside of a link, whose surfaces may not cross
+  kStep,         ///< a link moves too far from the waypoint before
 };
 
 template <>
@@ -56,16 +59,19 @@ inline constexpr auto kWords<Verdict> = Words<Verdict>({{Verdict::kSuccess, "suc
                                                         {Verdict::kCom, "com"},
                                                         {Verdict::kJointLimit, "joint_limit"},
                                                         {Verdict::kEnvironmentCollision, "environment_collision"},
-                                                        {Verdict::kSelfCollision, "self_collision"}});
+                                                        {Verdict::kSelfCollision, "self_collision"},
+                                                        {Verdict::kContainment, "containment"},
+                                                        {Verdict::kStep, "step"}});
 
-/// Which of the judge's two verdicts counts: by the original evaluator's rule, or with every colliding pair and
-/// contact.
+/// Which of the judge's verdicts counts. Each rule demands all that the one before does, and more.
 enum class Rule : std::uint8_t {
-  kLiteral,  ///< Evaluation::literal
-  kStrict    ///< Evaluation::strict
+  kLiteral,  ///< the original evaluator's
+  kStrict,   ///< every colliding pair of its list, and every contact
+  kSolid     ///< what a robot could do: bodies are solid, no link jumps
 };
 
 template <>
-inline constexpr auto kWords<Rule> = Words<Rule>({{Rule::kLiteral, "literal"}, {Rule::kStrict, "strict"}});
+inline constexpr auto kWords<Rule> =
+    Words<Rule>({{Rule::kLiteral, "literal"}, {Rule::kStrict, "strict"}, {Rule::kSolid, "solid"}});
 
 }  // namespace legopt

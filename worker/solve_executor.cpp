@@ -122,6 +122,7 @@ legopt_msg::result_request ToMessage(const JobResult& job) {
   result.solver_violation = solve.max_violation;
   result.verdict_literal = ToString(evaluation.literal);
   result.verdict_strict = ToString(evaluation.strict);
+  result.verdict_solid = ToString(evaluation.solid);
   result.verdict_detail = evaluation.detail;
   result.failed_waypoint = evaluation.failed_waypoint;
   result.cost = evaluation.cost;
@@ -131,6 +132,8 @@ legopt_msg::result_request ToMessage(const JobResult& job) {
   result.environment_depth_m = evaluation.environment_depth_m;
   result.self_depth_literal_m = evaluation.self_depth_literal_m;
   result.self_depth_strict_m = evaluation.self_depth_strict_m;
+  result.solid_depth_m = evaluation.solid_depth_m;
+  result.longest_step_m = evaluation.longest_step_m;
   result.interpolation_environment_depth_m = evaluation.interpolation.environment_depth_m;
   result.interpolation_self_depth_m = evaluation.interpolation.self_depth_m;
   result.interpolation_free_share = evaluation.interpolation.free_share;

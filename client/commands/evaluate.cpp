@@ -20,6 +20,7 @@ struct EvaluateOptions {
   std::optional<std::string> dataset;
   Rule rule = Rule::kLiteral;
   Definitions definitions = Definitions::kFile;
+  bool exhaustive = false;
   TableFormat format = TableFormat::kText;
   TimeUnit time_unit = kMilliseconds;
   OutputOptions output;
@@ -27,7 +28,8 @@ struct EvaluateOptions {
 
 ExitCode Evaluate(const EvaluateOptions& options) {
   const SolutionFile file = ReadSolutions(options.file);
-  Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated));
+  Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated),
+              options.exhaustive ? Culling::kOff : Culling::kOn);
   const auto report = EvaluateSolutions(file, judge, options.rule, options.definitions);
   if (report.rows.empty()) {
     throw ClientError(ExitCode::kUsage, options.file + ": no problem has a 'solution'; is it a problem file?");
@@ -55,6 +57,9 @@ void AddEvaluateCommand(const programs::Command& program, Invocation* invocation
       "--definitions", options->definitions,
       "Whose problem definitions count: file (default), as in the original evaluator, or dataset");
   AddRuleOption(command, &options->rule);
+  command.AddFlag(
+      "--exhaustive", options->exhaustive,
+      "Compare all meshes exactly, without telling early what cannot touch: slow, must not change anything");
   AddTableFormatOption(command, &options->format);
   AddTimeUnitOption(command, &options->time_unit);
   AddOutputOptions(command, &options->output);

@@ -97,10 +97,11 @@ void AddTableFormatOption(const programs::Command& command, TableFormat* format)
 }
 
 void AddRuleOption(const programs::Command& command, Rule* rule) {
-  command.AddChoice<Rule>(
-      "--rule", *rule,
-      "Whose success counts: literal, as the original evaluator (default), or strict, every colliding pair",
-      programs::WordChoicesOf<Rule>());
+  command.AddChoice<Rule>("--rule", *rule,
+                          "Whose success counts: literal, as the original evaluator (default), strict, every colliding "
+                          "pair, or solid, what "
+                          "a robot could do",
+                          programs::WordChoicesOf<Rule>());
 }
 
 void AddTextOrJsonOption(const programs::Command& command, bool* json) {

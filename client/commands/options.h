@@ -42,7 +42,7 @@ void AddTableFormatOption(const programs::Command& command, TableFormat* format)
 void AddTextOrJsonOption(const programs::Command& command, bool* json);
 /// --patience: for who waits for an experiment
 void AddPatienceOption(const programs::Command& command, double* patience_s);
-/// --rule literal|strict
+/// --rule literal|strict|solid
 void AddRuleOption(const programs::Command& command, Rule* rule);
 /// --dataset
 void AddDatasetOption(const programs::Command& command, std::optional<std::string>* dataset);

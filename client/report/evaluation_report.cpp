@@ -22,10 +22,6 @@ nlohmann::json Number(double value) { return std::isfinite(value) ? nlohmann::js
 
 std::optional<double> Optional(double value) { return std::isfinite(value) ? std::optional(value) : std::nullopt; }
 
-Verdict VerdictOf(const JudgedRow& row, Rule rule) {
-  return rule == Rule::kLiteral ? row.evaluation.literal : row.evaluation.strict;
-}
-
 std::string Plural(std::size_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
@@ -92,7 +88,7 @@ Listing FailureListing(const EvaluationReport& report) {
   Listing listing;
   listing.columns = {"method", "problem", "verdict", "waypoint", "detail"};
   for (const auto& row : report.rows) {
-    const Verdict verdict = VerdictOf(row, report.rule);
+    const Verdict verdict = row.evaluation.by(report.rule);
     if (verdict == Verdict::kSuccess) continue;
     const int waypoint = row.evaluation.failed_waypoint;
     listing.rows.push_back({row.method, row.problem_id, std::string(ToString(verdict)),
@@ -214,6 +210,7 @@ nlohmann::ordered_json RowJson(const JudgedRow& row) {
           {"other_definition", row.other_definition},
           {"verdict_literal", ToString(e.literal)},
           {"verdict_strict", ToString(e.strict)},
+          {"verdict_solid", ToString(e.solid)},
           {"detail", e.detail},
           {"failed_waypoint", e.failed_waypoint < 0 ? nlohmann::json() : nlohmann::json(e.failed_waypoint)},
           {"cost", Number(e.cost)},
@@ -225,6 +222,8 @@ nlohmann::ordered_json RowJson(const JudgedRow& row) {
           {"environment_depth_m", Number(e.environment_depth_m)},
           {"self_depth_literal_m", Number(e.self_depth_literal_m)},
           {"self_depth_strict_m", Number(e.self_depth_strict_m)},
+          {"solid_depth_m", Number(e.solid_depth_m)},
+          {"longest_step_m", Number(e.longest_step_m)},
           {"interpolation_environment_depth_m", Number(e.interpolation.environment_depth_m)},
           {"interpolation_self_depth_m", Number(e.interpolation.self_depth_m)},
           {"interpolation_free_share", Number(e.interpolation.free_share)},

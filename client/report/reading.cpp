@@ -15,10 +15,24 @@ void KeepCollision(const TableSelection& selection, const ExperimentInfo& experi
                                           std::string(ToString(*selection.collision)));
 }
 
+// Releases before the solid rule left no verdict by it: that is missing, not a failure.
+void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rule rule) {
+  if (rule != Rule::kSolid) return;
+  const std::string id = std::to_string(experiment.id);
+  const Listing without =
+      source.Query("SELECT job_id FROM results JOIN cells USING (cell_id) WHERE experiment_id = " + id +
+                   " AND verdict_solid IS NULL LIMIT 1");
+  if (without.rows.empty()) return;
+  throw ClientError(ExitCode::kUsage, "experiment " + id + " has results of a release without the solid rule; judge " +
+                                          "their solutions again: 'legopt export " + id + " --out FILE" +
+                                          source.flags() + "', then 'legopt evaluate FILE --rule solid'");
+}
+
 }  // namespace
 
 BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection) {
   const ExperimentInfo experiment = FindExperiment(source, selection.experiment);
+  RequireVerdicts(source, experiment, selection.rule);
   auto table = BuildBenchmarkTable(source.Query(BenchmarkCellsSql(experiment.id, selection.rule)), experiment.id,
                                    selection.rule);
   table.dataset = experiment.dataset_name;
@@ -29,6 +43,7 @@ BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& se
 
 InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelection& selection) {
   const ExperimentInfo experiment = FindExperiment(source, selection.experiment);
+  RequireVerdicts(source, experiment, selection.rule);
   auto table = BuildInterpolationTable(source.Query(InterpolationCellsSql(experiment.id, selection.rule)),
                                        experiment.id, selection.rule);
   if (table.rows.empty()) {

@@ -18,7 +18,7 @@ struct TableSelection {
 };
 
 /// The benchmark table of an experiment. Errors as of FindExperiment, and ClientError (kUsage) when no method has the
-/// collision model.
+/// collision model, or a result has no verdict by the rule.
 BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection);
 
 /// The interpolation of its solutions; the same errors, and one when it has none of the task.

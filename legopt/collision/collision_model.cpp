@@ -111,7 +111,7 @@ void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> referen
   for (const Link& link : robot.links()) NamingLink(link, [&] { AddPieces(link, robot.read_guard(), impl); });
   TrimeshWorld world;
   LinkTrimeshes meshes(robot, world);
-  impl.pairs = ClassifyLinkPairs(robot, meshes, reference_x);
+  impl.pairs = ClassifyLinkPairs(robot, meshes, reference_x, options.pairs);
   impl.fine.assign(impl.links.size() * impl.links.size(), false);
   for (const LinkPair& pair : impl.pairs.phantom) {
     impl.fine[impl.PairIndex(pair.first, pair.second)] = true;
@@ -187,7 +187,11 @@ std::shared_ptr<const CollisionModel> CollisionModel::Build(const RobotModel& ro
 
 int CollisionModel::num_links() const { return static_cast<int>(impl_->links.size()); }
 
-const std::vector<LinkPair>& CollisionModel::checked_pairs() const { return impl_->pairs.checked; }
+const std::vector<LinkPair>& CollisionModel::checked_pairs() const { return impl_->pairs.checked(); }
+
+const std::vector<LinkPair>& CollisionModel::pairs(PairSelection selection) const {
+  return impl_->pairs.pairs[selection];
+}
 
 CollisionModel::PairStatus CollisionModel::pair_status(int a, int b) const {
   const int n = num_links();

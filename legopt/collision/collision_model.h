@@ -29,6 +29,8 @@ struct CollisionOptions {
   int max_component_pieces = 24;  ///< upper bound per component, 1..64
   /// What the scene is made of; the robot's side does not depend on it.
   SceneRepresentation scene = SceneRepresentation::kSolid;
+  /// Which pairs of links are compared.
+  PairSelection pairs = PairSelection::kReference;
 };
 
 /// Convex shapes of a robot and of a scene, and the rule which link pairs are compared. What the solver collides.
@@ -41,16 +43,21 @@ struct CollisionOptions {
 /// mesh is kept as such: a convex shape never meets an ODE triangle mesh (ODE would report nothing).
 ///
 /// Checked link pairs (docs/readings.md#ignored-link-pairs): both links have geometry, more than one moving joint lies
-/// between them, and their exact triangle meshes do not intersect at `reference_x`.
+/// between them, and
+/// * PairSelection::kReference: their exact triangle meshes do not intersect at `reference_x`;
+/// * PairSelection::kAll: some posture parts them, of a fixed sequence: `reference_x`, upright, and 255 that are
+/// uniform
+///   within the joint limits. Parted: not more than 1 mm in each other, by contact or by a vertex inside a closed mesh.
 ///
 /// Immutable; const members are safe from any number of threads.
 class CollisionModel {
  public:
   /// Whether a pair of links is compared, and if not, why.
   enum class PairStatus {
-    kChecked,              ///< compared
-    kIgnoredAdjacent,      ///< at most one moving joint between them, or a link without geometry
-    kIgnoredReferencePose  ///< their meshes intersect at `reference_x`
+    kChecked,               ///< compared
+    kIgnoredAdjacent,       ///< at most one moving joint between them, or a link without geometry
+    kIgnoredReferencePose,  ///< their meshes intersect at `reference_x`; not of PairSelection::kAll
+    kIgnoredJoined          ///< no posture parts them; of PairSelection::kAll only
   };
 
   /// `reference_x`: configuration (n + 7) whose touching link pairs are ignored for good.
@@ -66,6 +73,8 @@ class CollisionModel {
   int num_links() const;  ///< of the robot
   /// Pairs of links that are compared, ascending by (second, first), the order of the original evaluator.
   const std::vector<LinkPair>& checked_pairs() const;
+  /// Pairs of another selection than that of the model, in the same order.
+  const std::vector<LinkPair>& pairs(PairSelection selection) const;
   /// Status of any two different links, in any order. A link without geometry is adjacent to all.
   PairStatus pair_status(int a, int b) const;
   /// Checked pairs that are compared by finer pieces, in the order of checked_pairs().

@@ -1,8 +1,11 @@
 #include "legopt/collision/exact_collision.h"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 #include <vector>
 
+#include "legopt/collision/closed_bodies.h"
 #include "legopt/collision/link_trimeshes.h"
 #include "legopt/collision/signed_distance.h"
 #include "legopt/collision/triangle_bvh.h"
@@ -14,8 +17,9 @@ namespace {
 /// One scene object: its mesh within ODE, and its triangles once more to find out cheaply that a link is clear of it.
 struct SceneMesh {
   int mesh;
-  TriangleMesh triangles;
-  TriangleBvh bvh;
+  const TriangleMesh& triangles;
+  const TriangleBvh& bvh;
+  ClosedBodies bodies;
 
   /// True when some triangle comes within the safety distance of the geometry's hull.
   bool Near(const LinkTrimeshes::Geometry& geometry) const {
@@ -39,30 +43,100 @@ struct SceneMesh {
       return SignedDistance(geometry.placed, set, LinkTrimeshes::kSafety, distance);
     });
   }
+
+  /// Of the geometry's deepest vertex inside of the object's bodies, 0: none. A geometry that is not near a triangle
+  /// is inside with all of its vertices or with none.
+  double DepthOf(const LinkTrimeshes::Geometry& geometry, const std::vector<Eigen::Vector3d>& vertices,
+                 bool near) const {
+    double deepest = 0.0;
+    for (const Eigen::Vector3d& vertex : vertices) {
+      deepest = std::max(deepest, bodies.Depth(geometry.pose * vertex));
+      if (!near && deepest == 0.0) break;
+    }
+    return deepest;
+  }
+
+  /// Of the deepest vertex of the object's bodies inside of those of a geometry that is near.
+  double DepthIn(const LinkTrimeshes::Geometry& geometry, Culling culling) const {
+    const Eigen::Isometry3d X_GW = geometry.pose.inverse(Eigen::Isometry);
+    double deepest = 0.0;
+    for (const ClosedBodies::Body& body : bodies.bodies()) {
+      if (culling == Culling::kOn && !body.bounds.intersects(geometry.bounds)) continue;
+      for (const Eigen::Vector3d& vertex : bodies.vertices(body)) {
+        if (culling == Culling::kOn && !geometry.bounds.contains(vertex)) continue;
+        deepest = std::max(deepest, geometry.bodies.Depth(X_GW * vertex));
+      }
+    }
+    return deepest;
+  }
 };
+
+/// Those that only the second list has; both ascend in the same order.
+std::vector<LinkPair> Without(const std::vector<LinkPair>& some, const std::vector<LinkPair>& all) {
+  const auto before = [](const LinkPair& a, const LinkPair& b) {
+    return std::pair(a.second, a.first) < std::pair(b.second, b.first);
+  };
+  std::vector<LinkPair> rest;
+  std::ranges::set_difference(all, some, std::back_inserter(rest), before);
+  return rest;
+}
 
 }  // namespace
 
 struct ExactCollision::Impl {
-  Impl(const RobotModel& robot, const Scene& scene, std::shared_ptr<const CollisionModel> collision_model)
-      : model(std::move(collision_model)), num_links(static_cast<int>(robot.links().size())), links(robot, world) {
+  Impl(const RobotModel& robot, const Scene& scene, std::shared_ptr<const CollisionModel> collision_model,
+       Culling with_culling)
+      : model(std::move(collision_model)),
+        ignored(Without(model->pairs(PairSelection::kReference), model->pairs(PairSelection::kAll))),
+        culling(with_culling),
+        num_links(static_cast<int>(robot.links().size())),
+        links(robot, world, culling) {
     for (const SceneObject& object : scene.objects) {
       TriangleMesh mesh = Tessellate(object.shape, scene.read_guard);
-      TriangleBvh bvh(mesh);
-      const int number = world.Add(mesh);
-      objects.push_back({number, std::move(mesh), std::move(bvh)});
+      ClosedBodies bodies(mesh);
+      const int number = world.Add(std::move(mesh));
+      objects.push_back({number, world.triangles(number), world.bvh(number), std::move(bodies)});
+    }
+  }
+
+  bool Near(const LinkTrimeshes::Geometry& geometry, const SceneMesh& object) const {
+    return culling == Culling::kOff || object.Near(geometry);
+  }
+
+  /// Calls action(geometry of a, geometry of b), from the last ones to the first ones.
+  template <class Action>
+  void ForEachGeometryPair(const LinkPair& pair, Action action) const {
+    for (int a = links.num_geometries(pair.first) - 1; a >= 0; --a) {
+      for (int b = links.num_geometries(pair.second) - 1; b >= 0; --b) {
+        action(links.geometry(pair.first, a), links.geometry(pair.second, b));
+      }
+    }
+  }
+
+  /// Calls action(geometry, scene object, its index).
+  template <class Action>
+  void ForEachGeometryAndObject(Action action) const {
+    for (int link = 0; link < num_links; ++link) {
+      for (int g = 0; g < links.num_geometries(link); ++g) {
+        for (size_t object = 0; object < objects.size(); ++object) {
+          action(links.geometry(link, g), objects[object], static_cast<int>(object));
+        }
+      }
     }
   }
 
   std::shared_ptr<const CollisionModel> model;
+  std::vector<LinkPair> ignored;  ///< pairs of the solid rule that the original ignores
+  Culling culling;
   int num_links;
   TrimeshWorld world;
   LinkTrimeshes links;
   std::vector<SceneMesh> objects;
 };
 
-ExactCollision::ExactCollision(const RobotModel& robot, const Scene& scene, std::shared_ptr<const CollisionModel> model)
-    : impl_(std::make_unique<Impl>(robot, scene, std::move(model))) {}
+ExactCollision::ExactCollision(const RobotModel& robot, const Scene& scene, std::shared_ptr<const CollisionModel> model,
+                               Culling culling)
+    : impl_(std::make_unique<Impl>(robot, scene, std::move(model), culling)) {}
 ExactCollision::~ExactCollision() = default;
 ExactCollision::ExactCollision(ExactCollision&&) noexcept = default;
 ExactCollision& ExactCollision::operator=(ExactCollision&&) noexcept = default;
@@ -78,43 +152,79 @@ ExactCollision::SceneContacts ExactCollision::DeepestEnvironmentContacts(const K
     if (contact.depth_m < 0.0 || (deepest->link >= 0 && contact.depth_m <= deepest->depth_m)) return;
     *deepest = contact;
   };
-  for (int link = 0; link < impl_->num_links; ++link) {
-    for (int g = 0; g < impl_->links.num_geometries(link); ++g) {
-      const LinkTrimeshes::Geometry& geometry = impl_->links.geometry(link, g);
-      for (size_t object = 0; object < impl_->objects.size(); ++object) {
-        if (!impl_->objects[object].Near(geometry)) continue;
-        const TrimeshWorld::Depths depths = impl_->world.AllDepths(geometry.mesh, impl_->objects[object].mesh);
-        include({depths.original_m, link, static_cast<int>(object)}, &result.literal);
-        include({depths.all_m, link, static_cast<int>(object)}, &result.strict);
-      }
-    }
-  }
+  impl_->ForEachGeometryAndObject([&](const auto& geometry, const SceneMesh& object, int index) {
+    if (!impl_->Near(geometry, object)) return;
+    const TrimeshWorld::Depths depths = impl_->world.AllDepths(geometry.mesh, object.mesh);
+    include({depths.original_m, geometry.link, index}, &result.literal);
+    include({depths.all_m, geometry.link, index}, &result.strict);
+  });
   return result;
 }
 
 ExactCollision::SelfDepths ExactCollision::SelfDepth(const Kinematics& kinematics) {
   impl_->links.Place(kinematics);
   SelfDepths result;
-  for (const LinkPair& pair : impl_->model->checked_pairs()) {
+  for (const LinkPair& pair : impl_->model->pairs(PairSelection::kReference)) {
     bool first = true;
-    for (int a = impl_->links.num_geometries(pair.first) - 1; a >= 0; --a) {
-      for (int b = impl_->links.num_geometries(pair.second) - 1; b >= 0; --b) {
-        const TrimeshWorld::Depths depths =
-            impl_->links.AllDepths(impl_->links.geometry(pair.first, a), impl_->links.geometry(pair.second, b));
-        if (depths.original_m < 0.0) continue;
-        if (first) {
-          result.literal_m = depths.original_m;
-          result.literal_pair = pair;
-          first = false;
-        }
-        if (result.strict_pair.first < 0 || depths.all_m > result.strict_m) {
-          result.strict_m = depths.all_m;
-          result.strict_pair = pair;
-        }
+    impl_->ForEachGeometryPair(pair, [&](const auto& a, const auto& b) {
+      const TrimeshWorld::Depths depths = impl_->links.AllDepths(a, b);
+      if (depths.original_m < 0.0) return;
+      if (first) {
+        result.literal_m = depths.original_m;
+        result.literal_pair = pair;
+        first = false;
+      }
+      if (result.strict_pair.first < 0 || depths.all_m > result.strict_m) {
+        result.strict_m = depths.all_m;
+        result.strict_pair = pair;
+      }
+    });
+  }
+  return result;
+}
+
+ExactCollision::LinkContact ExactCollision::DeepestIgnoredContact(const Kinematics& kinematics) {
+  impl_->links.Place(kinematics);
+  LinkContact deepest;
+  for (const LinkPair& pair : impl_->ignored) {
+    impl_->ForEachGeometryPair(pair, [&](const auto& a, const auto& b) {
+      const double depth_m = impl_->links.ExactDepth(a, b);
+      if (depth_m > deepest.depth_m) deepest = {depth_m, pair};
+    });
+  }
+  return deepest;
+}
+
+ExactCollision::Containment ExactCollision::DeepestContainment(const Kinematics& kinematics) {
+  impl_->links.Place(kinematics);
+  Containment deepest;
+  impl_->ForEachGeometryAndObject([&](const auto& geometry, const SceneMesh& object, int index) {
+    const bool near = impl_->Near(geometry, object);
+    double depth_m = object.DepthOf(geometry, impl_->links.vertices(geometry), near);
+    if (near) depth_m = std::max(depth_m, object.DepthIn(geometry, impl_->culling));
+    if (depth_m > deepest.depth_m) deepest = {.depth_m = depth_m, .link = geometry.link, .object = index};
+  });
+  for (const LinkPair& pair : impl_->model->pairs(PairSelection::kAll)) {
+    impl_->ForEachGeometryPair(pair, [&](const auto& a, const auto& b) {
+      const double depth_m = impl_->links.InsideDepth(a, b);
+      if (depth_m > deepest.depth_m) deepest = {.depth_m = depth_m, .link = a.link, .other_link = b.link};
+    });
+  }
+  return deepest;
+}
+
+ExactCollision::Step ExactCollision::LongestStep(const Kinematics& from, const Kinematics& to) const {
+  Step longest;
+  for (int link = 0; link < impl_->num_links; ++link) {
+    const Eigen::Isometry3d &X_from = from.link_pose(link), &X_to = to.link_pose(link);
+    for (int g = 0; g < impl_->links.num_geometries(link); ++g) {
+      for (const Eigen::Vector3d& point : impl_->links.geometry(link, g).hull.points()) {
+        const double distance_m = (X_to * point - X_from * point).norm();
+        if (longest.link < 0 || distance_m > longest.distance_m) longest = {distance_m, link};
       }
     }
   }
-  return result;
+  return longest;
 }
 
 }  // namespace legopt

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "legopt/collision/collision_model.h"
+#include "legopt/collision/culling.h"
 #include "legopt/collision/scene.h"
 #include "legopt/robot/kinematics.h"
 
@@ -11,21 +12,23 @@ namespace legopt {
 /// Collision as the original evaluator sees it: triangle meshes against triangle meshes by ODE. For the judge; see
 /// docs/readings.md#contact-depth.
 ///
-/// Depths are ODE's: only crossing surfaces count, measured against face normals; 0 = no contact. A body wholly inside
-/// a closed mesh is free. Each geometry of a link and each scene object is one trimesh; primitives are tessellated
-/// (inscribed).
+/// Contact depths are ODE's: only crossing surfaces count, measured against face normals; 0 = no contact. A body wholly
+/// inside a closed mesh is free of contacts; Containment finds it. Each geometry of a link and each scene object is one
+/// trimesh; primitives are tessellated (inscribed).
 ///
 /// *Literal* figures (docs/readings.md#literal-and-strict-rule) look at the first 255 contacts per pair of geometries,
-/// *strict* ones at all (up to 65,535). ODE merges contacts that fall into one cell of 0.1 mm, which may lower a depth
+/// *strict* ones at all: where there are so many, at all crossing triangles by the same rule (triangle_depth.h), and so
+/// do *solid* ones throughout. ODE merges contacts that fall into one cell of 0.1 mm, which may lower a depth
 /// by up to 0.01 mm, and finds crossing triangles in single precision: where a depth jumps as another pair of triangles
 /// starts to touch, and at slivers less than a micrometre high, the last micrometres decide.
 ///
 /// Thread rule: one thread at a time; make one per thread.
 class ExactCollision {
  public:
-  /// Loads all meshes of the robot and the scene. `model` supplies the ignored link pairs.
+  /// Loads all meshes of the robot and the scene. `model` supplies the link pairs of both selections.
   /// Throws InputError when a mesh cannot be loaded.
-  ExactCollision(const RobotModel& robot, const Scene& scene, std::shared_ptr<const CollisionModel> model);
+  ExactCollision(const RobotModel& robot, const Scene& scene, std::shared_ptr<const CollisionModel> model,
+                 Culling culling = Culling::kOn);
   ~ExactCollision();
   /// What is moved from may only be destroyed or assigned to.
   ExactCollision(ExactCollision&&) noexcept;
@@ -55,9 +58,36 @@ class ExactCollision {
     LinkPair literal_pair{-1, -1};  ///< (first < second); -1 when none
     LinkPair strict_pair{-1, -1};   ///< with strict_m; -1 when none
   };
-  /// Checked link pairs in ascending order of (higher, lower) link index; within a pair the geometries from the last to
-  /// the first.
+  /// Pairs of PairSelection::kReference in ascending order of (higher, lower) link index; within a pair the geometries
+  /// from the last to the first.
   SelfDepths SelfDepth(const Kinematics& kinematics);
+
+  /// Two links in each other.
+  struct LinkContact {
+    double depth_m = 0.0;   ///< >= 0
+    LinkPair pair{-1, -1};  ///< (first < second); -1 when there is no contact
+  };
+  /// The deepest contact, of all that there are, of the pairs that PairSelection::kAll has beyond kReference.
+  LinkContact DeepestIgnoredContact(const Kinematics& kinematics);
+
+  /// A vertex of one inside of a closed body (closed_bodies.h) of the other: of a link and the scene, or of two links.
+  struct Containment {
+    double depth_m = 0.0;  ///< of the vertex below the surface, >= 0
+    int link = -1;         ///< -1: nothing is inside of anything
+    int other_link = -1;   ///< of a pair of PairSelection::kAll; -1: `object` is it
+    int object = -1;       ///< index in Scene::objects; -1: `other_link` is it
+  };
+  /// The deepest one in one configuration. Looks both for links in bodies and for bodies in links.
+  Containment DeepestContainment(const Kinematics& kinematics);
+
+  /// How far points of a link move.
+  struct Step {
+    double distance_m = 0.0;  ///< along a straight line, >= 0
+    int link = -1;            ///< -1: the robot has no geometry
+  };
+  /// The farthest any point of any link's geometry is from where it was: at a vertex of its hull, as the distance is a
+  /// convex function of the point.
+  Step LongestStep(const Kinematics& from, const Kinematics& to) const;
 
  private:
   struct Impl;

@@ -1,9 +1,12 @@
 #include "legopt/collision/link_pairs.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <numbers>
 #include <random>
+#include <utility>
 
 #include "legopt/robot/kinematics.h"
 
@@ -11,6 +14,9 @@ namespace legopt {
 namespace {
 
 using PairStatus = CollisionModel::PairStatus;
+
+constexpr double kNoticeable = 1e-3;  // m; the judge's tolerance
+constexpr std::uint64_t kSeed = 1;
 
 /// True when the predicate holds for some pair of geometries of two links.
 template <class Predicate>
@@ -27,12 +33,26 @@ bool Touch(const LinkTrimeshes& meshes, const LinkPair& pair) {
   return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.Depth(a, b) >= 0.0; });
 }
 
+/// More than the judge's tolerance of one link is in the other.
+bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
+  return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) {
+    return meshes.ExactDepth(a, b) > kNoticeable || meshes.InsideDepth(a, b) > kNoticeable;
+  });
+}
+
 /// Hulls overlap noticeably, meshes do not meet.
 bool IsPhantom(const LinkTrimeshes& meshes, const LinkPair& pair) {
-  constexpr double kNoticeable = 1e-3;  // m
   const bool overlap =
       AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.HullsOverlap(a, b, kNoticeable); });
   return overlap && !Touch(meshes, pair);
+}
+
+/// Joints zero, or at the limit next to it; base at the origin.
+Eigen::VectorXd UprightPosture(const RobotModel& robot) {
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(robot.configuration_size());
+  x[robot.num_dofs() + 3] = 1.0;
+  x.head(robot.num_dofs()) = x.head(robot.num_dofs()).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
+  return x;
 }
 
 /// Joints uniform within their limits, base at the origin.
@@ -53,7 +73,6 @@ std::vector<LinkPair> FindPhantomPairs(const RobotModel& robot, LinkTrimeshes& m
                                        const std::vector<LinkPair>& checked) {
   constexpr int kPostures = 64;
   constexpr int kFairShare = 8;
-  constexpr std::uint64_t kSeed = 1;
   std::mt19937_64 random(kSeed);
   Kinematics kinematics(robot);
   std::vector<int> count(checked.size(), 0);
@@ -71,28 +90,70 @@ std::vector<LinkPair> FindPhantomPairs(const RobotModel& robot, LinkTrimeshes& m
   return phantom;
 }
 
+/// All pairs of links with geometry between which more than one moving joint lies, ascending by (second, first).
+std::vector<LinkPair> PairsOfNoNeighbours(const RobotModel& robot, const LinkTrimeshes& meshes) {
+  std::vector<LinkPair> pairs;
+  for (int b = 0; b < static_cast<int>(robot.links().size()); ++b) {
+    for (int a = 0; a < b; ++a) {
+      const bool bare = meshes.num_geometries(a) == 0 || meshes.num_geometries(b) == 0;
+      if (!bare && robot.MovingJointsBetween(a, b) > 1) pairs.emplace_back(a, b);
+    }
+  }
+  return pairs;
+}
+
+/// The table of LinkPairRules::status: `pairs` that are not `checked` are `ignored`, all others adjacent.
+std::vector<PairStatus> StatusOf(const RobotModel& robot, const std::vector<LinkPair>& pairs, PairStatus ignored,
+                                 const std::vector<LinkPair>& checked) {
+  const size_t n = robot.links().size();
+  std::vector<PairStatus> status(n * n, PairStatus::kIgnoredAdjacent);
+  const auto set = [&](const std::vector<LinkPair>& some, PairStatus value) {
+    for (const auto& [a, b] : some) {
+      const auto first = static_cast<size_t>(a), second = static_cast<size_t>(b);
+      status[first * n + second] = status[second * n + first] = value;
+    }
+  };
+  set(pairs, ignored);
+  set(checked, PairStatus::kChecked);
+  return status;
+}
+
+/// Of the pairs those that overlap in every posture of the sequence: links that are made of one piece, as it were,
+/// although more than one joint lies between them.
+std::vector<LinkPair> FindJoinedPairs(const RobotModel& robot, LinkTrimeshes& meshes, std::vector<LinkPair> pairs) {
+  constexpr int kPostures = 256;
+  std::mt19937_64 random(kSeed);
+  Kinematics kinematics(robot);
+  for (int posture = 0; posture < kPostures && !pairs.empty(); ++posture) {
+    kinematics.Update(posture == 0 ? UprightPosture(robot) : SamplePosture(robot, random));
+    meshes.Place(kinematics);
+    std::erase_if(pairs, [&](const LinkPair& pair) { return !Overlap(meshes, pair); });
+  }
+  return pairs;
+}
+
 }  // namespace
 
 LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes,
-                                Eigen::Ref<const Eigen::VectorXd> reference_x) {
+                                Eigen::Ref<const Eigen::VectorXd> reference_x, PairSelection selection) {
   Kinematics kinematics(robot);
   kinematics.Update(reference_x);
   meshes.Place(kinematics);
-  const int n = static_cast<int>(robot.links().size());
   LinkPairRules rules;
-  rules.status.assign(static_cast<size_t>(n) * static_cast<size_t>(n), PairStatus::kIgnoredAdjacent);
-  for (int b = 0; b < n; ++b) {
-    for (int a = 0; a < b; ++a) {
-      const bool bare = meshes.num_geometries(a) == 0 || meshes.num_geometries(b) == 0;
-      if (bare || robot.MovingJointsBetween(a, b) <= 1) continue;
-      const bool touch = Touch(meshes, {a, b});
-      const PairStatus status = touch ? PairStatus::kIgnoredReferencePose : PairStatus::kChecked;
-      rules.status[static_cast<size_t>(a * n + b)] = status;
-      rules.status[static_cast<size_t>(b * n + a)] = status;
-      if (!touch) rules.checked.emplace_back(a, b);
-    }
-  }
-  rules.phantom = FindPhantomPairs(robot, meshes, rules.checked);
+  rules.selection = selection;
+  std::vector<LinkPair>& apart = rules.pairs[PairSelection::kReference];
+  std::vector<LinkPair>& all = rules.pairs[PairSelection::kAll];
+  all = PairsOfNoNeighbours(robot, meshes);
+  std::ranges::copy_if(all, std::back_inserter(apart), [&](const LinkPair& pair) { return !Touch(meshes, pair); });
+  const std::vector<LinkPair> others = all;
+  std::vector<LinkPair> joined;
+  std::ranges::copy_if(all, std::back_inserter(joined), [&](const LinkPair& pair) { return Overlap(meshes, pair); });
+  joined = FindJoinedPairs(robot, meshes, std::move(joined));
+  std::erase_if(all, [&](const LinkPair& pair) { return std::ranges::find(joined, pair) != joined.end(); });
+  const bool by_reference = selection == PairSelection::kReference;
+  rules.status = StatusOf(robot, others, by_reference ? PairStatus::kIgnoredReferencePose : PairStatus::kIgnoredJoined,
+                          rules.checked());
+  rules.phantom = FindPhantomPairs(robot, meshes, rules.checked());
   return rules;
 }
 

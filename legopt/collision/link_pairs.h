@@ -9,16 +9,20 @@ namespace legopt {
 
 /// Which pairs of links are compared, and which of them need more than one hull per mesh.
 struct LinkPairRules {
-  std::vector<CollisionModel::PairStatus> status;  ///< num_links x num_links, row by row, symmetric
-  std::vector<LinkPair> checked;                   ///< ascending by (second, first)
-  /// Checked pairs whose hulls overlap although the meshes are apart in a fair share of all postures: there, hulls
-  /// would forbid what is free.
+  std::vector<CollisionModel::PairStatus> status;       ///< num_links x num_links, row by row, symmetric
+  Per<PairSelection, std::vector<LinkPair>> pairs;      ///< by each selection; ascending by (second, first)
+  PairSelection selection = PairSelection::kReference;  ///< which of them the solver compares
+  /// Pairs of that selection whose hulls overlap although the meshes are apart in a fair share of all postures: there,
+  /// hulls would forbid what is free.
   std::vector<LinkPair> phantom;
+
+  const std::vector<LinkPair>& checked() const { return pairs[selection]; }  ///< what the solver compares
 };
 
 /// `meshes` holds the robot's exact meshes; it is left at some posture. `reference_x` as in CollisionModel::Build.
-/// Deterministic: phantom overlaps are counted over a fixed sequence of postures, uniform within the joint limits.
+/// Deterministic: phantom overlaps are counted, and what motion can part is looked for, over a fixed sequence of
+/// postures, uniform within the joint limits.
 LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes,
-                                Eigen::Ref<const Eigen::VectorXd> reference_x);
+                                Eigen::Ref<const Eigen::VectorXd> reference_x, PairSelection selection);
 
 }  // namespace legopt

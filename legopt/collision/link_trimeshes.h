@@ -2,7 +2,9 @@
 
 #include <vector>
 
+#include "legopt/collision/closed_bodies.h"
 #include "legopt/collision/convex_shape.h"
+#include "legopt/collision/culling.h"
 #include "legopt/collision/trimesh_world.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"
@@ -18,13 +20,15 @@ class LinkTrimeshes {
     int link;                    ///< that it belongs to
     int mesh;                    ///< number within the TrimeshWorld
     ConvexShape hull;            ///< of the mesh, link frame
+    ClosedBodies bodies;         ///< of the mesh, link frame
+    Eigen::Isometry3d pose;      ///< of the link in the world
     PointArena::Range range;     ///< of the hull's points
     SupportSet placed;           ///< the hull in the world
     Eigen::AlignedBox3d bounds;  ///< of the hull in the world
   };
 
   /// Loads every geometry. `world` must outlive this object. Throws InputError.
-  LinkTrimeshes(const RobotModel& robot, TrimeshWorld& world);
+  LinkTrimeshes(const RobotModel& robot, TrimeshWorld& world, Culling culling = Culling::kOn);
   LinkTrimeshes(const LinkTrimeshes&) = delete;
   LinkTrimeshes& operator=(const LinkTrimeshes&) = delete;
 
@@ -44,6 +48,17 @@ class LinkTrimeshes {
   /// The same, and that of all contacts.
   TrimeshWorld::Depths AllDepths(const Geometry& a, const Geometry& b) const;
 
+  /// Of all crossing triangles, whatever ODE's limits (TrimeshWorld::ExactDepth).
+  double ExactDepth(const Geometry& a, const Geometry& b) const;
+
+  /// How deep the deepest vertex of two placed geometries lies inside a closed body of the other, m; 0 when none does.
+  double InsideDepth(const Geometry& a, const Geometry& b) const;
+
+  /// Of the exact mesh of a geometry, link frame, m.
+  const std::vector<Eigen::Vector3d>& vertices(const Geometry& geometry) const {
+    return world_.triangles(geometry.mesh).vertices;
+  }
+
   /// True when the hulls of two placed geometries overlap by more than `depth_m`.
   bool HullsOverlap(const Geometry& a, const Geometry& b, double depth_m) const;
 
@@ -51,7 +66,11 @@ class LinkTrimeshes {
   static constexpr double kSafety = 1e-4;
 
  private:
+  bool MayTouch(const Geometry& a, const Geometry& b) const;
+  double DeepestVertex(const Geometry& geometry, const Geometry& other) const;
+
   TrimeshWorld& world_;
+  Culling culling_;
   std::vector<Geometry> geometries_;
   std::vector<std::vector<int>> by_link_;
   PointArena local_;

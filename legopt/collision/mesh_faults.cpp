@@ -47,6 +47,8 @@ bool IsInverted(const TriangleMesh& component, const EdgeCount& edges) {
 
 }  // namespace
 
+bool IsClosed(const TriangleMesh& mesh) { return CountEdges(mesh).open == 0; }
+
 MeshFaults FindMeshFaults(const TriangleMesh& mesh) {
   const EdgeCount edges = CountEdges(mesh);
   MeshFaults faults{.edges = edges.all, .open_edges = edges.open};

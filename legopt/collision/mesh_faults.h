@@ -14,6 +14,9 @@ struct MeshFaults {
   int inverted_components = 0;  ///< of negative volume; closed but for at most 1 % of their edges
   bool none() const { return open_edges == 0 && inverted_components == 0; }  ///< sound enough to bound solids
 };
+/// Whether every edge pairs up, so that the mesh has an inside.
+bool IsClosed(const TriangleMesh& mesh);
+
 /// Counts them; never throws.
 MeshFaults FindMeshFaults(const TriangleMesh& mesh);
 

@@ -3,14 +3,21 @@
 #include <ode/ode.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "legopt/collision/ode_runtime.h"
+#include "legopt/collision/triangle_depth.h"
 
 namespace legopt {
 namespace {
 
 /// Coordinates and indices stay with ODE's mesh: ODE refers to them.
 struct Mesh {
+  explicit Mesh(TriangleMesh mesh) : triangles(std::move(mesh)), bvh(triangles) {}
+
+  TriangleMesh triangles;
+  TriangleBvh bvh;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   std::vector<dReal> coordinates;
   std::vector<dTriIndex> indices;
   dTriMeshDataID data = nullptr;
@@ -31,13 +38,13 @@ struct TrimeshWorld::Impl {
       dGeomTriMeshDataDestroy(mesh->data);
     }
   }
-  dGeomID geom(int mesh) const { return meshes[static_cast<size_t>(mesh)]->geom; }
+  const Mesh& at(int mesh) const { return *meshes[static_cast<size_t>(mesh)]; }
+  dGeomID geom(int mesh) const { return at(mesh).geom; }
 
-  /// Number of contacts, at most `max_contacts`, which are left in `contacts`.
-  int Collide(int mesh_a, int mesh_b, int max_contacts) {
+  /// Number of contacts, at most kOriginalContacts, which are left in `contacts`.
+  int Collide(int mesh_a, int mesh_b) {
     UseOdeOnThisThread();
-    if (contacts.size() < static_cast<size_t>(max_contacts)) contacts.resize(static_cast<size_t>(max_contacts));
-    return dCollide(geom(mesh_a), geom(mesh_b), max_contacts, contacts.data(), sizeof(dContactGeom));
+    return dCollide(geom(mesh_a), geom(mesh_b), kOriginalContacts, contacts.data(), sizeof(dContactGeom));
   }
   /// Largest depth of the first contacts; -1 without any.
   double Deepest(int count) const {
@@ -51,9 +58,10 @@ struct TrimeshWorld::Impl {
 TrimeshWorld::TrimeshWorld() : impl_(std::make_unique<Impl>()) { UseOdeOnThisThread(); }
 TrimeshWorld::~TrimeshWorld() = default;
 
-int TrimeshWorld::Add(const TriangleMesh& mesh) {
+int TrimeshWorld::Add(TriangleMesh triangles) {
   UseOdeOnThisThread();
-  auto entry = std::make_unique<Mesh>();
+  auto entry = std::make_unique<Mesh>(std::move(triangles));
+  const TriangleMesh& mesh = entry->triangles;
   entry->coordinates.reserve(kCoordinatesPerVertex * mesh.vertices.size());
   for (const Eigen::Vector3d& v : mesh.vertices)
     entry->coordinates.insert(entry->coordinates.end(), {v.x(), v.y(), v.z()});
@@ -70,23 +78,32 @@ int TrimeshWorld::Add(const TriangleMesh& mesh) {
 }
 
 void TrimeshWorld::SetPose(int mesh, const Eigen::Isometry3d& pose) {
+  impl_->meshes[static_cast<size_t>(mesh)]->pose = pose;
   const Eigen::Matrix3d& r = pose.linear();
   const dMatrix3 rotation = {r(0, 0), r(0, 1), r(0, 2), 0, r(1, 0), r(1, 1), r(1, 2), 0, r(2, 0), r(2, 1), r(2, 2), 0};
   dGeomSetRotation(impl_->geom(mesh), rotation);
   dGeomSetPosition(impl_->geom(mesh), pose.translation().x(), pose.translation().y(), pose.translation().z());
 }
 
-double TrimeshWorld::Depth(int mesh_a, int mesh_b) {
-  return impl_->Deepest(impl_->Collide(mesh_a, mesh_b, kOriginalContacts));
-}
+double TrimeshWorld::Depth(int mesh_a, int mesh_b) { return impl_->Deepest(impl_->Collide(mesh_a, mesh_b)); }
 
 TrimeshWorld::Depths TrimeshWorld::AllDepths(int mesh_a, int mesh_b) {
-  const int count = impl_->Collide(mesh_a, mesh_b, kOriginalContacts);
+  const int count = impl_->Collide(mesh_a, mesh_b);
   Depths depths;
   depths.original_m = depths.all_m = impl_->Deepest(count);
   if (count < kOriginalContacts) return depths;
-  depths.all_m = std::max(depths.original_m, impl_->Deepest(impl_->Collide(mesh_a, mesh_b, kAllContacts)));
+  depths.all_m = std::max(depths.original_m, ExactDepth(mesh_a, mesh_b));
   return depths;
 }
+
+double TrimeshWorld::ExactDepth(int mesh_a, int mesh_b) const {
+  const bool a_is_larger = impl_->at(mesh_a).triangles.triangles.size() >= impl_->at(mesh_b).triangles.triangles.size();
+  const Mesh& large = impl_->at(a_is_larger ? mesh_a : mesh_b);
+  const Mesh& small = impl_->at(a_is_larger ? mesh_b : mesh_a);
+  return MeshDepth(large.triangles, large.bvh, small.triangles, large.pose.inverse(Eigen::Isometry) * small.pose);
+}
+
+const TriangleMesh& TrimeshWorld::triangles(int mesh) const { return impl_->at(mesh).triangles; }
+const TriangleBvh& TrimeshWorld::bvh(int mesh) const { return impl_->at(mesh).bvh; }
 
 }  // namespace legopt

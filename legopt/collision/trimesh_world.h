@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "legopt/collision/mesh.h"
+#include "legopt/collision/triangle_bvh.h"
 
 namespace legopt {
 
@@ -14,13 +15,10 @@ class TrimeshWorld {
  public:
   /// Contacts of a pair of meshes that the original evaluator looks at, in the order in which ODE finds them.
   static constexpr int kOriginalContacts = 255;
-  /// The most that ODE can be asked for.
-  static constexpr int kAllContacts = 0xffff;
-
   /// Largest contact depth of two meshes, m; negative when they do not touch.
   struct Depths {
     double original_m = -1.0;  ///< of the first kOriginalContacts contacts
-    double all_m = -1.0;       ///< of up to kAllContacts, >= original_m
+    double all_m = -1.0;       ///< of all, >= original_m
   };
 
   TrimeshWorld();
@@ -29,13 +27,21 @@ class TrimeshWorld {
   TrimeshWorld& operator=(const TrimeshWorld&) = delete;
 
   /// Takes a mesh with at least one triangle; triangles are handed to ODE in their order. Returns its number, 0, 1, ...
-  int Add(const TriangleMesh& mesh);
+  int Add(TriangleMesh mesh);
   /// Owner's pose in the world; identity at first.
   void SetPose(int mesh, const Eigen::Isometry3d& pose);
   /// Largest depth of the contacts between two meshes, as the original evaluator has it: Depths::original_m.
   double Depth(int mesh_a, int mesh_b);
-  /// Both depths. Asks ODE a second time only when there are as many contacts as the original looks at.
+  /// Both depths. Looks at all pairs of triangles (ExactDepth) only when there are as many contacts as the original
+  /// looks at.
   Depths AllDepths(int mesh_a, int mesh_b);
+  /// Largest depth of all crossing triangles of two meshes by ODE's rule but not by ODE (triangle_depth.h), m; negative
+  /// when none cross. ODE itself is not to be asked for many contacts: its store of contacts, by which it merges those
+  /// that coincide, ends the program when it runs over.
+  double ExactDepth(int mesh_a, int mesh_b) const;
+
+  const TriangleMesh& triangles(int mesh) const;  ///< as given to Add
+  const TriangleBvh& bvh(int mesh) const;         ///< of these triangles
 
  private:
   struct Impl;

@@ -289,10 +289,11 @@ std::vector<ProblemDefinition> Dataset::ReadProblems(Task task, const std::strin
   return std::move(problems.problems);
 }
 
-const std::shared_ptr<const CollisionModel>& Dataset::collision_model(SceneRepresentation scene) const {
-  LazyCollisionModel& lazy = collision_models_[scene];
+const std::shared_ptr<const CollisionModel>& Dataset::collision_model(SceneRepresentation scene,
+                                                                      PairSelection pairs) const {
+  LazyCollisionModel& lazy = collision_models_[scene][pairs];
   std::call_once(lazy.once, [&] {
-    lazy.model = CollisionModel::Build(robot_, scene_, self_collision_reference_, {.scene = scene});
+    lazy.model = CollisionModel::Build(robot_, scene_, self_collision_reference_, {.scene = scene, .pairs = pairs});
   });
   return lazy.model;
 }

@@ -60,9 +60,10 @@ class Dataset {
   /// A box that contains the robot in its nominal posture, base upright at the origin, m.
   const Eigen::AlignedBox3d& robot_bounds() const { return robot_bounds_; }
   /// Obstacles of the scene, hulls of the links, checked link pairs. Built at the first call for each representation
-  /// (seconds for a large mesh), then shared; concurrent first calls build once. Throws InputError for a corrupt mesh.
-  const std::shared_ptr<const CollisionModel>& collision_model(
-      SceneRepresentation scene = SceneRepresentation::kSolid) const;
+  /// and selection (seconds for a large mesh), then shared; concurrent first calls build once. Throws InputError for a
+  /// corrupt mesh.
+  const std::shared_ptr<const CollisionModel>& collision_model(SceneRepresentation scene = SceneRepresentation::kSolid,
+                                                               PairSelection pairs = PairSelection::kReference) const;
 
   /// Problems of a task in file order; empty when the dataset has none.
   const std::vector<ProblemDefinition>& problems(Task task) const { return problems_[task]; }
@@ -122,7 +123,7 @@ class Dataset {
     std::once_flag once;
     std::shared_ptr<const CollisionModel> model;
   };
-  mutable Per<SceneRepresentation, LazyCollisionModel> collision_models_;
+  mutable Per<SceneRepresentation, Per<PairSelection, LazyCollisionModel>> collision_models_;
 };
 
 }  // namespace legopt

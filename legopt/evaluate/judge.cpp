@@ -29,6 +29,10 @@ std::string Text(double value) {
 
 std::string Length(double value_m) { return value_m < 1 ? Text(value_m * kMillimetres) + " mm" : Text(value_m) + " m"; }
 
+/// Where Evaluation has the verdict of each rule.
+constexpr std::array<std::pair<Rule, Verdict Evaluation::*>, kNumWords<Rule>> kVerdicts = {
+    {{Rule::kLiteral, &Evaluation::literal}, {Rule::kStrict, &Evaluation::strict}, {Rule::kSolid, &Evaluation::solid}}};
+
 /// Negated so that NaN fails.
 bool Exceeds(double value, double tolerance) { return !(value <= tolerance); }
 
@@ -69,13 +73,17 @@ std::string DescribePoseError(const std::string& link, const PoseError& error) {
 
 }  // namespace
 
+Verdict Evaluation::by(Rule rule) const { return this->*kVerdicts.at(NumberOf(rule)).second; }
+
 class Judge::Workspace {
  public:
-  explicit Workspace(std::shared_ptr<const Dataset> dataset)
+  Workspace(std::shared_ptr<const Dataset> dataset, Culling culling)
       : dataset_(std::move(dataset)),
         robot_(dataset_->robot()),
         kinematics_(robot_),
-        collision_(robot_, dataset_->scene(), dataset_->collision_model()),
+        previous_(robot_),
+        collision_(robot_, dataset_->scene(), dataset_->collision_model(), culling),
+        step_limit_m_(kStepShare * dataset_->robot_bounds().diagonal().norm()),
         clamped_(robot_.configuration_size()),
         torques_(robot_.num_dofs()) {}
 
@@ -88,7 +96,7 @@ class Judge::Workspace {
   static void CheckTask(Task task, const ProblemDefinition& problem);
   void CheckFootNames(const ProblemDefinition& problem) const;
   static void Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation);
-  static void FailStrictly(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation);
+  static void FailBy(Rule rule, Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation);
   bool IsWellFormed(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const;
   void SetState(const Eigen::VectorXd& x);
   void CheckFeet(const Stance& stance, int waypoint, Evaluation* evaluation);
@@ -96,17 +104,26 @@ class Judge::Workspace {
   void CheckLimits(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const;
   void CheckEnvironment(int waypoint, Evaluation* evaluation);
   void CheckSelf(int waypoint, Evaluation* evaluation);
+  void CheckIgnoredPairs(int waypoint, Evaluation* evaluation);
+  void CheckContainment(int waypoint, Evaluation* evaluation);
+  void CheckStep(int waypoint, Evaluation* evaluation);
   double Cost(Task task, std::span<const Eigen::VectorXd> waypoints);
   double Torques(std::span<const Eigen::VectorXd> waypoints);
   double JointSteps(std::span<const Eigen::VectorXd> waypoints) const;
   const std::string& LinkName(int link) const { return robot_.links()[static_cast<size_t>(link)].name; }
+  std::string ObjectName(int object) const {
+    return "'" + dataset_->scene().objects[static_cast<size_t>(object)].name + "' of the scene";
+  }
   std::string DescribeContact(const ExactCollision::SceneContact& contact) const;
   std::string DescribeOverlap(const LinkPair& pair, double depth_m) const;
+  std::string DescribeContainment(const ExactCollision::Containment& containment) const;
 
   std::shared_ptr<const Dataset> dataset_;
   const RobotModel& robot_;
   Kinematics kinematics_;
+  Kinematics previous_;  ///< of the waypoint before
   ExactCollision collision_;
+  double step_limit_m_;
   Eigen::VectorXd clamped_;
   Eigen::VectorXd torques_;
   std::vector<FootPlacement> placements_;  ///< feet of the present waypoint
@@ -137,23 +154,23 @@ void Judge::Workspace::CheckFootNames(const ProblemDefinition& problem) const {
   }
 }
 
-/// Records a failure under both rules, unless an earlier one stands.
+/// Records a failure by all rules, unless an earlier one stands.
 void Judge::Workspace::Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation) {
-  if (evaluation->strict == Verdict::kSuccess) evaluation->strict = verdict;
-  if (evaluation->literal != Verdict::kSuccess) return;
-  evaluation->literal = verdict;
-  evaluation->failed_waypoint = waypoint;
-  evaluation->detail = (waypoint >= 0 ? "waypoint " + std::to_string(waypoint) + ": " : "") + detail;
+  FailBy(Rule::kLiteral, verdict, waypoint, detail, evaluation);
 }
 
-/// Records a failure under the strict rule alone. Its detail stands unless a later waypoint fails by the literal rule,
-/// too: Fail() then overwrites it.
-void Judge::Workspace::FailStrictly(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation) {
-  if (evaluation->strict != Verdict::kSuccess) return;
-  evaluation->strict = verdict;
-  if (evaluation->literal != Verdict::kSuccess) return;
+/// Records a failure by this rule and those that demand more. Its detail stands unless a later waypoint fails by a more
+/// lenient rule.
+void Judge::Workspace::FailBy(Rule rule, Verdict verdict, int waypoint, const std::string& detail,
+                              Evaluation* evaluation) {
+  const bool first = evaluation->by(rule) == Verdict::kSuccess;
+  for (const auto& [which, own] : kVerdicts) {
+    if (which >= rule && evaluation->*own == Verdict::kSuccess) evaluation->*own = verdict;
+  }
+  if (!first) return;
   evaluation->failed_waypoint = waypoint;
-  evaluation->detail = "waypoint " + std::to_string(waypoint) + ": by the strict rule only, " + detail;
+  evaluation->detail = (waypoint >= 0 ? "waypoint " + std::to_string(waypoint) + ": " : "") +
+                       (rule == Rule::kLiteral ? "" : "by the " + std::string(ToString(rule)) + " rule, ") + detail;
 }
 
 bool Judge::Workspace::IsWellFormed(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const {
@@ -235,9 +252,8 @@ void Judge::Workspace::CheckLimits(const Eigen::VectorXd& x, int waypoint, Evalu
 }
 
 std::string Judge::Workspace::DescribeContact(const ExactCollision::SceneContact& contact) const {
-  return LinkName(contact.link) + " is " + Length(contact.depth_m) + " deep in '" +
-         dataset_->scene().objects[static_cast<size_t>(contact.object)].name + "' of the scene (tolerance " +
-         Length(kDepthTolerance_m) + ")";
+  return LinkName(contact.link) + " is " + Length(contact.depth_m) + " deep in " + ObjectName(contact.object) +
+         " (tolerance " + Length(kDepthTolerance_m) + ")";
 }
 
 void Judge::Workspace::CheckEnvironment(int waypoint, Evaluation* evaluation) {
@@ -246,8 +262,9 @@ void Judge::Workspace::CheckEnvironment(int waypoint, Evaluation* evaluation) {
   if (Exceeds(deepest.literal.depth_m, kDepthTolerance_m)) {
     Fail(Verdict::kEnvironmentCollision, waypoint, DescribeContact(deepest.literal), evaluation);
   } else if (Exceeds(deepest.strict.depth_m, kDepthTolerance_m)) {
-    FailStrictly(Verdict::kEnvironmentCollision, waypoint, DescribeContact(deepest.strict), evaluation);
+    FailBy(Rule::kStrict, Verdict::kEnvironmentCollision, waypoint, DescribeContact(deepest.strict), evaluation);
   }
+  Include(deepest.strict.depth_m, &evaluation->solid_depth_m);
 }
 
 std::string Judge::Workspace::DescribeOverlap(const LinkPair& pair, double depth_m) const {
@@ -262,8 +279,42 @@ void Judge::Workspace::CheckSelf(int waypoint, Evaluation* evaluation) {
   if (Exceeds(depths.literal_m, kDepthTolerance_m)) {
     Fail(Verdict::kSelfCollision, waypoint, DescribeOverlap(depths.literal_pair, depths.literal_m), evaluation);
   } else if (Exceeds(depths.strict_m, kDepthTolerance_m)) {
-    FailStrictly(Verdict::kSelfCollision, waypoint, DescribeOverlap(depths.strict_pair, depths.strict_m), evaluation);
+    FailBy(Rule::kStrict, Verdict::kSelfCollision, waypoint, DescribeOverlap(depths.strict_pair, depths.strict_m),
+           evaluation);
   }
+  Include(depths.strict_m, &evaluation->solid_depth_m);
+}
+
+void Judge::Workspace::CheckIgnoredPairs(int waypoint, Evaluation* evaluation) {
+  const ExactCollision::LinkContact deepest = collision_.DeepestIgnoredContact(kinematics_);
+  Include(deepest.depth_m, &evaluation->solid_depth_m);
+  if (!Exceeds(deepest.depth_m, kDepthTolerance_m)) return;
+  FailBy(Rule::kSolid, Verdict::kSelfCollision, waypoint, DescribeOverlap(deepest.pair, deepest.depth_m), evaluation);
+}
+
+std::string Judge::Workspace::DescribeContainment(const ExactCollision::Containment& containment) const {
+  const std::string other = containment.object < 0 ? LinkName(containment.other_link) : ObjectName(containment.object);
+  return LinkName(containment.link) + " and " + other + " have a vertex " + Length(containment.depth_m) +
+         " inside of the other's closed body (tolerance " + Length(kDepthTolerance_m) + ")";
+}
+
+void Judge::Workspace::CheckContainment(int waypoint, Evaluation* evaluation) {
+  const ExactCollision::Containment deepest = collision_.DeepestContainment(kinematics_);
+  Include(deepest.depth_m, &evaluation->solid_depth_m);
+  if (!Exceeds(deepest.depth_m, kDepthTolerance_m)) return;
+  FailBy(Rule::kSolid, Verdict::kContainment, waypoint, DescribeContainment(deepest), evaluation);
+}
+
+void Judge::Workspace::CheckStep(int waypoint, Evaluation* evaluation) {
+  Include(0.0, &evaluation->longest_step_m);
+  if (waypoint == 0) return;
+  const ExactCollision::Step longest = collision_.LongestStep(previous_, kinematics_);
+  Include(longest.distance_m, &evaluation->longest_step_m);
+  if (!Exceeds(longest.distance_m, step_limit_m_)) return;
+  FailBy(Rule::kSolid, Verdict::kStep, waypoint,
+         LinkName(longest.link) + " moves by " + Length(longest.distance_m) + " from the waypoint before (at most " +
+             Length(step_limit_m_) + ")",
+         evaluation);
 }
 
 /// Per waypoint (docs/readings.md#cost).
@@ -323,15 +374,20 @@ Evaluation Judge::Workspace::Judged(Task task, const ProblemDefinition& problem,
   }
   if (evaluation.literal != Verdict::kSuccess) return evaluation;
   for (int w = 0; w < count; ++w) {
+    std::swap(previous_, kinematics_);
     SetState(waypoints[static_cast<size_t>(w)]);
     CheckEnvironment(w, &evaluation);
     CheckSelf(w, &evaluation);
+    CheckIgnoredPairs(w, &evaluation);
+    CheckContainment(w, &evaluation);
+    CheckStep(w, &evaluation);
   }
   if (evaluation.literal == Verdict::kSuccess) evaluation.cost = Cost(task, waypoints);
   return evaluation;
 }
 
-Judge::Judge(std::shared_ptr<const Dataset> dataset) : workspace_(std::make_unique<Workspace>(std::move(dataset))) {}
+Judge::Judge(std::shared_ptr<const Dataset> dataset, Culling culling)
+    : workspace_(std::make_unique<Workspace>(std::move(dataset), culling)) {}
 Judge::~Judge() = default;
 Judge::Judge(Judge&&) noexcept = default;
 Judge& Judge::operator=(Judge&&) noexcept = default;

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "legopt/collision/culling.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/stance.h"
 #include "legopt/evaluate/interpolation.h"
@@ -19,6 +20,10 @@ inline constexpr double kPoseTolerance = 1e-3;     ///< quaternion vector part (
 inline constexpr double kComTolerance_m = 1e-3;    ///< outside the support polygon
 inline constexpr double kLimitTolerance = 1e-3;    ///< rad or m beyond a joint limit
 inline constexpr double kDepthTolerance_m = 1e-3;  ///< contact depth
+
+/// Under Rule::kSolid, farthest that a point of the robot may move between consecutive waypoints, as a share of the
+/// robot's size: the diagonal of Dataset::robot_bounds (docs/readings.md#solid-rule).
+inline constexpr double kStepShare = 1.0;
 
 /// Limits of a joint that has none (or wider ones), as in the original: +- this many rad (m for prismatic joints). It
 /// keeps every accepted cost finite. Kinematics do not clamp to it.
@@ -35,8 +40,9 @@ struct Evaluation {
 
   Verdict literal = Verdict::kSuccess;  ///< by the original evaluator's rule: self-collision of the last pair only
   Verdict strict = Verdict::kSuccess;   ///< every colliding link pair and every contact counts
-  int failed_waypoint = -1;             ///< of the literal failure; of the strict one when only that fails; -1: none
-  std::string detail;                   ///< for a human: which foot, joint or link, by how much; empty on success
+  Verdict solid = Verdict::kSuccess;    ///< also pairs that the original ignores, containment and steps
+  int failed_waypoint = -1;             ///< of the failure by the most lenient rule that fails; -1: none
+  std::string detail;                   ///< of it, for a human: which foot, joint or link, by how much; empty: success
 
   // Largest over all waypoints that were evaluated; >= 0.
   double foot_violation = kNotEvaluated;        ///< pose error component: quaternion vector part (1), translation (m)
@@ -45,11 +51,17 @@ struct Evaluation {
   double environment_depth_m = kNotEvaluated;   ///< contact depth with the scene, by the literal rule
   double self_depth_literal_m = kNotEvaluated;  ///< contact depth of the last colliding pair of each waypoint
   double self_depth_strict_m = kNotEvaluated;   ///< contact depth of all colliding pairs
+  /// By the solid rule: contact depth with the scene and of all pairs, depth of vertices inside of closed bodies.
+  double solid_depth_m = kNotEvaluated;
+  double longest_step_m =
+      kNotEvaluated;  ///< of any point of the robot between consecutive waypoints; 0 for one waypoint
 
   InterpolationScore interpolation;  ///< of tasks scored between waypoints, whatever the verdict; no part of it
 
   double cost = kNotEvaluated;  ///< see Judge; NaN unless `literal` is success
   int num_waypoints = 0;        ///< constraint waypoints: divisor of cost and time
+
+  Verdict by(Rule rule) const;  ///< the verdict of one rule
 };
 
 /// Decides whether a solution solves a problem, exactly as the LegOpt evaluator does (docs/readings.md#the-judge), with
@@ -57,7 +69,8 @@ struct Evaluation {
 ///
 /// Phase A, waypoint by waypoint: size, finite numbers, foot poses, COM, joint limits. Kinematics use the joints
 /// clamped to their limits, the limit test the raw vector. Phase B, only if A passed everywhere: environment,
-/// self-collision. Phase C, cost per waypoint, W = num_waypoints, as the task is described (words/task.h):
+/// self-collision; by the solid rule then containment and the step from the waypoint before. Phase C, cost per
+/// waypoint, W = num_waypoints, as the task is described (words/task.h):
 ///
 ///     torques:      1/W sum_w sum_i tau_i^2        tau: gravity torques with the base held fixed, N m
 ///     joint steps:  1/W sum_w |q_w - q_{w-1}|^2    raw joint values, base excluded
@@ -67,8 +80,9 @@ struct Evaluation {
 /// dataset's collision model if nobody has yet, and throws InputError when a mesh is corrupt.
 class Judge {
  public:
-  /// `dataset`: shared with the judge. See above for what this costs and throws.
-  explicit Judge(std::shared_ptr<const Dataset> dataset);
+  /// `dataset`: shared with the judge. See above for what this costs and throws. `culling`: kOff compares all meshes
+  /// exactly, which takes some hundred times as long and may not change any figure.
+  explicit Judge(std::shared_ptr<const Dataset> dataset, Culling culling = Culling::kOn);
   ~Judge();
   /// What is moved from may only be destroyed or assigned to.
   Judge(Judge&&) noexcept;

@@ -32,7 +32,7 @@ void Add(const JudgedSolution& solution, Rule rule, MethodSummary* row, Sums* su
   ++row->num_problems;
   sums->ids.insert(solution.problem_id);
   const Evaluation& evaluation = solution.evaluation;
-  if ((rule == Rule::kLiteral ? evaluation.literal : evaluation.strict) != Verdict::kSuccess) return;
+  if (evaluation.by(rule) != Verdict::kSuccess) return;
   ++row->num_solved;
   row->num_other_definition += solution.other_definition ? 1 : 0;
   sums->cost += evaluation.cost;

@@ -29,7 +29,7 @@ struct MethodSummary {
 };
 
 /// One row per method, in the order of first appearance. Every solved problem weighs the same, whatever its length.
-/// Under kStrict a mean covers the solutions that are feasible by both rules: strict success implies literal success.
+/// Success by a rule implies success by those before it.
 ///
 /// `posed` are the ids of the problems that every method should have solved; `solutions` hold no others. Empty: each
 /// method's n is the number of its solutions.

@@ -25,6 +25,7 @@ void VisitHead(auto& method, auto& fields) {
 void VisitAllOptions(auto& method, auto& fields) {
   fields.Number("restart_noise_deg", method.restart_noise_deg, 0.0, 180.0);
   fields.Choice("collision", method.collision);
+  fields.LaterChoice("pairs", method.pairs, PairSelection::kReference);
   fields.Number("collision_margin_m", method.collision_margin_m, 0.0, 0.1);
   fields.Number("contact_range_m", method.contact_range_m, 1e-3, 1.0);
   fields.Choice("continuous_collision", method.continuous_collision);

@@ -33,6 +33,7 @@ struct Method {
   // Options of every method: how the problem is posed to the solver.
   double restart_noise_deg = 5.0;  ///< half width of the uniform noise on every joint at a restart, [0, 180]
   SceneRepresentation collision = SceneRepresentation::kSolid;  ///< obstacles (docs/readings.md#two-sided-triangles)
+  PairSelection pairs = PairSelection::kReference;  ///< links that are compared (docs/readings.md#ignored-link-pairs)
   double collision_margin_m = 5e-4;  ///< distance kept from obstacles, [0, 0.1] (guards against ODE's triangle depths)
   double contact_range_m = 0.03;     ///< pairs closer than this enter the problem, (collision_margin_m, 1]
   /// Motions: collision between consecutive waypoints (paper, section V).

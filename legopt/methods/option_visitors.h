@@ -106,6 +106,7 @@ class OptionWriter : public ConstOptionFields {
   void Require(bool, const char*, const char*, const std::string&, const std::string&, const std::string&) override {}
 
  protected:
+  bool leaves_usual_out() const override { return true; }
   /// Writes the word.
   void Word(const char* key, const std::size_t& index, std::span<const std::string_view> words) override {
     object_[key] = words[index];

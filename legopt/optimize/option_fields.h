@@ -50,12 +50,23 @@ class BasicOptionFields {
     if constexpr (!is_const) value = static_cast<Enum>(index);
   }
 
+  /// The same for an option that came later than the results of others: while it has its `usual` value, it is not
+  /// written, so that methods that leave it out keep their canonical form and hash.
+  template <class Enum>
+  requires Worded<std::remove_const_t<Enum>>
+  void LaterChoice(const char* key, Enum& value, std::remove_const_t<Enum> usual) {
+    if (value != usual || !leaves_usual_out()) Choice(key, value);
+  }
+
   /// A condition between two fields that have been visited. `key` is the one to blame, with its value as text; it is
   /// not asked where one of the two is wrong by itself.
   virtual void Require(bool condition, const char* key, const char* other, const std::string& value,
                        const std::string& message, const std::string& fix) = 0;
 
  protected:
+  /// Whether a usual value of LaterChoice stays unsaid.
+  virtual bool leaves_usual_out() const { return false; }
+
   /// What Choice comes down to: `index` is the place in `words`, or beyond them for what is no value.
   virtual void Word(const char* key, Field<std::size_t> index, std::span<const std::string_view> words) = 0;
 

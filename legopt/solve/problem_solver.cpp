@@ -208,12 +208,12 @@ SolveOutcome ProblemSolver::Run::Solve(const ProblemDefinition& problem) {
 
 ProblemSolver::ProblemSolver(std::shared_ptr<const Dataset> dataset, SolverRegistry registry)
     : dataset_(std::move(dataset)), registry_(std::move(registry)) {
-  Query(SceneRepresentation::kSolid);
+  Query(SceneRepresentation::kSolid, PairSelection::kReference);
 }
 
-CollisionQuery& ProblemSolver::Query(SceneRepresentation representation) {
-  std::unique_ptr<CollisionQuery>& query = queries_[representation];
-  if (query == nullptr) query = std::make_unique<CollisionQuery>(dataset_->collision_model(representation));
+CollisionQuery& ProblemSolver::Query(SceneRepresentation representation, PairSelection pairs) {
+  std::unique_ptr<CollisionQuery>& query = queries_[representation][pairs];
+  if (query == nullptr) query = std::make_unique<CollisionQuery>(dataset_->collision_model(representation, pairs));
   return *query;
 }
 
@@ -224,7 +224,8 @@ SolveOutcome ProblemSolver::Solve(Task task, int problem_id, Initialization init
 
 SolveOutcome ProblemSolver::Solve(Task task, const ProblemDefinition& problem, Initialization initialization,
                                   const Method& method, const SolveSettings& settings) {
-  return Run(*dataset_, Query(method.collision), task, initialization, method, settings, registry_).Solve(problem);
+  return Run(*dataset_, Query(method.collision, method.pairs), task, initialization, method, settings, registry_)
+      .Solve(problem);
 }
 
 }  // namespace legopt

@@ -39,7 +39,8 @@ struct SolveSettings {
 class ProblemSolver {
  public:
   /// Builds the dataset's collision model of solids when nobody has yet, and its own collision query; those of the
-  /// surface at their first use, outside of the measured time. `registry` has the solvers that methods may name.
+  /// surface and of all pairs at their first use, outside of the measured time. `registry` has the solvers that methods
+  /// may name.
   explicit ProblemSolver(std::shared_ptr<const Dataset> dataset, SolverRegistry registry = {});
 
   /// Throws InputError when the dataset has no such problem or the method is not valid (Method::Validate).
@@ -52,11 +53,11 @@ class ProblemSolver {
  private:
   class Run;
 
-  CollisionQuery& Query(SceneRepresentation representation);
+  CollisionQuery& Query(SceneRepresentation representation, PairSelection pairs);
 
   std::shared_ptr<const Dataset> dataset_;
   SolverRegistry registry_;
-  Per<SceneRepresentation, std::unique_ptr<CollisionQuery>> queries_;  ///< built when first asked for
+  Per<SceneRepresentation, Per<PairSelection, std::unique_ptr<CollisionQuery>>> queries_;  ///< built when asked for
 };
 
 }  // namespace legopt

@@ -52,6 +52,7 @@ const std::map<std::string, std::string> kTexts = {
     {"result_request.solver_status", "word"},
     {"result_request.verdict_literal", "word"},
     {"result_request.verdict_strict", "word"},
+    {"result_request.verdict_solid", "word"},
     {"result_request.verdict_detail", "shown"},
     {"status_reply.json", "json"},
     {"submit_reply.message", "shown"},

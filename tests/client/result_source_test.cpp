@@ -6,6 +6,7 @@
 
 #include "client/client_error.h"
 #include "client/report/reading.h"
+#include "db/connection.h"
 #include "db/sqlite_store.h"
 #include "db/store_error.h"
 #include "test_database.h"
@@ -44,6 +45,23 @@ TEST_F(ResultSourceTest, ReadsTheBenchmarkTable) {
   EXPECT_EQ(table.rows[1].multi_starts, 10);
   EXPECT_EQ(table.rows[1].cells.at({Task::kPosture, Initialization::kInCollision}),
             (BenchmarkCell{2, 1, 0, std::nullopt, std::nullopt, 0, 0, 0, 2, 1}));
+}
+
+TEST_F(ResultSourceTest, ATableByTheSolidRuleNeedsItsVerdictOfEveryResult) {
+  const TableSelection solid{.experiment = {}, .rule = Rule::kSolid, .collision = {}};
+  EXPECT_EQ(ReadBenchmarkTable(*source_, solid).rows[0].cells.at({Task::kPosture, Initialization::kGood}).solved, 2);
+  // As results of an older release are.
+  db::Connection(file_, db::Connection::Mode::kReadWriteCreate)
+      .Execute("UPDATE results SET verdict_solid = NULL WHERE job_id = 2");
+  EXPECT_EQ(ReadBenchmarkTable(*source_, {}).rows.size(), 2U);
+  try {
+    ReadBenchmarkTable(*source_, solid);
+    FAIL();
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.code(), ExitCode::kUsage);
+    EXPECT_THAT(error.what(), testing::HasSubstr("without the solid rule"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("legopt export 1 --out FILE --db "));
+  }
 }
 
 TEST(BrokenJobs, AreCountedInTheirCells) {

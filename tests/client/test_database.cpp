@@ -22,7 +22,7 @@ db::ResultRecord RecordOf(const TestResult& result, int num_waypoints) {
   record.solver_status = success ? SolveStatus::kConvergedFeasible : SolveStatus::kConvergedInfeasible;
   record.wall_us = result.wall_us;
   record.cpu_us = result.wall_us;
-  record.verdict_literal = record.verdict_strict = verdict;
+  record.verdict_literal = record.verdict_strict = record.verdict_solid = verdict;
   record.verdict_detail = success ? "" : "made up";
   record.cost = success ? result.cost : std::nan("");
   record.num_waypoints = num_waypoints;

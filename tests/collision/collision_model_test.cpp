@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <limits>
 #include <map>
@@ -9,6 +10,7 @@
 
 #include "legopt/input_error.h"
 #include "tests/collision/atlas_data.h"
+#include "tests/collision/test_shapes.h"
 #include "tests/folders.h"
 
 namespace legopt::test {
@@ -111,6 +113,82 @@ TEST(LinkPairs, TouchingInTheReferencePoseIsIgnoredForGood) {
   folded[0] = 2.9;  // the hand lies across the base
   const auto model = CollisionModel::Build(robot, {}, folded);
   EXPECT_EQ(model->pair_status(robot.FindLink("base"), robot.FindLink("hand")), PairStatus::kIgnoredReferencePose);
+}
+
+// The original ignores for good what touches in one pose; the solid rule only what no pose parts.
+TEST(LinkPairs, OfTheSolidRuleAreAllThatMotionParts) {
+  const RobotModel robot = Chain();
+  Eigen::VectorXd folded = ZeroPose(robot);
+  folded[0] = 2.9;
+  const LinkPair pair(robot.FindLink("base"), robot.FindLink("hand"));
+  const auto reference = CollisionModel::Build(robot, {}, folded);
+  const auto all = CollisionModel::Build(robot, {}, folded, {.pairs = PairSelection::kAll});
+  for (const CollisionModel* model : {reference.get(), all.get()}) {
+    const auto& without = model->pairs(PairSelection::kReference);
+    const auto& with = model->pairs(PairSelection::kAll);
+    EXPECT_EQ(std::count(without.begin(), without.end(), pair), 0);
+    EXPECT_EQ(std::count(with.begin(), with.end(), pair), 1);
+    EXPECT_TRUE(std::is_sorted(with.begin(), with.end(), [](const LinkPair& a, const LinkPair& b) {
+      return std::pair(a.second, a.first) < std::pair(b.second, b.first);
+    }));
+  }
+  EXPECT_EQ(reference->checked_pairs(), reference->pairs(PairSelection::kReference));
+  EXPECT_EQ(all->checked_pairs(), all->pairs(PairSelection::kAll));
+  EXPECT_EQ(all->pair_status(pair.first, pair.second), PairStatus::kChecked);
+}
+
+/// base - hinge - (joint of +-0.01 rad) - flap: the flap's box of `size` stands in the base's.
+RobotModel Hinged(const Eigen::Vector3d& size) {
+  std::vector<Link> links(3);
+  std::vector<Joint> joints(2);
+  const char* const names[] = {"base", "hinge", "flap"};
+  for (size_t i = 0; i < links.size(); ++i) {
+    links[i].name = names[i];
+    links[i].mass = 1.0;
+    links[i].parent_joint = static_cast<int>(i) - 1;
+  }
+  links[0].collision = {Spec(ShapeSpec::Kind::kBox, {0.2, 0.2, 0.2})};
+  links[2].collision = {Spec(ShapeSpec::Kind::kBox, size)};
+  for (int i = 0; i < 2; ++i) {
+    Joint& joint = joints[static_cast<size_t>(i)];
+    joint.name = "joint" + std::to_string(i);
+    joint.type = JointType::kRevolute;
+    joint.parent_link = i;
+    joint.child_link = i + 1;
+    joint.axis = Eigen::Vector3d::UnitZ();
+    joint.dof = i;
+    joint.lower = -0.01;
+    joint.upper = 0.01;
+  }
+  return RobotModel("hinged", links, joints);
+}
+
+TEST(LinkPairs, WhatNoPostureOfTheSequencePartsIsJoined) {
+  const LinkPair pair(0, 2);
+  for (const Eigen::Vector3d& size : {Eigen::Vector3d(0.5, 0.1, 0.1), Eigen::Vector3d(0.05, 0.06, 0.07)}) {
+    const RobotModel robot = Hinged(size);
+    const auto model = CollisionModel::Build(robot, {}, ZeroPose(robot), {.pairs = PairSelection::kAll});
+    EXPECT_TRUE(model->pairs(PairSelection::kAll).empty()) << size.transpose();
+    EXPECT_EQ(model->pair_status(0, 2), PairStatus::kIgnoredJoined);
+  }
+  // Wholly inside, the flap's surface never meets the base's: the original compares the pair in vain.
+  const RobotModel inside = Hinged({0.05, 0.06, 0.07});
+  const auto model = CollisionModel::Build(inside, {}, ZeroPose(inside));
+  EXPECT_EQ(model->checked_pairs(), std::vector<LinkPair>{pair});
+}
+
+TEST(AtlasModel, SolidRuleComparesAllButThreePairs) {
+  LEGOPT_REQUIRE_FILE(DataFolder() / "atlas/atlas.urdf");
+  const RobotModel robot = Atlas();
+  const auto model = CollisionModel::Build(robot, {}, AtlasReference(robot), {.pairs = PairSelection::kAll});
+  EXPECT_EQ(model->checked_pairs().size(), 457U);
+  const auto status = [&](const char* a, const char* b) {
+    return model->pair_status(robot.FindLink(a), robot.FindLink(b));
+  };
+  for (const char* other : {"mtorso", "l_lglut", "r_lglut"})
+    EXPECT_EQ(status("pelvis", other), PairStatus::kIgnoredJoined);
+  for (const char* other : {"utorso", "l_uleg", "r_uleg"}) EXPECT_EQ(status("pelvis", other), PairStatus::kChecked);
+  EXPECT_EQ(status("l_uleg", "r_uleg"), PairStatus::kChecked);
 }
 
 TEST(BadInput, IsRefusedWithTheNameOfLinkObjectOrOption) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "legopt/collision/link_trimeshes.h"
@@ -89,6 +91,41 @@ TEST(TrimeshDepth, TheOriginalLooksAt255ContactsTheStrictFigureAtAll) {
     cut_off += depths.original_m < deepest - 0.001 ? 1 : 0;
   }
   EXPECT_GE(cut_off, 1) << "no case has its deepest contact beyond the first 255";
+}
+
+// Both ways of the same rule, where ODE has few contacts: its merging may lower a depth by up to 0.01 mm.
+TEST(TrimeshDepth, ExactDepthsAreOdes) {
+  constexpr double kMerging = 1.1e-5;
+  Draw draw(9);
+  int crossing = 0, deeper = 0;
+  for (int i = 0; i < 400; ++i) {
+    TrimeshWorld world;
+    const auto add = [&] {
+      const ConvexHull hull = draw.RandomHull(12, {0.2, 0.15, 0.1});
+      return world.Add({hull.vertices, hull.triangles});
+    };
+    const int a = add(), b = add();
+    world.SetPose(b, draw.Pose(0.2));
+    const double ode = world.Depth(a, b), exact = world.ExactDepth(a, b);
+    EXPECT_EQ(exact, world.ExactDepth(b, a));
+    EXPECT_EQ(ode < 0.0, exact < 0.0);
+    if (ode < 0.0) continue;
+    ++crossing;
+    EXPECT_GE(exact, ode - 1e-9);
+    deeper += exact > ode + kMerging ? 1 : 0;
+  }
+  EXPECT_GT(crossing, 100);
+  EXPECT_LE(deeper, crossing / 50) << "of " << crossing << ": ODE drops contacts whose merged normals cancel";
+}
+
+// A pose in which ODE, asked for more contacts than its store holds, ends the program.
+TEST(TrimeshDepth, OfHundredsOfContactsIsFoundWithoutOde) {
+  TrimeshWorld world;
+  const TriangleMesh ball = Tessellate(Spec(ShapeSpec::Kind::kSphere, {0.2, 0, 0}));
+  const int a = world.Add(ball), b = world.Add(Sheet(60, 0.3, 0.2));
+  world.SetPose(a, At(0.013, 0.007, 0.05));
+  EXPECT_GT(world.ExactDepth(a, b), 0.04);
+  EXPECT_EQ(world.AllDepths(a, b).all_m, world.ExactDepth(a, b));
 }
 
 TEST(TrimeshDepth, FewContactsHaveOneDepth) {
@@ -202,6 +239,130 @@ TEST(EnvironmentDepth, NamesTheDeepestLinkAndObject) {
   x.head(2) << -2.9, 2.9;
   kinematics.Update(x);
   EXPECT_EQ(exact.EnvironmentDepth(kinematics), 0.0);
+}
+
+/// A base box, and a second one that `slide0` moves along y.
+struct TwoBoxes {
+  RobotModel robot = Slides(2);
+  Eigen::VectorXd x = ZeroPose(robot);
+  Kinematics kinematics{robot};
+
+  TwoBoxes() { x.head(2) << -3.0, 3.0; }
+  const Kinematics& At(double y0, double y1) {
+    x.head(2) << y0, y1;
+    kinematics.Update(x);
+    return kinematics;
+  }
+};
+
+TEST(Containment, OfALinkInASolidWhoseSurfaceItDoesNotMeet) {
+  TwoBoxes boxes;
+  Scene scene;
+  scene.objects.push_back({"far", Spec(ShapeSpec::Kind::kBox, {1, 1, 1}, At(9, 0, 0))});
+  scene.objects.push_back({"slab", Spec(ShapeSpec::Kind::kBox, {1, 1, 0.3}, At(0, -3.1, 0.01))});
+  const auto model = CollisionModel::Build(boxes.robot, scene, boxes.x);
+  ExactCollision exact(boxes.robot, scene, model);
+  const Kinematics& buried = boxes.At(-3.0, 3.0);
+  EXPECT_EQ(exact.EnvironmentDepth(buried), 0.0) << "no contact: surfaces do not cross";
+  const ExactCollision::Containment deepest = exact.DeepestContainment(buried);
+  EXPECT_NEAR(deepest.depth_m, 0.06, 1e-12);  // the lower corners, from the slab's underside
+  EXPECT_EQ(deepest.link, 1);
+  EXPECT_EQ(deepest.object, 1);
+  EXPECT_EQ(deepest.other_link, -1);
+  EXPECT_EQ(exact.DeepestContainment(boxes.At(-2.0, 3.0)).link, -1);
+  // Half out: the corners within count, and contacts as well.
+  EXPECT_NEAR(exact.DeepestContainment(boxes.At(-2.62, 3.0)).depth_m, 0.06, 1e-12);
+  EXPECT_GT(exact.EnvironmentDepth(boxes.kinematics), 1e-3);
+}
+
+TEST(Containment, OfASolidInALinkAndOfALinkInAnother) {
+  TwoBoxes boxes;
+  Scene scene;
+  scene.objects.push_back({"pebble", Spec(ShapeSpec::Kind::kBox, {0.02, 0.02, 0.02}, At(0.03, 5.0, 0))});
+  const auto model = CollisionModel::Build(boxes.robot, scene, boxes.x);
+  ExactCollision exact(boxes.robot, scene, model);
+  const ExactCollision::Containment pebble = exact.DeepestContainment(boxes.At(5.0, -5.0));
+  EXPECT_NEAR(pebble.depth_m, 0.08, 1e-12);
+  EXPECT_EQ(pebble.link, 1);
+  EXPECT_EQ(pebble.object, 0);
+  const ExactCollision::Containment nested = exact.DeepestContainment(boxes.At(1.0, 1.0));
+  EXPECT_EQ(exact.SelfDepth(boxes.kinematics).strict_m, 0.0) << "no contact: surfaces do not cross";
+  EXPECT_NEAR(nested.depth_m, 0.03, 1e-12);
+  EXPECT_EQ(LinkPair(nested.link, nested.other_link), LinkPair(1, 2));
+  EXPECT_EQ(nested.object, -1);
+}
+
+TEST(IgnoredContact, OfPairsThatTouchInTheReferencePose) {
+  TwoBoxes boxes;
+  Eigen::VectorXd reference = boxes.x;
+  reference.head(2) << 0.0, 0.13;
+  const auto model = CollisionModel::Build(boxes.robot, {}, reference);
+  ASSERT_TRUE(model->checked_pairs().empty());
+  ExactCollision exact(boxes.robot, {}, model);
+  EXPECT_EQ(exact.SelfDepth(boxes.At(0.0, 0.14)).strict_m, 0.0);
+  const ExactCollision::LinkContact contact = exact.DeepestIgnoredContact(boxes.kinematics);
+  EXPECT_NEAR(contact.depth_m, 0.03, 1e-6);
+  EXPECT_EQ(contact.pair, LinkPair(1, 2));
+  EXPECT_EQ(exact.DeepestIgnoredContact(boxes.At(0.0, 0.5)).pair.first, -1);
+}
+
+TEST(LongestStep, IsThatOfTheFarthestPoint) {
+  TwoBoxes boxes;
+  const auto model = CollisionModel::Build(boxes.robot, {}, boxes.x);
+  const ExactCollision exact(boxes.robot, {}, model);
+  Kinematics from(boxes.robot);
+  from.Update(boxes.x);
+  EXPECT_EQ(exact.LongestStep(from, from).distance_m, 0.0);
+  const ExactCollision::Step slide = exact.LongestStep(from, boxes.At(-3.0, 3.4));
+  EXPECT_NEAR(slide.distance_m, 0.4, 1e-12);
+  EXPECT_EQ(slide.link, 2);
+  // A turn of the base about z by 180 degrees: the outermost corner of box 0, at (+-0.1, -3.1), goes to the other side.
+  boxes.x.head(2) << -3.0, 3.0;
+  boxes.x.tail<4>() << 0.0, 0.0, 0.0, 1.0;
+  boxes.kinematics.Update(boxes.x);
+  const ExactCollision::Step turn = exact.LongestStep(from, boxes.kinematics);
+  EXPECT_NEAR(turn.distance_m, 2.0 * std::hypot(0.1, 3.1), 1e-12);
+  EXPECT_EQ(turn.link, 1);
+}
+
+/// Every figure of one configuration.
+void ExpectSameFigures(ExactCollision& culled, ExactCollision& exhaustive, const Kinematics& kinematics) {
+  const auto a = culled.DeepestEnvironmentContacts(kinematics), b = exhaustive.DeepestEnvironmentContacts(kinematics);
+  EXPECT_EQ(a.literal.depth_m, b.literal.depth_m);
+  EXPECT_EQ(a.strict.depth_m, b.strict.depth_m);
+  EXPECT_EQ(a.strict.link, b.strict.link);
+  const ExactCollision::SelfDepths c = culled.SelfDepth(kinematics), d = exhaustive.SelfDepth(kinematics);
+  EXPECT_EQ(c.literal_m, d.literal_m);
+  EXPECT_EQ(c.literal_pair, d.literal_pair);
+  EXPECT_EQ(c.strict_m, d.strict_m);
+  EXPECT_EQ(c.strict_pair, d.strict_pair);
+  EXPECT_EQ(culled.DeepestIgnoredContact(kinematics).depth_m, exhaustive.DeepestIgnoredContact(kinematics).depth_m);
+  EXPECT_EQ(culled.DeepestContainment(kinematics).depth_m, exhaustive.DeepestContainment(kinematics).depth_m);
+}
+
+// Random postures that collide with themselves, some of them deep in a solid, some beside a sphere.
+TEST(SelfDepth, CullingNeverChangesTheAnswer) {
+  LEGOPT_REQUIRE_FILE(DataFolder() / "atlas/atlas.urdf");
+  const RobotModel robot = Atlas();
+  Scene scene;
+  scene.objects.push_back({"slab", Spec(ShapeSpec::Kind::kBox, {3, 3, 3}, At(0, 0, -1.4))});
+  scene.objects.push_back({"ball", Spec(ShapeSpec::Kind::kSphere, {0.3, 0, 0}, At(0.3, 0.6, 0.4))});
+  const auto model = CollisionModel::Build(robot, scene, AtlasReference(robot));
+  ExactCollision culled(robot, scene, model), exhaustive(robot, scene, model, Culling::kOff);
+  Kinematics kinematics(robot);
+  Draw draw(3);
+  int colliding = 0;
+  for (int i = 0; i < 60; ++i) {
+    Eigen::VectorXd x = ZeroPose(robot);
+    for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+      x[dof] = draw.Number(std::max(robot.lower_limits()[dof], -3.0), std::min(robot.upper_limits()[dof], 3.0));
+    }
+    x[robot.num_dofs() + 2] = draw.Number(-1.0, 1.0);
+    kinematics.Update(x);
+    ExpectSameFigures(culled, exhaustive, kinematics);
+    colliding += culled.SelfDepth(kinematics).strict_m > 0.0 ? 1 : 0;
+  }
+  EXPECT_GT(colliding, 20);
 }
 
 TEST(EnvironmentDepth, CullingNeverChangesOdesAnswer) {

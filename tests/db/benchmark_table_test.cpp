@@ -46,11 +46,17 @@ class BenchmarkTable : public testing::Test {
 
   void Apply(const std::vector<StoreOp>& ops) { store_->Apply(ops); }
 
+  // Solved by the solid rule when it is by the strict one.
   void Finish(std::int64_t job_id, Verdict literal, Verdict strict, double cost, std::int64_t wall_us,
+              int num_waypoints) {
+    Finish(job_id, literal, strict, strict, cost, wall_us, num_waypoints);
+  }
+  void Finish(std::int64_t job_id, Verdict literal, Verdict strict, Verdict solid, double cost, std::int64_t wall_us,
               int num_waypoints) {
     ResultRecord r = SampleResult(cost);
     r.verdict_literal = literal;
     r.verdict_strict = strict;
+    r.verdict_solid = solid;
     r.verdict_detail = literal == Verdict::kSuccess ? "" : "foot l_foot off by 2.0 mm";
     r.wall_us = wall_us;
     r.num_waypoints = num_waypoints;
@@ -101,6 +107,7 @@ TEST_F(BenchmarkTable, InterpolationCoversTheSolvedMotions) {
   const auto finish = [this](std::int64_t job_id, Verdict strict, double scene_m, double self_m, double share) {
     ResultRecord r = SampleResult(0.1);
     r.verdict_strict = strict;
+    r.verdict_solid = strict == Verdict::kSuccess ? Verdict::kStep : strict;
     r.num_waypoints = 4;
     r.windows = r.windows_solved = 1;
     r.interpolation_environment_depth_m = scene_m;
@@ -118,21 +125,25 @@ TEST_F(BenchmarkTable, InterpolationCoversTheSolvedMotions) {
   const std::vector<Row> expected{
       {Text("literal"), Text("good"), Int(1), Int(1), Int(1), Int(0), 0.75, 0.004, 0.0},
       {Text("literal"), Text("in_collision"), Int(1), Int(1), Int(1), Int(1), 1.0, 0.0005, 0.0001},
+      {Text("solid"), Text("good"), Int(1), Int(0), Int(0), Int(0), kNull, kNull, kNull},
+      {Text("solid"), Text("in_collision"), Int(1), Int(0), Int(0), Int(0), kNull, kNull, kNull},
       {Text("strict"), Text("good"), Int(1), Int(1), Int(1), Int(0), 0.75, 0.004, 0.0},
       {Text("strict"), Text("in_collision"), Int(1), Int(0), Int(0), Int(0), kNull, kNull, kNull}};
   EXPECT_EQ(Query(columns).rows, expected);
 }
 
-TEST_F(BenchmarkTable, CellsOfBothRulesWithFinishedJobs) {
+TEST_F(BenchmarkTable, CellsOfAllRulesWithFinishedJobs) {
   Finish(1, Verdict::kSuccess, Verdict::kSuccess, 400, 1'000, 1);
-  Finish(2, Verdict::kSuccess, Verdict::kSelfCollision, 500, 3'000, 1);
+  Finish(2, Verdict::kSuccess, Verdict::kSelfCollision, Verdict::kContainment, 500, 3'000, 1);
   const QueryResult cells = Query(
       "SELECT experiment, method_id, multi_starts, sample_size, incremental, rule, n, finished, solved, cost, time_s "
       "FROM benchmark_cells WHERE task = 'posture' AND initialization = 'good' AND multi_starts = 10 ORDER BY rule");
-  ASSERT_EQ(cells.rows.size(), 2U);
+  ASSERT_EQ(cells.rows.size(), 3U);
   EXPECT_EQ(cells.rows[0], (Row{Text("sample"), Int(1), Int(10), Int(100), Int(0), Text("literal"), Int(2), Int(2),
                                 Int(2), 450.0, 0.002}));
-  EXPECT_EQ(cells.rows[1], (Row{Text("sample"), Int(1), Int(10), Int(100), Int(0), Text("strict"), Int(2), Int(2),
+  EXPECT_EQ(cells.rows[1], (Row{Text("sample"), Int(1), Int(10), Int(100), Int(0), Text("solid"), Int(2), Int(2),
+                                Int(1), 400.0, 0.001}));
+  EXPECT_EQ(cells.rows[2], (Row{Text("sample"), Int(1), Int(10), Int(100), Int(0), Text("strict"), Int(2), Int(2),
                                 Int(1), 400.0, 0.001}));
   EXPECT_EQ(Query("SELECT sum(finished), sum(n) FROM benchmark_cells WHERE rule = 'literal'").rows[0],
             (Row{Int(2), Int(12)}));
@@ -152,12 +163,14 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
   const QueryResult jobs = Query("SELECT * FROM job_list WHERE job_id = 2");
   std::string columns;
   for (const std::string& column : jobs.columns) columns += column + " ";
-  EXPECT_EQ(columns,
-            "job_id experiment_id method multi_starts sample_size incremental collision task initialization problem_id "
-            "repetition state attempts solver_status verdict_literal verdict_strict windows_solved windows cost time_s "
-            "wall_us cpu_us iterations restarts starts term_evaluations collision_queries "
-            "interpolation_environment_depth_m interpolation_self_depth_m interpolation_free_share worker hostname "
-            "processor build_id ");
+  EXPECT_EQ(
+      columns,
+      "job_id experiment_id method multi_starts sample_size incremental collision task initialization problem_id "
+      "repetition state attempts solver_status verdict_literal verdict_strict verdict_solid windows_solved windows "
+      "cost time_s "
+      "wall_us cpu_us iterations restarts starts term_evaluations collision_queries solid_depth_m longest_step_m "
+      "interpolation_environment_depth_m interpolation_self_depth_m interpolation_free_share worker hostname "
+      "processor build_id ");
   EXPECT_EQ(jobs.rows.at(0), (Row{Int(2),
                                   Int(1),
                                   Text("SQP"),
@@ -174,6 +187,7 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
                                   Text("converged_feasible"),
                                   Text("success"),
                                   Text("success"),
+                                  Text("success"),
                                   kNull,
                                   kNull,
                                   500.0,
@@ -185,6 +199,8 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
                                   kNull,
                                   kNull,
                                   kNull,
+                                  0.0,
+                                  0.0,
                                   kNull,
                                   kNull,
                                   kNull,

@@ -34,6 +34,7 @@ ResultRecord DistinctValues() {
   record.solver_status = SolveStatus::kNumericalFailure;
   record.verdict_literal = Verdict::kSelfCollision;
   record.verdict_strict = Verdict::kJointLimit;
+  record.verdict_solid = Verdict::kStep;
   std::swap(record.windows, record.windows_solved);  // the larger one is the whole
   return record;
 }
@@ -130,10 +131,12 @@ TEST_F(ResultColumns, AreKeptOfALateResult) {
 TEST_F(ResultColumns, AreShownInTheirOrder) {
   EXPECT_EQ(ShownResultColumns(),
             "solver_status, iterations, restarts, starts, term_evaluations, collision_queries, solver_cost, "
-            "solver_violation, verdict_literal, verdict_strict, verdict_detail, failed_waypoint, num_waypoints, cost, "
-            "time_s, wall_us, cpu_us, "
+            "solver_violation, verdict_literal, verdict_strict, verdict_solid, verdict_detail, failed_waypoint, "
+            "num_waypoints, "
+            "cost, time_s, wall_us, cpu_us, "
             "involuntary_context_switches, peak_memory_bytes, foot_violation, com_violation_m, limit_violation, "
-            "environment_depth_m, self_depth_literal_m, self_depth_strict_m, windows, windows_solved, "
+            "environment_depth_m, self_depth_literal_m, self_depth_strict_m, solid_depth_m, longest_step_m, windows, "
+            "windows_solved, "
             "interpolation_environment_depth_m, interpolation_self_depth_m, interpolation_free_share, attempt, "
             "length(trace) AS trace_bytes");
 }
@@ -147,6 +150,13 @@ TEST(ResultFault, NamesTheColumnAndItsRange) {
   EXPECT_EQ(FaultOf(SampleResult()), "");
   EXPECT_EQ(fault(&ResultRecord::peak_memory_bytes, -1), "peak_memory_bytes is negative");
   EXPECT_EQ(fault(&ResultRecord::num_waypoints, 0), "num_waypoints is below 1");
+  EXPECT_EQ(fault(&ResultRecord::longest_step_m, -0.1), "longest_step_m is negative");
+  EXPECT_EQ(fault(&ResultRecord::verdict_solid, Verdict::kContainment), "");
+  EXPECT_EQ(fault(&ResultRecord::verdict_strict, Verdict::kContainment),
+            "verdict 'containment' by another rule than the solid one");
+  EXPECT_EQ(fault(&ResultRecord::verdict_literal, Verdict::kStep), "verdict 'step' by another rule than the solid one");
+  EXPECT_EQ(fault(&ResultRecord::verdict_strict, Verdict::kSelfCollision),
+            "a success by the solid rule that is none by the strict one");
   EXPECT_EQ(fault(&ResultRecord::interpolation_free_share, 1.01), "interpolation_free_share is not within 0 .. 1");
   EXPECT_EQ(fault(&ResultRecord::interpolation_free_share, std::numeric_limits<double>::quiet_NaN()), "");
   EXPECT_EQ(fault(&ResultRecord::interpolation_self_depth_m, -0.5), "interpolation_self_depth_m is negative");

@@ -129,7 +129,7 @@ void StopByTheClock(Store& store) {
   ResultRecord stopped = SampleResult();
   stopped.solver_status = SolveStatus::kTimeLimit;
   ResultRecord unsolved = stopped;
-  unsolved.verdict_literal = unsolved.verdict_strict = Verdict::kCom;
+  unsolved.verdict_literal = unsolved.verdict_strict = unsolved.verdict_solid = Verdict::kCom;
   store.Apply(std::vector<StoreOp>{
       LeaseJob{1, 1, 71, 1, 1}, AcceptResult{1, 1, unsolved, "", "", 2}, LeaseJob{2, 1, 72, 1, 1},
       AcceptResult{2, 1, stopped, "", "", 2}, LeaseJob{3, 1, 73, 1, 1}, AcceptResult{3, 1, SampleResult(), "", "", 2},

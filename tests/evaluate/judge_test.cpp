@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 
+#include "legopt/dataset/content_hash.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/terms/initial_guess.h"
 #include "tests/dataset/synthetic_dataset.h"
@@ -53,6 +54,7 @@ class JudgeTest : public testing::Test {
 void ExpectFailure(const Evaluation& evaluation, Verdict verdict, int waypoint) {
   EXPECT_EQ(ToString(evaluation.literal), ToString(verdict)) << evaluation.detail;
   EXPECT_EQ(evaluation.strict, evaluation.literal);
+  EXPECT_EQ(evaluation.solid, evaluation.literal);
   EXPECT_EQ(evaluation.failed_waypoint, waypoint);
   EXPECT_TRUE(std::isnan(evaluation.cost));
   EXPECT_NE(evaluation.detail, "");
@@ -65,6 +67,7 @@ TEST_F(JudgeTest, UprightPostureSucceedsAndCostsItsGravityTorques) {
   const Evaluation evaluation = Posture(x);
   EXPECT_EQ(evaluation.literal, Verdict::kSuccess) << evaluation.detail;
   EXPECT_EQ(evaluation.strict, Verdict::kSuccess);
+  EXPECT_EQ(evaluation.solid, Verdict::kSuccess);
   EXPECT_EQ(evaluation.failed_waypoint, -1);
   EXPECT_EQ(evaluation.detail, "");
   EXPECT_EQ(evaluation.num_waypoints, 1);
@@ -74,6 +77,8 @@ TEST_F(JudgeTest, UprightPostureSucceedsAndCostsItsGravityTorques) {
   EXPECT_EQ(evaluation.environment_depth_m, 0);
   EXPECT_EQ(evaluation.self_depth_literal_m, 0);
   EXPECT_EQ(evaluation.self_depth_strict_m, 0);
+  EXPECT_EQ(evaluation.solid_depth_m, 0);
+  EXPECT_EQ(evaluation.longest_step_m, 0);
   // Feet are 0.03 m ahead of hips and ankles, the right arm's mass is out by 0.2 sin(0.5), the neck carries the head.
   const double foot = 1 * 0.03;
   const double arm = 1.5 * 0.2 * std::sin(0.5);
@@ -214,11 +219,123 @@ TEST_F(JudgeTest, LiteralRuleSeesTheLastCollidingPairOnly) {
   const Evaluation evaluation = Posture(x);
   EXPECT_EQ(evaluation.literal, Verdict::kSuccess);
   EXPECT_EQ(evaluation.strict, Verdict::kSelfCollision);
+  EXPECT_EQ(evaluation.solid, Verdict::kSelfCollision) << "it demands what the strict rule does";
+  EXPECT_EQ(evaluation.solid_depth_m, evaluation.self_depth_strict_m);
   EXPECT_LT(evaluation.self_depth_literal_m, 1e-3);
   EXPECT_GT(evaluation.self_depth_strict_m, 1e-2);
   EXPECT_EQ(evaluation.failed_waypoint, 0);
-  EXPECT_THAT(evaluation.detail, AllOf(HasSubstr("strict rule only"), HasSubstr("l_leg and l_arm")));
+  EXPECT_THAT(evaluation.detail, AllOf(HasSubstr("by the strict rule, "), HasSubstr("l_leg and l_arm")));
   EXPECT_FALSE(std::isnan(evaluation.cost)) << "feasible by the literal rule";
+}
+
+/// Moves a problem and its solution, so that the feet stay on their targets.
+void Shift(const Eigen::Vector3d& d, ProblemDefinition* problem, Eigen::VectorXd* x) {
+  for (Stance& stance : problem->stances) {
+    for (Foothold& foothold : stance.footholds) foothold.position += d;
+  }
+  x->segment<3>(kBaseX) += d;
+}
+
+void ExpectSolidFailure(const Evaluation& evaluation, Verdict verdict, int waypoint) {
+  EXPECT_EQ(evaluation.literal, Verdict::kSuccess) << evaluation.detail;
+  EXPECT_EQ(evaluation.strict, Verdict::kSuccess);
+  EXPECT_EQ(ToString(evaluation.solid), ToString(verdict)) << evaluation.detail;
+  EXPECT_EQ(evaluation.by(Rule::kSolid), evaluation.solid);
+  EXPECT_EQ(evaluation.failed_waypoint, waypoint);
+  EXPECT_THAT(evaluation.detail, HasSubstr("by the solid rule, "));
+  EXPECT_FALSE(std::isnan(evaluation.cost)) << "feasible by the literal rule";
+}
+
+/// The dataset with another text in one of its files.
+std::shared_ptr<const Dataset> Changed(const std::filesystem::path& folder, const char* file, const std::string& from,
+                                       const std::string& to) {
+  const std::filesystem::path path = test::SyntheticFolder(folder).path();
+  test::ReplaceInFile(path / file, from, to);
+  test::WriteManifestHashes(path);
+  return Dataset::Load(path);
+}
+
+TEST_F(JudgeTest, SolidRuleSeesTheRobotWhollyInsideOfTheGround) {
+  const test::TemporaryFolder folder;
+  Judge judge(Changed(folder.path(), "scene.yaml", "size: [20, 20, 0.5], position: [0, 0, -0.25]",
+                      "size: [20, 20, 5], position: [0, 0, -2.5]"));
+  Eigen::VectorXd x = test::StandingUpright();
+  ASSERT_EQ(judge.Evaluate(Task::kPosture, posture_, {&x, 1}).solid, Verdict::kSuccess);
+  ProblemDefinition buried = posture_;
+  Shift({-4, 0, -3}, &buried, &x);
+  const Evaluation evaluation = judge.Evaluate(Task::kPosture, buried, {&x, 1});
+  ExpectSolidFailure(evaluation, Verdict::kContainment, 0);
+  EXPECT_EQ(evaluation.environment_depth_m, 0);
+  EXPECT_NEAR(evaluation.solid_depth_m, 2.499, 0.5);
+  EXPECT_THAT(evaluation.detail, HasSubstr("'ground' of the scene have a vertex 2."));
+}
+
+TEST_F(JudgeTest, SolidRuleSeesPairsThatTheReferencePoseIgnores) {
+  const test::TemporaryFolder folder;
+  Judge judge(Changed(folder.path(), "dataset.yaml", "{l_shoulder: 0,", "{l_shoulder: -0.35,"));
+  Eigen::VectorXd x = test::StandingUpright();
+  ASSERT_EQ(judge.Evaluate(Task::kPosture, posture_, {&x, 1}).solid, Verdict::kSuccess);
+  x[kLeftShoulder] = -0.35;
+  ASSERT_EQ(Posture(x).strict, Verdict::kSelfCollision) << "with the pair compared";
+  const Evaluation evaluation = judge.Evaluate(Task::kPosture, posture_, {&x, 1});
+  ExpectSolidFailure(evaluation, Verdict::kSelfCollision, 0);
+  EXPECT_EQ(evaluation.self_depth_strict_m, 0);
+  EXPECT_EQ(evaluation.solid_depth_m, Posture(x).self_depth_strict_m);
+  EXPECT_THAT(evaluation.detail, HasSubstr("l_leg and l_arm overlap by"));
+}
+
+TEST_F(JudgeTest, SolidRuleBoundsTheStepBetweenWaypoints) {
+  const double limit_m = kStepShare * dataset_->robot_bounds().diagonal().norm();
+  for (const double share : {0.99, 1.01}) {
+    Eigen::VectorXd x = test::StandingUpright();
+    ProblemDefinition moved = posture_;
+    Shift({-share * limit_m, 0, 0}, &moved, &x);
+    const ProblemDefinition jump{.id = 1, .stances = {posture_.stances[0], moved.stances[0]}};
+    const std::vector<Eigen::VectorXd> waypoints = {test::StandingUpright(), test::StandingUpright(), x, x};
+    const Evaluation evaluation = judge_.Evaluate(Task::kMotion, jump, waypoints);
+    EXPECT_NEAR(evaluation.longest_step_m, share * limit_m, 1e-12);
+    if (share < 1.0) {
+      EXPECT_EQ(evaluation.solid, Verdict::kSuccess) << evaluation.detail;
+    } else {
+      ExpectSolidFailure(evaluation, Verdict::kStep, 2);
+      EXPECT_THAT(evaluation.detail, HasSubstr("from the waypoint before"));
+    }
+  }
+}
+
+TEST_F(JudgeTest, DetailIsOfTheMostLenientRuleThatFails) {
+  std::vector<Eigen::VectorXd> waypoints(4, test::StandingUpright());
+  waypoints[3][kLeftShoulder] = 1.2;  // into the column, by all rules
+  ProblemDefinition far = posture_;
+  Shift({-4, 0, 0}, &far, &waypoints[0]);  // a jump to the next stance, by the solid rule
+  waypoints[1] = waypoints[0];
+  const ProblemDefinition jump{.id = 1, .stances = {far.stances[0], posture_.stances[0]}};
+  const Evaluation evaluation = judge_.Evaluate(Task::kMotion, jump, waypoints);
+  EXPECT_NEAR(evaluation.longest_step_m, 4.0, 1e-12);
+  EXPECT_EQ(evaluation.solid, Verdict::kStep);
+  EXPECT_EQ(evaluation.strict, Verdict::kEnvironmentCollision);
+  EXPECT_EQ(evaluation.literal, Verdict::kEnvironmentCollision);
+  EXPECT_EQ(evaluation.failed_waypoint, 3);
+  EXPECT_THAT(evaluation.detail, HasSubstr("waypoint 3: l_arm is"));
+}
+
+// With and without culling, over postures of all kinds.
+TEST_F(JudgeTest, CullingChangesNothing) {
+  Judge exhaustive(dataset_, Culling::kOff);
+  for (const double left : {-0.35, 0.0, 1.2}) {
+    for (const double right : {-0.3, 0.0, 2.0}) {
+      Eigen::VectorXd x = test::StandingUpright();
+      x[kLeftShoulder] = left;
+      x[kRightShoulder] = right;
+      const Evaluation a = Posture(x), b = exhaustive.Evaluate(Task::kPosture, posture_, {&x, 1});
+      for (const auto& rule : kWords<Rule>) EXPECT_EQ(a.by(rule.value), b.by(rule.value)) << rule.word;
+      EXPECT_EQ(a.detail, b.detail);
+      EXPECT_EQ(a.environment_depth_m, b.environment_depth_m);
+      EXPECT_EQ(a.self_depth_literal_m, b.self_depth_literal_m);
+      EXPECT_EQ(a.self_depth_strict_m, b.self_depth_strict_m);
+      EXPECT_EQ(a.solid_depth_m, b.solid_depth_m);
+    }
+  }
 }
 
 TEST_F(JudgeTest, WrongNumberOfWaypoints) {
@@ -333,7 +450,8 @@ TEST_F(JudgeTest, ProblemsThatDoNotFitAreInputErrors) {
 TEST(Verdicts, NamesRoundTrip) {
   for (const Verdict verdict :
        {Verdict::kSuccess, Verdict::kWrongWaypointCount, Verdict::kWrongSize, Verdict::kNotFinite, Verdict::kFootPose,
-        Verdict::kCom, Verdict::kJointLimit, Verdict::kEnvironmentCollision, Verdict::kSelfCollision}) {
+        Verdict::kCom, Verdict::kJointLimit, Verdict::kEnvironmentCollision, Verdict::kSelfCollision,
+        Verdict::kContainment, Verdict::kStep}) {
     EXPECT_EQ(ParseWord<Verdict>(ToString(verdict)), verdict);
   }
   EXPECT_EQ(ParseWord<Verdict>("great"), std::nullopt);

@@ -87,6 +87,20 @@ TEST(Method, HashIgnoresTheNameOnly) {
   EXPECT_NE(plain.Hash(), different.Hash());
 }
 
+// An option that came later: while it is as usual, nothing says so, and hashes stay those of results that there are.
+TEST(Method, PairsAreWrittenOnlyWhenTheyAreNotTheUsualOnes) {
+  const Method plain = Method::FromJson(json::parse(R"({"solver": "best"})"), "");
+  const Method usual = Method::FromJson(json::parse(R"({"solver": "best", "options": {"pairs": "reference"}})"), "");
+  const Method all = Method::FromJson(json::parse(R"({"solver": "best", "options": {"pairs": "all"}})"), "");
+  EXPECT_EQ(all.pairs, PairSelection::kAll);
+  EXPECT_FALSE(plain.ToJson()["options"].contains("pairs"));
+  EXPECT_EQ(usual.Hash(), plain.Hash());
+  EXPECT_EQ(all.ToJson()["options"]["pairs"], "all");
+  EXPECT_NE(all.Hash(), plain.Hash());
+  EXPECT_EQ(Method::FromJson(all.ToJson(), "").Hash(), all.Hash());
+  EXPECT_EQ(FaultOf(R"({"solver": "sqp", "options": {"pairs": "some"}})").field, "options.pairs");
+}
+
 TEST(Method, UnknownKeysNameTheNearest) {
   const auto top = FaultOf(R"({"solver": "sqp", "multistarts": 3})");
   EXPECT_EQ(top.field, "multistarts");

@@ -23,6 +23,7 @@ legopt_msg::result_request DistinctReport() {
   request.solver_status = "time_limit";
   request.verdict_literal = "success";
   request.verdict_strict = "self_collision";
+  request.verdict_solid = "containment";
   request.waypoints = {1, 2};
   request.trace = {3, 4, 5};
   return request;
@@ -35,6 +36,7 @@ TEST(ResultMessage, EveryColumnComesFromTheFieldOfItsName) {
   EXPECT_EQ(record.solver_status, SolveStatus::kTimeLimit);
   EXPECT_EQ(record.verdict_literal, Verdict::kSuccess);
   EXPECT_EQ(record.verdict_strict, Verdict::kSelfCollision);
+  EXPECT_EQ(record.verdict_solid, Verdict::kContainment);
   EXPECT_EQ(record.iterations, request.iterations);
   EXPECT_EQ(record.restarts, request.restarts);
   EXPECT_EQ(record.starts, request.starts);
@@ -55,6 +57,8 @@ TEST(ResultMessage, EveryColumnComesFromTheFieldOfItsName) {
   EXPECT_EQ(record.environment_depth_m, request.environment_depth_m);
   EXPECT_EQ(record.self_depth_literal_m, request.self_depth_literal_m);
   EXPECT_EQ(record.self_depth_strict_m, request.self_depth_strict_m);
+  EXPECT_EQ(record.solid_depth_m, request.solid_depth_m);
+  EXPECT_EQ(record.longest_step_m, request.longest_step_m);
   EXPECT_EQ(record.interpolation_environment_depth_m, request.interpolation_environment_depth_m);
   EXPECT_EQ(record.interpolation_self_depth_m, request.interpolation_self_depth_m);
   EXPECT_EQ(record.interpolation_free_share, request.interpolation_free_share);

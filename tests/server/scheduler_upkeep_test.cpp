@@ -19,7 +19,7 @@ class SchedulerUpkeep : public SchedulerTest {
   void FinishStopped(const legopt_msg::lease& lease, const std::string& verdict = "com") {
     auto result = ResultFor(worker_ids_[kFirst], lease);
     result.solver_status = "time_limit";
-    result.verdict_literal = result.verdict_strict = verdict;
+    result.verdict_literal = result.verdict_strict = result.verdict_solid = verdict;
     EXPECT_EQ(StatusOf(Deliver(result)), ResultStatus::kAccepted);
   }
 

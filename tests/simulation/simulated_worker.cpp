@@ -191,9 +191,10 @@ legopt_msg::result_request SimulatedWorker::ResultOf(const Child& process) {
   result.wall_us = 1000;
   result.verdict_literal = "success";
   result.verdict_strict = "success";
+  result.verdict_solid = "success";
   if (world().Chance(manners_.stopped)) {
     result.solver_status = "time_limit";
-    if (world().Chance(0.5)) result.verdict_literal = result.verdict_strict = "com";
+    if (world().Chance(0.5)) result.verdict_literal = result.verdict_strict = result.verdict_solid = "com";
   }
   result.cost = CostOf(process.job_id, process.attempt);
   result.waypoint_size = 36;

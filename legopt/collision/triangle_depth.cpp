@@ -1,0 +1,137 @@
+#include "legopt/collision/triangle_depth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace legopt {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kApart = -1.0;
+
+/// Plane through a triangle, unit normal outwards; the normal is zero for a triangle without area.
+struct Plane {
+  Vector3d normal = Vector3d::Zero();
+  Vector3d point = Vector3d::Zero();
+
+  explicit Plane(const TriangleCorners& t) : point(t[0]) {
+    const Vector3d cross = (t[1] - t[0]).cross(t[2] - t[0]);
+    const double norm = cross.norm();
+    if (norm > 0.0) normal = cross / norm;
+  }
+  double Height(const Vector3d& p) const { return normal.dot(p - point); }
+};
+
+std::array<double, 3> Heights(const Plane& plane, const TriangleCorners& t) {
+  return {plane.Height(t[0]), plane.Height(t[1]), plane.Height(t[2])};
+}
+
+bool OnOneSide(const std::array<double, 3>& h) {
+  return (h[0] > 0.0 && h[1] > 0.0 && h[2] > 0.0) || (h[0] < 0.0 && h[1] < 0.0 && h[2] < 0.0);
+}
+
+/// Where a triangle meets the other's plane: coordinates along the line that both planes share, in ascending order.
+std::array<double, 2> Cut(const TriangleCorners& t, const std::array<double, 3>& h, const Vector3d& line) {
+  std::array<double, 2> cut = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  const auto include = [&](double s) {
+    cut[0] = std::min(cut[0], s);
+    cut[1] = std::max(cut[1], s);
+  };
+  for (size_t i = 0; i < 3; ++i) {
+    const size_t j = (i + 1) % 3;
+    if (h[i] == 0.0) include(line.dot(t[i]));
+    if ((h[i] < 0.0 && h[j] > 0.0) || (h[i] > 0.0 && h[j] < 0.0)) {
+      include(line.dot(t[i]) + (line.dot(t[j]) - line.dot(t[i])) * h[i] / (h[i] - h[j]));
+    }
+  }
+  return cut;
+}
+
+/// Moeller's interval test.
+bool Cross(const TriangleCorners& a, const Plane& plane_a, const TriangleCorners& b, const Plane& plane_b) {
+  const std::array<double, 3> heights_b = Heights(plane_a, b);
+  if (OnOneSide(heights_b)) return false;
+  const std::array<double, 3> heights_a = Heights(plane_b, a);
+  if (OnOneSide(heights_a)) return false;
+  const Vector3d line = plane_a.normal.cross(plane_b.normal);
+  if (line.isZero(0.0)) return false;
+  const std::array<double, 2> cut_a = Cut(a, heights_a, line), cut_b = Cut(b, heights_b, line);
+  return cut_a[0] <= cut_b[1] && cut_b[0] <= cut_a[1];
+}
+
+/// A triangle clipped by up to three planes.
+struct Polygon {
+  static constexpr int kMostCorners = 6;
+  std::array<Vector3d, kMostCorners> corners;
+  int size = 0;
+
+  void Add(const Vector3d& corner) {
+    if (size < kMostCorners) corners[static_cast<size_t>(size++)] = corner;
+  }
+};
+
+/// What is left where n . (p - point) <= 0.
+Polygon Clip(const Polygon& polygon, const Vector3d& n, const Vector3d& point) {
+  Polygon rest;
+  for (int i = 0; i < polygon.size; ++i) {
+    const Vector3d& p = polygon.corners[static_cast<size_t>(i)];
+    const Vector3d& q = polygon.corners[static_cast<size_t>((i + 1) % polygon.size)];
+    const double hp = n.dot(p - point), hq = n.dot(q - point);
+    if (hp <= 0.0) rest.Add(p);
+    if ((hp < 0.0 && hq > 0.0) || (hp > 0.0 && hq < 0.0)) rest.Add(p + (q - p) * (hp / (hp - hq)));
+  }
+  return rest;
+}
+
+/// How far `t`, clipped to the prism over `face`, reaches behind its plane; minus infinity when nothing is left.
+double DepthBehind(const TriangleCorners& face, const Plane& plane, const TriangleCorners& t) {
+  Polygon polygon;
+  for (const Vector3d& corner : t) polygon.Add(corner);
+  for (size_t i = 0; i < 3 && polygon.size > 0; ++i) {
+    polygon = Clip(polygon, (face[(i + 1) % 3] - face[i]).cross(plane.normal), face[i]);
+  }
+  double depth = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i < polygon.size; ++i) {
+    depth = std::max(depth, -plane.Height(polygon.corners[static_cast<size_t>(i)]));
+  }
+  return depth;
+}
+
+TriangleCorners CornersOf(const TriangleMesh& mesh, size_t triangle) {
+  TriangleCorners corners;
+  for (size_t k = 0; k < corners.size(); ++k) {
+    corners[k] = mesh.vertices[static_cast<size_t>(mesh.triangles[triangle][k])];
+  }
+  return corners;
+}
+
+}  // namespace
+
+double TriangleDepth(const TriangleCorners& a, const TriangleCorners& b) {
+  const Plane plane_a(a), plane_b(b);
+  if (!Cross(a, plane_a, b, plane_b)) return kApart;
+  const double depth = std::min(DepthBehind(a, plane_a, b), DepthBehind(b, plane_b, a));
+  return std::isfinite(depth) ? std::max(depth, 0.0) : kApart;
+}
+
+double MeshDepth(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b,
+                 const Eigen::Isometry3d& X_AB) {
+  double deepest = kApart;
+  for (size_t t = 0; t < b.triangles.size(); ++t) {
+    TriangleCorners corners = CornersOf(b, t);
+    Eigen::AlignedBox3d box;
+    for (Vector3d& corner : corners) {
+      corner = X_AB * corner;
+      box.extend(corner);
+    }
+    bvh_a.AnyOverlapping(box, [&](int other) {
+      deepest = std::max(deepest, TriangleDepth(CornersOf(a, static_cast<size_t>(other)), corners));
+      return false;
+    });
+  }
+  return deepest;
+}
+
+}  // namespace legopt
