@@ -1,7 +1,5 @@
 #include "client/report/reading.h"
 
-#include "client/client_error.h"
-
 namespace legopt::client {
 namespace {
 
@@ -11,11 +9,15 @@ void KeepCollision(const TableSelection& selection, const ExperimentInfo& experi
   if (!selection.collision) return;
   std::erase_if(table->rows, [&](const auto& row) { return row.collision != *selection.collision; });
   if (!table->rows.empty()) return;
-  throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) + " has no method with collision " +
-                                          std::string(ToString(*selection.collision)));
+  throw NoSuchCollision(experiment.id, *selection.collision);
 }
 
 }  // namespace
+
+ClientError NoSuchCollision(std::int64_t experiment_id, SceneRepresentation collision) {
+  return {ExitCode::kUsage, "experiment " + std::to_string(experiment_id) + " has no method with collision " +
+                                std::string(ToString(collision))};
+}
 
 BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection) {
   const ExperimentInfo experiment = FindExperiment(source, selection.experiment);
