@@ -117,10 +117,13 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddStatusCommand(program, invocation);
   AddListCommand(program, invocation);
   AddShowCommand(program, invocation);
+  AddLogsCommand(program, invocation);
   AddCancelCommand(program, invocation);
   AddControlCommands(program, invocation);
   AddDeleteCommand(program, invocation);
   AddTableCommand(program, invocation);
+  AddCompareCommand(program, invocation);
+  AddReplayCommand(program, invocation);
   AddQueryCommand(program, invocation);
   AddEvaluateCommand(program, invocation);
   AddExportCommand(program, invocation);
