@@ -1,6 +1,7 @@
 #include "client/commands/dry_run.h"
 
 #include <cstdint>
+#include <cstdio>
 #include <iostream>
 
 #include "client/commands/known_costs.h"
@@ -28,12 +29,21 @@ Seconds LongestSolving(const nlohmann::json& spec) {
   return Seconds(problem_s * static_cast<double>(jobs) / static_cast<double>(problems));
 }
 
-// "posture 100 jobs, about 0:21 of CPU time (on other datasets)".
+// "2.3 s", "4:10".
+std::string CpuTime(double seconds) {
+  constexpr double kMinute = 60.0;
+  if (seconds >= kMinute) return FormatDuration(Seconds(seconds));
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.2g s", seconds);
+  return text;
+}
+
+// "posture 100 jobs, about 21 s of CPU time (on other datasets)".
 std::string CostText(const KnownCost& cost) {
   std::string text =
       std::string(ToString(cost.task)) + " " + std::to_string(cost.jobs) + (cost.jobs == 1 ? " job, " : " jobs, ");
   if (!cost.job_cpu_s) return text + "CPU time unknown";
-  text += "about " + FormatDuration(Seconds(*cost.job_cpu_s * static_cast<double>(cost.jobs))) + " of CPU time";
+  text += "about " + CpuTime(*cost.job_cpu_s * static_cast<double>(cost.jobs)) + " of CPU time";
   return text + (cost.same_dataset ? "" : " (as on other datasets)");
 }
 
@@ -77,10 +87,9 @@ void PrintDryRun(const Submission& submission, ResultSource* known, int slots, c
   for (const auto& loss : submission.left_out) std::cout << "left out: " << loss << "\n";
   const KnownTotal total = TotalOf(costs);
   std::cout << "expected CPU time: "
-            << (total.jobs == 0
-                    ? std::string("unknown, there are no results of these methods yet")
-                    : "about " + FormatDuration(Seconds(total.cpu_s)) + ", known of " + std::to_string(total.jobs) +
-                          " of " + std::to_string(submission.num_jobs) + " jobs")
+            << (total.jobs == 0 ? std::string("unknown, there are no results of these methods yet")
+                                : "about " + CpuTime(total.cpu_s) + ", known of " + std::to_string(total.jobs) +
+                                      " of " + std::to_string(submission.num_jobs) + " jobs")
             << "\n";
   const Seconds longest = LongestSolving(spec);
   std::cout << "at most " << FormatDuration(slots > 0 ? longest / slots : longest) << " of solving by the time limit, "

@@ -26,7 +26,7 @@ struct ProblemPair {
 struct RatioComparison {
   int n = 0;                        ///< problems that both solved and whose ratio is defined
   double mean = 1.0;                ///< geometric mean; NaN: n is 0
-  statistics::Interval interval;    ///< BCa
+  statistics::Interval interval;    ///< BCa; percentiles beyond 5,000 problems
   statistics::SignedRankTest test;  ///< of logarithms of times, of differences of costs
   double adjusted_p = 1.0;          ///< Holm, over all comparisons that are shown
   int lower = 0;                    ///< problems on which B is faster, cheaper

@@ -62,7 +62,7 @@ std::string Verdict(const CellComparison& cell) {
 
 std::string SuccessText(const SuccessComparison& success) {
   return "A " + Percent(success.share_a) + " %, B " + Percent(success.share_b) + " %; B - A " +
-         Percent(success.difference.estimate) + " [" + Percent(success.difference.interval.lower) + ", " +
+         Percent(success.difference.estimate) + " points [" + Percent(success.difference.interval.lower) + ", " +
          Percent(success.difference.interval.upper) + "]; McNemar mid-p " +
          P(success.test.mid_p, success.adjusted_p, success.test.discordant);
 }
