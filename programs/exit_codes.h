@@ -21,6 +21,9 @@ enum class ExitCode : int {
   kNetworkUnusable = 7,   ///< no multicast route, or the port belongs to another deployment
   kInterrupted = 8,       ///< cancelled by the user or interrupted by a signal
   kNewerDatabase = 9,     ///< the database was written by a newer legopt; this one leaves it alone
+  kWorse = 10,            ///< `compare --fail-if-worse`: B is worse than A
+  kOtherBits = 11,        ///< `replay`: the same status and verdicts, but not the same bits
+  kOtherResult = 12,      ///< `replay`: another status or verdict, or none
   kInternal = 70,         ///< a defect of legopt; please report it
   kMachine = 71,          ///< this machine gave out: no memory, no more processes, or one of the programs is not there
 };
@@ -33,7 +36,7 @@ struct ExitCodeText {
   std::string_view text;
 };
 
-inline constexpr std::array<ExitCodeText, 11> kExitCodeTexts{{
+inline constexpr std::array<ExitCodeText, 14> kExitCodeTexts{{
     {ExitCode::kOk, "done"},
     {ExitCode::kUsage, "wrong usage, bad input file, or output that cannot be written"},
     {ExitCode::kUnreachable, "server unreachable or time-out"},
@@ -43,6 +46,9 @@ inline constexpr std::array<ExitCodeText, 11> kExitCodeTexts{{
     {ExitCode::kNetworkUnusable, "network unusable"},
     {ExitCode::kInterrupted, "cancelled or interrupted"},
     {ExitCode::kNewerDatabase, "database of a newer legopt"},
+    {ExitCode::kWorse, "compare: B is worse"},
+    {ExitCode::kOtherBits, "replay: same status, other bits"},
+    {ExitCode::kOtherResult, "replay: another result"},
     {ExitCode::kInternal, "a defect of legopt"},
     {ExitCode::kMachine, "out of memory or processes, or a program is missing"},
 }};

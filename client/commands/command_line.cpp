@@ -118,10 +118,13 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddListCommand(program, invocation);
   AddShowCommand(program, invocation);
   AddTraceCommand(program, invocation);
+  AddLogsCommand(program, invocation);
   AddCancelCommand(program, invocation);
   AddControlCommands(program, invocation);
   AddDeleteCommand(program, invocation);
   AddTableCommand(program, invocation);
+  AddCompareCommand(program, invocation);
+  AddReplayCommand(program, invocation);
   AddQueryCommand(program, invocation);
   AddEvaluateCommand(program, invocation);
   AddExportCommand(program, invocation);

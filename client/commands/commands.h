@@ -29,6 +29,9 @@ void AddDeleteCommand(const programs::Command& program, Invocation* invocation);
 /// pause, resume, hold, release, priority, retry, rename, tag.
 void AddControlCommands(const programs::Command& program, Invocation* invocation);
 void AddTableCommand(const programs::Command& program, Invocation* invocation);
+void AddCompareCommand(const programs::Command& program, Invocation* invocation);
+void AddReplayCommand(const programs::Command& program, Invocation* invocation);
+void AddLogsCommand(const programs::Command& program, Invocation* invocation);
 void AddQueryCommand(const programs::Command& program, Invocation* invocation);
 void AddEvaluateCommand(const programs::Command& program, Invocation* invocation);
 void AddExportCommand(const programs::Command& program, Invocation* invocation);

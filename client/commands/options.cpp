@@ -139,7 +139,7 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
       .Check(programs::WholeNumber(2, bus::spec_limits::kMostWaypoints));
   command.AddOption("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
       .Check(programs::WholeNumber(0));
-  command.AddFlag("--new", options->fresh, "Make a new experiment although one of the same content exists");
+  command.AddFlag("--again,--new", options->fresh, "Solve all anew although an experiment of the same content exists");
 }
 
 }  // namespace legopt::client

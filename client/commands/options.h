@@ -56,7 +56,7 @@ struct SuiteOptions {
   std::string suite;
   std::optional<std::string> dataset;
   SuiteFilter filter;
-  bool fresh = false;  ///< --new: a new experiment although one of the same content exists
+  bool fresh = false;  ///< --again: a new experiment although one of the same content exists
 };
 void AddSuiteOptions(const programs::Command& command, SuiteOptions* options);
 

@@ -66,7 +66,8 @@ void PrintStart(const Submission& submission, const legopt_msg::submit_reply& re
             << programs::Printable(submission.dataset_folder.string()) << "\n"
             << DescribeJobs(submission.spec) << "\n";
   if (SubmitStatus{reply.status} == SubmitStatus::kAlreadyKnown) {
-    std::cerr << "this experiment is in the database already: going on where it stopped (--new makes another one)\n";
+    std::cerr
+        << "this experiment is in the database already: what is done is not done again (--again makes another one)\n";
   }
 }
 
@@ -104,7 +105,7 @@ void RequireBuild(ServerConnection& server, std::int64_t experiment_id, const Ru
                                           experiment.build_id + ", and this is build " + mine + " (" +
                                           programs::BuildName(options.build) +
                                           "); finish it with that build, give --any-build to mix their results, or "
-                                          "--new for another experiment");
+                                          "--again for another experiment");
 }
 
 Outcome RunExperiment(const Submission& submission, const RunOptions& options, LocalPool& pool,
@@ -180,7 +181,7 @@ ExitCode Finish(const RunOptions& options, const std::string& db, const std::fil
     return ExitCode::kInterrupted;
   }
   if (outcome.status.state == ExperimentState::kCancelled) {
-    std::cerr << "\nlegopt: this experiment was cancelled; --new runs it anew\n";
+    std::cerr << "\nlegopt: this experiment was cancelled; --again runs it anew\n";
   }
   if (const auto hint = FailureHint(outcome.status, source->flags()); !hint.empty()) {
     std::cerr << "\nlegopt: " << hint << "\n";
@@ -190,12 +191,13 @@ ExitCode Finish(const RunOptions& options, const std::string& db, const std::fil
 }
 
 ExitCode DryRun(const Submission& submission, const RunOptions& options, const std::filesystem::path& db) {
+  const bool exists = std::filesystem::exists(db);
+  const auto known = exists ? OpenResults({db.string(), {}}) : nullptr;
   if (options.format == TableFormat::kJson) {
-    PrintDryRunJson(submission);
+    PrintDryRunJson(submission, known.get());
     return ExitCode::kOk;
   }
-  const bool exists = std::filesystem::exists(db);
-  PrintDryRun(submission, options.workers,
+  PrintDryRun(submission, known.get(), options.workers,
               "would start: legopt-server --db " + ShellWord(db.string()) + (exists ? " (goes on in it)" : " (new)") +
                   ", legopt-worker --slots " + std::to_string(options.workers) + " --dataset " +
                   ShellWord(submission.dataset_folder.string()) + "; nothing was started");

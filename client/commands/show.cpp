@@ -5,6 +5,7 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
+#include "client/report/attempt_list.h"
 #include "client/report/json_text.h"
 #include "db/result_record.h"
 #include "programs/checks.h"
@@ -30,11 +31,6 @@ constexpr char kJobSql[] =
     "e.memory_limit_bytes FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) "
     "JOIN datasets AS d USING (dataset_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) "
     "WHERE j.job_id = ";
-constexpr char kAttemptsSql[] =
-    "SELECT attempt, outcome, w.name AS worker, w.hostname, w.build_id AS build, w.processor, exit_signal, "
-    "(ended_at_us - leased_at_us) / 1e6 AS "
-    "seconds, strftime('%Y-%m-%d %H:%M:%S', leased_at_us / 1000000, 'unixepoch') AS leased_utc, message, log_tail "
-    "FROM attempts JOIN workers AS w USING (worker_id) WHERE job_id = ";
 
 // JSON that stands as text in a column.
 nlohmann::ordered_json ParseText(const nlohmann::json& cell) {
@@ -67,7 +63,7 @@ ExitCode Show(const ShowOptions& options) {
     throw ClientError(ExitCode::kUsage, "there is no job " + id + "; 'legopt list" + source->flags() + "' lists them");
   }
   const Listing result = source->Query("SELECT " + db::ShownResultColumns() + " FROM results WHERE job_id = " + id);
-  const Listing attempts = source->Query(kAttemptsSql + id + " ORDER BY attempt");
+  const Listing attempts = ReadAttempts(*source, options.job);
   if (!options.json) {
     Print(RenderText(job, result, attempts, LayoutOf(options.output)), options.output);
     return ExitCode::kOk;

@@ -12,7 +12,7 @@ namespace legopt::client {
 
 /// An experiment ready to be submitted.
 struct Submission {
-  std::string id;       ///< derived from the content, random with --new
+  std::string id;       ///< derived from the content, random with --again
   nlohmann::json spec;  ///< canonical
   std::int64_t num_jobs = 0;
   std::vector<std::string> left_out;     ///< problems that `max_stances` took away, a sentence for each task

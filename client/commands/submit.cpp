@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
+#include "bus/bus_error.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/dry_run.h"
@@ -48,17 +50,41 @@ legopt_msg::submit_reply Send(ServerConnection& server, const Submission& submis
   }
 }
 
+// Nothing is begun twice.
+void SayThatItExists(const ExperimentStatus& experiment) {
+  std::cerr << "legopt: this experiment was submitted before, as " << experiment.id << ", and is "
+            << ToString(experiment.state) << ": nothing was started; --again solves it anew\n";
+}
+
+// What a server that is there knows of earlier results; a dry run needs none.
+std::unique_ptr<ResultSource> KnownResults(NetworkOptions network) {
+  constexpr double kPatience_s = 1.0;
+  network.timeout_s = std::min(network.timeout_s, kPatience_s);
+  try {
+    auto source = OpenResults({std::nullopt, network});
+    source->Query("SELECT 1");
+    return source;
+  } catch (const ClientError&) {
+    return nullptr;
+  } catch (const bus::BusError&) {
+    return nullptr;
+  }
+}
+
+ExitCode DryRunSubmission(const Submission& submission, const SubmitOptions& options) {
+  const auto known = KnownResults(options.network);
+  if (options.json) {
+    PrintDryRunJson(submission, known.get());
+  } else {
+    PrintDryRun(submission, known.get(), 0, "nothing was submitted");
+  }
+  return ExitCode::kOk;
+}
+
 ExitCode Submit(const SubmitOptions& options) {
   const Submission submission = PrepareSubmission(options.suite);
   WarnOfLosses(submission);
-  if (options.dry_run) {
-    if (options.json) {
-      PrintDryRunJson(submission);
-    } else {
-      PrintDryRun(submission, 0, "nothing was submitted");
-    }
-    return ExitCode::kOk;
-  }
+  if (options.dry_run) return DryRunSubmission(submission, options);
   ServerConnection server(options.network);
   const auto reply = Send(server, submission);
   const bool known = SubmitStatus{reply.status} == SubmitStatus::kAlreadyKnown;
@@ -71,10 +97,7 @@ ExitCode Submit(const SubmitOptions& options) {
     std::cout << reply.experiment_id << std::endl;
   }
   if (known) {
-    const bool cancelled =
-        ParseExperiments(server.Status(reply.experiment_id)).at(0).state == ExperimentState::kCancelled;
-    std::cerr << "legopt: this experiment was submitted before" << (cancelled ? " and cancelled" : "")
-              << "; --new makes another one\n";
+    SayThatItExists(ParseExperiments(server.Status(reply.experiment_id)).at(0));
   } else {
     std::cerr << DescribeJobs(submission.spec) << "\n";
   }

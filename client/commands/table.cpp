@@ -2,6 +2,7 @@
 
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
+#include "client/compare/statistics_table.h"
 #include "client/report/benchmark_table.h"
 #include "client/report/method_filter.h"
 #include "client/report/paper_table.h"
@@ -20,6 +21,7 @@ struct TableOptions {
   TimeUnit time_unit = kMilliseconds;
   OutputOptions output;
   bool interpolation = false;
+  bool statistics = false;
   bool paper = false;
 };
 
@@ -30,6 +32,9 @@ std::string Render(const TableOptions& options) {
   const TableStyle style{options.time_unit, LayoutOf(options.output)};
   if (options.interpolation) {
     return RenderInterpolationTable(ReadInterpolationTable(*source, options.selection), options.format, style.layout);
+  }
+  if (options.statistics) {
+    return RenderStatisticsTable(ReadStatisticsTable(*source, options.selection), options.format, style);
   }
   BenchmarkTable table = ReadBenchmarkTable(*source, options.selection);
   if (options.paper) AddPaperFigures(ReadPaperTable(programs::DataFolder() / kPaperTable), &table);
@@ -53,10 +58,16 @@ void AddTableCommand(const programs::Command& program, Invocation* invocation) {
   AddRuleOption(command, &options->selection.rule);
   AddCollisionOption(command, &options->selection.collision);
   const auto paper = command.AddFlag("--paper", options->paper, "Show the paper's Table I beside it");
+  const auto interpolation =
+      command
+          .AddFlag("--interpolation", options->interpolation,
+                   "Instead: what lies between the waypoints of the solved " + std::string(kInterpolatedTask.plural))
+          .Excludes(paper);
   command
-      .AddFlag("--interpolation", options->interpolation,
-               "Instead: what lies between the waypoints of the solved " + std::string(kInterpolatedTask.plural))
-      .Excludes(paper);
+      .AddFlag("--statistics", options->statistics,
+               "Instead: intervals of success, quantiles, PAR10, means over what all methods solved")
+      .Excludes(paper)
+      .Excludes(interpolation);
   AddTimeUnitOption(command, &options->time_unit);
   AddOutputOptions(command, &options->output);
   AddSourceOptions(command, &options->source);

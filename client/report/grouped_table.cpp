@@ -108,7 +108,8 @@ std::string RenderMarkdown(const GroupedTable& table) {
       titles.push_back(i == 0 ? TitleOf(group) + ": " + title : title);
     }
   }
-  std::string text = "**" + EscapeMarkdown(table.caption) + "**\n\n" + MarkdownLine(titles) + "|";
+  std::string text = table.caption.empty() ? "" : "**" + EscapeMarkdown(table.caption) + "**\n\n";
+  text += MarkdownLine(titles) + "|";
   for (std::size_t i = 0; i < titles.size(); ++i) text += i == 0 ? " --- |" : " ---: |";
   text += "\n";
   for (const auto& row : table.rows) text += MarkdownLine(FullTexts(row));

@@ -26,7 +26,7 @@ struct TableGroup {
 /// A table as the paper prints them: a few columns that name the row, then groups of columns below a common title, e.g.
 /// "Motion generation, good init". All groups have the same columns. Cells are finished texts; "-" means nothing.
 struct GroupedTable {
-  std::string caption;
+  std::string caption;                   ///< empty: none
   std::vector<TableText> key_titles;     ///< the first is aligned to the left, all other columns to the right
   std::vector<TableGroup> groups;        ///< those of one section beside each other
   std::vector<TableText> column_titles;  ///< of one group; LaTeX takes them as they are

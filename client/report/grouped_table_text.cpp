@@ -258,7 +258,8 @@ std::string RenderText(const GroupedTable& table, const TextLayout& layout) {
     if (!body.empty()) break;
   }
   if (body.empty()) body = RenderParagraphs(table, layout);
-  std::string text = Paragraph(table.caption, layout, Emphasis::kDim) + body + "\n";
+  std::string text = table.caption.empty() ? "" : Paragraph(table.caption, layout, Emphasis::kDim);
+  text += body + "\n";
   if (brief && !table.legend.empty()) text += Paragraph(table.legend, layout, Emphasis::kDim);
   text += Paragraph(table.note, layout, Emphasis::kDim);
   return text + (table.warning.empty() ? "" : Paragraph(table.warning, layout, Emphasis::kBad));

@@ -1,7 +1,5 @@
 #include "client/report/reading.h"
 
-#include "client/client_error.h"
-
 namespace legopt::client {
 namespace {
 
@@ -11,8 +9,7 @@ void KeepCollision(const TableSelection& selection, const ExperimentInfo& experi
   if (!selection.collision) return;
   std::erase_if(table->rows, [&](const auto& row) { return row.collision != *selection.collision; });
   if (!table->rows.empty()) return;
-  throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) + " has no method with collision " +
-                                          std::string(ToString(*selection.collision)));
+  throw NoSuchCollision(experiment.id, *selection.collision);
 }
 
 // Releases before the solid rule left no verdict by it: that is missing, not a failure.
@@ -29,6 +26,11 @@ void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rul
 }
 
 }  // namespace
+
+ClientError NoSuchCollision(std::int64_t experiment_id, SceneRepresentation collision) {
+  return {ExitCode::kUsage, "experiment " + std::to_string(experiment_id) + " has no method with collision " +
+                                std::string(ToString(collision))};
+}
 
 BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection) {
   const ExperimentInfo experiment = FindExperiment(source, selection.experiment);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "client/client_error.h"
 #include "client/report/benchmark_table.h"
 #include "client/report/interpolation_table.h"
 #include "client/report/result_source.h"
@@ -16,6 +17,9 @@ struct TableSelection {
   Rule rule = Rule::kLiteral;
   std::optional<SceneRepresentation> collision;  ///< only methods with this collision model
 };
+
+/// That an experiment has no method with the collision model, as the functions below say it.
+ClientError NoSuchCollision(std::int64_t experiment_id, SceneRepresentation collision);
 
 /// The benchmark table of an experiment. Errors as of FindExperiment, and ClientError (kUsage) when no method has the
 /// collision model, or a result has no verdict by the rule.

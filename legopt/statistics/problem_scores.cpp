@@ -5,7 +5,6 @@
 #include "legopt/statistics/checks.h"
 
 namespace legopt::statistics {
-namespace {}  // namespace
 
 double ProblemScore::Share() const { return finished() == 0 ? kNaN : static_cast<double>(solved) / finished(); }
 
@@ -21,6 +20,17 @@ double ProblemScore::Charged(double charge) const {
 }
 
 double ProblemScore::Spent() const { return finished() == 0 ? kNaN : (solved_sum + failed_sum) / finished(); }
+
+double MeanCharged(std::span<const ProblemScore> problems, double charge) {
+  double sum = 0.0;
+  int counted = 0;
+  for (const ProblemScore& problem : problems) {
+    if (problem.finished() == 0) continue;
+    sum += problem.Charged(charge);
+    ++counted;
+  }
+  return counted == 0 ? kNaN : sum / counted;
+}
 
 ProblemScore ScoreOf(std::span<const Repetition> repetitions) {
   ProblemScore score;

@@ -25,6 +25,13 @@ StepCurve WeightedCurve(std::vector<std::pair<double, double>> values, double to
   return curve;
 }
 
+// Where either curve steps.
+std::vector<double> StepsOf(const StepCurve& first, const StepCurve& second) {
+  std::vector<double> places;
+  std::merge(first.at.begin(), first.at.end(), second.at.begin(), second.at.end(), std::back_inserter(places));
+  return places;
+}
+
 }  // namespace
 
 double StepCurve::At(double x) const {
@@ -79,8 +86,7 @@ PerformanceProfile ProfileOf(std::span<const std::vector<double>> rows) {
 }
 
 Dominance Compare(const StepCurve& first, const StepCurve& second) {
-  std::vector<double> places;
-  std::merge(first.at.begin(), first.at.end(), second.at.begin(), second.at.end(), std::back_inserter(places));
+  const std::vector<double> places = StepsOf(first, second);
   bool first_above = false;
   bool second_above = false;
   for (const double place : places) {
@@ -91,6 +97,16 @@ Dominance Compare(const StepCurve& first, const StepCurve& second) {
   if (first_above && second_above) return Dominance::kNone;
   if (first_above) return Dominance::kFirst;
   return second_above ? Dominance::kSecond : Dominance::kEqual;
+}
+
+double FirstCrossing(const StepCurve& first, const StepCurve& second) {
+  double lead = 0.0;
+  for (const double place : StepsOf(first, second)) {
+    const double difference = first.At(place) - second.At(place);
+    if (lead == 0.0) lead = difference;
+    if (lead * difference < 0.0) return place;
+  }
+  return kInfinity;
 }
 
 }  // namespace legopt::statistics

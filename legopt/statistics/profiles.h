@@ -59,4 +59,8 @@ enum class Dominance : std::uint8_t {
 /// limits; a description of this sample, not a test.
 Dominance Compare(const StepCurve& first, const StepCurve& second);
 
+/// Where the curve that leads first is first below the other one; +infinity where it never is (no dominance of the
+/// other, no crossing).
+double FirstCrossing(const StepCurve& first, const StepCurve& second);
+
 }  // namespace legopt::statistics

@@ -99,7 +99,7 @@ TEST_F(RunCommand, TheSameContentIsNotComputedTwice) {
   EXPECT_EQ(Count("experiments"), 1);
   EXPECT_EQ(Count("results"), 6);
   EXPECT_EQ(Count("attempts"), attempts);
-  ASSERT_EQ(Run({Suite(1), "--db", Db(), "--new"}).exit_code, 0);
+  ASSERT_EQ(Run({Suite(1), "--db", Db(), "--again"}).exit_code, 0);
   EXPECT_EQ(Count("experiments"), 2);
 }
 

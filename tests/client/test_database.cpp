@@ -20,8 +20,10 @@ db::ResultRecord RecordOf(const TestResult& result, int num_waypoints) {
   const auto verdict = ParseWord<Verdict>(result.verdict).value();
   const bool success = verdict == Verdict::kSuccess;
   record.solver_status = success ? SolveStatus::kConvergedFeasible : SolveStatus::kConvergedInfeasible;
+  if (result.status != SolveStatus::kNotRun) record.solver_status = result.status;
   record.wall_us = result.wall_us;
-  record.cpu_us = result.wall_us;
+  record.cpu_us = result.cpu_us < 0 ? result.wall_us : result.cpu_us;
+  record.involuntary_context_switches = result.switches;
   record.verdict_literal = record.verdict_strict = record.verdict_solid = verdict;
   record.verdict_detail = success ? "" : "made up";
   record.cost = success ? result.cost : std::nan("");
@@ -43,7 +45,10 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
   description.spec_json = "{}";
   description.spec_hash = std::string(64, 'b');
   description.seed = 1;
-  description.wall_limit_us = 1'000'000;
+  description.wall_limit_us = experiment.wall_limit_us;
+  for (const auto& result : experiment.results) {
+    description.repetitions = std::max(description.repetitions, result.repetition + 1);
+  }
   description.memory_limit_bytes = 1 << 30;
   description.submitted_at_us = kNow_us;
   description.dataset = {experiment.dataset_name, experiment.dataset_hash};
@@ -67,7 +72,7 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
     const auto [problem, new_problem] =
         problems.try_emplace(result.problem, static_cast<int>(description.problems.size()));
     if (new_problem) description.problems.push_back({task, result.problem, experiment.num_waypoints});
-    description.jobs.push_back({++job_id, cell->second, problem->second, 0});
+    description.jobs.push_back({++job_id, cell->second, problem->second, result.repetition});
   }
   return description;
 }
@@ -80,7 +85,7 @@ void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& 
   const auto said = [&text](const char* usual) { return text.empty() ? std::string(usual) : text; };
   std::vector<db::StoreOp> operations = {
       db::CreateExperiment{DescriptionOf(experiment)},
-      db::PutWorker{{kWorker, 99, said("worker-1"), said("host"), 1, 1, said("build"), "0123456789ab",
+      db::PutWorker{{kWorker, 99, said("worker-1"), said("host"), 1, 1, said("build"), experiment.build_id,
                      said("processor"), 2, std::int64_t{1} << 30, 0.5, kNow_us}}};
   std::int64_t job_id = 0;
   bool all_finished = true;
@@ -89,6 +94,11 @@ void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& 
     all_finished = all_finished && result.finished;
     if (!result.finished) continue;
     operations.emplace_back(db::LeaseJob{job_id, 1, job_id, kWorker, kNow_us});
+    if (result.dead) {
+      operations.emplace_back(db::EndAttempt{job_id, 1, AttemptOutcome::kCrashed, JobState::kDead, 11, "it crashed",
+                                             "the last line\n", kNow_us + 2'000'000});
+      continue;
+    }
     db::ResultRecord record = RecordOf(result, experiment.num_waypoints);
     if (!text.empty()) record.verdict_detail = text;
     operations.emplace_back(db::AcceptResult{job_id, 1, std::move(record), text, text, kNow_us});

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/temporary_folder.h"
+#include "words/result.h"
 
 namespace legopt::client {
 
@@ -23,6 +24,11 @@ struct TestResult {
   std::vector<Eigen::VectorXd> waypoints = {};
   bool finished = true;  ///< false: stays queued
   std::vector<std::uint8_t> trace = {};
+  bool dead = false;     ///< its one attempt ended its process by signal 11 instead
+  int repetition = 0;
+  std::int64_t cpu_us = -1;                   ///< negative: as wall_us
+  std::int64_t switches = 0;                  ///< involuntary ones of context
+  SolveStatus status = SolveStatus::kNotRun;  ///< kNotRun: what the verdict suggests
 };
 
 struct TestMethod {
@@ -38,7 +44,9 @@ struct TestExperiment {
   std::vector<TestMethod> methods = {{"SQP", 0}};
   std::string task = "posture";
   int num_waypoints = 1;            ///< of every problem
-  std::vector<TestResult> results;  ///< no two for the same method, initialization and problem
+  std::vector<TestResult> results;  ///< no two for the same method, initialization, problem and repetition
+  std::string build_id = "0123456789ab";
+  std::int64_t wall_limit_us = 1'000'000;
   std::string text;  ///< if given, stands wherever a worker may say something: name, host, build, detail, message, log
 };
 

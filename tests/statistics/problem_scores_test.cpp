@@ -108,5 +108,14 @@ TEST(ProblemScores, RefuseBadInput) {
   EXPECT_REFUSED(CommonlySolved({}, one), "CommonlySolved: first");
 }
 
+TEST(ProblemScores, ChargesAreAveragedOverProblems) {
+  const std::vector<ProblemScore> problems = {
+      ScoreOf(std::vector<Repetition>{{RunEnd::kSolved, 1.0}, {RunEnd::kFailed, 50.0}}),
+      ScoreOf(std::vector<Repetition>{{RunEnd::kSolved, 3.0}, {RunEnd::kMissing, 0.0}}),
+      ScoreOf(std::vector<Repetition>{{RunEnd::kMissing, 0.0}})};
+  EXPECT_DOUBLE_EQ(MeanCharged(problems, 1000.0), ((1.0 + 1000.0) / 2 + 3.0) / 2);
+  EXPECT_TRUE(std::isnan(MeanCharged(std::span(problems).last(1), 1000.0)));
+}
+
 }  // namespace
 }  // namespace legopt::statistics

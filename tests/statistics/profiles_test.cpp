@@ -138,5 +138,14 @@ TEST(Profiles, RefuseBadInput) {
   EXPECT_REFUSED(StepCurve{}.FirstReaching(0.0), "FirstReaching: reached: must lie in (0, 1]");
 }
 
+TEST(RuntimeCurves, CrossWhereTheFirstLeaderIsOvertaken) {
+  const StepCurve quick = Distribution(std::vector<double>{1, 2, kInfinity, kInfinity});
+  const StepCurve thorough = Distribution(std::vector<double>{2, 3, 5, 7});
+  EXPECT_EQ(FirstCrossing(quick, thorough), 5.0);
+  EXPECT_EQ(FirstCrossing(thorough, quick), 5.0);
+  EXPECT_EQ(FirstCrossing(quick, quick), kInfinity);
+  EXPECT_EQ(FirstCrossing(thorough, Distribution(std::vector<double>{3, 4, 6, kInfinity})), kInfinity);
+}
+
 }  // namespace
 }  // namespace legopt::statistics

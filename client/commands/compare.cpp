@@ -1,0 +1,73 @@
+#include <algorithm>
+#include <memory>
+
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/compare/comparison_report.h"
+#include "programs/checks.h"
+#include "programs/command_line.h"
+
+namespace legopt::client {
+namespace {
+
+struct CompareOptions {
+  ComparisonRequest request;
+  double margin_percent = 0.0;
+  bool fail_if_worse = false;
+  ComparisonFormat format = ComparisonFormat::kText;
+  TimeUnit time_unit = kMilliseconds;
+  OutputOptions output;
+};
+
+ExitCode Compare(const CompareOptions& options) {
+  constexpr double kPercent = 0.01;
+  ComparisonRequest request = options.request;
+  request.options.margin = kPercent * options.margin_percent;
+  const Comparison comparison = ReadComparison(request);
+  Print(RenderComparison(comparison, options.format, {options.time_unit, LayoutOf(options.output)}), options.output);
+  const bool worse = std::any_of(comparison.cells.begin(), comparison.cells.end(),
+                                 [](const CellComparison& cell) { return cell.change == Change::kWorse; });
+  return options.fail_if_worse && worse ? ExitCode::kWorse : ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddCompareCommand(const programs::Command& program, Invocation* invocation) {
+  using programs::Alternatives, programs::WordsOf;
+  constexpr double kLargestMargin_percent = 1000.0;
+  const auto command = program.AddCommand("compare", "Compare two methods, experiments or database files by problems");
+  const auto options = std::make_shared<CompareOptions>();
+  ComparisonRequest& request = options->request;
+  command
+      .AddOption("A", request.a,
+                 "A method (SQP, or SQP:multi_starts=10 where there are several), an experiment (number or name), or "
+                 "a database file")
+      .Required();
+  command.AddOption("B", request.b, "What is judged beside it; of the same kind").Required();
+  command
+      .AddOption("--experiment", request.experiment, "Experiment of both methods, or of both files (default: newest)")
+      .Check(programs::WholeNumber(1));
+  command.AddOption("--method", request.method, "Of experiments and files: only this method");
+  command.AddWord<Task>("--task", request.task, "Only this: " + Alternatives(WordsOf<Task>()));
+  command.AddWord<Initialization>("--initialization", request.initialization,
+                                  "Only this: " + Alternatives(WordsOf<Initialization>()));
+  AddRuleOption(command, &request.rule);
+  command
+      .AddOption("--margin", options->margin_percent,
+                 "Percent by which times and costs must differ to be told (default 0)")
+      .Check(programs::Number(0, kLargestMargin_percent));
+  command.AddFlag("--fail-if-worse", options->fail_if_worse,
+                  "Exit with " + std::to_string(static_cast<int>(ExitCode::kWorse)) +
+                      " where B is worse in any of the comparisons");
+  command.AddChoice<ComparisonFormat>("--format", options->format, "text, markdown or json (default text)",
+                                      {{"text", ComparisonFormat::kText},
+                                       {"markdown", ComparisonFormat::kMarkdown},
+                                       {"md", ComparisonFormat::kMarkdown},
+                                       {"json", ComparisonFormat::kJson}});
+  AddTimeUnitOption(command, &options->time_unit);
+  AddOutputOptions(command, &options->output);
+  AddSourceOptions(command, &request.source);
+  command.WhenChosen([=] { invocation->body = [options] { return Compare(*options); }; });
+}
+
+}  // namespace legopt::client

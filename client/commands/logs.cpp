@@ -1,0 +1,104 @@
+#include <cstring>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/attempt_list.h"
+#include "client/report/json_text.h"
+#include "programs/checks.h"
+#include "programs/command_line.h"
+#include "programs/printable.h"
+#include "words/job.h"
+
+namespace legopt::client {
+namespace {
+
+struct LogsOptions {
+  std::int64_t job = 0;
+  bool json = false;
+  SourceOptions source;
+  OutputOptions output;
+};
+
+// "crashed by signal 11 (Segmentation fault) after 3.2 s".
+std::string CauseOf(const Listing& attempts, std::size_t row) {
+  std::string text(ToString(attempts.WordAt<AttemptOutcome>(row, "outcome")));
+  if (const auto& number = attempts.At(row, "exit_signal"); !number.is_null()) {
+    text += " by signal " + number.dump() + " (" + ::strsignal(number.get<int>()) + ")";
+  }
+  if (const auto& seconds = attempts.At(row, "seconds"); !seconds.is_null())
+    text += " after " + ShownValue(seconds) + " s";
+  return text;
+}
+
+std::string Indented(const std::string& lines) {
+  std::string text;
+  std::size_t begin = 0;
+  while (begin < lines.size()) {
+    const std::size_t end = std::min(lines.find('\n', begin), lines.size());
+    text += "  | " + lines.substr(begin, end - begin) + "\n";
+    begin = end + 1;
+  }
+  return text;
+}
+
+std::string AttemptText(const Listing& attempts, std::size_t row) {
+  std::string text = "\nAttempt " + attempts.At(row, "attempt").dump() + ": " + CauseOf(attempts, row) + "\n";
+  text += "  begun " + attempts.Text(row, "leased_utc") + " UTC by " + attempts.Text(row, "worker") + " on " +
+          attempts.Text(row, "hostname") + ", build " + ShownValue(attempts.At(row, "build")) + "\n";
+  if (const std::string message = attempts.Text(row, "message"); !message.empty()) text += "  " + message + "\n";
+  const std::string log = attempts.Text(row, "log_tail");
+  return programs::PrintableLines(text) +
+         (log.empty() ? "  wrote nothing to its log\n" : Indented(programs::PrintableLines(log)));
+}
+
+Listing ReadEvents(ResultSource& source, std::int64_t job_id) {
+  return source.Query(
+      "SELECT strftime('%Y-%m-%d %H:%M:%S', at_us / 1000000, 'unixepoch') AS utc, kind, detail FROM events WHERE "
+      "job_id "
+      "= " +
+      std::to_string(job_id) + " ORDER BY event_id");
+}
+
+ExitCode Logs(const LogsOptions& options) {
+  const auto source = OpenResults(options.source);
+  const std::string id = std::to_string(options.job);
+  const Listing job = source->Query(
+      "SELECT job_id, experiment_id, method, task, initialization, problem_id, repetition, state, attempts FROM "
+      "job_list WHERE job_id = " +
+      id);
+  if (job.rows.empty()) {
+    throw ClientError(ExitCode::kUsage, "there is no job " + id + "; 'legopt list" + source->flags() + "' lists them");
+  }
+  const Listing attempts = ReadAttempts(*source, options.job);
+  const Listing events = ReadEvents(*source, options.job);
+  if (options.json) {
+    auto json = ListingToJson(job).at(0);
+    json["attempt_list"] = ListingToJson(attempts);
+    json["events"] = ListingToJson(events);
+    Print(JsonText(json) + "\n", options.output);
+    return ExitCode::kOk;
+  }
+  const TextLayout layout = LayoutOf(options.output);
+  std::string text = RenderFields(job, 0, layout);
+  for (std::size_t i = 0; i < attempts.rows.size(); ++i) text += AttemptText(attempts, i);
+  if (attempts.rows.empty()) text += "\nNo attempt has been begun.\n";
+  if (!events.rows.empty()) text += "\nEvents\n" + RenderListing(events, ListingFormat::kText, layout);
+  Print(text, options.output);
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddLogsCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("logs", "Show what the attempts of a job left: causes, signals, logs");
+  const auto options = std::make_shared<LogsOptions>();
+  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(programs::WholeNumber(1));
+  AddTextOrJsonOption(command, &options->json);
+  AddOutputOptions(command, &options->output);
+  AddSourceOptions(command, &options->source);
+  command.WhenChosen([=] { invocation->body = [options] { return Logs(*options); }; });
+}
+
+}  // namespace legopt::client

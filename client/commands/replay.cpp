@@ -1,0 +1,172 @@
+#include "client/replay/replay.h"
+
+#include <algorithm>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/json_text.h"
+#include "client/suite/chosen_files.h"
+#include "programs/build_identity.h"
+#include "programs/checks.h"
+#include "programs/command_line.h"
+#include "programs/granted_processors.h"
+#include "programs/isolated_call.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+struct ReplayOptions {
+  std::optional<std::int64_t> job;
+  std::optional<int> random;
+  std::uint64_t seed = 1;
+  std::optional<std::int64_t> experiment;
+  std::optional<std::string> dataset;
+  bool any_build = false;
+  int parallel = 0;
+  bool json = false;
+  SourceOptions source;
+  programs::BuildFacts build;
+};
+
+std::vector<StoredJob> ChosenJobs(const ReplayOptions& options) {
+  const auto source = OpenResults(options.source);
+  std::vector<std::int64_t> ids;
+  if (options.job) {
+    ids = {*options.job};
+  } else {
+    const auto experiment = FindExperiment(*source, options.experiment);
+    ids = DrawJobs(*source, experiment.id, options.random.value_or(1), options.seed);
+    if (ids.empty()) {
+      throw ClientError(ExitCode::kUsage,
+                        "experiment " + std::to_string(experiment.id) + " has no result that can be replayed");
+    }
+  }
+  std::vector<StoredJob> jobs;
+  for (const std::int64_t id : ids) jobs.push_back(ReadStoredJob(*source, id));
+  return jobs;
+}
+
+// Results of other builds may differ in their bits, and nobody should wonder why.
+void RequireSameBuild(const std::vector<StoredJob>& jobs, const ReplayOptions& options) {
+  const std::string mine = programs::BuildId(options.build);
+  const auto other = std::find_if(jobs.begin(), jobs.end(), [&](const StoredJob& job) { return job.build_id != mine; });
+  if (other == jobs.end()) return;
+  const std::string text = "job " + std::to_string(other->job_id) + " was solved by " +
+                           (other->build_id.empty() ? "a build that is not known" : "build " + other->build_id) +
+                           ", and this is build " + mine;
+  if (!options.any_build) {
+    throw ClientError(ExitCode::kUsage, text + "; replay it with that build, or give --any-build to compare the two");
+  }
+  std::cerr << "legopt: warning: " << text << ": bits may differ\n";
+}
+
+std::shared_ptr<const Dataset> LoadStoredDataset(const StoredJob& job, const ReplayOptions& options) {
+  const auto folder = ChooseDatasetFolder(options.dataset, nullptr);
+  auto dataset = Dataset::Load(folder, CallIsolated);
+  if (dataset->content_hash() == job.dataset_hash) return dataset;
+  throw ClientError(ExitCode::kDatasetMismatch, "job " + std::to_string(job.job_id) + " was solved on the dataset '" +
+                                                    job.dataset_name + "' of hash " + job.dataset_hash + ", but " +
+                                                    folder.string() + " has hash " + dataset->content_hash() +
+                                                    "; name the right folder with --dataset");
+}
+
+std::string DescribeReplay(const StoredJob& job, const Replay& replay) {
+  std::string text = "job " + std::to_string(replay.job_id) + " (" + Described(job) +
+                     "): " + std::string(ToString(replay.outcome)) + "\n";
+  for (const std::string& difference : replay.differences) text += "  " + difference + "\n";
+  if (!replay.divergence.empty()) text += "  the histories part " + replay.divergence + "\n";
+  return programs::PrintableLines(text);
+}
+
+nlohmann::ordered_json ReplayJson(const StoredJob& job, const Replay& replay) {
+  return {{"job", replay.job_id},           {"experiment_id", job.experiment_id},  {"described", Described(job)},
+          {"build_id", job.build_id},       {"outcome", ToString(replay.outcome)}, {"differences", replay.differences},
+          {"divergence", replay.divergence}};
+}
+
+void PrintReplays(const std::vector<StoredJob>& jobs, const std::vector<Replay>& replays, bool json) {
+  Per<Reproduction, std::size_t> counts;
+  auto list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    ++counts[replays[i].outcome];
+    list.push_back(ReplayJson(jobs[i], replays[i]));
+    const bool told = jobs.size() == 1 || replays[i].outcome != Reproduction::kBitIdentical;
+    if (told && !json) std::cout << DescribeReplay(jobs[i], replays[i]);
+  }
+  const std::size_t identical = counts[Reproduction::kBitIdentical];
+  if (json) {
+    std::cout << JsonText(nlohmann::ordered_json{{"replayed", jobs.size()},
+                                                 {"bit_identical", identical},
+                                                 {"same_status", counts[Reproduction::kSameStatus]},
+                                                 {"differ", counts[Reproduction::kDiffers]},
+                                                 {"jobs", list}})
+              << "\n";
+    return;
+  }
+  if (jobs.size() == 1) return;
+  std::cout << identical << " of " << jobs.size() << " bit-identical";
+  if (identical < jobs.size()) {
+    std::cout << ", " << counts[Reproduction::kSameStatus] << " with the same status, "
+              << counts[Reproduction::kDiffers] << " differ";
+  }
+  std::cout << "\n";
+}
+
+ExitCode ExitCodeOf(const std::vector<Replay>& replays) {
+  Reproduction worst = Reproduction::kBitIdentical;
+  for (const Replay& replay : replays) worst = std::max(worst, replay.outcome);
+  constexpr Per<Reproduction, ExitCode> kCodes = {{{ExitCode::kOk, ExitCode::kOtherBits, ExitCode::kOtherResult}}};
+  return kCodes[worst];
+}
+
+ExitCode ReplayStored(const ReplayOptions& options) {
+  if (options.job.has_value() == options.random.has_value()) {
+    throw ClientError(ExitCode::kUsage, "name a job, or let --random N draw some: 'legopt replay 12'");
+  }
+  const std::vector<StoredJob> jobs = ChosenJobs(options);
+  RequireSameBuild(jobs, options);
+  JobRunner runner(LoadStoredDataset(jobs.front(), options));
+  std::size_t done = 0;
+  const auto tell = [&](const Replay& replay) {
+    ++done;
+    if (jobs.size() == 1 || replay.outcome == Reproduction::kBitIdentical) return;
+    std::cerr << "legopt: job " << replay.job_id << ": " << ToString(replay.outcome) << " (" << done << " of "
+              << jobs.size() << " done)\n";
+  };
+  const std::vector<Replay> replays = ReplayJobs(runner, jobs, options.parallel, tell);
+  PrintReplays(jobs, replays, options.json);
+  return ExitCodeOf(replays);
+}
+
+}  // namespace
+
+void AddReplayCommand(const programs::Command& program, Invocation* invocation) {
+  constexpr int kMostJobs = 1'000'000, kMostParallel = 256;
+  const auto command = program.AddCommand("replay", "Solve a stored job again, here, and compare the bits");
+  const auto options = std::make_shared<ReplayOptions>();
+  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(programs::WholeNumber(1));
+  command.AddOption("--random", options->random, "So many jobs of an experiment instead, over all methods and tasks")
+      .Check(programs::WholeNumber(1, kMostJobs));
+  command.AddOption("--seed", options->seed, "Which ones --random draws (default 1)").Check(programs::WholeNumber(0));
+  command.AddOption("--experiment", options->experiment, "Experiment for --random (default: the newest)")
+      .Check(programs::WholeNumber(1));
+  command.AddOption("--jobs", options->parallel, "Jobs at the same time (default: the processors granted)")
+      .Check(programs::WholeNumber(1, kMostParallel));
+  AddDatasetOption(command, &options->dataset);
+  command.AddFlag("--any-build", options->any_build, "Although another build has solved it");
+  AddTextOrJsonOption(command, &options->json);
+  AddSourceOptions(command, &options->source);
+  command.WhenChosen([=] {
+    options->build = invocation->build;
+    if (options->parallel == 0) {
+      options->parallel = programs::GrantedProcessors(programs::ReadProcessorFacts()).processors;
+    }
+    invocation->body = [options] { return ReplayStored(*options); };
+  });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,285 @@
+#include "client/compare/comparison.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+
+#include "client/client_error.h"
+#include "client/compare/statistics_table.h"
+#include "legopt/statistics/bootstrap.h"
+#include "legopt/statistics/charged_times.h"
+#include "legopt/statistics/checks.h"
+#include "legopt/statistics/many_methods.h"
+
+namespace legopt::client {
+namespace {
+
+using statistics::ProblemScore;
+using statistics::RunEnd;
+using Indices = std::span<const int>;
+
+// The clock's own resolution: a solve that took nothing took less than this.
+constexpr double kShortest_ms = 1e-3;
+
+// With unequal limits: what a run would have been under the smaller one.
+SolveCell Truncated(const SolveCell& cell, double limit_ms) {
+  SolveCell shorter = cell;
+  if (limit_ms >= cell.limit_ms) return shorter;
+  for (Solve& solve : shorter.solves) {
+    if (solve.time_ms <= limit_ms) continue;
+    solve.time_ms = limit_ms;
+    if (solve.end == RunEnd::kSolved) solve.end = RunEnd::kFailed;
+  }
+  return shorter;
+}
+
+std::vector<ProblemPair> PairsOf(const SolveCell& a, const SolveCell& b, CellComparison* comparison) {
+  std::map<int, ProblemRuns> others;
+  for (ProblemRuns& problem : ProblemsOf(b)) others.emplace(problem.problem, std::move(problem));
+  std::vector<ProblemPair> pairs;
+  for (ProblemRuns& problem : ProblemsOf(a)) {
+    const auto other = others.find(problem.problem);
+    if (other == others.end()) {
+      ++comparison->only_in_a;
+      continue;
+    }
+    pairs.push_back({std::move(problem), std::move(other->second)});
+    others.erase(other);
+  }
+  comparison->only_in_b = static_cast<int>(others.size());
+  return pairs;
+}
+
+// Of many problems fewer resamples and plain percentiles do: their means are nearly normal. So 100,000 jobs take
+// seconds; BCa alone computes the statistic once for each problem left out.
+statistics::BootstrapOptions BootstrapOf(std::size_t problems, const ComparisonOptions& options) {
+  constexpr double kMostDraws = 2e7;
+  constexpr int kMost = 10'000, kFewest = 1'000;
+  constexpr std::size_t kMostCorrected = 5'000;
+  const double affordable = kMostDraws / static_cast<double>(std::max<std::size_t>(problems, 1));
+  return {.resamples = static_cast<int>(std::clamp<double>(affordable, kFewest, kMost)),
+          .level = kLevel,
+          .seed = options.seed,
+          .kind = problems > kMostCorrected ? statistics::BootstrapKind::kPercentile : statistics::BootstrapKind::kBca};
+}
+
+double MeanOver(const std::vector<double>& values, Indices problems) {
+  double sum = 0.0;
+  for (const int problem : problems) sum += values[static_cast<std::size_t>(problem)];
+  return sum / static_cast<double>(problems.size());
+}
+
+template <class Statistic>
+statistics::BootstrapEstimate Estimate(std::size_t problems, const ComparisonOptions& options,
+                                       const Statistic& statistic) {
+  return statistics::Bootstrap(static_cast<int>(problems), statistic, BootstrapOf(problems, options));
+}
+
+SuccessComparison CompareSuccess(const std::vector<ProblemScore>& a, const std::vector<ProblemScore>& b, bool repeated,
+                                 const ComparisonOptions& options) {
+  SuccessComparison success;
+  success.counts = statistics::CountPairs(a, b);
+  std::vector<double> differences;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a[i].finished() == 0 || b[i].finished() == 0) continue;
+    success.share_a += a[i].Share();
+    success.share_b += b[i].Share();
+    differences.push_back(b[i].Share() - a[i].Share());
+  }
+  success.share_a /= static_cast<double>(differences.size());
+  success.share_b /= static_cast<double>(differences.size());
+  success.test = statistics::McNemar(success.counts.only_first, success.counts.only_second);
+  if (!repeated) {
+    success.difference = statistics::PairedShareDifference(statistics::CountPairs(b, a), kLevel);
+    return success;
+  }
+  const auto estimate =
+      Estimate(differences.size(), options, [&](Indices problems) { return MeanOver(differences, problems); });
+  success.difference = {estimate.value, estimate.interval};
+  return success;
+}
+
+// The digits that a difference of solutions can be trusted to, so that equal ones are ties.
+double TrustedDifference(double b, double a) {
+  constexpr double kNoise = 1e-9;
+  const double difference = b - a;
+  if (std::abs(difference) <= kNoise * std::max(std::abs(a), std::abs(b))) return 0.0;
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.9g", difference);
+  return std::strtod(text, nullptr);
+}
+
+RatioComparison CompareRatios(const std::vector<double>& logarithms, const std::vector<double>& differences,
+                              const ComparisonOptions& options) {
+  RatioComparison ratios;
+  ratios.n = static_cast<int>(logarithms.size());
+  const auto estimate =
+      Estimate(logarithms.size(), options, [&](Indices problems) { return std::exp(MeanOver(logarithms, problems)); });
+  ratios.mean = estimate.value;
+  ratios.interval = {std::max(estimate.interval.lower, 0.0), estimate.interval.upper};
+  ratios.test = statistics::SignedRank(differences);
+  ratios.lower =
+      static_cast<int>(std::count_if(differences.begin(), differences.end(), [](double d) { return d < 0; }));
+  return ratios;
+}
+
+void CompareTimes(const std::vector<ProblemPair>& pairs, const std::vector<int>& common,
+                  const ComparisonOptions& options, CellComparison* comparison) {
+  constexpr std::size_t kShown = 3;
+  std::vector<double> logarithms;
+  std::vector<ProblemRatio> ratios;
+  for (const int i : common) {
+    const ProblemPair& pair = pairs[static_cast<std::size_t>(i)];
+    const double a = std::max(pair.a.time.MeanOfSolved(), kShortest_ms);
+    const double b = std::max(pair.b.time.MeanOfSolved(), kShortest_ms);
+    logarithms.push_back(std::log(b / a));
+    ratios.push_back({pair.a.problem, pair.a.job_id, pair.b.job_id, b / a});
+  }
+  comparison->time = CompareRatios(logarithms, logarithms, options);
+  std::stable_sort(ratios.begin(), ratios.end(), [](const auto& x, const auto& y) { return x.ratio < y.ratio; });
+  for (std::size_t i = 0; i < std::min(kShown, ratios.size()); ++i) {
+    if (ratios[i].ratio < 1.0) comparison->fastest.push_back(ratios[i]);
+    const ProblemRatio& last = ratios[ratios.size() - 1 - i];
+    if (last.ratio > 1.0) comparison->slowest.push_back(last);
+  }
+}
+
+void CompareCosts(const std::vector<ProblemPair>& pairs, const std::vector<int>& common,
+                  const ComparisonOptions& options, CellComparison* comparison) {
+  std::vector<double> logarithms, differences;
+  for (const int i : common) {
+    const ProblemPair& pair = pairs[static_cast<std::size_t>(i)];
+    const double a = pair.a.cost.MeanOfSolved(), b = pair.b.cost.MeanOfSolved();
+    if (!(a > 0.0 && b > 0.0)) continue;  // no ratio
+    logarithms.push_back(std::log(b / a));
+    differences.push_back(TrustedDifference(b, a));
+  }
+  comparison->cost = CompareRatios(logarithms, differences, options);
+}
+
+void ComparePenalised(const std::vector<ProblemPair>& pairs, const ComparisonOptions& options,
+                      CellComparison* comparison) {
+  const double charge = kPenaltyFactor * comparison->limit_ms;
+  std::vector<double> a, b;
+  for (const ProblemPair& pair : pairs) {
+    if (pair.a.time.finished() == 0 || pair.b.time.finished() == 0) continue;
+    a.push_back(std::max(pair.a.time.Charged(charge), kShortest_ms));
+    b.push_back(std::max(pair.b.time.Charged(charge), kShortest_ms));
+  }
+  const auto estimate =
+      Estimate(a.size(), options, [&](Indices problems) { return MeanOver(b, problems) / MeanOver(a, problems); });
+  std::vector<int> all(a.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
+  comparison->par10_a_ms = MeanOver(a, all);
+  comparison->par10_b_ms = MeanOver(b, all);
+  comparison->par10_ratio = {std::max(estimate.interval.lower, 0.0), estimate.interval.upper};
+}
+
+void CompareDistributions(const std::vector<ProblemPair>& pairs, CellComparison* comparison) {
+  std::vector<std::vector<statistics::Repetition>> a, b;
+  for (const ProblemPair& pair : pairs) {
+    if (pair.a.time.finished() == 0 || pair.b.time.finished() == 0) continue;
+    a.push_back(pair.a.runs);
+    b.push_back(pair.b.runs);
+  }
+  const auto first = statistics::RuntimeDistribution(a), second = statistics::RuntimeDistribution(b);
+  comparison->dominance = statistics::Compare(first, second);
+  const double crossing = statistics::FirstCrossing(first, second);
+  if (std::isfinite(crossing)) comparison->crossing_ms = crossing;
+}
+
+double ContendedShare(const SolveCell& a, const SolveCell& b) {
+  int contended = 0, reported = 0;
+  for (const SolveCell* cell : {&a, &b}) {
+    for (const Solve& solve : cell->solves) {
+      contended += solve.contended ? 1 : 0;
+      reported += solve.reported ? 1 : 0;
+    }
+  }
+  return reported == 0 ? 0.0 : static_cast<double>(contended) / reported;
+}
+
+// One p of each cell, adjusted together.
+template <class Get>
+void Adjust(std::vector<CellComparison>* cells, const Get& test) {
+  std::vector<double> p;
+  for (CellComparison& cell : *cells) p.push_back(test(cell).first);
+  const std::vector<double> adjusted = statistics::HolmAdjusted(p);
+  for (std::size_t i = 0; i < adjusted.size(); ++i) *test((*cells)[i]).second = adjusted[i];
+}
+
+Change ChangeOf(const RatioComparison& ratios, double margin) {
+  if (ratios.n == 0 || ratios.adjusted_p >= kSignificance) return Change::kNone;
+  if (ratios.interval.upper < 1.0 / (1.0 + margin)) return Change::kBetter;
+  return ratios.interval.lower > 1.0 + margin ? Change::kWorse : Change::kNone;
+}
+
+Change ChangeOf(const SuccessComparison& success) {
+  if (success.adjusted_p >= kSignificance) return Change::kNone;
+  return success.counts.only_second > success.counts.only_first ? Change::kBetter : Change::kWorse;
+}
+
+// Of what counts alike.
+Change Together(std::initializer_list<Change> changes) {
+  const auto any = [&](Change change) { return std::find(changes.begin(), changes.end(), change) != changes.end(); };
+  const bool better = any(Change::kBetter) || any(Change::kMixed), worse = any(Change::kWorse) || any(Change::kMixed);
+  if (better && worse) return Change::kMixed;
+  if (better) return Change::kBetter;
+  return worse ? Change::kWorse : Change::kNone;
+}
+
+}  // namespace
+
+CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const ComparisonOptions& options) {
+  CellComparison comparison;
+  comparison.a = a.method;
+  comparison.b = b.method;
+  comparison.column = a.column;
+  comparison.limit_ms = std::min(a.limit_ms, b.limit_ms);
+  comparison.contended_share = ContendedShare(a, b);
+  const auto pairs = PairsOf(Truncated(a, comparison.limit_ms), Truncated(b, comparison.limit_ms), &comparison);
+  std::vector<ProblemScore> times_a, times_b;
+  bool repeated = false;
+  for (const ProblemPair& pair : pairs) {
+    times_a.push_back(pair.a.time);
+    times_b.push_back(pair.b.time);
+    repeated = repeated || pair.a.runs.size() > 1 || pair.b.runs.size() > 1;
+  }
+  if (statistics::CountPairs(times_a, times_b).pairs() == 0) return comparison;
+  comparison.success = CompareSuccess(times_a, times_b, repeated, options);
+  const std::vector<int> common = statistics::CommonlySolved(times_a, times_b);
+  CompareTimes(pairs, common, options, &comparison);
+  CompareCosts(pairs, common, options, &comparison);
+  ComparePenalised(pairs, options, &comparison);
+  CompareDistributions(pairs, &comparison);
+  return comparison;
+}
+
+void Decide(const ComparisonOptions& options, std::vector<CellComparison>* cells) {
+  Adjust(cells, [](CellComparison& cell) { return std::pair(cell.success.test.mid_p, &cell.success.adjusted_p); });
+  Adjust(cells, [](CellComparison& cell) { return std::pair(cell.time.test.two_sided_p, &cell.time.adjusted_p); });
+  Adjust(cells, [](CellComparison& cell) { return std::pair(cell.cost.test.two_sided_p, &cell.cost.adjusted_p); });
+  for (CellComparison& cell : *cells) {
+    cell.success.change = ChangeOf(cell.success);
+    cell.time.change = ChangeOf(cell.time, options.margin);
+    cell.cost.change = ChangeOf(cell.cost, options.margin);
+    cell.change =
+        cell.success.change == Change::kNone ? Together({cell.time.change, cell.cost.change}) : cell.success.change;
+  }
+}
+
+Change OverallChange(const std::vector<CellComparison>& cells) {
+  Change change = Change::kNone;
+  for (const CellComparison& cell : cells) change = Together({change, cell.change});
+  return change;
+}
+
+int LeastDiscordant() {
+  int discordant = 1;
+  while (statistics::McNemar(0, discordant).mid_p >= kSignificance) ++discordant;
+  return discordant;
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,333 @@
+#include "client/compare/comparison_report.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include "client/report/grouped_table.h"
+#include "client/report/json_text.h"
+#include "client/report/listing.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr double kPerSecond_ms = 1e3, kPercent = 100.0;
+
+using Line = std::vector<std::string>;  // label, text
+
+std::string Printed(const char* format, double value) {
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  char text[48];
+  std::snprintf(text, sizeof(text), format, value);
+  return text;
+}
+
+std::string Ratio(double value) { return Printed("%.3g", value); }
+std::string Percent(double share) { return Printed("%.1f", kPercent * share); }
+
+std::string TimeText(double time_ms, const TimeUnit& unit) {
+  return FormatTime(time_ms / kPerSecond_ms, unit) + " " + unit.name;
+}
+
+// "0.012, adjusted 0.048"; a dash without anything to test.
+std::string P(double p, double adjusted, int informative) {
+  if (informative == 0) return "-";
+  return Printed("%.2g", p) + ", adjusted " + Printed("%.2g", adjusted);
+}
+
+struct ChangeWords {
+  const char* better;
+  const char* worse;
+};
+constexpr ChangeWords kSuccessWords = {"solves more", "solves fewer"}, kTimeWords = {"faster", "slower"},
+                      kCostWords = {"cheaper", "dearer"};
+
+void AddWords(Change change, const ChangeWords& words, std::string* text) {
+  if (change != Change::kBetter && change != Change::kWorse) return;
+  *text += (text->empty() ? "" : ", ") + std::string(change == Change::kBetter ? words.better : words.worse);
+}
+
+// "better (faster, cheaper)".
+std::string Verdict(const CellComparison& cell) {
+  std::string reasons;
+  AddWords(cell.success.change, kSuccessWords, &reasons);
+  AddWords(cell.time.change, kTimeWords, &reasons);
+  AddWords(cell.cost.change, kCostWords, &reasons);
+  constexpr Per<Change, const char*> kVerdicts = {{{"no difference shown", "B is better", "B is worse", "mixed"}}};
+  return kVerdicts[cell.change] + (reasons.empty() ? "" : " (" + reasons + ")");
+}
+
+std::string SuccessText(const SuccessComparison& success) {
+  return "A " + Percent(success.share_a) + " %, B " + Percent(success.share_b) + " %; B - A " +
+         Percent(success.difference.estimate) + " points [" + Percent(success.difference.interval.lower) + ", " +
+         Percent(success.difference.interval.upper) + "]; McNemar mid-p " +
+         P(success.test.mid_p, success.adjusted_p, success.test.discordant);
+}
+
+std::string PairsText(const statistics::PairCounts& counts) {
+  return std::to_string(counts.pairs()) + ": both " + std::to_string(counts.both) + ", only A " +
+         std::to_string(counts.only_first) + ", only B " + std::to_string(counts.only_second) + ", neither " +
+         std::to_string(counts.neither) + (counts.missing > 0 ? "; missing " + std::to_string(counts.missing) : "");
+}
+
+std::string RatioText(const RatioComparison& ratios, const ChangeWords& words) {
+  if (ratios.n == 0) return "- (nothing that both solved)";
+  std::string text = "B / A " + Ratio(ratios.mean) + " [" + Ratio(ratios.interval.lower) + ", " +
+                     Ratio(ratios.interval.upper) + "] on the " + std::to_string(ratios.n) +
+                     " that both solved; Wilcoxon p " +
+                     P(ratios.test.two_sided_p, ratios.adjusted_p, ratios.test.pairs);
+  text += "; B " + std::string(words.better) + " on " + std::to_string(ratios.lower);
+  if (ratios.test.zeros > 0) text += ", equal on " + std::to_string(ratios.test.zeros);
+  return text;
+}
+
+std::string DistributionText(const CellComparison& cell, const TimeUnit& unit) {
+  switch (cell.dominance) {
+    case statistics::Dominance::kEqual:
+      return "equal";
+    case statistics::Dominance::kFirst:
+      return "A dominates: at every time it has solved at least as many";
+    case statistics::Dominance::kSecond:
+      return "B dominates: at every time it has solved at least as many";
+    case statistics::Dominance::kNone:
+      return "they cross, first at " + TimeText(cell.crossing_ms.value_or(0.0), unit);
+  }
+  return {};
+}
+
+std::string ProblemsText(const std::vector<ProblemRatio>& ratios) {
+  std::string text;
+  for (const ProblemRatio& ratio : ratios) {
+    text += (text.empty() ? "" : "; ") + std::to_string(ratio.problem) + ": " + Ratio(ratio.ratio) + " (jobs " +
+            std::to_string(ratio.job_a) + ", " + std::to_string(ratio.job_b) + ")";
+  }
+  return text.empty() ? "none" : text;
+}
+
+std::vector<Line> LinesOf(const CellComparison& cell, const TimeUnit& unit) {
+  return {{"pairs", PairsText(cell.success.counts)},
+          {"success", SuccessText(cell.success)},
+          {"time", RatioText(cell.time, kTimeWords)},
+          {"cost", RatioText(cell.cost, kCostWords)},
+          {"PAR10", "A " + TimeText(cell.par10_a_ms, unit) + ", B " + TimeText(cell.par10_b_ms, unit) + "; B / A " +
+                        Ratio(cell.par10_b_ms / cell.par10_a_ms) + " [" + Ratio(cell.par10_ratio.lower) + ", " +
+                        Ratio(cell.par10_ratio.upper) + "]"},
+          {"runtimes", DistributionText(cell, unit)},
+          {"B fastest", ProblemsText(cell.fastest)},
+          {"B slowest", ProblemsText(cell.slowest)}};
+}
+
+// A method's figures as far as both have them, for titles of comparisons of several methods.
+std::string NameOf(const MethodIdentity& method) {
+  return method.name + ", " + std::to_string(method.multi_starts) + " multi-starts, sample size " +
+         std::to_string(method.sample_size) + " %, " + std::string(ToString(method.collision)) + " obstacles";
+}
+
+std::string TitleOf(const CellComparison& cell, bool several) {
+  const TableGroup group = GroupOf(cell.column.task, cell.column.initialization);
+  return (several ? NameOf(cell.a) + ": " : "") + group.section.full + ", " + group.title.full + ": " + Verdict(cell);
+}
+
+bool SeveralMethods(const Comparison& comparison) {
+  for (const CellComparison& cell : comparison.cells) {
+    if (cell.a.method_id != comparison.cells.front().a.method_id) return true;
+  }
+  return false;
+}
+
+std::string Head(const Comparison& comparison) {
+  std::string text = "Dataset " + comparison.dataset + ", " + std::string(ToString(comparison.rule)) + " rule. ";
+  const std::string a = DescribeOrigins(comparison.a.origins), b = DescribeOrigins(comparison.b.origins);
+  if (a == b) return text + a;
+  return text + "A: " + a + " B: " + b;
+}
+
+std::string RuleText(const Comparison& comparison) {
+  const std::string margin =
+      comparison.options.margin > 0 ? " by a margin of " + Percent(comparison.options.margin) + " %" : "";
+  return "Intervals are of 95 %; p is adjusted by Holm over the " + std::to_string(comparison.cells.size()) +
+         " comparisons shown, each test for itself. Rule: success decides where its adjusted p is below 0.05; else "
+         "time and cost on what both solved, each where its interval lies beyond 1" +
+         margin + " and its adjusted p is below 0.05. Fewer than " + std::to_string(LeastDiscordant()) +
+         " problems that only one of both solves cannot show a difference in success.";
+}
+
+// "B is worse in 1 of 4 comparisons, better in 2, mixed in 0."
+std::string Summary(const Comparison& comparison) {
+  Per<Change, int> counts;
+  for (const CellComparison& cell : comparison.cells) ++counts[cell.change];
+  constexpr Per<Change, const char*> kSentences = {
+      {{"No difference between A and B is shown", "B is better than A", "B is worse than A",
+        "B is better than A in some respects, worse in others"}}};
+  return std::string(kSentences[comparison.change]) + ": of " + std::to_string(comparison.cells.size()) +
+         " comparisons better in " + std::to_string(counts[Change::kBetter]) + ", worse in " +
+         std::to_string(counts[Change::kWorse]) + ", mixed in " + std::to_string(counts[Change::kMixed]) + ".";
+}
+
+// What stands above the comparisons, and below them.
+std::array<std::vector<std::string>, 2> Frame(const Comparison& comparison) {
+  std::array<std::vector<std::string>, 2> frame;
+  frame[0] = {"A: " + comparison.a.title, "B: " + comparison.b.title, Head(comparison)};
+  for (const std::string& note : comparison.notes) frame[1].push_back("Note: " + note);
+  frame[1].push_back(RuleText(comparison));
+  frame[1].push_back(Summary(comparison));
+  for (auto& part : frame) {
+    for (std::string& text : part) text = programs::Printable(text);
+  }
+  return frame;
+}
+
+std::string ComparisonText(const Comparison& comparison, const TableStyle& style) {
+  const auto [above, below] = Frame(comparison);
+  std::string text;
+  for (const std::string& line : above) text += Paragraph(line, style.layout);
+  const bool several = SeveralMethods(comparison);
+  for (const CellComparison& cell : comparison.cells) {
+    const Emphasis emphasis = cell.change == Change::kWorse ? Emphasis::kBad : Emphasis::kBest;
+    text += "\n" + Paragraph(programs::Printable(TitleOf(cell, several)), style.layout, emphasis);
+    text += AlignSentences(LinesOf(cell, style.time_unit), style.layout.width);
+  }
+  text += "\n";
+  for (const std::string& line : below) {
+    text += Paragraph(line, style.layout, &line == &below.back() ? Emphasis::kBest : Emphasis::kDim);
+  }
+  return text;
+}
+
+std::string ComparisonMarkdown(const Comparison& comparison, const TableStyle& style) {
+  const auto [above, below] = Frame(comparison);
+  std::string text;
+  for (const std::string& line : above) text += line + "\n\n";
+  const bool several = SeveralMethods(comparison);
+  for (const CellComparison& cell : comparison.cells) {
+    Listing listing;
+    listing.columns = {"figure", "B beside A"};
+    for (const Line& line : LinesOf(cell, style.time_unit)) listing.rows.push_back({line[0], line[1]});
+    text += "**" + programs::Printable(TitleOf(cell, several)) + "**\n\n" +
+            RenderListing(listing, ListingFormat::kMarkdown) + "\n";
+  }
+  for (const std::string& line : below) text += line + (&line == &below.back() ? "\n" : "\n\n");
+  return text;
+}
+
+using Json = nlohmann::ordered_json;
+
+Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+Json IntervalJson(const statistics::Interval& interval) { return {Number(interval.lower), Number(interval.upper)}; }
+
+Json MethodJson(const MethodIdentity& method) {
+  return {{"name", method.name},
+          {"multi_starts", method.multi_starts},
+          {"sample_size", method.sample_size},
+          {"incremental", method.incremental},
+          {"collision", ToString(method.collision)},
+          {"hash", method.hash}};
+}
+
+Json SuccessJson(const SuccessComparison& success) {
+  return {{"share_a", success.share_a},
+          {"share_b", success.share_b},
+          {"difference", success.difference.estimate},
+          {"interval", IntervalJson(success.difference.interval)},
+          {"mcnemar_exact_p", success.test.exact_p},
+          {"mcnemar_mid_p", success.test.mid_p},
+          {"adjusted_p", success.adjusted_p},
+          {"change", ToString(success.change)}};
+}
+
+Json RatioJson(const RatioComparison& ratios) {
+  return {{"n", ratios.n},
+          {"ratio", Number(ratios.mean)},
+          {"interval", IntervalJson(ratios.interval)},
+          {"lower", ratios.lower},
+          {"equal", ratios.test.zeros},
+          {"wilcoxon_positive_sum", ratios.test.positive_sum},
+          {"wilcoxon_negative_sum", ratios.test.negative_sum},
+          {"wilcoxon_exact", ratios.test.exact},
+          {"wilcoxon_p", ratios.test.two_sided_p},
+          {"adjusted_p", ratios.adjusted_p},
+          {"change", ToString(ratios.change)}};
+}
+
+Json ProblemsJson(const std::vector<ProblemRatio>& ratios) {
+  auto json = Json::array();
+  for (const ProblemRatio& ratio : ratios) {
+    json.push_back(
+        {{"problem", ratio.problem}, {"job_a", ratio.job_a}, {"job_b", ratio.job_b}, {"time_ratio", ratio.ratio}});
+  }
+  return json;
+}
+
+const char* DominanceWord(statistics::Dominance dominance) {
+  constexpr std::array kWord = {"equal", "a", "b", "crossing"};
+  return kWord.at(static_cast<std::size_t>(dominance));
+}
+
+Json CellJson(const CellComparison& cell) {
+  const statistics::PairCounts& counts = cell.success.counts;
+  return {{"task", ToString(cell.column.task)},
+          {"initialization", ToString(cell.column.initialization)},
+          {"method_a", MethodJson(cell.a)},
+          {"method_b", MethodJson(cell.b)},
+          {"change", ToString(cell.change)},
+          {"pairs", counts.pairs()},
+          {"both", counts.both},
+          {"only_a", counts.only_first},
+          {"only_b", counts.only_second},
+          {"neither", counts.neither},
+          {"missing", counts.missing},
+          {"without_partner_a", cell.only_in_a},
+          {"without_partner_b", cell.only_in_b},
+          {"limit_ms", cell.limit_ms},
+          {"contended_share", cell.contended_share},
+          {"success", SuccessJson(cell.success)},
+          {"time", RatioJson(cell.time)},
+          {"cost", RatioJson(cell.cost)},
+          {"par10_a_ms", cell.par10_a_ms},
+          {"par10_b_ms", cell.par10_b_ms},
+          {"par10_ratio_interval", IntervalJson(cell.par10_ratio)},
+          {"runtimes", DominanceWord(cell.dominance)},
+          {"crossing_ms", cell.crossing_ms ? Json(*cell.crossing_ms) : Json()},
+          {"fastest", ProblemsJson(cell.fastest)},
+          {"slowest", ProblemsJson(cell.slowest)}};
+}
+
+std::string ComparisonJson(const Comparison& comparison) {
+  const auto side = [](const ComparedSide& compared) {
+    return Json{{"title", compared.title},
+                {"experiment_id", compared.experiment_id},
+                {"origins", OriginsJson(compared.origins)}};
+  };
+  Json json = {{"a", side(comparison.a)},
+               {"b", side(comparison.b)},
+               {"dataset", comparison.dataset},
+               {"rule", ToString(comparison.rule)},
+               {"margin", comparison.options.margin},
+               {"bootstrap_seed", comparison.options.seed},
+               {"change", ToString(comparison.change)},
+               {"least_discordant", LeastDiscordant()},
+               {"notes", comparison.notes}};
+  json["comparisons"] = Json::array();
+  for (const CellComparison& cell : comparison.cells) json["comparisons"].push_back(CellJson(cell));
+  return JsonText(json) + "\n";
+}
+
+}  // namespace
+
+std::string RenderComparison(const Comparison& comparison, ComparisonFormat format, const TableStyle& style) {
+  switch (format) {
+    case ComparisonFormat::kText:
+      return ComparisonText(comparison, style);
+    case ComparisonFormat::kMarkdown:
+      return ComparisonMarkdown(comparison, style);
+    case ComparisonFormat::kJson:
+      return ComparisonJson(comparison);
+  }
+  return {};
+}
+
+}  // namespace legopt::client

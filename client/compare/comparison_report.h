@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "client/compare/comparison_sides.h"
+#include "client/report/benchmark_table.h"
+#include "client/report/text_layout.h"
+
+namespace legopt::client {
+
+enum class ComparisonFormat : std::uint8_t { kText, kMarkdown, kJson };
+
+/// A comparison for people, or as JSON: all figures unrounded, times in ms; what is infinite or undefined is null.
+std::string RenderComparison(const Comparison& comparison, ComparisonFormat format, const TableStyle& style = {});
+
+}  // namespace legopt::client

@@ -1,0 +1,297 @@
+#include "client/compare/comparison_sides.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "client/client_error.h"
+#include "client/compare/method_choice.h"
+
+namespace legopt::client {
+namespace {
+
+struct Side {
+  std::shared_ptr<ResultSource> source;
+  std::string place;  // where the results are: the file as the system knows it, or empty
+  SolvedExperiment experiment;
+  std::optional<MethodIdentity> method;  // none: all
+  std::string title;
+};
+
+struct Sides {
+  Side a, b;
+};
+
+bool IsFile(const std::string& text) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(text, ignored);
+}
+
+std::string Titled(const SolvedExperiment& experiment) {
+  return "experiment " + std::to_string(experiment.info.id) + " '" + experiment.info.name + "'";
+}
+
+Side FileSide(const std::string& file, const ComparisonRequest& request) {
+  Side side;
+  side.source = OpenResults({file, {}});
+  side.place = std::filesystem::canonical(file).string();
+  side.experiment = ReadCells(*side.source, request.experiment);
+  side.title = Titled(side.experiment) + " of " + file;
+  return side;
+}
+
+// The experiment that a number or a name means; the newest of a name.
+std::optional<std::int64_t> ExperimentOf(const std::string& text, ResultSource& source) {
+  const bool number = !text.empty() && text.size() < 18 &&
+                      std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (number) return std::stoll(text);
+  const Listing found = source.Query("SELECT max(experiment_id) AS id FROM experiments WHERE name = " + SqlText(text));
+  const nlohmann::json& id = found.At(0, "id");
+  return id.is_null() ? std::nullopt : std::optional(id.get<std::int64_t>());
+}
+
+[[noreturn]] void RefuseUnknown(const std::string& text, const SolvedExperiment& newest) {
+  throw ClientError(ExitCode::kUsage, "'" + text + "' is no database file, no experiment, and no method of " +
+                                          Titled(newest) + "; " + SuggestMethod(text, newest.Methods()));
+}
+
+Side MethodSide(const Side& common, const MethodIdentity& method) {
+  Side side = common;
+  side.method = method;
+  side.title = ChoiceOf(method, common.experiment.Methods()) + " of " + Titled(common.experiment);
+  return side;
+}
+
+Side ExperimentSide(const Side& common, std::int64_t id) {
+  Side side = common;
+  side.experiment = ReadCells(*common.source, id);
+  side.title = Titled(side.experiment);
+  return side;
+}
+
+// Both of one database: methods of an experiment where A is one, else experiments.
+Sides SidesOfOneDatabase(const ComparisonRequest& request) {
+  Side common;
+  common.source = OpenResults(request.source);
+  if (request.source.db) common.place = *request.source.db;
+  common.experiment = ReadCells(*common.source, request.experiment);
+  const std::vector<MethodIdentity> methods = common.experiment.Methods();
+  if (request.experiment) {
+    return {MethodSide(common, ChooseMethod(request.a, methods, common.experiment.info.id)),
+            MethodSide(common, ChooseMethod(request.b, methods, common.experiment.info.id))};
+  }
+  if (const auto method = FindMethod(request.a, methods)) {
+    return {MethodSide(common, *method),
+            MethodSide(common, ChooseMethod(request.b, methods, common.experiment.info.id))};
+  }
+  const auto a = ExperimentOf(request.a, *common.source);
+  if (!a) RefuseUnknown(request.a, common.experiment);
+  const auto b = ExperimentOf(request.b, *common.source);
+  if (!b) RefuseUnknown(request.b, common.experiment);
+  return {ExperimentSide(common, *a), ExperimentSide(common, *b)};
+}
+
+Sides FindSides(const ComparisonRequest& request) {
+  const bool file_a = IsFile(request.a), file_b = IsFile(request.b);
+  if (file_a && file_b) return {FileSide(request.a, request), FileSide(request.b, request)};
+  if (file_a || file_b) {
+    throw ClientError(ExitCode::kUsage, "'" + (file_a ? request.a : request.b) + "' is a file, '" +
+                                            (file_a ? request.b : request.a) +
+                                            "' is none; give two database files, two experiments or two methods");
+  }
+  return SidesOfOneDatabase(request);
+}
+
+void RequireTwoThings(const Sides& sides) {
+  const auto& [a, b] = sides;
+  if (a.place != b.place || a.experiment.info.id != b.experiment.info.id) return;
+  if (a.method && b.method && a.method->method_id != b.method->method_id) return;
+  throw ClientError(ExitCode::kUsage, "A and B are the same, " + a.title + "; a comparison takes two");
+}
+
+void RequireOneDataset(const Sides& sides) {
+  const ExperimentInfo &a = sides.a.experiment.info, &b = sides.b.experiment.info;
+  if (a.dataset_hash == b.dataset_hash) return;
+  constexpr std::size_t kShown = 12;
+  throw ClientError(ExitCode::kDatasetMismatch,
+                    sides.a.title + " ran on dataset " + a.dataset_name + " (" + a.dataset_hash.substr(0, kShown) +
+                        "), " + sides.b.title + " on " + b.dataset_name + " (" + b.dataset_hash.substr(0, kShown) +
+                        "); their problems are not the same, so that nothing can be paired");
+}
+
+// The method of B that stands for `method` of A: of equal name and figures, of equal options where several are.
+std::optional<MethodIdentity> Counterpart(const MethodIdentity& method, const std::vector<MethodIdentity>& others) {
+  std::optional<MethodIdentity> found;
+  for (const MethodIdentity& other : others) {
+    if (other.Same(method)) return other;
+    const bool alike = other.name == method.name && other.multi_starts == method.multi_starts &&
+                       other.sample_size == method.sample_size && other.incremental == method.incremental &&
+                       other.collision == method.collision;
+    if (alike && !found) found = other;
+  }
+  return found;
+}
+
+using MethodPair = std::pair<MethodIdentity, MethodIdentity>;
+
+std::vector<MethodPair> PairMethods(const Sides& sides, const ComparisonRequest& request,
+                                    std::vector<std::string>* notes) {
+  const auto& [a, b] = sides;
+  if (a.method) return {{*a.method, *b.method}};
+  std::vector<MethodIdentity> ours = a.experiment.Methods();
+  const std::vector<MethodIdentity> theirs = b.experiment.Methods();
+  if (request.method) ours = {ChooseMethod(*request.method, ours, a.experiment.info.id)};
+  if (ours.size() == 1 && theirs.size() == 1) return {{ours.front(), theirs.front()}};
+  std::vector<MethodPair> pairs;
+  std::string lost;
+  for (const MethodIdentity& method : ours) {
+    if (const auto other = Counterpart(method, theirs)) {
+      pairs.emplace_back(method, *other);
+    } else {
+      lost += (lost.empty() ? "" : ", ") + ChoiceOf(method, ours);
+    }
+  }
+  if (pairs.empty()) {
+    throw ClientError(ExitCode::kUsage, b.title + " has none of the methods of " + a.title + " (" + lost + "); " +
+                                            SuggestMethod(ours.front().name, theirs));
+  }
+  if (!lost.empty()) notes->push_back("Only in A: " + lost + ".");
+  return pairs;
+}
+
+SolveCell* CellOf(SolvedExperiment& experiment, const MethodIdentity& method, const BenchmarkColumn& column) {
+  for (SolveCell& cell : experiment.cells) {
+    if (cell.method.method_id == method.method_id && cell.column == column) return &cell;
+  }
+  return nullptr;
+}
+
+struct CellPair {
+  SolveCell a, b;
+};
+
+// The cells that can be compared, with their solves; the others are not read.
+std::vector<CellPair> PairCells(Sides& sides, const std::vector<MethodPair>& methods,
+                                const ComparisonRequest& request) {
+  std::vector<CellPair> pairs;
+  for (const auto& [mine, other] : methods) {
+    for (const BenchmarkColumn& column : kPaperColumns) {
+      if (request.task && *request.task != column.task) continue;
+      if (request.initialization && *request.initialization != column.initialization) continue;
+      const SolveCell* a = CellOf(sides.a.experiment, mine, column);
+      const SolveCell* b = CellOf(sides.b.experiment, other, column);
+      if (a != nullptr && b != nullptr) pairs.push_back({*a, *b});
+    }
+  }
+  const auto read = [&](Side& side, SolveCell CellPair::*cell) {
+    SolvedExperiment chosen = side.experiment;
+    chosen.cells.clear();
+    for (CellPair& pair : pairs) chosen.cells.push_back(std::move(pair.*cell));
+    ReadSolves(*side.source, request.rule, &chosen);
+    for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i].*cell = std::move(chosen.cells[i]);
+  };
+  read(sides.a, &CellPair::a);
+  read(sides.b, &CellPair::b);
+  return pairs;
+}
+
+// "a, b" of what the origins are, each once.
+template <class Get>
+std::string Listed(const std::vector<ResultOrigin>& origins, const Get& get) {
+  std::vector<std::string> texts;
+  for (const ResultOrigin& origin : origins) {
+    const std::string text = get(origin).empty() ? "unknown" : get(origin);
+    if (std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
+  }
+  std::sort(texts.begin(), texts.end());
+  std::string listed;
+  for (const std::string& text : texts) listed += (listed.empty() ? "" : ", ") + text;
+  return listed.empty() ? "unknown" : listed;
+}
+
+void NoteOrigins(const Sides& sides, std::vector<std::string>* notes) {
+  const auto note = [&](const char* what, const char* consequence, std::string ResultOrigin::*figure) {
+    const auto get = [&](const ResultOrigin& origin) { return origin.*figure; };
+    const std::string a = Listed(sides.a.experiment.origins, get), b = Listed(sides.b.experiment.origins, get);
+    if (a != b) notes->push_back("Different " + std::string(what) + ": A " + a + ", B " + b + "; " + consequence + ".");
+    if (a == b && a.find(", ") != std::string::npos) {
+      notes->push_back("Several " + std::string(what) + ": " + a + "; " + consequence + ".");
+    }
+  };
+  note("builds", "what differs may be the build's doing", &ResultOrigin::build_id);
+  note("processors", "times are not comparable", &ResultOrigin::processor);
+}
+
+void NoteSettings(const Sides& sides, const std::vector<CellPair>& pairs, std::vector<std::string>* notes) {
+  const SolvedExperiment &a = sides.a.experiment, &b = sides.b.experiment;
+  if (a.seed != b.seed) {
+    notes->push_back("Different seeds: A " + std::to_string(a.seed) + ", B " + std::to_string(b.seed) + ".");
+  }
+  if (a.repetitions != b.repetitions) {
+    notes->push_back("Different repetitions: A " + std::to_string(a.repetitions) + ", B " +
+                     std::to_string(b.repetitions) + "; each problem counts once.");
+  }
+  const bool limits =
+      std::any_of(pairs.begin(), pairs.end(), [](const auto& p) { return p.a.limit_ms != p.b.limit_ms; });
+  if (limits) notes->push_back("Different time limits: runs beyond the smaller one count as failed.");
+  if (!sides.a.method) {
+    const bool options =
+        std::any_of(pairs.begin(), pairs.end(), [](const auto& p) { return p.a.method.hash != p.b.method.hash; });
+    if (options) notes->push_back("Methods that are compared have different options.");
+  }
+}
+
+void NoteCells(const std::vector<CellComparison>& cells, std::vector<std::string>* notes) {
+  constexpr double kTold = 0.2, kHundredth = 0.01;
+  int missing = 0, only_a = 0, only_b = 0;
+  double contended = 0.0;
+  for (const CellComparison& cell : cells) {
+    missing += cell.success.counts.missing;
+    only_a += cell.only_in_a;
+    only_b += cell.only_in_b;
+    contended = std::max(contended, cell.contended_share);
+  }
+  if (missing > 0) notes->push_back(std::to_string(missing) + " pairs are missing: queued, running or cancelled.");
+  if (only_a + only_b > 0) {
+    notes->push_back("Problems without a partner: " + std::to_string(only_a) + " of A, " + std::to_string(only_b) +
+                     " of B; they do not count.");
+  }
+  if (contended > kTold) {
+    notes->push_back("Up to " + std::to_string(std::lround(contended / kHundredth)) +
+                     " % of the runs were disturbed by others; their CPU time is taken.");
+  }
+}
+
+}  // namespace
+
+Comparison ReadComparison(const ComparisonRequest& request) {
+  Sides sides = FindSides(request);
+  RequireTwoThings(sides);
+  RequireOneDataset(sides);
+  Comparison comparison;
+  const std::vector<MethodPair> methods = PairMethods(sides, request, &comparison.notes);
+  const std::vector<CellPair> pairs = PairCells(sides, methods, request);
+  for (const CellPair& pair : pairs) {
+    CellComparison cell = CompareCells(pair.a, pair.b, request.options);
+    if (cell.success.counts.pairs() > 0) comparison.cells.push_back(std::move(cell));
+  }
+  if (comparison.cells.empty()) {
+    throw ClientError(ExitCode::kUsage, "A (" + sides.a.title + ") and B (" + sides.b.title +
+                                            ") have no problem in common that both have finished");
+  }
+  Decide(request.options, &comparison.cells);
+  comparison.change = OverallChange(comparison.cells);
+  comparison.a = {sides.a.title, sides.a.experiment.info.id, sides.a.experiment.origins};
+  comparison.b = {sides.b.title, sides.b.experiment.info.id, sides.b.experiment.origins};
+  comparison.dataset = sides.a.experiment.info.dataset_name;
+  comparison.rule = request.rule;
+  comparison.options = request.options;
+  NoteOrigins(sides, &comparison.notes);
+  NoteSettings(sides, pairs, &comparison.notes);
+  NoteCells(comparison.cells, &comparison.notes);
+  return comparison;
+}
+
+}  // namespace legopt::client

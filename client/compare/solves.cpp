@@ -1,0 +1,138 @@
+#include "client/compare/solves.h"
+
+#include <algorithm>
+#include <map>
+
+#include "client/client_error.h"
+#include "words/job.h"
+
+namespace legopt::client {
+namespace {
+
+using statistics::RunEnd;
+
+constexpr double kMicrosecondsPerMs = 1e3;
+
+RunEnd EndOf(JobState state, bool solved) {
+  switch (state) {
+    case JobState::kDone:
+      return solved ? RunEnd::kSolved : RunEnd::kFailed;
+    case JobState::kFailed:
+    case JobState::kDead:
+      return RunEnd::kFailed;
+    default:
+      return RunEnd::kMissing;
+  }
+}
+
+// One row of the statement below.
+Solve SolveAt(const Listing& jobs, std::size_t row, double limit_ms) {
+  Solve solve;
+  solve.job_id = jobs.At(row, "job_id").get<std::int64_t>();
+  solve.problem = jobs.At(row, "problem_id").get<int>();
+  solve.reported = !jobs.At(row, "wall_us").is_null();
+  const bool solved = solve.reported && jobs.At(row, "solved").get<int>() == 1;
+  solve.end = EndOf(jobs.WordAt<JobState>(row, "state"), solved);
+  solve.time_ms = limit_ms;
+  if (!solve.reported) return solve;
+  const auto wall_us = jobs.At(row, "wall_us").get<std::int64_t>();
+  const auto cpu_us = jobs.At(row, "cpu_us").get<std::int64_t>();
+  solve.contended = Contended(wall_us, cpu_us, jobs.At(row, "involuntary_context_switches").get<std::int64_t>());
+  solve.cpu_ms = static_cast<double>(cpu_us) / kMicrosecondsPerMs;
+  solve.time_ms = solve.contended ? solve.cpu_ms : static_cast<double>(wall_us) / kMicrosecondsPerMs;
+  solve.stopped = EndedByLimit(jobs.WordAt<SolveStatus>(row, "solver_status"));
+  if (solved) solve.cost = jobs.At(row, "cost").get<double>();
+  return solve;
+}
+
+constexpr char kCellsSql[] =
+    "SELECT c.cell_id, c.task, c.initialization, coalesce(c.wall_limit_us, e.wall_limit_us) AS wall_limit_us, e.seed, "
+    "e.repetitions, m.method_id, m.name, m.multi_starts, m.sample_size, m.incremental, m.collision, m.hash FROM cells "
+    "AS c JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id) WHERE c.experiment_id = ";
+
+MethodIdentity MethodAt(const Listing& cells, std::size_t row) {
+  MethodIdentity method;
+  method.method_id = cells.At(row, "method_id").get<std::int64_t>();
+  method.name = cells.Text(row, "name");
+  method.multi_starts = cells.At(row, "multi_starts").get<std::int64_t>();
+  method.sample_size = cells.At(row, "sample_size").get<std::int64_t>();
+  method.incremental = cells.At(row, "incremental").get<int>() != 0;
+  method.collision = cells.WordAt<SceneRepresentation>(row, "collision");
+  method.hash = cells.Text(row, "hash");
+  return method;
+}
+
+}  // namespace
+
+bool Contended(std::int64_t wall_us, std::int64_t cpu_us, std::int64_t involuntary_context_switches) {
+  constexpr double kMostWallOverCpu = 1.2;
+  return involuntary_context_switches > 0 ||
+         static_cast<double>(wall_us) > kMostWallOverCpu * static_cast<double>(cpu_us);
+}
+
+bool EndedByLimit(SolveStatus status) {
+  return status == SolveStatus::kIterationLimit || status == SolveStatus::kTimeLimit;
+}
+
+std::vector<MethodIdentity> SolvedExperiment::Methods() const {
+  std::vector<MethodIdentity> methods;
+  for (const SolveCell& cell : cells) {
+    const auto same = [&](const MethodIdentity& method) { return method.method_id == cell.method.method_id; };
+    if (std::none_of(methods.begin(), methods.end(), same)) methods.push_back(cell.method);
+  }
+  return methods;
+}
+
+SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> experiment) {
+  SolvedExperiment read;
+  read.info = FindExperiment(source, experiment);
+  const Listing cells = source.Query(kCellsSql + std::to_string(read.info.id) + " ORDER BY c.cell_id");
+  for (std::size_t i = 0; i < cells.rows.size(); ++i) {
+    read.seed = cells.At(i, "seed").get<std::int64_t>();
+    read.repetitions = cells.At(i, "repetitions").get<std::int64_t>();
+    SolveCell& cell = read.cells.emplace_back();
+    cell.cell_id = cells.At(i, "cell_id").get<std::int64_t>();
+    cell.method = MethodAt(cells, i);
+    cell.column = {cells.WordAt<Task>(i, "task"), cells.WordAt<Initialization>(i, "initialization")};
+    cell.limit_ms = cells.At(i, "wall_limit_us").get<double>() / kMicrosecondsPerMs;
+  }
+  read.origins = ReadOrigins(source, read.info.id);
+  return read;
+}
+
+void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment) {
+  for (SolveCell& cell : experiment->cells) {
+    const Listing jobs = source.Query(
+        "SELECT j.job_id, p.problem_id, j.state, r.verdict_" + std::string(ToString(rule)) + " = " +
+        SqlText(std::string(ToString(Verdict::kSuccess))) +
+        " AS solved, r.cost, r.wall_us, r.cpu_us, r.involuntary_context_switches, r.solver_status FROM jobs AS j JOIN "
+        "problems AS p USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id WHERE j.cell_id = " +
+        std::to_string(cell.cell_id) + " ORDER BY p.problem_id, j.repetition");
+    cell.solves.clear();
+    cell.solves.reserve(jobs.rows.size());
+    for (std::size_t i = 0; i < jobs.rows.size(); ++i) cell.solves.push_back(SolveAt(jobs, i, cell.limit_ms));
+  }
+}
+
+std::vector<ProblemRuns> ProblemsOf(const SolveCell& cell) {
+  std::vector<ProblemRuns> problems;
+  std::vector<statistics::Repetition> costs;
+  const auto add_up = [&] {
+    if (problems.empty()) return;
+    problems.back().time = statistics::ScoreOf(problems.back().runs);
+    problems.back().cost = statistics::ScoreOf(costs);
+    costs.clear();
+  };
+  for (const Solve& solve : cell.solves) {
+    if (problems.empty() || problems.back().problem != solve.problem) {
+      add_up();
+      problems.push_back({solve.problem, solve.job_id, {}, {}, {}});
+    }
+    problems.back().runs.push_back({solve.end, solve.time_ms});
+    costs.push_back({solve.end, solve.cost});
+  }
+  add_up();
+  return problems;
+}
+
+}  // namespace legopt::client

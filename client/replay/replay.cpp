@@ -1,0 +1,201 @@
+#include "client/replay/replay.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "legopt/blake2b.h"
+#include "legopt/read_guard.h"
+#include "programs/isolated_call.h"
+
+namespace legopt::client {
+namespace {
+
+std::string TextOf(std::int64_t value) { return std::to_string(value); }
+std::string TextOf(SolveStatus value) { return std::string(ToString(value)); }
+std::string TextOf(Verdict value) { return std::string(ToString(value)); }
+std::string TextOf(double value) {
+  char text[40];
+  std::snprintf(text, sizeof(text), "%.17g", value);
+  return text;
+}
+
+// What differs, as sentences.
+class Differences {
+ public:
+  explicit Differences(std::vector<std::string>* texts) : texts_(texts) {}
+
+  template <class Value>
+  bool Add(const char* name, Value stored, Value now) {
+    if (stored == now) return false;
+    texts_->push_back(std::string(name) + ": " + TextOf(stored) + " stored, " + TextOf(now) + " now");
+    return true;
+  }
+  // A count that older servers did not store.
+  bool Add(const char* name, const std::optional<std::int64_t>& stored, std::int64_t now) {
+    return stored && Add(name, *stored, now);
+  }
+  // What is not finite is stored as nothing.
+  bool Add(const char* name, const std::optional<double>& stored, double now) {
+    if (stored && std::isfinite(now)) return Add(name, *stored, now);
+    if (stored.has_value() == std::isfinite(now)) return false;
+    texts_->push_back(std::string(name) + ": " + (stored ? TextOf(*stored) : "none") + " stored, " +
+                      (std::isfinite(now) ? TextOf(now) : "none") + " now");
+    return true;
+  }
+
+ private:
+  std::vector<std::string>* texts_;
+};
+
+std::string BytesOf(const Eigen::VectorXd& x) {
+  const auto* bytes = reinterpret_cast<const unsigned char*>(x.data());
+  return HexText(std::span(bytes, sizeof(double) * static_cast<std::size_t>(x.size())));
+}
+
+void CompareWaypoints(const std::vector<std::string>& stored, const std::vector<Eigen::VectorXd>& now,
+                      std::vector<std::string>* differences) {
+  if (stored.size() != now.size()) {
+    differences->push_back("waypoints: " + std::to_string(stored.size()) + " stored, " + std::to_string(now.size()) +
+                           " now");
+    return;
+  }
+  std::size_t first = stored.size(), unequal = 0;
+  for (std::size_t i = stored.size(); i-- > 0;) {
+    if (stored[i] == BytesOf(now[i])) continue;
+    first = i;
+    ++unequal;
+  }
+  if (unequal == 0) return;
+  differences->push_back("waypoints: " + std::to_string(unequal) + " of " + std::to_string(stored.size()) +
+                         " have other bits, first " + std::to_string(first));
+}
+
+double SixDigits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.6g", value);
+  return std::strtod(text, nullptr);
+}
+
+using Record = IterationRecord;
+using Records = std::span<const IterationRecord>;
+
+// The records of the first penalty value of `left`.
+Records FirstPenalty(Records left) {
+  const auto end = std::find_if(left.begin(), left.end(), [&](const Record& step) {
+    return step.window != left[0].window || step.restart != left[0].restart || step.penalty != left[0].penalty;
+  });
+  return left.first(static_cast<std::size_t>(end - left.begin()));
+}
+
+// Columns of a stored history, as docs/database.md has them: those that a replay must give again.
+nlohmann::json RowOf(Records steps) {
+  const Record* last = &steps.front();
+  int accepted = 0;
+  for (const Record& step : steps) {
+    if (!step.accepted) continue;
+    last = &step;
+    ++accepted;
+  }
+  return {steps[0].window, steps[0].restart,      SixDigits(steps[0].penalty), steps.size(),
+          accepted,        SixDigits(last->cost), SixDigits(last->violation),  SixDigits(steps.back().trust_box)};
+}
+
+std::string Place(const nlohmann::json& row) {
+  return "window " + row.at(0).dump() + ", restart " + row.at(1).dump() + ", penalty " + row.at(2).dump();
+}
+
+nlohmann::ordered_json JsonOf(const Replay& replay) {
+  return {
+      {"outcome", NumberOf(replay.outcome)}, {"differences", replay.differences}, {"divergence", replay.divergence}};
+}
+
+Replay FromJson(const std::string& text, std::int64_t job_id) {
+  const auto json = nlohmann::json::parse(text);
+  return {job_id, Reproduction{json.at("outcome").get<std::uint8_t>()},
+          json.at("differences").get<std::vector<std::string>>(), json.at("divergence").get<std::string>()};
+}
+
+// In a process of its own; whatever becomes of it is an outcome.
+Replay ReplayOne(JobRunner& runner, const StoredJob& stored) {
+  constexpr double kLimits = 10.0;
+  constexpr ReadLimits kUnlimited{.cpu_s = 30 * 86'400, .wall_s = 30 * 86'400, .memory_bytes = 0};
+  const auto solve = [&]() -> std::string {
+    Job job = stored.job;
+    job.wall_limit_s *= kLimits;
+    return JsonOf(CompareResults(stored, runner.Run(job))).dump();
+  };
+  try {
+    return FromJson(CallIsolated(solve, kUnlimited), stored.job_id);
+  } catch (const ReadFailed& error) {
+    return {stored.job_id, Reproduction::kDiffers, {"its process gave no result: " + std::string(error.what())}, ""};
+  }
+}
+
+}  // namespace
+
+Replay CompareResults(const StoredJob& stored, const JobResult& now) {
+  Replay replay{stored.job_id, Reproduction::kBitIdentical, {}, {}};
+  Differences differences(&replay.differences);
+  bool other = differences.Add("solver status", stored.status, now.solve.status);
+  other = differences.Add("literal verdict", stored.literal, now.evaluation.literal) || other;
+  other = differences.Add("strict verdict", stored.strict, now.evaluation.strict) || other;
+  differences.Add("iterations", stored.iterations, static_cast<std::int64_t>(now.solve.iterations));
+  differences.Add("restarts", stored.restarts, static_cast<std::int64_t>(now.solve.restarts));
+  differences.Add("starts", stored.starts, now.solve.starts);
+  differences.Add("term evaluations", stored.term_evaluations, now.solve.term_evaluations);
+  differences.Add("collision queries", stored.collision_queries, now.solve.collision_queries);
+  differences.Add("solver's cost", stored.solver_cost, now.solve.cost);
+  differences.Add("solver's violation", stored.solver_violation, now.solve.max_violation);
+  differences.Add("cost", stored.cost, now.evaluation.cost);
+  CompareWaypoints(stored.waypoints, now.solve.waypoints, &replay.differences);
+  replay.divergence = FirstDivergence(stored.history, now.solve.history);
+  if (other) {
+    replay.outcome = Reproduction::kDiffers;
+  } else if (!replay.differences.empty() || !replay.divergence.empty()) {
+    replay.outcome = Reproduction::kSameStatus;
+  }
+  return replay;
+}
+
+std::string FirstDivergence(const std::string& stored, std::span<const IterationRecord> now) {
+  if (stored.empty()) return {};
+  const auto document = nlohmann::json::parse(stored, nullptr, false);
+  if (!document.is_object() || !document.contains("rows")) return "the stored history cannot be read";
+  Records left = now;
+  for (const nlohmann::json& row : document.at("rows")) {
+    if (left.empty()) return "at " + Place(row) + ", where it ends now";
+    const Records steps = FirstPenalty(left);
+    if (const nlohmann::json mine = RowOf(steps); mine != row) {
+      return "at " + Place(row) + ": " + row.dump() + " stored, " + mine.dump() + " now";
+    }
+    left = left.subspan(steps.size());
+  }
+  return left.empty() ? "" : "behind the end of the stored history";
+}
+
+std::vector<Replay> ReplayJobs(JobRunner& runner, std::span<const StoredJob> jobs, int parallel,
+                               const std::function<void(const Replay&)>& done) {
+  std::vector<Replay> replays(jobs.size());
+  std::atomic<std::size_t> next = 0;
+  std::mutex telling;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < jobs.size(); i = next++) {
+      replays[i] = ReplayOne(runner, jobs[i]);
+      const std::lock_guard lock(telling);
+      done(replays[i]);
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (int i = 1; i < parallel; ++i) threads.emplace_back(work);
+  work();
+  threads.clear();
+  return replays;
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,150 @@
+#include "client/replay/stored_job.h"
+
+#include <algorithm>
+#include <map>
+#include <random>
+
+#include "client/client_error.h"
+#include "legopt/input_error.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr char kStoredJobSql[] =
+    "SELECT c.experiment_id, c.task, c.initialization, p.problem_id, j.repetition, j.state, e.seed, "
+    "coalesce(c.wall_limit_us, e.wall_limit_us) / 1e6 AS wall_limit_s, m.name AS method, m.hash AS method_hash, "
+    "m.options_json, d.name AS dataset, d.hash AS dataset_hash, coalesce(w.build_id, '') AS build_id, "
+    "r.solver_status, r.verdict_literal, r.verdict_strict, r.iterations, r.restarts, r.starts, r.term_evaluations, "
+    "r.collision_queries, r.solver_cost, r.solver_violation, r.cost, coalesce(r.history_json, '') AS history FROM jobs "
+    "AS j JOIN cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) JOIN datasets AS d USING "
+    "(dataset_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) LEFT JOIN results AS r ON "
+    "r.job_id = j.job_id LEFT JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt LEFT JOIN workers AS "
+    "w ON w.worker_id = a.worker_id WHERE j.job_id = ";
+
+// Whether a result follows from what is stored: nobody, and no clock, ended the solve.
+constexpr bool IsRepeatable(SolveStatus status) {
+  return status != SolveStatus::kTimeLimit && status != SolveStatus::kCancelled && status != SolveStatus::kNotRun;
+}
+
+std::string RepeatableWords() {
+  std::string words;
+  for (const auto& row : kWords<SolveStatus>) {
+    if (IsRepeatable(row.value)) words += (words.empty() ? "" : ", ") + SqlText(std::string(row.word));
+  }
+  return words;
+}
+
+template <class Number>
+std::optional<Number> OptionalAt(const Listing& row, const char* column) {
+  const nlohmann::json& value = row.At(0, column);
+  return value.is_null() ? std::nullopt : std::optional(value.get<Number>());
+}
+
+Method ReadMethod(const Listing& row, std::int64_t job_id) {
+  const std::string source = "job " + std::to_string(job_id);
+  const nlohmann::json options = nlohmann::json::parse(row.Text(0, "options_json"), nullptr, false);
+  if (options.is_discarded()) throw InputError({source, "options_json", "", "is not JSON", "check the database"});
+  Method method = Method::FromJson(options, source);
+  if (const std::string hash = method.Hash(); hash != row.Text(0, "method_hash")) {
+    throw ClientError(ExitCode::kUsage, source + ": method '" + row.Text(0, "method") + "' is stored with hash " +
+                                            row.Text(0, "method_hash") + ", and this build gives its options hash " +
+                                            hash + "; replay it with the build that made it");
+  }
+  return method;
+}
+
+void RequireRepeatable(const Listing& row, std::int64_t job_id) {
+  const std::string job = "job " + std::to_string(job_id);
+  if (row.At(0, "solver_status").is_null()) {
+    throw ClientError(ExitCode::kUsage, job + " has no result (" + row.Text(0, "state") + "), so that there is " +
+                                            "nothing to compare with; 'legopt logs " + std::to_string(job_id) +
+                                            "' tells why");
+  }
+  const auto status = row.WordAt<SolveStatus>(0, "solver_status");
+  if (IsRepeatable(status)) return;
+  throw ClientError(ExitCode::kUsage, job + " ended by " + std::string(ToString(status)) +
+                                          ": its bits follow from when it was stopped, and cannot be repeated");
+}
+
+std::vector<std::string> ReadWaypoints(ResultSource& source, std::int64_t job_id) {
+  const Listing rows = source.Query(
+      "SELECT lower(hex(x)) AS x FROM waypoints WHERE job_id = " + std::to_string(job_id) + " ORDER BY waypoint");
+  std::vector<std::string> waypoints;
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) waypoints.push_back(rows.Text(i, "x"));
+  return waypoints;
+}
+
+}  // namespace
+
+StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id) {
+  const Listing row = source.Query(kStoredJobSql + std::to_string(job_id));
+  if (row.rows.empty()) {
+    throw ClientError(ExitCode::kUsage,
+                      "there is no job " + std::to_string(job_id) + "; 'legopt list" + source.flags() + "' lists them");
+  }
+  RequireRepeatable(row, job_id);
+  const auto integer = [&](const char* column) { return row.At(0, column).get<std::int64_t>(); };
+  StoredJob stored;
+  stored.job_id = job_id;
+  stored.experiment_id = integer("experiment_id");
+  stored.job.task = row.WordAt<Task>(0, "task");
+  stored.job.initialization = row.WordAt<Initialization>(0, "initialization");
+  stored.job.problem_id = static_cast<int>(integer("problem_id"));
+  stored.job.repetition = static_cast<int>(integer("repetition"));
+  stored.job.experiment_seed = static_cast<std::uint64_t>(integer("seed"));
+  stored.job.method = ReadMethod(row, job_id);
+  stored.job.method.name = row.Text(0, "method");
+  stored.job.wall_limit_s = row.At(0, "wall_limit_s").get<double>();
+  stored.dataset_name = row.Text(0, "dataset");
+  stored.dataset_hash = row.Text(0, "dataset_hash");
+  stored.build_id = row.Text(0, "build_id");
+  stored.status = row.WordAt<SolveStatus>(0, "solver_status");
+  stored.literal = row.WordAt<Verdict>(0, "verdict_literal");
+  stored.strict = row.WordAt<Verdict>(0, "verdict_strict");
+  stored.iterations = integer("iterations");
+  stored.restarts = integer("restarts");
+  stored.starts = OptionalAt<std::int64_t>(row, "starts");
+  stored.term_evaluations = OptionalAt<std::int64_t>(row, "term_evaluations");
+  stored.collision_queries = OptionalAt<std::int64_t>(row, "collision_queries");
+  stored.solver_cost = OptionalAt<double>(row, "solver_cost");
+  stored.solver_violation = OptionalAt<double>(row, "solver_violation");
+  stored.cost = OptionalAt<double>(row, "cost");
+  stored.history = row.Text(0, "history");
+  stored.waypoints = ReadWaypoints(source, job_id);
+  return stored;
+}
+
+std::vector<std::int64_t> DrawJobs(ResultSource& source, std::int64_t experiment_id, int count, std::uint64_t seed) {
+  const Listing rows = source.Query(
+      "SELECT r.job_id, r.cell_id FROM results AS r JOIN cells AS c USING (cell_id) WHERE c.experiment_id = " +
+      std::to_string(experiment_id) + " AND r.solver_status IN (" + RepeatableWords() + ") ORDER BY r.job_id");
+  std::map<std::int64_t, std::vector<std::int64_t>> by_cell;
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    by_cell[rows.At(i, "cell_id").get<std::int64_t>()].push_back(rows.At(i, "job_id").get<std::int64_t>());
+  }
+  std::mt19937_64 generator(seed);
+  std::vector<std::vector<std::int64_t>> cells;
+  for (auto& [cell, jobs] : by_cell) {
+    std::shuffle(jobs.begin(), jobs.end(), generator);
+    cells.push_back(std::move(jobs));
+  }
+  std::shuffle(cells.begin(), cells.end(), generator);
+  std::vector<std::int64_t> drawn;
+  for (std::size_t turn = 0; std::any_of(cells.begin(), cells.end(), [&](const auto& c) { return turn < c.size(); });
+       ++turn) {
+    for (const auto& jobs : cells) {
+      if (turn < jobs.size() && std::ssize(drawn) < count) drawn.push_back(jobs[turn]);
+    }
+  }
+  std::sort(drawn.begin(), drawn.end());
+  return drawn;
+}
+
+std::string Described(const StoredJob& stored) {
+  const Job& job = stored.job;
+  return job.method.name + ", " + std::string(ToString(job.task)) + " " + std::to_string(job.problem_id) + " from " +
+         std::string(ToString(job.initialization)) + ", repetition " + std::to_string(job.repetition) + ", seed " +
+         std::to_string(job.experiment_seed);
+}
+
+}  // namespace legopt::client

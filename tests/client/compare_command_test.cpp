@@ -1,0 +1,206 @@
+// Policy: published worked examples come out of the program; what cannot be compared is refused with the reason, what
+// makes a comparison doubtful stands beside it; the exit code is a verdict only where it is asked for.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "command_line_fixture.h"
+#include "toy_experiment.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr int kWorse = static_cast<int>(programs::ExitCode::kWorse);
+constexpr int kOtherDataset = static_cast<int>(programs::ExitCode::kDatasetMismatch);
+
+class CompareCommand : public CommandLine {
+ protected:
+  std::string Stored(const TestExperiment& experiment, const std::string& name = "toy.sqlite") {
+    const auto file = folder_.path() / name;
+    WriteTestDatabase(file, experiment);
+    return file.string();
+  }
+
+  // The first comparison of A and B.
+  nlohmann::json Compared(const std::string& file) {
+    const auto result = Run({"compare", "A", "B", "--db", file, "--format", "json"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return nlohmann::json::parse(result.out).at("comparisons").at(0);
+  }
+};
+
+TEST_F(CompareCommand, McNemarAsFagerlandHasIt) {
+  const auto first = Compared(Stored(Discordant(60, 1, 7, 5)));
+  EXPECT_DOUBLE_EQ(first.at("success").at("mcnemar_mid_p"), 0.0390625);
+  EXPECT_DOUBLE_EQ(first.at("success").at("mcnemar_exact_p"), 0.0703125);
+  EXPECT_EQ(first.at("only_b"), 7);
+  EXPECT_EQ(first.at("neither"), 5);
+  EXPECT_EQ(first.at("change"), "better");
+  const auto second = Compared(Stored(Discordant(20, 6, 16, 0), "second.sqlite"));
+  EXPECT_NEAR(second.at("success").at("mcnemar_mid_p"), 0.034690, 5e-7);
+  const auto even = Compared(Stored(Discordant(0, 5, 5, 0), "even.sqlite"));
+  EXPECT_NEAR(even.at("success").at("mcnemar_mid_p"), 0.876953, 5e-7);
+  EXPECT_EQ(even.at("change"), "none");
+}
+
+TEST_F(CompareCommand, WilcoxonAsHollanderAndWolfeAndDarwinHaveIt) {
+  TestExperiment depression;
+  depression.methods = {{"A"}, {"B"}};
+  AddCosts(0, {1.83, 0.50, 1.62, 2.48, 1.68, 1.88, 1.55, 3.06, 1.30}, &depression);
+  AddCosts(1, {0.878, 0.647, 0.598, 2.05, 1.06, 1.29, 1.06, 3.14, 1.29}, &depression);
+  const auto cost = Compared(Stored(depression)).at("cost");
+  EXPECT_EQ(cost.at("wilcoxon_negative_sum"), 40.0);  // differences are B - A
+  EXPECT_DOUBLE_EQ(cost.at("wilcoxon_p"), 0.0390625);
+  TestExperiment maize;
+  maize.methods = {{"A"}, {"B"}};
+  std::vector<double> crossed;
+  for (const double eighths : {6, 8, 14, 16, 23, 24, 28, 29, 41, -48, 49, 56, 60, -67, 75}) {
+    crossed.push_back(100.0 + eighths);
+  }
+  AddCosts(0, std::vector<double>(15, 100.0), &maize);
+  AddCosts(1, crossed, &maize);
+  const auto second = Compared(Stored(maize, "maize.sqlite")).at("cost");
+  EXPECT_EQ(second.at("wilcoxon_negative_sum"), 24.0);
+  EXPECT_DOUBLE_EQ(second.at("wilcoxon_p"), 0.041259765625);
+}
+
+TEST_F(CompareCommand, FailingDoesNotPay) {
+  const auto result = Run({"compare", "A", "C", "--db", Stored(ToyPool()), "--format", "json"});
+  const auto cell = nlohmann::json::parse(result.out).at("comparisons").at(0);
+  EXPECT_DOUBLE_EQ(cell.at("par10_a_ms"), 203.0);
+  EXPECT_DOUBLE_EQ(cell.at("par10_b_ms"), 402.0);
+  EXPECT_EQ(cell.at("both"), 3);
+  EXPECT_EQ(cell.at("fastest").at(0).at("problem"), 2);
+  EXPECT_DOUBLE_EQ(cell.at("fastest").at(0).at("time_ratio"), 0.5);
+  EXPECT_EQ(cell.at("slowest").at(0).at("problem"), 0);
+  EXPECT_EQ(cell.at("runtimes"), "a");
+}
+
+TEST_F(CompareCommand, ARatioThatIsEverywhereTheSameHasNoSpread) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}};
+  AddTimes(0, {2, 4, 6, 8, 10, 12, 14, 16}, &experiment);
+  AddTimes(1, {1, 2, 3, 4, 5, 6, 7, 8}, &experiment);
+  const auto cell = Compared(Stored(experiment));
+  EXPECT_NEAR(cell.at("time").at("ratio"), 0.5, 1e-12);
+  EXPECT_NEAR(cell.at("time").at("interval").at(0), 0.5, 1e-12);
+  EXPECT_NEAR(cell.at("time").at("interval").at(1), 0.5, 1e-12);
+  EXPECT_EQ(cell.at("time").at("change"), "better");
+  EXPECT_EQ(cell.at("cost").at("equal"), 8);
+  EXPECT_EQ(cell.at("cost").at("change"), "none");
+  EXPECT_EQ(cell.at("runtimes"), "b");
+}
+
+TEST_F(CompareCommand, FamilyIsWhatIsShown) {
+  TestExperiment experiment = Discordant(20, 0, 6, 0);
+  const std::size_t half = experiment.results.size();
+  for (std::size_t i = 0; i < half; ++i) {
+    experiment.results.push_back(experiment.results[i]);
+    experiment.results.back().initialization = "in_collision";
+  }
+  const std::string file = Stored(experiment);
+  const auto both = Compared(file);
+  EXPECT_DOUBLE_EQ(both.at("success").at("mcnemar_mid_p"), 0.015625);
+  EXPECT_DOUBLE_EQ(both.at("success").at("adjusted_p"), 0.03125);
+  const auto one = Run({"compare", "A", "B", "--db", file, "--initialization", "good", "--format", "json"});
+  const auto json = nlohmann::json::parse(one.out);
+  ASSERT_EQ(json.at("comparisons").size(), 1U);
+  EXPECT_DOUBLE_EQ(json.at("comparisons")[0].at("success").at("adjusted_p"), 0.015625);
+  EXPECT_EQ(json.at("least_discordant"), 5);
+}
+
+TEST_F(CompareCommand, TextSaysVerdictAndRule) {
+  const std::string file = Stored(Discordant(20, 9, 0, 1));
+  const auto text = Run({"compare", "A", "B", "--db", file});
+  EXPECT_EQ(text.exit_code, 0) << "a comparison that was made";
+  EXPECT_THAT(text.out, AllOf(HasSubstr("A: A of experiment 1 'test'"), HasSubstr("B is worse (solves fewer)"),
+                              HasSubstr("30: both 20, only A 9, only B 0, neither 1"), HasSubstr("McNemar mid-p"),
+                              HasSubstr("Rule: success decides"), HasSubstr("B is worse than A: of 1 comparisons")));
+  EXPECT_EQ(Run({"compare", "A", "B", "--db", file, "--fail-if-worse"}).exit_code, kWorse);
+  EXPECT_EQ(Run({"compare", "B", "A", "--db", file, "--fail-if-worse"}).exit_code, 0);
+  EXPECT_THAT(Run({"compare", "A", "B", "--db", file, "--format", "markdown"}).out, HasSubstr("| success |"));
+}
+
+TEST_F(CompareCommand, AMarginIsWhatScriptsWant) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}};
+  AddTimes(0, {10, 20, 30, 40, 50, 60, 70, 80}, &experiment);
+  AddTimes(1, {10.2, 20.4, 30.6, 40.8, 51, 61.2, 71.4, 81.6}, &experiment);
+  const std::string file = Stored(experiment);
+  EXPECT_EQ(Run({"compare", "A", "B", "--db", file, "--fail-if-worse"}).exit_code, kWorse);
+  EXPECT_EQ(Run({"compare", "A", "B", "--db", file, "--fail-if-worse", "--margin", "5"}).exit_code, 0);
+}
+
+TEST_F(CompareCommand, MethodsOfOneNameAreToldApart) {
+  TestExperiment experiment;
+  experiment.methods = {{"SQP", 0}, {"SQP", 10}, {"Adam", 0}};
+  for (int method = 0; method < 3; ++method) AddTimes(method, {1, 2}, &experiment);
+  const std::string file = Stored(experiment);
+  ExpectError(Run({"compare", "SQP", "Adam", "--db", file}), 2,
+              "'SQP' names 2 methods; say which: 'SQP:multi_starts=0', 'SQP:multi_starts=10'");
+  EXPECT_EQ(Run({"compare", "sqp:multi_starts=10", "Adam", "--db", file}).exit_code, 0);
+  ExpectError(Run({"compare", "SQP:multi_starts=7", "Adam", "--db", file}), 2, "there is 'SQP:multi_starts=0'");
+  ExpectError(Run({"compare", "SQP:multistarts=0", "Adam", "--db", file}), 2, "did you mean 'multi_starts'");
+  ExpectError(Run({"compare", "Adan", "Adam", "--db", file}), 2, "did you mean 'Adam'");
+  ExpectError(Run({"compare", "Adam", "Adan", "--db", file}), 2, "has no method 'Adan'; did you mean 'Adam'");
+  ExpectError(Run({"compare", "Adam", "adam", "--db", file}), 2, "A and B are the same, Adam of experiment 1");
+}
+
+TEST_F(CompareCommand, FilesAreComparedMethodByMethod) {
+  TestExperiment before = ToyPool(), after = ToyPool();
+  after.build_id = "ba9876543210";
+  after.methods.push_back({"D"});
+  AddTimes(3, {1, 1, 1, 1, 1}, &after);
+  const std::string a = Stored(before, "before.sqlite"), b = Stored(after, "after.sqlite");
+  const auto result = Run({"compare", a, b, "--format", "json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto json = nlohmann::json::parse(result.out);
+  EXPECT_EQ(json.at("comparisons").size(), 3U);
+  EXPECT_EQ(json.at("change"), "none");
+  EXPECT_THAT(json.at("notes").dump(), HasSubstr("Different builds: A 0123456789ab, B ba9876543210"));
+  const auto one = Run({"compare", a, b, "--method", "C", "--format", "json"});
+  EXPECT_EQ(nlohmann::json::parse(one.out).at("comparisons").size(), 1U);
+  ExpectError(Run({"compare", a, a}), 2, "are the same");
+  ExpectError(Run({"compare", a, "SQP"}), 2, "is a file, 'SQP' is none");
+  ExpectError(Run({"compare", a, b, "--method", "E"}), 2, "has no method 'E'");
+}
+
+TEST_F(CompareCommand, ProblemsOfDifferentDatasetsAreNotPaired) {
+  TestExperiment other = ToyPool();
+  other.dataset_name = "another";
+  other.dataset_hash = std::string(64, 'c');
+  ExpectError(Run({"compare", Stored(ToyPool()), Stored(other, "other.sqlite")}), kOtherDataset,
+              "their problems are not the same");
+}
+
+TEST_F(CompareCommand, NothingInCommonIsRefused) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}};
+  experiment.results = {{.method = 0, .problem = 0}, {.method = 1, .problem = 1}};
+  ExpectError(Run({"compare", "A", "B", "--db", Stored(experiment)}), 2, "no problem in common");
+  ExpectError(Run({"compare", "1", "7", "--db", Stored(ToyPool(), "toy2.sqlite")}), 2, "no experiment 7");
+  ExpectError(Run({"compare", "nothing", "1", "--db", Stored(ToyPool(), "toy3.sqlite")}), 2,
+              "'nothing' is no database file, no experiment, and no method");
+}
+
+TEST_F(CompareCommand, WhatIsMissingIsCounted) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}};
+  AddTimes(0, {1, 2, 3, 4}, &experiment);
+  AddTimes(1, {1, 2, 3}, &experiment);
+  experiment.results[1].finished = false;
+  const std::string file = Stored(experiment);
+  const auto cell = Compared(file);
+  EXPECT_EQ(cell.at("pairs"), 2);
+  EXPECT_EQ(cell.at("missing"), 1);
+  EXPECT_EQ(cell.at("without_partner_a"), 1);
+  EXPECT_THAT(Run({"compare", "A", "B", "--db", file}).out,
+              AllOf(HasSubstr("1 pairs are missing"), HasSubstr("Problems without a partner: 1 of A, 0 of B")));
+}
+
+}  // namespace
+}  // namespace legopt::client

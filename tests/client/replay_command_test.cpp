@@ -1,0 +1,167 @@
+// Policy: a stored job gives the same bits again, and what keeps it from that is found and named: another build,
+// another dataset, a clock that stopped it, bits that were altered.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "bus/endpoint.h"
+#include "bus/lcm_transport.h"
+#include "command_line_fixture.h"
+#include "db/connection.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr int kOtherBits = static_cast<int>(programs::ExitCode::kOtherBits);
+constexpr int kOtherResult = static_cast<int>(programs::ExitCode::kOtherResult);
+
+// Eight jobs, solved once by a pool; each test works on a copy.
+class ReplayCommand : public CommandLine {
+ protected:
+  static void SetUpTestSuite() {
+    if (!bus::ProbeMulticastRoute(bus::LcmOptions{}.group).usable) return;
+    for (const char* program : {"legopt-server", "legopt-worker"}) {
+      if (!std::filesystem::exists(BuiltProgram(program))) return;
+    }
+    solved_ = new TemporaryFolder;
+    std::ofstream(solved_->path() / "tiny.yaml")
+        << "tasks: [posture]\nproblems: [0, 1]\nmethods:\n  - {name: SQP, solver: sqp, multi_starts: 1}\n"
+           "  - {name: I-Adam, solver: adam, incremental: true, sample_size: 80, multi_starts: 1}\n";
+    run_ = RunLegopt({"run", "tiny.yaml", "--db", "solved.sqlite"}, solved_->path());
+  }
+  static void TearDownTestSuite() { delete solved_; }
+
+  void SetUp() override {
+    if (solved_ == nullptr) GTEST_SKIP() << "programs or a multicast route are missing";
+    ASSERT_EQ(run_.exit_code, 0) << run_.err;
+    file_ = (folder_.path() / "copy.sqlite").string();
+    std::filesystem::copy_file(solved_->path() / "solved.sqlite", file_);
+  }
+
+  // Past the trigger that keeps such changes out.
+  void Alter(const std::string& trigger, const std::string& change) {
+    db::Connection connection(file_, db::Connection::Mode::kReadWriteCreate);
+    const auto source = OpenResults({file_, {}});
+    const Listing kept =
+        source->Query("SELECT sql FROM sqlite_schema WHERE type = 'trigger' AND name = '" + trigger + "'");
+    if (!kept.rows.empty()) connection.Execute("DROP TRIGGER " + trigger);
+    connection.Execute(change);
+    if (!kept.rows.empty()) connection.Execute(kept.Text(0, "sql"));
+  }
+
+  static TemporaryFolder* solved_;
+  static ProgramResult run_;
+  std::string file_;
+};
+
+TemporaryFolder* ReplayCommand::solved_ = nullptr;
+ProgramResult ReplayCommand::run_;
+
+TEST_F(ReplayCommand, AJobGivesTheSameBits) {
+  const auto result = Run({"replay", "1", "--db", file_});
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out, HasSubstr("job 1 (SQP, posture 0 from good, repetition 0, seed 1): bit-identical"));
+}
+
+TEST_F(ReplayCommand, ADrawTakesEveryMethodAndStart) {
+  const auto result = Run({"replay", "--random", "4", "--db", file_, "--jobs", "2", "--format", "json"});
+  ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  const auto json = nlohmann::json::parse(result.out);
+  EXPECT_EQ(json.at("bit_identical"), 4);
+  std::set<std::string> cells;
+  for (const auto& job : json.at("jobs")) {
+    const auto text = job.at("described").get<std::string>();
+    cells.insert(text.substr(0, text.find(',')) + (text.find("in_collision") == std::string::npos ? "" : " buried"));
+  }
+  EXPECT_EQ(cells.size(), 4U) << result.out;
+  EXPECT_EQ(Run({"replay", "--random", "100", "--db", file_}).out, "8 of 8 bit-identical\n");
+}
+
+TEST_F(ReplayCommand, ASolutionThatWasAlteredIsSeen) {
+  Alter("waypoints_are_final", "UPDATE waypoints SET x = zeroblob(length(x)) WHERE job_id = 1");
+  const auto result = Run({"replay", "1", "--db", file_});
+  EXPECT_EQ(result.exit_code, kOtherBits) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("same status"), HasSubstr("waypoints: 1 of 1 have other bits, first 0")));
+}
+
+TEST_F(ReplayCommand, AHistoryThatPartsIsPlaced) {
+  Alter("results_are_final",
+        "UPDATE results SET history_json = json_set(history_json, '$.rows[0][3]', 99) WHERE job_id = 1");
+  const auto result = Run({"replay", "1", "--db", file_});
+  EXPECT_EQ(result.exit_code, kOtherBits) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("the histories part at window 0, restart 0, penalty 100"));
+}
+
+TEST_F(ReplayCommand, AnotherVerdictIsAnotherResult) {
+  Alter("results_are_final", "UPDATE results SET verdict_literal = 'com', verdict_strict = 'com' WHERE job_id = 1");
+  const auto result = Run({"replay", "1", "--db", file_});
+  EXPECT_EQ(result.exit_code, kOtherResult) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("literal verdict: com stored, success now"));
+  const auto all = Run({"replay", "--random", "8", "--db", file_});
+  EXPECT_EQ(all.exit_code, kOtherResult);
+  EXPECT_THAT(all.out, HasSubstr("7 of 8 bit-identical, 0 with the same status, 1 differ"));
+}
+
+TEST_F(ReplayCommand, AnotherBuildIsRefusedUntilItIsAsked) {
+  Alter("", "UPDATE workers SET build_id = '0123456789ab'");
+  ExpectError(Run({"replay", "1", "--db", file_}), 2, "was solved by build 0123456789ab, and this is build ");
+  const auto result = Run({"replay", "1", "--db", file_, "--any-build"});
+  EXPECT_EQ(result.exit_code, 0) << "it is the same build after all";
+  EXPECT_THAT(result.err, HasSubstr("warning: job 1 was solved by build 0123456789ab"));
+}
+
+TEST_F(ReplayCommand, WhatTheClockStoppedCannotBeRepeated) {
+  Alter("results_are_final", "UPDATE results SET solver_status = 'time_limit' WHERE job_id = 1");
+  ExpectError(Run({"replay", "1", "--db", file_}), 2, "job 1 ended by time_limit");
+  EXPECT_EQ(Run({"replay", "--random", "8", "--db", file_}).out, "7 of 7 bit-identical\n");
+}
+
+TEST_F(ReplayCommand, WhatIsNotThereIsSaid) {
+  ExpectError(Run({"replay", "99", "--db", file_}), 2, "there is no job 99");
+  ExpectError(Run({"replay", "--db", file_}), 2, "name a job, or let --random N draw some");
+  Alter("", "UPDATE datasets SET hash = '" + std::string(64, 'a') + "'");
+  ExpectError(Run({"replay", "1", "--db", file_}), 5, "name the right folder with --dataset");
+}
+
+TEST_F(ReplayCommand, DryRunsKnowWhatWasSolved) {
+  const auto suite = (solved_->path() / "tiny.yaml").string();
+  const auto known = Run({"run", "--dry-run", suite, "--db", file_, "--format", "json"});
+  const auto estimate = nlohmann::json::parse(known.out).at("estimate");
+  ASSERT_EQ(estimate.size(), 2U);
+  for (const auto& cost : estimate) {
+    EXPECT_EQ(cost.at("jobs"), 4);
+    EXPECT_GT(cost.at("job_cpu_s").get<double>(), 0.0);
+    EXPECT_EQ(cost.at("same_dataset"), true);
+  }
+  const auto text = Run({"run", "--dry-run", suite, "--db", file_, "--methods", "SQP"});
+  EXPECT_THAT(text.out, AllOf(HasSubstr("posture 4 jobs, about "), HasSubstr("known of 4 of 4 jobs")));
+  const auto unknown = Run({"run", "--dry-run", suite, "--db", "none.sqlite"});
+  EXPECT_THAT(unknown.out, AllOf(HasSubstr("CPU time unknown"), HasSubstr("expected CPU time: unknown")));
+}
+
+using LogsCommand = CommandLine;
+
+TEST_F(LogsCommand, TellsCauseSignalAndLog) {
+  TestExperiment experiment;
+  experiment.results = {{.problem = 0}, {.problem = 1, .dead = true}};
+  const auto file = (folder_.path() / "test.sqlite").string();
+  WriteTestDatabase(file, experiment);
+  const auto dead = Run({"logs", "2", "--db", file});
+  EXPECT_EQ(dead.exit_code, 0) << dead.err;
+  EXPECT_THAT(dead.out, AllOf(HasSubstr("Attempt 1: crashed by signal 11 (Segmentation fault) after 2 s"),
+                              HasSubstr("it crashed"), HasSubstr("  | the last line\n"), HasSubstr("worker-1")));
+  EXPECT_THAT(Run({"logs", "1", "--db", file}).out,
+              AllOf(HasSubstr("Attempt 1: finished"), HasSubstr("wrote nothing to its log"), Not(HasSubstr("signal"))));
+  const auto json = nlohmann::json::parse(Run({"logs", "2", "--db", file, "--format", "json"}).out);
+  EXPECT_EQ(json.at("attempt_list")[0].at("exit_signal"), 11);
+  ExpectError(Run({"logs", "9", "--db", file}), 2, "there is no job 9");
+}
+
+}  // namespace
+}  // namespace legopt::client

@@ -1,0 +1,158 @@
+// Policy: the unit is the problem; failures cost, what is missing does not count, contended times are CPU times; every
+// format has the same rows, and no figure that is infinite becomes a number.
+#include "client/compare/statistics_table.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "client/client_error.h"
+#include "toy_experiment.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::HasSubstr;
+
+const BenchmarkColumn kToyColumn = {Task::kPosture, Initialization::kGood};
+
+StatisticsTable TableOf(const TestExperiment& experiment, const TableSelection& selection = {}) {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "test.sqlite").string();
+  WriteTestDatabase(file, experiment);
+  const auto source = OpenResults({file, {}});
+  return ReadStatisticsTable(*source, selection);
+}
+
+CellStatistics CellOf(const StatisticsTable& table, std::size_t row) { return table.rows.at(row).cells.at(kToyColumn); }
+
+TEST(StatisticsTable, WhoFailsMostIsLast) {
+  const StatisticsTable table = TableOf(ToyPool());
+  EXPECT_DOUBLE_EQ(CellOf(table, 0).par10_ms.value(), 203.0);
+  EXPECT_DOUBLE_EQ(CellOf(table, 1).par10_ms.value(), 204.6);
+  EXPECT_DOUBLE_EQ(CellOf(table, 2).par10_ms.value(), 402.0);
+  EXPECT_DOUBLE_EQ(CellOf(table, 0).ert_ms.value(), 28.75);
+  EXPECT_DOUBLE_EQ(CellOf(table, 1).ert_ms.value(), 30.75);
+  EXPECT_DOUBLE_EQ(CellOf(table, 2).ert_ms.value(), 70.0);
+}
+
+TEST(StatisticsTable, QuantilesCountFailuresAsInfinite) {
+  const StatisticsTable table = TableOf(ToyPool());
+  EXPECT_DOUBLE_EQ(CellOf(table, 0).time_median_ms.value(), 4.0);
+  EXPECT_TRUE(std::isinf(CellOf(table, 0).time_q95_ms.value()));
+  EXPECT_DOUBLE_EQ(CellOf(table, 2).time_median_ms.value(), 4.0);
+}
+
+TEST(StatisticsTable, CommonMeansAreOverWhatAllSolved) {
+  const StatisticsTable table = TableOf(ToyPool());
+  EXPECT_EQ(table.columns.at(kToyColumn).common, 2);  // problems 0 and 1
+  EXPECT_NEAR(CellOf(table, 0).common_time_ms.value(), std::sqrt(2.0 * 3.0) - 1.0, 1e-12);
+  EXPECT_NEAR(CellOf(table, 2).common_time_ms.value(), 4.0, 1e-12);
+  EXPECT_DOUBLE_EQ(CellOf(table, 0).common_cost.value(), 400.0);
+}
+
+TEST(StatisticsTable, WilsonAndCochranAsPublished) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}, {"C"}};
+  const std::vector<std::string> rows = {"110", "110", "010", "111", "010", "110", "100", "111", "010", "110"};
+  for (int method = 0; method < 3; ++method) {
+    std::vector<std::optional<double>> times;
+    for (const std::string& row : rows) {
+      times.push_back(row[static_cast<std::size_t>(method)] == '1' ? std::optional(1.0) : std::nullopt);
+    }
+    AddTimes(method, times, &experiment);
+  }
+  const StatisticsTable table = TableOf(experiment);
+  const auto& test = table.columns.at(kToyColumn).success;
+  ASSERT_TRUE(test.has_value());
+  EXPECT_NEAR(test->q, 9.75, 1e-12);
+  EXPECT_NEAR(test->p, 0.007635, 5e-7);
+  TestExperiment large;
+  large.methods = {{"A"}};
+  std::vector<std::optional<double>> times(50, 1.0);
+  times[7] = std::nullopt;
+  AddTimes(0, times, &large);
+  const CellStatistics cell = CellOf(TableOf(large), 0);
+  EXPECT_NEAR(cell.share.lower, 0.895046, 5e-7);
+  EXPECT_NEAR(cell.share.upper, 0.996461, 5e-7);
+}
+
+TEST(StatisticsTable, QueuedIsMissingAndDeadIsAFailure) {
+  TestExperiment experiment;
+  experiment.results = {{.problem = 0}, {.problem = 1, .finished = false}, {.problem = 2, .dead = true}};
+  const CellStatistics cell = CellOf(TableOf(experiment), 0);
+  EXPECT_EQ(cell.n, 2);
+  EXPECT_EQ(cell.missing, 1);
+  EXPECT_DOUBLE_EQ(cell.solved, 1.0);
+  EXPECT_EQ(cell.runs, 2);
+  EXPECT_EQ(cell.reported, 1);
+  EXPECT_DOUBLE_EQ(cell.par10_ms.value(), (1.5 + 10'000.0) / 2);
+}
+
+TEST(StatisticsTable, RepetitionsAreAveragedBeforeAnythingElse) {
+  TestExperiment experiment;
+  experiment.results = {{.problem = 0, .wall_us = 1000},
+                        {.problem = 0, .verdict = "com", .wall_us = 5000, .repetition = 1},
+                        {.problem = 1, .wall_us = 3000},
+                        {.problem = 1, .wall_us = 5000, .repetition = 1}};
+  const StatisticsTable table = TableOf(experiment);
+  EXPECT_EQ(table.repetitions, 2);
+  const CellStatistics cell = CellOf(table, 0);
+  EXPECT_EQ(cell.n, 2) << "problems, not jobs";
+  EXPECT_EQ(cell.runs, 4);
+  EXPECT_DOUBLE_EQ(cell.solved, 1.5);
+  EXPECT_DOUBLE_EQ(cell.time_median_ms.value(), 2.5);  // of 1 and 4
+  EXPECT_DOUBLE_EQ(cell.par10_ms.value(), ((1.0 + 10'000.0) / 2 + 4.0) / 2);
+  EXPECT_THAT(RenderStatisticsTable(table, TableFormat::kText),
+              testing::AllOf(HasSubstr("1.5/2"), HasSubstr("2 repetitions averaged per problem")));
+}
+
+TEST(StatisticsTable, ContendedTimesAreCpuTimes) {
+  TestExperiment experiment;
+  experiment.results = {{.problem = 0, .wall_us = 9000, .cpu_us = 2000},
+                        {.problem = 1, .wall_us = 2200, .cpu_us = 2000},
+                        {.problem = 2, .wall_us = 2200, .cpu_us = 2000, .switches = 1},
+                        {.problem = 3, .wall_us = 2000, .status = SolveStatus::kIterationLimit}};
+  const CellStatistics cell = CellOf(TableOf(experiment), 0);
+  EXPECT_EQ(cell.reported, 4);
+  EXPECT_EQ(cell.contended, 2);
+  EXPECT_EQ(cell.stopped, 1);
+  EXPECT_DOUBLE_EQ(cell.time_median_ms.value(), 2.0);  // of 2, 2.2, 2, 2
+  EXPECT_DOUBLE_EQ(cell.cpu_ms, 8.0);
+}
+
+TEST(StatisticsTable, MethodsWithoutACellLeaveTheOthersAlone) {
+  TestExperiment experiment = ToyPool();
+  for (TestResult& result : experiment.results) {
+    if (result.method == 2) result.initialization = "in_collision";
+  }
+  const StatisticsTable table = TableOf(experiment);
+  EXPECT_EQ(table.columns.at(kToyColumn).common, 3);
+  EXPECT_FALSE(table.columns.at(kToyColumn).success.has_value()) << "two methods are McNemar's";
+  EXPECT_EQ(table.rows[2].cells.count(kToyColumn), 0U);
+}
+
+TEST(StatisticsTable, EveryFormatHasEveryMethod) {
+  const StatisticsTable table = TableOf(ToyPool());
+  for (const auto format : {TableFormat::kText, TableFormat::kMarkdown, TableFormat::kLatex}) {
+    const std::string text = RenderStatisticsTable(table, format);
+    EXPECT_THAT(text, testing::AllOf(HasSubstr("PAR10"), HasSubstr("inf"), HasSubstr("402"), HasSubstr("Cochran")));
+  }
+  const auto json = nlohmann::json::parse(RenderStatisticsTable(table, TableFormat::kJson));
+  ASSERT_EQ(json.at("rows").size(), 3U);
+  EXPECT_EQ(json.at("rows")[2].at("par10_ms"), 402.0);
+  EXPECT_TRUE(json.at("rows")[2].at("time_q95_ms").is_null());
+  EXPECT_EQ(json.at("columns")[0].at("common"), 2);
+  const std::string csv = RenderStatisticsTable(table, TableFormat::kCsv);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 4);
+  EXPECT_THAT(csv, testing::StartsWith("experiment_id,method_id,method,"));
+}
+
+TEST(StatisticsTable, ACollisionModelThatNobodyHasIsRefused) {
+  EXPECT_THROW(TableOf(ToyPool(), {.experiment = 1, .collision = SceneRepresentation::kSurface}), ClientError);
+}
+
+}  // namespace
+}  // namespace legopt::client
