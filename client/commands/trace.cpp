@@ -4,7 +4,7 @@
 
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
-#include "client/commands/stored_trace.h"
+#include "client/replay/stored_trace.h"
 #include "legopt/dataset/text_file.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"

@@ -71,7 +71,8 @@ bool Contended(std::int64_t wall_us, std::int64_t cpu_us, std::int64_t involunta
 }
 
 bool EndedByLimit(SolveStatus status) {
-  return status == SolveStatus::kIterationLimit || status == SolveStatus::kTimeLimit;
+  return status == SolveStatus::kIterationLimit || status == SolveStatus::kEffortLimit ||
+         status == SolveStatus::kTimeLimit;
 }
 
 std::vector<MethodIdentity> SolvedExperiment::Methods() const {

@@ -11,6 +11,7 @@
 
 #include "legopt/blake2b.h"
 #include "legopt/read_guard.h"
+#include "legopt/solve/trace.h"
 #include "programs/isolated_call.h"
 
 namespace legopt::client {
@@ -76,38 +77,17 @@ void CompareWaypoints(const std::vector<std::string>& stored, const std::vector<
                          " have other bits, first " + std::to_string(first));
 }
 
-double SixDigits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.6g", value);
-  return std::strtod(text, nullptr);
+std::string Place(const IterationRecord& step) {
+  return "window " + std::to_string(step.window) + ", restart " + std::to_string(step.restart) + ", start " +
+         std::to_string(step.start) + ", step " + std::to_string(step.step);
 }
 
-using Record = IterationRecord;
-using Records = std::span<const IterationRecord>;
-
-// The records of the first penalty value of `left`.
-Records FirstPenalty(Records left) {
-  const auto end = std::find_if(left.begin(), left.end(), [&](const Record& step) {
-    return step.window != left[0].window || step.restart != left[0].restart || step.penalty != left[0].penalty;
-  });
-  return left.first(static_cast<std::size_t>(end - left.begin()));
-}
-
-// Columns of a stored history, as docs/database.md has them: those that a replay must give again.
-nlohmann::json RowOf(Records steps) {
-  const Record* last = &steps.front();
-  int accepted = 0;
-  for (const Record& step : steps) {
-    if (!step.accepted) continue;
-    last = &step;
-    ++accepted;
-  }
-  return {steps[0].window, steps[0].restart,      SixDigits(steps[0].penalty), steps.size(),
-          accepted,        SixDigits(last->cost), SixDigits(last->violation),  SixDigits(steps.back().trust_box)};
-}
-
-std::string Place(const nlohmann::json& row) {
-  return "window " + row.at(0).dump() + ", restart " + row.at(1).dump() + ", penalty " + row.at(2).dump();
+// What a replay must give again: all but the time.
+nlohmann::ordered_json RepeatedPart(const IterationRecord& step) {
+  return {{"step", step.step},          {"window", step.window},           {"restart", step.restart},
+          {"start", step.start},        {"penalty", step.penalty},         {"trust_box", step.trust_box},
+          {"accepted", step.accepted},  {"evaluations", step.evaluations}, {"cost", step.cost},
+          {"violation", step.violation}};
 }
 
 nlohmann::ordered_json JsonOf(const Replay& replay) {
@@ -145,6 +125,7 @@ Replay CompareResults(const StoredJob& stored, const JobResult& now) {
   bool other = differences.Add("solver status", stored.status, now.solve.status);
   other = differences.Add("literal verdict", stored.literal, now.evaluation.literal) || other;
   other = differences.Add("strict verdict", stored.strict, now.evaluation.strict) || other;
+  if (stored.solid) other = differences.Add("solid verdict", *stored.solid, now.evaluation.solid) || other;
   differences.Add("iterations", stored.iterations, static_cast<std::int64_t>(now.solve.iterations));
   differences.Add("restarts", stored.restarts, static_cast<std::int64_t>(now.solve.restarts));
   differences.Add("starts", stored.starts, now.solve.starts);
@@ -154,7 +135,7 @@ Replay CompareResults(const StoredJob& stored, const JobResult& now) {
   differences.Add("solver's violation", stored.solver_violation, now.solve.max_violation);
   differences.Add("cost", stored.cost, now.evaluation.cost);
   CompareWaypoints(stored.waypoints, now.solve.waypoints, &replay.differences);
-  replay.divergence = FirstDivergence(stored.history, now.solve.history);
+  replay.divergence = FirstDivergence(stored.trace, now.solve.history);
   if (other) {
     replay.outcome = Reproduction::kDiffers;
   } else if (!replay.differences.empty() || !replay.divergence.empty()) {
@@ -163,20 +144,15 @@ Replay CompareResults(const StoredJob& stored, const JobResult& now) {
   return replay;
 }
 
-std::string FirstDivergence(const std::string& stored, std::span<const IterationRecord> now) {
+std::string FirstDivergence(std::span<const IterationRecord> stored, std::span<const IterationRecord> now) {
   if (stored.empty()) return {};
-  const auto document = nlohmann::json::parse(stored, nullptr, false);
-  if (!document.is_object() || !document.contains("rows")) return "the stored history cannot be read";
-  Records left = now;
-  for (const nlohmann::json& row : document.at("rows")) {
-    if (left.empty()) return "at " + Place(row) + ", where it ends now";
-    const Records steps = FirstPenalty(left);
-    if (const nlohmann::json mine = RowOf(steps); mine != row) {
-      return "at " + Place(row) + ": " + row.dump() + " stored, " + mine.dump() + " now";
-    }
-    left = left.subspan(steps.size());
+  const std::vector<IterationRecord> kept = CondenseTrace(now);
+  for (std::size_t i = 0; i < std::min(stored.size(), kept.size()); ++i) {
+    const nlohmann::ordered_json then = RepeatedPart(stored[i]), again = RepeatedPart(kept[i]);
+    if (then != again) return "at " + Place(stored[i]) + ": " + then.dump() + " stored, " + again.dump() + " now";
   }
-  return left.empty() ? "" : "behind the end of the stored history";
+  if (kept.size() < stored.size()) return "at " + Place(stored[kept.size()]) + ", where it ends now";
+  return kept.size() > stored.size() ? "behind the end of the stored one" : "";
 }
 
 std::vector<Replay> ReplayJobs(JobRunner& runner, std::span<const StoredJob> jobs, int parallel,

@@ -23,10 +23,9 @@ struct Replay {
 /// The stored result beside that of solving the job again. Times are not compared.
 Replay CompareResults(const StoredJob& stored, const JobResult& now);
 
-/// Where two histories of one job part, for people: the first penalty value of a restart of a window at which steps,
-/// accepted steps, cost or violation (to the six digits that are stored) differ. Empty: nowhere, or there is no stored
-/// one.
-std::string FirstDivergence(const std::string& stored, std::span<const IterationRecord> now);
+/// Where the trace of a job (legopt/solve/trace.h) and its history when it was solved again part, for people: the first
+/// step that is kept and differs in anything but its time. Empty: nowhere, or none is stored.
+std::string FirstDivergence(std::span<const IterationRecord> stored, std::span<const IterationRecord> now);
 
 /// Solves the jobs again, each in a process of its own, so that one that crashes is an outcome, `parallel` (>= 1) at a
 /// time; in the order of `jobs`. The clock ends none before ten times its limit. `done` is called after each, by one

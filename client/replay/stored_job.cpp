@@ -5,6 +5,7 @@
 #include <random>
 
 #include "client/client_error.h"
+#include "client/replay/stored_trace.h"
 #include "legopt/input_error.h"
 
 namespace legopt::client {
@@ -12,11 +13,13 @@ namespace {
 
 constexpr char kStoredJobSql[] =
     "SELECT c.experiment_id, c.task, c.initialization, p.problem_id, j.repetition, j.state, e.seed, "
-    "coalesce(c.wall_limit_us, e.wall_limit_us) / 1e6 AS wall_limit_s, m.name AS method, m.hash AS method_hash, "
+    "coalesce(c.wall_limit_us, e.wall_limit_us) / 1e6 AS wall_limit_s, c.effort_limit, m.name AS method, m.hash AS "
+    "method_hash, "
     "m.options_json, d.name AS dataset, d.hash AS dataset_hash, coalesce(w.build_id, '') AS build_id, "
-    "r.solver_status, r.verdict_literal, r.verdict_strict, r.iterations, r.restarts, r.starts, r.term_evaluations, "
-    "r.collision_queries, r.solver_cost, r.solver_violation, r.cost, coalesce(r.history_json, '') AS history FROM jobs "
-    "AS j JOIN cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) JOIN datasets AS d USING "
+    "r.solver_status, r.verdict_literal, r.verdict_strict, r.verdict_solid, r.iterations, r.restarts, r.starts, "
+    "r.term_evaluations, "
+    "r.collision_queries, r.solver_cost, r.solver_violation, r.cost, hex(r.trace) AS trace FROM jobs AS "
+    "j JOIN cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) JOIN datasets AS d USING "
     "(dataset_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) LEFT JOIN results AS r ON "
     "r.job_id = j.job_id LEFT JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt LEFT JOIN workers AS "
     "w ON w.worker_id = a.worker_id WHERE j.job_id = ";
@@ -94,6 +97,7 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id) {
   stored.job.experiment_seed = static_cast<std::uint64_t>(integer("seed"));
   stored.job.method = ReadMethod(row, job_id);
   stored.job.method.name = row.Text(0, "method");
+  stored.job.effort_limit = OptionalAt<std::int64_t>(row, "effort_limit").value_or(0);
   stored.job.wall_limit_s = row.At(0, "wall_limit_s").get<double>();
   stored.dataset_name = row.Text(0, "dataset");
   stored.dataset_hash = row.Text(0, "dataset_hash");
@@ -101,6 +105,7 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id) {
   stored.status = row.WordAt<SolveStatus>(0, "solver_status");
   stored.literal = row.WordAt<Verdict>(0, "verdict_literal");
   stored.strict = row.WordAt<Verdict>(0, "verdict_strict");
+  if (!row.At(0, "verdict_solid").is_null()) stored.solid = row.WordAt<Verdict>(0, "verdict_solid");
   stored.iterations = integer("iterations");
   stored.restarts = integer("restarts");
   stored.starts = OptionalAt<std::int64_t>(row, "starts");
@@ -109,7 +114,7 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id) {
   stored.solver_cost = OptionalAt<double>(row, "solver_cost");
   stored.solver_violation = OptionalAt<double>(row, "solver_violation");
   stored.cost = OptionalAt<double>(row, "cost");
-  stored.history = row.Text(0, "history");
+  stored.trace = TraceRecords(row.At(0, "trace"), job_id);
   stored.waypoints = ReadWaypoints(source, job_id);
   return stored;
 }

@@ -21,11 +21,12 @@ struct StoredJob {
 
   SolveStatus status = SolveStatus::kNotRun;
   Verdict literal = Verdict::kWrongWaypointCount, strict = Verdict::kWrongWaypointCount;
+  std::optional<Verdict> solid;  ///< none: judged before schema version 7
   std::int64_t iterations = 0, restarts = 0;
   std::optional<std::int64_t> starts, term_evaluations, collision_queries;  ///< none: not counted
   std::optional<double> solver_cost, solver_violation, cost;                ///< none: not finite
   std::vector<std::string> waypoints;  ///< the bytes of each, as lower-case hexadecimal text
-  std::string history;                 ///< how it converged; empty: not recorded
+  std::vector<IterationRecord> trace;  ///< how it converged; empty: not recorded, or before schema version 7
 };
 
 /// Reads a job that has a result. Throws ClientError (kUsage): there is no such job, it has no result, the clock or a

@@ -8,8 +8,11 @@
 
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
+#include "client/replay/stored_trace.h"
 #include "command_line_fixture.h"
 #include "db/connection.h"
+#include "legopt/blake2b.h"
+#include "legopt/solve/trace.h"
 
 namespace legopt::client {
 namespace {
@@ -91,11 +94,13 @@ TEST_F(ReplayCommand, ASolutionThatWasAlteredIsSeen) {
 }
 
 TEST_F(ReplayCommand, AHistoryThatPartsIsPlaced) {
-  Alter("results_are_final",
-        "UPDATE results SET history_json = json_set(history_json, '$.rows[0][3]', 99) WHERE job_id = 1");
+  std::vector<IterationRecord> records = ReadTrace(*OpenResults({file_, {}}), 1).records;
+  ASSERT_FALSE(records.empty());
+  records[0].evaluations += 1;
+  Alter("results_are_final", "UPDATE results SET trace = x'" + HexText(EncodeTrace(records)) + "' WHERE job_id = 1");
   const auto result = Run({"replay", "1", "--db", file_});
   EXPECT_EQ(result.exit_code, kOtherBits) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("the histories part at window 0, restart 0, penalty 100"));
+  EXPECT_THAT(result.out, HasSubstr("part at window 0, restart 0, start 0, step 0"));
 }
 
 TEST_F(ReplayCommand, AnotherVerdictIsAnotherResult) {

@@ -1,4 +1,4 @@
-#include "client/commands/stored_trace.h"
+#include "client/replay/stored_trace.h"
 
 #include <optional>
 #include <span>
@@ -42,6 +42,11 @@ Listing HistoryOf(const std::string& text, std::int64_t job) {
 
 }  // namespace
 
+std::vector<IterationRecord> TraceRecords(const nlohmann::json& hex, std::int64_t job) {
+  if (!hex.is_string() || hex.get_ref<const std::string&>().empty()) return {};
+  return RecordsOf(hex.get<std::string>(), job);
+}
+
 StoredTrace ReadTrace(ResultSource& source, std::int64_t job) {
   const std::string id = std::to_string(job);
   const Listing found = source.Query(
@@ -54,13 +59,11 @@ StoredTrace ReadTrace(ResultSource& source, std::int64_t job) {
                          "' tells what happened");
   }
   StoredTrace trace;
-  const auto& packed = found.At(0, "trace");
   const auto& history = found.At(0, "history_json");
-  if (packed.is_string() && !packed.get_ref<const std::string&>().empty()) {
-    trace.records = RecordsOf(packed.get<std::string>(), job);
-  } else if (history.is_string()) {
+  trace.records = TraceRecords(found.At(0, "trace"), job);
+  if (trace.records.empty() && history.is_string()) {
     trace.history = HistoryOf(history.get<std::string>(), job);
-  } else {
+  } else if (trace.records.empty()) {
     RefuseTrace(job, "has a result without a trace: its solver took no step, or tells none");
   }
   return trace;
