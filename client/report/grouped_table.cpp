@@ -44,7 +44,9 @@ std::string MarkdownLine(const std::vector<std::string>& cells) {
   return text + "\n";
 }
 
+// An abbreviation, PAR10 or CPU, stays as it is.
 std::string Uncapitalized(std::string text) {
+  if (text.size() > 1 && std::isupper(static_cast<unsigned char>(text[1])) != 0) return text;
   if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
   return text;
 }
