@@ -7,6 +7,8 @@
 #include <cstring>
 #include <iterator>
 #include <map>
+#include <memory>
+#include <new>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -114,9 +116,13 @@ std::size_t BytesPerRecord() {
   return size;
 }
 
-Bytes Compressed(const Bytes& plain) {
+/// One for both parts: making it costs as much as compressing a short trace.
+using Compressor = std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)>;
+
+Bytes Compressed(const Compressor& compressor, const Bytes& plain) {
   Bytes packed(ZSTD_compressBound(plain.size()));
-  const std::size_t size = ZSTD_compress(packed.data(), packed.size(), plain.data(), plain.size(), kCompressionLevel);
+  const std::size_t size =
+      ZSTD_compressCCtx(compressor.get(), packed.data(), packed.size(), plain.data(), plain.size(), kCompressionLevel);
   Demand(ZSTD_isError(size) == 0, "what is compressed fits the bound of its compressor");
   packed.resize(size);
   return packed;
@@ -158,7 +164,9 @@ std::vector<std::uint8_t> EncodeTrace(std::span<const IterationRecord> records) 
   plain.reserve(records.size() * BytesPerRecord());
   ForEachMember([&](auto member) { AppendColumn(records, member, plain); });
   AppendColumn(records, &IterationRecord::elapsed_us, times);
-  const Bytes first = Compressed(plain), second = Compressed(times);
+  const Compressor compressor(ZSTD_createCCtx(), &ZSTD_freeCCtx);
+  if (compressor == nullptr) throw std::bad_alloc();
+  const Bytes first = Compressed(compressor, plain), second = Compressed(compressor, times);
   const auto length = static_cast<Length>(first.size());
   Bytes bytes(sizeof length);
   std::memcpy(bytes.data(), &length, sizeof length);
