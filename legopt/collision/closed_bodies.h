@@ -48,8 +48,8 @@ class ClosedBodies {
   bool Contains(const Eigen::Vector3d& point) const;
   double DistanceToSurface(const Eigen::Vector3d& point) const;
 
-  TriangleMesh mesh_;  ///< the closed components, one after the other
-  std::vector<Body> bodies_;
+  std::vector<Body> bodies_;  ///< filled while mesh_ is made
+  TriangleMesh mesh_;         ///< the closed components, one after the other
   TriangleBvh bvh_;
   Eigen::AlignedBox3d bounds_;
 };
