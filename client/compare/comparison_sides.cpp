@@ -243,6 +243,13 @@ void NoteSettings(const Sides& sides, const std::vector<CellPair>& pairs, std::v
   }
 }
 
+void NoteClock(const Sides& sides, std::vector<std::string>* notes) {
+  const std::int64_t a = sides.a.experiment.clock_stopped, b = sides.b.experiment.clock_stopped;
+  if (a + b == 0) return;
+  notes->push_back("The clock ended jobs of the experiments, " + std::to_string(a) + " of A's, " + std::to_string(b) +
+                   " of B's: they count as failures, and say nothing about a method.");
+}
+
 void NoteCells(const std::vector<CellComparison>& cells, std::vector<std::string>* notes) {
   constexpr double kTold = 0.2, kHundredth = 0.01;
   int missing = 0, only_a = 0, only_b = 0;
@@ -290,6 +297,7 @@ Comparison ReadComparison(const ComparisonRequest& request) {
   comparison.options = request.options;
   NoteOrigins(sides, &comparison.notes);
   NoteSettings(sides, pairs, &comparison.notes);
+  NoteClock(sides, &comparison.notes);
   NoteCells(comparison.cells, &comparison.notes);
   return comparison;
 }

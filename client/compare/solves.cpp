@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "client/client_error.h"
+#include "client/report/reading.h"
 #include "words/job.h"
 
 namespace legopt::client {
@@ -98,10 +98,13 @@ SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> exp
     cell.limit_ms = cells.At(i, "wall_limit_us").get<double>() / kMicrosecondsPerMs;
   }
   read.origins = ReadOrigins(source, read.info.id);
+  const std::string stopped = "SELECT count(*) AS n FROM clock_stopped WHERE experiment_id = ";
+  read.clock_stopped = source.Query(stopped + std::to_string(read.info.id)).At(0, "n").get<std::int64_t>();
   return read;
 }
 
 void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment) {
+  RequireVerdicts(source, experiment->info, rule);
   for (SolveCell& cell : experiment->cells) {
     const Listing jobs = source.Query(
         "SELECT j.job_id, p.problem_id, j.state, r.verdict_" + std::string(ToString(rule)) + " = " +

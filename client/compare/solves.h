@@ -58,6 +58,7 @@ struct SolvedExperiment {
   std::int64_t repetitions = 1;
   std::vector<SolveCell> cells;
   std::vector<ResultOrigin> origins;  ///< builds and machines of its results
+  std::int64_t clock_stopped = 0;     ///< jobs that the clock ended, which says nothing about their method
 
   /// Its methods, each once.
   std::vector<MethodIdentity> Methods() const;
@@ -73,7 +74,8 @@ bool EndedByLimit(SolveStatus status);
 /// The experiment (default: the newest) and its cells, without their solves. Errors as of FindExperiment.
 SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> experiment);
 
-/// Reads the solves of the cells that are left in `experiment`; `rule` says whose success counts.
+/// Reads the solves of the cells that are left in `experiment`; `rule` says whose success counts. Errors as of
+/// RequireVerdicts.
 void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment);
 
 /// One problem of a cell, its repetitions added up.

@@ -156,6 +156,7 @@ StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule)
   table.repetitions = experiment.repetitions;
   table.rule = rule;
   table.origins = experiment.origins;
+  table.clock_stopped = experiment.clock_stopped;
   for (const MethodIdentity& method : experiment.Methods()) table.rows.push_back({method, {}, {}});
   NameRows(&table.rows);
   std::map<BenchmarkColumn, std::vector<ScoredCell>> columns;

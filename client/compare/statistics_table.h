@@ -61,6 +61,7 @@ struct StatisticsTable {
   std::map<BenchmarkColumn, ColumnStatistics> columns;
   std::vector<StatisticsRow> rows;  ///< in the experiment's order
   std::vector<ResultOrigin> origins;
+  std::int64_t clock_stopped = 0;  ///< as of SolvedExperiment
 };
 
 /// The figures of an experiment whose solves have been read. `rule` as they were.

@@ -135,6 +135,7 @@ GroupedTable Group(const StatisticsTable& table, const BenchmarkColumn& column, 
   const bool first = column == table.columns.begin()->first, last = column == table.columns.rbegin()->first;
   if (first) grouped.caption = Caption(table);
   if (last) grouped.note += " " + Note(unit);
+  if (last) grouped.warning = ClockWarning(table.clock_stopped, table.experiment.id);
   return MakePrintable(std::move(grouped));
 }
 
@@ -202,6 +203,7 @@ std::string RenderJson(const StatisticsTable& table) {
                                  {"rule", ToString(table.rule)},
                                  {"seed", table.seed},
                                  {"repetitions", table.repetitions},
+                                 {"clock_stopped", table.clock_stopped},
                                  {"origins", OriginsJson(table.origins)}};
   json["columns"] = nlohmann::ordered_json::array();
   for (const auto& [column, common] : table.columns) {

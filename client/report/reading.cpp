@@ -12,7 +12,8 @@ void KeepCollision(const TableSelection& selection, const ExperimentInfo& experi
   throw NoSuchCollision(experiment.id, *selection.collision);
 }
 
-// Releases before the solid rule left no verdict by it: that is missing, not a failure.
+}  // namespace
+
 void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rule rule) {
   if (rule != Rule::kSolid) return;
   const std::string id = std::to_string(experiment.id);
@@ -24,8 +25,6 @@ void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rul
                                           "their solutions again: 'legopt export " + id + " --out FILE" +
                                           source.flags() + "', then 'legopt evaluate FILE --rule solid'");
 }
-
-}  // namespace
 
 ClientError NoSuchCollision(std::int64_t experiment_id, SceneRepresentation collision) {
   return {ExitCode::kUsage, "experiment " + std::to_string(experiment_id) + " has no method with collision " +

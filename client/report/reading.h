@@ -18,6 +18,10 @@ struct TableSelection {
   std::optional<SceneRepresentation> collision;  ///< only methods with this collision model
 };
 
+/// Releases before the solid rule left no verdict by it: that is missing, not a failure. Throws ClientError (kUsage)
+/// where the experiment has such results.
+void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rule rule);
+
 /// That an experiment has no method with the collision model, as the functions below say it.
 ClientError NoSuchCollision(std::int64_t experiment_id, SceneRepresentation collision);
 

@@ -10,7 +10,6 @@
 #include "bus/lcm_transport.h"
 #include "client/replay/stored_trace.h"
 #include "command_line_fixture.h"
-#include "db/connection.h"
 #include "legopt/blake2b.h"
 #include "legopt/solve/trace.h"
 
@@ -47,16 +46,7 @@ class ReplayCommand : public CommandLine {
     std::filesystem::copy_file(solved_->path() / "solved.sqlite", file_);
   }
 
-  // Past the trigger that keeps such changes out.
-  void Alter(const std::string& trigger, const std::string& change) {
-    db::Connection connection(file_, db::Connection::Mode::kReadWriteCreate);
-    const auto source = OpenResults({file_, {}});
-    const Listing kept =
-        source->Query("SELECT sql FROM sqlite_schema WHERE type = 'trigger' AND name = '" + trigger + "'");
-    if (!kept.rows.empty()) connection.Execute("DROP TRIGGER " + trigger);
-    connection.Execute(change);
-    if (!kept.rows.empty()) connection.Execute(kept.Text(0, "sql"));
-  }
+  void Alter(const std::string& trigger, const std::string& change) { CommandLine::Alter(file_, trigger, change); }
 
   static TemporaryFolder* solved_;
   static ProgramResult run_;

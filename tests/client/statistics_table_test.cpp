@@ -150,6 +150,15 @@ TEST(StatisticsTable, EveryFormatHasEveryMethod) {
   EXPECT_THAT(csv, testing::StartsWith("experiment_id,method_id,method,"));
 }
 
+TEST(StatisticsTable, WhatTheClockEndedIsWarnedOf) {
+  TestExperiment experiment;
+  experiment.results = {{.problem = 0}, {.problem = 1, .verdict = "com", .status = SolveStatus::kTimeLimit}};
+  const StatisticsTable table = TableOf(experiment);
+  EXPECT_EQ(table.clock_stopped, 1);
+  EXPECT_THAT(RenderStatisticsTable(table, TableFormat::kText), HasSubstr("The clock ended 1 job"));
+  EXPECT_THAT(RenderStatisticsTable(TableOf(ToyPool()), TableFormat::kText), testing::Not(HasSubstr("The clock")));
+}
+
 TEST(StatisticsTable, ACollisionModelThatNobodyHasIsRefused) {
   EXPECT_THROW(TableOf(ToyPool(), {.experiment = 1, .collision = SceneRepresentation::kSurface}), ClientError);
 }
