@@ -8,6 +8,7 @@
 
 #include "bus/spec_limits.h"
 #include "legopt/blake2b.h"
+#include "words/split.h"
 
 namespace legopt::server {
 namespace {
@@ -214,6 +215,16 @@ void CheckSize(const ExperimentSpec& spec) {
   }
 }
 
+// What tables say of the split has to be so.
+void CheckSplit(Split split, const ExperimentSpec& spec) {
+  for (const auto& task : spec.tasks) {
+    for (const int id : task.problems) {
+      if (Holds(split, id)) continue;
+      Refuse("split", std::string(ToString(split)) + " has no problem " + std::to_string(id));
+    }
+  }
+}
+
 }  // namespace
 
 std::int64_t ExperimentSpec::num_jobs() const {
@@ -227,7 +238,7 @@ ExperimentSpec ParseSpec(std::string_view text) {
   if (json.is_discarded()) Refuse("", "is not JSON");
   RequireObject(json, "",
                 {"spec_version", "name", "seed", "repetitions", "dataset", "tasks", "initializations", "methods",
-                 "limits", "max_attempts", "submitter", "builds"});
+                 "limits", "max_attempts", "submitter", "builds", "split"});
   Integer(Member(json, "", "spec_version"), "spec_version", kSpecVersion, kSpecVersion);
   ExperimentSpec spec;
   spec.name = Text(Member(json, "", "name"), "name");
@@ -238,6 +249,7 @@ ExperimentSpec ParseSpec(std::string_view text) {
       static_cast<int>(Integer(Member(json, "", "repetitions"), "repetitions", 1, limits::kMostRepetitions));
   spec.dataset = ParseDataset(Member(json, "", "dataset"));
   ParseLists(json, spec);
+  if (json.contains("split")) CheckSplit(Choice<Split>(json.at("split"), "split"), spec);
   ParseLimits(Member(json, "", "limits"), spec);
   if (json.contains("max_attempts")) {
     spec.max_attempts = static_cast<int>(Integer(json.at("max_attempts"), "max_attempts", 1, limits::kMostAttempts));

@@ -48,7 +48,7 @@ class SpecError : public std::runtime_error {
 /// Most jobs that one experiment may have.
 inline constexpr std::int64_t kMaxJobsPerExperiment = bus::spec_limits::kMostJobs;
 
-/// Throws SpecError. Every key is required but "max_attempts", "submitter", "builds", "joint_names" and
+/// Throws SpecError. Every key is required but "max_attempts", "submitter", "builds", "split", "joint_names" and
 /// "limits.effort_limit"; an unknown key is an error.
 ExperimentSpec ParseSpec(std::string_view text);
 

@@ -137,6 +137,8 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
           "Keep only methods with these models: " + Joined(WordsOf<SceneRepresentation>()));
   command.AddOption("--max-stances", options->filter.max_stances, "Leave longer " + LongTasks() + " problems out")
       .Check(programs::WholeNumber(2, bus::spec_limits::kMostWaypoints));
+  command.AddWord<Split>("--split", options->filter.split,
+                         "Problems to tune on (even ids) or to report on (odd ids): " + Joined(WordsOf<Split>()));
   command.AddOption("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
       .Check(programs::WholeNumber(0));
   command.AddFlag("--again,--new", options->fresh, "Solve all anew although an experiment of the same content exists");

@@ -85,8 +85,8 @@ struct Keys {
 
 std::string Caption(const StatisticsTable& table) {
   std::string text = "Statistics of experiment " + std::to_string(table.experiment.id) + " '" + table.experiment.name +
-                     "', dataset " + table.experiment.dataset_name + ", " + std::string(ToString(table.rule)) +
-                     " rule, seed " + std::to_string(table.seed);
+                     "', dataset " + table.experiment.dataset_name + std::string(Mention(table.experiment.split)) +
+                     ", " + std::string(ToString(table.rule)) + " rule, seed " + std::to_string(table.seed);
   text += table.repetitions == 1 ? ", one run per problem"
                                  : ", " + std::to_string(table.repetitions) + " repetitions averaged per problem";
   return text + (table.origins.empty() ? "." : ". " + DescribeOrigins(table.origins));
@@ -199,6 +199,7 @@ std::string RenderJson(const StatisticsTable& table) {
   nlohmann::ordered_json json = {{"experiment_id", table.experiment.id},
                                  {"experiment", table.experiment.name},
                                  {"dataset", table.experiment.dataset_name},
+                                 {"split", ToString(table.experiment.split)},
                                  {"dataset_hash", table.experiment.dataset_hash},
                                  {"rule", ToString(table.rule)},
                                  {"seed", table.seed},

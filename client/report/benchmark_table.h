@@ -16,6 +16,7 @@
 #include "client/report/text_layout.h"
 #include "words/collision.h"
 #include "words/result.h"
+#include "words/split.h"
 #include "words/task.h"
 
 namespace legopt::client {
@@ -72,7 +73,8 @@ struct BenchmarkRow {
 struct BenchmarkTable {
   std::int64_t experiment_id = 0;
   std::string experiment;
-  std::string dataset;  ///< name; empty: not known
+  std::string dataset;        ///< name; empty: not known
+  Split split = Split::kAll;  ///< which of its problems
   Rule rule = Rule::kLiteral;
   std::vector<BenchmarkColumn> columns;  ///< in the paper's order, only those that the experiment has
   std::vector<BenchmarkRow> rows;        ///< in the experiment's order

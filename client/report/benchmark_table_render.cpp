@@ -69,7 +69,7 @@ std::string Repetitions(const BenchmarkTable& table) {
 
 std::string Caption(const BenchmarkTable& table) {
   std::string text = "Experiment " + std::to_string(table.experiment_id) + " '" + table.experiment + "'";
-  if (!table.dataset.empty()) text += ", dataset " + table.dataset;
+  if (!table.dataset.empty()) text += ", dataset " + table.dataset + std::string(Mention(table.split));
   return text + ", " + std::string(ToString(table.rule)) + " rule, " + Progress(table.Sum()) + Repetitions(table) +
          (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins));
 }
@@ -192,6 +192,7 @@ std::string RenderJson(const BenchmarkTable& table) {
   nlohmann::ordered_json json = {{"experiment_id", table.experiment_id},
                                  {"experiment", table.experiment},
                                  {"dataset", table.dataset},
+                                 {"split", ToString(table.split)},
                                  {"rule", ToString(table.rule)},
                                  {"jobs", sum.n},
                                  {"finished", sum.finished},

@@ -52,8 +52,8 @@ GroupedTable Group(const InterpolationTable& table) {
   GroupedTable grouped;
   grouped.caption = "Interpolation of the " + std::string(kInterpolatedTask.plural) + " of experiment " +
                     std::to_string(table.experiment_id) + " '" + table.experiment + "'" +
-                    (table.dataset.empty() ? "" : ", dataset " + table.dataset) + ", " +
-                    std::string(ToString(table.rule)) + " rule" +
+                    (table.dataset.empty() ? "" : ", dataset " + table.dataset + std::string(Mention(table.split))) +
+                    ", " + std::string(ToString(table.rule)) + " rule" +
                     (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins));
   grouped.key_titles = {{"Method"}, {"Multi-starts", "Starts"}, {"Sample size", "Sample"}};
   if (table.shows_collision()) grouped.key_titles.push_back({"Collision"});
@@ -93,6 +93,7 @@ std::string RenderJson(const InterpolationTable& table) {
   const nlohmann::ordered_json json = {{"experiment_id", table.experiment_id},
                                        {"experiment", table.experiment},
                                        {"dataset", table.dataset},
+                                       {"split", ToString(table.split)},
                                        {"rule", ToString(table.rule)},
                                        {"cells", ListingToJson(Unrounded(table))}};
   return JsonText(json) + "\n";

@@ -9,6 +9,7 @@
 
 #include "client/report/benchmark_table.h"
 #include "client/report/listing.h"
+#include "words/split.h"
 
 namespace legopt::client {
 
@@ -19,13 +20,13 @@ inline constexpr const TaskDescription& kInterpolatedTask =
 /// What lies between the waypoints of the solutions of one method from one initialization. Depths are the largest
 /// of all of them, by the exact meshes.
 struct InterpolationCell {
-  std::int64_t n = 0;                ///< jobs of the cell
-  std::int64_t solved = 0;           ///< by the table's rule
-  std::int64_t scored = 0;           ///< solved ones whose interpolation was looked at
-  std::int64_t free = 0;             ///< of these: no transition penetrates by more than 1 mm
-  std::optional<double> free_share;  ///< mean share of such transitions, 0 .. 1
-  std::optional<double> environment_depth_m;
-  std::optional<double> self_depth_m;
+  std::int64_t n = 0;                     ///< jobs of the cell
+  std::int64_t solved = 0;                ///< by the table's rule
+  std::int64_t scored = 0;                ///< solved ones whose interpolation was looked at
+  std::int64_t free = 0;                  ///< of these: no transition penetrates by more than 1 mm
+  std::optional<double> free_share = {};  ///< mean share of such transitions, 0 .. 1
+  std::optional<double> environment_depth_m = {};
+  std::optional<double> self_depth_m = {};
   std::int64_t clock_stopped = 0;  ///< of the n: ended by the clock
 };
 
@@ -41,7 +42,8 @@ struct InterpolationRow {
 struct InterpolationTable {
   std::int64_t experiment_id = 0;
   std::string experiment;
-  std::string dataset;  ///< name; empty: not known
+  std::string dataset;        ///< name; empty: not known
+  Split split = Split::kAll;  ///< which of its problems
   Rule rule = Rule::kLiteral;
   std::vector<InterpolationRow> rows;
   std::vector<ResultOrigin> origins;  ///< builds and machines of the results

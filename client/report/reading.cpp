@@ -37,6 +37,7 @@ BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& se
   auto table = BuildBenchmarkTable(source.Query(BenchmarkCellsSql(experiment.id, selection.rule)), experiment.id,
                                    selection.rule);
   table.dataset = experiment.dataset_name;
+  table.split = experiment.split;
   table.origins = ReadOrigins(source, experiment.id);
   KeepCollision(selection, experiment, &table);
   return table;
@@ -53,6 +54,7 @@ InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelec
                                             "; only these have an interpolation");
   }
   table.dataset = experiment.dataset_name;
+  table.split = experiment.split;
   table.origins = ReadOrigins(source, experiment.id);
   KeepCollision(selection, experiment, &table);
   return table;

@@ -9,6 +9,7 @@
 #include "client/report/listing.h"
 #include "client/service/server_connection.h"
 #include "words/job.h"
+#include "words/split.h"
 
 namespace legopt::client {
 
@@ -53,6 +54,7 @@ struct ExperimentInfo {
   ExperimentState state{};
   std::string dataset_name;
   std::string dataset_hash;
+  Split split = Split::kAll;  ///< which of its problems
 };
 ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> id);
 

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <iterator>
 #include <array>
 #include <cstdlib>
 
@@ -36,7 +37,13 @@ nlohmann::json LimitJson(const Suite& suite, const Per<Task, Value>& limit) {
   return same ? *limits.begin() : limits;
 }
 
-// The problems of a task by the suite's selection, in its order.
+void RequireSome(const Suite& suite, const std::string& task, const std::vector<DatasetFacts::Problem>& selected) {
+  if (!selected.empty()) return;
+  throw InputError({suite.file, "split", std::string(ToString(suite.split)),
+                    "has none of the chosen " + task + " problems", "choose others, or split: all"});
+}
+
+// The problems of a task by the suite's selection and split, in its order.
 std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelection& selection,
                                           const DatasetFacts& dataset) {
   const auto& available = dataset.problems[selection.task];
@@ -45,8 +52,13 @@ std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelectio
     throw InputError({suite.file, "tasks", task, "the dataset '" + dataset.name + "' has no such problems",
                       "remove the task (--tasks) or choose another dataset"});
   }
-  if (!selection.problems) return available;
   std::vector<DatasetFacts::Problem> selected;
+  if (!selection.problems) {
+    std::copy_if(available.begin(), available.end(), std::back_inserter(selected),
+                 [&](const auto& problem) { return Holds(suite.split, problem.id); });
+    RequireSome(suite, task, selected);
+    return selected;
+  }
   for (const int id : *selection.problems) {
     const auto found = std::find_if(available.begin(), available.end(), [&](const auto& p) { return p.id == id; });
     if (found == available.end()) {
@@ -54,8 +66,9 @@ std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelectio
                         "is not a " + task + " problem of the dataset '" + dataset.name + "'",
                         "it has " + IdRange(available)});
     }
-    selected.push_back(*found);
+    if (Holds(suite.split, id)) selected.push_back(*found);
   }
+  RequireSome(suite, task, selected);
   return selected;
 }
 
@@ -166,7 +179,9 @@ nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset, std::v
                            {"wall_time_s", LimitJson(suite, suite.wall_time_s)},
                            {"memory_mb", suite.memory_mb}}},
                          {"max_attempts", suite.max_attempts}};
-  if (suite.builds != BuildRule::kOne) spec["builds"] = ToString(suite.builds);  // left out: ids stay as they were
+  // Left out where they say nothing: ids stay as they were.
+  if (suite.builds != BuildRule::kOne) spec["builds"] = ToString(suite.builds);
+  if (suite.split != Split::kAll) spec["split"] = ToString(suite.split);
   return spec;
 }
 

@@ -18,8 +18,8 @@ namespace legopt::client {
 namespace {
 
 const std::vector<std::string> kSuiteKeys = {
-    "name",        "dataset", "seed",         "repetitions", "tasks", "problems", "methods", "initializations",
-    "max_stances", "limits",  "max_attempts", "collision",   "builds"};
+    "name",        "dataset", "seed",         "repetitions", "tasks",  "problems", "methods", "initializations",
+    "max_stances", "limits",  "max_attempts", "collision",   "builds", "split"};
 const std::vector<std::string> kMethodKeys = {"name",        "solver",    "multi_starts", "sample_size",
                                               "incremental", "collision", "options"};
 
@@ -73,6 +73,13 @@ void ReadTasks(const YamlMap& map, Suite* suite) {
     }
     suite->tasks.push_back(std::move(selection));
   }
+}
+
+Split ReadSplit(const YamlMap& map) {
+  const std::string word = map.String("split");
+  if (const auto split = ParseWord<Split>(word)) return *split;
+  throw YamlFault(map.file(), map.Get("split"), "split", "must be " + WordChoices<Split>(),
+                  "write tuning for the problems with an even id, test for those with an odd one");
 }
 
 BuildRule ReadBuildRule(const YamlMap& map) {
@@ -311,6 +318,7 @@ Suite ParseSuite(const std::string& text, const std::string& file) {
   if (map.Has("limits")) ReadLimits(map, &suite);
   if (map.Has("max_attempts"))
     suite.max_attempts = static_cast<int>(map.Integer("max_attempts", 1, limits::kMostAttempts));
+  if (map.Has("split")) suite.split = ReadSplit(map);
   if (map.Has("builds")) suite.builds = ReadBuildRule(map);
   return suite;
 }
@@ -330,6 +338,7 @@ void ApplyFilter(const SuiteFilter& filter, Suite* suite) {
   if (!filter.problems.empty()) KeepProblems(filter.problems, suite);
   if (filter.seed) suite->seed = *filter.seed;
   if (filter.max_stances) suite->max_stances = filter.max_stances;
+  if (filter.split) suite->split = *filter.split;
 }
 
 std::vector<int> ParseProblemIds(const std::vector<std::string>& items, const std::string& place,

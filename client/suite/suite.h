@@ -8,6 +8,7 @@
 
 #include "legopt/methods/method.h"
 #include "words/job.h"
+#include "words/split.h"
 #include "words/task.h"
 
 namespace legopt::client {
@@ -47,6 +48,7 @@ constexpr Per<Task, Value> DefaultLimits(Value TaskDescription::*member) {
 ///         options: {}                  # of the solver, see legopt/methods/method.h
 ///     limits: {effort_limit: 1000000, memory_mb: 1024}   # per job; or effort_limit: {posture: 1000000, ...}
 ///     max_attempts: 3                  # how often a job is started before it counts as dead
+///     split: test                      # tuning: problems with an even id, test: with an odd one; default: all
 ///     builds: one                      # one: the build that begins it finishes it; any: workers of all builds may
 struct Suite {
   std::string name;
@@ -64,6 +66,7 @@ struct Suite {
   Per<Task, double> wall_time_s = DefaultLimits(&TaskDescription::default_wall_limit_s);
   int memory_mb = 1024;
   int max_attempts = 3;
+  Split split = Split::kAll;  ///< other problems are left out
   BuildRule builds = BuildRule::kOne;
 };
 
@@ -79,6 +82,7 @@ struct SuiteFilter {
   std::vector<std::string> collision = {};     ///< collision models to keep
   std::vector<std::string> multi_starts = {};  ///< numbers of restarts to keep
   std::vector<std::string> sample_sizes = {};  ///< percentages to keep
+  std::optional<Split> split = {};             ///< instead of the suite's
 };
 
 /// Reads an experiment file. Throws `InputError` with FILE:LINE, the key and the fix.

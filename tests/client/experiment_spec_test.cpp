@@ -81,6 +81,24 @@ TEST(ExperimentSpec, LongMotionsAreLeftOut) {
   }
 }
 
+TEST(ExperimentSpec, ASplitTakesEvenOrOddProblems) {
+  const auto spec = [](const std::string& keys) {
+    return BuildSpec(SuiteOf("tasks: posture\nmethods: [{solver: sqp}]\n" + keys), kTinyDataset);
+  };
+  EXPECT_FALSE(spec("split: all\n").contains("split"));
+  EXPECT_EQ(spec("split: all\n"), spec(""));
+  EXPECT_EQ(spec("split: tuning\n").at("tasks")[0].at("problems"), nlohmann::json::array({0}));
+  EXPECT_EQ(spec("split: test\n").at("tasks")[0].at("problems"), (nlohmann::json{1, 7}));
+  EXPECT_EQ(spec("split: test\nproblems: [0, 7]\n").at("tasks")[0].at("problems"), nlohmann::json::array({7}));
+  EXPECT_EQ(spec("split: test\n").at("split"), "test");
+  try {
+    spec("split: test\nproblems: [0]\n");
+    ADD_FAILURE() << "an experiment without a problem";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("split"), HasSubstr("has none of the chosen posture problems")));
+  }
+}
+
 TEST(ExperimentSpec, LimitsDifferOnlyWhereTasksDo) {
   const DatasetFacts dataset = {"tiny", std::string(64, 'a'), {{{{{0, 1}}, {{0, 54}}}}}};
   const auto limit = [&](const std::string& tasks, const std::string& keys) {

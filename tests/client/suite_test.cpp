@@ -222,6 +222,7 @@ INSTANTIATE_TEST_SUITE_P(
                  kSmall + std::string("repetitions: many\n"),
                  {"bad.yaml:4", "repetitions", "whole number", "many"}},
         BadSuite{"QuotedNumber", kSmall + std::string("seed: \"1\"\n"), {"bad.yaml:4", "seed", "whole number"}},
+        BadSuite{"Split", kSmall + std::string("split: half\n"), {"split", "'all', 'tuning' or 'test'", "half"}},
         BadSuite{"Builds", kSmall + std::string("builds: all\n"), {"builds", "'one' or 'any'", "all"}},
         BadSuite{"Fraction", kSmall + std::string("max_attempts: 1.5\n"), {"max_attempts", "1.5"}},
         BadSuite{"OutOfRange", kSmall + std::string("limits: {memory_mb: 1}\n"), {"limits.memory_mb", "from 64"}},

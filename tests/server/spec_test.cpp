@@ -44,6 +44,18 @@ TEST(Spec, ASubmitterMayBeNamed) {
   }
 }
 
+TEST(Spec, ASplitHoldsAllItsProblems) {
+  Json spec = SampleSpec();
+  spec["tasks"][0]["problems"] = {1, 3};
+  spec["tasks"][0]["waypoints"] = {1, 1};
+  spec["split"] = "test";
+  EXPECT_NO_THROW(ParseSpec(spec.dump()));
+  spec["split"] = "tuning";
+  ExpectRefused(spec, "split");
+  spec["split"] = "half";
+  ExpectRefused(spec, "split");
+}
+
 TEST(Spec, TheDatasetsJointsMayBeNamed) {
   Json spec = SampleSpec();
   EXPECT_TRUE(ParseSpec(spec.dump()).dataset.joint_names.empty());
