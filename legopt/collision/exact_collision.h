@@ -41,7 +41,7 @@ class ExactCollision {
     int link = -1;         ///< -1 when there is no contact
     int object = -1;       ///< index in Scene::objects
   };
-  /// The deepest contacts by both rules.
+  /// The deepest contacts by literal and strict rule.
   struct SceneContacts {
     SceneContact literal;  ///< as the original evaluator sees them
     SceneContact strict;   ///< at least as deep

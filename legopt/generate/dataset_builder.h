@@ -63,9 +63,9 @@ using BuildProgress = std::function<void(const std::string&, double, double, con
 ///
 /// Files: those of a dataset (dataset_file.h), scenario.json, building.csv and pictures for a generated scene,
 /// generation.json (generation_record.h), stances.json, plans.csv, features.csv, histograms.txt and .svg,
-/// solutions-posture.json (accepted by the judge, both rules). Stages that `folder` already holds from an interrupted
-/// run of the same options are not done again. The result depends on the options only, whatever the number of threads.
-/// Throws InputError: see the parts; a scene mesh with holes or inverted winding; a robot without two feet.
+/// solutions-posture.json (accepted by the judge, literally and strictly). Stages that `folder` already holds from an
+/// interrupted run of the same options are not done again. The result depends on the options only, whatever the number
+/// of threads. Throws InputError: see the parts; a scene mesh with holes or inverted winding; a robot without two feet.
 DatasetReport BuildDataset(const DatasetOptions& options, const std::filesystem::path& folder,
                            const BuildProgress& progress);
 

@@ -55,7 +55,7 @@ inline constexpr Task kStanceTask = Task::kPosture;
 
 /// Posture of a stance: SQP from the good start with up to ten restarts, judged.
 struct PostureProof {
-  bool accepted = false;  ///< by both rules
+  bool accepted = false;  ///< by the literal and the strict rule
   Eigen::VectorXd x;      ///< n + 7; of the posture found, accepted or not
   double cost = 0.0;      ///< by the judge; NaN where it gives none
   double time_s = 0.0;    ///< wall time of the solve

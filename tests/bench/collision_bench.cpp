@@ -82,7 +82,8 @@ BENCHMARK(BM_SurfaceStanding)->Arg(0)->Arg(30)->Arg(50)->ArgName("margin_mm")->U
 BENCHMARK(BM_SurfaceGoodStart)->Arg(30)->Arg(50)->ArgName("margin_mm")->Unit(benchmark::kMicrosecond);
 BENCHMARK(BM_SurfaceInCollision)->Arg(30)->Arg(50)->ArgName("margin_mm")->Unit(benchmark::kMicrosecond);
 
-void RunJudge(benchmark::State& state, std::vector<Kinematics> World::*postures) {
+/// Literal and strict rule, or with what the solid rule looks at besides.
+void RunJudge(benchmark::State& state, std::vector<Kinematics> World::*postures, bool solid) {
   const World* world = SharedWorld(state);
   if (world == nullptr) return;
   ExactCollision exact(world->robot, world->scene, world->model);
@@ -91,14 +92,19 @@ void RunJudge(benchmark::State& state, std::vector<Kinematics> World::*postures)
   for (auto _ : state) {
     benchmark::DoNotOptimize(exact.EnvironmentDepth(list[i]));
     benchmark::DoNotOptimize(exact.SelfDepth(list[i]));
+    if (solid) {
+      benchmark::DoNotOptimize(exact.DeepestIgnoredContact(list[i]));
+      benchmark::DoNotOptimize(exact.DeepestContainment(list[i]));
+      benchmark::DoNotOptimize(exact.LongestStep(list[i], list[(i + 1) % list.size()]));
+    }
     i = (i + 1) % list.size();
   }
 }
 
-void BM_JudgeStanding(benchmark::State& state) { RunJudge(state, &World::standing); }
-void BM_JudgeInCollision(benchmark::State& state) { RunJudge(state, &World::buried); }
-BENCHMARK(BM_JudgeStanding)->Unit(benchmark::kMicrosecond);
-BENCHMARK(BM_JudgeInCollision)->Unit(benchmark::kMicrosecond);
+void BM_JudgeStanding(benchmark::State& state) { RunJudge(state, &World::standing, state.range(0) != 0); }
+void BM_JudgeInCollision(benchmark::State& state) { RunJudge(state, &World::buried, state.range(0) != 0); }
+BENCHMARK(BM_JudgeStanding)->Arg(0)->Arg(1)->ArgName("solid")->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_JudgeInCollision)->Arg(0)->Arg(1)->ArgName("solid")->Unit(benchmark::kMicrosecond);
 
 /// One transition evaluated: feet and trunk move between postures of successive stances of a motion, which need up to
 /// ten sub-steps; both ends' own contacts are there already.

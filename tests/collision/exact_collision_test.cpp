@@ -361,7 +361,7 @@ TEST(EnvironmentDepth, CullingNeverChangesOdesAnswer) {
   const RobotModel robot = Atlas();
   const Scene scene = Garage();
   const auto model = CollisionModel::Build(robot, {}, AtlasReference(robot));
-  ExactCollision exact(robot, scene, model);
+  ExactCollision exact(robot, scene, model), exhaustive(robot, scene, model, Culling::kOff);
   TrimeshWorld world;
   LinkTrimeshes meshes(robot, world);
   const int garage = world.Add(LoadMesh(GarageFile()));
@@ -378,6 +378,7 @@ TEST(EnvironmentDepth, CullingNeverChangesOdesAnswer) {
         if (meshes.num_geometries(link) > 0) all = std::max(all, world.Depth(meshes.geometry(link, 0).mesh, garage));
       }
       EXPECT_EQ(exact.EnvironmentDepth(kinematics), all);
+      ExpectSameFigures(exact, exhaustive, kinematics);
       colliding += all > 0.0 ? 1 : 0;
     }
   }

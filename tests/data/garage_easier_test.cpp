@@ -5,10 +5,13 @@
 #include <cmath>
 #include <set>
 #include <string>
+#include <utility>
 
+#include "legopt/collision/exact_collision.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/evaluate/judge.h"
 #include "legopt/evaluate/solution_file.h"
+#include "legopt/robot/kinematics.h"
 #include "programs/data_folder.h"
 #include "tests/folders.h"
 
@@ -54,6 +57,46 @@ TEST(GarageEasier, EveryPostureProblemHasASolutionThatTheJudgeAcceptsByBothRules
     }
   }
   EXPECT_EQ(solved.size(), 50U);
+}
+
+// What tells early that links cannot touch is the solver's, too; no figure of the judge may depend on it. As solved,
+// with all joints bent, and sunk into the ground, so that something collides.
+TEST(GarageEasier, NoFigureOfTheJudgeDependsOnCulling) {
+  const SolutionFile file = ReadSolutions(SourceFolder() + "/data/garage-easier/solutions-posture.json");
+  const Dataset& dataset = *DefaultDataset();
+  ExactCollision culled(dataset.robot(), dataset.scene(), dataset.collision_model());
+  ExactCollision exhaustive(dataset.robot(), dataset.scene(), dataset.collision_model(), Culling::kOff);
+  Judge judge(DefaultDataset()), slow_judge(DefaultDataset(), Culling::kOff);
+  Kinematics kinematics(dataset.robot());
+  const int n = dataset.robot().num_dofs();
+  int touching = 0;
+  for (const SolvedProblem& problem : file.problems) {
+    const auto& waypoints = problem.solutions.at(0).waypoints;
+    const auto& posed = dataset.problem(Task::kPosture, problem.definition.id);
+    const Evaluation a = judge.Evaluate(Task::kPosture, posed, waypoints);
+    const Evaluation b = slow_judge.Evaluate(Task::kPosture, posed, waypoints);
+    EXPECT_EQ(a.detail, b.detail);
+    EXPECT_EQ(a.solid, b.solid);
+    EXPECT_EQ(a.solid_depth_m, b.solid_depth_m);
+    for (const auto& [bend, sink] : {std::pair(0.0, 0.0), std::pair(0.4, 0.0), std::pair(0.0, 0.5)}) {
+      Eigen::VectorXd x = waypoints.at(0);
+      x.head(n).array() += bend;
+      x[n + 2] -= sink;
+      kinematics.Update(x);
+      const auto scene_a = culled.DeepestEnvironmentContacts(kinematics);
+      const auto scene_b = exhaustive.DeepestEnvironmentContacts(kinematics);
+      EXPECT_EQ(scene_a.literal.depth_m, scene_b.literal.depth_m) << posed.id;
+      EXPECT_EQ(scene_a.strict.depth_m, scene_b.strict.depth_m) << posed.id;
+      const auto self_a = culled.SelfDepth(kinematics), self_b = exhaustive.SelfDepth(kinematics);
+      EXPECT_EQ(self_a.literal_m, self_b.literal_m) << posed.id;
+      EXPECT_EQ(self_a.literal_pair, self_b.literal_pair) << posed.id;
+      EXPECT_EQ(self_a.strict_m, self_b.strict_m) << posed.id;
+      EXPECT_EQ(culled.DeepestIgnoredContact(kinematics).depth_m, exhaustive.DeepestIgnoredContact(kinematics).depth_m);
+      EXPECT_EQ(culled.DeepestContainment(kinematics).depth_m, exhaustive.DeepestContainment(kinematics).depth_m);
+      touching += scene_a.strict.depth_m > 0.0 || self_a.strict_m > 0.0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(touching, 50);
 }
 
 // Problems 0 to 24 change floors, 25 to 49 stay on one (docs/datasets.md); stances alternate double and single support.

@@ -151,6 +151,37 @@ TEST(RobotShape, NominalPostureIsFreeOfSelfCollision) {
   }
   ExactCollision exact(dataset.robot(), dataset.scene(), dataset.collision_model());
   EXPECT_EQ(exact.SelfDepth(kinematics).strict_m, 0.0);
+  EXPECT_EQ(exact.DeepestIgnoredContact(kinematics).depth_m, 0.0)
+      << "the pair that the reference pose ignores is apart";
+  EXPECT_EQ(exact.DeepestContainment(kinematics).depth_m, 0.0);
+}
+
+// As in garage_easier_test.cpp: the robot over, at and in the ground of every posture problem of this garage.
+TEST(RobotShape, CullingChangesNoFigureAmongTheObstacles) {
+  const Dataset& dataset = *EmbeddedDataset();
+  ExactCollision culled(dataset.robot(), dataset.scene(), dataset.collision_model());
+  ExactCollision exhaustive(dataset.robot(), dataset.scene(), dataset.collision_model(), Culling::kOff);
+  Kinematics kinematics(dataset.robot());
+  const int n = dataset.robot().num_dofs();
+  int touching = 0, inside = 0;
+  for (const ProblemDefinition& problem : dataset.problems(Task::kPosture)) {
+    for (const double height_m : {0.9, 0.85, 0.5}) {
+      Eigen::VectorXd x = NominalConfiguration(dataset);
+      x.segment<3>(n) = problem.stances[0].footholds[0].position + Eigen::Vector3d(0, 0, height_m);
+      kinematics.Update(x);
+      const auto a = culled.DeepestEnvironmentContacts(kinematics),
+                 b = exhaustive.DeepestEnvironmentContacts(kinematics);
+      EXPECT_EQ(a.literal.depth_m, b.literal.depth_m) << problem.id;
+      EXPECT_EQ(a.strict.depth_m, b.strict.depth_m) << problem.id;
+      EXPECT_EQ(culled.SelfDepth(kinematics).strict_m, exhaustive.SelfDepth(kinematics).strict_m) << problem.id;
+      const double depth_m = culled.DeepestContainment(kinematics).depth_m;
+      EXPECT_EQ(depth_m, exhaustive.DeepestContainment(kinematics).depth_m) << problem.id;
+      touching += a.strict.depth_m > 0.0 ? 1 : 0;
+      inside += depth_m > 0.0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(touching, 20);
+  EXPECT_GT(inside, 20);
 }
 
 TEST(RobotShape, ArmsKneesAndHipsMoveFreely) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "legopt/dataset/content_hash.h"
 #include "legopt/evaluate/judge.h"
 #include "legopt/input_error.h"
 #include "tests/dataset/synthetic_dataset.h"
@@ -47,6 +48,29 @@ TEST_F(Solve, TheJudgeAcceptsWhatTheSolverCallsFeasible) {
     EXPECT_EQ(evaluation.literal, Verdict::kSuccess) << evaluation.detail;
     EXPECT_EQ(evaluation.strict, Verdict::kSuccess) << evaluation.detail;
   }
+}
+
+// A shoulder that cannot but hold its arm in the leg, and a reference pose that ignores the pair: the original's list
+// sees nothing, the solid rule's does.
+TEST(SolveWithAllPairs, SeesThoseThatTheReferencePoseIgnores) {
+  const test::TemporaryFolder temporary;
+  const std::filesystem::path folder = test::SyntheticFolder(temporary.path() / "dataset").path();
+  test::ReplaceInFile(folder / "robot.urdf", "lower='-0.6' upper='2'", "lower='-0.6' upper='-0.3'");
+  test::ReplaceInFile(folder / "dataset.yaml", "{l_shoulder: 0,", "{l_shoulder: -0.35,");
+  WriteManifestHashes(folder);
+  const auto dataset = Dataset::Load(folder);
+  ProblemSolver solver(dataset);
+  Judge judge(dataset);
+  Method method;
+  const SolveOutcome blind = solver.Solve(Task::kPosture, 0, Initialization::kGood, method, {});
+  EXPECT_EQ(ToString(blind.status), ToString(SolveStatus::kConvergedFeasible));
+  const Evaluation accepted = judge.Evaluate(Task::kPosture, dataset->problem(Task::kPosture, 0), blind.waypoints);
+  EXPECT_EQ(accepted.strict, Verdict::kSuccess) << accepted.detail;
+  EXPECT_EQ(accepted.solid, Verdict::kSelfCollision);
+  method.pairs = PairSelection::kAll;
+  const SolveOutcome seeing = solver.Solve(Task::kPosture, 0, Initialization::kGood, method, {});
+  EXPECT_NE(seeing.status, SolveStatus::kConvergedFeasible);
+  EXPECT_GT(seeing.max_violation, SqpOptions().constraint_tolerance);
 }
 
 TEST_F(Solve, RestartsAreUsedOnlyAfterFailure) {
