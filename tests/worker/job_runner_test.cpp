@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -149,7 +150,9 @@ TEST_F(JobRunnerTest, TheExecutorFillsTheResult) {
   EXPECT_GT(result.peak_memory_bytes, 0);
   const std::vector<IterationRecord> trace = DecodeTrace(result.trace, "test");
   ASSERT_FALSE(trace.empty());
-  EXPECT_EQ(trace.back().violation, result.solver_violation);
+  const auto returned = std::find_if(trace.rbegin(), trace.rend(), [](const auto& step) { return step.accepted; });
+  ASSERT_NE(returned, trace.rend());
+  EXPECT_EQ(returned->violation, result.solver_violation);
   EXPECT_LE(trace.back().evaluations, result.term_evaluations);
   EXPECT_LE(trace.back().elapsed_us, result.wall_us);
 }
