@@ -288,8 +288,10 @@ TEST(BenchmarkTable, WhatTheClockEndedIsToldBelow) {
   EXPECT_EQ(json.at("rows")[0].at("posture").at("good").at("clock_stopped"), 2);
   InterpolationTable between;
   between.experiment_id = 3;
-  between.rows = {
-      {"SQP", 0, 100, SceneRepresentation::kSolid, {{Initialization::kGood, {.n = 5, .clock_stopped = 1}}}}};
+  InterpolationCell cell;
+  cell.n = 5;
+  cell.clock_stopped = 1;
+  between.rows = {{"SQP", 0, 100, SceneRepresentation::kSolid, {{Initialization::kGood, cell}}}};
   EXPECT_THAT(RenderInterpolationTable(between, TableFormat::kText), HasSubstr("\nThe clock ended 1 job before"));
   EXPECT_THAT(RenderInterpolationTable(between, TableFormat::kCsv), HasSubstr("clock_stopped"));
 }
