@@ -50,6 +50,17 @@ class BasicOptionFields {
     if constexpr (!is_const) value = static_cast<Enum>(index);
   }
 
+  /// A Choice that came when there were results already: writers leave it out where it is `usual`, what all did before,
+  /// and the hashes of those results stay.
+  template <class Enum>
+  requires Worded<std::remove_const_t<Enum>>
+  void LaterChoice(const char* key, Enum& value, std::remove_const_t<Enum> usual) {
+    if (!omits_usual() || value != usual) Choice(key, value);
+  }
+
+  /// A key that there was once. Who still writes it gets an error with `fix`, what to write instead.
+  virtual void Former(const char* /*key*/, const char* /*fix*/) {}
+
   /// A condition between two fields that have been visited. `key` is the one to blame, with its value as text; it is
   /// not asked where one of the two is wrong by itself.
   virtual void Require(bool condition, const char* key, const char* other, const std::string& value,
@@ -58,6 +69,7 @@ class BasicOptionFields {
  protected:
   /// What Choice comes down to: `index` is the place in `words`, or beyond them for what is no value.
   virtual void Word(const char* key, Field<std::size_t> index, std::span<const std::string_view> words) = 0;
+  virtual bool omits_usual() const { return false; }  ///< of LaterChoice
 
  private:
   template <class Enum>
