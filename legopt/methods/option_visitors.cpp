@@ -109,9 +109,17 @@ const json* OptionReader::Find(const char* key) {
   return found == object_.end() ? nullptr : &*found;
 }
 
+void OptionReader::Former(const char* key, const char* fix) {
+  former_keys_.emplace_back(key);
+  const auto found = object_.find(key);
+  if (found != object_.end()) Fail(key, Shown(*found), "is no option any more", fix);
+}
+
 void OptionReader::RefuseOthers() const {
   for (const auto& [key, value] : object_.items()) {
-    if (std::ranges::find(keys_, key) == keys_.end()) Fail(key, "", "unknown key", SuggestName(key, keys_));
+    const bool known =
+        std::ranges::find(keys_, key) != keys_.end() || std::ranges::find(former_keys_, key) != former_keys_.end();
+    if (!known) Fail(key, "", "unknown key", SuggestName(key, keys_));
   }
 }
 

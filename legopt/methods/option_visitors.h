@@ -47,6 +47,8 @@ class OptionReader : public OptionFields {
   /// Reads true or false; a fault for anything else, 0 and 1 included.
   void Boolean(const char* key, bool& value) override;
   void Require(bool, const char*, const char*, const std::string&, const std::string&, const std::string&) override {}
+  /// A fault when there is such a key.
+  void Former(const char* key, const char* fix) override;
   /// False when there is none.
   bool Text(const char* key, std::string& value);
   /// The value of `key`, or null.
@@ -65,7 +67,7 @@ class OptionReader : public OptionFields {
   const nlohmann::json& object_;
   std::string where_;
   OptionFaults& faults_;
-  std::vector<std::string> keys_;
+  std::vector<std::string> keys_, former_keys_;
 };
 
 /// Finds values out of range and conditions that do not hold.

@@ -1,10 +1,23 @@
 #pragma once
 
+#include <cstdint>
+
 #include "legopt/optimize/line_search.h"
 #include "legopt/optimize/metric_options.h"
 #include "legopt/optimize/penalty_options.h"
+#include "words/words.h"
 
 namespace legopt {
+
+/// What incremental methods make their direction of, for terms that are not in the batch (docs/readings.md).
+enum class GradientMemory : std::uint8_t {
+  kGradients,  ///< of the last look at each term (paper, (22))
+  kModels      ///< of the linear models of that look, moved along with x as in I-SQP
+};
+
+template <>
+inline constexpr auto kWords<GradientMemory> = Words<GradientMemory>({{GradientMemory::kGradients, "gradients"},
+                                                                      {GradientMemory::kModels, "models"}});
 
 /// Numerical options of gradient methods: all that SGD has. Defaults are the paper's where it has any; every one is a
 /// key under `options:` of a method.
@@ -13,13 +26,15 @@ struct GradientOptions {
   /// w of the smooth penalties, per m or rad, > 0 (docs/readings.md#smooth-penalties). Measured on the postures: 1e2
   /// solves more than 1e4 with every method and faster, and at mu >= 1e4 its optimum still meets the tolerance.
   double sharpness = 1e2;
-  LineSearchOptions line_search;  ///< of the step lengths
+  LineSearchOptions line_search;                       ///< of the step lengths
+  GradientMemory memory = GradientMemory::kGradients;  ///< of incremental methods
 
   /// Its keys under `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     PenaltyOptions::Visit(options.penalty, fields);
     fields.Number("sharpness", options.sharpness, 1e-3, 1e12);
     LineSearchOptions::Visit(options.line_search, fields);
+    fields.LaterChoice("memory", options.memory, GradientMemory::kGradients);
   }
 };
 

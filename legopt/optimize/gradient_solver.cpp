@@ -17,7 +17,9 @@ void GradientSolver::Prepare(Program& program) {
   line_.Reset(program, objective_);
   at_x_.Reset(program);
   memory_.Reset(program);
+  models_.resize(program.terms().size());
   direction_.setZero(static_cast<Eigen::Index>(program.num_waypoints()) * program.tangent_size());
+  zero_ = direction_;
 }
 
 void GradientSolver::Restart(Program& program) {
@@ -29,60 +31,73 @@ void GradientSolver::Restart(Program& program) {
 }
 
 PenaltySolver::EpochEnd GradientSolver::Epoch(Program& program, Eigen::VectorXd& x) {
+  const bool everything = sampler_.everything();
   EpochEnd end = EpochEnd::kStuck;
   for (int k = 0; k < sampler_.batches_per_epoch(); ++k) {
     if (!NextIteration()) return EpochEnd::kInterrupted;
-    const TermMask& batch = sampler_.everything() ? all_ : sampler_.NextBatch(context().Draws());
-    const TermMask& seen = searches_all() ? all_ : batch;
-    if (!looked_) LookAt(program, x, seen);
-    line_.Aim(x, direction_, seen);
+    const TermMask& batch = everything ? all_ : sampler_.NextBatch(context().Draws());
+    if (!looked_) LookAt(program, x, batch);
+    looked_ = everything;  // the next batch is another one
+    line_.Aim(x, direction_, batch, remembers_terms() ? &models_ : nullptr);
     sampled_ = SampledGradient(program, batch);
     if (direction_rule_->couples()) line_.DropHeld(sampled_);
     direction_rule_->Next(sampled_, direction_);
-    const bool moved = Step(x);
-    if (moved || direction_rule_->remembers() || !sampler_.everything()) end = EpochEnd::kDone;
-    looked_ = searches_all();
-    if (!Visit(x, looked_ ? exact_ : EvaluateObjective(program, x, scratch_))) return EpochEnd::kDone;
+    const bool moved = Step(program, x);
+    if (moved || direction_rule_->remembers() || !everything) end = EpochEnd::kDone;
   }
+  Visit(x, everything ? exact_ : EvaluateObjective(program, x, scratch_));
   return end;
 }
 
-void GradientSolver::LookAt(Program& program, const Eigen::VectorXd& x, const TermMask& mask) {
-  value_ = objective_.Value(x, mask);
+void GradientSolver::LookAt(Program& program, const Eigen::VectorXd& x, const TermMask& batch) {
+  if (remembers_terms() && !filled_) objective_.ValueAndGradients(x, all_, memory_, models_);
+  filled_ = true;
+  value_ = objective_.ValueAndGradients(x, batch, at_x_, models_);
   exact_ = objective_.exact();
-  objective_.Gradients(mask, at_x_);
-  at_x_.Sum(program, mask, gradient_);
+  at_x_.Sum(program, batch, gradient_);
 }
 
 const Eigen::VectorXd& GradientSolver::SampledGradient(const Program& program, const TermMask& batch) {
-  if (!sampling_.incremental) return gradient_;
-  for (size_t k = 0; k < all_.size(); ++k) {
-    if (!filled_ || batch[k] != 0) memory_.of_term(k) = at_x_.of_term(k);
+  if (!remembers_terms()) return gradient_;
+  for (size_t k = 0; k < batch.size(); ++k) {
+    if (batch[k] != 0) memory_.of_term(k) = at_x_.of_term(k);
   }
-  filled_ = true;
-  memory_.Sum(program, all_, memory_sum_);
+  if (options_.memory == GradientMemory::kModels) {
+    memory_sum_ = gradient_;
+    objective_.ModelValue(models_, batch, zero_, memory_sum_);
+  } else {
+    memory_.Sum(program, all_, memory_sum_);
+  }
   return memory_sum_;
 }
 
-bool GradientSolver::Step(Eigen::VectorXd& x) {
+bool GradientSolver::Step(const Program& program, Eigen::VectorXd& x) {
+  const ValueAndSlope at_x = line_.Start(value_, gradient_);
   LineStart start;
-  start.value = value_;
-  start.slope = line_.StartSlope(gradient_);
+  start.value = at_x.value;
+  start.slope = at_x.slope;
   if (!std::isfinite(start.value) || !(start.slope < 0.0)) return false;
   start.first_alpha = last_alpha_ > 0.0 ? 2.0 * last_alpha_ : 1.0;
   start.max_alpha = line_.MaxAlpha(options_.line_search.max_step);
   const LineSearchResult found = SearchWolfe(line_, start, options_.line_search);
-  double alpha = found.alpha;
-  if (!found.wolfe) alpha = std::max(alpha, line_.MaxAlpha(options_.line_search.short_step));
+  const double alpha = found.wolfe ? found.alpha : LongerIfLower(found, start);
   if (alpha == 0.0) return false;
-  const double reached = line_.alpha() == alpha ? found.value : line_.Value(alpha);
+  const double reached = line_.alpha() == alpha ? line_.value() : line_.Value(alpha);
   if (!std::isfinite(reached)) return false;
-  value_ = reached;
+  value_ = reached;  // without models this is the value of all terms at the new x
   last_alpha_ = alpha;
+  if (remembers_terms()) ShiftModels(program, line_.step(), models_);
   exact_ = objective_.exact();
   line_.SwapGradients(at_x_, gradient_);
   x = line_.point();
   return true;
+}
+
+double GradientSolver::LongerIfLower(const LineSearchResult& found, const LineStart& start) {
+  const double short_alpha = std::min(line_.MaxAlpha(options_.line_search.short_step), start.max_alpha);
+  if (!(short_alpha > found.alpha)) return found.alpha;
+  const double lowest = found.alpha > 0.0 ? found.value : start.value;
+  return line_.Value(short_alpha) < lowest ? short_alpha : found.alpha;
 }
 
 }  // namespace legopt

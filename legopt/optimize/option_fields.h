@@ -58,6 +58,9 @@ class BasicOptionFields {
     if (value != usual || !leaves_usual_out()) Choice(key, value);
   }
 
+  /// A key that there was once. Who still writes it gets an error with `fix`, what to write instead.
+  virtual void Former(const char* /*key*/, const char* /*fix*/) {}
+
   /// A condition between two fields that have been visited. `key` is the one to blame, with its value as text; it is
   /// not asked where one of the two is wrong by itself.
   virtual void Require(bool condition, const char* key, const char* other, const std::string& value,

@@ -9,7 +9,7 @@ struct PenaltyOptions {
   double penalty_increase_ratio = 10.0;     ///< > 1
   int max_penalty_iterations = 11;          ///< mu = 1e2 .. 1e12 (paper), 1..20
   double constraint_tolerance = 5e-4;       ///< of each violation, (0, 1e-3]: docs/readings.md#solver-tolerance
-  int max_iterations = 500;                 ///< directions per penalty value, >= 1
+  int max_epochs = 500;                     ///< passes over all terms per penalty value, >= 1
   int max_epochs_without_improvement = 10;  ///< of F + mu V, before the next penalty value (paper), >= 1
   int max_epochs_when_satisfied = 1;        ///< the same while the constraints hold, >= 1
   double min_improve_frac = 1e-3;           ///< a smaller relative decrease is no improvement, [0, 1)
@@ -22,7 +22,9 @@ struct PenaltyOptions {
     fields.Number("penalty_increase_ratio", options.penalty_increase_ratio, 1.001, 1e6);
     fields.Integer("max_penalty_iterations", options.max_penalty_iterations, 1, 20);
     fields.Number("constraint_tolerance", options.constraint_tolerance, kTiny, 1e-3);
-    fields.Integer("max_iterations", options.max_iterations, 1, 100000);
+    fields.Integer("max_epochs", options.max_epochs, 1, 100000);
+    fields.Former("max_iterations",
+                  "write max_epochs: passes over all terms, as many as iterations at sample_size 100");
     fields.Integer("max_epochs_without_improvement", options.max_epochs_without_improvement, 1, 1000);
     fields.Integer("max_epochs_when_satisfied", options.max_epochs_when_satisfied, 1, 1000);
     fields.Number("min_improve_frac", options.min_improve_frac, 0.0, 0.99);

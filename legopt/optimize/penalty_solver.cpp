@@ -40,16 +40,15 @@ SolverResult PenaltySolver::Solve(Program& program, Eigen::VectorXd& x, const So
 }
 
 PenaltySolver::InnerEnd PenaltySolver::MinimizeAtPenalty(Program& program) {
-  iterations_at_penalty_ = 0;
   x_ = lowest_.x;
   Restart(program);
   double reference = lowest_.value.Merit(penalty_);
-  int idle_epochs = 0;
+  int epochs = 0, idle_epochs = 0;
   while (idle_epochs < Patience()) {
+    if (epochs++ >= options_.max_epochs) return InnerEnd::kIterationLimit;
     finite_ = true;
     const EpochEnd end = Epoch(program, x_);
     if (stop_status_) return InnerEnd::kStopped;
-    if (end == EpochEnd::kInterrupted) return InnerEnd::kIterationLimit;
     const double merit = lowest_.value.Merit(penalty_);
     const bool improved = merit < (1.0 - options_.min_improve_frac) * reference;
     if (end == EpochEnd::kStuck) break;
@@ -69,9 +68,8 @@ int PenaltySolver::Patience() const {
 
 bool PenaltySolver::NextIteration() {
   if (!stop_status_) stop_status_ = context_->Stopped();
-  if (stop_status_ || iterations_at_penalty_ >= options_.max_iterations) return false;
+  if (stop_status_) return false;
   ++iterations_;
-  ++iterations_at_penalty_;
   return true;
 }
 

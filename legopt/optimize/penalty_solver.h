@@ -14,9 +14,9 @@ namespace legopt {
 /// says.
 ///
 /// The whole solve ends at the first mu whose epochs end with the constraints satisfied; the epochs of a mu end after
-/// `max_epochs_without_improvement` of them (paper), sooner when the constraints are satisfied, or at the iteration
-/// limit, which counts as done - but then a feasible result is reported as kIterationLimit. Each mu ends at the point
-/// of the lowest objective that its epochs visited. See docs/readings.md#when-a-solve-ends.
+/// `max_epochs_without_improvement` of them (paper), sooner when the constraints are satisfied, or after `max_epochs`,
+/// which counts as done - but then a feasible result is reported as kIterationLimit. Each mu ends at the point of the
+/// lowest objective that its epochs visited. See docs/readings.md#when-a-solve-ends.
 class PenaltySolver : public Solver {
  public:
   SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) final;
@@ -29,18 +29,18 @@ class PenaltySolver : public Solver {
   enum class EpochEnd {
     kDone,         ///< another epoch may get further
     kStuck,        ///< another epoch would end where this one did
-    kInterrupted,  ///< NextIteration() said no
+    kInterrupted,  ///< NextIteration() said no: the solve is over
   };
 
   /// A new problem: sizes buffers.
   virtual void Prepare(Program& program) = 0;
   /// A new mu, or a new start after the terms stopped being finite: forgets moments, memory and step lengths.
   virtual void Restart(Program& program) = 0;
-  /// Moves x within the bounds. Asks NextIteration() before every iteration and says Visit() after it; ends when that
-  /// says no.
+  /// Moves x within the bounds: one pass over all terms. Asks NextIteration() before every iteration and says Visit()
+  /// at the end of the pass, or oftener where the exact value is known anyway; ends when one of them says no.
   virtual EpochEnd Epoch(Program& program, Eigen::VectorXd& x) = 0;
 
-  /// Counts an iteration; false when stopped or at the limit.
+  /// Counts an iteration; false when the solve is stopped.
   bool NextIteration();
   /// Takes note of an iterate and its exact value; false when that is not finite.
   bool Visit(const Eigen::VectorXd& x, const ObjectiveValue& value);
@@ -68,7 +68,7 @@ class PenaltySolver : public Solver {
   PenaltyOptions options_;
   const SolverContext* context_ = nullptr;
   double penalty_ = 0.0;
-  int iterations_ = 0, iterations_at_penalty_ = 0;
+  int iterations_ = 0;
   std::optional<SolveStatus> stop_status_;  ///< what the stop check said
   Eigen::VectorXd x_;
   bool finite_ = true;  ///< the last visited point's terms are

@@ -7,19 +7,20 @@
 
 namespace legopt {
 
-/// phi(alpha) = F(P_C(x - alpha d)) over the terms of a mask, with P_C the projection on the variables' bounds
-/// (docs/readings.md#line-search): the value is true, the slope is the directional derivative over the variables that
-/// are not at a bound. A workspace; one thread.
+/// phi(alpha) = F(P_C(x - alpha d)), with P_C the projection on the variables' bounds (docs/readings.md#line-search),
+/// over the terms of a mask and, where models are given, over the others by their models. The value is true, the slope
+/// is the directional derivative over the variables that are not at a bound. A workspace; one thread.
 class ProjectedLine : public LineFunction {
  public:
   /// For a program and its smoothed objective, both of which must outlive the use that follows.
   void Reset(Program& program, SmoothObjective& objective);
 
-  /// The line from x along -d, which may be filled in later. The arguments must outlive the search.
-  void Aim(const Eigen::VectorXd& x, const Eigen::VectorXd& d, const TermMask& mask);
+  /// The line from x along -d, which may be filled in later. `models` of the terms that the mask leaves out are about
+  /// x; null: these are no part of phi. The arguments must outlive the search.
+  void Aim(const Eigen::VectorXd& x, const Eigen::VectorXd& d, const TermMask& mask, const TermModels* models);
 
-  /// phi'(0), given the gradient at x.
-  double StartSlope(const Eigen::VectorXd& gradient) const;
+  /// phi(0) and phi'(0), given value and gradient of the mask's terms at x.
+  ValueAndSlope Start(double value, const Eigen::VectorXd& gradient);
   /// Zeroes the entries of the gradient at x that push a variable against its bound; all entries of fixed variables.
   void DropHeld(Eigen::VectorXd& gradient) const;
   /// The alpha at which the first variable that can move has changed by `max_step`; +infinity when none can.
@@ -29,11 +30,15 @@ class ProjectedLine : public LineFunction {
   double Slope() override;
 
   double alpha() const { return alpha_; }                  ///< of the last Value()
+  double value() const { return value_; }                  ///< the last Value()
   const Eigen::VectorXd& point() const { return point_; }  ///< at alpha()
-  /// Gradients at alpha(), exchanged for the arguments.
+  const Eigen::VectorXd& step() const { return step_; }    ///< from x to there
+  /// Gradients of the mask's terms at alpha(), exchanged for the arguments.
   void SwapGradients(TermGradients& of_terms, Eigen::VectorXd& sum);
 
  private:
+  /// What the others add to phi at step_, and its gradient.
+  double OthersValue();
   /// True when the bounds keep variable j from moving that way.
   bool Held(Eigen::Index j, double way) const { return way < 0.0 ? lower_[j] >= 0.0 : upper_[j] <= 0.0; }
 
@@ -41,9 +46,11 @@ class ProjectedLine : public LineFunction {
   SmoothObjective* objective_ = nullptr;
   const Eigen::VectorXd *x_ = nullptr, *d_ = nullptr;
   const TermMask* mask_ = nullptr;
-  double alpha_ = 0.0;
+  const TermModels* models_ = nullptr;
+  double alpha_ = 0.0, value_ = 0.0;
   bool has_gradient_ = false;
-  Eigen::VectorXd lower_, upper_, step_, point_, gradient_;
+  Eigen::VectorXd lower_, upper_, step_, point_, gradient_;  ///< gradient_: of the mask's terms
+  Eigen::VectorXd others_;                                   ///< gradient of the others
   TermGradients term_gradients_;
 };
 

@@ -6,6 +6,7 @@
 
 #include "legopt/optimize/penalty_objective.h"
 #include "legopt/optimize/smooth_penalty.h"
+#include "legopt/optimize/term_models.h"
 #include "legopt/program/program.h"
 
 namespace legopt {
@@ -39,13 +40,27 @@ class SmoothObjective {
   /// Moves to x and sums the terms in `mask`. Not finite when a term is not.
   double Value(Eigen::Ref<const Eigen::VectorXd> x, const TermMask& mask);
 
-  /// Exact values of the terms that the last Value() summed.
+  /// The same, with the gradients and models of the terms in `mask`; looks at each term once.
+  double ValueAndGradients(Eigen::Ref<const Eigen::VectorXd> x, const TermMask& mask, TermGradients& gradients,
+                           TermModels& models);
+
+  /// The smoothed sum of the terms that are *not* in `mask`, by their models, at dx from where the models are; adds its
+  /// gradient to `gradient`. Looks at no term.
+  double ModelValue(const TermModels& models, const TermMask& mask, const Eigen::VectorXd& dx,
+                    Eigen::VectorXd& gradient) const;
+
+  /// Exact values of the terms that the last Value() or ValueAndGradients() summed.
   const ObjectiveValue& exact() const { return exact_; }
 
   /// Gradients of the terms in `mask` at the point of the last Value().
   void Gradients(const TermMask& mask, TermGradients& gradients);
 
  private:
+  /// Adds the rows in residuals_ of term k to exact_; its smoothed share.
+  double AddShare(size_t k);
+  /// Model and gradient of term k at the program's point.
+  void LinearizeTerm(size_t k, LinearModel& model, Eigen::VectorXd& gradient);
+
   Program* program_ = nullptr;
   double sharpness_ = 1.0, penalty_ = 1.0;
   ObjectiveValue exact_;

@@ -28,6 +28,18 @@ template <>
 inline constexpr auto kWords<SubproblemMethod> = Words<SubproblemMethod>(
     {{SubproblemMethod::kInteriorPoint, "interior_point"}, {SubproblemMethod::kIpopt, "ipopt"}});
 
+/// When an inner loop ends as soon as the constraints hold after an accepted step, converged or not.
+enum class FeasibleStop : std::uint8_t {
+  kIncremental,  ///< with remembered models: Algorithm 1 of the paper
+  kAlways,       ///< whatever the sample
+  kNever         ///< only when converged
+};
+
+template <>
+inline constexpr auto kWords<FeasibleStop> = Words<FeasibleStop>({{FeasibleStop::kIncremental, "incremental"},
+                                                                  {FeasibleStop::kAlways, "always"},
+                                                                  {FeasibleStop::kNever, "never"}});
+
 /// Numerical options of the trust-region SQP (docs/readings.md#sqp). Defaults are TrajOpt's with the paper's penalties;
 /// every one is a key under `options:` of a method.
 struct SqpOptions {
@@ -46,6 +58,7 @@ struct SqpOptions {
   TrustRule trust_rule = TrustRule::kTrajOpt;  ///< which steps resize the box, and from what
   /// false: while the constraints hold, a decrease of their remaining violations does not count as an improvement.
   bool polish_violations = true;
+  FeasibleStop stop_when_feasible = FeasibleStop::kIncremental;  ///< which inner loops end where the constraints hold
   double subproblem_accuracy_frac = 1e-8;  ///< a subproblem may end this share of the merit above its optimum, > 0
   SubproblemMethod subproblem = SubproblemMethod::kInteriorPoint;  ///< who solves the convex model
 
@@ -69,6 +82,7 @@ struct SqpOptions {
     fields.Boolean("polish_violations", options.polish_violations);
     fields.Number("subproblem_accuracy_frac", options.subproblem_accuracy_frac, kTiny, 0.1);
     fields.Choice("subproblem", options.subproblem);
+    fields.LaterChoice("stop_when_feasible", options.stop_when_feasible, FeasibleStop::kIncremental);
     fields.Require(options.trust_box_size > options.min_trust_box_size, "trust_box_size", "min_trust_box_size",
                    std::to_string(options.trust_box_size), "must exceed min_trust_box_size",
                    "raise it or lower min_trust_box_size");

@@ -67,6 +67,11 @@ SolverResult SqpSolver::Solve(Program& program, Eigen::VectorXd& x, const Solver
   return result;
 }
 
+bool SqpSolver::StopsWhenFeasible() const {
+  if (options_.stop_when_feasible == FeasibleStop::kIncremental) return sampling_.incremental;
+  return options_.stop_when_feasible == FeasibleStop::kAlways;
+}
+
 double SqpSolver::RestartedTrustBox() const {
   return kTrustRestartFactor * options_.min_trust_box_size / options_.trust_shrink_ratio;
 }
@@ -92,7 +97,7 @@ SqpSolver::InnerEnd SqpSolver::ConvexifyLoop(Program& program, Eigen::VectorXd& 
     refresh_all = false;
     switch (TrustRegionLoop(program, x)) {
       case StepEnd::kAccepted:
-        if (sampling_.incremental && Satisfied()) return InnerEnd::kConverged;
+        if (StopsWhenFeasible() && Satisfied()) return InnerEnd::kConverged;
         break;
       case StepEnd::kConverged:
         if (!sampling_.incremental || fresh_) return InnerEnd::kConverged;
@@ -138,14 +143,6 @@ void SqpSolver::BuildSubproblem(const Program& program) {
   }
 }
 
-void SqpSolver::ShiftModels(const Program& program) {
-  const auto& terms = program.terms();
-  const int size = program.tangent_size();
-  for (size_t k = 0; k < terms.size(); ++k) {
-    models_[k].Shift(dx_.data() + static_cast<Eigen::Index>(terms[k]->shape().waypoint) * size, size);
-  }
-}
-
 bool SqpSolver::SolveSubproblem(const Program& program, const Eigen::VectorXd& x) {
   program.StepBounds(x, lower_, upper_);
   lower_ = lower_.cwiseMax(-trust_box_);
@@ -170,7 +167,7 @@ SqpSolver::StepEnd SqpSolver::TrustRegionLoop(Program& program, Eigen::VectorXd&
     if (step == Step::kRejected) continue;
     x.swap(x_trial_);
     at_x_ = true;
-    if (sampling_.incremental) ShiftModels(program);
+    if (sampling_.incremental) ShiftModels(program, dx_, models_);
     return StepEnd::kAccepted;
   }
   return StepEnd::kConverged;

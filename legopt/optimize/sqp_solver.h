@@ -9,6 +9,7 @@
 #include "legopt/optimize/sampling.h"
 #include "legopt/optimize/solver.h"
 #include "legopt/optimize/sqp_options.h"
+#include "legopt/optimize/term_models.h"
 #include "legopt/optimize/term_sampler.h"
 #include "legopt/subproblem/convex_subproblem.h"
 
@@ -29,8 +30,9 @@ namespace legopt {
 /// With a sample below 100 % the convexify loop refreshes a random subset of the terms. **Incremental** (I-SQP;
 /// docs/readings.md#incremental-sqp): the first convexification at each mu takes all terms, later ones keep the models
 /// of terms that were not drawn, moved along with x; the loop ends as soon as the constraints hold after an accepted
-/// step, and convergence is only ever declared on fresh models of all terms. **Not incremental** (SQP 80 %): the
-/// subproblem has the drawn terms only. In both, steps are accepted by the full merit.
+/// step (unless `stop_when_feasible` says otherwise), and convergence is only ever declared on fresh models of all
+/// terms. **Not incremental** (SQP 80 %): the subproblem has the drawn terms only. In both, steps are accepted by the
+/// full merit.
 class SqpSolver : public Solver {
  public:
   /// Options as checked by Method::Validate; not looked at again.
@@ -55,9 +57,10 @@ class SqpSolver : public Solver {
   /// Chooses the terms of the next subproblem and brings their models up to date.
   void Convexify(Program& program, const Eigen::VectorXd& x, bool refresh_all);
   void BuildSubproblem(const Program& program);
-  void ShiftModels(const Program& program);
   bool SolveSubproblem(const Program& program, const Eigen::VectorXd& x);
   bool Satisfied() const { return value_.max_violation < options_.constraint_tolerance; }
+  /// Whether the inner loop ends where the constraints hold.
+  bool StopsWhenFeasible() const;
   double RestartedTrustBox() const;
   /// How the solve ends when its last inner loop ends like that.
   SolveStatus StatusAfter(InnerEnd end) const;
@@ -67,7 +70,7 @@ class SqpSolver : public Solver {
   TermSampler sampler_;
   std::unique_ptr<SubproblemSolver> subproblem_solver_;
   std::unique_ptr<ConvexSubproblem> subproblem_;
-  std::vector<LinearModel> models_;          ///< one per term
+  TermModels models_;
   std::vector<std::uint8_t> in_subproblem_;  ///< by term
   bool fresh_ = false;                       ///< every term's model was made at x
   bool at_x_ = false;                        ///< the program's point is x

@@ -8,7 +8,7 @@ namespace legopt {
 /// Options of the STOMP-style solver; every one is a key under `options:` of a method.
 struct StompOptions {
   StompOptions() {
-    penalty.max_iterations = 1000;
+    penalty.max_epochs = 1000;
     penalty.max_epochs_without_improvement = 30;
     penalty.max_epochs_when_satisfied = 30;
   }

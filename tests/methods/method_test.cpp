@@ -131,11 +131,11 @@ TEST(Method, HashesOfTheDefaultsStay) {
       {"sqp", "5af88f65e077a8b7521d494cc250c767f816a81cccbcb973d17506ba28f06e5c"},
       {"best", "859cc40cbf2836d9956940d37681624efb3e39b2997d356e5defbad3950c8d3c"},
       {"ipopt", "31b164ae2e17a5fc9ab4e4dae4c94fc9506122592b4914dd296c3fbf858a3f9e"},
-      {"sgd", "9848ef7c0a2f8d453ebfad20620e05c553a4e8e4b5743ef54c46b00fd150b35c"},
-      {"adam", "fd87614d01c9a22aeb4c2b330b356db464ff9b557867e5463177254a7886cc71"},
-      {"nadam", "92bdac13b214981fbd9c86629acdc2ea5b5992729b7e0f5801651ecdff3c747b"},
-      {"chomp", "acbceb2f6823dd4f8eeef5af5e93ae835bb0d98b1d2a7f3c5e9e01141b8ea480"},
-      {"stomp", "45e7e9778c9fd59aabcd60bd762a2a10e51fd8926ac6f1847e9b64b23b9f9e4b"},
+      {"sgd", "6ae370174f6af751a3a0136f657ac080ec005a90c12dbd84079afd432fc50ac3"},
+      {"adam", "b374f171dbc48eca744ba4094d654ed4ba5992a8083f4000a36fc2df5d6ab89f"},
+      {"nadam", "af696f56497310481c9c83d9243bde455e7e3ad2dffbedfd4234776bdb4f3b3f"},
+      {"chomp", "a89adfa509877cb0857f3d4dea9863d5285a00ebb2ba9a4b9b2840353a5f0188"},
+      {"stomp", "3ad1e9cb2a54e11014ce7007f0bebfdfe57a5819d7f7c17ae8a488d93062f810"},
   };
   for (const auto& [word, hash] : hashes) {
     EXPECT_EQ(Method::FromJson({{"solver", word}}, "").Hash(), hash) << word;
@@ -152,6 +152,40 @@ TEST(Method, HashesOfWordsStay) {
   EXPECT_EQ(hash(R"({"solver": "ipopt",
                      "options": {"hessian": "limited_memory", "barrier": "adaptive", "continuous_collision": "none"}})"),
             "bd8308395b9d39ccbd0401c4ef90aa4c1c07c0da004dd1133f931f1b0891050c");
+}
+
+TEST(Method, LaterChoicesLeaveTheHashesOfTheirUsualValue) {
+  const auto method = [](const char* stop) {
+    return Method::FromJson({{"solver", "sqp"}, {"options", {{"stop_when_feasible", stop}}}}, "");
+  };
+  EXPECT_EQ(method("incremental").Hash(), Method::Of("sqp").Hash());
+  EXPECT_FALSE(method("incremental").ToJson()["options"].contains("stop_when_feasible"));
+  EXPECT_NE(method("always").Hash(), method("never").Hash());
+  for (const char* stop : {"always", "never"}) {
+    EXPECT_NE(method(stop).Hash(), Method::Of("sqp").Hash());
+    EXPECT_EQ(Method::FromJson(method(stop).ToJson(), "").Hash(), method(stop).Hash());
+  }
+  EXPECT_THAT(FaultOf(R"({"solver": "sqp", "options": {"stop_when_feasible": "nevr"}})").fix, HasSubstr("'never'"));
+}
+
+TEST(Method, TheMemoryOfGradientsIsAChoice) {
+  EXPECT_EQ(std::get<MomentGradientOptions>(Method::Of("adam").options).gradient.memory, GradientMemory::kGradients);
+  const Method models = Method::FromJson({{"solver", "adam"}, {"options", {{"memory", "models"}}}}, "");
+  EXPECT_EQ(std::get<MomentGradientOptions>(models.options).gradient.memory, GradientMemory::kModels);
+  EXPECT_NE(models.Hash(), Method::Of("adam").Hash());
+}
+
+TEST(Method, FormerKeysSayWhatToWriteInstead) {
+  for (const char* solver : {"sgd", "adam", "nadam", "chomp", "stomp"}) {
+    const json text = {{"solver", solver}, {"options", {{"max_iterations", 700}}}};
+    const auto fault = FaultOf(text.dump());
+    EXPECT_EQ(fault.field, "options.max_iterations");
+    EXPECT_EQ(fault.value, "700");
+    EXPECT_EQ(fault.message, "is no option any more");
+    EXPECT_THAT(fault.fix, HasSubstr("max_epochs"));
+  }
+  EXPECT_THAT(FaultsOfText(R"({"solver": "sqp", "options": {"max_iterations": 700}})"), IsEmpty());
+  EXPECT_EQ(FaultOf(R"({"solver": "sgd", "options": {"max_iteration": 7}})").message, "unknown key");
 }
 
 TEST(Method, AllFaultsOfATextAreTold) {

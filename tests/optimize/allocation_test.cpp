@@ -23,12 +23,15 @@ struct Variant {
   std::string word;
   bool sampled = false;
 
+  bool CountsEpochs() const { return word != "sqp" && word != "best"; }
+
   /// No solve ends early by success.
   Method Make(int max_iterations) const {
-    nlohmann::json description = {
-        {"solver", word},
-        {"options",
-         {{"max_iterations", max_iterations}, {"constraint_tolerance", 1e-12}, {"max_penalty_iterations", 2}}}};
+    nlohmann::json description = {{"solver", word},
+                                  {"options",
+                                   {{CountsEpochs() ? "max_epochs" : "max_iterations", max_iterations},
+                                    {"constraint_tolerance", 1e-12},
+                                    {"max_penalty_iterations", 2}}}};
     if (word == "best") {
       description["options"]["rescues"] = 0;
       description["options"]["refinements"] = 0;

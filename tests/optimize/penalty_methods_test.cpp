@@ -35,7 +35,7 @@ class PenaltyMethods : public ::testing::TestWithParam<Variant> {
     history_.clear();
     // A first penalty just above the multipliers (at most 4): the larger it is, the slower these methods are along a
     // constraint, and they stop at once when feasible.
-    const nlohmann::json options = {{"initial_penalty", 5.0}, {"min_improve_frac", 1e-7}, {"max_iterations", 5000}};
+    const nlohmann::json options = {{"initial_penalty", 5.0}, {"min_improve_frac", 1e-7}, {"max_epochs", 5000}};
     const auto solver = MakeSolver(Method::FromJson({{"solver", GetParam().solver},
                                                      {"sample_size", GetParam().sample_size},
                                                      {"incremental", GetParam().incremental},
@@ -122,7 +122,7 @@ TEST_P(PenaltyMethods, StopsWhenAsked) {
     const auto result = Solve(program, x, [&] { return ++calls > 3 ? std::optional(reason) : std::nullopt; });
     EXPECT_EQ(result.status, reason);
     EXPECT_EQ(result.iterations, 3);
-    EXPECT_EQ(history_.size(), 3u);
+    EXPECT_EQ(history_.size(), GetParam().sample_size == 100 ? 3u : 1u) << "one per pass over the terms";
   }
 }
 
@@ -155,6 +155,144 @@ INSTANTIATE_TEST_SUITE_P(Methods, PenaltyMethods,
                                            Variant{"stomp"}, Variant{"sgd", 50}, Variant{"adam", 50},
                                            Variant{"nadam", 50}, Variant{"sgd", 50, true}, Variant{"adam", 50, true},
                                            Variant{"nadam", 50, true}));
+
+/// Ten terms, and how many of them are looked at from one point to the next.
+class CountingProgram : public AnalyticProgram {
+ public:
+  CountingProgram() : AnalyticProgram(Vector2d(-3, -3), Vector2d(3, 3)) {
+    for (int i = 0; i < 8; ++i) {
+      Add(TermKind::kCost, [i](const VectorXd& x) { return One(x[i % 2] - 0.1 * i); });
+    }
+    Add(TermKind::kEquality, [](const VectorXd& x) { return One(x.squaredNorm() - 1.0); });
+    Add(TermKind::kInequality, [](const VectorXd& x) { return One(x[0] - 0.5); });
+    seen_.resize(terms().size());
+  }
+
+  void SetPoint(Eigen::Ref<const VectorXd> x) override {
+    Count();
+    AnalyticProgram::SetPoint(x);
+  }
+
+  /// Entry n: points at which n terms were looked at.
+  const std::vector<int>& points() {
+    Count();
+    return points_;
+  }
+
+ private:
+  void Count() {
+    size_t looked_at = 0;
+    for (size_t k = 0; k < seen_.size(); ++k) {
+      looked_at += terms()[k]->evaluations() > seen_[k] ? 1 : 0;
+      seen_[k] = terms()[k]->evaluations();
+    }
+    points_.resize(seen_.size() + 1);
+    ++points_[looked_at];
+  }
+
+  std::vector<std::int64_t> seen_;
+  std::vector<int> points_;
+};
+
+class Batches : public ::testing::TestWithParam<Variant> {};
+
+TEST_P(Batches, AreAllThatAnIterationLooksAt) {
+  CountingProgram program;
+  constexpr int kPenalties = 3;
+  const auto solver = MakeSolver(
+      Method::FromJson({{"solver", GetParam().solver},
+                        {"sample_size", GetParam().sample_size},
+                        {"incremental", GetParam().incremental},
+                        {"options", {{"max_penalty_iterations", kPenalties}, {"max_epochs_when_satisfied", 10}}}},
+                       ""));
+  std::mt19937_64 generator(7);
+  VectorXd x = Vector2d(-1, 2);
+  const int iterations = solver->Solve(program, x, {{}, &generator, nullptr}).iterations;
+  const int batch = GetParam().sample_size / 10;
+  const int epochs = iterations / ((10 + batch - 1) / batch);
+  const std::vector<int>& points = program.points();
+  ASSERT_GT(epochs, 3);
+  // Besides batches: the start, each end of an epoch, and with a memory the first look at each penalty.
+  EXPECT_LE(points[10], 1 + epochs + (GetParam().incremental ? kPenalties : 0));
+  EXPECT_GE(points[10], 1 + epochs);
+  EXPECT_GE(points[static_cast<size_t>(batch)], iterations) << "a look and a search each";
+  for (int n = 1; n < 10; ++n) {
+    if (n != batch) {
+      EXPECT_EQ(points[static_cast<size_t>(n)], 0) << n;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sampled, Batches,
+                         ::testing::Values(Variant{"sgd", 80}, Variant{"adam", 80}, Variant{"nadam", 80},
+                                           Variant{"sgd", 40, true}, Variant{"adam", 40, true},
+                                           Variant{"nadam", 40, true}));
+
+TEST(SmoothObjective, ModelsOfLinearRowsAreTheRows) {
+  AnalyticProgram program = Plane();
+  program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3, 4)); });
+  program.Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] - 2.0 * x[1]); });
+  program.Add(TermKind::kInequality, [](const VectorXd& x) { return One(x.sum() - 1.0); });
+  const TermMask all(3, 1), costs = {1, 0, 0}, constraints = {0, 1, 1};
+  SmoothObjective objective;
+  objective.Reset(program, 10.0);
+  objective.set_penalty(7.0);
+  TermGradients gradients;
+  gradients.Reset(program);
+  TermModels models(3);
+  const Vector2d x(0.3, 0.1), dx(0.5, 0.4);  // the equality changes its sign, the inequality is violated
+  objective.ValueAndGradients(x, all, gradients, models);
+  VectorXd by_models = Vector2d::Zero(), there;
+  const double value = objective.ModelValue(models, costs, dx, by_models);
+  EXPECT_NEAR(value, objective.Value(x + dx, constraints), 1e-6);
+  objective.Gradients(constraints, gradients);
+  gradients.Sum(program, constraints, there);
+  EXPECT_LT((by_models - there).norm(), 1e-6);
+  ShiftModels(program, dx, models);
+  by_models.setZero();
+  EXPECT_NEAR(objective.ModelValue(models, costs, Vector2d::Zero(), by_models), value, 1e-9);
+}
+
+TEST(GradientSolver, DirectionsAreOfRememberedModelsWhenToldSo) {
+  const auto solve = [](const char* memory) {
+    CountingProgram program;
+    const nlohmann::json options = {{"memory", memory}};
+    const auto solver = MakeSolver(
+        Method::FromJson({{"solver", "sgd"}, {"sample_size", 40}, {"incremental", true}, {"options", options}}, ""));
+    std::mt19937_64 generator(7);
+    VectorXd x = Vector2d(-1, 2);
+    EXPECT_TRUE(solver->Solve(program, x, {{}, &generator, nullptr}).feasible) << memory;
+    return x;
+  };
+  EXPECT_NE(solve("models"), solve("gradients"));
+}
+
+TEST(GradientSolver, TakesNoShortStepUphill) {
+  AnalyticProgram program = Plane();
+  // |x| + |y|: no point beside a kink has a slope that is flat enough.
+  program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x.cwiseAbs().cwiseSqrt()); });
+  std::vector<IterationRecord> history;
+  VectorXd x = Vector2d(0.3, 0.7);
+  const auto solver = MakeSolver(Method::FromJson({{"solver", "sgd"}, {"options", {{"short_step", 0.25}}}}, ""));
+  solver->Solve(program, x, {{}, nullptr, &history});
+  ASSERT_GT(history.size(), 2u);
+  for (size_t i = 1; i < history.size(); ++i) EXPECT_LE(history[i].cost, history[i - 1].cost) << i;
+  EXPECT_LT(history.back().cost, 0.8);
+}
+
+TEST(PenaltySolver, PassesOverTheTermsAreCountedNotIterations) {
+  for (const int percent : {100, 40}) {
+    CountingProgram program;
+    const nlohmann::json options = {{"max_epochs", 4}, {"max_penalty_iterations", 1}, {"min_improve_frac", 0.0}};
+    const auto solver = MakeSolver(Method::FromJson(
+        {{"solver", "sgd"}, {"sample_size", percent}, {"incremental", true}, {"options", options}}, ""));
+    std::mt19937_64 generator(7);
+    VectorXd x = Vector2d(-1, 2);
+    const SolverResult result = solver->Solve(program, x, {{}, &generator, nullptr});
+    EXPECT_EQ(result.iterations, percent == 100 ? 4 : 12);
+    EXPECT_EQ(result.status, SolveStatus::kIterationLimit);
+  }
+}
 
 class WithAllTerms : public ::testing::TestWithParam<std::string> {};
 

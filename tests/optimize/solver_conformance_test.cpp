@@ -32,7 +32,7 @@ struct Accuracy {
 };
 
 // A penalty just above the multipliers, as steep ones make first-order steps along a constraint short, and patience.
-constexpr const char* kPatientDescent = R"({"initial_penalty": 5, "min_improve_frac": 1e-7, "max_iterations": 5000,
+constexpr const char* kPatientDescent = R"({"initial_penalty": 5, "min_improve_frac": 1e-7, "max_epochs": 5000,
                                             "max_epochs_when_satisfied": 30, "max_epochs_without_improvement": 30})";
 
 constexpr Accuracy kAccuracies[] = {

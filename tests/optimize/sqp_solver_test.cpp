@@ -138,6 +138,43 @@ INSTANTIATE_TEST_SUITE_P(Subproblems, SqpOnSmallProblems,
                          ::testing::Values(SubproblemMethod::kInteriorPoint, SubproblemMethod::kIpopt),
                          [](const auto& method) { return std::string(ToString(method.param)); });
 
+class FeasibleStops : public ::testing::Test {
+ protected:
+  /// From a feasible point far from the optimum.
+  SolverResult Solve(FeasibleStop stop, const Sampling& sampling) {
+    AnalyticProgram program = Plane();
+    program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3, 4)); });
+    program.Add(TermKind::kInequality, [](const VectorXd& x) { return One(x.squaredNorm() - 4.0); });
+    SqpOptions options;
+    options.stop_when_feasible = stop;
+    options.min_approx_improve_frac = 1e-6;
+    options.max_iterations = 2000;
+    VectorXd x = Vector2d(-0.5, 0.2);
+    std::mt19937_64 generator(7);
+    const SolverResult result = SqpSolver(options, sampling).Solve(program, x, {{}, &generator, nullptr});
+    EXPECT_TRUE(result.feasible);
+    EXPECT_EQ(result.status, SolveStatus::kConvergedFeasible);
+    return result;
+  }
+
+  static constexpr double kLeastCost = 9.0;  // 3 from the circle
+};
+
+TEST_F(FeasibleStops, EndAfterTheFirstStepThatHolds) {
+  EXPECT_EQ(Solve(FeasibleStop::kAlways, {}).iterations, 1);
+  EXPECT_EQ(Solve(FeasibleStop::kAlways, {50, true}).iterations, 1);
+}
+
+TEST_F(FeasibleStops, AreIncrementalOnesUnlessToldOtherwise) {
+  EXPECT_NEAR(Solve(FeasibleStop::kIncremental, {}).value.cost, kLeastCost, 0.05);
+  EXPECT_EQ(Solve(FeasibleStop::kIncremental, {50, true}).iterations, 1);
+}
+
+TEST_F(FeasibleStops, AreAbsentWhenToldSo) {
+  EXPECT_NEAR(Solve(FeasibleStop::kNever, {}).value.cost, kLeastCost, 0.05);
+  EXPECT_NEAR(Solve(FeasibleStop::kNever, {50, true}).value.cost, kLeastCost, 0.05);
+}
+
 TEST(Sqp, FeasibleButNotConvergedIsNotCalledConverged) {
   AnalyticProgram program = Plane();
   program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3, 4)); });

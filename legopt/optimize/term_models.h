@@ -1,0 +1,17 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "legopt/program/program.h"
+
+namespace legopt {
+
+/// One linear model per term of a program, in the order of the terms.
+using TermModels = std::vector<LinearModel>;
+
+/// Moves all models along with x, by dx (num_waypoints * tangent_size): what incremental methods keep of terms that
+/// they do not look at.
+void ShiftModels(const Program& program, const Eigen::VectorXd& dx, TermModels& models);
+
+}  // namespace legopt
