@@ -380,12 +380,24 @@ TEST_F(PaperTable, WhereNothingWasSolvedItHasADash) {
 
 TEST(InterpolationTable, AllFormatsHaveTheSameCells) {
   Listing cells;
-  cells.columns = {"method_id",           "method",      "multi_starts", "sample_size", "collision", "experiment",
-                   "initialization",      "n",           "solved",       "scored",      "free",      "free_share",
-                   "environment_depth_m", "self_depth_m"};
-  cells.rows = {{3, "SQP", 0, 100, "solid", "e", "good", 5, 4, 4, 3, 0.975, 0.0123, 0.0},
-                {3, "SQP", 0, 100, "solid", "e", "in_collision", 5, 0, 0, 0, nullptr, nullptr, nullptr},
-                {4, "SQP", 0, 100, "surface", "e", "good", 5, 5, 5, 5, 1.0, 0.0004, 0.0002}};
+  cells.columns = {"method_id",
+                   "method",
+                   "multi_starts",
+                   "sample_size",
+                   "collision",
+                   "experiment",
+                   "initialization",
+                   "n",
+                   "solved",
+                   "scored",
+                   "free",
+                   "free_share",
+                   "environment_depth_m",
+                   "self_depth_m",
+                   "clock_stopped"};
+  cells.rows = {{3, "SQP", 0, 100, "solid", "e", "good", 5, 4, 4, 3, 0.975, 0.0123, 0.0, 1},
+                {3, "SQP", 0, 100, "solid", "e", "in_collision", 5, 0, 0, 0, nullptr, nullptr, nullptr, 0},
+                {4, "SQP", 0, 100, "surface", "e", "good", 5, 5, 5, 5, 1.0, 0.0004, 0.0002, 0}};
   const InterpolationTable table = BuildInterpolationTable(cells, 2, Rule::kLiteral);
   const std::string text = RenderInterpolationTable(table, TableFormat::kText);
   EXPECT_THAT(text, HasSubstr("experiment 2 'e'"));
@@ -397,7 +409,7 @@ TEST(InterpolationTable, AllFormatsHaveTheSameCells) {
   EXPECT_EQ(ParseLatexTable(RenderInterpolationTable(table, TableFormat::kLatex)).rows, rows);
   const auto csv = ParseCsv(RenderInterpolationTable(table, TableFormat::kCsv));
   EXPECT_THAT(csv[1], ElementsAre("2", "e", "", "literal", "SQP", "0", "100", "solid", "good", "5", "4", "4", "3",
-                                  "0.975", "0.0123", "0.0"));
+                                  "0.975", "0.0123", "0.0", "1"));
   const auto json = nlohmann::json::parse(RenderInterpolationTable(table, TableFormat::kJson));
   EXPECT_EQ(json.at("cells")[2].at("free"), 5);
   EXPECT_TRUE(json.at("cells")[1].at("free_share").is_null());

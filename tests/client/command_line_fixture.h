@@ -9,8 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "client/report/result_source.h"
-#include "db/connection.h"
 #include "program_run.h"
 #include "test_database.h"
 
@@ -44,17 +42,6 @@ class CommandLine : public testing::Test {
     experiment.results = {{.problem = 0}, {.problem = 1, .verdict = "com"}};
     WriteTestDatabase(file, experiment);
     return file.string();
-  }
-
-  // Past the trigger that keeps such changes out.
-  void Alter(const std::string& file, const std::string& trigger, const std::string& change) {
-    db::Connection connection(file, db::Connection::Mode::kReadWriteCreate);
-    const auto source = OpenResults({file, {}});
-    const Listing kept =
-        source->Query("SELECT sql FROM sqlite_schema WHERE type = 'trigger' AND name = '" + trigger + "'");
-    if (!kept.rows.empty()) connection.Execute("DROP TRIGGER " + trigger);
-    connection.Execute(change);
-    if (!kept.rows.empty()) connection.Execute(kept.Text(0, "sql"));
   }
 
   TemporaryFolder folder_;

@@ -46,7 +46,7 @@ class ReplayCommand : public CommandLine {
     std::filesystem::copy_file(solved_->path() / "solved.sqlite", file_);
   }
 
-  void Alter(const std::string& trigger, const std::string& change) { CommandLine::Alter(file_, trigger, change); }
+  void Alter(const std::string& trigger, const std::string& change) { AlterDatabase(file_, trigger, change); }
 
   static TemporaryFolder* solved_;
   static ProgramResult run_;

@@ -6,7 +6,6 @@
 
 #include "client/client_error.h"
 #include "client/report/reading.h"
-#include "db/connection.h"
 #include "db/sqlite_store.h"
 #include "db/store_error.h"
 #include "test_database.h"
@@ -51,8 +50,7 @@ TEST_F(ResultSourceTest, ATableByTheSolidRuleNeedsItsVerdictOfEveryResult) {
   const TableSelection solid{.experiment = {}, .rule = Rule::kSolid, .collision = {}};
   EXPECT_EQ(ReadBenchmarkTable(*source_, solid).rows[0].cells.at({Task::kPosture, Initialization::kGood}).solved, 2);
   // As results of an older release are.
-  db::Connection(file_, db::Connection::Mode::kReadWriteCreate)
-      .Execute("UPDATE results SET verdict_solid = NULL WHERE job_id = 2");
+  AlterDatabase(file_, "results_are_final", "UPDATE results SET verdict_solid = NULL WHERE job_id = 2");
   EXPECT_EQ(ReadBenchmarkTable(*source_, {}).rows.size(), 2U);
   try {
     ReadBenchmarkTable(*source_, solid);

@@ -6,7 +6,10 @@
 #include <cmath>
 #include <map>
 #include <stdexcept>
+#include <variant>
 
+#include "db/connection.h"
+#include "db/read_only_database.h"
 #include "db/sqlite_store.h"
 
 namespace legopt::client {
@@ -105,6 +108,15 @@ void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& 
   }
   if (all_finished) operations.emplace_back(db::FinishExperiment{1, kNow_us});
   store->Apply(operations);
+}
+
+void AlterDatabase(const std::filesystem::path& file, const std::string& trigger, const std::string& change) {
+  const auto kept = db::ReadOnlyDatabase(file).Query(
+      "SELECT sql FROM sqlite_schema WHERE type = 'trigger' AND name = '" + trigger + "'", {}, {});
+  db::Connection connection(file, db::Connection::Mode::kReadWriteCreate);
+  if (!kept.rows.empty()) connection.Execute("DROP TRIGGER " + trigger);
+  connection.Execute(change);
+  if (!kept.rows.empty()) connection.Execute(std::get<std::string>(kept.rows[0][0]));
 }
 
 }  // namespace legopt::client

@@ -24,7 +24,7 @@ struct TestResult {
   std::vector<Eigen::VectorXd> waypoints = {};
   bool finished = true;  ///< false: stays queued
   std::vector<std::uint8_t> trace = {};
-  bool dead = false;     ///< its one attempt ended its process by signal 11 instead
+  bool dead = false;  ///< its one attempt ended its process by signal 11 instead
   int repetition = 0;
   std::int64_t cpu_us = -1;                   ///< negative: as wall_us
   std::int64_t switches = 0;                  ///< involuntary ones of context
@@ -53,5 +53,8 @@ struct TestExperiment {
 /// Writes a database through the real store: experiment 1, one task, one job per result in order of `results`
 /// grouped by cell.
 void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& experiment);
+
+/// Changes a database past the trigger that keeps the change out, if there is one of this name; the trigger stays.
+void AlterDatabase(const std::filesystem::path& file, const std::string& trigger, const std::string& change);
 
 }  // namespace legopt::client
