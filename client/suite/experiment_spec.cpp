@@ -5,9 +5,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <iterator>
 #include <array>
 #include <cstdlib>
+#include <iterator>
 
 #include "bus/text.h"
 #include "client/client_error.h"

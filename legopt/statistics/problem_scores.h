@@ -47,8 +47,8 @@ struct ProblemScore {
 /// that is negative or not finite.
 ProblemScore ScoreOf(std::span<const Repetition> repetitions);
 
-/// Mean of ProblemScore::Charged over the problems that are not missing: PAR-k of problems with repetitions for a charge
-/// of k time limits (PenalisedAverage is that of single runs). NaN where all are missing. Throws as Charged.
+/// Mean of ProblemScore::Charged over the problems that are not missing: PAR-k of problems with repetitions for a
+/// charge of k time limits (PenalisedAverage is that of single runs). NaN where all are missing. Throws as Charged.
 double MeanCharged(std::span<const ProblemScore> problems, double charge);
 
 /// How two methods did on the same problems, each problem counted once. With several repetitions the shares of solved

@@ -102,7 +102,8 @@ TEST_F(Schema, UniqueKeys) {
       "INSERT INTO methods (name, hash, options_json, multi_starts, sample_size, incremental) "
       "SELECT name, hash, options_json, 5, 100, 0 FROM methods");
   ExpectRefused("INSERT INTO problems (dataset_id, task, problem_id, waypoints) VALUES (1, 'posture', 0, 2)");
-  ExpectRefused("INSERT INTO cells SELECT 9, experiment_id, method_id, task, initialization, 1, 1, NULL FROM cells LIMIT 1");
+  ExpectRefused(
+      "INSERT INTO cells SELECT 9, experiment_id, method_id, task, initialization, 1, 1, NULL FROM cells LIMIT 1");
   ExpectRefused(
       "INSERT INTO jobs (job_id, cell_id, problem_key, repetition, max_attempts) "
       "SELECT 9, cell_id, problem_key, repetition, 3 FROM jobs WHERE job_id = 4");

@@ -117,11 +117,13 @@ TEST(CallIsolated, ThreadsCallAtTheSameTime) {
   std::vector<std::string> answers(8);
   for (std::size_t i = 0; i < answers.size(); ++i) {
     threads.emplace_back([i, &answers] {
-      for (int k = 0; k < 20; ++k) answers[i] = CallIsolated([i] { return std::string(100'000, static_cast<char>('a' + i)); }, {});
+      for (int k = 0; k < 20; ++k)
+        answers[i] = CallIsolated([i] { return std::string(100'000, static_cast<char>('a' + i)); }, {});
     });
   }
   for (std::thread& thread : threads) thread.join();
-  for (std::size_t i = 0; i < answers.size(); ++i) EXPECT_EQ(answers[i], std::string(100'000, static_cast<char>('a' + i)));
+  for (std::size_t i = 0; i < answers.size(); ++i)
+    EXPECT_EQ(answers[i], std::string(100'000, static_cast<char>('a' + i)));
 }
 
 }  // namespace
