@@ -26,7 +26,8 @@ class TrimeshWorld {
   TrimeshWorld(const TrimeshWorld&) = delete;
   TrimeshWorld& operator=(const TrimeshWorld&) = delete;
 
-  /// Takes a mesh with at least one triangle; its triangles are handed to ODE in their order. Returns its number, 0, 1, ...
+  /// Takes a mesh with at least one triangle; its triangles are handed to ODE in their order. Returns its number, 0, 1,
+  /// ...
   int Add(TriangleMesh triangles);
   /// Owner's pose in the world; identity at first.
   void SetPose(int mesh, const Eigen::Isometry3d& pose);
