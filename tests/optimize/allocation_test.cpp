@@ -14,6 +14,7 @@
 #include "legopt/terms/task_program.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
+#include "tests/methods/iterations_key.h"
 #include "tests/optimize/heap_count.h"
 
 namespace legopt {
@@ -23,13 +24,11 @@ struct Variant {
   std::string word;
   bool sampled = false;
 
-  bool CountsEpochs() const { return word != "sqp" && word != "best"; }
-
   /// No solve ends early by success.
   Method Make(int max_iterations) const {
     nlohmann::json description = {{"solver", word},
                                   {"options",
-                                   {{CountsEpochs() ? "max_epochs" : "max_iterations", max_iterations},
+                                   {{test::IterationsKey(word), max_iterations},
                                     {"constraint_tolerance", 1e-12},
                                     {"max_penalty_iterations", 2}}}};
     if (word == "best") {

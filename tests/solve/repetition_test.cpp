@@ -10,6 +10,7 @@
 #include "legopt/solve/trace.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
+#include "tests/methods/iterations_key.h"
 
 namespace legopt {
 namespace {
@@ -21,7 +22,7 @@ struct Variant {
   /// A few iterations and restarts: the result may be poor, but every draw is made.
   Method Make(const char* collision) const {
     nlohmann::json description = {
-        {"solver", word}, {"multi_starts", 1}, {"options", {{"max_iterations", 6}, {"collision", collision}}}};
+        {"solver", word}, {"multi_starts", 1}, {"options", {{test::IterationsKey(word), 6}, {"collision", collision}}}};
     if (word != "ipopt") description["options"]["max_penalty_iterations"] = 2;
     if (incremental) description.update({{"sample_size", 50}, {"incremental", true}});
     return Method::FromJson(description, "test");

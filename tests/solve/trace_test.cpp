@@ -22,6 +22,7 @@
 #include "legopt/solve/problem_solver.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
+#include "tests/methods/iterations_key.h"
 
 namespace legopt {
 namespace {
@@ -228,7 +229,7 @@ class SolverTrace : public ::testing::TestWithParam<std::string> {
 TEST_P(SolverTrace, EndsAtTheResultOfAPosture) {
   for (const int max_iterations : {3, 60}) {  // a poor result, after restarts, and a better one
     nlohmann::json description = {
-        {"solver", GetParam()}, {"multi_starts", 2}, {"options", {{"max_iterations", max_iterations}}}};
+        {"solver", GetParam()}, {"multi_starts", 2}, {"options", {{test::IterationsKey(GetParam()), max_iterations}}}};
     if (GetParam() != "ipopt") description["options"]["max_penalty_iterations"] = max_iterations == 3 ? 1 : 11;
     const SolveOutcome outcome = Solve(Task::kPosture, Method::FromJson(description, "test"));
     ExpectOrdered(outcome);
@@ -241,7 +242,7 @@ TEST_P(SolverTrace, EndsAtTheResultOfAPosture) {
 }
 
 TEST_P(SolverTrace, EndsAtTheResultOfEveryWindow) {
-  nlohmann::json description = {{"solver", GetParam()}, {"options", {{"max_iterations", 20}}}};
+  nlohmann::json description = {{"solver", GetParam()}, {"options", {{test::IterationsKey(GetParam()), 20}}}};
   if (GetParam() != "ipopt") description["options"]["max_penalty_iterations"] = 3;
   const SolveOutcome outcome = Solve(Task::kMotion, Method::FromJson(description, "test"));
   ExpectOrdered(outcome);
