@@ -139,7 +139,7 @@ TEST_F(TraceCommand, PrintsAndExportsEveryRecord) {
   const std::string file = Traced();
   const std::string csv = Run({"trace", "1", "--db", file, "--format", "csv"}).out;
   EXPECT_EQ(csv.substr(0, csv.find('\n')),
-            "step,window,restart,start,penalty,trust_box,accepted,evaluations,elapsed_us,cost,violation\r");
+            "step,window,restart,start,penalty,trust_box,accepted,evaluations,elapsed_us,cost,violation");
   const auto json = nlohmann::json::parse(Run({"trace", "1", "--db", file, "--format", "json"}).out);
   ASSERT_EQ(json.size(), 2U);
   EXPECT_EQ(json[0].at("accepted"), 0);
