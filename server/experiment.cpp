@@ -54,7 +54,13 @@ std::int64_t Experiment::ExpectedUse_us(std::int64_t index) const {
   const JobCoordinates at = CoordinatesOf(spec_, index);
   const Mean& kind = use_of_kind_[at.method * spec_.tasks.size() + at.task];
   const Mean& known = kind.count > 0 ? kind : use_of_task_[at.task];
-  return known.count > 0 ? known.sum_us / known.count : spec_.tasks[at.task].wall_limit_us;
+  if (known.count > 0) return known.sum_us / known.count;
+  // Nothing has ended yet. The wall limit is a safety net, far above anything real: a newcomer that is charged it would
+  // get one slot of many until its first job ends.
+  constexpr std::int64_t kUsualEvaluation_us = 1;
+  const ExperimentSpec::TaskProblems& task = spec_.tasks[at.task];
+  if (task.effort_limit == 0) return task.wall_limit_us;
+  return std::min(task.wall_limit_us, task.effort_limit * kUsualEvaluation_us);
 }
 
 void Experiment::NoteUse(std::int64_t index, std::int64_t used_us) {

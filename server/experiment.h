@@ -59,7 +59,8 @@ class Experiment {
   void PutBack(std::int64_t index) { returned_.insert(index); }
 
   /// CPU time, in microseconds, that an attempt of this job is expected to use: the mean over what is known of its kind
-  /// (method and task), else of its task, else its wall-clock limit, which is more than it will use.
+  /// (method and task), else of its task, else what its limits allow at a microsecond a term evaluation, which is more
+  /// than it will use.
   std::int64_t ExpectedUse_us(std::int64_t index) const;
   /// An attempt of this job has finished after this much CPU time.
   void NoteUse(std::int64_t index, std::int64_t used_us);

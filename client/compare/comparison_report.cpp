@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/report/grouped_table.h"
+#include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
 #include "programs/printable.h"
@@ -122,8 +123,9 @@ std::vector<Line> LinesOf(const CellComparison& cell, const TimeUnit& unit) {
 
 // A method's figures as far as both have them, for titles of comparisons of several methods.
 std::string NameOf(const MethodIdentity& method) {
-  return method.name + ", " + std::to_string(method.multi_starts) + " multi-starts, sample size " +
-         std::to_string(method.sample_size) + " %, " + std::string(ToString(method.collision)) + " obstacles";
+  return method.name + ", " + FormatStarts(method.multi_starts, method.inner_starts).full +
+         " multi-starts, sample size " + std::to_string(method.sample_size) + " %, " +
+         std::string(ToString(method.collision)) + " obstacles";
 }
 
 std::string TitleOf(const CellComparison& cell, bool several) {
@@ -222,6 +224,7 @@ Json IntervalJson(const statistics::Interval& interval) { return {Number(interva
 Json MethodJson(const MethodIdentity& method) {
   return {{"name", method.name},
           {"multi_starts", method.multi_starts},
+          {"inner_starts", method.inner_starts},
           {"sample_size", method.sample_size},
           {"incremental", method.incremental},
           {"collision", ToString(method.collision)},

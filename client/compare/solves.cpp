@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "client/report/inner_starts.h"
 #include "client/report/reading.h"
 #include "words/job.h"
 
@@ -45,16 +46,22 @@ Solve SolveAt(const Listing& jobs, std::size_t row, double limit_ms) {
   return solve;
 }
 
-constexpr char kCellsSql[] =
-    "SELECT c.cell_id, c.task, c.initialization, coalesce(c.wall_limit_us, e.wall_limit_us) AS wall_limit_us, e.seed, "
-    "e.repetitions, m.method_id, m.name, m.multi_starts, m.sample_size, m.incremental, m.collision, m.hash FROM cells "
-    "AS c JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id) WHERE c.experiment_id = ";
+std::string CellsSql(std::int64_t experiment_id) {
+  return "SELECT c.cell_id, c.task, c.initialization, coalesce(c.wall_limit_us, e.wall_limit_us) AS wall_limit_us, "
+         "e.seed, "
+         "e.repetitions, m.method_id, m.name, m.multi_starts, m.sample_size, m.incremental, m.collision, m.hash, " +
+         InnerStartsSql("m") +
+         " AS inner_starts FROM cells AS c JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING "
+         "(method_id) WHERE c.experiment_id = " +
+         std::to_string(experiment_id);
+}
 
 MethodIdentity MethodAt(const Listing& cells, std::size_t row) {
   MethodIdentity method;
   method.method_id = cells.At(row, "method_id").get<std::int64_t>();
   method.name = cells.Text(row, "name");
   method.multi_starts = cells.At(row, "multi_starts").get<std::int64_t>();
+  method.inner_starts = cells.At(row, "inner_starts").get<std::int64_t>();
   method.sample_size = cells.At(row, "sample_size").get<std::int64_t>();
   method.incremental = cells.At(row, "incremental").get<int>() != 0;
   method.collision = cells.WordAt<SceneRepresentation>(row, "collision");
@@ -87,7 +94,7 @@ std::vector<MethodIdentity> SolvedExperiment::Methods() const {
 SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> experiment) {
   SolvedExperiment read;
   read.info = FindExperiment(source, experiment);
-  const Listing cells = source.Query(kCellsSql + std::to_string(read.info.id) + " ORDER BY c.cell_id");
+  const Listing cells = source.Query(CellsSql(read.info.id) + " ORDER BY c.cell_id");
   for (std::size_t i = 0; i < cells.rows.size(); ++i) {
     read.seed = cells.At(i, "seed").get<std::int64_t>();
     read.repetitions = cells.At(i, "repetitions").get<std::int64_t>();

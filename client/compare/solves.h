@@ -20,6 +20,7 @@ struct MethodIdentity {
   std::int64_t method_id = 0;
   std::string name;
   std::int64_t multi_starts = 0;
+  std::int64_t inner_starts = 0;   ///< that an attempt may make beyond its first one
   std::int64_t sample_size = 100;  ///< percent
   bool incremental = false;
   SceneRepresentation collision = SceneRepresentation::kSolid;

@@ -4,6 +4,7 @@
 
 #include "client/compare/statistics_table.h"
 #include "client/report/grouped_table.h"
+#include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
 
@@ -75,8 +76,9 @@ struct Keys {
   }
 
   std::vector<TableText> Of(const StatisticsRow& row) const {
-    std::vector<TableText> cells = {
-        {row.title}, {std::to_string(row.method.multi_starts)}, {std::to_string(row.method.sample_size)}};
+    std::vector<TableText> cells = {{row.title},
+                                    FormatStarts(row.method.multi_starts, row.method.inner_starts),
+                                    {std::to_string(row.method.sample_size)}};
     if (incremental) cells.push_back({row.method.incremental ? "yes" : "no"});
     if (collision) cells.push_back({std::string(ToString(row.method.collision))});
     return cells;
@@ -183,6 +185,7 @@ nlohmann::ordered_json RowsJson(const StatisticsTable& table) {
                                      {"method_id", row.method.method_id},
                                      {"method", row.title},
                                      {"multi_starts", row.method.multi_starts},
+                                     {"inner_starts", row.method.inner_starts},
                                      {"sample_size", row.method.sample_size},
                                      {"incremental", row.method.incremental},
                                      {"collision", ToString(row.method.collision)},

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <set>
 
+#include "client/report/inner_starts.h"
 #include "words/job.h"
 
 namespace legopt::client {
@@ -39,6 +40,7 @@ class CellReader {
     row.multi_starts = Integer("multi_starts");
     row.sample_size = Integer("sample_size");
     row.collision = cells_.WordAt<SceneRepresentation>(row_, "collision");
+    row.inner_starts = Integer("inner_starts");
     return row;
   }
 
@@ -121,7 +123,10 @@ std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule) {
          "solved, cost, time_s, experiment, " +
          count(JobState::kDead) + count(JobState::kFailed) + count(JobState::kCancelled) +
          "n / repetitions AS problems, repetitions, (SELECT count(*) FROM clock_stopped AS k WHERE k.cell_id = "
-         "s.cell_id) AS clock_stopped FROM s ORDER BY (SELECT min(cell_id) FROM s AS m WHERE m.method_id "
+         "s.cell_id) AS clock_stopped, (SELECT " +
+         InnerStartsSql("m") +
+         " FROM methods AS m WHERE m.method_id = s.method_id) AS inner_starts FROM s ORDER BY (SELECT min(cell_id) "
+         "FROM s AS m WHERE m.method_id "
          "= s.method_id), task, initialization";
 }
 

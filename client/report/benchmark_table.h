@@ -67,6 +67,7 @@ struct BenchmarkRow {
   std::map<BenchmarkColumn, BenchmarkCell> cells;
   SceneRepresentation collision = SceneRepresentation::kSolid;  ///< the solver's obstacles
   std::map<BenchmarkColumn, BenchmarkCell> paper = {};  ///< the paper's figures of this row; empty: not asked for
+  std::int64_t inner_starts = 0;                        ///< that an attempt may make beyond its first one
 };
 
 /// The paper's Table I for one experiment.
@@ -92,7 +93,7 @@ std::string ColumnName(const BenchmarkColumn& column);
 
 /// The statement that reads a table's cells: columns method_id, method, multi_starts, sample_size, collision, task,
 /// initialization, n, finished, solved, cost, time_s, experiment, dead, failed, cancelled, problems, repetitions,
-/// clock_stopped.
+/// clock_stopped, inner_starts.
 std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule);
 
 /// Makes the table from the rows of that statement. Columns come in the order of kPaperColumns; what no method has is

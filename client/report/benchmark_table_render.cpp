@@ -4,6 +4,7 @@
 
 #include "client/report/benchmark_table.h"
 #include "client/report/grouped_table.h"
+#include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
 
 namespace legopt::client {
@@ -121,7 +122,9 @@ std::array<TableText, 3> ShownCell(const BenchmarkCell& cell, const TimeUnit& un
 std::vector<TableText> ShownLine(const BenchmarkTable& table, const BenchmarkRow& row, const std::string& name,
                                  const Cells& cells, const TimeUnit& unit,
                                  const std::map<BenchmarkColumn, Best>& best) {
-  std::vector<TableText> line = {{name}, {std::to_string(row.multi_starts)}, {std::to_string(row.sample_size)}};
+  const bool own = &cells == &row.cells;  // else the paper's line
+  std::vector<TableText> line = {
+      {name}, FormatStarts(row.multi_starts, own ? row.inner_starts : 0), {std::to_string(row.sample_size)}};
   if (table.shows_collision()) line.push_back({std::string(ToString(row.collision))});
   for (const auto& column : table.columns) {
     const auto found = cells.find(column);
@@ -205,6 +208,7 @@ std::string RenderJson(const BenchmarkTable& table) {
   for (const auto& row : table.rows) {
     nlohmann::ordered_json line = {{"method", row.method},
                                    {"multi_starts", row.multi_starts},
+                                   {"inner_starts", row.inner_starts},
                                    {"sample_size", row.sample_size},
                                    {"collision", ToString(row.collision)}};
     AddCells(table, row.cells, kFigures, &line);
@@ -232,15 +236,15 @@ void AddFigures(const Cells& cells, Figures figures, std::vector<nlohmann::json>
 
 std::string RenderCsv(const BenchmarkTable& table) {
   Listing listing;
-  listing.columns = {"experiment_id", "experiment",   "dataset",     "rule",
-                     "method",        "multi_starts", "sample_size", "collision"};
+  listing.columns = {"experiment_id", "experiment",   "dataset",     "rule",     "method",
+                     "multi_starts",  "inner_starts", "sample_size", "collision"};
   AddTitles("", kFigures, &listing);
   if (table.compared) AddTitles("paper_", kPaperFigures, &listing);
   listing.columns.emplace_back("builds");
   for (const auto& row : table.rows) {
     auto& line = listing.rows.emplace_back();
-    line = {table.experiment_id, table.experiment, table.dataset,   ToString(table.rule),
-            row.method,          row.multi_starts, row.sample_size, ToString(row.collision)};
+    line = {table.experiment_id, table.experiment, table.dataset,   ToString(table.rule),   row.method,
+            row.multi_starts,    row.inner_starts, row.sample_size, ToString(row.collision)};
     AddFigures(row.cells, kFigures, &line);
     if (table.compared) AddFigures(row.paper, kPaperFigures, &line);
     line.emplace_back(BuildIds(table.origins));

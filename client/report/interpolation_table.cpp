@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "client/report/grouped_table.h"
+#include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
 
 namespace legopt::client {
@@ -35,7 +36,8 @@ std::string Shown(const std::optional<double>& value, double unit) {
 
 std::vector<TableText> ShownLine(const InterpolationTable& table, const InterpolationRow& row) {
   constexpr double kPercent = 0.01, kMillimetre = 1e-3;
-  std::vector<TableText> line = {{row.method}, {std::to_string(row.multi_starts)}, {std::to_string(row.sample_size)}};
+  std::vector<TableText> line = {
+      {row.method}, FormatStarts(row.multi_starts, row.inner_starts), {std::to_string(row.sample_size)}};
   if (table.shows_collision()) line.push_back({std::string(ToString(row.collision))});
   for (const auto& start : kWords<Initialization>) {
     const auto found = row.cells.find(start.value);
@@ -73,17 +75,31 @@ GroupedTable Group(const InterpolationTable& table) {
 
 Listing Unrounded(const InterpolationTable& table) {
   Listing listing;
-  listing.columns = {"experiment_id", "experiment",   "dataset",   "rule",           "method",
-                     "multi_starts",  "sample_size",  "collision", "initialization", "n",
-                     "solved",        "scored",       "free",      "free_share",     "environment_depth_m",
-                     "self_depth_m",  "clock_stopped"};
+  listing.columns = {"experiment_id",
+                     "experiment",
+                     "dataset",
+                     "rule",
+                     "method",
+                     "multi_starts",
+                     "inner_starts",
+                     "sample_size",
+                     "collision",
+                     "initialization",
+                     "n",
+                     "solved",
+                     "scored",
+                     "free",
+                     "free_share",
+                     "environment_depth_m",
+                     "self_depth_m",
+                     "clock_stopped"};
   for (const auto& row : table.rows) {
     for (const auto& [initialization, cell] : row.cells) {
       listing.rows.push_back({table.experiment_id, table.experiment, table.dataset, ToString(table.rule), row.method,
-                              row.multi_starts, row.sample_size, ToString(row.collision), ToString(initialization),
-                              cell.n, cell.solved, cell.scored, cell.free, NumberOrNull(cell.free_share),
-                              NumberOrNull(cell.environment_depth_m), NumberOrNull(cell.self_depth_m),
-                              cell.clock_stopped});
+                              row.multi_starts, row.inner_starts, row.sample_size, ToString(row.collision),
+                              ToString(initialization), cell.n, cell.solved, cell.scored, cell.free,
+                              NumberOrNull(cell.free_share), NumberOrNull(cell.environment_depth_m),
+                              NumberOrNull(cell.self_depth_m), cell.clock_stopped});
     }
   }
   return listing;
@@ -106,12 +122,13 @@ bool InterpolationTable::shows_collision() const {
 }
 
 std::string InterpolationCellsSql(std::int64_t experiment_id, Rule rule) {
-  return "SELECT b.*, e.name AS experiment, (SELECT count(*) FROM clock_stopped AS k JOIN cells AS c USING (cell_id) "
+  return "SELECT b.*, e.name AS experiment, " + InnerStartsSql("m") +
+         " AS inner_starts, (SELECT count(*) FROM clock_stopped AS k JOIN cells AS c USING (cell_id) "
          "WHERE c.experiment_id = b.experiment_id AND c.method_id = b.method_id AND c.initialization = "
          "b.initialization AND c.task = " +
          SqlText(std::string(ToString(kInterpolatedTask.task))) +
          ") AS clock_stopped FROM interpolation_cells AS b JOIN experiments AS e USING (experiment_id) "
-         "WHERE b.experiment_id = " +
+         "JOIN methods AS m USING (method_id) WHERE b.experiment_id = " +
          std::to_string(experiment_id) + " AND rule = '" + std::string(ToString(rule)) +
          "' ORDER BY (SELECT min(cell_id) FROM cells AS c WHERE c.experiment_id = b.experiment_id AND "
          "c.method_id = b.method_id), initialization";
@@ -131,7 +148,8 @@ InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t ex
                             integer("multi_starts"),
                             integer("sample_size"),
                             cells.WordAt<SceneRepresentation>(i, "collision"),
-                            {}});
+                            {},
+                            integer("inner_starts")});
     }
     table.rows.back().cells[cells.WordAt<Initialization>(i, "initialization")] = {
         integer("n"),

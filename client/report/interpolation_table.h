@@ -36,6 +36,7 @@ struct InterpolationRow {
   std::int64_t sample_size = 100;
   SceneRepresentation collision = SceneRepresentation::kSolid;
   std::map<Initialization, InterpolationCell> cells;
+  std::int64_t inner_starts = 0;  ///< that an attempt may make beyond its first one
 };
 
 /// The solutions of one experiment, seen between their waypoints.

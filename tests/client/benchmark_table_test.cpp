@@ -183,20 +183,22 @@ TEST(BenchmarkTable, LatexIsBooktabsAndEscaped) {
 
 TEST(BenchmarkTable, IsBuiltFromTheViewsRows) {
   Listing cells;
-  cells.columns = {"method_id",      "method", "multi_starts", "sample_size", "collision", "task",
-                   "initialization", "n",      "finished",     "solved",      "cost",      "time_s",
-                   "experiment",     "dead",   "failed",       "cancelled",   "problems",  "repetitions",
-                   "clock_stopped"};
+  cells.columns = {"method_id",      "method",      "multi_starts", "sample_size", "collision", "task",
+                   "initialization", "n",           "finished",     "solved",      "cost",      "time_s",
+                   "experiment",     "dead",        "failed",       "cancelled",   "problems",  "repetitions",
+                   "clock_stopped",  "inner_starts"};
   cells.rows = {
-      {9, "I-SQP", 10, 80, "solid", "motion", "good", 5, 5, 5, 0.13, 0.001, "e", 0, 0, 0, 5, 1, 0},
-      {9, "I-SQP", 10, 80, "solid", "posture", "in_collision", 6, 6, 0, nullptr, nullptr, "e", 1, 2, 3, 3, 2, 1},
-      {2, "SQP", 0, 100, "surface", "posture", "in_collision", 5, 4, 3, 400.0, 0.002, "e", 0, 0, 0, 5, 1, 0}};
+      {9, "I-SQP", 10, 80, "solid", "motion", "good", 5, 5, 5, 0.13, 0.001, "e", 0, 0, 0, 5, 1, 0, 8},
+      {9, "I-SQP", 10, 80, "solid", "posture", "in_collision", 6, 6, 0, nullptr, nullptr, "e", 1, 2, 3, 3, 2, 1, 8},
+      {2, "SQP", 0, 100, "surface", "posture", "in_collision", 5, 4, 3, 400.0, 0.002, "e", 0, 0, 0, 5, 1, 0, 0}};
   const BenchmarkTable table = BuildBenchmarkTable(cells, 1, Rule::kStrict);
   EXPECT_THAT(table.columns, ElementsAre(kPostureHard, kMotionGood));
   ASSERT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.rows[0].method, "I-SQP");  // the order of the rows, not of the ids
   EXPECT_EQ(table.rows[0].cells.at(kPostureHard),
             (BenchmarkCell{6, 6, 0, std::nullopt, std::nullopt, 1, 2, 3, 3, 2, 1}));
+  EXPECT_EQ(table.rows[0].inner_starts, 8);
+  EXPECT_EQ(table.rows[1].inner_starts, 0);
   EXPECT_EQ(table.rows[1].cells.at(kPostureHard), (BenchmarkCell{5, 4, 3, 400.0, 0.002, 0, 0, 0, 5, 1}));
   EXPECT_EQ(table.Sum().n, 16);
   EXPECT_EQ(table.Sum().finished, 15);
@@ -234,6 +236,23 @@ TEST(BenchmarkTable, CollisionIsAColumnWhereItDiffers) {
             "surface");
 }
 
+// Starts inside an attempt are restarts that the method makes by itself: none may hide behind a 0.
+TEST(BenchmarkTable, StartsInsideOfAnAttemptAreTold) {
+  BenchmarkTable table = ExampleTable();
+  table.rows[0].inner_starts = 8;
+  const auto text = ParseTextTable(RenderBenchmarkTable(table, TableFormat::kText));
+  EXPECT_EQ(text.rows[0][1], "0 + 8 inside");
+  EXPECT_EQ(text.rows[1][1], "10");
+  EXPECT_EQ(ParseMarkdownTable(RenderBenchmarkTable(table, TableFormat::kMarkdown)).rows, text.rows);
+  EXPECT_EQ(ParseLatexTable(RenderBenchmarkTable(table, TableFormat::kLatex)).rows, text.rows);
+  const auto csv = CsvRows(RenderBenchmarkTable(table, TableFormat::kCsv));
+  EXPECT_EQ(csv[0].at("multi_starts"), "0");
+  EXPECT_EQ(csv[0].at("inner_starts"), "8");
+  EXPECT_EQ(csv[1].at("inner_starts"), "0");
+  const auto json = nlohmann::json::parse(RenderBenchmarkTable(table, TableFormat::kJson));
+  EXPECT_EQ(json.at("rows")[0].at("inner_starts"), 8);
+}
+
 TEST(BenchmarkTable, CsvHasTheSameColumnsForEveryExperiment) {
   BenchmarkTable other = ExampleTable();
   other.columns = {kMotionGood};
@@ -241,7 +260,7 @@ TEST(BenchmarkTable, CsvHasTheSameColumnsForEveryExperiment) {
   const auto titles = ParseCsv(RenderBenchmarkTable(ExampleTable(), TableFormat::kCsv))[0];
   EXPECT_EQ(ParseCsv(RenderBenchmarkTable(other, TableFormat::kCsv))[0], titles);
   EXPECT_EQ(ParseCsv(RenderBenchmarkTable(BenchmarkTable(), TableFormat::kCsv))[0], titles);
-  EXPECT_EQ(titles.size(), 8U + 4 * 11 + 1);
+  EXPECT_EQ(titles.size(), 9U + 4 * 11 + 1);
   const auto row = CsvRows(RenderBenchmarkTable(ExampleTable(), TableFormat::kCsv))[1];
   EXPECT_EQ(row.at("collision"), "solid");
   EXPECT_EQ(row.at("motion_in_collision_n"), "");
@@ -308,14 +327,16 @@ TEST(BenchmarkTable, RepetitionsAreNotProblems) {
 
 TEST(BenchmarkTable, RowsThatWouldReadTheSameGetTheirMethodsId) {
   Listing cells;
-  cells.columns = {"method_id",      "method", "multi_starts", "sample_size", "collision", "task",
-                   "initialization", "n",      "finished",     "solved",      "cost",      "time_s",
-                   "experiment",     "dead",   "failed",       "cancelled",   "problems",  "repetitions",
-                   "clock_stopped"};
+  cells.columns = {"method_id",      "method",      "multi_starts", "sample_size", "collision", "task",
+                   "initialization", "n",           "finished",     "solved",      "cost",      "time_s",
+                   "experiment",     "dead",        "failed",       "cancelled",   "problems",  "repetitions",
+                   "clock_stopped",  "inner_starts"};
   for (const int id : {4, 7}) {
-    cells.rows.push_back({id, "SQP", 0, 100, "solid", "posture", "good", 5, 5, 5, 400.0, 0.001, "e", 0, 0, 0, 5, 1, 0});
+    cells.rows.push_back(
+        {id, "SQP", 0, 100, "solid", "posture", "good", 5, 5, 5, 400.0, 0.001, "e", 0, 0, 0, 5, 1, 0, 0});
   }
-  cells.rows.push_back({9, "SQP", 10, 100, "solid", "posture", "good", 5, 5, 5, 400.0, 0.001, "e", 0, 0, 0, 5, 1, 0});
+  cells.rows.push_back(
+      {9, "SQP", 10, 100, "solid", "posture", "good", 5, 5, 5, 400.0, 0.001, "e", 0, 0, 0, 5, 1, 0, 0});
   const BenchmarkTable table = BuildBenchmarkTable(cells, 1, Rule::kLiteral);
   EXPECT_EQ(table.rows[0].method, "SQP (method 4)");
   EXPECT_EQ(table.rows[1].method, "SQP (method 7)");
@@ -394,21 +415,23 @@ TEST(InterpolationTable, AllFormatsHaveTheSameCells) {
                    "free_share",
                    "environment_depth_m",
                    "self_depth_m",
-                   "clock_stopped"};
-  cells.rows = {{3, "SQP", 0, 100, "solid", "e", "good", 5, 4, 4, 3, 0.975, 0.0123, 0.0, 1},
-                {3, "SQP", 0, 100, "solid", "e", "in_collision", 5, 0, 0, 0, nullptr, nullptr, nullptr, 0},
-                {4, "SQP", 0, 100, "surface", "e", "good", 5, 5, 5, 5, 1.0, 0.0004, 0.0002, 0}};
+                   "clock_stopped",
+                   "inner_starts"};
+  cells.rows = {{3, "SQP", 0, 100, "solid", "e", "good", 5, 4, 4, 3, 0.975, 0.0123, 0.0, 1, 8},
+                {3, "SQP", 0, 100, "solid", "e", "in_collision", 5, 0, 0, 0, nullptr, nullptr, nullptr, 0, 8},
+                {4, "SQP", 0, 100, "surface", "e", "good", 5, 5, 5, 5, 1.0, 0.0004, 0.0002, 0, 0}};
   const InterpolationTable table = BuildInterpolationTable(cells, 2, Rule::kLiteral);
   const std::string text = RenderInterpolationTable(table, TableFormat::kText);
   EXPECT_THAT(text, HasSubstr("experiment 2 'e'"));
   const auto rows = ParseTextTable(text).rows;
   ASSERT_EQ(rows.size(), 2U);
-  EXPECT_THAT(rows[0], ElementsAre("SQP", "0", "100", "solid", "3/4", "97.5", "12.3", "0.0", "-", "-", "-", "-"));
+  EXPECT_THAT(rows[0],
+              ElementsAre("SQP", "0 + 8 inside", "100", "solid", "3/4", "97.5", "12.3", "0.0", "-", "-", "-", "-"));
   EXPECT_THAT(rows[1], ElementsAre("SQP", "0", "100", "surface", "5/5", "100.0", "0.4", "0.2", "-", "-", "-", "-"));
   EXPECT_EQ(ParseMarkdownTable(RenderInterpolationTable(table, TableFormat::kMarkdown)).rows, rows);
   EXPECT_EQ(ParseLatexTable(RenderInterpolationTable(table, TableFormat::kLatex)).rows, rows);
   const auto csv = ParseCsv(RenderInterpolationTable(table, TableFormat::kCsv));
-  EXPECT_THAT(csv[1], ElementsAre("2", "e", "", "literal", "SQP", "0", "100", "solid", "good", "5", "4", "4", "3",
+  EXPECT_THAT(csv[1], ElementsAre("2", "e", "", "literal", "SQP", "0", "8", "100", "solid", "good", "5", "4", "4", "3",
                                   "0.975", "0.0123", "0.0", "1"));
   const auto json = nlohmann::json::parse(RenderInterpolationTable(table, TableFormat::kJson));
   EXPECT_EQ(json.at("cells")[2].at("free"), 5);

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/client_error.h"
+#include "legopt/methods/method.h"
 #include "toy_experiment.h"
 
 namespace legopt::client {
@@ -36,6 +37,18 @@ TEST(StatisticsTable, WhoFailsMostIsLast) {
   EXPECT_DOUBLE_EQ(CellOf(table, 0).ert_ms.value(), 28.75);
   EXPECT_DOUBLE_EQ(CellOf(table, 1).ert_ms.value(), 30.75);
   EXPECT_DOUBLE_EQ(CellOf(table, 2).ert_ms.value(), 70.0);
+}
+
+// As methods are stored, and as another program may have stored one.
+TEST(StatisticsTable, StartsInsideOfAnAttemptStandInTheMethodsOptions) {
+  TestExperiment experiment = ToyPool();
+  experiment.methods[0].options = Method::Of("best").ToJson().dump();
+  experiment.methods[1].options = Method::Of("sqp").ToJson().dump();
+  experiment.methods[2].options = "{no JSON}";
+  const StatisticsTable table = TableOf(experiment);
+  EXPECT_EQ(table.rows[0].method.inner_starts, BestOptions().rescues);
+  EXPECT_EQ(table.rows[1].method.inner_starts, 0);
+  EXPECT_EQ(table.rows[2].method.inner_starts, 0);
 }
 
 TEST(StatisticsTable, QuantilesCountFailuresAsInfinite) {

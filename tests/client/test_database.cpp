@@ -57,8 +57,9 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
   description.dataset = {experiment.dataset_name, experiment.dataset_hash};
   for (std::size_t i = 0; i < experiment.methods.size(); ++i) {
     const std::string hash(64, static_cast<char>('0' + i));
-    description.methods.push_back({experiment.methods[i].name, hash, "{}", experiment.methods[i].multi_starts, 100,
-                                   false, ParseWord<SceneRepresentation>(experiment.methods[i].collision).value()});
+    description.methods.push_back({experiment.methods[i].name, hash, experiment.methods[i].options,
+                                   experiment.methods[i].multi_starts, 100, false,
+                                   ParseWord<SceneRepresentation>(experiment.methods[i].collision).value()});
   }
   const auto task = ParseWord<Task>(experiment.task).value();
   std::map<std::pair<int, std::string>, int> cells;

@@ -35,6 +35,7 @@ struct TestMethod {
   std::string name;
   int multi_starts = 0;
   std::string collision = "solid";
+  std::string options = "{}";  ///< canonical form of the method, as text
 };
 
 struct TestExperiment {

@@ -373,6 +373,25 @@ TEST_F(SharedPool, AfterARestartItIsFairFromThenOn) {
   EXPECT_NEAR(Used_s(second), 100, 3);
 }
 
+// The wall limit is a safety net of hours: charged beforehand, it would leave a newcomer one slot until a job has
+// ended.
+TEST_F(SharedPool, ANewcomerHasItsPartOfManySlotsAtOnce) {
+  constexpr int kSlots = 8;
+  nlohmann::json spec = SampleSpec(100);
+  spec["limits"].update({{"wall_time_s", 72'000}, {"effort_limit", 10'000'000}});
+  spec["submitter"] = "ada";
+  Submit(spec, "known");
+  Hello(kFirst, kSlots);
+  auto known = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst));
+  known.cpu_us = 10'000'000;
+  Deliver(known);
+  spec["submitter"] = "bob";
+  const auto newcomer = Submit(spec, "newcomer").experiment_id;
+  int of_the_newcomer = 0;
+  for (int slot = 0; slot < kSlots; ++slot) of_the_newcomer += LeaseOne(kFirst).experiment_id == newcomer ? 1 : 0;
+  EXPECT_NEAR(of_the_newcomer, kSlots / 2, 1);
+}
+
 // A job that crashes tells no CPU time: it is charged for as long as it was there, or its experiment would never stop.
 TEST_F(SharedPool, FailedAttemptsAreChargedForTheirTime) {
   nlohmann::json spec = SampleSpec(1000);

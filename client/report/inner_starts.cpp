@@ -1,0 +1,18 @@
+#include "client/report/inner_starts.h"
+
+namespace legopt::client {
+
+std::string InnerStartsSql(const std::string& alias) {
+  const std::string options = alias + ".options_json";
+  // A database may hold methods of programs that wrote something else there.
+  return "iif(json_valid(" + options + "), coalesce(json_extract(" + options + ", '$.options.rescues'), 0), 0)";
+}
+
+TableText FormatStarts(std::int64_t multi_starts, std::int64_t inner_starts) {
+  const std::string attempts = std::to_string(multi_starts);
+  if (inner_starts == 0) return {attempts};
+  const std::string inside = std::to_string(inner_starts);
+  return {attempts + " + " + inside + " inside", attempts + "+" + inside};
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,144 @@
+// Every method of the registry on problems of the default dataset: no row of a table may fall unseen. A method must
+// solve what it was measured to solve (of motions as many windows), less what Wilson's interval of that measurement
+// allows, at no more than a tenth above the measured cost. The program itself measures: it prints what it finds.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "legopt/evaluate/judge.h"
+#include "legopt/methods/method.h"
+#include "legopt/solve/problem_solver.h"
+#include "legopt/statistics/proportions.h"
+#include "tests/folders.h"
+
+namespace legopt {
+namespace {
+
+/// What a method did when it was last measured.
+struct Measured {
+  int solved;          ///< problems, or windows of problems that are solved window by window
+  double median_cost;  ///< per waypoint, of what it solved
+};
+
+struct MethodRow {
+  const char* name;
+  const char* method;
+  Measured postures;
+  Measured motions;
+
+  friend std::ostream& operator<<(std::ostream& out, const MethodRow& row) { return out << row.name; }
+};
+
+// Without restarts: what a second try hides is what these tests are for.
+constexpr MethodRow kRows[] = {
+    {"Sqp", R"({"solver": "sqp"})", {49, 283}, {30, 0.09577}},
+    {"SqpSampled", R"({"solver": "sqp", "sample_size": 80})", {36, 547.7}, {0, 0}},
+    {"SqpIncremental", R"({"solver": "sqp", "sample_size": 80, "incremental": true})", {49, 355.5}, {30, 0.09539}},
+    {"Best", R"({"solver": "best"})", {50, 280.4}, {30, 0.08659}},
+    {"BestOneStart", R"({"solver": "best", "options": {"rescues": 0}})", {50, 280.4}, {30, 0.08659}},
+    {"Ipopt", R"({"solver": "ipopt"})", {49, 239.4}, {22, 0.0996}},
+    {"Sgd", R"({"solver": "sgd"})", {48, 513.6}, {30, 0.1618}},
+    {"SgdSampled", R"({"solver": "sgd", "sample_size": 80})", {47, 558.9}, {26, 0.1728}},
+    {"SgdIncremental", R"({"solver": "sgd", "sample_size": 40, "incremental": true})", {48, 527.1}, {26, 0.1502}},
+    {"Adam", R"({"solver": "adam"})", {49, 472.3}, {30, 0.1235}},
+    {"AdamSampled", R"({"solver": "adam", "sample_size": 80})", {48, 473.6}, {27, 0.1296}},
+    {"AdamIncremental", R"({"solver": "adam", "sample_size": 40, "incremental": true})", {48, 499.6}, {26, 0.161}},
+    {"Nadam", R"({"solver": "nadam"})", {49, 474.9}, {30, 0.1362}},
+    {"NadamSampled", R"({"solver": "nadam", "sample_size": 80})", {48, 480.2}, {27, 0.1347}},
+    {"NadamIncremental", R"({"solver": "nadam", "sample_size": 40, "incremental": true})", {49, 444.4}, {27, 0.1394}},
+    {"Chomp", R"({"solver": "chomp"})", {48, 513.6}, {27, 0.1098}},
+    {"Stomp", R"({"solver": "stomp"})", {0, 0}, {0, 0}},
+};
+
+Method MethodOf(const MethodRow& row) { return Method::FromJson(nlohmann::json::parse(row.method), row.name); }
+
+std::shared_ptr<const Dataset> DefaultDataset() {
+  static const std::shared_ptr<const Dataset> dataset = Dataset::Load(SourceFolder() + "/data/garage-easier");
+  return dataset;
+}
+
+/// The problems that a row is held to, from the start in collision.
+std::vector<ProblemDefinition> ProblemsOf(Task task, std::size_t longest) {
+  std::vector<ProblemDefinition> problems;
+  for (const ProblemDefinition& problem : DefaultDataset()->problems(task)) {
+    if (problem.stances.size() <= longest) problems.push_back(problem);
+  }
+  return problems;
+}
+
+class EveryMethod : public ::testing::TestWithParam<MethodRow> {
+ protected:
+  static void Hold(Task task, const std::vector<ProblemDefinition>& problems, const Measured& measured) {
+    ASSERT_FALSE(problems.empty());
+    const Found found = Solve(task, problems);
+    std::printf("%s, %s: {%d, %.4g} of %d\n", GetParam().name, std::string(ToString(task)).c_str(), found.solved,
+                found.median_cost, found.parts);
+    EXPECT_GE(found.solved, std::floor(statistics::WilsonInterval(measured.solved, found.parts).lower * found.parts));
+    constexpr double kDearer = 1.1;
+    EXPECT_LE(found.median_cost, kDearer * measured.median_cost);
+  }
+
+ private:
+  struct Found : Measured {
+    int parts = 0;  ///< windows of all problems, or problems where there are none
+  };
+
+  static Found Solve(Task task, const std::vector<ProblemDefinition>& problems) {
+    ProblemSolver solver(DefaultDataset());
+    Judge judge(DefaultDataset());
+    Found found = {};
+    std::vector<double> costs;
+    for (const ProblemDefinition& problem : problems) {
+      SolveSettings settings;
+      settings.effort_limit = DescriptionOf(task).default_effort_limit;
+      const SolveOutcome outcome =
+          solver.Solve(task, problem, Initialization::kInCollision, MethodOf(GetParam()), settings);
+      const Evaluation evaluation = judge.Evaluate(task, problem, outcome.waypoints);
+      const bool success = evaluation.literal == Verdict::kSuccess;
+      if (success) costs.push_back(evaluation.cost);
+      found.parts += std::max(outcome.windows, 1);
+      // What was solved window by window, and is refused as a whole, was not solved at all.
+      const bool whole = outcome.windows_solved == outcome.windows;
+      if (success || !whole) found.solved += std::max(outcome.windows_solved, success ? 1 : 0);
+    }
+    std::sort(costs.begin(), costs.end());
+    found.median_cost = costs.empty() ? 0.0 : costs[costs.size() / 2];
+    return found;
+  }
+};
+
+TEST_P(EveryMethod, SolvesPosturesAsMeasured) {
+  Hold(Task::kPosture, ProblemsOf(Task::kPosture, 1), GetParam().postures);
+}
+
+TEST_P(EveryMethod, SolvesShortMotionsAsMeasured) {
+  constexpr std::size_t kLongest = 50;  // stances
+  Hold(Task::kMotion, ProblemsOf(Task::kMotion, kLongest), GetParam().motions);
+}
+
+INSTANTIATE_TEST_SUITE_P(Registry, EveryMethod, ::testing::ValuesIn(kRows),
+                         [](const auto& row) { return std::string(row.param.name); });
+
+TEST(EveryMethodOfTheRegistry, HasARow) {
+  for (const SolverEntry& entry : SolverRegistry()) {
+    const auto has = [&](bool sampled, bool incremental) {
+      return std::ranges::any_of(kRows, [&](const MethodRow& row) {
+        const Method method = MethodOf(row);
+        return method.solver == entry.word && (method.sample_size_percent < 100) == sampled &&
+               method.incremental == incremental;
+      });
+    };
+    EXPECT_TRUE(has(false, false)) << entry.word;
+    if (!entry.samples) continue;
+    EXPECT_TRUE(has(true, false)) << entry.word << ", sampled";
+    EXPECT_TRUE(has(true, true)) << entry.word << ", incremental";
+  }
+}
+
+}  // namespace
+}  // namespace legopt
