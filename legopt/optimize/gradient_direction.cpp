@@ -25,7 +25,7 @@ void MomentDirection::Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& dir
 }
 
 void CovariantDirection::Reset(const Program& program) {
-  metric_.Reset(program.num_waypoints(), program.tangent_size(), options_);
+  metric_.Reset(program.num_waypoints(), program.tangent_size(), options_.smoothness, Differences::kVelocities);
 }
 
 void CovariantDirection::Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) {

@@ -5,21 +5,23 @@
 
 namespace legopt {
 
-/// Options of the STOMP-style solver; every one is a key under `options:` of a method.
+/// Options of STOMP; every one is a key under `options:` of a method.
 struct StompOptions {
   StompOptions() {
     penalty.max_epochs = 1000;
     penalty.max_epochs_without_improvement = 30;
     penalty.max_epochs_when_satisfied = 30;
+    metric.smoothness = 100.0;
   }
 
-  PenaltyOptions penalty;        ///< of the outer loop, with more patience than that of gradient methods
-  MetricOptions metric;          ///< A of the noise and of the updates
-  int rollouts = 20;             ///< noisy points per iteration, >= 2
-  double noise = 0.05;           ///< standard deviation at the start of a mu, of one waypoint; rad and m, > 0
-  double noise_growth = 2.0;     ///< factor after an update that lowered the objective, >= 1
-  double noise_shrinkage = 0.9;  ///< factor after one that did not, (0, 1)
-  double selectivity = 10.0;     ///< h: weight e^-h of a waypoint's worst rollout against its best, > 0
+  PenaltyOptions penalty;         ///< of the outer loop, with more patience than that of gradient methods
+  MetricOptions metric;           ///< R of the noise and of the updates, of accelerations
+  int rollouts = 20;              ///< noisy points per iteration, >= 2
+  double noise = 0.05;            ///< standard deviation at the start, of the waypoint that varies most; rad and m, > 0
+  double noise_floor = 1e-5;      ///< it never falls below, (0, noise]
+  double noise_growth = 1.2;      ///< factor after an update that lowered the objective, up to `noise`, >= 1
+  double noise_shrinkage = 0.95;  ///< factor after one that did not, (0, 1)
+  double selectivity = 10.0;      ///< h: weight e^-h of a waypoint's worst rollout against its best, > 0
 
   /// Its keys under `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
@@ -27,6 +29,7 @@ struct StompOptions {
     MetricOptions::Visit(options.metric, fields);
     fields.Integer("rollouts", options.rollouts, 2, 10000);
     fields.Number("noise", options.noise, 1e-9, 10.0);
+    fields.Number("noise_floor", options.noise_floor, 1e-12, 10.0);
     fields.Number("noise_growth", options.noise_growth, 1.0, 10.0);
     fields.Number("noise_shrinkage", options.noise_shrinkage, 0.01, 0.999);
     fields.Number("selectivity", options.selectivity, 1e-3, 1e3);

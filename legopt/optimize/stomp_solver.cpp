@@ -1,5 +1,6 @@
 #include "legopt/optimize/stomp_solver.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -17,21 +18,23 @@ double OrderedMerit(const ObjectiveValue& value, double penalty) {
 
 void StompSolver::Prepare(Program& program) {
   const Eigen::Index tangent = static_cast<Eigen::Index>(program.num_waypoints()) * program.tangent_size();
-  metric_.Reset(program.num_waypoints(), program.tangent_size(), options_.metric);
+  projection_.Reset(program);
   rollouts_.resize(static_cast<size_t>(options_.rollouts));
   for (Eigen::VectorXd& noise : rollouts_) noise.setZero(tangent);
   for (auto* v : {&lower_, &upper_, &step_}) v->setZero(tangent);
   point_.setZero(static_cast<Eigen::Index>(program.num_waypoints()) * program.point_size());
-  best_point_ = point_;
   local_costs_.setZero(program.num_waypoints(), options_.rollouts);
   weights_.setZero(options_.rollouts);
   normal_.Reset();
+  noise_ = options_.noise;
+  // What is fixed is so wherever the chain stands.
+  program.StepBounds(point_, lower_, upper_);
+  const bool first_fixed = lower_.head(program.tangent_size()) == upper_.head(program.tangent_size());
+  metric_.Reset(program.num_waypoints(), program.tangent_size(), options_.metric.smoothness,
+                Differences::kAccelerations, first_fixed && program.num_waypoints() > 1);
 }
 
-void StompSolver::Restart(Program&) {
-  noise_ = options_.noise;
-  known_ = false;
-}
+void StompSolver::Restart(Program&) { known_ = false; }
 
 PenaltySolver::EpochEnd StompSolver::Epoch(Program& program, Eigen::VectorXd& x) {
   if (!NextIteration()) return EpochEnd::kInterrupted;
@@ -40,41 +43,32 @@ PenaltySolver::EpochEnd StompSolver::Epoch(Program& program, Eigen::VectorXd& x)
   program.StepBounds(x, lower_, upper_);
   RollOut(program, x);
   Combine(program);
-  program.Retract(x, step_, point_);
+  projection_.Project(program, x, lower_, upper_, step_, point_);
   const ObjectiveValue updated = EvaluateObjective(program, point_, residuals_);
-  if (OrderedMerit(updated, penalty()) <= OrderedMerit(best_value_, penalty())) {
-    best_point_.swap(point_);
-    best_value_ = updated;
-  }
-  const bool lower = OrderedMerit(best_value_, penalty()) < value_.Merit(penalty());
-  if (lower) {
-    x = best_point_;
-    value_ = best_value_;
+  const bool lower = OrderedMerit(updated, penalty()) < value_.Merit(penalty());
+  if (updated.IsFinite()) {
+    x.swap(point_);
+    value_ = updated;
   }
   noise_ *= lower ? options_.noise_growth : options_.noise_shrinkage;
+  noise_ = std::clamp(noise_, std::min(options_.noise_floor, options_.noise), options_.noise);
   Visit(x, value_);
   return EpochEnd::kDone;
 }
 
 void StompSolver::RollOut(Program& program, const Eigen::VectorXd& x) {
-  best_value_.cost = kInfinity;
   for (int k = 0; k < options_.rollouts; ++k) {
     Eigen::VectorXd& noise = rollouts_[static_cast<size_t>(k)];
     for (double& entry : noise) entry = normal_.Next(context().Draws());
     metric_.Correlate(noise);
     noise = (noise_ * noise).cwiseMax(lower_).cwiseMin(upper_);
-    program.Retract(x, noise, point_);
-    const ObjectiveValue value = Evaluate(program, k);
-    if (OrderedMerit(value, penalty()) < OrderedMerit(best_value_, penalty())) {
-      best_point_.swap(point_);
-      best_value_ = value;
-    }
+    projection_.Project(program, x, lower_, upper_, noise, point_);
+    Evaluate(program, k);
   }
 }
 
-ObjectiveValue StompSolver::Evaluate(Program& program, int rollout) {
+void StompSolver::Evaluate(Program& program, int rollout) {
   program.SetPoint(point_);
-  ObjectiveValue value;
   auto local = local_costs_.col(rollout);
   local.setZero();
   const auto& terms = program.terms();
@@ -84,10 +78,8 @@ ObjectiveValue StompSolver::Evaluate(Program& program, int rollout) {
     const TermShape& shape = terms[k]->shape();
     ObjectiveValue share;
     share.Add(shape, static_cast<int>(k), residuals_);
-    value.Add(shape, static_cast<int>(k), residuals_);
     local.segment(shape.waypoint, shape.num_waypoints).array() += OrderedMerit(share, penalty());
   }
-  return value;
 }
 
 void StompSolver::Combine(const Program& program) {
@@ -107,7 +99,7 @@ void StompSolver::Combine(const Program& program) {
       step_.segment(t * size, size) += weights_[k] * rollouts_[static_cast<size_t>(k)].segment(t * size, size);
     }
   }
-  metric_.ApplyInverse(step_);
+  metric_.Smooth(step_);
   step_ = step_.cwiseMax(lower_).cwiseMin(upper_);
 }
 

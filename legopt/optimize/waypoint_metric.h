@@ -1,32 +1,46 @@
 #pragma once
 
 #include <Eigen/Core>
-
-#include "legopt/optimize/metric_options.h"
+#include <cstdint>
 
 namespace legopt {
 
-/// The metric of CHOMP and STOMP on chains of T waypoints, the same for every variable:
-///     A = I + smoothness K^T K,   (K x)_t = x_{t+1} - x_t,   T x T,
+/// What a metric along a chain of waypoints weighs.
+enum class Differences : std::uint8_t {
+  kVelocities,    ///< (K x)_t = x_{t+1} - x_t
+  kAccelerations  ///< (K x)_t = x_{t-1} - 2 x_t + x_{t+1}
+};
+
+/// The metric of CHOMP (velocities) and STOMP (accelerations) on chains of T waypoints, the same for every variable:
+///
+///     A = I + smoothness K^T K,   T x T,
+///
 /// so that A^-1 spreads a change over the neighbouring waypoints and leaves equal changes of all of them as they are.
-/// The identity for one waypoint. Vectors are T blocks of equal size. A workspace; one thread.
+/// Published metrics are K^T K alone, which the known ends of their trajectories make invertible; the ends of ours are
+/// free, hence the identity. A first waypoint that is fixed is left out of A, and what multiplies by A^-1 is zero
+/// there. The identity for one waypoint. Vectors are T blocks of equal size. A workspace; one thread.
 class WaypointMetric {
  public:
-  /// For vectors of num_waypoints * block_size entries. Factors A: cubic in the number of waypoints.
-  void Reset(int num_waypoints, int block_size, const MetricOptions& options);
+  /// For vectors of num_waypoints * block_size entries; smoothness >= 0. Factors A: cubic in the number of waypoints.
+  void Reset(int num_waypoints, int block_size, double smoothness, Differences differences, bool first_fixed = false);
 
   /// v = A^-1 v.
   void ApplyInverse(Eigen::VectorXd& v) { Multiply(inverse_, v); }
 
-  /// Turns independent standard normal entries into ones of covariance A^-1 along the chain.
+  /// Turns independent standard normal entries into ones of covariance A^-1 / a along the chain, with a the largest
+  /// diagonal entry of A^-1: the waypoint that varies most has variance 1.
   void Correlate(Eigen::VectorXd& v) { Multiply(root_, v); }
+
+  /// v = M v, with M the matrix A^-1 whose columns are scaled so that their largest entries are 1 / T (STOMP).
+  void Smooth(Eigen::VectorXd& v) { Multiply(smoother_, v); }
 
  private:
   void Multiply(const Eigen::MatrixXd& factor, Eigen::VectorXd& v);
 
   int num_waypoints_ = 1, block_size_ = 1;
-  Eigen::MatrixXd inverse_;  ///< A^-1
-  Eigen::MatrixXd root_;     ///< L^-1, A = L L^T
+  Eigen::MatrixXd inverse_;   ///< A^-1
+  Eigen::MatrixXd root_;      ///< L^-1 / sqrt(a), A = L L^T
+  Eigen::MatrixXd smoother_;  ///< M^T
   Eigen::MatrixXd product_;
 };
 

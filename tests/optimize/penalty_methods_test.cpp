@@ -341,7 +341,7 @@ TEST(WaypointMetric, IsTheInverseOfTheSmoothedIdentityAndKeepsCommonChanges) {
   constexpr int kWaypoints = 4, kBlock = 3;
   constexpr double kSmoothness = 7.0;
   WaypointMetric metric;
-  metric.Reset(kWaypoints, kBlock, {kSmoothness});
+  metric.Reset(kWaypoints, kBlock, kSmoothness, Differences::kVelocities);
   VectorXd v = VectorXd::LinSpaced(kWaypoints * kBlock, -1.0, 2.0).array().sin();
   const VectorXd original = v;
   metric.ApplyInverse(v);
@@ -356,11 +356,12 @@ TEST(WaypointMetric, IsTheInverseOfTheSmoothedIdentityAndKeepsCommonChanges) {
   VectorXd common = VectorXd::Constant(kWaypoints * kBlock, 0.3);
   metric.ApplyInverse(common);
   EXPECT_LT((common.array() - 0.3).abs().maxCoeff(), 1e-12);
-  metric.Reset(1, kBlock, {kSmoothness});
+  metric.Reset(1, kBlock, kSmoothness, Differences::kAccelerations);
   VectorXd alone = VectorXd::LinSpaced(kBlock, 1, 3);
   const VectorXd before = alone;
   metric.ApplyInverse(alone);
   metric.Correlate(alone);
+  metric.Smooth(alone);
   EXPECT_EQ(alone, before);
 }
 
