@@ -3,6 +3,7 @@
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
 #include "legopt/optimize/best_solver.h"
+#include "legopt/optimize/chomp_solver.h"
 #include "legopt/optimize/gradient_solver.h"
 #include "legopt/optimize/ipopt_solver.h"
 #include "legopt/optimize/sqp_solver.h"
@@ -41,10 +42,8 @@ SolverRegistry::SolverRegistry() {
   Register<MomentGradientOptions>(
       {.word = "nadam", .paper_name = "Nadam", .samples = true, .contact_range_m = kTouching_m},
       [](const auto& o, const Sampling& s) { return MomentDescent(o, true, s); });
-  Register<CovariantGradientOptions>({.word = "chomp", .paper_name = "CHOMP", .contact_range_m = kTouching_m},
-                                     [](const auto& o, const Sampling& s) {
-                                       return Descent(o.gradient, std::make_unique<CovariantDirection>(o.metric), s);
-                                     });
+  Register<ChompOptions>({.word = "chomp", .paper_name = "CHOMP", .contact_range_m = kTouching_m},
+                         [](const auto& o, const Sampling&) { return std::make_unique<ChompSolver>(o); });
   Register<StompOptions>({.word = "stomp", .paper_name = "STOMP", .draws = true, .contact_range_m = kTouching_m},
                          [](const auto& o, const Sampling&) { return std::make_unique<StompSolver>(o); });
 }

@@ -7,6 +7,7 @@
 
 #include "legopt/methods/foreign_options.h"
 #include "legopt/optimize/best_options.h"
+#include "legopt/optimize/chomp_options.h"
 #include "legopt/optimize/gradient_options.h"
 #include "legopt/optimize/ipopt_options.h"
 #include "legopt/optimize/sqp_options.h"
@@ -16,7 +17,7 @@ namespace legopt {
 
 /// The options of one solver: of the library, or of one that a program has registered (registry.h).
 using SolverOptions = std::variant<SqpOptions, BestOptions, IpoptOptions, GradientOptions, MomentGradientOptions,
-                                   CovariantGradientOptions, StompOptions, ForeignOptions>;
+                                   ChompOptions, StompOptions, ForeignOptions>;
 
 namespace internal {
 

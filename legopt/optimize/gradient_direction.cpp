@@ -24,13 +24,4 @@ void MomentDirection::Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& dir
               ((second_ / (1.0 - beta2_power_)).array().sqrt() + options_.epsilon);
 }
 
-void CovariantDirection::Reset(const Program& program) {
-  metric_.Reset(program.num_waypoints(), program.tangent_size(), options_.smoothness, Differences::kVelocities);
-}
-
-void CovariantDirection::Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) {
-  direction = gradient;
-  metric_.ApplyInverse(direction);
-}
-
 }  // namespace legopt

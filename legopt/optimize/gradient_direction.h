@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "legopt/optimize/gradient_options.h"
-#include "legopt/optimize/waypoint_metric.h"
 #include "legopt/program/program.h"
 
 namespace legopt {
@@ -20,9 +19,6 @@ class GradientDirection {
   virtual void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) = 0;
   /// True when the same gradient twice gives two directions.
   virtual bool remembers() const { return false; }
-  /// True when an entry of d depends on other variables' gradients. The entries of g that push against a bound are then
-  /// to be zero: they would leak into variables that can move.
-  virtual bool couples() const { return false; }
 };
 
 /// SGD: d = g.
@@ -50,20 +46,6 @@ class MomentDirection : public GradientDirection {
   bool nesterov_;
   double beta1_power_ = 1.0, beta2_power_ = 1.0;  ///< beta^k
   Eigen::VectorXd first_, second_;
-};
-
-/// CHOMP (Ratliff et al., ICRA 2009): d = A^-1 g, A the metric of waypoint_metric.h.
-class CovariantDirection : public GradientDirection {
- public:
-  /// `options`: of the metric A.
-  explicit CovariantDirection(const MetricOptions& options) : options_(options) {}
-  void Reset(const Program& program) override;
-  void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) override;
-  bool couples() const override { return true; }
-
- private:
-  MetricOptions options_;
-  WaypointMetric metric_;
 };
 
 }  // namespace legopt

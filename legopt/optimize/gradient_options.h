@@ -3,7 +3,6 @@
 #include <cstdint>
 
 #include "legopt/optimize/line_search.h"
-#include "legopt/optimize/metric_options.h"
 #include "legopt/optimize/penalty_options.h"
 #include "words/words.h"
 
@@ -62,18 +61,6 @@ struct MomentGradientOptions {
   static void Visit(auto& options, auto& fields) {
     GradientOptions::Visit(options.gradient, fields);
     MomentOptions::Visit(options.moments, fields);
-  }
-};
-
-/// CHOMP.
-struct CovariantGradientOptions {
-  GradientOptions gradient;  ///< as for SGD
-  MetricOptions metric;      ///< A of the direction A^-1 g
-
-  /// Its keys under `options:` (option_fields.h).
-  static void Visit(auto& options, auto& fields) {
-    GradientOptions::Visit(options.gradient, fields);
-    MetricOptions::Visit(options.metric, fields);
   }
 };
 

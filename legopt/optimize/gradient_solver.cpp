@@ -40,7 +40,6 @@ PenaltySolver::EpochEnd GradientSolver::Epoch(Program& program, Eigen::VectorXd&
     looked_ = everything;  // the next batch is another one
     line_.Aim(x, direction_, batch, remembers_terms() ? &models_ : nullptr);
     sampled_ = SampledGradient(program, batch);
-    if (direction_rule_->couples()) line_.DropHeld(sampled_);
     direction_rule_->Next(sampled_, direction_);
     const bool moved = Step(program, x);
     if (moved || direction_rule_->remembers() || !everything) end = EpochEnd::kDone;

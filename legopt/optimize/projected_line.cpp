@@ -40,12 +40,6 @@ double ProjectedLine::OthersValue() {
   return models_ == nullptr ? 0.0 : objective_->ModelValue(*models_, *mask_, step_, others_);
 }
 
-void ProjectedLine::DropHeld(Eigen::VectorXd& gradient) const {
-  for (Eigen::Index j = 0; j < gradient.size(); ++j) {
-    if (Held(j, -gradient[j])) gradient[j] = 0.0;
-  }
-}
-
 double ProjectedLine::MaxAlpha(double max_step) const {
   double largest = 0.0;
   for (Eigen::Index j = 0; j < d_->size(); ++j) {

@@ -21,8 +21,6 @@ class ProjectedLine : public LineFunction {
 
   /// phi(0) and phi'(0), given value and gradient of the mask's terms at x.
   ValueAndSlope Start(double value, const Eigen::VectorXd& gradient);
-  /// Zeroes the entries of the gradient at x that push a variable against its bound; all entries of fixed variables.
-  void DropHeld(Eigen::VectorXd& gradient) const;
   /// The alpha at which the first variable that can move has changed by `max_step`; +infinity when none can.
   double MaxAlpha(double max_step) const;
 

@@ -27,11 +27,8 @@ void StompSolver::Prepare(Program& program) {
   weights_.setZero(options_.rollouts);
   normal_.Reset();
   noise_ = options_.noise;
-  // What is fixed is so wherever the chain stands.
-  program.StepBounds(point_, lower_, upper_);
-  const bool first_fixed = lower_.head(program.tangent_size()) == upper_.head(program.tangent_size());
   metric_.Reset(program.num_waypoints(), program.tangent_size(), options_.metric.smoothness,
-                Differences::kAccelerations, first_fixed && program.num_waypoints() > 1);
+                Differences::kAccelerations, FirstWaypointIsFixed(program));
 }
 
 void StompSolver::Restart(Program&) { known_ = false; }
@@ -41,6 +38,7 @@ PenaltySolver::EpochEnd StompSolver::Epoch(Program& program, Eigen::VectorXd& x)
   if (!known_) value_ = EvaluateObjective(program, x, residuals_);
   known_ = true;
   program.StepBounds(x, lower_, upper_);
+  projection_.Linearize(program, x, lower_, upper_, metric_);
   RollOut(program, x);
   Combine(program);
   projection_.Project(program, x, lower_, upper_, step_, point_);
@@ -61,6 +59,7 @@ void StompSolver::RollOut(Program& program, const Eigen::VectorXd& x) {
     Eigen::VectorXd& noise = rollouts_[static_cast<size_t>(k)];
     for (double& entry : noise) entry = normal_.Next(context().Draws());
     metric_.Correlate(noise);
+    projection_.MakeTangent(noise);
     noise = (noise_ * noise).cwiseMax(lower_).cwiseMin(upper_);
     projection_.Project(program, x, lower_, upper_, noise, point_);
     Evaluate(program, k);
@@ -100,6 +99,7 @@ void StompSolver::Combine(const Program& program) {
     }
   }
   metric_.Smooth(step_);
+  projection_.MakeTangent(step_);
   step_ = step_.cwiseMax(lower_).cwiseMin(upper_);
 }
 

@@ -25,6 +25,16 @@ Eigen::MatrixXd DifferencesOf(int num_waypoints, Differences differences) {
 
 }  // namespace
 
+bool FirstWaypointIsFixed(const Program& program) {
+  const Eigen::Index chain = program.num_waypoints(), size = program.tangent_size();
+  if (chain < 2) return false;
+  // What is fixed is so wherever the chain stands.
+  const Eigen::VectorXd anywhere = Eigen::VectorXd::Zero(chain * program.point_size());
+  Eigen::VectorXd lower(chain * size), upper(chain * size);
+  program.StepBounds(anywhere, lower, upper);
+  return lower.head(size) == upper.head(size);
+}
+
 void WaypointMetric::Reset(int num_waypoints, int block_size, double smoothness, Differences differences,
                            bool first_fixed) {
   num_waypoints_ = num_waypoints;

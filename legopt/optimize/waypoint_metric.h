@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <cstdint>
 
+#include "legopt/program/program.h"
+
 namespace legopt {
 
 /// What a metric along a chain of waypoints weighs.
@@ -10,6 +12,9 @@ enum class Differences : std::uint8_t {
   kVelocities,    ///< (K x)_t = x_{t+1} - x_t
   kAccelerations  ///< (K x)_t = x_{t-1} - 2 x_t + x_{t+1}
 };
+
+/// Whether there is more than one waypoint and the bounds leave the first nothing to move.
+bool FirstWaypointIsFixed(const Program& program);
 
 /// The metric of CHOMP (velocities) and STOMP (accelerations) on chains of T waypoints, the same for every variable:
 ///
@@ -24,6 +29,8 @@ class WaypointMetric {
   /// For vectors of num_waypoints * block_size entries; smoothness >= 0. Factors A: cubic in the number of waypoints.
   void Reset(int num_waypoints, int block_size, double smoothness, Differences differences, bool first_fixed = false);
 
+  /// Entry of A^-1.
+  double Inverse(Eigen::Index s, Eigen::Index t) const { return inverse_(s, t); }
   /// v = A^-1 v.
   void ApplyInverse(Eigen::VectorXd& v) { Multiply(inverse_, v); }
 
