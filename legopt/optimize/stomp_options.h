@@ -11,14 +11,14 @@ struct StompOptions {
     penalty.max_epochs = 1000;
     penalty.max_epochs_without_improvement = 30;
     penalty.max_epochs_when_satisfied = 30;
-    metric.smoothness = 100.0;
+    metric.smoothness = 10.0;
   }
 
   PenaltyOptions penalty;         ///< of the outer loop, with more patience than that of gradient methods
   MetricOptions metric;           ///< R of the noise and of the updates, of accelerations
   int rollouts = 20;              ///< noisy points per iteration, >= 2
   double noise = 0.05;            ///< standard deviation at the start, of the waypoint that varies most; rad and m, > 0
-  double noise_floor = 1e-5;      ///< it never falls below, (0, noise]
+  double noise_floor = 1e-5;      ///< it never falls below, > 0
   double noise_growth = 1.2;      ///< factor after an update that lowered the objective, up to `noise`, >= 1
   double noise_shrinkage = 0.95;  ///< factor after one that did not, (0, 1)
   double selectivity = 10.0;      ///< h: weight e^-h of a waypoint's worst rollout against its best, > 0

@@ -38,7 +38,6 @@ PenaltySolver::EpochEnd StompSolver::Epoch(Program& program, Eigen::VectorXd& x)
   if (!known_) value_ = EvaluateObjective(program, x, residuals_);
   known_ = true;
   program.StepBounds(x, lower_, upper_);
-  projection_.Linearize(program, x, lower_, upper_, metric_);
   RollOut(program, x);
   Combine(program);
   projection_.Project(program, x, lower_, upper_, step_, point_);
@@ -59,7 +58,6 @@ void StompSolver::RollOut(Program& program, const Eigen::VectorXd& x) {
     Eigen::VectorXd& noise = rollouts_[static_cast<size_t>(k)];
     for (double& entry : noise) entry = normal_.Next(context().Draws());
     metric_.Correlate(noise);
-    projection_.MakeTangent(noise);
     noise = (noise_ * noise).cwiseMax(lower_).cwiseMin(upper_);
     projection_.Project(program, x, lower_, upper_, noise, point_);
     Evaluate(program, k);
@@ -99,7 +97,6 @@ void StompSolver::Combine(const Program& program) {
     }
   }
   metric_.Smooth(step_);
-  projection_.MakeTangent(step_);
   step_ = step_.cwiseMax(lower_).cwiseMin(upper_);
 }
 
