@@ -25,6 +25,21 @@ std::optional<std::string> SqliteStore::FindMethodOptions(const std::string& has
   return options;
 }
 
+std::vector<KnownResult> SqliteStore::FindKnownResults(const ResultSearch& search) {
+  Statement& s = statements_->find_known_result;
+  std::vector<KnownResult> found;
+  found.reserve(search.problems.size());
+  for (const ResultSearch::Problem& problem : search.problems) {
+    s.BindAll(search.method_hash, search.dataset_hash, search.task, search.initialization, search.seed,
+              search.effort_limit, search.wall_limit_us, search.memory_limit_bytes, search.experiment_id,
+              search.build_id.value_or(""), problem.number, problem.repetition);
+    KnownResult& known = found.emplace_back();
+    if (s.Step()) known = {s.column_int(0), s.column_int(1), s.column_int(2) != 0};
+    s.Reset();
+  }
+  return found;
+}
+
 OpenState SqliteStore::LoadOpenState() {
   OpenState state;
   state.next_experiment_id = NextId("experiment", "experiments");
@@ -77,6 +92,10 @@ void SqliteStore::LoadSummaries(OpenState& state) {
   }
   Statement solved(connection_, "SELECT experiment_id, sum(solved) FROM literal_scores GROUP BY experiment_id");
   while (solved.Step()) by_id[solved.column_int(0)].solved = solved.column_int(1);
+  Statement taken(connection_,
+                  "SELECT c.experiment_id, count(*) FROM jobs AS j JOIN cells AS c USING (cell_id) "
+                  "WHERE j.taken_from IS NOT NULL GROUP BY c.experiment_id");
+  while (taken.Step()) by_id[taken.column_int(0)].taken_over = taken.column_int(1);
   for (auto& [id, summary] : by_id) state.experiments.push_back(std::move(summary));
 }
 

@@ -19,6 +19,7 @@ struct ComparisonRequest {
   std::optional<Task> task;
   std::optional<Initialization> initialization;
   Rule rule = Rule::kLiteral;
+  std::optional<double> charge_ms;  ///< of a failed run, as of ChargesOf
   SourceOptions source;
   ComparisonOptions options;
 };
