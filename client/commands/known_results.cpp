@@ -65,6 +65,7 @@ std::map<std::string, std::int64_t> RowsOfMethods(const nlohmann::json& spec) {
 
 void ReadKnownJobs(const nlohmann::json& spec, ResultSource& source, KnownResults* known) {
   const Listing results = source.Query(Sql(spec));
+  known->truncated = results.truncated;
   const auto problems = ProblemsOfTasks(spec);
   auto methods = RowsOfMethods(spec);
   std::set<std::tuple<std::string, std::string, std::string, std::int64_t, std::int64_t>> jobs;
@@ -105,8 +106,10 @@ std::string KnownResultsText(const KnownResults& known, std::int64_t num_jobs) {
   }
   const std::string of = " of " + std::to_string(num_jobs) + " jobs have a finished result";
   if (known.jobs == 0) return "none" + of + " that they could take over";
-  if (known.any_build) return std::to_string(known.jobs) + of + " and take it over";
-  std::string text = std::to_string(known.builds.front().jobs) + of + " of build " + known.builds.front().build_id;
+  const std::string least = known.truncated ? "at least " : "";
+  if (known.any_build) return least + std::to_string(known.jobs) + of + " and take it over";
+  std::string text =
+      least + std::to_string(known.builds.front().jobs) + of + " of build " + known.builds.front().build_id;
   for (std::size_t i = 1; i < known.builds.size(); ++i) {
     text += ", " + std::to_string(known.builds[i].jobs) + " of build " + known.builds[i].build_id;
   }
@@ -120,6 +123,7 @@ nlohmann::ordered_json KnownResultsJson(const KnownResults& known) {
           {"again", known.again},
           {"jobs", known.jobs},
           {"any_build", known.any_build},
+          {"truncated", known.truncated},
           {"builds", std::move(builds)}};
 }
 

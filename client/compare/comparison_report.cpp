@@ -311,6 +311,7 @@ std::string ComparisonJson(const Comparison& comparison) {
   const auto side = [](const ComparedSide& compared) {
     return Json{{"title", compared.title},
                 {"experiment_id", compared.experiment_id},
+                {"taken_over", compared.taken_over},
                 {"origins", OriginsJson(compared.origins)}};
   };
   Json json = {{"a", side(comparison.a)},

@@ -306,8 +306,11 @@ Comparison ReadComparison(const ComparisonRequest& request) {
   }
   Decide(request.options, &comparison.cells);
   comparison.change = OverallChange(comparison.cells);
-  comparison.a = {sides.a.title, sides.a.experiment.info.id, sides.a.experiment.origins};
-  comparison.b = {sides.b.title, sides.b.experiment.info.id, sides.b.experiment.origins};
+  const auto told = [](const Side& side) {
+    return ComparedSide{side.title, side.experiment.info.id, side.experiment.origins, side.experiment.taken_over};
+  };
+  comparison.a = told(sides.a);
+  comparison.b = told(sides.b);
   comparison.dataset = sides.a.experiment.info.dataset_name;
   comparison.rule = request.rule;
   comparison.options = request.options;

@@ -29,6 +29,7 @@ struct ComparedSide {
   std::string title;  ///< "LegOpt-best of experiment 3 'quick'"
   std::int64_t experiment_id = 0;
   std::vector<ResultOrigin> origins;
+  std::int64_t taken_over = 0;  ///< results of the experiment that others made
 };
 
 /// What came of it.
