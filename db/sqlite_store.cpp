@@ -91,6 +91,7 @@ SqliteStore::Statements::Statements(Connection& c)
       insert_job_batch(c, sql::InsertJobs(sql::kRowsPerBatch)),
       find_attempt(c, sql::kFindAttempt),
       find_options(c, sql::kFindOptions),
+      find_equal_experiments(c, sql::kFindEqualExperiments),
       find_known_result(c, sql::kFindKnownResult),
       take_job(c, sql::kTakeJob),
       take_attempt(c, sql::kTakeAttempt),

@@ -35,7 +35,7 @@ class SqliteStore final : public Store {
     Statement put_dataset, find_dataset, put_method, find_method;
     Statement find_problems, insert_problem, insert_problem_batch;
     Statement insert_experiment, insert_cell, insert_job, insert_job_batch;
-    Statement find_attempt, find_options, find_known_result;
+    Statement find_attempt, find_options, find_equal_experiments, find_known_result;
     Statement take_job, take_attempt, take_result, take_waypoints;
   };
 
@@ -62,6 +62,7 @@ class SqliteStore final : public Store {
   std::vector<std::int64_t> PutProblems(std::int64_t dataset_id, std::span<const ProblemRecord> problems);
   void RequireOneChange(const char* operation, std::int64_t job_id);
   std::int64_t NextId(const char* kind, const char* table);
+  std::vector<std::int64_t> FindEqualExperiments(const ResultSearch& search);
   void LoadSummaries(OpenState& state);
   void LoadDescriptions(std::map<std::int64_t, ExperimentSummary>& by_id);
   void LoadOpenJobs(OpenState& state);

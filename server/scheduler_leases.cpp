@@ -150,7 +150,7 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     const std::string& dataset = open_.at(experiment_id)->spec().dataset.hash;
     return std::find(hashes.begin(), hashes.end(), dataset) != hashes.end() && MayWorkOn(*worker, experiment_id);
   };
-  constexpr std::int64_t kSearchedAtOnce = 64, kMostSearched = 256;  // jobs; their results are copied in one commit
+  constexpr std::int64_t kSearchedAtOnce = 64, kMostSearched = 128;  // jobs; their results are copied in one commit
   std::int64_t searched = 0;
   // A long job ends a batch: a worker that asked for many short ones must not hold long ones that others could begin.
   bool full = false;

@@ -211,11 +211,9 @@ TEST(TakeoverRows, AreFoundByIndexes) {
   { OpenSqliteStore(path); }
   ReadOnlyDatabase database(path);
   const auto plan = database.Query(
-      "EXPLAIN QUERY PLAN SELECT job_id FROM reusable_results WHERE method_hash = 'a' AND dataset_hash = 'd' AND task "
-      "= "
-      "'posture' AND initialization = 'good' AND seed = 1 AND effort_limit IS NULL AND experiment_id <> 2 AND "
-      "problem_id "
-      "= 1 AND repetition = 0 ORDER BY job_id LIMIT 1");
+      "EXPLAIN QUERY PLAN SELECT job_id FROM reusable_results WHERE experiment_id = 1 AND method_hash = 'a' AND task = "
+      "'posture' AND initialization = 'good' AND effort_limit IS NULL AND problem_id = 1 AND repetition = 0 ORDER BY "
+      "job_id LIMIT 1");
   for (const auto& row : plan.rows) {
     const std::string& step = std::get<std::string>(row.at(3));
     EXPECT_EQ(step.find("SCAN"), std::string::npos) << step;

@@ -127,11 +127,12 @@ TEST_F(SchedulerTakeoverTest, ARestartGoesOnWithTheRest) {
   HelloOf(kFirst, "one");
   SolveAll(kFirst);
   Submit(Larger(300), "s2");
-  EXPECT_EQ(Lease(kFirst, 64).jobs.size(), 0U) << "the results of 256 jobs are enough for one commit";
-  EXPECT_EQ(Summary(2).taken_over, 256);
+  EXPECT_EQ(Lease(kFirst, 64).jobs.size(), 0U) << "the results of 128 jobs are enough for one commit";
+  EXPECT_EQ(Summary(2).taken_over, 128);
   Restart();
-  EXPECT_EQ(Summary(2).taken_over, 256);
+  EXPECT_EQ(Summary(2).taken_over, 128);
   HelloOf(kFirst, "one");
+  EXPECT_EQ(Lease(kFirst).jobs.size(), 0U);
   EXPECT_EQ(Lease(kFirst).jobs.at(0).job_id, 601);
   EXPECT_EQ(Summary(2).taken_over, 300);
   EXPECT_EQ(Summary(2).jobs_by_state, store_.LoadOpenState().experiments.at(1).jobs_by_state);
