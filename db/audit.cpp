@@ -77,6 +77,20 @@ constexpr std::array kRules{
          "UNION ALL SELECT c.experiment_id, a.worker_id, count(*) FROM results AS r JOIN cells AS c USING (cell_id) "
          "JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt GROUP BY 1, 2) "
          "GROUP BY experiment_id, worker_id HAVING count(*) <> 2 OR min(results) <> max(results)"},
+    Rule{"taken_result_is_of_an_equal_job", "a result was taken over from a job that is not its equal: job ",
+         "SELECT j.job_id FROM jobs AS j JOIN jobs AS s ON s.job_id = j.taken_from JOIN cells AS c ON c.cell_id = "
+         "j.cell_id JOIN cells AS k ON k.cell_id = s.cell_id JOIN methods AS m ON m.method_id = c.method_id JOIN "
+         "methods AS o ON o.method_id = k.method_id JOIN experiments AS e ON e.experiment_id = c.experiment_id JOIN "
+         "experiments AS f ON f.experiment_id = k.experiment_id WHERE s.state <> 'done' OR s.taken_from IS NOT NULL OR "
+         "j.problem_key <> s.problem_key OR j.repetition <> s.repetition OR c.initialization <> k.initialization OR "
+         "c.effort_limit IS NOT k.effort_limit OR m.hash <> o.hash OR e.seed <> f.seed"},
+    Rule{"taken_result_is_that_of_the_solve", "a result that was taken over is not what was solved: job ",
+         "SELECT j.job_id FROM jobs AS j JOIN results AS r ON r.job_id = j.job_id JOIN results AS s ON s.job_id = "
+         "j.taken_from JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt JOIN attempts AS b ON "
+         "b.job_id = s.job_id AND b.attempt = s.attempt WHERE a.worker_id <> b.worker_id OR r.wall_us <> s.wall_us OR "
+         "r.solver_status <> s.solver_status OR r.iterations <> s.iterations OR r.verdict_literal <> s.verdict_literal "
+         "OR r.cost IS NOT s.cost OR (SELECT count(*) FROM waypoints AS w WHERE w.job_id = r.job_id) <> (SELECT "
+         "count(*) FROM waypoints AS w WHERE w.job_id = s.job_id)"},
     Rule{"waypoints_have_no_gaps", "waypoints are missing or of different sizes: job ",
          "SELECT job_id FROM waypoints GROUP BY job_id HAVING count(*) <> max(waypoint) + 1 OR "
          "min(length(x)) <> max(length(x))"},

@@ -19,6 +19,7 @@ class MemoryStore : public Store {
   std::optional<AttemptRecord> FindAttempt(std::int64_t job_id, int attempt) override;
   std::optional<OpenExperiment> LoadExperiment(std::int64_t experiment_id) override;
   std::optional<std::string> FindMethodOptions(const std::string& hash) override;
+  std::vector<KnownResult> FindKnownResults(const ResultSearch& search) override;
 
   /// While set, Apply throws this code and changes nothing.
   void FailWith(std::optional<StoreErrorCode> code) { fault_ = code; }
@@ -34,6 +35,8 @@ class MemoryStore : public Store {
   bool has_stale(std::int64_t job_id, int attempt) const;
   std::optional<JobState> job_state(std::int64_t job_id) const;
   int num_attempts(std::int64_t job_id) const;
+  /// The job whose solve made the result of this one; 0: itself, or it has none.
+  std::int64_t taken_from(std::int64_t job_id) const;
 
  private:
   struct Tables;

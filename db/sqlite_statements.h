@@ -72,6 +72,42 @@ inline std::string InsertResult() {
 
 inline constexpr char kInsertWaypoint[] = "INSERT INTO waypoints (job_id, waypoint, x) VALUES (?1, ?2, ?3)";
 
+// A job takes the result of ?2 over, step by step. Without such a result the first step changes nothing.
+inline constexpr char kTakeJob[] =
+    "UPDATE jobs SET state = 'leased', attempts = 1, taken_from = (SELECT coalesce(s.taken_from, s.job_id) "
+    "FROM jobs AS s WHERE s.job_id = ?2) WHERE job_id = ?1 AND state = 'queued' AND attempts = 0 "
+    "AND EXISTS (SELECT 1 FROM results WHERE job_id = ?2)";
+
+inline constexpr char kTakeAttempt[] =
+    "INSERT INTO attempts (job_id, attempt, token, worker_id, leased_at_us) SELECT ?1, 1, ?3, a.worker_id, ?4 "
+    "FROM results AS r JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt WHERE r.job_id = ?2";
+
+inline std::string TakeResultOf() {
+  const std::string names = Names(Columns::kAll);
+  return "INSERT INTO results (job_id, cell_id, attempt, received_at_us, " + names +
+         ") SELECT ?1, (SELECT cell_id FROM jobs WHERE job_id = ?1), 1, ?3, " + names +
+         " FROM results WHERE job_id = ?2";
+}
+
+inline constexpr char kTakeWaypoints[] =
+    "INSERT INTO waypoints (job_id, waypoint, x) SELECT ?1, waypoint, x FROM waypoints WHERE job_id = ?2";
+
+// Experiments that may have results of equal jobs, in the order of their jobs: of thousands that solved the same, most
+// are left out here, once for many jobs.
+inline constexpr char kFindEqualExperiments[] =
+    "SELECT DISTINCT e.experiment_id FROM methods AS m JOIN cells AS c ON c.method_id = m.method_id "
+    "JOIN experiments AS e ON e.experiment_id = c.experiment_id JOIN datasets AS d ON d.dataset_id = e.dataset_id "
+    "WHERE m.hash = ?1 AND d.hash = ?2 AND c.task = ?3 AND c.initialization = ?4 AND e.seed = ?5 "
+    "AND c.effort_limit IS nullif(?6, 0) AND e.experiment_id <> ?7 AND EXISTS (SELECT 1 FROM result_workers AS s "
+    "JOIN workers AS w ON w.worker_id = s.worker_id WHERE s.experiment_id = e.experiment_id AND s.results > 0 "
+    "AND ?8 IN ('', w.build_id)) ORDER BY e.experiment_id";
+
+inline constexpr char kFindKnownResult[] =
+    "SELECT job_id, wall_us, solved_literal FROM reusable_results WHERE experiment_id = ?1 AND method_hash = ?2 "
+    "AND task = ?3 AND initialization = ?4 AND effort_limit IS nullif(?5, 0) AND wall_us <= ?6 "
+    "AND peak_memory_bytes <= ?7 AND ?8 IN ('', build_id) AND problem_id = ?9 AND repetition = ?10 "
+    "ORDER BY job_id LIMIT 1";
+
 inline constexpr int kFirstOfStale = 9;  // parameter of its first column
 
 inline std::string InsertStale() {

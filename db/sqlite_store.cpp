@@ -90,7 +90,13 @@ SqliteStore::Statements::Statements(Connection& c)
       insert_job(c, sql::InsertJobs(1)),
       insert_job_batch(c, sql::InsertJobs(sql::kRowsPerBatch)),
       find_attempt(c, sql::kFindAttempt),
-      find_options(c, sql::kFindOptions) {}
+      find_options(c, sql::kFindOptions),
+      find_equal_experiments(c, sql::kFindEqualExperiments),
+      find_known_result(c, sql::kFindKnownResult),
+      take_job(c, sql::kTakeJob),
+      take_attempt(c, sql::kTakeAttempt),
+      take_result(c, sql::TakeResultOf()),
+      take_waypoints(c, sql::kTakeWaypoints) {}
 
 void SqliteStore::Apply(std::span<const StoreOp> operations) {
   CheckPlace();
@@ -156,6 +162,22 @@ void SqliteStore::Do(const AcceptResult& op) {
   statements_->end_attempt.Run(op.job_id, op.attempt, AttemptOutcome::kFinished, 0, op.message, op.log_tail, op.at_us);
   RequireOneChange("AcceptResult", op.job_id);
   EndJob(op.job_id, op.attempt, JobState::kDone, false);
+}
+
+// The same steps as of a job that is solved: leased, a result under that lease, done.
+void SqliteStore::Do(const TakeResult& op) {
+  constexpr int kAttempt = 1;
+  statements_->take_job.Run(op.job_id, op.source_job_id);
+  RequireOneChange("TakeResult", op.job_id);
+  statements_->take_attempt.Run(op.job_id, op.source_job_id, op.token, op.at_us);
+  RequireOneChange("TakeResult", op.job_id);
+  statements_->take_result.Run(op.job_id, op.source_job_id, op.at_us);
+  RequireOneChange("TakeResult", op.job_id);
+  statements_->take_waypoints.Run(op.job_id, op.source_job_id);
+  statements_->end_attempt.Run(op.job_id, kAttempt, AttemptOutcome::kFinished, 0,
+                               "taken over from job " + std::to_string(op.source_job_id), "", op.at_us);
+  RequireOneChange("TakeResult", op.job_id);
+  EndJob(op.job_id, kAttempt, JobState::kDone, false);
 }
 
 void SqliteStore::Do(const RecordStaleResult& op) {

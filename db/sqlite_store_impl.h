@@ -21,6 +21,7 @@ class SqliteStore final : public Store {
   std::optional<AttemptRecord> FindAttempt(std::int64_t job_id, int attempt) override;
   std::optional<OpenExperiment> LoadExperiment(std::int64_t experiment_id) override;
   std::optional<std::string> FindMethodOptions(const std::string& hash) override;
+  std::vector<KnownResult> FindKnownResults(const ResultSearch& search) override;
   void CheckPlace() override;
   void Idle() override;
 
@@ -34,13 +35,15 @@ class SqliteStore final : public Store {
     Statement put_dataset, find_dataset, put_method, find_method;
     Statement find_problems, insert_problem, insert_problem_batch;
     Statement insert_experiment, insert_cell, insert_job, insert_job_batch;
-    Statement find_attempt, find_options;
+    Statement find_attempt, find_options, find_equal_experiments, find_known_result;
+    Statement take_job, take_attempt, take_result, take_waypoints;
   };
 
   void Do(const CreateExperiment& op);
   void Do(const LeaseJob& op);
   void Do(const EndAttempt& op);
   void Do(const AcceptResult& op);
+  void Do(const TakeResult& op);
   void Do(const RecordStaleResult& op);
   void Do(const CancelExperiment& op);
   void Do(const ControlExperiment& op);
@@ -59,6 +62,7 @@ class SqliteStore final : public Store {
   std::vector<std::int64_t> PutProblems(std::int64_t dataset_id, std::span<const ProblemRecord> problems);
   void RequireOneChange(const char* operation, std::int64_t job_id);
   std::int64_t NextId(const char* kind, const char* table);
+  std::vector<std::int64_t> FindEqualExperiments(const ResultSearch& search);
   void LoadSummaries(OpenState& state);
   void LoadDescriptions(std::map<std::int64_t, ExperimentSummary>& by_id);
   void LoadOpenJobs(OpenState& state);

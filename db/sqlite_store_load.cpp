@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "db/sqlite_store_impl.h"
 
@@ -23,6 +24,37 @@ std::optional<std::string> SqliteStore::FindMethodOptions(const std::string& has
   if (s.BindAll(hash).Step()) options = s.column_text(0);
   s.Reset();
   return options;
+}
+
+std::vector<std::int64_t> SqliteStore::FindEqualExperiments(const ResultSearch& search) {
+  Statement& s = statements_->find_equal_experiments;
+  std::vector<std::int64_t> experiments;
+  s.BindAll(search.method_hash, search.dataset_hash, search.task, search.initialization, search.seed,
+            search.effort_limit, search.experiment_id, search.build_id.value_or(""));
+  while (s.Step()) experiments.push_back(s.column_int(0));
+  s.Reset();
+  return experiments;
+}
+
+std::vector<KnownResult> SqliteStore::FindKnownResults(const ResultSearch& search) {
+  Statement& s = statements_->find_known_result;
+  std::vector<KnownResult> found(search.problems.size());
+  std::size_t left = found.size();
+  for (const std::int64_t experiment : FindEqualExperiments(search)) {
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      if (found[i].job_id != 0) continue;
+      s.BindAll(experiment, search.method_hash, search.task, search.initialization, search.effort_limit,
+                search.wall_limit_us, search.memory_limit_bytes, search.build_id.value_or(""),
+                search.problems[i].number, search.problems[i].repetition);
+      if (s.Step()) {
+        found[i] = {s.column_int(0), s.column_int(1), s.column_int(2) != 0};
+        --left;
+      }
+      s.Reset();
+    }
+    if (left == 0) break;
+  }
+  return found;
 }
 
 OpenState SqliteStore::LoadOpenState() {
@@ -77,6 +109,10 @@ void SqliteStore::LoadSummaries(OpenState& state) {
   }
   Statement solved(connection_, "SELECT experiment_id, sum(solved) FROM literal_scores GROUP BY experiment_id");
   while (solved.Step()) by_id[solved.column_int(0)].solved = solved.column_int(1);
+  Statement taken(connection_,
+                  "SELECT c.experiment_id, count(*) FROM jobs AS j JOIN cells AS c USING (cell_id) "
+                  "WHERE j.taken_from IS NOT NULL GROUP BY c.experiment_id");
+  while (taken.Step()) by_id[taken.column_int(0)].taken_over = taken.column_int(1);
   for (auto& [id, summary] : by_id) state.experiments.push_back(std::move(summary));
 }
 

@@ -54,6 +54,16 @@ struct AcceptResult {
   std::int64_t at_us = 0;
 };
 
+/// Job queued -> done, never leased before: gets a copy of the result of another job, as attempt 1 of the worker that
+/// made it, and remembers the job that was solved. FindKnownResults says which jobs are equal; nobody else may be
+/// asked.
+struct TakeResult {
+  std::int64_t job_id = 0;
+  std::int64_t source_job_id = 0;  ///< done
+  std::int64_t token = 0;          ///< positive, unique; no worker knows it
+  std::int64_t at_us = 0;
+};
+
 /// Keeps, for audit, a report that came too late for its attempt. The attempt must exist; storing the same attempt's
 /// stale report again changes nothing.
 struct RecordStaleResult {
@@ -125,9 +135,9 @@ struct RecordEvent {
   std::string detail;
 };
 
-using StoreOp = std::variant<CreateExperiment, LeaseJob, EndAttempt, AcceptResult, RecordStaleResult, CancelExperiment,
-                             ControlExperiment, RetryExperiment, DeleteExperiment, RenameExperiment, TagExperiment,
-                             FinishExperiment, PutWorker, RecordEvent>;
+using StoreOp = std::variant<CreateExperiment, LeaseJob, EndAttempt, AcceptResult, TakeResult, RecordStaleResult,
+                             CancelExperiment, ControlExperiment, RetryExperiment, DeleteExperiment, RenameExperiment,
+                             TagExperiment, FinishExperiment, PutWorker, RecordEvent>;
 
 // --- What is read back. ----------------------------------------------------------------------------------------------
 
@@ -160,7 +170,8 @@ struct ExperimentSummary {
   std::int64_t first_job_id = 0;
   std::int64_t num_jobs = 0;
   Per<JobState, std::int64_t> jobs_by_state;
-  std::int64_t solved = 0;  ///< results whose literal verdict is kSuccess
+  std::int64_t solved = 0;      ///< results whose literal verdict is kSuccess
+  std::int64_t taken_over = 0;  ///< results that jobs of other experiments made
   std::int64_t submitted_at_us = 0;
   std::int64_t finished_at_us = 0;  ///< 0 while active
 };
@@ -196,6 +207,31 @@ struct AttemptRecord {
   JobState job_state = JobState::kQueued;
 };
 
+/// Jobs of one cell for which a finished result may be known, and all that such a result has to agree with.
+struct ResultSearch {
+  struct Problem {
+    int number = 0;  ///< in the dataset
+    int repetition = 0;
+  };
+  std::int64_t experiment_id = 0;  ///< of the cell: its own results are not meant
+  std::string dataset_hash, method_hash;
+  Task task{};
+  Initialization initialization{};
+  std::int64_t seed = 0;
+  std::int64_t effort_limit = 0;        ///< equal; 0: none
+  std::int64_t wall_limit_us = 0;       ///< the solve took no longer
+  std::int64_t memory_limit_bytes = 0;  ///< its process never had more
+  std::optional<std::string> build_id;  ///< of the worker that made it; empty: of any that told its build
+  std::vector<Problem> problems;
+};
+
+/// A finished result of an equal job.
+struct KnownResult {
+  std::int64_t job_id = 0;  ///< whose result it is; 0: there is none
+  std::int64_t wall_us = 0;
+  bool solved = false;  ///< its literal verdict is kSuccess
+};
+
 /// The durable memory of the server. Implementations: OpenSqliteStore (db/sqlite_store.h) and MemoryStore
 /// (db/memory_store.h); tests/db/store_conformance_test.cpp holds both to the same behaviour.
 ///
@@ -218,6 +254,10 @@ class Store {
 
   /// Canonical options of the method with this hash; empty when unknown.
   virtual std::optional<std::string> FindMethodOptions(const std::string& hash) = 0;
+
+  /// For each problem of the search the result that a job may take over, the one with the lowest job id: accepted, not
+  /// ended by the clock, judged by all three rules (view reusable_results).
+  virtual std::vector<KnownResult> FindKnownResults(const ResultSearch& search) = 0;
 
   /// Called about once a second, and by Apply: throws StoreError (kDisplaced) while what is written would not be found
   /// again, because the database is not where it was opened. What was applied before is brought to safety then.

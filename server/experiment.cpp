@@ -50,6 +50,19 @@ std::optional<std::int64_t> Experiment::TakeQueued() {
   return std::nullopt;
 }
 
+std::optional<Experiment::Range> Experiment::NextUnsearched(std::int64_t most) {
+  if (spec_.again) return std::nullopt;
+  while (!returned_.empty() && job(*returned_.begin()).state != db::JobState::kQueued)
+    returned_.erase(returned_.begin());
+  if (!returned_.empty()) return std::nullopt;
+  while (next_fresh_ < num_jobs() && job(next_fresh_).state != db::JobState::kQueued) ++next_fresh_;
+  if (next_fresh_ == num_jobs() || next_fresh_ < searched_) return std::nullopt;
+  Range range{next_fresh_, next_fresh_};
+  const std::size_t kind = KindOf(range.first);
+  while (range.end < num_jobs() && range.end < range.first + most && KindOf(range.end) == kind) ++range.end;
+  return range;
+}
+
 std::int64_t Experiment::ExpectedUse_us(std::int64_t index) const {
   const JobCoordinates at = CoordinatesOf(spec_, index);
   const Mean& kind = use_of_kind_[at.method * spec_.tasks.size() + at.task];

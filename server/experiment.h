@@ -58,6 +58,15 @@ class Experiment {
   /// Puts a job back that TakeQueued gave.
   void PutBack(std::int64_t index) { returned_.insert(index); }
 
+  /// The next jobs of which nobody has looked whether a result is known: at most `most`, [first, end), all of one cell.
+  /// Empty when the next job is one that came back, was looked at, or is not to be looked at; TakeQueued gives it then.
+  struct Range {
+    std::int64_t first = 0, end = 0;
+  };
+  std::optional<Range> NextUnsearched(std::int64_t most);
+  /// Somebody has looked.
+  void SetSearched(const Range& range) { searched_ = range.end; }
+
   /// CPU time, in microseconds, that an attempt of this job is expected to use: the mean over what is known of its kind
   /// (method and task), else of its task, else what its limits allow at a microsecond a term evaluation, which is more
   /// than it will use.
@@ -86,6 +95,7 @@ class Experiment {
   ExperimentSpec spec_;
   std::vector<Job> jobs_;
   std::int64_t next_fresh_ = 0;      ///< jobs before it have been taken at least once
+  std::int64_t searched_ = 0;        ///< results of jobs before it were looked for
   std::set<std::int64_t> returned_;  ///< queued again
   std::vector<Mean> use_of_task_;    ///< of finished attempts in this life of the server
   std::vector<Mean> use_of_kind_;    ///< likewise; method after method

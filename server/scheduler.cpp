@@ -313,7 +313,8 @@ std::vector<std::pair<std::string_view, std::uint64_t>> SchedulerCounters::Listi
           {"jobs_failed", jobs_failed},
           {"jobs_cancelled", jobs_cancelled},
           {"jobs_retried", jobs_retried},
-          {"jobs_deleted", jobs_deleted}};
+          {"jobs_deleted", jobs_deleted},
+          {"results_taken_over", results_taken_over}};
 }
 
 }  // namespace legopt::server

@@ -60,7 +60,7 @@ struct SchedulerCounters {
   std::uint64_t leases = 0, heartbeats = 0, renewals = 0, unknown_leases = 0, leases_expired = 0;
   std::uint64_t results_accepted = 0, results_duplicate = 0, results_stale = 0, results_refused = 0;
   std::uint64_t attempts_failed = 0, attempts_returned = 0, jobs_dead = 0, jobs_failed = 0, jobs_cancelled = 0;
-  std::uint64_t jobs_retried = 0, jobs_deleted = 0;
+  std::uint64_t jobs_retried = 0, jobs_deleted = 0, results_taken_over = 0;
 
   std::vector<std::pair<std::string_view, std::uint64_t>> Listing() const;
 };
@@ -107,6 +107,8 @@ struct LeaseView {
 ///  - no job of a paused or held experiment is leased, and larger priorities are leased first;
 ///  - an experiment is finished by the build of the worker that took its first job, unless its spec or a person says
 ///    that any may;
+///  - a job for which the store knows the finished result of an equal job when its first lease is due takes that over,
+///    unless its spec says "again": of the build that finishes the experiment, where one does;
 ///  - among equal priorities submitters share the workers in equal parts of CPU time, and so do the experiments of each
 ///    (fair_share.h), from the start of this process on: what was used before it is forgotten.
 ///
@@ -120,6 +122,7 @@ class Scheduler {
     std::function<std::optional<db::AttemptRecord>(std::int64_t job_id, int attempt)> attempt;
     std::function<std::optional<std::string>(const std::string& method_hash)> method_options;
     std::function<std::optional<db::OpenExperiment>(std::int64_t experiment_id)> experiment;
+    std::function<std::vector<db::KnownResult>(const db::ResultSearch&)> known_results;
   };
 
   /// Takes up where the store stands. Leases that were running get nine tenths of a lease from `now` on:
@@ -224,6 +227,12 @@ class Scheduler {
   int BatchSize(int wanted) const;
   void ExpireLeases(const Instant& now, Ops& ops);
   void ExpireLease(const Instant& now, std::int64_t job_id, bool may_have_begun, Ops& ops);
+  // scheduler_takeover.cpp
+  void TakeOverKnown(const Instant& now, Experiment& experiment, const Experiment::Range& range, const Worker& worker,
+                     Ops& ops);
+  std::vector<db::KnownResult> KnownResultsOf(const Experiment& experiment, const Experiment::Range& range,
+                                              const Worker& worker) const;
+  void TakeOver(const Instant& now, Experiment& experiment, std::int64_t index, const db::KnownResult& known, Ops& ops);
   // scheduler_results.cpp
   legopt_msg::result_reply AcceptCurrent(const Instant& now, const JobRef& ref,
                                          const legopt_msg::result_request& request, Ops& ops);

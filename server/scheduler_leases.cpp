@@ -150,12 +150,22 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     const std::string& dataset = open_.at(experiment_id)->spec().dataset.hash;
     return std::find(hashes.begin(), hashes.end(), dataset) != hashes.end() && MayWorkOn(*worker, experiment_id);
   };
+  constexpr std::int64_t kSearchedAtOnce = 64, kMostSearched = 128;  // jobs; their results are copied in one commit
+  std::int64_t searched = 0;
   // A long job ends a batch: a worker that asked for many short ones must not hold long ones that others could begin.
   bool full = false;
   while (!full && static_cast<int>(reply.jobs.size()) < wanted) {
     const std::optional<std::int64_t> next = shares_.First(can_do);
     if (!next) break;
     Experiment& experiment = *open_.at(*next);
+    if (const auto range = experiment.NextUnsearched(kSearchedAtOnce)) {
+      // The store is read, which may fail, and then this is asked again: no lease may have been given before. The rest
+      // is for the next request.
+      if (!reply.jobs.empty() || searched >= kMostSearched) break;
+      searched += range->end - range->first;
+      TakeOverKnown(now, experiment, *range, *worker, ops);
+      continue;
+    }
     const legopt_msg::lease& lease = reply.jobs.emplace_back(LeaseFrom(now, experiment, *worker, ops));
     full = DescriptionOf(experiment.TaskOf(lease.job_id - experiment.first_job_id())).long_jobs;
   }

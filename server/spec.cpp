@@ -85,6 +85,11 @@ std::string NoneOfTheWords() {
   return text;
 }
 
+bool Boolean(const Json& json, const std::string& key) {
+  if (!json.is_boolean()) Refuse(key, "must be true or false");
+  return json.get<bool>();
+}
+
 template <Worded Enum>
 Enum Choice(const Json& json, const std::string& key) {
   const auto value = json.is_string() ? ParseWord<Enum>(json.get_ref<const std::string&>()) : std::nullopt;
@@ -143,9 +148,7 @@ db::MethodRecord ParseMethod(const Json& json, const std::string& key) {
       static_cast<int>(Integer(Member(json, key, "multi_starts"), key + ".multi_starts", 0, limits::kMostMultiStarts));
   method.sample_size_percent =
       static_cast<int>(Integer(Member(json, key, "sample_size"), key + ".sample_size", 1, 100));
-  const Json& incremental = Member(json, key, "incremental");
-  if (!incremental.is_boolean()) Refuse(key + ".incremental", "must be true or false");
-  method.incremental = incremental.get<bool>();
+  method.incremental = Boolean(Member(json, key, "incremental"), key + ".incremental");
   if (const auto solver = options.find("options"); solver != options.end() && solver->contains("collision")) {
     method.collision = Choice<SceneRepresentation>(solver->at("collision"), key + ".options.options.collision");
   }
@@ -238,12 +241,13 @@ ExperimentSpec ParseSpec(std::string_view text) {
   if (json.is_discarded()) Refuse("", "is not JSON");
   RequireObject(json, "",
                 {"spec_version", "name", "seed", "repetitions", "dataset", "tasks", "initializations", "methods",
-                 "limits", "max_attempts", "submitter", "builds", "split"});
+                 "limits", "max_attempts", "submitter", "builds", "again", "split"});
   Integer(Member(json, "", "spec_version"), "spec_version", kSpecVersion, kSpecVersion);
   ExperimentSpec spec;
   spec.name = Text(Member(json, "", "name"), "name");
   if (json.contains("submitter")) spec.submitter = Text(json.at("submitter"), "submitter");
   if (json.contains("builds")) spec.builds = Choice<BuildRule>(json.at("builds"), "builds");
+  if (json.contains("again")) spec.again = Boolean(json.at("again"), "again");
   spec.seed = Integer(Member(json, "", "seed"), "seed", 0, INT64_MAX);
   spec.repetitions =
       static_cast<int>(Integer(Member(json, "", "repetitions"), "repetitions", 1, limits::kMostRepetitions));

@@ -30,6 +30,7 @@ struct ExperimentSpec {
   std::vector<TaskProblems> tasks;
   std::vector<Initialization> initializations;
   BuildRule builds = BuildRule::kOne;  ///< who may finish it
+  bool again = false;                  ///< all is solved, whatever finished results of equal jobs there are
   std::vector<db::MethodRecord> methods;
   std::int64_t memory_limit_bytes = 0;  ///< of one job child; [64 MiB, 1 TiB]
   int max_attempts = 3;                 ///< 1 - 100
@@ -48,8 +49,8 @@ class SpecError : public std::runtime_error {
 /// Most jobs that one experiment may have.
 inline constexpr std::int64_t kMaxJobsPerExperiment = bus::spec_limits::kMostJobs;
 
-/// Throws SpecError. Every key is required but "max_attempts", "submitter", "builds", "split", "joint_names" and
-/// "limits.effort_limit"; an unknown key is an error.
+/// Throws SpecError. Every key is required but "max_attempts", "submitter", "builds", "again", "split", "joint_names"
+/// and "limits.effort_limit"; an unknown key is an error.
 ExperimentSpec ParseSpec(std::string_view text);
 
 /// What one job is, from its index in the experiment's order (0 <= index < num_jobs()).

@@ -78,6 +78,7 @@ Json ExperimentJson(const db::ExperimentSummary& summary, const Scheduler& sched
             {"jobs", std::move(jobs)},
             {"running", RunningJson(scheduler.Progress(summary.experiment_id, kMostRunningShown))},
             {"solved", summary.solved},
+            {"taken_over", summary.taken_over},
             {"share", outlook.share},
             {"eta_s", outlook.remaining_s ? Json(*outlook.remaining_s) : Json()},
             {"waiting_for", outlook.waiting_for}};

@@ -13,6 +13,7 @@ namespace {
 struct CompareOptions {
   ComparisonRequest request;
   double margin_percent = 0.0;
+  std::optional<double> charge_s;
   bool fail_if_worse = false;
   ComparisonFormat format = ComparisonFormat::kText;
   TimeUnit time_unit = kMilliseconds;
@@ -23,6 +24,7 @@ ExitCode Compare(const CompareOptions& options) {
   constexpr double kPercent = 0.01;
   ComparisonRequest request = options.request;
   request.options.margin = kPercent * options.margin_percent;
+  request.charge_ms = ChargeMs(options.charge_s);
   const Comparison comparison = ReadComparison(request);
   Print(RenderComparison(comparison, options.format, {options.time_unit, LayoutOf(options.output)}), options.output);
   const bool worse = std::any_of(comparison.cells.begin(), comparison.cells.end(),
@@ -56,6 +58,7 @@ void AddCompareCommand(const programs::Command& program, Invocation* invocation)
       .AddOption("--margin", options->margin_percent,
                  "Percent by which times and costs must differ to be told (default 0)")
       .Check(programs::Number(0, kLargestMargin_percent));
+  AddChargeOption(command, &options->charge_s);
   command.AddFlag("--fail-if-worse", options->fail_if_worse,
                   "Exit with " + std::to_string(static_cast<int>(ExitCode::kWorse)) +
                       " where B is worse in any of the comparisons");

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "client/commands/known_costs.h"
+#include "client/commands/known_results.h"
 #include "client/report/json_text.h"
 #include "client/report/progress.h"
 #include "client/suite/experiment_spec.h"
@@ -85,6 +86,7 @@ void PrintDryRun(const Submission& submission, ResultSource* known, int slots, c
   const std::vector<KnownCost> costs = FindKnownCosts(spec, known);
   PrintMethods(spec, costs);
   for (const auto& loss : submission.left_out) std::cout << "left out: " << loss << "\n";
+  std::cout << KnownResultsText(FindKnownResults(submission, known), submission.num_jobs) << "\n";
   const KnownTotal total = TotalOf(costs);
   std::cout << "expected CPU time: "
             << (total.jobs == 0 ? std::string("unknown, there are no results of these methods yet")
@@ -112,6 +114,7 @@ void PrintDryRunJson(const Submission& submission, ResultSource* known) {
                                                {"jobs", submission.num_jobs},
                                                {"left_out", submission.left_out},
                                                {"estimate", estimate},
+                                               {"known_results", KnownResultsJson(FindKnownResults(submission, known))},
                                                {"spec", submission.spec}})
             << "\n";
 }

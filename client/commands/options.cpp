@@ -116,6 +116,20 @@ void AddPatienceOption(const programs::Command& command, double* patience_s) {
       .Check(programs::Number(0, kLongest_s));
 }
 
+void AddChargeOption(const programs::Command& command, std::optional<double>* charge_s) {
+  constexpr double kLeast_s = 1e-6, kMost_s = 1e9;
+  command
+      .AddOption("--charge", *charge_s,
+                 "Seconds that a failed run costs in means of times (default: ten times the longest solved run of the "
+                 "task; where effort has no limit, ten limits of wall time)")
+      .Check(programs::Number(kLeast_s, kMost_s));
+}
+
+std::optional<double> ChargeMs(const std::optional<double>& charge_s) {
+  constexpr double kMillisecondsPerSecond = 1e3;
+  return charge_s ? std::optional(kMillisecondsPerSecond * *charge_s) : std::nullopt;
+}
+
 void AddDatasetOption(const programs::Command& command, std::optional<std::string>* dataset) {
   command.AddOption("--dataset", *dataset, "Dataset folder (default: the suite's, else the embedded garage-easier)");
 }
@@ -141,7 +155,9 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
                          "Problems to tune on (even ids) or to report on (odd ids): " + Joined(WordsOf<Split>()));
   command.AddOption("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
       .Check(programs::WholeNumber(0));
-  command.AddFlag("--again,--new", options->fresh, "Solve all anew although an experiment of the same content exists");
+  command.AddFlag("--again,--new", options->fresh,
+                  "Solve all anew: another experiment although one of the same content exists, and nothing taken over "
+                  "from results of equal jobs");
 }
 
 }  // namespace legopt::client

@@ -42,6 +42,10 @@ void AddTableFormatOption(const programs::Command& command, TableFormat* format)
 void AddTextOrJsonOption(const programs::Command& command, bool* json);
 /// --patience: for who waits for an experiment
 void AddPatienceOption(const programs::Command& command, double* patience_s);
+/// --charge SECONDS: what a failed run costs in means of times
+void AddChargeOption(const programs::Command& command, std::optional<double>* charge_s);
+/// In ms.
+std::optional<double> ChargeMs(const std::optional<double>& charge_s);
 /// --rule literal|strict|solid
 void AddRuleOption(const programs::Command& command, Rule* rule);
 /// --dataset
@@ -56,7 +60,7 @@ struct SuiteOptions {
   std::string suite;
   std::optional<std::string> dataset;
   SuiteFilter filter;
-  bool fresh = false;  ///< --again: a new experiment although one of the same content exists
+  bool fresh = false;  ///< --again: a new experiment, all of it solved, whatever exists
 };
 void AddSuiteOptions(const programs::Command& command, SuiteOptions* options);
 

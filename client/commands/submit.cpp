@@ -57,7 +57,7 @@ void SayThatItExists(const ExperimentStatus& experiment) {
 }
 
 // What a server that is there knows of earlier results; a dry run needs none.
-std::unique_ptr<ResultSource> KnownResults(NetworkOptions network) {
+std::unique_ptr<ResultSource> OpenEarlierResults(NetworkOptions network) {
   constexpr double kPatience_s = 1.0;
   network.timeout_s = std::min(network.timeout_s, kPatience_s);
   try {
@@ -72,7 +72,7 @@ std::unique_ptr<ResultSource> KnownResults(NetworkOptions network) {
 }
 
 ExitCode DryRunSubmission(const Submission& submission, const SubmitOptions& options) {
-  const auto known = KnownResults(options.network);
+  const auto known = OpenEarlierResults(options.network);
   if (options.json) {
     PrintDryRunJson(submission, known.get());
   } else {

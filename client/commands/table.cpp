@@ -1,5 +1,7 @@
 #include <memory>
+#include <optional>
 
+#include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/compare/statistics_table.h"
@@ -22,6 +24,8 @@ struct TableOptions {
   OutputOptions output;
   bool interpolation = false;
   bool statistics = false;
+  bool profile = false;
+  std::optional<double> charge_s;
   bool paper = false;
 };
 
@@ -30,11 +34,18 @@ constexpr char kPaperTable[] = "paper-table1.csv";
 std::string Render(const TableOptions& options) {
   const auto source = OpenResults(options.source);
   const TableStyle style{options.time_unit, LayoutOf(options.output)};
+  if (options.charge_s && !options.statistics) {
+    throw ClientError(ExitCode::kUsage, "--charge is what a failed run costs in the means of --statistics; give both");
+  }
   if (options.interpolation) {
     return RenderInterpolationTable(ReadInterpolationTable(*source, options.selection), options.format, style.layout);
   }
   if (options.statistics) {
-    return RenderStatisticsTable(ReadStatisticsTable(*source, options.selection), options.format, style);
+    const auto table = ReadStatisticsTable(*source, options.selection, ChargeMs(options.charge_s));
+    return RenderStatisticsTable(table, options.format, style);
+  }
+  if (options.profile) {
+    return RenderProfiles(ReadStatisticsTable(*source, options.selection), options.format, style.layout);
   }
   BenchmarkTable table = ReadBenchmarkTable(*source, options.selection);
   if (options.paper) AddPaperFigures(ReadPaperTable(programs::DataFolder() / kPaperTable), &table);
@@ -63,11 +74,19 @@ void AddTableCommand(const programs::Command& program, Invocation* invocation) {
           .AddFlag("--interpolation", options->interpolation,
                    "Instead: what lies between the waypoints of the solved " + std::string(kInterpolatedTask.plural))
           .Excludes(paper);
+  const auto statistics =
+      command
+          .AddFlag("--statistics", options->statistics,
+                   "Instead: intervals of success, quantiles, PAR10, means over what all methods solved")
+          .Excludes(paper)
+          .Excludes(interpolation);
   command
-      .AddFlag("--statistics", options->statistics,
-               "Instead: intervals of success, quantiles, PAR10, means over what all methods solved")
+      .AddFlag("--profile", options->profile,
+               "Instead: performance profiles as steps, for plotting with --format csv or json")
       .Excludes(paper)
-      .Excludes(interpolation);
+      .Excludes(interpolation)
+      .Excludes(statistics);
+  AddChargeOption(command, &options->charge_s);
   AddTimeUnitOption(command, &options->time_unit);
   AddOutputOptions(command, &options->output);
   AddSourceOptions(command, &options->source);

@@ -7,7 +7,6 @@
 #include <map>
 
 #include "client/client_error.h"
-#include "client/compare/statistics_table.h"
 #include "legopt/statistics/bootstrap.h"
 #include "legopt/statistics/charged_times.h"
 #include "legopt/statistics/checks.h"
@@ -19,9 +18,6 @@ namespace {
 using statistics::ProblemScore;
 using statistics::RunEnd;
 using Indices = std::span<const int>;
-
-// The clock's own resolution: a solve that took nothing took less than this.
-constexpr double kShortest_ms = 1e-3;
 
 // With unequal limits: what a run would have been under the smaller one.
 SolveCell Truncated(const SolveCell& cell, double limit_ms) {
@@ -111,6 +107,16 @@ double TrustedDifference(double b, double a) {
   return std::strtod(text, nullptr);
 }
 
+// The middle of the ratios; none of more problems than would be waited for: it takes their number squared.
+void Locate(const std::vector<double>& logarithms, RatioComparison* ratios) {
+  constexpr std::size_t kMost = 3'000;
+  if (logarithms.empty() || logarithms.size() > kMost) return;
+  const statistics::Location location = statistics::HodgesLehmann(logarithms, kLevel);
+  ratios->typical = TypicalRatio{std::exp(location.estimate),
+                                 {std::exp(location.interval.lower), std::exp(location.interval.upper)},
+                                 location.coverage};
+}
+
 RatioComparison CompareRatios(const std::vector<double>& logarithms, const std::vector<double>& differences,
                               const ComparisonOptions& options) {
   RatioComparison ratios;
@@ -120,6 +126,7 @@ RatioComparison CompareRatios(const std::vector<double>& logarithms, const std::
   ratios.mean = estimate.value;
   ratios.interval = {std::max(estimate.interval.lower, 0.0), estimate.interval.upper};
   ratios.test = statistics::SignedRank(differences);
+  Locate(logarithms, &ratios);
   ratios.lower =
       static_cast<int>(std::count_if(differences.begin(), differences.end(), [](double d) { return d < 0; }));
   return ratios;
@@ -161,7 +168,7 @@ void CompareCosts(const std::vector<ProblemPair>& pairs, const std::vector<int>&
 
 void ComparePenalised(const std::vector<ProblemPair>& pairs, const ComparisonOptions& options,
                       CellComparison* comparison) {
-  const double charge = kPenaltyFactor * comparison->limit_ms;
+  const double charge = comparison->charge.ms;
   std::vector<double> a, b;
   for (const ProblemPair& pair : pairs) {
     if (pair.a.time.finished() == 0 || pair.b.time.finished() == 0) continue;
@@ -232,12 +239,14 @@ Change Together(std::initializer_list<Change> changes) {
 
 }  // namespace
 
-CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const ComparisonOptions& options) {
+CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge& charge,
+                            const ComparisonOptions& options) {
   CellComparison comparison;
   comparison.a = a.method;
   comparison.b = b.method;
   comparison.column = a.column;
   comparison.limit_ms = std::min(a.limit_ms, b.limit_ms);
+  comparison.charge = charge;
   comparison.contended_share = ContendedShare(a, b);
   const auto pairs = PairsOf(Truncated(a, comparison.limit_ms), Truncated(b, comparison.limit_ms), &comparison);
   std::vector<ProblemScore> times_a, times_b;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "client/compare/charge.h"
 #include "client/compare/solves.h"
 #include "legopt/statistics/paired_tests.h"
 #include "legopt/statistics/profiles.h"
@@ -22,14 +23,22 @@ struct ProblemPair {
   ProblemRuns a, b;
 };
 
+/// The middle of ratios by Hodges and Lehmann, of their logarithms.
+struct TypicalRatio {
+  double estimate = 1.0;
+  statistics::Interval interval;  ///< 0 to infinity where there are too few problems for the level
+  double coverage = 1.0;          ///< that it has, at least kLevel
+};
+
 /// How ratios lie on the problems that both solved.
 struct RatioComparison {
-  int n = 0;                        ///< problems that both solved and whose ratio is defined
-  double mean = 1.0;                ///< geometric mean; NaN: n is 0
-  statistics::Interval interval;    ///< BCa; percentiles beyond 5,000 problems
-  statistics::SignedRankTest test;  ///< of logarithms of times, of differences of costs
-  double adjusted_p = 1.0;          ///< Holm, over all comparisons that are shown
-  int lower = 0;                    ///< problems on which B is faster, cheaper
+  int n = 0;                            ///< problems that both solved and whose ratio is defined
+  double mean = 1.0;                    ///< geometric mean; NaN: n is 0
+  statistics::Interval interval;        ///< BCa; percentiles beyond 5,000 problems
+  std::optional<TypicalRatio> typical;  ///< none of no problems and of more than 3,000
+  statistics::SignedRankTest test;      ///< of logarithms of times, of differences of costs
+  double adjusted_p = 1.0;              ///< Holm, over all comparisons that are shown
+  int lower = 0;                        ///< problems on which B is faster, cheaper
   Change change = Change::kNone;
 };
 
@@ -58,7 +67,8 @@ struct CellComparison {
   int only_in_a = 0, only_in_b = 0;  ///< problems that the other was not asked to solve
   SuccessComparison success;
   RatioComparison time, cost;
-  double par10_a_ms = 0.0, par10_b_ms = 0.0;
+  Charge charge;                               ///< of a failed run
+  double par10_a_ms = 0.0, par10_b_ms = 0.0;   ///< mean times, a failed run at the charge
   statistics::Interval par10_ratio;            ///< BCa
   statistics::Dominance dominance{};           ///< of the runtime distributions, failures at infinity; first: A
   std::optional<double> crossing_ms;           ///< where the one that leads first is first overtaken
@@ -73,9 +83,10 @@ struct ComparisonOptions {
   std::uint64_t seed = 1;  ///< of the bootstrap
 };
 
-/// Compares two cells of one task and start of one dataset, all but what needs the whole family. Throws ClientError
-/// (kUsage) when they have no problem in common that both have finished.
-CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const ComparisonOptions& options);
+/// Compares two cells of one task and start of one dataset, all but what needs the whole family. No pairs when they
+/// have no problem in common that both have finished.
+CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge& charge,
+                            const ComparisonOptions& options);
 
 /// Adjusts the p of all cells that are shown together, each of the three tests for itself, and decides (see
 /// docs/statistics.md): success first; else time and cost, each only where its interval and its adjusted p agree.

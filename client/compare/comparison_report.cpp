@@ -80,6 +80,10 @@ std::string RatioText(const RatioComparison& ratios, const ChangeWords& words) {
                      Ratio(ratios.interval.upper) + "] on the " + std::to_string(ratios.n) +
                      " that both solved; Wilcoxon p " +
                      P(ratios.test.two_sided_p, ratios.adjusted_p, ratios.test.pairs);
+  if (ratios.typical) {
+    text += "; Hodges-Lehmann " + Ratio(ratios.typical->estimate) + " [" + Ratio(ratios.typical->interval.lower) +
+            ", " + Ratio(ratios.typical->interval.upper) + "]";
+  }
   text += "; B " + std::string(words.better) + " on " + std::to_string(ratios.lower);
   if (ratios.test.zeros > 0) text += ", equal on " + std::to_string(ratios.test.zeros);
   return text;
@@ -109,16 +113,18 @@ std::string ProblemsText(const std::vector<ProblemRatio>& ratios) {
 }
 
 std::vector<Line> LinesOf(const CellComparison& cell, const TimeUnit& unit) {
-  return {{"pairs", PairsText(cell.success.counts)},
-          {"success", SuccessText(cell.success)},
-          {"time", RatioText(cell.time, kTimeWords)},
-          {"cost", RatioText(cell.cost, kCostWords)},
-          {"PAR10", "A " + TimeText(cell.par10_a_ms, unit) + ", B " + TimeText(cell.par10_b_ms, unit) + "; B / A " +
-                        Ratio(cell.par10_b_ms / cell.par10_a_ms) + " [" + Ratio(cell.par10_ratio.lower) + ", " +
-                        Ratio(cell.par10_ratio.upper) + "]"},
-          {"runtimes", DistributionText(cell, unit)},
-          {"B fastest", ProblemsText(cell.fastest)},
-          {"B slowest", ProblemsText(cell.slowest)}};
+  return {
+      {"pairs", PairsText(cell.success.counts)},
+      {"success", SuccessText(cell.success)},
+      {"time", RatioText(cell.time, kTimeWords)},
+      {"cost", RatioText(cell.cost, kCostWords)},
+      {TitleOfChargedMean(cell.charge.rule),
+       "A " + TimeText(cell.par10_a_ms, unit) + ", B " + TimeText(cell.par10_b_ms, unit) + "; B / A " +
+           Ratio(cell.par10_b_ms / cell.par10_a_ms) + " [" + Ratio(cell.par10_ratio.lower) + ", " +
+           Ratio(cell.par10_ratio.upper) + "]; a failure costs " + DescribeCharge(cell.charge, cell.column.task, unit)},
+      {"runtimes", DistributionText(cell, unit)},
+      {"B fastest", ProblemsText(cell.fastest)},
+      {"B slowest", ProblemsText(cell.slowest)}};
 }
 
 // A method's figures as far as both have them, for titles of comparisons of several methods.
@@ -246,6 +252,9 @@ Json RatioJson(const RatioComparison& ratios) {
   return {{"n", ratios.n},
           {"ratio", Number(ratios.mean)},
           {"interval", IntervalJson(ratios.interval)},
+          {"hodges_lehmann", ratios.typical ? Number(ratios.typical->estimate) : Json()},
+          {"hodges_lehmann_interval", ratios.typical ? IntervalJson(ratios.typical->interval) : Json()},
+          {"hodges_lehmann_coverage", ratios.typical ? Number(ratios.typical->coverage) : Json()},
           {"lower", ratios.lower},
           {"equal", ratios.test.zeros},
           {"wilcoxon_positive_sum", ratios.test.positive_sum},
@@ -290,6 +299,8 @@ Json CellJson(const CellComparison& cell) {
           {"success", SuccessJson(cell.success)},
           {"time", RatioJson(cell.time)},
           {"cost", RatioJson(cell.cost)},
+          {"charge_ms", cell.charge.ms},
+          {"charge_rule", WordOf(cell.charge.rule)},
           {"par10_a_ms", cell.par10_a_ms},
           {"par10_b_ms", cell.par10_b_ms},
           {"par10_ratio_interval", IntervalJson(cell.par10_ratio)},
@@ -303,6 +314,7 @@ std::string ComparisonJson(const Comparison& comparison) {
   const auto side = [](const ComparedSide& compared) {
     return Json{{"title", compared.title},
                 {"experiment_id", compared.experiment_id},
+                {"taken_over", compared.taken_over},
                 {"origins", OriginsJson(compared.origins)}};
   };
   Json json = {{"a", side(comparison.a)},

@@ -172,6 +172,12 @@ struct CellPair {
   SolveCell a, b;
 };
 
+std::vector<SolveCell> CellsOf(const std::vector<CellPair>& pairs) {
+  std::vector<SolveCell> cells;
+  for (const CellPair& pair : pairs) cells.insert(cells.end(), {pair.a, pair.b});
+  return cells;
+}
+
 // The cells that can be compared, with their solves; the others are not read.
 std::vector<CellPair> PairCells(Sides& sides, const std::vector<MethodPair>& methods,
                                 const ComparisonRequest& request) {
@@ -250,6 +256,15 @@ void NoteClock(const Sides& sides, std::vector<std::string>* notes) {
                    " of B's: they count as failures, and say nothing about a method.");
 }
 
+void NoteTakenOver(const Sides& sides, std::vector<std::string>* notes) {
+  const std::int64_t a = sides.a.experiment.taken_over, b = sides.b.experiment.taken_over;
+  if (a + b == 0) return;
+  const bool same = sides.a.place == sides.b.place && sides.a.experiment.info.id == sides.b.experiment.info.id;
+  notes->push_back("Results taken over from other experiments: " +
+                   (same ? std::to_string(a) : "A " + std::to_string(a) + ", B " + std::to_string(b)) +
+                   (same ? "." : "; what A and B both have of one solve is equal by its making."));
+}
+
 void NoteCells(const std::vector<CellComparison>& cells, std::vector<std::string>* notes) {
   constexpr double kTold = 0.2, kHundredth = 0.01;
   int missing = 0, only_a = 0, only_b = 0;
@@ -280,8 +295,9 @@ Comparison ReadComparison(const ComparisonRequest& request) {
   Comparison comparison;
   const std::vector<MethodPair> methods = PairMethods(sides, request, &comparison.notes);
   const std::vector<CellPair> pairs = PairCells(sides, methods, request);
+  const Per<Task, Charge> charges = ChargesOf(CellsOf(pairs), request.charge_ms);
   for (const CellPair& pair : pairs) {
-    CellComparison cell = CompareCells(pair.a, pair.b, request.options);
+    CellComparison cell = CompareCells(pair.a, pair.b, charges[pair.a.column.task], request.options);
     if (cell.success.counts.pairs() > 0) comparison.cells.push_back(std::move(cell));
   }
   if (comparison.cells.empty()) {
@@ -290,14 +306,18 @@ Comparison ReadComparison(const ComparisonRequest& request) {
   }
   Decide(request.options, &comparison.cells);
   comparison.change = OverallChange(comparison.cells);
-  comparison.a = {sides.a.title, sides.a.experiment.info.id, sides.a.experiment.origins};
-  comparison.b = {sides.b.title, sides.b.experiment.info.id, sides.b.experiment.origins};
+  const auto told = [](const Side& side) {
+    return ComparedSide{side.title, side.experiment.info.id, side.experiment.origins, side.experiment.taken_over};
+  };
+  comparison.a = told(sides.a);
+  comparison.b = told(sides.b);
   comparison.dataset = sides.a.experiment.info.dataset_name;
   comparison.rule = request.rule;
   comparison.options = request.options;
   NoteOrigins(sides, &comparison.notes);
   NoteSettings(sides, pairs, &comparison.notes);
   NoteClock(sides, &comparison.notes);
+  NoteTakenOver(sides, &comparison.notes);
   NoteCells(comparison.cells, &comparison.notes);
   return comparison;
 }

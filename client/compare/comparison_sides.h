@@ -19,6 +19,7 @@ struct ComparisonRequest {
   std::optional<Task> task;
   std::optional<Initialization> initialization;
   Rule rule = Rule::kLiteral;
+  std::optional<double> charge_ms;  ///< of a failed run, as of ChargesOf
   SourceOptions source;
   ComparisonOptions options;
 };
@@ -28,6 +29,7 @@ struct ComparedSide {
   std::string title;  ///< "LegOpt-best of experiment 3 'quick'"
   std::int64_t experiment_id = 0;
   std::vector<ResultOrigin> origins;
+  std::int64_t taken_over = 0;  ///< results of the experiment that others made
 };
 
 /// What came of it.

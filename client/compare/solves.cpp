@@ -48,8 +48,8 @@ Solve SolveAt(const Listing& jobs, std::size_t row, double limit_ms) {
 
 std::string CellsSql(std::int64_t experiment_id) {
   return "SELECT c.cell_id, c.task, c.initialization, coalesce(c.wall_limit_us, e.wall_limit_us) AS wall_limit_us, "
-         "e.seed, "
-         "e.repetitions, m.method_id, m.name, m.multi_starts, m.sample_size, m.incremental, m.collision, m.hash, " +
+         "c.effort_limit IS NOT NULL AS effort_limited, e.seed, e.repetitions, m.method_id, m.name, m.multi_starts, "
+         "m.sample_size, m.incremental, m.collision, m.hash, " +
          InnerStartsSql("m") +
          " AS inner_starts FROM cells AS c JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING "
          "(method_id) WHERE c.experiment_id = " +
@@ -102,11 +102,13 @@ SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> exp
     cell.cell_id = cells.At(i, "cell_id").get<std::int64_t>();
     cell.method = MethodAt(cells, i);
     cell.column = {cells.WordAt<Task>(i, "task"), cells.WordAt<Initialization>(i, "initialization")};
+    cell.effort_limited = cells.At(i, "effort_limited").get<int>() != 0;
     cell.limit_ms = cells.At(i, "wall_limit_us").get<double>() / kMicrosecondsPerMs;
   }
   read.origins = ReadOrigins(source, read.info.id);
   const std::string stopped = "SELECT count(*) AS n FROM clock_stopped WHERE experiment_id = ";
   read.clock_stopped = source.Query(stopped + std::to_string(read.info.id)).At(0, "n").get<std::int64_t>();
+  read.taken_over = ReadTakenOver(source, read.info.id);
   return read;
 }
 

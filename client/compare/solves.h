@@ -30,6 +30,9 @@ struct MethodIdentity {
   bool Same(const MethodIdentity& other) const { return name == other.name && hash == other.hash; }
 };
 
+/// The clock's own resolution: a solve that took nothing took less than this.
+inline constexpr double kShortest_ms = 1e-3;
+
 /// One job, as statistics see it.
 struct Solve {
   std::int64_t job_id = 0;
@@ -48,8 +51,9 @@ struct SolveCell {
   std::int64_t cell_id = 0;
   MethodIdentity method;
   BenchmarkColumn column;
-  double limit_ms = 0.0;      ///< wall time that one job may take
-  std::vector<Solve> solves;  ///< by problem, then repetition
+  double limit_ms = 0.0;        ///< wall time that one job may take
+  bool effort_limited = false;  ///< its jobs have a limit of effort, too, which ends solves long before
+  std::vector<Solve> solves;    ///< by problem, then repetition
 };
 
 /// What an experiment has solved; the cells in the order of its benchmark table.
@@ -60,6 +64,7 @@ struct SolvedExperiment {
   std::vector<SolveCell> cells;
   std::vector<ResultOrigin> origins;  ///< builds and machines of its results
   std::int64_t clock_stopped = 0;     ///< jobs that the clock ended, which says nothing about their method
+  std::int64_t taken_over = 0;        ///< results that jobs of other experiments made
 
   /// Its methods, each once.
   std::vector<MethodIdentity> Methods() const;

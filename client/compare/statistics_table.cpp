@@ -59,7 +59,7 @@ void CountRuns(const SolveCell& cell, CellStatistics* figures) {
 }
 
 // All that needs no other method.
-void ComputeOwn(const SolveCell& cell, const ScoredCell& scored) {
+void ComputeOwn(const SolveCell& cell, const ScoredCell& scored, const Charge& charge) {
   CellStatistics& figures = *scored.figures;
   CountRuns(cell, &figures);
   const std::vector<ProblemScore> times = Scores(scored, &ProblemRuns::time);
@@ -77,7 +77,7 @@ void ComputeOwn(const SolveCell& cell, const ScoredCell& scored) {
   figures.share = statistics::WilsonInterval(std::min(figures.solved, static_cast<double>(figures.n)), figures.n);
   std::tie(figures.time_median_ms, figures.time_q95_ms) = MedianAndTail(times);
   std::tie(figures.cost_median, figures.cost_q95) = MedianAndTail(Scores(scored, &ProblemRuns::cost));
-  figures.par10_ms = NumberOf(statistics::MeanCharged(times, kPenaltyFactor * cell.limit_ms));
+  figures.par10_ms = NumberOf(statistics::MeanCharged(times, charge.ms));
   figures.ert_ms = NumberOf(statistics::ExpectedRunningTime(spent, shares).time_ms);
 }
 
@@ -126,8 +126,13 @@ void ComputeRanks(const std::vector<ScoredCell>& cells, std::int64_t repetitions
   }
   const statistics::FriedmanTest ranked = statistics::Friedman(times);
   for (std::size_t i = 0; i < ranked.mean_ranks.size(); ++i) cells[i].figures->mean_rank = ranked.mean_ranks[i];
-  constexpr std::size_t kFewest = 3;  // two are compared by McNemar's test
+  constexpr std::size_t kFewest = 3;  // two are compared by McNemar's test and Wilcoxon's
   if (cells.size() >= kFewest && repetitions == 1) column->success = statistics::CochranQ(solved);
+  if (cells.size() >= kFewest) column->ranks = ranked;
+  for (std::vector<double>& line : times) {
+    for (double& time_ms : line) time_ms = std::max(time_ms, kShortest_ms);  // ratios of nothing are none
+  }
+  column->profile = statistics::ProfileOf(times);
 }
 
 // The names of the benchmark table.
@@ -149,7 +154,7 @@ void NameRows(std::vector<StatisticsRow>* rows) {
 
 }  // namespace
 
-StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule) {
+StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule, std::optional<double> charge_ms) {
   StatisticsTable table;
   table.experiment = experiment.info;
   table.seed = experiment.seed;
@@ -157,8 +162,10 @@ StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule)
   table.rule = rule;
   table.origins = experiment.origins;
   table.clock_stopped = experiment.clock_stopped;
+  table.taken_over = experiment.taken_over;
   for (const MethodIdentity& method : experiment.Methods()) table.rows.push_back({method, {}, {}});
   NameRows(&table.rows);
+  const Per<Task, Charge> charges = ChargesOf(experiment.cells, charge_ms);
   std::map<BenchmarkColumn, std::vector<ScoredCell>> columns;
   for (const SolveCell& cell : experiment.cells) {
     const auto row = std::find_if(table.rows.begin(), table.rows.end(), [&](const StatisticsRow& candidate) {
@@ -166,16 +173,18 @@ StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule)
     });
     ScoredCell& scored = columns[cell.column].emplace_back(ScoredCell{&row->cells[cell.column], {}});
     for (ProblemRuns& problem : ProblemsOf(cell)) scored.problems.emplace(problem.problem, std::move(problem));
-    ComputeOwn(cell, scored);
+    ComputeOwn(cell, scored, charges[cell.column.task]);
   }
   for (const auto& [column, cells] : columns) {
+    table.columns[column].charge = charges[column.task];
     ComputeCommon(cells, &table.columns[column]);
     ComputeRanks(cells, experiment.repetitions, &table.columns[column]);
   }
   return table;
 }
 
-StatisticsTable ReadStatisticsTable(ResultSource& source, const TableSelection& selection) {
+StatisticsTable ReadStatisticsTable(ResultSource& source, const TableSelection& selection,
+                                    std::optional<double> charge_ms) {
   SolvedExperiment experiment = ReadCells(source, selection.experiment);
   if (selection.collision) {
     std::erase_if(experiment.cells,
@@ -183,7 +192,7 @@ StatisticsTable ReadStatisticsTable(ResultSource& source, const TableSelection& 
     if (experiment.cells.empty()) throw NoSuchCollision(experiment.info.id, *selection.collision);
   }
   ReadSolves(source, selection.rule, &experiment);
-  return ComputeStatistics(experiment, selection.rule);
+  return ComputeStatistics(experiment, selection.rule, charge_ms);
 }
 
 }  // namespace legopt::client

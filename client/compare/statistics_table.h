@@ -6,15 +6,16 @@
 #include <string>
 #include <vector>
 
+#include "client/compare/charge.h"
 #include "client/compare/solves.h"
 #include "client/report/reading.h"
 #include "legopt/statistics/interval.h"
 #include "legopt/statistics/many_methods.h"
+#include "legopt/statistics/profiles.h"
 
 namespace legopt::client {
 
-/// What a failed run is charged, in limits, and the shift of geometric means of times.
-inline constexpr double kPenaltyFactor = 10.0;
+/// The shift of geometric means of times.
 inline constexpr double kShift_ms = 1.0;
 
 /// One method on one task from one start. The unit is the problem, its repetitions averaged before; nothing is known of
@@ -28,7 +29,7 @@ struct CellStatistics {
   statistics::Interval share;                         ///< Wilson's 95 % interval of solved / n
   std::optional<double> time_median_ms, time_q95_ms;  ///< of all n problems, an unsolved one at infinity
   std::optional<double> cost_median, cost_q95;        ///< likewise
-  std::optional<double> par10_ms;                     ///< mean time, a failed run at ten limits
+  std::optional<double> par10_ms;                     ///< mean time, a failed run at the column's charge
   std::optional<double> ert_ms;                       ///< time of all runs over the number of successes
   std::optional<double> common_time_ms;  ///< shifted geometric mean over the problems that all methods solved
   std::optional<double> common_cost;     ///< geometric mean over the same
@@ -44,6 +45,9 @@ struct ColumnStatistics {
   int common = 0;                                  ///< problems that all of its methods solved
   int complete = 0;                                ///< problems that no method misses
   std::optional<statistics::CochranTest> success;  ///< none: fewer than three methods, or several repetitions
+  std::optional<statistics::FriedmanTest> ranks;   ///< by time, of the `complete` ones; none: fewer than three methods
+  Charge charge;                                   ///< of a failed run, the same from every start
+  statistics::PerformanceProfile profile;  ///< by time, of the `complete` ones; methods in the order of the rows
 };
 
 struct StatisticsRow {
@@ -61,17 +65,25 @@ struct StatisticsTable {
   std::map<BenchmarkColumn, ColumnStatistics> columns;
   std::vector<StatisticsRow> rows;  ///< in the experiment's order
   std::vector<ResultOrigin> origins;
-  std::int64_t clock_stopped = 0;  ///< as of SolvedExperiment
+  std::int64_t clock_stopped = 0, taken_over = 0;  ///< as of SolvedExperiment
 };
 
-/// The figures of an experiment whose solves have been read. `rule` as they were.
-StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule);
+/// The figures of an experiment whose solves have been read. `rule` as they were; `charge_ms`: as of ChargesOf.
+StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule, std::optional<double> charge_ms = {});
 
 /// Reads and computes. Errors as of ReadBenchmarkTable.
-StatisticsTable ReadStatisticsTable(ResultSource& source, const TableSelection& selection);
+StatisticsTable ReadStatisticsTable(ResultSource& source, const TableSelection& selection,
+                                    std::optional<double> charge_ms = {});
 
 /// Text, Markdown and LaTeX: a table for each task and start, CSV and JSON: all figures unrounded, a row for each
 /// method, task and start, times in ms; what is infinite or not there is empty or null.
 std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat format, const TableStyle& style = {});
+
+/// The performance profiles as steps, for plotting: on which share of the problems a method took at most `ratio` times
+/// what the best of the table took there. A row for each step of each method, task and start, in ascending order; every
+/// curve begins at ratio 1, with share 0 where the method is the best nowhere. Columns: experiment_id, method_id,
+/// method, multi_starts, sample_size, incremental, collision, task, initialization, problems, ratio, share. Throws
+/// ClientError (kUsage) for LaTeX.
+std::string RenderProfiles(const StatisticsTable& table, TableFormat format, const TextLayout& layout = {});
 
 }  // namespace legopt::client

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "client/client_error.h"
 #include "client/compare/statistics_table.h"
 #include "client/report/grouped_table.h"
 #include "client/report/inner_starts.h"
@@ -91,7 +92,8 @@ std::string Caption(const StatisticsTable& table) {
                      ", " + std::string(ToString(table.rule)) + " rule, seed " + std::to_string(table.seed);
   text += table.repetitions == 1 ? ", one run per problem"
                                  : ", " + std::to_string(table.repetitions) + " repetitions averaged per problem";
-  return text + (table.origins.empty() ? "." : ". " + DescribeOrigins(table.origins));
+  return text + (table.origins.empty() ? "." : ". " + DescribeOrigins(table.origins)) +
+         MentionTakenOver(table.taken_over);
 }
 
 std::string Note(const TimeUnit& unit) {
@@ -100,29 +102,51 @@ std::string Note(const TimeUnit& unit) {
          std::string(unit.name) +
          ", are of a whole solve: wall time, CPU time where contended. Median and 95 % quantile of time and cost count "
          "an unsolved problem as infinite. Common: geometric mean over the problems that all methods solved (times "
-         "shifted by 1 ms). PAR10: mean time, a failure at ten limits. Rank: mean rank by time, failures last. CPU: "
+         "shifted by 1 ms). PAR10, Charged: mean time, a failure at the charge that is told. Rank: mean rank by time, "
+         "failures last. CPU: "
          "seconds of all runs. Contended: percent of runs that others disturbed. Stopped: runs whose solver a limit "
          "ended.";
 }
 
+std::string ShownP(double p) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "p = %.2g", p);
+  return text;
+}
+
+std::string SuccessNote(const ColumnStatistics& column) {
+  if (!column.success) return {};
+  if (column.success->informative == 0) return " All methods solved the same ones.";
+  return " Do methods differ in success? Cochran's Q " + Decimal(column.success->q, 2) + ", " +
+         std::to_string(column.success->degrees) + " degrees of freedom, " + ShownP(column.success->p) + ".";
+}
+
+std::string RanksNote(const ColumnStatistics& column) {
+  if (!column.ranks || !column.ranks->defined) return {};
+  const statistics::ImanDavenportTest& f = column.ranks->iman_davenport;
+  std::string text = " In ranks by time? Friedman's chi-square " + Decimal(column.ranks->chi_square, 2) + ", " +
+                     std::to_string(column.ranks->degrees) + " degrees of freedom, " + ShownP(column.ranks->p);
+  if (f.denominator == 0) return text + ".";
+  return text + "; Iman and Davenport's F " + (std::isinf(f.f) ? "inf" : Decimal(f.f, 2)) + ", " +
+         std::to_string(f.numerator) + " and " + std::to_string(f.denominator) + " degrees of freedom, " + ShownP(f.p) +
+         ".";
+}
+
 // What is said of a task and start besides its rows.
 std::string ColumnNote(const ColumnStatistics& column) {
-  std::string text = "Common: " + std::to_string(column.common) + (column.common == 1 ? " problem." : " problems.");
-  if (!column.success) return text;
-  if (column.success->informative == 0) return text + " All methods solved the same ones.";
-  char p[32];
-  std::snprintf(p, sizeof(p), "%.2g", column.success->p);
-  return text + " Do methods differ in success? Cochran's Q " + Decimal(column.success->q, 2) + ", " +
-         std::to_string(column.success->degrees) + " degrees of freedom, p = " + p + ".";
+  return "Common: " + std::to_string(column.common) + (column.common == 1 ? " problem." : " problems.") +
+         SuccessNote(column) + RanksNote(column);
 }
 
 // The table of one task and start; the first has the caption, the last the note.
 GroupedTable Group(const StatisticsTable& table, const BenchmarkColumn& column, const TimeUnit& unit) {
   const Keys keys(table);
+  const ColumnStatistics& common = table.columns.at(column);
+  const char* charged = TitleOfChargedMean(common.charge.rule);
   GroupedTable grouped;
   grouped.key_titles = keys.Titles();
   grouped.column_titles = {{"Solved"},  {"95 %"},      {"Time median"}, {"Time 95 %"}, {"Time common"},
-                           {"PAR10"},   {"Rank"},      {"Cost median"}, {"Cost 95 %"}, {"Cost common"},
+                           {charged},   {"Rank"},      {"Cost median"}, {"Cost 95 %"}, {"Cost common"},
                            {"CPU (s)"}, {"Contended"}, {"Stopped"}};
   grouped.groups = {GroupOf(column.task, column.initialization)};
   for (const StatisticsRow& row : table.rows) {
@@ -133,7 +157,7 @@ GroupedTable Group(const StatisticsTable& table, const BenchmarkColumn& column, 
     line.insert(line.end(), figures.begin(), figures.end());
     grouped.rows.push_back(std::move(line));
   }
-  grouped.note = ColumnNote(table.columns.at(column));
+  grouped.note = ColumnNote(common) + " A failure is charged " + DescribeCharge(common.charge, column.task, unit) + ".";
   const bool first = column == table.columns.begin()->first, last = column == table.columns.rbegin()->first;
   if (first) grouped.caption = Caption(table);
   if (last) grouped.note += " " + Note(unit);
@@ -163,6 +187,7 @@ nlohmann::ordered_json CellJson(const CellStatistics& cell, const ColumnStatisti
           {"share_upper", cell.share.upper},
           {"time_median_ms", FiniteOrNull(cell.time_median_ms)},
           {"time_q95_ms", FiniteOrNull(cell.time_q95_ms)},
+          {"charge_ms", column.charge.ms},
           {"par10_ms", FiniteOrNull(cell.par10_ms)},
           {"ert_ms", FiniteOrNull(cell.ert_ms)},
           {"mean_rank", FiniteOrNull(cell.mean_rank)},
@@ -177,20 +202,38 @@ nlohmann::ordered_json CellJson(const CellStatistics& cell, const ColumnStatisti
           {"stopped", cell.stopped}};
 }
 
+// Of three methods or more; null where there is nothing to test.
+nlohmann::ordered_json RanksJson(const ColumnStatistics& column) {
+  const auto& test = column.ranks;
+  const bool told = test && test->defined, more = told && test->iman_davenport.denominator > 0;
+  const auto number = [](bool is_told, double value) {
+    return is_told ? FiniteOrNull(value) : nlohmann::ordered_json();
+  };
+  return {{"friedman_chi_square", number(told, told ? test->chi_square : 0.0)},
+          {"friedman_p", number(told, told ? test->p : 0.0)},
+          {"iman_davenport_f", number(more, more ? test->iman_davenport.f : 0.0)},
+          {"iman_davenport_p", number(more, more ? test->iman_davenport.p : 0.0)}};
+}
+
+// What names a row of all methods, tasks and starts.
+nlohmann::ordered_json KeyJson(const StatisticsTable& table, const StatisticsRow& row, const BenchmarkColumn& column) {
+  return {{"experiment_id", table.experiment.id},
+          {"method_id", row.method.method_id},
+          {"method", row.title},
+          {"multi_starts", row.method.multi_starts},
+          {"inner_starts", row.method.inner_starts},
+          {"sample_size", row.method.sample_size},
+          {"incremental", row.method.incremental},
+          {"collision", ToString(row.method.collision)},
+          {"task", ToString(column.task)},
+          {"initialization", ToString(column.initialization)}};
+}
+
 nlohmann::ordered_json RowsJson(const StatisticsTable& table) {
   auto rows = nlohmann::ordered_json::array();
   for (const StatisticsRow& row : table.rows) {
     for (const auto& [column, cell] : row.cells) {
-      nlohmann::ordered_json line = {{"experiment_id", table.experiment.id},
-                                     {"method_id", row.method.method_id},
-                                     {"method", row.title},
-                                     {"multi_starts", row.method.multi_starts},
-                                     {"inner_starts", row.method.inner_starts},
-                                     {"sample_size", row.method.sample_size},
-                                     {"incremental", row.method.incremental},
-                                     {"collision", ToString(row.method.collision)},
-                                     {"task", ToString(column.task)},
-                                     {"initialization", ToString(column.initialization)}};
+      nlohmann::ordered_json line = KeyJson(table, row, column);
       line.update(CellJson(cell, table.columns.at(column)));
       rows.push_back(std::move(line));
     }
@@ -208,6 +251,7 @@ std::string RenderJson(const StatisticsTable& table) {
                                  {"seed", table.seed},
                                  {"repetitions", table.repetitions},
                                  {"clock_stopped", table.clock_stopped},
+                                 {"taken_over", table.taken_over},
                                  {"origins", OriginsJson(table.origins)}};
   json["columns"] = nlohmann::ordered_json::array();
   for (const auto& [column, common] : table.columns) {
@@ -217,23 +261,55 @@ std::string RenderJson(const StatisticsTable& table) {
                                {"common", common.common},
                                {"complete", common.complete},
                                {"cochran_q", test ? nlohmann::ordered_json(test->q) : nullptr},
-                               {"cochran_p", test ? nlohmann::ordered_json(test->p) : nullptr}});
+                               {"cochran_p", test ? nlohmann::ordered_json(test->p) : nullptr},
+                               {"charge_ms", common.charge.ms},
+                               {"charge_rule", WordOf(common.charge.rule)}});
+    json["columns"].back().update(RanksJson(common));
   }
   json["rows"] = RowsJson(table);
   return JsonText(json) + "\n";
 }
 
-// The rows of the JSON; columns are the same for every experiment.
-std::string RenderCsv(const StatisticsTable& table) {
+// Objects of the same keys, as rows.
+Listing ListingOf(const nlohmann::ordered_json& rows) {
   Listing listing;
-  for (const auto& row : RowsJson(table)) {
+  for (const auto& row : rows) {
     auto& line = listing.rows.emplace_back();
     for (const auto& [key, value] : row.items()) {
       if (listing.rows.size() == 1) listing.columns.push_back(key);
       line.emplace_back(value);
     }
   }
-  return RenderListing(listing, ListingFormat::kCsv);
+  return listing;
+}
+
+// The rows of the JSON; columns are the same for every experiment.
+std::string RenderCsv(const StatisticsTable& table) {
+  return RenderListing(ListingOf(RowsJson(table)), ListingFormat::kCsv);
+}
+
+// The steps of one method's curve.
+void AddSteps(const nlohmann::ordered_json& key, int problems, const statistics::StepCurve& curve,
+              nlohmann::ordered_json* rows) {
+  const auto add = [&](double ratio, double share) {
+    nlohmann::ordered_json row = key;
+    row.update({{"problems", problems}, {"ratio", ratio}, {"share", share}});
+    rows->push_back(std::move(row));
+  };
+  if (curve.at.empty() || curve.at.front() > 1.0) add(1.0, 0.0);
+  for (std::size_t i = 0; i < curve.at.size(); ++i) add(curve.at[i], curve.share[i]);
+}
+
+nlohmann::ordered_json ProfileRows(const StatisticsTable& table) {
+  auto rows = nlohmann::ordered_json::array();
+  for (const auto& [column, common] : table.columns) {
+    auto curve = common.profile.curves.begin();
+    for (const StatisticsRow& row : table.rows) {
+      if (!row.cells.contains(column) || curve == common.profile.curves.end()) continue;
+      AddSteps(KeyJson(table, row, column), common.profile.problems, *curve++, &rows);
+    }
+  }
+  return rows;
 }
 
 }  // namespace
@@ -252,6 +328,23 @@ std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat form
       return RenderJson(table);
   }
   return {};
+}
+
+std::string RenderProfiles(const StatisticsTable& table, TableFormat format, const TextLayout& layout) {
+  const Listing steps = ListingOf(ProfileRows(table));
+  switch (format) {
+    case TableFormat::kText:
+      return RenderListing(steps, ListingFormat::kText, layout);
+    case TableFormat::kMarkdown:
+      return RenderListing(steps, ListingFormat::kMarkdown);
+    case TableFormat::kCsv:
+      return RenderListing(steps, ListingFormat::kCsv);
+    case TableFormat::kJson:
+      return RenderListing(steps, ListingFormat::kJson);
+    case TableFormat::kLatex:
+      break;
+  }
+  throw ClientError(ExitCode::kUsage, "profiles are steps of curves, for plotting: --format csv or json, not latex");
 }
 
 }  // namespace legopt::client

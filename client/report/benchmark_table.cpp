@@ -55,6 +55,7 @@ class CellReader {
     cell.failed = Integer("failed");
     cell.cancelled = Integer("cancelled");
     cell.clock_stopped = Integer("clock_stopped");
+    cell.taken_over = Integer("taken_over");
     cell.problems = Integer("problems");
     cell.repetitions = Integer("repetitions");
     return cell;
@@ -98,6 +99,7 @@ BenchmarkCell BenchmarkTable::Sum() const {
       sum.failed += cell.failed;
       sum.cancelled += cell.cancelled;
       sum.clock_stopped += cell.clock_stopped;
+      sum.taken_over += cell.taken_over;
     }
   }
   return sum;
@@ -123,7 +125,8 @@ std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule) {
          "solved, cost, time_s, experiment, " +
          count(JobState::kDead) + count(JobState::kFailed) + count(JobState::kCancelled) +
          "n / repetitions AS problems, repetitions, (SELECT count(*) FROM clock_stopped AS k WHERE k.cell_id = "
-         "s.cell_id) AS clock_stopped, (SELECT " +
+         "s.cell_id) AS clock_stopped, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.taken_from IS "
+         "NOT NULL) AS taken_over, (SELECT " +
          InnerStartsSql("m") +
          " FROM methods AS m WHERE m.method_id = s.method_id) AS inner_starts FROM s ORDER BY (SELECT min(cell_id) "
          "FROM s AS m WHERE m.method_id "

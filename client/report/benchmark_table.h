@@ -56,6 +56,7 @@ struct BenchmarkCell {
   std::int64_t repetitions = 1;
   /// Ended by the clock, at every attempt or before there were limits of effort: they say nothing about the method.
   std::int64_t clock_stopped = 0;
+  std::int64_t taken_over = 0;  ///< of the finished jobs: with the result of an equal job of another experiment
 
   bool operator==(const BenchmarkCell&) const = default;
 };
@@ -93,7 +94,7 @@ std::string ColumnName(const BenchmarkColumn& column);
 
 /// The statement that reads a table's cells: columns method_id, method, multi_starts, sample_size, collision, task,
 /// initialization, n, finished, solved, cost, time_s, experiment, dead, failed, cancelled, problems, repetitions,
-/// clock_stopped, inner_starts.
+/// clock_stopped, taken_over, inner_starts.
 std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule);
 
 /// Makes the table from the rows of that statement. Columns come in the order of kPaperColumns; what no method has is
@@ -149,8 +150,9 @@ struct TableStyle {
 ///   column and, among the rows that have it, the lowest cost and time;
 /// * CSV and JSON hold the same cells unrounded, times in seconds, and nothing (null) where nothing was solved. CSV has
 ///   the same columns for every experiment: posture_good_n, ..._problems, ..._repetitions, ..._finished, ..._solved,
-///   ..._dead, ..._failed, ..._cancelled, ..._clock_stopped, ..._cost, ..._time_s, likewise for the other pairs of task
-///   and initialization, and with the paper's figures paper_posture_good_n, ...; JSON has those in a member "paper".
+///   ..._dead, ..._failed, ..._cancelled, ..._clock_stopped, ..._taken_over, ..._cost, ..._time_s, likewise for the
+///   other pairs of task and initialization, and with the paper's figures paper_posture_good_n, ...; JSON has those in
+///   a member "paper".
 std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format, const TableStyle& style = {});
 
 }  // namespace legopt::client

@@ -16,8 +16,9 @@ constexpr char kPaperNote[] =
     "authors' problems and computer.";
 constexpr char kNoPaperNote[] = " The paper's Table I has none of these rows.";
 constexpr char kPaperRow[] = "  paper";
-constexpr std::array<const char*, 11> kFigures = {"n",      "problems",  "repetitions",   "finished", "solved", "dead",
-                                                  "failed", "cancelled", "clock_stopped", "cost",     "time_s"};
+constexpr std::array<const char*, 12> kFigures = {"n",    "problems", "repetitions", "finished",      "solved",
+                                                  "dead", "failed",   "cancelled",   "clock_stopped", "taken_over",
+                                                  "cost", "time_s"};
 constexpr std::array<const char*, 4> kPaperFigures = {"n", "solved", "cost", "time_s"};
 
 using Cells = std::map<BenchmarkColumn, BenchmarkCell>;
@@ -72,7 +73,8 @@ std::string Caption(const BenchmarkTable& table) {
   std::string text = "Experiment " + std::to_string(table.experiment_id) + " '" + table.experiment + "'";
   if (!table.dataset.empty()) text += ", dataset " + table.dataset + std::string(Mention(table.split));
   return text + ", " + std::string(ToString(table.rule)) + " rule, " + Progress(table.Sum()) + Repetitions(table) +
-         (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins));
+         (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins)) +
+         MentionTakenOver(table.Sum().taken_over);
 }
 
 // The best of a column: the largest share of solved problems and, among the rows that have it, lowest cost and time.
@@ -175,6 +177,7 @@ nlohmann::ordered_json CellJson(const BenchmarkCell& cell, Figures figures) {
                               {"failed", cell.failed},
                               {"cancelled", cell.cancelled},
                               {"clock_stopped", cell.clock_stopped},
+                              {"taken_over", cell.taken_over},
                               {"cost", number(cell.cost)},
                               {"time_s", number(cell.time_s)}};
   nlohmann::ordered_json json;
@@ -203,6 +206,7 @@ std::string RenderJson(const BenchmarkTable& table) {
                                  {"failed", sum.failed},
                                  {"cancelled", sum.cancelled},
                                  {"clock_stopped", sum.clock_stopped},
+                                 {"taken_over", sum.taken_over},
                                  {"origins", OriginsJson(table.origins)}};
   json["rows"] = nlohmann::ordered_json::array();
   for (const auto& row : table.rows) {

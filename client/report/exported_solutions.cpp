@@ -173,6 +173,9 @@ ExportedSolutions ReadSolutionsOf(ResultSource& source, std::int64_t experiment_
 
   std::vector<std::string> origins;
   for (const ResultOrigin& origin : ReadOrigins(source, experiment_id)) origins.push_back(DescribeOrigins({origin}));
+  if (const std::string taken = MentionTakenOver(ReadTakenOver(source, experiment_id)); !taken.empty()) {
+    origins.push_back(taken.substr(1));
+  }
 
   ExportedSolutions exported;
   exported.num_solutions = static_cast<std::int64_t>(rows.size());

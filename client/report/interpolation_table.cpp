@@ -56,7 +56,8 @@ GroupedTable Group(const InterpolationTable& table) {
                     std::to_string(table.experiment_id) + " '" + table.experiment + "'" +
                     (table.dataset.empty() ? "" : ", dataset " + table.dataset + std::string(Mention(table.split))) +
                     ", " + std::string(ToString(table.rule)) + " rule" +
-                    (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins));
+                    (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins)) +
+                    MentionTakenOver(table.taken_over);
   grouped.key_titles = {{"Method"}, {"Multi-starts", "Starts"}, {"Sample size", "Sample"}};
   if (table.shows_collision()) grouped.key_titles.push_back({"Collision"});
   grouped.column_titles = {{"Free"}, {"Share (percent)", "Share"}, {"Scene (mm)", "Scene"}, {"Self (mm)", "Self"}};
@@ -106,12 +107,10 @@ Listing Unrounded(const InterpolationTable& table) {
 }
 
 std::string RenderJson(const InterpolationTable& table) {
-  const nlohmann::ordered_json json = {{"experiment_id", table.experiment_id},
-                                       {"experiment", table.experiment},
-                                       {"dataset", table.dataset},
-                                       {"split", ToString(table.split)},
-                                       {"rule", ToString(table.rule)},
-                                       {"cells", ListingToJson(Unrounded(table))}};
+  const nlohmann::ordered_json json = {
+      {"experiment_id", table.experiment_id},    {"experiment", table.experiment}, {"dataset", table.dataset},
+      {"split", ToString(table.split)},          {"rule", ToString(table.rule)},   {"taken_over", table.taken_over},
+      {"cells", ListingToJson(Unrounded(table))}};
   return JsonText(json) + "\n";
 }
 

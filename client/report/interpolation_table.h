@@ -48,6 +48,7 @@ struct InterpolationTable {
   Rule rule = Rule::kLiteral;
   std::vector<InterpolationRow> rows;
   std::vector<ResultOrigin> origins;  ///< builds and machines of the results
+  std::int64_t taken_over = 0;        ///< results of the experiment, other tasks included, that others made
 
   bool shows_collision() const;
 };

@@ -28,6 +28,7 @@ std::string FormatRate(double jobs_per_s) {
 std::string Counts(const ExperimentStatus& status) {
   std::string text = std::to_string(status.finished()) + "/" + std::to_string(status.total);
   text += "  " + std::to_string(status.solved) + " solved";
+  if (status.taken_over > 0) text += "  " + std::to_string(status.taken_over) + " taken over";
   if (status.dead > 0) text += "  " + std::to_string(status.dead) + " dead";
   if (status.failed > 0) text += "  " + std::to_string(status.failed) + " cannot run";
   if (status.cancelled > 0) text += "  " + std::to_string(status.cancelled) + " cancelled";
@@ -171,6 +172,7 @@ std::string RenderSummary(const ExperimentStatus& status) {
   if (HadLongBreaks(status)) text += " (" + WithTenths(Seconds(*status.worked_s)) + " of work)";
   text +=
       ": " + std::to_string(status.solved) + " solved, " + std::to_string(status.done - status.solved) + " not solved";
+  if (status.taken_over > 0) text += ", " + std::to_string(status.taken_over) + " taken over from other experiments";
   if (status.dead > 0) text += ", " + std::to_string(status.dead) + " dead";
   if (status.failed > 0) text += ", " + std::to_string(status.failed) + " could not run";
   if (status.cancelled > 0) text += ", " + std::to_string(status.cancelled) + " cancelled";

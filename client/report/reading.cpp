@@ -56,6 +56,7 @@ InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelec
   table.dataset = experiment.dataset_name;
   table.split = experiment.split;
   table.origins = ReadOrigins(source, experiment.id);
+  table.taken_over = ReadTakenOver(source, experiment.id);
   KeepCollision(selection, experiment, &table);
   return table;
 }

@@ -75,6 +75,18 @@ std::string DescribeOrigins(const std::vector<ResultOrigin>& origins) {
   return many + Joined(builds, ", ") + " on " + Joined(Distinct(origins, MachineOf), "; ") + ".";
 }
 
+std::int64_t ReadTakenOver(ResultSource& source, std::int64_t experiment_id) {
+  const std::string count =
+      "SELECT count(*) AS n FROM jobs JOIN cells USING (cell_id) WHERE taken_from IS NOT NULL AND experiment_id = ";
+  return source.Query(count + std::to_string(experiment_id)).At(0, "n").get<std::int64_t>();
+}
+
+std::string MentionTakenOver(std::int64_t results) {
+  if (results == 0) return {};
+  return " " + std::to_string(results) + (results == 1 ? " result was" : " results were") +
+         " taken over from other experiments.";
+}
+
 nlohmann::ordered_json OriginsJson(const std::vector<ResultOrigin>& origins) {
   const auto optional = [](const auto& value) {
     return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();

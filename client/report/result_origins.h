@@ -33,6 +33,13 @@ std::vector<ResultOrigin> ReadOrigins(ResultSource& source, std::int64_t experim
 /// 2 processors, 24 GiB, load 1.8." Several builds are named as such, several machines in turn.
 std::string DescribeOrigins(const std::vector<ResultOrigin>& origins);
 
+/// How many results of an experiment its jobs took over from equal jobs of other experiments.
+std::int64_t ReadTakenOver(ResultSource& source, std::int64_t experiment_id);
+
+/// What captions say of it behind the origins, with a blank before: " 40 results were taken over from other
+/// experiments." Empty for none.
+std::string MentionTakenOver(std::int64_t results);
+
 nlohmann::ordered_json OriginsJson(const std::vector<ResultOrigin>& origins);
 
 /// "id", or ids with a blank between, each once.

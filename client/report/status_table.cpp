@@ -76,6 +76,11 @@ std::string StateOrReason(const ExperimentStatus& status) {
   return text;
 }
 
+// Results that jobs of other experiments made.
+std::string TakenOver(const ExperimentStatus& status) {
+  return status.taken_over > 0 ? std::to_string(status.taken_over) : "";
+}
+
 std::string Share(const ExperimentStatus& status) {
   return status.share > 0 ? std::to_string(std::lround(status.share * kPercent)) + " %" : "";
 }
@@ -132,8 +137,8 @@ std::vector<std::string> WideExperiments(std::span<const ExperimentStatus> list)
                            [](S s) { return s.priority == 0 ? std::string() : std::to_string(s.priority); }),
                 MakeColumn("JOBS", true, list, Jobs),
                 MakeColumn("SOLVED", true, list, [](S s) { return std::to_string(s.solved); }),
-                MakeColumn("SHARE", true, list, Share), MakeColumn("ETA", true, list, Eta),
-                MakeColumn("STATE", false, list, StateOrReason)});
+                MakeColumn("TAKEN", true, list, TakenOver), MakeColumn("SHARE", true, list, Share),
+                MakeColumn("ETA", true, list, Eta), MakeColumn("STATE", false, list, StateOrReason)});
 }
 
 // What the narrow line of an experiment has no room for.
@@ -155,8 +160,8 @@ std::vector<std::string> NarrowExperiments(std::span<const ExperimentStatus> lis
                 MakeColumn("BY", false, list, [](S s) { return Cut(s.submitter, kLongestSubmitter); }),
                 MakeColumn("JOBS", true, list, Jobs),
                 MakeColumn("SOLVED", true, list, [](S s) { return std::to_string(s.solved); }),
-                MakeColumn("SHARE", true, list, Share), MakeColumn("ETA", true, list, Eta),
-                MakeColumn("STATE", false, list, StateOrReason)});
+                MakeColumn("TAKEN", true, list, TakenOver), MakeColumn("SHARE", true, list, Share),
+                MakeColumn("ETA", true, list, Eta), MakeColumn("STATE", false, list, StateOrReason)});
 }
 
 std::string Field(const nlohmann::json& worker, const char* key) {
@@ -212,17 +217,17 @@ std::string RenderExperiments(std::span<const ExperimentStatus> experiments, std
 
 Listing ExperimentListing(std::span<const ExperimentStatus> experiments) {
   Listing listing;
-  listing.columns = {"experiment", "name",   "state", "priority",  "jobs",      "queued",     "leased",
-                     "done",       "failed", "dead",  "cancelled", "solved",    "submitter",  "dataset",
-                     "methods",    "tags",   "share", "eta_s",     "elapsed_s", "waiting_for"};
+  listing.columns = {"experiment", "name",   "state", "priority",  "jobs",      "queued",      "leased",
+                     "done",       "failed", "dead",  "cancelled", "solved",    "submitter",   "dataset",
+                     "methods",    "tags",   "share", "eta_s",     "elapsed_s", "waiting_for", "taken_over"};
   for (const auto& e : experiments) {
-    listing.rows.push_back({e.id,           e.name,       StateText(e),
-                            e.priority,     e.total,      e.queued,
-                            e.leased,       e.done,       e.failed,
-                            e.dead,         e.cancelled,  e.solved,
-                            e.submitter,    e.dataset,    Joined(e.methods),
-                            Joined(e.tags), e.share,      e.eta_s ? nlohmann::json(*e.eta_s) : nlohmann::json(),
-                            e.elapsed_s,    e.waiting_for});
+    listing.rows.push_back({e.id,           e.name,        StateText(e),
+                            e.priority,     e.total,       e.queued,
+                            e.leased,       e.done,        e.failed,
+                            e.dead,         e.cancelled,   e.solved,
+                            e.submitter,    e.dataset,     Joined(e.methods),
+                            Joined(e.tags), e.share,       e.eta_s ? nlohmann::json(*e.eta_s) : nlohmann::json(),
+                            e.elapsed_s,    e.waiting_for, e.taken_over});
   }
   return listing;
 }

@@ -34,6 +34,7 @@ void AddProgress(const ExperimentStatus& status, Json* line) {
                     {"dead", status.dead},
                     {"cancelled", status.cancelled},
                     {"solved", status.solved},
+                    {"taken_over", status.taken_over},
                     {"elapsed_s", status.elapsed_s},
                     {"worked_s", OrNull(status.worked_s)},
                     {"eta_s", OrNull(status.eta_s)},

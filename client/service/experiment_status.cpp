@@ -40,6 +40,7 @@ void ReadCircumstances(const Json& entry, ExperimentStatus* status) {
   status->dataset = entry.value("dataset", "");
   status->methods = entry.value("methods", std::vector<std::string>{});
   status->tags = entry.value("tags", std::vector<std::string>{});
+  status->taken_over = entry.value("taken_over", std::int64_t{0});
   status->share = OptionalNumber(entry, "share").value_or(0);
   status->eta_s = OptionalNumber(entry, "eta_s");
   status->waiting_for = entry.value("waiting_for", "");
@@ -87,8 +88,8 @@ std::vector<ExperimentStatus> ParseExperiments(const nlohmann::json& status) {
 
 bool SameProgress(const ExperimentStatus& a, const ExperimentStatus& b) {
   const auto facts = [](const ExperimentStatus& s) {
-    return std::tie(s.id, s.state, s.total, s.queued, s.leased, s.done, s.failed, s.dead, s.cancelled, s.solved, s.hold,
-                    s.hold_reason, s.priority, s.running, s.waiting_for);
+    return std::tie(s.id, s.state, s.total, s.queued, s.leased, s.done, s.failed, s.dead, s.cancelled, s.solved,
+                    s.taken_over, s.hold, s.hold_reason, s.priority, s.running, s.waiting_for);
   };
   return facts(a) == facts(b);
 }

@@ -26,14 +26,15 @@ struct ExperimentStatus {
   std::int64_t id = 0;
   std::string name;
   ExperimentState state = ExperimentState::kActive;
-  std::int64_t total = 0;      ///< jobs; the six counts below add up to it
-  std::int64_t queued = 0;     ///< wait for a worker
-  std::int64_t leased = 0;     ///< are being worked on
-  std::int64_t done = 0;       ///< have their result, whatever the verdict
-  std::int64_t failed = 0;     ///< cannot run
-  std::int64_t dead = 0;       ///< used up their attempts
-  std::int64_t cancelled = 0;  ///< withdrawn
-  std::int64_t solved = 0;     ///< of `done`: successes by the judge's literal rule
+  std::int64_t total = 0;       ///< jobs; the six counts below add up to it
+  std::int64_t queued = 0;      ///< wait for a worker
+  std::int64_t leased = 0;      ///< are being worked on
+  std::int64_t done = 0;        ///< have their result, whatever the verdict
+  std::int64_t failed = 0;      ///< cannot run
+  std::int64_t dead = 0;        ///< used up their attempts
+  std::int64_t cancelled = 0;   ///< withdrawn
+  std::int64_t solved = 0;      ///< of `done`: successes by the judge's literal rule
+  std::int64_t taken_over = 0;  ///< of `done`: results that jobs of other experiments made
 
   Hold hold = Hold::kNone;
   std::string hold_reason;  ///< when held

@@ -194,10 +194,12 @@ void BM_ScheduleOneJob(benchmark::State& state) {
   std::int64_t token = 0;
   SchedulerOptions options;
   options.server_instance = 1;
-  Scheduler scheduler(options, store.LoadOpenState(), [&] { return ++token; },
-                      {[](std::int64_t, int) { return std::nullopt; }, [](const std::string&) { return std::nullopt; },
-                       [](std::int64_t) { return std::nullopt; }},
-                      {});
+  Scheduler scheduler(
+      options, store.LoadOpenState(), [&] { return ++token; },
+      {[](std::int64_t, int) { return std::nullopt; }, [](const std::string&) { return std::nullopt; },
+       [](std::int64_t) { return std::nullopt; },
+       [](const db::ResultSearch& search) { return std::vector<db::KnownResult>(search.problems.size()); }},
+      {});
   Scheduler::Ops ops;
   legopt_msg::submit_request submit{};
   submit.submission_id = "bench";

@@ -183,26 +183,27 @@ TEST(BenchmarkTable, LatexIsBooktabsAndEscaped) {
 
 TEST(BenchmarkTable, IsBuiltFromTheViewsRows) {
   Listing cells;
-  cells.columns = {"method_id",      "method",      "multi_starts", "sample_size", "collision", "task",
-                   "initialization", "n",           "finished",     "solved",      "cost",      "time_s",
-                   "experiment",     "dead",        "failed",       "cancelled",   "problems",  "repetitions",
-                   "clock_stopped",  "inner_starts"};
+  cells.columns = {"method_id",      "method",     "multi_starts", "sample_size", "collision", "task",
+                   "initialization", "n",          "finished",     "solved",      "cost",      "time_s",
+                   "experiment",     "dead",       "failed",       "cancelled",   "problems",  "repetitions",
+                   "clock_stopped",  "taken_over", "inner_starts"};
   cells.rows = {
-      {9, "I-SQP", 10, 80, "solid", "motion", "good", 5, 5, 5, 0.13, 0.001, "e", 0, 0, 0, 5, 1, 0, 8},
-      {9, "I-SQP", 10, 80, "solid", "posture", "in_collision", 6, 6, 0, nullptr, nullptr, "e", 1, 2, 3, 3, 2, 1, 8},
-      {2, "SQP", 0, 100, "surface", "posture", "in_collision", 5, 4, 3, 400.0, 0.002, "e", 0, 0, 0, 5, 1, 0, 0}};
+      {9, "I-SQP", 10, 80, "solid", "motion", "good", 5, 5, 5, 0.13, 0.001, "e", 0, 0, 0, 5, 1, 0, 0, 8},
+      {9, "I-SQP", 10, 80, "solid", "posture", "in_collision", 6, 6, 0, nullptr, nullptr, "e", 1, 2, 3, 3, 2, 1, 4, 8},
+      {2, "SQP", 0, 100, "surface", "posture", "in_collision", 5, 4, 3, 400.0, 0.002, "e", 0, 0, 0, 5, 1, 0, 0, 0}};
   const BenchmarkTable table = BuildBenchmarkTable(cells, 1, Rule::kStrict);
   EXPECT_THAT(table.columns, ElementsAre(kPostureHard, kMotionGood));
   ASSERT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.rows[0].method, "I-SQP");  // the order of the rows, not of the ids
   EXPECT_EQ(table.rows[0].cells.at(kPostureHard),
-            (BenchmarkCell{6, 6, 0, std::nullopt, std::nullopt, 1, 2, 3, 3, 2, 1}));
+            (BenchmarkCell{6, 6, 0, std::nullopt, std::nullopt, 1, 2, 3, 3, 2, 1, 4}));
   EXPECT_EQ(table.rows[0].inner_starts, 8);
   EXPECT_EQ(table.rows[1].inner_starts, 0);
   EXPECT_EQ(table.rows[1].cells.at(kPostureHard), (BenchmarkCell{5, 4, 3, 400.0, 0.002, 0, 0, 0, 5, 1}));
   EXPECT_EQ(table.Sum().n, 16);
   EXPECT_EQ(table.Sum().finished, 15);
   EXPECT_EQ(table.Sum().cancelled, 3);
+  EXPECT_EQ(table.Sum().taken_over, 4);
 }
 
 // A word that a later release may have written is no column of ours.
@@ -260,7 +261,7 @@ TEST(BenchmarkTable, CsvHasTheSameColumnsForEveryExperiment) {
   const auto titles = ParseCsv(RenderBenchmarkTable(ExampleTable(), TableFormat::kCsv))[0];
   EXPECT_EQ(ParseCsv(RenderBenchmarkTable(other, TableFormat::kCsv))[0], titles);
   EXPECT_EQ(ParseCsv(RenderBenchmarkTable(BenchmarkTable(), TableFormat::kCsv))[0], titles);
-  EXPECT_EQ(titles.size(), 9U + 4 * 11 + 1);
+  EXPECT_EQ(titles.size(), 9U + 4 * 12 + 1);
   const auto row = CsvRows(RenderBenchmarkTable(ExampleTable(), TableFormat::kCsv))[1];
   EXPECT_EQ(row.at("collision"), "solid");
   EXPECT_EQ(row.at("motion_in_collision_n"), "");
@@ -315,6 +316,23 @@ TEST(BenchmarkTable, WhatTheClockEndedIsToldBelow) {
   EXPECT_THAT(RenderInterpolationTable(between, TableFormat::kCsv), HasSubstr("clock_stopped"));
 }
 
+TEST(BenchmarkTable, WhatWasTakenOverIsTold) {
+  BenchmarkTable table = ExampleTable();
+  table.rows[0].cells[kPostureGood].taken_over = 2;
+  table.rows[1].cells[kPostureGood].taken_over = 1;
+  for (const auto format : {TableFormat::kText, TableFormat::kMarkdown, TableFormat::kLatex}) {
+    EXPECT_THAT(RenderBenchmarkTable(table, format), HasSubstr("3 results were taken over from other experiments."));
+    EXPECT_THAT(RenderBenchmarkTable(ExampleTable(), format), Not(HasSubstr("taken over")));
+  }
+  EXPECT_EQ(CsvRows(RenderBenchmarkTable(table, TableFormat::kCsv)).at(0).at("posture_good_taken_over"), "2");
+  const auto json = nlohmann::json::parse(RenderBenchmarkTable(table, TableFormat::kJson));
+  EXPECT_EQ(json.at("taken_over"), 3);
+  EXPECT_EQ(json.at("rows")[0].at("posture").at("good").at("taken_over"), 2);
+  InterpolationTable between;
+  between.taken_over = 1;
+  EXPECT_THAT(RenderInterpolationTable(between, TableFormat::kText), HasSubstr("1 result was taken over"));
+}
+
 TEST(BenchmarkTable, RepetitionsAreNotProblems) {
   EXPECT_THAT(RenderBenchmarkTable(Broken(), TableFormat::kText), HasSubstr("; 3 problems x 3 repetitions\n"));
   EXPECT_THAT(RenderBenchmarkTable(ExampleTable(), TableFormat::kText), Not(HasSubstr("repetition")));
@@ -327,16 +345,16 @@ TEST(BenchmarkTable, RepetitionsAreNotProblems) {
 
 TEST(BenchmarkTable, RowsThatWouldReadTheSameGetTheirMethodsId) {
   Listing cells;
-  cells.columns = {"method_id",      "method",      "multi_starts", "sample_size", "collision", "task",
-                   "initialization", "n",           "finished",     "solved",      "cost",      "time_s",
-                   "experiment",     "dead",        "failed",       "cancelled",   "problems",  "repetitions",
-                   "clock_stopped",  "inner_starts"};
+  cells.columns = {"method_id",      "method",     "multi_starts", "sample_size", "collision", "task",
+                   "initialization", "n",          "finished",     "solved",      "cost",      "time_s",
+                   "experiment",     "dead",       "failed",       "cancelled",   "problems",  "repetitions",
+                   "clock_stopped",  "taken_over", "inner_starts"};
   for (const int id : {4, 7}) {
     cells.rows.push_back(
-        {id, "SQP", 0, 100, "solid", "posture", "good", 5, 5, 5, 400.0, 0.001, "e", 0, 0, 0, 5, 1, 0, 0});
+        {id, "SQP", 0, 100, "solid", "posture", "good", 5, 5, 5, 400.0, 0.001, "e", 0, 0, 0, 5, 1, 0, 0, 0});
   }
   cells.rows.push_back(
-      {9, "SQP", 10, 100, "solid", "posture", "good", 5, 5, 5, 400.0, 0.001, "e", 0, 0, 0, 5, 1, 0, 0});
+      {9, "SQP", 10, 100, "solid", "posture", "good", 5, 5, 5, 400.0, 0.001, "e", 0, 0, 0, 5, 1, 0, 0, 0});
   const BenchmarkTable table = BuildBenchmarkTable(cells, 1, Rule::kLiteral);
   EXPECT_EQ(table.rows[0].method, "SQP (method 4)");
   EXPECT_EQ(table.rows[1].method, "SQP (method 7)");

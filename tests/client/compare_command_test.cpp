@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "command_line_fixture.h"
@@ -89,10 +90,49 @@ TEST_F(CompareCommand, ARatioThatIsEverywhereTheSameHasNoSpread) {
   EXPECT_NEAR(cell.at("time").at("ratio"), 0.5, 1e-12);
   EXPECT_NEAR(cell.at("time").at("interval").at(0), 0.5, 1e-12);
   EXPECT_NEAR(cell.at("time").at("interval").at(1), 0.5, 1e-12);
+  EXPECT_NEAR(cell.at("time").at("hodges_lehmann"), 0.5, 1e-12);
+  EXPECT_NEAR(cell.at("time").at("hodges_lehmann_interval").at(1), 0.5, 1e-12);
   EXPECT_EQ(cell.at("time").at("change"), "better");
   EXPECT_EQ(cell.at("cost").at("equal"), 8);
   EXPECT_EQ(cell.at("cost").at("change"), "none");
   EXPECT_EQ(cell.at("runtimes"), "b");
+}
+
+// The middle of the Walsh averages of 0 .. 5 doublings; with six problems the interval is all there is.
+TEST_F(CompareCommand, HodgesAndLehmannStandBesideWilcoxon) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}};
+  AddTimes(0, {1, 1, 1, 1, 1, 1}, &experiment);
+  AddTimes(1, {1, 2, 4, 8, 16, 32}, &experiment);
+  const std::string file = Stored(experiment);
+  const auto time = Compared(file).at("time");
+  EXPECT_NEAR(time.at("hodges_lehmann"), std::exp2(2.5), 1e-9);
+  EXPECT_NEAR(time.at("hodges_lehmann_interval").at(0), 1.0, 1e-12);
+  EXPECT_NEAR(time.at("hodges_lehmann_interval").at(1), 32.0, 1e-9);
+  EXPECT_DOUBLE_EQ(time.at("hodges_lehmann_coverage"), 1.0 - 2.0 / 64);
+  EXPECT_THAT(Run({"compare", "A", "B", "--db", file}).out, HasSubstr("Hodges-Lehmann 5.66 [1, 32]"));
+  const auto few = Compared(Stored(Discordant(4, 0, 0, 0), "few.sqlite")).at("time");
+  EXPECT_TRUE(few.at("hodges_lehmann_interval").at(1).is_null()) << "four problems bound nothing";
+  EXPECT_TRUE(Compared(Stored(Discordant(0, 2, 2, 0), "none.sqlite")).at("time").at("hodges_lehmann").is_null());
+}
+
+TEST_F(CompareCommand, AFailureIsChargedWhatIsSaid) {
+  TestExperiment experiment = ToyPool();
+  experiment.effort_limit = 1000;
+  const std::string file = Stored(experiment);
+  const auto cell = Compared(file);  // A and B: their longest solve takes 16 ms
+  EXPECT_DOUBLE_EQ(cell.at("charge_ms"), 160.0);
+  EXPECT_EQ(cell.at("charge_rule"), "longest_solved");
+  EXPECT_DOUBLE_EQ(cell.at("par10_a_ms"), 35.0);
+  EXPECT_THAT(Run({"compare", "A", "B", "--db", file}).out,
+              HasSubstr("a failure costs 160 ms, ten times the longest solved run of posture"));
+  const auto chosen = Run({"compare", "A", "B", "--db", file, "--charge", "0.05", "--format", "json"});
+  EXPECT_DOUBLE_EQ(nlohmann::json::parse(chosen.out).at("comparisons")[0].at("par10_a_ms"), 13.0);
+  ExpectError(Run({"compare", "A", "B", "--db", file, "--charge", "0"}), 2, "--charge");
+  ExpectError(Run({"table", "--db", file, "--charge", "1"}), 2, "--charge is what a failed run costs");
+  const auto table = Run({"table", "--db", file, "--statistics", "--charge", "0.05", "--format", "json"});
+  EXPECT_DOUBLE_EQ(nlohmann::json::parse(table.out).at("rows")[0].at("par10_ms"), 13.0);
+  EXPECT_THAT(Run({"table", "--db", file, "--profile", "--format", "csv"}).out, HasSubstr(",problems,ratio,share"));
 }
 
 TEST_F(CompareCommand, FamilyIsWhatIsShown) {

@@ -103,6 +103,44 @@ TEST_F(RunCommand, TheSameContentIsNotComputedTwice) {
   EXPECT_EQ(Count("experiments"), 2);
 }
 
+// One more method, another name: what is known is taken over with its bits, and everybody is told.
+TEST_F(RunCommand, AnOverlappingSuiteTakesResultsOver) {
+  ASSERT_EQ(Run({Suite(1), "--db", Db()}).exit_code, 0);
+  const auto larger = (folder_.path() / "larger.yaml").string();
+  std::ofstream(larger) << "tasks: posture\nproblems: [0-3]\nmethods: [{solver: sqp}, {solver: sqp, multi_starts: 1}]\n"
+                           "limits: {wall_time_s: 25}\n";
+  const auto dry = Run({larger, "--db", Db(), "--dry-run"});
+  EXPECT_THAT(dry.out, HasSubstr("6 of 16 jobs have a finished result of build "));
+  const auto dry_json = nlohmann::json::parse(Run({larger, "--db", Db(), "--dry-run", "--format", "json"}).out);
+  EXPECT_EQ(dry_json.at("known_results").at("builds").at(0).at("jobs"), 6);
+  const auto result = Run({larger, "--db", Db(), "--format", "json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto table = nlohmann::json::parse(result.out);
+  EXPECT_EQ(table.at("finished"), 16);
+  EXPECT_EQ(table.at("taken_over"), 6);
+  EXPECT_THAT(result.err, HasSubstr("6 taken over"));
+  EXPECT_EQ(Count("jobs WHERE taken_from IS NOT NULL"), 6);
+  EXPECT_EQ(Count("attempts"), 6 + 16);
+  const std::string same = "jobs AS j JOIN results AS r USING (job_id) JOIN results AS s ON s.job_id = j.taken_from ";
+  EXPECT_EQ(Count(same + "WHERE s.wall_us = r.wall_us AND s.cost = r.cost AND s.trace = r.trace"), 6);
+  const auto source = OpenResults({Db(), {}});
+  const std::string job =
+      source->Query("SELECT min(job_id) AS job FROM jobs WHERE taken_from IS NOT NULL").At(0, "job").dump();
+  const auto shown =
+      nlohmann::json::parse(RunLegopt({"show", job, "--db", Db(), "--format", "json"}, folder_.path()).out);
+  EXPECT_TRUE(shown.at("taken_from").is_number());
+  EXPECT_EQ(RunLegopt({"replay", job, "--db", Db()}, folder_.path()).exit_code, 0) << "the same bits";
+  EXPECT_THAT(RunLegopt({"table", "2", "--db", Db(), "--statistics"}, folder_.path()).out,
+              HasSubstr("6 results were taken over"));
+  EXPECT_THAT(RunLegopt({"compare", "1", "2", "--db", Db()}, folder_.path()).out,
+              HasSubstr("taken over from other experiments"));
+  EXPECT_EQ(RunLegopt({"doctor", "--db", Db()}, folder_.path()).exit_code, 0);
+  EXPECT_THAT(Run({larger, "--db", Db(), "--dry-run"}).out, HasSubstr("submitted before, as 2"));
+  EXPECT_THAT(Run({larger, "--db", Db(), "--dry-run", "--again"}).out, HasSubstr("all jobs are solved anew"));
+  ASSERT_EQ(Run({larger, "--db", Db(), "--again"}).exit_code, 0);
+  EXPECT_EQ(Count("jobs WHERE taken_from IS NOT NULL"), 6);
+}
+
 TEST_F(RunCommand, ExportAndEvaluateAgree) {
   ASSERT_EQ(Run({Suite(1), "--db", Db()}).exit_code, 0);
   const auto exported = RunLegopt({"export", "1", "--db", Db(), "--out", "out.json"}, folder_.path());

@@ -7,6 +7,10 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "client/client_error.h"
 #include "legopt/methods/method.h"
@@ -19,12 +23,13 @@ using testing::HasSubstr;
 
 const BenchmarkColumn kToyColumn = {Task::kPosture, Initialization::kGood};
 
-StatisticsTable TableOf(const TestExperiment& experiment, const TableSelection& selection = {}) {
+StatisticsTable TableOf(const TestExperiment& experiment, const TableSelection& selection = {},
+                        std::optional<double> charge_ms = {}) {
   const TemporaryFolder folder;
   const std::string file = (folder.path() / "test.sqlite").string();
   WriteTestDatabase(file, experiment);
   const auto source = OpenResults({file, {}});
-  return ReadStatisticsTable(*source, selection);
+  return ReadStatisticsTable(*source, selection, charge_ms);
 }
 
 CellStatistics CellOf(const StatisticsTable& table, std::size_t row) { return table.rows.at(row).cells.at(kToyColumn); }
@@ -49,6 +54,87 @@ TEST(StatisticsTable, StartsInsideOfAnAttemptStandInTheMethodsOptions) {
   EXPECT_EQ(table.rows[0].method.inner_starts, BestOptions().rescues);
   EXPECT_EQ(table.rows[1].method.inner_starts, 0);
   EXPECT_EQ(table.rows[2].method.inner_starts, 0);
+}
+
+// The limit of wall time is a safety net then, of hours: ten of those would say nothing but who failed.
+TEST(StatisticsTable, WhereEffortIsLimitedAFailureIsChargedByTheLongestSolve) {
+  TestExperiment experiment = ToyPool();
+  experiment.effort_limit = 1000;
+  const StatisticsTable table = TableOf(experiment);
+  EXPECT_EQ(table.columns.at(kToyColumn).charge.rule, ChargeRule::kLongestSolved);
+  EXPECT_DOUBLE_EQ(table.columns.at(kToyColumn).charge.ms, 160.0);
+  EXPECT_DOUBLE_EQ(CellOf(table, 0).par10_ms.value(), 35.0);
+  EXPECT_DOUBLE_EQ(CellOf(table, 1).par10_ms.value(), 36.6);
+  EXPECT_DOUBLE_EQ(CellOf(table, 2).par10_ms.value(), 66.0);
+  EXPECT_THAT(RenderStatisticsTable(table, TableFormat::kText, {.layout = {}}),
+              HasSubstr("A failure is charged 160 ms, ten times the longest solved run of posture."));
+}
+
+TEST(StatisticsTable, TheChargeIsThatOfTheTaskFromEveryStart) {
+  TestExperiment experiment = ToyPool();
+  experiment.effort_limit = 1000;
+  experiment.results.push_back({.initialization = "in_collision", .wall_us = 30'000});
+  experiment.results.push_back({.method = 1, .initialization = "in_collision", .verdict = "com", .wall_us = 90'000});
+  const StatisticsTable table = TableOf(experiment);
+  for (const auto& [column, common] : table.columns) EXPECT_DOUBLE_EQ(common.charge.ms, 300.0) << "not of a failure";
+}
+
+TEST(StatisticsTable, WithoutASolveTheWallLimitIsCharged) {
+  TestExperiment experiment;
+  experiment.effort_limit = 1000;
+  experiment.results = {{.problem = 0, .verdict = "com"}};
+  const StatisticsTable table = TableOf(experiment);
+  EXPECT_EQ(table.columns.at(kToyColumn).charge.rule, ChargeRule::kWallLimit);
+  EXPECT_DOUBLE_EQ(CellOf(table, 0).par10_ms.value(), 10'000.0);
+}
+
+TEST(StatisticsTable, AChargeMayBeChosen) {
+  const StatisticsTable table = TableOf(ToyPool(), {}, 50.0);
+  EXPECT_DOUBLE_EQ(CellOf(table, 0).par10_ms.value(), 13.0);
+  const std::string text = RenderStatisticsTable(table, TableFormat::kText);
+  EXPECT_THAT(text, testing::AllOf(HasSubstr("Charged"), HasSubstr("A failure is charged 50.0 ms, as chosen.")));
+  const auto column = nlohmann::json::parse(RenderStatisticsTable(table, TableFormat::kJson)).at("columns")[0];
+  EXPECT_EQ(column.at("charge_ms"), 50.0);
+  EXPECT_EQ(column.at("charge_rule"), "chosen");
+}
+
+// Ranks 1 2 3, 2 1 3, 2 3 1, 2 1 3 and 2.5 1 2.5: by hand.
+TEST(StatisticsTable, FriedmanStandsBesideImanAndDavenport) {
+  const StatisticsTable table = TableOf(ToyPool());
+  const double chi_square = 2.1 / 0.95;
+  const auto& ranks = table.columns.at(kToyColumn).ranks;
+  ASSERT_TRUE(ranks.has_value());
+  EXPECT_NEAR(ranks->chi_square, chi_square, 1e-12);
+  EXPECT_NEAR(ranks->iman_davenport.f, 4 * chi_square / (10 - chi_square), 1e-12);
+  EXPECT_THAT(RenderStatisticsTable(table, TableFormat::kText),
+              testing::AllOf(HasSubstr("Friedman's chi-square 2.21, 2 degrees"), HasSubstr("F 1.14, 2 and 8 degrees")));
+  const auto column = nlohmann::json::parse(RenderStatisticsTable(table, TableFormat::kJson)).at("columns")[0];
+  EXPECT_NEAR(column.at("friedman_chi_square"), chi_square, 1e-12);
+  EXPECT_NEAR(column.at("iman_davenport_f"), ranks->iman_davenport.f, 1e-12);
+  EXPECT_GT(column.at("iman_davenport_p").get<double>(), 0.05);
+  EXPECT_FALSE(TableOf(Discordant(3, 1, 1, 0)).columns.at(kToyColumn).ranks.has_value()) << "two are Wilcoxon's";
+}
+
+// Best times 1 1 2 4 16; a method that is best nowhere begins at 0.
+TEST(StatisticsTable, ProfilesAreStepsFromRatioOne) {
+  TestExperiment experiment = ToyPool();
+  experiment.methods.push_back({"D"});
+  AddTimes(3, {10, 10, 10, 40, std::nullopt}, &experiment);
+  const StatisticsTable table = TableOf(experiment);
+  const auto steps = nlohmann::json::parse(RenderProfiles(table, TableFormat::kJson));
+  std::vector<std::tuple<std::string, double, double>> found;
+  for (const auto& step : steps) {
+    EXPECT_EQ(step.at("problems"), 5);
+    found.emplace_back(step.at("method"), step.at("ratio"), step.at("share"));
+  }
+  EXPECT_THAT(found,
+              testing::ElementsAre(std::tuple("A", 1.0, 0.2), std::tuple("A", 2.0, 0.8), std::tuple("B", 1.0, 0.6),
+                                   std::tuple("B", 2.0, 0.8), std::tuple("C", 1.0, 0.2), std::tuple("C", 4.0, 0.6),
+                                   std::tuple("D", 1.0, 0.0), std::tuple("D", 5.0, 0.2), std::tuple("D", 10.0, 0.8)));
+  EXPECT_THAT(RenderProfiles(table, TableFormat::kCsv),
+              testing::StartsWith("experiment_id,method_id,method,multi_starts,sample_size,incremental,collision,task,"
+                                  "initialization,problems,ratio,share\n"));
+  EXPECT_THROW(RenderProfiles(table, TableFormat::kLatex), ClientError);
 }
 
 TEST(StatisticsTable, QuantilesCountFailuresAsInfinite) {

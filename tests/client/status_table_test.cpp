@@ -60,6 +60,15 @@ TEST(StatusTable, WideHasEverythingOnOneLine) {
             " 3  quick  garage-easier  SQP, I-SQP, Adam  52/80 65 %      38   50 %  0:12  active\n");
 }
 
+TEST(StatusTable, WhatWasTakenOverIsAColumn) {
+  std::vector<ExperimentStatus> list = {Quick(), Quick()};
+  EXPECT_THAT(RenderExperiments(list, 0), Not(HasSubstr("TAKEN")));
+  list[1].taken_over = 17;
+  EXPECT_THAT(RenderExperiments(list, 0), HasSubstr("TAKEN"));
+  EXPECT_THAT(Lines(RenderExperiments(list, 60))[3], HasSubstr("17"));
+  EXPECT_EQ(ExperimentListing(list).At(1, "taken_over"), 17);
+}
+
 TEST(StatusTable, ColumnsThatNobodyHasAreLeftOut) {
   std::vector<ExperimentStatus> list = {Quick()};
   EXPECT_THAT(RenderExperiments(list, 0), Not(HasSubstr("TAGS")));

@@ -72,6 +72,7 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
       description.cells.push_back({static_cast<std::int64_t>(description.cells.size()) + 1, result.method, task,
                                    ParseWord<Initialization>(result.initialization).value(), 0});
     }
+    description.cells.back().effort_limit = experiment.effort_limit;
     ++description.cells[static_cast<std::size_t>(cell->second)].num_jobs;
     const auto [problem, new_problem] =
         problems.try_emplace(result.problem, static_cast<int>(description.problems.size()));

@@ -48,6 +48,7 @@ struct TestExperiment {
   std::vector<TestResult> results;  ///< no two for the same method, initialization, problem and repetition
   std::string build_id = "0123456789ab";
   std::int64_t wall_limit_us = 1'000'000;
+  std::int64_t effort_limit = 0;  ///< of every job; 0: none
   std::string text;  ///< if given, stands wherever a worker may say something: name, host, build, detail, message, log
 };
 

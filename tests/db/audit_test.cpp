@@ -51,6 +51,8 @@ const std::vector<Planted>& Plants() {
       {"waypoints_have_no_gaps", "INSERT INTO waypoints VALUES (1, 5, x'00000000000000000000000000000000')", "job 1"},
       {"waypoints_have_no_gaps", "INSERT INTO waypoints VALUES (1, 1, x'0000000000000000')", "job 1"},
       {"results_are_counted", "UPDATE result_workers SET results = results + 1", "experiment 1"},
+      {"taken_result_is_of_an_equal_job", "UPDATE jobs SET taken_from = 2 WHERE job_id = 1", "job 1"},
+      {"taken_result_is_that_of_the_solve", "UPDATE jobs SET taken_from = 2 WHERE job_id = 1", "job 1"},
       {"times_are_in_order", "UPDATE attempts SET ended_at_us = 1 WHERE job_id = 1", "job 1"},
   };
   return plants;

@@ -163,14 +163,14 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
   const QueryResult jobs = Query("SELECT * FROM job_list WHERE job_id = 2");
   std::string columns;
   for (const std::string& column : jobs.columns) columns += column + " ";
-  EXPECT_EQ(
-      columns,
-      "job_id experiment_id method multi_starts sample_size incremental collision task initialization problem_id "
-      "repetition state attempts solver_status verdict_literal verdict_strict verdict_solid windows_solved windows "
-      "cost time_s "
-      "wall_us cpu_us iterations restarts starts term_evaluations collision_queries solid_depth_m longest_step_m "
-      "interpolation_environment_depth_m interpolation_self_depth_m interpolation_free_share worker hostname "
-      "processor build_id ");
+  EXPECT_EQ(columns,
+            "job_id experiment_id method multi_starts sample_size incremental collision task initialization problem_id "
+            "repetition state attempts taken_from solver_status verdict_literal verdict_strict verdict_solid "
+            "windows_solved windows "
+            "cost time_s "
+            "wall_us cpu_us iterations restarts starts term_evaluations collision_queries solid_depth_m longest_step_m "
+            "interpolation_environment_depth_m interpolation_self_depth_m interpolation_free_share worker hostname "
+            "processor build_id ");
   EXPECT_EQ(jobs.rows.at(0), (Row{Int(2),
                                   Int(1),
                                   Text("SQP"),
@@ -184,6 +184,7 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
                                   Int(0),
                                   Text("done"),
                                   Int(1),
+                                  kNull,
                                   Text("converged_feasible"),
                                   Text("success"),
                                   Text("success"),
@@ -242,7 +243,11 @@ TEST_F(BenchmarkTable, DisagreementsOfSolverAndJudgeAndOfTheRules) {
   Finish(1, Verdict::kSuccess, Verdict::kSuccess, 400, 1'000, 1);
   Finish(2, Verdict::kSuccess, Verdict::kSelfCollision, 500, 3'000, 1);
   Finish(3, Verdict::kCom, Verdict::kCom, std::nan(""), 3'000, 1);  // the solver says converged_feasible
-  EXPECT_EQ(Query("SELECT job_id FROM disagreements ORDER BY job_id").rows, (std::vector<Row>{{Int(2)}, {Int(3)}}));
+  ResultRecord jumps = SampleResult();
+  jumps.verdict_solid = Verdict::kStep;
+  Apply({LeaseJob{4, 1, 904, 1, 1}, AcceptResult{4, 1, jumps, "", "", 2}});
+  EXPECT_EQ(Query("SELECT job_id FROM disagreements ORDER BY job_id").rows,
+            (std::vector<Row>{{Int(2)}, {Int(3)}, {Int(4)}}));
 }
 
 TEST_F(BenchmarkTable, ExperimentListCountsEveryJobOnce) {

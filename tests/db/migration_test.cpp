@@ -18,7 +18,7 @@
 namespace legopt::db {
 namespace {
 
-constexpr int kReleased[] = {1, 2, 3, 4, 5, 6};
+constexpr int kReleased[] = {1, 2, 3, 4, 5, 6, 7};
 
 std::string Schema(const std::filesystem::path& path) {
   Connection connection(path, Connection::Mode::kReadOnly);
@@ -65,8 +65,9 @@ TEST_P(Released, IsUpgradedWithAllItsRows) {
   EXPECT_EQ(Schema(path_), Schema(folder_ / "fresh.sqlite"));
   for (const Defect& defect : Audit(path_)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
   ReadOnlyDatabase database(path_);
-  for (const char* view : {"benchmark_table", "benchmark_cells", "job_list", "failures", "disagreements",
-                           "experiment_list", "interpolation_cells", "result_origins", "clock_stopped"}) {
+  for (const char* view :
+       {"benchmark_table", "benchmark_cells", "job_list", "failures", "disagreements", "experiment_list",
+        "interpolation_cells", "result_origins", "clock_stopped", "reusable_results"}) {
     EXPECT_NO_THROW(database.Query("SELECT * FROM " + std::string(view), 100)) << view;
   }
 }

@@ -70,7 +70,9 @@ nlohmann::json EverySolver(const Dataset& dataset, int postures) {
     method["incremental"] = true;
     add(method);
   }
-  return client::BuildSpec(suite, facts);
+  nlohmann::json spec = client::BuildSpec(suite, facts);
+  spec["again"] = true;  // a second experiment shall be solved, not copied
+  return spec;
 }
 
 // All that a solve decides; times and who made it are left out. Jobs of equal specifications stand in the same order.

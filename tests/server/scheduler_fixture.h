@@ -52,7 +52,11 @@ class SchedulerTest : public testing::Test {
         options_, store_.LoadOpenState(), [this] { return ++token_; },
         Scheduler::Lookup{[this](std::int64_t job, int attempt) { return store_.FindAttempt(job, attempt); },
                           [this](const std::string& hash) { return store_.FindMethodOptions(hash); },
-                          [this](std::int64_t id) { return store_.LoadExperiment(id); }},
+                          [this](std::int64_t id) { return store_.LoadExperiment(id); },
+                          [this](const db::ResultSearch& search) {
+                            if (reads_fail_) throw db::StoreError(db::StoreErrorCode::kIo, "injected fault");
+                            return store_.FindKnownResults(search);
+                          }},
         now_);
   }
 
@@ -199,6 +203,7 @@ class SchedulerTest : public testing::Test {
   std::unique_ptr<Scheduler> scheduler_;
   Scheduler::Ops ops_;
   Instant now_{microseconds(1'000'000), 1'700'000'000'000'000};
+  bool reads_fail_ = false;  // of known results
   std::int64_t instance_ = 500;
   std::int64_t token_ = 9000;
   std::map<bus::EndpointId, std::int64_t> worker_ids_;

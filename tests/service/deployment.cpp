@@ -167,7 +167,8 @@ nlohmann::json StubSpec(int jobs, int work_ms) {
              {"sample_size", 100},
              {"incremental", false}}}},
           {"limits", {{"wall_time_s", 60}, {"memory_mb", 1024}}},
-          {"max_attempts", 3}};
+          {"max_attempts", 3},
+          {"again", true}};  // equal jobs shall run
 }
 
 }  // namespace legopt::service

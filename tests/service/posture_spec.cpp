@@ -18,7 +18,9 @@ nlohmann::json PostureSpec(int repetitions) {
   suite.repetitions = repetitions;
   suite.tasks = {{Task::kPosture, {}}};
   suite.methods = {method};
-  return client::BuildSpec(suite, client::FactsOf(*Dataset::Load(DefaultDataset())));
+  nlohmann::json spec = client::BuildSpec(suite, client::FactsOf(*Dataset::Load(DefaultDataset())));
+  spec["again"] = true;  // equal jobs shall be solved, and compared
+  return spec;
 }
 
 }  // namespace legopt::service

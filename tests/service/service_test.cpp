@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "bus/lcm_transport.h"
+#include "db/audit.h"
 #include "programs/exit_codes.h"
 #include "tests/service/deployment.h"
 #include "tests/service/stub_executor.h"
@@ -84,6 +85,32 @@ TEST_F(ServiceTest, SubmittedJobsAreDoneOnce) {
   const auto exit = first->Wait(kPatience);
   ASSERT_TRUE(exit);
   EXPECT_EQ(exit->code, StatusOf(ExitCode::kOk)) << first->ErrorTail();
+}
+
+// Copied once each, however often the server dies in between.
+TEST_F(ServiceTest, AnOverlapIsTakenOverThroughKillsOfTheServer) {
+  const auto worker = deployment_->StartStubWorker({"--slots", "2"});
+  constexpr int kJobs = 1200;
+  nlohmann::json spec = StubSpec(kJobs, 0);
+  spec.erase("again");
+  const std::int64_t first = deployment_->Submit(spec, "a");
+  ASSERT_TRUE(deployment_->WaitUntilDone(first));
+  spec["name"] = "larger";
+  spec["methods"].push_back(StubSpec(1, 1)["methods"][0]);
+  const std::int64_t second = deployment_->Submit(spec, "b");
+  for (const int jobs : {1, 500, 1300}) {
+    ASSERT_TRUE(deployment_->WaitForJobs(second, jobs));
+    deployment_->KillServer();
+    deployment_->StartServer();
+  }
+  ASSERT_TRUE(deployment_->WaitUntilDone(second));
+  EXPECT_EQ(deployment_->Query("SELECT done, taken_over FROM experiment_list ORDER BY experiment_id"),
+            (std::vector<std::string>{"1200|0", "2400|1200"}));
+  EXPECT_EQ(
+      deployment_->Query("SELECT count(DISTINCT j.taken_from), count(*) FROM jobs AS j JOIN jobs AS s ON s.job_id = "
+                         "j.taken_from AND s.problem_key = j.problem_key"),
+      std::vector<std::string>{"1200|1200"});
+  for (const db::Defect& defect : db::Audit(deployment_->database())) ADD_FAILURE() << defect.rule << defect.detail;
 }
 
 TEST_F(ServiceTest, AKilledWorkerCostsAttemptsButNoJob) {

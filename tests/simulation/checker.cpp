@@ -63,8 +63,11 @@ class Checker {
     const std::string name = "job " + std::to_string(id);
     if ((job.state == JobState::kDone) != job.accepted.has_value()) Fault("wrong state: " + name + ": done or not");
     if (!IsTerminal(job.state)) Fault("lost: " + name + " never ended");
-    if (job.accepted && IsPoison(manners_, id)) Fault("unexpected: " + name + " is poison and has a result");
-    if (job.accepted && job.cost != CostOf(id, *job.accepted)) {
+    if (job.taken_from > 0) CheckTaken(name, job);
+    // A job that would kill its worker may have the result of an equal one that did not.
+    const std::int64_t solved_as = job.taken_from > 0 ? job.taken_from : id;
+    if (job.accepted && IsPoison(manners_, solved_as)) Fault("unexpected: " + name + " is poison and has a result");
+    if (job.accepted && job.taken_from == 0 && job.cost != CostOf(id, *job.accepted)) {
       Fault("wrong state: " + name + " has the result of another job or attempt");
     }
     const int charged = job.attempts - job.returned;
@@ -79,9 +82,25 @@ class Checker {
     }
   }
 
+  // Its result is the accepted one of the job that was solved, if that is still there.
+  void CheckTaken(const std::string& name, const StoredState::Job& job) {
+    if (job.accepted != 1 || job.attempts != 1) Fault("wrong state: " + name + " took a result over after leases");
+    const auto solved = state_.jobs.find(job.taken_from);
+    if (solved == state_.jobs.end()) {
+      if (!record_.MayBeDeleted(job.taken_from)) Fault("unexpected: " + name + " took a result over from no job");
+    } else if (!solved->second.accepted || solved->second.taken_from > 0 || solved->second.cost != job.cost ||
+               solved->second.experiment_id == job.experiment_id) {
+      Fault("wrong state: " + name + " has another result than job " + std::to_string(job.taken_from));
+    }
+  }
+
   // What a worker alone can know must have been reported by the one that had the lease.
   void CheckAttempt(const AttemptKey& key, const db::AttemptRecord& attempt) {
     const std::string name = "attempt " + std::to_string(key.second) + " of job " + std::to_string(key.first);
+    if (state_.jobs.at(key.first).taken_from > 0) {
+      if (record_.leases.contains(attempt.token)) Fault("duplicated: the " + name + ", taken over, was leased, too");
+      return;
+    }
     if (attempt.outcome == AttemptOutcome::kRunning) Fault("lost: " + name + " runs for ever");
     if (attempt.outcome == AttemptOutcome::kExpired || attempt.outcome == AttemptOutcome::kReturned ||
         attempt.outcome == AttemptOutcome::kCancelled) {

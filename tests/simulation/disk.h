@@ -32,6 +32,7 @@ struct StoredState {
     int returned = 0;             ///< of these, not charged
     std::optional<int> accepted;  ///< attempt whose result it has
     double cost = 0;              ///< of that result
+    std::int64_t taken_from = 0;  ///< job whose solve made it; 0: this one
   };
   std::map<std::int64_t, Experiment> experiments;
   std::map<std::int64_t, Job> jobs;

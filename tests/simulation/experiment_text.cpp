@@ -17,24 +17,25 @@ nlohmann::json Task(const char* name, int num_problems) {
 
 }  // namespace
 
-std::string ExperimentText(const std::string& name, int num_problems, double wall_limit_s, bool motions) {
+std::string ExperimentText(const std::string& name, int num_problems, double wall_limit_s, bool motions, bool again) {
   const int num_motions = motions ? num_problems / 3 : 0;
   auto tasks = nlohmann::json::array({Task("posture", num_problems - num_motions)});
   if (num_motions > 0) tasks.push_back(Task("motion", num_motions));
   const nlohmann::json method = {
       {"name", "SQP"},     {"hash", std::string(64, 'a')}, {"options", {{"name", "SQP"}, {"solver", "sqp"}}},
       {"multi_starts", 0}, {"sample_size", 100},           {"incremental", false}};
-  return nlohmann::json{{"spec_version", 1},
-                        {"name", name},
-                        {"seed", 7},
-                        {"repetitions", 1},
-                        {"dataset", {{"name", "garage"}, {"hash", std::string(64, 'd')}}},
-                        {"tasks", tasks},
-                        {"initializations", {"good"}},
-                        {"methods", {method}},
-                        {"limits", {{"wall_time_s", wall_limit_s}, {"memory_mb", 1024}}},
-                        {"max_attempts", 3}}
-      .dump();
+  nlohmann::json spec{{"spec_version", 1},
+                      {"name", name},
+                      {"seed", 7},
+                      {"repetitions", 1},
+                      {"dataset", {{"name", "garage"}, {"hash", std::string(64, 'd')}}},
+                      {"tasks", tasks},
+                      {"initializations", {"good"}},
+                      {"methods", {method}},
+                      {"limits", {{"wall_time_s", wall_limit_s}, {"memory_mb", 1024}}},
+                      {"max_attempts", 3}};
+  if (again) spec["again"] = true;
+  return spec.dump();
 }
 
 }  // namespace legopt::simulation

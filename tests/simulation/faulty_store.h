@@ -48,6 +48,10 @@ class FaultyStore final : public db::Store {
     CheckReading();
     return inner_.FindMethodOptions(hash);
   }
+  std::vector<db::KnownResult> FindKnownResults(const db::ResultSearch& search) override {
+    CheckReading();
+    return inner_.FindKnownResults(search);
+  }
   void Idle() override {
     if (faults_.writes) throw db::StoreError(*faults_.writes, "simulated disk: writing fails");
     inner_.Idle();

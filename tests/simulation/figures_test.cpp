@@ -62,7 +62,7 @@ class Stage {
   }
 
   void Submit(int num_jobs, const std::string& id = "s") {
-    client.Submit(id, ExperimentText(id, num_jobs, kWallLimit_s, false), num_jobs);
+    client.Submit(id, ExperimentText(id, num_jobs, kWallLimit_s, false, true), num_jobs);
   }
   bool RunUntil(const std::function<bool()>& done, microseconds limit) { return world.Run(done, world.now() + limit); }
   void RunFor(microseconds duration) {

@@ -29,7 +29,7 @@ std::chrono::nanoseconds ThreadCpu() {
 std::string SpecOf(const std::string& name, std::int64_t jobs) {
   std::int64_t problems = std::min<std::int64_t>(jobs, kMostProblems);
   while (jobs % problems != 0) --problems;
-  auto spec = nlohmann::json::parse(ExperimentText(name, static_cast<int>(problems), kFleetWallLimit_s, false));
+  auto spec = nlohmann::json::parse(ExperimentText(name, static_cast<int>(problems), kFleetWallLimit_s, false, true));
   spec["repetitions"] = jobs / problems;
   return spec.dump();
 }

@@ -33,6 +33,9 @@ class ForgetfulStore final : public db::Store {
     const auto known = options_.find(hash);
     return known == options_.end() ? std::nullopt : std::optional(known->second);
   }
+  std::vector<db::KnownResult> FindKnownResults(const db::ResultSearch& search) override {
+    return std::vector<db::KnownResult>(search.problems.size());
+  }
 
  private:
   std::map<std::string, std::string> options_;

@@ -1,0 +1,131 @@
+#pragma once
+
+// Private to the memory_store*.cpp files.
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "db/memory_store.h"
+
+namespace legopt::db {
+
+// Throws StoreError (kConstraint) unless it is so.
+void RequireLegal(bool legal, const std::string& message);
+
+struct MemoryAttempt {
+  std::int64_t token = 0;
+  std::int64_t worker_id = 0;
+  AttemptOutcome outcome = AttemptOutcome::kRunning;
+  std::int64_t leased_at_us = 0;
+  std::int64_t ended_at_us = 0;  // 0: runs
+};
+
+// What decides a result, but for the build: hashes of dataset and method, seed, limit of effort, task, start, number of
+// the problem, repetition.
+using JobKey = std::tuple<std::string, std::string, std::int64_t, std::int64_t, Task, Initialization, int, int>;
+
+struct MemoryJob {
+  std::int64_t experiment_id = 0;
+  JobKey key;
+  std::int64_t taken_from = 0;  // 0: not taken over
+  std::size_t cell = 0;         // of the experiment's
+  JobState state = JobState::kQueued;
+  int returned = 0;
+  int max_attempts = 1;
+  std::deque<MemoryAttempt> attempts;  // undo keeps references to its elements
+};
+
+struct MemoryExperiment {
+  ExperimentSummary summary;  // state and times; counts are taken from the jobs
+  std::string spec_json;
+  std::size_t num_cells = 0;
+};
+
+struct MemoryStore::Tables {
+  std::map<std::int64_t, MemoryExperiment> experiments;
+  std::set<std::string> submissions;
+  std::map<std::string, std::string> options;        // by method hash
+  std::map<std::string, std::string> dataset_names;  // by hash
+  std::map<std::int64_t, MemoryJob> jobs;
+  std::map<std::int64_t, Accepted> results;
+  std::set<std::pair<JobKey, std::int64_t>> jobs_by_key;
+  std::set<std::pair<std::int64_t, int>> stale;
+  std::map<std::int64_t, WorkerRecord> workers;
+  std::set<std::int64_t> endpoints;
+  std::map<std::int64_t, std::int64_t> cells;                              // cell -> experiment
+  std::int64_t deleted_experiment = 0, deleted_job = 0, deleted_cell = 0;  // largest identifiers that are gone
+  std::int64_t events = 0;
+
+  // How to take back what the running Apply has done, latest last.
+  std::vector<std::function<void()>> undo;
+
+  // Sets `place` and remembers the old value. Rows live in maps, so their addresses stay.
+  template <class T>
+  void Set(T& place, T value) {
+    undo.push_back([&place, old = place] { place = old; });
+    place = std::move(value);
+  }
+  template <class Map, class Key, class Row>
+  auto& Insert(Map& map, const Key& key, Row row, const char* what) {
+    const auto [where, inserted] = map.emplace(key, std::move(row));
+    RequireLegal(inserted, std::string(what) + " exists already");
+    undo.push_back([&map, key] { map.erase(key); });
+    return where->second;
+  }
+  // Takes the row out. Should it come back, then at the same address: earlier steps may have kept that.
+  template <class Map, class Key>
+  void Erase(Map& map, const Key& key) {
+    auto node = std::make_shared<typename Map::node_type>(map.extract(key));
+    if (!node->empty()) undo.push_back([&map, node] { map.insert(std::move(*node)); });
+  }
+  template <class Set, class Key>
+  void InsertKey(Set& set, const Key& key, const char* what) {
+    RequireLegal(set.insert(key).second, std::string(what) + " exists already");
+    undo.push_back([&set, key] { set.erase(key); });
+  }
+
+  MemoryJob& JobOf(std::int64_t job_id) {
+    const auto job = jobs.find(job_id);
+    RequireLegal(job != jobs.end(), "no job " + std::to_string(job_id));
+    return job->second;
+  }
+  MemoryAttempt& RunningAttempt(std::int64_t job_id, int attempt) {
+    MemoryJob& job = JobOf(job_id);
+    RequireLegal(job.state == JobState::kLeased && attempt == static_cast<int>(job.attempts.size()) &&
+                     job.attempts.back().outcome == AttemptOutcome::kRunning,
+                 "job " + std::to_string(job_id) + " does not run attempt " + std::to_string(attempt));
+    return job.attempts.back();
+  }
+
+  void Do(const CreateExperiment& op);
+  void Do(const LeaseJob& op);
+  void Do(const EndAttempt& op);
+  void Do(const AcceptResult& op);
+  void Do(const TakeResult& op);
+  void Do(const RecordStaleResult& op);
+  void Do(const CancelExperiment& op);
+  void Do(const ControlExperiment& op);
+  void Do(const RetryExperiment& op);
+  void Do(const DeleteExperiment& op);
+  void Do(const RenameExperiment& op);
+  void Do(const TagExperiment& op);
+  void Do(const FinishExperiment& op);
+  void Do(const PutWorker& op);
+  void Do(const RecordEvent& op);
+  void Close(std::int64_t experiment_id, ExperimentState state, std::int64_t at_us);
+  KnownResult Known(const ResultSearch& search, const ResultSearch::Problem& problem) const;
+  bool MayRetry(std::int64_t job_id, const MemoryJob& job, bool time_limited) const;
+  MemoryExperiment& ExperimentOf(std::int64_t experiment_id);
+  ExperimentSummary Summarize(const MemoryExperiment& row) const;
+  OpenExperiment Open(const MemoryExperiment& row) const;
+};
+
+}  // namespace legopt::db
