@@ -4,6 +4,7 @@
 #include "legopt/nearest_name.h"
 #include "legopt/optimize/best_solver.h"
 #include "legopt/optimize/chomp_solver.h"
+#include "legopt/optimize/cma_es_solver.h"
 #include "legopt/optimize/gradient_solver.h"
 #include "legopt/optimize/ipopt_solver.h"
 #include "legopt/optimize/sqp_solver.h"
@@ -46,6 +47,8 @@ SolverRegistry::SolverRegistry() {
                          [](const auto& o, const Sampling&) { return std::make_unique<ChompSolver>(o); });
   Register<StompOptions>({.word = "stomp", .paper_name = "STOMP", .draws = true, .contact_range_m = kTouching_m},
                          [](const auto& o, const Sampling&) { return std::make_unique<StompSolver>(o); });
+  Register<CmaEsOptions>({.word = "cma_es", .paper_name = "CMA-ES", .draws = true, .contact_range_m = kTouching_m},
+                         [](const auto& o, const Sampling&) { return std::make_unique<CmaEsSolver>(o); });
 }
 
 const SolverEntry* SolverRegistry::Find(std::string_view word) const {

@@ -8,6 +8,7 @@
 #include "legopt/methods/foreign_options.h"
 #include "legopt/optimize/best_options.h"
 #include "legopt/optimize/chomp_options.h"
+#include "legopt/optimize/cma_es_options.h"
 #include "legopt/optimize/gradient_options.h"
 #include "legopt/optimize/ipopt_options.h"
 #include "legopt/optimize/sqp_options.h"
@@ -17,7 +18,7 @@ namespace legopt {
 
 /// The options of one solver: of the library, or of one that a program has registered (registry.h).
 using SolverOptions = std::variant<SqpOptions, BestOptions, IpoptOptions, GradientOptions, MomentGradientOptions,
-                                   ChompOptions, StompOptions, ForeignOptions>;
+                                   ChompOptions, StompOptions, CmaEsOptions, ForeignOptions>;
 
 namespace internal {
 

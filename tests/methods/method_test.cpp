@@ -176,7 +176,7 @@ TEST(Method, TheMemoryOfGradientsIsAChoice) {
 }
 
 TEST(Method, FormerKeysSayWhatToWriteInstead) {
-  for (const char* solver : {"sgd", "adam", "nadam", "chomp", "stomp"}) {
+  for (const char* solver : {"sgd", "adam", "nadam", "chomp", "stomp", "cma_es"}) {
     const json text = {{"solver", solver}, {"options", {{"max_iterations", 700}}}};
     const auto fault = FaultOf(text.dump());
     EXPECT_EQ(fault.field, "options.max_iterations");

@@ -54,6 +54,7 @@ constexpr Accuracy kAccuracies[] = {
     {"chomp", kPatientDescent, 0.1, kOwnTolerance},
     // Its updates weigh each waypoint by itself, and so do not end where the sum is least.
     {"stomp", kPatientDescent, 0.2, kOwnTolerance},
+    {"cma_es", R"({"initial_penalty": 5, "min_improve_frac": 1e-7})", 1e-2, kOwnTolerance},
     {"", "{}", 0.15, kOwnTolerance},
 };
 
