@@ -44,8 +44,8 @@ class CmaEsSolver : public PenaltySolver {
   CovarianceAdaptation distribution_;
   std::vector<Eigen::Index> free_;  ///< variables that are not fixed
   Eigen::VectorXd lower_, upper_, step_, point_, best_point_;
-  ObjectiveValue best_value_;              ///< of the generation
-  std::vector<double> merits_, distances_; ///< of the samples
+  ObjectiveValue best_value_;               ///< of the generation
+  std::vector<double> merits_, distances_;  ///< of the samples
   std::vector<double> sorted_, residuals_;
   std::vector<int> order_;
 };

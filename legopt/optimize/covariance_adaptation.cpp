@@ -17,7 +17,12 @@ void CovarianceAdaptation::Reset(Eigen::Index n, double sigma) {
   covariance_.setIdentity(n, n);
   basis_.setIdentity(n, n);
   scales_.setOnes(n);
-  if (eigen_.eigenvectors().rows() != n) eigen_ = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(n);
+  if (diagonal_.size() != n) {
+    tridiagonal_ = Eigen::Tridiagonalization<Eigen::MatrixXd>(n);
+    eigen_ = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(n);
+  }
+  diagonal_.setZero(n);
+  subdiagonal_.setZero(n - 1);
   normals_.setZero(n, num_samples());
   samples_.setZero(n, num_samples());
   for (auto* v : {&sigma_path_, &path_, &mean_normal_, &mean_step_, &scaled_}) v->setZero(n);
@@ -48,7 +53,7 @@ void CovarianceAdaptation::SetConstants(Eigen::Index dimension) {
   positive /= positive.sum();
   const double norm = negative.cwiseAbs().sum();
   negative *= norm > 0.0 ? std::max(negative_sum, 0.0) / norm : 0.0;
-  decomposition_period_ = std::max(1, static_cast<int>(std::floor(0.1 / (n * (c_1_ + c_mu_)))));
+  decomposition_period_ = std::max(1, static_cast<int>(std::floor(0.5 / (n * (c_1_ + c_mu_)))));
 }
 
 void CovarianceAdaptation::Draw(std::mt19937_64& generator) {
@@ -101,7 +106,11 @@ void CovarianceAdaptation::AdaptCovariance(const std::vector<int>& order, bool s
 void CovarianceAdaptation::Decompose() {
   constexpr double kLargestCondition = 1e14;
   since_decomposition_ = 0;
-  eigen_.compute(covariance_);
+  // What eigen_.compute() does, but for its allocations.
+  tridiagonal_.compute(covariance_);
+  diagonal_ = tridiagonal_.diagonal();
+  subdiagonal_ = tridiagonal_.subDiagonal();
+  eigen_.computeFromTridiagonal(diagonal_, subdiagonal_);
   if (eigen_.info() != Eigen::Success) return;  // the last basis serves on
   const double most = eigen_.eigenvalues().maxCoeff();
   const double least = most / kLargestCondition;
@@ -109,7 +118,18 @@ void CovarianceAdaptation::Decompose() {
     covariance_.diagonal().array() += least - std::min(eigen_.eigenvalues().minCoeff(), 0.0);
   }
   scales_ = eigen_.eigenvalues().cwiseMax(least).cwiseSqrt();
+  TurnBasisBack();
+}
+
+void CovarianceAdaptation::TurnBasisBack() {
   basis_ = eigen_.eigenvectors();
+  const Eigen::Index n = basis_.rows();
+  for (Eigen::Index k = n - 2; k >= 0; --k) {
+    const auto essential = tridiagonal_.packedMatrix().col(k).tail(n - k - 2);
+    const double square = essential.squaredNorm();
+    if (square == 0.0) continue;  // nothing to reflect
+    basis_.bottomRows(n - k - 1).applyHouseholderOnTheLeft(essential, 2.0 / (1.0 + square), scaled_.data());
+  }
 }
 
 }  // namespace legopt

@@ -15,7 +15,8 @@ namespace legopt {
 /// cumulative step-size adaptation, rank-one and rank-mu updates of C, the latter with negative weights (active).
 ///
 /// It does not know the mean m: samples are steps from it, so that it serves a manifold as well. C is decomposed as
-/// B D^2 B^T every lambda / (10 n (c_1 + c_mu)) samples.
+/// B D^2 B^T every 1 / (2 n (c_1 + c_mu)) generations, five times as seldom as in the tutorial: in windows of motions
+/// the decomposition would cost more than the terms.
 ///
 ///     distribution.Reset(n, 0.1);
 ///     loop: Draw(generator); Evaluate m + sample(k) for each k; Update(indices, best sample first); m += mean_step()
@@ -47,6 +48,8 @@ class CovarianceAdaptation {
   void SetConstants(Eigen::Index n);
   void AdaptCovariance(const std::vector<int>& order, bool stalled);
   void Decompose();
+  /// basis_ from the eigenvectors of the tridiagonal matrix.
+  void TurnBasisBack();
 
   NormalDraws normal_;
   Eigen::VectorXd weights_;  ///< w_i by rank; the negative ones last
@@ -60,10 +63,12 @@ class CovarianceAdaptation {
   Eigen::MatrixXd covariance_;  ///< C; its lower triangle is kept up
   Eigen::MatrixXd basis_;       ///< B
   Eigen::VectorXd scales_;      ///< diagonal of D
-  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen_;
-  Eigen::MatrixXd normals_, samples_;          ///< z_k and sigma B D z_k
-  Eigen::VectorXd sigma_path_, path_;          ///< p_sigma, p_c
-  Eigen::VectorXd mean_normal_, mean_step_;    ///< sum of w_i z_i, sum of w_i sigma y_i over positive weights
+  Eigen::Tridiagonalization<Eigen::MatrixXd> tridiagonal_;
+  Eigen::VectorXd diagonal_, subdiagonal_;
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen_;  ///< of the tridiagonal matrix
+  Eigen::MatrixXd normals_, samples_;                     ///< z_k and sigma B D z_k
+  Eigen::VectorXd sigma_path_, path_;                     ///< p_sigma, p_c
+  Eigen::VectorXd mean_normal_, mean_step_;  ///< sum of w_i z_i, sum of w_i sigma y_i over positive weights
   Eigen::VectorXd scaled_;
 };
 

@@ -136,6 +136,7 @@ TEST(Method, HashesOfTheDefaultsStay) {
       {"nadam", "af696f56497310481c9c83d9243bde455e7e3ad2dffbedfd4234776bdb4f3b3f"},
       {"chomp", "a89adfa509877cb0857f3d4dea9863d5285a00ebb2ba9a4b9b2840353a5f0188"},
       {"stomp", "3ad1e9cb2a54e11014ce7007f0bebfdfe57a5819d7f7c17ae8a488d93062f810"},
+      {"cma_es", "15bcc3c9ae032441c7396ac48ec3d3d3cb146738cee27bbeb2651916a8e04558"},
   };
   for (const auto& [word, hash] : hashes) {
     EXPECT_EQ(Method::FromJson({{"solver", word}}, "").Hash(), hash) << word;

@@ -1,6 +1,7 @@
-// CMA-ES's distribution on the functions of the literature, to 1e-10 from sigma = 0.5. LiteratureCount counts: median
-// evaluations of the default strategy of full samples (Hansen and Ostermeier 2001, Hansen 2016: about 1,700 on the
-// sphere, 6,500 on the ellipsoid and 5,500 on Rosenbrock in ten dimensions), here with a factor of 1.5.
+// CMA-ES's distribution on the standard functions in ten variables, to 1e-10 from sigma = 0.5. On Rosenbrock's function
+// the documented run of pycma, by the method's author, takes 6,000 evaluations (cma.fmin from 0.1, without active
+// update): here the median of nine seeds takes at most as many. For the others, no such run is documented; they are
+// held to 1.2 times what was measured (1,620; 4,350; in other axes 4,310).
 #include "legopt/optimize/covariance_adaptation.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +23,8 @@ struct BlackBoxDescent {
 };
 
 /// Until f < target or the evaluations are used up.
-BlackBoxDescent MinimizeBlackBox(const BlackBox& f, const Eigen::VectorXd& start, int most_evaluations, unsigned seed = 1) {
+BlackBoxDescent MinimizeBlackBox(const BlackBox& f, const Eigen::VectorXd& start, int most_evaluations,
+                                 unsigned seed = 1) {
   constexpr double kTarget = 1e-10;
   CovarianceAdaptation distribution;
   distribution.Reset(start.size(), 0.5);
@@ -69,23 +71,23 @@ double Rosenbrock(const Eigen::VectorXd& x) {
   return sum;
 }
 
-struct LiteratureCount {
+struct EvaluationBound {
   const char* name;
   double (*function)(const Eigen::VectorXd&);
   double start;
-  int evaluations;  ///< of the literature
+  int evaluations;  ///< at most, in the median
 };
 
-class StandardFunctions : public ::testing::TestWithParam<LiteratureCount> {};
+class StandardFunctions : public ::testing::TestWithParam<EvaluationBound> {};
 
-TEST_P(StandardFunctions, TakeTheEvaluationsOfTheLiterature) {
-  constexpr double kFactor = 1.5;
-  const LiteratureCount& reference = GetParam();
-  const int most = static_cast<int>(kFactor * reference.evaluations);
+TEST_P(StandardFunctions, TakeFewEvaluations) {
+  const EvaluationBound& reference = GetParam();
+  const int most = reference.evaluations;
   constexpr int kSeeds = 9;
   std::vector<int> counts;
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
-    const BlackBoxDescent descent = MinimizeBlackBox(reference.function, Eigen::VectorXd::Constant(10, reference.start), 4 * most, seed);
+    const BlackBoxDescent descent =
+        MinimizeBlackBox(reference.function, Eigen::VectorXd::Constant(10, reference.start), 4 * most, seed);
     if (descent.lowest <= 1e-10) counts.push_back(descent.evaluations);
   }
   ASSERT_GT(counts.size(), static_cast<size_t>(kSeeds / 2)) << "Rosenbrock has a local minimum; most runs avoid it";
@@ -94,12 +96,12 @@ TEST_P(StandardFunctions, TakeTheEvaluationsOfTheLiterature) {
   EXPECT_LE(counts[counts.size() / 2], most);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    TenVariables, StandardFunctions,
-    ::testing::Values(LiteratureCount{"Sphere", Sphere, 1.0, 1700}, LiteratureCount{"Ellipsoid", Ellipsoid, 1.0, 6500},
-                      LiteratureCount{"RotatedEllipsoid", RotatedEllipsoid, 1.0, 6500},
-                      LiteratureCount{"Rosenbrock", Rosenbrock, 0.0, 5500}),
-    [](const auto& reference) { return std::string(reference.param.name); });
+INSTANTIATE_TEST_SUITE_P(TenVariables, StandardFunctions,
+                         ::testing::Values(EvaluationBound{"Sphere", Sphere, 1.0, 1950},
+                                           EvaluationBound{"Ellipsoid", Ellipsoid, 1.0, 5220},
+                                           EvaluationBound{"RotatedEllipsoid", RotatedEllipsoid, 1.0, 5220},
+                                           EvaluationBound{"Rosenbrock", Rosenbrock, 0.1, 6000}),
+                         [](const auto& reference) { return std::string(reference.param.name); });
 
 TEST(CovarianceAdaptation, LearnsTheInverseOfTheHessian) {
   CovarianceAdaptation distribution;
@@ -132,7 +134,8 @@ TEST(CovarianceAdaptation, OneVariable) {
 
 TEST(CovarianceAdaptation, RepeatsToTheBit) {
   const Eigen::VectorXd start = Eigen::VectorXd::Constant(5, 0.7);
-  const BlackBoxDescent a = MinimizeBlackBox(Rosenbrock, start, 2000, 5), b = MinimizeBlackBox(Rosenbrock, start, 2000, 5);
+  const BlackBoxDescent a = MinimizeBlackBox(Rosenbrock, start, 2000, 5),
+                        b = MinimizeBlackBox(Rosenbrock, start, 2000, 5);
   EXPECT_EQ(a.mean, b.mean);
   EXPECT_EQ(a.lowest, b.lowest);
   EXPECT_NE(MinimizeBlackBox(Rosenbrock, start, 2000, 6).lowest, a.lowest);
