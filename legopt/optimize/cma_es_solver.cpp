@@ -19,6 +19,7 @@ void CmaEsSolver::Prepare(Program& program) {
     if (lower_[i] < upper_[i]) free_.push_back(i);
   }
   if (free_.empty()) return;
+  for (auto* v : {&beyond_, &cut_}) v->setZero(static_cast<Eigen::Index>(free_.size()));
   distribution_.Reset(static_cast<Eigen::Index>(free_.size()), options_.step);
   const auto samples = static_cast<size_t>(distribution_.num_samples());
   merits_.assign(samples, 0.0);
@@ -27,7 +28,7 @@ void CmaEsSolver::Prepare(Program& program) {
   sorted_.reserve(samples);
 }
 
-void CmaEsSolver::Restart(Program&) {}
+void CmaEsSolver::Restart(Program&) { beyond_.setZero(); }
 
 PenaltySolver::EpochEnd CmaEsSolver::Epoch(Program& program, Eigen::VectorXd& x) {
   if (!NextIteration()) return EpochEnd::kInterrupted;
@@ -39,6 +40,7 @@ PenaltySolver::EpochEnd CmaEsSolver::Epoch(Program& program, Eigen::VectorXd& x)
     Rank();
     distribution_.Update(order_);
     ClippedStep(distribution_.mean_step());
+    beyond_ = cut_;
     program.Retract(x, step_, point_);
     x.swap(point_);
     Visit(x, EvaluateObjective(program, x, residuals_));
@@ -92,11 +94,13 @@ double CmaEsSolver::ClippedStep(Eigen::Ref<const Eigen::VectorXd> free) {
   double squares = 0.0;
   for (size_t j = 0; j < free_.size(); ++j) {
     const Eigen::Index i = free_[j];
-    const double wanted = free[static_cast<Eigen::Index>(j)];
+    const auto place = static_cast<Eigen::Index>(j);
+    const double wanted = beyond_[place] + free[place];
     step_[i] = std::clamp(wanted, lower_[i], upper_[i]);
-    if (step_[i] == wanted) continue;
-    const double lacking = (wanted - step_[i]) / distribution_.deviation(static_cast<Eigen::Index>(j));
-    squares += lacking * lacking;
+    cut_[place] = wanted - step_[i];
+    if (cut_[place] == 0.0) continue;
+    const double deviations = cut_[place] / distribution_.deviation(place);
+    squares += deviations * deviations;
   }
   return squares;
 }

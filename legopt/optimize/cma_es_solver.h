@@ -18,7 +18,8 @@ namespace legopt {
 ///
 /// d_i its distance to the bounds, s_i the standard deviation of variable i, r the quartile range of the generation's
 /// F + mu V (after Hansen, Niederberger, Guzzella, Koumoutsakos, IEEE TEC 13(1), 2009, with r of one generation). The
-/// mean stays within the bounds. Covariance and step length go on from one mu to the next: what changes is the weight
+/// mean may leave the bounds, too: one that stood at them would lose half of its samples there to the inside, in every
+/// variable. x is its projection. Covariance and step length go on from one mu to the next: what changes is the weight
 /// of the constraints, not their directions.
 class CmaEsSolver : public PenaltySolver {
  public:
@@ -36,13 +37,14 @@ class CmaEsSolver : public PenaltySolver {
   void Rank();
   /// Quartile range of the finite merits.
   double QuartileRange();
-  /// step_ = `free` at the free variables, kept within the bounds. The sum of the squares of what that takes away, in
-  /// standard deviations.
+  /// step_ = beyond_ + `free` at the free variables, kept within the bounds; cut_ = what that takes away. The sum of
+  /// its squares, in standard deviations.
   double ClippedStep(Eigen::Ref<const Eigen::VectorXd> free);
 
   CmaEsOptions options_;
   CovarianceAdaptation distribution_;
   std::vector<Eigen::Index> free_;  ///< variables that are not fixed
+  Eigen::VectorXd beyond_, cut_;    ///< of the free variables: the mean less x, zero within the bounds
   Eigen::VectorXd lower_, upper_, step_, point_, best_point_;
   ObjectiveValue best_value_;               ///< of the generation
   std::vector<double> merits_, distances_;  ///< of the samples
