@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -73,5 +74,8 @@ StatisticsTable ReadStatisticsTable(ResultSource& source, const TableSelection& 
 /// Text, Markdown and LaTeX: a table for each task and start, CSV and JSON: all figures unrounded, a row for each
 /// method, task and start, times in ms; what is infinite or not there is empty or null.
 std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat format, const TableStyle& style = {});
+
+/// The JSON of that, for who puts it into a larger one.
+nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table);
 
 }  // namespace legopt::client

@@ -195,7 +195,22 @@ nlohmann::ordered_json RowsJson(const StatisticsTable& table) {
   return rows;
 }
 
-std::string RenderJson(const StatisticsTable& table) {
+// The rows of the JSON; columns are the same for every experiment.
+std::string RenderCsv(const StatisticsTable& table) {
+  Listing listing;
+  for (const auto& row : RowsJson(table)) {
+    auto& line = listing.rows.emplace_back();
+    for (const auto& [key, value] : row.items()) {
+      if (listing.rows.size() == 1) listing.columns.push_back(key);
+      line.emplace_back(value);
+    }
+  }
+  return RenderListing(listing, ListingFormat::kCsv);
+}
+
+}  // namespace
+
+nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table) {
   nlohmann::ordered_json json = {{"experiment_id", table.experiment.id},
                                  {"experiment", table.experiment.name},
                                  {"dataset", table.experiment.dataset_name},
@@ -217,23 +232,8 @@ std::string RenderJson(const StatisticsTable& table) {
                                {"cochran_p", test ? nlohmann::ordered_json(test->p) : nullptr}});
   }
   json["rows"] = RowsJson(table);
-  return JsonText(json) + "\n";
+  return json;
 }
-
-// The rows of the JSON; columns are the same for every experiment.
-std::string RenderCsv(const StatisticsTable& table) {
-  Listing listing;
-  for (const auto& row : RowsJson(table)) {
-    auto& line = listing.rows.emplace_back();
-    for (const auto& [key, value] : row.items()) {
-      if (listing.rows.size() == 1) listing.columns.push_back(key);
-      line.emplace_back(value);
-    }
-  }
-  return RenderListing(listing, ListingFormat::kCsv);
-}
-
-}  // namespace
 
 std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat format, const TableStyle& style) {
   switch (format) {
@@ -246,7 +246,7 @@ std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat form
     case TableFormat::kCsv:
       return RenderCsv(table);
     case TableFormat::kJson:
-      return RenderJson(table);
+      return JsonText(StatisticsTableJson(table)) + "\n";
   }
   return {};
 }

@@ -217,8 +217,7 @@ namespace {
 
 /// Adds what two geometries have in common; `place` may be asked where their surfaces cross.
 template <class Place>
-void IncludeDepths(const TrimeshWorld::Depths& depths, double inside_m, Place place,
-                   ExactCollision::Overlap* overlap) {
+void IncludeDepths(const TrimeshWorld::Depths& depths, double inside_m, Place place, ExactCollision::Overlap* overlap) {
   overlap->literal_m = std::max(overlap->literal_m, depths.original_m);
   overlap->inside_m = std::max(overlap->inside_m, inside_m);
   if (depths.all_m < 0.0 || depths.all_m <= overlap->depth_m) return;
@@ -257,8 +256,8 @@ std::vector<ExactCollision::Overlap> ExactCollision::Overlaps(const Kinematics& 
     overlap.ignored = std::ranges::find(impl_->ignored, pair) != impl_->ignored.end();
     impl_->ForEachGeometryPair(pair, [&](const auto& a, const auto& b) {
       const double exact_m = overlap.ignored ? impl_->links.ExactDepth(a, b) : -1.0;
-      const auto depths = overlap.ignored ? TrimeshWorld::Depths{.original_m = -1.0, .all_m = exact_m}
-                                          : impl_->links.AllDepths(a, b);
+      const auto depths =
+          overlap.ignored ? TrimeshWorld::Depths{.original_m = -1.0, .all_m = exact_m} : impl_->links.AllDepths(a, b);
       IncludeDepths(
           depths, impl_->links.InsideDepth(a, b), [&] { return impl_->world.Crossing(a.mesh, b.mesh); }, &overlap);
     });

@@ -29,8 +29,7 @@ namespace legopt {
 class ExactCollision {
  public:
   /// A point that there is not.
-  static inline const Eigen::Vector3d kNowhere =
-      Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  static inline const Eigen::Vector3d kNowhere = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 
   /// Loads all meshes of the robot and the scene. `model` supplies the link pairs of both selections.
   /// Throws InputError when a mesh cannot be loaded.
@@ -89,10 +88,10 @@ class ExactCollision {
 
   /// Two things in each other, in one configuration.
   struct Overlap {
-    int link = -1;          ///< of a robot
-    int other_link = -1;    ///< > link; -1: `object` is it
-    int object = -1;        ///< index in Scene::objects; -1: `other_link` is it
-    bool ignored = false;   ///< a pair of PairSelection::kAll that kReference has not: only the solid rule looks at it
+    int link = -1;         ///< of a robot
+    int other_link = -1;   ///< > link; -1: `object` is it
+    int object = -1;       ///< index in Scene::objects; -1: `other_link` is it
+    bool ignored = false;  ///< a pair of PairSelection::kAll that kReference has not: only the solid rule looks at it
     double literal_m = -1.0;  ///< largest contact depth as the original evaluator has it; negative: surfaces apart
     double depth_m = -1.0;    ///< of all contacts; negative: surfaces apart
     double inside_m = 0.0;    ///< of the deepest vertex of one inside of a closed body of the other, >= 0

@@ -105,8 +105,7 @@ double TrimeshWorld::ExactDepth(int mesh_a, int mesh_b) const {
 
 MeshCrossing TrimeshWorld::Crossing(int mesh_a, int mesh_b) const {
   const Mesh &a = impl_->at(mesh_a), &b = impl_->at(mesh_b);
-  MeshCrossing crossing =
-      DeepestCrossing(a.triangles, a.bvh, b.triangles, a.pose.inverse(Eigen::Isometry) * b.pose);
+  MeshCrossing crossing = DeepestCrossing(a.triangles, a.bvh, b.triangles, a.pose.inverse(Eigen::Isometry) * b.pose);
   crossing.point_a = a.pose * crossing.point_a;
   crossing.point_b = a.pose * crossing.point_b;
   return crossing;

@@ -9,6 +9,28 @@
 #include "legopt/robot/interpolation.h"
 
 namespace legopt {
+namespace {
+
+// The literal rule knows of the robot's own pairs only the first that collides, in the order of ExactCollision.
+std::vector<OverlapFinding> Classified(const std::vector<ExactCollision::Overlap>& overlaps) {
+  std::vector<OverlapFinding> findings;
+  bool first_pair = true;
+  for (const ExactCollision::Overlap& overlap : overlaps) {
+    const bool counts = overlap.other_link < 0 || first_pair;
+    if (overlap.other_link >= 0 && !overlap.ignored && overlap.literal_m >= 0.0) first_pair = false;
+    OverlapFinding& finding = findings.emplace_back(OverlapFinding{.overlap = overlap, .fails = {}});
+    if (!overlap.ignored && counts && overlap.literal_m > kDepthTolerance_m) {
+      finding.fails = Rule::kLiteral;
+    } else if (!overlap.ignored && overlap.depth_m > kDepthTolerance_m) {
+      finding.fails = Rule::kStrict;
+    } else if (overlap.depth_m > kDepthTolerance_m || overlap.inside_m > kDepthTolerance_m) {
+      finding.fails = Rule::kSolid;
+    }
+  }
+  return findings;
+}
+
+}  // namespace
 
 FindingLister::FindingLister(std::shared_ptr<const Dataset> dataset)
     : dataset_(std::move(dataset)),
@@ -41,9 +63,10 @@ void FindingLister::ListFeet(const Stance& stance, WaypointFindings* findings) c
                               .violated = !(error.violation <= kPoseTolerance)});
   }
   findings->com_W = kinematics_.com();
-  const bool finite = findings->com_W.allFinite() && std::ranges::all_of(placements, [](const FootPlacement& placement) {
-                        return placement.X_WF.matrix().allFinite();
-                      });
+  const bool finite =
+      findings->com_W.allFinite() && std::ranges::all_of(placements, [](const FootPlacement& placement) {
+        return placement.X_WF.matrix().allFinite();
+      });
   findings->com_m = std::numeric_limits<double>::infinity();
   if (finite && !placements.empty()) {
     findings->polygon_W = SupportPolygon(placements);
@@ -73,7 +96,7 @@ WaypointFindings FindingLister::At(const Stance& stance, const Eigen::VectorXd& 
   if (!SetState(x, &kinematics_)) return findings;
   ListFeet(stance, &findings);
   ListLimits(x, &findings);
-  findings.overlaps = collision_.Overlaps(kinematics_);
+  findings.overlaps = Classified(collision_.Overlaps(kinematics_));
   if (before != nullptr && SetState(*before, &previous_)) {
     const ExactCollision::Step step = collision_.LongestStep(previous_, kinematics_);
     findings.step_m = step.distance_m;
@@ -82,8 +105,7 @@ WaypointFindings FindingLister::At(const Stance& stance, const Eigen::VectorXd& 
   return findings;
 }
 
-std::vector<ExactCollision::Overlap> FindingLister::Between(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
-                                                            double s) {
+std::vector<OverlapFinding> FindingLister::Between(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double s) {
   // As in ScoreInterpolation: the ends are clamped, not what lies between them.
   const RobotModel& robot = dataset_->robot();
   const int n = robot.num_dofs();
@@ -94,7 +116,7 @@ std::vector<ExactCollision::Overlap> FindingLister::Between(const Eigen::VectorX
   if (!a.allFinite() || !b.allFinite() || !(a.tail<4>().norm() > 0) || !(b.tail<4>().norm() > 0)) return {};
   InterpolateConfiguration(robot, a, b, s, x);
   kinematics_.UpdatePoses(x);
-  return collision_.Overlaps(kinematics_);
+  return Classified(collision_.Overlaps(kinematics_));
 }
 
 }  // namespace legopt

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/stance.h"
 #include "legopt/robot/kinematics.h"
+#include "words/result.h"
 
 namespace legopt {
 
@@ -30,17 +32,23 @@ struct LimitFinding {
   bool violated = false;  ///< beyond it by more than kLimitTolerance
 };
 
+/// Two things in each other.
+struct OverlapFinding {
+  ExactCollision::Overlap overlap;  ///< which, how deep and where
+  std::optional<Rule> fails;        ///< the most lenient rule by which it is a collision; none: tolerated
+};
+
 /// All that the judge looks at in one configuration, as figures. See Judge for the rules.
 struct WaypointFindings {
-  std::vector<FootFinding> feet;                                ///< of the stance, in its order
-  Eigen::Vector3d com_W = Eigen::Vector3d::Zero();              ///< centre of mass, m
-  std::vector<Eigen::Vector2d> polygon_W;                       ///< support polygon, world xy, counter-clockwise, m
-  double com_m = 0;                                             ///< its signed distance: > 0 outside
-  bool com_violated = false;                                    ///< above kComTolerance_m
-  std::vector<LimitFinding> limits;                             ///< joints within kNearLimit of a limit or beyond it
-  std::vector<ExactCollision::Overlap> overlaps;                ///< all, tolerated ones, too
-  double step_m = std::numeric_limits<double>::quiet_NaN();     ///< from the waypoint before; NaN: none was given
-  int step_link = -1;                                           ///< that moved so far
+  std::vector<FootFinding> feet;                             ///< of the stance, in its order
+  Eigen::Vector3d com_W = Eigen::Vector3d::Zero();           ///< centre of mass, m
+  std::vector<Eigen::Vector2d> polygon_W;                    ///< support polygon, world xy, counter-clockwise, m
+  double com_m = 0;                                          ///< its signed distance: > 0 outside
+  bool com_violated = false;                                 ///< above kComTolerance_m
+  std::vector<LimitFinding> limits;                          ///< joints within kNearLimit of a limit or beyond it
+  std::vector<OverlapFinding> overlaps;                      ///< all, tolerated ones, too
+  double step_m = std::numeric_limits<double>::quiet_NaN();  ///< from the waypoint before; NaN: none was given
+  int step_link = -1;                                        ///< that moved so far
 };
 
 /// How near a limit a joint is listed, rad or m.
@@ -60,7 +68,7 @@ class FindingLister {
   WaypointFindings At(const Stance& stance, const Eigen::VectorXd& x, const Eigen::VectorXd* before = nullptr);
 
   /// Only what is in each other on the way from one waypoint to the next, at `s` in [0, 1] of InterpolateConfiguration.
-  std::vector<ExactCollision::Overlap> Between(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double s);
+  std::vector<OverlapFinding> Between(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double s);
 
   const Dataset& dataset() const { return *dataset_; }  ///< as given at construction
 
