@@ -122,7 +122,7 @@ export function CompareView({ page, experiment, e, state }: { page: Page; experi
       {across ? <PairView pair={across} e={across.a} eB={across.b} names={[page.experiments![across.a].name, page.experiments![across.b].name]} marks={[0, 1]} log={log} chosen={chosen}
         caption={`A: ${captionOf(page.experiments![across.a])} B: ${captionOf(page.experiments![across.b])}`} />
         : low === high ? <p class="note">Choose two methods.</p>
-        : pair ? <PairView pair={pair} e={e} eB={e} names={[experiment.methods[low].title, experiment.methods[high].title]} marks={[low, high]} caption={captionOf(experiment)} log={log} chosen={chosen} />
+        : pair ? <PairView pair={pair} e={e} eB={e} names={[experiment.methods[low].choice, experiment.methods[high].choice]} marks={[low, high]} caption={captionOf(experiment)} log={log} chosen={chosen} />
         : <p class="note">This file compares only the first method with each other one; 'legopt compare' compares any two.</p>}
     </>
   );

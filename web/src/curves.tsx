@@ -27,17 +27,17 @@ export function stepPlot(shown: Shown[], options: { width: number; start: number
     marks.push(dot(some, { x: 'x', y: 'y', symbol: symbol(s.mark), stroke: colour(s.mark), fill: colour(s.mark), r: 2.6 }));
     ends.push({ y: points[points.length - 1].y, title: s.title, mark: s.mark });
   }
-  ends.sort((a, b) => a.y - b.y);
-  let last = -1;
+  ends.sort((a, b) => b.y - a.y);
+  let last = 2;
   for (const end of ends) {
-    const y = Math.max(end.y, last + 0.055);
+    const y = Math.min(end.y, last - 0.06);
     last = y;
     marks.push(textMark([{ x: right, y }], { x: 'x', y: 'y', text: () => `${SIGNS[end.mark % SIGNS.length]} ${end.title}`, fill: colour(end.mark), textAnchor: 'start', dx: 4 }));
   }
   return plot({
-    width: options.width, height: 300, marginRight: 110, marginLeft: 44, style: { color: ink(), background: 'transparent', fontSize: '11px' },
+    width: options.width, height: 300, marginRight: 132, marginLeft: 44, style: { color: ink(), background: 'transparent', fontSize: '11px' },
     x: { type: options.log ? 'log' : 'linear', domain: [left, right], label: options.label, grid: true, ticks: 5, tickFormat: options.log ? '~s' : undefined },
-    y: { domain: [0, Math.max(1, last)], label: 'share of problems \u2191', ticks: [0, 0.25, 0.5, 0.75, 1], tickFormat: (v: number) => String(v), grid: true },
+    y: { domain: [0, 1], label: 'share of problems \u2191', ticks: [0, 0.25, 0.5, 0.75, 1], tickFormat: (v: number) => String(v), grid: true },
     marks,
   });
 }
@@ -99,7 +99,7 @@ function Legend({ experiment, hidden }: { experiment: Experiment; hidden: Set<nu
 export function ProfileView({ experiment, state }: { experiment: Experiment; state: State }) {
   const c = Math.min(Number(state.c ?? 0), experiment.columns.length - 1), log = state.lin === undefined;
   const hidden = new Set((state.hide ?? '').split('.').filter(Boolean).map(Number));
-  const names = experiment.methods.map((method, m) => ({ title: method.title, mark: m, hidden: hidden.has(m) }));
+  const names = experiment.methods.map((method, m) => ({ title: method.choice, mark: m, hidden: hidden.has(m) }));
   return (
     <>
       <div class="bar"><ColumnChoice experiment={experiment} state={state} />

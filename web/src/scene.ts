@@ -88,7 +88,7 @@ export class View {
       if (link.convex !== null) {
         convex.push(new Drawn(this.keep(geometryOf(this.meshes[link.convex])), this.keep(new MeshStandardMaterial({ color: 0x9fb7c9, roughness: 0.8 }))));
       }
-      group.add(...exact, ...convex);
+      [...exact, ...convex].forEach((mesh) => group.add(mesh));
       phantom.visible = false;
       this.scene.add(group, phantom);
       this.links.push({ group, exact, convex });
@@ -147,7 +147,7 @@ export class View {
     const direction = this.camera.position.distanceTo(this.controls.target) > 0.5 && at
       ? this.camera.position.clone().sub(this.controls.target).normalize() : new Vector3(0.75, -0.85, 0.35).normalize();
     this.controls.target.copy(point);
-    this.camera.position.copy(point).addScaledVector(direction, at ? 0.9 : 3.4);
+    this.camera.position.copy(point).addScaledVector(direction, at ? 1.5 : 3.4);
     this.controls.update();
     this.render();
   }
@@ -202,7 +202,7 @@ export class View {
     });
   }
 
-  drawFindings(findings: Findings | null, overlaps: Overlap[], x: Float64Array | null): void {
+  drawFindings(findings: Findings | null, overlaps: Overlap[], collides: (o: Overlap) => boolean, x: Float64Array | null): void {
     this.clear(this.found);
     const paintLink = (index: number, colour: number) => this.links[index]?.exact.concat(this.links[index].convex)
       .forEach((mesh) => (mesh.material as MeshStandardMaterial).color.set(colour));
@@ -211,14 +211,15 @@ export class View {
       link.convex.forEach((mesh) => (mesh.material as MeshStandardMaterial).color.set(0x9fb7c9));
     });
     for (const overlap of overlaps) {
-      if (overlap.fails) {
+      const failed = collides(overlap);
+      if (failed) {
         paintLink(overlap.link, RED);
         if (overlap.other !== undefined) paintLink(overlap.other, YELLOW);
       }
-      if (!overlap.points) continue;
+      if (!overlap.points || (overlap.fails && !failed)) continue;
       const [a, b] = overlap.points.map(vector);
-      this.found.add(this.lineOf([a, b], overlap.fails ? RED : 0x8a8f98));
-      if (overlap.fails) this.found.add(this.ball(a, RED, 0.006), this.ball(b, YELLOW, 0.006));
+      this.found.add(this.lineOf([a, b], failed ? RED : 0x8a8f98));
+      if (failed) this.found.add(this.ball(a, RED, 0.006), this.ball(b, YELLOW, 0.006));
     }
     if (findings) this.drawBalance(findings);
     if (x && findings) {

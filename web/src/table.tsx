@@ -66,7 +66,7 @@ function Group({ experiment, index, column, charge }: { experiment: Experiment; 
       <h3>{title}</h3>
       <table class="scores" data-column={column}>
         <thead><tr><th scope="col">Method</th><th scope="col" title="solved of all jobs; higher is better">Solved {'\u2191'}</th>
-          <th scope="col" title="of the share of problems">95 % interval</th><th scope="col">Not solved</th>
+          <th scope="col" class="wide" title="of the share of problems">95 % interval</th><th scope="col">Not solved</th>
           <th scope="col" title="lower is better">Cost {'\u2193'}</th><th scope="col" title="lower is better">Time {'\u2193'}</th></tr></thead>
         <tbody>{experiment.methods.map((method, m) => {
           const cell = cellOf(experiment, m, column), s = statisticsOf(experiment, m, column);
@@ -80,13 +80,14 @@ function Group({ experiment, index, column, charge }: { experiment: Experiment; 
                 <span title={method.choice}>{method.title}</span>
                 <span class="setting">{method.multi_starts > 0 ? ` ${method.multi_starts}\u00d7` : ''}{method.sample_size < 100 ? ` ${method.sample_size} %` : ''}{method.collision === 'surface' ? ' surface' : ''}</span></th>
               <td class="count"><a href={jobs(m, 'all')}>{cell.solved}/{cell.n}</a>
+                <span class="narrow"><Interval s={s} i={m} /></span>
                 {cell.finished < cell.n && <span class="flag" title="jobs that have not ended">{cell.n - cell.finished} left</span>}</td>
-              <td><Interval s={s} i={m} /></td>
+              <td class="wide"><Interval s={s} i={m} /></td>
               <td class="failures">{cell.solved < cell.n
                 ? <a class="failed" href={jobs(m, 'unsolved')}><Causes causes={causes[m]} /></a> : <Causes causes={null} />}</td>
               <td class="figure-cell">{charge.cost(s, cell)}</td>
               <td class="figure-cell">{charge.time(s, cell)}{disturbed && charge.key === 'solved' &&
-                <span class="flag" title={`${s.contended} of ${s.reported} runs were disturbed by others`}>contended</span>}</td>
+                <span class="flag soft" title={`${s.contended} of ${s.reported} runs were disturbed by others`}>contended</span>}</td>
             </tr>
           );
         })}</tbody>

@@ -24,21 +24,26 @@ const geometryOf = (dataset: Dataset) => {
   return geometries.get(dataset)!;
 };
 
+const RULES = ['literal', 'strict', 'solid'];
+/** Whether a pair is a collision by a rule: each demands what the one before does, and more. */
+const failsBy = (rule: string) => (overlap: Overlap) => overlap.fails !== null && RULES.indexOf(overlap.fails) <= RULES.indexOf(rule);
+
 function overlapText(overlap: Overlap): string {
   const depth = overlap.depth_m !== null ? `${length(overlap.depth_m)} deep` : `vertex ${length(overlap.inside_m)} inside`;
   return `${overlap.names[0]} \u2194 ${overlap.names[1]}: ${depth}`;
 }
 
-function FindingList({ findings, overlaps, look, fraction }: { findings: Findings | null; overlaps: Overlap[]; look: (p: number[]) => void; fraction: boolean }) {
-  const colliding = overlaps.filter((o) => o.fails), tolerated = overlaps.filter((o) => !o.fails);
+function FindingList({ findings, overlaps, look, fraction, rule }: { findings: Findings | null; overlaps: Overlap[]; look: (p: number[]) => void; fraction: boolean; rule: string }) {
+  const colliding = overlaps.filter(failsBy(rule)), others = overlaps.filter((o) => o.fails && !failsBy(rule)(o)), tolerated = overlaps.filter((o) => !o.fails);
   const item = (overlap: Overlap, i: number) => (
-    <li key={i} class={overlap.fails ? 'bad' : ''} data-fails={overlap.fails ?? ''}>
+    <li key={i} class={failsBy(rule)(overlap) ? 'bad' : ''} data-fails={overlap.fails ?? ''}>
       {overlap.points ? <button class="link" onClick={() => look(overlap.points![0])}>{overlapText(overlap)}</button> : overlapText(overlap)}
       {overlap.fails && <span class="flag">{overlap.fails} rule</span>}</li>);
   return (
     <div class="findings" aria-live="polite">
-      <h3>Colliding pairs ({colliding.length})</h3>
+      <h3>Colliding pairs, {rule} rule ({colliding.length})</h3>
       {colliding.length === 0 ? <p class="none">none beyond 1 mm</p> : <ul class="colliding">{colliding.map(item)}</ul>}
+      {others.length > 0 && <details><summary>{others.length} more by stricter rules</summary><ul>{others.map(item)}</ul></details>}
       {tolerated.length > 0 && <details><summary>{tolerated.length} contacts within 1 mm</summary><ul>{tolerated.map(item)}</ul></details>}
       {fraction && <p class="none">Between waypoints only overlaps are looked at; they are no part of a verdict.</p>}
       {findings && <>
@@ -110,6 +115,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
   const [speed, setSpeed] = useState(1);
   const [ready, setReady] = useState(false);
   const [layers, setLayers] = useState<Layers>({ convex: false, scene: true, findings: true, steps: true, follow: false });
+  const rule = state.rule ?? page.rule ?? 'literal';
   const ghostJob = state.ghost === undefined ? null : Number(state.ghost);
 
   useEffect(() => {
@@ -166,12 +172,12 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
     const now = x.length > 0 ? configuration(x, place) : null;
     shown.show(now, ghost && ghost.x.length > 0 ? configuration(ghost.x, Math.min(place, ghost.x.length - 1)) : null);
     shown.drawTargets(stances, present);
-    shown.drawFindings(findings, overlaps, now);
+    shown.drawFindings(findings, overlaps, failsBy(rule), now);
     shown.apply();
-  }, [ready, solution, ghost, place, layers]);
+  }, [ready, solution, ghost, place, layers, rule]);
   useEffect(() => {
     if (!ready || solution === undefined || !view.current) return;
-    const first = overlaps.find((o) => o.fails && o.points);
+    const first = overlaps.find((o) => failsBy(rule)(o) && o.points);
     if (x.length === 0) view.current.lookAtFeet(stances.flatMap((stance) => stance.feet));
     else view.current.look();
     if (first) view.current.look(first.points![0]);
@@ -190,10 +196,10 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
   const moveTo = (value: number) => { setPlaying(false); setAt(value); go({ w: value === 0 ? undefined : Math.round(value * SAMPLES) / SAMPLES }, true); };
   const collidingAt = useMemo(() => {
     const places: number[] = [];
-    solution?.findings?.forEach((f, w) => { if (f.com_violated || f.feet.some((foot) => foot.violated) || f.limits.some((l) => l.violated) || f.overlaps.some((o) => o.fails)) places.push(w); });
-    solution?.between?.forEach(([w, s, list]) => { if (list.some((o) => o.fails)) places.push(w + s); });
+    solution?.findings?.forEach((f, w) => { if (f.com_violated || f.feet.some((foot) => foot.violated) || f.limits.some((l) => l.violated) || f.overlaps.some(failsBy(rule))) places.push(w); });
+    solution?.between?.forEach(([w, s, list]) => { if (list.some(failsBy(rule))) places.push(w + s); });
     return places.sort((a, b) => a - b);
-  }, [solution]);
+  }, [solution, rule]);
   const traces = [
     ...(solution?.trace ? [{ title: subject.title, mark: subject.mark, trace: solution.trace }] : []),
     ...(ghost?.trace ? [{ title: `job ${ghost.job}`, mark: subject.mark + 1, trace: ghost.trace }] : [])];
@@ -221,6 +227,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
             {x.length > 1 && collidingAt.length > 0 && <button onClick={() => moveTo(collidingAt.find((p) => p > place + 1e-3) ?? collidingAt[0])}>next of {collidingAt.length} violations</button>}
             <button onClick={() => view.current?.look()}>whole robot</button>
             {x.length > 0 && <button onClick={() => geometryOf(subject.dataset).then((m) => exportMotion(subject.dataset, m, x)).then((glb) => save(`job-${subject.job}.glb`, glb, 'model/gltf-binary'))}>glTF</button>}
+            <label>Rule <select value={rule} onChange={(e) => go({ rule: e.currentTarget.value }, true)}>{RULES.map((r) => <option key={r}>{r}</option>)}</select></label>
             {toggle('convex', "solver's convex pieces")}{toggle('scene', 'scene')}{toggle('findings', 'findings')}{toggle('steps', 'footholds')}{toggle('follow', 'follow')}
           </div>
           {subject.others.length > 0 && <div class="bar"><label>Ghost: <select value={ghostJob ?? ''} onChange={(e) => go({ ghost: e.currentTarget.value || undefined }, true)}>
@@ -229,7 +236,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
           <p class="caption">What is drawn is what the judge uses: exact meshes. Orange and yellow: a colliding pair with its witness points; green: footholds and centre of mass, blue: support polygon; light blue balls: joints at limits. {words(subject.dataset.name)}, metres.</p>
         </div>
         {solution && (solution.findings || solution.between
-          ? <FindingList findings={findings} overlaps={overlaps} fraction={fraction} look={(p) => view.current?.look(p)} />
+          ? <FindingList findings={findings} overlaps={overlaps} fraction={fraction} rule={rule} look={(p) => view.current?.look(p)} />
           : <p class="none">Solved: no violation by the rule. <code>legopt view {subject.job}</code> lists each waypoint.</p>)}
       </div>
       {subject.job !== null && <Convergence traces={traces} state={state} />}
