@@ -130,11 +130,11 @@ test('a figure is saved as an SVG that stands alone, and as CSV', async () => {
 
 test('hiding a method changes no other curve', async () => {
   const page = await open(PAGE, '#v=profiles');
-  const path = () => page.locator('.drawing').first().locator('path[stroke="#d55e00"]').first().getAttribute('d');
+  const path = () => page.locator('.drawing').first().locator('g[stroke="#d55e00"] path').first().getAttribute('d');
   await page.locator('.drawing svg').first().waitFor();
   const before = await path();
   await page.locator('.legend button').first().click();
-  await page.waitForFunction(() => !document.querySelector('.drawing path[stroke="#0072b2"]'));
+  await page.waitForFunction(() => !document.querySelector('.drawing g[stroke="#0072b2"]'));
   assert.equal(await path(), before);
   await closeClean(page);
 });
