@@ -61,6 +61,7 @@ inline constexpr double kNearLimit = 1e-3;
 /// nobody has yet, and throws InputError when a mesh is corrupt.
 class FindingLister {
  public:
+  /// `dataset`: shared with the lister. See above for what this costs and throws.
   explicit FindingLister(std::shared_ptr<const Dataset> dataset);
 
   /// Of the configuration `x` (n + 7 finite numbers, the quaternion of any norm above 0; else nothing is listed) under
