@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
-#include <map>
+#include <filesystem>
 
 #include "client/client_error.h"
 #include "client/page/page_dataset.h"
@@ -37,6 +37,11 @@ Json Head(const char* kind, const std::string& title, const programs::BuildFacts
 }
 
 std::string PlaceOf(const SourceOptions& options) { return options.db ? *options.db : std::string("the server"); }
+
+// A page travels: it names the file, not its folder.
+std::string ShownPlace(const SourceOptions& options) {
+  return options.db ? std::filesystem::path(*options.db).filename().string() : PlaceOf(options);
+}
 
 // Of everything that a page of one dataset may show.
 ProblemIds ProblemsOfJobs(const std::vector<PageJob>& jobs) {
@@ -168,7 +173,7 @@ Page MakeReport(const ReportRequest& request) {
   for (const PageSource& source : request.sources) {
     sources.push_back(OpenResults(source.source));
     pages.push_back(
-        DescribeExperiment(*sources.back(), source.source, PlaceOf(source.source), source.experiment, request.rule));
+        DescribeExperiment(*sources.back(), source.source, ShownPlace(source.source), source.experiment, request.rule));
     NoteState(pages.back(), &page.notes);
     if (request.tell) request.tell("figures of " + Named(pages.back()) + " computed");
   }

@@ -128,8 +128,7 @@ TEST_F(PageTest, WaypointsGiveTheKinematicsOfTheJudge) {
   for (const Json& solution : solutions) {
     const auto x = UnpackWaypoints(bytes.substr(solution["offset"], solution["bytes"]));
     ASSERT_EQ(x.size(), 1U);
-    const Eigen::VectorXd& stored =
-        experiment_.results[solution["job"].get<int>() == 1 ? 0 : 1].waypoints[0];
+    const Eigen::VectorXd& stored = experiment_.results[solution["job"].get<int>() == 1 ? 0 : 1].waypoints[0];
     Kinematics shown(dataset_->robot()), judged(dataset_->robot());
     shown.Update(x[0]);
     judged.Update(stored);
@@ -176,7 +175,8 @@ TEST_F(PageTest, TellsWhatDoesNotFit) {
   const std::size_t whole = Report().text.size();
   const Page page = Report(whole - 200);
   EXPECT_LE(page.text.size(), whole);
-  EXPECT_TRUE(std::ranges::any_of(page.notes, [](const auto& n) { return n.find("solutions are left out") != n.npos; }));
+  EXPECT_TRUE(
+      std::ranges::any_of(page.notes, [](const auto& n) { return n.find("solutions are left out") != n.npos; }));
   EXPECT_THROW(Report(1000), ClientError);
 }
 

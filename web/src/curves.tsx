@@ -6,14 +6,14 @@ import { DASHES, SIGNS, colour, faint, ink, symbol } from './marks';
 import { go, type State } from './state';
 import { captionOf } from './table';
 
-export interface Shown { title: string; mark: number; curve: Curve | null }
+export interface Shown { title: string; mark: number; curve: Curve | null; hidden?: boolean }
 
 /** Step curves from `start`, each carried on to the right edge and named there. */
 export function stepPlot(shown: Shown[], options: { width: number; start: number; log: boolean; label: string; limit?: number }): Element {
-  const drawn = shown.filter((s) => s.curve && s.curve.x.length > 0);
-  const largest = Math.max(options.start * 1.5, ...drawn.map((s) => s.curve!.x[s.curve!.x.length - 1]));
+  const all = shown.filter((s) => s.curve && s.curve.x.length > 0), drawn = all.filter((s) => !s.hidden);  // axes are of all
+  const largest = Math.max(options.start * 1.5, ...all.map((s) => s.curve!.x[s.curve!.x.length - 1]));
   const right = options.log ? largest * 1.15 : largest * 1.05;
-  const smallest = Math.min(...drawn.map((s) => s.curve!.x[0]), largest);
+  const smallest = Math.min(...all.map((s) => s.curve!.x[0]), largest);
   const left = options.start > 0 ? options.start : options.log ? smallest * 0.8 : 0;
   const marks: Markish[] = [ruleY([0, 1], { stroke: faint(), strokeOpacity: 0.5 })];
   if (options.limit && options.limit < right) marks.push(ruleX([options.limit], { stroke: faint(), strokeDasharray: '2 3' }));
@@ -44,7 +44,7 @@ export function stepPlot(shown: Shown[], options: { width: number; start: number
 
 export function curveRows(shown: Shown[], x: string): (string | number)[][] {
   const rows: (string | number)[][] = [['method', x, 'share']];
-  for (const s of shown) s.curve?.x.forEach((value, i) => rows.push([s.title, value, s.curve!.y[i]]));
+  for (const s of shown.filter((one) => !one.hidden)) s.curve?.x.forEach((value, i) => rows.push([s.title, value, s.curve!.y[i]]));
   return rows;
 }
 
@@ -53,7 +53,7 @@ interface SetProps { figures: ColumnFigures; names: { title: string; mark: numbe
 /** The four figures of one pool of methods on one task from one start. */
 export function CurveSet({ figures, names, caption, log, name, pool, depends }: SetProps) {
   const shown = (curves: (Curve | null)[] | undefined): Shown[] =>
-    names.map(({ title, mark }, i) => ({ title, mark, curve: names[i].hidden ? null : curves?.[i] ?? null }));
+    names.map(({ title, mark, hidden }, i) => ({ title, mark, hidden, curve: curves?.[i] ?? null }));
   const { time, cost } = figures.profiles;
   const limit = figures.limit_ms;
   return (

@@ -219,7 +219,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
           {x.length > 1 && <div class="bar player">
             <button onClick={() => { if (place >= last) setAt(0); setPlaying(!playing); }} aria-label={playing ? 'pause' : 'play'}>{playing ? '\u275a\u275a' : '\u25b6'}</button>
             <input type="range" aria-label="waypoint" min={0} max={last} step={solution?.between ? 1 / SAMPLES : 1} value={place} onInput={(e) => moveTo(Number(e.currentTarget.value))} />
-            <output>waypoint {number(Math.round(place * 100) / 100)} of {last}</output>
+            <output>waypoint {String(Math.round(place * 100) / 100)} of {last}</output>
             <label>speed <select value={speed} onChange={(e) => setSpeed(Number(e.currentTarget.value))}>{[0.25, 0.5, 1, 2, 5].map((s) => <option key={s} value={s}>{s}</option>)}</select></label>
           </div>}
           <div class="bar">
