@@ -187,7 +187,6 @@ void AddCells(const BenchmarkTable& table, const Cells& cells, Figures figures, 
   }
 }
 
-
 void AddTitles(const std::string& prefix, Figures figures, Listing* listing) {
   for (const auto& column : kPaperColumns) {
     for (const auto* figure : figures) listing->columns.push_back(prefix + ColumnName(column) + "_" + figure);

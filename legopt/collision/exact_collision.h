@@ -95,8 +95,9 @@ class ExactCollision {
     double literal_m = -1.0;  ///< largest contact depth as the original evaluator has it; negative: surfaces apart
     double depth_m = -1.0;    ///< of all contacts; negative: surfaces apart
     double inside_m = 0.0;    ///< of the deepest vertex of one inside of a closed body of the other, >= 0
-    /// Where the surfaces cross most deeply, in the world: on the link, and on the other. NaN where they are apart.
-    Eigen::Vector3d point_W = kNowhere, other_point_W = kNowhere;
+    /// Where the surfaces cross most deeply, on the link, in the world; NaN where they are apart.
+    Eigen::Vector3d point_W = kNowhere;
+    Eigen::Vector3d other_point_W = kNowhere;  ///< likewise on the other
   };
   /// All of them, scene first, then pairs of links by (higher, lower) index; of a pair of things with several
   /// geometries the deepest figures of all.
