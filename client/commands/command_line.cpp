@@ -124,6 +124,8 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddDeleteCommand(program, invocation);
   AddTableCommand(program, invocation);
   AddCompareCommand(program, invocation);
+  AddReportCommand(program, invocation);
+  AddViewCommand(program, invocation);
   AddReplayCommand(program, invocation);
   AddQueryCommand(program, invocation);
   AddEvaluateCommand(program, invocation);

@@ -310,7 +310,9 @@ Json CellJson(const CellComparison& cell) {
           {"slowest", ProblemsJson(cell.slowest)}};
 }
 
-std::string ComparisonJson(const Comparison& comparison) {
+}  // namespace
+
+nlohmann::ordered_json ComparisonJson(const Comparison& comparison) {
   const auto side = [](const ComparedSide& compared) {
     return Json{{"title", compared.title},
                 {"experiment_id", compared.experiment_id},
@@ -328,10 +330,8 @@ std::string ComparisonJson(const Comparison& comparison) {
                {"notes", comparison.notes}};
   json["comparisons"] = Json::array();
   for (const CellComparison& cell : comparison.cells) json["comparisons"].push_back(CellJson(cell));
-  return JsonText(json) + "\n";
+  return json;
 }
-
-}  // namespace
 
 std::string RenderComparison(const Comparison& comparison, ComparisonFormat format, const TableStyle& style) {
   switch (format) {
@@ -340,7 +340,7 @@ std::string RenderComparison(const Comparison& comparison, ComparisonFormat form
     case ComparisonFormat::kMarkdown:
       return ComparisonMarkdown(comparison, style);
     case ComparisonFormat::kJson:
-      return ComparisonJson(comparison);
+      return JsonText(ComparisonJson(comparison)) + "\n";
   }
   return {};
 }

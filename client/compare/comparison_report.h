@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "client/compare/comparison_sides.h"
@@ -13,5 +14,8 @@ enum class ComparisonFormat : std::uint8_t { kText, kMarkdown, kJson };
 
 /// A comparison for people, or as JSON: all figures unrounded, times in ms; what is infinite or undefined is null.
 std::string RenderComparison(const Comparison& comparison, ComparisonFormat format, const TableStyle& style = {});
+
+/// The JSON of that, for who puts it into a larger one.
+nlohmann::ordered_json ComparisonJson(const Comparison& comparison);
 
 }  // namespace legopt::client

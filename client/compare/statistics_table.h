@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -85,5 +86,8 @@ std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat form
 /// method, multi_starts, sample_size, incremental, collision, task, initialization, problems, ratio, share. Throws
 /// ClientError (kUsage) for LaTeX.
 std::string RenderProfiles(const StatisticsTable& table, TableFormat format, const TextLayout& layout = {});
+
+/// The JSON of that, for who puts it into a larger one.
+nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table);
 
 }  // namespace legopt::client

@@ -241,35 +241,6 @@ nlohmann::ordered_json RowsJson(const StatisticsTable& table) {
   return rows;
 }
 
-std::string RenderJson(const StatisticsTable& table) {
-  nlohmann::ordered_json json = {{"experiment_id", table.experiment.id},
-                                 {"experiment", table.experiment.name},
-                                 {"dataset", table.experiment.dataset_name},
-                                 {"split", ToString(table.experiment.split)},
-                                 {"dataset_hash", table.experiment.dataset_hash},
-                                 {"rule", ToString(table.rule)},
-                                 {"seed", table.seed},
-                                 {"repetitions", table.repetitions},
-                                 {"clock_stopped", table.clock_stopped},
-                                 {"taken_over", table.taken_over},
-                                 {"origins", OriginsJson(table.origins)}};
-  json["columns"] = nlohmann::ordered_json::array();
-  for (const auto& [column, common] : table.columns) {
-    const auto& test = common.success;
-    json["columns"].push_back({{"task", ToString(column.task)},
-                               {"initialization", ToString(column.initialization)},
-                               {"common", common.common},
-                               {"complete", common.complete},
-                               {"cochran_q", test ? nlohmann::ordered_json(test->q) : nullptr},
-                               {"cochran_p", test ? nlohmann::ordered_json(test->p) : nullptr},
-                               {"charge_ms", common.charge.ms},
-                               {"charge_rule", WordOf(common.charge.rule)}});
-    json["columns"].back().update(RanksJson(common));
-  }
-  json["rows"] = RowsJson(table);
-  return JsonText(json) + "\n";
-}
-
 // Objects of the same keys, as rows.
 Listing ListingOf(const nlohmann::ordered_json& rows) {
   Listing listing;
@@ -314,6 +285,35 @@ nlohmann::ordered_json ProfileRows(const StatisticsTable& table) {
 
 }  // namespace
 
+nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table) {
+  nlohmann::ordered_json json = {{"experiment_id", table.experiment.id},
+                                 {"experiment", table.experiment.name},
+                                 {"dataset", table.experiment.dataset_name},
+                                 {"split", ToString(table.experiment.split)},
+                                 {"dataset_hash", table.experiment.dataset_hash},
+                                 {"rule", ToString(table.rule)},
+                                 {"seed", table.seed},
+                                 {"repetitions", table.repetitions},
+                                 {"clock_stopped", table.clock_stopped},
+                                 {"taken_over", table.taken_over},
+                                 {"origins", OriginsJson(table.origins)}};
+  json["columns"] = nlohmann::ordered_json::array();
+  for (const auto& [column, common] : table.columns) {
+    const auto& test = common.success;
+    json["columns"].push_back({{"task", ToString(column.task)},
+                               {"initialization", ToString(column.initialization)},
+                               {"common", common.common},
+                               {"complete", common.complete},
+                               {"cochran_q", test ? nlohmann::ordered_json(test->q) : nullptr},
+                               {"cochran_p", test ? nlohmann::ordered_json(test->p) : nullptr},
+                               {"charge_ms", common.charge.ms},
+                               {"charge_rule", WordOf(common.charge.rule)}});
+    json["columns"].back().update(RanksJson(common));
+  }
+  json["rows"] = RowsJson(table);
+  return json;
+}
+
 std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat format, const TableStyle& style) {
   switch (format) {
     case TableFormat::kText:
@@ -325,7 +325,7 @@ std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat form
     case TableFormat::kCsv:
       return RenderCsv(table);
     case TableFormat::kJson:
-      return RenderJson(table);
+      return JsonText(StatisticsTableJson(table)) + "\n";
   }
   return {};
 }

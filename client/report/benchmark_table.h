@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -154,5 +155,8 @@ struct TableStyle {
 ///   other pairs of task and initialization, and with the paper's figures paper_posture_good_n, ...; JSON has those in
 ///   a member "paper".
 std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format, const TableStyle& style = {});
+
+/// The JSON of that, for who puts it into a larger one.
+nlohmann::ordered_json BenchmarkTableJson(const BenchmarkTable& table);
 
 }  // namespace legopt::client

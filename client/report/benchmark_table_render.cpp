@@ -193,35 +193,6 @@ void AddCells(const BenchmarkTable& table, const Cells& cells, Figures figures, 
   }
 }
 
-std::string RenderJson(const BenchmarkTable& table) {
-  const BenchmarkCell sum = table.Sum();
-  nlohmann::ordered_json json = {{"experiment_id", table.experiment_id},
-                                 {"experiment", table.experiment},
-                                 {"dataset", table.dataset},
-                                 {"split", ToString(table.split)},
-                                 {"rule", ToString(table.rule)},
-                                 {"jobs", sum.n},
-                                 {"finished", sum.finished},
-                                 {"dead", sum.dead},
-                                 {"failed", sum.failed},
-                                 {"cancelled", sum.cancelled},
-                                 {"clock_stopped", sum.clock_stopped},
-                                 {"taken_over", sum.taken_over},
-                                 {"origins", OriginsJson(table.origins)}};
-  json["rows"] = nlohmann::ordered_json::array();
-  for (const auto& row : table.rows) {
-    nlohmann::ordered_json line = {{"method", row.method},
-                                   {"multi_starts", row.multi_starts},
-                                   {"inner_starts", row.inner_starts},
-                                   {"sample_size", row.sample_size},
-                                   {"collision", ToString(row.collision)}};
-    AddCells(table, row.cells, kFigures, &line);
-    if (!row.paper.empty()) AddCells(table, row.paper, kPaperFigures, &line["paper"]);
-    json["rows"].push_back(std::move(line));
-  }
-  return JsonText(json) + "\n";
-}
-
 void AddTitles(const std::string& prefix, Figures figures, Listing* listing) {
   for (const auto& column : kPaperColumns) {
     for (const auto* figure : figures) listing->columns.push_back(prefix + ColumnName(column) + "_" + figure);
@@ -258,6 +229,35 @@ std::string RenderCsv(const BenchmarkTable& table) {
 
 }  // namespace
 
+nlohmann::ordered_json BenchmarkTableJson(const BenchmarkTable& table) {
+  const BenchmarkCell sum = table.Sum();
+  nlohmann::ordered_json json = {{"experiment_id", table.experiment_id},
+                                 {"experiment", table.experiment},
+                                 {"dataset", table.dataset},
+                                 {"split", ToString(table.split)},
+                                 {"rule", ToString(table.rule)},
+                                 {"jobs", sum.n},
+                                 {"finished", sum.finished},
+                                 {"dead", sum.dead},
+                                 {"failed", sum.failed},
+                                 {"cancelled", sum.cancelled},
+                                 {"clock_stopped", sum.clock_stopped},
+                                 {"taken_over", sum.taken_over},
+                                 {"origins", OriginsJson(table.origins)}};
+  json["rows"] = nlohmann::ordered_json::array();
+  for (const auto& row : table.rows) {
+    nlohmann::ordered_json line = {{"method", row.method},
+                                   {"multi_starts", row.multi_starts},
+                                   {"inner_starts", row.inner_starts},
+                                   {"sample_size", row.sample_size},
+                                   {"collision", ToString(row.collision)}};
+    AddCells(table, row.cells, kFigures, &line);
+    if (!row.paper.empty()) AddCells(table, row.paper, kPaperFigures, &line["paper"]);
+    json["rows"].push_back(std::move(line));
+  }
+  return json;
+}
+
 std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format, const TableStyle& style) {
   const TimeUnit& unit = style.time_unit;
   const std::string name = unit.name;
@@ -271,7 +271,7 @@ std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format
     case TableFormat::kCsv:
       return RenderCsv(table);
     case TableFormat::kJson:
-      return RenderJson(table);
+      return JsonText(BenchmarkTableJson(table)) + "\n";
   }
   return {};
 }

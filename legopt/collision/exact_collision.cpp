@@ -213,6 +213,59 @@ ExactCollision::Containment ExactCollision::DeepestContainment(const Kinematics&
   return deepest;
 }
 
+namespace {
+
+/// Adds what two geometries have in common; `place` may be asked where their surfaces cross.
+template <class Place>
+void IncludeDepths(const TrimeshWorld::Depths& depths, double inside_m, Place place, ExactCollision::Overlap* overlap) {
+  overlap->literal_m = std::max(overlap->literal_m, depths.original_m);
+  overlap->inside_m = std::max(overlap->inside_m, inside_m);
+  if (depths.all_m < 0.0 || depths.all_m <= overlap->depth_m) return;
+  overlap->depth_m = depths.all_m;
+  const MeshCrossing crossing = place();
+  if (crossing.depth_m < 0.0) return;  // ODE finds crossing triangles in single precision
+  overlap->point_W = crossing.point_a;
+  overlap->other_point_W = crossing.point_b;
+}
+
+bool IsOverlap(const ExactCollision::Overlap& overlap) { return overlap.depth_m >= 0.0 || overlap.inside_m > 0.0; }
+
+}  // namespace
+
+std::vector<ExactCollision::Overlap> ExactCollision::Overlaps(const Kinematics& kinematics) {
+  impl_->links.Place(kinematics);
+  std::vector<Overlap> found;
+  for (int link = 0; link < impl_->num_links; ++link) {
+    for (size_t object = 0; object < impl_->objects.size(); ++object) {
+      Overlap overlap{.link = link, .object = static_cast<int>(object)};
+      const SceneMesh& mesh = impl_->objects[object];
+      for (int g = 0; g < impl_->links.num_geometries(link); ++g) {
+        const auto& geometry = impl_->links.geometry(link, g);
+        const bool near = impl_->Near(geometry, mesh);
+        double inside_m = mesh.DepthOf(geometry, impl_->links.vertices(geometry), near);
+        if (near) inside_m = std::max(inside_m, mesh.DepthIn(geometry, impl_->culling));
+        const auto depths = near ? impl_->world.AllDepths(geometry.mesh, mesh.mesh) : TrimeshWorld::Depths();
+        IncludeDepths(
+            depths, inside_m, [&] { return impl_->world.Crossing(geometry.mesh, mesh.mesh); }, &overlap);
+      }
+      if (IsOverlap(overlap)) found.push_back(overlap);
+    }
+  }
+  for (const LinkPair& pair : impl_->model->pairs(PairSelection::kAll)) {
+    Overlap overlap{.link = pair.first, .other_link = pair.second};
+    overlap.ignored = std::ranges::find(impl_->ignored, pair) != impl_->ignored.end();
+    impl_->ForEachGeometryPair(pair, [&](const auto& a, const auto& b) {
+      const double exact_m = overlap.ignored ? impl_->links.ExactDepth(a, b) : -1.0;
+      const auto depths =
+          overlap.ignored ? TrimeshWorld::Depths{.original_m = -1.0, .all_m = exact_m} : impl_->links.AllDepths(a, b);
+      IncludeDepths(
+          depths, impl_->links.InsideDepth(a, b), [&] { return impl_->world.Crossing(a.mesh, b.mesh); }, &overlap);
+    });
+    if (IsOverlap(overlap)) found.push_back(overlap);
+  }
+  return found;
+}
+
 ExactCollision::Step ExactCollision::LongestStep(const Kinematics& from, const Kinematics& to) const {
   Step longest;
   for (int link = 0; link < impl_->num_links; ++link) {

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <limits>
 #include <memory>
+#include <vector>
 
 #include "legopt/collision/collision_model.h"
 #include "legopt/collision/culling.h"
@@ -25,6 +28,9 @@ namespace legopt {
 /// Thread rule: one thread at a time; make one per thread.
 class ExactCollision {
  public:
+  /// A point that there is not.
+  static inline const Eigen::Vector3d kNowhere = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+
   /// Loads all meshes of the robot and the scene. `model` supplies the link pairs of both selections.
   /// Throws InputError when a mesh cannot be loaded.
   ExactCollision(const RobotModel& robot, const Scene& scene, std::shared_ptr<const CollisionModel> model,
@@ -79,6 +85,23 @@ class ExactCollision {
   };
   /// The deepest one in one configuration. Looks both for links in bodies and for bodies in links.
   Containment DeepestContainment(const Kinematics& kinematics);
+
+  /// Two things in each other, in one configuration.
+  struct Overlap {
+    int link = -1;         ///< of a robot
+    int other_link = -1;   ///< > link; -1: `object` is it
+    int object = -1;       ///< index in Scene::objects; -1: `other_link` is it
+    bool ignored = false;  ///< a pair of PairSelection::kAll that kReference has not: only the solid rule looks at it
+    double literal_m = -1.0;  ///< largest contact depth as the original evaluator has it; negative: surfaces apart
+    double depth_m = -1.0;    ///< of all contacts; negative: surfaces apart
+    double inside_m = 0.0;    ///< of the deepest vertex of one inside of a closed body of the other, >= 0
+    /// Where the surfaces cross most deeply, on the link, in the world; NaN where they are apart.
+    Eigen::Vector3d point_W = kNowhere;
+    Eigen::Vector3d other_point_W = kNowhere;  ///< likewise on the other
+  };
+  /// All of them, scene first, then pairs of links by (higher, lower) index; of a pair of things with several
+  /// geometries the deepest figures of all.
+  std::vector<Overlap> Overlaps(const Kinematics& kinematics);
 
   /// How far points of a link move.
   struct Step {

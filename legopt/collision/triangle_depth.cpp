@@ -86,7 +86,9 @@ Polygon Clip(const Polygon& polygon, const Vector3d& n, const Vector3d& point) {
 }
 
 /// How far `t`, clipped to the prism over `face`, reaches behind its plane; minus infinity when nothing is left.
-double DepthBehind(const TriangleCorners& face, const Plane& plane, const TriangleCorners& t) {
+/// `deepest` receives where.
+double DepthBehind(const TriangleCorners& face, const Plane& plane, const TriangleCorners& t,
+                   Vector3d* deepest = nullptr) {
   Polygon polygon;
   for (const Vector3d& corner : t) polygon.Add(corner);
   for (size_t i = 0; i < 3 && polygon.size > 0; ++i) {
@@ -94,7 +96,10 @@ double DepthBehind(const TriangleCorners& face, const Plane& plane, const Triang
   }
   double depth = -std::numeric_limits<double>::infinity();
   for (int i = 0; i < polygon.size; ++i) {
-    depth = std::max(depth, -plane.Height(polygon.corners[static_cast<size_t>(i)]));
+    const Vector3d& corner = polygon.corners[static_cast<size_t>(i)];
+    const double behind = -plane.Height(corner);
+    if (deepest != nullptr && behind > depth) *deepest = corner;
+    depth = std::max(depth, behind);
   }
   return depth;
 }
@@ -116,9 +121,12 @@ double TriangleDepth(const TriangleCorners& a, const TriangleCorners& b) {
   return std::isfinite(depth) ? std::max(depth, 0.0) : kApart;
 }
 
-double MeshDepth(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b,
-                 const Eigen::Isometry3d& X_AB) {
-  double deepest = kApart;
+namespace {
+
+/// Calls action(triangle of A, triangle of B in the frame of A) for all whose boxes overlap.
+template <class Action>
+void ForEachNearPair(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b,
+                     const Eigen::Isometry3d& X_AB, Action action) {
   for (size_t t = 0; t < b.triangles.size(); ++t) {
     TriangleCorners corners = CornersOf(b, t);
     Eigen::AlignedBox3d box;
@@ -127,9 +135,45 @@ double MeshDepth(const TriangleMesh& a, const TriangleBvh& bvh_a, const Triangle
       box.extend(corner);
     }
     bvh_a.AnyOverlapping(box, [&](int other) {
-      deepest = std::max(deepest, TriangleDepth(CornersOf(a, static_cast<size_t>(other)), corners));
+      action(CornersOf(a, static_cast<size_t>(other)), corners);
       return false;
     });
+  }
+}
+
+}  // namespace
+
+double MeshDepth(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b,
+                 const Eigen::Isometry3d& X_AB) {
+  double deepest = kApart;
+  ForEachNearPair(a, bvh_a, b, X_AB, [&](const TriangleCorners& of_a, const TriangleCorners& of_b) {
+    deepest = std::max(deepest, TriangleDepth(of_a, of_b));
+  });
+  return deepest;
+}
+
+MeshCrossing DeepestCrossing(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b,
+                             const Eigen::Isometry3d& X_AB) {
+  MeshCrossing deepest;
+  TriangleCorners triangle_a, triangle_b;
+  ForEachNearPair(a, bvh_a, b, X_AB, [&](const TriangleCorners& of_a, const TriangleCorners& of_b) {
+    const double depth = TriangleDepth(of_a, of_b);
+    if (depth <= deepest.depth_m) return;
+    deepest.depth_m = depth;
+    triangle_a = of_a;
+    triangle_b = of_b;
+  });
+  if (deepest.depth_m < 0.0) return deepest;
+  const Plane plane_a(triangle_a), plane_b(triangle_b);
+  Vector3d of_a = triangle_a[0], of_b = triangle_b[0];
+  const double b_behind_a = DepthBehind(triangle_a, plane_a, triangle_b, &of_b);
+  const double a_behind_b = DepthBehind(triangle_b, plane_b, triangle_a, &of_a);
+  if (b_behind_a <= a_behind_b) {
+    deepest.point_b = of_b;
+    deepest.point_a = of_b + deepest.depth_m * plane_a.normal;
+  } else {
+    deepest.point_a = of_a;
+    deepest.point_b = of_a + deepest.depth_m * plane_b.normal;
   }
   return deepest;
 }

@@ -103,6 +103,14 @@ double TrimeshWorld::ExactDepth(int mesh_a, int mesh_b) const {
   return MeshDepth(large.triangles, large.bvh, small.triangles, large.pose.inverse(Eigen::Isometry) * small.pose);
 }
 
+MeshCrossing TrimeshWorld::Crossing(int mesh_a, int mesh_b) const {
+  const Mesh &a = impl_->at(mesh_a), &b = impl_->at(mesh_b);
+  MeshCrossing crossing = DeepestCrossing(a.triangles, a.bvh, b.triangles, a.pose.inverse(Eigen::Isometry) * b.pose);
+  crossing.point_a = a.pose * crossing.point_a;
+  crossing.point_b = a.pose * crossing.point_b;
+  return crossing;
+}
+
 const TriangleMesh& TrimeshWorld::triangles(int mesh) const { return impl_->at(mesh).triangles; }
 const TriangleBvh& TrimeshWorld::bvh(int mesh) const { return impl_->at(mesh).bvh; }
 

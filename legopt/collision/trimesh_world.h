@@ -6,6 +6,7 @@
 
 #include "legopt/collision/mesh.h"
 #include "legopt/collision/triangle_bvh.h"
+#include "legopt/collision/triangle_depth.h"
 
 namespace legopt {
 
@@ -40,6 +41,9 @@ class TrimeshWorld {
   /// when none cross. ODE itself is not to be asked for many contacts: its store of contacts, by which it merges those
   /// that coincide, ends the program when it runs over.
   double ExactDepth(int mesh_a, int mesh_b) const;
+
+  /// Where that depth is: DeepestCrossing with its points in the world, of these two meshes in this order.
+  MeshCrossing Crossing(int mesh_a, int mesh_b) const;
 
   const TriangleMesh& triangles(int mesh) const;  ///< as given to Add
   const TriangleBvh& bvh(int mesh) const;         ///< of these triangles

@@ -10,6 +10,7 @@
 
 #include "legopt/collision/exact_collision.h"
 #include "legopt/dataset/support_polygon.h"
+#include "legopt/evaluate/foot_pose_error.h"
 #include "legopt/input_error.h"
 #include "legopt/robot/dof_names.h"
 #include "legopt/robot/kinematics.h"
@@ -42,26 +43,7 @@ void Include(double value, double* largest) {
   if (std::isnan(*largest) || value > *largest) *largest = value;
 }
 
-/// Largest component of a foot's pose error and which one it is.
-struct PoseError {
-  double violation = 0;
-  int component = 0;  ///< 0..2: quaternion x y z, 3..5: translation x y z, in the target frame
-};
-
-/// Vector part of the quaternion and translation of inverse(target) * actual (docs/readings.md#foot-pose-error).
-PoseError FootPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual) {
-  const Eigen::Isometry3d error = target.inverse(Eigen::Isometry) * actual;
-  Eigen::Matrix<double, 6, 1> components;
-  components << Eigen::Quaterniond(error.linear()).normalized().vec(), error.translation();
-  PoseError result;
-  for (int i = 0; i < components.size(); ++i) {
-    const double violation = std::isnan(components[i]) ? kInfinity : std::abs(components[i]);
-    if (violation > result.violation) result = {.violation = violation, .component = i};
-  }
-  return result;
-}
-
-std::string DescribePoseError(const std::string& link, const PoseError& error) {
+std::string DescribePoseError(const std::string& link, const FootPoseError& error) {
   const std::string axis(1, "xyz"[error.component % 3]);
   if (error.component >= 3) {
     return link + " translation " + axis + " off by " + Length(error.violation) + " (tolerance " +
@@ -207,7 +189,7 @@ void Judge::Workspace::CheckFeet(const Stance& stance, int waypoint, Evaluation*
     const Dataset::Foot& foot = dataset_->foot(foothold.link);
     const Eigen::Isometry3d& actual = kinematics_.link_pose(foot.link_index);
     placements_.push_back({.box_F = foot.box, .X_WF = actual});
-    const PoseError error = FootPoseError(dataset_->FootTarget(foothold), actual);
+    const FootPoseError error = ErrorOfFootPose(dataset_->FootTarget(foothold), actual);
     Include(error.violation, &evaluation->foot_violation);
     if (Exceeds(error.violation, kPoseTolerance)) {
       Fail(Verdict::kFootPose, waypoint, DescribePoseError(foothold.link, error), evaluation);

@@ -1,0 +1,94 @@
+#include <cmath>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/page/page_file.h"
+#include "client/page/page_report.h"
+#include "client/suite/chosen_files.h"
+#include "programs/checks.h"
+#include "programs/command_line.h"
+#include "programs/isolated_call.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr double kBytesPerMegabyte = 1e6;
+
+struct ReportOptions {
+  std::vector<std::string> experiments, databases, datasets;
+  std::string out;
+  double max_megabytes = 25.0;
+  Rule rule = Rule::kLiteral;
+  NetworkOptions network;
+  programs::BuildFacts build;
+};
+
+void Say(const std::string& text) { std::cerr << "legopt: " << programs::Printable(text) << "\n"; }
+
+// Every file with every experiment that is asked for; without a file the server's.
+std::vector<PageSource> SourcesOf(const ReportOptions& options) {
+  std::vector<SourceOptions> places;
+  for (const std::string& file : options.databases) places.push_back({file, options.network});
+  if (places.empty()) places.push_back({std::nullopt, options.network});
+  std::vector<PageSource> sources;
+  for (const SourceOptions& place : places) {
+    for (const std::string& experiment : options.experiments) sources.push_back({place, std::stoll(experiment)});
+    if (options.experiments.empty()) sources.push_back({place, std::nullopt});
+  }
+  return sources;
+}
+
+ExitCode Report(const ReportOptions& options) {
+  ReportRequest request;
+  request.sources = SourcesOf(options);
+  request.rule = options.rule;
+  request.most_bytes = static_cast<std::size_t>(options.max_megabytes * kBytesPerMegabyte);
+  request.build = options.build;
+  request.tell = Say;
+  std::vector<std::optional<std::string>> folders(options.datasets.begin(), options.datasets.end());
+  if (folders.empty()) folders.emplace_back();
+  for (const auto& folder : folders)
+    request.datasets.push_back(Dataset::Load(ChooseDatasetFolder(folder, nullptr), CallIsolated));
+  const Page page = MakeReport(request);
+  WritePage(options.out, page.text);
+  for (const std::string& note : page.notes) Say("note: " + note);
+  constexpr double kTenth = 10.0;
+  const double megabytes = std::round(kTenth * static_cast<double>(page.text.size()) / kBytesPerMegabyte) / kTenth;
+  std::cerr << programs::Printable(options.out) << " written, " << megabytes << " MB\n";
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddReportCommand(const programs::Command& program, Invocation* invocation) {
+  constexpr double kLargest_megabytes = 1000.0, kSmallest_megabytes = 1.0;
+  const auto command = program.AddCommand("report", "Write a page (HTML, one file) with tables, figures and solutions");
+  const auto options = std::make_shared<ReportOptions>();
+  command.AddOption("EXPERIMENT", options->experiments, "Experiments, beside each other (default: the newest)")
+      .Check(programs::WholeNumber(1));
+  command.AddOption("--out", options->out, "File to write, e.g. report.html").Required();
+  command
+      .AddOption("--db", options->databases,
+                 "Read these database files (read-only), with commas between them, instead of asking the server")
+      .CommaSeparated();
+  command
+      .AddOption("--dataset", options->datasets,
+                 "Dataset folders, with commas between them, for the 3D view (default: the embedded one)")
+      .CommaSeparated();
+  command
+      .AddOption("--max-size", options->max_megabytes,
+                 "MB that the file may have; what goes beyond is left out, and said (default 25)")
+      .Check(programs::Number(kSmallest_megabytes, kLargest_megabytes));
+  AddRuleOption(command, &options->rule);
+  AddNetworkOptions(command, &options->network);
+  command.WhenChosen([=] {
+    options->build = invocation->build;
+    invocation->body = [options] { return Report(*options); };
+  });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,92 @@
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/page/page_file.h"
+#include "client/page/page_report.h"
+#include "client/suite/chosen_files.h"
+#include "programs/checks.h"
+#include "programs/command_line.h"
+#include "programs/isolated_call.h"
+#include "programs/printable.h"
+
+extern char** environ;
+
+namespace legopt::client {
+namespace {
+
+struct ViewOptions {
+  std::optional<std::int64_t> job, ghost;
+  std::optional<int> problem;
+  Task task = Task::kPosture;
+  std::optional<std::string> dataset, out;
+  bool open = false;
+  SourceOptions source;
+  programs::BuildFacts build;
+};
+
+std::string DefaultName(const ViewOptions& options) {
+  if (options.job) return "job-" + std::to_string(*options.job) + ".html";
+  return "problem-" + std::to_string(options.problem.value_or(0)) + ".html";
+}
+
+// By the desktop's own choice of a browser.
+void Open(const std::string& file) {
+  std::string program = "xdg-open", argument = std::filesystem::absolute(file).string();
+  const std::array<char*, 3> arguments = {program.data(), argument.data(), nullptr};
+  pid_t child = 0;
+  int status = 0;
+  const bool started = posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments.data(), environ) == 0;
+  if (started && waitpid(child, &status, 0) == child && status == 0) return;
+  throw ClientError(ExitCode::kMachine, "xdg-open could not show " + file + "; open it in a browser");
+}
+
+ExitCode View(const ViewOptions& options) {
+  if (options.job.has_value() == options.problem.has_value()) {
+    throw ClientError(ExitCode::kUsage, "name a job or a problem: 'legopt view 12' or 'legopt view --problem 3'");
+  }
+  ViewRequest request;
+  request.source = options.source;
+  request.job = options.job;
+  request.ghost = options.ghost;
+  request.task = options.task;
+  request.problem = options.problem;
+  request.build = options.build;
+  request.dataset = Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated);
+  const Page page = MakeView(request);
+  const std::string out = options.out.value_or(DefaultName(options));
+  WritePage(out, page.text);
+  std::cerr << programs::Printable(out) << " written\n";
+  if (options.open) Open(out);
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddViewCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("view", "Write a page that shows a job's solution, or a problem, in 3D");
+  const auto options = std::make_shared<ViewOptions>();
+  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(programs::WholeNumber(1));
+  command.AddOption("--problem", options->problem, "A problem of the dataset instead, without a solution")
+      .Check(programs::WholeNumber(0));
+  command.AddWord<Task>("--task", options->task, "Of the problem: posture or motion (default posture)");
+  command.AddOption("--ghost", options->ghost, "Another job of the same problem, drawn transparently")
+      .Check(programs::WholeNumber(1));
+  command.AddOption("--out", options->out, "File to write (default: job-JOB.html)");
+  command.AddFlag("--open", options->open, "Show it in the browser");
+  AddDatasetOption(command, &options->dataset);
+  AddSourceOptions(command, &options->source);
+  command.WhenChosen([=] {
+    options->build = invocation->build;
+    invocation->body = [options] { return View(*options); };
+  });
+}
+
+}  // namespace legopt::client

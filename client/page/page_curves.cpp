@@ -1,0 +1,160 @@
+#include "client/page/page_curves.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "legopt/statistics/profiles.h"
+
+namespace legopt::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using ProblemMap = std::map<int, ProblemRuns>;
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kShortestTime_ms = 1e-6;
+
+Json FiniteJson(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+Json CurveJson(const statistics::StepCurve& curve) { return {{"x", curve.at}, {"y", curve.share}}; }
+
+std::vector<ProblemMap> ByProblem(const std::vector<const SolveCell*>& cells) {
+  std::vector<ProblemMap> methods;
+  for (const SolveCell* cell : cells) {
+    ProblemMap& problems = methods.emplace_back();
+    if (cell == nullptr) continue;
+    for (ProblemRuns& runs : ProblemsOf(*cell)) {
+      const int number = runs.problem;
+      problems.emplace(number, std::move(runs));
+    }
+  }
+  return methods;
+}
+
+// Of solved repetitions; infinite where there is none.
+double ValueOf(const ProblemMap& method, int problem, statistics::ProblemScore ProblemRuns::*score) {
+  const auto found = method.find(problem);
+  if (found == method.end() || (found->second.*score).solved == 0) return kNever;
+  return (found->second.*score).MeanOfSolved();
+}
+
+// Rows of problems that every method has finished; others would count against who was not asked.
+std::vector<std::vector<double>> FinishedRows(const std::vector<ProblemMap>& methods, const std::set<int>& problems,
+                                              statistics::ProblemScore ProblemRuns::*score, double least) {
+  std::vector<std::vector<double>> rows;
+  for (const int problem : problems) {
+    const bool finished = std::all_of(methods.begin(), methods.end(), [&](const ProblemMap& method) {
+      const auto found = method.find(problem);
+      return method.empty() || (found != method.end() && found->second.time.finished() > 0);
+    });
+    if (!finished) continue;
+    auto& row = rows.emplace_back();
+    for (const ProblemMap& method : methods) {
+      if (!method.empty()) row.push_back(std::max(ValueOf(method, problem, score), least));
+    }
+  }
+  return rows;
+}
+
+// A profile of those methods that have problems; null for others.
+Json ProfileJson(const std::vector<ProblemMap>& methods, const std::vector<std::vector<double>>& rows) {
+  const bool positive = std::all_of(rows.begin(), rows.end(), [](const auto& row) {
+    return std::all_of(row.begin(), row.end(), [](double value) { return value > 0.0; });
+  });
+  if (!positive) return Json();
+  const statistics::PerformanceProfile profile = statistics::ProfileOf(rows);
+  Json curves = Json::array();
+  std::size_t next = 0;
+  for (const ProblemMap& method : methods) {
+    const bool shown = !method.empty() && next < profile.curves.size();
+    curves.push_back(shown ? CurveJson(profile.curves[next++]) : Json());
+  }
+  return {{"curves", curves}, {"problems", profile.problems}, {"unsolved", profile.unsolved}};
+}
+
+Json RuntimesJson(const std::vector<ProblemMap>& methods) {
+  Json curves = Json::array();
+  for (const ProblemMap& method : methods) {
+    std::vector<std::vector<statistics::Repetition>> runs;
+    for (const auto& [number, problem] : method) {
+      if (problem.time.finished() > 0) runs.push_back(problem.runs);
+    }
+    curves.push_back(runs.empty() ? Json() : CurveJson(statistics::RuntimeDistribution(runs)));
+  }
+  return curves;
+}
+
+// Smallest finite value of each problem among the methods; infinite where none solved it.
+std::map<int, double> BestOf(const std::vector<ProblemMap>& methods, const std::set<int>& problems,
+                             statistics::ProblemScore ProblemRuns::*score) {
+  std::map<int, double> best;
+  for (const int problem : problems) {
+    double& smallest = best.emplace(problem, kNever).first->second;
+    for (const ProblemMap& method : methods) smallest = std::min(smallest, ValueOf(method, problem, score));
+  }
+  return best;
+}
+
+Json CostsJson(const std::vector<ProblemMap>& methods, const std::map<int, double>& best) {
+  Json curves = Json::array();
+  for (const ProblemMap& method : methods) {
+    std::vector<double> ratios;
+    for (const auto& [number, problem] : method) {
+      if (problem.time.finished() == 0) continue;
+      const double value = ValueOf(method, number, &ProblemRuns::cost);
+      ratios.push_back(std::isfinite(value) && best.at(number) > 0.0 ? value / best.at(number) : kNever);
+    }
+    curves.push_back(ratios.empty() ? Json() : CurveJson(statistics::Distribution(ratios)));
+  }
+  return curves;
+}
+
+Json MethodJson(const ProblemMap& method, const std::map<int, double>& best_time,
+                const std::map<int, double>& best_cost) {
+  Json time = Json::array(), cost = Json::array(), time_ratio = Json::array(), cost_ratio = Json::array();
+  Json share = Json::array(), job = Json::array();
+  for (const auto& [problem, fastest] : best_time) {
+    const double time_ms = ValueOf(method, problem, &ProblemRuns::time);
+    const double own_cost = ValueOf(method, problem, &ProblemRuns::cost), cheapest = best_cost.at(problem);
+    time.push_back(FiniteJson(time_ms));
+    cost.push_back(FiniteJson(own_cost));
+    time_ratio.push_back(fastest > 0.0 ? FiniteJson(time_ms / fastest) : Json());
+    cost_ratio.push_back(cheapest > 0.0 ? FiniteJson(own_cost / cheapest) : Json());
+    const auto found = method.find(problem);
+    share.push_back(found == method.end() ? Json() : FiniteJson(found->second.time.Share()));
+    job.push_back(found == method.end() ? Json() : Json(found->second.job_id));
+  }
+  return {{"time_ms", time},          {"cost", cost},   {"time_ratio", time_ratio},
+          {"cost_ratio", cost_ratio}, {"share", share}, {"job", job}};
+}
+
+}  // namespace
+
+Json DescribeColumn(const std::vector<const SolveCell*>& cells) {
+  const std::vector<ProblemMap> methods = ByProblem(cells);
+  std::set<int> problems;
+  for (const ProblemMap& method : methods) {
+    for (const auto& [number, runs] : method) problems.insert(number);
+  }
+  const auto best_time = BestOf(methods, problems, &ProblemRuns::time);
+  const auto best_cost = BestOf(methods, problems, &ProblemRuns::cost);
+  Json values = Json::array();
+  for (const ProblemMap& method : methods) values.push_back(MethodJson(method, best_time, best_cost));
+  double limit_ms = 0.0;
+  for (const SolveCell* cell : cells) {
+    if (cell != nullptr) limit_ms = limit_ms == 0.0 ? cell->limit_ms : std::min(limit_ms, cell->limit_ms);
+  }
+  return {{"limit_ms", limit_ms},
+          {"problems", problems},
+          {"methods", values},
+          {"profiles",
+           {{"time", ProfileJson(methods, FinishedRows(methods, problems, &ProblemRuns::time, kShortestTime_ms))},
+            {"cost", ProfileJson(methods, FinishedRows(methods, problems, &ProblemRuns::cost, 0.0))}}},
+          {"runtimes", RuntimesJson(methods)},
+          {"costs", CostsJson(methods, best_cost)}};
+}
+
+}  // namespace legopt::client

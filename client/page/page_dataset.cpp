@@ -1,0 +1,143 @@
+#include "client/page/page_dataset.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "legopt/collision/convex_surfaces.h"
+#include "legopt/dataset/support_polygon.h"
+#include "legopt/robot/dof_names.h"
+#include "legopt/robot/kinematics.h"
+
+namespace legopt::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json PointJson(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+
+// x y z, then the quaternion w x y z.
+Json PoseJson(const Eigen::Isometry3d& pose) {
+  const Eigen::Quaterniond q(pose.linear());
+  const Eigen::Vector3d& p = pose.translation();
+  return {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
+}
+
+Json LimitJson(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+Json RobotJson(const Dataset& dataset, GeometryBlock* geometry) {
+  const RobotModel& robot = dataset.robot();
+  const CollisionModel& model = *dataset.collision_model();
+  Json links = Json::array(), joints = Json::array(), feet = Json::array();
+  for (std::size_t i = 0; i < robot.links().size(); ++i) {
+    const Link& link = robot.links()[i];
+    Json meshes = Json::array();
+    for (const ShapeSpec& shape : link.collision)
+      meshes.push_back(geometry->Add(Tessellate(shape, robot.read_guard())));
+    const TriangleMesh pieces = LinkSurfaces(model, static_cast<int>(i));
+    Json convex = pieces.triangles.empty() ? Json() : Json(geometry->Add(pieces));
+    links.push_back({{"name", link.name},
+                     {"mass_kg", link.mass},
+                     {"com", PointJson(link.com)},
+                     {"meshes", meshes},
+                     {"convex", convex}});
+  }
+  for (const Joint& joint : robot.joints()) {
+    joints.push_back({{"name", joint.name},
+                      {"type", ToString(joint.type)},
+                      {"parent", joint.parent_link},
+                      {"child", joint.child_link},
+                      {"origin", PoseJson(joint.origin)},
+                      {"axis", PointJson(joint.axis)},
+                      {"dof", joint.dof},
+                      {"lower", LimitJson(joint.lower)},
+                      {"upper", LimitJson(joint.upper)}});
+  }
+  for (const Dataset::Foot& foot : dataset.feet()) {
+    feet.push_back(
+        {{"link", foot.link_index}, {"lower", PointJson(foot.box.min())}, {"upper", PointJson(foot.box.max())}});
+  }
+  return {{"name", robot.name()}, {"dofs", DofNames(robot)}, {"links", links}, {"joints", joints}, {"feet", feet}};
+}
+
+Json SceneJson(const Dataset& dataset, GeometryBlock* geometry) {
+  Json objects = Json::array();
+  for (const SceneObject& object : dataset.scene().objects) {
+    objects.push_back(
+        {{"name", object.name}, {"mesh", geometry->Add(Tessellate(object.shape, dataset.scene().read_guard))}});
+  }
+  const TriangleMesh pieces = SceneSurfaces(*dataset.collision_model());
+  return {{"objects", objects},
+          {"convex", pieces.triangles.empty() ? Json() : Json(geometry->Add(pieces))},
+          {"lower", PointJson(dataset.scene_bounds().min())},
+          {"upper", PointJson(dataset.scene_bounds().max())}};
+}
+
+Json StanceJson(const Dataset& dataset, const Stance& stance) {
+  Json feet = Json::array(), polygon = Json::array();
+  for (const Foothold& foothold : stance.footholds) {
+    feet.push_back(
+        {{"link", dataset.foot(foothold.link).link_index}, {"target", PoseJson(dataset.FootTarget(foothold))}});
+  }
+  for (const Eigen::Vector2d& corner : TargetSupportPolygon(dataset, stance)) {
+    polygon.push_back({corner.x(), corner.y()});
+  }
+  return {{"feet", feet}, {"polygon", polygon}};
+}
+
+Json ProblemsJson(const Dataset& dataset, Task task, const std::set<int>& ids) {
+  Json problems = Json::object();
+  for (const ProblemDefinition& problem : dataset.problems(task)) {
+    if (!ids.contains(problem.id)) continue;
+    Json stances = Json::array();
+    for (const Stance& stance : problem.stances) stances.push_back(StanceJson(dataset, stance));
+    problems[std::to_string(problem.id)] = std::move(stances);
+  }
+  return problems;
+}
+
+// A configuration with every joint bent and the base turned, and the poses that the page must get for it.
+Json CheckJson(const RobotModel& robot) {
+  constexpr double kShare = 0.3, kWidest = 1.0;
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(robot.configuration_size());
+  for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+    const double lower = std::max(robot.lower_limits()[dof], -kWidest);
+    const double upper = std::min(robot.upper_limits()[dof], kWidest);
+    x[dof] = lower + kShare * (upper - lower);
+  }
+  const Eigen::Vector3d axis(1, 2, 3);
+  const Eigen::Quaterniond q(Eigen::AngleAxisd(1.0, axis.normalized()));
+  x.tail<7>() << 1, -2, 3, q.w(), q.x(), q.y(), q.z();
+  Kinematics kinematics(robot);
+  kinematics.Update(x);
+  Json poses = Json::array();
+  for (std::size_t i = 0; i < robot.links().size(); ++i)
+    poses.push_back(PoseJson(kinematics.link_pose(static_cast<int>(i))));
+  return {{"x", std::vector<double>(x.begin(), x.end())}, {"poses", poses}};
+}
+
+Json MeshesJson(const GeometryBlock& geometry) {
+  Json meshes = Json::array();
+  for (const MeshRange& range : geometry.meshes()) {
+    meshes.push_back({range.vertex_offset, range.vertices, range.index_offset, range.triangles});
+  }
+  return meshes;
+}
+
+}  // namespace
+
+PageDataset DescribeDataset(const Dataset& dataset, const ProblemIds& problems, const std::string& block) {
+  GeometryBlock geometry;
+  PageDataset page;
+  page.json = {{"name", dataset.name()}, {"hash", dataset.content_hash()}};
+  page.json["robot"] = RobotJson(dataset, &geometry);
+  page.json["scene"] = SceneJson(dataset, &geometry);
+  for (const TaskDescription& task : kTasks) {
+    page.json["problems"][ToString(task.task)] = ProblemsJson(dataset, task.task, problems[task.task]);
+  }
+  page.json["check"] = CheckJson(dataset.robot());
+  page.json["geometry"] = {{"block", block}, {"meshes", MeshesJson(geometry)}};
+  page.geometry = geometry.bytes();
+  return page;
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,216 @@
+#include "client/page/page_experiment.h"
+
+#include <algorithm>
+#include <map>
+
+#include "client/compare/comparison_report.h"
+#include "client/compare/method_choice.h"
+#include "client/compare/statistics_table.h"
+#include "client/page/page_curves.h"
+#include "client/report/grouped_table.h"
+#include "client/report/reading.h"
+#include "words/job.h"
+
+namespace legopt::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<BenchmarkColumn> ColumnsOf(const SolvedExperiment& experiment) {
+  std::vector<BenchmarkColumn> columns;
+  for (const BenchmarkColumn& column : kPaperColumns) {
+    const bool has = std::ranges::any_of(experiment.cells, [&](const SolveCell& c) { return c.column == column; });
+    if (has) columns.push_back(column);
+  }
+  return columns;
+}
+
+std::vector<const SolveCell*> CellsOf(const SolvedExperiment& experiment, const std::vector<MethodIdentity>& methods,
+                                      const BenchmarkColumn& column) {
+  std::vector<const SolveCell*> cells;
+  for (const MethodIdentity& method : methods) {
+    const auto found = std::ranges::find_if(experiment.cells, [&](const SolveCell& cell) {
+      return cell.method.method_id == method.method_id && cell.column == column;
+    });
+    cells.push_back(found == experiment.cells.end() ? nullptr : &*found);
+  }
+  return cells;
+}
+
+Json MethodsJson(ResultSource& source, const std::vector<MethodIdentity>& methods, const StatisticsTable& table) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < methods.size(); ++i) {
+    const MethodIdentity& method = methods[i];
+    const Listing row =
+        source.Query("SELECT options_json FROM methods WHERE method_id = " + std::to_string(method.method_id));
+    const auto options = Json::parse(row.Text(0, "options_json"), nullptr, false);
+    list.push_back({{"id", method.method_id},
+                    {"name", method.name},
+                    {"title", i < table.rows.size() ? table.rows[i].title : method.name},
+                    {"choice", ChoiceOf(method, methods)},
+                    {"multi_starts", method.multi_starts},
+                    {"sample_size", method.sample_size},
+                    {"incremental", method.incremental},
+                    {"collision", ToString(method.collision)},
+                    {"hash", method.hash},
+                    {"options", options.is_discarded() ? Json() : options}});
+  }
+  return list;
+}
+
+// What became of the jobs that are not solved: the judge's verdict, or the state of those without a result.
+Json CausesJson(ResultSource& source, const SolveCell& cell, Rule rule) {
+  const Listing rows = source.Query("SELECT j.state, r.verdict_" + std::string(ToString(rule)) +
+                                    " AS verdict, count(*) AS n FROM jobs AS j LEFT JOIN results AS r ON r.job_id = "
+                                    "j.job_id WHERE j.cell_id = " +
+                                    std::to_string(cell.cell_id) + " GROUP BY 1, 2 ORDER BY 3 DESC, 2, 1");
+  Json causes = Json::object();
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    const auto& verdict = rows.At(i, "verdict");
+    const bool done = rows.Text(i, "state") == ToString(JobState::kDone) && !verdict.is_null();
+    const std::string cause = done ? verdict.get<std::string>() : rows.Text(i, "state");
+    if (cause == ToString(Verdict::kSuccess)) continue;
+    causes[cause] = causes.value(cause, std::int64_t{0}) + rows.At(i, "n").get<std::int64_t>();
+  }
+  return causes;
+}
+
+// The jobs as columns, so that 100,000 of them stay small.
+Json JobsJson(ResultSource& source, const SolvedExperiment& experiment, const std::vector<MethodIdentity>& methods,
+              const std::vector<BenchmarkColumn>& columns) {
+  constexpr double kNoLimit_s = ResultSource::kDefaultLimit_s;
+  const Listing rows = source.Query(
+      "SELECT j.job_id AS job, c.method_id AS method, c.task, c.initialization, p.problem_id AS problem, j.repetition, "
+      "j.state, r.solver_status AS status, r.verdict_literal AS literal, r.verdict_strict AS strict, r.verdict_solid "
+      "AS "
+      "solid, r.cost, r.wall_us, r.cpu_us, r.involuntary_context_switches AS switches, r.iterations, r.restarts, "
+      "r.term_evaluations, r.failed_waypoint, r.verdict_detail AS detail FROM jobs AS j JOIN cells AS c USING "
+      "(cell_id) "
+      "JOIN problems AS p USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id WHERE c.experiment_id = " +
+          std::to_string(experiment.info.id) + " ORDER BY j.job_id",
+      ResultSource::kAllRows, kNoLimit_s);
+  Json jobs = Json::object();
+  for (const char* column :
+       {"job", "method", "column", "problem", "repetition", "state", "status", "literal", "strict", "solid", "cost",
+        "wall_us", "cpu_us", "contended", "iterations", "restarts", "term_evaluations", "failed_waypoint", "detail"}) {
+    jobs[column] = Json::array();
+  }
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    const auto method_id = rows.At(i, "method").get<std::int64_t>();
+    const auto method = std::ranges::find(methods, method_id, &MethodIdentity::method_id);
+    const BenchmarkColumn column{rows.WordAt<Task>(i, "task"), rows.WordAt<Initialization>(i, "initialization")};
+    jobs["method"].push_back(method - methods.begin());
+    jobs["column"].push_back(std::ranges::find(columns, column) - columns.begin());
+    for (const char* same :
+         {"job", "problem", "repetition", "state", "status", "literal", "strict", "solid", "cost", "wall_us", "cpu_us",
+          "iterations", "restarts", "term_evaluations", "failed_waypoint", "detail"}) {
+      jobs[same].push_back(Json(rows.At(i, same)));
+    }
+    const auto& switches = rows.At(i, "switches");
+    jobs["contended"].push_back(!switches.is_null() &&
+                                Contended(rows.At(i, "wall_us").get<std::int64_t>(),
+                                          rows.At(i, "cpu_us").get<std::int64_t>(), switches.get<std::int64_t>()));
+  }
+  return jobs;
+}
+
+Json ColumnsJson(ResultSource& source, const SolvedExperiment& experiment, const std::vector<MethodIdentity>& methods,
+                 const std::vector<BenchmarkColumn>& columns, Rule rule) {
+  Json list = Json::array();
+  for (const BenchmarkColumn& column : columns) {
+    const auto cells = CellsOf(experiment, methods, column);
+    Json json = {{"task", ToString(column.task)},
+                 {"initialization", ToString(column.initialization)},
+                 {"title", GroupOf(column.task, column.initialization).section.full + ", " +
+                               GroupOf(column.task, column.initialization).title.full}};
+    json.update(DescribeColumn(cells));
+    json["causes"] = Json::array();
+    for (const SolveCell* cell : cells) {
+      json["causes"].push_back(cell == nullptr ? Json() : CausesJson(source, *cell, rule));
+    }
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
+// All pairs of methods of one experiment.
+Json PairsJson(const SourceOptions& options, const SolvedExperiment& experiment,
+               const std::vector<MethodIdentity>& methods, Rule rule) {
+  Json list = Json::array();
+  for (std::size_t a = 0; a < methods.size(); ++a) {
+    for (std::size_t b = a + 1; b < methods.size(); ++b) {
+      if (methods.size() > kMostCompared && a > 0) continue;
+      ComparisonRequest request;
+      request.a = ChoiceOf(methods[a], methods);
+      request.b = ChoiceOf(methods[b], methods);
+      request.experiment = experiment.info.id;
+      request.rule = rule;
+      request.source = options;
+      try {
+        Json pair = {{"a", a}, {"b", b}};
+        pair.update(DescribeComparison(ReadComparison(request), experiment, experiment));
+        list.push_back(std::move(pair));
+      } catch (const ClientError& error) {  // nothing in common that both have finished
+        list.push_back({{"a", a}, {"b", b}, {"refused", error.what()}});
+      }
+    }
+  }
+  return list;
+}
+
+}  // namespace
+
+Json DescribeComparison(const Comparison& comparison, const SolvedExperiment& a, const SolvedExperiment& b) {
+  Json curves = Json::array();
+  const auto cell_of = [](const SolvedExperiment& experiment, const MethodIdentity& method,
+                          const BenchmarkColumn& column) -> const SolveCell* {
+    const auto found = std::ranges::find_if(experiment.cells, [&](const SolveCell& cell) {
+      return cell.method.method_id == method.method_id && cell.column == column;
+    });
+    return found == experiment.cells.end() ? nullptr : &*found;
+  };
+  for (const CellComparison& cell : comparison.cells) {
+    curves.push_back(DescribeColumn({cell_of(a, cell.a, cell.column), cell_of(b, cell.b, cell.column)}));
+  }
+  return {{"report", ComparisonJson(comparison)}, {"cells", curves}};
+}
+
+PageExperiment DescribeExperiment(ResultSource& source, const SourceOptions& source_options, const std::string& place,
+                                  std::optional<std::int64_t> id, Rule rule) {
+  PageExperiment page;
+  SolvedExperiment& experiment = page.experiment;
+  experiment = ReadCells(source, id);
+  ReadSolves(source, rule, &experiment);
+  const BenchmarkTable table = ReadBenchmarkTable(source, {experiment.info.id, rule, {}});
+  const StatisticsTable statistics = ComputeStatistics(experiment, rule);
+  const auto methods = experiment.Methods();
+  const auto columns = ColumnsOf(experiment);
+  const Listing times = source.Query(
+      "SELECT datetime(submitted_at_us / 1000000, 'unixepoch') AS submitted FROM "
+      "experiments WHERE experiment_id = " +
+      std::to_string(experiment.info.id));
+  page.json = {{"place", place},
+               {"id", experiment.info.id},
+               {"name", experiment.info.name},
+               {"state", ToString(experiment.info.state)},
+               {"unfinished", table.Sum().n - table.Sum().finished},
+               {"dataset",
+                {{"name", experiment.info.dataset_name},
+                 {"hash", experiment.info.dataset_hash},
+                 {"split", ToString(experiment.info.split)}}},
+               {"rule", ToString(rule)},
+               {"seed", experiment.seed},
+               {"repetitions", experiment.repetitions},
+               {"submitted_utc", times.At(0, "submitted")},
+               {"origin", DescribeOrigins(experiment.origins)},
+               {"build_ids", BuildIds(experiment.origins)},
+               {"table", BenchmarkTableJson(table)},
+               {"statistics", StatisticsTableJson(statistics)},
+               {"methods", MethodsJson(source, methods, statistics)},
+               {"columns", ColumnsJson(source, experiment, methods, columns, rule)},
+               {"pairs", PairsJson(source_options, experiment, methods, rule)},
+               {"jobs", JobsJson(source, experiment, methods, columns)}};
+  return page;
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,89 @@
+#include "client/page/page_file.h"
+
+#include <fstream>
+#include <system_error>
+
+#include "client/client_error.h"
+#include "client/page/page_block.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr char kPolicy[] =
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; "
+    "form-action 'none'";
+
+constexpr char kBody[] =
+    "<body><div id=\"app\"><p>This page draws itself by JavaScript, which is switched off here. "
+    "<code>legopt table</code> prints the same figures.</p></div>\n";
+
+std::string Escaped(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '&') {
+      escaped += "&amp;";
+    } else if (c == '<') {
+      escaped += "&lt;";
+    } else {
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+void WriteInto(const std::filesystem::path& where, const std::string& text, const std::filesystem::path& asked) {
+  std::ofstream stream(where, std::ios::binary);
+  stream << text;
+  stream.flush();
+  if (!stream) {
+    throw ClientError(ExitCode::kUsage,
+                      asked.string() + ": cannot be written; check the folder, its permissions and the free space");
+  }
+}
+
+}  // namespace
+
+PageFile::PageFile(const std::string& title)
+    : head_(std::string("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+                        "<meta http-equiv=\"Content-Security-Policy\" content=\"") +
+            kPolicy +
+            "\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+            "<meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
+            Escaped(title) + "</title></head>\n") {}
+
+void PageFile::AddBlock(const std::string& name, const std::string& bytes) {
+  blocks_ += "<script type=\"application/octet-stream\" id=\"" + name + "\">" + Base64(Gzip(bytes)) + "</script>\n";
+}
+
+void PageFile::AddJson(const std::string& name, const nlohmann::ordered_json& json) {
+  AddBlock(name, json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+std::size_t PageFile::size() const { return head_.size() + blocks_.size() + PageProgram().size(); }
+
+std::string PageFile::Finish() const {
+  return head_ + kBody + blocks_ + "<script>" + std::string(PageProgram()) + "</script></body></html>\n";
+}
+
+void WritePage(const std::filesystem::path& path, const std::string& text) {
+  std::error_code error;
+  const std::filesystem::file_type type = std::filesystem::status(path, error).type();
+  if (type != std::filesystem::file_type::regular && type != std::filesystem::file_type::not_found) {
+    WriteInto(path, text, path);
+    return;
+  }
+  const auto target = std::filesystem::is_symlink(path, error) ? std::filesystem::weakly_canonical(path) : path;
+  const std::filesystem::path temporary = target.string() + ".new";
+  try {
+    WriteInto(temporary, text, path);
+    std::filesystem::rename(temporary, target, error);
+    if (error) {
+      throw ClientError(ExitCode::kUsage, path.string() + ": cannot be replaced: " + error.message());
+    }
+  } catch (...) {
+    std::filesystem::remove(temporary, error);
+    throw;
+  }
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,149 @@
+#include "client/page/page_solutions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "client/client_error.h"
+#include "client/page/page_block.h"
+#include "client/page/page_findings.h"
+#include "client/replay/stored_trace.h"
+#include "legopt/evaluate/interpolation.h"
+#include "legopt/solve/trace.h"
+
+namespace legopt::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Seven digits: more than a curve shows.
+double Short(double value) {
+  constexpr int kDigits = 7;
+  if (value == 0.0 || !std::isfinite(value)) return value;
+  const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) - kDigits + 1);
+  return std::round(value / unit) * unit;
+}
+
+int Turn(const PageJob& job, std::int64_t first_method, std::int64_t second_method) {
+  const bool small = !DescriptionOf(job.task).windowed;
+  if (!job.solved) return small ? 0 : 1;
+  if (small) return 2;
+  return job.method_id == first_method || job.method_id == second_method ? 3 : 4;
+}
+
+Json FindingsOf(const PageJob& job, const std::vector<Eigen::VectorXd>& waypoints, FindingLister* lister) {
+  const ProblemDefinition& problem = lister->dataset().problem(job.task, job.problem);
+  Json list = Json::array();
+  for (std::size_t w = 0; w < waypoints.size(); ++w) {
+    const auto stance = static_cast<std::size_t>(StanceOfWaypoint(job.task, static_cast<int>(w)));
+    if (stance >= problem.stances.size()) break;
+    const Eigen::VectorXd* before = w > 0 ? &waypoints[w - 1] : nullptr;
+    list.push_back(FindingsJson(lister->At(problem.stances[stance], waypoints[w], before), lister->dataset()));
+  }
+  return list;
+}
+
+// What the judge sees between waypoints: only samples where something overlaps, as [waypoint, s, overlaps].
+Json BetweenOf(const std::vector<Eigen::VectorXd>& waypoints, FindingLister* lister) {
+  Json list = Json::array();
+  for (std::size_t w = 1; w < waypoints.size(); ++w) {
+    for (int k = 1; k <= kInterpolationSteps; ++k) {
+      const double s = static_cast<double>(k) / (kInterpolationSteps + 1);
+      const auto overlaps = lister->Between(waypoints[w - 1], waypoints[w], s);
+      if (!overlaps.empty()) list.push_back({w - 1, s, OverlapsJson(overlaps, lister->dataset())});
+    }
+  }
+  return list;
+}
+
+}  // namespace
+
+std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experiment_id, Rule rule) {
+  const Listing rows = source.Query(
+      "SELECT j.job_id, c.method_id, c.task, p.problem_id, r.failed_waypoint, r.verdict_" +
+      std::string(ToString(rule)) + " = " + SqlText(std::string(ToString(Verdict::kSuccess))) +
+      " AS solved FROM results AS r JOIN jobs AS j USING (job_id) JOIN cells AS c ON c.cell_id = j.cell_id JOIN "
+      "problems AS p USING (problem_key) WHERE c.experiment_id = " +
+      std::to_string(experiment_id) +
+      " AND EXISTS (SELECT 1 FROM waypoints AS w WHERE w.job_id = r.job_id) ORDER BY c.cell_id, p.problem_id, "
+      "j.repetition");
+  std::vector<PageJob> jobs;
+  std::int64_t first = -1, second = -1;
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    PageJob& job = jobs.emplace_back();
+    job.job_id = rows.At(i, "job_id").get<std::int64_t>();
+    job.method_id = rows.At(i, "method_id").get<std::int64_t>();
+    job.task = rows.WordAt<Task>(i, "task");
+    job.problem = rows.At(i, "problem_id").get<int>();
+    job.solved = rows.At(i, "solved").is_number() && rows.At(i, "solved").get<int>() == 1;
+    if (!rows.At(i, "failed_waypoint").is_null()) job.failed_waypoint = rows.At(i, "failed_waypoint").get<int>();
+    if (first < 0) first = job.method_id;
+    if (second < 0 && job.method_id != first) second = job.method_id;
+  }
+  std::ranges::stable_sort(jobs, {}, [&](const PageJob& job) { return Turn(job, first, second); });
+  return jobs;
+}
+
+std::vector<Eigen::VectorXd> ReadWaypointsOf(ResultSource& source, std::int64_t job_id) {
+  const Listing rows =
+      source.Query("SELECT x FROM waypoints WHERE job_id = " + std::to_string(job_id) + " ORDER BY waypoint");
+  std::vector<Eigen::VectorXd> waypoints;
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    const auto bytes = BytesOfBlob(rows.Text(i, "x"));
+    if (!bytes || bytes->size() % sizeof(double) != 0) {
+      throw ClientError(ExitCode::kDatabaseUnusable, "job " + std::to_string(job_id) + ", waypoint " +
+                                                         std::to_string(i) +
+                                                         ": is no array of float64; restore a backup");
+    }
+    Eigen::VectorXd& x = waypoints.emplace_back(static_cast<Eigen::Index>(bytes->size() / sizeof(double)));
+    std::memcpy(x.data(), bytes->data(), bytes->size());
+  }
+  return waypoints;
+}
+
+Json TraceJson(ResultSource& source, std::int64_t job_id) {
+  const Listing row = source.Query("SELECT hex(trace) AS trace FROM results WHERE job_id = " + std::to_string(job_id));
+  if (row.rows.empty()) return {};
+  const auto all = TraceRecords(row.At(0, "trace"), job_id);
+  if (all.empty()) return {};
+  const auto records = CondenseTrace(all, kMostShown);
+  Json window = Json::array(), restart = Json::array(), accepted = Json::array(), evaluations = Json::array();
+  Json elapsed = Json::array(), cost = Json::array(), violation = Json::array();
+  for (const IterationRecord& record : records) {
+    window.push_back(record.window);
+    restart.push_back(record.restart);
+    accepted.push_back(record.accepted ? 1 : 0);
+    evaluations.push_back(record.evaluations);
+    elapsed.push_back(record.elapsed_us);
+    cost.push_back(Short(record.cost));
+    violation.push_back(Short(record.violation));
+  }
+  return {{"of", all.size()},           {"window", window},      {"restart", restart}, {"accepted", accepted},
+          {"evaluations", evaluations}, {"elapsed_us", elapsed}, {"cost", cost},       {"violation", violation}};
+}
+
+void SolutionChunk::Add(const PageJob& job, const std::vector<Eigen::VectorXd>& waypoints, Json trace,
+                        FindingLister* lister, FindingDepth depth) {
+  const Eigen::Index size = lister->dataset().robot().configuration_size();
+  const bool whole = std::ranges::all_of(waypoints, [&](const Eigen::VectorXd& x) { return x.size() == size; });
+  const std::vector<Eigen::VectorXd> none;
+  const auto& shown = whole ? waypoints : none;
+  std::string packed = PackWaypoints(shown);
+  const bool exact = packed.empty();
+  if (exact) packed = PackExactly(shown);
+  Json json = {{"experiment", job.experiment},      {"job", job.job_id},       {"waypoints", shown.size()},
+               {"encoding", exact ? "f64" : "d32"}, {"offset", bytes_.size()}, {"bytes", packed.size()}};
+  if (!whole) json["malformed"] = true;
+  if (job.failed_waypoint) json["failed_waypoint"] = *job.failed_waypoint;
+  if (depth != FindingDepth::kNone) json["findings"] = FindingsOf(job, shown, lister);
+  if (depth == FindingDepth::kBetween && DescriptionOf(job.task).between_waypoints) {
+    json["between"] = BetweenOf(shown, lister);
+  }
+  json["trace"] = std::move(trace);
+  text_bytes_ += json.dump().size();
+  bytes_ += packed;
+  solutions_.push_back(std::move(json));
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,241 @@
+// Policy: a page has the very figures that commands print, poses that agree with the kinematics, and nothing that a
+// browser would fetch or that would end one of its blocks early. A page that cannot be made leaves nothing behind.
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <regex>
+
+#include "client/client_error.h"
+#include "client/compare/statistics_table.h"
+#include "client/page/page_block.h"
+#include "client/page/page_file.h"
+#include "client/page/page_report.h"
+#include "client/report/reading.h"
+#include "legopt/robot/kinematics.h"
+#include "test_database.h"
+#include "tests/dataset/synthetic_dataset.h"
+
+namespace legopt::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string FromBase64(const std::string& text) {
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string bytes;
+  unsigned group = 0;
+  int bits = 0;
+  for (const char c : text.substr(0, text.find('='))) {
+    group = (group << 6) | static_cast<unsigned>(digits.find(c));
+    bits += 6;
+    if (bits < 8) continue;
+    bits -= 8;
+    bytes += static_cast<char>((group >> bits) & 255U);
+  }
+  return bytes;
+}
+
+std::string Unzip(const std::string& packed) {
+  z_stream stream{};
+  EXPECT_EQ(inflateInit2(&stream, 15 + 16), Z_OK);
+  std::string bytes(1 << 24, '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+  stream.avail_in = static_cast<uInt>(packed.size());
+  stream.next_out = reinterpret_cast<Bytef*>(bytes.data());
+  stream.avail_out = static_cast<uInt>(bytes.size());
+  EXPECT_EQ(inflate(&stream, Z_FINISH), Z_STREAM_END);
+  bytes.resize(stream.total_out);
+  inflateEnd(&stream);
+  return bytes;
+}
+
+std::string Block(const std::string& page, const std::string& name) {
+  const std::string head = "id=\"" + name + "\">";
+  const auto start = page.find(head);
+  if (start == std::string::npos) return {};
+  const auto begin = start + head.size();
+  return Unzip(FromBase64(page.substr(begin, page.find('<', begin) - begin)));
+}
+
+std::string Read(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+class PageTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    experiment_.dataset_hash = dataset_->content_hash();
+    experiment_.name = "</script><script>alert(1)</script>";
+    experiment_.methods = {{"A"}, {"B"}};
+    Eigen::VectorXd off = test::StandingUpright();
+    off[test::kBaseY] += 0.01;
+    experiment_.results = {
+        {.method = 0, .problem = 0, .cost = 300.125, .wall_us = 1000, .waypoints = {test::StandingUpright()}},
+        {.method = 1, .problem = 0, .verdict = "foot_pose", .wall_us = 2000, .waypoints = {off}},
+        {.method = 0, .initialization = "in_collision", .problem = 0, .dead = true},
+        {.method = 1, .initialization = "in_collision", .problem = 0, .finished = false}};
+    WriteTestDatabase(file_, experiment_);
+  }
+
+  Page Report(std::size_t most_bytes = 25'000'000) const {
+    ReportRequest request;
+    request.sources = {{{file_.string(), {}}, std::nullopt}};
+    request.datasets = {dataset_};
+    request.most_bytes = most_bytes;
+    return MakeReport(request);
+  }
+
+  Page View(std::int64_t job) const {
+    ViewRequest request;
+    request.source = {file_.string(), {}};
+    request.job = job;
+    request.dataset = dataset_;
+    return MakeView(request);
+  }
+
+  TemporaryFolder folder_;
+  TemporaryFolder data_;
+  std::filesystem::path file_ = folder_.path() / "results.sqlite";
+  std::shared_ptr<const Dataset> dataset_ = Dataset::Load(test::SyntheticFolder(data_.path()).path());
+  TestExperiment experiment_;
+};
+
+TEST_F(PageTest, TablesAreThoseOfTheCommands) {
+  const Json page = Json::parse(Block(Report().text, "page"));
+  const auto source = OpenResults({file_.string(), {}});
+  EXPECT_EQ(page["experiments"][0]["table"], BenchmarkTableJson(ReadBenchmarkTable(*source, {})));
+  EXPECT_EQ(page["experiments"][0]["statistics"], StatisticsTableJson(ReadStatisticsTable(*source, {})));
+}
+
+TEST_F(PageTest, CausesCountWhatIsNotSolved) {
+  const Json page = Json::parse(Block(Report().text, "page"));
+  const Json& columns = page["experiments"][0]["columns"];
+  EXPECT_EQ(columns[0]["causes"][0], Json::object());
+  EXPECT_EQ(columns[0]["causes"][1], (Json{{"foot_pose", 1}}));
+  EXPECT_EQ(columns[1]["causes"][0], (Json{{"dead", 1}}));
+  EXPECT_EQ(columns[1]["causes"][1], (Json{{"queued", 1}}));
+}
+
+TEST_F(PageTest, WaypointsGiveTheKinematicsOfTheJudge) {
+  const std::string text = Report().text;
+  const Json solutions = Json::parse(Block(text, "solutions-0"));
+  const std::string bytes = Block(text, "motion-0");
+  ASSERT_EQ(solutions.size(), 2U);
+  for (const Json& solution : solutions) {
+    const auto x = UnpackWaypoints(bytes.substr(solution["offset"], solution["bytes"]));
+    ASSERT_EQ(x.size(), 1U);
+    const Eigen::VectorXd& stored = experiment_.results[solution["job"].get<int>() == 1 ? 0 : 1].waypoints[0];
+    Kinematics shown(dataset_->robot()), judged(dataset_->robot());
+    shown.Update(x[0]);
+    judged.Update(stored);
+    for (std::size_t i = 0; i < dataset_->robot().links().size(); ++i) {
+      const int link = static_cast<int>(i);
+      EXPECT_LT((shown.link_pose(link).matrix() - judged.link_pose(link).matrix()).cwiseAbs().maxCoeff(), 1e-6);
+    }
+  }
+}
+
+TEST_F(PageTest, FindingsNameTheFootThatIsOff) {
+  const Json solutions = Json::parse(Block(Report().text, "solutions-0"));
+  const Json& failed = solutions[0];  // failed postures come first
+  EXPECT_EQ(failed["job"], 2);
+  const Json& foot = failed["findings"][0]["feet"][0];
+  EXPECT_TRUE(foot["violated"].get<bool>());
+  EXPECT_NEAR(foot["error"].get<double>(), 0.01, 1e-6);
+  EXPECT_EQ(foot["component"], "translation y");
+}
+
+TEST_F(PageTest, NothingIsFetchedAndNoBlockEndsEarly) {
+  std::string text = Report().text;
+  EXPECT_NE(text.find("default-src 'none'"), std::string::npos);
+  EXPECT_EQ(text.find("<script>alert"), std::string::npos) << "the title is escaped, the rest is no text";
+  const auto program = text.find(PageProgram());
+  ASSERT_NE(program, std::string::npos);
+  EXPECT_EQ(PageProgram().find("</script"), std::string_view::npos);
+  text.erase(program, PageProgram().size());
+  EXPECT_EQ(text.find("http:"), std::string::npos);
+  EXPECT_EQ(text.find("https:"), std::string::npos);
+  EXPECT_EQ(text.find(" src="), std::string::npos);
+  const std::regex opened("<script"), closed("</script");
+  EXPECT_EQ(std::distance(std::sregex_iterator(text.begin(), text.end(), opened), {}),
+            std::distance(std::sregex_iterator(text.begin(), text.end(), closed), {}));
+}
+
+TEST_F(PageTest, TellsWhatIsUnfinished) {
+  const Page page = Report();
+  EXPECT_TRUE(std::ranges::any_of(page.notes, [](const auto& n) { return n.find("is unfinished: 1 jobs") != n.npos; }));
+  EXPECT_EQ(Json::parse(Block(page.text, "page"))["experiments"][0]["unfinished"], 1);
+}
+
+TEST_F(PageTest, TellsWhatDoesNotFit) {
+  const std::size_t whole = Report().text.size();
+  const Page page = Report(whole - 200);
+  EXPECT_LE(page.text.size(), whole);
+  EXPECT_TRUE(
+      std::ranges::any_of(page.notes, [](const auto& n) { return n.find("solutions are left out") != n.npos; }));
+  EXPECT_THROW(Report(1000), ClientError);
+}
+
+TEST_F(PageTest, ReportWithoutItsDatasetHasNo3dAndSaysSo) {
+  ReportRequest request;
+  request.sources = {{{file_.string(), {}}, std::nullopt}};
+  const Page page = MakeReport(request);
+  EXPECT_TRUE(std::ranges::any_of(page.notes, [](const auto& n) { return n.find("no 3D") != n.npos; }));
+  EXPECT_TRUE(Json::parse(Block(page.text, "page"))["experiments"][0]["dataset_index"].is_null());
+}
+
+ExitCode CodeOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const ClientError& error) {
+    return error.code();
+  }
+  return ExitCode::kOk;
+}
+
+TEST_F(PageTest, ViewsRefuseWhatTheyCannotDraw) {
+  EXPECT_EQ(CodeOf([&] { View(1); }), ExitCode::kOk);
+  EXPECT_EQ(CodeOf([&] { View(3); }), ExitCode::kUsage) << "died without a solution";
+  EXPECT_EQ(CodeOf([&] { View(99); }), ExitCode::kUsage);
+  experiment_.dataset_hash = std::string(64, 'b');
+  std::filesystem::remove(file_);
+  WriteTestDatabase(file_, experiment_);
+  EXPECT_EQ(CodeOf([&] { View(1); }), ExitCode::kDatasetMismatch);
+}
+
+TEST_F(PageTest, WhatCannotBeWrittenLeavesTheOldFile) {
+  const auto page = folder_.path() / "page.html";
+  WritePage(page, "old");
+  std::filesystem::create_directory(folder_.path() / "page.html.new");  // where the new one would be made
+  EXPECT_EQ(CodeOf([&] { WritePage(page, "new"); }), ExitCode::kUsage);
+  EXPECT_EQ(Read(page), "old");
+  EXPECT_EQ(CodeOf([&] { WritePage(folder_.path() / "none" / "page.html", "new"); }), ExitCode::kUsage);
+}
+
+TEST(PageBlock, WaypointsComeBackToHalfATenMillionth) {
+  std::vector<Eigen::VectorXd> waypoints;
+  for (int w = 0; w < 20; ++w) waypoints.push_back(Eigen::VectorXd::Random(37) * 99.0);
+  const auto back = UnpackWaypoints(PackWaypoints(waypoints));
+  ASSERT_EQ(back.size(), waypoints.size());
+  for (std::size_t w = 0; w < back.size(); ++w) {
+    EXPECT_LT((back[w] - waypoints[w]).cwiseAbs().maxCoeff(), 0.51e-7);
+  }
+  EXPECT_TRUE(PackWaypoints(std::vector<Eigen::VectorXd>{Eigen::VectorXd::Constant(3, 101.0)}).empty());
+  EXPECT_TRUE(PackWaypoints(std::vector<Eigen::VectorXd>{Eigen::VectorXd::Constant(3, std::nan(""))}).empty());
+}
+
+TEST(PageBlock, Base64HasTheVectorsOfItsStandard) {  // RFC 4648, section 10
+  EXPECT_EQ(Base64(""), "");
+  EXPECT_EQ(Base64("f"), "Zg==");
+  EXPECT_EQ(Base64("fo"), "Zm8=");
+  EXPECT_EQ(Base64("foo"), "Zm9v");
+  EXPECT_EQ(Base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(Unzip(Gzip("any bytes")), "any bytes");
+}
+
+}  // namespace
+}  // namespace legopt::client

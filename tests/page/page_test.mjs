@@ -1,0 +1,168 @@
+// The page in a real browser: node --test page_test.mjs, with PAGE, TABLE (of legopt table --format json), VIEW (of a
+// motion), OLD_PAGE and LARGE_PAGE (of make_pages.mjs) and BROWSER. scripts/check-page makes them.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { after, before, test } from 'node:test';
+import { chromium } from 'playwright-core';
+
+const { PAGE, TABLE, VIEW, OLD_PAGE, LARGE_PAGE, BROWSER } = process.env;
+const FLAGS = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
+let browser;
+before(async () => { browser = await chromium.launch({ executablePath: BROWSER, args: FLAGS }); });
+after(() => browser?.close());
+
+/** A page with all that must not happen collected. */
+async function open(file, address = '', options = {}) {
+  const page = await (options.browser ?? browser).newPage({ viewport: { width: 1280, height: 900 }, ...options.page });
+  page.faults = [];
+  page.requests = [];
+  page.on('console', (message) => { if (['error', 'warning'].includes(message.type()) && !/GPU stall|GL Driver/.test(message.text())) page.faults.push(message.text()); });
+  page.on('pageerror', (error) => page.faults.push(String(error)));
+  page.on('request', (request) => { if (!/^(file|blob|data):/.test(request.url())) page.requests.push(request.url()); });
+  if (options.script) await page.addInitScript(options.script);
+  await page.goto(`file://${file}${address}`);
+  await page.waitForFunction(() => window.legopt?.page);
+  return page;
+}
+
+async function closeClean(page) {
+  assert.deepEqual(page.requests, []);
+  assert.deepEqual(page.faults, []);
+  await page.close();
+}
+
+const filled = (page) => page.waitForFunction(() => window.legopt.view?.filled() > 0.05, null, { timeout: 60000 });
+
+test('the table is that of legopt table, cell by cell', async () => {
+  const table = JSON.parse(readFileSync(TABLE, 'utf8'));
+  const page = await open(PAGE);
+  const shown = await page.evaluate(() => window.legopt.page.experiments[0].table);
+  assert.deepEqual(shown, table);
+  const columns = await page.evaluate(() => window.legopt.page.experiments[0].columns.map(({ task, initialization }) => ({ task, initialization })));
+  for (const [c, { task, initialization }] of columns.entries()) {
+    for (const [m, row] of table.rows.entries()) {
+      const cell = row[task][initialization];
+      const text = await page.locator(`table[data-column="${c}"] tr[data-method="${m}"] td.count > a`).textContent();
+      assert.equal(text, `${cell.solved}/${cell.n}`);
+      const cost = await page.locator(`table[data-column="${c}"] tr[data-method="${m}"] td.figure-cell`).first().textContent();
+      if (cell.cost === null) assert.equal(cost, '\u2013');
+      else assert.ok(Math.abs(Number(cost) - cell.cost) <= 0.006 * cell.cost, `${cost} for ${cell.cost}`);
+    }
+  }
+  await closeClean(page);
+});
+
+test('two clicks lead from a failed cell to the pair that collides', async () => {
+  const page = await open(PAGE);
+  await page.getByRole('link', { name: /self collision/ }).first().click();
+  await page.locator('.jobs a.job').first().click();
+  const pair = page.locator('.colliding li[data-fails="literal"]').first();
+  await pair.waitFor();
+  assert.match(await pair.textContent(), /\u2194.*mm deep/);
+  await filled(page);
+  await closeClean(page);
+});
+
+test('link poses are those of the judge', async () => {
+  const page = await open(PAGE);
+  assert.ok((await page.evaluate(() => window.legopt.poseError())) < 1e-6);
+  await closeClean(page);
+});
+
+test('a motion plays, and the canvas shows something else than its background', async () => {
+  const page = await open(VIEW);
+  await filled(page);
+  await page.getByRole('button', { name: 'play' }).click();
+  const slider = page.getByRole('slider', { name: 'waypoint' });
+  const start = await slider.inputValue();
+  await page.waitForFunction((from) => document.querySelector('input[type=range]').value !== from, start);
+  await closeClean(page);
+});
+
+test('every view opens without an error, wide and narrow, light and dark, without a scroll bar of its own', async () => {
+  for (const [width, colorScheme] of [[1280, 'light'], [390, 'light'], [1280, 'dark'], [390, 'dark']]) {
+    const page = await open(PAGE, '', { page: { viewport: { width, height: 900 }, colorScheme } });
+    for (const view of ['table', 'profiles', 'compare', 'map', 'jobs', 'about']) {
+      await page.evaluate((v) => { location.hash = `#v=${v}`; }, view);
+      await page.waitForTimeout(150);
+      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${view} at ${width}`);
+    }
+    await closeClean(page);
+  }
+});
+
+test('the keyboard alone reaches a job', async () => {
+  const page = await open(PAGE);
+  await page.getByRole('link', { name: 'Jobs', exact: true }).focus();
+  await page.keyboard.press('Enter');
+  await page.locator('a.job').first().waitFor();
+  for (let i = 0; i < 60 && !(await page.evaluate(() => document.activeElement?.matches('a.job'))); ++i) await page.keyboard.press('Tab');
+  assert.ok(await page.evaluate(() => document.activeElement.matches('a.job')));
+  await page.keyboard.press('Enter');
+  await page.locator('.job-view').waitFor();
+  await closeClean(page);
+});
+
+test('without WebGL it says so, and the findings are there', async () => {
+  const page = await open(PAGE, '', { script: 'HTMLCanvasElement.prototype.getContext = ((get) => function (kind, ...rest) { return /webgl/.test(kind) ? null : get.call(this, kind, ...rest); })(HTMLCanvasElement.prototype.getContext);' });
+  await page.getByRole('link', { name: /self collision/ }).first().click();
+  await page.locator('.jobs a.job').first().click();
+  await page.getByRole('alert').waitFor();
+  assert.match(await page.getByRole('alert').textContent(), /no WebGL/);
+  assert.ok((await page.locator('.colliding li').count()) > 0);
+  assert.deepEqual(page.requests, []);
+  await page.close();
+});
+
+test('a figure is saved as an SVG that stands alone, and as CSV', async () => {
+  const page = await open(PAGE, '#v=profiles');
+  await page.locator('.drawing svg').first().waitFor();
+  const save = async (name) => {
+    const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name, exact: true }).first().click()]);
+    return readFileSync(await download.path(), 'utf8');
+  };
+  const svg = await save('SVG');
+  assert.match(svg, /xmlns="http:\/\/www.w3.org\/2000\/svg"/);
+  assert.doesNotMatch(svg, /currentColor/);
+  assert.equal(await page.evaluate((text) => new DOMParser().parseFromString(text, 'image/svg+xml').querySelector('parsererror'), svg), null);
+  assert.match(await save('CSV'), /^method,ratio,share\r\n/);
+  await closeClean(page);
+});
+
+test('hiding a method changes no other curve', async () => {
+  const page = await open(PAGE, '#v=profiles');
+  const path = () => page.locator('.drawing').first().locator('g[stroke="#d55e00"] path').first().getAttribute('d');
+  await page.locator('.drawing svg').first().waitFor();
+  const before = await path();
+  await page.locator('.legend button').first().click();
+  await page.waitForFunction(() => !document.querySelector('.drawing g[stroke="#0072b2"]'));
+  assert.equal(await path(), before);
+  await closeClean(page);
+});
+
+test('a page of an older release opens', async () => {
+  const page = await open(OLD_PAGE);
+  assert.equal(await page.evaluate(() => window.legopt.page.format), 1);
+  assert.ok((await page.locator('table.scores').count()) > 0);
+  await closeClean(page);
+});
+
+test('100,000 jobs: scrolling, sorting and finding never block for 200 ms', async () => {
+  const page = await open(LARGE_PAGE, '#v=jobs');
+  await page.locator('a.job').first().waitFor();
+  const longest = await page.evaluate(async () => {
+    let worst = 0;
+    const observer = new PerformanceObserver((list) => { for (const entry of list.getEntries()) worst = Math.max(worst, entry.duration); });
+    observer.observe({ type: 'longtask' });
+    const jobs = document.querySelector('.jobs');
+    for (let i = 0; i < 20; ++i) {
+      jobs.scrollTop = (i * 7919 % 20) / 20 * jobs.scrollHeight;
+      await new Promise((done) => setTimeout(done, 50));
+    }
+    document.querySelectorAll('.jobs thead button')[5].click();
+    await new Promise((done) => setTimeout(done, 1000));
+    return worst;
+  });
+  assert.ok(longest < 200, `${longest} ms`);
+  await closeClean(page);
+});

@@ -1,0 +1,185 @@
+// The data contract, docs/page-data.md: what C++ wrote into this file, and how its blocks are read.
+
+export const FORMAT = 1;
+
+export interface Curve { x: number[]; y: number[] }
+export interface Profile { curves: (Curve | null)[]; problems: number; unsolved: number }
+export interface MethodValues {
+  time_ms: (number | null)[]; cost: (number | null)[]; time_ratio: (number | null)[]; cost_ratio: (number | null)[];
+  share: (number | null)[]; job: (number | null)[];
+}
+export interface ColumnFigures {
+  limit_ms: number; problems: number[]; methods: MethodValues[];
+  profiles: { time: Profile | null; cost: Profile | null };
+  runtimes: (Curve | null)[]; costs: (Curve | null)[];
+}
+export interface Column extends ColumnFigures {
+  task: string; initialization: string; title: string; causes: (Record<string, number> | null)[];
+}
+export interface Method {
+  id: number; name: string; title: string; choice: string; multi_starts: number; sample_size: number;
+  incremental: boolean; collision: string; hash: string; options: unknown;
+}
+export interface Statistics {
+  method_id: number; task: string; initialization: string; n: number; missing: number; runs: number; solved: number;
+  share_lower: number; share_upper: number; time_median_ms: number | null; time_q95_ms: number | null;
+  par10_ms: number | null; ert_ms: number | null; mean_rank: number | null; cost_median: number | null;
+  cost_q95: number | null; common: number; common_time_ms: number | null; common_cost: number | null;
+  reported: number; contended: number; stopped: number;
+}
+export interface TableCell {
+  n: number; finished: number; solved: number; dead: number; failed: number; cancelled: number;
+  clock_stopped: number; cost: number | null; time_s: number | null;
+}
+export interface TableRow { method: string; [task: string]: unknown }
+export interface Ratio { n: number; ratio: number | null; interval: (number | null)[]; wilcoxon_p: number; adjusted_p: number; lower: number; change: string }
+export interface CellComparison {
+  task: string; initialization: string; change: string; pairs: number; both: number; only_a: number; only_b: number;
+  neither: number; missing: number; limit_ms: number; contended_share: number;
+  method_a: { name: string }; method_b: { name: string };
+  success: { share_a: number; share_b: number; difference: number; interval: (number | null)[]; mcnemar_mid_p: number; adjusted_p: number; change: string };
+  time: Ratio; cost: Ratio; par10_a_ms: number; par10_b_ms: number; par10_ratio_interval: (number | null)[];
+  runtimes: string; crossing_ms: number | null;
+  fastest: { problem: number; job_a: number; job_b: number; time_ratio: number }[];
+  slowest: { problem: number; job_a: number; job_b: number; time_ratio: number }[];
+}
+export interface Pair {
+  a: number; b: number; refused?: string;
+  report?: { a: { title: string }; b: { title: string }; dataset: string; change: string; notes: string[]; least_discordant: number; comparisons: CellComparison[] };
+  cells?: ColumnFigures[];
+}
+export interface Jobs {
+  job: number[]; method: number[]; column: number[]; problem: number[]; repetition: number[]; state: string[];
+  status: (string | null)[]; literal: (string | null)[]; strict: (string | null)[]; solid: (string | null)[];
+  cost: (number | null)[]; wall_us: (number | null)[]; cpu_us: (number | null)[]; contended: boolean[];
+  iterations: (number | null)[]; restarts: (number | null)[]; term_evaluations: (number | null)[];
+  failed_waypoint: (number | null)[]; detail: (string | null)[];
+}
+export interface Experiment {
+  place: string; id: number; name: string; state: string; unfinished: number;
+  dataset: { name: string; hash: string; split: string }; rule: 'literal' | 'strict' | 'solid'; seed: number; repetitions: number;
+  submitted_utc: string; origin: string; build_ids: string;
+  table: { rows: TableRow[]; jobs: number; finished: number; origins: Record<string, unknown>[] };
+  statistics: { columns: { task: string; initialization: string; common: number; complete: number; cochran_q: number | null; cochran_p: number | null }[]; rows: Statistics[] };
+  methods: Method[]; columns: Column[]; pairs: Pair[]; jobs: Jobs; dataset_index: number | null;
+}
+export type Pose = [number, number, number, number, number, number, number];
+export interface Joint {
+  name: string; type: string; parent: number; child: number; origin: Pose; axis: [number, number, number]; dof: number;
+  lower: number | null; upper: number | null;
+}
+export interface Dataset {
+  name: string; hash: string;
+  robot: {
+    name: string; dofs: string[];
+    links: { name: string; mass_kg: number; com: [number, number, number]; meshes: number[]; convex: number | null }[];
+    joints: Joint[]; feet: { link: number; lower: number[]; upper: number[] }[];
+  };
+  scene: { objects: { name: string; mesh: number }[]; convex: number | null; lower: number[]; upper: number[] };
+  problems: Record<string, Record<string, { feet: { link: number; target: Pose }[]; polygon: [number, number][] }[]>>;
+  check: { x: number[]; poses: Pose[] };
+  geometry: { block: string; meshes: [number, number, number, number][] };
+}
+export interface Overlap {
+  link: number; other?: number; object?: number; names: [string, string]; depth_m: number | null;
+  literal_m: number | null; inside_m: number; fails: string | null; points?: [number[], number[]];
+}
+export interface Findings {
+  feet: { link: string; error: number; component: string; violated: boolean }[];
+  com: number[]; polygon: [number, number][]; com_m: number | null; com_violated: boolean;
+  limits: { joint: string; unit: string; link: number; value: number; limit: number; excess: number; violated: boolean }[];
+  overlaps: Overlap[]; step_m?: number; step_link?: string;
+}
+export interface Trace {
+  of: number; window: number[]; restart: number[]; accepted: number[]; evaluations: number[]; elapsed_us: number[];
+  cost: (number | null)[]; violation: (number | null)[];
+}
+export interface Solution {
+  experiment: number; job: number; waypoints: number; encoding: 'd32' | 'f64'; offset: number; bytes: number;
+  malformed?: boolean; failed_waypoint?: number; findings?: Findings[];
+  between?: [number, number, Overlap[]][]; trace: Trace | null;
+  x: Float64Array[];
+}
+export interface Page {
+  format: number; kind: 'report' | 'view'; title: string; written_utc: string;
+  legopt: { version: string; build_id: string }; rule: string; notes: string[];
+  experiments?: Experiment[]; across?: Pair[]; datasets: Dataset[]; chunks: [number, number][][];
+  jobs?: Record<string, unknown>[]; problem?: { task: string; id: number };
+}
+
+async function bytesOf(name: string): Promise<ArrayBuffer> {
+  const block = document.getElementById(name);
+  if (!block) throw new Error(`this file has no block '${name}': it was cut off; write it again`);
+  const text = atob(block.textContent ?? '');
+  const packed = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; ++i) packed[i] = text.charCodeAt(i);
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('gzip'));
+  return new Response(stream).arrayBuffer();
+}
+
+export async function readJson<T>(name: string): Promise<T> {
+  return JSON.parse(new TextDecoder().decode(await bytesOf(name))) as T;
+}
+
+export async function readPage(): Promise<Page> {
+  const page = await readJson<Page>('page');
+  if (page.format > FORMAT) throw new Error(`this file has format ${page.format}; its program reads up to ${FORMAT}`);
+  return page;
+}
+
+/** Inverse of PackWaypoints and PackExactly (client/page/page_block.h). */
+export function unpack(bytes: DataView, encoding: 'd32' | 'f64'): Float64Array[] {
+  const count = bytes.getUint32(0, true), size = bytes.getUint32(4, true), values = count * size, head = 8;
+  const rows = Array.from({ length: count }, () => new Float64Array(size));
+  for (let column = 0; column < size; ++column) {
+    let sum = 0;
+    for (let w = 0; w < count; ++w) {
+      if (encoding === 'f64') {
+        rows[w][column] = bytes.getFloat64(head + 8 * (w * size + column), true);
+        continue;
+      }
+      const at = head + column * count + w;
+      sum += bytes.getUint8(at) | (bytes.getUint8(at + values) << 8) | (bytes.getUint8(at + 2 * values) << 16) |
+        (bytes.getUint8(at + 3 * values) << 24);
+      rows[w][column] = sum * 1e-7;
+    }
+  }
+  return rows;
+}
+
+const chunks = new Map<number, Promise<Solution[]>>();
+
+function readChunk(index: number): Promise<Solution[]> {
+  let chunk = chunks.get(index);
+  if (!chunk) {
+    chunk = Promise.all([readJson<Solution[]>(`solutions-${index}`), bytesOf(`motion-${index}`)]).then(([list, bytes]) => {
+      for (const solution of list) {
+        solution.x = unpack(new DataView(bytes, solution.offset, solution.bytes), solution.encoding);
+      }
+      return list;
+    });
+    chunks.set(index, chunk);
+  }
+  return chunk;
+}
+
+/** The solution of a job, or null where this file does not hold it. */
+export async function readSolution(page: Page, experiment: number, job: number): Promise<Solution | null> {
+  const index = page.chunks.findIndex((chunk) => chunk.some(([e, j]) => e === experiment && j === job));
+  if (index < 0) return null;
+  return (await readChunk(index)).find((s) => s.experiment === experiment && s.job === job) ?? null;
+}
+
+export function holdsSolution(page: Page, experiment: number, job: number): boolean {
+  return page.chunks.some((chunk) => chunk.some(([e, j]) => e === experiment && j === job));
+}
+
+export interface Mesh { positions: Float32Array; indices: Uint32Array }
+
+export async function readGeometry(dataset: Dataset): Promise<Mesh[]> {
+  const bytes = await bytesOf(dataset.geometry.block);
+  return dataset.geometry.meshes.map(([vertexOffset, vertices, indexOffset, triangles]) => ({
+    positions: new Float32Array(bytes, vertexOffset, 3 * vertices),
+    indices: new Uint32Array(bytes, indexOffset, 3 * triangles),
+  }));
+}

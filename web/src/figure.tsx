@@ -1,0 +1,70 @@
+// A figure with its caption, and what it shows as SVG and CSV.
+import { useEffect, useRef } from 'preact/hooks';
+import { csv, save } from './text';
+import { ink, paper } from './marks';
+
+type Row = (string | number | null | undefined)[];
+interface Props {
+  name: string; title: string; caption: string;
+  draw: (width: number) => Element;
+  rows: () => Row[];
+  depends: unknown[];
+}
+
+/** The drawing alone, with its colours said and on white, as other programs want it. */
+export function standaloneSvg(holder: Element): string {
+  const svg = holder.querySelector('svg')!.cloneNode(true) as SVGSVGElement;
+  svg.setAttribute('xmlns', 'http://www.w3.org/2000/svg');
+  svg.removeAttribute('class');
+  svg.setAttribute('style', `background:${paper()};color:${ink()};font-family:sans-serif`);
+  const back = document.createElementNS('http://www.w3.org/2000/svg', 'rect');
+  back.setAttribute('width', '100%');
+  back.setAttribute('height', '100%');
+  back.setAttribute('fill', paper());
+  svg.insertBefore(back, svg.firstChild);
+  return new XMLSerializer().serializeToString(svg).replace(/currentColor/g, ink());
+}
+
+export function Figure(props: Props) {
+  const holder = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    const element = holder.current!;
+    let seen = false;
+    const draw = () => {
+      seen = true;
+      const drawn = props.draw(Math.max(280, Math.min(640, element.clientWidth)));
+      element.replaceChildren(drawn);
+    };
+    const observer = new IntersectionObserver((entries) => { if (!seen && entries.some((e) => e.isIntersecting)) draw(); }, { rootMargin: '300px' });
+    observer.observe(element);
+    let width = element.clientWidth;
+    const resized = new ResizeObserver(() => {
+      if (!seen || Math.abs(element.clientWidth - width) < 8) return;
+      width = element.clientWidth;
+      draw();
+    });
+    resized.observe(element);
+    const scheme = matchMedia('(prefers-color-scheme: dark)');
+    const print = () => draw();
+    scheme.addEventListener('change', print);
+    addEventListener('beforeprint', print);
+    return () => {
+      observer.disconnect();
+      resized.disconnect();
+      scheme.removeEventListener('change', print);
+      removeEventListener('beforeprint', print);
+    };
+  }, props.depends);
+  return (
+    <figure class="figure" id={`figure-${props.name}`}>
+      <h3>{props.title}</h3>
+      <div class="drawing" ref={holder} role="img" aria-label={`${props.title}. ${props.caption}`} />
+      <figcaption>{props.caption}
+        <span class="tools">
+          <button onClick={() => save(`${props.name}.svg`, standaloneSvg(holder.current!), 'image/svg+xml')}>SVG</button>
+          <button onClick={() => save(`${props.name}.csv`, csv(props.rows()), 'text/csv')}>CSV</button>
+        </span>
+      </figcaption>
+    </figure>
+  );
+}

@@ -1,0 +1,99 @@
+// Entry: reads the page's data and shows the view that the address names.
+import { render } from 'preact';
+import { useMemo } from 'preact/hooks';
+import css from './page.css';
+import { AboutView } from './about';
+import { CompareView } from './compare';
+import { ProfileView } from './curves';
+import { readPage, type Experiment, type Page } from './data';
+import { JobsView, verdictOf } from './jobs';
+import { MapView } from './map';
+import { checkPoses } from './motion';
+import { go, href, useAddress, type State } from './state';
+import { TableView } from './table';
+import { number, time, words } from './text';
+import { Viewer, type Subject } from './viewer';
+
+const VIEWS: [string, string][] = [['table', 'Table'], ['profiles', 'Profiles'], ['compare', 'Compare'], ['map', 'Problems'], ['jobs', 'Jobs'], ['about', 'Provenance']];
+
+function subjectOf(page: Page, experiment: Experiment, e: number, job: number): Subject | string {
+  const { jobs, rule } = experiment, i = jobs.job.indexOf(job);
+  if (i < 0) return `Experiment ${experiment.id} has no job ${job}.`;
+  if (experiment.dataset_index === null) return 'The dataset was not at hand when this page was written: there is no 3D. Name its folder with --dataset.';
+  const column = experiment.columns[jobs.column[i]], method = experiment.methods[jobs.method[i]];
+  const others = jobs.job.map((_, k) => k).filter((k) => k !== i && jobs.problem[k] === jobs.problem[i] && experiment.columns[jobs.column[k]].task === column.task)
+    .map((k) => ({ job: jobs.job[k], label: `${jobs.job[k]}: ${experiment.methods[jobs.method[k]].choice}, ${words(experiment.columns[jobs.column[k]].initialization)}, ${words(verdictOf(jobs, rule, k))}` }));
+  const facts: [string, string][] = [
+    ['outcome', `${words(verdictOf(jobs, rule, i))} (${rule}); solver: ${words(jobs.status[i] ?? 'none')}`],
+    ['literal / strict / solid', [jobs.literal[i], jobs.strict[i], jobs.solid[i]].map((v) => words(v ?? '\u2013')).join(' / ')],
+    ...(jobs.detail[i] ? [['judge', jobs.detail[i]!] as [string, string]] : []),
+    ['cost, time', `${number(jobs.cost[i])}, ${jobs.wall_us[i] === null ? '\u2013' : time(jobs.wall_us[i]! / 1e3)}${jobs.contended[i] ? ' (contended)' : ''}, ${number(jobs.iterations[i])} iterations, ${number(jobs.restarts[i])} restarts`],
+  ];
+  return { experiment: e, job, dataset: page.datasets[experiment.dataset_index], task: column.task, problem: jobs.problem[i], mark: jobs.method[i], others, facts,
+    title: `Job ${job}: ${method.choice}, ${column.task} ${jobs.problem[i]} from ${words(column.initialization)}` };
+}
+
+function Report({ page, state }: { page: Page; state: State }) {
+  const experiments = page.experiments!, e = Math.min(Number(state.e ?? 0), experiments.length - 1), experiment = experiments[e], v = state.v ?? 'table';
+  const subject = useMemo(() => (v === 'job' ? subjectOf(page, experiment, e, Number(state.job)) : null), [v, e, state.job]);
+  const unfinished = experiments.filter((one) => one.unfinished > 0);
+  return (
+    <>
+      <header>
+        <h1>{page.title} <span class="setting">{experiment.dataset.name}, {experiment.rule} rule</span></h1>
+        <nav aria-label="Views">{VIEWS.map(([key, label]) => <a key={key} href={href({ v: key === 'table' ? undefined : key, job: undefined, ghost: undefined, w: undefined, ...(key === 'jobs' ? { o: undefined, q: undefined, m: undefined, c: undefined } : {}) })} aria-current={v === key ? 'page' : undefined}>{label}</a>)}
+          {v === 'job' && <a aria-current="page" href={location.hash}>Job {state.job}</a>}</nav>
+        {experiments.length > 1 && v !== 'table' && <label class="bar">Experiment: <select value={e} onChange={(x) => go({ e: x.currentTarget.value })}>
+          {experiments.map((one, i) => <option key={i} value={i}>{one.id} {one.name}, {one.place}</option>)}</select></label>}
+      </header>
+      {unfinished.length > 0 && <p class="flagged" role="status">UNFINISHED: {unfinished.map((one) => `experiment ${one.id} has ${one.unfinished} jobs without an end`).join('; ')}. Every figure is of the rest.</p>}
+      <main>
+        {v === 'table' && <TableView experiments={experiments} state={state} />}
+        {v === 'profiles' && <ProfileView experiment={experiment} state={state} />}
+        {v === 'compare' && <CompareView page={page} experiment={experiment} e={e} state={state} />}
+        {v === 'map' && <MapView experiment={experiment} e={e} state={state} />}
+        {v === 'jobs' && <JobsView page={page} experiment={experiment} e={e} state={state} />}
+        {v === 'about' && <AboutView page={page} experiment={experiment} state={state} />}
+        {v === 'job' && (typeof subject === 'string' ? <p class="note">{subject}</p> : subject && <Viewer page={page} subject={subject} state={state} />)}
+      </main>
+      {page.notes.length > 0 && <footer><ul class="notes">{page.notes.map((note) => <li key={note}>{note}</li>)}</ul></footer>}
+    </>
+  );
+}
+
+function viewSubject(page: Page, state: State): Subject {
+  const dataset = page.datasets[0];
+  if (!page.jobs || page.jobs.length === 0) {
+    const { task, id } = page.problem!;
+    return { experiment: 0, job: null, dataset, task, problem: id, mark: 0, others: [], facts: [['dataset', `${dataset.name} (${dataset.hash.slice(0, 12)})`]], title: `${task} problem ${id}` };
+  }
+  const row = page.jobs.find((job) => job.job === Number(state.job)) ?? page.jobs[0], said = (key: string) => (row[key] === null ? '\u2013' : words(String(row[key])));
+  const facts: [string, string][] = [
+    ['verdicts', `${said('literal')} / ${said('strict')} / ${said('solid')} (literal / strict / solid); solver: ${said('status')}`],
+    ...(row.detail ? [['judge', String(row.detail)] as [string, string]] : []),
+    ['cost, time', `${number(row.cost as number | null)}, ${time((row.wall_us as number) / 1e3)}, ${said('iterations')} iterations`],
+    ['experiment', `${row.experiment_id} '${row.experiment}', dataset ${row.dataset} (${String(row.dataset_hash).slice(0, 12)}), seed ${row.seed}, build ${row.build_id}`],
+  ];
+  return { experiment: 0, job: row.job as number, dataset, task: String(row.task), problem: row.problem as number, mark: 0, facts,
+    others: page.jobs.filter((other) => other !== row).map((other) => ({ job: other.job as number, label: `${other.job}: ${other.method}` })),
+    title: `Job ${row.job}: ${row.method}, ${row.task} ${row.problem} from ${words(String(row.initialization))}` };
+}
+
+function App({ page }: { page: Page }) {
+  const state = useAddress();
+  const subject = useMemo(() => (page.kind === 'view' ? viewSubject(page, state) : null), [state.job]);
+  return subject ? <main class="alone"><Viewer page={page} subject={subject} state={state} /></main> : <Report page={page} state={state} />;
+}
+
+const style = document.createElement('style');
+style.textContent = css;
+document.head.append(style);
+const app = document.getElementById('app')!;
+const hooks: Record<string, unknown> = {};
+(window as unknown as { legopt: unknown }).legopt = hooks;
+readPage().then((page) => {
+  hooks.page = page;
+  hooks.poseError = () => Math.max(0, ...page.datasets.map(checkPoses));
+  app.replaceChildren();
+  render(<App page={page} />, app);
+}).catch((error) => { app.textContent = `This page cannot be read: ${error instanceof Error ? error.message : error}`; });

@@ -1,0 +1,246 @@
+// One solution: the 3D view, and beside it what the judge finds, listed.
+import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
+import { dot, line, plot, ruleY } from '@observablehq/plot';
+import { readGeometry, readSolution, type Dataset, type Findings, type Mesh, type Overlap, type Page, type Solution, type Trace } from './data';
+import { Figure } from './figure';
+import { exportMotion } from './gltf';
+import { DASHES, colour, faint, ink } from './marks';
+import { between } from './motion';
+import { View, type Layers } from './scene';
+import { go, href, type State } from './state';
+import { length, number, save, words } from './text';
+
+const SAMPLES = 11;  // ten between two waypoints, as the judge looks
+const RATE = 10;     // waypoints a second at speed 1
+
+export interface Subject {
+  experiment: number; job: number | null; dataset: Dataset; task: string; problem: number; title: string;
+  facts: [string, string][]; others: { job: number; label: string }[]; mark: number;
+}
+
+const geometries = new Map<Dataset, Promise<Mesh[]>>();
+const geometryOf = (dataset: Dataset) => {
+  if (!geometries.has(dataset)) geometries.set(dataset, readGeometry(dataset));
+  return geometries.get(dataset)!;
+};
+
+const RULES = ['literal', 'strict', 'solid'];
+/** Whether a pair is a collision by a rule: each demands what the one before does, and more. */
+const failsBy = (rule: string) => (overlap: Overlap) => overlap.fails !== null && RULES.indexOf(overlap.fails) <= RULES.indexOf(rule);
+
+function overlapText(overlap: Overlap): string {
+  const depth = overlap.depth_m !== null ? `${length(overlap.depth_m)} deep` : `vertex ${length(overlap.inside_m)} inside`;
+  return `${overlap.names[0]} \u2194 ${overlap.names[1]}: ${depth}`;
+}
+
+function FindingList({ findings, overlaps, look, fraction, rule }: { findings: Findings | null; overlaps: Overlap[]; look: (p: number[]) => void; fraction: boolean; rule: string }) {
+  const colliding = overlaps.filter(failsBy(rule)), others = overlaps.filter((o) => o.fails && !failsBy(rule)(o)), tolerated = overlaps.filter((o) => !o.fails);
+  const item = (overlap: Overlap, i: number) => (
+    <li key={i} class={failsBy(rule)(overlap) ? 'bad' : ''} data-fails={overlap.fails ?? ''}>
+      {overlap.points ? <button class="link" onClick={() => look(overlap.points![0])}>{overlapText(overlap)}</button> : overlapText(overlap)}
+      {overlap.fails && <span class="flag">{overlap.fails} rule</span>}</li>);
+  return (
+    <div class="findings" aria-live="polite">
+      <h3>Colliding pairs, {rule} rule ({colliding.length})</h3>
+      {colliding.length === 0 ? <p class="none">none beyond 1 mm</p> : <ul class="colliding">{colliding.map(item)}</ul>}
+      {others.length > 0 && <details><summary>{others.length} more by stricter rules</summary><ul>{others.map(item)}</ul></details>}
+      {tolerated.length > 0 && <details><summary>{tolerated.length} contacts within 1 mm</summary><ul>{tolerated.map(item)}</ul></details>}
+      {fraction && <p class="none">Between waypoints only overlaps are looked at; they are no part of a verdict.</p>}
+      {findings && <>
+        <h3>Feet</h3>
+        <ul>{findings.feet.map((foot) => <li key={foot.link} class={foot.violated ? 'bad' : ''}>{foot.link}: {foot.component.startsWith('rot') ? `${number(foot.error)} (half the angle, rad)` : length(foot.error)} off in {foot.component}</li>)}</ul>
+        <h3>Centre of mass</h3>
+        <p class={findings.com_violated ? 'bad' : ''}>{findings.com_m === null ? 'not to be computed' : findings.com_m > 0 ? `${length(findings.com_m)} outside of the support polygon` : `${length(-findings.com_m)} inside of the support polygon`}</p>
+        <h3>Joints at limits ({findings.limits.length})</h3>
+        {findings.limits.length === 0 ? <p class="none">none</p> : <ul>{findings.limits.map((limit) => <li key={limit.joint} class={limit.violated ? 'bad' : ''}>{limit.joint} = {number(limit.value)} {limit.unit}{limit.excess > 0 ? `, ${number(limit.excess)} beyond ${number(limit.limit)}` : ' at its limit'}</li>)}</ul>}
+        {findings.step_m !== undefined && <p class="none">Longest step from the waypoint before: {length(findings.step_m)} ({findings.step_link})</p>}
+      </>}
+    </div>
+  );
+}
+
+function convergence(traces: { title: string; mark: number; trace: Trace }[], measure: 'cost' | 'violation', over: 'elapsed_us' | 'evaluations', width: number): Element {
+  const scale = over === 'elapsed_us' ? 1e-3 : 1;
+  const positive = traces.flatMap(({ trace }) => trace[measure]).filter((v): v is number => v !== null && v > 0);
+  const floor = Math.min(...positive, 1);
+  const marks = traces.flatMap(({ trace, mark }) => {
+    const rows = trace[measure].map((y, i) => ({ x: Math.max(scale * trace[over][i], scale), y: y === null ? null : Math.max(y, floor), z: `${trace.window[i]}.${trace.restart[i]}`, accepted: trace.accepted[i] }));
+    return [line(rows, { x: 'x', y: 'y', z: 'z', stroke: colour(mark), strokeDasharray: DASHES[mark % DASHES.length], strokeWidth: 1.3 }),
+      dot(rows.filter((r) => r.accepted), { x: 'x', y: 'y', fill: colour(mark), r: 2 })];
+  });
+  return plot({
+    width, height: 220, marginLeft: 52, style: { color: ink(), background: 'transparent', fontSize: '11px' },
+    x: { type: 'log', label: over === 'elapsed_us' ? 'time, ms \u2192' : 'term evaluations \u2192', grid: true, ticks: 5, tickFormat: '~s' },
+    y: { type: 'log', label: `\u2191 ${measure}`, grid: true, ticks: 5, tickFormat: '~g' },
+    marks: [ruleY([floor], { stroke: faint(), strokeOpacity: 0.3 }), ...marks],
+  });
+}
+
+function Convergence({ traces, state }: { traces: { title: string; mark: number; trace: Trace }[]; state: State }) {
+  if (traces.length === 0) return <p class="none">No trace was recorded: the solver took no step, or the release was older.</p>;
+  const over = state.per === 'evaluations' ? 'evaluations' : 'elapsed_us';
+  const rows = (measure: 'cost' | 'violation') => [['method', over, measure, 'window', 'restart', 'accepted'],
+    ...traces.flatMap(({ title, trace }) => trace[measure].map((v, i) => [title, trace[over][i], v, trace.window[i], trace.restart[i], trace.accepted[i]]))];
+  const caption = `${traces.map((t) => `${t.title}: ${t.trace.cost.length} of ${t.trace.of} recorded steps`).join('; ')}; dots were accepted, a line is one restart of one window. The cost is the optimiser's own.`;
+  return (
+    <div>
+      <div class="bar"><label>Over <select value={over} onChange={(e) => go({ per: e.currentTarget.value === 'evaluations' ? 'evaluations' : undefined }, true)}>
+        <option value="elapsed_us">time</option><option value="evaluations">term evaluations</option></select></label></div>
+      <div class="figures">{(['violation', 'cost'] as const).map((measure) => (
+        <Figure key={measure} name={`trace-${measure}`} title={`Convergence: ${measure}`} caption={caption} depends={[traces, over]}
+          draw={(width) => convergence(traces, measure, over, width)} rows={() => rows(measure)} />))}</div>
+    </div>
+  );
+}
+
+/** The sample nearest to a place of the slider, in [0, 1). */
+const overlapsAt = (solution: Solution, at: number): Overlap[] => {
+  const w = Math.floor(at + 1e-9), s = at - w;
+  if (s < 1e-6) return solution.findings?.[w]?.overlaps ?? [];
+  return solution.between?.find(([from, share]) => from === w && Math.abs(share - s) < 0.5 / SAMPLES)?.[2] ?? [];
+};
+
+const configuration = (x: Float64Array[], at: number): Float64Array => {
+  const w = Math.min(Math.floor(at + 1e-9), x.length - 1), s = at - w;
+  return s < 1e-6 || w + 1 >= x.length ? x[w] : between(x[w], x[w + 1], s);
+};
+
+export function Viewer({ page, subject, state }: { page: Page; subject: Subject; state: State }) {
+  const canvas = useRef<HTMLCanvasElement>(null), view = useRef<View | null>(null);
+  const [solution, setSolution] = useState<Solution | null | undefined>(undefined);
+  const [ghost, setGhost] = useState<Solution | null>(null);
+  const [problem, setProblem] = useState('');
+  const [at, setAt] = useState(0);
+  const [playing, setPlaying] = useState(false);
+  const [speed, setSpeed] = useState(1);
+  const [ready, setReady] = useState(false);
+  const [layers, setLayers] = useState<Layers>({ convex: false, scene: true, findings: true, steps: true, follow: false });
+  const rule = state.rule ?? page.rule ?? 'literal';
+  const ghostJob = state.ghost === undefined ? null : Number(state.ghost);
+
+  useEffect(() => {
+    setSolution(undefined);
+    setPlaying(false);
+    if (subject.job === null) { setSolution(null); return; }
+    readSolution(page, subject.experiment, subject.job).then((found) => {
+      setSolution(found);
+      setAt(state.w !== undefined ? Number(state.w) : found?.failed_waypoint ?? 0);
+    });
+  }, [subject.experiment, subject.job]);
+  useEffect(() => {
+    setGhost(null);
+    if (ghostJob !== null) readSolution(page, subject.experiment, ghostJob).then(setGhost);
+  }, [subject.experiment, ghostJob]);
+
+  useEffect(() => {
+    let gone = false;
+    setReady(false);
+    geometryOf(subject.dataset).then((meshes) => {
+      if (gone || !canvas.current) return;
+      try {
+        view.current = new View(canvas.current, subject.dataset, meshes);
+      } catch {
+        setProblem('This browser has no WebGL, so that nothing can be drawn in 3D; the findings beside are the same without it.');
+        return;
+      }
+      const fit = () => { const box = canvas.current!.parentElement!; view.current!.resize(box.clientWidth, Math.max(260, Math.min(620, box.clientWidth * 0.75))); };
+      fit();
+      const observer = new ResizeObserver(fit);
+      observer.observe(canvas.current.parentElement!);
+      const scheme = matchMedia('(prefers-color-scheme: dark)'), paint = () => view.current?.paint();
+      scheme.addEventListener('change', paint);
+      (window as unknown as { legopt: Record<string, unknown> }).legopt.view = view.current;
+      setReady(true);
+      const made = view.current;
+      cleanups.push(() => { observer.disconnect(); scheme.removeEventListener('change', paint); made.dispose(); });
+    }).catch((error) => setProblem(String(error)));
+    const cleanups: (() => void)[] = [];
+    return () => { gone = true; cleanups.forEach((f) => f()); view.current = null; };
+  }, [subject.dataset]);
+
+  const x = solution?.x ?? [], last = Math.max(0, x.length - 1), place = Math.min(at, last);
+  const stances = subject.dataset.problems[subject.task]?.[String(subject.problem)] ?? [];
+  const present = x.length > 0 ? Math.min(stances.length - 1, Math.floor(Math.floor(place + 1e-9) * stances.length / x.length)) : 0;
+  const fraction = place - Math.floor(place + 1e-9) > 1e-6;
+  const findings = !fraction ? solution?.findings?.[Math.floor(place + 1e-9)] ?? null : null;
+  const overlaps = useMemo(() => (solution ? overlapsAt(solution, place) : []), [solution, place]);
+
+  useEffect(() => {
+    const shown = view.current;
+    if (!shown || !ready || solution === undefined) return;
+    Object.assign(shown.layers, layers);
+    const now = x.length > 0 ? configuration(x, place) : null;
+    shown.show(now, ghost && ghost.x.length > 0 ? configuration(ghost.x, Math.min(place, ghost.x.length - 1)) : null);
+    shown.drawTargets(stances, present);
+    shown.drawFindings(findings, overlaps, failsBy(rule), now);
+    shown.apply();
+  }, [ready, solution, ghost, place, layers, rule]);
+  useEffect(() => {
+    if (!ready || solution === undefined || !view.current) return;
+    const first = overlaps.find((o) => failsBy(rule)(o) && o.points);
+    if (x.length === 0) view.current.lookAtFeet(stances.flatMap((stance) => stance.feet));
+    else view.current.look();
+    if (first) view.current.look(first.points![0]);
+  }, [ready, solution]);
+  useEffect(() => {
+    if (!playing) return;
+    let frame = 0, before = performance.now();
+    const step = (now: number) => {
+      setAt((a) => { const next = a + (now - before) / 1000 * RATE * speed; before = now; if (next >= last) { setPlaying(false); return last; } return next; });
+      frame = requestAnimationFrame(step);
+    };
+    frame = requestAnimationFrame(step);
+    return () => cancelAnimationFrame(frame);
+  }, [playing, speed, last]);
+
+  const moveTo = (value: number) => { setPlaying(false); setAt(value); go({ w: value === 0 ? undefined : Math.round(value * SAMPLES) / SAMPLES }, true); };
+  const collidingAt = useMemo(() => {
+    const places: number[] = [];
+    solution?.findings?.forEach((f, w) => { if (f.com_violated || f.feet.some((foot) => foot.violated) || f.limits.some((l) => l.violated) || f.overlaps.some(failsBy(rule))) places.push(w); });
+    solution?.between?.forEach(([w, s, list]) => { if (list.some(failsBy(rule))) places.push(w + s); });
+    return places.sort((a, b) => a - b);
+  }, [solution, rule]);
+  const traces = [
+    ...(solution?.trace ? [{ title: subject.title, mark: subject.mark, trace: solution.trace }] : []),
+    ...(ghost?.trace ? [{ title: `job ${ghost.job}`, mark: subject.mark + 1, trace: ghost.trace }] : [])];
+  const toggle = (key: keyof Layers, label: string) => (
+    <label key={key}><input type="checkbox" checked={layers[key]} onChange={() => setLayers({ ...layers, [key]: !layers[key] })} /> {label}</label>);
+
+  return (
+    <div class="job-view">
+      <h2>{subject.title}</h2>
+      <table class="lines facts"><tbody>{subject.facts.map(([name, value]) => <tr key={name}><th scope="row">{name}</th><td>{value}</td></tr>)}</tbody></table>
+      {subject.job !== null && solution === null && <p class="note">This file does not hold the solution of job {subject.job}: left out for size, or it has none. <code>legopt view {subject.job}</code> draws it.</p>}
+      {solution?.malformed && <p class="note">Its waypoints have not the robot's size and cannot be drawn.</p>}
+      {problem && <p class="note" role="alert">{problem}</p>}
+      <div class="stage">
+        <div class="canvas-side">
+          <div class="canvas-box"><canvas ref={canvas} tabIndex={0} aria-label="3D view: drag turns, right drag moves, wheel zooms" style={problem ? { display: 'none' } : {}} /></div>
+          {x.length > 1 && <div class="bar player">
+            <button onClick={() => { if (place >= last) setAt(0); setPlaying(!playing); }} aria-label={playing ? 'pause' : 'play'}>{playing ? '\u275a\u275a' : '\u25b6'}</button>
+            <input type="range" aria-label="waypoint" min={0} max={last} step={solution?.between ? 1 / SAMPLES : 1} value={place} onInput={(e) => moveTo(Number(e.currentTarget.value))} />
+            <output>waypoint {String(Math.round(place * 100) / 100)} of {last}</output>
+            <label>speed <select value={speed} onChange={(e) => setSpeed(Number(e.currentTarget.value))}>{[0.25, 0.5, 1, 2, 5].map((s) => <option key={s} value={s}>{s}</option>)}</select></label>
+          </div>}
+          <div class="bar">
+            {solution?.failed_waypoint !== undefined && x.length > 1 && <button onClick={() => moveTo(solution.failed_waypoint!)}>failed waypoint {solution.failed_waypoint}</button>}
+            {x.length > 1 && collidingAt.length > 0 && <button onClick={() => moveTo(collidingAt.find((p) => p > place + 1e-3) ?? collidingAt[0])}>next of {collidingAt.length} violations</button>}
+            <button onClick={() => view.current?.look()}>whole robot</button>
+            {x.length > 0 && <button onClick={() => geometryOf(subject.dataset).then((m) => exportMotion(subject.dataset, m, x)).then((glb) => save(`job-${subject.job}.glb`, glb, 'model/gltf-binary'))}>glTF</button>}
+            <label>Rule <select value={rule} onChange={(e) => go({ rule: e.currentTarget.value }, true)}>{RULES.map((r) => <option key={r}>{r}</option>)}</select></label>
+            {toggle('convex', "solver's convex pieces")}{toggle('scene', 'scene')}{toggle('findings', 'findings')}{toggle('steps', 'footholds')}{toggle('follow', 'follow')}
+          </div>
+          {subject.others.length > 0 && <div class="bar"><label>Ghost: <select value={ghostJob ?? ''} onChange={(e) => go({ ghost: e.currentTarget.value || undefined }, true)}>
+            <option value="">none</option>{subject.others.map((o) => <option key={o.job} value={o.job}>{o.label}</option>)}</select></label>
+            {ghostJob !== null && <a href={href({ job: ghostJob, ghost: subject.job ?? undefined, w: undefined })}>swap</a>}</div>}
+          <p class="caption">What is drawn is what the judge uses: exact meshes. Orange and yellow: a colliding pair with its witness points; green: footholds and centre of mass, blue: support polygon; light blue balls: joints at limits. {words(subject.dataset.name)}, metres.</p>
+        </div>
+        {solution && (solution.findings || solution.between
+          ? <FindingList findings={findings} overlaps={overlaps} fraction={fraction} rule={rule} look={(p) => view.current?.look(p)} />
+          : <p class="none">Solved: no violation by the rule. <code>legopt view {subject.job}</code> lists each waypoint.</p>)}
+      </div>
+      {subject.job !== null && <Convergence traces={traces} state={state} />}
+    </div>
+  );
+}
+
