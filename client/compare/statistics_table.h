@@ -83,8 +83,8 @@ std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat form
 /// The performance profiles as steps, for plotting: on which share of the problems a method took at most `ratio` times
 /// what the best of the table took there. A row for each step of each method, task and start, in ascending order; every
 /// curve begins at ratio 1, with share 0 where the method is the best nowhere. Columns: experiment_id, method_id,
-/// method, multi_starts, sample_size, incremental, collision, task, initialization, problems, ratio, share. Throws
-/// ClientError (kUsage) for LaTeX.
+/// method, multi_starts, inner_starts, sample_size, incremental, collision, task, initialization, problems, ratio,
+/// share. Throws ClientError (kUsage) for LaTeX.
 std::string RenderProfiles(const StatisticsTable& table, TableFormat format, const TextLayout& layout = {});
 
 /// The JSON of that, for who puts it into a larger one.

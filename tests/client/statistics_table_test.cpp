@@ -132,8 +132,8 @@ TEST(StatisticsTable, ProfilesAreStepsFromRatioOne) {
                                    std::tuple("B", 2.0, 0.8), std::tuple("C", 1.0, 0.2), std::tuple("C", 4.0, 0.6),
                                    std::tuple("D", 1.0, 0.0), std::tuple("D", 5.0, 0.2), std::tuple("D", 10.0, 0.8)));
   EXPECT_THAT(RenderProfiles(table, TableFormat::kCsv),
-              testing::StartsWith("experiment_id,method_id,method,multi_starts,sample_size,incremental,collision,task,"
-                                  "initialization,problems,ratio,share\n"));
+              testing::StartsWith("experiment_id,method_id,method,multi_starts,inner_starts,sample_size,incremental,"
+                                  "collision,task,initialization,problems,ratio,share\n"));
   EXPECT_THROW(RenderProfiles(table, TableFormat::kLatex), ClientError);
 }
 

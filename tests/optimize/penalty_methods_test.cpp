@@ -463,7 +463,7 @@ TEST_F(Projection, TangentsLeaveTheConstraintsInSecondOrderOnly) {
   WaypointMetric metric;
   metric.Reset(3, 3, 10.0, Differences::kVelocities, true);
   projection_.Linearize(program_, x_, lower_, upper_, metric);
-  VectorXd v = VectorXd::LinSpaced(9, -1.0, 1.0);
+  VectorXd v = VectorXd::LinSpaced(9, -10.0, 10.0);
   metric.ApplyInverse(v);
   projection_.MakeTangent(v);
   ASSERT_GT(v.norm(), 0.1);
