@@ -73,7 +73,6 @@ class SolutionWriter {
     Flush();
   }
 
-  const std::vector<std::size_t>& counts() const { return counts_; }  ///< solutions by chunk
   const Json& index() const { return index_; }
   const Per<Task, int>& left_out() const { return left_out_; }
 
@@ -92,7 +91,6 @@ class SolutionWriter {
       Json jobs = Json::array();
       for (const auto& solution : chunk_.json()) jobs.push_back({solution.at("experiment"), solution.at("job")});
       index_.push_back(std::move(jobs));
-      counts_.push_back(chunk_.num_solutions());
     }
     chunk_ = {};
   }
@@ -105,7 +103,6 @@ class SolutionWriter {
   PageFile* file_;
   SolutionChunk chunk_;
   Json index_ = Json::array();
-  std::vector<std::size_t> counts_;
   Per<Task, int> left_out_{};
   std::vector<std::int64_t> lost_;
   bool full_ = false;

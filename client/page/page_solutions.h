@@ -45,7 +45,6 @@ class SolutionChunk {
   void Add(const PageJob& job, const std::vector<Eigen::VectorXd>& waypoints, nlohmann::ordered_json trace,
            FindingLister* lister, FindingDepth depth);
   bool empty() const { return solutions_.empty(); }
-  std::size_t num_solutions() const { return solutions_.size(); }     ///< so far
   std::size_t weight() const { return bytes_.size() + text_bytes_; }  ///< bytes before compression, about
   const std::string& bytes() const { return bytes_; }                 ///< waypoints of all
   const nlohmann::ordered_json& json() const { return solutions_; }   ///< "solutions" of docs/page-data.md

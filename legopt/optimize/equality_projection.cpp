@@ -154,8 +154,8 @@ void EqualityProjection::SolveStep(int rows) {
   multipliers = residuals_.head(rows);
   gram.triangularView<Eigen::Lower>().solveInPlace(multipliers);
   gram.transpose().triangularView<Eigen::Upper>().solveInPlace(multipliers);
-  step_.noalias() = -(jacobian.transpose() * multipliers);
-  step_.array() *= free_.array();
+  step_.noalias() = jacobian.transpose() * multipliers;  // negated here, it would need a temporary
+  step_.array() *= -free_.array();
 }
 
 }  // namespace legopt

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "tests/optimize/analytic_program.h"
 
 namespace legopt {
@@ -11,9 +13,10 @@ namespace {
 constexpr int kVariables = 10;
 
 /// Pulls coordinate i to (i + 1) / 5; the bounds are 1 on both sides, so that the last five are at one.
-AnalyticProgram PulledBeyondItsBounds() {
-  AnalyticProgram program(Eigen::VectorXd::Constant(kVariables, -1.0), Eigen::VectorXd::Constant(kVariables, 1.0));
-  program.Add(TermKind::kCost, [](const Eigen::VectorXd& x) {
+std::unique_ptr<AnalyticProgram> PulledBeyondItsBounds() {
+  auto program = std::make_unique<AnalyticProgram>(Eigen::VectorXd::Constant(kVariables, -1.0),
+                                                   Eigen::VectorXd::Constant(kVariables, 1.0));
+  program->Add(TermKind::kCost, [](const Eigen::VectorXd& x) {
     return Eigen::VectorXd(x - Eigen::VectorXd::LinSpaced(kVariables, 0.2, 2.0));
   });
   return program;
@@ -28,11 +31,11 @@ SolverResult SolveByCmaEs(Program& program, Eigen::VectorXd& x, unsigned seed) {
 }
 
 TEST(CmaEsSolver, EndsAtTheBoundsThatItIsPulledBeyond) {
-  AnalyticProgram program = PulledBeyondItsBounds();
+  const auto program = PulledBeyondItsBounds();
   const Eigen::VectorXd optimum = Eigen::VectorXd::LinSpaced(kVariables, 0.2, 2.0).cwiseMin(1.0);
   for (unsigned seed = 1; seed <= 5; ++seed) {
     Eigen::VectorXd x = Eigen::VectorXd::Constant(kVariables, -0.9);
-    EXPECT_TRUE(SolveByCmaEs(program, x, seed).feasible);
+    EXPECT_TRUE(SolveByCmaEs(*program, x, seed).feasible);
     EXPECT_LT((x - optimum).cwiseAbs().maxCoeff(), 1e-3) << x.transpose();
   }
 }
