@@ -126,6 +126,7 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddCompareCommand(program, invocation);
   AddReportCommand(program, invocation);
   AddViewCommand(program, invocation);
+  AddServeCommand(program, invocation);
   AddReplayCommand(program, invocation);
   AddQueryCommand(program, invocation);
   AddEvaluateCommand(program, invocation);

@@ -33,6 +33,7 @@ void AddCompareCommand(const programs::Command& program, Invocation* invocation)
 void AddReplayCommand(const programs::Command& program, Invocation* invocation);
 void AddReportCommand(const programs::Command& program, Invocation* invocation);
 void AddViewCommand(const programs::Command& program, Invocation* invocation);
+void AddServeCommand(const programs::Command& program, Invocation* invocation);
 void AddLogsCommand(const programs::Command& program, Invocation* invocation);
 void AddQueryCommand(const programs::Command& program, Invocation* invocation);
 void AddEvaluateCommand(const programs::Command& program, Invocation* invocation);

@@ -10,7 +10,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/page/page_file.h"
-#include "client/page/page_report.h"
+#include "client/page/page_view.h"
 #include "client/suite/chosen_files.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"

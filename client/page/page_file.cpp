@@ -31,6 +31,16 @@ std::string Escaped(const std::string& text) {
   return escaped;
 }
 
+// `policy`: empty where a server sends it.
+std::string Head(const std::string& attributes, const std::string& policy, const std::string& title) {
+  std::string head = "<!doctype html>\n<html lang=\"en\"" + attributes + "><head><meta charset=\"utf-8\">\n";
+  if (!policy.empty()) head += "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
+  return head +
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+         "<meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
+         Escaped(title) + "</title></head>\n";
+}
+
 void WriteInto(const std::filesystem::path& where, const std::string& text, const std::filesystem::path& asked) {
   std::ofstream stream(where, std::ios::binary);
   stream << text;
@@ -43,13 +53,7 @@ void WriteInto(const std::filesystem::path& where, const std::string& text, cons
 
 }  // namespace
 
-PageFile::PageFile(const std::string& title)
-    : head_(std::string("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-                        "<meta http-equiv=\"Content-Security-Policy\" content=\"") +
-            kPolicy +
-            "\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-            "<meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
-            Escaped(title) + "</title></head>\n") {}
+PageFile::PageFile(const std::string& title) : head_(Head("", kPolicy, title)) {}
 
 void PageFile::AddBlock(const std::string& name, const std::string& bytes) {
   blocks_ += "<script type=\"application/octet-stream\" id=\"" + name + "\">" + Base64(Gzip(bytes)) + "</script>\n";
@@ -57,6 +61,10 @@ void PageFile::AddBlock(const std::string& name, const std::string& bytes) {
 
 void PageFile::AddJson(const std::string& name, const nlohmann::ordered_json& json) {
   AddBlock(name, json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+std::string LivePageText() {
+  return Head(" data-live=\"\"", "", "legopt") + kBody + "<script src=\"page.js\"></script></body></html>\n";
 }
 
 std::size_t PageFile::size() const { return head_.size() + blocks_.size() + PageProgram().size(); }

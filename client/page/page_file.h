@@ -10,6 +10,9 @@ namespace legopt::client {
 /// The page's program, styles included: web/dist/page.js.
 std::string_view PageProgram();
 
+/// The HTML of a page whose program and blocks come from a server (`legopt serve`).
+std::string LivePageText();
+
 /// One HTML file that needs nothing else: blocks, then the program. Its content policy allows no request.
 class PageFile {
  public:

@@ -1,4 +1,4 @@
-// The data contract, docs/page-data.md: what C++ wrote into this file, and how its blocks are read.
+// The data contract, docs/page-data.md: what C++ wrote into this file, or sends, and how its blocks are read.
 
 export const FORMAT = 1;
 
@@ -107,7 +107,21 @@ export interface Page {
   jobs?: Record<string, unknown>[]; problem?: { task: string; id: number };
 }
 
+/** Whether a server sends the blocks, instead of this file holding them (legopt serve). */
+export const isLive = document.documentElement.dataset.live !== undefined;
+
+/** The server has no such block. */
+class Missing extends Error {}
+
+async function sentBytesOf(name: string): Promise<ArrayBuffer> {
+  const answer = await fetch(`blocks/${name}${location.search}`);
+  if (answer.status === 404) throw new Missing(await answer.text());
+  if (!answer.ok || !answer.body) throw new Error(`the server answered ${answer.status}: ${await answer.text()}`);
+  return new Response(answer.body.pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
+}
+
 async function bytesOf(name: string): Promise<ArrayBuffer> {
+  if (isLive) return sentBytesOf(name);
   const block = document.getElementById(name);
   if (!block) throw new Error(`this file has no block '${name}': it was cut off; write it again`);
   const text = atob(block.textContent ?? '');
@@ -147,7 +161,7 @@ export function unpack(bytes: DataView, encoding: 'd32' | 'f64'): Float64Array[]
   return rows;
 }
 
-const chunks = new Map<number, Promise<Solution[]>>();
+const chunks = new Map<number, Promise<Solution[]>>();  // by index; of a server by job
 
 function readChunk(index: number): Promise<Solution[]> {
   let chunk = chunks.get(index);
@@ -165,12 +179,17 @@ function readChunk(index: number): Promise<Solution[]> {
 
 /** The solution of a job, or null where this file does not hold it. */
 export async function readSolution(page: Page, experiment: number, job: number): Promise<Solution | null> {
+  if (isLive) {
+    const sent = await readChunk(job).catch((error) => { chunks.delete(job); if (error instanceof Missing) return []; throw error; });
+    return sent.length > 0 ? { ...sent[0], experiment } : null;
+  }
   const index = page.chunks.findIndex((chunk) => chunk.some(([e, j]) => e === experiment && j === job));
   if (index < 0) return null;
   return (await readChunk(index)).find((s) => s.experiment === experiment && s.job === job) ?? null;
 }
 
 export function holdsSolution(page: Page, experiment: number, job: number): boolean {
+  if (isLive) return true;  // of any job that has one
   return page.chunks.some((chunk) => chunk.some(([e, j]) => e === experiment && j === job));
 }
 

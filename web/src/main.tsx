@@ -5,8 +5,9 @@ import css from './page.css';
 import { AboutView } from './about';
 import { CompareView } from './compare';
 import { ProfileView } from './curves';
-import { readPage, type Experiment, type Page } from './data';
+import { isLive, readPage, type Experiment, type Page } from './data';
 import { JobsView, verdictOf } from './jobs';
+import { LiveLine, LiveView, useLive } from './live';
 import { MapView } from './map';
 import { checkPoses } from './motion';
 import { go, href, useAddress, type State } from './state';
@@ -14,7 +15,7 @@ import { TableView } from './table';
 import { number, time, words } from './text';
 import { Viewer, type Subject } from './viewer';
 
-const VIEWS: [string, string][] = [['table', 'Table'], ['profiles', 'Profiles'], ['compare', 'Compare'], ['map', 'Problems'], ['jobs', 'Jobs'], ['about', 'Provenance']];
+const VIEWS: [string, string][] = [['table', 'Table'], ['profiles', 'Profiles'], ['compare', 'Compare'], ['map', 'Problems'], ['jobs', 'Jobs'], ['about', 'Provenance'], ...(isLive ? [['live', 'Live'] as [string, string]] : [])];
 
 function subjectOf(page: Page, experiment: Experiment, e: number, job: number): Subject | string {
   const { jobs, rule } = experiment, i = jobs.job.indexOf(job);
@@ -33,9 +34,10 @@ function subjectOf(page: Page, experiment: Experiment, e: number, job: number): 
     title: `Job ${job}: ${method.choice}, ${column.task} ${jobs.problem[i]} from ${words(column.initialization)}` };
 }
 
-function Report({ page, state }: { page: Page; state: State }) {
+function Report({ page: first, state }: { page: Page; state: State }) {
+  const { page, live, lost } = useLive(first);
   const experiments = page.experiments!, e = Math.min(Number(state.e ?? 0), experiments.length - 1), experiment = experiments[e], v = state.v ?? 'table';
-  const subject = useMemo(() => (v === 'job' ? subjectOf(page, experiment, e, Number(state.job)) : null), [v, e, state.job]);
+  const subject = useMemo(() => (v === 'job' ? subjectOf(page, experiment, e, Number(state.job)) : null), [v, e, state.job, v === 'job' && experiment.jobs.state[experiment.jobs.job.indexOf(Number(state.job))]]);
   const unfinished = experiments.filter((one) => one.unfinished > 0);
   return (
     <>
@@ -45,6 +47,7 @@ function Report({ page, state }: { page: Page; state: State }) {
           {v === 'job' && <a aria-current="page" href={location.hash}>Job {state.job}</a>}</nav>
         {experiments.length > 1 && v !== 'table' && <label class="bar">Experiment: <select value={e} onChange={(x) => go({ e: x.currentTarget.value })}>
           {experiments.map((one, i) => <option key={i} value={i}>{one.id} {one.name}, {one.place}</option>)}</select></label>}
+        <LiveLine live={live} lost={lost} page={page} />
       </header>
       {unfinished.length > 0 && <p class="flagged" role="status">UNFINISHED: {unfinished.map((one) => `experiment ${one.id} has ${one.unfinished} jobs without an end`).join('; ')}. Every figure is of the rest.</p>}
       <main>
@@ -54,6 +57,7 @@ function Report({ page, state }: { page: Page; state: State }) {
         {v === 'map' && <MapView experiment={experiment} e={e} state={state} />}
         {v === 'jobs' && <JobsView page={page} experiment={experiment} e={e} state={state} />}
         {v === 'about' && <AboutView page={page} experiment={experiment} state={state} />}
+        {v === 'live' && <LiveView live={live} page={page} />}
         {v === 'job' && (typeof subject === 'string' ? <p class="note">{subject}</p> : subject && <Viewer page={page} subject={subject} state={state} />)}
       </main>
       {page.notes.length > 0 && <footer><ul class="notes">{page.notes.map((note) => <li key={note}>{note}</li>)}</ul></footer>}

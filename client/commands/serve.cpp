@@ -1,0 +1,149 @@
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <thread>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/serve/http_server.h"
+#include "client/serve/live_blocks.h"
+#include "client/serve/live_state.h"
+#include "client/service/interrupt.h"
+#include "client/suite/chosen_files.h"
+#include "programs/checks.h"
+#include "programs/command_line.h"
+#include "programs/isolated_call.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr int kDefaultPort = 8711;
+constexpr int kLargestPort = 65535;
+constexpr char kState[] = "/state";
+
+struct ServeOptions {
+  std::vector<std::string> experiments, datasets;
+  std::string address = "127.0.0.1";
+  int port = kDefaultPort;
+  std::vector<std::string> hosts;
+  Rule rule = Rule::kLiteral;
+  SourceOptions source;
+  programs::BuildFacts build;
+};
+
+FigureRequest FiguresOf(const ServeOptions& options) {
+  FigureRequest request;
+  request.rule = options.rule;
+  request.build = options.build;
+  for (const std::string& experiment : options.experiments) {
+    request.sources.push_back({options.source, std::stoll(experiment)});
+  }
+  if (request.sources.empty()) request.sources.push_back({options.source, std::nullopt});
+  std::vector<std::optional<std::string>> folders(options.datasets.begin(), options.datasets.end());
+  if (folders.empty()) folders.emplace_back();
+  for (const auto& folder : folders) {
+    request.datasets.push_back(Dataset::Load(ChooseDatasetFolder(folder, nullptr), CallIsolated));
+  }
+  return request;
+}
+
+HttpReply StateReply(const LiveState& state) {
+  HttpReply reply;
+  reply.type = "application/json";
+  reply.body = state.text();
+  return reply;
+}
+
+// Looks for news while somebody watches, at most a twentieth of the time; a request counts as somebody for a while.
+class Watching {
+ public:
+  Watching(LiveState* state, HttpServer* server) : state_(state), server_(server) {}
+
+  void Step() {
+    using namespace std::chrono_literals;
+    const auto now = Clock::now();
+    if (server_->requests() != requests_) {
+      requests_ = server_->requests();
+      last_request_ = now;
+    }
+    const bool watched = server_->streams() > 0 || now - last_request_ < 10s;
+    if (watched && now >= next_read_) {
+      const double now_s = std::chrono::duration<double>(now.time_since_epoch()).count();
+      if (state_->Read(now_s)) server_->Publish(state_->version(), *state_->text());
+      const auto took = Clock::now() - now;
+      next_read_ = now + std::max<Clock::duration>(1s, 20 * took);
+    }
+    if (now >= next_beat_) {
+      server_->Beat();
+      next_beat_ = now + 15s;
+    }
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  LiveState* state_;
+  HttpServer* server_;
+  std::uint64_t requests_ = 0;
+  Clock::time_point last_request_{}, next_read_{}, next_beat_{};
+};
+
+ExitCode Serve(const ServeOptions& options) {
+  using namespace std::chrono_literals;
+  const InterruptGuard guard;
+  LiveState state(options.source, options.rule);
+  state.Read(0);
+  LiveBlocks blocks(FiguresOf(options));
+  HttpOptions http;
+  http.address = options.address;
+  http.port = static_cast<std::uint16_t>(options.port);
+  http.hosts = options.hosts;
+  HttpServer server(
+      http,
+      [&](const HttpRequest& request) {
+        return request.path == kState ? std::optional(StateReply(state)) : blocks.AtHand(request);
+      },
+      [&](const HttpRequest& request) { return blocks.Make(request); });
+  server.Publish(state.version(), *state.text());
+  std::cout << server.url() << std::endl;
+  std::cerr << "legopt: serves " << (options.source.db ? programs::Printable(*options.source.db) : "the server")
+            << " until interrupted (Ctrl-C)\n";
+  Watching watching(&state, &server);
+  while (!Interrupted()) {
+    watching.Step();
+    std::this_thread::sleep_for(100ms);
+  }
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddServeCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("serve", "Serve the page of 'legopt report', live, to browsers");
+  const auto options = std::make_shared<ServeOptions>();
+  command.AddOption("EXPERIMENT", options->experiments, "Shown first, beside each other (default: the newest)")
+      .Check(programs::WholeNumber(1));
+  command
+      .AddOption("--http-port", options->port, "TCP port (default " + std::to_string(kDefaultPort) + "; 0: a free one)")
+      .Check(programs::WholeNumber(0, kLargestPort));
+  command.AddOption("--http-address", options->address,
+                    "Listen there (default 127.0.0.1: this machine alone). Whoever can reach it can read all results");
+  command
+      .AddOption("--http-host", options->hosts,
+                 "Host names under which browsers may ask, with commas between them, beside the address and localhost")
+      .CommaSeparated();
+  command
+      .AddOption("--dataset", options->datasets,
+                 "Dataset folders, with commas between them, for the 3D view (default: the embedded one)")
+      .CommaSeparated();
+  AddRuleOption(command, &options->rule);
+  AddSourceOptions(command, &options->source);
+  command.SetFooter("Prints its address, and ends with 0 when it is interrupted. How to read the page: docs/page.md");
+  command.WhenChosen([=] {
+    options->build = invocation->build;
+    invocation->body = [options] { return Serve(*options); };
+  });
+}
+
+}  // namespace legopt::client

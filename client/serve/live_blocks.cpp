@@ -1,0 +1,194 @@
+#include "client/serve/live_blocks.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "client/client_error.h"
+#include "client/page/page_block.h"
+#include "client/page/page_file.h"
+#include "client/page/page_view.h"
+
+namespace legopt::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+constexpr unsigned kNotFound = 404, kBadRequest = 400;
+constexpr std::size_t kMostKeptBytes = 64U << 20U;
+constexpr std::size_t kMostExperiments = 8;
+constexpr std::size_t kMostFigures = 8;                     // sets of experiments at hand
+constexpr std::chrono::seconds kShortestInterval{5};        // between two computations of the same figures
+constexpr int kIntervalPerWork = 10;                        // and of the time that one takes
+constexpr char kBlocks[] = "/blocks/", kMotion[] = "motion-", kSolutions[] = "solutions-";
+
+std::optional<std::int64_t> NumberOf(std::string_view text) {
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || number < 1) return std::nullopt;
+  return number;
+}
+
+HttpReply Static(const std::string& type, std::string text, std::string etag) {
+  HttpReply reply;
+  reply.type = type;
+  reply.body = std::make_shared<const std::string>(std::move(text));
+  reply.etag = std::move(etag);
+  return reply;
+}
+
+// Jobs that have their end: figures change with it.
+std::string ProgressOf(ResultSource& source, const std::vector<PageSource>& shown) {
+  std::string where;
+  for (const PageSource& one : shown) {
+    if (one.experiment) where += (where.empty() ? " WHERE experiment_id IN (" : ", ") + std::to_string(*one.experiment);
+  }
+  if (!where.empty()) where += ")";
+  const Listing row = source.Query(
+      "SELECT coalesce(group_concat(experiment_id || ':' || state || ':' || (jobs - queued - leased)), '') AS progress "
+      "FROM (SELECT * FROM experiment_list" +
+      where + " ORDER BY experiment_id DESC" + (where.empty() ? " LIMIT 1" : "") + ")");
+  return row.Text(0, "progress");
+}
+
+// All that an experiment asks for, solved or not.
+ProblemIds ProblemsOf(ResultSource& source, std::int64_t experiment) {
+  const Listing rows = source.Query(
+      "SELECT DISTINCT c.task, p.problem_id AS problem FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN problems AS "
+      "p USING (problem_key) WHERE c.experiment_id = " +
+      std::to_string(experiment));
+  ProblemIds problems;
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    problems[rows.WordAt<Task>(i, "task")].insert(rows.At(i, "problem").get<int>());
+  }
+  return problems;
+}
+
+}  // namespace
+
+LiveBlocks::LiveBlocks(FigureRequest request)
+    : request_(std::move(request)),
+      start_(std::to_string(std::chrono::system_clock::now().time_since_epoch().count())),
+      source_(OpenResults(request_.sources.front().source)) {}
+
+std::optional<HttpReply> LiveBlocks::AtHand(const HttpRequest& request) {
+  if (request.path == "/") return Static("text/html; charset=utf-8", LivePageText(), start_);
+  if (request.path == "/page.js") {
+    return Static("text/javascript; charset=utf-8", std::string(PageProgram()), start_);
+  }
+  if (!request.path.starts_with(kBlocks)) return TextReply(kNotFound, "there is nothing of this name");
+  const std::lock_guard lock(kept_mutex_);
+  const auto kept = kept_.find(request.path.substr(sizeof(kBlocks) - 1));
+  if (kept == kept_.end()) return std::nullopt;
+  return kept->second;
+}
+
+HttpReply LiveBlocks::Make(const HttpRequest& request) {
+  const std::string block = request.path.substr(std::min(sizeof(kBlocks) - 1, request.path.size()));
+  try {
+    if (block == "page") return MakeFigures(request.experiment);
+    for (const std::string prefix : {kMotion, kSolutions}) {
+      if (!block.starts_with(prefix)) continue;
+      if (const auto job = NumberOf(std::string_view(block).substr(prefix.size()))) return MakeSolution(block, *job);
+    }
+  } catch (const ClientError& error) {
+    if (error.code() == ExitCode::kUsage) return TextReply(kNotFound, error.what());
+    throw;
+  }
+  // Geometry is made with the figures: a page asks for it afterwards.
+  return TextReply(kNotFound, "there is no block '" + block + "'");
+}
+
+std::vector<PageSource> LiveBlocks::SourcesOf(const std::string& experiments) const {
+  if (experiments.empty()) return request_.sources;
+  std::vector<PageSource> sources;
+  for (std::size_t begin = 0; begin <= experiments.size();) {
+    const std::size_t end = std::min(experiments.find(',', begin), experiments.size());
+    const auto id = NumberOf(std::string_view(experiments).substr(begin, end - begin));
+    if (!id) return {};
+    sources.push_back({request_.sources.front().source, *id});
+    begin = end + 1;
+  }
+  if (sources.size() > kMostExperiments) return {};
+  return sources;
+}
+
+HttpReply LiveBlocks::MakeFigures(const std::string& experiments) {
+  FigureRequest request = request_;
+  request.sources = SourcesOf(experiments);
+  if (request.sources.empty()) {
+    return TextReply(kBadRequest, "experiment: at most " + std::to_string(kMostExperiments) +
+                                      " numbers of experiments with commas between them");
+  }
+  const std::lock_guard lock(figures_mutex_);
+  const auto progress_source = OpenResults(request.sources.front().source);
+  const std::string progress = ProgressOf(*progress_source, request.sources);
+  const auto begin = Clock::now();
+  if (const auto made = figures_.find(experiments); made != figures_.end()) {
+    const Figures& known = made->second;
+    const auto interval = std::max<Clock::duration>(kShortestInterval, kIntervalPerWork * known.took);
+    if (known.progress == progress || begin - known.made < interval) return known.reply;
+  }
+  PageFigures figures = ReadFigures(request);
+  std::vector<ProblemIds> problems;
+  for (std::size_t i = 0; i < figures.experiments.size(); ++i) {
+    problems.push_back(ProblemsOf(*figures.sources[i], figures.experiments[i].experiment.info.id));
+  }
+  for (const PageGeometry& geometry : AddDatasets(problems, &figures)) Keep(geometry.block, geometry.bytes);
+  figures.root["chunks"] = Json::array();
+  figures.root["notes"] = figures.notes;
+  Figures made;
+  made.reply = BlockReply(figures.root.dump(-1, ' ', false, Json::error_handler_t::replace));
+  made.progress = progress;
+  made.made = Clock::now();
+  made.took = made.made - begin;
+  if (figures_.size() >= kMostFigures) figures_.erase(figures_.begin());
+  return figures_.insert_or_assign(experiments, std::move(made)).first->second.reply;
+}
+
+HttpReply LiveBlocks::MakeSolution(const std::string& block, std::int64_t job) {
+  const std::lock_guard lock(solutions_mutex_);
+  if (const auto known = AtHand({kBlocks + block, ""})) return *known;  // the same page asks for both blocks at once
+  const ViewedJob viewed = ReadViewedJob(*source_, job);
+  auto& lister = listers_[viewed.dataset_hash];
+  for (const auto& dataset : request_.datasets) {
+    if (!lister && dataset->content_hash() == viewed.dataset_hash) lister = std::make_unique<FindingLister>(dataset);
+  }
+  if (!lister) return TextReply(kNotFound, "the dataset of job " + std::to_string(job) + " is not at hand");
+  SolutionChunk chunk;
+  chunk.Add(viewed.job, ReadWaypointsOf(*source_, job), TraceJson(*source_, job), lister.get(), FindingDepth::kBetween);
+  const HttpReply motion = Keep(kMotion + std::to_string(job), chunk.bytes());
+  const HttpReply solutions = Keep(kSolutions + std::to_string(job),
+                                   chunk.json().dump(-1, ' ', false, Json::error_handler_t::replace));
+  return block.starts_with(kMotion) ? motion : solutions;
+}
+
+HttpReply LiveBlocks::BlockReply(const std::string& bytes) {
+  std::string etag = start_ + "-";
+  {
+    const std::lock_guard lock(kept_mutex_);
+    etag += std::to_string(++serial_);
+  }
+  return Static("application/octet-stream", Gzip(bytes), etag);
+}
+
+HttpReply LiveBlocks::Keep(const std::string& name, const std::string& bytes) {
+  HttpReply reply = BlockReply(bytes);
+  const std::lock_guard lock(kept_mutex_);
+  if (const auto known = kept_.find(name); known != kept_.end()) {
+    kept_bytes_ -= known->second.body->size();
+    order_.remove(name);
+  }
+  kept_bytes_ += reply.body->size();
+  order_.push_back(name);
+  kept_[name] = reply;
+  while (kept_bytes_ > kMostKeptBytes && order_.size() > 1) {
+    const auto oldest = kept_.find(order_.front());
+    kept_bytes_ -= oldest->second.body->size();
+    kept_.erase(oldest);
+    order_.pop_front();
+  }
+  return reply;
+}
+
+}  // namespace legopt::client

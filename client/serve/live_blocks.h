@@ -1,0 +1,62 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/page/page_figures.h"
+#include "client/serve/http_server.h"
+#include "legopt/evaluate/findings.h"
+
+namespace legopt::client {
+
+/// The blocks of a page (docs/page-data.md), made when a browser asks for them: figures of experiments, geometry, and
+/// one solution at a time. Thread rule: any threads.
+class LiveBlocks {
+ public:
+  /// `request.sources`: what is shown where a browser names no experiments; all of them of one place.
+  explicit LiveBlocks(FigureRequest request);
+
+  /// The page itself, its program, and blocks that are at hand; empty for what takes time. Never waits for Make.
+  std::optional<HttpReply> AtHand(const HttpRequest& request);
+  /// Makes the block that is asked for; 404 where there is none.
+  HttpReply Make(const HttpRequest& request);
+
+ private:
+  struct Figures {
+    HttpReply reply;
+    std::string progress;  // of the experiments then
+    std::chrono::steady_clock::time_point made;
+    std::chrono::steady_clock::duration took{};
+  };
+
+  HttpReply MakeFigures(const std::string& experiments);
+  HttpReply MakeSolution(const std::string& block, std::int64_t job);
+  std::vector<PageSource> SourcesOf(const std::string& experiments) const;
+  HttpReply Keep(const std::string& name, const std::string& bytes);
+  HttpReply BlockReply(const std::string& bytes);
+
+  FigureRequest request_;
+  std::string start_;  // part of every ETag: another process has other blocks
+
+  std::mutex figures_mutex_;  // held while figures are made
+  std::map<std::string, Figures> figures_;
+
+  std::mutex solutions_mutex_;  // held while a solution is judged
+  std::unique_ptr<ResultSource> source_;
+  std::map<std::string, std::unique_ptr<FindingLister>> listers_;  // by the dataset's hash
+
+  std::mutex kept_mutex_;  // never held for long
+  std::map<std::string, HttpReply> kept_;
+  std::list<std::string> order_;  // of kept_, oldest first
+  std::size_t kept_bytes_ = 0;
+  std::uint64_t serial_ = 0;
+};
+
+}  // namespace legopt::client

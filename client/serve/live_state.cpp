@@ -1,0 +1,164 @@
+#include "client/serve/live_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <filesystem>
+
+#include "client/service/experiment_status.h"
+
+namespace legopt::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kWindow_s = 60;
+constexpr double kSecondsPerMinute = 60;
+constexpr std::size_t kMostFailures = 50;
+
+Json ExperimentsOfServer(const nlohmann::json& status) {
+  Json list = Json::array();
+  for (const ExperimentStatus& e : ParseExperiments(status)) {
+    list.push_back({{"id", e.id},
+                    {"name", e.name},
+                    {"state", StateText(e)},
+                    {"jobs", e.total},
+                    {"queued", e.queued},
+                    {"leased", e.leased},
+                    {"done", e.done},
+                    {"failed", e.failed},
+                    {"dead", e.dead},
+                    {"cancelled", e.cancelled},
+                    {"solved", e.solved},
+                    {"waiting_for", e.waiting_for},
+                    {"eta_s", e.eta_s ? Json(std::round(*e.eta_s)) : Json()}});
+  }
+  return list;
+}
+
+Json WorkersOfServer(const nlohmann::json& status) {
+  Json list = Json::array();
+  for (const auto& worker : status.value("workers", nlohmann::json::array())) {
+    Json row;
+    for (const char* member : {"id", "name", "hostname", "slots", "leases", "online", "load", "build_id"}) {
+      row[member] = worker.contains(member) ? Json(worker.at(member)) : Json();
+    }
+    list.push_back(std::move(row));
+  }
+  return list;
+}
+
+Json RowsOf(const Listing& listing) {
+  Json rows = Json::array();
+  for (const auto& row : listing.rows) {
+    Json json = Json::object();
+    for (std::size_t i = 0; i < row.size(); ++i) json[listing.columns[i]] = Json(row[i]);
+    rows.push_back(std::move(json));
+  }
+  return rows;
+}
+
+}  // namespace
+
+LiveState::LiveState(const SourceOptions& source, Rule rule)
+    : options_(source),
+      rule_(rule),
+      source_(OpenResults(source)),
+      server_(source.db ? nullptr : std::make_unique<ServerConnection>(source.network)),
+      text_(std::make_shared<const std::string>("{}")) {}
+
+std::shared_ptr<const std::string> LiveState::text() const {
+  const std::lock_guard lock(mutex_);
+  return text_;
+}
+
+bool LiveState::Read(double now_s) {
+  Json json;
+  try {
+    json = ReadAll(now_s);
+  } catch (const std::exception& error) {
+    json = Json::parse(*text(), nullptr, false);
+    json["error"] = error.what();
+  }
+  json.erase("version");
+  Json before = Json::parse(*text());
+  before.erase("version");
+  if (json == before) return false;
+  json["version"] = ++version_;
+  auto text = std::make_shared<const std::string>(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  const std::lock_guard lock(mutex_);
+  text_ = std::move(text);
+  return true;
+}
+
+Json LiveState::ReadAll(double now_s) {
+  Json json = {{"source", options_.db ? std::filesystem::path(*options_.db).filename().string() : "the server"},
+               {"rule", ToString(rule_)}};
+  if (server_) {
+    const auto status = server_->Status(0);
+    json["experiments"] = ExperimentsOfServer(status);
+    json["workers"] = WorkersOfServer(status);
+    if (const std::string error = StoreError(status); !error.empty()) json["error"] = error;
+  } else {
+    json["experiments"] = ExperimentsOfFile();
+    json["workers"] = WorkersOfFile();
+  }
+  AddRates(now_s, &json["experiments"]);
+  ReadFailures();
+  json["failures"] = failures_;
+  return json;
+}
+
+Json LiveState::ExperimentsOfFile() {
+  return RowsOf(
+      source_->Query("SELECT experiment_id AS id, name, iif(state <> 'active' OR hold = 'none', state, hold) AS state, "
+                     "jobs, queued, leased, done, failed, dead, cancelled, solved, '' AS waiting_for, NULL AS eta_s "
+                     "FROM experiment_list ORDER BY experiment_id"));
+}
+
+// Those that have a job: whether others are there, only the server knows.
+Json LiveState::WorkersOfFile() {
+  return RowsOf(
+      source_->Query("SELECT w.worker_id AS id, w.name, w.hostname, w.slots, count(*) AS leases, 1 AS online, NULL AS "
+                     "load, w.build_id FROM attempts AS a JOIN workers AS w USING (worker_id) WHERE a.outcome = "
+                     "'running' GROUP BY w.worker_id ORDER BY w.worker_id"));
+}
+
+void LiveState::ReadFailures() {
+  const std::string verdict = "r.verdict_" + std::string(ToString(rule_));
+  const Listing rows = source_->Query(
+      "SELECT a.job_id AS job, c.experiment_id AS experiment, m.name AS method, c.task, c.initialization, "
+      "p.problem_id AS problem, coalesce(" +
+      verdict +
+      ", j.state) AS outcome, a.ended_at_us AS at_us FROM attempts AS a JOIN jobs AS j ON j.job_id = a.job_id AND "
+      "j.attempts = a.attempt JOIN cells AS c USING (cell_id) JOIN methods AS m USING (method_id) JOIN problems AS p "
+      "USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id WHERE a.ended_at_us > " +
+      std::to_string(failures_until_us_) + " AND j.state IN ('done', 'failed', 'dead') AND coalesce(" + verdict +
+      ", '') <> 'success' ORDER BY a.ended_at_us DESC, a.job_id LIMIT " + std::to_string(kMostFailures));
+  Json all = RowsOf(rows);
+  if (all.empty()) return;
+  failures_until_us_ = all.front().at("at_us").get<std::int64_t>();
+  for (Json& old : failures_) {
+    if (all.size() < kMostFailures) all.push_back(std::move(old));
+  }
+  failures_ = std::move(all);
+}
+
+// Jobs that ended in the last minute, or since we look.
+void LiveState::AddRates(double now_s, Json* experiments) {
+  for (Json& experiment : *experiments) {
+    std::int64_t finished = 0;
+    for (const char* state : {"done", "failed", "dead", "cancelled"}) finished += experiment.at(state).get<std::int64_t>();
+    auto& samples = seen_[experiment.at("id").get<std::int64_t>()];
+    samples.push_back({now_s, finished});
+    while (samples.size() > 2 && samples[1].at_s <= now_s - kWindow_s) samples.pop_front();
+    const double span_s = now_s - samples.front().at_s;
+    const auto ended = static_cast<double>(finished - samples.front().finished);
+    const double rate = span_s > 0 ? ended / span_s : 0;
+    experiment["per_minute"] = std::round(rate * kSecondsPerMinute);
+    const double left = experiment.at("queued").get<double>() + experiment.at("leased").get<double>();
+    if (experiment.at("eta_s").is_null() && rate > 0 && left > 0) experiment["eta_s"] = std::round(left / rate);
+  }
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,114 @@
+// What is going on, where a server sends this page: progress, workers, failures as they come.
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { isLive, readPage, type Page } from './data';
+import { href } from './state';
+import { DASH, words } from './text';
+
+export interface LiveExperiment {
+  id: number; name: string; state: string; jobs: number; queued: number; leased: number; done: number; failed: number;
+  dead: number; cancelled: number; solved: number; waiting_for: string; eta_s: number | null; per_minute: number;
+}
+export interface LiveState {
+  version: number; source: string; rule: string; error?: string; experiments: LiveExperiment[];
+  workers: { id: number; name: string; hostname: string; slots: number; leases: number; online: boolean | number; load: number | null; build_id: string | null }[];
+  failures: { job: number; experiment: number; method: string; task: string; initialization: string; problem: number; outcome: string; at_us: number }[];
+}
+
+const POLL_MS = 2000, RELOAD_MS = 5000;
+
+/**
+ * The state of the server, by its stream; by asking again and again where there is none. `lost`: nothing comes. A
+ * hidden page asks for nothing: browsers allow six connections to a host, all tabs together.
+ */
+function useServer(): { live: LiveState | null; lost: boolean } {
+  const [live, setLive] = useState<LiveState | null>(null), [lost, setLost] = useState(false);
+  useEffect(() => {
+    if (!isLive) return undefined;
+    let stream: EventSource | null = null, timer = 0;
+    const take = (text: string) => { setLive(JSON.parse(text) as LiveState); setLost(false); };
+    const poll = async () => {
+      try {
+        const answer = await fetch('state', { cache: 'no-store' });
+        if (!answer.ok) throw new Error(String(answer.status));
+        take(await answer.text());
+      } catch { setLost(true); }
+      timer = window.setTimeout(poll, POLL_MS);
+    };
+    const stop = () => { stream?.close(); stream = null; clearTimeout(timer); };
+    const begin = () => {
+      stop();
+      if (document.hidden) return;
+      stream = new EventSource('events');
+      stream.onmessage = (event) => take(event.data as string);
+      stream.onerror = () => { stop(); poll(); };
+    };
+    begin();
+    document.addEventListener('visibilitychange', begin);
+    return () => { document.removeEventListener('visibilitychange', begin); stop(); };
+  }, []);
+  return { live, lost };
+}
+
+const finished = (e: LiveExperiment) => e.done + e.failed + e.dead + e.cancelled;
+
+/** The page's figures, read again when more jobs have ended; datasets stay, so that nothing is loaded twice. */
+export function useLive(first: Page): { page: Page; live: LiveState | null; lost: boolean } {
+  const [page, setPage] = useState(first), { live, lost } = useServer();
+  const seen = useRef(''), timer = useRef(0);
+  useEffect(() => {
+    if (!live?.experiments) return;
+    const now = page.experiments!.map(({ id }) => live.experiments.find((e) => e.id === id)).map((e) => (e ? `${e.state} ${finished(e)}` : '')).join(';');
+    if (now === seen.current || timer.current) return;
+    timer.current = window.setTimeout(() => {
+      readPage().then((next) => {
+        next.datasets = next.datasets.map((d) => page.datasets.find((old) => old.geometry.block === d.geometry.block) ?? d);
+        seen.current = now;
+        setPage(next);
+      }).catch(() => undefined).finally(() => { timer.current = 0; });
+    }, seen.current === '' ? 0 : RELOAD_MS);
+  }, [live, page]);
+  return { page, live, lost };
+}
+
+const duration = (s: number) => (s >= 5400 ? `${(s / 3600).toFixed(1)} h` : s >= 90 ? `${Math.round(s / 60)} min` : `${Math.round(s)} s`);
+
+/** One line above every view. */
+export function LiveLine({ live, lost, page }: { live: LiveState | null; lost: boolean; page: Page }) {
+  if (!isLive) return null;
+  if (lost) return <p class="flagged" role="alert">Nothing comes from the server of this page any more. What is shown may be old.</p>;
+  if (!live?.experiments) return <p class="says">waiting for the server</p>;
+  const shown = live.experiments.filter((e) => page.experiments!.some(({ id }) => id === e.id));
+  return (
+    <div class="live" role="status">
+      {live.error && <p class="flagged">{live.error}</p>}
+      {shown.map((e) => (
+        <div key={e.id} class="bar">
+          <progress max={e.jobs} value={finished(e)} aria-label={`jobs of experiment ${e.id}`} />
+          <span class="says">{e.state}: {finished(e)} of {e.jobs} jobs, {e.solved} solved, {e.leased} running{e.per_minute > 0 ? `, ${e.per_minute} a minute` : ''}{e.eta_s !== null && e.state === 'active' ? `, about ${duration(e.eta_s)} left` : ''}{e.waiting_for ? `; waits: ${e.waiting_for}` : ''}</span>
+        </div>))}
+    </div>
+  );
+}
+
+export function LiveView({ live, page }: { live: LiveState | null; page: Page }) {
+  if (!live?.experiments) return <p class="none">Nothing has come yet.</p>;
+  const shown = new Set(page.experiments!.map(({ id }) => id));
+  return (
+    <>
+      <h3>Experiments of {live.source}</h3>
+      <div class="scroll"><table class="lines"><thead><tr>{['experiment', 'state', 'jobs', 'ended', 'running', 'solved', 'failed or dead', 'a minute'].map((h) => <th scope="col" key={h}>{h}</th>)}</tr></thead>
+        <tbody>{live.experiments.map((e) => (
+          <tr key={e.id}><th scope="row"><a href={`?experiment=${e.id}${href({ v: undefined })}`} aria-current={shown.has(e.id) ? 'true' : undefined}>{e.id} {e.name}</a></th>
+            <td>{e.state}</td><td>{e.jobs}</td><td>{finished(e)}</td><td>{e.leased}</td><td>{e.solved}</td><td>{e.failed + e.dead}</td><td>{e.per_minute}</td></tr>))}</tbody></table></div>
+      <h3>Workers ({live.workers.length})</h3>
+      {live.workers.length === 0 ? <p class="none">none at work</p>
+        : <div class="scroll"><table class="lines"><thead><tr>{['worker', 'host', 'slots', 'jobs', 'load', 'build'].map((h) => <th scope="col" key={h}>{h}</th>)}</tr></thead>
+          <tbody>{live.workers.map((w) => <tr key={w.id} class={w.online ? '' : 'bad'}><th scope="row">{w.name}{w.online ? '' : ' (silent)'}</th><td>{w.hostname}</td><td>{w.slots}</td><td>{w.leases}</td><td>{w.load ?? DASH}</td><td>{w.build_id ?? DASH}</td></tr>)}</tbody></table></div>}
+      <h3>Newest jobs that are not solved, {live.rule} rule</h3>
+      {live.failures.length === 0 ? <p class="none">none</p>
+        : <ul class="newest">{live.failures.map((f) => (
+          <li key={f.job}><a href={shown.has(f.experiment) ? href({ v: 'job', job: f.job, e: page.experiments!.findIndex(({ id }) => id === f.experiment) }) : `?experiment=${f.experiment}#v=job&job=${f.job}`}>job {f.job}</a>
+            {' '}{new Date(f.at_us / 1000).toLocaleTimeString()} <strong class="bad">{words(f.outcome)}</strong>: {f.method}, {f.task} {f.problem} from {words(f.initialization)}</li>))}</ul>}
+    </>
+  );
+}
