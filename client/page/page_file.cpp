@@ -37,7 +37,7 @@ std::string Head(const std::string& attributes, const std::string& policy, const
   if (!policy.empty()) head += "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
   return head +
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-         "<meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
+         "<link rel=\"icon\" href=\"data:,\">\n<meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
          Escaped(title) + "</title></head>\n";
 }
 

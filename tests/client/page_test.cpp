@@ -1,7 +1,6 @@
 // Policy: a page has the very figures that commands print, poses that agree with the kinematics, and nothing that a
 // browser would fetch or that would end one of its blocks early. A page that cannot be made leaves nothing behind.
 #include <gtest/gtest.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <fstream>
@@ -13,9 +12,10 @@
 #include "client/page/page_block.h"
 #include "client/page/page_file.h"
 #include "client/page/page_report.h"
+#include "client/page/page_view.h"
 #include "client/report/reading.h"
 #include "legopt/robot/kinematics.h"
-#include "test_database.h"
+#include "page_fixture.h"
 #include "tests/dataset/synthetic_dataset.h"
 
 namespace legopt::client {
@@ -23,86 +23,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string FromBase64(const std::string& text) {
-  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string bytes;
-  unsigned group = 0;
-  int bits = 0;
-  for (const char c : text.substr(0, text.find('='))) {
-    group = (group << 6) | static_cast<unsigned>(digits.find(c));
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes += static_cast<char>((group >> bits) & 255U);
-  }
-  return bytes;
-}
-
-std::string Unzip(const std::string& packed) {
-  z_stream stream{};
-  EXPECT_EQ(inflateInit2(&stream, 15 + 16), Z_OK);
-  std::string bytes(1 << 24, '\0');
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
-  stream.avail_in = static_cast<uInt>(packed.size());
-  stream.next_out = reinterpret_cast<Bytef*>(bytes.data());
-  stream.avail_out = static_cast<uInt>(bytes.size());
-  EXPECT_EQ(inflate(&stream, Z_FINISH), Z_STREAM_END);
-  bytes.resize(stream.total_out);
-  inflateEnd(&stream);
-  return bytes;
-}
-
-std::string Block(const std::string& page, const std::string& name) {
-  const std::string head = "id=\"" + name + "\">";
-  const auto start = page.find(head);
-  if (start == std::string::npos) return {};
-  const auto begin = start + head.size();
-  return Unzip(FromBase64(page.substr(begin, page.find('<', begin) - begin)));
-}
-
 std::string Read(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
-
-class PageTest : public testing::Test {
- protected:
-  void SetUp() override {
-    experiment_.dataset_hash = dataset_->content_hash();
-    experiment_.name = "</script><script>alert(1)</script>";
-    experiment_.methods = {{"A"}, {"B"}};
-    Eigen::VectorXd off = test::StandingUpright();
-    off[test::kBaseY] += 0.01;
-    experiment_.results = {
-        {.method = 0, .problem = 0, .cost = 300.125, .wall_us = 1000, .waypoints = {test::StandingUpright()}},
-        {.method = 1, .problem = 0, .verdict = "foot_pose", .wall_us = 2000, .waypoints = {off}},
-        {.method = 0, .initialization = "in_collision", .problem = 0, .dead = true},
-        {.method = 1, .initialization = "in_collision", .problem = 0, .finished = false}};
-    WriteTestDatabase(file_, experiment_);
-  }
-
-  Page Report(std::size_t most_bytes = 25'000'000) const {
-    ReportRequest request;
-    request.sources = {{{file_.string(), {}}, std::nullopt}};
-    request.datasets = {dataset_};
-    request.most_bytes = most_bytes;
-    return MakeReport(request);
-  }
-
-  Page View(std::int64_t job) const {
-    ViewRequest request;
-    request.source = {file_.string(), {}};
-    request.job = job;
-    request.dataset = dataset_;
-    return MakeView(request);
-  }
-
-  TemporaryFolder folder_;
-  TemporaryFolder data_;
-  std::filesystem::path file_ = folder_.path() / "results.sqlite";
-  std::shared_ptr<const Dataset> dataset_ = Dataset::Load(test::SyntheticFolder(data_.path()).path());
-  TestExperiment experiment_;
-};
 
 TEST_F(PageTest, TablesAreThoseOfTheCommands) {
   const Json page = Json::parse(Block(Report().text, "page"));

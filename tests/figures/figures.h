@@ -34,6 +34,8 @@ void MeasureDeterminism(const Request& request, Findings& findings);
 void MeasureThroughput(const Request& request, Findings& findings);
 /// 25: what cannot start says so within a second, with its exit code.
 void MeasureStartUp(const Request& request, Findings& findings);
+/// 28: 200 streams, slow and hostile readers of `legopt serve`, and `count` (20,000) requests, beside a server at work.
+void MeasurePageReaders(const Request& request, Findings& findings);
 /// 27: half load under 5 % loss for `minutes` (480): descriptors, threads, memory, log.
 void MeasureSoak(const Request& request, Findings& findings);
 

@@ -22,7 +22,7 @@ const std::map<std::string, Measure>& Measures() {
       {"slots", MeasureSlotReturn},     {"limits", MeasureLimits},   {"hostile", MeasureHostility},
       {"large-file", MeasureLargeFile}, {"readers", MeasureReaders}, {"determinism", MeasureDeterminism},
       {"start-up", MeasureStartUp},     {"soak", MeasureSoak},       {"durability", MeasureDurability},
-      {"throughput", MeasureThroughput}};
+      {"throughput", MeasureThroughput}, {"page-readers", MeasurePageReaders}};
   return measures;
 }
 

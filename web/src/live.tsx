@@ -1,6 +1,6 @@
 // What is going on, where a server sends this page: progress, workers, failures as they come.
 import { useEffect, useRef, useState } from 'preact/hooks';
-import { isLive, readPage, type Page } from './data';
+import { isLive, readPage, type Experiment, type Page } from './data';
 import { href } from './state';
 import { DASH, words } from './text';
 
@@ -13,6 +13,9 @@ export interface LiveState {
   workers: { id: number; name: string; hostname: string; slots: number; leases: number; online: boolean | number; load: number | null; build_id: string | null }[];
   failures: { job: number; experiment: number; method: string; task: string; initialization: string; problem: number; outcome: string; at_us: number }[];
 }
+
+/** What tests look at: window.legopt. */
+export const hooks: Record<string, unknown> = {};
 
 const POLL_MS = 2000, RELOAD_MS = 5000;
 
@@ -51,22 +54,31 @@ function useServer(): { live: LiveState | null; lost: boolean } {
 
 const finished = (e: LiveExperiment) => e.done + e.failed + e.dead + e.cancelled;
 
-/** The page's figures, read again when more jobs have ended; datasets stay, so that nothing is loaded twice. */
+const ended = (e: Experiment) => e.jobs.job.length - e.unfinished;
+
+/**
+ * The page's figures, read again while they are of fewer jobs than have ended: the server makes figures anew only now and
+ * then. Datasets stay, so that nothing is loaded twice.
+ */
 export function useLive(first: Page): { page: Page; live: LiveState | null; lost: boolean } {
-  const [page, setPage] = useState(first), { live, lost } = useServer();
-  const seen = useRef(''), timer = useRef(0);
+  const [page, setPage] = useState(first), [asked, setAsked] = useState(0), { live, lost } = useServer();
+  const timer = useRef(0);
   useEffect(() => {
-    if (!live?.experiments) return;
-    const now = page.experiments!.map(({ id }) => live.experiments.find((e) => e.id === id)).map((e) => (e ? `${e.state} ${finished(e)}` : '')).join(';');
-    if (now === seen.current || timer.current) return;
-    timer.current = window.setTimeout(() => {
-      readPage().then((next) => {
-        next.datasets = next.datasets.map((d) => page.datasets.find((old) => old.geometry.block === d.geometry.block) ?? d);
-        seen.current = now;
-        setPage(next);
-      }).catch(() => undefined).finally(() => { timer.current = 0; });
-    }, seen.current === '' ? 0 : RELOAD_MS);
-  }, [live, page]);
+    const old = page.experiments!.some((e) => {
+      const now = live?.experiments?.find(({ id }) => id === e.id);
+      return now !== undefined && (finished(now) !== ended(e) || (now.state === 'done' && e.state !== 'done'));
+    });
+    if (!old || timer.current) return;
+    timer.current = window.setTimeout(async () => {
+      const next = await readPage().catch(() => null);
+      timer.current = 0;
+      setAsked(asked + 1);
+      if (next === null) return;
+      next.datasets = next.datasets.map((d) => page.datasets.find((known) => known.geometry.block === d.geometry.block) ?? d);
+      hooks.page = next;
+      setPage(next);
+    }, RELOAD_MS);
+  }, [live, page, asked]);
   return { page, live, lost };
 }
 

@@ -7,7 +7,7 @@ import { CompareView } from './compare';
 import { ProfileView } from './curves';
 import { isLive, readPage, type Experiment, type Page } from './data';
 import { JobsView, verdictOf } from './jobs';
-import { LiveLine, LiveView, useLive } from './live';
+import { LiveLine, LiveView, hooks, useLive } from './live';
 import { MapView } from './map';
 import { checkPoses } from './motion';
 import { go, href, useAddress, type State } from './state';
@@ -93,7 +93,6 @@ const style = document.createElement('style');
 style.textContent = css;
 document.head.append(style);
 const app = document.getElementById('app')!;
-const hooks: Record<string, unknown> = {};
 (window as unknown as { legopt: unknown }).legopt = hooks;
 readPage().then((page) => {
   hooks.page = page;
