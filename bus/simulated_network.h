@@ -42,7 +42,7 @@ struct Misfortune {
   /// Datagrams that may wait for a party, those under way included; more are lost, as in a kernel's receive buffer.
   std::size_t receive_buffer = SIZE_MAX;
 
-  /// Standard chaos (docs/reliability.md#the-27-figures): 20 % loss, 5 % duplication, 10 % reordering, 0 - 50 ms delay.
+  /// Standard chaos (docs/reliability.md#the-figures): 20 % loss, 5 % duplication, 10 % reordering, 0 - 50 ms delay.
   static Misfortune StandardChaos();
 };
 

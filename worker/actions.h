@@ -30,22 +30,22 @@ struct LeaseKey {
 
 /// Starts the job process of a slot. Its end is always reported by Pool::OnChildExited.
 struct StartChild {
-  int slot;
+  int slot = 0;
 };
 /// Sends a job to an idle job process.
 struct AssignJob {
-  int slot;
-  std::uint64_t sequence;
+  int slot = 0;
+  std::uint64_t sequence = 0;
   legopt_msg::lease lease;
   std::shared_ptr<const std::string> options_json;
 };
 /// Asks a job process to stop its job soon.
 struct CancelJob {
-  int slot;
+  int slot = 0;
 };
 /// Kills a job process with everything that it started.
 struct KillChild {
-  int slot;
+  int slot = 0;
 };
 
 // Calls to the server; each is answered once, by the Pool::On...Reply of its kind (also on time-out).

@@ -139,7 +139,8 @@ std::vector<PageGeometry> AddDatasets(const std::vector<ProblemIds>& problems, P
   std::map<std::string, Shown> shown;
   for (std::size_t i = 0; i < figures->datasets.size(); ++i) {
     if (!figures->datasets[i]) continue;
-    Shown& one = shown.try_emplace(figures->datasets[i]->content_hash(), Shown{nullptr, {}, shown.size()}).first->second;
+    Shown& one =
+        shown.try_emplace(figures->datasets[i]->content_hash(), Shown{nullptr, {}, shown.size()}).first->second;
     one.dataset = figures->datasets[i];
     for (const TaskDescription& task : kTasks) {
       one.problems[task.task].insert(problems[i][task.task].begin(), problems[i][task.task].end());

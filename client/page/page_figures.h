@@ -37,10 +37,10 @@ struct FigureRequest {
 struct PageFigures {
   nlohmann::ordered_json root;  ///< "page" of docs/page-data.md, without "notes" and "chunks"
   std::string title;
-  std::vector<std::string> notes;                         ///< what a reader must know
-  std::vector<PageExperiment> experiments;                ///< in the order of the request
-  std::vector<std::unique_ptr<ResultSource>> sources;     ///< theirs
-  std::vector<std::shared_ptr<const Dataset>> datasets;   ///< theirs; null where it is not at hand
+  std::vector<std::string> notes;                        ///< what a reader must know
+  std::vector<PageExperiment> experiments;               ///< in the order of the request
+  std::vector<std::unique_ptr<ResultSource>> sources;    ///< theirs
+  std::vector<std::shared_ptr<const Dataset>> datasets;  ///< theirs; null where it is not at hand
 };
 
 /// Reads and computes all figures. Errors as of ReadBenchmarkTable.

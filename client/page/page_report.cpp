@@ -37,8 +37,8 @@ class SolutionWriter {
     Flush();
   }
 
-  const Json& index() const { return index_; }           // of "chunks"
-  std::size_t left_out() const { return left_out_; }     // solutions that did not fit
+  const Json& index() const { return index_; }        // of "chunks"
+  std::size_t left_out() const { return left_out_; }  // solutions that did not fit
 
  private:
   static FindingDepth DepthInReport(const PageJob& job) {
@@ -50,15 +50,17 @@ class SolutionWriter {
     if (chunk_.empty()) return;
     PageFile before = *file_;
     const std::string name = std::to_string(index_.size());
+    Json jobs = Json::array();
+    for (const auto& solution : chunk_.json()) jobs.push_back({solution.at("experiment"), solution.at("job")});
+    const std::size_t index_bytes = index_bytes_ + jobs.dump().size();  // compressed it is less
     file_->AddBlock("motion-" + name, chunk_.bytes());
     file_->AddJson("solutions-" + name, chunk_.json());
-    if (file_->size() > most_bytes_) {  // the last chunk that does not fit ends it
+    if (file_->size() + index_bytes > most_bytes_) {  // the last chunk that does not fit ends it
       *file_ = std::move(before);
       full_ = true;
       left_out_ += chunk_.json().size();
     } else {
-      Json jobs = Json::array();
-      for (const auto& solution : chunk_.json()) jobs.push_back({solution.at("experiment"), solution.at("job")});
+      index_bytes_ = index_bytes;
       index_.push_back(std::move(jobs));
     }
     chunk_ = {};
@@ -69,6 +71,7 @@ class SolutionWriter {
   PageFile* file_;
   SolutionChunk chunk_;
   Json index_ = Json::array();
+  std::size_t index_bytes_ = 0;
   std::size_t left_out_ = 0;
   bool full_ = false;
 };

@@ -115,13 +115,14 @@ class HttpServer::Impl {
     const Address address = ParseAddress(options_.address, options_.port);
     hosts_ = {"localhost", "127.0.0.1", "[::1]", InUrl(options_.address)};
     for (const std::string& host : options_.hosts) hosts_.insert(NameOf(host));
-    constexpr unsigned kFlags = MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC;
+    constexpr unsigned kFlags =
+        MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC;
     const unsigned v6 = address.any.sa_family == AF_INET6 ? MHD_USE_IPv6 : 0;
-    daemon_ = MHD_start_daemon(kFlags | v6, options_.port, nullptr, nullptr, &Impl::OnRequest, this,
-                               MHD_OPTION_SOCK_ADDR, &address.any, MHD_OPTION_CONNECTION_LIMIT,
-                               options_.most_connections, MHD_OPTION_CONNECTION_TIMEOUT, options_.idle_s,
-                               MHD_OPTION_CONNECTION_MEMORY_LIMIT, options_.connection_bytes,
-                               MHD_OPTION_NOTIFY_COMPLETED, &Impl::OnEnd, this, MHD_OPTION_END);
+    daemon_ =
+        MHD_start_daemon(kFlags | v6, options_.port, nullptr, nullptr, &Impl::OnRequest, this, MHD_OPTION_SOCK_ADDR,
+                         &address.any, MHD_OPTION_CONNECTION_LIMIT, options_.most_connections,
+                         MHD_OPTION_CONNECTION_TIMEOUT, options_.idle_s, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+                         options_.connection_bytes, MHD_OPTION_NOTIFY_COMPLETED, &Impl::OnEnd, this, MHD_OPTION_END);
     if (daemon_ == nullptr) {
       const std::string reason = std::generic_category().message(errno);
       throw ClientError(ExitCode::kNetworkUnusable,
@@ -263,8 +264,7 @@ class HttpServer::Impl {
   }
 
   static MHD_Result Send(MHD_Connection* connection, const HttpReply& reply) {
-    const char* const known =
-        MHD_lookup_connection_value(connection, MHD_HEADER_KIND, MHD_HTTP_HEADER_IF_NONE_MATCH);
+    const char* const known = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, MHD_HTTP_HEADER_IF_NONE_MATCH);
     const bool same = known != nullptr && !reply.etag.empty() && known == "\"" + reply.etag + "\"";
     const Body body = same ? std::make_shared<const std::string>() : reply.body;
     constexpr std::size_t kPiece = 65'536;

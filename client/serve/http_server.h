@@ -30,19 +30,19 @@ HttpReply TextReply(unsigned status, const std::string& text);
 
 /// Where to listen, and what readers may take.
 struct HttpOptions {
-  std::string address = "127.0.0.1";       ///< IPv4 or IPv6, numeric
-  std::uint16_t port = 0;                  ///< 0: a free one
-  std::vector<std::string> hosts;          ///< names beside the address and localhost under which it may be asked for
-  std::string streams_at = "/events";      ///< path of the stream
-  unsigned most_connections = 512;         ///< more are not accepted until others end
-  unsigned most_streams = 400;             ///< more are told to poll (503)
-  unsigned idle_s = 30;                    ///< a connection without progress for so long is closed
-  std::size_t connection_bytes = 32'768;   ///< memory of one: longer heads are refused
+  std::string address = "127.0.0.1";      ///< IPv4 or IPv6, numeric
+  std::uint16_t port = 0;                 ///< 0: a free one
+  std::vector<std::string> hosts;         ///< names beside the address and localhost under which it may be asked for
+  std::string streams_at = "/events";     ///< path of the stream
+  unsigned most_connections = 512;        ///< more are not accepted until others end
+  unsigned most_streams = 400;            ///< more are told to poll (503)
+  unsigned idle_s = 30;                   ///< a connection without progress for so long is closed
+  std::size_t connection_bytes = 32'768;  ///< memory of one: longer heads are refused
 };
 
-/// Serves HTTP/1.1 in a thread of its own, with two more for answers that take time. Only GET and HEAD; a request with a
-/// body, or for a host that is not ours (a page of another site that resolves to this machine), is refused. Every answer
-/// forbids other sites to frame or sniff it, and scripts that are not its own. Thread rule: one thread makes and
+/// Serves HTTP/1.1 in a thread of its own, with two more for answers that take time. Only GET and HEAD; a request with
+/// a body, or for a host that is not ours (a page of another site that resolves to this machine), is refused. Every
+/// answer forbids other sites to frame or sniff it, and scripts that are not its own. Thread rule: one thread makes and
 /// destroys it; Publish and the counts may be called from any.
 class HttpServer {
  public:
@@ -63,8 +63,8 @@ class HttpServer {
   void Publish(std::uint64_t id, const std::string& data);
   /// Sends a comment, which tells dead readers from silent ones.
   void Beat();
-  unsigned streams() const;          ///< open now
-  std::uint64_t requests() const;    ///< since the start
+  unsigned streams() const;        ///< open now
+  std::uint64_t requests() const;  ///< since the start
 
  private:
   class Impl;

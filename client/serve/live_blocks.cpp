@@ -17,9 +17,9 @@ using Clock = std::chrono::steady_clock;
 constexpr unsigned kNotFound = 404, kBadRequest = 400;
 constexpr std::size_t kMostKeptBytes = 64U << 20U;
 constexpr std::size_t kMostExperiments = 8;
-constexpr std::size_t kMostFigures = 8;                     // sets of experiments at hand
-constexpr std::chrono::seconds kShortestInterval{5};        // between two computations of the same figures
-constexpr int kIntervalPerWork = 10;                        // and of the time that one takes
+constexpr std::size_t kMostFigures = 8;               // sets of experiments at hand
+constexpr std::chrono::seconds kShortestInterval{5};  // between two computations of the same figures
+constexpr int kIntervalPerWork = 10;                  // and of the time that one takes
 constexpr char kBlocks[] = "/blocks/", kMotion[] = "motion-", kSolutions[] = "solutions-";
 
 std::optional<std::int64_t> NumberOf(std::string_view text) {
@@ -158,8 +158,8 @@ HttpReply LiveBlocks::MakeSolution(const std::string& block, std::int64_t job) {
   SolutionChunk chunk;
   chunk.Add(viewed.job, ReadWaypointsOf(*source_, job), TraceJson(*source_, job), lister.get(), FindingDepth::kBetween);
   const HttpReply motion = Keep(kMotion + std::to_string(job), chunk.bytes());
-  const HttpReply solutions = Keep(kSolutions + std::to_string(job),
-                                   chunk.json().dump(-1, ' ', false, Json::error_handler_t::replace));
+  const HttpReply solutions =
+      Keep(kSolutions + std::to_string(job), chunk.json().dump(-1, ' ', false, Json::error_handler_t::replace));
   return block.starts_with(kMotion) ? motion : solutions;
 }
 

@@ -148,7 +148,8 @@ void LiveState::ReadFailures() {
 void LiveState::AddRates(double now_s, Json* experiments) {
   for (Json& experiment : *experiments) {
     std::int64_t finished = 0;
-    for (const char* state : {"done", "failed", "dead", "cancelled"}) finished += experiment.at(state).get<std::int64_t>();
+    for (const char* state : {"done", "failed", "dead", "cancelled"})
+      finished += experiment.at(state).get<std::int64_t>();
     auto& samples = seen_[experiment.at("id").get<std::int64_t>()];
     samples.push_back({now_s, finished});
     while (samples.size() > 2 && samples[1].at_s <= now_s - kWindow_s) samples.pop_front();

@@ -26,7 +26,7 @@ class LiveState {
   /// again next time. `now_s`: seconds of a clock that never falls.
   bool Read(double now_s);
 
-  std::shared_ptr<const std::string> text() const;  ///< JSON in one line
+  std::shared_ptr<const std::string> text() const;    ///< JSON in one line
   std::uint64_t version() const { return version_; }  ///< of the text
 
  private:
@@ -44,8 +44,8 @@ class LiveState {
   SourceOptions options_;
   Rule rule_;
   std::unique_ptr<ResultSource> source_;
-  std::unique_ptr<ServerConnection> server_;         // null: a file
-  std::map<std::int64_t, std::deque<Sample>> seen_;  // by experiment, of the last minute
+  std::unique_ptr<ServerConnection> server_;                           // null: a file
+  std::map<std::int64_t, std::deque<Sample>> seen_;                    // by experiment, of the last minute
   nlohmann::ordered_json failures_ = nlohmann::ordered_json::array();  // newest first
   std::int64_t failures_until_us_ = 0;
   std::uint64_t version_ = 0;

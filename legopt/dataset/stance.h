@@ -27,7 +27,7 @@ struct Stance {
 
 /// One problem of a benchmark; its task says how many stances it has.
 struct ProblemDefinition {
-  int id;                       ///< unique among the problems of a task, >= 0 in a dataset
+  int id = 0;                   ///< unique among the problems of a task, >= 0 in a dataset
   std::vector<Stance> stances;  ///< as many as the task wants, when read from a dataset
 };
 

@@ -181,7 +181,8 @@ TEST_F(HttpServerTest, StreamsGetTheNewestEventAndSignsOfLife) {
   ASSERT_TRUE(WaitForStreams(1));
   server_->Beat();
   EXPECT_NE(early.Receive(":").find(":"), std::string::npos);
-  for (int i = 2; i <= 9; ++i) server_->Publish(static_cast<std::uint64_t>(i), "{\"number\":" + std::to_string(i) + "}");
+  for (int i = 2; i <= 9; ++i)
+    server_->Publish(static_cast<std::uint64_t>(i), "{\"number\":" + std::to_string(i) + "}");
   RawHttp late(port_);
   late.Get("/events");
   const std::string only = late.Receive("}\n\n");

@@ -1,4 +1,4 @@
-// Acceptance figures (docs/reliability.md#the-27-figures) that need real processes, real time or a real file. Each
+// Acceptance figures (docs/reliability.md#the-figures) that need real processes, real time or a real file. Each
 // function makes its own deployment, prints what it saw and judges it.
 #pragma once
 

@@ -19,10 +19,12 @@ using Measure = void (*)(const Request&, Findings&);
 
 const std::map<std::string, Measure>& Measures() {
   static const std::map<std::string, Measure> measures = {
-      {"slots", MeasureSlotReturn},     {"limits", MeasureLimits},   {"hostile", MeasureHostility},
-      {"large-file", MeasureLargeFile}, {"readers", MeasureReaders}, {"determinism", MeasureDeterminism},
-      {"start-up", MeasureStartUp},     {"soak", MeasureSoak},       {"durability", MeasureDurability},
-      {"throughput", MeasureThroughput}, {"page-readers", MeasurePageReaders}};
+      {"slots", MeasureSlotReturn},        {"limits", MeasureLimits},
+      {"hostile", MeasureHostility},       {"large-file", MeasureLargeFile},
+      {"readers", MeasureReaders},         {"determinism", MeasureDeterminism},
+      {"start-up", MeasureStartUp},        {"soak", MeasureSoak},
+      {"durability", MeasureDurability},   {"throughput", MeasureThroughput},
+      {"page-readers", MeasurePageReaders}};
   return measures;
 }
 

@@ -107,8 +107,8 @@ void MeasurePageReaders(const Request& request, Findings& findings) {
   int informed = 0;
   const std::string last = "\"done\":" + std::to_string(kJobs);
   for (RawHttp& stream : streams) informed += stream.Receive(last).find(last) != std::string::npos ? 1 : 0;
-  findings.Promise(informed == kStreams, std::to_string(informed) + " of " + std::to_string(kStreams) +
-                                             " streams told that all is done");
+  findings.Promise(informed == kStreams,
+                   std::to_string(informed) + " of " + std::to_string(kStreams) + " streams told that all is done");
   findings.Promise(!serve.Poll() && !deployment.server().Poll(), "server and `legopt serve` are the same processes");
   findings.Quantity("an answer, 99 of 100", Quantile(answers.took_ms, 0.99), kAnswer_ms, "ms");
   findings.Quantity("memory growth of `legopt serve`", after_mb - before_mb, kMostGrowth_mb, "MB");

@@ -29,7 +29,7 @@ class Party {
     options.timeout = 5s;
     endpoint_.Call(bus::kServer, type, bus::Encode(message), options, [this, type, message, then](bus::CallResult&& r) {
       if (r.status == bus::CallResult::kRejected) {
-        rejected_ = r.error;
+        ADD_FAILURE() << "refused: " << r.error;
         return;
       }
       if (r.status == bus::CallResult::kTimeout) return Call<Reply>(type, message, then);  // a new call
@@ -41,12 +41,10 @@ class Party {
   }
 
   bus::Endpoint& endpoint() { return endpoint_; }
-  const std::string& rejected() const { return rejected_; }
 
  private:
   bus::SimulatedTransport transport_;
   bus::Endpoint endpoint_;
-  std::string rejected_;
 };
 
 // Leases and finishes jobs until told otherwise.

@@ -14,7 +14,7 @@ namespace legopt::simulation {
 ///  - duplicated: there or acknowledged twice;
 ///  - unexpected: there, and nobody has sent it;
 ///  - wrong state: what is there contradicts itself or what was told.
-/// Acceptance figures 1 - 4, 10, 26 (docs/reliability.md#the-27-figures).
+/// Acceptance figures 1 - 4, 10, 26 (docs/reliability.md#the-figures).
 std::vector<std::string> FaultsOf(const Record& record, const StoredState& state, const JobManners& manners);
 
 }  // namespace legopt::simulation

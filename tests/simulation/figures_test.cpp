@@ -1,4 +1,4 @@
-// Acceptance figures (docs/reliability.md#the-27-figures) that virtual time can measure, at the shipped times of leases
+// Acceptance figures (docs/reliability.md#the-figures) that virtual time can measure, at the shipped times of leases
 // and heartbeats. Each prints what it saw.
 
 #include <gtest/gtest.h>

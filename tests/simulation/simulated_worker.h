@@ -78,7 +78,7 @@ class SimulatedWorker final : public Process {
   void Later(int slot, microseconds after, std::function<void()> event);
   /// The same, unless the process is at another job by then.
   void LaterInJob(int slot, microseconds after, std::function<void()> event);
-  legopt_msg::result_request ResultOf(const Child& child);
+  legopt_msg::result_request ResultOf(const Child& process);
   Child& child(int slot) { return children_[static_cast<std::size_t>(slot)]; }
 
   Record& record_;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <iostream>
 
+#include "tests/guarded_main.h"
 #include "tests/simulation/history.h"
 
 namespace {
@@ -56,9 +57,7 @@ int Run(const char* program, const Options& options) {
   return (totals.failed > 0) == options.expect_failure ? 0 : 1;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int PlayAsked(int argc, char** argv) {
   Options options;
   CLI::App app("Simulates server, workers and clients under seeded misfortune in virtual time.");
   app.add_option("--seed", options.seed, "Play this one history");
@@ -70,3 +69,7 @@ int main(int argc, char** argv) {
   spdlog::set_level(options.log ? spdlog::level::debug : spdlog::level::off);
   return Run(argv[0], options);
 }
+
+}  // namespace
+
+int main(int argc, char** argv) { return legopt::GuardedMain(argc, argv, PlayAsked); }
