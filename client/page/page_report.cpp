@@ -80,14 +80,6 @@ class SolutionWriter {
 
 Page MakeReport(const ReportRequest& request) {
   PageFigures figures = ReadFigures(request);
-  PageFile file("legopt: " + figures.title);
-  // The figures come first: without them nothing else is worth its bytes. They are written last, with the notes.
-  PageFile alone = file;
-  alone.AddJson("page", figures.root);
-  if (alone.size() > request.most_bytes) {
-    throw ClientError(ExitCode::kUsage,
-                      "--max-size: the tables alone take " + std::to_string(alone.size()) + " bytes; allow more");
-  }
   std::vector<std::vector<PageJob>> jobs(figures.experiments.size());
   std::vector<ProblemIds> problems(figures.experiments.size());
   for (std::size_t i = 0; i < jobs.size(); ++i) {
@@ -98,10 +90,18 @@ Page MakeReport(const ReportRequest& request) {
       problems[i][job.task].insert(job.problem);
     }
   }
+  PageFile file("legopt: " + figures.title);
   for (const PageGeometry& block : AddDatasets(problems, &figures)) file.AddBlock(block.block, block.bytes);
-  constexpr std::size_t kSpare = 4096;
-  const std::size_t reserved = alone.size() - PageFile("legopt: " + figures.title).size() + kSpare;
-  SolutionWriter writer(request.most_bytes - std::min(request.most_bytes, reserved), request.tell, &file);
+  // The figures come first: without them nothing else is worth its bytes. They are written last, with the notes.
+  PageFile alone = file;
+  alone.AddJson("page", figures.root);
+  if (alone.size() > request.most_bytes) {
+    throw ClientError(ExitCode::kUsage, "--max-size: the tables, robots and scenes alone take " +
+                                            std::to_string(alone.size()) + " bytes; allow more");
+  }
+  constexpr std::size_t kSpare = 4096;  // notes
+  const std::size_t reserved = std::min(alone.size() - file.size() + kSpare, request.most_bytes);
+  SolutionWriter writer(request.most_bytes - reserved, request.tell, &file);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     if (!figures.datasets[i]) continue;
     FindingLister lister(figures.datasets[i]);
