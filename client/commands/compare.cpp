@@ -4,6 +4,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/compare/comparison_report.h"
+#include "client/compare/figures.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 
@@ -18,6 +19,7 @@ struct CompareOptions {
   ComparisonFormat format = ComparisonFormat::kText;
   TimeUnit time_unit = kMilliseconds;
   OutputOptions output;
+  PlotOptions plot;
 };
 
 ExitCode Compare(const CompareOptions& options) {
@@ -25,8 +27,12 @@ ExitCode Compare(const CompareOptions& options) {
   ComparisonRequest request = options.request;
   request.options.margin = kPercent * options.margin_percent;
   request.charge_ms = ChargeMs(options.charge_s);
+  RequireTextForPlot(options.plot, options.format == ComparisonFormat::kText);
   const Comparison comparison = ReadComparison(request);
-  Print(RenderComparison(comparison, options.format, {options.time_unit, LayoutOf(options.output)}), options.output);
+  const TextLayout layout = LayoutOf(options.output);
+  const std::string drawn =
+      options.plot.any() ? DrawPlot(ScatterPlot(comparison, options.time_unit), options.plot, layout) : "";
+  Print(RenderComparison(comparison, options.format, {options.time_unit, layout}) + drawn, options.output);
   const bool worse = std::any_of(comparison.cells.begin(), comparison.cells.end(),
                                  [](const CellComparison& cell) { return cell.change == Change::kWorse; });
   return options.fail_if_worse && worse ? ExitCode::kWorse : ExitCode::kOk;
@@ -67,6 +73,7 @@ void AddCompareCommand(const programs::Command& program, Invocation* invocation)
                                        {"markdown", ComparisonFormat::kMarkdown},
                                        {"md", ComparisonFormat::kMarkdown},
                                        {"json", ComparisonFormat::kJson}});
+  AddPlotOptions(command, "the times of both, problem by problem,", &options->plot);
   AddTimeUnitOption(command, &options->time_unit);
   AddOutputOptions(command, &options->output);
   AddSourceOptions(command, &request.source);

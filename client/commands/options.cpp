@@ -6,6 +6,10 @@
 #include <vector>
 
 #include "bus/spec_limits.h"
+#include "client/client_error.h"
+#include "client/plot/plot_image.h"
+#include "client/plot/plot_text.h"
+#include "client/report/replaced_file.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "words/task.h"
@@ -83,6 +87,27 @@ void PrintListing(const Listing& listing, const ListingOptions& options) {
                                ? RenderListing(listing, options.format, layout)
                                : RenderListing(KeepColumns(listing, options.columns), options.format, layout);
   Print(options.format == ListingFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
+}
+
+void AddPlotOptions(const programs::Command& command, const std::string& what, PlotOptions* options) {
+  command.AddFlag("--plot", options->text, "Draw " + what + " below it, in text");
+  command.AddOption("--svg", options->svg, "Draw " + what + " into this SVG file");
+  command.AddOption("--png", options->png, "Draw " + what + " into this PNG file");
+}
+
+void RequireTextForPlot(const PlotOptions& options, bool is_text) {
+  if (!options.text || is_text) return;
+  throw ClientError(ExitCode::kUsage,
+                    "--plot draws below the text table; with another --format give --svg FILE or --png FILE");
+}
+
+std::string DrawPlot(const Plot& plot, const PlotOptions& options, const TextLayout& layout) {
+  if (!options.svg.empty() && options.svg == options.png) {
+    throw ClientError(ExitCode::kUsage, "--svg and --png name the same file, '" + options.svg + "'; give two");
+  }
+  if (!options.svg.empty()) ReplaceFile(options.svg, RenderPlotImage(plot, ImageFormat::kSvg));
+  if (!options.png.empty()) ReplaceFile(options.png, RenderPlotImage(plot, ImageFormat::kPng));
+  return options.text ? "\n" + RenderPlotText(plot, layout) : "";
 }
 
 void AddTableFormatOption(const programs::Command& command, TableFormat* format) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "client/plot/plot.h"
 #include "client/report/benchmark_table.h"
 #include "client/report/listing.h"
 #include "client/report/result_source.h"
@@ -42,6 +43,20 @@ void AddTableFormatOption(const programs::Command& command, TableFormat* format)
 void AddTextOrJsonOption(const programs::Command& command, bool* json);
 /// --patience: for who waits for an experiment
 void AddPatienceOption(const programs::Command& command, double* patience_s);
+/// Where figures go.
+struct PlotOptions {
+  bool text = false;
+  std::string svg, png;  ///< files; empty: none
+
+  bool any() const { return text || !svg.empty() || !png.empty(); }
+};
+/// --plot, --svg FILE, --png FILE; `what`: "performance profiles".
+void AddPlotOptions(const programs::Command& command, const std::string& what, PlotOptions* options);
+/// Text is drawn below text only: throws ClientError (kUsage) for --plot with another format.
+void RequireTextForPlot(const PlotOptions& options, bool is_text);
+/// Writes the files, and gives the text that is to be printed; empty without --plot. Errors as of RenderPlotImage and
+/// ReplaceFile.
+std::string DrawPlot(const Plot& plot, const PlotOptions& options, const TextLayout& layout);
 /// --charge SECONDS: what a failed run costs in means of times
 void AddChargeOption(const programs::Command& command, std::optional<double>* charge_s);
 /// In ms.

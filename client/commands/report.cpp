@@ -5,8 +5,8 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
-#include "client/page/page_file.h"
 #include "client/page/page_report.h"
+#include "client/report/replaced_file.h"
 #include "client/suite/chosen_files.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
@@ -54,7 +54,7 @@ ExitCode Report(const ReportOptions& options) {
   for (const auto& folder : folders)
     request.datasets.push_back(Dataset::Load(ChooseDatasetFolder(folder, nullptr), CallIsolated));
   const Page page = MakeReport(request);
-  WritePage(options.out, page.text);
+  ReplaceFile(options.out, page.text);
   for (const std::string& note : page.notes) Say("note: " + note);
   constexpr double kTenth = 10.0;
   const double megabytes = std::round(kTenth * static_cast<double>(page.text.size()) / kBytesPerMegabyte) / kTenth;

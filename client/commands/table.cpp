@@ -4,6 +4,7 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
+#include "client/compare/figures.h"
 #include "client/compare/statistics_table.h"
 #include "client/report/benchmark_table.h"
 #include "client/report/method_filter.h"
@@ -27,12 +28,12 @@ struct TableOptions {
   bool profile = false;
   std::optional<double> charge_s;
   bool paper = false;
+  PlotOptions plot;
 };
 
 constexpr char kPaperTable[] = "paper-table1.csv";
 
-std::string Render(const TableOptions& options) {
-  const auto source = OpenResults(options.source);
+std::string RenderTable(const TableOptions& options, ResultSource* source) {
   const TableStyle style{options.time_unit, LayoutOf(options.output)};
   if (options.charge_s && !options.statistics) {
     throw ClientError(ExitCode::kUsage, "--charge is what a failed run costs in the means of --statistics; give both");
@@ -52,8 +53,23 @@ std::string Render(const TableOptions& options) {
   return RenderBenchmarkTable(table, options.format, style);
 }
 
+// The profiles besides; empty where they are not printed.
+std::string RenderPlot(const TableOptions& options, ResultSource* source) {
+  if (!options.plot.any()) return {};
+  if (options.interpolation) {
+    throw ClientError(ExitCode::kUsage,
+                      "performance profiles are of solves: --plot, --svg and --png go without "
+                      "--interpolation");
+  }
+  RequireTextForPlot(options.plot, options.format == TableFormat::kText);
+  const StatisticsTable table = ReadStatisticsTable(*source, options.selection);
+  return DrawPlot(ProfilePlot(table), options.plot, LayoutOf(options.output));
+}
+
 ExitCode Table(const TableOptions& options) {
-  const std::string text = Render(options);
+  const auto source = OpenResults(options.source);
+  const std::string drawn = RenderPlot(options, source.get());
+  const std::string text = RenderTable(options, source.get()) + drawn;
   Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
   return ExitCode::kOk;
 }
@@ -87,6 +103,7 @@ void AddTableCommand(const programs::Command& program, Invocation* invocation) {
       .Excludes(interpolation)
       .Excludes(statistics);
   AddChargeOption(command, &options->charge_s);
+  AddPlotOptions(command, "the performance profiles", &options->plot);
   AddTimeUnitOption(command, &options->time_unit);
   AddOutputOptions(command, &options->output);
   AddSourceOptions(command, &options->source);

@@ -9,8 +9,8 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
-#include "client/page/page_file.h"
 #include "client/page/page_view.h"
+#include "client/report/replaced_file.h"
 #include "client/suite/chosen_files.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
@@ -62,7 +62,7 @@ ExitCode View(const ViewOptions& options) {
   request.dataset = Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated);
   const Page page = MakeView(request);
   const std::string out = options.out.value_or(DefaultName(options));
-  WritePage(out, page.text);
+  ReplaceFile(out, page.text);
   std::cerr << programs::Printable(out) << " written\n";
   if (options.open) Open(out);
   return ExitCode::kOk;

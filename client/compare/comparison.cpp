@@ -208,6 +208,18 @@ double ContendedShare(const SolveCell& a, const SolveCell& b) {
   return reported == 0 ? 0.0 : static_cast<double>(contended) / reported;
 }
 
+std::vector<PairedTimes> TimesOf(const std::vector<ProblemPair>& pairs) {
+  const auto time_ms = [](const ProblemScore& score) {
+    return score.solved > 0 ? std::max(score.MeanOfSolved(), kShortest_ms) : statistics::kInfinity;
+  };
+  std::vector<PairedTimes> times;
+  for (const ProblemPair& pair : pairs) {
+    if (pair.a.time.finished() == 0 || pair.b.time.finished() == 0) continue;
+    times.push_back({pair.a.problem, time_ms(pair.a.time), time_ms(pair.b.time)});
+  }
+  return times;
+}
+
 // One p of each cell, adjusted together.
 template <class Get>
 void Adjust(std::vector<CellComparison>* cells, const Get& test) {
@@ -257,6 +269,7 @@ CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge
     repeated = repeated || pair.a.runs.size() > 1 || pair.b.runs.size() > 1;
   }
   if (statistics::CountPairs(times_a, times_b).pairs() == 0) return comparison;
+  comparison.times = TimesOf(pairs);
   comparison.success = CompareSuccess(times_a, times_b, repeated, options);
   const std::vector<int> common = statistics::CommonlySolved(times_a, times_b);
   CompareTimes(pairs, common, options, &comparison);

@@ -42,6 +42,12 @@ struct RatioComparison {
   Change change = Change::kNone;
 };
 
+/// Times of one problem, means of solved repetitions; infinite where none was solved.
+struct PairedTimes {
+  int problem = 0;
+  double a_ms = 0.0, b_ms = 0.0;
+};
+
 /// One problem that stands out.
 struct ProblemRatio {
   int problem = 0;
@@ -73,6 +79,7 @@ struct CellComparison {
   statistics::Dominance dominance{};           ///< of the runtime distributions, failures at infinity; first: A
   std::optional<double> crossing_ms;           ///< where the one that leads first is first overtaken
   double contended_share = 0.0;                ///< of the runs of both
+  std::vector<PairedTimes> times;              ///< of the pairs, by problem
   std::vector<ProblemRatio> fastest, slowest;  ///< of B: the smallest ratios below 1, the largest above it
   Change change = Change::kNone;
 };

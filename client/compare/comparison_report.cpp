@@ -39,6 +39,13 @@ std::string P(double p, double adjusted, int informative) {
   return Printed("%.2g", p) + ", adjusted " + Printed("%.2g", adjusted);
 }
 
+bool SeveralMethods(const Comparison& comparison) {
+  for (const CellComparison& cell : comparison.cells) {
+    if (cell.a.method_id != comparison.cells.front().a.method_id) return true;
+  }
+  return false;
+}
+
 struct ChangeWords {
   const char* better;
   const char* worse;
@@ -66,12 +73,6 @@ std::string SuccessText(const SuccessComparison& success) {
          Percent(success.difference.estimate) + " points [" + Percent(success.difference.interval.lower) + ", " +
          Percent(success.difference.interval.upper) + "]; McNemar mid-p " +
          P(success.test.mid_p, success.adjusted_p, success.test.discordant);
-}
-
-std::string PairsText(const statistics::PairCounts& counts) {
-  return std::to_string(counts.pairs()) + ": both " + std::to_string(counts.both) + ", only A " +
-         std::to_string(counts.only_first) + ", only B " + std::to_string(counts.only_second) + ", neither " +
-         std::to_string(counts.neither) + (counts.missing > 0 ? "; missing " + std::to_string(counts.missing) : "");
 }
 
 std::string RatioText(const RatioComparison& ratios, const ChangeWords& words) {
@@ -114,7 +115,7 @@ std::string ProblemsText(const std::vector<ProblemRatio>& ratios) {
 
 std::vector<Line> LinesOf(const CellComparison& cell, const TimeUnit& unit) {
   return {
-      {"pairs", PairsText(cell.success.counts)},
+      {"pairs", DescribePairs(cell.success.counts)},
       {"success", SuccessText(cell.success)},
       {"time", RatioText(cell.time, kTimeWords)},
       {"cost", RatioText(cell.cost, kCostWords)},
@@ -132,25 +133,6 @@ std::string NameOf(const MethodIdentity& method) {
   return method.name + ", " + FormatStarts(method.multi_starts, method.inner_starts).full +
          " multi-starts, sample size " + std::to_string(method.sample_size) + " %, " +
          std::string(ToString(method.collision)) + " obstacles";
-}
-
-std::string TitleOf(const CellComparison& cell, bool several) {
-  const TableGroup group = GroupOf(cell.column.task, cell.column.initialization);
-  return (several ? NameOf(cell.a) + ": " : "") + group.section.full + ", " + group.title.full + ": " + Verdict(cell);
-}
-
-bool SeveralMethods(const Comparison& comparison) {
-  for (const CellComparison& cell : comparison.cells) {
-    if (cell.a.method_id != comparison.cells.front().a.method_id) return true;
-  }
-  return false;
-}
-
-std::string Head(const Comparison& comparison) {
-  std::string text = "Dataset " + comparison.dataset + ", " + std::string(ToString(comparison.rule)) + " rule. ";
-  const std::string a = DescribeOrigins(comparison.a.origins), b = DescribeOrigins(comparison.b.origins);
-  if (a == b) return text + a;
-  return text + "A: " + a + " B: " + b;
 }
 
 std::string RuleText(const Comparison& comparison) {
@@ -178,7 +160,7 @@ std::string Summary(const Comparison& comparison) {
 // What stands above the comparisons, and below them.
 std::array<std::vector<std::string>, 2> Frame(const Comparison& comparison) {
   std::array<std::vector<std::string>, 2> frame;
-  frame[0] = {"A: " + comparison.a.title, "B: " + comparison.b.title, Head(comparison)};
+  frame[0] = {"A: " + comparison.a.title, "B: " + comparison.b.title, DescribeComparison(comparison)};
   for (const std::string& note : comparison.notes) frame[1].push_back("Note: " + note);
   frame[1].push_back(RuleText(comparison));
   frame[1].push_back(Summary(comparison));
@@ -192,10 +174,9 @@ std::string ComparisonText(const Comparison& comparison, const TableStyle& style
   const auto [above, below] = Frame(comparison);
   std::string text;
   for (const std::string& line : above) text += Paragraph(line, style.layout);
-  const bool several = SeveralMethods(comparison);
   for (const CellComparison& cell : comparison.cells) {
     const Emphasis emphasis = cell.change == Change::kWorse ? Emphasis::kBad : Emphasis::kBest;
-    text += "\n" + Paragraph(programs::Printable(TitleOf(cell, several)), style.layout, emphasis);
+    text += "\n" + Paragraph(programs::Printable(TitleOf(comparison, cell)), style.layout, emphasis);
     text += AlignSentences(LinesOf(cell, style.time_unit), style.layout.width);
   }
   text += "\n";
@@ -209,12 +190,11 @@ std::string ComparisonMarkdown(const Comparison& comparison, const TableStyle& s
   const auto [above, below] = Frame(comparison);
   std::string text;
   for (const std::string& line : above) text += line + "\n\n";
-  const bool several = SeveralMethods(comparison);
   for (const CellComparison& cell : comparison.cells) {
     Listing listing;
     listing.columns = {"figure", "B beside A"};
     for (const Line& line : LinesOf(cell, style.time_unit)) listing.rows.push_back({line[0], line[1]});
-    text += "**" + programs::Printable(TitleOf(cell, several)) + "**\n\n" +
+    text += "**" + programs::Printable(TitleOf(comparison, cell)) + "**\n\n" +
             RenderListing(listing, ListingFormat::kMarkdown) + "\n";
   }
   for (const std::string& line : below) text += line + (&line == &below.back() ? "\n" : "\n\n");
@@ -311,6 +291,25 @@ Json CellJson(const CellComparison& cell) {
 }
 
 }  // namespace
+
+std::string DescribePairs(const statistics::PairCounts& counts) {
+  return std::to_string(counts.pairs()) + ": both " + std::to_string(counts.both) + ", only A " +
+         std::to_string(counts.only_first) + ", only B " + std::to_string(counts.only_second) + ", neither " +
+         std::to_string(counts.neither) + (counts.missing > 0 ? "; missing " + std::to_string(counts.missing) : "");
+}
+
+std::string TitleOf(const Comparison& comparison, const CellComparison& cell) {
+  const TableGroup group = GroupOf(cell.column.task, cell.column.initialization);
+  return (SeveralMethods(comparison) ? NameOf(cell.a) + ": " : "") + group.section.full + ", " + group.title.full +
+         ": " + Verdict(cell);
+}
+
+std::string DescribeComparison(const Comparison& comparison) {
+  std::string text = "Dataset " + comparison.dataset + ", " + std::string(ToString(comparison.rule)) + " rule. ";
+  const std::string a = DescribeOrigins(comparison.a.origins), b = DescribeOrigins(comparison.b.origins);
+  if (a == b) return text + a;
+  return text + "A: " + a + " B: " + b;
+}
 
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison) {
   const auto side = [](const ComparedSide& compared) {

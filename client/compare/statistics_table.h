@@ -76,6 +76,9 @@ StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule,
 StatisticsTable ReadStatisticsTable(ResultSource& source, const TableSelection& selection,
                                     std::optional<double> charge_ms = {});
 
+/// "WHAT of experiment 3 'quick', dataset garage, literal rule, seed 1, one run per problem.", builds and machines.
+std::string CaptionOf(const std::string& what, const StatisticsTable& table);
+
 /// Text, Markdown and LaTeX: a table for each task and start, CSV and JSON: all figures unrounded, a row for each
 /// method, task and start, times in ms; what is infinite or not there is empty or null.
 std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat format, const TableStyle& style = {});

@@ -86,16 +86,6 @@ struct Keys {
   }
 };
 
-std::string Caption(const StatisticsTable& table) {
-  std::string text = "Statistics of experiment " + std::to_string(table.experiment.id) + " '" + table.experiment.name +
-                     "', dataset " + table.experiment.dataset_name + std::string(Mention(table.experiment.split)) +
-                     ", " + std::string(ToString(table.rule)) + " rule, seed " + std::to_string(table.seed);
-  text += table.repetitions == 1 ? ", one run per problem"
-                                 : ", " + std::to_string(table.repetitions) + " repetitions averaged per problem";
-  return text + (table.origins.empty() ? "." : ". " + DescribeOrigins(table.origins)) +
-         MentionTakenOver(table.taken_over);
-}
-
 std::string Note(const TimeUnit& unit) {
   return "The unit is the problem. Solved: of n problems with a finished run, with Wilson's 95 % interval in percent; "
          "jobs that died or could not run are failures, queued and cancelled ones are missing. Times, in " +
@@ -159,7 +149,7 @@ GroupedTable Group(const StatisticsTable& table, const BenchmarkColumn& column, 
   }
   grouped.note = ColumnNote(common) + " A failure is charged " + DescribeCharge(common.charge, column.task, unit) + ".";
   const bool first = column == table.columns.begin()->first, last = column == table.columns.rbegin()->first;
-  if (first) grouped.caption = Caption(table);
+  if (first) grouped.caption = CaptionOf("Statistics", table);
   if (last) grouped.note += " " + Note(unit);
   if (last) grouped.warning = ClockWarning(table.clock_stopped, table.experiment.id);
   return MakePrintable(std::move(grouped));
@@ -284,6 +274,16 @@ nlohmann::ordered_json ProfileRows(const StatisticsTable& table) {
 }
 
 }  // namespace
+
+std::string CaptionOf(const std::string& what, const StatisticsTable& table) {
+  std::string text = what + " of experiment " + std::to_string(table.experiment.id) + " '" + table.experiment.name +
+                     "', dataset " + table.experiment.dataset_name + std::string(Mention(table.experiment.split)) +
+                     ", " + std::string(ToString(table.rule)) + " rule, seed " + std::to_string(table.seed);
+  text += table.repetitions == 1 ? ", one run per problem"
+                                 : ", " + std::to_string(table.repetitions) + " repetitions averaged per problem";
+  return text + (table.origins.empty() ? "." : ". " + DescribeOrigins(table.origins)) +
+         MentionTakenOver(table.taken_over);
+}
 
 nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table) {
   nlohmann::ordered_json json = {{"experiment_id", table.experiment.id},

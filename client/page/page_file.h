@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -29,9 +28,5 @@ class PageFile {
  private:
   std::string head_, blocks_;
 };
-
-/// Writes the text: a regular file, or none, is replaced in one step, so that nothing is lost when it cannot be
-/// written; anything else (a pipe) is written into. Throws ClientError (kUsage) when it cannot be written.
-void WritePage(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace legopt::client

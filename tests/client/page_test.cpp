@@ -14,6 +14,7 @@
 #include "client/page/page_report.h"
 #include "client/page/page_view.h"
 #include "client/report/reading.h"
+#include "client/report/replaced_file.h"
 #include "legopt/robot/kinematics.h"
 #include "page_fixture.h"
 #include "tests/dataset/synthetic_dataset.h"
@@ -133,11 +134,11 @@ TEST_F(PageTest, ViewsRefuseWhatTheyCannotDraw) {
 
 TEST_F(PageTest, WhatCannotBeWrittenLeavesTheOldFile) {
   const auto page = folder_.path() / "page.html";
-  WritePage(page, "old");
+  ReplaceFile(page, "old");
   std::filesystem::create_directory(folder_.path() / "page.html.new");  // where the new one would be made
-  EXPECT_EQ(CodeOf([&] { WritePage(page, "new"); }), ExitCode::kUsage);
+  EXPECT_EQ(CodeOf([&] { ReplaceFile(page, "new"); }), ExitCode::kUsage);
   EXPECT_EQ(Read(page), "old");
-  EXPECT_EQ(CodeOf([&] { WritePage(folder_.path() / "none" / "page.html", "new"); }), ExitCode::kUsage);
+  EXPECT_EQ(CodeOf([&] { ReplaceFile(folder_.path() / "none" / "page.html", "new"); }), ExitCode::kUsage);
 }
 
 TEST(PageBlock, WaypointsComeBackToHalfATenMillionth) {

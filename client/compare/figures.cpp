@@ -1,0 +1,121 @@
+#include "client/compare/figures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "client/compare/comparison_report.h"
+#include "client/report/grouped_table.h"
+#include "client/report/inner_starts.h"
+#include "programs/printable.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr double kPercent = 100.0, kLeastSpan = 2.0;
+
+// "SQP, 10 restarts, sample 80 %": what tells the rows of the table apart.
+std::string NameOf(const StatisticsTable& table, const StatisticsRow& row) {
+  const auto differ = [&](auto MethodIdentity::*figure) {
+    return std::any_of(table.rows.begin(), table.rows.end(),
+                       [&](const StatisticsRow& other) { return other.method.*figure != row.method.*figure; });
+  };
+  const MethodIdentity& method = row.method;
+  std::string name = row.title;
+  if (differ(&MethodIdentity::multi_starts) || differ(&MethodIdentity::inner_starts)) {
+    name += ", " + FormatStarts(method.multi_starts, method.inner_starts).full +
+            (method.inner_starts > 0 ? "" : " restarts");
+  }
+  if (differ(&MethodIdentity::sample_size)) name += ", sample " + std::to_string(method.sample_size) + " %";
+  if (differ(&MethodIdentity::collision)) name += ", " + std::string(ToString(method.collision));
+  return programs::Printable(name);
+}
+
+std::string Percents(double share) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.4g %%", kPercent * share);
+  return text;
+}
+
+PlotSeries CurveOf(std::size_t entry, const statistics::StepCurve& curve) {
+  PlotSeries series{entry, {}, {}};
+  for (std::size_t i = 0; i < curve.at.size(); ++i) series.points.push_back({curve.at[i], kPercent * curve.share[i]});
+  series.note =
+      "best on " + Percents(curve.At(1.0)) + ", solves " + Percents(curve.share.empty() ? 0.0 : curve.share.back());
+  return series;
+}
+
+PlotPanel ProfilePanel(const StatisticsTable& table, const BenchmarkColumn& column) {
+  const statistics::PerformanceProfile& profile = table.columns.at(column).profile;
+  const TableGroup group = GroupOf(column.task, column.initialization);
+  PlotPanel panel;
+  panel.title = group.section.full + ", " + group.title.full + ": " + std::to_string(profile.problems) +
+                (profile.problems == 1 ? " problem" : " problems");
+  panel.x = {"time over that of the best method", true, 1.0, kLeastSpan, false};
+  panel.y = {"problems solved within it (%)", false, 0.0, kPercent, false};
+  std::size_t next = 0;
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    if (!table.rows[row].cells.contains(column) || next == profile.curves.size()) continue;
+    const statistics::StepCurve& curve = profile.curves[next++];
+    if (!curve.at.empty()) panel.x.to = std::max(panel.x.to, curve.at.back());
+    panel.series.push_back(CurveOf(row, curve));
+  }
+  if (profile.unsolved > 0) panel.notes.push_back(std::to_string(profile.unsolved) + " of them no method solved.");
+  if (profile.problems == 0) panel.notes.emplace_back("No problem has been finished by every method.");
+  return panel;
+}
+
+// The decades that hold all finite values.
+PlotAxis TimeAxis(const std::string& title, const std::vector<PlotPoint>& points) {
+  constexpr double kTen = 10.0;
+  PlotAxis axis{title, true, INFINITY, 0.0, true};
+  for (const PlotPoint& point : points) {
+    for (const double value : {point.x, point.y}) {
+      if (std::isinf(value)) continue;
+      axis.from = std::min(axis.from, value);
+      axis.to = std::max(axis.to, value);
+    }
+  }
+  if (axis.to == 0.0) axis.from = axis.to = 1.0;
+  axis.from = std::pow(kTen, std::floor(std::log10(axis.from)));
+  axis.to = std::max(std::pow(kTen, std::ceil(std::log10(axis.to))), kTen * axis.from);
+  return axis;
+}
+
+PlotPanel ScatterPanel(const Comparison& comparison, const CellComparison& cell, const TimeUnit& unit) {
+  const double per_ms = kMilliseconds.seconds / unit.seconds;
+  PlotSeries series;
+  for (const PairedTimes& times : cell.times) {
+    if (std::isinf(times.a_ms) && std::isinf(times.b_ms)) continue;
+    series.points.push_back({times.a_ms * per_ms, times.b_ms * per_ms});
+  }
+  PlotPanel panel;
+  panel.title = programs::Printable(TitleOf(comparison, cell));
+  panel.kind = PlotKind::kPoints;
+  panel.x = TimeAxis("time of A (" + std::string(unit.name) + ")", series.points);
+  panel.y = TimeAxis("time of B (" + std::string(unit.name) + ")", series.points);
+  panel.series = {series};
+  panel.notes = {"Pairs " + DescribePairs(cell.success.counts) +
+                 ". Below the diagonal B is faster; on a rim one of the two failed."};
+  return panel;
+}
+
+}  // namespace
+
+Plot ProfilePlot(const StatisticsTable& table) {
+  Plot plot;
+  for (const StatisticsRow& row : table.rows) plot.entries.push_back(NameOf(table, row));
+  for (const auto& [column, common] : table.columns) plot.panels.push_back(ProfilePanel(table, column));
+  plot.caption = programs::Printable(CaptionOf("Performance profiles", table));
+  return plot;
+}
+
+Plot ScatterPlot(const Comparison& comparison, const TimeUnit& unit) {
+  Plot plot;
+  for (const CellComparison& cell : comparison.cells) plot.panels.push_back(ScatterPanel(comparison, cell, unit));
+  plot.caption = programs::Printable("A: " + comparison.a.title + ". B: " + comparison.b.title + ". " +
+                                     DescribeComparison(comparison));
+  return plot;
+}
+
+}  // namespace legopt::client

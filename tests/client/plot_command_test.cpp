@@ -1,0 +1,65 @@
+// Policy: `table` and `compare` draw what they print; a figure that cannot be written is refused before anything is
+// printed, and what stood there stays.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "command_line_fixture.h"
+#include "toy_experiment.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class PlotCommand : public CommandLine {
+ protected:
+  void SetUp() override { WriteTestDatabase(file_, ToyPool()); }
+  std::string Text(const std::string& name) const {
+    std::ifstream stream(folder_.path() / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+
+  std::string file_ = (folder_.path() / "toy.sqlite").string();
+};
+
+TEST_F(PlotCommand, TheTableStandsAboveItsProfiles) {
+  const auto plain = Run({"table", "--db", file_}), drawn = Run({"table", "--db", file_, "--plot"});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_THAT(drawn.out, StartsWith(plain.out));
+  EXPECT_THAT(drawn.out, HasSubstr("  c  C: best on 20 %, solves 60 %"));
+}
+
+TEST_F(PlotCommand, AComparisonStandsAboveItsScatterAndFilesAreWrittenBeside) {
+  const auto result = Run({"compare", "A", "B", "--db", file_, "--plot", "--svg", "x.svg", "--png", "x.png"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("x: time of A (ms)"));
+  EXPECT_THAT(Text("x.svg"), StartsWith("<?xml"));
+  EXPECT_THAT(Text("x.png"), StartsWith("\x89PNG"));
+}
+
+TEST_F(PlotCommand, FilesAreWrittenWithEveryFormatOfTheTable) {
+  const auto result = Run({"table", "--db", file_, "--format", "csv", "--svg", "x.svg"});
+  EXPECT_EQ(result.out, Run({"table", "--db", file_, "--format", "csv"}).out);
+  EXPECT_THAT(Text("x.svg"), StartsWith("<?xml"));
+}
+
+TEST_F(PlotCommand, WhatCannotBeDrawnIsRefused) {
+  ExpectError(Run({"table", "--db", file_, "--plot", "--format", "json"}), 2, "give --svg FILE or --png FILE");
+  ExpectError(Run({"compare", "A", "B", "--db", file_, "--plot", "--format", "md"}), 2, "give --svg FILE");
+  ExpectError(Run({"table", "--db", file_, "--plot", "--interpolation"}), 2, "without --interpolation");
+  ExpectError(Run({"table", "--db", file_, "--svg", "x", "--png", "x"}), 2, "name the same file, 'x'");
+}
+
+TEST_F(PlotCommand, AFileThatCannotBeWrittenIsNamedAndNothingIsPrinted) {
+  ExpectError(Run({"table", "--db", file_, "--svg", "none/x.svg"}), 2, "none/x.svg: cannot be written");
+  std::filesystem::create_directory(folder_.path() / "folder");
+  ExpectError(Run({"table", "--db", file_, "--png", "folder"}), 2, "folder: cannot be written");
+  EXPECT_TRUE(Run({"table", "--db", file_, "--png", "folder"}).out.empty());
+}
+
+}  // namespace
+}  // namespace legopt::client
