@@ -18,5 +18,7 @@ await picture(PAGE, '', 'report', 640, async () => undefined);
 await picture(VIEW, '#rule=solid', 'motion', 700, async (page) => {
   await page.waitForFunction(() => window.legopt.view?.filled() > 0.05, null, { timeout: 60000 });
   await page.getByRole('button', { name: /next of \d+ violation/ }).click();
+  await page.getByRole('button', { name: 'whole robot' }).click();
+  await page.evaluate(() => scrollTo(0, 0));
 });
 await browser.close();
