@@ -120,7 +120,7 @@ export function LiveView({ live, page }: { live: LiveState | null; page: Page })
       {live.failures.length === 0 ? <p class="none">none</p>
         : <ul class="newest">{live.failures.map((f) => (
           <li key={f.job}><a href={shown.has(f.experiment) ? href({ v: 'job', job: f.job, e: page.experiments!.findIndex(({ id }) => id === f.experiment) }) : `?experiment=${f.experiment}#v=job&job=${f.job}`}>job {f.job}</a>
-            {' '}{new Date(f.at_us / 1000).toLocaleTimeString()} <strong class="bad">{words(f.outcome)}</strong>: {f.method}, {f.task} {f.problem} from {words(f.initialization)}</li>))}</ul>}
+            {' '}{new Date(f.at_us / 1000).toLocaleTimeString([], { hour12: false })} <strong class="bad">{words(f.outcome)}</strong>: {f.method}, {f.task} {f.problem} from {words(f.initialization)}</li>))}</ul>}
     </>
   );
 }

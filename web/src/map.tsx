@@ -19,7 +19,7 @@ export function MapView({ experiment, e, state }: { experiment: Experiment; e: n
           <option value="time">time / fastest</option><option value="cost">cost / cheapest</option></select></label>
         <span class="says"><span class="map-1">1</span> best, darker is worse; <span class="map-x">{'\u2715'}</span> not solved; {DASH} not asked. A field leads to its job.</span></div>
       <div class="scroll"><table class="map">
-        <thead><tr><th scope="col">Problem</th>{experiment.methods.map((method, m) => <th scope="col" key={m} title={method.title}>{method.choice.replace(':', ' ')}</th>)}</tr></thead>
+        <thead><tr><th scope="col">Problem</th>{experiment.methods.map((method, m) => <th scope="col" key={m} title={method.title}>{method.choice.replace(/[:,]/g, '\n')}</th>)}</tr></thead>
         <tbody>{column.problems.map((problem, i) => (
           <tr key={problem}><th scope="row">{problem}</th>{column.methods.map((method, m) => {
             const ratio = method[measure][i], share = method.share[i], job = method.job[i];
