@@ -3,6 +3,7 @@
 #include <ode/ode.h>
 
 #include <algorithm>
+#include <mutex>
 #include <utility>
 
 #include "legopt/collision/ode_runtime.h"
@@ -26,6 +27,13 @@ struct Mesh {
 
 constexpr int kCoordinatesPerVertex = 3;
 
+// Debian builds ODE without thread-local storage: the colliders of meshes share one cache in the process, whatever
+// dAllocateODEDataForThread allocates. Worlds of several threads take turns.
+std::mutex& ColliderCache() {
+  static std::mutex mutex;
+  return mutex;
+}
+
 }  // namespace
 
 struct TrimeshWorld::Impl {
@@ -44,6 +52,7 @@ struct TrimeshWorld::Impl {
   /// Number of contacts, at most kOriginalContacts, which are left in `contacts`.
   int Collide(int mesh_a, int mesh_b) {
     UseOdeOnThisThread();
+    const std::scoped_lock lock(ColliderCache());
     return dCollide(geom(mesh_a), geom(mesh_b), kOriginalContacts, contacts.data(), sizeof(dContactGeom));
   }
   /// Largest depth of the first contacts; -1 without any.

@@ -11,7 +11,7 @@
 namespace legopt {
 
 /// The judge's side of ODE: triangle meshes only, as the original evaluator used them. ODE's types do not appear here.
-/// One thread at a time.
+/// One thread at a time; worlds of different threads wait for each other in Depth and AllDepths.
 class TrimeshWorld {
  public:
   /// Contacts of a pair of meshes that the original evaluator looks at, in the order in which ODE finds them.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <thread>
+#include <vector>
 
 #include "legopt/collision/link_trimeshes.h"
 #include "legopt/collision/trimesh_world.h"
@@ -66,6 +68,29 @@ TriangleMesh Sheet(int n, double dx, double dy) {
     }
   }
   return mesh;
+}
+
+// ODE's mesh colliders share one cache in the process: without turns the depths of both threads are garbage at times.
+TEST(TrimeshDepth, WorldsOfTwoThreadsDisturbNobody) {
+  constexpr int kRounds = 400;
+  const auto depths = [](double slope) {
+    TrimeshWorld world;
+    const int box = world.Add(Tessellate(Spec(ShapeSpec::Kind::kBox, kFootSize)));
+    const int sheet = world.Add(Sheet(12, slope, -slope));
+    std::vector<double> found;
+    for (int i = 0; i < kRounds; ++i) {
+      world.SetPose(box, At(0.001 * (i % 50), 0.007, 0.5 * kFootSize.z() - 0.0002 * (i % 30)));
+      found.push_back(world.Depth(box, sheet));
+    }
+    return found;
+  };
+  const std::vector<double> alone[] = {depths(0.0), depths(0.5)};
+  std::vector<double> together[2];
+  std::thread other([&] { together[1] = depths(0.5); });
+  together[0] = depths(0.0);
+  other.join();
+  EXPECT_EQ(together[0], alone[0]);
+  EXPECT_EQ(together[1], alone[1]);
 }
 
 TEST(TrimeshDepth, TheOriginalLooksAt255ContactsTheStrictFigureAtAll) {
