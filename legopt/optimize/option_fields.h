@@ -58,6 +58,11 @@ class BasicOptionFields {
     if (value != usual || !leaves_usual_out()) Choice(key, value);
   }
 
+  /// The same for a number.
+  void LaterNumber(const char* key, Field<double> value, double low, double high, double usual) {
+    if (value != usual || !leaves_usual_out()) Number(key, value, low, high);
+  }
+
   /// A key that there was once. Who still writes it gets an error with `fix`, what to write instead.
   virtual void Former(const char* /*key*/, const char* /*fix*/) {}
 
@@ -67,7 +72,7 @@ class BasicOptionFields {
                        const std::string& message, const std::string& fix) = 0;
 
  protected:
-  /// Whether a usual value of LaterChoice stays unsaid.
+  /// Whether the usual value of a later option stays unsaid.
   virtual bool leaves_usual_out() const { return false; }
 
   /// What Choice comes down to: `index` is the place in `words`, or beyond them for what is no value.

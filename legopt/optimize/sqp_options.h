@@ -60,6 +60,9 @@ struct SqpOptions {
   bool polish_violations = true;
   FeasibleStop stop_when_feasible = FeasibleStop::kIncremental;  ///< which inner loops end where the constraints hold
   double subproblem_accuracy_frac = 1e-8;  ///< a subproblem may end this share of the merit above its optimum, > 0
+  /// A subproblem may also end once its step has this share of the decrease that is possible at most, or once no step
+  /// could be worth it by min_approx_improve; 1: never before its accuracy. (0, 1]
+  double subproblem_decrease_share = 1.0;
   SubproblemMethod subproblem = SubproblemMethod::kInteriorPoint;  ///< who solves the convex model
 
   /// Its keys under `options:` (option_fields.h).
@@ -82,6 +85,7 @@ struct SqpOptions {
     fields.Boolean("polish_violations", options.polish_violations);
     fields.Number("subproblem_accuracy_frac", options.subproblem_accuracy_frac, kTiny, 0.1);
     fields.Choice("subproblem", options.subproblem);
+    fields.LaterNumber("subproblem_decrease_share", options.subproblem_decrease_share, 0.1, 1.0, 1.0);
     fields.LaterChoice("stop_when_feasible", options.stop_when_feasible, FeasibleStop::kIncremental);
     fields.Require(options.trust_box_size > options.min_trust_box_size, "trust_box_size", "min_trust_box_size",
                    std::to_string(options.trust_box_size), "must exceed min_trust_box_size",

@@ -149,8 +149,11 @@ bool SqpSolver::SolveSubproblem(const Program& program, const Eigen::VectorXd& x
   upper_ = upper_.cwiseMin(trust_box_);
   subproblem_->SetBounds(lower_, upper_);
   ++iterations_;
-  const double accuracy = std::max(kSubproblemShare * options_.min_approx_improve,
-                                   options_.subproblem_accuracy_frac * value_.Merit(penalty_));
+  const double merit = value_.Merit(penalty_);
+  const SubproblemSolver::Accuracy accuracy = {
+      .gap = std::max(kSubproblemShare * options_.min_approx_improve, options_.subproblem_accuracy_frac * merit),
+      .share = options_.subproblem_decrease_share,
+      .negligible = std::max(options_.min_approx_improve, options_.min_approx_improve_frac * merit)};
   return subproblem_solver_->Solve(*subproblem_, accuracy, dx_).status != SubproblemSolver::Status::kFailed;
 }
 

@@ -105,9 +105,16 @@ class SubproblemSolver {
  public:
   /// How a solve ended.
   enum class Status {
-    kSolved,          ///< within the accuracy asked for
+    kSolved,          ///< with the accuracy asked for
     kIterationLimit,  ///< or no further progress: the point is legal, but not proven optimal
     kFailed           ///< numbers that are not finite, or no point at all
+  };
+
+  /// When a solve may end; in the unit of m. An exact solver may stop at the first of these, another one at any.
+  struct Accuracy {
+    double gap = 0.0;         ///< within this of the optimal value
+    double share = 1.0;       ///< with this share of the largest possible decrease below m(0); 1: never for that
+    double negligible = 0.0;  ///< when no point can be this much below m(0); only with a share below 1
   };
 
   /// What a solve tells beside its point.
@@ -119,9 +126,9 @@ class SubproblemSolver {
 
   virtual ~SubproblemSolver() = default;
 
-  /// Minimises to within `accuracy` of the optimal value. `dx` (unpadded) lies within the bounds; with
+  /// Minimises as far as `accuracy` asks for. `dx` (unpadded) lies within the bounds; with
   /// kIterationLimit it is the last point, with kFailed it is unusable.
-  virtual Result Solve(const ConvexSubproblem& problem, double accuracy, Eigen::Ref<Eigen::VectorXd> dx) = 0;
+  virtual Result Solve(const ConvexSubproblem& problem, const Accuracy& accuracy, Eigen::Ref<Eigen::VectorXd> dx) = 0;
 };
 
 }  // namespace legopt

@@ -23,13 +23,12 @@ constexpr double kMinStartBarrier = 1e-7;
 
 }  // namespace
 
-SubproblemSolver::Result InteriorPointSolver::Solve(const ConvexSubproblem& problem, double accuracy,
+SubproblemSolver::Result InteriorPointSolver::Solve(const ConvexSubproblem& problem, const Accuracy& accuracy,
                                                     Eigen::Ref<Eigen::VectorXd> dx) {
   Prepare(problem);
   StartingPoint(problem);
   Result result;
   result.status = Status::kIterationLimit;
-  const double tolerance = std::max(accuracy / scale_, kRelativeGap * static_cast<double>(num_products_));
   for (; result.iterations < kMaxIterations; ++result.iterations) {
     Residuals(problem);
     const double gap = x_.Gap() + y_.Gap();
@@ -38,7 +37,7 @@ SubproblemSolver::Result InteriorPointSolver::Solve(const ConvexSubproblem& prob
       break;
     }
     result.gap = gap * scale_;
-    if (gap <= tolerance) {
+    if (IsSolved(problem, accuracy, gap)) {
       result.status = Status::kSolved;
       break;
     }
@@ -207,6 +206,34 @@ void InteriorPointSolver::Residuals(const ConvexSubproblem& problem) {
   for (size_t i = 0; i < num_y_; ++i) rp_[i] = problem.rows()[i].offset + y_.z_lower[i] - y_.z_upper[i];
   std::fill(rp_.begin() + static_cast<std::ptrdiff_t>(num_y_), rp_.end(), 0.0);
   AddRowProducts(x_.value, rp_);
+}
+
+double InteriorPointSolver::Decrease(const ConvexSubproblem& problem) const {
+  // Residuals left H x = rd - g - A'y + zl - zu and A x + b = rp - wl + wu.
+  const double inverse = 1.0 / scale_;
+  double linear = 0.0, quadratic = 0.0;
+  for (size_t i = 0; i < num_x_; ++i) {
+    const double gradient = inverse * problem.gradient()[i];
+    linear += gradient * x_.value[i];
+    quadratic += (rd_[i] + x_.z_lower[i] - x_.z_upper[i] - gradient) * x_.value[i];
+  }
+  double decrease = 0.0;
+  for (size_t i = 0; i < num_y_; ++i) {
+    const ConvexSubproblem::Row& row = problem.rows()[i];
+    const double a = rp_[i] - y_.z_lower[i] + y_.z_upper[i];
+    quadratic -= y_.value[i] * (a - row.offset);
+    const double weight = row.weight / scale_;
+    const auto penalty = [&](double value) { return row.absolute ? std::abs(value) : std::max(0.0, value); };
+    decrease += weight * (penalty(row.offset) - penalty(a));
+  }
+  return decrease - linear - 0.5 * quadratic;
+}
+
+bool InteriorPointSolver::IsSolved(const ConvexSubproblem& problem, const Accuracy& accuracy, double gap) const {
+  if (gap <= std::max(accuracy.gap / scale_, kRelativeGap * static_cast<double>(num_products_))) return true;
+  if (accuracy.share >= 1.0) return false;
+  const double decrease = Decrease(problem), possible = decrease + gap;
+  return possible * scale_ <= accuracy.negligible || decrease >= accuracy.share * possible;
 }
 
 bool InteriorPointSolver::AffineDirection() {

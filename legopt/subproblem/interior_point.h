@@ -27,7 +27,7 @@ namespace legopt {
 /// One thread; no allocation once the buffers have grown.
 class InteriorPointSolver : public SubproblemSolver {
  public:
-  Result Solve(const ConvexSubproblem& problem, double accuracy, Eigen::Ref<Eigen::VectorXd> dx) override;
+  Result Solve(const ConvexSubproblem& problem, const Accuracy& accuracy, Eigen::Ref<Eigen::VectorXd> dx) override;
 
  private:
   /// Successive rows with the same blocks: a dense panel.
@@ -45,6 +45,9 @@ class InteriorPointSolver : public SubproblemSolver {
   void StartingPoint(const ConvexSubproblem& problem);
   void StartRow(size_t i, double a, double barrier);
   void Residuals(const ConvexSubproblem& problem);
+  /// m(0) - m(x) at the residuals' point, divided by scale_.
+  double Decrease(const ConvexSubproblem& problem) const;
+  bool IsSolved(const ConvexSubproblem& problem, const Accuracy& accuracy, double gap) const;
   /// Factors the matrix and computes the predictor; pivots are lifted further until it is finite.
   bool AffineDirection();
   bool Factor(double pivot_floor);

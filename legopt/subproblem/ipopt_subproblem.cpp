@@ -172,11 +172,11 @@ class SlackProgram : public Ipopt::TNLP {
 
 }  // namespace
 
-SubproblemSolver::Result IpoptSubproblemSolver::Solve(const ConvexSubproblem& problem, double accuracy,
+SubproblemSolver::Result IpoptSubproblemSolver::Solve(const ConvexSubproblem& problem, const Accuracy& accuracy,
                                                       Eigen::Ref<Eigen::VectorXd> dx) {
   const double scale = problem.max_weight() > 0.0 ? problem.max_weight() : 1.0;
   QuietIpopt ipopt;
-  ipopt.SetNumber("tol", std::max(accuracy / scale, kMinTolerance));
+  ipopt.SetNumber("tol", std::max(accuracy.gap / scale, kMinTolerance));
   ipopt.SetInteger("max_iter", kIpoptMaxIterations);
   ipopt.SetText("mehrotra_algorithm", "yes");
   ipopt.SetText("hessian_constant", "yes");
@@ -188,7 +188,7 @@ SubproblemSolver::Result IpoptSubproblemSolver::Solve(const ConvexSubproblem& pr
   if (end == QuietIpopt::End::kSolved) result.status = Status::kSolved;
   if (end == QuietIpopt::End::kIterationLimit) result.status = Status::kIterationLimit;
   result.iterations = ipopt.iterations();
-  result.gap = accuracy;
+  result.gap = accuracy.gap;
   return result;
 }
 

@@ -11,7 +11,7 @@ namespace legopt {
 /// MUMPS allows one solve per process at a time: solves of all instances are serialised by a lock.
 class IpoptSubproblemSolver : public SubproblemSolver {
  public:
-  Result Solve(const ConvexSubproblem& problem, double accuracy, Eigen::Ref<Eigen::VectorXd> dx) override;
+  Result Solve(const ConvexSubproblem& problem, const Accuracy& accuracy, Eigen::Ref<Eigen::VectorXd> dx) override;
 };
 
 }  // namespace legopt

@@ -16,7 +16,7 @@ void Run(benchmark::State& state, const RandomSubproblemShape& shape) {
   InteriorPointSolver solver;
   double iterations = 0;
   for (auto _ : state) {
-    iterations = solver.Solve(problem, kAccuracy, dx).iterations;
+    iterations = solver.Solve(problem, {.gap = kAccuracy}, dx).iterations;
     benchmark::DoNotOptimize(dx.data());
   }
   state.counters["iterations"] = iterations;

@@ -32,7 +32,7 @@ class Subproblem : public ::testing::TestWithParam<Kind> {
  protected:
   Eigen::VectorXd Solve(const ConvexSubproblem& problem) {
     Eigen::VectorXd dx = Eigen::VectorXd::Constant(problem.num_blocks() * problem.block_size(), 1e9);
-    result_ = Make(GetParam())->Solve(problem, kAccuracy, dx);
+    result_ = Make(GetParam())->Solve(problem, {.gap = kAccuracy}, dx);
     EXPECT_EQ(result_.status, SubproblemSolver::Status::kSolved);
     return dx;
   }
@@ -108,8 +108,8 @@ void ExpectSameOptimum(const RandomSubproblemShape& shape, unsigned seed, double
   const ConvexSubproblem problem = MakeRandomSubproblem(shape, seed);
   const Eigen::Index size = static_cast<Eigen::Index>(shape.num_blocks) * shape.block_size;
   Eigen::VectorXd ours(size), theirs(size);
-  const auto own = InteriorPointSolver().Solve(problem, kAccuracy, ours);
-  const auto other = IpoptSubproblemSolver().Solve(problem, kAccuracy, theirs);
+  const auto own = InteriorPointSolver().Solve(problem, {.gap = kAccuracy}, ours);
+  const auto other = IpoptSubproblemSolver().Solve(problem, {.gap = kAccuracy}, theirs);
   ASSERT_EQ(own.status, SubproblemSolver::Status::kSolved) << "seed " << seed << " gap " << own.gap;
   ASSERT_EQ(other.status, SubproblemSolver::Status::kSolved);
   const double value = problem.Value(ours);
@@ -152,9 +152,48 @@ TEST(InteriorPoint, ReportedGapBoundsTheError) {
     const ConvexSubproblem problem = MakeRandomSubproblem({}, seed);
     Eigen::VectorXd loose(35), tight(35);
     InteriorPointSolver solver;
-    const auto result = solver.Solve(problem, 1e-1, loose);
-    solver.Solve(problem, 1e-9, tight);
+    const auto result = solver.Solve(problem, {.gap = 1e-1}, loose);
+    solver.Solve(problem, {.gap = 1e-9}, tight);
     EXPECT_LE(problem.Value(loose) - problem.Value(tight), result.gap + 1e-9);
+  }
+}
+
+const RandomSubproblemShape kWindow = {.num_blocks = 4, .cost_rows = 0, .coupled = true, .fixed_variables = 35};
+
+TEST(InteriorPoint, AStepThatEndsEarlyHasItsShareOfThePossibleDecrease) {
+  for (const RandomSubproblemShape& shape : {RandomSubproblemShape{}, kWindow}) {
+    int fewer = 0;
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      const ConvexSubproblem problem = MakeRandomSubproblem(shape, seed);
+      const Eigen::Index size = Eigen::Index{problem.num_blocks()} * problem.block_size();
+      Eigen::VectorXd early(size), best(size);
+      InteriorPointSolver solver;
+      const auto result = solver.Solve(problem, {.gap = kAccuracy, .share = 0.9}, early);
+      const int all = solver.Solve(problem, {.gap = kAccuracy}, best).iterations;
+      EXPECT_EQ(result.status, SubproblemSolver::Status::kSolved);
+      const double start = problem.Value(Eigen::VectorXd::Zero(size)), least = problem.Value(best);
+      EXPECT_GE(start - problem.Value(early), 0.9 * (start - least) * (1.0 - 1e-9)) << seed;
+      EXPECT_LE(problem.Value(early) - least, result.gap + 1e-9) << seed;
+      fewer += result.iterations < all ? 1 : 0;
+    }
+    EXPECT_EQ(fewer, 20);
+  }
+}
+
+TEST(InteriorPoint, EndsWhereNoStepCouldBeWorthIt) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const ConvexSubproblem problem = MakeRandomSubproblem(kWindow, seed);
+    const Eigen::Index size = Eigen::Index{problem.num_blocks()} * problem.block_size();
+    Eigen::VectorXd dx(size);
+    InteriorPointSolver solver;
+    solver.Solve(problem, {.gap = kAccuracy}, dx);
+    const double possible = problem.Value(Eigen::VectorXd::Zero(size)) - problem.Value(dx);
+    const int all = solver.Solve(problem, {.gap = kAccuracy, .share = 0.999}, dx).iterations;
+    const auto hopeless = solver.Solve(problem, {.gap = kAccuracy, .share = 0.999, .negligible = 10.0 * possible}, dx);
+    EXPECT_EQ(hopeless.status, SubproblemSolver::Status::kSolved);
+    EXPECT_LT(hopeless.iterations, all) << seed;
+    const auto worth = solver.Solve(problem, {.gap = kAccuracy, .share = 0.999, .negligible = 0.99 * possible}, dx);
+    EXPECT_EQ(worth.iterations, all) << seed;  // a bound that is true never ends what is worth it
   }
 }
 
@@ -163,9 +202,9 @@ TEST(InteriorPoint, SameInputSameBits) {
   const ConvexSubproblem other = MakeRandomSubproblem({}, 6);
   Eigen::VectorXd first(105), second(105), unrelated(35);
   InteriorPointSolver solver;
-  solver.Solve(problem, kAccuracy, first);
-  solver.Solve(other, kAccuracy, unrelated);  // the workspace's history must not matter
-  solver.Solve(problem, kAccuracy, second);
+  solver.Solve(problem, {.gap = kAccuracy}, first);
+  solver.Solve(other, {.gap = kAccuracy}, unrelated);  // the workspace's history must not matter
+  solver.Solve(problem, {.gap = kAccuracy}, second);
   EXPECT_EQ(first, second);
 }
 
@@ -173,7 +212,7 @@ TEST(InteriorPoint, NonFiniteInputFails) {
   ConvexSubproblem problem = Scalar(-1, 1);
   problem.AddCost(0, OneRow({std::numeric_limits<double>::quiet_NaN()}, 1.0));
   Eigen::VectorXd dx(1);
-  EXPECT_EQ(InteriorPointSolver().Solve(problem, kAccuracy, dx).status, SubproblemSolver::Status::kFailed);
+  EXPECT_EQ(InteriorPointSolver().Solve(problem, {.gap = kAccuracy}, dx).status, SubproblemSolver::Status::kFailed);
 }
 
 }  // namespace
