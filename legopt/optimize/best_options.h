@@ -18,6 +18,7 @@ struct BestOptions {
     sqp.trust_rule = TrustRule::kMeasured;
     sqp.polish_violations = false;
     sqp.subproblem_accuracy_frac = 1e-3;
+    sqp.subproblem_decrease_share = 0.95;
     sqp.constraint_tolerance = 4e-4;
     return sqp;
   }

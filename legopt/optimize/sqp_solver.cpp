@@ -152,7 +152,8 @@ bool SqpSolver::SolveSubproblem(const Program& program, const Eigen::VectorXd& x
   const double merit = value_.Merit(penalty_);
   const SubproblemSolver::Accuracy accuracy = {
       .gap = std::max(kSubproblemShare * options_.min_approx_improve, options_.subproblem_accuracy_frac * merit),
-      .share = options_.subproblem_decrease_share,
+      // Where the constraints hold, the last steps decide the cost.
+      .share = Satisfied() ? 1.0 : options_.subproblem_decrease_share,
       .negligible = std::max(options_.min_approx_improve, options_.min_approx_improve_frac * merit)};
   return subproblem_solver_->Solve(*subproblem_, accuracy, dx_).status != SubproblemSolver::Status::kFailed;
 }
