@@ -132,15 +132,14 @@ class Database:
         return pairs.read_pairs(self._file, found, task, initialization, rule)
 
     def waypoints(self, job: int) -> Waypoints:
-        """The solution of a job, whether the judge accepts it or not. RequestError: no such job, or none."""
+        """The solution of a job as far as it came, whether the judge accepts it or not; of a motion that lost its first
+        window that is nothing. RequestError: no such job, or it has no result."""
         facts = self._job(job, "d.joint_names FROM jobs AS j JOIN problems AS p USING (problem_key) "
                                "JOIN datasets AS d USING (dataset_id) LEFT JOIN results AS r ON r.job_id = j.job_id")
         stored = self._file.select("SELECT x FROM waypoints WHERE job_id = ? ORDER BY waypoint", [job])
-        if not stored:
-            raise RequestError(f"job {job} has a result without a solution")
         x = [decode_waypoint(row["x"], f"{self.path}: job {job}") for row in stored]
         names = json.loads(facts["joint_names"]) if facts["joint_names"] else None
-        if len({len(row) for row in x}) > 1 or names is not None and len(names) != len(x[0]) - 7:
+        if len({len(row) for row in x}) > 1 or x and names is not None and len(names) != len(x[0]) - 7:
             raise DatabaseError(f"{self.path}: job {job}: waypoints of different lengths, or not of its robot; restore a "
                                 "backup")
         return Waypoints(job, x, names)

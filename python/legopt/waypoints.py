@@ -31,7 +31,7 @@ class Waypoints:
     @property
     def names(self) -> list[str]:
         """Of the columns: the joints (joint_0, ... where nobody told their names) and BASE_NAMES."""
-        joints = len(self.x[0]) - len(BASE_NAMES)
+        joints = len(self.x[0]) - len(BASE_NAMES) if self.x else 0
         return [*(self.joint_names or [f"joint_{i}" for i in range(joints)]), *BASE_NAMES]
 
     @property
@@ -51,7 +51,7 @@ class Waypoints:
 
     def array(self) -> numpy.ndarray:
         """float64, waypoints x (joints + 7). MissingPackageError without NumPy."""
-        return require("numpy", "an array").array(self.x, dtype="float64")
+        return require("numpy", "an array").array(self.x, dtype="float64").reshape(-1, len(self.names))
 
     def rows(self) -> Rows:
         """One row per waypoint, a column for each of `names`, and its number."""
