@@ -215,5 +215,5 @@ class Database:
                                "judge their solutions again: 'legopt export', then 'legopt evaluate FILE --rule solid'")
 
 
-def _flags(**given: object) -> list[object]:
-    return [word for name, value in given.items() if value is not None for word in ("--" + name, value)]
+def _flags(**given: object) -> list[str]:
+    return [word for name, value in given.items() if value is not None for word in ("--" + name, str(value))]

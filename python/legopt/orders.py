@@ -10,7 +10,7 @@ and joints in orders of their own, Pinocchio's by the alphabet of their names. N
 takes their model and looks at the few members that its text names, or takes a list of joint names.
 
     order = legopt.orders.pinocchio(waypoints.joint_names, model)
-    q = order.from_legopt(waypoints.x)
+    q = order.from_legopt(waypoints)
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from typing import Any
 
 from .errors import RequestError
 from .rows import require
+from .waypoints import Waypoints
 
 _BASE = 7  # numbers of a floating base: position and quaternion
 _UNITS_APART = 1e-9  # rad or m: a joint that the other model has not may differ so much from what it is held at
@@ -197,11 +198,11 @@ def _quoted(names: Sequence[str]) -> str:
 
 def _each(given: Any, size: int, library: str, convert: Any) -> Any:
     """`convert` of a vector, or of each of several; arrays for what is one."""
-    values = getattr(given, "x", given)  # Waypoints
+    values = given.x if isinstance(given, Waypoints) else given
     is_array = hasattr(values, "__array__")
     if is_array:
         values = require("numpy", "an array").asarray(values, dtype="float64").tolist()
-    several = len(values) > 0 and hasattr(values[0], "__len__")
+    several = len(values) == 0 or hasattr(values[0], "__len__")  # of no waypoints there are no vectors
     vectors = list(values) if several else [values]
     for number, vector in enumerate(vectors):
         if len(vector) != size:

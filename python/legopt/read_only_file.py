@@ -172,6 +172,8 @@ class ReadOnlyFile:
         if isinstance(error, OSError) or code is not None and code & 0xFF in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY,
                                                                              sqlite3.SQLITE_PERM):
             advice = ("check the permissions of file and folder; 'legopt backup' makes a copy that needs no side files")
+        elif isinstance(error, sqlite3.ProgrammingError):
+            advice = "use a database in the thread that opened it"
         elif code == sqlite3.SQLITE_NOTADB:
             advice = "this is not a SQLite file; choose another file"
         elif code is not None and code & 0xFF == sqlite3.SQLITE_BUSY:
