@@ -21,8 +21,9 @@ def read_methods(file: ReadOnlyFile, experiment: int) -> Rows:
         "ORDER BY min(c.cell_id)", [experiment])
     for method in found:
         method["incremental"] = bool(method["incremental"])
-    return Rows(["method_id", "choice", *found.columns[1:]],
-                ({"method_id": method["method_id"], "choice": _choice_of(method, found), **method} for method in found))
+    return Rows(["experiment_id", "method_id", "choice", *found.columns[1:]],
+                ({"experiment_id": experiment, "method_id": method["method_id"], "choice": _choice_of(method, found), **method}
+                 for method in found))
 
 
 def _figures_of(method: Method) -> dict[str, str]:
