@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Two figures of an experiment: performance profiles of all its methods, and the times of two of them problem by problem.
+"""Two figures of an experiment: performance profiles of all its methods, and the times of two of them problem by
+problem.
 
     legopt run quick --db results.sqlite
     PYTHONPATH=python LEGOPT=build/legopt examples/python/two_figures.py results.sqlite LegOpt-best Adam --out figures
 
-writes profiles.svg, profiles.png, pairs.svg and pairs.png. PYTHONPATH and LEGOPT are for the source tree; installed, both are
-found. The parts between the lines "# %%" are cells for editors that know them.
+writes profiles.svg, profiles.png, pairs.svg and pairs.png. PYTHONPATH and LEGOPT are for the source tree; installed,
+both are found. The parts between the lines "# %%" are cells for editors that know them.
 """
 
 # %% What is asked for
@@ -71,8 +72,8 @@ for axes, ((task, start), steps) in zip(all_axes[0], panels.items()):
             curve.append((farthest, curve[-1][1]))
         axes.step([ratio for ratio, _ in curve], [share for _, share in curve], where="post", label=choice,
                   markevery=slice(0, -1), markersize=4, **styles[number])
-    axes.set(xscale="log", xlim=(1, farthest), ylim=(-0.02, 1.02), title=f"{task}, {start}, {steps[0]['problems']} problems",
-             xlabel="time / best time")
+    axes.set(xscale="log", xlim=(1, farthest), ylim=(-0.02, 1.02), xlabel="time / best time",
+             title=f"{task}, {start}, {steps[0]['problems']} problems")
 all_axes[0][0].set_ylabel("share of problems")
 all_axes[0][0].legend(loc="lower right", fontsize="small")
 save(figure, "profiles")

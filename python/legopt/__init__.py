@@ -1,5 +1,5 @@
-"""Results of legopt in Python: open a database read-only, take tidy rows or frames, ask the program for comparisons, hand
-solutions to other robotics libraries. docs/python.md shows all of it.
+"""Results of legopt in Python: open a database read-only, take tidy rows or frames, ask the program for comparisons,
+hand solutions to other robotics libraries. docs/python.md shows all of it.
 
     import legopt
 

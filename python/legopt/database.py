@@ -25,8 +25,8 @@ _JOBS = f"""
 SELECT l.*, e.name AS experiment, d.name AS dataset, e.seed, c.method_id, c.effort_limit,
   coalesce(c.wall_limit_us, e.wall_limit_us) AS wall_limit_us, w.build, {{results}},
   iif({_CONTENDED}, r.cpu_us, r.wall_us) / 1e3 AS solve_ms, {_CONTENDED} AS contended,
-  CASE WHEN l.state = 'done' THEN coalesce(r.verdict_{{rule}} = 'success', 0) WHEN l.state IN ('failed', 'dead') THEN 0 END
-    AS solved
+  CASE WHEN l.state = 'done' THEN coalesce(r.verdict_{{rule}} = 'success', 0)
+    WHEN l.state IN ('failed', 'dead') THEN 0 END AS solved
 FROM job_list AS l
 JOIN jobs AS j USING (job_id)
 JOIN cells AS c USING (cell_id)
@@ -84,8 +84,8 @@ class Database:
         return read_methods(self._file, self._experiment(experiment))
 
     def jobs(self, experiment: int | str | None = None, rule: str = "literal") -> Rows:
-        """One row per job of an experiment (number or name; default: of all), with the names of the view job_list and of
-        the tables, and besides
+        """One row per job of an experiment (number or name; default: of all), with the names of the view job_list and
+        of the tables, and besides
 
         * `choice`: the method as compare() names it
         * `rule`, `solved`: whether the judge accepts its solution by the rule; None: never run to its end
@@ -112,8 +112,8 @@ class Database:
 
     def paired(self, a: int | str, b: int | str, experiment: int | str | None = None, *, method: str | None = None,
                task: str | None = None, initialization: str | None = None, rule: str = "literal") -> Rows:
-        """One row per problem that both were asked to solve, as `legopt compare A B` pairs them: A and B are methods of an
-        experiment (default: the newest), or experiments (number or name) whose methods of equal name and figures are
+        """One row per problem that both were asked to solve, as `legopt compare A B` pairs them: A and B are methods of
+        an experiment (default: the newest), or experiments (number or name) whose methods of equal name and figures are
         paired. Repetitions are averaged first. Columns:
 
         * `task`, `initialization`, `problem_id`; `choice_a`, `choice_b`: the methods
@@ -124,8 +124,8 @@ class Database:
 
         RequestError: no such method, experiment, rule, or not one dataset."""
         self._require_rule(rule)
-        found = pairs.find_cells(self._file, str(a), str(b), None if experiment is None else self._experiment(experiment),
-                                 method)
+        number = None if experiment is None else self._experiment(experiment)
+        found = pairs.find_cells(self._file, str(a), str(b), number, method)
         for side in {found.experiment_a, found.experiment_b}:
             if rule == "solid":
                 self._require_solid_verdicts(side)
@@ -140,8 +140,8 @@ class Database:
         x = [decode_waypoint(row["x"], f"{self.path}: job {job}") for row in stored]
         names = json.loads(facts["joint_names"]) if facts["joint_names"] else None
         if len({len(row) for row in x}) > 1 or x and names is not None and len(names) != len(x[0]) - 7:
-            raise DatabaseError(f"{self.path}: job {job}: waypoints of different lengths, or not of its robot; restore a "
-                                "backup")
+            raise DatabaseError(f"{self.path}: job {job}: waypoints of different lengths, or not of its robot; "
+                                "restore a backup")
         return Waypoints(job, x, names)
 
     def trace(self, job: int) -> Rows:
@@ -165,11 +165,12 @@ class Database:
     def compare(self, a: int | str, b: int | str, experiment: int | str | None = None, *, method: str | None = None,
                 task: str | None = None, initialization: str | None = None, rule: str = "literal", margin: float = 0.0,
                 charge_s: float | None = None, program: str | os.PathLike[str] | None = None) -> dict[str, Any]:
-        """What `legopt compare A B --format json` says, number for number, because it is asked; docs/statistics.md defines
-        each. A and B as for paired(); `margin`: percent by which times and costs must differ; `charge_s`: seconds that a
-        failed run costs. Errors as of run()."""
-        flags = _flags(method=method, task=task, initialization=initialization, rule=rule, margin=margin, charge=charge_s,
-                       experiment=None if experiment is None else self._experiment(experiment))
+        """What `legopt compare A B --format json` says, number for number, because it is asked; docs/statistics.md
+        defines each. A and B as for paired(); `margin`: percent by which times and costs must differ; `charge_s`:
+        seconds that a failed run costs. Errors as of run()."""
+        number = None if experiment is None else self._experiment(experiment)
+        flags = _flags(experiment=number, method=method, task=task, initialization=initialization, rule=rule,
+                       margin=margin, charge=charge_s)
         return json.loads(self.run("compare", *flags, "--format", "json", str(a), str(b), program=program))
 
     def compare_with(self, other: Database | str | os.PathLike[str], experiment: int | None = None, *,
@@ -178,8 +179,8 @@ class Database:
                      program: str | os.PathLike[str] | None = None) -> dict[str, Any]:
         """The same of two database files, this one being A: of the newest experiment of each, or of `experiment`."""
         path = other.path if isinstance(other, Database) else os.fspath(other)
-        flags = _flags(method=method, task=task, initialization=initialization, rule=rule, margin=margin, charge=charge_s,
-                       experiment=experiment)
+        flags = _flags(experiment=experiment, method=method, task=task, initialization=initialization, rule=rule,
+                       margin=margin, charge=charge_s)
         files = [os.path.abspath(self.path), os.path.abspath(path)]
         return json.loads(run_program(["compare", *flags, "--format", "json", *files], program))
 
@@ -193,8 +194,8 @@ class Database:
         if not found:
             raise RequestError(f"job {job} does not exist; jobs() has those that do")
         if found[0]["result"] is None:
-            raise RequestError(f"job {job} is {found[0]['state']} and has no result; 'legopt show {job} --db {self.path}' "
-                               "tells what happened")
+            raise RequestError(f"job {job} is {found[0]['state']} and has no result; "
+                               f"'legopt show {job} --db {self.path}' tells what happened")
         return found[0]
 
     def _result_columns(self) -> str:
@@ -208,11 +209,13 @@ class Database:
             raise RequestError(f"'{rule}' is no rule; {suggest(rule, RULES)}")
 
     def _require_solid_verdicts(self, experiment: int | None) -> None:
-        without = self._file.select("SELECT experiment_id FROM results JOIN cells USING (cell_id) WHERE verdict_solid IS "
-                                    "NULL AND (:id IS NULL OR experiment_id = :id) LIMIT 1", {"id": experiment})
+        without = self._file.select("SELECT experiment_id FROM results JOIN cells USING (cell_id) WHERE "
+                                    "verdict_solid IS NULL AND (:id IS NULL OR experiment_id = :id) LIMIT 1",
+                                    {"id": experiment})
         if without:
-            raise RequestError(f"experiment {without[0]['experiment_id']} has results of a release without the solid rule; "
-                               "judge their solutions again: 'legopt export', then 'legopt evaluate FILE --rule solid'")
+            raise RequestError(f"experiment {without[0]['experiment_id']} has results of a release without the solid "
+                               "rule; judge their solutions again: 'legopt export', then 'legopt evaluate FILE --rule "
+                               "solid'")
 
 
 def _flags(**given: object) -> list[str]:

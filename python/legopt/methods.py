@@ -14,16 +14,17 @@ Method = dict[str, Any]
 
 
 def read_methods(file: ReadOnlyFile, experiment: int) -> Rows:
-    """The methods of an experiment, in the order of its table: `choice` is the shortest name that only one of them has."""
+    """The methods of an experiment, in the order of its table: `choice` is the shortest name that only one of them
+    has."""
     found = file.select(
         "SELECT m.method_id, m.name AS method, m.multi_starts, m.sample_size, m.incremental, m.collision, m.hash "
         "FROM methods AS m JOIN cells AS c USING (method_id) WHERE c.experiment_id = ? GROUP BY m.method_id "
         "ORDER BY min(c.cell_id)", [experiment])
     for method in found:
         method["incremental"] = bool(method["incremental"])
-    return Rows(["experiment_id", "method_id", "choice", *found.columns[1:]],
-                ({"experiment_id": experiment, "method_id": method["method_id"], "choice": _choice_of(method, found), **method}
-                 for method in found))
+    columns = ["experiment_id", "method_id", "choice", *found.columns[1:]]
+    told = ({"experiment_id": experiment, "choice": _choice_of(method, found), **method} for method in found)
+    return Rows(columns, ({name: method[name] for name in columns} for method in told))
 
 
 def _figures_of(method: Method) -> dict[str, str]:
@@ -51,8 +52,8 @@ def _of_name(name: str, methods: Sequence[Method]) -> list[Method]:
 
 
 def find_method(text: str, methods: Sequence[Method]) -> Method | None:
-    """The method that `text` names, whatever the letter case; None where none has its name. RequestError: several have it,
-    or none of the name has such figures."""
+    """The method that `text` names, whatever the letter case; None where none has its name. RequestError: several have
+    it, or none of the name has such figures."""
     found = _of_name(text, methods)  # a name may have a colon itself
     if not found and ":" in text:
         name, _, figures = text.rpartition(":")

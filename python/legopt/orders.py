@@ -6,8 +6,8 @@ legopt's vector is x = [joints ..., base x y z, base quaternion w x y z]. The ot
 * Drake      q = [quaternion w x y z, x y z, joints ...]
 * MuJoCo     qpos = [x y z, quaternion w x y z, joints ...]
 
-and joints in orders of their own, Pinocchio's by the alphabet of their names. None of them needs to be installed: a function
-takes their model and looks at the few members that its text names, or takes a list of joint names.
+and joints in orders of their own, Pinocchio's by the alphabet of their names. None of them needs to be installed: a
+function takes their model and looks at the few members that its text names, or takes a list of joint names.
 
     order = legopt.orders.pinocchio(waypoints.joint_names, model)
     q = order.from_legopt(waypoints)
@@ -39,7 +39,8 @@ class _Joint:
 
 @dataclasses.dataclass(frozen=True)
 class Order:
-    """Where the numbers of legopt's vectors stand in those of another library. Made by pinocchio(), drake() and mujoco()."""
+    """Where the numbers of legopt's vectors stand in those of another library. Made by pinocchio(), drake() and
+    mujoco()."""
 
     library: str
     joint_names: Sequence[str]  #: legopt's, in legopt's order
@@ -50,9 +51,9 @@ class Order:
     others: Mapping[str, float]
 
     def from_legopt(self, x: Any) -> Any:
-        """The other library's vector of one vector of legopt's, or its vectors of several (a list, an array or a frame of
-        waypoints). An array for an array, else lists. RequestError: a wrong length, or a joint that the other model does
-        not have and that is not where `others` holds it."""
+        """The other library's vector of one vector of legopt's, or its vectors of several (a list, an array or a frame
+        of waypoints). An array for an array, else lists. RequestError: a wrong length, or a joint that the other model
+        does not have and that is not where `others` holds it."""
         return _each(x, len(self.joint_names) + _BASE, "legopt", self._from_legopt)
 
     def to_legopt(self, q: Any) -> Any:
@@ -71,7 +72,8 @@ class Order:
             q[place] = value
         for joint in self.joints:
             value = mine[joint.name]
-            q[joint.place:joint.place + joint.width] = [value] if joint.width == 1 else [math.cos(value), math.sin(value)]
+            numbers = [value] if joint.width == 1 else [math.cos(value), math.sin(value)]
+            q[joint.place:joint.place + joint.width] = numbers
         return q
 
     def _to_legopt(self, q: Sequence[float]) -> list[float]:
@@ -82,8 +84,8 @@ class Order:
             if joint.width == 2:
                 value = math.atan2(q[joint.place + 1], value)
             if joint.name not in ours and abs(value - self.others[joint.name]) > _UNITS_APART:
-                raise RequestError(f"joint '{joint.name}' of {self.library} is at {value:g}, and legopt's robot holds it at "
-                                   f"{self.others[joint.name]:g}")
+                raise RequestError(f"joint '{joint.name}' of {self.library} is at {value:g}, and legopt's robot holds "
+                                   f"it at {self.others[joint.name]:g}")
             theirs[joint.name] = value
         return [*(theirs[name] for name in self.joint_names), *(q[place] for place in self.base_position),
                 *(q[place] for place in self.base_quaternion)]
@@ -93,8 +95,8 @@ def pinocchio(joint_names: Sequence[str], model: Any, *, others: Mapping[str, fl
               continuous: Iterable[str] = ()) -> Order:
     """Pinocchio's q. `model`: a pinocchio.Model with a free-flyer (`names`, `nqs`, `idx_qs` are looked at), or names of
     joints in its order, with or without "universe" and "root_joint"; `continuous`: which of such a list are cos, sin.
-    `others`: joints that only one of the two robots has, and where they are held (rad, m). RequestError: joints that only
-    one has, none or several free-flyers, a joint of another kind."""
+    `others`: joints that only one of the two robots has, and where they are held (rad, m). RequestError: joints that
+    only one has, none or several free-flyers, a joint of another kind."""
     if not hasattr(model, "idx_qs"):
         names = [name for name in model if name not in ("universe", "root_joint")]
         return _of_names("Pinocchio", joint_names, names, others, [0, 1, 2], [6, 3, 4, 5], set(continuous))
@@ -112,9 +114,9 @@ def pinocchio(joint_names: Sequence[str], model: Any, *, others: Mapping[str, fl
 def drake(joint_names: Sequence[str], plant: Any, model_instance: Any = None, *,
           others: Mapping[str, float] | None = None) -> Order:
     """Drake's q. `plant`: a finalized MultibodyPlant (`GetJointIndices`, `get_joint`, and of joints `name`,
-    `position_start`, `num_positions` are called), or names of joints in the order of their positions, without the floating
-    base. `model_instance`: q is that of plant.GetPositions(context, model_instance). `others` and errors: as of
-    pinocchio()."""
+    `position_start`, `num_positions` are called), or names of joints in the order of their positions, without the
+    floating base. `model_instance`: q is that of plant.GetPositions(context, model_instance). `others` and errors: as
+    of pinocchio()."""
     if not hasattr(plant, "GetJointIndices"):
         return _of_names("Drake", joint_names, list(plant), others, [4, 5, 6], [0, 1, 2, 3], set())
     indices = plant.GetJointIndices() if model_instance is None else plant.GetJointIndices(model_instance)
@@ -128,20 +130,22 @@ def drake(joint_names: Sequence[str], plant: Any, model_instance: Any = None, *,
         else:
             joints.append(_Joint(name, place, width))
         place += width
-    start = _one_base("Drake", bases, "leave its root link free, and name the robot's model_instance where there are others")
+    start = _one_base("Drake", bases,
+                      "leave its root link free, and name the robot's model_instance where there are others")
     return _checked(Order("Drake", list(joint_names), place, [start + 4, start + 5, start + 6],
                           [start, start + 1, start + 2, start + 3], joints, dict(others or {})), plain=True)
 
 
 def mujoco(joint_names: Sequence[str], model: Any, *, others: Mapping[str, float] | None = None) -> Order:
-    """MuJoCo's qpos. `model`: a mujoco.MjModel (`njnt`, `jnt_type`, `jnt_qposadr`, `nq` and `joint(i).name` are looked at),
-    or names of its joints in their order, without the free joint. `others` and errors: as of pinocchio()."""
+    """MuJoCo's qpos. `model`: a mujoco.MjModel (`njnt`, `jnt_type`, `jnt_qposadr`, `nq` and `joint(i).name` are looked
+    at), or names of its joints in their order, without the free joint. `others` and errors: as of pinocchio()."""
     if not hasattr(model, "jnt_qposadr"):
         return _of_names("MuJoCo", joint_names, list(model), others, [0, 1, 2], [3, 4, 5, 6], set())
     widths = {0: _BASE, 1: 4, 2: 1, 3: 1}  # free, ball, slide, hinge
     bases, joints = [], []
     for number in range(model.njnt):
-        name, place, width = model.joint(number).name, int(model.jnt_qposadr[number]), widths[int(model.jnt_type[number])]
+        name, place = model.joint(number).name, int(model.jnt_qposadr[number])
+        width = widths[int(model.jnt_type[number])]
         if width == _BASE:
             bases.append((name, place))
         else:
@@ -165,13 +169,14 @@ def _of_names(library: str, joint_names: Sequence[str], names: Sequence[str], ot
 
 def _one_base(library: str, bases: list[tuple[str, int]], fix: str) -> int:
     if len(bases) != 1:
-        what = f"has {len(bases)} floating bases ({_quoted([name for name, _ in bases])})" if bases else "has no floating base"
-        raise RequestError(f"the model of {library} {what}; {fix}")
+        what = f"{len(bases)} floating bases ({_quoted([name for name, _ in bases])})" if bases else "no floating base"
+        raise RequestError(f"the model of {library} has {what}; {fix}")
     return bases[0][1]
 
 
 def _checked(order: Order, plain: bool = False) -> Order:
-    """RequestError unless each joint of either side is one of the other, or held by `others`. `plain`: no cos and sin."""
+    """RequestError unless each joint of either side is one of the other, or held by `others`. `plain`: no cos and
+    sin."""
     ours, theirs = list(order.joint_names), [joint.name for joint in order.joints]
     for side, names in (("legopt's robot", ours), (f"the model of {order.library}", theirs)):
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -179,7 +184,8 @@ def _checked(order: Order, plain: bool = False) -> Order:
             raise RequestError(f"{side} has several joints {_quoted(twice)}")
     odd = [joint.name for joint in order.joints if joint.width > (1 if plain else 2)]
     if odd:
-        raise RequestError(f"{_quoted(odd)} of {order.library}: neither revolute nor prismatic; legopt has no such joints")
+        raise RequestError(f"{_quoted(odd)} of {order.library}: neither revolute nor prismatic; legopt has no "
+                           "such joints")
     lost = [name for name in ours if name not in theirs and name not in order.others]
     new = [name for name in theirs if name not in ours and name not in order.others]
     if lost or new:

@@ -71,8 +71,8 @@ def _pair_experiments(file: ReadOnlyFile, a: int, b: int, method: str | None) ->
         raise RequestError(f"A and B are the same, experiment {a}; pairs take two")
     datasets = file.select("SELECT DISTINCT dataset_id FROM experiments WHERE experiment_id IN (?, ?)", [a, b])
     if len(datasets) > 1:
-        raise RequestError(f"experiments {a} and {b} ran on different datasets; their problems are not the same, so that "
-                           "nothing can be paired")
+        raise RequestError(f"experiments {a} and {b} ran on different datasets; their problems are not the same, so "
+                           "that nothing can be paired")
     ours: Sequence[Method] = read_methods(file, a)
     theirs = read_methods(file, b)
     if method is not None:
@@ -121,8 +121,8 @@ def read_pairs(file: ReadOnlyFile, found: CellPairs, task: str | None, initializ
 
 def _cells(file: ReadOnlyFile, experiment: int, method: Method) -> dict[tuple[str, str], dict[str, Any]]:
     cells = file.select("SELECT c.cell_id, c.task, c.initialization, coalesce(c.wall_limit_us, e.wall_limit_us) AS "
-                        "wall_limit_us FROM cells AS c JOIN experiments AS e USING (experiment_id) WHERE c.experiment_id "
-                        "= ? AND c.method_id = ? ORDER BY c.cell_id", [experiment, method["method_id"]])
+                        "wall_limit_us FROM cells AS c JOIN experiments AS e USING (experiment_id) WHERE "
+                        "c.experiment_id = ? AND c.method_id = ? ORDER BY c.cell_id", [experiment, method["method_id"]])
     return {(cell["task"], cell["initialization"]): cell for cell in cells}
 
 
@@ -167,9 +167,9 @@ def _problems(file: ReadOnlyFile, cell: dict[str, Any], rule: str, limit_us: int
 
 def _row(kind: tuple[str, str], problem: int, a: tuple[Method, _Score], b: tuple[Method, _Score]) -> dict[str, Any]:
     (method_a, ours), (method_b, theirs) = a, b
-    values = [*kind, problem, method_a["choice"], method_b["choice"], ours.job, theirs.job, ours.finished, theirs.finished,
-              ours.solved, theirs.solved, ours.mean_solve_ms(), theirs.mean_solve_ms(), ours.mean(ours.cost),
-              theirs.mean(theirs.cost), _outcome(ours, theirs)]
+    values = [*kind, problem, method_a["choice"], method_b["choice"], ours.job, theirs.job, ours.finished,
+              theirs.finished, ours.solved, theirs.solved, ours.mean_solve_ms(), theirs.mean_solve_ms(),
+              ours.mean(ours.cost), theirs.mean(theirs.cost), _outcome(ours, theirs)]
     return dict(zip(COLUMNS, values, strict=True))
 
 

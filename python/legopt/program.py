@@ -17,8 +17,8 @@ def find_program(program: str | os.PathLike[str] | None = None) -> str:
     found = shutil.which(os.fspath(wanted)) if wanted else shutil.which("legopt")
     if found is None:
         what = f"'{os.fspath(wanted)}' is no program" if wanted else "the program legopt is not on the PATH"
-        raise ProgramError(f"{what}; install legopt, or name it: program='build/legopt', or {VARIABLE}=build/legopt in the "
-                           "environment")
+        raise ProgramError(f"{what}; install legopt, or name it: program='build/legopt', or {VARIABLE}=build/legopt in "
+                           "the environment")
     return os.path.abspath(found)
 
 

@@ -1,4 +1,5 @@
-"""One SQLite file, read and never written: no byte of it changes, and where nobody works on it nothing appears beside it."""
+"""One SQLite file, read and never written: no byte of it changes, and where nobody works on it nothing appears beside
+it."""
 
 from __future__ import annotations
 
@@ -17,6 +18,7 @@ SCHEMA_VERSION = 8
 _OLDEST_SQLITE = (3, 37)  # the first that knows STRICT tables; others call the schema malformed
 
 _READING = {sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_RECURSIVE, sqlite3.SQLITE_FUNCTION}
+_FORBIDDEN = {sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM}
 _DESCRIBING = {"table_info", "table_xinfo", "table_list", "index_list", "index_info", "foreign_key_list"}
 
 
@@ -32,16 +34,16 @@ def _authorize(action: int, first: str | None, second: str | None, *_: str | Non
 class ReadOnlyFile:
     """SELECT on one legopt database.
 
-    SQLite makes the side files -wal and -shm also for who only reads, and leaves them. So a file that has none is read as
-    immutable, that is without locks, and it is looked before and after each statement whether somebody began to write; if
-    so, the statement runs again, with locks.
+    SQLite makes the side files -wal and -shm also for who only reads, and leaves them. So a file that has none is read
+    as immutable, that is without locks, and it is looked before and after each statement whether somebody began to
+    write; if so, the statement runs again, with locks.
     """
 
     def __init__(self, path: str | os.PathLike[str]):
         self.path = os.fspath(path)
         if sqlite3.sqlite_version_info < _OLDEST_SQLITE:
-            raise DatabaseError(f"this Python has SQLite {sqlite3.sqlite_version}; legopt databases need 3.37 or newer, "
-                                "as Python has on Debian 12")
+            raise DatabaseError(f"this Python has SQLite {sqlite3.sqlite_version}; legopt databases need 3.37 or "
+                                "newer, as Python has on Debian 12")
         if not os.path.exists(self.path):
             raise DatabaseError(f"{self.path}: no such database; check the path")
         if not os.path.isfile(self.path):
@@ -156,27 +158,27 @@ class ReadOnlyFile:
             raise DatabaseError(f"{self.path}: this is the database of another program (application_id {application}); "
                                 "choose another file")
         if version < SCHEMA_VERSION:
-            raise DatabaseError(f"{self.path}: written by an older legopt (schema {version}); start 'legopt-server --db "
-                                f"{self.path}' once, it upgrades the file")
+            raise DatabaseError(f"{self.path}: written by an older legopt (schema {version}); start "
+                                f"'legopt-server --db {self.path}' once, it upgrades the file")
         if version > SCHEMA_VERSION:
             raise DatabaseError(f"{self.path}: written by a newer legopt (schema {version}, this package knows "
                                 f"{SCHEMA_VERSION}); use the Python package of that legopt")
 
     def _tables(self) -> list[str]:
-        return self.select("SELECT name FROM sqlite_schema WHERE type IN ('view', 'table') AND name NOT GLOB 'sqlite_*' "
-                           "ORDER BY type DESC, name").column("name")
+        return self.select("SELECT name FROM sqlite_schema WHERE type IN ('view', 'table') AND name NOT GLOB "
+                           "'sqlite_*' ORDER BY type DESC, name").column("name")
 
     def _fault(self, error: Exception) -> DatabaseError:
         code = getattr(error, "sqlite_errorcode", None)
         advice = "'legopt doctor --db FILE' tells what is missing; restore a backup"
-        if isinstance(error, OSError) or code is not None and code & 0xFF in (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY,
-                                                                             sqlite3.SQLITE_PERM):
-            advice = ("check the permissions of file and folder; 'legopt backup' makes a copy that needs no side files")
+        primary = None if code is None else code & 0xFF
+        if isinstance(error, OSError) or primary in _FORBIDDEN:
+            advice = "check the permissions of file and folder; 'legopt backup' makes a copy that needs no side files"
         elif isinstance(error, sqlite3.ProgrammingError):
             advice = "use a database in the thread that opened it"
-        elif code == sqlite3.SQLITE_NOTADB:
+        elif primary == sqlite3.SQLITE_NOTADB:
             advice = "this is not a SQLite file; choose another file"
-        elif code is not None and code & 0xFF == sqlite3.SQLITE_BUSY:
+        elif primary == sqlite3.SQLITE_BUSY:
             advice = "another program holds a lock on the file; try again"
         return DatabaseError(f"{self.path}: {error}; {advice}")
 

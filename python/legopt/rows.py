@@ -25,8 +25,8 @@ def require(package: str, purpose: str) -> Any:
 
 
 class Rows(list[dict[str, Any]]):
-    """A list of dicts that all have the same keys, `columns`, in their order. It stays a list: `json.dumps`, `sorted` and
-    `csv.DictWriter` take it."""
+    """A list of dicts that all have the same keys, `columns`, in their order. It stays a list: `json.dumps`, `sorted`
+    and `csv.DictWriter` take it."""
 
     def __init__(self, columns: Sequence[str], rows: Iterable[dict[str, Any]] = ()):
         super().__init__(rows)
@@ -45,8 +45,8 @@ class Rows(list[dict[str, Any]]):
         return Rows(self.columns, (row for row in self if all(row[name] == value for name, value in equal.items())))
 
     def frame(self) -> pandas.DataFrame:
-        """As a pandas DataFrame. NULL is NaN in floats, <NA> in whole numbers (Int64) and truth values (boolean), None in
-        texts. MissingPackageError without pandas."""
+        """As a pandas DataFrame. NULL is NaN in floats, <NA> in whole numbers (Int64) and truth values (boolean), None
+        in texts. MissingPackageError without pandas."""
         pandas = require("pandas", "a DataFrame")
         return pandas.DataFrame({name: self._series(pandas, name) for name in self.columns}, columns=self.columns)
 

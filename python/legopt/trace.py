@@ -10,8 +10,8 @@ from .errors import DatabaseError
 from .rows import Rows
 from .zstd import decompress
 
-COLUMNS = ["step", "window", "restart", "start", "penalty", "trust_box", "accepted", "evaluations", "elapsed_us", "cost",
-           "violation"]
+COLUMNS = ["step", "window", "restart", "start", "penalty", "trust_box", "accepted", "evaluations", "elapsed_us",
+           "cost", "violation"]
 
 # Columns of the first part, one after the other, each with the struct code of its values.
 _STORED = [("step", "i"), ("window", "i"), ("restart", "i"), ("start", "i"), ("accepted", "B"), ("evaluations", "q"),

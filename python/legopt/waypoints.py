@@ -18,8 +18,8 @@ BASE_NAMES = ["base_x_m", "base_y_m", "base_z_m", "base_qw", "base_qx", "base_qy
 
 @dataclasses.dataclass(frozen=True)
 class Waypoints:
-    """Rows of x = [joints ..., base x y z, base quaternion w x y z]: radians (metres of prismatic joints), metres; the base
-    is the robot's root link, in the frame of the world."""
+    """Rows of x = [joints ..., base x y z, base quaternion w x y z]: radians (metres of prismatic joints), metres; the
+    base is the robot's root link, in the frame of the world."""
 
     job_id: int
     x: list[list[float]]

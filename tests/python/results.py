@@ -1,5 +1,5 @@
-"""What the tests of the Python package stand on: the programs of a build, and a database of a few small experiments that
-they made."""
+"""What the tests of the Python package stand on: the programs of a build, and a database of a few small experiments
+that they made."""
 
 import contextlib
 import hashlib
