@@ -1,0 +1,193 @@
+"""One SQLite file, read and never written: no byte of it changes, and where nobody works on it nothing appears beside
+it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sqlite3
+import urllib.parse
+from collections.abc import Sequence
+from typing import Any
+
+from .errors import DatabaseError, RequestError
+from .rows import Rows
+
+APPLICATION_ID = 0x4C474F50  # "LGOP"
+SCHEMA_VERSION = 8
+_OLDEST_SQLITE = (3, 37)  # the first that knows STRICT tables; others call the schema malformed
+
+_READING = {sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_RECURSIVE, sqlite3.SQLITE_FUNCTION}
+_FORBIDDEN = {sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM}
+_DESCRIBING = {"table_info", "table_xinfo", "table_list", "index_list", "index_info", "foreign_key_list"}
+
+
+def _authorize(action: int, first: str | None, second: str | None, *_: str | None) -> int:
+    """Asked by SQLite while it compiles a statement. mode=ro protects the file alone: ATTACH could make another one."""
+    if action == sqlite3.SQLITE_PRAGMA:
+        return sqlite3.SQLITE_OK if first in _DESCRIBING else sqlite3.SQLITE_DENY
+    if action == sqlite3.SQLITE_FUNCTION and second == "load_extension":
+        return sqlite3.SQLITE_DENY
+    return sqlite3.SQLITE_OK if action in _READING else sqlite3.SQLITE_DENY
+
+
+class ReadOnlyFile:
+    """SELECT on one legopt database.
+
+    SQLite makes the side files -wal and -shm also for who only reads, and leaves them. So a file that has none is read
+    as immutable, that is without locks, and it is looked before and after each statement whether somebody began to
+    write; if so, the statement runs again, with locks.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]):
+        self.path = os.fspath(path)
+        if sqlite3.sqlite_version_info < _OLDEST_SQLITE:
+            raise DatabaseError(f"this Python has SQLite {sqlite3.sqlite_version}; legopt databases need 3.37 or "
+                                "newer, as Python has on Debian 12")
+        if not os.path.exists(self.path):
+            raise DatabaseError(f"{self.path}: no such database; check the path")
+        if not os.path.isfile(self.path):
+            raise DatabaseError(f"{self.path}: not a file; name the database file")
+        self._real_path = os.path.realpath(self.path)  # SQLite looks for side files beside it
+        self._connection: sqlite3.Connection | None = None
+        self._seen: tuple[int, ...] | None = None
+        self._connect()
+        try:
+            self._require_legopt()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Once is enough, twice does no harm."""
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+
+    def select(self, sql: str, parameters: Sequence[Any] | dict[str, Any] = ()) -> Rows:
+        """The rows of one statement of our own. DatabaseError: the file cannot be read, or is not intact."""
+        try:
+            return self._run(sql, parameters)
+        except sqlite3.Error as error:
+            raise self._fault(error) from error
+
+    def query(self, sql: str, parameters: Sequence[Any] | dict[str, Any] = ()) -> Rows:
+        """The rows of a caller's statement. RequestError: it is wrong, or no SELECT; DatabaseError as above."""
+        try:
+            rows = self._run(sql, parameters)
+            if not rows.columns:
+                raise RequestError("empty SQL; give one SELECT")
+            return rows
+        except (sqlite3.ProgrammingError, sqlite3.InterfaceError, sqlite3.Warning) as error:
+            raise RequestError(f"bad SQL: {error}") from error
+        except sqlite3.Error as error:
+            if error.sqlite_errorcode == sqlite3.SQLITE_AUTH:
+                raise RequestError("only SELECT is allowed here: the database is read-only") from error
+            if error.sqlite_errorcode == sqlite3.SQLITE_ERROR:
+                raise RequestError(f"bad SQL: {error}; tables and views: {', '.join(self._tables())}") from error
+            raise self._fault(error) from error
+
+    # --- below: SQLite -----------------------------------------------------------------------------------------------
+
+    def _run(self, sql: str, parameters: Sequence[Any] | dict[str, Any]) -> Rows:
+        if self._connection is None:
+            raise DatabaseError(f"{self.path}: closed; open it again")
+        while True:
+            if self._changed():
+                self._connect()
+            try:
+                rows = self._fetch(sql, parameters)
+            except sqlite3.Error:
+                if not self._changed():
+                    raise
+            else:
+                if not self._changed():
+                    return rows
+
+    def _fetch(self, sql: str, parameters: Sequence[Any] | dict[str, Any]) -> Rows:
+        with contextlib.closing(self._connection.execute(sql, parameters)) as cursor:
+            names = _distinct([column[0] for column in cursor.description or ()])
+            return Rows(names, (dict(zip(names, row)) for row in cursor))
+
+    def _in_use(self) -> bool:
+        return any(os.path.exists(self._real_path + suffix) for suffix in ("-wal", "-journal"))
+
+    def _stamp(self) -> tuple[int, ...]:
+        facts = os.stat(self._real_path)
+        return (facts.st_dev, facts.st_ino, facts.st_size, facts.st_mtime_ns)
+
+    def _changed(self) -> bool:
+        """Whether an immutable file is not any more."""
+        if self._seen is None:
+            return False
+        try:
+            return self._in_use() or self._stamp() != self._seen
+        except OSError as error:
+            raise DatabaseError(f"{self.path}: cannot be read any more ({error.strerror}); open it again") from error
+
+    def _connect(self) -> None:
+        if self._connection is not None:
+            self._connection.close()
+        try:
+            self._seen = None if self._in_use() else self._stamp()
+            mode = "mode=ro" if self._seen is None else "mode=ro&immutable=1"
+            uri = f"file:{urllib.parse.quote(self._real_path)}?{mode}"
+            self._connection = sqlite3.connect(uri, uri=True, isolation_level=None)
+            self._connection.text_factory = lambda text: text.decode("utf-8", "replace")
+            self._connection.execute("PRAGMA query_only = 1")
+            # Table-valued functions look like a change to the authorizer when they are used for the first time.
+            for function in ("json_each('[]')", "json_tree('[]')", *(f"pragma_{name}('jobs')" for name in _DESCRIBING)):
+                self._connection.execute(f"SELECT 1 FROM {function}").fetchall()
+            self._connection.set_authorizer(_authorize)
+        except (sqlite3.Error, OSError) as error:
+            raise self._fault(error) from error
+
+    def _require_legopt(self) -> None:
+        connection = self._connection
+        connection.set_authorizer(None)
+        try:
+            ((application,),) = connection.execute("PRAGMA application_id").fetchall()
+            ((version,),) = connection.execute("PRAGMA user_version").fetchall()
+            ((things,),) = connection.execute("SELECT count(*) FROM sqlite_schema").fetchall()
+        except sqlite3.Error as error:
+            raise self._fault(error) from error
+        connection.set_authorizer(_authorize)
+        if things == 0 and application == 0:
+            raise DatabaseError(f"{self.path}: empty, not a legopt database; check the path")
+        if application != APPLICATION_ID:
+            raise DatabaseError(f"{self.path}: this is the database of another program (application_id {application}); "
+                                "choose another file")
+        if version < SCHEMA_VERSION:
+            raise DatabaseError(f"{self.path}: written by an older legopt (schema {version}); start "
+                                f"'legopt-server --db {self.path}' once, it upgrades the file")
+        if version > SCHEMA_VERSION:
+            raise DatabaseError(f"{self.path}: written by a newer legopt (schema {version}, this package knows "
+                                f"{SCHEMA_VERSION}); use the Python package of that legopt")
+
+    def _tables(self) -> list[str]:
+        return self.select("SELECT name FROM sqlite_schema WHERE type IN ('view', 'table') AND name NOT GLOB "
+                           "'sqlite_*' ORDER BY type DESC, name").column("name")
+
+    def _fault(self, error: Exception) -> DatabaseError:
+        code = getattr(error, "sqlite_errorcode", None)
+        advice = "'legopt doctor --db FILE' tells what is missing; restore a backup"
+        primary = None if code is None else code & 0xFF
+        if isinstance(error, OSError) or primary in _FORBIDDEN:
+            advice = "check the permissions of file and folder; 'legopt backup' makes a copy that needs no side files"
+        elif isinstance(error, sqlite3.ProgrammingError):
+            advice = "use a database in the thread that opened it"
+        elif primary == sqlite3.SQLITE_NOTADB:
+            advice = "this is not a SQLite file; choose another file"
+        elif primary == sqlite3.SQLITE_BUSY:
+            advice = "another program holds a lock on the file; try again"
+        return DatabaseError(f"{self.path}: {error}; {advice}")
+
+
+def _distinct(names: list[str]) -> list[str]:
+    """Names that come again get a number, as in `legopt query --format json`: a, a_2, a_3."""
+    seen: dict[str, int] = {}
+    distinct = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        distinct.append(name if seen[name] == 1 else f"{name}_{seen[name]}")
+    return distinct

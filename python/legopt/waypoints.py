@@ -1,0 +1,70 @@
+"""The solution of a job: one vector per waypoint, joints first, then the base."""
+
+from __future__ import annotations
+
+import dataclasses
+import struct
+from typing import TYPE_CHECKING
+
+from .errors import DatabaseError
+from .rows import Rows, require
+
+if TYPE_CHECKING:
+    import numpy
+    import pandas
+
+BASE_NAMES = ["base_x_m", "base_y_m", "base_z_m", "base_qw", "base_qx", "base_qy", "base_qz"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Waypoints:
+    """Rows of x = [joints ..., base x y z, base quaternion w x y z]: radians (metres of prismatic joints), metres; the
+    base is the robot's root link, in the frame of the world."""
+
+    job_id: int
+    x: list[list[float]]
+    joint_names: list[str] | None  #: None: nobody told the database
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    @property
+    def names(self) -> list[str]:
+        """Of the columns: the joints (joint_0, ... where nobody told their names) and BASE_NAMES."""
+        joints = len(self.x[0]) - len(BASE_NAMES) if self.x else 0
+        return [*(self.joint_names or [f"joint_{i}" for i in range(joints)]), *BASE_NAMES]
+
+    @property
+    def joints(self) -> list[list[float]]:
+        """The joints of each waypoint, in the order of `joint_names`."""
+        return [row[:-7] for row in self.x]
+
+    @property
+    def base_position(self) -> list[list[float]]:
+        """x y z of each waypoint, metres."""
+        return [row[-7:-4] for row in self.x]
+
+    @property
+    def base_quaternion(self) -> list[list[float]]:
+        """w x y z of each waypoint, from the base's frame to the world's."""
+        return [row[-4:] for row in self.x]
+
+    def array(self) -> numpy.ndarray:
+        """float64, waypoints x (joints + 7). MissingPackageError without NumPy."""
+        return require("numpy", "an array").array(self.x, dtype="float64").reshape(-1, len(self.names))
+
+    def rows(self) -> Rows:
+        """One row per waypoint, a column for each of `names`, and its number."""
+        columns = ["waypoint", *self.names]
+        return Rows(columns, (dict(zip(columns, [number, *row], strict=True)) for number, row in enumerate(self.x)))
+
+    def frame(self) -> pandas.DataFrame:
+        """`rows()` as a DataFrame, the index being the waypoint. MissingPackageError without pandas."""
+        return self.rows().frame().set_index("waypoint")
+
+
+def decode_waypoint(blob: bytes, source: str) -> list[float]:
+    """Little-endian float64 values. DatabaseError, which names `source`: it is damaged."""
+    if len(blob) % 8 != 0 or len(blob) < 8 * len(BASE_NAMES):
+        raise DatabaseError(f"{source}: a waypoint of {len(blob)} bytes is damaged; restore a backup")
+    return list(struct.unpack(f"<{len(blob) // 8}d", blob))
