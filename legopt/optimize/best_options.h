@@ -23,9 +23,12 @@ struct BestOptions {
     return sqp;
   }
 
-  SqpOptions sqp = WideSqp();     ///< of every start
-  int rescues = 8;                ///< further starts while nothing feasible has been found, >= 0
-  double rescue_noise = 0.15;     ///< half width of their noise on bounded variables; rad, m; > 0
+  SqpOptions sqp = WideSqp();  ///< of every start
+  int rescues = 8;             ///< further starts while nothing feasible has been found, >= 0
+  double rescue_noise = 0.15;  ///< half width of their noise on bounded variables; rad, m; > 0
+  /// Starts of a waypoint alone: of the rescues of several waypoints, the first begins from the end of the first
+  /// descent with its violated waypoints solved alone, the second with all of them. >= 0; 0: no such rescues.
+  int waypoint_starts = 20;
   int refinements = 0;            ///< further starts around the solution, for its cost; single waypoints only, >= 0
   double refinement_noise = 0.5;  ///< half width of their noise, as above
 
@@ -37,6 +40,7 @@ struct BestOptions {
     SqpOptions::Visit(options.sqp, fields);
     fields.Integer("rescues", options.rescues, 0, kMostStarts);
     fields.Number("rescue_noise", options.rescue_noise, kLeastNoise, kMostNoise);
+    fields.Integer("waypoint_starts", options.waypoint_starts, 0, kMostStarts);
     fields.Integer("refinements", options.refinements, 0, kMostStarts);
     fields.Number("refinement_noise", options.refinement_noise, kLeastNoise, kMostNoise);
   }

@@ -1,11 +1,21 @@
 #include "legopt/optimize/best_solver.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "legopt/program/waypoint_view.h"
 #include "legopt/random_draws.h"
 
 namespace legopt {
 namespace {
+
+constexpr double kWidening = 0.2;  // of the noise, with each start of a waypoint alone
+
+/// The part of x that belongs to a waypoint.
+auto Part(const Program& program, Eigen::VectorXd& x, int waypoint) {
+  const Eigen::Index size = program.point_size();
+  return x.segment(waypoint * size, size);
+}
 
 bool Better(const SolverResult& a, const SolverResult& b) {
   if (a.feasible != b.feasible) return a.feasible;
@@ -23,7 +33,7 @@ void RecordMove(const SolverContext& context, size_t first_record, const Objecti
 
 }  // namespace
 
-BestSolver::BestSolver(const BestOptions& options) : options_(options), sqp_(options.sqp) {}
+BestSolver::BestSolver(const BestOptions& options) : options_(options), sqp_(options.sqp), waypoint_sqp_(options.sqp) {}
 
 SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
   start_ = x;
@@ -32,12 +42,13 @@ SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const Solve
   const ObjectiveValue first = best.value;
   if (best.status == SolveStatus::kNumericalFailure && !best.value.IsFinite()) return best;
   for (int k = 0; k < options_.rescues && !best.feasible && !IsStopped(best.status); ++k) {
-    Scatter(program, start_, options_.rescue_noise, context.Draws());
+    StartRescue(program, context, k, x, best);
+    if (IsStopped(best.status)) break;
     Try(program, context, x, best);
   }
   const int refinements = program.num_waypoints() == 1 && best.feasible ? options_.refinements : 0;
   for (int k = 0; k < refinements && !IsStopped(best.status); ++k) {
-    Scatter(program, x, options_.refinement_noise, context.Draws());
+    Scatter(program, x, options_.refinement_noise, Noise::kBounded, context.Draws(), trial_);
     Try(program, context, x, best);
   }
   RecordMove(context, first_record, first, best.value);
@@ -45,20 +56,89 @@ SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const Solve
   return best;
 }
 
-void BestSolver::Scatter(const Program& program, const Eigen::VectorXd& from, double noise,
-                         std::mt19937_64& generator) {
+void BestSolver::Scatter(const Program& program, Eigen::Ref<const Eigen::VectorXd> from, double half_width, Noise noise,
+                         std::mt19937_64& generator, Eigen::VectorXd& trial) {
   const Eigen::Index size = static_cast<Eigen::Index>(program.num_waypoints()) * program.tangent_size();
   dx_.setZero(size);
   lower_.resize(size);
   upper_.resize(size);
-  trial_.resize(from.size());
+  trial.resize(from.size());
   program.StepBounds(from, lower_, upper_);
   for (Eigen::Index i = 0; i < size; ++i) {
-    if (std::isfinite(lower_[i]) && std::isfinite(upper_[i]) && lower_[i] < upper_[i]) {
-      dx_[i] = noise * (2.0 * UniformDraw(generator) - 1.0);
+    const bool bounded = std::isfinite(lower_[i]) && std::isfinite(upper_[i]);
+    if ((bounded || noise == Noise::kAll) && lower_[i] < upper_[i]) {
+      dx_[i] = half_width * (2.0 * UniformDraw(generator) - 1.0);
     }
   }
-  program.Retract(from, dx_, trial_);
+  program.Retract(from, dx_, trial);
+}
+
+void BestSolver::StartRescue(Program& program, const SolverContext& context, int k, const Eigen::VectorXd& x,
+                             SolverResult& best) {
+  constexpr int kOfWaypoints = 2;
+  const bool of_waypoints = k < kOfWaypoints && program.num_waypoints() > 1 && options_.waypoint_starts > 0;
+  if (of_waypoints && SolveWaypoints(program, context, k > 0, x, best)) return;
+  Scatter(program, start_, options_.rescue_noise, Noise::kBounded, context.Draws(), trial_);
+}
+
+void BestSolver::MeasureWaypoints(Program& program, const Eigen::VectorXd& x) {
+  violation_.assign(static_cast<size_t>(program.num_waypoints()), 0.0);
+  program.SetPoint(x);
+  for (const auto& term : program.terms()) {
+    const TermShape& shape = term->shape();
+    if (shape.num_waypoints > 1) continue;
+    scratch_.clear();
+    term->Evaluate(scratch_);
+    ObjectiveValue value;
+    value.Add(shape, 0, scratch_);
+    double& violation = violation_[static_cast<size_t>(shape.waypoint)];
+    violation = std::max(violation, value.max_violation);
+  }
+}
+
+bool BestSolver::SolveWaypoints(Program& program, const SolverContext& context, bool all, const Eigen::VectorXd& x,
+                                SolverResult& best) {
+  MeasureWaypoints(program, x);
+  trial_ = x;
+  for (int t = 0; t < program.num_waypoints(); ++t) {
+    const bool violated = !(violation_[static_cast<size_t>(t)] <= options_.sqp.constraint_tolerance);
+    if ((all || violated) && !SolveWaypoint(program, context, t, best)) return false;
+  }
+  return true;
+}
+
+bool BestSolver::SolveWaypoint(Program& program, const SolverContext& context, int waypoint, SolverResult& best) {
+  WaypointView view(program, waypoint, trial_);
+  if (view.terms().empty() || !view.IsFree()) return true;
+  SolverContext alone = context;
+  alone.history = nullptr;  // its steps are not steps of the whole point
+  for (int k = 0; k < options_.waypoint_starts; ++k) {
+    PlaceWaypoint(program, view, waypoint, k, context.Draws());
+    const SolverResult result = waypoint_sqp_.Solve(view, point_, alone);
+    best += result;
+    if (IsStopped(result.status)) {
+      best.status = result.status;
+      return false;
+    }
+    if (result.feasible) {
+      Part(program, trial_, waypoint) = point_;
+      return true;
+    }
+  }
+  return false;
+}
+
+void BestSolver::PlaceWaypoint(const Program& program, const WaypointView& view, int waypoint, int k,
+                               std::mt19937_64& generator) {
+  const int neighbour = waypoint + (k == 1 ? -1 : 1);
+  if (k == 0) {
+    point_ = Part(program, trial_, waypoint);
+  } else if (k <= 2 && neighbour >= 0 && neighbour < program.num_waypoints()) {
+    point_ = Part(program, trial_, neighbour);
+  } else {
+    const double half_width = options_.rescue_noise * (1.0 + kWidening * k);
+    Scatter(view, Part(program, start_, waypoint), half_width, Noise::kAll, generator, point_);
+  }
 }
 
 void BestSolver::Try(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best) {

@@ -129,7 +129,7 @@ TEST(Method, WrongTypesAndRanges) {
 TEST(Method, HashesOfTheDefaultsStay) {
   const std::pair<const char*, const char*> hashes[] = {
       {"sqp", "5af88f65e077a8b7521d494cc250c767f816a81cccbcb973d17506ba28f06e5c"},
-      {"best", "01ac22958c9172ca09cc151818a21c6a9ae947e92d12d7801aa28d65a8cc9a5b"},
+      {"best", "df0410ed68fccf46037a2f36c521e1128533cc8a8adc5a91de84f2cfd77f2905"},
       {"ipopt", "31b164ae2e17a5fc9ab4e4dae4c94fc9506122592b4914dd296c3fbf858a3f9e"},
       {"sgd", "6ae370174f6af751a3a0136f657ac080ec005a90c12dbd84079afd432fc50ac3"},
       {"adam", "b374f171dbc48eca744ba4094d654ed4ba5992a8083f4000a36fc2df5d6ab89f"},

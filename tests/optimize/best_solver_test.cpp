@@ -77,5 +77,83 @@ TEST(Best, FreeVariablesAreNotScattered) {
   EXPECT_NEAR(x[1], M_PI / 2, 1e-3) << "the next optimum of the free variable is far away";
 }
 
+/// Three waypoints that want to be where their neighbours are; in the middle one there is the pit.
+class ChainWithAPit : public AnalyticProgram {
+ public:
+  ChainWithAPit() : AnalyticProgram(Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(3, 3, 3), 3) {
+    for (int t : {0, 1}) {
+      AddShaped({"chain", TermKind::kCost, t, 2, -1}, [](const VectorXd& x) { return One(x[1] - x[0]); });
+    }
+    AddShaped({"pit", TermKind::kInequality, 1, 1, -1},
+              [](const VectorXd& x) { return One(0.5 - x[0] * (x[0] * x[0] - 1.0)); });
+  }
+};
+
+/// Too little noise to leave the pit with.
+BestOptions QuietRescues() {
+  BestOptions options;
+  options.rescue_noise = 1e-3;
+  return options;
+}
+
+TEST(Best, WaypointsAloneRescueAChain) {
+  ChainWithAPit program;
+  BestOptions options = QuietRescues();
+  const Eigen::Vector3d start(1.5, -0.9, 1.5);
+  // Neighbours that are held cannot pull the middle one out of its pit, nor be pulled into it.
+  program.AddShaped({"first", TermKind::kEquality, 0, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
+  program.AddShaped({"last", TermKind::kEquality, 2, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
+  options.waypoint_starts = 0;
+  VectorXd x = start;
+  const SolverResult without = Solve(options, program, x);
+  EXPECT_FALSE(without.feasible);
+  EXPECT_EQ(without.starts, 1 + options.rescues);
+  options.waypoint_starts = 20;
+  x = start;
+  const SolverResult with = Solve(options, program, x);
+  EXPECT_TRUE(with.feasible);
+  EXPECT_GT(x[1], 1.19);
+  EXPECT_EQ(with.starts, 1 + 1 + 1) << "the chain, the violated waypoint without its costs, the chain";
+}
+
+TEST(Best, AWaypointThatNothingSolvesLeavesTheRescuesAsTheyWere) {
+  ChainWithAPit program;
+  program.AddShaped({"never", TermKind::kEquality, 1, 1, -1}, [](const VectorXd& x) { return One(x[0] * x[0] + 1); });
+  BestOptions options = QuietRescues();
+  options.rescues = 3;
+  options.waypoint_starts = 5;
+  VectorXd x = Eigen::Vector3d(1.5, -0.9, 1.5);
+  const SolverResult result = Solve(options, program, x);
+  EXPECT_FALSE(result.feasible);
+  EXPECT_EQ(result.starts, 1 + 5 + 1 + 5 + 1 + 1) << "the other waypoints have nothing to be solved for alone";
+}
+
+TEST(Best, AStopEndsTheWaypointsAlone) {
+  ChainWithAPit program;
+  program.AddShaped({"never", TermKind::kEquality, 1, 1, -1}, [](const VectorXd& x) { return One(x[0] * x[0] + 1); });
+  const BestOptions options = QuietRescues();
+  VectorXd x = Eigen::Vector3d(1.5, -0.9, 1.5);
+  std::mt19937_64 generator(3);
+  SolverContext context;
+  context.generator = &generator;
+  int asked = 0;
+  context.stop = [&asked]() -> std::optional<SolveStatus> {
+    ++asked;
+    return std::nullopt;
+  };
+  BestSolver(options).Solve(program, x, context);
+  const int whole = asked;
+  for (int last = 1; last < whole; last += 3) {
+    asked = 0;
+    context.stop = [&asked, last] {
+      return ++asked < last ? std::nullopt : std::optional<SolveStatus>(SolveStatus::kCancelled);
+    };
+    generator.seed(3);
+    x = Eigen::Vector3d(1.5, -0.9, 1.5);
+    EXPECT_EQ(BestSolver(options).Solve(program, x, context).status, SolveStatus::kCancelled) << last;
+    ASSERT_EQ(asked, last) << "asked again after it had said stop";
+  }
+}
+
 }  // namespace
 }  // namespace legopt
