@@ -284,8 +284,7 @@ TEST(Suite, EmbeddedSuitesAreValid) {
   }
 }
 
-// Both suites of Table I name the paper's rows, in its order.
-/// Stored results are found by the hashes of their methods; a new option or default makes others, on purpose.
+// Stored results are found by the hashes of their methods; a new option or default makes others, on purpose.
 TEST(Suite, HashesOfTheEmbeddedMethodsStay) {
   struct Row {
     const char* suite;
@@ -311,6 +310,7 @@ TEST(Suite, HashesOfTheEmbeddedMethodsStay) {
   }
 }
 
+// Both suites of Table I name the paper's rows, in its order.
 TEST(Suite, TableOneHasThePapersRows) {
   const std::filesystem::path data = std::filesystem::path(SourceFolder()) / "data";
   const auto paper = ReadPaperTable(data / "paper-table1.csv");
