@@ -7,7 +7,9 @@ set_target_properties(legopt_options PROPERTIES EXPORT_NAME options)
 foreach(room ${LEGOPT_ROOMS})
   add_library(legopt::${room} ALIAS legopt_${room})
   set_target_properties(legopt_${room} PROPERTIES EXPORT_NAME ${room})
-  install(TARGETS legopt_${room} EXPORT legopt ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library)
+  install(TARGETS legopt_${room} EXPORT legopt
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library
+    OBJECTS DESTINATION ${CMAKE_INSTALL_LIBDIR}/legopt COMPONENT library)
 endforeach()
 install(TARGETS legopt_options EXPORT legopt)
 install(EXPORT legopt NAMESPACE legopt:: FILE legopt-targets.cmake DESTINATION ${config_folder} COMPONENT library)

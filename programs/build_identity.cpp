@@ -1,6 +1,7 @@
 #include "programs/build_identity.h"
 
 #include <cstddef>
+#include <string_view>
 
 #include "legopt/blake2b.h"
 
@@ -10,7 +11,7 @@ std::string BuildId(const BuildFacts& build) {
   constexpr std::size_t kDigits = 12;
   std::string all;
   for (const std::string* fact :
-       {&build.version, &build.sources, &build.compiler, &build.flags, &build.libraries, &build.math_library}) {
+       {&build.version, &build.sources, &build.compiler, &build.flags, &build.libraries, &build.numerics}) {
     all += *fact + '\n';
   }
   return Blake2bHex(all).substr(0, kDigits);
@@ -19,15 +20,28 @@ std::string BuildId(const BuildFacts& build) {
 std::string BuildName(const BuildFacts& build) {
   constexpr std::size_t kMostBytes = 200;
   const std::string commit = build.commit.empty() ? "" : " (" + build.commit + ")";
-  return ("legopt " + build.version + commit + ", " + build.compiler).substr(0, kMostBytes);
+  const std::string numerics = build.numerics.empty() ? "" : ", numerics " + build.numerics;
+  return ("legopt " + build.version + commit + ", " + build.compiler + numerics).substr(0, kMostBytes);
 }
 
 std::string BuildReport(const BuildFacts& build) {
   constexpr std::size_t kSourceDigits = 12;
-  return "build      " + BuildId(build) + "\nversion    " + build.version + "\ncommit     " +
-         (build.commit.empty() ? "unknown: not built from a git tree" : build.commit) + "\nsources    " +
-         build.sources.substr(0, kSourceDigits) + "\ncompiler   " + build.compiler + "\nflags      " + build.flags +
-         "\nlibraries  " + build.libraries + "\nmath       " + build.math_library;
+  std::string report;
+  const auto add = [&report](std::string_view name, const std::string& text) {
+    constexpr std::size_t kColumn = 11;
+    if (!report.empty()) report += '\n';
+    report.append(name).append(kColumn - name.size(), ' ').append(text);
+  };
+  if (!build.numerics.empty()) add("build", BuildId(build));
+  add("version", build.version);
+  add("commit", build.commit.empty() ? "unknown: not built from a git tree" : build.commit);
+  add("sources", build.sources.substr(0, kSourceDigits));
+  add("compiler", build.compiler);
+  add("flags", build.flags);
+  add("libraries", build.libraries);
+  add("math", build.math_library);
+  add("numerics", build.numerics.empty() ? "computes no results" : build.numerics);
+  return report;
 }
 
 }  // namespace legopt::programs

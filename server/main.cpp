@@ -57,7 +57,7 @@ std::string Hostname() {
 ServerOptions OptionsFor(const Arguments& arguments) {
   ServerOptions options;
   options.scheduler.server_instance = bus::RandomEndpointId();
-  options.version = programs::ThisBuild().version;
+  options.version = programs::ThisBuild("").version;
   options.hostname = Hostname();
   options.pid = getpid();
   options.database = std::filesystem::absolute(arguments.database).string();
@@ -132,7 +132,7 @@ ExitCode Serve(const Arguments& arguments) {
 
 int Run(int argc, char** argv) {
   Arguments arguments;
-  const programs::BuildFacts build = programs::ThisBuild();
+  const programs::BuildFacts build = programs::ThisBuild("");
   programs::Program program(
       "legopt-server",
       "The legopt experiment service: leases the jobs of submitted experiments to workers and stores their results.");
