@@ -3,7 +3,7 @@
 /// @file
 /// Small dense kernels for the interior-point solver: matrices of a few dozen rows, row-major, rows padded with zeros
 /// to whole vectors of four doubles ("stride"). Eigen's general products cost about twice as much at these sizes.
-/// Header-only so that the loops are inlined; pure functions of their arguments.
+/// Inline, but for the panels (panels.h), in which most of the time goes; pure functions of their arguments.
 
 #ifdef __FMA__
 #include <immintrin.h>
@@ -12,6 +12,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+
+#include "legopt/subproblem/panels.h"
 
 /// Kernels of the interior-point solver.
 namespace legopt::kernels {
@@ -93,55 +95,64 @@ inline void AddProducts(const double* rows, std::ptrdiff_t step, int count, cons
   for (; r < count; ++r, rows += step) out[r] += Dot(rows, x, padded);
 }
 
-/// A tile of four rows and kWidth vectors: M += sign * sum_r a_r b_r^T, a_r four entries, kept in registers throughout.
-template <int kWidth>
-inline void AddTile(double sign, const double* a, std::ptrdiff_t a_step, const double* b, std::ptrdiff_t b_step,
-                    int count, double* m, std::ptrdiff_t stride) {
-  Lanes s[kLanes][kWidth] = {};
-  for (int r = 0; r < count; ++r, a += a_step, b += b_step) {
-    Lanes v[kWidth];
-    for (std::ptrdiff_t q = 0; q < kWidth; ++q) v[q] = Load(b + q * kLanes);
-    for (int p = 0; p < kLanes; ++p) {
-      const Lanes c = Broadcast(a[p]);
-      for (int q = 0; q < kWidth; ++q) s[p][q] = MulAdd(c, v[q], s[p][q]);
-    }
-  }
-  for (int p = 0; p < kLanes; ++p) {
-    for (std::ptrdiff_t q = 0; q < kWidth; ++q) {
-      double* entry = m + p * stride + q * kLanes;
-      Store(entry, MulAdd(Broadcast(sign), s[p][q], Load(entry)));
-    }
-  }
-}
-
-/// Four rows of M, `columns` wide, += sign * sum_r a_r b_r^T.
-inline void AddPanel(double sign, const double* a, std::ptrdiff_t a_step, const double* b, std::ptrdiff_t b_step,
-                     int count, double* m, std::ptrdiff_t stride, int columns) {
-  constexpr int kTile = 3;  // with it accumulators, factors and one broadcast fill the sixteen vector registers
-  int j = 0;
-  for (; j + kTile * kLanes <= columns; j += kTile * kLanes) {
-    AddTile<kTile>(sign, a, a_step, b + j, b_step, count, m + j, stride);
-  }
-  if (columns - j == 2 * kLanes) AddTile<2>(sign, a, a_step, b + j, b_step, count, m + j, stride);
-  if (columns - j == kLanes) AddTile<1>(sign, a, a_step, b + j, b_step, count, m + j, stride);
-}
-
 /// Upper triangle of M (stride x stride) += sign * sum over `count` rows of a_r b_r^T, where the sum is symmetric (a_r
 /// a multiple of b_r). Entries below the diagonal within the diagonal's 4 x 4 blocks change too.
 inline void AddProductsUpper(double sign, const double* a, std::ptrdiff_t a_step, const double* b,
                              std::ptrdiff_t b_step, int count, double* m, int stride) {
+  Panel* const add_panel = ChosenPanel();
   for (int i = 0; i < stride; i += kLanes) {
-    AddPanel(sign, a + i, a_step, b + i, b_step, count, m + static_cast<std::ptrdiff_t>(i) * stride + i, stride,
-             stride - i);
+    add_panel(sign, a + i, a_step, b + i, b_step, count, m + static_cast<std::ptrdiff_t>(i) * stride + i, stride,
+              stride - i);
   }
 }
 
 /// M (stride x stride) += sign * sum over `count` rows of a_r b_r^T.
 inline void AddProductsFull(double sign, const double* a, std::ptrdiff_t a_step, const double* b, std::ptrdiff_t b_step,
                             int count, double* m, int stride) {
+  Panel* const add_panel = ChosenPanel();
   for (int i = 0; i < stride; i += kLanes) {
-    AddPanel(sign, a + i, a_step, b, b_step, count, m + static_cast<std::ptrdiff_t>(i) * stride, stride, stride);
+    add_panel(sign, a + i, a_step, b, b_step, count, m + static_cast<std::ptrdiff_t>(i) * stride, stride, stride);
   }
+}
+
+/// Four rows, `columns` wide: rows <- T^-T rows, T the upper triangle of a factor's diagonal 4 x 4 block, with the
+/// inverses of its diagonal in place of the diagonal.
+inline void SolveRows(const double* t, double* rows, std::ptrdiff_t stride, int columns) {
+  const double* t1 = t + stride;
+  const double* t2 = t1 + stride;
+  const double* t3 = t2 + stride;
+  const Lanes i0 = Broadcast(t[0]), i1 = Broadcast(t1[1]), i2 = Broadcast(t2[2]), i3 = Broadcast(t3[3]);
+  const Lanes c01 = Broadcast(-t[1]), c02 = Broadcast(-t[2]), c03 = Broadcast(-t[3]);
+  const Lanes c12 = Broadcast(-t1[2]), c13 = Broadcast(-t1[3]), c23 = Broadcast(-t2[3]);
+  for (double* row = rows; row < rows + columns; row += kLanes) {
+    const Lanes r0 = Load(row) * i0;
+    const Lanes r1 = MulAdd(c01, r0, Load(row + stride)) * i1;
+    const Lanes r2 = MulAdd(c12, r1, MulAdd(c02, r0, Load(row + 2 * stride))) * i2;
+    const Lanes r3 = MulAdd(c23, r2, MulAdd(c13, r1, MulAdd(c03, r0, Load(row + 3 * stride)))) * i3;
+    Store(row, r0);
+    Store(row + stride, r1);
+    Store(row + 2 * stride, r2);
+    Store(row + 3 * stride, r3);
+  }
+}
+
+/// The factor of one 4 x 4 block, as FactorUpper has it.
+inline bool FactorTile(double* tile, std::ptrdiff_t stride, const double* min_pivot) {
+  for (int p = 0; p < kLanes; ++p) {
+    double* row = tile + p * stride;
+    for (int q = 0; q < p; ++q) {
+      const double* above = tile + q * stride;
+      Axpy(-above[p], above, row, kLanes);
+    }
+    double pivot = row[p];
+    if (!std::isfinite(pivot)) return false;
+    if (pivot < min_pivot[p]) pivot = min_pivot[p];
+    const double inverse = 1.0 / std::sqrt(pivot);
+    Store(row, Load(row) * inverse);
+    row[p] = inverse;
+    for (int j = 0; j < p; ++j) row[j] = 0.0;
+  }
+  return true;
 }
 
 /// In-place Cholesky factor M = U^T U of the upper triangle, with 1 / U_ii in place of U_ii and zeros below it within
@@ -149,23 +160,12 @@ inline void AddProductsFull(double sign, const double* a, std::ptrdiff_t a_step,
 /// of `min_pivot` (stride positive numbers): below the rounding error of what was subtracted it would be noise, and
 /// blow up all that follows. Returns false when a pivot is not finite.
 inline bool FactorUpper(double* m, int stride, const double* min_pivot) {
+  Panel* const add_panel = ChosenPanel();
   for (int k = 0; k < stride; k += kLanes) {
     double* panel = m + static_cast<std::ptrdiff_t>(k) * stride + k;
-    AddPanel(-1.0, m + k, stride, m + k, stride, k, panel, stride, stride - k);
-    for (int p = 0; p < kLanes; ++p) {
-      double* row = panel + static_cast<std::ptrdiff_t>(p) * stride;
-      for (int q = 0; q < p; ++q) {
-        const double* above = panel + static_cast<std::ptrdiff_t>(q) * stride;
-        Axpy(-above[p], above, row, stride - k);
-      }
-      double pivot = row[p];
-      if (!std::isfinite(pivot)) return false;
-      if (pivot < min_pivot[k + p]) pivot = min_pivot[k + p];
-      const double inverse = 1.0 / std::sqrt(pivot);
-      for (int j = 0; j < stride - k; j += kLanes) Store(row + j, Load(row + j) * inverse);
-      row[p] = inverse;
-      for (int j = 0; j < p; ++j) row[j] = 0.0;
-    }
+    add_panel(-1.0, m + k, stride, m + k, stride, k, panel, stride, stride - k);
+    if (!FactorTile(panel, stride, min_pivot + k)) return false;
+    SolveRows(panel, panel + kLanes, stride, stride - k - kLanes);
   }
   return true;
 }
@@ -206,19 +206,69 @@ inline void SolveUpper(const double* u, int stride, double* b) {
 
 /// B <- U^-T B for a factor of FactorUpper and a square B of `stride` padded rows and columns.
 inline void SolveTransposedBlock(const double* u, int stride, double* b) {
+  Panel* const add_panel = ChosenPanel();
   for (int k = 0; k < stride; k += kLanes) {
     double* panel = b + static_cast<std::ptrdiff_t>(k) * stride;
-    AddPanel(-1.0, u + k, stride, b, stride, k, panel, stride, stride);
-    const double* diagonal = u + static_cast<std::ptrdiff_t>(k) * stride + k;
-    for (int p = 0; p < kLanes; ++p) {
-      double* row = panel + static_cast<std::ptrdiff_t>(p) * stride;
-      for (int q = 0; q < p; ++q) {
-        Axpy(-diagonal[q * stride + p], panel + static_cast<std::ptrdiff_t>(q) * stride, row, stride);
-      }
-      const double inverse = diagonal[p * stride + p];
-      for (int j = 0; j < stride; j += kLanes) Store(row + j, Load(row + j) * inverse);
+    add_panel(-1.0, u + k, stride, b, stride, k, panel, stride, stride);
+    SolveRows(u + static_cast<std::ptrdiff_t>(k) * stride + k, panel, stride, stride);
+  }
+}
+
+// Matrices whose 4 x 4 blocks right of the diagonal are zero, "lower" ones: the same sums as above without what they
+// know to be zero, with equal bits. Columns are taken kChunk at a time: more have more zeros among them, fewer load
+// more.
+
+inline constexpr int kChunk = 16;  ///< columns of a lower matrix at a time
+
+/// SolveTransposedBlock for a lower B, which stays one.
+inline void SolveTransposedLower(const double* u, int stride, double* b) {
+  Panel* const add_panel = ChosenPanel();
+  for (int k = 0; k < stride; k += kLanes) {
+    double* panel = b + static_cast<std::ptrdiff_t>(k) * stride;
+    for (int j = 0; j < k; j += kChunk) {
+      const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(j) * stride;
+      add_panel(-1.0, u + first + k, stride, b + first + j, stride, k - j, panel + j, stride,
+                k - j < kChunk ? k - j : kChunk);
+    }
+    SolveRows(u + static_cast<std::ptrdiff_t>(k) * stride + k, panel, stride, k + kLanes);
+  }
+}
+
+/// AddProductsUpper(-1, B, B) of the rows of a lower B.
+inline void SubtractProductsOfLower(const double* b, double* m, int stride) {
+  Panel* const add_panel = ChosenPanel();
+  for (int i = 0; i < stride; i += kLanes) {
+    for (int j = i; j < stride; j += kChunk) {
+      const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(j) * stride;
+      add_panel(-1.0, b + first + i, stride, b + first + j, stride, stride - j,
+                m + static_cast<std::ptrdiff_t>(i) * stride + j, stride, stride - j < kChunk ? stride - j : kChunk);
     }
   }
+}
+
+/// out += B^T c for a lower B.
+inline void AddCombinationOfLower(const double* c, const double* b, double* out, int stride) {
+  for (int k = 0; k < stride; k += kLanes) {
+    AddCombination(c + k, b + static_cast<std::ptrdiff_t>(k) * stride, stride, kLanes, out, k + kLanes);
+  }
+}
+
+/// out += B x for a lower B.
+inline void AddProductsOfLower(const double* b, const double* x, double* out, int stride) {
+  for (int k = 0; k < stride; k += kLanes) {
+    AddProducts(b + static_cast<std::ptrdiff_t>(k) * stride, stride, kLanes, x, out + k, k + kLanes);
+  }
+}
+
+/// Whether a matrix is lower in this sense.
+inline bool IsLower(const double* b, int stride) {
+  for (int i = 0; i < stride; ++i) {
+    const double* row = b + static_cast<std::ptrdiff_t>(i) * stride;
+    for (int j = i / kLanes * kLanes + kLanes; j < stride; ++j) {
+      if (row[j] != 0.0) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace legopt::kernels

@@ -11,15 +11,15 @@ namespace {
 constexpr int kMaxIterations = 60;
 constexpr double kFixedWidth = 1e-14;  // bounds closer than this fix the variable
 constexpr double kStepToBoundary = 0.995;
-constexpr double kRelativeGap = 1e-12;  // of the scaled objective: the limit of double precision
-constexpr double kMinPivot = 1e-14;     // of the diagonal before elimination
-constexpr double kLeastPivot = 1e-200;
+constexpr double kRelativeGap = 1e-12;       // of the scaled objective: the limit of double precision
+constexpr double kMinPivot = 1e-14;          // of the diagonal before elimination
 constexpr double kPivotFloorGrowth = 100.0;  // when a direction came out without finite numbers
 constexpr double kMaxPivotFloor = 1e-6;
 constexpr double kStalledStep = 1e-8;
 constexpr double kStartInset = 0.1;     // share of a box's width kept free at the start
 constexpr double kStartBarrier = 0.05;  // of the mean row residual
 constexpr double kMinStartBarrier = 1e-7;
+constexpr int kDense = -1;
 
 }  // namespace
 
@@ -73,6 +73,7 @@ void InteriorPointSolver::Prepare(const ConvexSubproblem& problem) {
   weight_.resize(y_.size());
   GroupRows(problem);
   CopyHessian(problem);
+  ChooseLinks();
   fixed_.clear();
   for (size_t i = 0; i < num_x_; ++i) {
     const double lower = problem.lower()[i];
@@ -110,7 +111,6 @@ void InteriorPointSolver::CopyHessian(const ConvexSubproblem& problem) {
   const auto stride = static_cast<size_t>(stride_);
   const double inverse = 1.0 / scale_;
   hessian_.resize(num_x_ * stride);
-  matrix_.resize(num_x_ * stride);
   for (int t = 0; t < num_blocks_; ++t) {
     const double* from = problem.hessian(t);
     double* to = Block(hessian_, t);
@@ -123,10 +123,21 @@ void InteriorPointSolver::CopyHessian(const ConvexSubproblem& problem) {
     }
   }
   if (!chain_) return;
-  coupling_.resize(num_x_ * stride);
   hessian_coupling_.resize(num_x_ * stride);
   const double* from = problem.coupling(0);
   for (size_t k = 0; k < num_x_ * stride; ++k) hessian_coupling_[k] = inverse * from[k];
+}
+
+void InteriorPointSolver::ChooseLinks() {
+  slim_rows_.assign(static_cast<size_t>(num_blocks_), 0);
+  if (!chain_) return;
+  for (const RowGroup& group : groups_) {
+    if (group.num_blocks > 1) slim_rows_[group.block] += group.count;
+  }
+  for (int t = 0; t + 1 < num_blocks_; ++t) {
+    int& rows = slim_rows_[static_cast<size_t>(t)];
+    if (rows > BlockChain::kMostRows || !kernels::IsLower(Block(hessian_coupling_, t), stride_)) rows = kDense;
+  }
 }
 
 void InteriorPointSolver::StartRow(size_t i, double a, double barrier) {
@@ -199,8 +210,13 @@ void InteriorPointSolver::Residuals(const ConvexSubproblem& problem) {
     kernels::AddCombination(x, Block(hessian_, t), stride_, stride_, rd, stride_);
     if (!problem.has_coupling() || t + 1 == num_blocks_) continue;
     const double* coupling = Block(hessian_coupling_, t);
-    kernels::AddProducts(coupling, stride_, stride_, x + stride_, rd, stride_);
-    kernels::AddCombination(x, coupling, stride_, stride_, rd + stride_, stride_);
+    if (slim_rows_[static_cast<size_t>(t)] != kDense) {
+      kernels::AddProductsOfLower(coupling, x + stride_, rd, stride_);
+      kernels::AddCombinationOfLower(x, coupling, rd + stride_, stride_);
+    } else {
+      kernels::AddProducts(coupling, stride_, stride_, x + stride_, rd, stride_);
+      kernels::AddCombination(x, coupling, stride_, stride_, rd + stride_, stride_);
+    }
   }
   AddTransposedRows(y_.value, rd_);
   for (size_t i = 0; i < num_y_; ++i) rp_[i] = problem.rows()[i].offset + y_.z_lower[i] - y_.z_upper[i];
@@ -245,21 +261,29 @@ bool InteriorPointSolver::AffineDirection() {
 
 bool InteriorPointSolver::Factor(double pivot_floor) {
   const auto stride = static_cast<size_t>(stride_);
-  std::copy(hessian_.begin(), hessian_.begin() + static_cast<std::ptrdiff_t>(num_x_ * stride), matrix_.begin());
-  if (chain_) {
-    std::copy(hessian_coupling_.begin(), hessian_coupling_.begin() + static_cast<std::ptrdiff_t>(num_x_ * stride),
-              coupling_.begin());
+  const size_t entries = stride * stride;
+  chain_matrix_.Reset(num_blocks_, stride_, chain_);
+  for (int t = 0; t < num_blocks_; ++t) {
+    std::copy_n(Block(hessian_, t), entries, chain_matrix_.block(t));
+    if (!chain_ || t + 1 == num_blocks_) continue;
+    std::copy_n(Block(hessian_coupling_, t), entries, chain_matrix_.coupling(t));
+    const int rows = slim_rows_[static_cast<size_t>(t)];
+    if (rows != kDense) chain_matrix_.SetSlim(t, rows);
   }
   y_.BarrierHessian(weight_);
   for (size_t i = 0; i < weight_.size(); ++i) weight_[i] = y_.free[i] / (weight_[i] + (1.0 - y_.free[i]));
   AddRows();
   x_.BarrierHessian(theta_);
-  for (size_t i = 0; i < num_x_; ++i) matrix_[i * stride + i % stride] += theta_[i];
-  FixVariables();
-  return FactorChain(pivot_floor);
+  for (int t = 0; t < num_blocks_; ++t) {
+    const double* theta = Segment(theta_, t);
+    for (size_t i = 0; i < stride; ++i) chain_matrix_.block(t)[i * stride + i] += theta[i];
+  }
+  for (const size_t i : fixed_) chain_matrix_.Fix(i);
+  return chain_matrix_.Factor(pivot_floor);
 }
 
 void InteriorPointSolver::AddRows() {
+  rows_so_far_.assign(static_cast<size_t>(num_blocks_), 0);
   for (const RowGroup& group : groups_) {
     const int width = group.num_blocks * stride_;
     const auto entries = static_cast<size_t>(group.count) * static_cast<size_t>(width);
@@ -274,60 +298,25 @@ void InteriorPointSolver::AddRows() {
     for (int k = 0; k < group.num_blocks; ++k) {
       const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(k) * stride_;
       kernels::AddProductsUpper(1.0, scaled_rows_.data() + begin, width, group.coefficients + begin, width, group.count,
-                                Block(matrix_, block + k), stride_);
+                                chain_matrix_.block(block + k), stride_);
     }
-    if (group.num_blocks < 2) continue;
-    kernels::AddProductsFull(1.0, scaled_rows_.data(), width, group.coefficients + stride_, width, group.count,
-                             Block(coupling_, block), stride_);
+    if (group.num_blocks > 1) AddCoupling(group, scaled_rows_.data());
   }
 }
 
-void InteriorPointSolver::FixVariables() {
-  const auto stride = static_cast<size_t>(stride_);
-  for (const size_t i : fixed_) {
-    const size_t first = i / stride * stride;  // of its block
-    const size_t column = i % stride;
-    double* row = matrix_.data() + i * stride;
-    std::fill(row, row + stride, 0.0);
-    for (size_t k = first; k < first + stride; ++k) matrix_[k * stride + column] = 0.0;
-    row[column] = 1.0;
-    if (!chain_) continue;
-    std::fill_n(coupling_.begin() + static_cast<std::ptrdiff_t>(i * stride), stride, 0.0);
-    for (size_t k = first; first > 0 && k < first + stride; ++k) coupling_[(k - stride) * stride + column] = 0.0;
+void InteriorPointSolver::AddCoupling(const RowGroup& group, const double* scaled) {
+  const auto block = static_cast<int>(group.block);
+  const int width = group.num_blocks * stride_;
+  if (!chain_matrix_.slim(block)) {
+    kernels::AddProductsFull(1.0, scaled, width, group.coefficients + stride_, width, group.count,
+                             chain_matrix_.coupling(block), stride_);
+    return;
   }
-}
-
-bool InteriorPointSolver::FactorChain(double pivot_floor) {
-  const auto stride = static_cast<size_t>(stride_);
-  min_pivot_.resize(num_x_);
-  for (size_t i = 0; i < num_x_; ++i) {
-    min_pivot_[i] = std::max(pivot_floor * matrix_[i * stride + i % stride], kLeastPivot);
-  }
-  for (int t = 0; t < num_blocks_; ++t) {
-    if (!kernels::FactorUpper(Block(matrix_, t), stride_, Segment(min_pivot_, t))) return false;
-    if (!chain_ || t + 1 == num_blocks_) continue;
-    double* coupling = Block(coupling_, t);
-    kernels::SolveTransposedBlock(Block(matrix_, t), stride_, coupling);
-    kernels::AddProductsUpper(-1.0, coupling, stride_, coupling, stride_, stride_, Block(matrix_, t + 1), stride_);
-  }
-  return true;
-}
-
-void InteriorPointSolver::SolveFactored() {
-  for (int t = 0; t < num_blocks_; ++t) {
-    double* b = Segment(rhs_, t);
-    kernels::SolveTransposed(Block(matrix_, t), stride_, b);
-    if (!chain_ || t + 1 == num_blocks_) continue;
-    for (int i = 0; i < stride_; ++i) row_scratch_[static_cast<size_t>(i)] = -b[i];
-    kernels::AddCombination(row_scratch_.data(), Block(coupling_, t), stride_, stride_, b + stride_, stride_);
-  }
-  for (int t = num_blocks_ - 1; t >= 0; --t) {
-    double* b = Segment(rhs_, t);
-    if (chain_ && t + 1 < num_blocks_) {
-      for (int i = 0; i < stride_; ++i) row_scratch_[static_cast<size_t>(i)] = -b[stride_ + i];
-      kernels::AddProducts(Block(coupling_, t), stride_, stride_, row_scratch_.data(), b, stride_);
-    }
-    kernels::SolveUpper(Block(matrix_, t), stride_, b);
+  for (int i = 0; i < group.count; ++i) {
+    const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(i) * width;
+    const int row = rows_so_far_[group.block]++;
+    std::copy_n(scaled + begin, stride_, chain_matrix_.left(block, row));
+    std::copy_n(group.coefficients + begin + stride_, stride_, chain_matrix_.right(block, row));
   }
 }
 
@@ -337,11 +326,11 @@ bool InteriorPointSolver::Direction(double sigma, bool corrector) {
   y_.Aim(sigma, corrector);
   rhs_.resize(num_x_);
   for (size_t i = 0; i < num_x_; ++i) rhs_[i] = x_.drive[i] - rd_[i];
-  row_scratch_.resize(std::max(y_.size(), static_cast<size_t>(stride_)));
+  row_scratch_.resize(y_.size());
   for (size_t i = 0; i < y_.size(); ++i) row_scratch_[i] = -weight_[i] * (rp_[i] + y_.drive[i]);
   AddTransposedRows(row_scratch_, rhs_);
   for (const size_t i : fixed_) rhs_[i] = 0.0;
-  SolveFactored();
+  chain_matrix_.Solve(rhs_);
   double size = 0.0;
   for (const double dx : rhs_) size += std::abs(dx);
   if (!std::isfinite(size)) return false;

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "legopt/subproblem/block_chain.h"
 #include "legopt/subproblem/boxed_variables.h"
 #include "legopt/subproblem/convex_subproblem.h"
 
@@ -42,6 +43,7 @@ class InteriorPointSolver : public SubproblemSolver {
   void Prepare(const ConvexSubproblem& problem);
   void GroupRows(const ConvexSubproblem& problem);
   void CopyHessian(const ConvexSubproblem& problem);
+  void ChooseLinks();
   void StartingPoint(const ConvexSubproblem& problem);
   void StartRow(size_t i, double a, double barrier);
   void Residuals(const ConvexSubproblem& problem);
@@ -52,11 +54,9 @@ class InteriorPointSolver : public SubproblemSolver {
   bool AffineDirection();
   bool Factor(double pivot_floor);
   void AddRows();
-  void FixVariables();
-  bool FactorChain(double pivot_floor);
+  void AddCoupling(const RowGroup& group, const double* scaled);
   /// False when it is not finite; the solver's variables are unharmed then.
   bool Direction(double sigma, bool corrector);
-  void SolveFactored();
   double MaxStep() const;
   /// rhs += A^T c and product += A x.
   void AddTransposedRows(const std::vector<double>& c, std::vector<double>& rhs) const;
@@ -75,8 +75,9 @@ class InteriorPointSolver : public SubproblemSolver {
   std::vector<RowGroup> groups_;
 
   std::vector<double> hessian_, hessian_coupling_;  ///< H, whole diagonal blocks
-  std::vector<double> matrix_, coupling_;           ///< H + Theta + A'DA, then its factor
-  std::vector<double> min_pivot_;
+  std::vector<int> slim_rows_;                      ///< by block: rows of a slim coupling (BlockChain), or kDense
+  std::vector<int> rows_so_far_;                    ///< by block, of those that were added
+  BlockChain chain_matrix_;                         ///< H + Theta + A'DA, and its factor
   BoxedVariables x_, y_;
   std::vector<size_t> fixed_;        ///< indices of fixed variables, pad included
   std::vector<double> rd_, rp_;      ///< H x + g + A'y - zl + zu; A x + b + wl - wu

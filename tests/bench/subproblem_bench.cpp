@@ -27,10 +27,21 @@ void PostureHeavyPenalty(benchmark::State& state) { Run(state, {.weight = 1e5});
 void WindowOfTwelve(benchmark::State& state) {
   Run(state, {.num_blocks = 12, .cost_rows = 0, .coupled = true, .fixed_variables = 35});
 }
+// As a window of a motion has them on average: 25 rows a waypoint, one between two.
+void WindowOfAMotion(benchmark::State& state) {
+  Run(state, {.num_blocks = 12,
+              .cost_rows = 0,
+              .inequality_rows = 13,
+              .coupled = true,
+              .steps = true,
+              .pair_rows = 1,
+              .fixed_variables = 35});
+}
 
 BENCHMARK(Posture)->Unit(benchmark::kMicrosecond);
 BENCHMARK(PostureHeavyPenalty)->Unit(benchmark::kMicrosecond);
 BENCHMARK(WindowOfTwelve)->Unit(benchmark::kMicrosecond);
+BENCHMARK(WindowOfAMotion)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace legopt

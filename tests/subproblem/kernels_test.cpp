@@ -86,6 +86,68 @@ TEST_P(Kernels, BlockSolve) {
   EXPECT_LT((u.transpose() * x - right).cwiseAbs().maxCoeff(), 1e-10);
 }
 
+// A lower matrix in the sense of the kernels, with entries in every 4 x 4 block that may have some.
+RowMajor Lower(int stride) {
+  RowMajor lower = RowMajor::Random(stride, stride);
+  for (int i = 0; i < stride; ++i) lower.row(i).tail(stride - i / 4 * 4 - std::min(4, stride - i / 4 * 4)).setZero();
+  return lower;
+}
+
+TEST_P(Kernels, OfLowerMatricesGiveTheBitsOfDenseOnes) {
+  ASSERT_TRUE(kernels::FactorUpper(matrix_.data(), stride_, min_pivot_.data()));
+  const RowMajor lower = Lower(stride_);
+  ASSERT_TRUE(kernels::IsLower(lower.data(), stride_));
+  RowMajor dense = lower, solved = lower;
+  kernels::SolveTransposedBlock(matrix_.data(), stride_, dense.data());
+  kernels::SolveTransposedLower(matrix_.data(), stride_, solved.data());
+  EXPECT_EQ(dense, solved);
+  EXPECT_TRUE(kernels::IsLower(solved.data(), stride_));
+  RowMajor all = expected_, some = expected_;
+  kernels::AddProductsUpper(-1.0, solved.data(), stride_, solved.data(), stride_, stride_, all.data(), stride_);
+  kernels::SubtractProductsOfLower(solved.data(), some.data(), stride_);
+  EXPECT_EQ(RowMajor(all.triangularView<Eigen::Upper>()), RowMajor(some.triangularView<Eigen::Upper>()));
+  const Eigen::VectorXd x = Eigen::VectorXd::Random(stride_);
+  Eigen::VectorXd a = x, b = x;
+  kernels::AddCombination(x.data(), lower.data(), stride_, stride_, a.data(), stride_);
+  kernels::AddCombinationOfLower(x.data(), lower.data(), b.data(), stride_);
+  EXPECT_EQ(a, b);
+  a = b = x;
+  kernels::AddProducts(lower.data(), stride_, stride_, x.data(), a.data(), stride_);
+  kernels::AddProductsOfLower(lower.data(), x.data(), b.data(), stride_);
+  EXPECT_LT((a - b).norm(), 1e-13) << "four partial sums, of other lengths";
+}
+
+TEST(LowerMatrices, AreNotTakenForWhatTheyAreNot) {
+  RowMajor m = RowMajor::Zero(12, 12);
+  m(3, 3) = m(5, 7) = m(11, 0) = 1.0;
+  EXPECT_TRUE(kernels::IsLower(m.data(), 12));
+  m(3, 4) = 1e-300;
+  EXPECT_FALSE(kernels::IsLower(m.data(), 12));
+}
+
+TEST(Panels, OfEveryWidthHaveTheSameBits) {
+  const auto four = kernels::PanelOf(kernels::PanelVectors::kFour),
+             eight = kernels::PanelOf(kernels::PanelVectors::kEight);
+  ASSERT_NE(four, nullptr);
+  if (eight == nullptr) GTEST_SKIP() << "this processor has no AVX-512";
+  for (int columns = 0; columns <= 80; columns += 4) {
+    for (const int count : {0, 1, 5, 40}) {
+      const RowMajor a = RowMajor::Random(count, 4), b = RowMajor::Random(count, 80), m = RowMajor::Random(4, 80);
+      for (const double sign : {1.0, -1.0}) {
+        RowMajor narrow = m, wide = m;
+        four(sign, a.data(), 4, b.data(), 80, count, narrow.data(), 80, columns);
+        eight(sign, a.data(), 4, b.data(), 80, count, wide.data(), 80, columns);
+        ASSERT_EQ(narrow, wide) << columns << " columns, " << count << " rows";
+        EXPECT_LT((narrow.leftCols(columns) - m.leftCols(columns) - sign * a.transpose() * b.leftCols(columns))
+                      .cwiseAbs()
+                      .sum(),
+                  1e-10);
+        EXPECT_EQ(narrow.rightCols(80 - columns), m.rightCols(80 - columns)) << "columns beyond are not touched";
+      }
+    }
+  }
+}
+
 TEST_P(Kernels, NoiseInThePlaceOfAPivotDoesNotGrow) {
   // A singular matrix: the exact pivots after the first are zero, the computed ones rounding errors of either sign.
   const Eigen::RowVectorXd row = rows_.row(0);

@@ -19,6 +19,19 @@ LinearModel RandomModel(std::mt19937& generator, int rows, int size, int num_way
   return model;
 }
 
+// x of the next block minus x of this one, plus what it was before.
+LinearModel Steps(std::mt19937& generator, int size) {
+  std::normal_distribution<double> normal;
+  LinearModel model;
+  model.Reset(size, size, 2);
+  for (int i = 0; i < size; ++i) {
+    model.value(i) = 0.1 * normal(generator);
+    model.row(0, i)[i] = -1.0;
+    model.row(1, i)[i] = 1.0;
+  }
+  return model;
+}
+
 }  // namespace
 
 ConvexSubproblem MakeRandomSubproblem(const RandomSubproblemShape& shape, unsigned seed) {
@@ -31,8 +44,9 @@ ConvexSubproblem MakeRandomSubproblem(const RandomSubproblemShape& shape, unsign
     problem.AddPenalties(t, RandomModel(generator, shape.inequality_rows, n, 1, 0.1), TermKind::kInequality,
                          shape.weight);
     if (!shape.coupled || t + 1 == shape.num_blocks) continue;
-    problem.AddCost(t, RandomModel(generator, n, n, 2, 0.2));
-    problem.AddPenalties(t, RandomModel(generator, 3, n, 2, 0.1), TermKind::kInequality, shape.weight);
+    problem.AddCost(t, shape.steps ? Steps(generator, n) : RandomModel(generator, n, n, 2, 0.2));
+    if (shape.pair_rows == 0) continue;
+    problem.AddPenalties(t, RandomModel(generator, shape.pair_rows, n, 2, 0.1), TermKind::kInequality, shape.weight);
   }
   Eigen::VectorXd lower = Eigen::VectorXd::Constant(shape.num_blocks * n, -shape.box);
   Eigen::VectorXd upper = -lower;

@@ -11,6 +11,8 @@ struct RandomSubproblemShape {
   int equality_rows = 12;    ///< per block
   int inequality_rows = 30;  ///< per block
   bool coupled = false;      ///< costs and rows between consecutive blocks
+  bool steps = false;        ///< those costs are squared steps, as of a motion, and not dense
+  int pair_rows = 3;         ///< rows between consecutive blocks
   double weight = 100.0;
   double box = 0.1;
   int fixed_variables = 0;  ///< of the first block

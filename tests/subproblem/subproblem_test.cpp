@@ -6,6 +6,7 @@
 
 #include "legopt/subproblem/interior_point.h"
 #include "legopt/subproblem/ipopt_subproblem.h"
+#include "legopt/subproblem/panels.h"
 #include "tests/subproblem/random_subproblem.h"
 
 namespace legopt {
@@ -143,6 +144,25 @@ TEST(SubproblemSolvers, AgreeOnChains) {
   for (unsigned seed = 11; seed <= 20; ++seed) ExpectSameOptimum(shape, seed);
 }
 
+TEST(SubproblemSolvers, AgreeOnChainsOfSteps) {
+  RandomSubproblemShape shape{.num_blocks = 5,
+                              .block_size = 9,
+                              .cost_rows = 0,
+                              .equality_rows = 3,
+                              .inequality_rows = 6,
+                              .coupled = true,
+                              .steps = true,
+                              .fixed_variables = 9};
+  for (const int rows : {0, 1, 6, 7}) {  // beyond six a coupling is taken for a dense one
+    shape.pair_rows = rows;
+    for (unsigned seed = 1; seed <= 5; ++seed) ExpectSameOptimum(shape, seed);
+  }
+  shape.pair_rows = 2;
+  shape.weight = 1e6;
+  constexpr double kIpoptAccuracy = 1e-4;
+  for (unsigned seed = 1; seed <= 5; ++seed) ExpectSameOptimum(shape, seed, kIpoptAccuracy);
+}
+
 TEST(SubproblemSolvers, AgreeOnAFullWindow) {
   ExpectSameOptimum({.num_blocks = 12, .cost_rows = 0, .coupled = true, .fixed_variables = 35}, 1);
 }
@@ -206,6 +226,24 @@ TEST(InteriorPoint, SameInputSameBits) {
   solver.Solve(other, {.gap = kAccuracy}, unrelated);  // the workspace's history must not matter
   solver.Solve(problem, {.gap = kAccuracy}, second);
   EXPECT_EQ(first, second);
+}
+
+// Every path that a processor may take.
+TEST(InteriorPoint, BitsAreThoseOfEveryProcessor) {
+  const auto usual = kernels::ChosenPanel();
+  if (kernels::PanelOf(kernels::PanelVectors::kEight) == nullptr) GTEST_SKIP() << "this processor has no AVX-512";
+  for (const RandomSubproblemShape& shape :
+       {RandomSubproblemShape{}, kWindow, RandomSubproblemShape{.num_blocks = 4, .coupled = true, .steps = true}}) {
+    const ConvexSubproblem problem = MakeRandomSubproblem(shape, 3);
+    const Eigen::Index size = Eigen::Index{problem.num_blocks()} * problem.block_size();
+    Eigen::VectorXd narrow(size), wide(size);
+    kernels::ChoosePanel(kernels::PanelOf(kernels::PanelVectors::kFour));
+    InteriorPointSolver().Solve(problem, {.gap = kAccuracy}, narrow);
+    kernels::ChoosePanel(kernels::PanelOf(kernels::PanelVectors::kEight));
+    InteriorPointSolver().Solve(problem, {.gap = kAccuracy}, wide);
+    EXPECT_EQ(narrow, wide);
+  }
+  kernels::ChoosePanel(usual);
 }
 
 TEST(InteriorPoint, NonFiniteInputFails) {

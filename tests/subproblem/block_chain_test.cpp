@@ -1,0 +1,134 @@
+// The factor of a chain of blocks against Eigen's of the whole matrix.
+
+#include "legopt/subproblem/block_chain.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "legopt/program/program.h"
+
+namespace legopt {
+namespace {
+
+constexpr int kSize = 11, kBlocks = 4;
+
+/// A positive definite matrix of four blocks with diagonal couplings and rows beside them, given to a BlockChain as
+/// slim or as dense.
+class Chain {
+ public:
+  explicit Chain(const std::vector<int>& rows, bool slim) : stride_(PaddedSize(kSize)), whole_(Eigen::MatrixXd()) {
+    std::srand(11);
+    const int all = kBlocks * stride_;
+    whole_ = Eigen::MatrixXd::Zero(all, all);
+    chain_.Reset(kBlocks, stride_, true);
+    for (int t = 0; t < kBlocks; ++t) {
+      const Eigen::MatrixXd random = Eigen::MatrixXd::Random(kSize, kSize);
+      Part(t, t) = random * random.transpose();
+      Part(t, t).diagonal().array() += 30.0;
+    }
+    for (int t = 0; t + 1 < kBlocks; ++t) Couple(t, rows[static_cast<size_t>(t)], slim);
+    for (int i = 0; i < all; ++i) {
+      if (i % stride_ >= kSize) whole_(i, i) = 1.0;
+    }
+    for (int t = 0; t < kBlocks; ++t) {
+      for (int i = 0; i < stride_; ++i) {
+        for (int j = 0; j < stride_; ++j) chain_.block(t)[i * stride_ + j] = whole_(t * stride_ + i, t * stride_ + j);
+      }
+    }
+  }
+
+  void Fix(int i) {
+    whole_.row(i).setZero();
+    whole_.col(i).setZero();
+    whole_(i, i) = 1.0;
+    chain_.Fix(static_cast<size_t>(i));
+  }
+
+  /// The chain's solution of a right side, and what is missing to the whole matrix's.
+  Eigen::VectorXd Solve(double& error) {
+    EXPECT_TRUE(chain_.Factor(1e-14));
+    std::srand(5);
+    const Eigen::VectorXd right = Eigen::VectorXd::Random(kBlocks * stride_);
+    std::vector<double> b(right.begin(), right.end());
+    chain_.Solve(b);
+    const Eigen::VectorXd x = Eigen::VectorXd::Map(b.data(), static_cast<Eigen::Index>(b.size()));
+    error = (x - whole_.ldlt().solve(right)).norm();
+    return x;
+  }
+
+  BlockChain& chain() { return chain_; }
+
+ private:
+  Eigen::Block<Eigen::MatrixXd> Part(int t, int u) { return whole_.block(t * stride_, u * stride_, kSize, kSize); }
+
+  void Couple(int t, int rows, bool slim) {
+    if (slim) chain_.SetSlim(t, rows);
+    const Eigen::VectorXd diagonal = -2.0 * Eigen::VectorXd::Ones(kSize) + Eigen::VectorXd::Random(kSize);
+    Part(t, t + 1).diagonal() = diagonal;
+    std::fill_n(chain_.coupling(t), stride_ * stride_, 0.0);
+    for (int i = 0; i < kSize; ++i) chain_.coupling(t)[i * stride_ + i] = diagonal[i];
+    for (int r = 0; r < rows; ++r) {
+      const Eigen::VectorXd left = Eigen::VectorXd::Random(kSize), right = Eigen::VectorXd::Random(kSize);
+      Part(t, t + 1) += left * right.transpose();
+      if (slim) {
+        std::fill_n(chain_.left(t, r), stride_, 0.0);
+        std::fill_n(chain_.right(t, r), stride_, 0.0);
+        std::copy(left.begin(), left.end(), chain_.left(t, r));
+        std::copy(right.begin(), right.end(), chain_.right(t, r));
+        continue;
+      }
+      for (int i = 0; i < kSize; ++i) {
+        for (int j = 0; j < kSize; ++j) chain_.coupling(t)[i * stride_ + j] += left[i] * right[j];
+      }
+    }
+    Part(t + 1, t) = Part(t, t + 1).transpose();
+  }
+
+  int stride_;
+  Eigen::MatrixXd whole_;
+  BlockChain chain_;
+};
+
+TEST(BlockChain, SolvesWithCouplingsOfEveryKind) {
+  for (const bool slim : {false, true}) {
+    for (const std::vector<int>& rows : {std::vector<int>{0, 0, 0}, {1, 0, 3}, {6, 2, 1}}) {
+      double error = 1.0;
+      Chain(rows, slim).Solve(error);
+      EXPECT_LT(error, 1e-12) << slim << ' ' << rows[0];
+    }
+  }
+}
+
+TEST(BlockChain, FixedVariablesStayWhatTheyAre) {
+  for (const bool slim : {false, true}) {
+    Chain chain({2, 0, 3}, slim);
+    for (const int i : {0, 5, PaddedSize(kSize) + 3, 3 * PaddedSize(kSize)}) chain.Fix(i);
+    double error = 1.0;
+    chain.Solve(error);
+    EXPECT_LT(error, 1e-12) << slim;
+  }
+}
+
+TEST(BlockChain, CanBeMadeAnew) {
+  double error = 1.0;
+  Chain chain({6, 6, 6}, true);
+  chain.Solve(error);
+  chain.chain().Reset(1, 4, false);
+  std::fill_n(chain.chain().block(0), 16, 0.0);
+  for (int i = 0; i < 4; ++i) chain.chain().block(0)[5 * i] = 4.0;
+  ASSERT_TRUE(chain.chain().Factor(1e-14));
+  std::vector<double> b = {4, 8, 12, 16};
+  chain.chain().Solve(b);
+  EXPECT_EQ(b, (std::vector<double>{1, 2, 3, 4}));
+}
+
+TEST(BlockChain, SaysWhenAFactorIsNotFinite) {
+  Chain chain({0, 0, 0}, true);
+  chain.chain().block(2)[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(chain.chain().Factor(1e-14));
+}
+
+}  // namespace
+}  // namespace legopt
