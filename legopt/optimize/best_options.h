@@ -18,7 +18,7 @@ struct BestOptions {
     sqp.trust_rule = TrustRule::kMeasured;
     sqp.polish_violations = false;
     sqp.subproblem_accuracy_frac = 1e-3;
-    sqp.subproblem_decrease_share = 0.95;
+    sqp.subproblem_decrease_share = 0.98;
     sqp.constraint_tolerance = 4e-4;
     return sqp;
   }
@@ -37,7 +37,8 @@ struct BestOptions {
     constexpr int kMostStarts = 1000;
     constexpr double kLeastNoise = 1e-6;
     constexpr double kMostNoise = 10.0;
-    SqpOptions::Visit(options.sqp, fields);
+    constexpr double kAlwaysWritten = 0.0;
+    SqpOptions::Visit(options.sqp, fields, kAlwaysWritten);
     fields.Integer("rescues", options.rescues, 0, kMostStarts);
     fields.Number("rescue_noise", options.rescue_noise, kLeastNoise, kMostNoise);
     fields.Integer("waypoint_starts", options.waypoint_starts, 0, kMostStarts);

@@ -65,8 +65,9 @@ struct SqpOptions {
   double subproblem_decrease_share = 1.0;
   SubproblemMethod subproblem = SubproblemMethod::kInteriorPoint;  ///< who solves the convex model
 
-  /// Its keys under `options:` (option_fields.h).
-  static void Visit(auto& options, auto& fields) {
+  /// Its keys under `options:` (option_fields.h). `usual_share`: the subproblem_decrease_share of methods that were
+  /// stored before there was one; 0 where it is always written.
+  static void Visit(auto& options, auto& fields, double usual_share = 1.0) {
     constexpr double kTiny = 1e-12;
     constexpr double kHuge = 1e15;
     fields.Number("trust_box_size", options.trust_box_size, kTiny, 10.0);
@@ -85,7 +86,7 @@ struct SqpOptions {
     fields.Boolean("polish_violations", options.polish_violations);
     fields.Number("subproblem_accuracy_frac", options.subproblem_accuracy_frac, kTiny, 0.1);
     fields.Choice("subproblem", options.subproblem);
-    fields.LaterNumber("subproblem_decrease_share", options.subproblem_decrease_share, 0.1, 1.0, 1.0);
+    fields.LaterNumber("subproblem_decrease_share", options.subproblem_decrease_share, 0.1, 1.0, usual_share);
     fields.LaterChoice("stop_when_feasible", options.stop_when_feasible, FeasibleStop::kIncremental);
     fields.Require(options.trust_box_size > options.min_trust_box_size, "trust_box_size", "min_trust_box_size",
                    std::to_string(options.trust_box_size), "must exceed min_trust_box_size",

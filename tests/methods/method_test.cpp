@@ -129,7 +129,7 @@ TEST(Method, WrongTypesAndRanges) {
 TEST(Method, HashesOfTheDefaultsStay) {
   const std::pair<const char*, const char*> hashes[] = {
       {"sqp", "5af88f65e077a8b7521d494cc250c767f816a81cccbcb973d17506ba28f06e5c"},
-      {"best", "df0410ed68fccf46037a2f36c521e1128533cc8a8adc5a91de84f2cfd77f2905"},
+      {"best", "dd22173eee6a207c7318ba6a8bca05f8e2188c7bf8e8178e1b3f31a8bdf56afd"},
       {"ipopt", "31b164ae2e17a5fc9ab4e4dae4c94fc9506122592b4914dd296c3fbf858a3f9e"},
       {"sgd", "6ae370174f6af751a3a0136f657ac080ec005a90c12dbd84079afd432fc50ac3"},
       {"adam", "b374f171dbc48eca744ba4094d654ed4ba5992a8083f4000a36fc2df5d6ab89f"},
@@ -167,6 +167,18 @@ TEST(Method, LaterChoicesLeaveTheHashesOfTheirUsualValue) {
     EXPECT_EQ(Method::FromJson(method(stop).ToJson(), "").Hash(), method(stop).Hash());
   }
   EXPECT_THAT(FaultOf(R"({"solver": "sqp", "options": {"stop_when_feasible": "nevr"}})").fix, HasSubstr("'never'"));
+}
+
+TEST(Method, ALaterNumberIsReadBackWhateverTheSolversDefaultIs) {
+  for (const char* solver : {"sqp", "best"}) {
+    for (const double share : {1.0, 0.95, 0.5}) {
+      const Method method =
+          Method::FromJson({{"solver", solver}, {"options", {{"subproblem_decrease_share", share}}}}, "");
+      const Method again = Method::FromJson(method.ToJson(), "");
+      EXPECT_EQ(again.Hash(), method.Hash()) << solver << ' ' << share;
+    }
+  }
+  EXPECT_FALSE(Method::Of("sqp").ToJson()["options"].contains("subproblem_decrease_share"));
 }
 
 TEST(Method, TheMemoryOfGradientsIsAChoice) {
