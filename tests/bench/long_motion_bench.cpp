@@ -1,0 +1,60 @@
+// A motion of 100, 1,000 and 10,000 stances by LegOpt-best: time per waypoint and memory beside the solution must not
+// grow with the length. The stances of a motion of the embedded dataset, walked to and fro.
+
+#include <benchmark/benchmark.h>
+#include <malloc.h>
+
+#include <algorithm>
+
+#include "legopt/evaluate/judge.h"
+#include "legopt/solve/problem_solver.h"
+#include "tests/folders.h"
+
+namespace legopt {
+namespace {
+
+constexpr int kMotion = 0;  // of the embedded dataset
+
+ProblemDefinition ToAndFro(const ProblemDefinition& once, std::size_t stances) {
+  ProblemDefinition problem{once.id, {}};
+  const std::size_t last = once.stances.size() - 1;
+  for (std::size_t i = 0; i < stances; ++i) {
+    const std::size_t place = i % (2 * last);
+    problem.stances.push_back(once.stances[place <= last ? place : 2 * last - place]);
+  }
+  return problem;
+}
+
+double HeapBytes() { return static_cast<double>(mallinfo2().uordblks + mallinfo2().hblkhd); }
+
+void LongMotion(benchmark::State& state) {
+  const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-easier");
+  ProblemSolver solver(dataset);
+  Judge judge(dataset);
+  const ProblemDefinition problem =
+      ToAndFro(dataset->problem(Task::kMotion, kMotion), static_cast<std::size_t>(state.range(0)));
+  const Method method = Method::Of("best");
+  solver.Solve(Task::kMotion, ToAndFro(problem, 20), Initialization::kGood, method, {});  // buffers have their size
+  SolveOutcome outcome;
+  double during = 0;
+  for (auto _ : state) {
+    SolveSettings settings;
+    const double before = HeapBytes();
+    settings.progress = [&](int, int) { during = std::max(during, HeapBytes() - before); };
+    outcome = solver.Solve(Task::kMotion, problem, Initialization::kGood, method, settings);
+  }
+  double solution = 0;
+  for (const Eigen::VectorXd& x : outcome.waypoints) solution += static_cast<double>(x.size()) * sizeof(double);
+  const auto waypoints = static_cast<double>(outcome.waypoints.size());
+  constexpr double kMebibyte = 1024.0 * 1024.0;
+  state.counters["cpu_us_per_waypoint"] = static_cast<double>(outcome.cpu_us) / waypoints;
+  state.counters["waypoints"] = waypoints;
+  state.counters["solution_MiB"] = solution / kMebibyte;
+  state.counters["heap_MiB"] = during / kMebibyte;
+  state.counters["trace_steps"] = static_cast<double>(outcome.history.size());
+  state.counters["solved"] = judge.Evaluate(Task::kMotion, problem, outcome.waypoints).literal == Verdict::kSuccess;
+}
+BENCHMARK(LongMotion)->Arg(100)->Arg(1000)->Arg(10000)->Iterations(1)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace legopt
