@@ -90,8 +90,9 @@ std::string WithoutWaypoint(std::string detail) {
 
 VectorXd Rounded(const VectorXd& x) {
   // By a division, which gives the double that so many decimals are read as.
-  constexpr double kSteps = 1.0 / StanceCertifier::kResolution;
-  return x.unaryExpr([](double value) { return std::round(value * kSteps) / kSteps; });
+  constexpr double kSteps = 1e6;
+  static_assert(kSteps * StanceCertifier::kResolution == 1.0);
+  return x.unaryExpr([](double value) { return std::round(value * kSteps) / kSteps + 0.0; });  // no -0
 }
 
 }  // namespace
@@ -128,7 +129,8 @@ StanceCertifier::Attempt StanceCertifier::Solve(StanceProgram& program, VectorXd
   }
   const SolverResult result = solver_.Solve(program, x, context);
   const bool finite = result.value.IsFinite();
-  return {finite ? result.value.max_violation : std::numeric_limits<double>::infinity(), finite && result.feasible};
+  return {finite ? result.value.max_violation : std::numeric_limits<double>::infinity(), finite && result.feasible,
+          IsStopped(result.status)};
 }
 
 Evaluation StanceCertifier::JudgePosture(const Stance& stance, const VectorXd& x) {
@@ -147,7 +149,7 @@ std::optional<FoundPosture> StanceCertifier::Search(const Stance& stance, int fi
   for (int number = first; number < last; ++number) {
     if (stop && stop()) return std::nullopt;
     VectorXd x = Start(stance, number);
-    Solve(programs.at(static_cast<std::size_t>(number) % programs.size()), x, stop);
+    if (Solve(programs.at(static_cast<std::size_t>(number) % programs.size()), x, stop).stopped) return std::nullopt;
     x = Rounded(x);
     if (Accepts(stance, x)) return FoundPosture{std::move(x), number};
   }
@@ -160,7 +162,7 @@ std::optional<FoundPosture> StanceCertifier::SearchFrom(const Stance& stance, st
   for (std::size_t i = 0; i < starts.size(); ++i) {
     if (stop && stop()) return std::nullopt;
     VectorXd x = starts[i];
-    Solve(program, x, stop);
+    if (Solve(program, x, stop).stopped) return std::nullopt;
     x = Rounded(x);
     if (Accepts(stance, x)) return FoundPosture{std::move(x), static_cast<int>(i)};
   }

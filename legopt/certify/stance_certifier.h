@@ -73,6 +73,7 @@ class StanceCertifier {
   struct Attempt {
     double violation = 0.0;  ///< by the solver
     bool feasible = false;   ///< likewise
+    bool stopped = false;    ///< half-way: what it has may not count, or interruptions would decide results
   };
 
   Eigen::VectorXd Start(const Stance& stance, int number) const;

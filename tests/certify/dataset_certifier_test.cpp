@@ -58,7 +58,7 @@ TEST_F(DatasetCertificate, EveryPostureIsAcceptedByTheJudge) {
   EXPECT_EQ(CountProblems(certificate, catalogue_, Task::kMotion)[Feasibility::kCertified], 4);
 }
 
-TEST_F(DatasetCertificate, ThreadsDecideNothing) { EXPECT_EQ(Text(Certify(1)), Text(Certify(3))); }
+TEST_F(DatasetCertificate, ThreadsDecideNothing) { EXPECT_TRUE(Text(Certify(1)) == Text(Certify(3))); }
 
 TEST_F(DatasetCertificate, WhatWasInterruptedGoesOnToTheSameEnd) {
   const std::string whole = Text(Certify(1));
@@ -68,7 +68,7 @@ TEST_F(DatasetCertificate, WhatWasInterruptedGoesOnToTheSameEnd) {
   const Certificate part = Certify(2, nullptr, hooks);
   ASSERT_FALSE(part.IsComplete());
   EXPECT_TRUE(std::any_of(part.stances.begin(), part.stances.end(), [](const auto& e) { return e.has_value(); }));
-  EXPECT_EQ(Text(Certify(2, &part)), whole);
+  EXPECT_TRUE(Text(Certify(2, &part)) == whole);
 }
 
 TEST_F(DatasetCertificate, PosturesOfAFileAreJudgedAgain) {
@@ -77,7 +77,7 @@ TEST_F(DatasetCertificate, PosturesOfAFileAreJudgedAgain) {
   forged.stances[0]->posture[0] += 1.0;
   forged.stances[1]->feasibility = Feasibility::kInfeasible;
   forged.stances[1]->proof = "none";
-  EXPECT_EQ(Text(Certify(1, &forged)), Text(honest));
+  EXPECT_TRUE(Text(Certify(1, &forged)) == Text(honest));
 }
 
 TEST_F(DatasetCertificate, MoreIsKnownEveryTimeItIsTold) {
