@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "legopt/certify/reach_prover.h"
 #include "legopt/certify/stance_certifier.h"
 #include "legopt/parallel.h"
 
@@ -16,7 +17,7 @@ class Certification {
  public:
   Certification(const std::shared_ptr<const Dataset>& dataset, const StanceCatalogue& catalogue,
                 const CertifyOptions& options, const CertifyHooks& hooks)
-      : catalogue_(catalogue), options_(options), hooks_(hooks) {
+      : dataset_(*dataset), catalogue_(catalogue), options_(options), hooks_(hooks) {
     certificate_.dataset = dataset->name();
     certificate_.dataset_hash = dataset->content_hash();
     certificate_.stances.resize(catalogue.stances().size());
@@ -26,7 +27,7 @@ class Certification {
   Certificate Run(const Certificate* known) {
     if (known != nullptr) ForStances("judging what is known", AllStances(), [&](auto&... a) { Check(*known, a...); });
     ForStances("first starts", Unknown(), [this](auto&... a) { TryFirstStarts(a...); });
-    FindFirstPostures();
+    PrepareForHardOnes();
     ForStances("further starts", Unknown(), [this](auto&... a) { TryAllElse(a...); });
     return std::move(certificate_);
   }
@@ -77,6 +78,12 @@ class Certification {
     if (auto found = certifier.Search(StanceOf(stance), 0, last, hooks_.stop)) evidence = Certified(*found, false);
   }
 
+  void PrepareForHardOnes() {
+    if (Unknown().empty() || Stopped()) return;
+    prover_.emplace(dataset_);
+    FindFirstPostures();
+  }
+
   /// The first starts' alone, which no other thread's luck decides.
   void FindFirstPostures() {
     first_postures_.resize(certificate_.stances.size());
@@ -97,6 +104,12 @@ class Certification {
     }
     auto found = certifier.SearchFrom(at, neighbours, hooks_.stop);
     const bool by_neighbour = found.has_value();
+    if (!found && !Stopped()) {
+      if (auto proof = prover_->Refute(at)) {
+        evidence = Infeasible(std::move(*proof));
+        return;
+      }
+    }
     if (!found) found = certifier.Search(at, CertifyOptions::kFirstStarts, options_.starts, hooks_.stop);
     if (found) {
       evidence = Certified(*found, by_neighbour);
@@ -118,11 +131,20 @@ class Certification {
     return evidence;
   }
 
+  static StanceEvidence Infeasible(std::string proof) {
+    StanceEvidence evidence;
+    evidence.feasibility = Feasibility::kInfeasible;
+    evidence.proof = std::move(proof);
+    return evidence;
+  }
+
+  const Dataset& dataset_;
   const StanceCatalogue& catalogue_;
   const CertifyOptions& options_;
   const CertifyHooks& hooks_;
   std::vector<std::unique_ptr<StanceCertifier>> certifiers_;  // one a thread
   std::mutex mutex_;
+  std::optional<ReachProver> prover_;  // once there are hard ones
   Certificate certificate_;
   std::vector<Eigen::VectorXd> first_postures_;  // by stance; empty: none
 };

@@ -35,7 +35,8 @@ struct CertifyHooks {
 /// Looks for a posture, or a reason why there is none, at every stance of a dataset.
 ///
 /// First every stance from its first own starts. Then those that are left, from the postures which that has found for
-/// their neighbours, and from all other starts of their own; what remains is open, with what stands in the way.
+/// their neighbours; a proof that there is none (reach_prover.h); all other starts of their own. What remains is open,
+/// with what stands in the way.
 ///
 /// `known` is what an earlier call has learnt, or nothing. None of it is believed that can be checked: postures that
 /// the judge refuses, and proofs, are looked for again; what is open with fewer starts, too. So a certification that
