@@ -24,8 +24,9 @@ enum class ExitCode : int {
   kWorse = 10,            ///< `compare --fail-if-worse`: B is worse than A
   kOtherBits = 11,        ///< `replay`: the same status and verdicts, but not the same bits
   kOtherResult = 12,      ///< `replay`: another status or verdict, or none
-  kInternal = 70,         ///< a defect of legopt; please report it
-  kMachine = 71,          ///< this machine gave out: no memory, no more processes, or one of the programs is not there
+  kCertificateMismatch = 13,  ///< a certificate of feasibility is about another dataset, or another state of it
+  kInternal = 70,             ///< a defect of legopt; please report it
+  kMachine = 71,  ///< this machine gave out: no memory, no more processes, or one of the programs is not there
 };
 
 /// As `main` returns it.
@@ -36,7 +37,7 @@ struct ExitCodeText {
   std::string_view text;
 };
 
-inline constexpr std::array<ExitCodeText, 14> kExitCodeTexts{{
+inline constexpr std::array<ExitCodeText, 15> kExitCodeTexts{{
     {ExitCode::kOk, "done"},
     {ExitCode::kUsage, "wrong usage, bad input file, or output that cannot be written"},
     {ExitCode::kUnreachable, "server unreachable or time-out"},
@@ -49,6 +50,7 @@ inline constexpr std::array<ExitCodeText, 14> kExitCodeTexts{{
     {ExitCode::kWorse, "compare: B is worse"},
     {ExitCode::kOtherBits, "replay: same status, other bits"},
     {ExitCode::kOtherResult, "replay: another result"},
+    {ExitCode::kCertificateMismatch, "certificate of another dataset"},
     {ExitCode::kInternal, "a defect of legopt"},
     {ExitCode::kMachine, "out of memory or processes, or a program is missing"},
 }};

@@ -14,6 +14,7 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "db/store_error.h"
+#include "legopt/certify/certificate.h"
 #include "legopt/input_error.h"
 #include "programs/arguments.h"
 #include "programs/data_folder.h"
@@ -95,6 +96,8 @@ int Execute(const Invocation& invocation) {
   } catch (const InputError& error) {
     programs::ReportError(kProgram, error);
     return static_cast<int>(ExitCode::kUsage);
+  } catch (const certify::CertificateMismatch& error) {
+    return Report(ExitCode::kCertificateMismatch, error.what());
   } catch (const db::StoreError& error) {
     return Report(CodeOf(error), error.what());
   } catch (const bus::BusError& error) {
@@ -133,6 +136,7 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddExportCommand(program, invocation);
   AddDatasetCommand(program, invocation);
   AddGenerateCommand(program, invocation);
+  AddCertifyCommand(program, invocation);
   AddImportCommand(program, invocation);
   AddDoctorCommand(program, invocation);
   AddTapCommand(program, invocation);

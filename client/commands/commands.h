@@ -39,6 +39,7 @@ void AddQueryCommand(const programs::Command& program, Invocation* invocation);
 void AddEvaluateCommand(const programs::Command& program, Invocation* invocation);
 void AddExportCommand(const programs::Command& program, Invocation* invocation);
 void AddDatasetCommand(const programs::Command& program, Invocation* invocation);
+void AddCertifyCommand(const programs::Command& program, Invocation* invocation);
 void AddGenerateCommand(const programs::Command& program, Invocation* invocation);
 void AddImportCommand(const programs::Command& program, Invocation* invocation);
 void AddDoctorCommand(const programs::Command& program, Invocation* invocation);

@@ -15,13 +15,13 @@
 #include "legopt/dataset/text_file.h"
 #include "legopt/evaluate/solution_file.h"
 #include "legopt/generate/generation_record.h"
-#include "legopt/generate/parallel.h"
 #include "legopt/generate/posture_selection.h"
 #include "legopt/generate/proven_stances.h"
 #include "legopt/generate/seeds.h"
 #include "legopt/generate/source_check.h"
 #include "legopt/generate/stance_features.h"
 #include "legopt/input_error.h"
+#include "legopt/parallel.h"
 
 namespace legopt::generate {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "legopt/dataset/problem_file.h"
 #include "legopt/dataset/text_file.h"
-#include "legopt/generate/parallel.h"
 #include "legopt/generate/seeds.h"
 #include "legopt/input_error.h"
+#include "legopt/parallel.h"
 #include "legopt/random_draws.h"
 
 namespace legopt::generate {

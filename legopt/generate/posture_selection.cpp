@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <string>
 
-#include "legopt/generate/parallel.h"
 #include "legopt/generate/stance_features.h"
 #include "legopt/input_error.h"
+#include "legopt/parallel.h"
 
 namespace legopt::generate {
 namespace {

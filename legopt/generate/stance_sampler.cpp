@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "legopt/evaluate/judge.h"
-#include "legopt/generate/parallel.h"
 #include "legopt/generate/seeds.h"
 #include "legopt/input_error.h"
+#include "legopt/parallel.h"
 #include "legopt/random_draws.h"
 #include "legopt/solve/problem_solver.h"
 

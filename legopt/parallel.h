@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace legopt::generate {
+namespace legopt {
 
 /// Calls work(worker, index) for all indices below `count` on `threads` threads, each index once; `worker` < threads
 /// names the calling thread's workspace. Results must go to places that depend on the index. The first exception thrown
@@ -33,4 +33,4 @@ inline void ForEachIndex(int threads, std::size_t count, const std::function<voi
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt

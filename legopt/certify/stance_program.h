@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <memory>
+#include <vector>
+
+#include "legopt/collision/collision_query.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/program/program.h"
+#include "legopt/terms/waypoint_program.h"
+#include "words/feasibility.h"
+
+namespace legopt::certify {
+
+/// A set of groups of constraints; a value.
+class ConstraintGroups {
+ public:
+  /// Of these; none by default.
+  constexpr ConstraintGroups(std::initializer_list<ConstraintGroup> groups = {}) {
+    for (const ConstraintGroup group : groups) Add(group);
+  }
+  /// One more.
+  constexpr void Add(ConstraintGroup group) { bits_ |= Bit(group); }
+  /// Whether the group is one of them.
+  constexpr bool Has(ConstraintGroup group) const { return (bits_ & Bit(group)) != 0; }
+  constexpr bool operator==(const ConstraintGroups&) const = default;
+
+ private:
+  static constexpr std::uint8_t Bit(ConstraintGroup group) {
+    return static_cast<std::uint8_t>(1U << static_cast<unsigned>(group));
+  }
+  std::uint8_t bits_ = 0;
+};
+
+/// The constraints of one stance and nothing else, some groups of them left out: one waypoint without costs. Joint
+/// limits and the feet's poses always count.
+///
+/// A workspace; dataset and query (of the dataset's collision model) must outlive it. One thread.
+class StanceProgram : public Program {
+ public:
+  /// `contacts`: as of WaypointProgram; nothing is continuous here.
+  StanceProgram(const Dataset& dataset, CollisionQuery& query, const Stance& stance, const ContactOptions& contacts,
+                ConstraintGroups left_out = {});
+
+  int num_waypoints() const override { return 1; }
+  int tangent_size() const override { return whole_.tangent_size(); }
+  int point_size() const override { return whole_.point_size(); }
+  /// Those that are not left out.
+  const std::vector<std::unique_ptr<Term>>& terms() const override { return terms_; }
+  void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override { whole_.SetPoint(x); }
+  void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
+               Eigen::Ref<Eigen::VectorXd> x_next) const override {
+    whole_.Retract(x, dx, x_next);
+  }
+  void PullBack(const double* dx, double* row) const override { whole_.PullBack(dx, row); }
+  void StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> lower,
+                  Eigen::Ref<Eigen::VectorXd> upper) const override {
+    whole_.StepBounds(x, lower, upper);
+  }
+  void ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const override { whole_.ProjectOnBounds(x); }
+
+ private:
+  WaypointProgram whole_;
+  std::vector<std::unique_ptr<Term>> terms_;  ///< they refer to those of whole_
+};
+
+}  // namespace legopt::certify
