@@ -7,6 +7,7 @@
 #include "client/compare/figures.h"
 #include "client/compare/statistics_table.h"
 #include "client/report/benchmark_table.h"
+#include "client/report/certified_counts.h"
 #include "client/report/method_filter.h"
 #include "client/report/paper_table.h"
 #include "client/report/reading.h"
@@ -28,6 +29,7 @@ struct TableOptions {
   bool profile = false;
   std::optional<double> charge_s;
   bool paper = false;
+  std::optional<std::string> certificates;
   PlotOptions plot;
 };
 
@@ -49,6 +51,10 @@ std::string RenderTable(const TableOptions& options, ResultSource* source) {
     return RenderProfiles(ReadStatisticsTable(*source, options.selection), options.format, style.layout);
   }
   BenchmarkTable table = ReadBenchmarkTable(*source, options.selection);
+  const ExperimentInfo experiment = FindExperiment(*source, table.experiment_id);
+  if (const auto certificate = FindCertificate(options.certificates, experiment)) {
+    AddCertifiedCounts(*source, options.selection, *certificate, &table);
+  }
   if (options.paper) AddPaperFigures(ReadPaperTable(programs::DataFolder() / kPaperTable), &table);
   return RenderBenchmarkTable(table, options.format, style);
 }
@@ -100,6 +106,13 @@ void AddTableCommand(const programs::Command& program, Invocation* invocation) {
       .AddFlag("--profile", options->profile,
                "Instead: performance profiles as steps, for plotting with --format csv or json")
       .Excludes(paper)
+      .Excludes(interpolation)
+      .Excludes(statistics);
+  command
+      .AddOption(
+          "--certificates", options->certificates,
+          "Count over the problems that this certificate, or the one in this dataset folder, certifies (default: "
+          "the embedded dataset's, for experiments with it)")
       .Excludes(interpolation)
       .Excludes(statistics);
   AddChargeOption(command, &options->charge_s);
