@@ -29,7 +29,7 @@ struct TableOptions {
   bool profile = false;
   std::optional<double> charge_s;
   bool paper = false;
-  std::optional<std::string> certificates;
+  std::optional<std::string> certificate;
   PlotOptions plot;
 };
 
@@ -52,9 +52,10 @@ std::string RenderTable(const TableOptions& options, ResultSource* source) {
   }
   BenchmarkTable table = ReadBenchmarkTable(*source, options.selection);
   const ExperimentInfo experiment = FindExperiment(*source, table.experiment_id);
-  if (const auto certificate = FindCertificate(options.certificates, experiment)) {
-    AddCertifiedCounts(*source, options.selection, *certificate, &table);
-  }
+  const std::optional<certify::ProblemFeasibility> known =
+      options.certificate ? ReadCertificateOf(*options.certificate, experiment)
+                          : FindCertificate(programs::DefaultDatasetFolder(), experiment);
+  if (known) AddCertifiedCounts(*source, options.selection, *known, &table);
   if (options.paper) AddPaperFigures(ReadPaperTable(programs::DataFolder() / kPaperTable), &table);
   return RenderBenchmarkTable(table, options.format, style);
 }
@@ -110,7 +111,7 @@ void AddTableCommand(const programs::Command& program, Invocation* invocation) {
       .Excludes(statistics);
   command
       .AddOption(
-          "--certificates", options->certificates,
+          "--certificate", options->certificate,
           "Count over the problems that this certificate, or the one in this dataset folder, certifies (default: "
           "the embedded dataset's, for experiments with it)")
       .Excludes(interpolation)

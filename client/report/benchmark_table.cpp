@@ -122,6 +122,10 @@ BenchmarkCell BenchmarkTable::Sum() const {
       sum.cancelled += cell.cancelled;
       sum.clock_stopped += cell.clock_stopped;
       sum.taken_over += cell.taken_over;
+      for (const auto& [value, word] : kWords<Feasibility>) {
+        sum.by_feasibility[value].n += cell.by_feasibility[value].n;
+        sum.by_feasibility[value].solved += cell.by_feasibility[value].solved;
+      }
     }
   }
   return sum;

@@ -157,7 +157,9 @@ GroupedTable Group(const BenchmarkTable& table, const TimeUnit& unit, const std:
     grouped.legend += " " + std::string(kSuccessLegend);
   }
   for (const auto& [task, initialization] : table.columns) grouped.groups.push_back(GroupOf(task, initialization));
-  if (table.certified) grouped.legend += " " + std::string(kCertifiedLegend);
+  if (table.certified && sum.by_feasibility[Feasibility::kCertified].n < sum.n) {
+    grouped.legend += " " + std::string(kCertifiedLegend);
+  }
   const auto best = FindBest(table);
   for (const auto& row : table.rows) {
     grouped.rows.push_back(ShownLine(table, row, row.method, row.cells, unit, best));

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 
-#include "programs/data_folder.h"
 #include "words/feasibility.h"
 
 namespace legopt::client {
@@ -24,14 +24,19 @@ std::string JobsByProblemSql(std::int64_t experiment_id, Rule rule) {
 
 }  // namespace
 
-std::optional<certify::ProblemFeasibility> FindCertificate(const std::optional<std::filesystem::path>& given,
-                                                           const ExperimentInfo& experiment) {
-  std::filesystem::path file = given.value_or(programs::DefaultDatasetFolder());
+certify::ProblemFeasibility ReadCertificateOf(std::filesystem::path file, const ExperimentInfo& experiment) {
   if (std::filesystem::is_directory(file)) file /= certify::kCertificateFileName;
-  if (!given && !std::filesystem::exists(file)) return std::nullopt;
   certify::ProblemFeasibility certificate = certify::ReadProblemFeasibility(file);
-  if (!given && certificate.dataset_hash != experiment.dataset_hash) return std::nullopt;
   certify::RequireCertificateOf(certificate.dataset_hash, experiment.dataset_hash, file, experiment.dataset_name);
+  return certificate;
+}
+
+std::optional<certify::ProblemFeasibility> FindCertificate(const std::filesystem::path& folder,
+                                                           const ExperimentInfo& experiment) {
+  const std::filesystem::path file = folder / certify::kCertificateFileName;
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  certify::ProblemFeasibility certificate = certify::ReadProblemFeasibility(file);
+  if (certificate.dataset_hash != experiment.dataset_hash) return std::nullopt;
   return certificate;
 }
 

@@ -10,10 +10,13 @@
 
 namespace legopt::client {
 
-/// The certificate that a table counts by: the file `given`, or that of a dataset's folder when it is one; without it
-/// that of the embedded dataset, if it is about the experiment's. Throws CertificateMismatch when the given one is
-/// about another dataset than the experiment, InputError when it cannot be read.
-std::optional<certify::ProblemFeasibility> FindCertificate(const std::optional<std::filesystem::path>& given,
+/// The certificate `file`, or that in the dataset's folder `file`. Throws CertificateMismatch when it is about another
+/// dataset than the experiment, InputError when it cannot be read.
+certify::ProblemFeasibility ReadCertificateOf(std::filesystem::path file, const ExperimentInfo& experiment);
+
+/// The certificate in a dataset's folder, if there is one and it is about the experiment's dataset. Throws InputError
+/// when it cannot be read.
+std::optional<certify::ProblemFeasibility> FindCertificate(const std::filesystem::path& folder,
                                                            const ExperimentInfo& experiment);
 
 /// Splits the jobs of every cell by what the certificate says of their problems. Problems that it does not have are
