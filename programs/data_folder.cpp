@@ -10,6 +10,7 @@ namespace legopt::programs {
 namespace {
 
 constexpr char kDefaultDataset[] = "garage-easier";
+constexpr char kHardDataset[] = "garage-hard";
 
 bool IsFolder(const std::filesystem::path& path) {
   std::error_code error;
@@ -38,5 +39,10 @@ std::filesystem::path DataFolder() {
 }
 
 std::filesystem::path DefaultDatasetFolder() { return DataFolder() / kDefaultDataset; }
+
+std::vector<std::filesystem::path> EmbeddedDatasetFolders() {
+  const std::filesystem::path folder = DataFolder();
+  return {folder / kDefaultDataset, folder / kHardDataset};
+}
 
 }  // namespace legopt::programs

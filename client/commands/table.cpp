@@ -35,6 +35,15 @@ struct TableOptions {
 
 constexpr char kPaperTable[] = "paper-table1.csv";
 
+std::optional<certify::ProblemFeasibility> KnownFeasibility(const std::optional<std::string>& certificate,
+                                                            const ExperimentInfo& experiment) {
+  if (certificate) return ReadCertificateOf(*certificate, experiment);
+  for (const auto& folder : programs::EmbeddedDatasetFolders()) {
+    if (auto known = FindCertificate(folder, experiment)) return known;
+  }
+  return std::nullopt;
+}
+
 std::string RenderTable(const TableOptions& options, ResultSource* source) {
   const TableStyle style{options.time_unit, LayoutOf(options.output)};
   if (options.charge_s && !options.statistics) {
@@ -52,9 +61,7 @@ std::string RenderTable(const TableOptions& options, ResultSource* source) {
   }
   BenchmarkTable table = ReadBenchmarkTable(*source, options.selection);
   const ExperimentInfo experiment = FindExperiment(*source, table.experiment_id);
-  const std::optional<certify::ProblemFeasibility> known =
-      options.certificate ? ReadCertificateOf(*options.certificate, experiment)
-                          : FindCertificate(programs::DefaultDatasetFolder(), experiment);
+  const auto known = KnownFeasibility(options.certificate, experiment);
   if (known) AddCertifiedCounts(*source, options.selection, *known, &table);
   if (options.paper) AddPaperFigures(ReadPaperTable(programs::DataFolder() / kPaperTable), &table);
   return RenderBenchmarkTable(table, options.format, style);
@@ -113,7 +120,7 @@ void AddTableCommand(const programs::Command& program, Invocation* invocation) {
       .AddOption(
           "--certificate", options->certificate,
           "Count over the problems that this certificate, or the one in this dataset folder, certifies (default: "
-          "the embedded dataset's, for experiments with it)")
+          "those of the embedded datasets, for experiments with them)")
       .Excludes(interpolation)
       .Excludes(statistics);
   AddChargeOption(command, &options->charge_s);
