@@ -41,8 +41,9 @@ std::filesystem::path DataFolder() {
 std::filesystem::path DefaultDatasetFolder() { return DataFolder() / kDefaultDataset; }
 
 std::vector<std::filesystem::path> EmbeddedDatasetFolders() {
-  const std::filesystem::path folder = DataFolder();
-  return {folder / kDefaultDataset, folder / kHardDataset};
+  std::vector<std::filesystem::path> folders = {DefaultDatasetFolder()};
+  if (const auto hard = DataFolder() / kHardDataset; IsFolder(hard)) folders.push_back(hard);
+  return folders;
 }
 
 }  // namespace legopt::programs
