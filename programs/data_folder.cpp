@@ -10,6 +10,7 @@ namespace legopt::programs {
 namespace {
 
 constexpr char kDefaultDataset[] = "garage-easier";
+constexpr char kHardDataset[] = "garage-hard";
 
 bool IsFolder(const std::filesystem::path& path) {
   std::error_code error;
@@ -38,5 +39,11 @@ std::filesystem::path DataFolder() {
 }
 
 std::filesystem::path DefaultDatasetFolder() { return DataFolder() / kDefaultDataset; }
+
+std::vector<std::filesystem::path> EmbeddedDatasetFolders() {
+  std::vector<std::filesystem::path> folders = {DefaultDatasetFolder()};
+  if (const auto hard = DataFolder() / kHardDataset; IsFolder(hard)) folders.push_back(hard);
+  return folders;
+}
 
 }  // namespace legopt::programs

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 namespace legopt::programs {
 
@@ -14,5 +15,9 @@ std::filesystem::path DataFolder();
 
 /// The embedded default dataset, inside DataFolder(). Throws as it does.
 std::filesystem::path DefaultDatasetFolder();
+
+/// All embedded datasets that experiments are made on, the default one first; a DataFolder() of one's own need not have
+/// the others. Throws as it does.
+std::vector<std::filesystem::path> EmbeddedDatasetFolders();
 
 }  // namespace legopt::programs

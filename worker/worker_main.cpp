@@ -73,7 +73,7 @@ void Define(programs::Program& program, CommandLine& line) {
       .Check(programs::WholeNumber(1, kMaxSlots));
   program.AddOption("--dataset", line.datasets,
                     "Dataset folder whose jobs this worker takes; may be repeated "
-                    "(default: the embedded garage-easier)");
+                    "(default: the embedded ones, garage-easier and garage-hard)");
   program.AddOption("--name", line.name, "Name in tables and listings (default: the host's)");
   program.AddFlag("--exit-when-idle", line.exit_when_idle,
                   "Leave when every experiment of the server is over (also when it has none)");
@@ -145,7 +145,7 @@ SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts&
   // The running program, even if its file has been replaced since: all processes of a worker are of one build.
   options.child_command = {"/proc/self/exe", std::string(kChildFlag), std::to_string(getpid())};
   std::vector<std::filesystem::path> datasets = line.datasets;
-  if (datasets.empty()) datasets.push_back(programs::DefaultDatasetFolder());
+  if (datasets.empty()) datasets = programs::EmbeddedDatasetFolders();
   for (const std::filesystem::path& dataset : datasets) options.child_command.push_back(dataset.string());
   return options;
 }

@@ -131,6 +131,8 @@ void AddInstanceFlags(const programs::Command& command, DatasetFlags* flags) {
   command.AddOption("--same-floor", options.same_floor, "Motion problems on one floor").ShowDefault();
   command.AddOption("--different-floors", options.different_floors, "Motion problems between floors").ShowDefault();
   command.AddOption("--postures", options.postures, "Posture problems").ShowDefault();
+  command.AddFlag("--certified", options.certified,
+                  "Keep plans all of whose stances have a posture, and write the certificate");
 }
 
 /// Adds what is the same for all datasets: where robot and scene come from.

@@ -8,6 +8,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/dry_run.h"
 #include "client/commands/submission.h"
+#include "client/report/certified_counts.h"
 #include "client/report/reading.h"
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
@@ -171,10 +172,13 @@ ExitCode Finish(const RunOptions& options, const std::string& db, const std::fil
                 const Outcome& outcome) {
   if (outcome.experiment_id == 0) return ExitCode::kInterrupted;
   const auto source = OpenResults({db, {}});
+  const TableSelection selection{outcome.experiment_id, options.rule, {}};
+  BenchmarkTable table = ReadBenchmarkTable(*source, selection);
+  if (const auto certificate = FindCertificate(dataset, FindExperiment(*source, outcome.experiment_id))) {
+    AddCertifiedCounts(*source, selection, *certificate, &table);
+  }
   std::cout << (options.format == TableFormat::kText ? "\n" : "")
-            << RenderBenchmarkTable(ReadBenchmarkTable(*source, {outcome.experiment_id, options.rule, {}}),
-                                    options.format, {options.time_unit, LayoutOf(options.output)})
-            << std::flush;
+            << RenderBenchmarkTable(table, options.format, {options.time_unit, LayoutOf(options.output)}) << std::flush;
   if (outcome.interrupted) {
     std::cerr << "\nStopped before the end. To go on, give the same command with --db "
               << programs::Printable(ShellWord(db)) << "\n";

@@ -7,6 +7,7 @@
 #include "client/compare/figures.h"
 #include "client/compare/statistics_table.h"
 #include "client/report/benchmark_table.h"
+#include "client/report/certified_counts.h"
 #include "client/report/method_filter.h"
 #include "client/report/paper_table.h"
 #include "client/report/reading.h"
@@ -28,10 +29,20 @@ struct TableOptions {
   bool profile = false;
   std::optional<double> charge_s;
   bool paper = false;
+  std::optional<std::string> certificate;
   PlotOptions plot;
 };
 
 constexpr char kPaperTable[] = "paper-table1.csv";
+
+std::optional<certify::ProblemFeasibility> KnownFeasibility(const std::optional<std::string>& certificate,
+                                                            const ExperimentInfo& experiment) {
+  if (certificate) return ReadCertificateOf(*certificate, experiment);
+  for (const auto& folder : programs::EmbeddedDatasetFolders()) {
+    if (auto known = FindCertificate(folder, experiment)) return known;
+  }
+  return std::nullopt;
+}
 
 std::string RenderTable(const TableOptions& options, ResultSource* source) {
   const TableStyle style{options.time_unit, LayoutOf(options.output)};
@@ -49,6 +60,9 @@ std::string RenderTable(const TableOptions& options, ResultSource* source) {
     return RenderProfiles(ReadStatisticsTable(*source, options.selection), options.format, style.layout);
   }
   BenchmarkTable table = ReadBenchmarkTable(*source, options.selection);
+  const ExperimentInfo experiment = FindExperiment(*source, table.experiment_id);
+  const auto known = KnownFeasibility(options.certificate, experiment);
+  if (known) AddCertifiedCounts(*source, options.selection, *known, &table);
   if (options.paper) AddPaperFigures(ReadPaperTable(programs::DataFolder() / kPaperTable), &table);
   return RenderBenchmarkTable(table, options.format, style);
 }
@@ -100,6 +114,13 @@ void AddTableCommand(const programs::Command& program, Invocation* invocation) {
       .AddFlag("--profile", options->profile,
                "Instead: performance profiles as steps, for plotting with --format csv or json")
       .Excludes(paper)
+      .Excludes(interpolation)
+      .Excludes(statistics);
+  command
+      .AddOption(
+          "--certificate", options->certificate,
+          "Count over the problems that this certificate, or the one in this dataset folder, certifies (default: "
+          "those of the embedded datasets, for experiments with them)")
       .Excludes(interpolation)
       .Excludes(statistics);
   AddChargeOption(command, &options->charge_s);

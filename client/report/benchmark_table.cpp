@@ -41,6 +41,7 @@ class CellReader {
     row.sample_size = Integer("sample_size");
     row.collision = cells_.WordAt<SceneRepresentation>(row_, "collision");
     row.inner_starts = Integer("inner_starts");
+    row.method_id = Integer("method_id");
     return row;
   }
 
@@ -66,7 +67,8 @@ class CellReader {
   std::size_t row_;
 };
 
-std::string Share(const BenchmarkCell& cell) { return std::to_string(cell.solved) + "/" + std::to_string(cell.n); }
+std::string Share(const JobCounts& counts) { return std::to_string(counts.solved) + "/" + std::to_string(counts.n); }
+std::string Share(const BenchmarkCell& cell) { return Share(JobCounts{cell.n, cell.solved}); }
 
 struct Remark {
   std::int64_t count;
@@ -81,11 +83,31 @@ std::array<Remark, 4> Remarks(const BenchmarkCell& cell) {
            {cell.n - cell.finished, "left", 'l'}}};
 }
 
+std::string LongRemarks(const BenchmarkCell& cell) {
+  std::string remarks;
+  for (const auto& [count, word, letter] : Remarks(cell)) {
+    if (count > 0) remarks += (remarks.empty() ? "" : ", ") + std::to_string(count) + " " + word;
+  }
+  return remarks;
+}
+
+std::string BriefRemarks(const BenchmarkCell& cell) {
+  std::string remarks;
+  for (const auto& [count, word, letter] : Remarks(cell)) {
+    if (count > 0) remarks += " " + std::to_string(count) + letter;
+  }
+  return remarks;
+}
+
 }  // namespace
 
 bool BenchmarkTable::shows_collision() const {
   return std::any_of(rows.begin(), rows.end(),
                      [this](const BenchmarkRow& row) { return row.collision != rows.front().collision; });
+}
+
+JobCounts BenchmarkTable::Counted(const BenchmarkCell& cell) const {
+  return certified ? cell.by_feasibility[Feasibility::kCertified] : JobCounts{cell.n, cell.solved};
 }
 
 BenchmarkCell BenchmarkTable::Sum() const {
@@ -100,6 +122,10 @@ BenchmarkCell BenchmarkTable::Sum() const {
       sum.cancelled += cell.cancelled;
       sum.clock_stopped += cell.clock_stopped;
       sum.taken_over += cell.taken_over;
+      for (const auto& [value, word] : kWords<Feasibility>) {
+        sum.by_feasibility[value].n += cell.by_feasibility[value].n;
+        sum.by_feasibility[value].solved += cell.by_feasibility[value].solved;
+      }
     }
   }
   return sum;
@@ -185,19 +211,33 @@ std::string ClockWarning(std::int64_t clock_stopped, std::int64_t experiment_id)
 }
 
 std::string FormatSuccess(const BenchmarkCell& cell) {
-  std::string remarks;
-  for (const auto& [count, word, letter] : Remarks(cell)) {
-    if (count > 0) remarks += (remarks.empty() ? "" : ", ") + std::to_string(count) + " " + word;
-  }
+  const std::string remarks = LongRemarks(cell);
   return Share(cell) + (remarks.empty() ? "" : " (" + remarks + ")");
 }
 
-std::string FormatBriefSuccess(const BenchmarkCell& cell) {
-  std::string text = Share(cell);
-  for (const auto& [count, word, letter] : Remarks(cell)) {
-    if (count > 0) text += " " + std::to_string(count) + letter;
+std::string FormatBriefSuccess(const BenchmarkCell& cell) { return Share(cell) + BriefRemarks(cell); }
+
+std::string FormatCertifiedSuccess(const BenchmarkCell& cell) {
+  std::string rest;
+  for (const Feasibility feasibility : {Feasibility::kOpen, Feasibility::kInfeasible}) {
+    const JobCounts& counts = cell.by_feasibility[feasibility];
+    if (counts.n == 0) continue;
+    rest += (rest.empty() ? "" : ", ") + std::to_string(counts.solved) + " of " + std::to_string(counts.n) + " " +
+            std::string(ToString(feasibility));
   }
-  return text;
+  const std::string remarks = LongRemarks(cell);
+  if (!rest.empty() && !remarks.empty()) rest += ", ";
+  rest += remarks;
+  return Share(cell.by_feasibility[Feasibility::kCertified]) + (rest.empty() ? "" : " (" + rest + ")");
+}
+
+std::string FormatBriefCertifiedSuccess(const BenchmarkCell& cell) {
+  std::string text = Share(cell.by_feasibility[Feasibility::kCertified]);
+  for (const Feasibility feasibility : {Feasibility::kOpen, Feasibility::kInfeasible}) {
+    const JobCounts& counts = cell.by_feasibility[feasibility];
+    if (counts.n > 0) text += " " + Share(counts) + ToString(feasibility).front();
+  }
+  return text + BriefRemarks(cell);
 }
 
 }  // namespace legopt::client

@@ -16,6 +16,7 @@
 #include "client/report/result_origins.h"
 #include "client/report/text_layout.h"
 #include "words/collision.h"
+#include "words/feasibility.h"
 #include "words/result.h"
 #include "words/split.h"
 #include "words/task.h"
@@ -41,6 +42,14 @@ inline constexpr auto kPaperColumns = [] {
   return columns;
 }();
 
+/// Jobs, and those that were solved.
+struct JobCounts {
+  std::int64_t n = 0;
+  std::int64_t solved = 0;
+
+  bool operator==(const JobCounts&) const = default;
+};
+
 /// One method on one task from one initialization.
 struct BenchmarkCell {
   std::int64_t n = 0;            ///< jobs of the cell
@@ -58,6 +67,7 @@ struct BenchmarkCell {
   /// Ended by the clock, at every attempt or before there were limits of effort: they say nothing about the method.
   std::int64_t clock_stopped = 0;
   std::int64_t taken_over = 0;  ///< of the finished jobs: with the result of an equal job of another experiment
+  Per<Feasibility, JobCounts> by_feasibility = {};  ///< of their problems, in a table that counts by a certificate
 
   bool operator==(const BenchmarkCell&) const = default;
 };
@@ -70,6 +80,7 @@ struct BenchmarkRow {
   SceneRepresentation collision = SceneRepresentation::kSolid;  ///< the solver's obstacles
   std::map<BenchmarkColumn, BenchmarkCell> paper = {};  ///< the paper's figures of this row; empty: not asked for
   std::int64_t inner_starts = 0;                        ///< that an attempt may make beyond its first one
+  std::int64_t method_id = 0;                           ///< in the database; 0: from elsewhere
 };
 
 /// The paper's Table I for one experiment.
@@ -83,6 +94,10 @@ struct BenchmarkTable {
   std::vector<BenchmarkRow> rows;        ///< in the experiment's order
   bool compared = false;                 ///< the paper's figures were asked for
   std::vector<ResultOrigin> origins;     ///< builds and machines of the results
+  bool certified = false;                ///< counts by a certificate: BenchmarkCell::by_feasibility
+
+  /// Jobs that success is counted over: all, or those of certified problems.
+  JobCounts Counted(const BenchmarkCell& cell) const;
 
   /// Whether rows differ in their collision model, so that it needs a column.
   bool shows_collision() const;
@@ -133,6 +148,11 @@ std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit
 /// "34/35 1d", "29/35 2f 5l", as kSuccessLegend explains.
 std::string FormatSuccess(const BenchmarkCell& cell);
 std::string FormatBriefSuccess(const BenchmarkCell& cell);
+/// The same over certified problems, the rest behind it: "34/34 (0 of 1 open)". Brief: "34/34 0/1o", and i for
+/// infeasible.
+std::string FormatCertifiedSuccess(const BenchmarkCell& cell);
+std::string FormatBriefCertifiedSuccess(const BenchmarkCell& cell);
+inline constexpr char kCertifiedLegend[] = "Solved of certified problems; o solved of open ones, i of infeasible ones.";
 inline constexpr char kSuccessLegend[] = "Behind n: d dead, f failed to run, c cancelled, l left to do.";
 
 /// What stands below a table when the clock has ended so many of its jobs; empty for none.
@@ -152,8 +172,9 @@ struct TableStyle {
 /// * CSV and JSON hold the same cells unrounded, times in seconds, and nothing (null) where nothing was solved. CSV has
 ///   the same columns for every experiment: posture_good_n, ..._problems, ..._repetitions, ..._finished, ..._solved,
 ///   ..._dead, ..._failed, ..._cancelled, ..._clock_stopped, ..._taken_over, ..._cost, ..._time_s, likewise for the
-///   other pairs of task and initialization, and with the paper's figures paper_posture_good_n, ...; JSON has those in
-///   a member "paper".
+///   other pairs of task and initialization, and with the paper's figures paper_posture_good_n, ..., with a
+///   certificate posture_good_certified_n, ..._certified_solved, ..._infeasible_n, ...; JSON has those in members
+///   "paper" and "by_feasibility".
 std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format, const TableStyle& style = {});
 
 /// The JSON of that, for who puts it into a larger one.

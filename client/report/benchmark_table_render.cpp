@@ -84,8 +84,8 @@ struct Best {
   std::optional<double> cost, time_s;
 };
 
-double ShareOf(const BenchmarkCell& cell) {
-  return cell.n == 0 ? 0.0 : static_cast<double>(cell.solved) / static_cast<double>(cell.n);
+double ShareOf(const JobCounts& counts) {
+  return counts.n == 0 ? 0.0 : static_cast<double>(counts.solved) / static_cast<double>(counts.n);
 }
 
 void Lower(const std::optional<double>& value, std::optional<double>* lowest) {
@@ -98,8 +98,9 @@ std::map<BenchmarkColumn, Best> FindBest(const BenchmarkTable& table) {
   for (const auto& row : table.rows) {
     for (const auto& [column, cell] : row.cells) {
       Best& found = best[column];
-      if (ShareOf(cell) > found.share) found = {ShareOf(cell), std::nullopt, std::nullopt};
-      if (ShareOf(cell) < found.share || cell.solved == 0) continue;
+      const double share = ShareOf(table.Counted(cell));
+      if (share > found.share) found = {share, std::nullopt, std::nullopt};
+      if (share < found.share || cell.solved == 0) continue;
       Lower(cell.cost, &found.cost);
       Lower(cell.time_s, &found.time_s);
     }
@@ -108,10 +109,14 @@ std::map<BenchmarkColumn, Best> FindBest(const BenchmarkTable& table) {
 }
 
 // Success, cost and time of a cell; `best` is null for what does not compete.
-std::array<TableText, 3> ShownCell(const BenchmarkCell& cell, const TimeUnit& unit, const Best* best) {
-  std::array<TableText, 3> shown = {
-      {{FormatSuccess(cell), FormatBriefSuccess(cell)}, {FormatCost(cell.cost)}, {FormatTime(cell.time_s, unit)}}};
-  if (best != nullptr && cell.solved > 0 && ShareOf(cell) == best->share) {
+std::array<TableText, 3> ShownCell(const BenchmarkTable& table, const BenchmarkCell& cell, const TimeUnit& unit,
+                                   const Best* best) {
+  // The paper's figures know no certificate.
+  const bool certified = table.certified && cell.by_feasibility != BenchmarkCell{}.by_feasibility;
+  const TableText success = certified ? TableText{FormatCertifiedSuccess(cell), FormatBriefCertifiedSuccess(cell)}
+                                      : TableText{FormatSuccess(cell), FormatBriefSuccess(cell)};
+  std::array<TableText, 3> shown = {{success, {FormatCost(cell.cost)}, {FormatTime(cell.time_s, unit)}}};
+  if (best != nullptr && cell.solved > 0 && ShareOf(table.Counted(cell)) == best->share) {
     shown[0].emphasis = Emphasis::kBest;
     if (cell.cost && cell.cost == best->cost) shown[1].emphasis = Emphasis::kBest;
     if (cell.time_s && cell.time_s == best->time_s) shown[2].emphasis = Emphasis::kBest;
@@ -133,7 +138,7 @@ std::vector<TableText> ShownLine(const BenchmarkTable& table, const BenchmarkRow
     const auto rival = best.find(column);
     const auto shown = found == cells.end()
                            ? std::array<TableText, 3>{{{"-"}, {"-"}, {"-"}}}
-                           : ShownCell(found->second, unit, rival == best.end() ? nullptr : &rival->second);
+                           : ShownCell(table, found->second, unit, rival == best.end() ? nullptr : &rival->second);
     line.insert(line.end(), shown.begin(), shown.end());
   }
   return line;
@@ -152,6 +157,9 @@ GroupedTable Group(const BenchmarkTable& table, const TimeUnit& unit, const std:
     grouped.legend += " " + std::string(kSuccessLegend);
   }
   for (const auto& [task, initialization] : table.columns) grouped.groups.push_back(GroupOf(task, initialization));
+  if (table.certified && sum.by_feasibility[Feasibility::kCertified].n < sum.n) {
+    grouped.legend += " " + std::string(kCertifiedLegend);
+  }
   const auto best = FindBest(table);
   for (const auto& row : table.rows) {
     grouped.rows.push_back(ShownLine(table, row, row.method, row.cells, unit, best));
@@ -185,11 +193,22 @@ nlohmann::ordered_json CellJson(const BenchmarkCell& cell, Figures figures) {
   return json;
 }
 
+nlohmann::ordered_json FeasibilityJson(const BenchmarkCell& cell) {
+  nlohmann::ordered_json json;
+  for (const auto& [value, word] : kWords<Feasibility>) {
+    const JobCounts& counts = cell.by_feasibility[value];
+    json[word] = {{"n", counts.n}, {"solved", counts.solved}};
+  }
+  return json;
+}
+
 void AddCells(const BenchmarkTable& table, const Cells& cells, Figures figures, nlohmann::ordered_json* line) {
   for (const auto& column : table.columns) {
     const auto found = cells.find(column);
-    if (found != cells.end())
-      (*line)[ToString(column.task)][ToString(column.initialization)] = CellJson(found->second, figures);
+    if (found == cells.end()) continue;
+    auto& cell = (*line)[ToString(column.task)][ToString(column.initialization)];
+    cell = CellJson(found->second, figures);
+    if (table.certified && figures.size() == kFigures.size()) cell["by_feasibility"] = FeasibilityJson(found->second);
   }
 }
 
@@ -209,12 +228,34 @@ void AddFigures(const Cells& cells, Figures figures, std::vector<nlohmann::json>
   }
 }
 
+void AddFeasibilityTitles(Listing* listing) {
+  for (const auto& column : kPaperColumns) {
+    for (const auto& [value, word] : kWords<Feasibility>) {
+      for (const char* figure : {"_n", "_solved"}) {
+        listing->columns.push_back(ColumnName(column) + "_" + std::string(word) + figure);
+      }
+    }
+  }
+}
+
+void AddFeasibilityFigures(const Cells& cells, std::vector<nlohmann::json>* line) {
+  for (const auto& column : kPaperColumns) {
+    const auto found = cells.find(column);
+    for (const auto& [value, word] : kWords<Feasibility>) {
+      const auto counts = found == cells.end() ? JobCounts{} : found->second.by_feasibility[value];
+      line->push_back(found == cells.end() ? nlohmann::json() : nlohmann::json(counts.n));
+      line->push_back(found == cells.end() ? nlohmann::json() : nlohmann::json(counts.solved));
+    }
+  }
+}
+
 std::string RenderCsv(const BenchmarkTable& table) {
   Listing listing;
   listing.columns = {"experiment_id", "experiment",   "dataset",     "rule",     "method",
                      "multi_starts",  "inner_starts", "sample_size", "collision"};
   AddTitles("", kFigures, &listing);
   if (table.compared) AddTitles("paper_", kPaperFigures, &listing);
+  if (table.certified) AddFeasibilityTitles(&listing);
   listing.columns.emplace_back("builds");
   for (const auto& row : table.rows) {
     auto& line = listing.rows.emplace_back();
@@ -222,6 +263,7 @@ std::string RenderCsv(const BenchmarkTable& table) {
             row.multi_starts,    row.inner_starts, row.sample_size, ToString(row.collision)};
     AddFigures(row.cells, kFigures, &line);
     if (table.compared) AddFigures(row.paper, kPaperFigures, &line);
+    if (table.certified) AddFeasibilityFigures(row.cells, &line);
     line.emplace_back(BuildIds(table.origins));
   }
   return RenderListing(listing, ListingFormat::kCsv);

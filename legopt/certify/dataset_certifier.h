@@ -22,7 +22,8 @@ struct CertifyOptions {
   static constexpr int kFirstStarts = 50;
 };
 
-/// What a certification asks of, and tells to, its surroundings; empty functions are not called. Must not throw.
+/// What a certification asks of, and tells to, its surroundings; empty functions are not called. What they throw ends
+/// it and goes on to the caller.
 struct CertifyHooks {
   /// True: end soon, with what there is. Asked by all threads.
   std::function<bool()> stop;

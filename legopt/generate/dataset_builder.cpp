@@ -9,6 +9,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "legopt/certify/certificate.h"
+#include "legopt/certify/dataset_certifier.h"
+#include "legopt/certify/stance_catalogue.h"
+#include "legopt/certify/stance_certifier.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset_writer.h"
 #include "legopt/dataset/problem_file.h"
@@ -30,12 +34,18 @@ namespace fs = std::filesystem;
 
 constexpr const char* kGenerationFile = "generation.json";
 constexpr const char* kSolutionsFile = "solutions-posture.json";
+constexpr int kCertifyingStarts = 200;  // of a stance, before its plan is given up
 
 /// Posture problem and its proof.
 struct Proven {
   Stance stance;
   PostureProof proof;
 };
+
+/// File of what was tried: for plans of one kind that count for one reason.
+std::string PlansFileName(FloorChange change, bool certified) {
+  return (certified ? "certified-plans-" : "plans-") + std::string(ToString(change)) + ".json";
+}
 
 /// Numbered in their order.
 std::vector<ProblemDefinition> AsProblems(const std::vector<Stance>& stances) {
@@ -79,6 +89,7 @@ class Builder {
   std::string Format(Task task, std::span<const ProblemDefinition> problems) const;
   void WriteProblems(Task task, std::span<const ProblemDefinition> problems) const;
   void Plan(const std::vector<Stance>& stances);
+  std::function<bool(int, const FootstepPlan&)> PlanCheck() const;
   void SelectPostures();
   std::vector<Stance> DifferentStances() const;
   std::vector<StanceFeatures> Features(const std::vector<Stance>& stances) const;
@@ -86,6 +97,7 @@ class Builder {
   void DescribePlans(const std::vector<std::pair<FloorChange, PlannedPair>>& tried) const;
   void FinishPostures() const;
   void Finish();
+  void Certify() const;
 
   const DatasetOptions& options_;
   fs::path folder_;
@@ -178,24 +190,39 @@ void Builder::WriteProblems(Task task, std::span<const ProblemDefinition> proble
   WriteTextFile(folder_ / DescriptionOf(task).problem_file, Format(task, problems));
 }
 
+/// Whether every stance of a plan has a posture. Empty where that is not asked for.
+std::function<bool(int, const FootstepPlan&)> Builder::PlanCheck() const {
+  if (!options_.certified) return {};
+  auto certifiers = std::make_shared<std::vector<certify::StanceCertifier>>();
+  for (int k = 0; k < options_.threads; ++k) certifiers->emplace_back(dataset_);
+  return [certifiers](int worker, const FootstepPlan& plan) {
+    certify::StanceCertifier& certifier = (*certifiers)[static_cast<size_t>(worker)];
+    return std::all_of(plan.stances.begin(), plan.stances.end(), [&](const Stance& stance) {
+      return certifier.Search(stance, 0, kCertifyingStarts, {}).has_value();
+    });
+  };
+}
+
 /// Motion problems: first those that change floors, as in the paper's files.
 void Builder::Plan(const std::vector<Stance>& stances) {
   Show("map of the ground", 0, 1, "maps");
   const auto guide = std::make_shared<const GuideMap>(*model_);
+  const auto check = PlanCheck();
   std::vector<std::pair<FloorChange, PlannedPair>> tried;
   for (const FloorChange change : {FloorChange::kDifferent, FloorChange::kSame}) {
     PairOptions pairs;
     pairs.seed = options_.seed;
     pairs.wanted = change == FloorChange::kSame ? options_.same_floor : options_.different_floors;
     pairs.threads = options_.threads;
+    pairs.counts = check;
     if (pairs.wanted == 0) continue;
     const std::string stage = "plans, " + std::string(ToString(change)) + " floor";
     Show(stage, 0, pairs.wanted, "plans");
     int kept = 0;
     for (PlannedPair& pair : PlanPairs(model_, guide, PlannerOptions{}, stances, change, pairs,
-                                       folder_ / ("plans-" + std::string(ToString(change)) + ".json"),
+                                       folder_ / PlansFileName(change, options_.certified),
                                        [&](int done, int total) { Show(stage, done, total, "plans"); })) {
-      if (pair.found() && kept < pairs.wanted) {
+      if (pair.counts && kept < pairs.wanted) {
         ++kept;
         motions_.push_back({static_cast<int>(motions_.size()), pair.plan.stances});
         report_.largest_motion = std::max(report_.largest_motion, static_cast<int>(pair.plan.stances.size()));
@@ -208,12 +235,13 @@ void Builder::Plan(const std::vector<Stance>& stances) {
 }
 
 void Builder::DescribePlans(const std::vector<std::pair<FloorChange, PlannedPair>>& tried) const {
-  std::string text = "floor,pair,start,goal,found,steps,cost,bound,expansions\n";
+  std::string text = "floor,pair,start,goal,found,counts,steps,cost,bound,expansions\n";
   for (const auto& [change, pair] : tried) {
     std::array<char, 160> line{};
-    std::snprintf(line.data(), line.size(), "%s,%d,%d,%d,%d,%d,%.4f,%.4f,%lld\n", std::string(ToString(change)).c_str(),
-                  pair.pair, pair.start, pair.goal, pair.found() ? 1 : 0, pair.plan.steps, pair.plan.cost,
-                  pair.plan.bound, static_cast<long long>(pair.plan.expansions));
+    std::snprintf(line.data(), line.size(), "%s,%d,%d,%d,%d,%d,%d,%.4f,%.4f,%lld\n",
+                  std::string(ToString(change)).c_str(), pair.pair, pair.start, pair.goal, pair.found() ? 1 : 0,
+                  pair.counts ? 1 : 0, pair.plan.steps, pair.plan.cost, pair.plan.bound,
+                  static_cast<long long>(pair.plan.expansions));
     text += line.data();
   }
   WriteTextFile(folder_ / "plans.csv", text);
@@ -335,7 +363,24 @@ void Builder::Finish() {
   WriteProblems(Task::kMotion, motions_);
   WriteManifestHashes(folder_, options_.read_guard);
   report_.content_hash = Dataset::Load(folder_, options_.read_guard)->content_hash();
-  for (const char* state : {"plans-same.json", "plans-different.json"}) fs::remove(folder_ / state);
+  if (options_.certified) Certify();
+  for (const FloorChange change : {FloorChange::kSame, FloorChange::kDifferent}) {
+    for (const bool certified : {false, true}) fs::remove(folder_ / PlansFileName(change, certified));
+  }
+}
+
+/// Every stance has been found feasible on the way: this is the evidence, for the finished dataset.
+void Builder::Certify() const {
+  const auto dataset = Dataset::Load(folder_, options_.read_guard);
+  const certify::StanceCatalogue catalogue(*dataset);
+  certify::CertifyOptions certify_options;
+  certify_options.threads = options_.threads;
+  certify::CertifyHooks hooks;
+  hooks.progress = [this](const char* stage, size_t done, size_t total) {
+    Show(std::string("certificate, ") + stage, static_cast<double>(done), static_cast<double>(total), "stances");
+  };
+  const certify::Certificate certificate = certify::CertifyDataset(dataset, catalogue, certify_options, nullptr, hooks);
+  WriteTextFile(folder_ / certify::kCertificateFileName, FormatCertificate(certificate, catalogue, *dataset));
 }
 
 }  // namespace
@@ -355,7 +400,7 @@ std::string DatasetOptions::StancesIdentity() const {
 
 std::string DatasetOptions::Identity() const {
   return StancesIdentity() + ", plans " + std::to_string(same_floor) + " + " + std::to_string(different_floors) +
-         ", postures " + std::to_string(postures);
+         ", postures " + std::to_string(postures) + (certified ? ", certified" : "");
 }
 
 ProbeOptions DatasetOptions::ProbeFor(const Dataset& dataset) const {

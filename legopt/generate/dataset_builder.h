@@ -30,6 +30,8 @@ struct DatasetOptions {
   int threads = 1;                          ///< decides nothing
   std::optional<double> radius_m;           ///< largest distance of the feet
   std::optional<double> slope_rad;          ///< steepest surface; both default to those of the robot, see ProbeFor
+  /// Motion problems are plans all of whose stances have a posture; a certificate says so (certificate.h).
+  bool certified = false;
   /// Stances that have a posture (proven_stances.h), instead of sampling and proving `stances` of them.
   std::optional<std::filesystem::path> proven;
   ReadGuard read_guard;  ///< runs the readers of robot and meshes; decides nothing
@@ -62,10 +64,11 @@ using BuildProgress = std::function<void(const std::string&, double, double, con
 /// distance), and a proof for each of them.
 ///
 /// Files: those of a dataset (dataset_file.h), scenario.json, building.csv and pictures for a generated scene,
-/// generation.json (generation_record.h), stances.json, plans.csv, features.csv, histograms.txt and .svg,
-/// solutions-posture.json (accepted by the judge, literally and strictly). Stages that `folder` already holds from an
-/// interrupted run of the same options are not done again. The result depends on the options only, whatever the number
-/// of threads. Throws InputError: see the parts; a scene mesh with holes or inverted winding; a robot without two feet.
+/// generation.json (generation_record.h), certificate.json where asked for, stances.json, plans.csv, features.csv,
+/// histograms.txt and .svg, solutions-posture.json (accepted by the judge, literally and strictly). Stages that
+/// `folder` already holds from an interrupted run of the same options are not done again. The result depends on the
+/// options only, whatever the number of threads. Throws InputError: see the parts; a scene mesh with holes or inverted
+/// winding; a robot without two feet.
 DatasetReport BuildDataset(const DatasetOptions& options, const std::filesystem::path& folder,
                            const BuildProgress& progress);
 

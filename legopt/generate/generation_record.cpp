@@ -21,6 +21,7 @@ std::string DescribeGeneration(const DatasetOptions& options, const ProbeOptions
   }
   root["plans"] = {{"same_floor", options.same_floor}, {"different_floors", options.different_floors}};
   root["postures"] = options.postures;
+  if (options.certified) root["certified"] = true;
   root["stance"] = {
       {"slope_rad", probe.slope_rad},     {"support_m", probe.support_m},
       {"clearance_m", probe.clearance_m}, {"reach_m", probe.reach_m},

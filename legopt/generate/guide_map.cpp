@@ -19,10 +19,11 @@ GuideMap::GuideMap(const ProbeModel& model, double cell_m)
   columns_ = 1 + static_cast<int>(size.x() / cell_m_);
   rows_ = 1 + static_cast<int>(size.y() / cell_m_);
   std::vector<bool> blocked(static_cast<size_t>(columns_) * static_cast<size_t>(rows_), false);
-  AddSolid(model, blocked);
+  std::vector<std::vector<float>> rubble(blocked.size());
+  AddSolid(model, blocked, rubble);
   Index();
   PriceNarrowPlaces(blocked);
-  BridgeGaps(blocked, 0.5 * model.options.reach_m);
+  BridgeGaps(blocked, rubble, 0.5 * model.options.reach_m);
   Index();
 }
 
@@ -32,8 +33,9 @@ int GuideMap::CellOf(double x, double y) const {
   return j * columns_ + i;
 }
 
-/// A cell is blocked when it has surfaces but none of them has room above it, at any height.
-void GuideMap::AddSolid(const ProbeModel& model, std::vector<bool>& blocked) {
+/// A cell is blocked when it has surfaces but none of them has room above it, at any height. What is too steep to stand
+/// on, and has room above it, can be stepped over: `rubble`, heights by cell.
+void GuideMap::AddSolid(const ProbeModel& model, std::vector<bool>& blocked, std::vector<std::vector<float>>& rubble) {
   const Terrain& terrain = model.terrain;
   const double least_nz = std::cos(model.options.slope_rad);
   const double shin_m = 0.5 * model.options.trunk_low_m;
@@ -49,9 +51,14 @@ void GuideMap::AddSolid(const ProbeModel& model, std::vector<bool>& blocked) {
       terrain.Ground(x, y, terrain.bounds().min().z(), terrain.bounds().max().z(), hits);
       for (const Terrain::Hit& hit : hits) {
         any = true;
-        if (terrain.normal(hit.triangle).z() < least_nz) continue;
         const double room = terrain.NextAbove(x, y, hit.z_m) - hit.z_m;
-        if (room >= shin_m) heights.emplace_back(static_cast<float>(hit.z_m), room < trunk_top_m ? kNarrow : 1.0F);
+        if (room < shin_m) continue;
+        const auto z = static_cast<float>(hit.z_m);
+        if (terrain.normal(hit.triangle).z() < least_nz) {
+          rubble[static_cast<size_t>(cell)].push_back(z);
+        } else {
+          heights.emplace_back(z, room < trunk_top_m ? kNarrow : 1.0F);
+        }
       }
     }
     blocked[static_cast<size_t>(cell)] = any;
@@ -91,8 +98,10 @@ void GuideMap::PriceNarrowPlaces(const std::vector<bool>& blocked) {
   }
 }
 
-/// Of the cells within reach of a solid node, those that have nothing near its height and nothing that blocks.
-void GuideMap::BridgeGaps(const std::vector<bool>& blocked, double reach_m) {
+/// Of the cells within reach of a solid node, those that have nothing near its height and nothing that blocks: rubble
+/// no higher than a step does not.
+void GuideMap::BridgeGaps(const std::vector<bool>& blocked, const std::vector<std::vector<float>>& rubble,
+                          double reach_m) {
   const int span = static_cast<int>(std::floor(reach_m / cell_m_));
   const size_t solid = nodes_.size();
   std::vector<std::vector<float>> added(blocked.size());
@@ -108,7 +117,9 @@ void GuideMap::BridgeGaps(const std::vector<bool>& blocked, double reach_m) {
         for (int k = first_[cell]; k < first_[cell + 1]; ++k) {
           taken = taken || std::abs(nodes_[static_cast<size_t>(k)].z - node.z) < static_cast<float>(step_m_);
         }
-        const bool wall = blocked[cell] && first_[cell] == first_[cell + 1];
+        const bool low = std::any_of(rubble[cell].begin(), rubble[cell].end(),
+                                     [&](float z) { return std::abs(z - node.z) <= static_cast<float>(step_m_); });
+        const bool wall = blocked[cell] && first_[cell] == first_[cell + 1] && !low;
         for (const float z : added[cell]) taken = taken || std::abs(z - node.z) < static_cast<float>(step_m_);
         if (!taken && !wall) added[cell].push_back(node.z);
       }

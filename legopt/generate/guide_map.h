@@ -13,7 +13,8 @@ namespace legopt::generate {
 ///
 /// Nodes are (square of `cell_m`, height). A square has a node where one of its four samples meets a surface that is
 /// flat enough and has room for a shin above it. Gaps (no surface within the step height) are bridged by nodes up to
-/// half a step's reach from solid ones, because feet may stride over them; blocked squares (walls, cars) are not.
+/// half a step's reach from solid ones, because feet may stride over them, and so are squares whose ground is too steep
+/// to stand on but no higher than a step (rubble); blocked squares (walls, cars) are not.
 /// Neighbours (of eight) within the step height are joined. The guess counts nodes several times that bridge a gap, lie
 /// beside something blocked, or have too little room above them for the trunk.
 class GuideMap {
@@ -41,8 +42,8 @@ class GuideMap {
     float price;  ///< of a metre, for the guess
   };
   int CellOf(double x, double y) const;
-  void AddSolid(const ProbeModel& model, std::vector<bool>& blocked);
-  void BridgeGaps(const std::vector<bool>& blocked, double reach_m);
+  void AddSolid(const ProbeModel& model, std::vector<bool>& blocked, std::vector<std::vector<float>>& rubble);
+  void BridgeGaps(const std::vector<bool>& blocked, const std::vector<std::vector<float>>& rubble, double reach_m);
   void PriceNarrowPlaces(const std::vector<bool>& blocked);
   void Index();
   int NearestNode(const Eigen::Vector3d& point) const;

@@ -57,6 +57,7 @@ Json ToJson(const PlannedPair& pair) {
           {"cost", pair.plan.cost},
           {"bound", pair.plan.bound},
           {"expansions", pair.plan.expansions},
+          {"counts", pair.counts},
           {"stances", stances}};
 }
 
@@ -72,6 +73,7 @@ std::vector<PlannedPair> ReadState(const std::filesystem::path& path) {
     entry.at("cost").get_to(pair.plan.cost);
     entry.at("bound").get_to(pair.plan.bound);
     entry.at("expansions").get_to(pair.plan.expansions);
+    entry.at("counts").get_to(pair.counts);
     for (const Json& stance : entry.at("stances")) {
       pair.plan.stances.push_back(ParseStance(stance.get<std::string>(), {path.string(), "plan"}));
     }
@@ -79,16 +81,15 @@ std::vector<PlannedPair> ReadState(const std::filesystem::path& path) {
   return pairs;
 }
 
-int CountFound(const std::vector<PlannedPair>& pairs) {
-  return static_cast<int>(std::count_if(pairs.begin(), pairs.end(), [](const auto& pair) { return pair.found(); }));
+int CountThoseThatCount(std::span<const PlannedPair> pairs) {
+  return static_cast<int>(std::count_if(pairs.begin(), pairs.end(), [](const auto& pair) { return pair.counts; }));
 }
 
 /// Takes away what was tried for more plans than are wanted now.
 void CutToWanted(int wanted, std::vector<PlannedPair>* pairs) {
   size_t size = 0;
-  for (int found = 0; size < pairs->size() && found < wanted; size += kBatch) {
-    const auto batch = std::span(*pairs).subspan(size, std::min<size_t>(kBatch, pairs->size() - size));
-    found += static_cast<int>(std::count_if(batch.begin(), batch.end(), [](const auto& pair) { return pair.found(); }));
+  for (int count = 0; size < pairs->size() && count < wanted; size += kBatch) {
+    count += CountThoseThatCount(std::span(*pairs).subspan(size, std::min<size_t>(kBatch, pairs->size() - size)));
   }
   pairs->resize(std::min(size, pairs->size()));
 }
@@ -111,11 +112,12 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
   CutToWanted(options.wanted, &pairs);
   std::vector<FootstepPlanner> planners;
   for (int k = 0; k < options.threads; ++k) planners.emplace_back(model, guide, planner_options);
-  while (CountFound(pairs) < options.wanted) {
+  while (CountThoseThatCount(pairs) < options.wanted) {
     const int first = static_cast<int>(pairs.size());
     if (first >= options.max_pairs) {
-      Refuse(change, std::to_string(CountFound(pairs)) + " of " + std::to_string(options.wanted),
-             "not enough plans between " + std::to_string(first) + " pairs of stances");
+      Refuse(change, std::to_string(CountThoseThatCount(pairs)) + " of " + std::to_string(options.wanted),
+             "not enough plans" + std::string(options.counts ? " that are wanted" : "") + " between " +
+                 std::to_string(first) + " pairs of stances");
     }
     std::vector<PlannedPair> batch(kBatch);
     for (int k = 0; k < kBatch; ++k) {
@@ -126,13 +128,15 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
     ForEachIndex(options.threads, batch.size(), [&](int worker, size_t i) {
       std::optional<FootstepPlan> plan = planners[static_cast<size_t>(worker)].Plan(
           stances[static_cast<size_t>(batch[i].start)], stances[static_cast<size_t>(batch[i].goal)]);
-      if (plan) batch[i].plan = std::move(*plan);
+      if (!plan) return;
+      batch[i].plan = std::move(*plan);
+      batch[i].counts = !options.counts || options.counts(worker, batch[i].plan);
     });
     std::move(batch.begin(), batch.end(), std::back_inserter(pairs));
     Json state = Json::array();
     for (const PlannedPair& pair : pairs) state.push_back(ToJson(pair));
     WriteTextFile(state_file, state.dump() + "\n");
-    if (progress) progress(std::min(CountFound(pairs), options.wanted), options.wanted);
+    if (progress) progress(std::min(CountThoseThatCount(pairs), options.wanted), options.wanted);
   }
   return pairs;
 }

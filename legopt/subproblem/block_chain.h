@@ -27,6 +27,7 @@ class BlockChain {
   /// How the coupling of block t is given from now on, until Reset: C_t lower, and `rows` (at most kMostRows) rows l
   /// and r beside it. Without this call it is dense and without rows.
   void SetSlim(int t, int rows);
+  /// Whether SetSlim told so of this coupling.
   bool slim(int t) const { return links_[static_cast<size_t>(t)].slim; }
   double* left(int t, int row) { return Row(left_, t, row); }    ///< l, of block t
   double* right(int t, int row) { return Row(right_, t, row); }  ///< r, of block t + 1

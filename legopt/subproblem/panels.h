@@ -19,9 +19,9 @@ using Panel = void(double sign, const double* a, std::ptrdiff_t a_step, const do
 /// The panel of these vectors; null where this processor or build has none.
 Panel* PanelOf(PanelVectors vectors);
 
-/// What the kernels use: the widest that there is, unless tests and benchmarks choose another (not null; no other
-/// thread may be solving).
+/// What the kernels use: the widest that there is, unless another was chosen.
 Panel* ChosenPanel();
+/// For tests and benchmarks: another one from now on; not null. No other thread may be solving.
 void ChoosePanel(Panel* panel);
 
 }  // namespace legopt::kernels

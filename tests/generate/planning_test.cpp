@@ -111,6 +111,24 @@ TEST_F(Planning, NoWayNoPlan) {
   EXPECT_TRUE(planner.Plan(Standing(-2.3, 0, 0, 0), Standing(-1.7, 0, 0, 0)).has_value());
 }
 
+TEST_F(Planning, LowRubbleIsSteppedOver) {
+  // A ridge of 0.14 m across the whole way, too steep to stand on; it fills a row of the map's squares.
+  const auto ridge = [&](const std::string& name, double height_m) {
+    test::WritePlainDataset(folder_.path() / name,
+                            "objects:\n"
+                            "  - {name: ground, shape: box, size: [6.2, 2, 0.6], position: [0, 0, -0.3]}\n"
+                            "  - {name: ridge, shape: box, size: [0.198, 2, 0.198], rpy: [0, 0.7854, 0],"
+                            " position: [0, 0, " +
+                                std::to_string(height_m - 0.14) + "]}\n");
+    const auto dataset = Dataset::Load(folder_.path() / name);
+    const auto model = ProbeModel::Build(dataset, ProbeOptions::For(*dataset));
+    FootstepPlanner planner(model, std::make_shared<const GuideMap>(*model), {});
+    return planner.Plan(Standing(-1, 0, 0, 0), Standing(1, 0, 0, 0));
+  };
+  EXPECT_TRUE(ridge("low", 0.14).has_value());
+  EXPECT_FALSE(ridge("high", 0.44).has_value()) << "higher than a step, it is a wall";
+}
+
 TEST_F(Planning, BadInputIsNamed) {
   ProbeOptions small = ProbeOptions::For(*dataset_);
   small.reach_m = 0.05;

@@ -66,12 +66,14 @@ TEST(PinnedFunctions, OfTwoArgumentsAreWithinAUlp) {
   }
 }
 
-TEST(PinnedFunctions, BothAnglesAtOnceAreTheSameAngles) {
+// Their last bits need not be those of sin and cos: a compiler may call either, and a build is one compiler's.
+TEST(PinnedFunctions, BothAnglesAtOnceAreWithinAUlp) {
   for (double x = -10; x < 10; x += 0.013) {
     double sine = 0, cosine = 0;
     sincos(x, &sine, &cosine);
-    ASSERT_EQ(sine, std::sin(x)) << x;
-    ASSERT_EQ(cosine, std::cos(x)) << x;
+    const long double exact = x;
+    ASSERT_LE(UlpsApart(sine, std::sin(exact)), 1.001) << x;
+    ASSERT_LE(UlpsApart(cosine, std::cos(exact)), 1.001) << x;
   }
 }
 

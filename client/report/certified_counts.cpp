@@ -1,0 +1,64 @@
+#include "client/report/certified_counts.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "words/feasibility.h"
+
+namespace legopt::client {
+namespace {
+
+/// A row per method, task, start and problem.
+std::string JobsByProblemSql(std::int64_t experiment_id, Rule rule) {
+  return "SELECT c.method_id, c.task, c.initialization, p.problem_id, count(*) AS n, count(*) FILTER (WHERE "
+         "r.verdict_" +
+         std::string(ToString(rule)) +
+         " = 'success') AS solved FROM cells AS c JOIN jobs AS j USING (cell_id) JOIN problems AS p USING "
+         "(problem_key) "
+         "LEFT JOIN results AS r ON r.job_id = j.job_id WHERE c.experiment_id = " +
+         std::to_string(experiment_id) + " GROUP BY c.cell_id, p.problem_id";
+}
+
+}  // namespace
+
+certify::ProblemFeasibility ReadCertificateOf(std::filesystem::path file, const ExperimentInfo& experiment) {
+  if (std::filesystem::is_directory(file)) file /= certify::kCertificateFileName;
+  certify::ProblemFeasibility certificate = certify::ReadProblemFeasibility(file);
+  certify::RequireCertificateOf(certificate.dataset_hash, experiment.dataset_hash, file, experiment.dataset_name);
+  return certificate;
+}
+
+std::optional<certify::ProblemFeasibility> FindCertificate(const std::filesystem::path& folder,
+                                                           const ExperimentInfo& experiment) {
+  const std::filesystem::path file = folder / certify::kCertificateFileName;
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  certify::ProblemFeasibility certificate = certify::ReadProblemFeasibility(file);
+  if (certificate.dataset_hash != experiment.dataset_hash) return std::nullopt;
+  return certificate;
+}
+
+void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,
+                        const certify::ProblemFeasibility& certificate, BenchmarkTable* table) {
+  table->certified = true;
+  const Listing jobs = source.Query(JobsByProblemSql(table->experiment_id, selection.rule));
+  const auto integer = [&](std::size_t row, const char* column) { return jobs.At(row, column).get<std::int64_t>(); };
+  for (std::size_t i = 0; i < jobs.rows.size(); ++i) {
+    const auto row = std::find_if(table->rows.begin(), table->rows.end(), [&](const BenchmarkRow& candidate) {
+      return candidate.method_id == integer(i, "method_id");
+    });
+    if (row == table->rows.end()) continue;  // of another collision model
+    const auto task = jobs.WordAt<Task>(i, "task");
+    const auto& known = certificate.problems[task];
+    const auto problem = known.find(static_cast<int>(integer(i, "problem_id")));
+    const Feasibility feasibility = problem == known.end() ? Feasibility::kOpen : problem->second;
+    JobCounts& counts =
+        row->cells[{task, jobs.WordAt<Initialization>(i, "initialization")}].by_feasibility[feasibility];
+    counts.n += integer(i, "n");
+    counts.solved += integer(i, "solved");
+  }
+}
+
+}  // namespace legopt::client

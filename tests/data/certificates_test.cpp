@@ -1,0 +1,72 @@
+// The embedded datasets say which of their problems can be solved, and the judge agrees with every posture that they
+// give as evidence.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "legopt/certify/certificate.h"
+#include "legopt/certify/dataset_certifier.h"
+#include "legopt/certify/stance_catalogue.h"
+#include "legopt/certify/stance_certifier.h"
+#include "legopt/dataset/dataset.h"
+#include "programs/data_folder.h"
+
+namespace legopt {
+namespace {
+
+using certify::CountProblems;
+using certify::StanceCatalogue;
+
+certify::Certificate EmbeddedCertificate(const Dataset& dataset, const StanceCatalogue& catalogue) {
+  return certify::ReadCertificate(dataset.folder() / certify::kCertificateFileName, catalogue, dataset);
+}
+
+TEST(EmbeddedCertificates, PosturesAreAcceptedByTheJudge) {
+  for (const auto& folder : programs::EmbeddedDatasetFolders()) {
+    const auto dataset = Dataset::Load(folder);
+    const StanceCatalogue catalogue(*dataset);
+    const auto certificate = EmbeddedCertificate(*dataset, catalogue);
+    EXPECT_TRUE(certificate.IsComplete()) << folder;
+    certify::StanceCertifier certifier(dataset);
+    for (std::size_t s = 0; s < certificate.stances.size(); ++s) {
+      if (certificate.stances[s]->feasibility != Feasibility::kCertified) continue;
+      EXPECT_TRUE(certifier.Accepts(catalogue.stances()[s], certificate.stances[s]->posture)) << folder << ' ' << s;
+    }
+  }
+}
+
+TEST(EmbeddedCertificates, WhatIsOpenHasItsReason) {
+  const auto dataset = Dataset::Load(programs::DefaultDatasetFolder());
+  const StanceCatalogue catalogue(*dataset);
+  const auto certificate = EmbeddedCertificate(*dataset, catalogue);
+  EXPECT_EQ(CountProblems(certificate, catalogue, Task::kPosture)[Feasibility::kCertified], 50);
+  EXPECT_EQ(CountProblems(certificate, catalogue, Task::kMotion)[Feasibility::kCertified], 39);
+  for (const auto& evidence : certificate.stances) {
+    if (evidence->feasibility != Feasibility::kOpen) continue;
+    EXPECT_GE(evidence->starts, 10'000);
+    EXPECT_FALSE(evidence->obstruction.Describe().empty());
+    EXPECT_FALSE(evidence->obstruction.nearest.empty());
+  }
+}
+
+// Plans were kept where all stances have a posture (generate --certified); half of them change floors.
+TEST(EmbeddedCertificates, AllProblemsOfTheHardGarageAreCertified) {
+  const auto dataset = Dataset::Load(programs::EmbeddedDatasetFolders().at(1));
+  EXPECT_EQ(dataset->name(), "garage-hard");
+  const StanceCatalogue catalogue(*dataset);
+  const auto certificate = EmbeddedCertificate(*dataset, catalogue);
+  EXPECT_EQ(CountProblems(certificate, catalogue, Task::kPosture)[Feasibility::kCertified], 30);
+  EXPECT_EQ(CountProblems(certificate, catalogue, Task::kMotion)[Feasibility::kCertified], 24);
+  int between_floors = 0;
+  for (const ProblemDefinition& problem : dataset->problems(Task::kMotion)) {
+    const auto height = [](const Stance& stance) { return stance.footholds.at(0).position.z(); };
+    between_floors += std::abs(height(problem.stances.back()) - height(problem.stances.front())) >= 1.5 ? 1 : 0;
+  }
+  EXPECT_EQ(between_floors, 12);
+}
+
+}  // namespace
+}  // namespace legopt
