@@ -21,6 +21,7 @@ struct SolverFacts {
   std::string paper_name = {};    ///< what tables print, without the "I-" of incremental variants; empty: the word
   bool samples = false;           ///< sample_size and incremental apply
   bool draws = false;             ///< draws random numbers even with all terms
+  std::string mark = {};          ///< at the end of all names of its methods, chosen ones too; empty: none
   double contact_range_m = 0.03;  ///< default of that option: wide for solvers that see rows before they are violated
 };
 

@@ -117,8 +117,7 @@ void ReadFiles(OptionReader& reader, Declaration& declaration, OptionFaults& fau
     const fs::path file = (declaration.folder / word).lexically_normal();
     std::error_code ignored;
     if (!fs::is_regular_file(file, ignored)) {
-      faults.Add("files", word, "there is no file " + file.string(),
-                 "paths are relative to the declaration's folder");
+      faults.Add("files", word, "there is no file " + file.string(), "paths are relative to the declaration's folder");
     }
     declaration.files.push_back(file);
   }
@@ -157,8 +156,8 @@ std::vector<Declaration> ReadDeclarations(std::span<const fs::path> files) {
     Declaration read = ReadDeclaration(file);
     const auto same = std::ranges::find(declarations, read.name, &Declaration::name);
     if (same != declarations.end()) {
-      throw InputError({read.file, "name", read.name, "is declared in " + same->file + ", too",
-                        "give one of them another name"});
+      throw InputError(
+          {read.file, "name", read.name, "is declared in " + same->file + ", too", "give one of them another name"});
     }
     declarations.push_back(std::move(read));
   }

@@ -15,14 +15,14 @@ namespace legopt::external {
 ///
 /// A command without a slash is looked for in PATH, another one from the file's folder, where the solver also runs.
 struct Declaration {
-  std::string file;                           ///< where it stands
-  std::string name;                           ///< the word that suites use as `solver`
-  std::vector<std::string> command;           ///< argv, as written
-  std::filesystem::path folder;               ///< of the file, absolute
-  std::filesystem::path executable;           ///< what the command's first word leads to, absolute
-  std::vector<std::filesystem::path> files;   ///< whose content belongs to it: words of the command, then `files`
-  nlohmann::json settings;                    ///< an object, handed to the solver as it is
-  double timeout_s = 60.0;                    ///< longest silence
+  std::string file;                          ///< where it stands
+  std::string name;                          ///< the word that suites use as `solver`
+  std::vector<std::string> command;          ///< argv, as written
+  std::filesystem::path folder;              ///< of the file, absolute
+  std::filesystem::path executable;          ///< what the command's first word leads to, absolute
+  std::vector<std::filesystem::path> files;  ///< whose content belongs to it: words of the command, then `files`
+  nlohmann::json settings;                   ///< an object, handed to the solver as it is
+  double timeout_s = 60.0;                   ///< longest silence
   /// BLAKE2b-256 of what decides results: the command and settings as written, the contents of executable and files.
   /// Where the files lie and how long silence may last do not count.
   std::string hash;

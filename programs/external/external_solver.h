@@ -19,10 +19,10 @@ namespace legopt::external {
 
 /// How legopt speaks to one solver of others.
 struct ExternalManner {
-  std::string name;             ///< the word of its declaration, for reasons
+  std::string name;                                    ///< the word of its declaration, for reasons
   nlohmann::json settings = nlohmann::json::object();  ///< handed on as they are
-  double silence_s = 60.0;      ///< longest time without a line of it while it is its turn
-  double cancel_grace_s = 2.0;  ///< from `cancel` to its solution
+  double silence_s = 60.0;                             ///< longest time without a line of it while it is its turn
+  double cancel_grace_s = 2.0;                         ///< from `cancel` to its solution
 };
 
 /// Starts the solver: a channel on which it says hello.

@@ -11,22 +11,24 @@
 namespace legopt::external {
 namespace {
 
+constexpr char kMark[] = " (external)";
 constexpr double kAhead_m = 0.03;  // rows are seen before they are violated
 
 // What is about to run is what the method names, or nothing runs.
 void RequireDeclared(const ExternalOptions& options, const Declaration& declaration) {
   const std::string source = "solver '" + declaration.name + "' (external)";
   if (options.declaration != declaration.hash) {
-    throw InputError({source, "declaration", options.declaration,
-                      "the job was submitted with another declaration than " + declaration.file +
-                          " of this worker, whose hash is " + declaration.hash,
-                      "start client and workers with --solver and equal files: command, settings, executable, scripts"});
+    throw InputError(
+        {source, "declaration", options.declaration,
+         "the job was submitted with another declaration than " + declaration.file + " of this worker, whose hash is " +
+             declaration.hash,
+         "start client and workers with --solver and equal files: command, settings, executable, scripts"});
   }
   if (const std::string now = CurrentHash(declaration); now != declaration.hash) {
-    throw InputError({source, "declaration", now,
-                      "a file of the solver has changed since the worker was started, when the hash was " +
-                          declaration.hash,
-                      "start the worker again, and submit again for the changed solver"});
+    throw InputError(
+        {source, "declaration", now,
+         "a file of the solver has changed since the worker was started, when the hash was " + declaration.hash,
+         "start the worker again, and submit again for the changed solver"});
   }
 }
 
@@ -50,19 +52,22 @@ SolverRegistry RegistryWith(std::span<const Declaration> declarations, const Sol
   SolverRegistry registry;
   for (std::size_t number = 0; number < declarations.size(); ++number) {
     const Declaration& declaration = declarations[number];
-    registry.Register<ExternalOptions>({.word = declaration.name,
-                                        .paper_name = declaration.name + " (external)",
-                                        .draws = true,
-                                        .contact_range_m = kAhead_m},
-                                       [number, declaration, start](const ExternalOptions& options, const Sampling&) {
-                                         return MakeExternal(options, number, declaration, start);
-                                       },
-                                       ExternalOptions{.declaration = declaration.hash});
+    registry.Register<ExternalOptions>(
+        {.word = declaration.name,
+         .paper_name = declaration.name + kMark,
+         .draws = true,
+         .mark = kMark,
+         .contact_range_m = kAhead_m},
+        [number, declaration, start](const ExternalOptions& options, const Sampling&) {
+          return MakeExternal(options, number, declaration, start);
+        },
+        ExternalOptions{.declaration = declaration.hash});
   }
   return registry;
 }
 
-ExternalSolvers::ExternalSolvers(std::span<const std::filesystem::path> files) : declarations_(ReadDeclarations(files)) {
+ExternalSolvers::ExternalSolvers(std::span<const std::filesystem::path> files)
+    : declarations_(ReadDeclarations(files)) {
   if (declarations_.empty()) return;
   std::vector<LaunchCommand> commands;
   for (const Declaration& declaration : declarations_) {

@@ -69,8 +69,7 @@ void BecomeSolver(pid_t launcher, const StreamPipes& streams, const LaunchComman
 }
 
 /// 0, or the errno with which it could not be started.
-int StartSolver(const LaunchCommand& command, const StreamPipes& streams, std::int64_t memory_bytes,
-                Running& running) {
+int StartSolver(const LaunchCommand& command, const StreamPipes& streams, std::int64_t memory_bytes, Running& running) {
   std::optional<programs::Pipe> failure = programs::MakePipe();
   if (!failure) return errno;
   std::vector<std::string> texts = command.arguments;

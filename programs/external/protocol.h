@@ -44,7 +44,7 @@ struct ProgressReport {
 
 /// Its last word on a solve.
 struct SolutionReport {
-  Eigen::VectorXd x;                ///< dx about the start
+  Eigen::VectorXd x;              ///< dx about the start
   Claim status = Claim::kFailed;  ///< by its own word
 };
 
@@ -57,10 +57,10 @@ SolverMessage ReadMessage(std::string_view line, int num_variables);
 
 /// What a `solve` says besides the program.
 struct SolveTerms {
-  int round = 0;             ///< of this start: 0, or further ones about better points
-  std::uint64_t seed = 0;    ///< for the solver's own draws; below 2^53, which every language reads exactly
-  double tolerance = 0.0;    ///< violation from which on a row does not hold
-  nlohmann::json settings;   ///< of the declaration
+  int round = 0;            ///< of this start: 0, or further ones about better points
+  std::uint64_t seed = 0;   ///< for the solver's own draws; below 2^53, which every language reads exactly
+  double tolerance = 0.0;   ///< violation from which on a row does not hold
+  nlohmann::json settings;  ///< of the declaration
 };
 
 /// The line that begins a solve.

@@ -75,8 +75,8 @@ SolverLauncher::~SolverLauncher() {
 }
 
 SolverLauncher::Streams SolverLauncher::Start(std::size_t command, std::int64_t memory_bytes) {
-  Answer answer = AskLauncher(socket_.get(), {LaunchRequest::Kind::kStart, false, static_cast<std::uint32_t>(command),
-                                              memory_bytes});
+  Answer answer = AskLauncher(socket_.get(),
+                              {LaunchRequest::Kind::kStart, false, static_cast<std::uint32_t>(command), memory_bytes});
   if (answer.reply.error != 0) {
     throw SolverFault(std::string("could not be started: ") + std::strerror(answer.reply.error));
   }

@@ -54,8 +54,8 @@ std::string HowItEnded(const ProcessEnd& end, std::int64_t memory_bytes) {
   if (!WIFSIGNALED(end.status)) return "ended with exit code " + std::to_string(WEXITSTATUS(end.status));
   const int number = WTERMSIG(end.status);
   const std::string ended = "was ended by signal " + std::to_string(number) + " (" + ::strsignal(number) + ")";
-  if (number == SIGXFSZ) return ended + ": it may write files of " +
-                                std::to_string(SolverLauncher::kMaxFileBytes >> 20) + " MiB at most";
+  if (number == SIGXFSZ)
+    return ended + ": it may write files of " + std::to_string(SolverLauncher::kMaxFileBytes >> 20) + " MiB at most";
   return memory_bytes > 0 ? ended + "; its memory is limited to " + std::to_string(memory_bytes >> 20) + " MiB" : ended;
 }
 
@@ -137,7 +137,8 @@ std::optional<std::string> SolverProcess::TakeLine() {
 
 void SolverProcess::RequireShort() const {
   if (output_.size() > kMaxLineBytes) {
-    throw SolverFault("sent more than " + std::to_string(kMaxLineBytes >> 20) + " MiB without being asked, or in one line");
+    throw SolverFault("sent more than " + std::to_string(kMaxLineBytes >> 20) +
+                      " MiB without being asked, or in one line");
   }
 }
 

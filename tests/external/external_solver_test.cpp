@@ -141,9 +141,8 @@ TEST_F(ExternalSolverTest, LeavesOutDerivativesThatNobodyWants) {
 
 TEST_F(ExternalSolverTest, SaysWhereNothingIsFinite) {
   AnalyticProgram program = Plane(3.0);
-  program.Add(TermKind::kCost, [](const VectorXd& x) {
-    return One(x[0] > 1.0 ? std::numeric_limits<double>::quiet_NaN() : x[0]);
-  });
+  program.Add(TermKind::kCost,
+              [](const VectorXd& x) { return One(x[0] > 1.0 ? std::numeric_limits<double>::quiet_NaN() : x[0]); });
   const SolverResult result = Solve(program, {Say(kHello), Say(Ask({2, 0}, true)), Say(End({2, 0}))});
   EXPECT_EQ(heard_.at(1), (json{{"type", "evaluation"}, {"id", 7}, {"finite", false}}));
   EXPECT_EQ(x_, Vector2d(0, 0)) << "a point that is not finite is never returned";
@@ -218,8 +217,9 @@ TEST_F(ExternalSolverTest, KeepsItsHistory) {
 TEST_F(ExternalSolverTest, GoesOnWithTheRowsThatItMet) {
   AnalyticProgram program = Plane(3.0);
   program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3.0, 0.0)); });
-  program.AddShaped({"contact", TermKind::kInequality},
-                    [](const VectorXd& x) { return x[0] > 1.0 ? One(x[0] - 2.0) : VectorXd(); }, -1.0);
+  program.AddShaped(
+      {"contact", TermKind::kInequality}, [](const VectorXd& x) { return x[0] > 1.0 ? One(x[0] - 2.0) : VectorXd(); },
+      -1.0);
   const SolverResult result = Solve(program, {Say(kHello), Say(End({3, 0})), Say(End({-1, 0}))});
   ASSERT_THAT(heard_, SizeIs(2));
   EXPECT_THAT(heard_[0]["rows"], SizeIs(1));
@@ -301,14 +301,18 @@ INSTANTIATE_TEST_SUITE_P(
         Misdeed{"NoPoint", {kHello, R"({"type":"solution","status":"limit"})"}, "'solution' without 'x'"},
         Misdeed{"PointIsText", {kHello, R"({"type":"solution","x":"0","status":"limit"})"}, "not a list of numbers"},
         Misdeed{"UnknownStatus", {kHello, End({0, 0}, "fine")}, "one of converged, limit, failed"},
-        Misdeed{"GradientsAreNumbers", {kHello, R"({"type":"evaluate","id":1,"x":[0,0],"gradients":1})"},
+        Misdeed{"GradientsAreNumbers",
+                {kHello, R"({"type":"evaluate","id":1,"x":[0,0],"gradients":1})"},
                 "'gradients' is not true or false"},
-        Misdeed{"IdIsText", {kHello, R"({"type":"evaluate","id":"1","x":[0,0],"gradients":true})"},
+        Misdeed{"IdIsText",
+                {kHello, R"({"type":"evaluate","id":"1","x":[0,0],"gradients":true})"},
                 "'id' is not a whole number"},
-        Misdeed{"ProgressWithoutNumbers", {kHello, R"({"type":"progress","cost":"low","violation":0})"},
+        Misdeed{"ProgressWithoutNumbers",
+                {kHello, R"({"type":"progress","cost":"low","violation":0})"},
                 "'cost' is not a finite number"},
         Misdeed{"NoHello", {Ask({})}, "began with 'evaluate' and not with 'hello'"},
-        Misdeed{"OldProtocol", {R"({"type":"hello","protocol":2,"name":"n","version":"1"})"}, "'protocol' is not 1: '2'"},
+        Misdeed{
+            "OldProtocol", {R"({"type":"hello","protocol":2,"name":"n","version":"1"})"}, "'protocol' is not 1: '2'"},
         Misdeed{"TwoHellos", {kHello, kHello}, "said 'hello' a second time"},
         Misdeed{"Exit", {kHello}, "ended with exit code 3"}, Misdeed{"ExitAtOnce", {}, "ended with exit code 3"}),
     [](const auto& misdeed) { return misdeed.param.name; });
