@@ -85,8 +85,9 @@ void ExternalSolver::StartAnew() {
 
 void ExternalSolver::RunRounds(int num_waypoints, const SolverContext& context) {
   if (channel_ == nullptr) StartAnew();
+  Eigen::VectorXd base = best_.x;
   for (int round = 0; round < options_.max_rounds; ++round) {
-    const bool grown = slotted_.Rebase(best_.x);
+    const bool grown = slotted_.Rebase(base);
     if (round > 0 && !grown) return;
     Send(SolveLine(slotted_, num_waypoints, {round, seed_, options_.constraint_tolerance, manner_.settings}));
     const ObjectiveValue start = best_.value;
@@ -94,6 +95,8 @@ void ExternalSolver::RunRounds(int num_waypoints, const SolverContext& context) 
     claim_ = solution.status;
     const bool new_rows = TakeEnd(solution, start);
     if (stop_status_ || claim_ == Claim::kLimit || (Satisfied(best_.value) && !new_rows)) return;
+    // Where the new rows have slots, if the best point, before it met them, does not show them.
+    base = new_rows ? slotted_.x() : best_.x;
   }
 }
 

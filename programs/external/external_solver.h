@@ -32,7 +32,7 @@ using ChannelMaker = std::function<std::unique_ptr<LineChannel>()>;
 ///
 /// It is given the program as SlottedProgram makes it: smooth, of fixed structure, in dx about the start, and, as Ipopt
 /// is, a sequence of them ("rounds"): where it ends at rows that had no slot of their own, or infeasible with new rows
-/// in sight, another `solve` about that point follows.
+/// in sight, another `solve` about that point follows, whatever its worth.
 ///
 /// What it says is judged: its point is evaluated here, and the best of all points that it has asked for is returned
 /// where that is better. Term evaluations are counted by the terms. The stop check is asked at each of its requests,
