@@ -12,7 +12,8 @@ using Clock = LineChannel::Clock;
 
 constexpr auto kStopCheckInterval = std::chrono::milliseconds(50);
 constexpr std::int64_t kMostProgressLines = 100'000;  // of a solve: each is kept
-constexpr int kSeedBits = 53;                         // whole numbers that every language's JSON reads exactly
+constexpr int kMostRepeats = 1000;  // in a row: what is known already costs no effort, and would go on for ever
+constexpr int kSeedBits = 53;       // whole numbers that every language's JSON reads exactly
 
 Clock::time_point After(double duration_s) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(duration_s));
@@ -46,6 +47,7 @@ SolverResult ExternalSolver::Solve(Program& program, Eigen::VectorXd& x, const S
   const size_t first_record = NumRecords(context);
   evaluations_ = 0;
   progress_lines_ = 0;
+  asked_.resize(0);
   seed_ = SeedOf(context);
   stop_status_ = context.Stopped();
   kept_end_ = false;
@@ -139,6 +141,11 @@ void ExternalSolver::Send(const std::string& line) { channel_->Send(line, After(
 void ExternalSolver::Answer(EvaluateRequest request) {
   ++evaluations_;
   request.x = request.x.cwiseMax(slotted_.lower()).cwiseMin(slotted_.upper());
+  repeats_ = asked_.size() == request.x.size() && asked_ == request.x ? repeats_ + 1 : 0;
+  if (repeats_ >= kMostRepeats) {
+    throw SolverFault("asked for the same point " + std::to_string(kMostRepeats) + " times in a row");
+  }
+  asked_ = request.x;
   const bool finite = slotted_.Evaluate(request.x.data());
   if (finite) NoteBest();
   Send(EvaluationLine(slotted_, request, finite));

@@ -84,6 +84,8 @@ class ExternalSolver final : public Solver {
   bool kept_end_ = false;  ///< best_ is where the solver ended
   int evaluations_ = 0;
   std::int64_t progress_lines_ = 0;
+  Eigen::VectorXd asked_;  ///< by the last request
+  int repeats_ = 0;        ///< of it, in a row
   std::optional<SolveStatus> stop_status_;
   std::uint64_t seed_ = 0;
   std::vector<double> scratch_;

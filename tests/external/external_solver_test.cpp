@@ -329,6 +329,12 @@ TEST_F(ExternalSolverTest, EndlessProgressIsNamed) {
   EXPECT_THAT(FaultOf(script), HasSubstr("more than 100000 lines of progress"));
 }
 
+TEST_F(ExternalSolverTest, AskingForOnePointForEverIsNamed) {
+  std::deque<ScriptedChannel::Line> script(1'100, Say(Ask({0.5, 0.5})));
+  script.push_front(Say(kHello));
+  EXPECT_THAT(FaultOf(script), HasSubstr("asked for the same point 1000 times in a row"));
+}
+
 TEST_F(ExternalSolverTest, ControlsOfATerminalAreNotHandedOn) {
   EXPECT_THAT(FaultOf({Say(kHello), Say("\x1b[2J")}), HasSubstr("\\x1b[2J"));
 }
