@@ -4,7 +4,7 @@
 
 int main(int argc, char** argv) {
   return legopt::worker::WorkerMain(argc, argv, legopt::programs::ThisBuild(legopt::NumericFingerprint()),
-                                    [](std::vector<std::filesystem::path> folders) {
-                                      return std::make_unique<legopt::worker::SolveExecutor>(std::move(folders));
+                                    [](legopt::worker::WorkerInputs inputs) {
+                                      return std::make_unique<legopt::worker::SolveExecutor>(std::move(inputs));
                                     });
 }

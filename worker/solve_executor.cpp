@@ -55,13 +55,15 @@ bool OneShape(const std::vector<Eigen::VectorXd>& waypoints) {
 
 }  // namespace
 
-SolveExecutor::SolveExecutor(std::vector<std::filesystem::path> folders) : folders_(std::move(folders)) {}
+SolveExecutor::SolveExecutor(WorkerInputs inputs) : inputs_(std::move(inputs)) {}
 
 std::vector<LoadedDataset> SolveExecutor::Load() {
+  external_.emplace(inputs_.solvers);
+  registry_ = external_->registry();
   std::vector<LoadedDataset> loaded;
-  for (const std::filesystem::path& folder : folders_) {
+  for (const std::filesystem::path& folder : inputs_.datasets) {
     const std::shared_ptr<const Dataset> dataset = Dataset::Load(folder, CallIsolated);
-    if (!runners_.try_emplace(dataset->content_hash(), dataset).second) continue;  // the same content twice
+    if (!runners_.try_emplace(dataset->content_hash(), dataset, registry_).second) continue;  // the same content twice
     loaded.push_back({dataset->name(), dataset->content_hash()});
   }
   return loaded;
@@ -74,7 +76,7 @@ const Method& SolveExecutor::ReadMethod(const std::string& hash, std::string_vie
   if (options.is_discarded()) {
     throw InputError({source, "options", "", "not JSON", "run server and workers of the same release"});
   }
-  Method method = Method::FromJson(options, source);
+  Method method = Method::FromJson(options, source, registry_);
   if (const std::string actual = method.Hash(); actual != hash) {
     throw InputError({source, "hash", actual, "the options do not have the hash that names them",
                       "run server, client and workers of the same release"});
@@ -98,6 +100,7 @@ legopt_msg::result_request SolveExecutor::Execute(const legopt_msg::lease& lease
   job.experiment_seed = static_cast<std::uint64_t>(lease.experiment_seed);
   job.method = ReadMethod(lease.method_hash, options_json);
   job.effort_limit = lease.effort_limit;
+  external_->set_memory_bytes(lease.memory_limit_bytes);
   job.wall_limit_s = static_cast<double>(lease.wall_limit_us) / kMicrosecondsPerSecond;
   return ToMessage(runner->second.Run(job, {hooks.cancelled, hooks.progress, hooks.judging}));
 }

@@ -3,12 +3,15 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "legopt/solve/job_runner.h"
+#include "programs/external/external_solvers.h"
 #include "worker/job_executor.h"
+#include "worker/worker_main.h"
 
 namespace legopt::worker {
 
@@ -18,9 +21,10 @@ namespace legopt::worker {
 /// only when the options hash to the name under which they were sent; both are errors otherwise, and no solve is made.
 class SolveExecutor final : public JobExecutor {
  public:
-  explicit SolveExecutor(std::vector<std::filesystem::path> folders);
+  explicit SolveExecutor(WorkerInputs inputs);
 
-  /// Builds collision models and judges too. Throws InputError.
+  /// Reads the declarations, starts what starts solvers of others, which later is forbidden, then builds collision
+  /// models and judges. Throws InputError and std::system_error.
   std::vector<LoadedDataset> Load() override;
   legopt_msg::result_request Execute(const legopt_msg::lease& lease, std::string_view options_json,
                                      const Hooks& hooks) override;
@@ -28,7 +32,9 @@ class SolveExecutor final : public JobExecutor {
  private:
   const Method& ReadMethod(const std::string& hash, std::string_view options_json);
 
-  std::vector<std::filesystem::path> folders_;
+  WorkerInputs inputs_;
+  std::optional<external::ExternalSolvers> external_;  // from Load on
+  SolverRegistry registry_;
   std::map<std::string, JobRunner> runners_;  // by content hash
   std::map<std::string, Method> methods_;     // by hash
 };

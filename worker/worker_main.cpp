@@ -48,7 +48,7 @@ microseconds Microseconds(double duration_s) {
 
 struct CommandLine {
   std::optional<int> slots;
-  std::vector<std::filesystem::path> datasets;
+  WorkerInputs inputs;
   std::string name;
   programs::NetworkFlags network;
   double wait_server_s = 0;
@@ -71,9 +71,11 @@ void Define(programs::Program& program, CommandLine& line) {
                  "Jobs at the same time, one process each (default: the processors granted to this process by its "
                  "affinity, Slurm, and the CPU quota of its control group)")
       .Check(programs::WholeNumber(1, kMaxSlots));
-  program.AddOption("--dataset", line.datasets,
+  program.AddOption("--dataset", line.inputs.datasets,
                     "Dataset folder whose jobs this worker takes; may be repeated "
                     "(default: the embedded ones, garage-easier and garage-hard)");
+  program.AddOption("--solver", line.inputs.solvers,
+                    "Declaration of a solver of others that jobs may ask for; may be repeated (docs/solvers.md)");
   program.AddOption("--name", line.name, "Name in tables and listings (default: the host's)");
   program.AddFlag("--exit-when-idle", line.exit_when_idle,
                   "Leave when every experiment of the server is over (also when it has none)");
@@ -101,17 +103,33 @@ void Define(programs::Program& program, CommandLine& line) {
                               ExitCode::kMachine}));
 }
 
-// --child SUPERVISOR_PID FOLDER...: written by SupervisorMain only.
+// --child SUPERVISOR_PID COUNT DECLARATION... FOLDER...: written by SupervisorMain only.
+std::vector<std::string> ChildCommand(const WorkerInputs& inputs) {
+  // The running program, even if its file has been replaced since: all processes of a worker are of one build.
+  std::vector<std::string> command = {"/proc/self/exe", std::string(kChildFlag), std::to_string(getpid()),
+                                      std::to_string(inputs.solvers.size())};
+  for (const std::filesystem::path& declaration : inputs.solvers) command.push_back(declaration.string());
+  for (const std::filesystem::path& dataset : inputs.datasets) command.push_back(dataset.string());
+  return command;
+}
+
+bool ReadNumber(std::string_view word, int* number) {
+  return std::from_chars(word.data(), word.data() + word.size(), *number).ec == std::errc{};
+}
+
 int ChildMain(int argc, char** argv, const ExecutorFactory& make_executor) {
-  constexpr int kFirstFolder = 3;
-  int supervisor_pid = 0;
-  if (argc < kFirstFolder ||
-      std::from_chars(argv[2], argv[2] + std::string_view(argv[2]).size(), supervisor_pid).ec != std::errc{}) {
+  constexpr int kFirstDeclaration = 4;
+  int supervisor_pid = 0, declarations = 0;
+  if (argc < kFirstDeclaration || !ReadNumber(argv[2], &supervisor_pid) || !ReadNumber(argv[3], &declarations) ||
+      declarations < 0 || declarations > argc - kFirstDeclaration) {
     std::fprintf(stderr, "legopt-worker: %s is for the worker itself\n", argv[1]);
     return StatusOf(ExitCode::kUsage);
   }
-  const std::unique_ptr<JobExecutor> executor =
-      make_executor(std::vector<std::filesystem::path>(argv + kFirstFolder, argv + argc));
+  char** const folders = argv + kFirstDeclaration + declarations;
+  WorkerInputs inputs;
+  inputs.solvers.assign(argv + kFirstDeclaration, folders);
+  inputs.datasets.assign(folders, argv + argc);
+  const std::unique_ptr<JobExecutor> executor = make_executor(std::move(inputs));
   return RunJobProcess(ChildProcess::kSocket, supervisor_pid, *executor);
 }
 
@@ -142,11 +160,9 @@ SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts&
   pool.drain = Microseconds(line.drain_s);
   if (line.wait_server_s > 0) pool.wait_server = Microseconds(line.wait_server_s);
   if (line.idle_timeout_s > 0) pool.idle_timeout = Microseconds(line.idle_timeout_s);
-  // The running program, even if its file has been replaced since: all processes of a worker are of one build.
-  options.child_command = {"/proc/self/exe", std::string(kChildFlag), std::to_string(getpid())};
-  std::vector<std::filesystem::path> datasets = line.datasets;
-  if (datasets.empty()) datasets = programs::EmbeddedDatasetFolders();
-  for (const std::filesystem::path& dataset : datasets) options.child_command.push_back(dataset.string());
+  WorkerInputs inputs = line.inputs;
+  if (inputs.datasets.empty()) inputs.datasets = programs::EmbeddedDatasetFolders();
+  options.child_command = ChildCommand(inputs);
   return options;
 }
 

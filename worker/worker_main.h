@@ -10,8 +10,14 @@
 
 namespace legopt::worker {
 
-/// Makes the executor of a job process for the given dataset folders. Called in the job process only.
-using ExecutorFactory = std::function<std::unique_ptr<JobExecutor>(std::vector<std::filesystem::path> folders)>;
+/// What a worker was given to work with.
+struct WorkerInputs {
+  std::vector<std::filesystem::path> datasets;  ///< folders
+  std::vector<std::filesystem::path> solvers;   ///< declarations of solvers of others
+};
+
+/// Makes the executor of a job process. Called in the job process only.
+using ExecutorFactory = std::function<std::unique_ptr<JobExecutor>(WorkerInputs inputs)>;
 
 /// The program `legopt-worker` around an executor: parses the command line, then runs either the supervisor or, when
 /// the supervisor has started this very program so, one job process. Returns the exit status (exit_codes.h). Tests make

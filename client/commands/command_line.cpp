@@ -138,6 +138,7 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddGenerateCommand(program, invocation);
   AddCertifyCommand(program, invocation);
   AddImportCommand(program, invocation);
+  AddSolverCommand(program, invocation);
   AddDoctorCommand(program, invocation);
   AddTapCommand(program, invocation);
   AddKeygenCommand(program, invocation);

@@ -41,6 +41,7 @@ void AddExportCommand(const programs::Command& program, Invocation* invocation);
 void AddDatasetCommand(const programs::Command& program, Invocation* invocation);
 void AddCertifyCommand(const programs::Command& program, Invocation* invocation);
 void AddGenerateCommand(const programs::Command& program, Invocation* invocation);
+void AddSolverCommand(const programs::Command& program, Invocation* invocation);
 void AddImportCommand(const programs::Command& program, Invocation* invocation);
 void AddDoctorCommand(const programs::Command& program, Invocation* invocation);
 void AddBackupCommand(const programs::Command& program, Invocation* invocation);

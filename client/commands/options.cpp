@@ -164,6 +164,9 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
   command.AddOption("SUITE", options->suite, "Experiment file (YAML), or the name of an embedded suite, e.g. quick")
       .Required();
   AddDatasetOption(command, &options->dataset);
+  command.AddOption("--solver", options->solvers,
+                    "Declaration of a solver of others that methods of the suite name; may be repeated "
+                    "(docs/solvers.md)");
   AddList(command, "--methods", &options->filter.methods, "Keep only these methods, by name");
   AddList(command, "--multi-starts", &options->filter.multi_starts, "Keep only methods with these numbers of restarts");
   AddList(command, "--sample-size", &options->filter.sample_sizes,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -74,6 +75,7 @@ void PrintListing(const Listing& listing, const ListingOptions& options);
 struct SuiteOptions {
   std::string suite;
   std::optional<std::string> dataset;
+  std::vector<std::filesystem::path> solvers;  ///< declarations of solvers of others
   SuiteFilter filter;
   bool fresh = false;  ///< --again: a new experiment, all of it solved, whatever exists
 };

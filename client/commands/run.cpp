@@ -217,7 +217,7 @@ ExitCode Run(const RunOptions& options, bool verbose) {
   const InterruptGuard guard;
   Outcome outcome;
   {
-    LocalPool pool({db, submission.dataset_folder, options.workers, options.network, verbose});
+    LocalPool pool({db, submission.dataset_folder, options.workers, options.network, options.suite.solvers, verbose});
     outcome = RunExperiment(submission, options, pool, db);
     pool.Stop(kStopPatience);
   }

@@ -11,6 +11,8 @@
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/import/plausibility.h"
 #include "legopt/input_error.h"
+#include "programs/external/declaration.h"
+#include "programs/external/external_solvers.h"
 #include "programs/isolated_call.h"
 #include "programs/printable.h"
 
@@ -59,7 +61,8 @@ void CheckSize(const Suite& suite, const Submission& submission) {
 }  // namespace
 
 Submission PrepareSubmission(const SuiteOptions& options) {
-  Suite suite = ReadSuite(FindSuite(options.suite));
+  Suite suite =
+      ReadSuite(FindSuite(options.suite), external::RegistryWith(external::ReadDeclarations(options.solvers)));
   ApplyFilter(options.filter, &suite);
   Submission submission;
   submission.dataset_folder =

@@ -135,6 +135,9 @@ void LocalPool::StartWorker() {
                                         "--port",    std::to_string(*options_.network.port),
                                         "--ttl",     "0",
                                         "--name",    "local"};
+  for (const std::filesystem::path& solver : options_.solvers) {
+    arguments.insert(arguments.end(), {"--solver", solver.string()});
+  }
   for (const std::string& word : OwnedByUs()) arguments.push_back(word);
   if (options_.verbose) arguments.emplace_back("--verbose");
   worker_ = std::make_unique<ChildProcess>(programs::ProgramFolder() / kWorkerProgram, arguments, !options_.verbose);

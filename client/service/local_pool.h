@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/service/child_process.h"
 #include "client/service/server_connection.h"
@@ -15,8 +16,9 @@ struct LocalPoolOptions {
   std::filesystem::path database;
   std::filesystem::path dataset;
   int slots = 2;
-  NetworkOptions network;  ///< without a port, a free pair is chosen
-  bool verbose = false;    ///< let the children write to our standard error
+  NetworkOptions network;                           ///< without a port, a free pair is chosen
+  std::vector<std::filesystem::path> solvers = {};  ///< declarations that the worker is given
+  bool verbose = false;                             ///< let the children write to our standard error
 };
 
 /// The line of a child's error output that tells best why it gave up: the last one logged as an error, else the last

@@ -113,9 +113,10 @@ std::vector<std::optional<std::int64_t>> ReadMatrix(const YamlMap& map, const st
 }
 
 // A table tells methods apart by name, multi-starts, sample size and collision model, so these must be unique.
-void AddMethod(const nlohmann::json& map, const YAML::Node& node, const YamlMap& where, Suite* suite) {
+void AddMethod(const nlohmann::json& map, const YAML::Node& node, const YamlMap& where, const SolverRegistry& registry,
+               Suite* suite) {
   const std::string place = YamlPlace(where.file(), node);
-  Method method = Method::FromJson(map, place);
+  Method method = Method::FromJson(map, place, registry);
   for (const auto& other : suite->methods) {
     if (other.name == method.name && other.multi_starts == method.multi_starts &&
         other.sample_size_percent == method.sample_size_percent && other.collision == method.collision) {
@@ -171,7 +172,7 @@ std::vector<Collision> CollisionsOf(const YamlMap& map, const Collision& shared,
   return shared ? std::vector<Collision>{shared} : ReadCollisions(map);
 }
 
-void ReadMethod(const YamlMap& map, const Collision& shared, Suite* suite) {
+void ReadMethod(const YamlMap& map, const Collision& shared, const SolverRegistry& registry, Suite* suite) {
   const nlohmann::json base = ReadPlainKeys(map);
   std::vector<std::optional<std::int64_t>> multi_starts{std::nullopt}, sample_sizes{std::nullopt};
   if (map.Has("multi_starts")) multi_starts = ReadMatrix(map, "multi_starts", 0, limits::kMostMultiStarts);
@@ -183,17 +184,17 @@ void ReadMethod(const YamlMap& map, const Collision& shared, Suite* suite) {
         if (starts) method["multi_starts"] = *starts;
         if (size) method["sample_size"] = *size;
         if (collision) method["options"]["collision"] = ToString(*collision);
-        AddMethod(method, map.node(), map, suite);
+        AddMethod(method, map.node(), map, registry, suite);
       }
     }
   }
 }
 
-void ReadMethods(const YamlMap& map, Suite* suite) {
+void ReadMethods(const YamlMap& map, const SolverRegistry& registry, Suite* suite) {
   const auto nodes = map.List("methods");
   for (const auto& collision : ReadCollisions(map)) {
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      ReadMethod(YamlMap(nodes[i], map.file(), map.Path("methods", i), kMethodKeys), collision, suite);
+      ReadMethod(YamlMap(nodes[i], map.file(), map.Path("methods", i), kMethodKeys), collision, registry, suite);
     }
   }
 }
@@ -283,7 +284,7 @@ void KeepProblems(const std::vector<std::string>& items, Suite* suite) {
 
 }  // namespace
 
-Suite ReadSuite(const std::filesystem::path& file) {
+Suite ReadSuite(const std::filesystem::path& file, const SolverRegistry& registry) {
   std::error_code error;
   if (std::filesystem::is_directory(file, error)) {
     throw InputError({file.string(), "", "", "is a folder, not an experiment file", "name a .yaml file in it"});
@@ -294,10 +295,10 @@ Suite ReadSuite(const std::filesystem::path& file) {
     throw InputError(
         {file.string(), "", "", "cannot be read as an experiment file", "check the path and that it is not empty"});
   }
-  return ParseSuite(text.str(), file.string());
+  return ParseSuite(text.str(), file.string(), registry);
 }
 
-Suite ParseSuite(const std::string& text, const std::string& file) {
+Suite ParseSuite(const std::string& text, const std::string& file, const SolverRegistry& registry) {
   const YAML::Node root = LoadYaml(text, file);
   const YamlMap map(root, file, "", kSuiteKeys);
   Suite suite;
@@ -312,7 +313,7 @@ Suite ParseSuite(const std::string& text, const std::string& file) {
     suite.repetitions = static_cast<int>(map.Integer("repetitions", 1, limits::kMostRepetitions));
   ReadTasks(map, &suite);
   if (map.Has("initializations")) ReadInitializations(map, &suite);
-  ReadMethods(map, &suite);
+  ReadMethods(map, registry, &suite);
   if (map.Has("max_stances"))
     suite.max_stances = static_cast<int>(map.Integer("max_stances", 2, limits::kMostWaypoints));
   if (map.Has("limits")) ReadLimits(map, &suite);

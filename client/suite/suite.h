@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "legopt/methods/method.h"
+#include "legopt/methods/registry.h"
 #include "words/job.h"
 #include "words/split.h"
 #include "words/task.h"
@@ -85,11 +86,12 @@ struct SuiteFilter {
   std::optional<Split> split = {};             ///< instead of the suite's
 };
 
-/// Reads an experiment file. Throws `InputError` with FILE:LINE, the key and the fix.
-Suite ReadSuite(const std::filesystem::path& file);
+/// Reads an experiment file, whose methods use solvers of the registry. Throws `InputError` with FILE:LINE, the key and
+/// the fix.
+Suite ReadSuite(const std::filesystem::path& file, const SolverRegistry& registry = {});
 
 /// The same from text; `file` names it in errors and its folder is where `dataset` is relative to.
-Suite ParseSuite(const std::string& text, const std::string& file);
+Suite ParseSuite(const std::string& text, const std::string& file, const SolverRegistry& registry = {});
 
 /// Applies the command line's filters. Throws `InputError` when a name, number or problem does not occur in the suite,
 /// or when a task is left without problems.

@@ -77,6 +77,7 @@ Method Method::FromJson(const json& description, const std::string& source, cons
   VisitHead(method, reader);
   if (method.incremental) method.name = "I-" + method.name;
   reader.Text("name", method.name);
+  if (entry != nullptr && !method.name.ends_with(entry->mark)) method.name += entry->mark;
   const json* options = reader.Find(kOptions);
   if (options != nullptr && OptionReader::IsMap(*options, kOptions, faults) && entry != nullptr) {
     OptionReader option_reader(*options, kOptions, faults);

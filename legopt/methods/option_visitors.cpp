@@ -4,12 +4,15 @@
 #include <climits>
 #include <cmath>
 
+#include "legopt/blake2b.h"
 #include "legopt/nearest_name.h"
 
 namespace legopt {
 namespace {
 
 using nlohmann::json;
+
+constexpr char kDigestRule[] = "must be a hash of 64 lower-case hexadecimal digits";
 
 std::string NumberRange(double low, double high) {
   return "must be a number from " + json(low).dump() + " to " + json(high).dump();
@@ -84,6 +87,13 @@ void OptionReader::Boolean(const char* key, bool& value) {
   value = found->get<bool>();
 }
 
+void OptionReader::Digest(const char* key, std::string& value) {
+  const json* found = Find(key);
+  if (found == nullptr) return;
+  if (!found->is_string() || !IsBlake2bHex(found->get<std::string>())) return Fail(key, Shown(*found), kDigestRule, "");
+  value = found->get<std::string>();
+}
+
 bool OptionReader::Text(const char* key, std::string& value) {
   const json* found = Find(key);
   if (found == nullptr) return false;
@@ -134,6 +144,10 @@ void OptionChecker::Number(const char* key, const double& value, double low, dou
 
 void OptionChecker::Integer(const char* key, const int& value, int low, int high) {
   if (value < low || value > high) faults_.Add(Path(where_, key), json(value).dump(), IntegerRange(low, high), "");
+}
+
+void OptionChecker::Digest(const char* key, const std::string& value) {
+  if (!IsBlake2bHex(value)) faults_.Add(Path(where_, key), value, kDigestRule, "");
 }
 
 void OptionChecker::Word(const char* key, const std::size_t& index, std::span<const std::string_view> words) {

@@ -46,6 +46,8 @@ class OptionReader : public OptionFields {
   void Integer(const char* key, int& value, int low, int high) override;
   /// Reads true or false; a fault for anything else, 0 and 1 included.
   void Boolean(const char* key, bool& value) override;
+  /// Reads a hash; a fault for what cannot be one.
+  void Digest(const char* key, std::string& value) override;
   void Require(bool, const char*, const char*, const std::string&, const std::string&, const std::string&) override {}
   /// A fault when there is such a key.
   void Former(const char* key, const char* fix) override;
@@ -81,6 +83,8 @@ class OptionChecker : public ConstOptionFields {
   /// A fault for a value that is out of range.
   void Integer(const char* key, const int& value, int low, int high) override;
   void Boolean(const char*, const bool&) override {}  ///< either value is legal
+  /// A fault for what cannot be a hash.
+  void Digest(const char* key, const std::string& value) override;
   void Require(bool condition, const char* key, const char* other, const std::string& value, const std::string& message,
                const std::string& fix) override;
 
@@ -105,6 +109,8 @@ class OptionWriter : public ConstOptionFields {
   void Integer(const char* key, const int& value, int, int) override { object_[key] = value; }
   /// Writes true or false.
   void Boolean(const char* key, const bool& value) override { object_[key] = value; }
+  /// Writes the digits.
+  void Digest(const char* key, const std::string& value) override { object_[key] = value; }
   void Require(bool, const char*, const char*, const std::string&, const std::string&, const std::string&) override {}
 
  protected:

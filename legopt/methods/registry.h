@@ -21,6 +21,7 @@ struct SolverFacts {
   std::string paper_name = {};    ///< what tables print, without the "I-" of incremental variants; empty: the word
   bool samples = false;           ///< sample_size and incremental apply
   bool draws = false;             ///< draws random numbers even with all terms
+  std::string mark = {};          ///< at the end of all names of its methods, chosen ones too; empty: none
   double contact_range_m = 0.03;  ///< default of that option: wide for solvers that see rows before they are violated
 };
 
@@ -51,12 +52,12 @@ class SolverRegistry {
   /// The solvers of the library, in the order of the documentation.
   SolverRegistry();
 
-  /// Adds a solver with options of type `Options`, default-constructed where a method says nothing; `make`, called as
+  /// Adds a solver with options of type `Options`, as in `defaults` where a method says nothing; `make`, called as
   /// make(const Options&, const Sampling&), returns a std::unique_ptr to a Solver. Throws InputError when the word is
   /// empty or taken.
   template <class Options, class Make>
-  void Register(SolverFacts facts, Make make) {
-    SolverEntry entry{std::move(facts), MakeSolverOptions(Options()), nullptr};
+  void Register(SolverFacts facts, Make make, Options defaults = Options()) {
+    SolverEntry entry{std::move(facts), MakeSolverOptions(std::move(defaults)), nullptr};
     entry.make = [make = std::move(make)](const SolverOptions& options, const Sampling& sampling) {
       return std::unique_ptr<Solver>(make(OptionsAs<Options>(options), sampling));
     };

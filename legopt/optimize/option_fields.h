@@ -40,6 +40,8 @@ class BasicOptionFields {
   /// Whole numbers from `low` to `high`, both included.
   virtual void Integer(const char* key, Field<int> value, int low, int high) = 0;
   virtual void Boolean(const char* key, Field<bool> value) = 0;  ///< true or false
+  /// The BLAKE2b-256 of something, 64 lower-case hexadecimal digits: what belongs to a method without being in it.
+  virtual void Digest(const char* key, Field<std::string> value) = 0;
 
   /// A value of an enumeration, by its word.
   template <class Enum>

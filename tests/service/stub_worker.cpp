@@ -18,7 +18,7 @@ legopt::programs::BuildFacts Build() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return legopt::worker::WorkerMain(argc, argv, Build(), [](std::vector<std::filesystem::path> folders) {
-    return std::make_unique<legopt::worker::StubExecutor>(std::move(folders));
+  return legopt::worker::WorkerMain(argc, argv, Build(), [](legopt::worker::WorkerInputs inputs) {
+    return std::make_unique<legopt::worker::StubExecutor>(std::move(inputs.datasets));
   });
 }

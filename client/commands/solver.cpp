@@ -1,0 +1,66 @@
+#include <array>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/listing.h"
+#include "client/suite/chosen_files.h"
+#include "legopt/dataset/dataset.h"
+#include "programs/command_line.h"
+#include "programs/external/external_solvers.h"
+#include "programs/external/solver_check.h"
+#include "programs/isolated_call.h"
+
+namespace legopt::client {
+namespace {
+
+struct SolverFlags {
+  std::string declaration;
+  std::optional<std::string> dataset;
+  ListingFormat format = ListingFormat::kText;
+};
+
+ExitCode CheckDeclared(const SolverFlags& flags) {
+  const std::array<std::filesystem::path, 1> files = {flags.declaration};
+  external::ExternalSolvers solvers(files);  // before this process grows: it forks
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(flags.dataset, nullptr), CallIsolated);
+  Listing listing;
+  listing.columns = {"result", "check", "detail"};
+  bool passed = true;
+  for (const external::SolverFinding& finding : external::CheckSolver(solvers, dataset)) {
+    listing.rows.push_back({finding.passed ? "ok" : "FAIL", finding.check, finding.detail});
+    passed = passed && finding.passed;
+  }
+  const external::Declaration& declaration = solvers.declarations().front();
+  if (flags.format == ListingFormat::kText) {
+    std::cout << "solver '" << declaration.name << "', hash " << declaration.hash << "\n\n";
+  }
+  std::cout << RenderListing(listing, flags.format) << std::flush;
+  if (passed) return ExitCode::kOk;
+  throw ClientError(ExitCode::kJobsFailed, flags.declaration +
+                                               ": the solver does not keep to the protocol (marked "
+                                               "FAIL); docs/solvers.md has it");
+}
+
+}  // namespace
+
+void AddSolverCommand(const programs::Command& program, Invocation* invocation) {
+  const auto solver = program.AddCommand("solver", "Look after solvers of others");
+  solver.RequireCommand();
+  solver.LetOptionsFollowCommands();
+
+  const auto check = solver.AddCommand("check", "Try a declared solver: does it keep to the protocol?");
+  const auto flags = std::make_shared<SolverFlags>();
+  check.AddOption("FILE", flags->declaration, "Declaration of the solver (docs/solvers.md)").Required();
+  check.AddOption("--dataset", flags->dataset, "Dataset folder to try it on (default: the embedded garage-easier)");
+  AddFormatOption(check, &flags->format);
+  check.WhenChosen([=] { invocation->body = [flags] { return CheckDeclared(*flags); }; });
+}
+
+}  // namespace legopt::client

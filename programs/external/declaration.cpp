@@ -1,0 +1,176 @@
+#include "programs/external/declaration.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+
+#include "legopt/blake2b.h"
+#include "legopt/input_error.h"
+#include "legopt/methods/option_visitors.h"
+#include "legopt/methods/registry.h"
+
+namespace legopt::external {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+constexpr double kShortestSilence_s = 0.1, kLongestSilence_s = 86'400;
+constexpr std::size_t kMaxWordBytes = 60;
+
+std::string ContentOf(const fs::path& file, const std::string& source, const std::string& field) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream content;
+  if (!(stream && fs::is_regular_file(file) && content << stream.rdbuf())) {
+    throw InputError({source, field, file.string(), "cannot be read", "give a file that this user may read"});
+  }
+  return content.str();
+}
+
+json ReadJsonFile(const fs::path& file) {
+  const std::string text = ContentOf(file, file.string(), "");
+  try {
+    return json::parse(text);
+  } catch (const json::parse_error& error) {
+    throw InputError({file.string(), "byte " + std::to_string(error.byte), "", "no JSON",
+                      "write an object with 'name' and 'command' (docs/solvers.md)"});
+  }
+}
+
+// The texts of a list; faults for all else.
+std::vector<std::string> ReadTexts(OptionReader& reader, const char* key, OptionFaults& faults) {
+  std::vector<std::string> texts;
+  const json* list = reader.Find(key);
+  if (list == nullptr) return texts;
+  const auto is_text = [](const json& item) { return item.is_string() && !item.get_ref<const std::string&>().empty(); };
+  if (!list->is_array() || !std::ranges::all_of(*list, is_text)) {
+    faults.Add(key, list->dump(), "must be a list of texts", std::string("write \"") + key + "\": [\"...\"]");
+    return texts;
+  }
+  return list->get<std::vector<std::string>>();
+}
+
+void ReadName(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
+  static const SolverRegistry kOwn;
+  if (!reader.Text("name", declaration.name)) {
+    if (!faults.Has("name")) faults.Add("name", "", "is missing", "add the word that suites use as 'solver'");
+    return;
+  }
+  const auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  };
+  if (declaration.name.size() > kMaxWordBytes || !std::ranges::all_of(declaration.name, plain)) {
+    faults.Add("name", declaration.name, "must be a word of at most 60 letters, digits, '_' and '-'", "choose another");
+  } else if (kOwn.Find(declaration.name) != nullptr) {
+    faults.Add("name", declaration.name, "is a solver of legopt", "choose another");
+  }
+}
+
+bool IsExecutable(const fs::path& file) { return fs::is_regular_file(file) && ::access(file.c_str(), X_OK) == 0; }
+
+// Empty when there is none.
+fs::path InPath(const std::string& word) {
+  const char* variable = std::getenv("PATH");
+  std::istringstream folders(variable == nullptr ? "" : variable);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    if (!folder.empty() && IsExecutable(fs::path(folder) / word)) return fs::absolute(fs::path(folder) / word);
+  }
+  return {};
+}
+
+void FindExecutable(Declaration& declaration, OptionFaults& faults) {
+  const std::string& word = declaration.command.front();
+  const bool is_path = word.find('/') != std::string::npos;
+  const fs::path found = is_path ? (declaration.folder / word).lexically_normal() : InPath(word);
+  if (found.empty() || !IsExecutable(found)) {
+    faults.Add("command", word, is_path ? "there is no executable file " + found.string() : "is not in PATH",
+               is_path ? "paths are relative to the declaration's folder; chmod +x where it is there"
+                       : "install it, or give a path such as './" + word + "'");
+    return;
+  }
+  declaration.executable = found;
+}
+
+void ReadCommand(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
+  declaration.command = ReadTexts(reader, "command", faults);
+  if (faults.Has("command")) return;
+  if (declaration.command.empty()) {
+    faults.Add("command", "", "is missing or empty", "add it, for example [\"python3\", \"my_solver.py\"]");
+    return;
+  }
+  FindExecutable(declaration, faults);
+  // A script that is named in the command belongs to the solver, listed in `files` or not.
+  for (std::size_t i = 1; i < declaration.command.size(); ++i) {
+    std::error_code ignored;
+    const fs::path file = (declaration.folder / declaration.command[i]).lexically_normal();
+    if (fs::is_regular_file(file, ignored)) declaration.files.push_back(file);
+  }
+}
+
+void ReadFiles(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
+  for (const std::string& word : ReadTexts(reader, "files", faults)) {
+    const fs::path file = (declaration.folder / word).lexically_normal();
+    std::error_code ignored;
+    if (!fs::is_regular_file(file, ignored)) {
+      faults.Add("files", word, "there is no file " + file.string(), "paths are relative to the declaration's folder");
+    }
+    declaration.files.push_back(file);
+  }
+}
+
+void ReadSettings(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
+  declaration.settings = json::object();
+  const json* settings = reader.Find("settings");
+  if (settings != nullptr && OptionReader::IsMap(*settings, "settings", faults)) declaration.settings = *settings;
+}
+
+}  // namespace
+
+Declaration ReadDeclaration(const fs::path& file) {
+  const json object = ReadJsonFile(file);
+  OptionFaults faults(file.string());
+  Declaration declaration;
+  declaration.file = file.string();
+  declaration.folder = fs::absolute(file).lexically_normal().parent_path();
+  if (!OptionReader::IsMap(object, "", faults)) faults.ThrowIfAny();
+  OptionReader reader(object, "", faults);
+  ReadName(reader, declaration, faults);
+  ReadCommand(reader, declaration, faults);
+  ReadFiles(reader, declaration, faults);
+  ReadSettings(reader, declaration, faults);
+  reader.Number("timeout_s", declaration.timeout_s, kShortestSilence_s, kLongestSilence_s);
+  reader.RefuseOthers();
+  faults.ThrowIfAny();
+  declaration.hash = CurrentHash(declaration);
+  return declaration;
+}
+
+std::vector<Declaration> ReadDeclarations(std::span<const fs::path> files) {
+  std::vector<Declaration> declarations;
+  for (const fs::path& file : files) {
+    Declaration read = ReadDeclaration(file);
+    const auto same = std::ranges::find(declarations, read.name, &Declaration::name);
+    if (same != declarations.end()) {
+      throw InputError(
+          {read.file, "name", read.name, "is declared in " + same->file + ", too", "give one of them another name"});
+    }
+    declarations.push_back(std::move(read));
+  }
+  return declarations;
+}
+
+std::string CurrentHash(const Declaration& declaration) {
+  json parts = {{"command", declaration.command}, {"settings", declaration.settings}};
+  parts["executable"] = Blake2bHex(ContentOf(declaration.executable, declaration.file, "command"));
+  for (const fs::path& file : declaration.files) {
+    parts["files"].push_back(Blake2bHex(ContentOf(file, declaration.file, "files")));
+  }
+  return Blake2bHex(parts.dump());
+}
+
+}  // namespace legopt::external

@@ -1,0 +1,218 @@
+#include "programs/external/external_solver.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <utility>
+
+namespace legopt::external {
+namespace {
+
+using Clock = LineChannel::Clock;
+
+constexpr auto kStopCheckInterval = std::chrono::milliseconds(50);
+constexpr std::int64_t kMostProgressLines = 100'000;  // of a solve: each is kept
+constexpr int kMostRepeats = 1000;  // in a row: what is known already costs no effort, and would go on for ever
+constexpr int kSeedBits = 53;       // whole numbers that every language's JSON reads exactly
+
+Clock::time_point After(double duration_s) {
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(duration_s));
+}
+
+std::string Seconds(double duration_s) { return nlohmann::json(duration_s).dump() + " s"; }
+
+std::uint64_t SeedOf(const SolverContext& context) {
+  return context.generator == nullptr ? 0 : (*context.generator)() >> (64 - kSeedBits);
+}
+
+const char* TypeOf(const SolverMessage& message) {
+  constexpr const char* kTypes[] = {"hello", "evaluate", "progress", "solution"};
+  return kTypes[message.index()];
+}
+
+}  // namespace
+
+ExternalSolver::ExternalSolver(ExternalOptions options, ExternalManner manner, ChannelMaker make_channel)
+    : options_(std::move(options)), manner_(std::move(manner)), make_channel_(std::move(make_channel)) {}
+
+SolverResult ExternalSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
+  SolverResult result;
+  program.ProjectOnBounds(x);
+  best_ = {x, EvaluateObjective(program, x, scratch_)};
+  if (!best_.value.IsFinite()) {
+    result.status = SolveStatus::kNumericalFailure;
+    result.value = best_.value;
+    return result;
+  }
+  const size_t first_record = NumRecords(context);
+  evaluations_ = 0;
+  progress_lines_ = 0;
+  asked_.resize(0);
+  seed_ = SeedOf(context);
+  stop_status_ = context.Stopped();
+  kept_end_ = false;
+  slotted_.Reset(program);
+  if (!stop_status_) NamingTheSolver([&] { RunRounds(program.num_waypoints(), context); });
+  x = best_.x;
+  result.value = EvaluateObjective(program, x, scratch_);
+  result.feasible = Satisfied(result.value);
+  result.status = stop_status_.value_or(Verdict(kept_end_));
+  result.iterations = evaluations_;
+  CloseHistory(context, first_record, result.value);
+  return result;
+}
+
+void ExternalSolver::Start() {
+  if (channel_ == nullptr) NamingTheSolver([this] { StartAnew(); });
+}
+
+void ExternalSolver::NamingTheSolver(const std::function<void()>& talk) {
+  try {
+    talk();
+  } catch (const SolverFault& fault) {
+    channel_.reset();  // with all that it has left unsaid
+    throw SolverFault("solver '" + manner_.name + "' (external) " + fault.what());
+  }
+}
+
+void ExternalSolver::StartAnew() {
+  channel_ = make_channel_();
+  const auto line = channel_->Receive(After(manner_.silence_s));
+  if (!line) throw SolverFault("did not say hello within " + Seconds(manner_.silence_s));
+  const SolverMessage message = ReadMessage(*line, 0);
+  if (!std::holds_alternative<Hello>(message)) {
+    throw SolverFault(std::string("began with '") + TypeOf(message) + "' and not with 'hello'");
+  }
+}
+
+void ExternalSolver::RunRounds(int num_waypoints, const SolverContext& context) {
+  if (channel_ == nullptr) StartAnew();
+  Eigen::VectorXd base = best_.x;
+  for (int round = 0; round < options_.max_rounds; ++round) {
+    const bool grown = slotted_.Rebase(base);
+    if (round > 0 && !grown) return;
+    Send(SolveLine(slotted_, num_waypoints, {round, seed_, options_.constraint_tolerance, manner_.settings}));
+    const ObjectiveValue start = best_.value;
+    const SolutionReport solution = SolveRound(context);
+    claim_ = solution.status;
+    const bool new_rows = TakeEnd(solution, start);
+    if (stop_status_ || claim_ == Claim::kLimit || (Satisfied(best_.value) && !new_rows)) return;
+    // Where the new rows have slots, if the best point, before it met them, does not show them.
+    base = new_rows ? slotted_.x() : best_.x;
+  }
+}
+
+SolutionReport ExternalSolver::SolveRound(const SolverContext& context) {
+  for (;;) {
+    SolverMessage message = Await(context);
+    if (stop_status_) return Cancel();
+    if (auto* solution = std::get_if<SolutionReport>(&message)) return std::move(*solution);
+    if (auto* request = std::get_if<EvaluateRequest>(&message)) {
+      // Asked here, and not only in silence: by effort, at the same request of every repetition.
+      stop_status_ = context.Stopped();
+      if (stop_status_) return Cancel();
+      Answer(std::move(*request));
+    } else if (const auto* progress = std::get_if<ProgressReport>(&message)) {
+      TakeIn(*progress, context);
+    } else {
+      throw SolverFault("said 'hello' a second time");
+    }
+  }
+}
+
+SolverMessage ExternalSolver::Await(const SolverContext& context) {
+  const Clock::time_point deadline = After(manner_.silence_s);
+  for (;;) {
+    const Clock::time_point now = Clock::now();
+    // Also between lines of one that never pauses.
+    if (const auto stop = context.Stopped(); stop && *stop != SolveStatus::kEffortLimit) {
+      stop_status_ = stop;
+      return ProgressReport{};
+    }
+    if (now >= deadline) throw SolverFault("sent nothing for " + Seconds(manner_.silence_s));
+    if (const auto line = channel_->Receive(std::min(deadline, now + kStopCheckInterval))) {
+      return ReadMessage(*line, slotted_.num_variables());
+    }
+  }
+}
+
+void ExternalSolver::Send(const std::string& line) { channel_->Send(line, After(manner_.silence_s)); }
+
+void ExternalSolver::Answer(EvaluateRequest request) {
+  ++evaluations_;
+  request.x = request.x.cwiseMax(slotted_.lower()).cwiseMin(slotted_.upper());
+  repeats_ = asked_.size() == request.x.size() && asked_ == request.x ? repeats_ + 1 : 0;
+  if (repeats_ >= kMostRepeats) {
+    throw SolverFault("asked for the same point " + std::to_string(kMostRepeats) + " times in a row");
+  }
+  asked_ = request.x;
+  const bool finite = slotted_.Evaluate(request.x.data());
+  if (finite) NoteBest();
+  Send(EvaluationLine(slotted_, request, finite));
+}
+
+void ExternalSolver::TakeIn(const ProgressReport& progress, const SolverContext& context) {
+  if (++progress_lines_ > kMostProgressLines) {
+    throw SolverFault("sent more than " + std::to_string(kMostProgressLines) + " lines of progress in one solve");
+  }
+  context.Record({.cost = progress.cost, .violation = progress.violation, .accepted = true});
+}
+
+SolutionReport ExternalSolver::Cancel() {
+  const Clock::time_point deadline = After(manner_.cancel_grace_s);
+  try {
+    channel_->Send(CancelLine(), deadline);
+    if (auto solution = AwaitAfterCancel(deadline)) return std::move(*solution);
+    std::fprintf(stderr, "solver '%s' (external) did not obey 'cancel' and is ended\n", manner_.name.c_str());
+  } catch (const SolverFault& fault) {
+    std::fprintf(stderr, "solver '%s' (external) %s after 'cancel'\n", manner_.name.c_str(), fault.what());
+  }
+  channel_.reset();
+  return {Eigen::VectorXd(), Claim::kFailed};
+}
+
+// Requests that were on their way get no answer any more.
+std::optional<SolutionReport> ExternalSolver::AwaitAfterCancel(Clock::time_point deadline) {
+  while (Clock::now() < deadline) {
+    const auto line = channel_->Receive(deadline);
+    if (!line) return std::nullopt;
+    SolverMessage message = ReadMessage(*line, slotted_.num_variables());
+    if (auto* solution = std::get_if<SolutionReport>(&message)) return std::move(*solution);
+  }
+  return std::nullopt;
+}
+
+// Where the solver ended is taken when it is no worse than all before, or, as an optimum may lie deeper within the
+// tolerance than what was met before, no worse than the start. True: rows without a slot of their own count there. Of a
+// stopped solve nothing is evaluated any more: its effort is over, or nobody waits for it.
+bool ExternalSolver::TakeEnd(const SolutionReport& solution, const ObjectiveValue& start) {
+  kept_end_ = false;
+  if (stop_status_) return false;
+  const Eigen::VectorXd dx = solution.x.cwiseMax(slotted_.lower()).cwiseMin(slotted_.upper());
+  if (!slotted_.Evaluate(dx.data())) return false;
+  const ObjectiveValue& end = slotted_.value();
+  const bool optimum = claim_ == Claim::kConverged && Satisfied(end);
+  kept_end_ = optimum ? !Better(start, end) : !Better(best_.value, end);
+  if (kept_end_) best_ = {slotted_.x(), slotted_.value()};
+  return slotted_.SharedSlotActive(options_.constraint_tolerance);
+}
+
+void ExternalSolver::NoteBest() {
+  if (Better(slotted_.value(), best_.value)) best_ = {slotted_.x(), slotted_.value()};
+}
+
+bool ExternalSolver::Better(const ObjectiveValue& a, const ObjectiveValue& b) const {
+  if (Satisfied(a) != Satisfied(b)) return Satisfied(a);
+  return Satisfied(a) ? a.Objective() < b.Objective() : a.max_violation < b.max_violation;
+}
+
+SolveStatus ExternalSolver::Verdict(bool kept_end) const {
+  // A feasible point beside its way, or of one that gave up, is no optimum.
+  if (Satisfied(best_.value)) {
+    return kept_end && claim_ == Claim::kConverged ? SolveStatus::kConvergedFeasible : SolveStatus::kIterationLimit;
+  }
+  if (claim_ == Claim::kLimit) return SolveStatus::kIterationLimit;
+  return claim_ == Claim::kFailed ? SolveStatus::kNumericalFailure : SolveStatus::kConvergedInfeasible;
+}
+
+}  // namespace legopt::external

@@ -1,0 +1,209 @@
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "programs/external/launcher_messages.h"
+#include "programs/processes.h"
+
+extern char** environ;
+
+namespace legopt::external {
+namespace {
+
+using programs::Descriptor;
+
+constexpr int kLaunchSocket = 3;  // where the launcher keeps it
+constexpr int kExecFailed = 127;
+constexpr int kLeavingRounds = 200, kRoundMicroseconds = 5'000;  // together a second
+
+/// The solver that runs.
+struct Running {
+  pid_t pid = -1;
+};
+
+/// Its three streams, as pipes.
+struct StreamPipes {
+  std::optional<programs::Pipe> in = programs::MakePipe(), out = programs::MakePipe(), error = programs::MakePipe();
+
+  bool complete() const { return in && out && error; }
+};
+
+void LimitSolver(std::int64_t memory_bytes) {
+  const rlimit no_core{0, 0};
+  ::setrlimit(RLIMIT_CORE, &no_core);
+  const rlimit file{static_cast<rlim_t>(SolverLauncher::kMaxFileBytes),
+                    static_cast<rlim_t>(SolverLauncher::kMaxFileBytes)};
+  ::setrlimit(RLIMIT_FSIZE, &file);
+  if (memory_bytes <= 0) return;
+  const rlimit memory{static_cast<rlim_t>(memory_bytes), static_cast<rlim_t>(memory_bytes)};
+  ::setrlimit(RLIMIT_AS, &memory);
+}
+
+// In the new process; returns only when it cannot become the solver, with errno.
+void BecomeSolver(pid_t launcher, const StreamPipes& streams, const LaunchCommand& command, char** arguments,
+                  std::int64_t memory_bytes) {
+  ::setpgid(0, 0);
+  if (!programs::DieWith(launcher, SIGKILL)) return;
+  ::dup2(streams.in->read.get(), STDIN_FILENO);
+  ::dup2(streams.out->write.get(), STDOUT_FILENO);
+  ::dup2(streams.error->write.get(), STDERR_FILENO);
+  if (::chdir(command.folder.c_str()) != 0) return;
+  LimitSolver(memory_bytes);
+  programs::UnblockSignals();
+  ::execve(command.executable.c_str(), arguments, environ);
+}
+
+/// 0, or the errno with which it could not be started.
+int StartSolver(const LaunchCommand& command, const StreamPipes& streams, std::int64_t memory_bytes, Running& running) {
+  std::optional<programs::Pipe> failure = programs::MakePipe();
+  if (!failure) return errno;
+  std::vector<std::string> texts = command.arguments;
+  const std::vector<char*> arguments = programs::Pointers(texts);
+  const pid_t launcher = ::getpid();
+  const pid_t pid = ::fork();
+  if (pid < 0) return errno;
+  if (pid == 0) {
+    BecomeSolver(launcher, streams, command, const_cast<char**>(arguments.data()), memory_bytes);
+    const int error = errno;
+    [[maybe_unused]] const ssize_t written = ::write(failure->write.get(), &error, sizeof(error));
+    ::_exit(kExecFailed);
+  }
+  ::setpgid(pid, pid);  // whoever is first
+  running.pid = pid;
+  failure->write.Close();
+  int error = 0;
+  return ::read(failure->read.get(), &error, sizeof(error)) == sizeof(error) ? error : 0;
+}
+
+// Field 4 of /proc/PID/stat, behind the name, which may hold anything.
+pid_t ParentOf(const char* pid) {
+  std::array<char, 512> text{};
+  std::FILE* stat = std::fopen(("/proc/" + std::string(pid) + "/stat").c_str(), "re");
+  if (stat == nullptr) return -1;
+  const std::size_t size = std::fread(text.data(), 1, text.size() - 1, stat);
+  std::fclose(stat);
+  text[size] = '\0';
+  const char* behind_name = std::strrchr(text.data(), ')');
+  int parent = -1;
+  char state = 0;
+  if (behind_name == nullptr || std::sscanf(behind_name + 1, " %c %d", &state, &parent) != 2) return -1;
+  return parent;
+}
+
+void KillChildren() {
+  DIR* processes = ::opendir("/proc");
+  if (processes == nullptr) return;
+  while (const dirent* entry = ::readdir(processes)) {
+    if (entry->d_name[0] < '1' || entry->d_name[0] > '9') continue;
+    if (ParentOf(entry->d_name) == ::getpid()) ::kill(static_cast<pid_t>(std::atol(entry->d_name)), SIGKILL);
+  }
+  ::closedir(processes);
+}
+
+// Orphans of those that end become children of this process, until none is left.
+void EndDescendants() {
+  for (;;) {
+    KillChildren();
+    const pid_t ended = ::waitpid(-1, nullptr, 0);
+    if (ended < 0 && errno == ECHILD) return;
+  }
+}
+
+bool HasEnded(pid_t pid) {
+  siginfo_t info{};
+  return ::waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid == pid;
+}
+
+ProcessEnd EndSolver(Running& running, bool leaving) {
+  ProcessEnd end;
+  if (running.pid <= 0) return end;
+  for (int round = 0; leaving && round < kLeavingRounds && !HasEnded(running.pid); ++round) {
+    ::usleep(kRoundMicroseconds);
+  }
+  end.killed = !HasEnded(running.pid);
+  ::kill(-running.pid, SIGKILL);  // before the number of its group is free for others
+  end.status = programs::WaitForEnd(std::exchange(running.pid, -1)).value_or(0);
+  EndDescendants();
+  return end;
+}
+
+void Reply(const LaunchReply& reply, const StreamPipes* streams) {
+  iovec part{const_cast<LaunchReply*>(&reply), sizeof(reply)};
+  msghdr message{};
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  std::array<int, 3> descriptors{};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(descriptors))> control{};
+  if (streams != nullptr) {
+    descriptors = {streams->in->write.get(), streams->out->read.get(), streams->error->read.get()};
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    cmsghdr* header = CMSG_FIRSTHDR(&message);
+    header->cmsg_level = SOL_SOCKET;
+    header->cmsg_type = SCM_RIGHTS;
+    header->cmsg_len = CMSG_LEN(sizeof(descriptors));
+    std::memcpy(CMSG_DATA(header), descriptors.data(), sizeof(descriptors));
+  }
+  ::sendmsg(kLaunchSocket, &message, MSG_NOSIGNAL);
+}
+
+void AnswerStart(const LaunchRequest& request, std::span<const LaunchCommand> commands, Running& running) {
+  EndSolver(running, false);
+  const StreamPipes streams;
+  LaunchReply reply;
+  reply.error = streams.complete() && request.command < commands.size()
+                    ? StartSolver(commands[request.command], streams, request.memory_bytes, running)
+                    : EMFILE;
+  Reply(reply, reply.error == 0 ? &streams : nullptr);
+}
+
+// Gives up what belongs to the owner: its handlers, its descriptors but for standard error, its process group.
+void BecomeLauncher(int socket) {
+  ::setpgid(0, 0);
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);
+  for (int number = 1; number < NSIG; ++number) ::signal(number, SIG_DFL);
+  const int nowhere = ::open("/dev/null", O_RDWR);
+  ::dup2(nowhere, STDIN_FILENO);
+  ::dup2(nowhere, STDOUT_FILENO);
+  if (socket != kLaunchSocket) ::dup3(socket, kLaunchSocket, O_CLOEXEC);
+  ::close_range(kLaunchSocket + 1, ~0U, 0);
+  ::setenv("OMP_NUM_THREADS", "1", 1);
+  ::setenv("OPENBLAS_NUM_THREADS", "1", 1);
+}
+
+}  // namespace
+
+int ServeLaunches(int socket, std::span<const LaunchCommand> commands) {
+  BecomeLauncher(socket);
+  Running running;
+  for (;;) {
+    LaunchRequest request;
+    const ssize_t size = ::recv(kLaunchSocket, &request, sizeof(request), 0);
+    if (size < 0 && errno == EINTR) continue;
+    if (size != sizeof(request)) break;  // the owner is gone
+    if (request.kind == LaunchRequest::Kind::kStart) {
+      AnswerStart(request, commands, running);
+    } else {
+      Reply({0, EndSolver(running, request.leaving)}, nullptr);
+    }
+  }
+  EndSolver(running, false);
+  return 0;
+}
+
+}  // namespace legopt::external

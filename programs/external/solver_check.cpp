@@ -1,0 +1,158 @@
+#include "programs/external/solver_check.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "legopt/input_error.h"
+#include "legopt/methods/method.h"
+#include "legopt/solve/job_runner.h"
+#include "programs/external/line_channel.h"
+#include "programs/external/protocol.h"
+
+namespace legopt::external {
+namespace {
+
+using Clock = LineChannel::Clock;
+
+/// What passed between legopt and the solver.
+struct Talk {
+  int evaluations = 0;
+  int cancels = 0;
+  bool answered_cancel = false;
+};
+
+/// A channel that keeps count.
+class WatchedChannel final : public LineChannel {
+ public:
+  WatchedChannel(std::unique_ptr<LineChannel> channel, Talk* talk) : channel_(std::move(channel)), talk_(talk) {}
+
+  void Send(std::string_view line, Clock::time_point deadline) override {
+    if (line == CancelLine()) ++talk_->cancels;
+    channel_->Send(line, deadline);
+  }
+  std::optional<std::string> Receive(Clock::time_point deadline) override {
+    auto line = channel_->Receive(deadline);
+    if (line) Note(nlohmann::json::parse(*line, nullptr, false));
+    return line;
+  }
+
+ private:
+  void Note(const nlohmann::json& message) {
+    if (!message.is_object() || !message.contains("type")) return;
+    if (message["type"] == "evaluate") ++talk_->evaluations;
+    if (message["type"] == "solution" && talk_->cancels > 0) talk_->answered_cancel = true;
+  }
+
+  std::unique_ptr<LineChannel> channel_;
+  Talk* talk_;
+};
+
+const ProblemDefinition& Shortest(const Dataset& dataset, Task task) {
+  const auto& problems = dataset.problems(task);
+  if (problems.empty()) {
+    throw InputError({dataset.folder().string(), "problems", "", "has no " + std::string(ToString(task)) + " problem",
+                      "check with another dataset"});
+  }
+  return *std::ranges::min_element(problems, {}, [](const auto& problem) { return problem.stances.size(); });
+}
+
+std::string Describe(const JobResult& result, const Talk& talk) {
+  std::string text = std::string(ToString(result.solve.status)) + " after " + std::to_string(talk.evaluations) +
+                     (talk.evaluations == 1 ? " evaluation; " : " evaluations; ");
+  return text + (result.evaluation.literal == Verdict::kSuccess
+                     ? "the judge accepts it"
+                     : "the judge refuses it: " + std::string(ToString(result.evaluation.literal)));
+}
+
+class Checker {
+ public:
+  Checker(ExternalSolvers& solvers, const std::shared_ptr<const Dataset>& dataset)
+      : solvers_(solvers),
+        registry_(RegistryWith(solvers.declarations(),
+                               [this](std::size_t number, const Declaration&) {
+                                 return std::make_unique<WatchedChannel>(solvers_.Start(number), &talk_);
+                               })),
+        runner_(dataset, registry_) {}
+
+  std::vector<SolverFinding> Run() {
+    Try("hello", [this] { return SayHello(); });
+    if (findings_.back().passed) Try("posture", [this] { return SolveAgain(Task::kPosture, &posture_); });
+    if (findings_.back().passed) Try("repeats", [this] { return Repeats(); });
+    if (findings_.back().passed) Try("motion", [this] { return SolveAgain(Task::kMotion, &motion_); });
+    if (findings_.back().passed) Try("cancel", [this] { return ObeysCancel(); });
+    return std::move(findings_);
+  }
+
+ private:
+  using Outcome = std::pair<bool, std::string>;
+
+  void Try(const char* check, const std::function<Outcome()>& work) {
+    try {
+      const auto [passed, detail] = work();
+      findings_.push_back({check, passed, detail});
+    } catch (const SolverFault& fault) {
+      findings_.push_back({check, false, fault.what()});
+    }
+  }
+
+  Outcome SayHello() {
+    const Declaration& declaration = solvers_.declarations().front();
+    const auto begin = Clock::now();
+    const auto patience = std::chrono::duration<double>(declaration.timeout_s);
+    const auto line = solvers_.Start(0)->Receive(begin + std::chrono::duration_cast<Clock::duration>(patience));
+    if (!line) return {false, "nothing was said within the time-out"};
+    const SolverMessage message = ReadMessage(*line, 0);
+    const auto* hello = std::get_if<Hello>(&message);
+    if (hello == nullptr) return {false, "began with another message"};
+    char after[32];
+    std::snprintf(after, sizeof(after), "%.2f s", std::chrono::duration<double>(Clock::now() - begin).count());
+    return {true, "'" + hello->name + "', version '" + hello->version + "', after " + after};
+  }
+
+  JobResult Solve(Task task, std::int64_t effort_limit) {
+    talk_ = {};
+    Job job;
+    job.task = task;
+    job.problem_id = Shortest(runner_.dataset(), task).id;
+    job.method = Method::Of(solvers_.declarations().front().name, registry_);
+    job.effort_limit = effort_limit;
+    return runner_.Run(job);
+  }
+
+  Outcome SolveAgain(Task task, JobResult* result) {
+    *result = Solve(task, 0);
+    return {true, Describe(*result, talk_)};
+  }
+
+  Outcome Repeats() {
+    const JobResult again = Solve(Task::kPosture, 0);
+    const bool equal = again.solve.waypoints == posture_.solve.waypoints && again.solve.status == posture_.solve.status;
+    return {equal, equal ? "the same bits, started anew" : "another solution from the same start and seed"};
+  }
+
+  Outcome ObeysCancel() {
+    const JobResult result = Solve(Task::kMotion, std::max<std::int64_t>(1, motion_.solve.term_evaluations / 2));
+    if (talk_.cancels == 0) return {true, "ended by itself before it could be asked to"};
+    return {talk_.answered_cancel, talk_.answered_cancel ? "sent its solution" : "sent no solution in time"};
+  }
+
+  ExternalSolvers& solvers_;
+  Talk talk_;
+  SolverRegistry registry_;
+  JobRunner runner_;
+  JobResult posture_, motion_;
+  std::vector<SolverFinding> findings_;
+};
+
+}  // namespace
+
+std::vector<SolverFinding> CheckSolver(ExternalSolvers& solvers, const std::shared_ptr<const Dataset>& dataset) {
+  return Checker(solvers, dataset).Run();
+}
+
+}  // namespace legopt::external

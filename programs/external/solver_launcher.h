@@ -1,0 +1,65 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "programs/processes.h"
+
+namespace legopt::external {
+
+/// What is started.
+struct LaunchCommand {
+  std::filesystem::path executable;    ///< absolute
+  std::vector<std::string> arguments;  ///< argv, its first word included
+  std::filesystem::path folder;        ///< where it runs
+};
+
+/// How a solver's process ended.
+struct ProcessEnd {
+  int status = 0;       ///< as of waitpid
+  bool killed = false;  ///< by us: it did not end by itself
+};
+
+/// A process beside this one that starts solvers for it. A job process may start none once it runs jobs
+/// (worker/process_guards.h); hence this one, which is forked before and stays without that guard, starts what was
+/// declared then and nothing else. Whatever a solver leaves behind, in its process group or in others, ends with it:
+/// orphans become children of the launcher (PR_SET_CHILD_SUBREAPER). When the process that has forked it ends, in
+/// whatever way, the launcher ends the solver and itself.
+///
+/// A solver has its own process group, no core files, files of at most kMaxFileBytes, and one thread in OpenMP and
+/// OpenBLAS. One solver at a time; one thread. Linux.
+class SolverLauncher {
+ public:
+  /// Largest file that a solver may write.
+  static constexpr std::int64_t kMaxFileBytes = std::int64_t{64} << 20;
+
+  /// Forks. Throws std::system_error.
+  explicit SolverLauncher(std::span<const LaunchCommand> commands);
+  ~SolverLauncher();
+  SolverLauncher(const SolverLauncher&) = delete;
+  SolverLauncher& operator=(const SolverLauncher&) = delete;
+
+  /// Ends of a solver's standard streams, not blocking.
+  struct Streams {
+    programs::Descriptor in, out, error;
+  };
+
+  /// Starts command number `command` with an address space of at most `memory_bytes` (0: no limit). Throws SolverFault
+  /// when the system refuses that, and std::system_error when the launcher is gone.
+  Streams Start(std::size_t command, std::int64_t memory_bytes);
+
+  /// Ends the solver that was started last with all of its processes, and returns once they are gone. `leaving`: it is
+  /// about to end by itself, and gets a moment for that. Throws std::system_error when the launcher is gone.
+  ProcessEnd End(bool leaving);
+
+ private:
+  programs::Descriptor socket_;
+  pid_t launcher_ = -1;
+};
+
+}  // namespace legopt::external
