@@ -131,7 +131,7 @@ TEST_F(JobRunnerTest, AProblemThatDoesNotExistIsAnInputError) {
 }
 
 TEST_F(JobRunnerTest, TheExecutorAnnouncesWhatItLoaded) {
-  SolveExecutor executor({kDataset, kDataset});
+  SolveExecutor executor(WorkerInputs{.datasets = {kDataset, kDataset}, .solvers = {}});
   const std::vector<LoadedDataset> loaded = executor.Load();
   ASSERT_EQ(loaded.size(), 1U) << "the same content counts once";
   EXPECT_EQ(loaded[0].hash, dataset_->content_hash());
@@ -139,7 +139,7 @@ TEST_F(JobRunnerTest, TheExecutorAnnouncesWhatItLoaded) {
 }
 
 TEST_F(JobRunnerTest, TheExecutorFillsTheResult) {
-  SolveExecutor executor({kDataset});
+  SolveExecutor executor(WorkerInputs{.datasets = {kDataset}, .solvers = {}});
   executor.Load();
   const auto result = executor.Execute(Lease(), job_.method.ToJson().dump(), Hooks());
   EXPECT_EQ(result.outcome, static_cast<int>(ReportedOutcome::kFinished));
@@ -158,7 +158,7 @@ TEST_F(JobRunnerTest, TheExecutorFillsTheResult) {
 }
 
 TEST_F(JobRunnerTest, EffortThatRanOutIsAResult) {
-  SolveExecutor executor({kDataset});
+  SolveExecutor executor(WorkerInputs{.datasets = {kDataset}, .solvers = {}});
   executor.Load();
   legopt_msg::lease lease = Lease();
   lease.effort_limit = 1;
@@ -169,7 +169,7 @@ TEST_F(JobRunnerTest, EffortThatRanOutIsAResult) {
 }
 
 TEST_F(JobRunnerTest, WhatTheClockStoppedIsNoResult) {
-  SolveExecutor executor({kDataset});
+  SolveExecutor executor(WorkerInputs{.datasets = {kDataset}, .solvers = {}});
   executor.Load();
   legopt_msg::lease lease = Lease();
   lease.wall_limit_us = 1;
@@ -183,7 +183,7 @@ TEST_F(JobRunnerTest, WhatTheClockStoppedIsNoResult) {
 }
 
 TEST_F(JobRunnerTest, TheExecutorRefusesOtherDatasetsAndForgedMethods) {
-  SolveExecutor executor({kDataset});
+  SolveExecutor executor(WorkerInputs{.datasets = {kDataset}, .solvers = {}});
   executor.Load();
   legopt_msg::lease other_dataset = Lease();
   other_dataset.dataset_hash = HexHash('0');
