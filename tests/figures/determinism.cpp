@@ -202,7 +202,7 @@ std::string Hexadecimal(const std::vector<double>& numbers) {
 // Solves stored rows once more, in this process; how many of `rows` came out the same.
 int Replay(Deployment& deployment, const std::filesystem::path& dataset, const nlohmann::json& spec, int rows,
            std::uint64_t seed, int* replayed) {
-  worker::SolveExecutor executor({dataset});
+  worker::SolveExecutor executor(worker::WorkerInputs{.datasets = {dataset}, .solvers = {}});
   const std::string hash = executor.Load().at(0).hash;
   const auto stored = deployment.Query(
       "SELECT m.hash, m.options_json, p.problem_id, c.initialization, j.repetition, r.solver_status, r.iterations, "

@@ -196,7 +196,7 @@ TEST_F(JobRunnerTest, TheExecutorRefusesOtherDatasetsAndForgedMethods) {
 }
 
 TEST_F(JobRunnerTest, TheExecutorRefusesFoldersThatAreNoDataset) {
-  SolveExecutor executor({kDataset / "nothing-here"});
+  SolveExecutor executor(WorkerInputs{.datasets = {kDataset / "nothing-here"}, .solvers = {}});
   EXPECT_THROW(executor.Load(), InputError);
 }
 
