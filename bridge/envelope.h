@@ -14,7 +14,7 @@
 
 namespace legopt::bridge {
 
-inline constexpr std::size_t kEnvelopeHeaderBytes = 64;                                        ///< of every envelope
+inline constexpr std::size_t kEnvelopeHeaderBytes = 64;                                          ///< of every envelope
 inline constexpr std::size_t kMaxEnvelopeBytes = kEnvelopeHeaderBytes + bus::kMaxDatagramBytes;  ///< header and frame
 
 /// What an envelope is. Upwards is from a spoke to the hub.
@@ -30,13 +30,13 @@ inline constexpr std::uint8_t kLastEnvelopeKind = 5;
 
 /// The fields of an envelope, without tag and frame.
 struct EnvelopeHeader {
-  EnvelopeKind kind{};                  ///< what it is
+  EnvelopeKind kind{};                   ///< what it is
   bus::Port port = bus::Port::kControl;  ///< of the bus on which the frame was heard and shall be heard
-  std::int64_t deployment = 0;          ///< whose frames the link carries
-  std::int64_t link = 0;                ///< random number of this life of the spoke, > 0
-  std::int64_t hub = 0;                 ///< downwards: random number of this life of the hub, > 0; upwards 0
-  std::int64_t nonce = 0;               ///< counts the sender's envelopes in its life, from 1
-  std::int64_t value = 0;               ///< by kind; else 0
+  std::int64_t deployment = 0;           ///< whose frames the link carries
+  std::int64_t link = 0;                 ///< random number of this life of the spoke, > 0
+  std::int64_t hub = 0;                  ///< downwards: random number of this life of the hub, > 0; upwards 0
+  std::int64_t nonce = 0;                ///< counts the sender's envelopes in its life, from 1
+  std::int64_t value = 0;                ///< by kind; else 0
 };
 
 /// An envelope in place.

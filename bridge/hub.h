@@ -13,15 +13,16 @@ namespace legopt::bridge {
 
 /// Bounds of a hub.
 struct HubOptions {
-  std::size_t max_links = 16'384;                    ///< spokes remembered; the longest silent is forgotten first
-  std::size_t max_routes = 65'536;                   ///< parties remembered; the longest silent is forgotten first
+  std::size_t max_links = 16'384;                     ///< spokes remembered; the longest silent is forgotten first
+  std::size_t max_routes = 65'536;                    ///< parties remembered; the longest silent is forgotten first
   microseconds route_life = std::chrono::minutes(2);  ///< of a party that says nothing; a worker speaks twice a second
 };
 
 /// The end of all links on the server's host. Frames to the server that come over a link are put on the bus; frames
 /// of the server go to the one link over which their destination was last heard, or nowhere. A link is believed once it
 /// has returned this life's challenge under the key, and each of its envelopes is taken once (bus/replay_guard.h); only
-/// such an envelope makes a route. Nothing is answered that is not tagged with the key. Source: PROTOCOL.md, section 14.
+/// such an envelope makes a route. Nothing is answered that is not tagged with the key. Source: PROTOCOL.md,
+/// section 14.
 class Hub final : public LinkEnd {
  public:
   /// `carrier` must outlive the hub. `seed` must differ from life to life: challenge and life number are drawn from it.

@@ -36,9 +36,7 @@ sockaddr_in ToSocketAddress(LinkAddress address) {
   return raw;
 }
 
-LinkAddress FromSocketAddress(const sockaddr_in& raw) {
-  return Pack(ntohl(raw.sin_addr.s_addr), ntohs(raw.sin_port));
-}
+LinkAddress FromSocketAddress(const sockaddr_in& raw) { return Pack(ntohl(raw.sin_addr.s_addr), ntohs(raw.sin_port)); }
 
 // Root may have more than net.core.rmem_max; others are refused that and keep what SO_RCVBUF gave.
 void AskForBuffers(int fd) {
@@ -132,8 +130,7 @@ void LinkSocket::Send(LinkAddress to, std::span<const std::uint8_t> datagram) co
 std::size_t LinkSocket::Receive(std::span<std::uint8_t> room, LinkAddress& from) const {
   sockaddr_in raw{};
   socklen_t size = sizeof raw;
-  const ssize_t bytes =
-      ::recvfrom(fd_, room.data(), room.size(), 0, reinterpret_cast<sockaddr*>(&raw), &size);
+  const ssize_t bytes = ::recvfrom(fd_, room.data(), room.size(), 0, reinterpret_cast<sockaddr*>(&raw), &size);
   if (bytes <= 0) return 0;
   from = FromSocketAddress(raw);
   return static_cast<std::size_t>(bytes);

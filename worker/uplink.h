@@ -13,10 +13,10 @@ namespace legopt::worker {
 
 /// How a worker reaches its server: on the server's own bus, or over a bridge from a bus of the worker's own.
 struct Uplink {
-  bus::LcmOptions network;                      ///< the bus that the worker joins
-  std::string server_address;                   ///< for messages
-  std::vector<bridge::LinkAddress> hub;         ///< where the bridge leads; empty: there is none
-  std::optional<bridge::LinkSocket> socket;     ///< of the bridge
+  bus::LcmOptions network;                       ///< the bus that the worker joins
+  std::string server_address;                    ///< for messages
+  std::vector<bridge::LinkAddress> hub;          ///< where the bridge leads; empty: there is none
+  std::optional<bridge::LinkSocket> socket;      ///< of the bridge
   bool bridged() const { return !hub.empty(); }  ///< over a bridge
 };
 
