@@ -74,10 +74,15 @@ void Spoke::OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, mic
   }
 }
 
-// It repeats a nonce of ours that was not repeated yet, so it was made after we sent that: no recording.
+// It repeats a nonce of ours that was not repeated yet, so it was made after we sent that: no recording of an old one.
+// That somebody passes on a new one from elsewhere is kept away by taking it only from where the hub is said to be.
 void Spoke::TakeAlive(LinkAddress from, const EnvelopeHeader& header, microseconds now) {
   if (header.value <= answered_ || header.value > nonce_) {
     ++counters_.rejected_replay;
+    return;
+  }
+  if (std::find(addresses_.begin(), addresses_.end(), from) == addresses_.end()) {
+    ++counters_.rejected_direction;
     return;
   }
   // Several addresses of one host answer at the start: the first one stays.
