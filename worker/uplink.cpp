@@ -3,12 +3,28 @@
 #include <utility>
 
 #include "bridge/access_file.h"
+#include "bridge/private_bus.h"
 #include "bus/endpoint.h"
+#include "bus/message_key.h"
 
 namespace legopt::worker {
 namespace {
 
 constexpr bridge::LinkAddress kAnyAddressAndPort = 0;
+
+// After all that is outside has been read and opened.
+void ChooseBus(Uplink& uplink) {
+  bus::LcmOptions& network = uplink.network;
+  if (!network.key_file.empty()) network.key = bus::MessageKey::Load(network.key_file);
+  const std::string refused = bridge::EnterPrivateBus(network.group);
+  if (refused.empty()) {
+    uplink.bus = "in a network namespace of its own";
+    return;
+  }
+  network.port = bus::FindFreePortPair(bus::RandomSeed());
+  uplink.bus = "on ports " + std::to_string(network.port) + " and " + std::to_string(network.port + 1) +
+               " of this machine, as there is no network namespace to be had (" + refused + ")";
+}
 
 }  // namespace
 
@@ -24,8 +40,8 @@ Uplink FindUplink(const bus::LcmOptions& network, const std::optional<std::strin
   uplink.server_address = bridge::ListOf(access.addresses) + " (" + *access_file + ")";
   uplink.socket.emplace(kAnyAddressAndPort);
   uplink.network.deployment = access.deployment;
-  uplink.network.port = bus::FindFreePortPair(bus::RandomSeed());
   uplink.network.ttl = 0;
+  ChooseBus(uplink);
   return uplink;
 }
 

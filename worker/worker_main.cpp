@@ -178,6 +178,10 @@ ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spd
   SettleSlots(line, logger);
   try {
     Uplink uplink = FindUplink(line.network.Resolve(), line.access);
+    if (uplink.bridged()) {
+      std::printf("legopt-worker: LCM stays %s\n", uplink.bus.c_str());
+      std::fflush(stdout);
+    }
     const SupervisorOptions options = OptionsOf(line, build, uplink);
     bus::LcmTransport transport(uplink.network);
     const auto spoke = RunSpoke(std::move(uplink));
