@@ -32,6 +32,7 @@ class LinkSocket {
   /// kNetworkUnusable for an address that this host does not have.
   explicit LinkSocket(LinkAddress address);
   ~LinkSocket();
+  /// Leaves `other` without a socket, to be destroyed only.
   LinkSocket(LinkSocket&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
   LinkSocket(const LinkSocket&) = delete;
   LinkSocket& operator=(const LinkSocket&) = delete;

@@ -112,6 +112,30 @@ TEST_F(BridgeServiceTest, RestartsOfTheHubUnderLoadLoseAndDoubleNothing) {
   EXPECT_EQ(deployment_->Query("SELECT count(*) FROM jobs WHERE state <> 'done'"), std::vector<std::string>{"0"});
 }
 
+TEST_F(BridgeServiceTest, ABridgedWorkerHasANetworkOfItsOwn) {
+  deployment_->StartServer();
+  const auto worker = StartBridgedStub();
+  const bool own = worker->WaitForLine("in a network namespace of its own", kPatience / 10);
+  if (!own) GTEST_SKIP() << "NO NETWORK NAMESPACE TO BE HAD HERE: the private bus is not tested";
+  const auto network_of = [](const std::string& process) {
+    return std::filesystem::read_symlink("/proc/" + process + "/ns/net").string();
+  };
+  EXPECT_NE(network_of(std::to_string(worker->pid())), network_of("self"));
+  ASSERT_TRUE(deployment_->WaitForWorkers(1));
+  EXPECT_EQ(worker->Stop(kPatience).code, 0) << worker->ErrorTail();
+}
+
+TEST_F(BridgeServiceTest, WithoutANamespaceItsBusIsAFreePairOfPorts) {
+  deployment_->StartServer();
+  const std::string command = "echo 0 > /proc/sys/user/max_net_namespaces && exec " + Program("stub_worker").string() +
+                              " --slots 1 --dataset stub-d --access " + access();
+  client::ChildProcess worker("/usr/bin/unshare", {"--user", "--map-root-user", "sh", "-c", command}, true);
+  if (!worker.WaitForLine("LCM stays on ports", kPatience / 10)) {
+    GTEST_SKIP() << "NO USER NAMESPACE IN WHICH TO FORBID NETWORKS: " << worker.ErrorTail();
+  }
+  EXPECT_TRUE(deployment_->WaitForWorkers(1));
+}
+
 TEST_F(BridgeServiceTest, TheAccessFileIsTheOwnersAndHoldsNoKey) {
   deployment_->StartServer();
   struct stat status {};
