@@ -78,7 +78,7 @@ class Bridge::Loop final : private Carrier, private bus::DatagramReceiver {
 
   void DrainLink() {
     // One byte more than the largest, so that larger ones are seen to be.
-    std::array<std::uint8_t, kMaxEnvelopeBytes + 1> room;
+    std::array<std::uint8_t, kMaxEnvelopeBytes + 1> room{};
     for (int i = 0; i < kMostPerRound; ++i) {
       LinkAddress from = 0;
       const std::size_t bytes = socket_.Receive(room, from);

@@ -104,7 +104,7 @@ void Host::ToLink(LinkAddress to, std::span<const std::uint8_t> envelope) {
 
 // --- All -------------------------------------------------------------------------------------------------------------
 
-JoinedHosts::JoinedHosts(int callers, std::uint64_t seed, std::shared_ptr<const bus::MessageKey> key)
+JoinedHosts::JoinedHosts(int callers, std::uint64_t seed, const std::shared_ptr<const bus::MessageKey>& key)
     : wire_(seed), random_(seed) {
   for (int i = 0; i <= callers; ++i) {
     hosts_.push_back(std::make_unique<Host>(wire_, i == 0 ? kHubAddress : next_address_++, random_(), key));

@@ -61,7 +61,7 @@ class Host final : private Carrier, private bus::DatagramReceiver {
   void MoveTo(LinkAddress address) { address_ = address; }
   void AddParty(bus::EndpointId id, std::uint64_t seed);
 
-  // What is due now; true when something arrived over the link.
+  // Does what is due now.
   void Work(microseconds now);
   void Take(const LinkWire::Letter& letter, microseconds now);
   std::optional<microseconds> next() const;
@@ -100,7 +100,7 @@ class JoinedHosts {
   static constexpr LinkAddress kHubAddress = 1000;
   static constexpr bus::EndpointId kFirstCaller = bus::EndpointId{1} << 40;
 
-  JoinedHosts(int callers, std::uint64_t seed, std::shared_ptr<const bus::MessageKey> key);
+  JoinedHosts(int callers, std::uint64_t seed, const std::shared_ptr<const bus::MessageKey>& key);
 
   Host& server() { return *hosts_.front(); }
   Host& caller(int i) { return *hosts_.at(static_cast<std::size_t>(i) + 1); }
@@ -108,13 +108,13 @@ class JoinedHosts {
   microseconds now() const { return now_; }
   int handled() const { return handled_; }
 
-  // A new life of the hub, and of a spoke at another address.
+  // A new life of the hub, and of the spoke of caller `i` at another address.
   void StartHub();
-  void StartSpoke(int caller);
+  void StartSpoke(int i);
   // Until `done`, or `limit` has passed (then false).
   bool RunUntil(const std::function<bool()>& done, microseconds limit);
-  // Calls the server from a caller's host, and waits; the answer, empty when there is none within `limit`.
-  std::string CallAndWait(int caller, const std::string& body, microseconds limit = std::chrono::seconds(30));
+  // Calls the server from the host of caller `i`, and waits; the answer, empty when there is none within `limit`.
+  std::string CallAndWait(int i, const std::string& body, microseconds limit = std::chrono::seconds(30));
   // Sends from a stranger's address.
   void Inject(LinkAddress to, std::span<const std::uint8_t> bytes) { wire_.Send(kStranger, to, bytes, now_); }
 

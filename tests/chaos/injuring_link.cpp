@@ -63,7 +63,7 @@ class InjuringLink {
 
   template <class FindWay>
   void Take(const LinkSocket& socket, FindWay find_way) {
-    std::array<std::uint8_t, 2048> room;
+    std::array<std::uint8_t, 2048> room{};
     LinkAddress from = 0;
     while (const std::size_t bytes = socket.Receive(room, from)) {
       for (const auto delay : injury_.Delays()) {
