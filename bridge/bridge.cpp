@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <csignal>
 #include <functional>
 #include <mutex>
@@ -62,6 +63,7 @@ class Bridge::Loop final : private Carrier, private bus::DatagramReceiver {
     const std::lock_guard lock(mutex_);
     return published_;
   }
+  bool linked() const { return linked_; }
 
  private:
   void Run() {
@@ -71,6 +73,7 @@ class Bridge::Loop final : private Carrier, private bus::DatagramReceiver {
       bus_.Poll(extra, std::clamp(end_->next_deadline() - now, microseconds(0), kLongestRound));
       if ((extra[0].revents & POLLIN) != 0) DrainLink();
       end_->Tick(bus_.now());
+      linked_ = end_->linked();
       const std::lock_guard lock(mutex_);
       published_ = end_->counters();
     }
@@ -99,6 +102,7 @@ class Bridge::Loop final : private Carrier, private bus::DatagramReceiver {
   std::unique_ptr<LinkEnd> end_;
   mutable std::mutex mutex_;
   PassageCounters published_;
+  std::atomic<bool> linked_{false};
   std::thread thread_;
 };
 
@@ -106,6 +110,7 @@ Bridge::Bridge(std::unique_ptr<Loop> loop) : loop_(std::move(loop)) {}
 Bridge::~Bridge() = default;
 
 PassageCounters Bridge::counters() const { return loop_->counters(); }
+bool Bridge::linked() const { return loop_->linked(); }
 
 std::unique_ptr<Bridge> Bridge::RunHub(const bus::LcmOptions& bus, LinkSocket socket) {
   const auto make = [](const Membership& membership, Carrier& carrier) -> std::unique_ptr<LinkEnd> {

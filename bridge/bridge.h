@@ -24,6 +24,8 @@ class Bridge {
 
   /// As of a moment ago. Any thread.
   PassageCounters counters() const;
+  /// Whether the other end answers, as of a moment ago; a hub has none to wait for. Any thread.
+  bool linked() const;
 
  private:
   class Loop;

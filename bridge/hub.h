@@ -33,6 +33,7 @@ class Hub final : public LinkEnd {
   void Tick(microseconds now) override;
   microseconds next_deadline() const override;
   const PassageCounters& counters() const override { return counters_; }
+  bool linked() const override { return true; }
 
   std::size_t num_routes() const { return routes_.size(); }  ///< parties that can be reached now
 

@@ -71,6 +71,8 @@ class LinkEnd {
   virtual microseconds next_deadline() const = 0;
   /// What happened so far.
   virtual const PassageCounters& counters() const = 0;
+  /// Whether the other end answers; a hub has none to wait for.
+  virtual bool linked() const = 0;
 };
 
 /// Which way a frame goes, by its addresses: workers and clients call the server, the server calls nobody.

@@ -35,6 +35,7 @@ class Spoke final : public LinkEnd {
   void Tick(microseconds now) override;
   microseconds next_deadline() const override { return next_knock_; }
   const PassageCounters& counters() const override { return counters_; }
+  bool linked() const override { return chosen_.has_value(); }
 
   /// The address that answers; empty when none does.
   std::optional<LinkAddress> connected() const { return chosen_; }
