@@ -4,8 +4,8 @@
 Usage: interop_test.py BUILD_FOLDER [TEST ...]; exits with 77 (skipped) where no multicast is.
 """
 
-import hashlib
 import asyncio
+import hashlib
 import json
 import logging
 import random
