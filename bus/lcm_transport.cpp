@@ -199,7 +199,8 @@ void LcmTransport::Impl::RefreshStatistics() {
 LcmTransport::LcmTransport(const LcmOptions& options) : impl_(std::make_unique<Impl>(options)) {
   options.Validate();
   impl_->deployment = options.deployment != 0 ? options.deployment : DeriveDeployment(options);
-  if (!options.key_file.empty()) impl_->key = MessageKey::Load(options.key_file);
+  impl_->key = options.key;
+  if (impl_->key == nullptr && !options.key_file.empty()) impl_->key = MessageKey::Load(options.key_file);
   impl_->buffer_errors_at_start = ReceiveBufferErrors();
   // Descriptors are told apart by what is new; two transports must not be made at the same instant.
   static std::mutex one_at_a_time;

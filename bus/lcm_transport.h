@@ -34,6 +34,8 @@ struct LcmOptions {
   std::int64_t deployment = 0;
   /// File of the shared key (message_key.h), read when the transport is made; empty: messages carry checksums only.
   std::string key_file;
+  /// The key, where key_file has been read before; else null.
+  std::shared_ptr<const MessageKey> key;
   /// Without a key a TTL above 0 is refused, unless this says that everybody who can reach the group is trusted.
   bool trust_network = false;
 

@@ -10,7 +10,7 @@
 #include "bus/transport.h"
 
 /// @file
-/// Which requests are fresh, where a key is configured. Pure; private to bus.
+/// Which requests are fresh, where a key is configured. Pure; for bus and bridge.
 ///
 /// A session (caller and its session number) is admitted once it has proven that it lives now, by returning this
 /// endpoint's challenge under the key; what was recorded before, also before a restart of ours, is refused then. After

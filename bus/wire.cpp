@@ -7,72 +7,14 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "bus/big_endian.h"
 #include "bus/bus_error.h"
+#include "bus/tag.h"
 
 namespace legopt::bus {
 namespace {
 
 constexpr std::size_t kTagOffset = 72;
-constexpr std::size_t kTagBytes = 16;
-
-class Writer {
- public:
-  explicit Writer(std::uint8_t* at) : at_(at) {}
-  template <class Integer>
-  Writer& Put(Integer value) {
-    auto bits = static_cast<std::make_unsigned_t<Integer>>(value);
-    for (std::size_t i = sizeof(Integer); i-- > 0;) *at_++ = static_cast<std::uint8_t>(bits >> (8 * i));
-    return *this;
-  }
-  Writer& Bytes(std::span<const std::uint8_t> bytes) {
-    at_ = std::copy(bytes.begin(), bytes.end(), at_);
-    return *this;
-  }
-  std::uint8_t* at() const { return at_; }
-
- private:
-  std::uint8_t* at_;
-};
-
-class Reader {
- public:
-  explicit Reader(const std::uint8_t* at) : at_(at) {}
-  template <class Integer>
-  Integer Get() {
-    std::make_unsigned_t<Integer> bits = 0;
-    for (std::size_t i = 0; i < sizeof(Integer); ++i) {
-      bits = static_cast<std::make_unsigned_t<Integer>>((std::uint64_t{bits} << 8) | *at_++);
-    }
-    return static_cast<Integer>(bits);
-  }
-  void Bytes(std::span<std::uint8_t> out) {
-    std::copy_n(at_, out.size(), out.begin());
-    at_ += out.size();
-  }
-
- private:
-  const std::uint8_t* at_;
-};
-
-using Tag = std::array<std::uint8_t, kTagBytes>;
-
-// BLAKE2b-128 of the datagram with zeros in place of the tag, keyed if there is a key.
-Tag ComputeTag(std::span<const std::uint8_t> datagram, const MessageKey* key) {
-  constexpr Tag kZeros{};
-  crypto_generichash_state state;
-  Tag tag;
-  if (key == nullptr) {
-    crypto_generichash_init(&state, nullptr, 0, tag.size());
-  } else {
-    crypto_generichash_init(&state, key->bytes().data(), key->bytes().size(), tag.size());
-  }
-  crypto_generichash_update(&state, datagram.data(), kTagOffset);
-  crypto_generichash_update(&state, kZeros.data(), kZeros.size());
-  const auto rest = datagram.subspan(kTagOffset + kTagBytes);
-  crypto_generichash_update(&state, rest.data(), rest.size());
-  crypto_generichash_final(&state, tag.data(), tag.size());
-  return tag;
-}
 
 FrameHeader ReadHeader(Reader& reader) {
   FrameHeader header;
@@ -89,9 +31,6 @@ FrameHeader ReadHeader(Reader& reader) {
   header.nonce = reader.Get<std::int64_t>();
   return header;
 }
-
-// In constant time: a forger must not learn how many bytes were right.
-bool Equal(const Tag& a, const Tag& b) { return sodium_memcmp(a.data(), b.data(), a.size()) == 0; }
 
 bool FieldsAreLegal(const FrameHeader& header) {
   const auto kind = static_cast<std::int16_t>(header.kind);
@@ -134,7 +73,7 @@ std::span<const std::uint8_t> SealFrame(const FrameHeader& header, std::size_t p
       .Put(header.nonce);
   Writer(writer.at() + kTagBytes).Put(static_cast<std::int32_t>(payload_bytes));
   const std::span<const std::uint8_t> datagram(buffer.data(), kFrameHeaderBytes + payload_bytes);
-  writer.Bytes(ComputeTag(datagram, key));
+  writer.Bytes(ComputeTag(datagram, kTagOffset, key));
   return datagram;
 }
 
@@ -146,7 +85,7 @@ FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deploy
   if (reader.Get<std::int64_t>() != legopt_msg::frame::getHash()) return FrameFault::kMalformed;
   frame.header = ReadHeader(reader);
   Tag tag;
-  reader.Bytes(tag);
+  reader.Bytes(tag);  // looked at in its place
   const auto payload_bytes = reader.Get<std::int32_t>();
   if (payload_bytes < 0 || static_cast<std::size_t>(payload_bytes) != datagram.size() - kFrameHeaderBytes) {
     return FrameFault::kMalformed;
@@ -154,8 +93,8 @@ FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deploy
   frame.payload = datagram.subspan(kFrameHeaderBytes);
   if (frame.header.deployment != deployment) return FrameFault::kDeployment;
   if (self != kAnybody && frame.header.destination != self) return FrameFault::kNotForUs;
-  frame.authentic = Equal(tag, ComputeTag(datagram, key));
-  const bool is_unsigned = !frame.authentic && key != nullptr && Equal(tag, ComputeTag(datagram, nullptr));
+  frame.authentic = TagIsRight(datagram, kTagOffset, key);
+  const bool is_unsigned = !frame.authentic && key != nullptr && TagIsRight(datagram, kTagOffset, nullptr);
   if (!frame.authentic && !is_unsigned) return FrameFault::kTag;
   if (!FieldsAreLegal(frame.header)) return FrameFault::kField;
   if (is_unsigned) return FrameFault::kUnsigned;

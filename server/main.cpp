@@ -12,6 +12,7 @@
 #include <new>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "bus/bus_error.h"
 #include "bus/lcm_transport.h"
@@ -24,6 +25,7 @@
 #include "programs/network_flags.h"
 #include "programs/printable.h"
 #include "programs/stop_signals.h"
+#include "server/listening.h"
 #include "server/port_claim.h"
 #include "server/server.h"
 #include "server/sole_server.h"
@@ -40,6 +42,7 @@ constexpr microseconds kLinger{200'000};  // answers repeats of the last request
 struct Arguments {
   std::filesystem::path database;
   programs::NetworkFlags network;
+  ListenFlags listen;
   bool verbose = false;
   pid_t owner = 0;
 };
@@ -110,6 +113,7 @@ ExitCode Serve(const Arguments& arguments) {
   programs::StopSignals stop(arguments.owner);
   // The network first: a server that may not serve leaves no database behind.
   const bus::LcmOptions network = arguments.network.Resolve();
+  auto listener = OpenListener(arguments.listen, network);
   bus::LcmTransport transport(network);
   WarnAboutNetwork(transport);
   const std::string address = network.group + ":" + std::to_string(network.port);
@@ -125,6 +129,8 @@ ExitCode Serve(const Arguments& arguments) {
   Server server(endpoint, *store, &queries, options, WallClock, bus::RandomEndpointId);
   RivalWatch rivals(endpoint, options.scheduler.server_instance);
   server.Work();
+  const std::string access_file = arguments.listen.access.value_or(options.database + ".access");
+  const auto hub = listener ? Listen(std::move(*listener), network, transport.deployment(), access_file) : nullptr;
   std::cout << "legopt-server ready on " << address << " with database " << programs::Printable(options.database)
             << " (pid " << getpid() << ")" << std::endl;
   return ServeUntilStopped(server, endpoint, rivals, stop);
@@ -139,6 +145,7 @@ int Run(int argc, char** argv) {
   program.SetVersion("legopt-server " + build.version, programs::BuildReport(build));
   program.AddOption("--db", arguments.database, "Database file; created when missing").Required();
   programs::AddNetworkFlags(program, &arguments.network);
+  AddListenFlags(program, &arguments.listen);
   program.AddFlag("--verbose", arguments.verbose, "Log what happens to stderr");
   // For a program that has started us as a part of itself ('legopt run'); not for people.
   program.AddOption("--owner", arguments.owner, "Process whose orders to stop count; no others do").Group("");

@@ -35,7 +35,8 @@ struct PoolOptions {
   std::int64_t memory_bytes = 0;                      ///< of the host; 0: unknown
   std::function<double()> load = [] { return 0.0; };  ///< of the host, now; NaN: unknown
   std::int32_t protocol_version = 1;
-  std::string server_address;   ///< for messages: "GROUP:PORT"
+  std::string server_address;   ///< for messages: "GROUP:PORT", or all addresses that a bridge tries
+  bool bridged = false;         ///< for messages: a bridge leads there
   std::string key_file;         ///< for messages; empty: the deployment has no key
   bool exit_when_idle = false;  ///< leave when the server says that there is no more work (PROTOCOL.md, 9)
   /// Leave with ExitCode::kUnreachable after this long without any word from the server; max(): keep trying.

@@ -116,9 +116,9 @@ void Pool::CheckEnd(microseconds now) {
   }
   if (options_.wait_server != microseconds::max() && !datasets_.empty() && now >= last_heard_ + options_.wait_server) {
     const std::string key = options_.key_file.empty() ? "" : ", and with the key in " + options_.key_file;
+    const std::string place = options_.bridged ? "with --listen on one of these addresses" : "with this port and group";
     Log(LogLevel::kError, "no answer from a server at " + options_.server_address + " within " +
-                              Seconds(options_.wait_server) + "; is legopt-server running with this port and group" +
-                              key + "?");
+                              Seconds(options_.wait_server) + "; is legopt-server running " + place + key + "?");
     Finish(ExitCode::kUnreachable);
   }
 }

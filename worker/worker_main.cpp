@@ -31,6 +31,7 @@
 #include "programs/stop_signals.h"
 #include "worker/job_process.h"
 #include "worker/supervisor.h"
+#include "worker/uplink.h"
 
 namespace legopt::worker {
 namespace {
@@ -51,6 +52,7 @@ struct CommandLine {
   WorkerInputs inputs;
   std::string name;
   programs::NetworkFlags network;
+  std::optional<std::string> access;
   double wait_server_s = 0;
   double drain_s = Seconds(PoolOptions().drain);
   double idle_timeout_s = 0;
@@ -93,6 +95,12 @@ void Define(programs::Program& program, CommandLine& line) {
       .Check(programs::Number(kShortest_s, kLongest_s));
   program.AddFlag("--verbose", line.verbose, "Tell what happens, job processes included");
   programs::AddNetworkFlags(program, &line.network);
+  program
+      .AddOption("--access", line.access,
+                 "Reach the server without multicast, at the addresses in this file of 'legopt-server --listen'; LCM "
+                 "stays on this machine, on ports of this worker's own")
+      .ValueName("FILE")
+      .Group(programs::kNetworkHeading);
   // For a program that has started us as a part of itself ('legopt run'); not for people.
   program.AddOption("--owner", line.owner, "Process whose orders to stop count; no others do").Group("");
   program.SetFooter(
@@ -141,8 +149,7 @@ void DescribeHost(PoolOptions& pool) {
   pool.load = [] { return programs::HostLoad(); };
 }
 
-SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts& build,
-                            const bus::LcmOptions& network) {
+SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts& build, const Uplink& uplink) {
   SupervisorOptions options;
   PoolOptions& pool = options.pool;
   pool.slots = *line.slots;
@@ -154,9 +161,10 @@ SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts&
   DescribeHost(pool);
   pool.seed = bus::RandomSeed();
   pool.protocol_version = bus::kProtocolVersion;
-  pool.server_address = network.group + ":" + std::to_string(network.port);
+  pool.server_address = uplink.server_address;
+  pool.bridged = uplink.bridged();
   pool.exit_when_idle = line.exit_when_idle;
-  pool.key_file = network.key_file;
+  pool.key_file = uplink.network.key_file;
   pool.drain = Microseconds(line.drain_s);
   if (line.wait_server_s > 0) pool.wait_server = Microseconds(line.wait_server_s);
   if (line.idle_timeout_s > 0) pool.idle_timeout = Microseconds(line.idle_timeout_s);
@@ -185,9 +193,14 @@ ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spd
   programs::StopSignals stop(line.owner);
   SettleSlots(line, logger);
   try {
-    const bus::LcmOptions network = line.network.Resolve();
-    const SupervisorOptions options = OptionsOf(line, build, network);
-    bus::LcmTransport transport(network);
+    Uplink uplink = FindUplink(line.network.Resolve(), line.access);
+    if (uplink.bridged()) {
+      std::printf("legopt-worker: LCM stays %s\n", uplink.bus.c_str());
+      std::fflush(stdout);
+    }
+    const SupervisorOptions options = OptionsOf(line, build, uplink);
+    bus::LcmTransport transport(uplink.network);
+    const auto spoke = RunSpoke(std::move(uplink));
     if (const std::string warning = transport.receive_buffer_warning(); !warning.empty()) logger.warn(warning);
     if (const std::string warning = transport.missing_key_warning(); !warning.empty()) logger.warn(warning);
     bus::Endpoint endpoint(transport, bus::RandomEndpointId(), bus::RandomSeed());

@@ -72,6 +72,8 @@ inline std::string BedName(const testing::TestParamInfo<BedKind>& parameter) {
       return "SimulatedWithKey";
     case BedKind::kUdp:
       return "Udp";
+    case BedKind::kBridged:
+      return "Bridged";
   }
   return "";
 }

@@ -261,7 +261,9 @@ TEST_P(CallConformance, CallsFromHandlersAndCallbacksWork) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Networks, CallConformance,
-                         testing::Values(BedKind::kSimulated, BedKind::kSimulatedWithKey, BedKind::kUdp), BedName);
+                         testing::Values(BedKind::kSimulated, BedKind::kSimulatedWithKey, BedKind::kUdp,
+                                         BedKind::kBridged),
+                         BedName);
 
 }  // namespace
 }  // namespace legopt::bus

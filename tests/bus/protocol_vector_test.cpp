@@ -2,54 +2,20 @@
 // against the text alone.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <fstream>
+#include <algorithm>
 #include <map>
-#include <sstream>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bus/codec.h"
 #include "bus/wire.h"
+#include "tests/bus/protocol_vectors.h"
 #include "tests/bus/test_bed.h"
-#include "tests/folders.h"
 
 namespace legopt::bus {
 namespace {
-
-// "name" -> bytes, of lines "    vector NAME" and the hexadecimal lines after each.
-std::map<std::string, Datagram> ReadVectors() {
-  std::ifstream file(SourceFolder() + "/lcmtypes/PROTOCOL.md");
-  std::map<std::string, Datagram> vectors;
-  Datagram* current = nullptr;
-  for (std::string line; std::getline(file, line);) {
-    std::istringstream words(line);
-    std::string word, name;
-    if (line.rfind("    vector ", 0) == 0) {
-      words >> word >> name;
-      current = &vectors[name];
-    } else if (line.rfind("    ", 0) != 0) {
-      current = nullptr;
-    } else if (current != nullptr) {
-      while (words >> word) {
-        for (std::size_t i = 0; i + 1 < word.size(); i += 2) {
-          current->push_back(static_cast<std::uint8_t>(std::strtoul(word.substr(i, 2).c_str(), nullptr, 16)));
-        }
-      }
-    }
-  }
-  return vectors;
-}
-
-std::string Hex(std::span<const std::uint8_t> bytes) {
-  static constexpr char kHex[] = "0123456789abcdef";
-  std::string text;
-  for (const std::uint8_t byte : bytes) {
-    text += kHex[byte >> 4U];
-    text += kHex[byte & 15U];
-  }
-  return text;
-}
 
 // The request of the vectors: the first probe of a caller.
 FrameHeader Probe() {
@@ -84,7 +50,7 @@ class ProtocolVector : public testing::Test {
     return bytes;
   }
 
-  std::map<std::string, Datagram> vectors_ = ReadVectors();
+  std::map<std::string, std::vector<std::uint8_t>> vectors_ = ReadProtocolVectors();
   std::shared_ptr<const MessageKey> key_ = TestKey();
   DatagramBuffer buffer_{};
 };

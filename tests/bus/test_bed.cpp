@@ -14,6 +14,8 @@
 #include <list>
 #include <stdexcept>
 
+#include "bridge/bridge.h"
+#include "bridge/link_socket.h"
 #include "bus/lcm_transport.h"
 #include "bus/simulated_network.h"
 
@@ -109,15 +111,12 @@ class Wire {
   sockaddr_in address_{};
 };
 
-class UdpBed final : public TestBed {
+class UdpBed : public TestBed {
  public:
   UdpBed() : port_(FindFreePortPair(RandomSeed())), control_(port_), bulk_(port_ + 1) {}
 
   Endpoint& Add(EndpointId id, const EndpointOptions& options, std::int64_t deployment) override {
-    LcmOptions lcm;
-    lcm.group = kGroup;
-    lcm.port = port_;
-    lcm.ttl = 0;
+    LcmOptions lcm = BusOf(id);
     lcm.deployment = deployment;
     BedParty<LcmTransport> party;
     party.transport = std::make_unique<LcmTransport>(lcm);
@@ -156,6 +155,15 @@ class UdpBed final : public TestBed {
     return recorded_;
   }
 
+ protected:
+  // Where a party of this address is.
+  virtual LcmOptions BusOf(EndpointId /*id*/) const {
+    LcmOptions lcm;
+    lcm.group = kGroup;
+    lcm.port = port_;
+    return lcm;
+  }
+
  private:
   void Record() {
     for (const Port port : {Port::kControl, Port::kBulk}) {
@@ -173,6 +181,37 @@ class UdpBed final : public TestBed {
   Wire bulk_;
   std::vector<std::pair<Port, Datagram>> recorded_;
   std::list<BedParty<LcmTransport>> parties_;  // not a vector: moving would part endpoint and transport
+};
+
+// The server on one bus, which is the one that is recorded, everybody else on another; between them a bridge.
+class BridgedBed final : public UdpBed {
+ public:
+  BridgedBed() : far_port_(FindFreePortPair(RandomSeed())) {
+    const bridge::LinkAddress any = bridge::ParseLinkAddress("127.0.0.1:1") & ~bridge::LinkAddress{0xFFFF};
+    bridge::LinkSocket socket(any);
+    const bridge::LinkAddress address = socket.address();
+    hub_ = bridge::Bridge::RunHub(Bridged(kServer), std::move(socket));
+    spoke_ = bridge::Bridge::RunSpoke(Bridged(kServer + 1), bridge::LinkSocket(any), {address});
+    // Tests count repeats: the first datagram shall find its way.
+    BridgedBed::RunUntil([this] { return spoke_->linked(); }, std::chrono::seconds(10));
+  }
+
+ protected:
+  LcmOptions BusOf(EndpointId id) const override {
+    LcmOptions lcm = UdpBed::BusOf(id);
+    if (id != kServer) lcm.port = far_port_;
+    return lcm;
+  }
+
+ private:
+  LcmOptions Bridged(EndpointId id) const {
+    LcmOptions lcm = BusOf(id);
+    lcm.deployment = kDeployment;
+    return lcm;
+  }
+
+  int far_port_;
+  std::unique_ptr<bridge::Bridge> hub_, spoke_;
 };
 
 }  // namespace
@@ -197,6 +236,7 @@ std::unique_ptr<TestBed> MakeTestBed(BedKind kind, std::string* why) {
     *why = "NOT TESTED over real multicast: " + route.problem + "; refused: " + refused;
     return nullptr;
   }
+  if (kind == BedKind::kBridged) return std::make_unique<BridgedBed>();
   return std::make_unique<UdpBed>();
 }
 

@@ -35,7 +35,7 @@ class TestBed {
   static constexpr std::int64_t kDeployment = 4711;
 };
 
-enum class BedKind { kSimulated, kSimulatedWithKey, kUdp };
+enum class BedKind { kSimulated, kSimulatedWithKey, kUdp, kBridged };
 
 // A key that everybody may know.
 std::shared_ptr<const MessageKey> TestKey(std::uint8_t first_byte = 0);

@@ -15,6 +15,8 @@
 #include <random>
 #include <thread>
 
+#include "bridge/access_file.h"
+#include "bridge/link_socket.h"
 #include "bus/lcm_transport.h"
 #include "client/client_error.h"
 #include "client/service/child_process.h"
@@ -47,12 +49,13 @@ struct Options {
   std::uint64_t seed = 1;
   double kill_worker_s = 2;
   double kill_server_s = 10;
+  bool bridged = false;
 };
 
 class Chaos {
  public:
   explicit Chaos(const Options& options) : options_(options), random_(options.seed) {
-    setenv("LEGOPT_DEPLOYMENT", std::to_string(kNotARole + options.seed).c_str(), 1);
+    setenv("LEGOPT_DEPLOYMENT", std::to_string(Deployment()).c_str(), 1);
     near_ = bus::FindFreePortPair(bus::RandomSeed());
     do far_ = bus::FindFreePortPair(bus::RandomSeed());
     while (std::abs(far_ - near_) < 2);
@@ -70,6 +73,7 @@ class Chaos {
                                  std::to_string(options_.seed)},
         true);
     if (!relay_->WaitForLine("ready", kStartLimit)) throw std::runtime_error(relay_->ErrorTail());
+    if (options_.bridged) BuildLink();
     StartServer();
     for (int i = 0; i < options_.workers; ++i) workers_.push_back(NewWorker());
     const auto start = Clock::now();
@@ -84,20 +88,43 @@ class Chaos {
   }
 
  private:
+  // Workers on buses of their own; what joins them to the server, which is the hub, is injured as well.
+  void BuildLink() {
+    constexpr bridge::LinkAddress kAnyPort = ~bridge::LinkAddress{0xFFFF};
+    const auto free_address = [] {
+      return bridge::LinkSocket(bridge::ParseLinkAddress("127.0.0.1:1") & kAnyPort).address();
+    };
+    hub_ = free_address();
+    const bridge::LinkAddress door = free_address();
+    bridge::WriteAccessFile(LinkFile(), {Deployment(), {door}});
+    link_ = std::make_unique<ChildProcess>(
+        service::Program("injuring_link"),
+        std::vector<std::string>{"--hub", bridge::ToString(hub_), "--listen", bridge::ToString(door), "--seed",
+                                 std::to_string(options_.seed)},
+        true);
+    const bool ready = link_->WaitForLine("ready", kStartLimit);
+    if (!ready) throw std::runtime_error(link_->ErrorTail());
+  }
+
   void StartServer() {
-    server_ = std::make_unique<ChildProcess>(
-        service::Program("legopt-server"),
-        std::vector<std::string>{"--db", Database(), "--group", kGroup, "--port", std::to_string(near_)}, true);
+    std::vector<std::string> arguments = {"--db", Database(), "--group", kGroup, "--port", std::to_string(near_)};
+    if (options_.bridged) arguments.insert(arguments.end(), {"--listen", bridge::ToString(hub_)});
+    server_ = std::make_unique<ChildProcess>(service::Program("legopt-server"), arguments, true);
     if (!server_->WaitForLine("ready", kStartLimit)) throw std::runtime_error(server_->ErrorTail());
   }
 
   std::unique_ptr<ChildProcess> NewWorker() const {
-    return std::make_unique<ChildProcess>(service::Program("stub_worker"),
-                                          std::vector<std::string>{"--slots", "2", "--dataset", "stub-d", "--group",
-                                                                   kGroup, "--port", std::to_string(far_)},
-                                          true);
+    std::vector<std::string> arguments = {"--slots", "2", "--dataset", "stub-d", "--group", kGroup};
+    if (options_.bridged) {
+      arguments.insert(arguments.end(), {"--access", LinkFile()});
+    } else {
+      arguments.insert(arguments.end(), {"--port", std::to_string(far_)});
+    }
+    return std::make_unique<ChildProcess>(service::Program("stub_worker"), arguments, true);
   }
 
+  std::int64_t Deployment() const { return static_cast<std::int64_t>(kNotARole + options_.seed); }
+  std::string LinkFile() const { return (folder_ / "link.access").string(); }
   std::string Database() const { return (folder_ / "results.sqlite").string(); }
 
   // An answer that does not come is asked for again, as a user would.
@@ -183,7 +210,8 @@ class Chaos {
   std::mt19937_64 random_;
   test::TemporaryFolder folder_;
   int near_ = 0, far_ = 0;
-  std::unique_ptr<ChildProcess> relay_, server_;
+  bridge::LinkAddress hub_ = 0;
+  std::unique_ptr<ChildProcess> relay_, link_, server_;
   std::vector<std::unique_ptr<ChildProcess>> workers_;
   int worker_kills_ = 0, server_kills_ = 0;
 };
@@ -197,6 +225,7 @@ int Main(int argc, char** argv) {
   app.add_option("--seed", options.seed, "Of the relay's dice and the choice of victims")->capture_default_str();
   app.add_option("--kill-worker-s", options.kill_worker_s, "Between kills of a worker")->capture_default_str();
   app.add_option("--kill-server-s", options.kill_server_s, "Between kills of the server")->capture_default_str();
+  app.add_flag("--bridged", options.bridged, "Workers on buses of their own, joined to the server by injured links");
   CLI11_PARSE(app, argc, argv);
   if (const std::string why = service::Deployment::Unavailable(); !why.empty()) {
     std::cout << "SKIPPED, NO MULTICAST HERE: " << why << std::endl;

@@ -13,11 +13,11 @@
 #include <chrono>
 #include <iostream>
 #include <map>
-#include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "tests/chaos/injury.h"
 #include "tests/guarded_main.h"
 
 namespace {
@@ -29,15 +29,10 @@ struct Options {
   std::string group = "239.255.76.67";
   int near = 0;  // control ports of the two sides
   int far = 0;
-  std::uint64_t seed = 1;
-  double drop = 0.2;
-  double duplicate = 0.05;
-  double reorder = 0.1;
-  int max_delay_ms = 50;
+  legopt::chaos::InjuryOptions injury;
 };
 
 constexpr int kPorts = 2;               // control and bulk
-constexpr int kReorderDelay_ms = 50;    // on top of the delay of others
 constexpr std::size_t kLargest = 2048;  // above every datagram of ours
 
 int Require(int result, const char* what) {
@@ -90,7 +85,7 @@ int PortOf(int fd) {
 
 class Relay {
  public:
-  explicit Relay(const Options& options) : options_(options), random_(options.seed), sender_(OpenSender()) {
+  explicit Relay(const Options& options) : options_(options), injury_(options.injury), sender_(OpenSender()) {
     for (int port = 0; port < kPorts; ++port) {
       listeners_.push_back({OpenListener(options.group, options.near + port), options.far + port});
       listeners_.push_back({OpenListener(options.group, options.far + port), options.near + port});
@@ -120,8 +115,6 @@ class Relay {
     std::string bytes;
   };
 
-  bool Chance(double probability) { return static_cast<double>(random_() >> 11U) * 0x1.0p-53 < probability; }
-
   void Take(const Listener& listener) {
     std::array<char, kLargest> buffer{};
     sockaddr_in source{};
@@ -129,11 +122,7 @@ class Relay {
     const ssize_t bytes =
         recvfrom(listener.fd, buffer.data(), buffer.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&source), &size);
     if (bytes <= 0 || ntohs(source.sin_port) == own_port_) return;
-    if (Chance(options_.drop)) return;
-    const int copies = Chance(options_.duplicate) ? 2 : 1;
-    for (int i = 0; i < copies; ++i) {
-      microseconds delay(random_() % (static_cast<std::uint64_t>(options_.max_delay_ms) * 1000 + 1));
-      if (Chance(options_.reorder)) delay += microseconds(random_() % (kReorderDelay_ms * 1000));
+    for (const microseconds delay : injury_.Delays()) {
       under_way_.emplace(Clock::now() + delay,
                          Datagram{listener.to_port, std::string(buffer.data(), static_cast<std::size_t>(bytes))});
     }
@@ -155,7 +144,7 @@ class Relay {
   }
 
   Options options_;
-  std::mt19937_64 random_;
+  legopt::chaos::Injury injury_;
   int sender_;
   int own_port_ = 0;
   std::vector<Listener> listeners_;
@@ -168,11 +157,7 @@ int Main(int argc, char** argv) {
   app.add_option("--group", options.group, "Multicast group of both sides")->capture_default_str();
   app.add_option("--near", options.near, "Control port of one side")->required();
   app.add_option("--far", options.far, "Control port of the other side")->required();
-  app.add_option("--seed", options.seed, "Of all misfortune")->capture_default_str();
-  app.add_option("--drop", options.drop, "Share of datagrams lost")->capture_default_str();
-  app.add_option("--duplicate", options.duplicate, "Share delivered twice")->capture_default_str();
-  app.add_option("--reorder", options.reorder, "Share held back by up to 50 ms more")->capture_default_str();
-  app.add_option("--max-delay-ms", options.max_delay_ms, "Delay of each, from 0")->capture_default_str();
+  legopt::chaos::AddInjuryOptions(app, options.injury);
   CLI11_PARSE(app, argc, argv);
   Relay relay(options);
   std::cout << "relay ready" << std::endl;

@@ -5,6 +5,7 @@ Usage: interop_test.py BUILD_FOLDER [TEST ...]; exits with 77 (skipped) where no
 """
 
 import asyncio
+import hashlib
 import json
 import logging
 import random
@@ -59,6 +60,7 @@ class ProtocolTest(unittest.TestCase):
         vectors = {name: bytes.fromhex(digits) for name, digits in
                    re.findall(r"^    vector (\S+)\n((?:    [0-9a-f ]+(?:\n|$))+)", text, re.M)}
         key = vectors.pop("key")
+        self.expect_envelopes(vectors, key)
         self.assertEqual(len(vectors), 4)
         for name, vector in vectors.items():
             frame = messages.decode("frame", vector)
@@ -66,6 +68,15 @@ class ProtocolTest(unittest.TestCase):
             self.assertEqual(frame.tag, frames.tag_of(vector, b"" if name == "request" else key), name)
         request = messages.decode("frame", vectors["request"])
         self.assertEqual(messages.decode("probe_request", request.payload).nonce, 42)
+
+    def expect_envelopes(self, vectors, key):
+        """Takes those of bridges away; their tag is made as a frame's, and one carries the keyed request."""
+        knock, envelope = vectors.pop("knock-keyed"), vectors.pop("envelope-keyed")
+        for whole in (knock, envelope):
+            bare = whole[:48] + bytes(16) + whole[64:]
+            self.assertEqual(hashlib.blake2b(bare, digest_size=16, key=key).digest(), whole[48:64])
+        self.assertEqual(len(knock), 64)
+        self.assertEqual(envelope[64:], vectors["request-keyed"])
 
 
 class WorkerTest(unittest.TestCase):

@@ -58,8 +58,9 @@ Deployment::~Deployment() = default;
 
 std::unique_ptr<client::ChildProcess> Deployment::ExtraServer(const std::filesystem::path& database,
                                                               std::optional<int> port) {
-  const std::vector<std::string> arguments = {"--db", database.string(), "--group",
-                                              kGroup, "--port",          std::to_string(port.value_or(port_))};
+  std::vector<std::string> arguments = {"--db", database.string(), "--group",
+                                        kGroup, "--port",          std::to_string(port.value_or(port_))};
+  arguments.insert(arguments.end(), server_arguments_.begin(), server_arguments_.end());
   return std::make_unique<client::ChildProcess>(Program("legopt-server"), arguments, true);
 }
 

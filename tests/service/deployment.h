@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/service/child_process.h"
@@ -24,6 +25,8 @@ class Deployment {
   Deployment();
   ~Deployment();
 
+  /// Besides database, group and port, for servers started from now on.
+  void SetServerArguments(std::vector<std::string> arguments) { server_arguments_ = std::move(arguments); }
   /// Starts the server and waits until it serves.
   void StartServer();
   /// SIGKILL, and waits for the end.
@@ -61,6 +64,7 @@ class Deployment {
  private:
   test::TemporaryFolder folder_;  // goes after the server
   int port_ = 0;
+  std::vector<std::string> server_arguments_;
   std::unique_ptr<client::ChildProcess> server_;
   std::unique_ptr<client::ServerConnection> connection_;
 };

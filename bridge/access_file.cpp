@@ -1,0 +1,106 @@
+#include "bridge/access_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+#include "bridge/link_socket.h"
+#include "bus/bus_error.h"
+
+namespace legopt::bridge {
+namespace {
+
+using bus::BusError;
+using bus::BusErrorCode;
+
+constexpr const char* kFirstLine = "legopt-access 1";
+constexpr std::size_t kMostAddresses = 64;
+constexpr std::size_t kLongestLine = 200;
+constexpr mode_t kOwnerOnly = 0600;
+
+[[noreturn]] void Refuse(const std::string& file, const std::string& why) {
+  throw BusError(BusErrorCode::kInvalidOption, "access file " + file + ": " + why);
+}
+
+std::string TextOf(const Access& access) {
+  std::string text = std::string(kFirstLine) + "\ndeployment " + std::to_string(access.deployment) + "\n";
+  for (const LinkAddress address : access.addresses) text += "address " + ToString(address) + "\n";
+  return text;
+}
+
+bool WriteNewFile(const std::string& file, const std::string& text) {
+  const int fd = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kOwnerOnly);
+  if (fd < 0) return false;
+  const bool written = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && ::fsync(fd) == 0;
+  const int error = errno;
+  ::close(fd);
+  errno = error;
+  return written;
+}
+
+// One line after the first into `access`; what is wrong with it, empty when nothing is.
+std::string TakeLine(const std::string& line, Access& access) {
+  const std::size_t space = line.find(' ');
+  const std::string word = line.substr(0, space);
+  const std::string value = space == std::string::npos ? "" : line.substr(space + 1);
+  if (word == "deployment") {
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), access.deployment);
+    if (error != std::errc{} || end != value.data() + value.size() || access.deployment < 1) {
+      return "'" + value + "' is no deployment number";
+    }
+    return "";
+  }
+  if (word != "address") return "unknown word '" + word + "'";
+  if (access.addresses.size() == kMostAddresses) return "more than " + std::to_string(kMostAddresses) + " addresses";
+  try {
+    access.addresses.push_back(ParseLinkAddress(value));
+  } catch (const BusError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string ListOf(const std::vector<LinkAddress>& addresses) {
+  std::string list;
+  for (const LinkAddress address : addresses) list += (list.empty() ? "" : ", ") + ToString(address);
+  return list;
+}
+
+void WriteAccessFile(const std::string& file, const Access& access) {
+  // Whoever reads it finds the old one or the new one, never a part.
+  const std::string fresh = file + "." + std::to_string(::getpid()) + ".new";
+  ::unlink(fresh.c_str());
+  if (WriteNewFile(fresh, TextOf(access)) && ::rename(fresh.c_str(), file.c_str()) == 0) return;
+  const int error = errno;
+  ::unlink(fresh.c_str());
+  Refuse(file, std::string("cannot be written: ") + std::strerror(error));
+}
+
+Access ReadAccessFile(const std::string& file) {
+  std::ifstream stream(file);
+  if (!stream) Refuse(file, std::string("cannot be read: ") + std::strerror(errno));
+  Access access;
+  std::string line;
+  if (!std::getline(stream, line) || line != kFirstLine) {
+    Refuse(file, "not an access file of this release; 'legopt-server --listen' writes one");
+  }
+  for (int number = 2; std::getline(stream, line); ++number) {
+    if (line.empty() || line[0] == '#') continue;
+    const std::string fault = line.size() > kLongestLine ? "too long" : TakeLine(line, access);
+    if (!fault.empty()) Refuse(file, "line " + std::to_string(number) + ": " + fault);
+  }
+  if (access.deployment == 0) Refuse(file, "names no deployment");
+  if (access.addresses.empty()) Refuse(file, "names no address");
+  return access;
+}
+
+}  // namespace legopt::bridge

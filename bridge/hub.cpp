@@ -1,0 +1,146 @@
+#include "bridge/hub.h"
+
+#include <random>
+
+#include "bus/wire.h"
+
+namespace legopt::bridge {
+namespace {
+
+std::int64_t DrawLife(std::uint64_t seed) {
+  constexpr std::uint64_t kOtherThanTheGuards = 0x9E3779B97F4A7C15ULL;
+  return static_cast<std::int64_t>(std::mt19937_64(seed ^ kOtherThanTheGuards)() >> 1U) | 1;
+}
+
+}  // namespace
+
+Hub::Hub(const Membership& membership, std::uint64_t seed, Carrier& carrier, const HubOptions& options)
+    : membership_(membership),
+      options_(options),
+      carrier_(carrier),
+      guard_(options.max_links, seed),
+      life_(DrawLife(seed)) {
+  bus::PrepareHashing();
+}
+
+void Hub::OnBus(bus::Port port, std::span<const std::uint8_t> datagram, microseconds /*now*/) {
+  const Way way = WayOf(datagram);
+  if (way.direction != Direction::kDown) {
+    ++counters_.not_for_the_bridge;
+    return;
+  }
+  const auto route = routes_.find(way.party);
+  if (route == routes_.end()) {
+    ++counters_.no_route;
+    return;
+  }
+  if (!MayPass(datagram, membership_, counters_)) return;
+  ++counters_.forwarded_down;
+  EnvelopeHeader header;
+  header.kind = EnvelopeKind::kFrame;
+  header.port = port;
+  header.link = route->second.link;
+  SendDown(route->second.address, header, datagram);
+}
+
+void Hub::OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, microseconds now) {
+  EnvelopeView envelope;
+  switch (OpenEnvelope(datagram, membership_.deployment, membership_.key, envelope)) {
+    case EnvelopeFault::kMalformed:
+      ++counters_.rejected_malformed;
+      return;
+    case EnvelopeFault::kDeployment:
+      ++counters_.rejected_deployment;
+      return;
+    case EnvelopeFault::kTag:
+      ++counters_.rejected_tag;
+      return;
+    case EnvelopeFault::kNone:
+      break;
+  }
+  const EnvelopeHeader& header = envelope.header;
+  // A hub's own words, sent back to it.
+  if (header.hub != 0) {
+    ++counters_.rejected_direction;
+    return;
+  }
+  if (header.kind == EnvelopeKind::kProof) {
+    if (guard_.Prove(header.link, header.link, header.nonce, header.value)) {
+      Answer(from, header, EnvelopeKind::kAlive, header.nonce);
+    } else {
+      ++counters_.rejected_replay;
+    }
+    return;
+  }
+  switch (guard_.Check(header.link, header.link, header.nonce)) {
+    case bus::ReplayGuard::Verdict::kUnproven:
+      ++counters_.rejected_unproven;
+      Answer(from, header, EnvelopeKind::kChallenge, guard_.challenge());
+      return;
+    case bus::ReplayGuard::Verdict::kReplayed:
+      ++counters_.rejected_replay;
+      return;
+    case bus::ReplayGuard::Verdict::kFresh:
+      break;
+  }
+  if (header.kind == EnvelopeKind::kKnock) Answer(from, header, EnvelopeKind::kAlive, header.nonce);
+  if (header.kind == EnvelopeKind::kFrame) TakeFrame(from, envelope, now);
+}
+
+void Hub::TakeFrame(LinkAddress from, const EnvelopeView& envelope, microseconds now) {
+  const Way way = WayOf(envelope.frame);
+  if (way.direction != Direction::kUp) {
+    ++counters_.rejected_direction;
+    return;
+  }
+  if (!MayPass(envelope.frame, membership_, counters_)) return;
+  Learn(way.party, from, envelope.header.link, now);
+  ++counters_.forwarded_up;
+  carrier_.ToBus(envelope.header.port, envelope.frame);
+}
+
+void Hub::Learn(bus::EndpointId party, LinkAddress from, std::int64_t link, microseconds now) {
+  const auto found = routes_.find(party);
+  if (found != routes_.end()) {
+    Route& route = found->second;
+    route.address = from;
+    route.link = link;
+    route.heard = now;
+    recency_.splice(recency_.end(), recency_, route.recency);
+    return;
+  }
+  while (routes_.size() >= options_.max_routes) ForgetOldest();
+  routes_[party] = {from, link, now, recency_.insert(recency_.end(), party)};
+}
+
+void Hub::ForgetOldest() {
+  routes_.erase(recency_.front());
+  recency_.pop_front();
+}
+
+void Hub::Answer(LinkAddress to, const EnvelopeHeader& question, EnvelopeKind kind, std::int64_t value) {
+  EnvelopeHeader header;
+  header.kind = kind;
+  header.link = question.link;
+  header.value = value;
+  SendDown(to, header, {});
+}
+
+void Hub::SendDown(LinkAddress to, EnvelopeHeader header, std::span<const std::uint8_t> frame) {
+  header.deployment = membership_.deployment;
+  header.hub = life_;
+  header.nonce = ++nonce_;
+  EnvelopeBuffer buffer;
+  carrier_.ToLink(to, SealEnvelope(header, frame, buffer, membership_.key));
+}
+
+void Hub::Tick(microseconds now) {
+  while (!recency_.empty() && now - routes_.at(recency_.front()).heard >= options_.route_life) ForgetOldest();
+}
+
+microseconds Hub::next_deadline() const {
+  if (recency_.empty()) return microseconds::max();
+  return routes_.at(recency_.front()).heard + options_.route_life;
+}
+
+}  // namespace legopt::bridge

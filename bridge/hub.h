@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <unordered_map>
+
+#include "bridge/envelope.h"
+#include "bridge/passage.h"
+#include "bus/replay_guard.h"
+
+namespace legopt::bridge {
+
+/// Bounds of a hub.
+struct HubOptions {
+  std::size_t max_links = 16'384;                     ///< spokes remembered; the longest silent is forgotten first
+  std::size_t max_routes = 65'536;                    ///< parties remembered; the longest silent is forgotten first
+  microseconds route_life = std::chrono::minutes(2);  ///< of a party that says nothing; a worker speaks twice a second
+};
+
+/// The end of all links on the server's host. Frames to the server that come over a link are put on the bus; frames
+/// of the server go to the one link over which their destination was last heard, or nowhere. A link is believed once it
+/// has returned this life's challenge under the key, and each of its envelopes is taken once (bus/replay_guard.h); only
+/// such an envelope makes a route. Nothing is answered that is not tagged with the key. Source: PROTOCOL.md,
+/// section 14.
+class Hub final : public LinkEnd {
+ public:
+  /// `carrier` must outlive the hub. `seed` must differ from life to life: challenge and life number are drawn from it.
+  Hub(const Membership& membership, std::uint64_t seed, Carrier& carrier, const HubOptions& options = {});
+
+  void OnBus(bus::Port port, std::span<const std::uint8_t> datagram, microseconds now) override;
+  void OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, microseconds now) override;
+  void Tick(microseconds now) override;
+  microseconds next_deadline() const override;
+  const PassageCounters& counters() const override { return counters_; }
+  bool linked() const override { return true; }
+
+  std::size_t num_routes() const { return routes_.size(); }  ///< parties that can be reached now
+
+ private:
+  struct Route {
+    LinkAddress address = 0;
+    std::int64_t link = 0;
+    microseconds heard{0};
+    std::list<bus::EndpointId>::iterator recency;
+  };
+
+  void TakeFrame(LinkAddress from, const EnvelopeView& envelope, microseconds now);
+  void Learn(bus::EndpointId party, LinkAddress from, std::int64_t link, microseconds now);
+  void ForgetOldest();
+  void Answer(LinkAddress to, const EnvelopeHeader& question, EnvelopeKind kind, std::int64_t value);
+  void SendDown(LinkAddress to, EnvelopeHeader header, std::span<const std::uint8_t> frame);
+
+  Membership membership_;
+  HubOptions options_;
+  Carrier& carrier_;
+  bus::ReplayGuard guard_;
+  std::int64_t life_;
+  std::int64_t nonce_ = 0;
+  std::unordered_map<bus::EndpointId, Route> routes_;
+  std::list<bus::EndpointId> recency_;  // longest silent first
+  PassageCounters counters_;
+};
+
+}  // namespace legopt::bridge

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "bridge/envelope.h"
+#include "bridge/passage.h"
+#include "bus/replay_guard.h"
+
+namespace legopt::bridge {
+
+/// How a spoke keeps its link.
+struct SpokeOptions {
+  microseconds first_knock = std::chrono::milliseconds(100);  ///< between knocks without an answer; doubles ...
+  microseconds last_knock = std::chrono::seconds(1);          ///< ... up to this
+  microseconds keep_alive = std::chrono::seconds(2);          ///< between knocks that are answered
+  microseconds silence = std::chrono::seconds(5);             ///< after this all addresses are tried again
+};
+
+/// The end of a link on a host without the server. Knocks at all addresses of the hub until one answers under the key,
+/// then carries frames to the server there, and puts the server's frames from there on this host's bus. Believes an
+/// answer only if it repeats a number that this life of the spoke has drawn, and takes each envelope of that life of
+/// the hub once. Source: PROTOCOL.md, section 14.
+class Spoke final : public LinkEnd {
+ public:
+  /// `carrier` must outlive the spoke. `hub` are all addresses at which the hub may be reached, in the order in which
+  /// they are told to people. `seed` must differ from life to life.
+  Spoke(const Membership& membership, std::vector<LinkAddress> hub, std::uint64_t seed, Carrier& carrier,
+        const SpokeOptions& options = {});
+
+  void OnBus(bus::Port port, std::span<const std::uint8_t> datagram, microseconds now) override;
+  void OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, microseconds now) override;
+  void Tick(microseconds now) override;
+  microseconds next_deadline() const override { return next_knock_; }
+  const PassageCounters& counters() const override { return counters_; }
+  bool linked() const override { return chosen_.has_value(); }
+
+  /// The address that answers; empty when none does.
+  std::optional<LinkAddress> connected() const { return chosen_; }
+
+ private:
+  void TakeAlive(LinkAddress from, const EnvelopeHeader& header, microseconds now);
+  void TakeFrame(const EnvelopeView& envelope, microseconds now);
+  void KnockSoon(microseconds now);
+  microseconds Jittered(microseconds duration);
+  void SendUp(LinkAddress to, EnvelopeKind kind, std::int64_t value);
+  void SendUp(LinkAddress to, EnvelopeHeader header, std::span<const std::uint8_t> frame);
+
+  Membership membership_;
+  SpokeOptions options_;
+  Carrier& carrier_;
+  std::vector<LinkAddress> addresses_;
+  std::mt19937_64 random_;
+  std::int64_t link_;
+  std::int64_t nonce_ = 0;
+  std::int64_t answered_ = 0;  // largest nonce that the hub has repeated
+  std::optional<LinkAddress> chosen_;
+  std::int64_t hub_ = 0;
+  bus::ReplayWindow window_{0};
+  microseconds last_heard_{0};
+  bool unanswered_ = false;  // the last knock
+  microseconds knock_interval_;
+  microseconds next_knock_{0};
+  PassageCounters counters_;
+};
+
+}  // namespace legopt::bridge

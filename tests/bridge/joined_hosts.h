@@ -1,0 +1,143 @@
+// Hosts without common multicast, joined by hub and spokes over a faulty link, in virtual time: one with the server,
+// some with a caller each. Whatever leaves a bridge is held to what it may do.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <random>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bridge/hub.h"
+#include "bridge/spoke.h"
+#include "bus/endpoint.h"
+#include "bus/message_key.h"
+#include "bus/simulated_network.h"
+
+namespace legopt::bridge {
+
+using Bytes = std::vector<std::uint8_t>;
+
+// Carries envelopes between addresses, and injures them. Remembers what was sent.
+class LinkWire {
+ public:
+  struct Letter {
+    LinkAddress from = 0, to = 0;
+    Bytes bytes;
+  };
+
+  explicit LinkWire(std::uint64_t seed) : random_(seed) {}
+  void set_misfortune(const bus::Misfortune& misfortune) { misfortune_ = misfortune; }
+  void Send(LinkAddress from, LinkAddress to, std::span<const std::uint8_t> bytes, microseconds now);
+  // Whatever is due at `now`, in order.
+  std::vector<Letter> TakeDue(microseconds now);
+  std::optional<microseconds> next() const;
+  const std::vector<Letter>& recorded() const { return recorded_; }
+
+ private:
+  bool Chance(double probability) { return static_cast<double>(random_() >> 11U) * 0x1.0p-53 < probability; }
+
+  std::mt19937_64 random_;
+  bus::Misfortune misfortune_;
+  std::multimap<microseconds, Letter> under_way_;
+  std::vector<Letter> recorded_;
+};
+
+// A host: its bus, a party on it, and its end of the link.
+class Host final : private Carrier, private bus::DatagramReceiver {
+ public:
+  using Watch = std::function<void(const Host&, bus::Port, std::span<const std::uint8_t>)>;
+
+  Host(LinkWire& wire, LinkAddress address, std::uint64_t seed, std::shared_ptr<const bus::MessageKey> key);
+
+  void BecomeHub(std::uint64_t seed, const HubOptions& options = {});
+  void BecomeSpoke(std::vector<LinkAddress> hub, std::uint64_t seed);
+  void EndBridge() { end_.reset(); }
+  void MoveTo(LinkAddress address) { address_ = address; }
+  void AddParty(bus::EndpointId id, std::uint64_t seed);
+
+  // Does what is due now.
+  void Work(microseconds now);
+  void Take(const LinkWire::Letter& letter, microseconds now);
+  std::optional<microseconds> next() const;
+
+  // Calls what is put on this host's bus by the bridge.
+  void set_watch(Watch watch) { watch_ = std::move(watch); }
+  bus::SimulatedNetwork& network() { return network_; }
+  bus::Endpoint& party() { return *party_; }
+  bus::EndpointId party_id() const { return party_id_; }
+  LinkAddress address() const { return address_; }
+  Hub& hub() { return dynamic_cast<Hub&>(*end_); }
+  Spoke& spoke() { return dynamic_cast<Spoke&>(*end_); }
+  bool bridged() const { return end_ != nullptr; }
+  Membership membership() const { return {bus_.deployment(), bus_.key()}; }
+
+ private:
+  void OnDatagram(bus::Port port, std::span<const std::uint8_t> datagram) noexcept override;
+  void ToBus(bus::Port port, std::span<const std::uint8_t> frame) override;
+  void ToLink(LinkAddress to, std::span<const std::uint8_t> envelope) override;
+
+  bus::SimulatedNetwork network_;
+  LinkWire& wire_;
+  LinkAddress address_;
+  std::shared_ptr<const bus::MessageKey> key_;
+  bus::SimulatedTransport bus_;
+  std::unique_ptr<bus::SimulatedTransport> party_transport_;
+  std::unique_ptr<bus::Endpoint> party_;
+  bus::EndpointId party_id_ = 0;
+  std::unique_ptr<LinkEnd> end_;
+  Watch watch_;
+};
+
+// Host 0 has the server, which answers each call with its body in angle brackets.
+class JoinedHosts {
+ public:
+  static constexpr LinkAddress kHubAddress = 1000;
+  static constexpr bus::EndpointId kFirstCaller = bus::EndpointId{1} << 40;
+
+  JoinedHosts(int callers, std::uint64_t seed, const std::shared_ptr<const bus::MessageKey>& key);
+
+  Host& server() { return *hosts_.front(); }
+  Host& caller(int i) { return *hosts_.at(static_cast<std::size_t>(i) + 1); }
+  LinkWire& wire() { return wire_; }
+  microseconds now() const { return now_; }
+  int handled() const { return handled_; }
+
+  // A new life of the hub, and of the spoke of caller `i` at another address.
+  void StartHub();
+  void StartSpoke(int i);
+  // Until `done`, or `limit` has passed (then false).
+  bool RunUntil(const std::function<bool()>& done, microseconds limit);
+  // Calls the server from the host of caller `i`, and waits; the answer, empty when there is none within `limit`.
+  std::string CallAndWait(int i, const std::string& body, microseconds limit = std::chrono::seconds(30));
+  // Sends from a stranger's address.
+  void Inject(LinkAddress to, std::span<const std::uint8_t> bytes) { wire_.Send(kStranger, to, bytes, now_); }
+
+  // What a bridge did that none may do; empty: nothing.
+  const std::string& offence() const { return offence_; }
+
+  static constexpr LinkAddress kStranger = 9999;
+
+ private:
+  void Watch(const Host& host, bus::Port port, std::span<const std::uint8_t> frame);
+  void Step();
+
+  LinkWire wire_;
+  std::mt19937_64 random_;
+  microseconds now_{0};
+  std::vector<std::unique_ptr<Host>> hosts_;
+  LinkAddress next_address_ = 2000;
+  std::set<std::pair<bus::EndpointId, std::int64_t>> carried_up_;  // sender, nonce
+  int handled_ = 0;
+  std::string offence_;
+};
+
+// A key that everybody may know.
+std::shared_ptr<const bus::MessageKey> BridgeTestKey(std::uint8_t first_byte = 0);
+
+}  // namespace legopt::bridge
