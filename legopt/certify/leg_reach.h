@@ -27,7 +27,7 @@ struct ReachFeatures {
 /// a limited number of times. Immutable; any thread.
 class LegReach {
  public:
-  /// Of the chain from the base to `link`. Takes about a tenth of a second.
+  /// Of the chain from the base to `link`. Takes tenths of a second.
   LegReach(const RobotModel& robot, int link);
 
   /// Whether there are bounds: a chain with 1 to 12 joints, sliding ones with limits.

@@ -27,7 +27,7 @@ class ReachProver {
   /// Cells looked at, at most.
   static constexpr int kMostCells = 200'000;
 
-  /// Measures what the legs can reach: some tenths of a second.
+  /// Measures what the legs can reach: about a second.
   explicit ReachProver(const Dataset& dataset);
 
   /// The proof as a sentence; nothing: not proven. Throws InputError for a link that is no foot.
