@@ -72,10 +72,11 @@ class SolverCommand : public testing::Test {
   ProgramResult Run(const std::vector<std::string>& words) const { return RunLegopt(words, folder_.path()); }
   // The reason of every job's only attempt, by method.
   std::map<std::string, std::string> Reasons(const std::string& database) const {
-    const ProgramResult listed = Run({"query",
-                                      "SELECT m.name, a.message FROM attempts AS a JOIN jobs AS j USING (job_id) JOIN "
-                                      "cells AS c USING (cell_id) JOIN methods AS m USING (method_id)",
-                                      "--db", database, "--format", "json"});
+    const std::string sql =
+        "SELECT m.name, a.message FROM attempts AS a JOIN jobs AS j USING (job_id) JOIN cells AS c USING (cell_id) "
+        "JOIN "
+        "methods AS m USING (method_id)";
+    const ProgramResult listed = Run({"query", sql, "--db", database, "--format", "json"});
     std::map<std::string, std::string> reasons;
     for (const nlohmann::json& row : nlohmann::json::parse(listed.out)) reasons[row.at("name")] = row.at("message");
     return reasons;

@@ -24,13 +24,14 @@ using ::testing::SizeIs;
 constexpr char kHello[] = R"({"type":"hello","protocol":1,"name":"played","version":"1"})";
 
 /// Nearest point to (2, 1) with x0 + x1 = 1 and x0 <= 0.5, within [-3, 3]: (0.5, 0.5).
-AnalyticProgram Nearest() {
-  AnalyticProgram program = Plane(3.0);
-  program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(2.0, 1.0)); });
-  program.Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] + x[1] - 1.0); });
-  program.Add(TermKind::kInequality, [](const VectorXd& x) { return One(x[0] - 0.5); });
-  return program;
-}
+class Nearest : public AnalyticProgram {
+ public:
+  Nearest() : AnalyticProgram(Vector2d(-3.0, -3.0), Vector2d(3.0, 3.0)) {
+    Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(2.0, 1.0)); });
+    Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] + x[1] - 1.0); });
+    Add(TermKind::kInequality, [](const VectorXd& x) { return One(x[0] - 0.5); });
+  }
+};
 
 ScriptedChannel::Line Say(std::string line) {
   return [line = std::move(line)](const json&) { return line; };
@@ -61,7 +62,7 @@ class ExternalSolverTest : public ::testing::Test {
 
   /// The reason that a script's solve is given up for.
   std::string FaultOf(std::deque<ScriptedChannel::Line> script, bool ends = false) {
-    AnalyticProgram program = Nearest();
+    Nearest program;
     try {
       Solve(program, std::move(script), ends);
     } catch (const SolverFault& fault) {
@@ -78,7 +79,7 @@ class ExternalSolverTest : public ::testing::Test {
 };
 
 TEST_F(ExternalSolverTest, TellsTheWholeProgram) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   program.AddShaped({"wish", TermKind::kPreference, 0, 1, -1, 4.0}, [](const VectorXd& x) { return One(x[1]); });
   std::mt19937_64 generator(5);
   context_.generator = &generator;
@@ -110,7 +111,7 @@ TEST_F(ExternalSolverTest, HasNoBoundsAsNull) {
 }
 
 TEST_F(ExternalSolverTest, AnswersWithValuesAndDerivatives) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   x_ = Vector2d(1.0, -1.0);
   json answer;
   Solve(program, {Say(kHello), Say(Ask({1.0, 1.0}, true)), [&](const json& heard) {
@@ -132,7 +133,7 @@ TEST_F(ExternalSolverTest, AnswersWithValuesAndDerivatives) {
 }
 
 TEST_F(ExternalSolverTest, LeavesOutDerivativesThatNobodyWants) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   Solve(program, {Say(kHello), Say(Ask({0.1, 0.1})), Say(End({0.5, 0.5}))});
   EXPECT_TRUE(heard_.at(1).contains("values"));
   EXPECT_FALSE(heard_.at(1).contains("gradient"));
@@ -150,7 +151,7 @@ TEST_F(ExternalSolverTest, SaysWhereNothingIsFinite) {
 }
 
 TEST_F(ExternalSolverTest, TakesAGoodSolutionByItsOwnJudgement) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   const SolverResult result = Solve(program, {Say(kHello), Say(Ask({0.4, 0.6})), Say(End({0.5, 0.5}))});
   EXPECT_EQ(result.status, SolveStatus::kConvergedFeasible);
   EXPECT_TRUE(result.feasible);
@@ -160,7 +161,7 @@ TEST_F(ExternalSolverTest, TakesAGoodSolutionByItsOwnJudgement) {
 }
 
 TEST_F(ExternalSolverTest, DoesNotBelieveASolverThatClaimsTooMuch) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   const SolverResult result = Solve(program, {Say(kHello), Say(End({2.0, 1.0}))});
   EXPECT_EQ(result.status, SolveStatus::kConvergedInfeasible);
   EXPECT_FALSE(result.feasible);
@@ -168,7 +169,7 @@ TEST_F(ExternalSolverTest, DoesNotBelieveASolverThatClaimsTooMuch) {
 }
 
 TEST_F(ExternalSolverTest, ReturnsTheBestPointThatWasAskedFor) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   const SolverResult result =
       Solve(program, {Say(kHello), Say(Ask({0.5, 0.5})), Say(Ask({0.0, 1.0})), Say(End({2.0, 1.0}, "failed"))});
   EXPECT_EQ(x_, Vector2d(0.5, 0.5));
@@ -184,7 +185,7 @@ TEST_F(ExternalSolverTest, KeepsPointsWithinTheBounds) {
 }
 
 TEST_F(ExternalSolverTest, MapsItsWordsOnTheFeasibilityOfThePoint) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   EXPECT_EQ(Solve(program, {Say(kHello), Say(End({0.5, 0.5}, "limit"))}).status, SolveStatus::kIterationLimit);
   x_.setZero();
   EXPECT_EQ(Solve(program, {Say(kHello), Say(End({0.0, 0.1}, "limit"))}).status, SolveStatus::kIterationLimit);
@@ -193,7 +194,7 @@ TEST_F(ExternalSolverTest, MapsItsWordsOnTheFeasibilityOfThePoint) {
 }
 
 TEST_F(ExternalSolverTest, CountsTheEffortOfItsRequests) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   const std::int64_t before = program.TermEvaluations();
   Solve(program, {Say(kHello), Say(End({0.5, 0.5}))});
   const std::int64_t without = program.TermEvaluations() - before;
@@ -203,7 +204,7 @@ TEST_F(ExternalSolverTest, CountsTheEffortOfItsRequests) {
 }
 
 TEST_F(ExternalSolverTest, KeepsItsHistory) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   std::vector<IterationRecord> history;
   context_.history = &history;
   Solve(program, {Say(kHello), Say(R"({"type":"progress","cost":4.5,"violation":0.25})"), Say(End({0.5, 0.5}))});
@@ -229,7 +230,7 @@ TEST_F(ExternalSolverTest, GoesOnWithTheRowsThatItMet) {
 }
 
 TEST_F(ExternalSolverTest, ServesOneProcessForManySolves) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   solves_ = 3;
   Solve(program, {Say(kHello), Say(End({0.5, 0.5})), Say(End({0, 0})), Say(End({0, 0}))});
   EXPECT_EQ(starts_, 1);
@@ -237,7 +238,7 @@ TEST_F(ExternalSolverTest, ServesOneProcessForManySolves) {
 }
 
 TEST_F(ExternalSolverTest, CancelsAtTheRequestWhereTheEffortIsOver) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   context_.stop = [&] {
     return heard_.size() >= 2 ? std::optional(SolveStatus::kEffortLimit) : std::nullopt;  // solve, one evaluation
   };
@@ -250,7 +251,7 @@ TEST_F(ExternalSolverTest, CancelsAtTheRequestWhereTheEffortIsOver) {
 }
 
 TEST_F(ExternalSolverTest, CancelsASilentSolverForAPerson) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   context_.stop = [&] { return heard_.empty() ? std::nullopt : std::optional(SolveStatus::kCancelled); };
   const SolverResult result = Solve(program, {Say(kHello)});
   EXPECT_EQ(result.status, SolveStatus::kCancelled) << "within the grace time, without an error";
@@ -258,7 +259,7 @@ TEST_F(ExternalSolverTest, CancelsASilentSolverForAPerson) {
 }
 
 TEST_F(ExternalSolverTest, IsStartedAnewAfterAFault) {
-  AnalyticProgram program = Nearest();
+  Nearest program;
   ExternalSolver solver({.declaration = std::string(64, '0')}, {.name = "played"}, [&] {
     ++starts_;
     std::deque<ScriptedChannel::Line> script = {Say(kHello), Say(starts_ == 1 ? "garbage" : End({0.5, 0.5}))};
