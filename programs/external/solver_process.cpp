@@ -129,7 +129,7 @@ std::optional<std::string> SolverProcess::Receive(Clock::time_point deadline) {
 std::optional<std::string> SolverProcess::TakeLine() {
   const auto end = output_.find('\n', scanned_);
   scanned_ = end == std::string::npos ? output_.size() : 0;
-  if (end == std::string::npos || end > kMaxLineBytes) return std::nullopt;
+  if (end > kMaxLineBytes) return std::nullopt;  // also where there is none: npos
   std::string line = output_.substr(0, end);
   output_.erase(0, end + 1);
   return line;
