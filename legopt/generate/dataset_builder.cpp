@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <functional>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -193,10 +194,11 @@ void Builder::WriteProblems(Task task, std::span<const ProblemDefinition> proble
 /// Whether every stance of a plan has a posture. Empty where that is not asked for.
 std::function<bool(int, const FootstepPlan&)> Builder::PlanCheck() const {
   if (!options_.certified) return {};
-  auto certifiers = std::make_shared<std::vector<certify::StanceCertifier>>();
-  for (int k = 0; k < options_.threads; ++k) certifiers->emplace_back(dataset_);
+  auto certifiers = std::make_shared<std::vector<std::unique_ptr<certify::StanceCertifier>>>();
+  for (int k = 0; k < options_.threads; ++k)
+    certifiers->push_back(std::make_unique<certify::StanceCertifier>(dataset_));
   return [certifiers](int worker, const FootstepPlan& plan) {
-    certify::StanceCertifier& certifier = (*certifiers)[static_cast<size_t>(worker)];
+    certify::StanceCertifier& certifier = *(*certifiers)[static_cast<size_t>(worker)];
     return std::all_of(plan.stances.begin(), plan.stances.end(), [&](const Stance& stance) {
       return certifier.Search(stance, 0, kCertifyingStarts, {}).has_value();
     });
