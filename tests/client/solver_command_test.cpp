@@ -124,6 +124,31 @@ TEST_F(SolverCommand, ShellAndSlsqpAreRowsBesideOurs) {
   EXPECT_EQ(rows.at("stay (external)").at("solved"), 0) << "it claims nothing, and the judge is not asked to believe";
 }
 
+TEST_F(SolverCommand, SlsqpNloptAndShellAreThreeRowsBesideOurs) {
+  if (!std::filesystem::exists(BuiltProgram("solvers/nlopt_solver"))) {
+    GTEST_SKIP() << "SKIPPED, NLOPT'S SOLVER IS NOT BUILT: apt install libnlopt-dev libnlopt-cxx-dev";
+  }
+  if (std::system("/usr/bin/python3 -c 'import scipy' 2>/dev/null") != 0) {
+    GTEST_SKIP() << "SKIPPED, NO SCIPY HERE: apt install python3-scipy";
+  }
+  const std::string examples = SourceFolder() + "/examples/solvers/";
+  const std::string suite = std::regex_replace(test::ReadText(examples + "external.yaml"), std::regex("methods:\n"),
+                                               "methods:\n  - {solver: nlopt}\n");
+  test::WriteText(folder_.path() / "three.yaml", suite);
+  const ProgramResult result = Run({"run", "three.yaml", "--solver", examples + "slsqp.json", "--solver",
+                                    BuiltProgram("solvers/nlopt.json").string(), "--solver", examples + "stay.json",
+                                    "--db", "three.sqlite", "--format", "json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::map<std::string, int> solved;
+  const auto table = nlohmann::json::parse(result.out);
+  for (const nlohmann::json& row : table.at("rows")) {
+    solved[row.at("method")] = row.at("posture").at("good").at("solved");
+  }
+  const std::map<std::string, int> expected = {
+      {"SQP", 5}, {"SLSQP (external)", 5}, {"nlopt (external)", 5}, {"stay (external)", 0}};
+  EXPECT_EQ(solved, expected);
+}
+
 TEST_F(SolverCommand, ADocumentedSessionSaysWhatTheDocumentSays) {
   const std::string document = test::ReadText(SourceFolder() + "/docs/solvers.md");
   std::smatch block;
