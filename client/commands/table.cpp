@@ -35,15 +35,6 @@ struct TableOptions {
 
 constexpr char kPaperTable[] = "paper-table1.csv";
 
-std::optional<certify::ProblemFeasibility> KnownFeasibility(const std::optional<std::string>& certificate,
-                                                            const ExperimentInfo& experiment) {
-  if (certificate) return ReadCertificateOf(*certificate, experiment);
-  for (const auto& folder : programs::EmbeddedDatasetFolders()) {
-    if (auto known = FindCertificate(folder, experiment)) return known;
-  }
-  return std::nullopt;
-}
-
 std::string RenderTable(const TableOptions& options, ResultSource* source) {
   const TableStyle style{options.time_unit, LayoutOf(options.output)};
   if (options.charge_s && !options.statistics) {
@@ -61,7 +52,8 @@ std::string RenderTable(const TableOptions& options, ResultSource* source) {
   }
   BenchmarkTable table = ReadBenchmarkTable(*source, options.selection);
   const ExperimentInfo experiment = FindExperiment(*source, table.experiment_id);
-  const auto known = KnownFeasibility(options.certificate, experiment);
+  const std::optional<certify::ProblemFeasibility> known =
+      options.certificate ? ReadCertificateOf(*options.certificate, experiment) : FindEmbeddedCertificate(experiment);
   if (known) AddCertifiedCounts(*source, options.selection, *known, &table);
   if (options.paper) AddPaperFigures(ReadPaperTable(programs::DataFolder() / kPaperTable), &table);
   return RenderBenchmarkTable(table, options.format, style);

@@ -7,6 +7,7 @@
 #include "client/compare/method_choice.h"
 #include "client/compare/statistics_table.h"
 #include "client/page/page_curves.h"
+#include "client/report/certified_counts.h"
 #include "client/report/grouped_table.h"
 #include "client/report/reading.h"
 #include "words/job.h"
@@ -158,6 +159,16 @@ Json PairsJson(const SourceOptions& options, const SolvedExperiment& experiment,
   return list;
 }
 
+// As `legopt table` has it.
+BenchmarkTable ReadCertifiedTable(ResultSource& source, const ExperimentInfo& experiment, Rule rule) {
+  const TableSelection selection{experiment.id, rule, {}};
+  BenchmarkTable table = ReadBenchmarkTable(source, selection);
+  if (const auto certificate = FindEmbeddedCertificate(experiment)) {
+    AddCertifiedCounts(source, selection, *certificate, &table);
+  }
+  return table;
+}
+
 }  // namespace
 
 Json DescribeComparison(const Comparison& comparison, const SolvedExperiment& a, const SolvedExperiment& b) {
@@ -181,7 +192,7 @@ PageExperiment DescribeExperiment(ResultSource& source, const SourceOptions& sou
   SolvedExperiment& experiment = page.experiment;
   experiment = ReadCells(source, id);
   ReadSolves(source, rule, &experiment);
-  const BenchmarkTable table = ReadBenchmarkTable(source, {experiment.info.id, rule, {}});
+  const BenchmarkTable table = ReadCertifiedTable(source, experiment.info, rule);
   const StatisticsTable statistics = ComputeStatistics(experiment, rule);
   const auto methods = experiment.Methods();
   const auto columns = ColumnsOf(experiment);

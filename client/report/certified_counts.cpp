@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "programs/data_folder.h"
 #include "words/feasibility.h"
 
 namespace legopt::client {
@@ -38,6 +39,13 @@ std::optional<certify::ProblemFeasibility> FindCertificate(const std::filesystem
   certify::ProblemFeasibility certificate = certify::ReadProblemFeasibility(file);
   if (certificate.dataset_hash != experiment.dataset_hash) return std::nullopt;
   return certificate;
+}
+
+std::optional<certify::ProblemFeasibility> FindEmbeddedCertificate(const ExperimentInfo& experiment) {
+  for (const auto& folder : programs::EmbeddedDatasetFolders()) {
+    if (auto found = FindCertificate(folder, experiment)) return found;
+  }
+  return std::nullopt;
 }
 
 void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,

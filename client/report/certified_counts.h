@@ -19,6 +19,9 @@ certify::ProblemFeasibility ReadCertificateOf(std::filesystem::path file, const 
 std::optional<certify::ProblemFeasibility> FindCertificate(const std::filesystem::path& folder,
                                                            const ExperimentInfo& experiment);
 
+/// That of the embedded dataset which the experiment is on, if it has one. Throws as FindCertificate.
+std::optional<certify::ProblemFeasibility> FindEmbeddedCertificate(const ExperimentInfo& experiment);
+
 /// Splits the jobs of every cell by what the certificate says of their problems. Problems that it does not have are
 /// open. Errors as of ReadBenchmarkTable.
 void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,

@@ -30,6 +30,7 @@ export interface Statistics {
 export interface TableCell {
   n: number; finished: number; solved: number; dead: number; failed: number; cancelled: number;
   clock_stopped: number; cost: number | null; time_s: number | null;
+  by_feasibility?: Record<'certified' | 'infeasible' | 'open', { n: number; solved: number }>;
 }
 export interface TableRow { method: string; [task: string]: unknown }
 export interface Ratio { n: number; ratio: number | null; interval: (number | null)[]; wilcoxon_p: number; adjusted_p: number; lower: number; change: string }

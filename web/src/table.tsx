@@ -57,6 +57,14 @@ function Causes({ causes }: { causes: Record<string, number> | null }) {
   return <>{entries.map(([cause, n]) => <span class="cause" key={cause}>{n} {words(cause)}</span>)}</>;
 }
 
+/** Of the problems that can be solved for certain, where that is not all of them. */
+function Certified({ cell }: { cell: TableCell }) {
+  const known = cell.by_feasibility;
+  if (!known || known.certified.n === cell.n) return null;
+  const rest = `${known.open.solved} of ${known.open.n} open, ${known.infeasible.solved} of ${known.infeasible.n} infeasible`;
+  return <span class="interval" title={`certified: a posture is known for every stance (legopt certify); ${rest}`}>{known.certified.solved}/{known.certified.n} certified</span>;
+}
+
 function Group({ experiment, index, column, charge }: { experiment: Experiment; index: number; column: number; charge: Charge }) {
   const { title, causes } = experiment.columns[column];
   const common = experiment.statistics.columns[column];
@@ -80,6 +88,7 @@ function Group({ experiment, index, column, charge }: { experiment: Experiment; 
                 <span title={method.choice}>{method.title}</span>
                 <span class="setting">{method.multi_starts > 0 ? ` ${method.multi_starts}\u00d7` : ''}{method.sample_size < 100 ? ` ${method.sample_size} %` : ''}{method.collision === 'surface' ? ' surface' : ''}</span></th>
               <td class="count"><a href={jobs(m, 'all')}>{cell.solved}/{cell.n}</a>
+                <Certified cell={cell} />
                 <span class="narrow"><Interval s={s} i={m} /></span>
                 {cell.finished < cell.n && <span class="flag" title="jobs that have not ended">{cell.n - cell.finished} left</span>}</td>
               <td class="wide"><Interval s={s} i={m} /></td>
