@@ -13,6 +13,7 @@
 #include "client/suite/yaml_map.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
+#include "programs/external/external_solvers.h"
 
 namespace legopt::client {
 namespace {
@@ -254,6 +255,18 @@ void Keep(const std::vector<std::string>& wanted, const std::string& flag, const
                 [&](const Item& item) { return std::count(keep.begin(), keep.end(), LowerCase(key(item))) == 0; });
 }
 
+// A method by its name, with or without the mark that tables put behind those of others.
+void KeepMethods(std::vector<std::string> wanted, Suite* suite) {
+  const auto has = [&](const std::string& name) {
+    return std::any_of(suite->methods.begin(), suite->methods.end(),
+                       [&](const Method& method) { return LowerCase(method.name) == LowerCase(name); });
+  };
+  for (std::string& name : wanted) {
+    if (!has(name) && has(name + external::kExternalMark)) name += external::kExternalMark;
+  }
+  Keep(wanted, "--methods", suite->file, &suite->methods, [](const Method& method) { return method.name; });
+}
+
 // Of every task the wanted problems. Each item, an id or a range, must name one of some task, and no task may lose all
 // of its own.
 void KeepProblems(const std::vector<std::string>& items, Suite* suite) {
@@ -325,7 +338,7 @@ Suite ParseSuite(const std::string& text, const std::string& file, const SolverR
 }
 
 void ApplyFilter(const SuiteFilter& filter, Suite* suite) {
-  Keep(filter.methods, "--methods", suite->file, &suite->methods, [](const Method& method) { return method.name; });
+  KeepMethods(filter.methods, suite);
   Keep(filter.collision, "--collision", suite->file, &suite->methods,
        [](const Method& method) { return std::string(ToString(method.collision)); });
   Keep(filter.multi_starts, "--multi-starts", suite->file, &suite->methods,

@@ -11,7 +11,6 @@
 namespace legopt::external {
 namespace {
 
-constexpr char kMark[] = " (external)";
 constexpr double kAhead_m = 0.03;  // rows are seen before they are violated
 
 // What is about to run is what the method names, or nothing runs.
@@ -54,9 +53,9 @@ SolverRegistry RegistryWith(std::span<const Declaration> declarations, const Sol
     const Declaration& declaration = declarations[number];
     registry.Register<ExternalOptions>(
         {.word = declaration.name,
-         .paper_name = declaration.name + kMark,
+         .paper_name = declaration.name + kExternalMark,
          .draws = true,
-         .mark = kMark,
+         .mark = kExternalMark,
          .contact_range_m = kAhead_m},
         [number, declaration, start](const ExternalOptions& options, const Sampling&) {
           return MakeExternal(options, number, declaration, start);

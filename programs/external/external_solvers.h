@@ -13,6 +13,9 @@
 
 namespace legopt::external {
 
+/// What stands behind the names of methods with such solvers.
+inline constexpr char kExternalMark[] = " (external)";
+
 /// Starts a declared solver: a number of the list and its declaration.
 using SolverStarter = std::function<std::unique_ptr<LineChannel>(std::size_t number, const Declaration& declaration)>;
 

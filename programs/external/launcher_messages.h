@@ -14,7 +14,7 @@ struct LaunchRequest {
   std::int64_t memory_bytes = 0;                                        ///< of kStart
 };
 
-/// Its answer; with it come the solver's streams, three descriptors, when one was started.
+/// Its answer; with it come the solver's streams and its pidfd, four descriptors, when one was started.
 struct LaunchReply {
   int error = 0;   ///< errno of kStart
   ProcessEnd end;  ///< of kEnd

@@ -3,6 +3,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -142,15 +143,15 @@ ProcessEnd EndSolver(Running& running, bool leaving) {
   return end;
 }
 
-void Reply(const LaunchReply& reply, const StreamPipes* streams) {
+void Reply(const LaunchReply& reply, const StreamPipes* streams, int process = -1) {
   iovec part{const_cast<LaunchReply*>(&reply), sizeof(reply)};
   msghdr message{};
   message.msg_iov = &part;
   message.msg_iovlen = 1;
-  std::array<int, 3> descriptors{};
+  std::array<int, 4> descriptors{};
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(descriptors))> control{};
   if (streams != nullptr) {
-    descriptors = {streams->in->write.get(), streams->out->read.get(), streams->error->read.get()};
+    descriptors = {streams->in->write.get(), streams->out->read.get(), streams->error->read.get(), process};
     message.msg_control = control.data();
     message.msg_controllen = control.size();
     cmsghdr* header = CMSG_FIRSTHDR(&message);
@@ -169,7 +170,9 @@ void AnswerStart(const LaunchRequest& request, std::span<const LaunchCommand> co
   reply.error = streams.complete() && request.command < commands.size()
                     ? StartSolver(commands[request.command], streams, request.memory_bytes, running)
                     : EMFILE;
-  Reply(reply, reply.error == 0 ? &streams : nullptr);
+  const Descriptor process(reply.error == 0 ? static_cast<int>(::syscall(SYS_pidfd_open, running.pid, 0)) : -1);
+  if (reply.error == 0 && !process.open()) reply.error = errno;
+  Reply(reply, reply.error == 0 ? &streams : nullptr, process.get());
 }
 
 // Gives up what belongs to the owner: its handlers, its descriptors but for standard error, its process group.

@@ -29,12 +29,13 @@ struct Answer {
 
 void TakeDescriptors(msghdr& message, SolverLauncher::Streams& streams) {
   const cmsghdr* header = CMSG_FIRSTHDR(&message);
-  std::array<int, 3> descriptors{};
+  std::array<int, 4> descriptors{};
   if (header == nullptr || header->cmsg_len != CMSG_LEN(sizeof(descriptors))) return;
   std::memcpy(descriptors.data(), CMSG_DATA(header), sizeof(descriptors));
   streams.in = programs::Descriptor(descriptors[0]);
   streams.out = programs::Descriptor(descriptors[1]);
   streams.error = programs::Descriptor(descriptors[2]);
+  streams.process = programs::Descriptor(descriptors[3]);
   for (const auto* stream : {&streams.in, &streams.out, &streams.error}) stream->SetNonBlocking();
 }
 
@@ -42,7 +43,7 @@ Answer AskLauncher(int socket, const LaunchRequest& request) {
   if (::send(socket, &request, sizeof(request), MSG_NOSIGNAL) != sizeof(request)) LauncherIsGone();
   Answer answer;
   iovec part{&answer.reply, sizeof(answer.reply)};
-  alignas(cmsghdr) std::array<char, CMSG_SPACE(3 * sizeof(int))> control{};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(4 * sizeof(int))> control{};
   msghdr message{};
   message.msg_iov = &part;
   message.msg_iovlen = 1;

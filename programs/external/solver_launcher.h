@@ -44,9 +44,9 @@ class SolverLauncher {
   SolverLauncher(const SolverLauncher&) = delete;
   SolverLauncher& operator=(const SolverLauncher&) = delete;
 
-  /// Ends of a solver's standard streams, not blocking.
+  /// Ends of a solver's standard streams, not blocking, and what is readable once its process has ended (pidfd).
   struct Streams {
-    programs::Descriptor in, out, error;
+    programs::Descriptor in, out, error, process;
   };
 
   /// Starts command number `command` with an address space of at most `memory_bytes` (0: no limit). Throws SolverFault

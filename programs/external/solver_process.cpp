@@ -82,13 +82,16 @@ SolverProcess::~SolverProcess() {
 
 // True: something is ready; what the solver wrote is read.
 bool SolverProcess::Wait(Clock::time_point deadline, bool to_write) {
-  std::array<pollfd, 3> ready = {pollfd{streams_.out.get(), POLLIN, 0}, pollfd{streams_.error.get(), POLLIN, 0},
+  // The process first: what it wrote before it ended is seen then.
+  std::array<pollfd, 4> ready = {pollfd{streams_.process.get(), POLLIN, 0}, pollfd{streams_.out.get(), POLLIN, 0},
+                                 pollfd{streams_.error.get(), POLLIN, 0},
                                  pollfd{to_write ? streams_.in.get() : -1, POLLOUT, 0}};
   const int count = ::poll(ready.data(), ready.size(), MillisecondsUntil(deadline));
   if (count < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category(), "poll");
   if (count <= 0) return count < 0;
-  if (ready[1].revents != 0) ReadError();
-  if (ready[0].revents != 0) ReadOutput();
+  if (ready[2].revents != 0) ReadError();
+  if (ready[1].revents != 0) ReadOutput();
+  ended_ = ready[0].revents != 0 && ready[1].revents == 0;
   return true;
 }
 
@@ -109,7 +112,7 @@ void SolverProcess::Send(std::string_view line, Clock::time_point deadline) {
   }
   const std::string whole = std::string(line) + "\n";
   std::string_view rest = whole;
-  while (!rest.empty()) {
+  while (!rest.empty() && !ended_) {
     if (Write(rest) || rest.empty()) continue;
     if (Clock::now() >= deadline) throw SolverFault("did not read what it was sent");
     Wait(deadline, true);
@@ -121,7 +124,7 @@ std::optional<std::string> SolverProcess::Receive(Clock::time_point deadline) {
   for (;;) {
     if (auto line = TakeLine()) return line;
     RequireShort();
-    if (!streams_.out.open()) ThrowItsEnd();
+    if (!streams_.out.open() || ended_) ThrowItsEnd();
     if (!Wait(deadline, false) && Clock::now() >= deadline) return std::nullopt;
   }
 }

@@ -40,6 +40,7 @@ class SolverProcess final : public LineChannel {
   std::int64_t memory_bytes_;
   std::string output_;       ///< not taken yet
   std::size_t scanned_ = 0;  ///< of it, without an end of line
+  bool ended_ = false;       ///< and all that it wrote is read, whoever else holds its standard output
   std::string last_words_;   ///< the end of what it wrote to standard error
 };
 

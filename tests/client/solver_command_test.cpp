@@ -51,7 +51,7 @@ constexpr Misdeed kMisdeeds[] = {
      "with 1 numbers in 'x' where the program has"},
     {"forks",
      "hello(); solve()\n"
-     "for _ in range(20): subprocess.Popen(['sleep', '86397'], start_new_session=True, stdout=subprocess.DEVNULL)\n"
+     "for _ in range(20): subprocess.Popen(['sleep', '86397'], start_new_session=True)\n"
      "sys.exit('children are left')",
      "ended with exit code 1; its last words: children are left"},
     {"fills_memory", "hello(); solve(); x = []\nwhile True: x.append(bytearray(1 << 24))", "MemoryError"},

@@ -345,6 +345,26 @@ TEST(SuiteFilter, KeepsWhatIsNamed) {
   EXPECT_EQ(suite.seed, 11);
 }
 
+TEST(SuiteFilter, NamesOfSolversOfOthersNeedNoMark) {
+  const auto kept = [](const std::string& wanted) {
+    Suite suite;
+    for (const char* name : {"SQP", "slsqp (external)", "both", "both (external)"}) {
+      suite.methods.emplace_back();
+      suite.methods.back().name = name;
+    }
+    SuiteFilter filter;
+    filter.methods = {wanted};
+    ApplyFilter(filter, &suite);
+    std::vector<std::string> names;
+    for (const Method& method : suite.methods) names.push_back(method.name);
+    return names;
+  };
+  EXPECT_THAT(kept("SLSQP"), ElementsAre("slsqp (external)"));
+  EXPECT_THAT(kept("slsqp (external)"), ElementsAre("slsqp (external)"));
+  EXPECT_THAT(kept("both"), ElementsAre("both")) << "a name that fits as it stands comes first";
+  EXPECT_THROW(kept("slsq"), InputError);
+}
+
 TEST(SuiteFilter, RefusesWhatTheSuiteDoesNotHave) {
   const auto fault = [](const SuiteFilter& filter) -> std::string {
     Suite suite = ParseSuite(kComplete, "table.yaml");
