@@ -1,10 +1,8 @@
 #include "db/database_file.h"
 
 #include <fcntl.h>
-#include <linux/magic.h>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -13,6 +11,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "db/file_system.h"
 #include "db/store_error.h"
 
 namespace legopt::db {
@@ -24,12 +23,14 @@ namespace {
 
 std::string Reason() { return std::generic_category().message(errno); }
 
-bool IsOnNetwork(int descriptor) {
-  constexpr decltype(statfs::f_type) kCifs = 0xff534d42;
-  struct statfs system {};
-  if (fstatfs(descriptor, &system) != 0) return false;
-  return system.f_type == NFS_SUPER_MAGIC || system.f_type == SMB_SUPER_MAGIC || system.f_type == SMB2_SUPER_MAGIC ||
-         system.f_type == kCifs;
+// Before anything is made there.
+void RequireFitFileSystem(const std::filesystem::path& path) {
+  const auto type = FileSystemOf(path);
+  const auto unfit = type ? UnfitFileSystem(*type) : std::nullopt;
+  if (!unfit) return;
+  Unwritable(path, "is on " + std::string(*unfit) +
+                       ", where SQLite's log and locks do not work and databases have been lost; keep it on a local "
+                       "disk (/var/tmp, a scratch disk) and copy it with 'legopt backup'");
 }
 
 // Who has the flock, as the kernel tells: lines "1: FLOCK  ADVISORY  WRITE PID MAJOR:MINOR:INODE ...".
@@ -64,6 +65,7 @@ DatabaseFile::DatabaseFile(const std::filesystem::path& path) {
 DatabaseFile::~DatabaseFile() { close(descriptor_); }
 
 void DatabaseFile::Open(const std::filesystem::path& path) {
+  RequireFitFileSystem(path);
   constexpr mode_t kMode = 0644;
   descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode);
   // SQLite says better what is wrong with a file that can only be read.
@@ -83,15 +85,6 @@ void DatabaseFile::Open(const std::filesystem::path& path) {
 }
 
 void DatabaseFile::LockItself() {
-  struct stat status {};
-  if (IsOnNetwork(descriptor_)) {
-    if (fstat(descriptor_, &status) == 0 && status.st_nlink > 1) {
-      Unwritable(path_, "has " + std::to_string(status.st_nlink) +
-                            " hard links on a network file system, where nothing keeps two servers from one file; "
-                            "remove the other links or use a local disk");
-    }
-    return;
-  }
   while (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
     if (errno == EINTR) continue;
     if (errno == EWOULDBLOCK) {

@@ -19,9 +19,8 @@ namespace legopt::db {
 /// path, which also tells people who holds it. The second is flock on the file itself, which follows the file whatever
 /// name leads to it. flock belongs to the open file description and on local Linux file systems neither sees nor
 /// disturbs SQLite's POSIX locks. But closing any descriptor of a file drops all POSIX locks that the process has on
-/// it, so this object must outlive every SQLite connection of its process to the file. On network file systems flock
-/// is a POSIX lock in disguise and would lock SQLite out: there the first lock decides alone, and a file with several
-/// hard links is refused.
+/// it, so this object must outlive every SQLite connection of its process to the file. File systems where
+/// this does not hold are refused (file_system.h).
 ///
 /// Thread rule: one thread at a time.
 class DatabaseFile {

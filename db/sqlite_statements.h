@@ -247,6 +247,21 @@ inline std::string InsertJobs(std::size_t count) {
          Repeated("(?, ?, ?, ?, ?)", count);
 }
 
+// Of each cell: experiment, jobs, open ones, leased ones, dead ones, results, failed ones, solved ones, those taken
+// over. Failed jobs have no index: they are looked for only in cells where something is left besides the others.
+inline constexpr char kCountByCell[] =
+    "WITH s AS MATERIALIZED (SELECT experiment_id, cell_id, num_jobs, "
+    "(SELECT count(*) FROM jobs AS j WHERE j.cell_id = c.cell_id AND j.state IN ('queued', 'leased')) AS open, "
+    "(SELECT count(*) FROM jobs AS j WHERE j.cell_id = c.cell_id AND j.state = 'dead') AS dead, "
+    "(SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id) AS done FROM cells AS c) "
+    "SELECT experiment_id, num_jobs, open, "
+    "iif(open = 0, 0, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state IN ('queued', 'leased') "
+    "AND +j.state = 'leased')), dead, done, "
+    "iif(open + dead + done = num_jobs, 0, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id "
+    "AND j.state = 'failed')), "
+    "(SELECT count(*) FROM results AS r WHERE r.cell_id = s.cell_id AND r.solved_literal = 1), "
+    "(SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.taken_from IS NOT NULL) FROM s";
+
 inline constexpr char kFindAttempt[] =
     "SELECT a.token, a.worker_id, a.outcome, j.state FROM attempts AS a JOIN jobs AS j USING (job_id) "
     "WHERE a.job_id = ?1 AND a.attempt = ?2";

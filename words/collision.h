@@ -14,11 +14,16 @@ enum class SceneRepresentation : std::uint8_t {
   /// and two-sided. There is no inside: a link that meets a triangle is moved off that one triangle by the shortest
   /// way, which for a foot buried deeper than half its height is down.
   kSurface,
+  /// The same triangles, one-sided (docs/readings.md#one-sided-triangles): a link that meets one is moved off to its
+  /// front, where the shortest way would lead out at its back.
+  kOrientedSurface,
 };
 
 template <>
 inline constexpr auto kWords<SceneRepresentation> =
-    Words<SceneRepresentation>({{SceneRepresentation::kSolid, "solid"}, {SceneRepresentation::kSurface, "surface"}});
+    Words<SceneRepresentation>({{SceneRepresentation::kSolid, "solid"},
+                                {SceneRepresentation::kSurface, "surface"},
+                                {SceneRepresentation::kOrientedSurface, "surface_oriented"}});
 
 /// What collision between consecutive waypoints is to a program. The paper has it in the solver although the task does
 /// not require it (paper, section V): a preference cannot make a window fail that the task's constraints allow.

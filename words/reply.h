@@ -48,6 +48,16 @@ template <>
 inline constexpr auto kWords<MethodStatus> = Words<MethodStatus>({{MethodStatus::kFound, "found"},
                                                                   {MethodStatus::kUnknown, "unknown"}});
 
+/// dataset_reply.status.
+enum class DatasetStatus : std::int32_t {
+  kFound,    ///< with a piece of it
+  kUnknown,  ///< the server does not hand out this one
+};
+
+template <>
+inline constexpr auto kWords<DatasetStatus> = Words<DatasetStatus>({{DatasetStatus::kFound, "found"},
+                                                                    {DatasetStatus::kUnknown, "unknown"}});
+
 /// heartbeat_reply.status; 1 is not used.
 enum class HeartbeatStatus : std::int32_t {
   kOk,             ///< the worker is registered

@@ -34,12 +34,12 @@ constexpr bool IsStopped(SolveStatus status) {
   return status == SolveStatus::kEffortLimit || status == SolveStatus::kTimeLimit || status == SolveStatus::kCancelled;
 }
 
-/// Why a solution fails, or that it does not. In the order in which one waypoint is checked; the last two occur under
-/// Rule::kSolid only.
+/// Why a solution fails, or that it does not. In the order in which one waypoint is checked; containment and step occur
+/// under Rule::kSolid only.
 enum class Verdict : std::uint8_t {
   kSuccess,               ///< feasible by this rule
   kWrongWaypointCount,    ///< not as many waypoints as the task wants
-  kWrongSize,             ///< a waypoint that is not n + 7 numbers
+  kWrongSize,             ///< a waypoint that is not n + 7 numbers; of a path in time also stamps out of place
   kNotFinite,             ///< a waypoint with NaN or infinity
   kFootPose,              ///< a foot is off its target
   kCom,                   ///< the centre of mass is outside the support polygon

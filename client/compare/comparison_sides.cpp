@@ -183,7 +183,7 @@ std::vector<CellPair> PairCells(Sides& sides, const std::vector<MethodPair>& met
                                 const ComparisonRequest& request) {
   std::vector<CellPair> pairs;
   for (const auto& [mine, other] : methods) {
-    for (const BenchmarkColumn& column : kPaperColumns) {
+    for (const BenchmarkColumn& column : kTableColumns) {
       if (request.task && *request.task != column.task) continue;
       if (request.initialization && *request.initialization != column.initialization) continue;
       const SolveCell* a = CellOf(sides.a.experiment, mine, column);

@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 std::vector<BenchmarkColumn> ColumnsOf(const SolvedExperiment& experiment) {
   std::vector<BenchmarkColumn> columns;
-  for (const BenchmarkColumn& column : kPaperColumns) {
+  for (const BenchmarkColumn& column : kTableColumns) {
     const bool has = std::ranges::any_of(experiment.cells, [&](const SolveCell& c) { return c.column == column; });
     if (has) columns.push_back(column);
   }

@@ -126,18 +126,26 @@ Json TraceJson(ResultSource& source, std::int64_t job_id) {
 void SolutionChunk::Add(const PageJob& job, const std::vector<Eigen::VectorXd>& waypoints, Json trace,
                         FindingLister* lister, FindingDepth depth) {
   const Eigen::Index size = lister->dataset().robot().configuration_size();
-  const bool whole = std::ranges::all_of(waypoints, [&](const Eigen::VectorXd& x) { return x.size() == size; });
-  const std::vector<Eigen::VectorXd> none;
-  const auto& shown = whole ? waypoints : none;
+  const bool timed = IsTimed(job.task);
+  const Eigen::Index stamps = timed ? 1 : 0;
+  const bool whole = std::ranges::all_of(waypoints, [&](const auto& x) { return x.size() == size + stamps; });
+  std::vector<Eigen::VectorXd> shown;
+  Json times = Json::array();
+  for (const Eigen::VectorXd& x : whole ? waypoints : shown) {
+    shown.emplace_back(x.head(size));
+    if (timed) times.push_back(x[size]);
+  }
+  if (timed) depth = FindingDepth::kNone;  // what the judge says of a path is in its detail
   std::string packed = PackWaypoints(shown);
   const bool exact = packed.empty();
   if (exact) packed = PackExactly(shown);
   Json json = {{"experiment", job.experiment},      {"job", job.job_id},       {"waypoints", shown.size()},
                {"encoding", exact ? "f64" : "d32"}, {"offset", bytes_.size()}, {"bytes", packed.size()}};
   if (!whole) json["malformed"] = true;
+  if (timed) json["times"] = std::move(times);
   if (job.failed_waypoint) json["failed_waypoint"] = *job.failed_waypoint;
   if (depth != FindingDepth::kNone) json["findings"] = FindingsOf(job, shown, lister);
-  if (depth == FindingDepth::kBetween && DescriptionOf(job.task).between_waypoints) {
+  if (depth == FindingDepth::kBetween && DescriptionOf(job.task).between == Between::kScored) {
     json["between"] = BetweenOf(shown, lister);
   }
   json["trace"] = std::move(trace);

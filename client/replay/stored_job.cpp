@@ -43,11 +43,21 @@ std::optional<Number> OptionalAt(const Listing& row, const char* column) {
   return value.is_null() ? std::nullopt : std::optional(value.get<Number>());
 }
 
-Method ReadMethod(const Listing& row, std::int64_t job_id) {
+// A solver of others has to be declared.
+void RequireSolver(const nlohmann::json& options, const std::string& source, const SolverRegistry& registry) {
+  const auto solver = options.is_object() ? options.find("solver") : options.end();
+  if (solver == options.end() || !solver->is_string() || registry.Find(solver->get<std::string>()) != nullptr) return;
+  throw ClientError(ExitCode::kUsage, source + " was solved by '" + solver->get<std::string>() +
+                                          "', which is no solver of legopt; name its declaration with --solver FILE "
+                                          "(docs/solvers.md)");
+}
+
+Method ReadMethod(const Listing& row, std::int64_t job_id, const SolverRegistry& registry) {
   const std::string source = "job " + std::to_string(job_id);
   const nlohmann::json options = nlohmann::json::parse(row.Text(0, "options_json"), nullptr, false);
   if (options.is_discarded()) throw InputError({source, "options_json", "", "is not JSON", "check the database"});
-  Method method = Method::FromJson(options, source);
+  RequireSolver(options, source, registry);
+  Method method = Method::FromJson(options, source, registry);
   if (const std::string hash = method.Hash(); hash != row.Text(0, "method_hash")) {
     throw ClientError(ExitCode::kUsage, source + ": method '" + row.Text(0, "method") + "' is stored with hash " +
                                             row.Text(0, "method_hash") + ", and this build gives its options hash " +
@@ -79,7 +89,7 @@ std::vector<std::string> ReadWaypoints(ResultSource& source, std::int64_t job_id
 
 }  // namespace
 
-StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id) {
+StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverRegistry& registry) {
   const Listing row = source.Query(kStoredJobSql + std::to_string(job_id));
   if (row.rows.empty()) {
     throw ClientError(ExitCode::kUsage,
@@ -95,7 +105,7 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id) {
   stored.job.problem_id = static_cast<int>(integer("problem_id"));
   stored.job.repetition = static_cast<int>(integer("repetition"));
   stored.job.experiment_seed = static_cast<std::uint64_t>(integer("seed"));
-  stored.job.method = ReadMethod(row, job_id);
+  stored.job.method = ReadMethod(row, job_id, registry);
   stored.job.method.name = row.Text(0, "method");
   stored.job.effort_limit = OptionalAt<std::int64_t>(row, "effort_limit").value_or(0);
   stored.job.wall_limit_s = row.At(0, "wall_limit_s").get<double>();

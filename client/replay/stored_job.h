@@ -29,9 +29,10 @@ struct StoredJob {
   std::vector<IterationRecord> trace;  ///< how it converged; empty: not recorded, or before schema version 7
 };
 
-/// Reads a job that has a result. Throws ClientError (kUsage): there is no such job, it has no result, the clock or a
-/// user ended it, so that its bits follow from nothing that is stored, or this build reads its options otherwise.
-StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id);
+/// Reads a job that has a result, by a solver of `registry`. Throws ClientError (kUsage): there is no such job, it has
+/// no result, the clock or a user ended it, so that its bits follow from nothing that is stored, its solver is another,
+/// or this build reads its options otherwise.
+StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverRegistry& registry);
 
 /// The ids of `count` jobs of an experiment (fewer where it has fewer) that can be replayed, drawn at random, so that
 /// every method, task and start has its turn before one has a second. The same for equal seeds. Ascending.

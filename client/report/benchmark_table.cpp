@@ -178,7 +178,7 @@ BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment
     present.insert(column);
     table.rows[static_cast<std::size_t>(found - method_ids.begin())].cells[column] = reader.Cell();
   }
-  for (const auto& column : kPaperColumns) {
+  for (const auto& column : kTableColumns) {
     if (present.contains(column)) table.columns.push_back(column);
   }
   TellRowsApart(method_ids, &table.rows);

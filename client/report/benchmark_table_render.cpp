@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "client/report/benchmark_table.h"
 #include "client/report/grouped_table.h"
@@ -212,14 +214,25 @@ void AddCells(const BenchmarkTable& table, const Cells& cells, Figures figures, 
   }
 }
 
-void AddTitles(const std::string& prefix, Figures figures, Listing* listing) {
-  for (const auto& column : kPaperColumns) {
+/// Of a CSV file: the paper's, whether the table has them or not, so that files fit together, and what else it has.
+std::vector<BenchmarkColumn> CsvColumns(const BenchmarkTable& table) {
+  std::vector<BenchmarkColumn> columns(kPaperColumns.begin(), kPaperColumns.end());
+  for (const BenchmarkColumn& column : table.columns) {
+    if (std::ranges::find(kPaperColumns, column) == kPaperColumns.end()) columns.push_back(column);
+  }
+  return columns;
+}
+
+using CsvColumnList = std::span<const BenchmarkColumn>;
+
+void AddTitles(CsvColumnList columns, const std::string& prefix, Figures figures, Listing* listing) {
+  for (const auto& column : columns) {
     for (const auto* figure : figures) listing->columns.push_back(prefix + ColumnName(column) + "_" + figure);
   }
 }
 
-void AddFigures(const Cells& cells, Figures figures, std::vector<nlohmann::json>* line) {
-  for (const auto& column : kPaperColumns) {
+void AddFigures(CsvColumnList columns, const Cells& cells, Figures figures, std::vector<nlohmann::json>* line) {
+  for (const auto& column : columns) {
     const auto found = cells.find(column);
     for (const auto* figure : figures) {
       line->push_back(found == cells.end() ? nlohmann::json()
@@ -228,8 +241,8 @@ void AddFigures(const Cells& cells, Figures figures, std::vector<nlohmann::json>
   }
 }
 
-void AddFeasibilityTitles(Listing* listing) {
-  for (const auto& column : kPaperColumns) {
+void AddFeasibilityTitles(CsvColumnList columns, Listing* listing) {
+  for (const auto& column : columns) {
     for (const auto& [value, word] : kWords<Feasibility>) {
       for (const char* figure : {"_n", "_solved"}) {
         listing->columns.push_back(ColumnName(column) + "_" + std::string(word) + figure);
@@ -238,8 +251,8 @@ void AddFeasibilityTitles(Listing* listing) {
   }
 }
 
-void AddFeasibilityFigures(const Cells& cells, std::vector<nlohmann::json>* line) {
-  for (const auto& column : kPaperColumns) {
+void AddFeasibilityFigures(CsvColumnList columns, const Cells& cells, std::vector<nlohmann::json>* line) {
+  for (const auto& column : columns) {
     const auto found = cells.find(column);
     for (const auto& [value, word] : kWords<Feasibility>) {
       const auto counts = found == cells.end() ? JobCounts{} : found->second.by_feasibility[value];
@@ -253,17 +266,18 @@ std::string RenderCsv(const BenchmarkTable& table) {
   Listing listing;
   listing.columns = {"experiment_id", "experiment",   "dataset",     "rule",     "method",
                      "multi_starts",  "inner_starts", "sample_size", "collision"};
-  AddTitles("", kFigures, &listing);
-  if (table.compared) AddTitles("paper_", kPaperFigures, &listing);
-  if (table.certified) AddFeasibilityTitles(&listing);
+  const std::vector<BenchmarkColumn> columns = CsvColumns(table);
+  AddTitles(columns, "", kFigures, &listing);
+  if (table.compared) AddTitles(kPaperColumns, "paper_", kPaperFigures, &listing);
+  if (table.certified) AddFeasibilityTitles(columns, &listing);
   listing.columns.emplace_back("builds");
   for (const auto& row : table.rows) {
     auto& line = listing.rows.emplace_back();
     line = {table.experiment_id, table.experiment, table.dataset,   ToString(table.rule),   row.method,
             row.multi_starts,    row.inner_starts, row.sample_size, ToString(row.collision)};
-    AddFigures(row.cells, kFigures, &line);
-    if (table.compared) AddFigures(row.paper, kPaperFigures, &line);
-    if (table.certified) AddFeasibilityFigures(row.cells, &line);
+    AddFigures(columns, row.cells, kFigures, &line);
+    if (table.compared) AddFigures(kPaperColumns, row.paper, kPaperFigures, &line);
+    if (table.certified) AddFeasibilityFigures(columns, row.cells, &line);
     line.emplace_back(BuildIds(table.origins));
   }
   return RenderListing(listing, ListingFormat::kCsv);

@@ -23,6 +23,13 @@ std::string JobsByProblemSql(std::int64_t experiment_id, Rule rule) {
          std::to_string(experiment_id) + " GROUP BY c.cell_id, p.problem_id";
 }
 
+/// Of a task's problem: that of the task whose problems it has.
+Feasibility Known(const certify::ProblemFeasibility& certificate, Task task, int problem_id) {
+  const auto& problems = certificate.problems[DescriptionOf(task).problems];
+  const auto problem = problems.find(problem_id);
+  return problem == problems.end() ? Feasibility::kOpen : problem->second;
+}
+
 }  // namespace
 
 certify::ProblemFeasibility ReadCertificateOf(std::filesystem::path file, const ExperimentInfo& experiment) {
@@ -59,9 +66,7 @@ void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,
     });
     if (row == table->rows.end()) continue;  // of another collision model
     const auto task = jobs.WordAt<Task>(i, "task");
-    const auto& known = certificate.problems[task];
-    const auto problem = known.find(static_cast<int>(integer(i, "problem_id")));
-    const Feasibility feasibility = problem == known.end() ? Feasibility::kOpen : problem->second;
+    const auto feasibility = Known(certificate, task, static_cast<int>(integer(i, "problem_id")));
     JobCounts& counts =
         row->cells[{task, jobs.WordAt<Initialization>(i, "initialization")}].by_feasibility[feasibility];
     counts.n += integer(i, "n");

@@ -23,7 +23,7 @@ Listing FeasibilityCounts(const certify::Certificate& certificate, const certify
   Listing listing;
   listing.columns = {"task", "problems"};
   for (const auto& word : kWords<Feasibility>) listing.columns.emplace_back(word.word);
-  for (const TaskDescription& description : kTasks) {
+  for (const TaskDescription& description : ProblemTasks()) {
     const Per<Feasibility, int> counts = certify::CountProblems(certificate, catalogue, description.task);
     auto& row = listing.rows.emplace_back();
     row.emplace_back(std::string(ToString(description.task)));
@@ -37,7 +37,7 @@ Listing UncertifiedStances(const certify::Certificate& certificate, const certif
                            const Dataset& dataset) {
   Listing listing;
   listing.columns = {"task", "problem", "stance", "feasibility", "reason", "nearest"};
-  for (const TaskDescription& description : kTasks) {
+  for (const TaskDescription& description : ProblemTasks()) {
     const auto& problems = catalogue.problems(description.task);
     for (std::size_t p = 0; p < problems.size(); ++p) {
       for (std::size_t place = 0; place < problems[p].size(); ++place) {

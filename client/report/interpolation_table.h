@@ -15,7 +15,7 @@ namespace legopt::client {
 
 /// The task that the view `interpolation_cells` is about: the one whose solutions are scored between their waypoints.
 inline constexpr const TaskDescription& kInterpolatedTask =
-    *std::ranges::find_if(kTasks, &TaskDescription::between_waypoints);
+    *std::ranges::find(kTasks, Between::kScored, &TaskDescription::between);
 
 /// What lies between the waypoints of the solutions of one method from one initialization. Depths are the largest
 /// of all of them, by the exact meshes.

@@ -76,7 +76,7 @@ class CertificateReader {
   Per<Task, std::map<int, Feasibility>> Problems() const {
     Per<Task, std::map<int, Feasibility>> problems;
     const Json& tasks = Member(root_, "problems", "");
-    for (const TaskDescription& description : kTasks) {
+    for (const TaskDescription& description : ProblemTasks()) {
       const auto of_task = tasks.find(ToString(description.task));
       if (of_task == tasks.end()) continue;
       const std::string place = "problems." + std::string(ToString(description.task));
@@ -216,7 +216,7 @@ std::string FormatCertificate(const Certificate& certificate, const StanceCatalo
   const OrderedJson about{{"name", certificate.dataset}, {"hash", certificate.dataset_hash}};
   std::string text = std::string("{\"format\": \"") + kFormat + "\",\n \"dataset\": " + OneLine(about) +
                      ",\n \"complete\": " + (certificate.IsComplete() ? "true" : "false") + ",\n \"problems\": {";
-  for (const TaskDescription& description : kTasks) {
+  for (const TaskDescription& description : ProblemTasks()) {
     std::vector<OrderedJson> problems;
     for (std::size_t p = 0; p < catalogue.problems(description.task).size(); ++p) {
       problems.push_back(

@@ -40,7 +40,7 @@ struct Certificate {
   /// Whether all stances have been looked at.
   bool IsComplete() const;
   /// Of a problem with these stances: infeasible if one is, certified if all are; what nobody has looked at is open.
-  Feasibility Of(const std::vector<int>& stances) const;
+  Feasibility Of(const std::vector<int>& of_problem) const;
 };
 
 /// What a certificate says of problems, without its evidence.

@@ -9,7 +9,7 @@ namespace legopt::certify {
 
 StanceCatalogue::StanceCatalogue(const Dataset& dataset) {
   std::map<std::string, int> numbers;
-  for (const TaskDescription& description : kTasks) {
+  for (const TaskDescription& description : ProblemTasks()) {
     for (const ProblemDefinition& problem : dataset.problems(description.task)) {
       std::vector<int>& of_problem = problems_[description.task].emplace_back();
       for (const Stance& stance : problem.stances) {
@@ -25,7 +25,7 @@ StanceCatalogue::StanceCatalogue(const Dataset& dataset) {
 void StanceCatalogue::FindNeighbours() {
   constexpr std::ptrdiff_t kReach = 2;
   neighbours_.resize(stances_.size());
-  for (const TaskDescription& description : kTasks) {
+  for (const TaskDescription& description : ProblemTasks()) {
     for (const std::vector<int>& problem : problems_[description.task]) {
       for (std::ptrdiff_t i = 0; i < std::ssize(problem); ++i) {
         const int stance = problem[static_cast<std::size_t>(i)];

@@ -62,7 +62,7 @@ class HalfCollisionTerm : public Term {
 
 StanceProgram::StanceProgram(const Dataset& dataset, CollisionQuery& query, const Stance& stance,
                              const ContactOptions& contacts, ConstraintGroups left_out)
-    : whole_(dataset, query, std::array{&stance}, contacts, false) {
+    : whole_(dataset, query, std::array{WaypointDemand{.stance = &stance}}, contacts) {
   const bool scene = !left_out.Has(ConstraintGroup::kEnvironment);
   const bool self = !left_out.Has(ConstraintGroup::kSelf);
   for (const auto& term : whole_.terms()) {

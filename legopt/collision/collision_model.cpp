@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -177,7 +178,8 @@ std::shared_ptr<const CollisionModel> CollisionModel::Build(const RobotModel& ro
   }
   auto impl = std::make_unique<Impl>();
   AddRobot(robot, reference_x, options, *impl);
-  if (options.scene == SceneRepresentation::kSurface) {
+  impl->scene = options.scene;
+  if (impl->surface()) {
     AddTriangles(scene, *impl);
   } else {
     AddSolids(scene, options, *impl);
@@ -210,9 +212,7 @@ const CollisionModel::Ball& CollisionModel::link_ball(int link) const {
   return impl_->links.at(static_cast<size_t>(link)).ball;
 }
 
-SceneRepresentation CollisionModel::scene_representation() const {
-  return impl_->surface() ? SceneRepresentation::kSurface : SceneRepresentation::kSolid;
-}
+SceneRepresentation CollisionModel::scene_representation() const { return impl_->scene; }
 
 int CollisionModel::num_scene_solids() const { return static_cast<int>(impl_->solid_sets.size()); }
 
@@ -221,6 +221,12 @@ bool CollisionModel::SceneContains(const Eigen::Vector3d& point_W, double depth_
     if (solid.bounds().contains(point_W) && solid.BoundaryDistance(point_W) < -depth_m) return true;
   }
   return false;
+}
+
+double LargestWay(const CollisionModel::Ball& ball, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  const Eigen::Matrix3d turn = b.linear() - a.linear();  // Frobenius norm 2 sqrt(2) sin(angle / 2)
+  const Eigen::Vector3d shift = turn * ball.centre + (b.translation() - a.translation());
+  return shift.norm() + ball.radius * turn.norm() / std::numbers::sqrt2;
 }
 
 }  // namespace legopt

@@ -105,4 +105,7 @@ class CollisionModel {
   std::unique_ptr<const Impl> impl_;
 };
 
+/// No point of the ball moves farther between two poses of its link, m, as the crow flies.
+double LargestWay(const CollisionModel::Ball& ball, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
+
 }  // namespace legopt

@@ -167,7 +167,23 @@ struct CollisionQuery::Impl {
   /// Signed distance of a shape to an obstacle of the scene.
   bool CollideWithObstacle(int shape, int obstacle, double margin, PairDistance& distance) {
     if (!data.surface()) return ode.CollideWithSolid(shape, obstacle, margin, distance);
-    return SignedDistance(Set(shape), data.solid_sets[static_cast<size_t>(obstacle)], margin, distance);
+    if (!SignedDistance(Set(shape), data.solid_sets[static_cast<size_t>(obstacle)], margin, distance)) return false;
+    if (data.scene == SceneRepresentation::kOrientedSurface) TurnToTheFront(shape, obstacle, distance);
+    return true;
+  }
+
+  /// Of a shape that overlaps a triangle and would leave it at its back: the way out at its front. A shape that would
+  /// leave past an edge does so, as a foot on the edge of a step.
+  void TurnToTheFront(int shape, int obstacle, PairDistance& distance) const {
+    constexpr double kBack = -0.5;  // cosine
+    const HalfSpace& plane = data.triangle_planes[static_cast<size_t>(obstacle)];
+    if (distance.distance_m >= 0.0 || plane.normal.dot(distance.normal) > kBack) return;
+    const SupportSet& set = Set(shape);
+    const Eigen::Vector3d deepest = set.Farthest(-plane.normal) - set.radius * plane.normal;
+    distance.distance_m = plane.normal.dot(deepest) + plane.offset;
+    distance.normal = plane.normal;
+    distance.point_a = deepest;
+    distance.point_b = deepest - distance.distance_m * plane.normal;
   }
 
   void CollideWithScene(const Kinematics& kinematics, double margin, std::span<const int> links);

@@ -35,11 +35,12 @@ struct CollisionModel::Impl {
   std::vector<SupportSet> solid_sets;        ///< by obstacle; point into solid_points; bounds exact
   std::optional<TriangleBvh> triangle_tree;  ///< surfaces only
   std::vector<HalfSpace> triangle_planes;    ///< surfaces only, by obstacle; a zero normal for triangles without area
+  SceneRepresentation scene{};               ///< what the obstacles are
 
   LinkPairRules pairs;     ///< which pairs are compared, and how
   std::vector<bool> fine;  ///< num_links x num_links: the pair is compared by fine pieces
 
-  bool surface() const { return triangle_tree.has_value(); }  ///< the scene is made of triangles
+  bool surface() const { return scene != SceneRepresentation::kSolid; }  ///< the scene is made of triangles
   /// Of a pair of links in `fine` and in LinkPairRules::status.
   size_t PairIndex(int a, int b) const { return static_cast<size_t>(a) * links.size() + static_cast<size_t>(b); }
 };

@@ -140,7 +140,9 @@ std::string ContentHash(const DatasetDescription& description, const std::vector
                          {"nominal_posture", description.nominal_posture},
                          {"self_collision_reference", description.self_collision_reference},
                          {"files", nlohmann::json::object()}};
-  for (const auto& [task, word] : kWords<Task>) text[std::string(word)] = description.problem_files[task];
+  for (const TaskDescription& row : ProblemTasks()) {
+    text[std::string(ToString(row.task))] = description.problem_files[row.task];
+  }
   for (const FileHash& file : manifest) text["files"][file.path] = file.hash;
   return Blake2bHex(text.dump());
 }

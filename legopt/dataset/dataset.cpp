@@ -86,7 +86,7 @@ Dataset::Dataset(fs::path folder, DatasetDescription description, const ReadGuar
   MeasureShapes();
   ResolveFeet();
   ResolvePostures();
-  for (const TaskDescription& task : kTasks) {
+  for (const TaskDescription& task : ProblemTasks()) {
     problems_[task.task] = ReadProblems(task.task, description_.problem_files[task.task]);
   }
 }

@@ -65,8 +65,9 @@ class Dataset {
   const std::shared_ptr<const CollisionModel>& collision_model(SceneRepresentation scene = SceneRepresentation::kSolid,
                                                                PairSelection pairs = PairSelection::kReference) const;
 
-  /// Problems of a task in file order; empty when the dataset has none.
-  const std::vector<ProblemDefinition>& problems(Task task) const { return problems_[task]; }
+  /// Problems of a task, its own or those of the task that it shares them with, in file order; empty when the dataset
+  /// has none.
+  const std::vector<ProblemDefinition>& problems(Task task) const { return problems_[DescriptionOf(task).problems]; }
   /// Throws InputError naming the ids there are.
   const ProblemDefinition& problem(Task task, int id) const;
 

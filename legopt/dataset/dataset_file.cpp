@@ -71,19 +71,19 @@ std::map<std::string, std::string> ReadFiles(const YamlFields& fields) {
 template <typename TextOf>
 std::string AnyTask(const TextOf& text_of) {
   std::string text;
-  for (const TaskDescription& task : kTasks) text += (text.empty() ? "" : " or ") + std::string(text_of(task));
+  for (const TaskDescription& task : ProblemTasks()) text += (text.empty() ? "" : " or ") + std::string(text_of(task));
   return text;
 }
 
 void ReadProblemNames(const YamlFields& fields, DatasetDescription* description) {
   std::vector<std::string> words;
-  for (const auto& [task, word] : kWords<Task>) words.emplace_back(word);
+  for (const TaskDescription& row : ProblemTasks()) words.emplace_back(ToString(row.task));
   const YamlFields problems(fields.Require("problems"), fields.file(), "problems", words);
   bool any = false;
-  for (const auto& [task, word] : kWords<Task>) {
-    const std::string key(word);
+  for (const TaskDescription& row : ProblemTasks()) {
+    const std::string key(ToString(row.task));
     const std::optional<std::string> text = problems.Text(key);
-    if (text) description->problem_files[task] = CheckPath(problems, key, *text);
+    if (text) description->problem_files[row.task] = CheckPath(problems, key, *text);
     any = any || text.has_value();
   }
   if (any) return;

@@ -78,9 +78,9 @@ std::string FormatDatasetFile(const DatasetDescription& description, const std::
   for (std::string line; std::getline(lines, line);) text += "# " + line + "\n";
   text += std::string("format: ") + kDatasetFormat + "\nname: " + Text(description.name) +
           "\nrobot: " + Text(description.robot_file) + "\nscene: " + Text(description.scene_file) + "\nproblems:\n";
-  for (const auto& [task, word] : kWords<Task>) {
-    const std::string& file = description.problem_files[task];
-    if (!file.empty()) text += "  " + std::string(word) + ": " + Text(file) + "\n";
+  for (const TaskDescription& row : ProblemTasks()) {
+    const std::string& file = description.problem_files[row.task];
+    if (!file.empty()) text += "  " + std::string(ToString(row.task)) + ": " + Text(file) + "\n";
   }
   std::string feet;
   for (const std::string& foot : description.feet) feet += (feet.empty() ? "" : ", ") + Text(foot);

@@ -34,7 +34,7 @@ std::string TheOnly(const fs::path& folder, std::vector<fs::path> found, const s
 }  // namespace
 
 bool IsLegOptFolder(const fs::path& folder) {
-  return std::any_of(kTasks.begin(), kTasks.end(), [&](const TaskDescription& task) {
+  return std::ranges::any_of(ProblemTasks(), [&](const TaskDescription& task) {
     return fs::is_regular_file(folder / task.legopt_problem_file);
   });
 }
@@ -54,7 +54,7 @@ DatasetDescription DescribeLegOptFolder(const fs::path& folder) {
   }
   description.robot_file = TheOnly(absolute, robots, "URDF file (*.urdf)");
   description.scene_file = TheOnly(absolute, meshes, "scene mesh (.stl, .obj, .dae, .ply)");
-  for (const TaskDescription& task : kTasks) {
+  for (const TaskDescription& task : ProblemTasks()) {
     if (!fs::is_regular_file(absolute / task.legopt_problem_file)) continue;
     description.problem_files[task.task] = task.legopt_problem_file;
   }

@@ -95,13 +95,21 @@ bool operator==(const ProblemDefinition& a, const ProblemDefinition& b) {
   return a.id == b.id && a.stances == b.stances;
 }
 
+Stance PlantedFeet(const Stance& from, const Stance& to) {
+  Stance planted;
+  for (const Foothold& foothold : from.footholds) {
+    if (std::ranges::find(to.footholds, foothold) != to.footholds.end()) planted.footholds.push_back(foothold);
+  }
+  return planted;
+}
+
 bool Fits(Task task, const ProblemDefinition& problem) {
   return HasStances(task, static_cast<int>(problem.stances.size()));
 }
 
 std::string StancesOfTasks() {
   std::string text;
-  for (const TaskDescription& description : kTasks) {
+  for (const TaskDescription& description : ProblemTasks()) {
     text += (text.empty() ? "a " : ", a ") + std::string(ToString(description.task)) + " problem " +
             (text.empty() ? "has " : "") + std::string(description.stances);
   }

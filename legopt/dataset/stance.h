@@ -35,6 +35,10 @@ bool operator==(const Foothold& a, const Foothold& b);
 bool operator==(const Stance& a, const Stance& b);
 bool operator==(const ProblemDefinition& a, const ProblemDefinition& b);
 
+/// The feet that stay where they are from a waypoint of one stance to a waypoint of the next: those that both have at
+/// the same target. In the order of `from`; empty when there are none.
+Stance PlantedFeet(const Stance& from, const Stance& to);
+
 /// Whether the problem has as many stances as the task wants.
 bool Fits(Task task, const ProblemDefinition& problem);
 

@@ -10,6 +10,9 @@ struct FootPoseError {
   int component = 0;     ///< 0..2: quaternion x y z, 3..5: translation x y z, in the target frame
 };
 
+/// Whether a figure fails a tolerance; what is not a number does.
+inline bool Exceeds(double value, double tolerance) { return !(value <= tolerance); }
+
 /// Of the vector part of the quaternion and the translation of inverse(target) * actual. Poses in the world.
 FootPoseError ErrorOfFootPose(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual);
 

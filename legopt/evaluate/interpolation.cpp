@@ -15,16 +15,15 @@ bool IsUsable(const RobotModel& robot, const Eigen::VectorXd& x) {
          x.tail<4>().stableNorm() > 0;
 }
 
-/// Joints within their limits, unit quaternion.
-Eigen::VectorXd Normalised(const RobotModel& robot, const Eigen::VectorXd& waypoint) {
+}  // namespace
+
+Eigen::VectorXd ClampedConfiguration(const RobotModel& robot, const Eigen::VectorXd& waypoint) {
   Eigen::VectorXd x = waypoint;
   x.head(robot.num_dofs()) =
       waypoint.head(robot.num_dofs()).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
   x.tail<4>() = waypoint.tail<4>().stableNormalized();
   return x;
 }
-
-}  // namespace
 
 InterpolationScore ScoreInterpolation(std::span<const Eigen::VectorXd> waypoints, Kinematics& kinematics,
                                       ExactCollision& collision) {
@@ -34,10 +33,10 @@ InterpolationScore ScoreInterpolation(std::span<const Eigen::VectorXd> waypoints
   if (waypoints.size() < 2 || !usable) return {};
   InterpolationScore score{.environment_depth_m = 0, .self_depth_m = 0, .free_share = 0};
   Eigen::VectorXd x(robot.configuration_size());
-  Eigen::VectorXd from = Normalised(robot, waypoints[0]);
+  Eigen::VectorXd from = ClampedConfiguration(robot, waypoints[0]);
   int free = 0;
   for (size_t w = 1; w < waypoints.size(); ++w) {
-    const Eigen::VectorXd to = Normalised(robot, waypoints[w]);
+    const Eigen::VectorXd to = ClampedConfiguration(robot, waypoints[w]);
     double deepest = 0;
     for (int k = 1; k <= kInterpolationSteps; ++k) {
       InterpolateConfiguration(robot, from, to, static_cast<double>(k) / (kInterpolationSteps + 1), x);

@@ -27,6 +27,9 @@ struct InterpolationScore {
 /// Depth up to which a transition counts as free, m: the judge's tolerance.
 inline constexpr double kFreeDepth_m = 1e-3;
 
+/// A configuration as the judge's kinematics see it: joints within their limits, unit quaternion.
+Eigen::VectorXd ClampedConfiguration(const RobotModel& robot, const Eigen::VectorXd& waypoint);
+
 /// Scores the transitions between all consecutive waypoints, with the exact meshes, on the path of
 /// robot/interpolation.h. Joints are clamped to their limits first, as for the verdict; quaternions may have any
 /// non-zero norm. `kinematics` and `collision` are workspaces of the robot. With less than two waypoints, or one that

@@ -3,14 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <utility>
 #include <vector>
 
 #include "legopt/collision/exact_collision.h"
 #include "legopt/dataset/support_polygon.h"
+#include "legopt/evaluate/fault_texts.h"
 #include "legopt/evaluate/foot_pose_error.h"
+#include "legopt/evaluate/path_examiner.h"
+#include "legopt/evaluate/timed_path.h"
 #include "legopt/input_error.h"
 #include "legopt/robot/dof_names.h"
 #include "legopt/robot/kinematics.h"
@@ -19,38 +21,15 @@ namespace legopt {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kMillimetres = 1000.0;
-constexpr int kDigits = 4;
-
-std::string Text(double value) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.*g", kDigits, value);
-  return buffer.data();
-}
-
-std::string Length(double value_m) { return value_m < 1 ? Text(value_m * kMillimetres) + " mm" : Text(value_m) + " m"; }
 
 /// Where Evaluation has the verdict of each rule.
 constexpr std::array<std::pair<Rule, Verdict Evaluation::*>, kNumWords<Rule>> kVerdicts = {
     {{Rule::kLiteral, &Evaluation::literal}, {Rule::kStrict, &Evaluation::strict}, {Rule::kSolid, &Evaluation::solid}}};
 
-/// Negated so that NaN fails.
-bool Exceeds(double value, double tolerance) { return !(value <= tolerance); }
-
 /// Running maximum of a figure that starts as NaN ("never evaluated"); a NaN value counts as infinite.
 void Include(double value, double* largest) {
   if (std::isnan(value)) value = kInfinity;
   if (std::isnan(*largest) || value > *largest) *largest = value;
-}
-
-std::string DescribePoseError(const std::string& link, const FootPoseError& error) {
-  const std::string axis(1, "xyz"[error.component % 3]);
-  if (error.component >= 3) {
-    return link + " translation " + axis + " off by " + Length(error.violation) + " (tolerance " +
-           Length(kPoseTolerance) + ")";
-  }
-  return link + " rotation about " + axis + " off by " + Text(error.violation) + " (quaternion component, tolerance " +
-         Text(kPoseTolerance) + ", half the angle in rad)";
 }
 
 }  // namespace
@@ -65,6 +44,7 @@ class Judge::Workspace {
         kinematics_(robot_),
         previous_(robot_),
         collision_(robot_, dataset_->scene(), dataset_->collision_model(), culling),
+        examiner_(*dataset_, collision_),
         step_limit_m_(kStepShare * dataset_->robot_bounds().diagonal().norm()),
         clamped_(robot_.configuration_size()),
         torques_(robot_.num_dofs()) {}
@@ -75,6 +55,7 @@ class Judge::Workspace {
 
  private:
   Evaluation Judged(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
+  Evaluation JudgedPath(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> points);
   static void CheckTask(Task task, const ProblemDefinition& problem);
   void CheckFootNames(const ProblemDefinition& problem) const;
   static void Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation);
@@ -92,6 +73,7 @@ class Judge::Workspace {
   double Cost(Task task, std::span<const Eigen::VectorXd> waypoints);
   double Torques(std::span<const Eigen::VectorXd> waypoints);
   double JointSteps(std::span<const Eigen::VectorXd> waypoints) const;
+  double PathCost(const TimedPath& path) const;
   const std::string& LinkName(int link) const { return robot_.links()[static_cast<size_t>(link)].name; }
   std::string ObjectName(int object) const {
     return "'" + dataset_->scene().objects[static_cast<size_t>(object)].name + "' of the scene";
@@ -105,6 +87,7 @@ class Judge::Workspace {
   Kinematics kinematics_;
   Kinematics previous_;  ///< of the waypoint before
   ExactCollision collision_;
+  PathExaminer examiner_;  ///< of paths in time
   double step_limit_m_;
   Eigen::VectorXd clamped_;
   Eigen::VectorXd torques_;
@@ -164,7 +147,7 @@ bool Judge::Workspace::IsWellFormed(const Eigen::VectorXd& x, int waypoint, Eval
   if (!x.allFinite()) {
     Eigen::Index bad = 0;
     while (std::isfinite(x[bad])) ++bad;
-    Fail(Verdict::kNotFinite, waypoint, "number " + std::to_string(bad) + " is " + Text(x[bad]), evaluation);
+    Fail(Verdict::kNotFinite, waypoint, "number " + std::to_string(bad) + " is " + NumberText(x[bad]), evaluation);
     return false;
   }
   const double norm = x.tail<4>().stableNorm();
@@ -192,7 +175,7 @@ void Judge::Workspace::CheckFeet(const Stance& stance, int waypoint, Evaluation*
     const FootPoseError error = ErrorOfFootPose(dataset_->FootTarget(foothold), actual);
     Include(error.violation, &evaluation->foot_violation);
     if (Exceeds(error.violation, kPoseTolerance)) {
-      Fail(Verdict::kFootPose, waypoint, DescribePoseError(foothold.link, error), evaluation);
+      Fail(Verdict::kFootPose, waypoint, PoseErrorText(foothold.link, error, kPoseTolerance), evaluation);
     }
   }
 }
@@ -206,10 +189,7 @@ void Judge::Workspace::CheckCom(int waypoint, Evaluation* evaluation) {
       finite ? SignedDistanceToPolygon(SupportPolygon(placements_), kinematics_.com().head<2>()) : kInfinity;
   Include(std::max(0.0, distance), &evaluation->com_violation_m);
   if (Exceeds(distance, kComTolerance_m)) {
-    Fail(Verdict::kCom, waypoint,
-         "centre of mass " + Length(distance) + " outside the support polygon (tolerance " + Length(kComTolerance_m) +
-             ")",
-         evaluation);
+    Fail(Verdict::kCom, waypoint, ComErrorText(distance, kComTolerance_m), evaluation);
   }
 }
 
@@ -227,15 +207,16 @@ void Judge::Workspace::CheckLimits(const Eigen::VectorXd& x, int waypoint, Evalu
     const std::string unit = " " + std::string(UnitOf(joint.type));
     const bool is_below = below > 0;
     Fail(Verdict::kJointLimit, waypoint,
-         joint.name + " = " + Text(x[dof]) + " is " + Text(violation) + unit + (is_below ? " below" : " above") +
-             " its limit " + Text(is_below ? lower : upper) + " (tolerance " + Text(kLimitTolerance) + unit + ")",
+         joint.name + " = " + NumberText(x[dof]) + " is " + NumberText(violation) + unit +
+             (is_below ? " below" : " above") + " its limit " + NumberText(is_below ? lower : upper) + " (tolerance " +
+             NumberText(kLimitTolerance) + unit + ")",
          evaluation);
   }
 }
 
 std::string Judge::Workspace::DescribeContact(const ExactCollision::SceneContact& contact) const {
-  return LinkName(contact.link) + " is " + Length(contact.depth_m) + " deep in " + ObjectName(contact.object) +
-         " (tolerance " + Length(kDepthTolerance_m) + ")";
+  return LinkName(contact.link) + " is " + LengthText(contact.depth_m) + " deep in " + ObjectName(contact.object) +
+         " (tolerance " + LengthText(kDepthTolerance_m) + ")";
 }
 
 void Judge::Workspace::CheckEnvironment(int waypoint, Evaluation* evaluation) {
@@ -250,8 +231,8 @@ void Judge::Workspace::CheckEnvironment(int waypoint, Evaluation* evaluation) {
 }
 
 std::string Judge::Workspace::DescribeOverlap(const LinkPair& pair, double depth_m) const {
-  return LinkName(pair.first) + " and " + LinkName(pair.second) + " overlap by " + Length(depth_m) + " (tolerance " +
-         Length(kDepthTolerance_m) + ")";
+  return LinkName(pair.first) + " and " + LinkName(pair.second) + " overlap by " + LengthText(depth_m) +
+         " (tolerance " + LengthText(kDepthTolerance_m) + ")";
 }
 
 void Judge::Workspace::CheckSelf(int waypoint, Evaluation* evaluation) {
@@ -276,8 +257,8 @@ void Judge::Workspace::CheckIgnoredPairs(int waypoint, Evaluation* evaluation) {
 
 std::string Judge::Workspace::DescribeContainment(const ExactCollision::Containment& containment) const {
   const std::string other = containment.object < 0 ? LinkName(containment.other_link) : ObjectName(containment.object);
-  return LinkName(containment.link) + " and " + other + " have a vertex " + Length(containment.depth_m) +
-         " inside of the other's closed body (tolerance " + Length(kDepthTolerance_m) + ")";
+  return LinkName(containment.link) + " and " + other + " have a vertex " + LengthText(containment.depth_m) +
+         " inside of the other's closed body (tolerance " + LengthText(kDepthTolerance_m) + ")";
 }
 
 void Judge::Workspace::CheckContainment(int waypoint, Evaluation* evaluation) {
@@ -294,8 +275,8 @@ void Judge::Workspace::CheckStep(int waypoint, Evaluation* evaluation) {
   Include(longest.distance_m, &evaluation->longest_step_m);
   if (!Exceeds(longest.distance_m, step_limit_m_)) return;
   FailBy(Rule::kSolid, Verdict::kStep, waypoint,
-         LinkName(longest.link) + " moves by " + Length(longest.distance_m) + " from the waypoint before (at most " +
-             Length(step_limit_m_) + ")",
+         LinkName(longest.link) + " moves by " + LengthText(longest.distance_m) +
+             " from the waypoint before (at most " + LengthText(step_limit_m_) + ")",
          evaluation);
 }
 
@@ -324,12 +305,23 @@ double Judge::Workspace::JointSteps(std::span<const Eigen::VectorXd> waypoints) 
   return sum;
 }
 
+/// The same of a path: what it converges to with ever more waypoints.
+double Judge::Workspace::PathCost(const TimedPath& path) const {
+  const int n = robot_.num_dofs();
+  double sum = 0;
+  for (size_t i = 1; i < path.points.size(); ++i) {
+    sum += (path.points[i].head(n) - path.points[i - 1].head(n)).squaredNorm() / (path.times[i] - path.times[i - 1]);
+  }
+  return sum / static_cast<double>(path.waypoints.size());
+}
+
 Evaluation Judge::Workspace::Evaluate(Task task, const ProblemDefinition& problem,
                                       std::span<const Eigen::VectorXd> waypoints) {
   CheckTask(task, problem);
   CheckFootNames(problem);
+  if (IsTimed(task)) return JudgedPath(task, problem, waypoints);
   Evaluation evaluation = Judged(task, problem, waypoints);
-  if (DescriptionOf(task).between_waypoints) {
+  if (DescriptionOf(task).between == Between::kScored) {
     evaluation.interpolation = ScoreInterpolation(waypoints, kinematics_, collision_);
   }
   return evaluation;
@@ -365,6 +357,37 @@ Evaluation Judge::Workspace::Judged(Task task, const ProblemDefinition& problem,
     CheckStep(w, &evaluation);
   }
   if (evaluation.literal == Verdict::kSuccess) evaluation.cost = Cost(task, waypoints);
+  return evaluation;
+}
+
+/// The waypoints by the phases above; if they pass, what is between them.
+Evaluation Judge::Workspace::JudgedPath(Task task, const ProblemDefinition& problem,
+                                        std::span<const Eigen::VectorXd> points) {
+  Evaluation evaluation;
+  evaluation.num_waypoints = NumWaypoints(task, static_cast<int>(problem.stances.size()));
+  TimedPath path;
+  if (const auto fault = TakeApart(points, evaluation.num_waypoints, robot_.configuration_size(), &path)) {
+    Fail(fault->verdict, fault->waypoint, fault->detail, &evaluation);
+    return evaluation;
+  }
+  for (size_t i = 0; i < path.points.size(); ++i) {
+    const int waypoint = static_cast<int>(std::floor(path.times[i]));
+    if (!IsWellFormed(path.points[i], waypoint, &evaluation)) return evaluation;
+    CheckLimits(path.points[i], waypoint, &evaluation);
+  }
+  std::vector<Eigen::VectorXd> waypoints;
+  for (const size_t i : path.waypoints) waypoints.push_back(path.points[i]);
+  if (evaluation.literal != Verdict::kSuccess) return evaluation;
+  evaluation = Judged(task, problem, waypoints);
+  if (evaluation.literal != Verdict::kSuccess) return evaluation;
+  const PathFindings between = examiner_.Examine(task, problem, path);
+  evaluation.interpolation = between.score;
+  Include(between.foot_violation, &evaluation.foot_violation);
+  Include(between.com_violation_m, &evaluation.com_violation_m);
+  evaluation.cost = PathCost(path);
+  if (between.verdict == Verdict::kSuccess) return evaluation;
+  Fail(between.verdict, between.waypoint, between.detail, &evaluation);
+  evaluation.cost = Evaluation::kNotEvaluated;
   return evaluation;
 }
 

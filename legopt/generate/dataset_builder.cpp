@@ -139,10 +139,10 @@ void Builder::PrepareFolder() {
     scenario_name_ = source->name();
   }
   description.name = options_.name;
-  for (const TaskDescription& task : kTasks) description.problem_files[task.task] = task.problem_file;
+  for (const TaskDescription& task : ProblemTasks()) description.problem_files[task.task] = task.problem_file;
   WriteTextFile(folder_ / kDatasetFileName,
                 FormatDatasetFile(description, "Made by `legopt generate`; " + options_.Identity()));
-  for (const TaskDescription& task : kTasks) {
+  for (const TaskDescription& task : ProblemTasks()) {
     WriteTextFile(folder_ / task.problem_file, FormatProblems({}, task.task, source->robot().name(), scenario_name_));
   }
   WriteManifestHashes(folder_, options_.read_guard);

@@ -16,7 +16,7 @@ void Append(std::vector<DatasetFinding> more, std::vector<DatasetFinding>* findi
 
 FootholdList FootholdsOf(const Dataset& dataset) {
   FootholdList footholds;
-  for (const TaskDescription& task : kTasks) footholds.Add(task.task, dataset.problems(task.task));
+  for (const TaskDescription& task : ProblemTasks()) footholds.Add(task.task, dataset.problems(task.task));
   return footholds;
 }
 

@@ -75,7 +75,7 @@ class Importer {
     const std::string name = inside.generic_string();
     if (name == kRobotFileName) return sources_.robot;
     if (name == description_.scene_file) return sources_.scene;
-    for (const TaskDescription& task : kTasks) {
+    for (const TaskDescription& task : ProblemTasks()) {
       if (name == task.problem_file) return sources_.problems[task.task];
     }
     if (name == kDatasetFileName) return options_.source;
@@ -141,7 +141,7 @@ class Importer {
   void WriteProblems() {
     FootholdList footholds;
     std::vector<std::pair<Task, ProblemFile>> files;
-    for (const TaskDescription& task : kTasks) {
+    for (const TaskDescription& task : ProblemTasks()) {
       const fs::path& path = sources_.problems[task.task];
       if (path.empty()) continue;
       files.emplace_back(task.task, ReadProblemFile(path));

@@ -174,7 +174,8 @@ std::vector<DatasetFinding> CheckTrunk(const Dataset& dataset) {
   CollisionQuery query(dataset.collision_model());
   const int height = dataset.robot().num_dofs() + 2;
   std::vector<DatasetFinding> findings;
-  for (const auto& [task, word] : kWords<Task>) {
+  for (const TaskDescription& description : ProblemTasks()) {
+    const Task task = description.task;
     if (dataset.problems(task).empty()) continue;
     ProblemIds problems;
     std::map<int, std::set<int>> by_link;
@@ -195,7 +196,7 @@ std::vector<DatasetFinding> CheckTrunk(const Dataset& dataset) {
     finding.check = "trunk in collision";
     finding.field = ToString(problems);
     finding.value = std::to_string(problems[task].size()) + " of " + std::to_string(dataset.problems(task).size()) +
-                    " " + std::string(word) + " problems";
+                    " " + std::string(ToString(task)) + " problems";
     finding.message = "have trunk, arms or head in the scene in the nominal posture over a stance";
     if (by_link.empty()) continue;
     finding.severity = Severity::kWarning;

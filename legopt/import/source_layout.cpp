@@ -69,7 +69,7 @@ class Finder {
       const DatasetDescription description = ReadDatasetFile(folder_);
       layout.robot = Chosen(choices_.robot).value_or(folder_ / description.robot_file);
       layout.scene = Chosen(choices_.scene).value_or(folder_ / description.scene_file);
-      for (const TaskDescription& task : kTasks) {
+      for (const TaskDescription& task : ProblemTasks()) {
         const std::string& file = description.problem_files[task.task];
         if (!file.empty()) layout.problems[task.task] = folder_ / file;
       }
@@ -78,7 +78,7 @@ class Finder {
       layout.scene = Scene(layout.robot);
       FindProblems(&layout);
     }
-    for (const TaskDescription& task : kTasks) {
+    for (const TaskDescription& task : ProblemTasks()) {
       fs::path& file = layout.problems[task.task];
       file = Chosen(choices_.problems[task.task]).value_or(file);
     }
@@ -171,7 +171,7 @@ class Finder {
     if (!problems.problems.empty()) {
       return TaskOfStances(static_cast<int>(problems.problems.front().stances.size())).value_or(task);
     }
-    for (const TaskDescription& named : kTasks) {
+    for (const TaskDescription& named : ProblemTasks()) {
       if (file.filename().string().find(ToString(named.task)) != std::string::npos) task = named.task;
     }
     return task;

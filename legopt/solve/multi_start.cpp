@@ -40,4 +40,10 @@ MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen
   return result;
 }
 
+std::string WorstTerm(const Program& program, const SolverResult& result) {
+  if (result.feasible || result.value.worst_term < 0) return "";
+  const TermShape& shape = program.terms()[static_cast<size_t>(result.value.worst_term)]->shape();
+  return "largest violation: " + shape.name;
+}
+
 }  // namespace legopt

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "legopt/optimize/solver.h"
@@ -33,6 +34,9 @@ struct MultiStartResult {
   /// A stop check ended it.
   bool stopped() const { return IsStopped(best.status); }
 };
+
+/// "largest violation: " and the term that has it; empty when the result is feasible or has none.
+std::string WorstTerm(const Program& program, const SolverResult& result);
 
 /// One attempt from `start`, then up to max_restarts from perturbed copies of it, until one ends feasible.
 MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen::VectorXd& start,

@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "legopt/blake2b.h"
+#include "legopt/evaluate/timed_path.h"
 #include "legopt/solve/multi_start.h"
+#include "legopt/solve/path_solver.h"
 #include "legopt/solve/solve_timer.h"
 #include "legopt/terms/initial_guess.h"
 #include "legopt/terms/task_program.h"
@@ -25,13 +27,14 @@ std::mt19937_64 GeneratorOf(const std::string& identity) {
   return std::mt19937_64(std::stoull(Blake2bHex(identity).substr(0, kSeedDigits), nullptr, kHexadecimal));
 }
 
-std::string WorstTerm(const Program& program, const SolverResult& result) {
-  if (result.feasible || result.value.worst_term < 0) return "";
-  const TermShape& shape = program.terms()[static_cast<size_t>(result.value.worst_term)]->shape();
-  return "largest violation: " + shape.name;
-}
-
 }  // namespace
+
+/// Which points of a program a restart leaves where they are.
+enum class Ends : std::uint8_t {
+  kFree,        ///< none
+  kFirstFixed,  ///< the first
+  kBothFixed    ///< the first and the last
+};
 
 /// One solve.
 class ProblemSolver::Run {
@@ -63,16 +66,22 @@ class ProblemSolver::Run {
   }
   /// Term evaluations so far.
   std::int64_t Evaluations() const {
-    return outcome_.term_evaluations + (program_ == nullptr ? 0 : program_->TermEvaluations());
+    return outcome_.term_evaluations + (program_ == nullptr ? 0 : program_->TermEvaluations()) +
+           (paths_ ? paths_->Evaluations() : 0);
   }
   std::optional<SolveStatus> Stopped() const;
-  void Perturb(std::mt19937_64& generator, int first_waypoint, Eigen::VectorXd& x) const;
-  MultiStartSettings Attempts(std::string identity, int window, int first_waypoint);
+  void Perturb(std::mt19937_64& generator, Ends ends, Eigen::VectorXd& x) const;
+  MultiStartSettings Attempts(std::string identity, int window, Ends ends);
   Eigen::VectorXd WindowStart(std::span<const Stance> stances, bool fixed_first) const;
   bool SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index);
+  void SolveWays(const ProblemDefinition& problem);
   void KeepWindow(const StanceWindow& window, const Eigen::VectorXd& x);
   std::string WindowName(const StanceWindow& window, int index) const;
   void Account(const MultiStartResult& result);
+  void Account(const WaySolution& solution, int way);
+  const Stance* StanceAt(const ProblemDefinition& problem, int waypoint) const {
+    return &problem.stances[static_cast<size_t>(StanceOfWaypoint(task_.task, waypoint))];
+  }
   SolveOutcome Finish();
 
   const Dataset& dataset_;
@@ -87,6 +96,7 @@ class ProblemSolver::Run {
   SolveOutcome outcome_;
   const Program* program_ = nullptr;  ///< of the window at hand
   double window_costs_ = 0.0;         ///< sum of the programs' own
+  std::optional<PathSolver> paths_;   ///< of a continuous task, once its waypoints are known
 };
 
 // Effort before time: a solve that ends by its effort does so whenever the clock lets it come that far.
@@ -98,23 +108,22 @@ std::optional<SolveStatus> ProblemSolver::Run::Stopped() const {
   return late ? std::optional(SolveStatus::kTimeLimit) : std::nullopt;
 }
 
-void ProblemSolver::Run::Perturb(std::mt19937_64& generator, int first_waypoint, Eigen::VectorXd& x) const {
+void ProblemSolver::Run::Perturb(std::mt19937_64& generator, Ends ends, Eigen::VectorXd& x) const {
   const Eigen::Index size = dataset_.robot().configuration_size();
-  for (Eigen::Index t = first_waypoint; t < x.size() / size; ++t) {
+  const Eigen::Index end = x.size() / size - (ends == Ends::kBothFixed ? 1 : 0);
+  for (Eigen::Index t = ends == Ends::kFree ? 0 : 1; t < end; ++t) {
     PerturbJoints(dataset_.robot(), generator, method_.restart_noise_deg * kRadiansPerDegree,
                   x.segment(t * size, size));
   }
 }
 
-MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int window, int first_waypoint) {
+MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int window, Ends ends) {
   MultiStartSettings attempts;
   attempts.max_restarts = method_.multi_starts;
   attempts.generator = [identity = std::move(identity)](int restart) {
     return GeneratorOf(identity + std::to_string(restart));
   };
-  attempts.perturb = [this, first_waypoint](std::mt19937_64& generator, Eigen::VectorXd& x) {
-    Perturb(generator, first_waypoint, x);
-  };
+  attempts.perturb = [this, ends](std::mt19937_64& generator, Eigen::VectorXd& x) { Perturb(generator, ends, x); };
   if (!task_.windowed && settings_.progress) {
     attempts.attempted = [this](int made) { settings_.progress(made, method_.multi_starts + 1); };
   }
@@ -126,6 +135,49 @@ MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int window
     step.elapsed_us = timer_.wall_us();
   };
   return attempts;
+}
+
+/// What lies between the waypoints of a continuous task, one way after the other; those that fail are kept as well, for
+/// the judge to tell.
+void ProblemSolver::Run::SolveWays(const ProblemDefinition& problem) {
+  paths_.emplace(dataset_, query_, *solver_, task_.task, Contacts());
+  TimedPath path;
+  const auto keep = [&path](const Eigen::VectorXd& point, double time) {
+    path.points.push_back(point);
+    path.times.push_back(time);
+  };
+  const int ways = static_cast<int>(outcome_.waypoints.size()) - 1;
+  for (int w = 0; w <= ways; ++w) {
+    const Eigen::VectorXd& from = outcome_.waypoints[static_cast<size_t>(w)];
+    keep(from, w);
+    if (w == ways || outcome_.windows_solved < outcome_.windows) continue;
+    if (const auto stop = Stopped()) {
+      outcome_.status = *stop;
+      continue;
+    }
+    const Way way{StanceAt(problem, w), StanceAt(problem, w + 1), &from,
+                  &outcome_.waypoints[static_cast<size_t>(w) + 1]};
+    const WaySolution solution = paths_->Solve(
+        way, [&] { return Attempts(Identity(problem, outcome_.windows + w), outcome_.windows, Ends::kBothFixed); });
+    Account(solution, w);
+    const double pieces = static_cast<double>(solution.inner.size()) + 1.0;
+    for (size_t k = 0; k < solution.inner.size(); ++k) keep(solution.inner[k], w + static_cast<double>(k + 1) / pieces);
+  }
+  outcome_.term_evaluations = Evaluations();
+  paths_.reset();
+  outcome_.waypoints = PutTogether(path);
+}
+
+void ProblemSolver::Run::Account(const WaySolution& solution, int way) {
+  outcome_.restarts += solution.restarts;
+  outcome_ += solution.effort;
+  if (!solution.feasible && outcome_.message.empty()) {
+    outcome_.message = "from waypoint " + std::to_string(way) + " to the next, " + solution.message;
+    outcome_.status =
+        solution.status == SolveStatus::kConvergedFeasible ? SolveStatus::kConvergedInfeasible : solution.status;
+  }
+  if (IsStopped(solution.status)) outcome_.status = solution.status;
+  outcome_.max_violation = std::max(outcome_.max_violation, solution.max_violation);
 }
 
 void ProblemSolver::Run::Account(const MultiStartResult& result) {
@@ -179,8 +231,9 @@ bool ProblemSolver::Run::SolveWindow(const ProblemDefinition& problem, const Sta
   const bool fixed_first = window.first_stance > 0;
   const auto program = MakeTaskProgram(task_.task, dataset_, query_, stances, Contacts(), fixed_first);
   program_ = program.get();
-  const MultiStartResult result = SolveWithRestarts(*solver_, *program, WindowStart(stances, fixed_first),
-                                                    Attempts(Identity(problem, index), index, fixed_first ? 1 : 0));
+  const MultiStartResult result =
+      SolveWithRestarts(*solver_, *program, WindowStart(stances, fixed_first),
+                        Attempts(Identity(problem, index), index, fixed_first ? Ends::kFirstFixed : Ends::kFree));
   outcome_.term_evaluations = Evaluations();
   program_ = nullptr;
   Account(result);
@@ -203,6 +256,7 @@ SolveOutcome ProblemSolver::Run::Solve(const ProblemDefinition& problem) {
     if (!SolveWindow(problem, windows[static_cast<size_t>(index)], index)) break;
   }
   outcome_.cost = SolutionCost(task_.task, dataset_.robot(), outcome_.waypoints, window_costs_);
+  if (IsTimed(task_.task)) SolveWays(problem);
   return Finish();
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <tuple>
 
 #include "legopt/robot/interpolation.h"
@@ -12,13 +11,6 @@ namespace legopt {
 namespace {
 
 constexpr int kQuarters = 4;
-
-/// No point of the ball moves farther between the two poses of its link.
-double LargestWay(const CollisionModel::Ball& ball, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  const Eigen::Matrix3d turn = b.linear() - a.linear();  // Frobenius norm 2 sqrt(2) sin(angle / 2)
-  const Eigen::Vector3d shift = turn * ball.centre + (b.translation() - a.translation());
-  return shift.norm() + ball.radius * turn.norm() / std::numbers::sqrt2;
-}
 
 double DistanceOfPair(const std::vector<Contact>& contacts, int pair_id) {
   for (const Contact& contact : contacts) {
@@ -30,7 +22,8 @@ double DistanceOfPair(const std::vector<Contact>& contacts, int pair_id) {
 }  // namespace
 
 SweptCollisionTerm::SweptCollisionTerm(int waypoint, WaypointState& from, WaypointState& to, const RobotModel& robot,
-                                       CollisionQuery& query, double margin_m, double range_m, double preference_weight)
+                                       CollisionQuery& query, double margin_m, double range_m, double preference_weight,
+                                       double step_m, Sweep sweep)
     : Term({"swept collision", preference_weight > 0.0 ? TermKind::kPreference : TermKind::kInequality, waypoint, 2, -1,
             preference_weight}),
       from_(&from),
@@ -39,6 +32,8 @@ SweptCollisionTerm::SweptCollisionTerm(int waypoint, WaypointState& from, Waypoi
       query_(&query),
       margin_m_(margin_m),
       range_m_(range_m),
+      step_m_(step_m),
+      sweep_(sweep),
       quarters_{Kinematics(robot), Kinematics(robot), Kinematics(robot)},
       kinematics_(robot),
       x_(robot.configuration_size()),
@@ -70,6 +65,9 @@ void SweptCollisionTerm::ComputeModel(LinearModel& model) {
     model.value(i) = margin_m_ - contact.distance_m;
     gradient_.setZero();
     kinematics_.AddPointGradient(contact.link_a, contact.point_a_W, contact.normal_W, -1.0, gradient_.data());
+    if (contact.link_b != kScene) {
+      kinematics_.AddPointGradient(contact.link_b, contact.point_b_W, contact.normal_W, 1.0, gradient_.data());
+    }
     double* const from = model.row(0, i);
     double* const to = model.row(1, i);
     for (int j = 0; j < straight; ++j) {
@@ -114,7 +112,7 @@ int SweptCollisionTerm::ChooseSteps() {
   for (size_t link = 0; link < steps_.size(); ++link) {
     int& steps = steps_[link];
     steps = 1;
-    while (steps < kMostSteps && kQuarters * ways_[link] > kStep_m * steps) steps *= 2;
+    while (steps < kMostSteps && kQuarters * ways_[link] > step_m_ * steps) steps *= 2;
     most = std::max(most, steps);
   }
   return most;
@@ -151,7 +149,9 @@ void SweptCollisionTerm::CollectRows(int most_steps) {
     }
     const double s = static_cast<double>(k) / most_steps;  // exact
     const Kinematics& sample = PlaceSample(k, most_steps);
-    for (const Contact& contact : query_->SceneContacts(sample, range_m_, links_)) rows_.push_back({contact, s});
+    const std::span<const Contact> found = sweep_ == Sweep::kWithAll ? query_->Contacts(sample, range_m_)
+                                                                     : query_->SceneContacts(sample, range_m_, links_);
+    for (const Contact& contact : found) rows_.push_back({contact, s});
   }
 }
 

@@ -12,14 +12,20 @@
 
 namespace legopt {
 
-/// Inequality or preference: no collision with the environment on the way from one waypoint to the next, margin - d <=
-/// 0, m (the paper's continuous collision constraint; docs/readings.md#collision-between-waypoints). Robot links
-/// against the scene only, as there.
+/// What a swept collision term looks at.
+enum class Sweep : std::uint8_t {
+  kWithScene,  ///< links against the scene, as in the paper
+  kWithAll     ///< links against each other, too
+};
+
+/// Inequality or preference: no collision on the way from one waypoint to the next, margin - d <= 0, m (the paper's
+/// continuous collision constraint; docs/readings.md#collision-between-waypoints). Robot links against the scene only,
+/// as there, unless told otherwise.
 ///
 /// Samples. The path (interpolation.h) is looked at where s = k / N, 0 < k < N; the ends belong to the collision terms
 /// of their waypoints. Each link has its own number of sub-steps, the smallest power of two such that none of its
-/// points moves more than kStep_m from one to the next, at most kMostSteps (longer ways then have longer steps), and is
-/// looked at only there: a standing foot costs nothing. N is the largest of these numbers. A point's way is taken as
+/// points moves more than `step_m` from one to the next, at most kMostSteps (longer ways then have longer steps), and
+/// is looked at only there: a standing foot costs nothing. N is the largest of these numbers. A point's way is taken as
 /// four times the longest of its ways within the quarters of the path, which is good to a few per cent. Powers of two
 /// because the numbers jump as the waypoints move: they jump seldom, and a finer set contains the coarser one, so that
 /// a jump up can only find more.
@@ -35,16 +41,18 @@ namespace legopt {
 /// the other still has a gradient of at least 1 / N of the whole.
 class SweptCollisionTerm : public Term {
  public:
-  /// Longest way of a point of a link from one sample to the next, as far as kMostSteps allow.
+  /// Longest way of a point of a link from one sample to the next, as far as kMostSteps allow, unless told otherwise.
   static constexpr double kStep_m = 0.1;
   /// Most sub-steps, a power of two.
   static constexpr int kMostSteps = 32;
 
   /// `from` and `to`: states of `waypoint` and `waypoint` + 1; `range_m` > margin_m: pairs nearer than this may become
   /// rows. `preference_weight`, per metre, makes it a preference; 0: an inequality. States, robot and query (of the
-  /// states' collision model) must outlive the term.
+  /// states' collision model) must outlive the term. `step_m`: see above, > 0. By
+  /// Sweep::kWithAll all links are looked at in all samples.
   SweptCollisionTerm(int waypoint, WaypointState& from, WaypointState& to, const RobotModel& robot,
-                     CollisionQuery& query, double margin_m, double range_m, double preference_weight = 0.0);
+                     CollisionQuery& query, double margin_m, double range_m, double preference_weight = 0.0,
+                     double step_m = kStep_m, Sweep sweep = Sweep::kWithScene);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
   /// The pairs of shapes: one row each.
@@ -79,6 +87,8 @@ class SweptCollisionTerm : public Term {
   CollisionQuery* query_;
   double margin_m_;
   double range_m_;
+  double step_m_;
+  Sweep sweep_;
 
   std::uint64_t from_revision_ = 0;  ///< of the rows; 0 is never that of a state in use
   std::uint64_t to_revision_ = 0;

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 
-#include "legopt/terms/swept_collision_term.h"
 #include "legopt/terms/velocity_term.h"
 #include "legopt/terms/waypoint_terms.h"
 
@@ -24,34 +23,58 @@ double SumOfTransitions(const RobotModel& robot, std::span<const Eigen::VectorXd
   return cost;
 }
 
-/// What a task's programs consist of beyond the constraints of their waypoints.
-struct TaskTerms {
-  Task task{};
-  int window_stances = 1;  ///< at most
-  int window_overlap = 0;  ///< stances shared with the window before
-  void (*add_terms)(const Dataset&, CollisionQuery&, const ContactOptions&, WaypointProgram&) = nullptr;
-  decltype(SumOfWindows)* solution_cost = nullptr;
+/// The terms of a task are added to a program with these.
+struct Ingredients {
+  const Dataset& dataset;
+  CollisionQuery& query;
+  const ContactOptions& contacts;
+  std::span<const WaypointDemand> demands;  ///< of the program's waypoints
 };
 
-void AddTorqueCost(const Dataset&, CollisionQuery&, const ContactOptions&, WaypointProgram& program) {
+void AddTorqueCost(const Ingredients&, WaypointProgram& program) {
   for (int t = program.num_waypoints() - 1; t >= 0; --t) {
     program.Prepend(std::make_unique<TorqueCostTerm>(t, program.state(t)));
   }
 }
 
-void AddTransitions(const Dataset& dataset, CollisionQuery& query, const ContactOptions& contacts,
-                    WaypointProgram& program) {
+void AddTransitions(const Ingredients& of, WaypointProgram& program) {
   constexpr int kVelocityUnit = 0;
   for (int t = 0; t + 1 < program.num_waypoints(); ++t) {
     WaypointState& from = program.state(t);
     WaypointState& to = program.state(t + 1);
     program.Append(std::make_unique<VelocityCostTerm>(t, kVelocityUnit, from, to));
-    if (contacts.continuous == ContinuousCollision::kNone) continue;
-    const double weight = contacts.continuous == ContinuousCollision::kPreferred ? contacts.continuous_weight : 0.0;
-    program.Append(std::make_unique<SweptCollisionTerm>(t, from, to, dataset.robot(), query, contacts.margin_m,
-                                                        contacts.range_m, weight));
+    if (of.contacts.continuous == ContinuousCollision::kNone) continue;
+    const bool preferred = of.contacts.continuous == ContinuousCollision::kPreferred;
+    program.Append(std::make_unique<SweptCollisionTerm>(t, from, to, of.dataset.robot(), of.query, of.contacts.margin_m,
+                                                        of.contacts.range_m,
+                                                        preferred ? of.contacts.continuous_weight : 0.0));
   }
 }
+
+/// A waypoint is also the end of transitions, on which fewer feet may carry the robot.
+void AddBalancedTransitions(const Ingredients& of, WaypointProgram& program) {
+  AddTransitions(of, program);
+  for (int t = 0; t + 1 < program.num_waypoints(); ++t) {
+    const Stance* const stances[] = {of.demands[static_cast<std::size_t>(t)].stance,
+                                     of.demands[static_cast<std::size_t>(t) + 1].stance};
+    const Stance planted = PlantedFeet(*stances[0], *stances[1]);
+    if (planted.footholds.empty()) continue;
+    for (int end = 0; end < 2; ++end) {
+      if (planted.footholds.size() == stances[end]->footholds.size()) continue;  // its own constraint says it
+      program.Append(
+          std::make_unique<ComTerm>(t + end, program.state(t + end), Edges(TargetSupportPolygon(of.dataset, planted))));
+    }
+  }
+}
+
+/// What a task's programs consist of beyond the constraints of their waypoints.
+struct TaskTerms {
+  Task task{};
+  int window_stances = 1;  ///< at most
+  int window_overlap = 0;  ///< stances shared with the window before
+  decltype(AddTorqueCost)* add_terms = nullptr;
+  decltype(SumOfWindows)* solution_cost = nullptr;
+};
 
 /// In the order of the enumerators.
 constexpr std::array kTaskTerms = {
@@ -60,6 +83,16 @@ constexpr std::array kTaskTerms = {
               .window_stances = 6,
               .window_overlap = 1,
               .add_terms = AddTransitions,
+              .solution_cost = SumOfTransitions},
+    TaskTerms{.task = Task::kContinuous,
+              .window_stances = 6,
+              .window_overlap = 1,
+              .add_terms = AddTransitions,
+              .solution_cost = SumOfTransitions},
+    TaskTerms{.task = Task::kBalanced,
+              .window_stances = 6,
+              .window_overlap = 1,
+              .add_terms = AddBalancedTransitions,
               .solution_cost = SumOfTransitions},
 };
 
@@ -89,13 +122,33 @@ std::vector<StanceWindow> StanceWindows(Task task, int num_stances) {
 std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& dataset, CollisionQuery& query,
                                                  std::span<const Stance> stances, const ContactOptions& contacts,
                                                  bool fixed_first) {
-  std::vector<const Stance*> per_waypoint;
+  std::vector<WaypointDemand> demands;
   for (const Stance& stance : stances) {
-    per_waypoint.insert(per_waypoint.end(), static_cast<std::size_t>(DescriptionOf(task).waypoints_per_stance),
-                        &stance);
+    demands.insert(demands.end(), static_cast<std::size_t>(DescriptionOf(task).waypoints_per_stance),
+                   {.stance = &stance});
   }
-  auto program = std::make_unique<WaypointProgram>(dataset, query, per_waypoint, contacts, fixed_first);
-  TermsOf(task).add_terms(dataset, query, contacts, *program);
+  demands.front().fixed = fixed_first;
+  auto program = std::make_unique<WaypointProgram>(dataset, query, demands, contacts);
+  TermsOf(task).add_terms({dataset, query, contacts, demands}, *program);
+  return program;
+}
+
+std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, CollisionQuery& query, const Stance& planted,
+                                                 int pieces, bool balanced, const ContactOptions& contacts,
+                                                 double step_m, Sweep sweep) {
+  constexpr int kVelocityUnit = 0;
+  const bool has_polygon = !planted.footholds.empty();
+  std::vector<WaypointDemand> demands(static_cast<std::size_t>(pieces) + 1,
+                                      {.stance = &planted, .balanced = balanced && has_polygon});
+  demands.front() = demands.back() = {.stance = nullptr, .fixed = true};
+  auto program = std::make_unique<WaypointProgram>(dataset, query, demands, contacts);
+  for (int t = 0; t < pieces; ++t) {
+    WaypointState& from = program->state(t);
+    WaypointState& to = program->state(t + 1);
+    program->Append(std::make_unique<VelocityCostTerm>(t, kVelocityUnit, from, to));
+    program->Append(std::make_unique<SweptCollisionTerm>(t, from, to, dataset.robot(), query, contacts.margin_m,
+                                                         contacts.range_m, 0.0, step_m, sweep));
+  }
   return program;
 }
 

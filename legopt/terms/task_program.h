@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "legopt/terms/swept_collision_term.h"
 #include "legopt/terms/waypoint_program.h"
 #include "words/task.h"
 
@@ -32,6 +33,14 @@ std::vector<StanceWindow> StanceWindows(Task task, int num_stances);
 std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& dataset, CollisionQuery& query,
                                                  std::span<const Stance> stances, const ContactOptions& contacts,
                                                  bool fixed_first = false);
+
+/// The program of the way from one waypoint to the next, cut into `pieces` of equal time, >= 1: their inner points
+/// move, both waypoints are fixed and have no terms. `planted` feet stay on their targets, nothing collides at the
+/// points, nor between them (SweptCollisionTerm, an inequality, samples of `step_m`, of `sweep`); if `balanced`, the
+/// centre of mass is over the planted feet. Its cost is the motion's, but for the factor `pieces`. Lifetimes as above.
+std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, CollisionQuery& query, const Stance& planted,
+                                                 int pieces, bool balanced, const ContactOptions& contacts,
+                                                 double step_m, Sweep sweep);
 
 /// Cost of a whole solution in the optimiser's terms, of `waypoints` (n + 7 each). `window_costs` is the sum of the
 /// windows' own, which counts what they share twice.

@@ -9,22 +9,28 @@
 
 namespace legopt {
 
-WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query, std::span<const Stance* const> stances,
-                                 const ContactOptions& contacts, bool fixed_first)
-    : robot_(&dataset.robot()), fixed_first_(fixed_first) {
-  for (size_t t = 0; t < stances.size(); ++t) {
+WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query, std::span<const WaypointDemand> demands,
+                                 const ContactOptions& contacts)
+    : dataset_(&dataset), robot_(&dataset.robot()) {
+  for (const WaypointDemand& demand : demands) {
+    stances_.push_back(demand.stance != nullptr ? *demand.stance : Stance{});
     states_.emplace_back(*robot_, query, contacts.range_m);
-    AddConstraints(dataset, *stances[t], static_cast<int>(t), contacts.margin_m);
+    fixed_.push_back(demand.fixed);
+    if (demand.stance != nullptr) AddConstraints(dataset, demand, num_waypoints() - 1, contacts.margin_m);
   }
 }
 
-void WaypointProgram::AddConstraints(const Dataset& dataset, const Stance& stance, int waypoint, double margin_m) {
+void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointDemand& demand, int waypoint,
+                                     double margin_m) {
   WaypointState& state = states_.back();
+  const Stance& stance = *demand.stance;
   for (const Foothold& foothold : stance.footholds) {
     terms_.push_back(std::make_unique<FootPoseTerm>(waypoint, state, dataset.foot(foothold.link).link_index,
                                                     dataset.FootTarget(foothold), foothold.link));
   }
-  terms_.push_back(std::make_unique<ComTerm>(waypoint, state, Edges(TargetSupportPolygon(dataset, stance))));
+  if (demand.balanced) {
+    terms_.push_back(std::make_unique<ComTerm>(waypoint, state, Edges(TargetSupportPolygon(dataset, stance))));
+  }
   terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m));
 }
 
@@ -37,10 +43,13 @@ void WaypointProgram::Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<co
                               Eigen::Ref<Eigen::VectorXd> x_next) const {
   const Eigen::Index points = point_size();
   const Eigen::Index tangents = tangent_size();
-  if (fixed_first_) x_next.head(points) = x.head(points);
-  for (Eigen::Index t = first_free(); t < num_waypoints(); ++t) {
-    legopt::Retract(*robot_, x.segment(t * points, points), dx.segment(t * tangents, tangents),
-                    x_next.segment(t * points, points));
+  for (Eigen::Index t = 0; t < num_waypoints(); ++t) {
+    if (IsFixed(t)) {
+      x_next.segment(t * points, points) = x.segment(t * points, points);
+    } else {
+      legopt::Retract(*robot_, x.segment(t * points, points), dx.segment(t * tangents, tangents),
+                      x_next.segment(t * points, points));
+    }
   }
   ProjectOnBounds(x_next);
 }
@@ -67,11 +76,12 @@ void WaypointProgram::StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref
   const Eigen::Index n = robot_->num_dofs();
   lower.setConstant(-std::numeric_limits<double>::infinity());
   upper.setConstant(std::numeric_limits<double>::infinity());
-  if (fixed_first_) {
-    lower.head(tangent_size()).setZero();
-    upper.head(tangent_size()).setZero();
-  }
-  for (Eigen::Index t = first_free(); t < num_waypoints(); ++t) {
+  for (Eigen::Index t = 0; t < num_waypoints(); ++t) {
+    if (IsFixed(t)) {
+      lower.segment(t * tangent_size(), tangent_size()).setZero();
+      upper.segment(t * tangent_size(), tangent_size()).setZero();
+      continue;
+    }
     const auto joints = x.segment(t * point_size(), n);
     lower.segment(t * tangent_size(), n) = robot_->lower_limits() - joints;
     upper.segment(t * tangent_size(), n) = robot_->upper_limits() - joints;
@@ -80,7 +90,8 @@ void WaypointProgram::StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref
 
 void WaypointProgram::ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const {
   const Eigen::Index n = robot_->num_dofs();
-  for (Eigen::Index t = first_free(); t < num_waypoints(); ++t) {
+  for (Eigen::Index t = 0; t < num_waypoints(); ++t) {
+    if (IsFixed(t)) continue;
     auto joints = x.segment(t * point_size(), n);
     joints = joints.cwiseMax(robot_->lower_limits()).cwiseMin(robot_->upper_limits());
   }

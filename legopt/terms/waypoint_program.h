@@ -21,6 +21,13 @@ struct ContactOptions {
   double continuous_weight = 1e2;                                    ///< of the preference, per metre, > 0
 };
 
+/// What one waypoint of a chain has to meet beside its joint limits.
+struct WaypointDemand {
+  const Stance* stance = nullptr;  ///< its feet are planted, nothing collides; null: no terms
+  bool fixed = false;              ///< it does not move
+  bool balanced = true;            ///< the centre of mass is over the support polygon of its feet
+};
+
 /// A chain of waypoints of one robot, each bound to a stance: one pose term per foot, the centre of mass over the
 /// support polygon of the targets, collision, joint limits as bounds. The task adds terms of its own (task_program.h).
 ///
@@ -28,10 +35,9 @@ struct ContactOptions {
 /// it. One thread.
 class WaypointProgram : public Program {
  public:
-  /// The constraints of all waypoints; `stances` has the stance of each and need not outlive the call. With
-  /// `fixed_first` the first waypoint does not move (docs/readings.md#motion-windows).
-  WaypointProgram(const Dataset& dataset, CollisionQuery& query, std::span<const Stance* const> stances,
-                  const ContactOptions& contacts, bool fixed_first);
+  /// The constraints of all waypoints; `demands` and their stances need not outlive the call.
+  WaypointProgram(const Dataset& dataset, CollisionQuery& query, std::span<const WaypointDemand> demands,
+                  const ContactOptions& contacts);
 
   /// Add a term before or after those that there are. It may refer to the states.
   void Prepend(std::unique_ptr<Term> term) { terms_.insert(terms_.begin(), std::move(term)); }
@@ -54,17 +60,23 @@ class WaypointProgram : public Program {
                   Eigen::Ref<Eigen::VectorXd> upper) const override;
   void ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const override;
 
+  /// Whose waypoints they are.
+  const Dataset& dataset() const { return *dataset_; }
+  /// The dataset's.
+  const RobotModel& robot() const { return *robot_; }
+  /// What a waypoint is bound to; without footholds where nothing is demanded.
+  const Stance& stance(int waypoint) const { return stances_[static_cast<size_t>(waypoint)]; }
   /// What the terms of a waypoint share; at the point of the last SetPoint.
   WaypointState& state(int waypoint) { return states_[static_cast<size_t>(waypoint)]; }
 
  private:
-  void AddConstraints(const Dataset& dataset, const Stance& stance, int waypoint, double margin_m);
+  void AddConstraints(const Dataset& dataset, const WaypointDemand& demand, int waypoint, double margin_m);
+  bool IsFixed(Eigen::Index waypoint) const { return fixed_[static_cast<size_t>(waypoint)]; }
 
-  /// First waypoint that moves.
-  Eigen::Index first_free() const { return fixed_first_ ? 1 : 0; }
-
+  const Dataset* dataset_;
   const RobotModel* robot_;
-  bool fixed_first_;
+  std::vector<bool> fixed_;           ///< by waypoint
+  std::vector<Stance> stances_;       ///< likewise
   std::deque<WaypointState> states_;  ///< terms point into it
   std::vector<std::unique_ptr<Term>> terms_;
 };

@@ -14,7 +14,7 @@ from .program import run_program
 from .read_only_file import ReadOnlyFile
 from .rows import Rows
 from .trace import decode_history, decode_trace
-from .waypoints import Waypoints, decode_waypoint
+from .waypoints import TIMED_TASKS, Waypoints, decode_waypoint
 
 RULES = ["literal", "strict", "solid"]
 
@@ -134,15 +134,16 @@ class Database:
     def waypoints(self, job: int) -> Waypoints:
         """The solution of a job as far as it came, whether the judge accepts it or not; of a motion that lost its first
         window that is nothing. RequestError: no such job, or it has no result."""
-        facts = self._job(job, "d.joint_names FROM jobs AS j JOIN problems AS p USING (problem_key) "
+        facts = self._job(job, "d.joint_names, p.task FROM jobs AS j JOIN problems AS p USING (problem_key) "
                                "JOIN datasets AS d USING (dataset_id) LEFT JOIN results AS r ON r.job_id = j.job_id")
         stored = self._file.select("SELECT x FROM waypoints WHERE job_id = ? ORDER BY waypoint", [job])
         x = [decode_waypoint(row["x"], f"{self.path}: job {job}") for row in stored]
+        times = [row.pop() for row in x] if facts["task"] in TIMED_TASKS else None
         names = json.loads(facts["joint_names"]) if facts["joint_names"] else None
         if len({len(row) for row in x}) > 1 or x and names is not None and len(names) != len(x[0]) - 7:
             raise DatabaseError(f"{self.path}: job {job}: waypoints of different lengths, or not of its robot; "
                                 "restore a backup")
-        return Waypoints(job, x, names)
+        return Waypoints(job, x, names, times)
 
     def trace(self, job: int) -> Rows:
         """How its solve converged, one row per step that is kept, as `legopt trace`: step, window, restart, start,

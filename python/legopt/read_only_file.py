@@ -14,7 +14,7 @@ from .errors import DatabaseError, RequestError
 from .rows import Rows
 
 APPLICATION_ID = 0x4C474F50  # "LGOP"
-SCHEMA_VERSION = 8
+SCHEMA_VERSION = 9
 _OLDEST_SQLITE = (3, 37)  # the first that knows STRICT tables; others call the schema malformed
 
 _READING = {sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_RECURSIVE, sqlite3.SQLITE_FUNCTION}

@@ -22,7 +22,7 @@ from typing import Any, TextIO
 
 from .errors import LegoptError
 
-__all__ = ["Evaluation", "Problem", "Row", "Solution", "Stopped", "serve"]
+__all__ = ["Contact", "Evaluation", "Problem", "Row", "Solution", "Stopped", "serve"]
 
 PROTOCOL = 1
 
@@ -46,6 +46,24 @@ class Row:
 
 
 @dataclass(frozen=True)
+class Contact:
+    """Two bodies that are near each other, or go through each other. World frame, metres."""
+
+    waypoint: int
+    link: str  #: of the robot
+    other: str | None  #: a link, too; None: the scene
+    distance: float  #: below 0: the length of the way that parts them
+    point: list[float]  #: on the link
+    other_point: list[float]  #: on the other
+    normal: list[float]  #: unit vector from the other to the link
+
+    @property
+    def depth(self) -> float:
+        """How far one is in the other; 0 where they are apart."""
+        return max(0.0, -self.distance)
+
+
+@dataclass(frozen=True)
 class Evaluation:
     """The program at one point."""
 
@@ -55,6 +73,7 @@ class Evaluation:
     values: list[float] = field(default_factory=list)  #: v of every row
     gradient: list[float] | None = None  #: of the cost, one number a variable
     jacobian: list[list[float]] | None = None  #: of every row, by its own variables (Row.first, Row.size)
+    contacts: list[Contact] | None = None  #: of every waypoint
 
 
 @dataclass(frozen=True)
@@ -86,10 +105,11 @@ class Problem:
         """Where the solve begins."""
         return [0.0] * self.num_variables
 
-    def evaluate(self, x: list[float], gradients: bool = False) -> Evaluation:
+    def evaluate(self, x: list[float], gradients: bool = False, contacts: bool = False) -> Evaluation:
         """Cost and rows at x, counted as effort. Raises Stopped."""
         self._asked += 1
-        self._write({"type": "evaluate", "id": self._asked, "x": [float(v) for v in x], "gradients": gradients})
+        self._write({"type": "evaluate", "id": self._asked, "x": [float(v) for v in x], "gradients": gradients,
+                     "contacts": contacts})
         answer = self._read()
         if answer["type"] == "cancel":
             raise Stopped
@@ -97,8 +117,10 @@ class Problem:
             raise ProtocolError(f"expected 'evaluation', got '{answer['type']}'")
         if not answer["finite"]:
             return Evaluation(False)
+        found = [Contact(**{key: each[key] for key in Contact.__dataclass_fields__}) for each in answer["contacts"]] \
+            if contacts else None
         evaluation = Evaluation(True, answer["cost"], answer["violation"], answer["values"], answer.get("gradient"),
-                                answer.get("jacobian"))
+                                answer.get("jacobian"), found)
         merit = (max(evaluation.violation - self.tolerance, 0.0), evaluation.cost)
         if self._best is None or merit < self._best[0]:
             self._best = (merit, [float(v) for v in x])

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 BASE_NAMES = ["base_x_m", "base_y_m", "base_z_m", "base_qw", "base_qx", "base_qy", "base_qz"]
 
+#: Their solutions are paths: a time stamp follows each configuration.
+TIMED_TASKS = ("continuous", "balanced")
+
 
 @dataclasses.dataclass(frozen=True)
 class Waypoints:
@@ -24,6 +27,9 @@ class Waypoints:
     job_id: int
     x: list[list[float]]
     joint_names: list[str] | None  #: None: nobody told the database
+    #: of paths, the solutions of continuous and balanced motions: each row's time in steps from waypoint to waypoint, so
+    #: that waypoint w is the row at time w; None: every row is a waypoint
+    times: list[float] | None = None
 
     def __len__(self) -> int:
         return len(self.x)
@@ -54,13 +60,15 @@ class Waypoints:
         return require("numpy", "an array").array(self.x, dtype="float64").reshape(-1, len(self.names))
 
     def rows(self) -> Rows:
-        """One row per waypoint, a column for each of `names`, and its number."""
-        columns = ["waypoint", *self.names]
-        return Rows(columns, (dict(zip(columns, [number, *row], strict=True)) for number, row in enumerate(self.x)))
+        """One row per waypoint, a column for each of `names`, and its number; of a path its time in place of that."""
+        columns = ["waypoint" if self.times is None else "time", *self.names]
+        places = range(len(self.x)) if self.times is None else self.times
+        return Rows(columns, (dict(zip(columns, [at, *row], strict=True)) for at, row in zip(places, self.x, strict=True)))
 
     def frame(self) -> pandas.DataFrame:
-        """`rows()` as a DataFrame, the index being the waypoint. MissingPackageError without pandas."""
-        return self.rows().frame().set_index("waypoint")
+        """`rows()` as a DataFrame, the index being the waypoint (time). MissingPackageError without pandas."""
+        rows = self.rows()
+        return rows.frame().set_index(rows.columns[0])
 
 
 def decode_waypoint(blob: bytes, source: str) -> list[float]:

@@ -101,6 +101,47 @@ TEST_F(CertifiedCounts, BoldGoesToTheBestOverCertifiedProblems) {
   EXPECT_THAT(text, Not(ContainsRegex("\x1b\\[1m1/2")));
 }
 
+// A continuous motion has the stances of the motion, so it counts as that does.
+TEST(CertifiedContinuousMotions, CountAsTheirMotions) {
+  const TemporaryFolder folder;
+  TestExperiment experiment;
+  experiment.task = "continuous";
+  experiment.num_waypoints = 4;
+  experiment.results = {{.problem = 0}, {.problem = 1, .verdict = "foot_pose"}, {.problem = 2}};
+  const std::filesystem::path database = folder.path() / "test.sqlite";
+  WriteTestDatabase(database, experiment);
+  const auto source = OpenResults({database.string(), {}});
+  certify::ProblemFeasibility known;
+  known.problems[Task::kMotion] = {{0, Feasibility::kCertified}, {1, Feasibility::kCertified}};
+  BenchmarkTable table = ReadBenchmarkTable(*source, {});
+  AddCertifiedCounts(*source, {}, known, &table);
+  const auto counts = table.rows[0].cells.at({Task::kContinuous, Initialization::kGood}).by_feasibility;
+  EXPECT_EQ(counts[Feasibility::kCertified], (JobCounts{2, 1}));
+  EXPECT_EQ(counts[Feasibility::kOpen], (JobCounts{1, 1}));
+  EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kText), HasSubstr("1/2 (1 of 1 open)"));
+}
+
+// Columns of tasks that the paper has not stand behind those of the paper, where a table has them.
+TEST(CsvColumns, ArePapersAndThenTheTables) {
+  for (const char* task : {"posture", "continuous"}) {
+    const TemporaryFolder folder;
+    TestExperiment experiment;
+    experiment.task = task;
+    experiment.results = {{.problem = 0}};
+    const std::filesystem::path database = folder.path() / "test.sqlite";
+    WriteTestDatabase(database, experiment);
+    const BenchmarkTable table = ReadBenchmarkTable(*OpenResults({database.string(), {}}), {});
+    const std::vector<std::string> titles = ParseCsv(RenderBenchmarkTable(table, TableFormat::kCsv))[0];
+    EXPECT_THAT(titles, testing::Contains("motion_in_collision_time_s"));
+    const auto at = std::find(titles.begin(), titles.end(), "continuous_good_solved") - titles.begin();
+    EXPECT_EQ(at < std::ssize(titles), std::string(task) == "continuous");
+    const auto values = ParseCsv(RenderBenchmarkTable(table, TableFormat::kCsv))[1];
+    if (at < std::ssize(titles)) {
+      EXPECT_EQ(values.at(static_cast<std::size_t>(at)), "1");
+    }
+  }
+}
+
 TEST_F(CertifiedCounts, TheTableCommandTakesAFileOrAFolder) {
   for (const char* name : {".", "certificate.json"}) {
     const ProgramResult made = Table({"--certificate", name});

@@ -211,6 +211,59 @@ TEST(Surface, DecidesWhichWayABuriedFootGoes) {
   EXPECT_TRUE(ContactsAt(robot, scene, SceneRepresentation::kSurface, -0.5, 0.0).empty()) << "inside is free";
 }
 
+TEST(OrientedSurface, LiftsABuriedFoot) {
+  const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
+  const Scene scene = FloorOf({4, 4, 1});
+  constexpr auto kOriented = SceneRepresentation::kOrientedSurface;
+  for (const double depth : {0.002, 0.03, 0.05}) {  // out at the top is shorter, about as far, and farther
+    const auto contacts = ContactsAt(robot, scene, kOriented, 0.5 * 0.0535 - depth, 0.0);
+    ASSERT_EQ(contacts.size(), 2U) << "both triangles of the floor's top";
+    for (const Contact& contact : contacts) {
+      EXPECT_NEAR(contact.distance_m, -depth, 1e-9);
+      EXPECT_NEAR(contact.normal_W.z(), 1.0, 1e-9);
+      EXPECT_NEAR((contact.point_a_W - contact.point_b_W).dot(contact.normal_W), contact.distance_m, 1e-12);
+    }
+  }
+}
+
+TEST(OrientedSurface, IsTheSurfaceToWhomDoesNotOverlapIt) {
+  const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
+  const Scene scene = FloorOf({4, 4, 1});
+  for (const double height : {0.5 * 0.0535 + 0.01, -0.02 - 0.5 * 0.0535}) {  // in front, and behind
+    const auto two_sided = ContactsAt(robot, scene, SceneRepresentation::kSurface, height, 0.03);
+    const auto oriented = ContactsAt(robot, scene, SceneRepresentation::kOrientedSurface, height, 0.03);
+    ASSERT_EQ(oriented.size(), two_sided.size());
+    ASSERT_FALSE(oriented.empty());
+    for (std::size_t i = 0; i < oriented.size(); ++i) {
+      EXPECT_EQ(oriented[i].distance_m, two_sided[i].distance_m);
+      EXPECT_EQ(oriented[i].normal_W, two_sided[i].normal_W);
+    }
+  }
+}
+
+// The riser of a step that a sole overlaps by 2 mm at its upper edge: up is the way out, not half a foot back.
+TEST(OrientedSurface, AWayOutPastAnEdgeStays) {
+  const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
+  Scene scene = FloorOf({4, 4, 1});
+  scene.objects.push_back({"step", Spec(ShapeSpec::Kind::kBox, {1, 4, 0.2}, At(0.5, 0, 0.1))});
+  const auto contacts =
+      ContactsAt(robot, scene, SceneRepresentation::kOrientedSurface, 0.2 + 0.5 * 0.0535 - 0.002, 0.0);
+  ASSERT_FALSE(contacts.empty());
+  for (const Contact& contact : contacts) EXPECT_NEAR(contact.distance_m, -0.002, 1e-9);
+}
+
+TEST(OrientedSurface, WhoMeetsBothSidesOfAPlateLeavesEachAtItsFront) {
+  const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
+  Scene plate = FloorOf({4, 4, 0.01});
+  bool up = false, down = false;
+  for (const Contact& contact : ContactsAt(robot, plate, SceneRepresentation::kOrientedSurface, 0.005, 0.0)) {
+    if (contact.normal_W.z() > 0.9) up = true;
+    if (contact.normal_W.z() < -0.9) down = true;
+  }
+  EXPECT_TRUE(up);
+  EXPECT_TRUE(down);
+}
+
 TEST(Surface, CoplanarNeighboursAreReportedOnceWhenApart) {
   const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
   const auto contacts = ContactsAt(robot, FloorOf({4, 4, 1}), SceneRepresentation::kSurface, 0.5 * 0.0535 + 0.01, 0.03);
@@ -246,7 +299,8 @@ TEST(Surface, NamesAreReadBack) {
   const auto read = [](std::string_view text) {
     return ReadWord<SceneRepresentation>(text, "suite.yaml", "collision", "representation of the scene");
   };
-  for (const auto representation : {SceneRepresentation::kSolid, SceneRepresentation::kSurface}) {
+  for (const auto representation :
+       {SceneRepresentation::kSolid, SceneRepresentation::kSurface, SceneRepresentation::kOrientedSurface}) {
     EXPECT_EQ(read(ToString(representation)), representation);
   }
   try {
@@ -254,7 +308,8 @@ TEST(Surface, NamesAreReadBack) {
     FAIL();
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(),
-                 "suite.yaml: collision: unknown representation of the scene (got 'mesh'); use 'solid' or 'surface'");
+                 "suite.yaml: collision: unknown representation of the scene (got 'mesh'); use 'solid', 'surface' or "
+                 "'surface_oriented'");
     EXPECT_EQ(error.fault().value, "mesh");
     EXPECT_EQ(error.fault().file, "suite.yaml");
   }

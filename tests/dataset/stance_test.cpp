@@ -84,12 +84,31 @@ TEST(Stance, ATaskSaysHowManyAProblemHas) {
   EXPECT_EQ(StancesOfTasks(), "a posture problem has one stance, a motion problem two or more");
 }
 
+// A foot is planted on the way from one stance to the next when both have it at the same target, to the last bit.
+TEST(Stance, PlantedFeetAreThoseOfBothAtTheSameTarget) {
+  const auto foot = [](const char* link, double x) {
+    return Foothold{.link = link, .position = {x, 0, 0}, .rotation = Eigen::Quaterniond::Identity()};
+  };
+  const Stance both{{foot("left", 0), foot("right", 0.1)}};
+  const Stance stepped{{foot("right", 0.3), foot("left", 0)}};
+  const Stance right{{foot("right", 0.1)}};
+  const Stance none = PlantedFeet(right, stepped);
+  EXPECT_TRUE(PlantedFeet(both, both) == both);
+  EXPECT_TRUE(PlantedFeet(both, stepped) == Stance{{foot("left", 0)}});
+  EXPECT_TRUE(PlantedFeet(right, both) == right);
+  EXPECT_TRUE(PlantedFeet(both, right) == right);
+  EXPECT_TRUE(none.footholds.empty());
+  Stance turned = right;
+  turned.footholds[0].rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
+  EXPECT_TRUE(PlantedFeet(right, turned).footholds.empty());
+}
+
 TEST(Words, TasksAndInitialisations) {
   EXPECT_EQ(ReadTask(ToString(Task::kMotion), "f"), Task::kMotion);
   EXPECT_EQ(ReadInitialization(ToString(Initialization::kInCollision), "f"), Initialization::kInCollision);
   EXPECT_EQ(ReadInitialization("in-collision", "f"), Initialization::kInCollision);
   EXPECT_EQ(MessageOf([] { ReadTask("walk", "f.yaml"); }),
-            "f.yaml: task: unknown task (got 'walk'); use 'posture' or 'motion'");
+            "f.yaml: task: unknown task (got 'walk'); use 'posture', 'motion', 'continuous' or 'balanced'");
   EXPECT_EQ(MessageOf([] { ReadInitialization("bad", "f.yaml"); }),
             "f.yaml: initialization: unknown initialisation (got 'bad'); use 'good' or 'in_collision'");
 }

@@ -18,7 +18,7 @@
 namespace legopt::db {
 namespace {
 
-constexpr int kReleased[] = {1, 2, 3, 4, 5, 6, 7};
+constexpr int kReleased[] = {1, 2, 3, 4, 5, 6, 7, 8};
 
 std::string Schema(const std::filesystem::path& path) {
   Connection connection(path, Connection::Mode::kReadOnly);
@@ -134,6 +134,23 @@ INSTANTIATE_TEST_SUITE_P(Versions, Released, testing::ValuesIn(kReleased),
 TEST(Migrations, EveryVersionBeforeThisOneHasAFixture) {
   EXPECT_GE(std::size(kReleased) + 1, static_cast<std::size_t>(SchemaVersion()))
       << "add tests/db/fixtures/version_N.sql, made as the others, and its number above";
+}
+
+// Version 9 takes a list of words away; what was refused before is taken, and what is no word still is not.
+TEST(Migrations, CollisionModelsAreNotListedAnyMore) {
+  const TemporaryFolder folder;
+  const auto path = folder / "results.sqlite";
+  MakeReleased(8, path);
+  const auto set = [&](const std::string& word) {
+    Connection connection(path, Connection::Mode::kReadWriteCreate);
+    connection.Execute("UPDATE methods SET collision = '" + word + "'");
+  };
+  EXPECT_THROW(set("surface_oriented"), StoreError);
+  { OpenSqliteStore(path); }
+  EXPECT_NO_THROW(set("surface_oriented"));
+  for (const char* word : {"", "Surface", "a-b"}) EXPECT_THROW(set(word), StoreError) << word;
+  Connection connection(path, Connection::Mode::kReadOnly);
+  EXPECT_EQ(connection.QueryText("PRAGMA integrity_check"), "ok");
 }
 
 TEST(Migrations, ANewerFileIsLeftAlone) {

@@ -49,7 +49,7 @@ TEST_F(Schema, UnknownWords) {
   ExpectRefused("UPDATE cells SET task = 'A dance'");  // which tasks there are is not the schema's to know
   ExpectRefused("UPDATE experiments SET builds = 'some'");
   ExpectRefused("UPDATE experiments SET build_id = ''");
-  ExpectRefused("UPDATE methods SET collision = 'solids'");
+  ExpectRefused("UPDATE methods SET collision = 'Solids'");
   ExpectRefused("UPDATE cells SET initialization = 'hard'");
   ExpectRefused("INSERT INTO problems (dataset_id, task, problem_id, waypoints) VALUES (1, '', 9, 1)");
   ExpectRefused("INSERT INTO events (at_us, kind) VALUES (1, 'Not A Word')");

@@ -65,6 +65,37 @@ TEST_P(StoreConformance, CancelTouchesOnlyOpenJobsOfTheExperiment) {
   ExpectRefused({LeaseJob{3, 1, 780, 1, 32}});
 }
 
+// Open, ended and cancelled jobs beside each other, in cells that have all kinds, and in one that has none left.
+TEST_P(StoreConformance, JobsAreCountedByTheirStates) {
+  constexpr int kProblems = 4;  // eight jobs in two cells
+  Apply({CreateExperiment{SampleExperiment(1, 1, 1, kProblems)}, CreateExperiment{SampleExperiment(2, 9, 3, kProblems)},
+         PutWorker{SampleWorker(1)}});
+  ResultRecord unsolved = SampleResult();
+  unsolved.verdict_literal = unsolved.verdict_strict = unsolved.verdict_solid = Verdict::kCom;
+  for (const std::int64_t first : {1, 9}) {
+    for (std::int64_t job = first; job < first + 5; ++job) Apply({LeaseJob{job, 1, 100 + job, 1, 10}});
+    Apply({AcceptResult{first, 1, SampleResult(), "", "", 20}, AcceptResult{first + 1, 1, unsolved, "", "", 21},
+           EndAttempt{first + 2, 1, AttemptOutcome::kCrashed, JobState::kDead, 6, "", "", 22},
+           EndAttempt{first + 3, 1, AttemptOutcome::kError, JobState::kFailed, 0, "", "", 23}});
+  }
+  Apply({CancelExperiment{2, 30}});
+  Reopen();
+  const OpenState state = store().LoadOpenState();
+  const auto expect = [&](std::size_t experiment, std::int64_t queued, std::int64_t leased, std::int64_t cancelled) {
+    auto counts = state.experiments.at(experiment).jobs_by_state;
+    EXPECT_EQ(counts[JobState::kQueued], queued);
+    EXPECT_EQ(counts[JobState::kLeased], leased);
+    EXPECT_EQ(counts[JobState::kDone], 2);
+    EXPECT_EQ(counts[JobState::kDead], 1);
+    EXPECT_EQ(counts[JobState::kFailed], 1);
+    EXPECT_EQ(counts[JobState::kCancelled], cancelled);
+    EXPECT_EQ(state.experiments.at(experiment).solved, 1);
+    EXPECT_EQ(state.experiments.at(experiment).taken_over, 0);
+  };
+  expect(0, 3, 1, 0);
+  expect(1, 0, 0, 4);
+}
+
 TEST_P(StoreConformance, ExperimentFinishesWhenItsJobsHave) {
   Prepare();
   ExpectRefused({FinishExperiment{1, 40}});

@@ -88,13 +88,14 @@ std::shared_ptr<const CollisionModel> World(const RobotModel& robot, const Scene
   return CollisionModel::Build(robot, scene, FootAt(0, 0, 0), {.scene = which});
 }
 
-constexpr SceneRepresentation kBoth[] = {SceneRepresentation::kSolid, SceneRepresentation::kSurface};
+constexpr SceneRepresentation kAll[] = {SceneRepresentation::kSolid, SceneRepresentation::kSurface,
+                                        SceneRepresentation::kOrientedSurface};
 
 TEST(SweptCollision, NothingTunnelsThroughAThinWall) {
   const RobotModel robot = FlyingFoot();
   constexpr double kThin_m = 0.05;
   const Scene scene{{BoxAt("wall", {kThin_m, 3, 3}, {0, 0, 0}), BoxAt("ceiling", {3, 3, kThin_m}, {5, 0, 0})}};
-  for (const SceneRepresentation which : kBoth) {
+  for (const SceneRepresentation which : kAll) {
     Transition transition(robot, World(robot, scene, which));
     for (double way = 0.4; way < 1.6; way += 0.037) {
       for (double shift = -0.3; shift < 0.31; shift += 0.1) {
@@ -122,7 +123,7 @@ TEST(SweptCollision, ShapeOfTheTerm) {
 TEST(SweptCollision, WhatHardlyMovesHasNoRows) {
   const RobotModel robot = FlyingFoot();
   const Scene scene{{BoxAt("floor", {3, 3, 1}, {0, 0, -0.5})}};
-  for (const SceneRepresentation which : kBoth) {
+  for (const SceneRepresentation which : kAll) {
     Transition transition(robot, World(robot, scene, which));
     const double buried = 0.5 * kFootHeight_m - 0.01;
     transition.Set(FootAt(0, 0, buried), FootAt(0, 0, buried));
@@ -306,7 +307,7 @@ TEST(SweptCollision, SyntheticRobotMeetsFiniteDifferences) {
   const test::SyntheticFolder folder(temporary.path() / "dataset");
   const auto dataset = Dataset::Load(folder.path());
   const Stance& stance = dataset->problems(Task::kPosture)[0].stances[0];
-  for (const SceneRepresentation which : kBoth) {
+  for (const SceneRepresentation which : kAll) {
     EXPECT_GT(CheckDataset(*dataset, which, std::vector<Stance>(6, stance), 0.3), 100) << ToString(which);
   }
 }
@@ -316,7 +317,7 @@ TEST(SweptCollision, AtlasMeetsFiniteDifferences) {
   const auto dataset = Dataset::Load(test::LegOptFolder());
   std::vector<Stance> stances = dataset->problems(Task::kMotion)[0].stances;
   stances.resize(6);
-  for (const SceneRepresentation which : kBoth) {
+  for (const SceneRepresentation which : kAll) {
     EXPECT_GT(CheckDataset(*dataset, which, stances, 0.05), 1000) << ToString(which);
   }
 }

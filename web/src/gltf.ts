@@ -6,7 +6,7 @@ import { LinkTree } from './motion';
 
 const SECONDS = 0.1;
 
-export async function exportMotion(dataset: Dataset, meshes: Mesh[], x: Float64Array[]): Promise<ArrayBuffer> {
+export async function exportMotion(dataset: Dataset, meshes: Mesh[], x: Float64Array[], stamps?: number[]): Promise<ArrayBuffer> {
   const root = new Group(), tree = new LinkTree(dataset.robot);
   const up = new Matrix4().makeRotationX(-Math.PI / 2);  // z up becomes glTF's y up
   root.name = dataset.robot.name;
@@ -43,7 +43,7 @@ export async function exportMotion(dataset: Dataset, meshes: Mesh[], x: Float64A
     link.position.fromArray(positions[i]);
     link.quaternion.fromArray(turns[i]);
   });
-  const times = x.map((_, w) => w * SECONDS);
+  const times = x.map((_, w) => (stamps?.[w] ?? w) * SECONDS);
   const tracks = links.flatMap((link, i) => [
     new VectorKeyframeTrack(`${link.uuid}.position`, times, positions[i]), new QuaternionKeyframeTrack(`${link.uuid}.quaternion`, times, turns[i])]);
   const animations = x.length > 1 ? [new AnimationClip('motion', -1, tracks)] : [];

@@ -86,7 +86,7 @@ function Group({ experiment, index, column, charge }: { experiment: Experiment; 
             <tr key={m} data-method={m}>
               <th scope="row"><span class="sign" style={{ color: colour(m) }} aria-hidden="true">{SIGNS[m % SIGNS.length]}</span>
                 <span title={method.choice}>{method.title}</span>
-                <span class="setting">{method.multi_starts > 0 ? ` ${method.multi_starts}\u00d7` : ''}{method.sample_size < 100 ? ` ${method.sample_size} %` : ''}{method.collision === 'surface' ? ' surface' : ''}</span></th>
+                <span class="setting">{method.multi_starts > 0 ? ` ${method.multi_starts}\u00d7` : ''}{method.sample_size < 100 ? ` ${method.sample_size} %` : ''}{method.collision === 'solid' ? '' : ` ${words(method.collision)}`}</span></th>
               <td class="count"><a href={jobs(m, 'all')}>{cell.solved}/{cell.n}</a>
                 <Certified cell={cell} />
                 <span class="narrow"><Interval s={s} i={m} /></span>

@@ -100,9 +100,16 @@ const overlapsAt = (solution: Solution, at: number): Overlap[] => {
   return solution.between?.find(([from, share]) => from === w && Math.abs(share - s) < 0.5 / SAMPLES)?.[2] ?? [];
 };
 
-const configuration = (x: Float64Array[], at: number): Float64Array => {
-  const w = Math.min(Math.floor(at + 1e-9), x.length - 1), s = at - w;
-  return s < 1e-6 || w + 1 >= x.length ? x[w] : between(x[w], x[w + 1], s);
+/** The last place of the slider: the number of waypoints, less one. */
+const lastOf = ({ x, times }: Solution): number => Math.max(0, times ? times[times.length - 1] ?? 0 : x.length - 1);
+
+/** At a place of the slider, in steps from waypoint to waypoint: there is one. */
+const configuration = ({ x, times }: Solution, at: number): Float64Array => {
+  const stamp = (i: number) => times?.[i] ?? i;
+  let i = Math.min(Math.floor(at + 1e-9), x.length - 1);  // not behind it: no path has fewer points than waypoints
+  while (i + 1 < x.length && stamp(i + 1) <= at + 1e-9) ++i;
+  const s = i + 1 < x.length ? (at - stamp(i)) / (stamp(i + 1) - stamp(i)) : 0;
+  return s < 1e-6 ? x[i] : between(x[i], x[i + 1], s);
 };
 
 export function Viewer({ page, subject, state }: { page: Page; subject: Subject; state: State }) {
@@ -158,9 +165,9 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
     return () => { gone = true; cleanups.forEach((f) => f()); view.current = null; };
   }, [subject.dataset]);
 
-  const x = solution?.x ?? [], last = Math.max(0, x.length - 1), place = Math.min(at, last);
+  const x = solution?.x ?? [], last = solution ? lastOf(solution) : 0, place = Math.min(at, last);
   const stances = subject.dataset.problems[subject.task]?.[String(subject.problem)] ?? [];
-  const present = x.length > 0 ? Math.min(stances.length - 1, Math.floor(Math.floor(place + 1e-9) * stances.length / x.length)) : 0;
+  const present = x.length > 0 ? Math.min(stances.length - 1, Math.floor(Math.floor(place + 1e-9) * stances.length / (last + 1))) : 0;
   const fraction = place - Math.floor(place + 1e-9) > 1e-6;
   const findings = !fraction ? solution?.findings?.[Math.floor(place + 1e-9)] ?? null : null;
   const overlaps = useMemo(() => (solution ? overlapsAt(solution, place) : []), [solution, place]);
@@ -169,8 +176,8 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
     const shown = view.current;
     if (!shown || !ready || solution === undefined) return;
     Object.assign(shown.layers, layers);
-    const now = x.length > 0 ? configuration(x, place) : null;
-    shown.show(now, ghost && ghost.x.length > 0 ? configuration(ghost.x, Math.min(place, ghost.x.length - 1)) : null);
+    const now = solution && x.length > 0 ? configuration(solution, place) : null;
+    shown.show(now, ghost && ghost.x.length > 0 ? configuration(ghost, Math.min(place, lastOf(ghost))) : null);
     shown.drawTargets(stances, present);
     shown.drawFindings(findings, overlaps, failsBy(rule), now);
     shown.apply();
@@ -218,7 +225,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
           <div class="canvas-box"><canvas ref={canvas} tabIndex={0} aria-label="3D view: drag turns, right drag moves, wheel zooms" style={problem ? { display: 'none' } : {}} /></div>
           {x.length > 1 && <div class="bar player">
             <button onClick={() => { if (place >= last) setAt(0); setPlaying(!playing); }} aria-label={playing ? 'pause' : 'play'}>{playing ? '\u275a\u275a' : '\u25b6'}</button>
-            <input type="range" aria-label="waypoint" min={0} max={last} step={solution?.between ? 1 / SAMPLES : 1} value={place} onInput={(e) => moveTo(Number(e.currentTarget.value))} />
+            <input type="range" aria-label="waypoint" min={0} max={last} step={solution?.between || solution?.times ? 1 / SAMPLES : 1} value={place} onInput={(e) => moveTo(Number(e.currentTarget.value))} />
             <output>waypoint {String(Math.round(place * 100) / 100)} of {last}</output>
             <label>speed <select value={speed} onChange={(e) => setSpeed(Number(e.currentTarget.value))}>{[0.25, 0.5, 1, 2, 5].map((s) => <option key={s} value={s}>{s}</option>)}</select></label>
           </div>}
@@ -226,7 +233,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
             {solution?.failed_waypoint !== undefined && x.length > 1 && <button onClick={() => moveTo(solution.failed_waypoint!)}>failed waypoint {solution.failed_waypoint}</button>}
             {x.length > 1 && collidingAt.length > 0 && <button onClick={() => moveTo(collidingAt.find((p) => p > place + 1e-3) ?? collidingAt[0])}>next of {collidingAt.length} violations</button>}
             <button onClick={() => view.current?.look()}>whole robot</button>
-            {x.length > 0 && <button onClick={() => geometryOf(subject.dataset).then((m) => exportMotion(subject.dataset, m, x)).then((glb) => save(`job-${subject.job}.glb`, glb, 'model/gltf-binary'))}>glTF</button>}
+            {x.length > 0 && <button onClick={() => geometryOf(subject.dataset).then((m) => exportMotion(subject.dataset, m, x, solution?.times)).then((glb) => save(`job-${subject.job}.glb`, glb, 'model/gltf-binary'))}>glTF</button>}
             <label>Rule <select value={rule} onChange={(e) => go({ rule: e.currentTarget.value }, true)}>{RULES.map((r) => <option key={r}>{r}</option>)}</select></label>
             {toggle('convex', "solver's convex pieces")}{toggle('scene', 'scene')}{toggle('findings', 'findings')}{toggle('steps', 'footholds')}{toggle('follow', 'follow')}
           </div>
@@ -237,6 +244,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
         </div>
         {solution && (solution.findings || solution.between
           ? <FindingList findings={findings} overlaps={overlaps} fraction={fraction} rule={rule} look={(p) => view.current?.look(p)} />
+          : solution.times ? <p class="none">A path of {x.length} points{solution.failed_waypoint === undefined ? '.' : '; what the judge found is said above.'}</p>
           : <p class="none">Solved: no violation by the rule. <code>legopt view {subject.job}</code> lists each waypoint.</p>)}
       </div>
       {subject.job !== null && <Convergence traces={traces} state={state} />}

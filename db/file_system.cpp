@@ -1,0 +1,50 @@
+#include "db/file_system.h"
+
+#include <sys/vfs.h>
+
+#include <algorithm>
+#include <array>
+#include <system_error>
+
+namespace legopt::db {
+namespace {
+
+struct FileSystem {
+  std::int64_t type;
+  std::string_view name;
+};
+
+// Of <linux/magic.h> and, where the kernel has it not, of the file system's own sources.
+constexpr std::array<FileSystem, 13> kUnfit = {{
+    {0x6969, "NFS"},
+    {0x517b, "SMB"},
+    {0xfe534d42, "SMB"},
+    {0xff534d42, "SMB (CIFS)"},
+    {0x0bd00bd0, "Lustre"},
+    {0x47504653, "GPFS (Spectrum Scale)"},
+    {0x19830326, "BeeGFS"},
+    {0x00c36400, "Ceph"},
+    {0x5346414f, "AFS"},
+    {0xaad7aaea, "PanFS"},
+    {0x7461636f, "OCFS2"},
+    {0x01021997, "9P"},
+    {0x65735546, "FUSE"},
+}};
+
+}  // namespace
+
+std::optional<std::string_view> UnfitFileSystem(std::int64_t type) {
+  const auto found = std::find_if(kUnfit.begin(), kUnfit.end(), [type](const auto& row) { return row.type == type; });
+  return found == kUnfit.end() ? std::nullopt : std::optional(found->name);
+}
+
+std::optional<std::int64_t> FileSystemOf(const std::filesystem::path& file) {
+  struct statfs system {};
+  std::error_code error;
+  const std::filesystem::path folder = std::filesystem::absolute(file, error).parent_path();
+  if (statfs(file.c_str(), &system) != 0 && statfs(folder.c_str(), &system) != 0) return std::nullopt;
+  constexpr std::int64_t kWord = 0xffffffff;  // some kernels give a signed number
+  return static_cast<std::int64_t>(system.f_type) & kWord;
+}
+
+}  // namespace legopt::db

@@ -1,0 +1,37 @@
+// Policy: a database is refused where others have lost theirs, and nowhere else. (fuse_test does it for real.)
+#include "db/file_system.h"
+
+#include <gtest/gtest.h>
+#include <linux/magic.h>
+
+#include <filesystem>
+
+namespace legopt::db {
+namespace {
+
+TEST(UnfitFileSystem, NamesThoseOfNetworksAndOfPrograms) {
+  constexpr std::int64_t kLustre = 0x0bd00bd0;
+  EXPECT_EQ(UnfitFileSystem(NFS_SUPER_MAGIC), "NFS");
+  EXPECT_EQ(UnfitFileSystem(SMB2_SUPER_MAGIC), "SMB");
+  EXPECT_EQ(UnfitFileSystem(CEPH_SUPER_MAGIC), "Ceph");
+  EXPECT_EQ(UnfitFileSystem(V9FS_MAGIC), "9P");
+  EXPECT_EQ(UnfitFileSystem(FUSE_SUPER_MAGIC), "FUSE");
+  EXPECT_EQ(UnfitFileSystem(kLustre), "Lustre");
+}
+
+TEST(UnfitFileSystem, LetsLocalDisksBe) {
+  for (const std::int64_t type : std::initializer_list<std::int64_t>{
+           EXT4_SUPER_MAGIC, XFS_SUPER_MAGIC, BTRFS_SUPER_MAGIC, TMPFS_MAGIC, OVERLAYFS_SUPER_MAGIC}) {
+    EXPECT_EQ(UnfitFileSystem(type), std::nullopt) << std::hex << type;
+  }
+}
+
+TEST(FileSystemOf, AFileThatIsNotThereYetIsWhereItsFolderIs) {
+  EXPECT_EQ(FileSystemOf("/proc/self/status"), PROC_SUPER_MAGIC);
+  EXPECT_EQ(FileSystemOf("/proc/no-such-file"), PROC_SUPER_MAGIC);
+  EXPECT_EQ(FileSystemOf("/no such folder/file"), std::nullopt);
+  EXPECT_NE(FileSystemOf("results.sqlite"), std::nullopt);
+}
+
+}  // namespace
+}  // namespace legopt::db
