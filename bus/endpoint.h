@@ -113,7 +113,7 @@ struct EndpointOptions {
   /// Incomplete incoming bodies. A body that does not fit waits (its chunks are not acknowledged).
   std::size_t max_incoming_bytes = std::size_t{256} << 20;
   std::size_t max_open_requests = 16384;  ///< requests handed to handlers and not answered; above: busy
-  std::size_t max_peers = 4096;           ///< callers remembered; the longest silent one is forgotten first
+  std::size_t max_peers = 65'536;         ///< callers remembered; the longest silent one is forgotten first
   microseconds incoming_object_lifetime = std::chrono::seconds(10);  ///< without a new chunk
 };
 

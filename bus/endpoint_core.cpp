@@ -80,7 +80,7 @@ CallId EndpointCore::Call(EndpointId to, MessageType type, std::string body, con
   call.options = options;
   call.callback = std::move(callback);
   call.deadline = now() + options.timeout;
-  call.interval = options.first_retry;
+  call.interval = patience_.First(options.first_retry, options.max_retry);
   OpenCall& open = calls_.emplace(id, std::move(call)).first->second;
   ++counters_.calls_started;
   if (open.large || (waiting_.empty() && pacer_.Take(now()))) {
@@ -144,6 +144,7 @@ void EndpointCore::OnCallTimer(CallId id, microseconds now) {
   OpenCall& call = found->second;
   if (now >= call.deadline) {
     ++counters_.calls_timed_out;
+    patience_.Ended(call.options.timeout);
     CallResult result;
     result.status = CallResult::kTimeout;
     result.error = "no answer to " + std::string(ToString(call.type)) + " within " +
@@ -153,6 +154,7 @@ void EndpointCore::OnCallTimer(CallId id, microseconds now) {
   }
   if (now < call.next_retry) return;  // an outdated timer
   ++counters_.requests_retried;
+  call.repeated = true;
   if (call.large) {
     sender_.Remind({call.to, session_, id, false}, static_cast<std::int16_t>(call.type), call.body);
   } else {

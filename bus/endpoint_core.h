@@ -19,6 +19,7 @@
 #include "bus/bulk_sender.h"
 #include "bus/endpoint.h"
 #include "bus/pacer.h"
+#include "bus/patience.h"
 #include "bus/replay_guard.h"
 #include "bus/reply_cache.h"
 #include "bus/wire.h"
@@ -69,6 +70,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
     microseconds next_retry{0};
     microseconds interval{0};
     bool large = false;      // the body travels as chunks
+    bool repeated = false;   // a small request was sent again
     int prompt_repeats = 0;  // made at once after a proof, see OnChallenge
   };
   using Calls = std::map<CallId, OpenCall>;  // ordered: the first one tells completed_below
@@ -101,6 +103,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   void OnRequest(const FrameHeader& header, std::string body);
   Calls::iterator FindOwnCall(const FrameHeader& header);  // counts when there is none
   void OnReply(const FrameHeader& header, std::span<const std::uint8_t> payload);
+  void LearnFromAnswer(const OpenCall& call);
   void OnError(const FrameHeader& header, std::span<const std::uint8_t> payload);
   void OnChunk(const FrameView& frame);
   void OnRequestChunk(const FrameHeader& header, const ChunkView& chunk);
@@ -140,6 +143,9 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   CallId next_call_ = 1;
   std::priority_queue<Timer, std::vector<Timer>, std::greater<>> timers_;
   Pacer pacer_;
+  Patience patience_;
+  std::int64_t last_challenge_ = 0;  // that we have proven, and when
+  microseconds last_proof_{0};
   std::deque<CallId> waiting_;                                // small requests that the pacer holds back
   std::deque<std::pair<CallCallback, CallResult>> finished_;  // callbacks to run once no foreign frame is on the stack
   bool polling_ = false;

@@ -61,7 +61,8 @@ void EndpointCore::SendProof(const FrameHeader& challenged, std::int64_t challen
 }
 
 // Proves, and repeats the request at once instead of after its interval. Only a few times per call, so that a party
-// that challenges for ever cannot keep us busy; large bodies repeat their own chunks.
+// that challenges for ever cannot keep us busy; large bodies repeat their own chunks. While a proof of the same
+// challenge may be on its way, no other one is sent: each of ten thousand callers would answer every repeat twice.
 void EndpointCore::OnChallenge(Calls::iterator call, const FrameHeader& header, std::span<const std::uint8_t> payload) {
   constexpr int kPromptRepeats = 4;
   const std::int64_t challenge = ReadChallenge(payload);
@@ -69,7 +70,13 @@ void EndpointCore::OnChallenge(Calls::iterator call, const FrameHeader& header, 
     ++counters_.rejected_field;
     return;
   }
-  SendProof(header, challenge);
+  const bool is_proven = challenge == last_challenge_ && now() - last_proof_ < patience_.ProofOnItsWay();
+  if (is_proven && call->second.prompt_repeats > 0) return;
+  if (!is_proven) {
+    last_challenge_ = challenge;
+    last_proof_ = now();
+    SendProof(header, challenge);
+  }
   if (call->second.large || call->second.prompt_repeats >= kPromptRepeats) return;
   ++call->second.prompt_repeats;
   SendRequest(call->first, call->second);

@@ -141,15 +141,27 @@ EndpointCore::Calls::iterator EndpointCore::FindOwnCall(const FrameHeader& heade
   if (call != calls_.end() && call->second.to == header.sender) return call;
   if (header.session == session_ && header.call_id < next_call_) {
     ++counters_.duplicate_replies;
+    patience_.RepeatedInVain(header.call_id);
   } else {
     ++counters_.rejected_field;
   }
   return calls_.end();
 }
 
+void EndpointCore::LearnFromAnswer(const OpenCall& call) {
+  if (call.large) return;
+  const microseconds took = now() - (call.deadline - call.options.timeout);
+  if (call.repeated) {
+    patience_.Ended(took);
+  } else {
+    patience_.AnsweredAtOnce(took);
+  }
+}
+
 void EndpointCore::OnReply(const FrameHeader& header, std::span<const std::uint8_t> payload) {
   const auto call = FindOwnCall(header);
   if (call == calls_.end()) return;
+  LearnFromAnswer(call->second);
   ++counters_.calls_completed;
   CallResult result;
   result.status = CallResult::kOk;

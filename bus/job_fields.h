@@ -8,7 +8,7 @@
 #include "words/task.h"
 
 /// @file
-/// How jobs come to workers and stay there: the calls lease, method and heartbeat. PROTOCOL.md, section 9.
+/// How jobs come to workers and stay there: the calls lease, method, dataset and heartbeat. PROTOCOL.md, section 9.
 
 namespace legopt::bus::fields {
 
@@ -75,6 +75,22 @@ struct Description<legopt_msg::method_reply> {
   static constexpr std::tuple kRows{
       Field{"status", &M::status, ValueOf<MethodStatus>{}},
       Field{"options_json", &M::options_json, Json{If{&M::status, MethodStatus::kFound, 2, 0}, kOptionsBytes}}};
+};
+
+template <>
+struct Description<legopt_msg::dataset_request> {
+  using M = legopt_msg::dataset_request;
+  static constexpr std::tuple kRows{Field{"hash", &M::hash, Hash{}},
+                                    Field{"offset", &M::offset, Range{0, kMostArchiveBytes}}};
+};
+
+template <>
+struct Description<legopt_msg::dataset_reply> {
+  using M = legopt_msg::dataset_reply;
+  static constexpr std::tuple kRows{Field{"status", &M::status, ValueOf<DatasetStatus>{}},
+                                    Field{"archive_bytes", &M::archive_bytes, Range{0, kMostArchiveBytes}},
+                                    Field{"num_bytes", &M::num_bytes, CountOf{&M::piece, kMostPieceBytes}},
+                                    Field{"piece", &M::piece}};
 };
 
 template <>

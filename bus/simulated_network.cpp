@@ -172,9 +172,9 @@ void SimulatedTransport::SetReceiver(DatagramReceiver* receiver, EndpointId self
 
 int SimulatedTransport::Poll(std::span<pollfd> extra, microseconds /*max_wait*/) {
   if (!extra.empty()) ::poll(extra.data(), extra.size(), 0);
-  int delivered = 0;
+  std::size_t delivered = 0;
   auto& inbox = station_->inbox;
-  while (!inbox.empty() && inbox.begin()->first <= network_->now()) {
+  while (!inbox.empty() && inbox.begin()->first <= network_->now() && delivered < most_per_poll_) {
     const auto [port, bytes] = std::move(inbox.begin()->second);
     inbox.erase(inbox.begin());
     if (station_->receiver == nullptr) continue;
@@ -183,7 +183,7 @@ int SimulatedTransport::Poll(std::span<pollfd> extra, microseconds /*max_wait*/)
     station_->counters.bytes_received += bytes->size();
     station_->receiver->OnDatagram(port, *bytes);
   }
-  return delivered;
+  return static_cast<int>(delivered);
 }
 
 microseconds SimulatedTransport::now() const { return network_->now(); }

@@ -120,6 +120,9 @@ class SimulatedTransport final : public Transport {
   /// kernel_drops: the full receive buffer; the rest as sent and delivered.
   TransportCounters counters() const override;
 
+  /// Poll delivers at most `datagrams` from now on, as to a party that takes its time for each; the rest waits in its
+  /// receive buffer.
+  void LimitPolls(std::size_t datagrams) { most_per_poll_ = datagrams; }
   /// When this party's next datagram is due, perhaps in the past; empty when none is under way.
   std::optional<microseconds> next_arrival() const;
 
@@ -129,6 +132,7 @@ class SimulatedTransport final : public Transport {
   SimulatedNetwork::Station* station_;
   std::int64_t deployment_;
   std::shared_ptr<const MessageKey> key_;
+  std::size_t most_per_poll_ = SIZE_MAX;
 };
 
 }  // namespace legopt::bus

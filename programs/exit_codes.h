@@ -25,6 +25,7 @@ enum class ExitCode : int {
   kOtherBits = 11,        ///< `replay`: the same status and verdicts, but not the same bits
   kOtherResult = 12,      ///< `replay`: another status or verdict, or none
   kCertificateMismatch = 13,  ///< a certificate of feasibility is about another dataset, or another state of it
+  kEngineRefused = 14,        ///< the batch system refuses a pool, does not answer, or has ended all of its workers
   kInternal = 70,             ///< a defect of legopt; please report it
   kMachine = 71,  ///< this machine gave out: no memory, no more processes, or one of the programs is not there
 };
@@ -37,7 +38,7 @@ struct ExitCodeText {
   std::string_view text;
 };
 
-inline constexpr std::array<ExitCodeText, 15> kExitCodeTexts{{
+inline constexpr std::array<ExitCodeText, 16> kExitCodeTexts{{
     {ExitCode::kOk, "done"},
     {ExitCode::kUsage, "wrong usage, bad input file, or output that cannot be written"},
     {ExitCode::kUnreachable, "server unreachable or time-out"},
@@ -51,6 +52,7 @@ inline constexpr std::array<ExitCodeText, 15> kExitCodeTexts{{
     {ExitCode::kOtherBits, "replay: same status, other bits"},
     {ExitCode::kOtherResult, "replay: another result"},
     {ExitCode::kCertificateMismatch, "certificate of another dataset"},
+    {ExitCode::kEngineRefused, "the batch system refuses or ended the pool"},
     {ExitCode::kInternal, "a defect of legopt"},
     {ExitCode::kMachine, "out of memory or processes, or a program is missing"},
 }};

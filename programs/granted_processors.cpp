@@ -1,6 +1,5 @@
 #include "programs/granted_processors.h"
 
-#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "programs/affinity.h"
+
 namespace legopt::programs {
 namespace {
 
@@ -23,22 +24,6 @@ std::optional<int> PositiveNumber(const char* text) {
   const auto [end, error] = std::from_chars(view.data(), view.data() + view.size(), value);
   if (error != std::errc{} || end != view.data() + view.size() || value < 1) return std::nullopt;
   return value;
-}
-
-std::optional<int> AffinityCount() {
-  // The kernel refuses a mask that is too small for its own: machines with more than 1024 processors.
-  constexpr int kFirst = 1024;
-  constexpr int kLast = 1 << 20;
-  for (int processors = kFirst; processors <= kLast; processors *= 2) {
-    cpu_set_t* mask = CPU_ALLOC(static_cast<std::size_t>(processors));
-    if (mask == nullptr) return std::nullopt;
-    const std::size_t bytes = CPU_ALLOC_SIZE(static_cast<std::size_t>(processors));
-    const bool known = sched_getaffinity(0, bytes, mask) == 0;
-    const int count = known ? CPU_COUNT_S(bytes, mask) : 0;
-    CPU_FREE(mask);
-    if (known) return count > 0 ? std::optional(count) : std::nullopt;
-  }
-  return std::nullopt;
 }
 
 // --- Control groups --------------------------------------------------------------------------------------------------
@@ -134,7 +119,10 @@ std::optional<double> CgroupProcessorQuota(const std::filesystem::path& root) {
 ProcessorFacts ReadProcessorFacts() {
   ProcessorFacts facts;
   facts.machine = static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_ONLN)));
-  facts.affinity = AffinityCount();
+  if (const std::vector<int> mask = AffinityMask(); !mask.empty()) {
+    facts.affinity = static_cast<int>(mask.size());
+    facts.cores = static_cast<int>(OneOfEachCore(mask).size());
+  }
   facts.slurm_cpus_per_task = PositiveNumber(std::getenv("SLURM_CPUS_PER_TASK"));
   facts.slurm_cpus_on_node = PositiveNumber(std::getenv("SLURM_CPUS_ON_NODE"));
   facts.cgroup_quota = CgroupProcessorQuota("/");
@@ -157,6 +145,7 @@ ProcessorGrant GrantedProcessors(const ProcessorFacts& facts) {
     const double whole = std::clamp(std::ceil(*facts.cgroup_quota), 1.0, static_cast<double>(facts.machine));
     limits.push_back({"the control group's CPU quota", static_cast<int>(whole)});
   }
+  if (facts.cores) limits.push_back({"one to a physical core", *facts.cores});
   const std::string all = std::to_string(facts.machine) + (facts.machine == 1 ? " processor" : " processors");
   ProcessorGrant grant{facts.machine, "this machine has " + all};
   for (const Limit& limit : limits) {

@@ -8,6 +8,8 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdlib>
+#include <sstream>
 
 namespace legopt::programs {
 
@@ -16,6 +18,21 @@ void Descriptor::Close() {
 }
 
 void Descriptor::SetNonBlocking() const { ::fcntl(fd_, F_SETFL, O_NONBLOCK); }
+
+bool IsExecutable(const std::filesystem::path& file) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(file, ignored) && ::access(file.c_str(), X_OK) == 0;
+}
+
+std::filesystem::path FindProgram(const std::string& name) {
+  const char* variable = std::getenv("PATH");
+  std::istringstream folders(variable == nullptr ? "" : variable);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const std::filesystem::path file = std::filesystem::path(folder) / name;
+    if (!folder.empty() && IsExecutable(file)) return std::filesystem::absolute(file);
+  }
+  return {};
+}
 
 std::optional<Pipe> MakePipe() {
   std::array<int, 2> ends{};

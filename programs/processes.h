@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -39,6 +40,13 @@ class Descriptor {
 struct Pipe {
   Descriptor read, write;
 };
+
+/// A regular file that this process may run.
+bool IsExecutable(const std::filesystem::path& file);
+
+/// The program that a shell would run for a name without a slash: the first of PATH, absolute; empty when there is
+/// none.
+std::filesystem::path FindProgram(const std::string& name);
 
 /// A pipe whose ends are closed on exec; empty, with errno, where the system refuses.
 std::optional<Pipe> MakePipe();

@@ -15,14 +15,17 @@
 #include <utility>
 
 #include "bus/bus_error.h"
+#include "bus/field_limits.h"
 #include "bus/lcm_transport.h"
 #include "db/sqlite_store.h"
+#include "legopt/input_error.h"
 #include "programs/arguments.h"
 #include "programs/build_identity.h"
 #include "programs/command_line.h"
 #include "programs/exit_codes.h"
 #include "programs/log_format.h"
 #include "programs/network_flags.h"
+#include "programs/offered_datasets.h"
 #include "programs/printable.h"
 #include "programs/stop_signals.h"
 #include "server/listening.h"
@@ -43,6 +46,7 @@ struct Arguments {
   std::filesystem::path database;
   programs::NetworkFlags network;
   ListenFlags listen;
+  std::optional<std::string> datasets;
   bool verbose = false;
   pid_t owner = 0;
 };
@@ -111,13 +115,14 @@ std::string ObstacleOnPorts(const PortClaim& claim, bus::LcmTransport& transport
 
 ExitCode Serve(const Arguments& arguments) {
   programs::StopSignals stop(arguments.owner);
+  programs::OfferedDatasets offered(arguments.datasets);
   // The network first: a server that may not serve leaves no database behind.
   const bus::LcmOptions network = arguments.network.Resolve();
   auto listener = OpenListener(arguments.listen, network);
   bus::LcmTransport transport(network);
   WarnAboutNetwork(transport);
   const std::string address = network.group + ":" + std::to_string(network.port);
-  const ServerOptions options = OptionsFor(arguments);
+  ServerOptions options = OptionsFor(arguments);
   const PortClaim claim(network.port);
   if (const std::string obstacle = ObstacleOnPorts(claim, transport, options); !obstacle.empty()) {
     programs::ReportError("legopt-server", address + ": " + obstacle);
@@ -126,6 +131,9 @@ ExitCode Serve(const Arguments& arguments) {
   const auto store = db::OpenSqliteStore(arguments.database);
   bus::Endpoint endpoint(transport, bus::kServer, bus::RandomSeed());
   QueryService queries(arguments.database);
+  options.find_dataset = [&offered](const std::string& hash) {
+    return offered.Find(hash, bus::fields::kMostArchiveBytes);
+  };
   Server server(endpoint, *store, &queries, options, WallClock, bus::RandomEndpointId);
   RivalWatch rivals(endpoint, options.scheduler.server_instance);
   server.Work();
@@ -146,6 +154,10 @@ int Run(int argc, char** argv) {
   program.AddOption("--db", arguments.database, "Database file; created when missing").Required();
   programs::AddNetworkFlags(program, &arguments.network);
   AddListenFlags(program, &arguments.listen);
+  program
+      .AddOption("--datasets", arguments.datasets,
+                 "Folder of packed datasets ('legopt dataset pack') for workers that do not have them")
+      .ValueName("FOLDER");
   program.AddFlag("--verbose", arguments.verbose, "Log what happens to stderr");
   // For a program that has started us as a part of itself ('legopt run'); not for people.
   program.AddOption("--owner", arguments.owner, "Process whose orders to stop count; no others do").Group("");
@@ -184,6 +196,8 @@ int main(int argc, char** argv) {
     }
     const bool defect = error.code() == StoreErrorCode::kConstraint || error.code() == StoreErrorCode::kBadQuery;
     return server::Report(defect ? ExitCode::kInternal : ExitCode::kDatabaseUnusable, error.what());
+  } catch (const legopt::InputError& error) {
+    return server::Report(ExitCode::kUsage, error.what());
   } catch (const BusError& error) {
     const bool usage = error.code() == BusErrorCode::kInvalidOption;
     return server::Report(usage ? ExitCode::kUsage : ExitCode::kNetworkUnusable, error.what());

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "bus/codec.h"
+#include "bus/field_limits.h"
 #include "server/status.h"
 #include "words/reply.h"
 
@@ -116,6 +117,9 @@ void Server::RegisterHandlers() {
     reply.options_json = options.value_or("");
     responder.Reply(EncodeReply(reply));
   });
+  Serve<legopt_msg::dataset_request>(MessageType::kDataset, true, [this](Sender, const auto& request, auto responder) {
+    responder.Reply(EncodeReply(PieceOfDataset(request)));
+  });
   Serve<legopt_msg::shutdown_request>(MessageType::kShutdown, true, [this](Sender, const auto&, auto responder) {
     spdlog::info("shutdown requested");
     shutdown_requested_ = true;
@@ -126,6 +130,20 @@ void Server::RegisterHandlers() {
   ServeLease();
   ServeStatus();
   ServeQuery();
+}
+
+legopt_msg::dataset_reply Server::PieceOfDataset(const legopt_msg::dataset_request& request) const {
+  legopt_msg::dataset_reply reply{};
+  const std::string* archive = options_.find_dataset ? options_.find_dataset(request.hash) : nullptr;
+  reply.status = NumberOf(archive != nullptr ? DatasetStatus::kFound : DatasetStatus::kUnknown);
+  if (archive == nullptr) return reply;
+  reply.archive_bytes = static_cast<std::int64_t>(archive->size());
+  const auto offset = std::min(static_cast<std::size_t>(request.offset), archive->size());
+  const auto begin = archive->begin() + static_cast<std::ptrdiff_t>(offset);
+  const std::size_t bytes = std::min(archive->size() - offset, static_cast<std::size_t>(bus::fields::kMostPieceBytes));
+  reply.piece.assign(begin, begin + static_cast<std::ptrdiff_t>(bytes));
+  reply.num_bytes = static_cast<std::int32_t>(bytes);
+  return reply;
 }
 
 void Server::ServeProbe() {

@@ -13,6 +13,8 @@
 
 #include "bus/endpoint.h"
 #include "db/store.h"
+#include "legopt_msg/dataset_reply.hpp"
+#include "legopt_msg/dataset_request.hpp"
 #include "server/query_service.h"
 #include "server/scheduler.h"
 #include "server/transport_health.h"
@@ -31,6 +33,8 @@ struct ServerOptions {
   microseconds idle_checkpoint{1'000'000};  ///< quiet time after which the store may tidy up
   microseconds first_store_retry{50'000};   ///< after a transient store error; doubles up to max_store_retry
   microseconds max_store_retry{2'000'000};
+  /// Archive of the dataset with this content hash; null: not handed out. Valid until the next call. Empty: none is.
+  std::function<const std::string*(const std::string& hash)> find_dataset = {};
   std::size_t max_deferred = 4096;  ///< requests kept while the store fails; more are left to their callers
 };
 
@@ -90,6 +94,7 @@ class Server {
   template <class Message, class Handler>
   void Serve(bus::MessageType type, bool always, Handler handler);
   void ServeProbe();
+  legopt_msg::dataset_reply PieceOfDataset(const legopt_msg::dataset_request& request) const;
   void ServeQuery();
   void ServeLease();
   void ServeStatus();

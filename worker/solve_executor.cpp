@@ -28,6 +28,14 @@ std::int64_t PeakMemoryBytes() {
   return static_cast<std::int64_t>(usage.ru_maxrss) * kKibibyte;
 }
 
+// A solver of others solves in a process of its own, and is evaluated in this one: both count as the CPU time of the
+// solve, as for our own. Memory is that of the solver alone; this process has the dataset and earlier jobs.
+void ChargeExternal(const external::ProcessUsage& usage, legopt_msg::result_request& result) {
+  if (usage.peak_memory_bytes == 0) return;
+  result.cpu_us += usage.cpu_us;
+  result.peak_memory_bytes = usage.peak_memory_bytes;
+}
+
 // What the clock has stopped is no result, however far it came.
 ReportedOutcome OutcomeOf(SolveStatus status) {
   if (status == SolveStatus::kCancelled) return ReportedOutcome::kCancelled;
@@ -102,7 +110,10 @@ legopt_msg::result_request SolveExecutor::Execute(const legopt_msg::lease& lease
   job.effort_limit = lease.effort_limit;
   external_->set_memory_bytes(lease.memory_limit_bytes);
   job.wall_limit_s = static_cast<double>(lease.wall_limit_us) / kMicrosecondsPerSecond;
-  return ToMessage(runner->second.Run(job, {hooks.cancelled, hooks.progress, hooks.judging}));
+  legopt_msg::result_request result =
+      ToMessage(runner->second.Run(job, {hooks.cancelled, hooks.progress, hooks.judging}));
+  ChargeExternal(external_->TakeUsage(), result);
+  return result;
 }
 
 legopt_msg::result_request ToMessage(const JobResult& job) {

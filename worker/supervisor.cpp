@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bus/codec.h"
+#include "programs/affinity.h"
 #include "worker/outcome.h"
 
 namespace legopt::worker {
@@ -85,6 +86,8 @@ void Supervisor::CarryOut(const StartChild& action) {
   Child& entry = child(action.slot);
   entry = Child{};
   try {
+    std::optional<programs::PinnedThread> pinned;  // which its children inherit, and theirs
+    if (!options_.places.empty()) pinned.emplace(options_.places[static_cast<std::size_t>(action.slot)]);
     entry.process = std::make_unique<ChildProcess>(options_.child_command);
     logger_.debug("slot {}: job process {} started", action.slot, entry.process->pid());
   } catch (const std::system_error& error) {

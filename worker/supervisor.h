@@ -20,6 +20,8 @@ struct SupervisorOptions {
   PoolOptions pool;
   /// Program and arguments of a job process; it finds its socket at ChildProcess::kSocket.
   std::vector<std::string> child_command;
+  /// Processor that the job process of each slot is kept on; empty: any.
+  std::vector<int> places = {};
 };
 
 /// Runs a worker: carries out what its Pool decides, on job processes and over the link to the server, and tells the

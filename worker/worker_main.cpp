@@ -14,10 +14,12 @@
 #include <string_view>
 #include <utility>
 
+#include "bridge/uplink.h"
 #include "bus/bus_error.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "legopt/input_error.h"
+#include "programs/affinity.h"
 #include "programs/arguments.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
@@ -25,13 +27,14 @@
 #include "programs/exit_codes.h"
 #include "programs/granted_processors.h"
 #include "programs/host_facts.h"
+#include "programs/isolated_call.h"
 #include "programs/log_format.h"
 #include "programs/network_flags.h"
 #include "programs/printable.h"
 #include "programs/stop_signals.h"
+#include "worker/dataset_search.h"
 #include "worker/job_process.h"
 #include "worker/supervisor.h"
-#include "worker/uplink.h"
 
 namespace legopt::worker {
 namespace {
@@ -71,11 +74,15 @@ void Define(programs::Program& program, CommandLine& line) {
   program
       .AddOption("--slots", line.slots,
                  "Jobs at the same time, one process each (default: the processors granted to this process by its "
-                 "affinity, Slurm, and the CPU quota of its control group)")
+                 "affinity, Slurm, and the CPU quota of its control group, one of each physical core). As many as "
+                 "cores are kept on one each")
       .Check(programs::WholeNumber(1, kMaxSlots));
-  program.AddOption("--dataset", line.inputs.datasets,
-                    "Dataset folder whose jobs this worker takes; may be repeated "
-                    "(default: the embedded ones, garage-easier and garage-hard)");
+  program
+      .AddOption("--dataset", line.inputs.datasets,
+                 "Dataset whose jobs this worker takes: a folder, or a content hash ('legopt dataset info'), then "
+                 "the embedded ones, ~/.cache/legopt and the server are asked for it; may be repeated (default: the "
+                 "embedded ones, garage-easier and garage-hard)")
+      .ValueName("FOLDER|HASH");
   program.AddOption("--solver", line.inputs.solvers,
                     "Declaration of a solver of others that jobs may ask for; may be repeated (docs/solvers.md)");
   program.AddOption("--name", line.name, "Name in tables and listings (default: the host's)");
@@ -149,7 +156,11 @@ void DescribeHost(PoolOptions& pool) {
   pool.load = [] { return programs::HostLoad(); };
 }
 
-SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts& build, const Uplink& uplink) {
+std::vector<int> PlacesOf(int slots) {
+  return programs::PlacesOfSlots(slots, programs::OneOfEachCore(programs::AffinityMask()));
+}
+
+SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts& build, const bridge::Uplink& uplink) {
   SupervisorOptions options;
   PoolOptions& pool = options.pool;
   pool.slots = *line.slots;
@@ -168,9 +179,7 @@ SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts&
   pool.drain = Microseconds(line.drain_s);
   if (line.wait_server_s > 0) pool.wait_server = Microseconds(line.wait_server_s);
   if (line.idle_timeout_s > 0) pool.idle_timeout = Microseconds(line.idle_timeout_s);
-  WorkerInputs inputs = line.inputs;
-  if (inputs.datasets.empty()) inputs.datasets = programs::EmbeddedDatasetFolders();
-  options.child_command = ChildCommand(inputs);
+  options.places = PlacesOf(pool.slots);
   return options;
 }
 
@@ -184,27 +193,32 @@ void SettleSlots(CommandLine& line, spdlog::logger& logger) {
   }
   const bool told = line.slots.has_value();
   if (!told) line.slots = std::min(grant.processors, kMaxSlots);
-  std::printf("legopt-worker: %d slot%s: %s%s\n", *line.slots, *line.slots == 1 ? "" : "s",
-              told ? "told by --slots; " : "", grant.reason.c_str());
+  std::printf("legopt-worker: %d slot%s: %s%s%s\n", *line.slots, *line.slots == 1 ? "" : "s",
+              told ? "told by --slots; " : "", grant.reason.c_str(),
+              PlacesOf(*line.slots).empty() ? "" : "; each is kept on a core of its own");
   std::fflush(stdout);
 }
 
 ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spdlog::logger& logger) {
   programs::StopSignals stop(line.owner);
   SettleSlots(line, logger);
+  const DatasetCache cache(DatasetCache::DefaultFolder(), CallIsolated);
   try {
-    Uplink uplink = FindUplink(line.network.Resolve(), line.access);
+    bridge::Uplink uplink = bridge::FindUplink(line.network.Resolve(), line.access, bridge::BusPlace::kOwnNamespace);
     if (uplink.bridged()) {
       std::printf("legopt-worker: LCM stays %s\n", uplink.bus.c_str());
       std::fflush(stdout);
     }
-    const SupervisorOptions options = OptionsOf(line, build, uplink);
+    SupervisorOptions options = OptionsOf(line, build, uplink);
     bus::LcmTransport transport(uplink.network);
-    const auto spoke = RunSpoke(std::move(uplink));
+    const auto spoke = bridge::RunSpoke(std::move(uplink));
     if (const std::string warning = transport.receive_buffer_warning(); !warning.empty()) logger.warn(warning);
     if (const std::string warning = transport.missing_key_warning(); !warning.empty()) logger.warn(warning);
     bus::Endpoint endpoint(transport, bus::RandomEndpointId(), bus::RandomSeed());
     EndpointLink link(endpoint);
+    if (line.inputs.datasets.empty()) line.inputs.datasets = programs::EmbeddedDatasetFolders();
+    if (const auto end = FindDatasets(line.inputs.datasets, cache, link, options.pool, {stop, logger})) return *end;
+    options.child_command = ChildCommand(line.inputs);
     return Supervisor(link, options, logger).Run(stop.descriptor(), [&stop] { return stop.Take(); });
   } catch (const bus::BusError& error) {
     logger.error(error.what());

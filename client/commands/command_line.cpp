@@ -140,6 +140,7 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddImportCommand(program, invocation);
   AddSolverCommand(program, invocation);
   AddDoctorCommand(program, invocation);
+  AddPoolCommand(program, invocation);
   AddTapCommand(program, invocation);
   AddKeygenCommand(program, invocation);
   AddBackupCommand(program, invocation);

@@ -46,6 +46,8 @@ void AddImportCommand(const programs::Command& program, Invocation* invocation);
 void AddDoctorCommand(const programs::Command& program, Invocation* invocation);
 void AddBackupCommand(const programs::Command& program, Invocation* invocation);
 void AddTapCommand(const programs::Command& program, Invocation* invocation);
+/// pool slurm, script, status, stop.
+void AddPoolCommand(const programs::Command& program, Invocation* invocation);
 void AddKeygenCommand(const programs::Command& program, Invocation* invocation);
 
 /// Parses and runs a whole command line, reports errors on standard error as "legopt: error: ..." and returns the exit

@@ -8,6 +8,7 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
+#include "client/pool/packed_dataset.h"
 #include "client/report/finding_report.h"
 #include "client/report/json_text.h"
 #include "client/report/terminal.h"
@@ -18,6 +19,7 @@
 #include "legopt/robot/dof_names.h"
 #include "programs/command_line.h"
 #include "programs/isolated_call.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -116,9 +118,21 @@ ExitCode Info(const DatasetOptions& options) {
   add("dofs", dataset->robot().num_dofs());
   add("mass_kg", dataset->robot().total_mass());
   add("scene_objects", dataset->scene().objects.size());
-  for (const auto& [task, word] : kWords<Task>) add(std::string(word) + "_problems", dataset->problems(task).size());
+  for (const TaskDescription& of : ProblemTasks()) {
+    add(std::string(ToString(of.task)) + "_problems", dataset->problems(of.task).size());
+  }
   add("hash", dataset->content_hash());
   std::cout << RenderInfo(listing, dataset->robot(), options.format);
+  return ExitCode::kOk;
+}
+
+struct PackOptions {
+  std::string folder;
+  std::string out = ".";
+};
+
+ExitCode Pack(const PackOptions& options) {
+  std::cout << programs::Printable(PackInto(options.folder, options.out).archive.string()) << "\n";
   return ExitCode::kOk;
 }
 
@@ -160,6 +174,13 @@ void AddDatasetCommand(const programs::Command& program, Invocation* invocation)
   check.AddOption("DIR", check_options->folder, "Dataset folder (default: the embedded garage-easier)");
   AddTextOrJsonOption(check, &check_options->json);
   check.WhenChosen([=] { invocation->body = [check_options] { return Check(*check_options); }; });
+
+  const auto pack =
+      dataset.AddCommand("pack", "Pack a dataset into one file, for 'legopt-server --datasets' to hand to workers");
+  const auto pack_options = std::make_shared<PackOptions>();
+  pack.AddOption("DIR", pack_options->folder, "Dataset folder").Required();
+  pack.AddOption("--out", pack_options->out, "Folder to write it to, as HASH.legopt-dataset").ShowDefault();
+  pack.WhenChosen([=] { invocation->body = [pack_options] { return Pack(*pack_options); }; });
 
   const auto info = dataset.AddCommand(
       "info", "Load a dataset, check its hashes and describe it, with its joints in the order of solutions");

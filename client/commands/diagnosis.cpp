@@ -180,8 +180,9 @@ void CheckNetwork(const DiagnosisOptions& options, std::vector<Finding>* finding
 // "40 a and 35 b".
 std::string CountProblems(const Dataset& dataset) {
   std::string text;
-  for (const auto& [task, word] : kWords<Task>) {
-    text += (text.empty() ? "" : " and ") + std::to_string(dataset.problems(task).size()) + " " + std::string(word);
+  for (const TaskDescription& row : ProblemTasks()) {
+    text += (text.empty() ? "" : " and ") + std::to_string(dataset.problems(row.task).size()) + " " +
+            std::string(ToString(row.task));
   }
   return text;
 }

@@ -91,7 +91,7 @@ void AddImportCommand(const programs::Command& program, Invocation* invocation) 
   command.AddOption("--name", options.name, "Name of the dataset (default: that of the folder)");
   command.AddOption("--robot", options.files.robot, "URDF, or COLLADA with kinematics (default: the only one)");
   command.AddOption("--scene", options.files.scene, "Mesh or scene.yaml (default: scene.yaml, else the only mesh)");
-  for (const TaskDescription& task : kTasks) {
+  for (const TaskDescription& task : ProblemTasks()) {
     command.AddOption("--" + std::string(ToString(task.task)), options.files.problems[task.task],
                       std::string(task.short_title) + " problems (default: problems*.json of that task)");
   }

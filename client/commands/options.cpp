@@ -40,6 +40,11 @@ void AddNetworkOptions(const programs::Command& command, NetworkOptions* options
   command.AddOption("--timeout", options->timeout_s, "Seconds to wait for an answer of the server (default 5)")
       .Check(programs::Number(kShortestTimeout_s, kLongestTimeout_s))
       .Group(programs::kNetworkHeading);
+  command
+      .AddOption("--access", options->access,
+                 "Reach the server without multicast, at the addresses in this file of 'legopt-server --listen'")
+      .ValueName("FILE")
+      .Group(programs::kNetworkHeading);
 }
 
 void AddSourceOptions(const programs::Command& command, SourceOptions* options) {

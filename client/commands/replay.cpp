@@ -12,6 +12,7 @@
 #include "programs/build_identity.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
+#include "programs/external/external_solvers.h"
 #include "programs/granted_processors.h"
 #include "programs/isolated_call.h"
 #include "programs/printable.h"
@@ -25,6 +26,7 @@ struct ReplayOptions {
   std::uint64_t seed = 1;
   std::optional<std::int64_t> experiment;
   std::optional<std::string> dataset;
+  std::vector<std::filesystem::path> solvers;  ///< declarations of solvers of others
   bool any_build = false;
   int parallel = 0;
   bool json = false;
@@ -32,7 +34,7 @@ struct ReplayOptions {
   programs::BuildFacts build;
 };
 
-std::vector<StoredJob> ChosenJobs(const ReplayOptions& options) {
+std::vector<StoredJob> ChosenJobs(const ReplayOptions& options, const SolverRegistry& registry) {
   const auto source = OpenResults(options.source);
   std::vector<std::int64_t> ids;
   if (options.job) {
@@ -46,7 +48,7 @@ std::vector<StoredJob> ChosenJobs(const ReplayOptions& options) {
     }
   }
   std::vector<StoredJob> jobs;
-  for (const std::int64_t id : ids) jobs.push_back(ReadStoredJob(*source, id));
+  for (const std::int64_t id : ids) jobs.push_back(ReadStoredJob(*source, id, registry));
   return jobs;
 }
 
@@ -127,9 +129,11 @@ ExitCode ReplayStored(const ReplayOptions& options) {
   if (options.job.has_value() == options.random.has_value()) {
     throw ClientError(ExitCode::kUsage, "name a job, or let --random N draw some: 'legopt replay 12'");
   }
-  const std::vector<StoredJob> jobs = ChosenJobs(options);
+  // Each job is solved in a process of its own, which starts what it needs.
+  const SolverRegistry registry = external::RegistryForForks(external::ReadDeclarations(options.solvers));
+  const std::vector<StoredJob> jobs = ChosenJobs(options, registry);
   RequireSameBuild(jobs, options);
-  JobRunner runner(LoadStoredDataset(jobs.front(), options));
+  JobRunner runner(LoadStoredDataset(jobs.front(), options), registry);
   std::size_t done = 0;
   const auto tell = [&](const Replay& replay) {
     ++done;
@@ -157,6 +161,8 @@ void AddReplayCommand(const programs::Command& program, Invocation* invocation) 
   command.AddOption("--jobs", options->parallel, "Jobs at the same time (default: the processors granted)")
       .Check(programs::WholeNumber(1, kMostParallel));
   AddDatasetOption(command, &options->dataset);
+  command.AddOption("--solver", options->solvers,
+                    "Declaration of a solver of others whose jobs are replayed; may be repeated (docs/solvers.md)");
   command.AddFlag("--any-build", options->any_build, "Although another build has solved it");
   AddTextOrJsonOption(command, &options->json);
   AddSourceOptions(command, &options->source);

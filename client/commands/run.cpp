@@ -8,6 +8,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/dry_run.h"
 #include "client/commands/submission.h"
+#include "client/pool/slurm_pool.h"
 #include "client/report/certified_counts.h"
 #include "client/report/reading.h"
 #include "client/report/watching.h"
@@ -19,6 +20,7 @@
 #include "programs/data_folder.h"
 #include "programs/granted_processors.h"
 #include "programs/printable.h"
+#include "programs/shell_word.h"
 #include "words/reply.h"
 
 namespace legopt::client {
@@ -38,6 +40,8 @@ struct RunOptions {
   std::optional<std::string> db;
   bool dry_run = false;
   bool any_build = false;
+  std::optional<std::string> slurm;  // pool file
+  std::optional<PoolFile> pool;      // its content
   programs::BuildFacts build;
   int workers = 0;  // until settled
   std::string workers_reason;
@@ -109,7 +113,7 @@ void RequireBuild(ServerConnection& server, std::int64_t experiment_id, const Ru
                                           "--again for another experiment");
 }
 
-Outcome RunExperiment(const Submission& submission, const RunOptions& options, LocalPool& pool,
+Outcome RunExperiment(const Submission& submission, const RunOptions& options, OwnPool& pool,
                       const std::filesystem::path& db) {
   Outcome outcome;
   StoreTrouble trouble;
@@ -123,10 +127,12 @@ Outcome RunExperiment(const Submission& submission, const RunOptions& options, L
     outcome.experiment_id = reply.experiment_id;
     PrintStart(submission, reply, db);
     if (SubmitStatus{reply.status} == SubmitStatus::kAlreadyKnown) RequireBuild(server, reply.experiment_id, options);
-    std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers") << options.workers_reason
-              << "; Ctrl-C stops and keeps what is done\n";
-    outcome.status =
-        WatchOnTerminal(server, reply.experiment_id, {kServerPatience, true, [&pool] { pool.Supervise(); }, true});
+    if (!options.pool) {
+      std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers") << options.workers_reason << "; ";
+    }
+    std::cerr << "Ctrl-C stops and keeps what is done\n";
+    outcome.status = WatchOnTerminal(server, reply.experiment_id,
+                                     {kServerPatience, true, [&pool] { pool.Supervise(); }, !options.pool});
   } catch (const ClientError& error) {
     if (error.code() != ExitCode::kInterrupted) throw;
     trouble.ThrowIfAny();
@@ -137,29 +143,17 @@ Outcome RunExperiment(const Submission& submission, const RunOptions& options, L
   return outcome;
 }
 
-// A word of a command line that a shell takes as it stands.
-std::string ShellWord(const std::string& text) {
-  if (text.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./+,:@%") ==
-          std::string::npos &&
-      !text.empty()) {
-    return text;
-  }
-  std::string word = "'";
-  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return word + "'";
-}
-
 // For the commands that need the problem definitions: their default is the embedded dataset.
 std::string DatasetFlag(const std::filesystem::path& folder) {
   std::error_code ignored;
   return std::filesystem::equivalent(folder, programs::DefaultDatasetFolder(), ignored)
              ? ""
-             : " --dataset " + ShellWord(folder);
+             : " --dataset " + programs::ShellWord(folder);
 }
 
 void PrintNextSteps(const std::string& db, const std::filesystem::path& dataset, const Outcome& outcome) {
   const std::string id = std::to_string(outcome.experiment_id);
-  const std::string flags = programs::Printable(" --db " + ShellWord(db));
+  const std::string flags = programs::Printable(" --db " + programs::ShellWord(db));
   const std::string dataset_flag = programs::Printable(DatasetFlag(dataset));
   std::cerr << "\nResults: " << programs::Printable(db) << "\n"
             << "  legopt table " << id << flags << " --format latex\n"
@@ -181,7 +175,7 @@ ExitCode Finish(const RunOptions& options, const std::string& db, const std::fil
             << RenderBenchmarkTable(table, options.format, {options.time_unit, LayoutOf(options.output)}) << std::flush;
   if (outcome.interrupted) {
     std::cerr << "\nStopped before the end. To go on, give the same command with --db "
-              << programs::Printable(ShellWord(db)) << "\n";
+              << programs::Printable(programs::ShellWord(db)) << "\n";
     return ExitCode::kInterrupted;
   }
   if (outcome.status.state == ExperimentState::kCancelled) {
@@ -194,6 +188,11 @@ ExitCode Finish(const RunOptions& options, const std::string& db, const std::fil
   return OutcomeOf(outcome.status);
 }
 
+SlurmPoolOptions PoolOptionsOf(const RunOptions& options, const Submission& submission,
+                               const std::filesystem::path& db) {
+  return {*options.pool, db, submission.dataset_folder, options.network, options.suite.solvers};
+}
+
 ExitCode DryRun(const Submission& submission, const RunOptions& options, const std::filesystem::path& db) {
   const bool exists = std::filesystem::exists(db);
   const auto known = exists ? OpenResults({db.string(), {}}) : nullptr;
@@ -201,14 +200,31 @@ ExitCode DryRun(const Submission& submission, const RunOptions& options, const s
     PrintDryRunJson(submission, known.get());
     return ExitCode::kOk;
   }
-  PrintDryRun(submission, known.get(), options.workers,
-              "would start: legopt-server --db " + ShellWord(db.string()) + (exists ? " (goes on in it)" : " (new)") +
-                  ", legopt-worker --slots " + std::to_string(options.workers) + " --dataset " +
-                  ShellWord(submission.dataset_folder.string()) + "; nothing was started");
+  const std::string server =
+      "legopt-server --db " + programs::ShellWord(db.string()) + (exists ? " (goes on in it)" : " (new)");
+  const std::string workers = options.pool
+                                  ? "and have Slurm take in the script below; nothing"
+                                  : "legopt-worker --slots " + std::to_string(options.workers) + " --dataset " +
+                                        programs::ShellWord(submission.dataset_folder.string()) + "; nothing";
+  PrintDryRun(submission, known.get(), options.workers, "would start: " + server + ", " + workers + " was started");
+  if (options.pool) std::cout << "\n" << PreviewScript(PoolOptionsOf(options, submission, db)) << std::flush;
   return ExitCode::kOk;
 }
 
-ExitCode Run(const RunOptions& options, bool verbose) {
+std::unique_ptr<OwnPool> StartPool(const RunOptions& options, const Submission& submission,
+                                   const std::filesystem::path& db, bool verbose) {
+  const std::filesystem::path& dataset = submission.dataset_folder;
+  if (options.pool) {
+    SlurmPoolOptions pool = PoolOptionsOf(options, submission, db);
+    pool.verbose = verbose;
+    return std::make_unique<SlurmPool>(std::move(pool));
+  }
+  return std::make_unique<LocalPool>(
+      LocalPoolOptions{db, dataset, options.workers, options.network, options.suite.solvers, verbose});
+}
+
+ExitCode Run(RunOptions& options, bool verbose) {
+  if (options.slurm) options.pool = ReadPoolFile(*options.slurm, Engine::kSlurm);
   const Submission submission = PrepareSubmission(options.suite);
   WarnOfLosses(submission);
   const std::filesystem::path db =
@@ -217,9 +233,9 @@ ExitCode Run(const RunOptions& options, bool verbose) {
   const InterruptGuard guard;
   Outcome outcome;
   {
-    LocalPool pool({db, submission.dataset_folder, options.workers, options.network, options.suite.solvers, verbose});
-    outcome = RunExperiment(submission, options, pool, db);
-    pool.Stop(kStopPatience);
+    const std::unique_ptr<OwnPool> pool = StartPool(options, submission, db, verbose);
+    outcome = RunExperiment(submission, options, *pool, db);
+    pool->Stop(kStopPatience);
   }
   return Finish(options, db.string(), submission.dataset_folder, outcome);
 }
@@ -247,10 +263,15 @@ void AddRunCommand(const programs::Command& program, Invocation* invocation) {
       "--db", options->db,
       "Database file (default: made from suite and time). An unfinished experiment of the same content in "
       "it is continued");
+  const auto workers = command
+                           .AddOption("--workers", options->workers,
+                                      "Jobs at the same time (default: the processors granted to this process)")
+                           .Check(programs::WholeNumber(1, kMaxWorkers));
   command
-      .AddOption("--workers", options->workers,
-                 "Jobs at the same time (default: the processors granted to this process)")
-      .Check(programs::WholeNumber(1, kMaxWorkers));
+      .AddOption("--slurm", options->slurm,
+                 "Workers on nodes of Slurm, as this pool file says (docs/clusters.md), with the server here")
+      .ValueName("FILE")
+      .Excludes(workers);
   command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but start nothing");
   command.AddFlag("--any-build", options->any_build,
                   "Go on with an experiment that another build began; tables then name both");
@@ -261,7 +282,7 @@ void AddRunCommand(const programs::Command& program, Invocation* invocation) {
   command.AddOption("--port", options->network.port, "Control port (default: a free pair of ports)").Group("Network");
   command.AddOption("--group", options->network.group, "Multicast group").Group("Network");
   command.WhenChosen([=] {
-    SettleWorkers(*options);
+    if (!options->slurm) SettleWorkers(*options);
     options->build = invocation->build;
     invocation->body = [options, invocation] { return Run(*options, invocation->verbose); };
   });

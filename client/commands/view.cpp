@@ -76,7 +76,7 @@ void AddViewCommand(const programs::Command& program, Invocation* invocation) {
   command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(programs::WholeNumber(1));
   command.AddOption("--problem", options->problem, "A problem of the dataset instead, without a solution")
       .Check(programs::WholeNumber(0));
-  command.AddWord<Task>("--task", options->task, "Of the problem: posture or motion (default posture)");
+  command.AddWord<Task>("--task", options->task, "Of the problem (default: posture)");
   command.AddOption("--ghost", options->ghost, "Another job of the same problem, drawn transparently")
       .Check(programs::WholeNumber(1));
   command.AddOption("--out", options->out, "File to write (default: job-JOB.html)");

@@ -21,7 +21,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kPollInterval{20};
 constexpr int kCannotStart = 127;
-constexpr std::size_t kKeptOutputBytes = 4096;
+constexpr std::size_t kKeptOutputBytes = 1U << 20;
 constexpr off_t kTailBytes = 2000;
 
 [[noreturn]] void Fail(const std::filesystem::path& program, const std::string& what) {
@@ -29,17 +29,25 @@ constexpr off_t kTailBytes = 2000;
 }
 
 // Runs between fork and exec: only calls that are safe there.
-[[noreturn]] void BecomeProgram(char* const* arguments, pid_t parent, int output, int error) {
+[[noreturn]] void BecomeProgram(char* const* arguments, pid_t parent, int input, int output, int error) {
   ::setpgid(0, 0);
   if (!programs::DieWith(parent, SIGTERM)) ::_exit(kCannotStart);
   programs::UnblockSignals();
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) ::signal(number, SIG_DFL);
-  const int input = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-  if (input >= 0) ::dup2(input, STDIN_FILENO);
+  ::dup2(input, STDIN_FILENO);
   ::dup2(output, STDOUT_FILENO);
   if (error >= 0) ::dup2(error, STDERR_FILENO);
   ::execv(arguments[0], arguments);
   ::_exit(kCannotStart);
+}
+
+// What reads from it finds `text`, and then the end.
+programs::Descriptor Holding(const std::string& text) {
+  if (text.empty()) return programs::Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+  programs::Descriptor memory(::memfd_create("legopt-child-input", MFD_CLOEXEC));
+  if (::write(memory.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) memory.Close();
+  if (memory.open()) ::lseek(memory.get(), 0, SEEK_SET);
+  return memory;
 }
 
 }  // namespace
@@ -49,25 +57,35 @@ std::string ChildExit::Describe() const {
   return "signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")";
 }
 
-ChildProcess::ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
-                           bool quiet) {
-  if (::access(program.c_str(), X_OK) != 0)
-    Fail(program, std::string(std::strerror(errno)) + "; build or install it beside legopt");
+ChildProcess::ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments, bool quiet,
+                           const std::string& input) {
   std::optional<programs::Pipe> output = programs::MakePipe();
   if (!output) Fail(program, std::strerror(errno));
+  const programs::Descriptor given = Holding(input);
+  if (!given.open()) Fail(program, std::strerror(errno));
   if (quiet) error_ = programs::Descriptor(::memfd_create("legopt-child-errors", MFD_CLOEXEC));
   if (error_.open()) ::fcntl(error_.get(), F_SETFL, O_APPEND);
+  Start(program, arguments, {given.get(), output->write.get()}, error_.get());
+  output_pipe_ = std::move(output->read);
+  output_pipe_.SetNonBlocking();
+}
 
+ChildProcess::ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                           const ChildFiles& files) {
+  Start(program, arguments, files, files.output);
+}
+
+void ChildProcess::Start(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                         const ChildFiles& files, int error) {
+  if (::access(program.c_str(), X_OK) != 0)
+    Fail(program, std::string(std::strerror(errno)) + "; build or install it beside legopt");
   std::vector<std::string> texts = {program.string()};
   texts.insert(texts.end(), arguments.begin(), arguments.end());
   const std::vector<char*> argv = programs::Pointers(texts);
-
   const pid_t parent = ::getpid();
   pid_ = ::fork();
-  if (pid_ == 0) BecomeProgram(argv.data(), parent, output->write.get(), error_.get());
+  if (pid_ == 0) BecomeProgram(argv.data(), parent, files.input, files.output, error);
   if (pid_ < 0) Fail(program, std::strerror(errno));
-  output_pipe_ = std::move(output->read);
-  output_pipe_.SetNonBlocking();
 }
 
 ChildProcess::~ChildProcess() {

@@ -20,14 +20,24 @@ struct ChildExit {
   std::string Describe() const;
 };
 
+/// Descriptors that a child is given in place of ours; they stay the caller's.
+struct ChildFiles {
+  int input;   ///< its standard input
+  int output;  ///< its standard output and error
+};
+
 /// A program that runs beside us and never outlives us: the kernel sends it SIGTERM when we die, and the destructor
 /// stops it. It stands in a process group of its own, so that Ctrl-C reaches only us and we decide the order of the
-/// end. Its standard input is empty; its standard output comes to us; its standard error goes to ours, or into memory
+/// end. Its standard input is `input`; its standard output comes to us; its standard error goes to ours, or into memory
 /// when `quiet`, where ErrorTail() finds it. Thread rule: the thread that starts it must live as long as it does.
 class ChildProcess {
  public:
   /// Throws ClientError (kInternal) when the program cannot be started.
-  ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments, bool quiet);
+  ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments, bool quiet,
+               const std::string& input = {});
+  /// As above, but with these files: output() and ErrorTail() stay empty.
+  ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+               const ChildFiles& files);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
@@ -50,10 +60,15 @@ class ChildProcess {
   /// SIGTERM, and SIGKILL when that did not end it within `grace` or `give_up` said so. Returns how it ended.
   ChildExit Stop(std::chrono::milliseconds grace, bool (*give_up)() = nullptr);
 
+  /// The last MiB of what it wrote to standard output.
+  const std::string& output() const { return output_; }
+
   /// The last lines it wrote to standard error, for a report; empty when it was not quiet.
   std::string ErrorTail() const;
 
  private:
+  void Start(const std::filesystem::path& program, const std::vector<std::string>& arguments, const ChildFiles& files,
+             int error);
   void DrainOutput();
 
   pid_t pid_ = -1;

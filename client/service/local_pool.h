@@ -2,13 +2,11 @@
 
 #include <chrono>
 #include <filesystem>
-#include <memory>
-#include <optional>
-#include <string>
 #include <vector>
 
-#include "client/service/child_process.h"
-#include "client/service/server_connection.h"
+#include "client/service/own_pool.h"
+#include "client/service/own_program.h"
+#include "client/service/own_server.h"
 
 namespace legopt::client {
 
@@ -21,42 +19,25 @@ struct LocalPoolOptions {
   bool verbose = false;                             ///< let the children write to our standard error
 };
 
-/// The line of a child's error output that tells best why it gave up: the last one logged as an error, else the last
-/// one; without its log prefix, "PROGRAM: " and "error: ".
-std::string LastWords(const std::string& program, const std::string& tail);
-
-/// A server and a worker pool of our own, for one command: the programs beside this one, as child processes on this
-/// machine. A child that a signal killed is started again (the database and the leases make that safe); one that gave
-/// up by itself is an error, kInterrupted when it ended in good order because somebody else told it to. The destructor
-/// stops both. Thread rule: one thread.
-class LocalPool {
+/// An OwnPool on this machine: the programs beside this one, as child processes. A child that a signal killed is
+/// started again (the database and the leases make that safe); one that gave up by itself is an error, kInterrupted
+/// when it ended in good order because somebody else told it to. The destructor stops both.
+class LocalPool final : public OwnPool {
  public:
-  /// Starts the server, waits until it serves, and starts the worker. Throws ClientError with the exit code and the
-  /// last words of a child that gave up, kInterrupted under an InterruptGuard, kInternal when a program is missing.
+  /// Starts the server, waits until it serves, and starts the worker. Throws as OwnServer.
   explicit LocalPool(LocalPoolOptions options);
-  ~LocalPool();
+  ~LocalPool() override;
 
-  /// Where the server listens; for a ServerConnection.
-  const NetworkOptions& network() const { return options_.network; }
-
-  /// To be called a few times per second. Throws as the constructor.
-  void Supervise();
-
-  /// Ends the worker, then the server: in order, so that held jobs go back and the database is closed. Running jobs get
-  /// `patience` to finish; a second interruption kills at once.
-  void Stop(std::chrono::milliseconds patience);
+  const NetworkOptions& network() const override { return server_.network(); }
+  void Supervise() override;
+  void Stop(std::chrono::milliseconds patience) override;
 
  private:
-  void StartServer();
-  bool TryStartServer();
   void StartWorker();
-  void CountRestart(const std::string& program, const ChildExit& exit);
 
   LocalPoolOptions options_;
-  bool chosen_port_ = false;
-  int restarts_ = 0;
-  std::unique_ptr<ChildProcess> server_;
-  std::unique_ptr<ChildProcess> worker_;
+  OwnServer server_;
+  OwnProgram worker_;
 };
 
 }  // namespace legopt::client

@@ -35,15 +35,21 @@ microseconds ToMicroseconds(double seconds) {
 
 }  // namespace
 
+// A client has threads and several connections: it stays in its network namespace.
 ServerConnection::ServerConnection(const NetworkOptions& options)
-    : options_(options.Resolve()),
+    : ServerConnection(bridge::FindUplink(options.Resolve(), options.access, bridge::BusPlace::kOwnPorts),
+                       options.timeout_s) {}
+
+ServerConnection::ServerConnection(bridge::Uplink uplink, double timeout_s)
+    : options_(uplink.network),
+      address_(uplink.server_address),
+      bridged_(uplink.bridged()),
       transport_(options_),
+      spoke_(bridge::RunSpoke(std::move(uplink))),
       endpoint_(transport_, bus::RandomEndpointId(), bus::RandomSeed()),
-      timeout_(ToMicroseconds(options.timeout_s)) {}
+      timeout_(ToMicroseconds(timeout_s)) {}
 
 ServerConnection::~ServerConnection() = default;
-
-std::string ServerConnection::address() const { return options_.group + ":" + std::to_string(options_.port); }
 
 template <class Request>
 typename bus::CallOf<Request>::Reply ServerConnection::Ask(Request request, microseconds timeout) {
@@ -80,7 +86,11 @@ std::string ServerConnection::NobodyAnswers() const {
   const std::string key = transport_.key() == nullptr
                               ? std::string()
                               : "does it have the same key as we have in " + options_.key_file + "? Else ";
-  return "no legopt-server answers at " + address() + "; " + key +
+  if (bridged_) {
+    return "no legopt-server answers at " + address_ + "; " + key +
+           "look whether it runs with --listen and whether a firewall passes UDP to that port";
+  }
+  return "no legopt-server answers at " + address_ + "; " + key +
          "start one ('legopt-server --db results.sqlite'), set --port or LEGOPT_PORT to where it listens, or read a "
          "database file with --db" +
          (key.empty() ? ". A server that has a key answers only who has it, too (--key-file)" : "");
@@ -92,7 +102,7 @@ Reply ServerConnection::Answer(bus::CallOutcome<Reply> outcome) const {
     throw ClientError(ExitCode::kUnreachable, NobodyAnswers());
   }
   if (!outcome.ok()) {
-    throw ClientError(ExitCode::kUsage, "the server at " + address() + " refused the request: " + outcome.error);
+    throw ClientError(ExitCode::kUsage, "the server at " + address_ + " refused the request: " + outcome.error);
   }
   return std::move(outcome.reply);
 }

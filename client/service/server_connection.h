@@ -3,10 +3,12 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
+#include "bridge/uplink.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "bus/typed_calls.h"
@@ -16,7 +18,8 @@ namespace legopt::client {
 
 /// Where the server is, and how long it may take.
 struct NetworkOptions : programs::NetworkFlags {
-  double timeout_s = 5;  ///< to answer at all, (0, 3600]
+  double timeout_s = 5;               ///< to answer at all, (0, 3600]
+  std::optional<std::string> access;  ///< access file of the server: reach it over a bridge
 };
 
 /// Calls to the server of a deployment, one at a time. Every call throws ClientError: kUnreachable when no answer came
@@ -43,8 +46,8 @@ class ServerConnection {
   legopt_msg::cancel_reply Cancel(std::int64_t experiment_id);
   legopt_msg::control_reply Control(legopt_msg::control_request request);
 
-  /// "239.255.76.67:7667", for messages.
-  std::string address() const;
+  /// "239.255.76.67:7667", or where a bridge leads; for messages.
+  const std::string& address() const { return address_; }
   const bus::LcmTransport& transport() const { return transport_; }
   /// Changes how long later calls wait for an answer.
   void set_timeout(std::chrono::microseconds timeout) { timeout_ = timeout; }
@@ -57,8 +60,13 @@ class ServerConnection {
   template <class Reply>
   Reply Answer(bus::CallOutcome<Reply> outcome) const;
 
+  ServerConnection(bridge::Uplink uplink, double timeout_s);
+
   bus::LcmOptions options_;
+  std::string address_;
+  bool bridged_;
   bus::LcmTransport transport_;
+  std::unique_ptr<bridge::Bridge> spoke_;  ///< null: the server is on our bus
   bus::Endpoint endpoint_;
   std::chrono::microseconds timeout_;
 };

@@ -1,9 +1,6 @@
 #include "programs/external/declaration.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <string_view>
@@ -13,6 +10,7 @@
 #include "legopt/input_error.h"
 #include "legopt/methods/option_visitors.h"
 #include "legopt/methods/registry.h"
+#include "programs/processes.h"
 
 namespace legopt::external {
 namespace {
@@ -71,23 +69,11 @@ void ReadName(OptionReader& reader, Declaration& declaration, OptionFaults& faul
   }
 }
 
-bool IsExecutable(const fs::path& file) { return fs::is_regular_file(file) && ::access(file.c_str(), X_OK) == 0; }
-
-// Empty when there is none.
-fs::path InPath(const std::string& word) {
-  const char* variable = std::getenv("PATH");
-  std::istringstream folders(variable == nullptr ? "" : variable);
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    if (!folder.empty() && IsExecutable(fs::path(folder) / word)) return fs::absolute(fs::path(folder) / word);
-  }
-  return {};
-}
-
 void FindExecutable(Declaration& declaration, OptionFaults& faults) {
   const std::string& word = declaration.command.front();
   const bool is_path = word.find('/') != std::string::npos;
-  const fs::path found = is_path ? (declaration.folder / word).lexically_normal() : InPath(word);
-  if (found.empty() || !IsExecutable(found)) {
+  const fs::path found = is_path ? (declaration.folder / word).lexically_normal() : programs::FindProgram(word);
+  if (found.empty() || !programs::IsExecutable(found)) {
     faults.Add("command", word, is_path ? "there is no executable file " + found.string() : "is not in PATH",
                is_path ? "paths are relative to the declaration's folder; chmod +x where it is there"
                        : "install it, or give a path such as './" + word + "'");
@@ -123,6 +109,14 @@ void ReadFiles(OptionReader& reader, Declaration& declaration, OptionFaults& fau
   }
 }
 
+void ReadLevel(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
+  std::string word = "lines";
+  reader.Text("level", word);
+  if (word != "lines" && word != "files")
+    faults.Add("level", word, "must be 'lines' or 'files'", "see docs/solvers.md");
+  declaration.level = word == "files" ? Level::kFiles : Level::kLines;
+}
+
 void ReadSettings(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
   declaration.settings = json::object();
   const json* settings = reader.Find("settings");
@@ -140,6 +134,7 @@ Declaration ReadDeclaration(const fs::path& file) {
   if (!OptionReader::IsMap(object, "", faults)) faults.ThrowIfAny();
   OptionReader reader(object, "", faults);
   ReadName(reader, declaration, faults);
+  ReadLevel(reader, declaration, faults);
   ReadCommand(reader, declaration, faults);
   ReadFiles(reader, declaration, faults);
   ReadSettings(reader, declaration, faults);
@@ -166,6 +161,7 @@ std::vector<Declaration> ReadDeclarations(std::span<const fs::path> files) {
 
 std::string CurrentHash(const Declaration& declaration) {
   json parts = {{"command", declaration.command}, {"settings", declaration.settings}};
+  if (declaration.level == Level::kFiles) parts["level"] = "files";
   parts["executable"] = Blake2bHex(ContentOf(declaration.executable, declaration.file, "command"));
   for (const fs::path& file : declaration.files) {
     parts["files"].push_back(Blake2bHex(ContentOf(file, declaration.file, "files")));

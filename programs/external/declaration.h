@@ -8,6 +8,12 @@
 
 namespace legopt::external {
 
+/// How a solver is spoken to.
+enum class Level {
+  kLines,  ///< JSON lines over its standard streams, as long as it lives
+  kFiles   ///< a problem file and the name of a solution file as its last arguments, one process a solve
+};
+
 /// A solver of others, as a JSON file declares it (docs/solvers.md):
 ///
 ///     {"name": "slsqp", "command": ["python3", "slsqp.py"], "files": ["../common.py"], "settings": {"ftol": 1e-6},
@@ -15,8 +21,9 @@ namespace legopt::external {
 ///
 /// A command without a slash is looked for in PATH, another one from the file's folder, where the solver also runs.
 struct Declaration {
-  std::string file;                          ///< where it stands
-  std::string name;                          ///< the word that suites use as `solver`
+  std::string file;  ///< where it stands
+  std::string name;  ///< the word that suites use as `solver`
+  Level level = Level::kLines;
   std::vector<std::string> command;          ///< argv, as written
   std::filesystem::path folder;              ///< of the file, absolute
   std::filesystem::path executable;          ///< what the command's first word leads to, absolute

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "programs/external/robot_lines.h"
+
 namespace legopt::external {
 namespace {
 
@@ -51,6 +53,7 @@ SolverResult ExternalSolver::Solve(Program& program, Eigen::VectorXd& x, const S
   seed_ = SeedOf(context);
   stop_status_ = context.Stopped();
   kept_end_ = false;
+  program_ = &program;
   slotted_.Reset(program);
   if (!stop_status_) NamingTheSolver([&] { RunRounds(program.num_waypoints(), context); });
   x = best_.x;
@@ -88,18 +91,37 @@ void ExternalSolver::StartAnew() {
 void ExternalSolver::RunRounds(int num_waypoints, const SolverContext& context) {
   if (channel_ == nullptr) StartAnew();
   Eigen::VectorXd base = best_.x;
+  bool got_on = false;
   for (int round = 0; round < options_.max_rounds; ++round) {
     const bool grown = slotted_.Rebase(base);
-    if (round > 0 && !grown) return;
-    Send(SolveLine(slotted_, num_waypoints, {round, seed_, options_.constraint_tolerance, manner_.settings}));
+    if (round > 0 && !grown && !(manner_.asks_nothing && got_on)) return;
+    Send(SolveLineAbout(base, round, num_waypoints));
     const ObjectiveValue start = best_.value;
-    const SolutionReport solution = SolveRound(context);
+    const Eigen::VectorXd best_before = best_.x;
+    SolutionReport solution = SolveRound(context);
+    if (!stop_status_ && !solution.waypoints.empty()) solution.x = WayTo(*program_, base, solution.waypoints);
     claim_ = solution.status;
     const bool new_rows = TakeEnd(solution, start);
+    got_on = best_.x != best_before;
+    if (manner_.asks_nothing) stop_status_ = stop_status_ ? stop_status_ : context.Stopped();
     if (stop_status_ || claim_ == Claim::kLimit || (Satisfied(best_.value) && !new_rows)) return;
     // Where the new rows have slots, if the best point, before it met them, does not show them.
     base = new_rows ? slotted_.x() : best_.x;
   }
+}
+
+std::string ExternalSolver::SolveLineAbout(const Eigen::VectorXd& base, int round, int num_waypoints) {
+  return SolveLine(slotted_, num_waypoints,
+                   {round, seed_, options_.constraint_tolerance, manner_.settings, RobotJson(*program_, base),
+                    manner_.asks_nothing ? AtStart() : nlohmann::json()});
+}
+
+nlohmann::json ExternalSolver::AtStart() {
+  ++evaluations_;
+  const EvaluateRequest request{
+      .id = 0, .x = Eigen::VectorXd::Zero(slotted_.num_variables()), .gradients = true, .contacts = true};
+  const bool finite = slotted_.Evaluate(request.x.data());
+  return EvaluationJson(slotted_, request, finite, finite ? Contacts() : nlohmann::json());
 }
 
 SolutionReport ExternalSolver::SolveRound(const SolverContext& context) {
@@ -148,7 +170,13 @@ void ExternalSolver::Answer(EvaluateRequest request) {
   asked_ = request.x;
   const bool finite = slotted_.Evaluate(request.x.data());
   if (finite) NoteBest();
-  Send(EvaluationLine(slotted_, request, finite));
+  Send(EvaluationJson(slotted_, request, finite, request.contacts && finite ? Contacts() : nlohmann::json()).dump());
+}
+
+// Of the point that was evaluated, wherever the program has been since.
+nlohmann::json ExternalSolver::Contacts() {
+  program_->SetPoint(slotted_.x());
+  return ContactsJson(*program_);
 }
 
 void ExternalSolver::TakeIn(const ProgressReport& progress, const SolverContext& context) {
@@ -168,7 +196,7 @@ SolutionReport ExternalSolver::Cancel() {
     std::fprintf(stderr, "solver '%s' (external) %s after 'cancel'\n", manner_.name.c_str(), fault.what());
   }
   channel_.reset();
-  return {Eigen::VectorXd(), Claim::kFailed};
+  return {};
 }
 
 // Requests that were on their way get no answer any more.

@@ -23,6 +23,9 @@ struct ExternalManner {
   nlohmann::json settings = nlohmann::json::object();  ///< handed on as they are
   double silence_s = 60.0;                             ///< longest time without a line of it while it is its turn
   double cancel_grace_s = 2.0;                         ///< from `cancel` to its solution
+  /// It cannot ask: every solve says how its start evaluates, and another one follows about where it got to, as long as
+  /// that does not hold and it gets on.
+  bool asks_nothing = false;
 };
 
 /// Starts the solver: a channel on which it says hello.
@@ -65,6 +68,9 @@ class ExternalSolver final : public Solver {
   void RunRounds(int num_waypoints, const SolverContext& context);
   SolutionReport SolveRound(const SolverContext& context);
   void Answer(EvaluateRequest request);
+  nlohmann::json Contacts();
+  nlohmann::json AtStart();
+  std::string SolveLineAbout(const Eigen::VectorXd& base, int round, int num_waypoints);
   void TakeIn(const ProgressReport& progress, const SolverContext& context);
   SolutionReport Cancel();
   std::optional<SolutionReport> AwaitAfterCancel(LineChannel::Clock::time_point deadline);
@@ -78,6 +84,7 @@ class ExternalSolver final : public Solver {
   ExternalManner manner_;
   ChannelMaker make_channel_;
   std::unique_ptr<LineChannel> channel_;
+  Program* program_ = nullptr;  ///< of the solve at hand
   SlottedProgram slotted_;
   Best best_;  ///< of the solve at hand
   Claim claim_ = Claim::kFailed;

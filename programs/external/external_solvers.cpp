@@ -1,11 +1,12 @@
 #include "programs/external/external_solvers.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "legopt/input_error.h"
 #include "programs/external/external_options.h"
 #include "programs/external/external_solver.h"
-#include "programs/external/solver_launcher.h"
+#include "programs/external/file_channel.h"
 #include "programs/external/solver_process.h"
 
 namespace legopt::external {
@@ -39,6 +40,7 @@ std::unique_ptr<Solver> MakeExternal(const ExternalOptions& options, std::size_t
   }
   RequireDeclared(options, declaration);
   ExternalManner manner{declaration.name, declaration.settings, declaration.timeout_s};
+  manner.asks_nothing = declaration.level == Level::kFiles;
   auto solver = std::make_unique<ExternalSolver>(options, std::move(manner),
                                                  [number, declaration, start] { return start(number, declaration); });
   solver->Start();
@@ -66,23 +68,45 @@ SolverRegistry RegistryWith(std::span<const Declaration> declarations, const Sol
 }
 
 ExternalSolvers::ExternalSolvers(std::span<const std::filesystem::path> files)
-    : declarations_(ReadDeclarations(files)) {
+    : ExternalSolvers(ReadDeclarations(files)) {}
+
+ExternalSolvers::ExternalSolvers(std::vector<Declaration> declarations) : declarations_(std::move(declarations)) {
   if (declarations_.empty()) return;
+  if (std::ranges::find(declarations_, Level::kFiles, &Declaration::level) != declarations_.end()) {
+    scratch_ = MakeScratchFolder();
+  }
   std::vector<LaunchCommand> commands;
   for (const Declaration& declaration : declarations_) {
     commands.push_back({declaration.executable, declaration.command, declaration.folder});
+    if (declaration.level == Level::kLines) continue;
+    for (const auto& file : {ProblemFile(scratch_), SolutionFile(scratch_)}) {
+      commands.back().arguments.push_back(file.string());
+    }
   }
-  launcher_ = std::make_unique<SolverLauncher>(commands);
+  launcher_ = std::make_unique<SolverLauncher>(commands, scratch_);
 }
 
 ExternalSolvers::~ExternalSolvers() = default;
 
 std::unique_ptr<LineChannel> ExternalSolvers::Start(std::size_t number) {
-  return std::make_unique<SolverProcess>(*launcher_, number, memory_bytes_);
+  const Declaration& declaration = declarations_[number];
+  if (declaration.level == Level::kLines) return std::make_unique<SolverProcess>(*launcher_, number, memory_bytes_);
+  return std::make_unique<FileChannel>(*launcher_, number, memory_bytes_, declaration.name, scratch_);
 }
+
+ProcessUsage ExternalSolvers::TakeUsage() { return launcher_ == nullptr ? ProcessUsage() : launcher_->TakeUsage(); }
 
 SolverRegistry ExternalSolvers::registry() {
   return RegistryWith(declarations_, [this](std::size_t number, const Declaration&) { return Start(number); });
+}
+
+SolverRegistry RegistryForForks(std::span<const Declaration> declarations) {
+  const auto solvers = std::make_shared<std::unique_ptr<ExternalSolvers>>();
+  const std::vector<Declaration> all(declarations.begin(), declarations.end());
+  return RegistryWith(declarations, [solvers, all](std::size_t number, const Declaration&) {
+    if (*solvers == nullptr) *solvers = std::make_unique<ExternalSolvers>(all);
+    return (*solvers)->Start(number);
+  });
 }
 
 }  // namespace legopt::external

@@ -10,6 +10,7 @@
 #include "legopt/methods/registry.h"
 #include "programs/external/declaration.h"
 #include "programs/external/line_channel.h"
+#include "programs/external/solver_launcher.h"
 
 namespace legopt::external {
 
@@ -25,14 +26,14 @@ using SolverStarter = std::function<std::unique_ptr<LineChannel>(std::size_t num
 /// not made: that is an InputError.
 SolverRegistry RegistryWith(std::span<const Declaration> declarations, const SolverStarter& start = {});
 
-class SolverLauncher;
-
 /// Declared solvers, and what starts them. To be made before the process forbids itself new processes, and before it
 /// grows: it forks. One thread.
 class ExternalSolvers {
  public:
   /// Reads the declarations; starts a launcher if there are any. Throws InputError and std::system_error.
   explicit ExternalSolvers(std::span<const std::filesystem::path> files);
+  /// Likewise, of declarations that have been read.
+  explicit ExternalSolvers(std::vector<Declaration> declarations);
   ~ExternalSolvers();
   ExternalSolvers(const ExternalSolvers&) = delete;
   ExternalSolvers& operator=(const ExternalSolvers&) = delete;
@@ -42,6 +43,9 @@ class ExternalSolvers {
   /// Limit of what is started from now on; 0: none.
   void set_memory_bytes(std::int64_t memory_bytes) { memory_bytes_ = memory_bytes; }
 
+  /// What the solvers that have ended since the last call have used; nothing where none has run.
+  ProcessUsage TakeUsage();
+
   /// Starts the solver with this number. Throws as SolverProcess.
   std::unique_ptr<LineChannel> Start(std::size_t number);
 
@@ -50,8 +54,14 @@ class ExternalSolvers {
 
  private:
   std::vector<Declaration> declarations_;
+  std::filesystem::path scratch_;  ///< of those that are handed files; empty: there is none
   std::unique_ptr<SolverLauncher> launcher_;
   std::int64_t memory_bytes_ = 0;
 };
+
+/// RegistryWith `declarations`, whose solvers are started by the process in which they are made, for processes that are
+/// forked off: each starts, at its first one, a launcher of its own, which ends with it. Methods may be read and hashed
+/// anywhere.
+SolverRegistry RegistryForForks(std::span<const Declaration> declarations);
 
 }  // namespace legopt::external

@@ -8,10 +8,10 @@ namespace legopt::external {
 
 /// One packet to the launcher.
 struct LaunchRequest {
-  enum class Kind : std::uint8_t { kStart, kEnd } kind = Kind::kStart;  ///< what is asked
-  bool leaving = false;                                                 ///< of kEnd
-  std::uint32_t command = 0;                                            ///< of kStart
-  std::int64_t memory_bytes = 0;                                        ///< of kStart
+  enum class Kind : std::uint8_t { kStart, kCount, kEnd } kind = Kind::kStart;  ///< what is asked
+  bool leaving = false;                                                         ///< of kEnd
+  std::uint32_t command = 0;                                                    ///< of kStart
+  std::int64_t memory_bytes = 0;                                                ///< of kStart
 };
 
 /// Its answer; with it come the solver's streams and its pidfd, four descriptors, when one was started.

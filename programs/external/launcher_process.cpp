@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <optional>
 #include <string>
 #include <utility>
@@ -35,6 +36,7 @@ constexpr int kLeavingRounds = 200, kRoundMicroseconds = 5'000;  // together a s
 /// The solver that runs.
 struct Running {
   pid_t pid = -1;
+  std::int64_t cpu_before_us = 0;  ///< what it had used when it began to count
 };
 
 /// Its three streams, as pipes.
@@ -106,6 +108,28 @@ pid_t ParentOf(const char* pid) {
   return parent;
 }
 
+std::int64_t CpuTimeOf(pid_t pid) {
+  clockid_t clock{};
+  timespec time{};
+  if (::clock_getcpuclockid(pid, &clock) != 0 || ::clock_gettime(clock, &time) != 0) return 0;
+  return std::int64_t{time.tv_sec} * 1'000'000 + time.tv_nsec / 1'000;
+}
+
+// Waits for one child, or for any (-1), and counts what it and the children that it has waited for have used.
+pid_t WaitAndCount(pid_t pid, int* status, ProcessUsage& usage) {
+  rusage used{};
+  pid_t ended = -1;
+  do {
+    ended = ::wait4(pid, status, 0, &used);
+  } while (ended < 0 && errno == EINTR);
+  if (ended < 0) return ended;
+  for (const timeval& time : {used.ru_utime, used.ru_stime}) {
+    usage.cpu_us += std::int64_t{time.tv_sec} * 1'000'000 + time.tv_usec;
+  }
+  usage.peak_memory_bytes = std::max(usage.peak_memory_bytes, std::int64_t{used.ru_maxrss} * 1024);
+  return ended;
+}
+
 void KillChildren() {
   DIR* processes = ::opendir("/proc");
   if (processes == nullptr) return;
@@ -117,12 +141,10 @@ void KillChildren() {
 }
 
 // Orphans of those that end become children of this process, until none is left.
-void EndDescendants() {
-  for (;;) {
+void EndDescendants(ProcessUsage& usage) {
+  do {
     KillChildren();
-    const pid_t ended = ::waitpid(-1, nullptr, 0);
-    if (ended < 0 && errno == ECHILD) return;
-  }
+  } while (WaitAndCount(-1, nullptr, usage) > 0);
 }
 
 bool HasEnded(pid_t pid) {
@@ -138,8 +160,10 @@ ProcessEnd EndSolver(Running& running, bool leaving) {
   }
   end.killed = !HasEnded(running.pid);
   ::kill(-running.pid, SIGKILL);  // before the number of its group is free for others
-  end.status = programs::WaitForEnd(std::exchange(running.pid, -1)).value_or(0);
-  EndDescendants();
+  WaitAndCount(running.pid, &end.status, end.usage);
+  EndDescendants(end.usage);
+  end.usage.cpu_us = std::max<std::int64_t>(0, end.usage.cpu_us - running.cpu_before_us);
+  running = {};
   return end;
 }
 
@@ -201,6 +225,9 @@ int ServeLaunches(int socket, std::span<const LaunchCommand> commands) {
     if (size != sizeof(request)) break;  // the owner is gone
     if (request.kind == LaunchRequest::Kind::kStart) {
       AnswerStart(request, commands, running);
+    } else if (request.kind == LaunchRequest::Kind::kCount) {
+      running.cpu_before_us = CpuTimeOf(running.pid);
+      Reply({}, nullptr);
     } else {
       Reply({0, EndSolver(running, request.leaving)}, nullptr);
     }

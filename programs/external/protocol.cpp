@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kDeepest = 2;              // {"x": [..]}
+constexpr int kDeepest = 3;              // {"waypoints": [[..]]}
 constexpr std::size_t kShownBytes = 80;  // of a line, in a fault
 constexpr std::size_t kMaxNameBytes = 200;
 constexpr std::pair<std::string_view, Claim> kClaims[] = {
@@ -25,19 +25,24 @@ std::string Excerpt(std::string_view line) {
   return "'" + programs::Printable(std::string(line.substr(0, kShownBytes))) + (cut ? "...'" : "'");
 }
 
+// Nothing where it is no JSON, or nested deeper than any message: a line of brackets would become gigabytes.
+json ParseShallow(std::string_view text) {
+  bool too_deep = false;
+  const auto watch = [&too_deep](int depth, json::parse_event_t event, json&) {
+    const bool opens = event == json::parse_event_t::array_start || event == json::parse_event_t::object_start;
+    if (opens && depth >= kDeepest) too_deep = true;
+    return !too_deep;
+  };
+  json parsed = json::parse(text, watch, false);
+  return too_deep ? json() : parsed;
+}
+
 /// The fields of one message, with its type for faults.
 class MessageFields {
  public:
   explicit MessageFields(std::string_view line) {
-    // What is nested deeper than any message is not built: a line of brackets would become gigabytes.
-    bool too_deep = false;
-    const auto watch = [&too_deep](int depth, json::parse_event_t event, json&) {
-      const bool opens = event == json::parse_event_t::array_start || event == json::parse_event_t::object_start;
-      if (opens && depth >= kDeepest) too_deep = true;
-      return !too_deep;
-    };
-    object_ = json::parse(line, watch, false);
-    if (too_deep || !object_.is_object()) {
+    object_ = ParseShallow(line);
+    if (!object_.is_object()) {
       throw SolverFault("sent a line that is no JSON object of the protocol (NaN and Infinity are no JSON): " +
                         Excerpt(line));
     }
@@ -71,6 +76,8 @@ class MessageFields {
     return value.get<std::int64_t>();
   }
 
+  bool Has(const char* key) const { return object_.contains(key); }
+
   bool Boolean(const char* key) const {
     const json& value = Get(key);
     if (!value.is_boolean()) Refuse(key, "true or false");
@@ -92,13 +99,17 @@ class MessageFields {
       throw SolverFault("sent '" + type_ + "' with " + std::to_string(values.size()) + " numbers in '" + key +
                         "' where the program has " + std::to_string(size) + " variables");
     }
-    Eigen::VectorXd vector(size);
-    for (int i = 0; i < size; ++i) {
-      const json& value = values[static_cast<std::size_t>(i)];
-      if (!value.is_number() || !std::isfinite(value.get<double>())) Refuse(key, "a list of finite numbers");
-      vector[i] = value.get<double>();
+    return Numbers(key, values);
+  }
+
+  std::vector<Eigen::VectorXd> Vectors(const char* key) const {
+    std::vector<Eigen::VectorXd> vectors;
+    if (!Get(key).is_array()) Refuse(key, "a list of lists of numbers");
+    for (const json& values : Get(key)) {
+      if (!values.is_array()) Refuse(key, "a list of lists of numbers");
+      vectors.push_back(Numbers(key, values));
     }
-    return vector;
+    return vectors;
   }
 
   Claim Status(const char* key) const {
@@ -110,6 +121,16 @@ class MessageFields {
   }
 
  private:
+  Eigen::VectorXd Numbers(const char* key, const json& values) const {
+    Eigen::VectorXd vector(static_cast<Eigen::Index>(values.size()));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const json& value = values[i];
+      if (!value.is_number() || !std::isfinite(value.get<double>())) Refuse(key, "a list of finite numbers");
+      vector[static_cast<Eigen::Index>(i)] = value.get<double>();
+    }
+    return vector;
+  }
+
   json object_;
   std::string type_;
 };
@@ -117,6 +138,14 @@ class MessageFields {
 Hello ReadHello(const MessageFields& fields) {
   if (fields.Integer("protocol") != kProtocol) fields.Refuse("protocol", std::to_string(kProtocol));
   return {fields.Name("name"), fields.Name("version")};
+}
+
+std::vector<double> Start(int num_variables) { return std::vector<double>(static_cast<std::size_t>(num_variables)); }
+
+SolutionReport ReadSolution(const MessageFields& fields, int num_variables) {
+  if (!fields.Has("waypoints")) return {fields.Vector("x", num_variables), fields.Status("status"), {}};
+  if (fields.Has("x")) throw SolverFault("sent 'solution' with both 'x' and 'waypoints'");
+  return {{}, fields.Status("status"), fields.Vectors("waypoints")};
 }
 
 json BoundsJson(const Eigen::VectorXd& bounds) {
@@ -165,29 +194,32 @@ SolverMessage ReadMessage(std::string_view line, int num_variables) {
   const MessageFields fields(line);
   if (fields.type() == "hello") return ReadHello(fields);
   if (fields.type() == "evaluate") {
-    return EvaluateRequest{fields.Integer("id"), fields.Vector("x", num_variables), fields.Boolean("gradients")};
+    return EvaluateRequest{fields.Integer("id"), fields.Vector("x", num_variables), fields.Boolean("gradients"),
+                           fields.Has("contacts") && fields.Boolean("contacts")};
   }
   if (fields.type() == "progress") return ProgressReport{fields.Number("cost"), fields.Number("violation")};
-  if (fields.type() == "solution") return SolutionReport{fields.Vector("x", num_variables), fields.Status("status")};
+  if (fields.type() == "solution") return ReadSolution(fields, num_variables);
   throw SolverFault("sent a message of the unknown type " + Excerpt(fields.type()));
 }
 
 std::string SolveLine(const SlottedProgram& program, int num_waypoints, const SolveTerms& terms) {
-  return json{{"type", "solve"},
-              {"protocol", kProtocol},
-              {"variables", program.num_variables()},
-              {"waypoints", num_waypoints},
-              {"lower", BoundsJson(program.lower())},
-              {"upper", BoundsJson(program.upper())},
-              {"rows", RowsJson(program.rows())},
-              {"round", terms.round},
-              {"seed", terms.seed},
-              {"tolerance", terms.tolerance},
-              {"settings", terms.settings}}
-      .dump();
+  json line = {{"type", "solve"},
+               {"protocol", kProtocol},
+               {"variables", program.num_variables()},
+               {"waypoints", num_waypoints},
+               {"lower", BoundsJson(program.lower())},
+               {"upper", BoundsJson(program.upper())},
+               {"rows", RowsJson(program.rows())},
+               {"round", terms.round},
+               {"seed", terms.seed},
+               {"tolerance", terms.tolerance},
+               {"settings", terms.settings}};
+  if (!terms.robot.is_null()) line["robot"] = terms.robot;
+  if (!terms.at_start.is_null()) line["at_start"] = terms.at_start;
+  return line.dump();
 }
 
-std::string EvaluationLine(const SlottedProgram& program, const EvaluateRequest& request, bool finite) {
+json EvaluationJson(const SlottedProgram& program, const EvaluateRequest& request, bool finite, json contacts) {
   json answer = {{"type", "evaluation"}, {"id", request.id}, {"finite", finite}};
   if (finite) {
     answer["cost"] = program.value().cost;
@@ -198,9 +230,31 @@ std::string EvaluationLine(const SlottedProgram& program, const EvaluateRequest&
     answer["gradient"] = GradientOf(program);
     answer["jacobian"] = JacobianJson(program);
   }
-  return answer.dump();
+  if (finite && request.contacts) answer["contacts"] = std::move(contacts);
+  return answer;
 }
 
 std::string CancelLine() { return json{{"type", "cancel"}}.dump(); }
+
+std::string HelloLine(const std::string& name) {
+  return json{{"type", "hello"}, {"protocol", kProtocol}, {"name", name}, {"version", ""}}.dump();
+}
+
+std::string SolutionLine(std::string_view file, int num_variables) {
+  json solution = ParseShallow(file);
+  if (!solution.is_object()) {
+    throw SolverFault("left a solution file that is no JSON object of the protocol (NaN and Infinity are no JSON): " +
+                      Excerpt(file));
+  }
+  solution["type"] = "solution";
+  solution.emplace("status", "converged");
+  const bool pointless = !solution.contains("x") && !solution.contains("waypoints");
+  if (pointless && solution["status"] == "failed") solution["x"] = Start(num_variables);
+  return solution.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+std::string StoppedLine(int num_variables) {
+  return json{{"type", "solution"}, {"x", Start(num_variables)}, {"status", "limit"}}.dump();
+}
 
 }  // namespace legopt::external

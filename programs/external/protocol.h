@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "legopt/optimize/slotted_program.h"
 
@@ -34,6 +35,7 @@ struct EvaluateRequest {
   std::int64_t id = 0;     ///< comes back with the answer
   Eigen::VectorXd x;       ///< dx about the start
   bool gradients = false;  ///< derivatives, too
+  bool contacts = false;   ///< what is near each other there, too
 };
 
 /// A line of its history.
@@ -44,8 +46,9 @@ struct ProgressReport {
 
 /// Its last word on a solve.
 struct SolutionReport {
-  Eigen::VectorXd x;              ///< dx about the start
-  Claim status = Claim::kFailed;  ///< by its own word
+  Eigen::VectorXd x;                       ///< dx about the start
+  Claim status = Claim::kFailed;           ///< by its own word
+  std::vector<Eigen::VectorXd> waypoints;  ///< configurations in place of x, which is empty then
 };
 
 /// What a solver may say.
@@ -61,15 +64,29 @@ struct SolveTerms {
   std::uint64_t seed = 0;   ///< for the solver's own draws; below 2^53, which every language reads exactly
   double tolerance = 0.0;   ///< violation from which on a row does not hold
   nlohmann::json settings;  ///< of the declaration
+  nlohmann::json robot;     ///< as of RobotJson (robot_lines.h); null: it is no robot's program
+  nlohmann::json at_start;  ///< for who cannot ask: the evaluation there; null for others
 };
 
 /// The line that begins a solve.
 std::string SolveLine(const SlottedProgram& program, int num_waypoints, const SolveTerms& terms);
 
-/// The answer to an EvaluateRequest, where the program is now; `finite` as Evaluate said.
-std::string EvaluationLine(const SlottedProgram& program, const EvaluateRequest& request, bool finite);
+/// The answer to an EvaluateRequest, where the program is now; `finite` as Evaluate said, `contacts` as of ContactsJson
+/// (robot_lines.h) where they are asked for.
+nlohmann::json EvaluationJson(const SlottedProgram& program, const EvaluateRequest& request, bool finite,
+                              nlohmann::json contacts = {});
 
 /// Asks it to end the solve.
 std::string CancelLine();
+
+/// First line of a solver that says none itself.
+std::string HelloLine(const std::string& name);
+
+/// The `solution` that a file holds. It may leave out its type, its status where that is `converged`, and its point
+/// where that is `failed`. Throws SolverFault.
+std::string SolutionLine(std::string_view file, int num_variables);
+
+/// The `solution` of one that was ended before it had any: the start.
+std::string StoppedLine(int num_variables);
 
 }  // namespace legopt::external

@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -60,14 +61,19 @@ Answer AskLauncher(int socket, const LaunchRequest& request) {
 
 }  // namespace
 
-SolverLauncher::SolverLauncher(std::span<const LaunchCommand> commands) {
+SolverLauncher::SolverLauncher(std::span<const LaunchCommand> commands, const std::filesystem::path& scratch) {
   std::array<int, 2> sockets{};
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, sockets.data()) != 0) RefuseLaunch("socketpair");
   socket_ = programs::Descriptor(sockets[0]);
   const programs::Descriptor theirs(sockets[1]);
   launcher_ = ::fork();
   if (launcher_ < 0) RefuseLaunch("cannot start the process that starts external solvers");
-  if (launcher_ == 0) ::_exit(ServeLaunches(theirs.get(), commands));
+  if (launcher_ == 0) {
+    const int status = ServeLaunches(theirs.get(), commands);
+    std::error_code ignored;
+    if (!scratch.empty()) std::filesystem::remove_all(scratch, ignored);
+    ::_exit(status);
+  }
 }
 
 SolverLauncher::~SolverLauncher() {
@@ -85,8 +91,13 @@ SolverLauncher::Streams SolverLauncher::Start(std::size_t command, std::int64_t 
   return std::move(answer.streams);
 }
 
+void SolverLauncher::CountFromNow() { AskLauncher(socket_.get(), {LaunchRequest::Kind::kCount, false, 0, 0}); }
+
 ProcessEnd SolverLauncher::End(bool leaving) {
-  return AskLauncher(socket_.get(), {LaunchRequest::Kind::kEnd, leaving, 0, 0}).reply.end;
+  const ProcessEnd end = AskLauncher(socket_.get(), {LaunchRequest::Kind::kEnd, leaving, 0, 0}).reply.end;
+  usage_.cpu_us += end.usage.cpu_us;
+  usage_.peak_memory_bytes = std::max(usage_.peak_memory_bytes, end.usage.peak_memory_bytes);
+  return end;
 }
 
 }  // namespace legopt::external

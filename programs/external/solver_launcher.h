@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "programs/processes.h"
@@ -19,10 +20,17 @@ struct LaunchCommand {
   std::filesystem::path folder;        ///< where it runs
 };
 
+/// What processes have used.
+struct ProcessUsage {
+  std::int64_t cpu_us = 0;             ///< CPU time, in user and system mode
+  std::int64_t peak_memory_bytes = 0;  ///< largest resident size of any
+};
+
 /// How a solver's process ended.
 struct ProcessEnd {
   int status = 0;       ///< as of waitpid
   bool killed = false;  ///< by us: it did not end by itself
+  ProcessUsage usage;   ///< of it and all that it has left behind; CPU time since SolverLauncher::CountFromNow
 };
 
 /// A process beside this one that starts solvers for it. A job process may start none once it runs jobs
@@ -38,8 +46,9 @@ class SolverLauncher {
   /// Largest file that a solver may write.
   static constexpr std::int64_t kMaxFileBytes = std::int64_t{64} << 20;
 
-  /// Forks. Throws std::system_error.
-  explicit SolverLauncher(std::span<const LaunchCommand> commands);
+  /// Forks. `scratch`, if it names a folder, is removed when the launcher ends, whatever has become of its owner.
+  /// Throws std::system_error.
+  explicit SolverLauncher(std::span<const LaunchCommand> commands, const std::filesystem::path& scratch = {});
   ~SolverLauncher();
   SolverLauncher(const SolverLauncher&) = delete;
   SolverLauncher& operator=(const SolverLauncher&) = delete;
@@ -53,13 +62,21 @@ class SolverLauncher {
   /// when the system refuses that, and std::system_error when the launcher is gone.
   Streams Start(std::size_t command, std::int64_t memory_bytes);
 
+  /// CPU time of the solver's process counts from now on: what it has taken to start does not. Throws std::system_error
+  /// when the launcher is gone.
+  void CountFromNow();
+
   /// Ends the solver that was started last with all of its processes, and returns once they are gone. `leaving`: it is
   /// about to end by itself, and gets a moment for that. Throws std::system_error when the launcher is gone.
   ProcessEnd End(bool leaving);
 
+  /// Of all solvers that have ended since the last call.
+  ProcessUsage TakeUsage() { return std::exchange(usage_, {}); }
+
  private:
   programs::Descriptor socket_;
   pid_t launcher_ = -1;
+  ProcessUsage usage_;
 };
 
 }  // namespace legopt::external

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <ctime>
 #include <system_error>
+#include <utility>
 
 #include "programs/printable.h"
 
@@ -68,8 +69,11 @@ std::string LastLine(std::string text) {
 
 }  // namespace
 
-SolverProcess::SolverProcess(SolverLauncher& launcher, std::size_t command, std::int64_t memory_bytes)
-    : launcher_(launcher), streams_(launcher.Start(command, memory_bytes)), memory_bytes_(memory_bytes) {}
+SolverProcess::SolverProcess(SolverLauncher& launcher, std::size_t command, std::int64_t memory_bytes, Speech speech)
+    : launcher_(launcher),
+      streams_(launcher.Start(command, memory_bytes)),
+      memory_bytes_(memory_bytes),
+      speech_(speech) {}
 
 SolverProcess::~SolverProcess() {
   try {
@@ -122,9 +126,12 @@ void SolverProcess::Send(std::string_view line, Clock::time_point deadline) {
 
 std::optional<std::string> SolverProcess::Receive(Clock::time_point deadline) {
   for (;;) {
-    if (auto line = TakeLine()) return line;
+    if (auto line = TakeLine()) {
+      if (!std::exchange(heard_, true) && speech_ == Speech::kLines) launcher_.CountFromNow();
+      return line;
+    }
     RequireShort();
-    if (!streams_.out.open() || ended_) ThrowItsEnd();
+    if (ended_ || (speech_ == Speech::kLines && !streams_.out.open())) ThrowItsEnd();
     if (!Wait(deadline, false) && Clock::now() >= deadline) return std::nullopt;
   }
 }
@@ -166,7 +173,7 @@ void SolverProcess::ThrowItsEnd() {
   const ProcessEnd end = launcher_.End(true);
   ReadError();
   const std::string line = LastLine(last_words_);
-  throw SolverFault(HowItEnded(end, memory_bytes_) + (line.empty() ? "" : "; its last words: " + line));
+  throw SolverEnded(HowItEnded(end, memory_bytes_) + (line.empty() ? "" : "; its last words: " + line), end);
 }
 
 }  // namespace legopt::external

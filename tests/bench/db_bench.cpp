@@ -4,9 +4,9 @@
 
 #include <filesystem>
 
-#include "db/connection.h"
 #include "db/read_only_database.h"
 #include "db/sqlite_store.h"
+#include "tests/bench/filled_tables.h"
 #include "tests/db/store_samples.h"
 
 namespace legopt::db {
@@ -53,43 +53,12 @@ void BM_SubmitJobs(benchmark::State& state) {
 }
 BENCHMARK(BM_SubmitJobs)->Arg(10'000)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-constexpr int kMillion = 1'000'000;
-
-// 16 methods x 2 tasks x 2 initialisations x 15,625 jobs, nine in ten solved.
 const std::filesystem::path& MillionResults() {
   static const TemporaryFolder folder;
   static const std::filesystem::path path = [] {
     auto file = folder / "million.sqlite";
     { OpenSqliteStore(file); }
-    Connection connection(file, Connection::Mode::kReadWriteCreate);
-    connection.Execute("PRAGMA synchronous = OFF");
-    Transaction transaction(connection);
-    connection.Execute(R"sql(
-      INSERT INTO datasets VALUES (1, 'garage', printf('%064x', 1));
-      INSERT INTO workers (worker_id, endpoint, name, hostname, pid, slots, build, first_seen_at_us, last_seen_at_us)
-        VALUES (1, 2, 'w', 'host', 1, 1, '', 0, 0);
-      WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 16)
-        INSERT INTO methods SELECT i, 'method ' || i, printf('%064x', i), '{}', 0, 100, 0, 'solid' FROM n;
-      WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i < 31249)
-        INSERT INTO problems SELECT i + 1, 1, iif(i % 2, 'motion', 'posture'), i / 2, 1 FROM n;
-      INSERT INTO experiments VALUES (1, 's', 'million', 'active', 1, 1, 1, 3, 1, 1, 1, 1000000, '{}',
-        printf('%064x', 1), 0, NULL);
-      WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i < 63)
-        INSERT INTO cells SELECT i + 1, 1, 1 + i / 4, iif(i % 2, 'motion', 'posture'),
-          iif(i / 2 % 2, 'in_collision', 'good'), 15625, 1, NULL FROM n;
-      INSERT INTO jobs SELECT 15625 * (cell_id - 1) + 1 + problem_id, cell_id, problem_key, 0, 'leased', 1, 0, 3
-        FROM cells JOIN problems USING (task);
-      INSERT INTO attempts (job_id, attempt, worker_id, token, leased_at_us) SELECT job_id, 1, 1, job_id, 0 FROM jobs;
-      INSERT INTO results (job_id, cell_id, attempt, solver_status, iterations, restarts, wall_us, cpu_us,
-          involuntary_context_switches, peak_memory_bytes, verdict_literal, verdict_strict, verdict_detail, cost,
-          num_waypoints, received_at_us, trace)
-        SELECT job_id, cell_id, 1, 'converged_feasible', 20, 0, 1000 + abs(random()) % 100000, 900, 0, 1 << 20,
-          iif(job_id % 10, 'success', 'com'), iif(job_id % 9, 'success', 'com'), '', 300 + abs(random()) % 200000 / 1e3,
-          1, 0, randomblob(300) FROM jobs;
-      UPDATE attempts SET outcome = 'finished', ended_at_us = 1;
-      UPDATE jobs SET state = 'done';
-    )sql");
-    transaction.Commit();
+    FillTables(file, 1);
     return file;
   }();
   return path;
@@ -117,7 +86,7 @@ void BM_LoadStateWithAMillionJobs(benchmark::State& state) {
     const auto store = OpenSqliteStore(MillionResults());
     if (store->LoadOpenState().open.size() != 1) state.SkipWithError("wrong state");
   }
-  state.SetItemsProcessed(state.iterations() * kMillion);
+  state.SetItemsProcessed(state.iterations() * kResultsPerExperiment);
 }
 BENCHMARK(BM_LoadStateWithAMillionJobs)->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(1);
 

@@ -2,7 +2,12 @@
 // simulated network in virtual time. Prints the CPU time of the server's part of the work for each result, its share of
 // a core at the rate of the fleet, and the memory of the whole process under way.
 //
-//     fleet_bench [--workers 500] [--slots 1] [--jobs 1000000] [--experiments 1] [--job-ms 250]
+//     fleet_bench [--workers 500] [--slots 1] [--jobs 1000000] [--experiments 1] [--job-ms 250] [--keyed]
+//
+// With --restart: how long a server that was away for 3 s takes until it knows every worker again, and what that costs.
+// What it takes for a datagram in virtual time, and the receive buffer, are given, the CPU time is measured:
+//
+//     fleet_bench --restart [--workers 500] [--keyed] [--datagram-us 25] [--buffer 550]
 //
 // The server's part is everything that the server's thread does but the kernel's work for UDP sockets, which
 // server_bench has.
@@ -23,6 +28,7 @@ namespace {
 
 using legopt::simulation::Fleet;
 using legopt::simulation::FleetOptions;
+using std::chrono::microseconds;
 using Seconds = std::chrono::duration<double>;
 
 double ResidentMegabytes() {
@@ -62,8 +68,47 @@ int Run(const FleetOptions& options) {
   return done ? 0 : 1;
 }
 
+void PrintLife(const char* what, const Fleet& fleet, microseconds since, std::chrono::nanoseconds cpu) {
+  const legopt::bus::Counters& counters = fleet.server_counters();
+  const auto received = static_cast<double>(counters.datagrams_received);
+  std::printf("%-10s %11.2f %11.2f %11llu %11llu %15.1f %8.1f\n", what, Seconds(fleet.now() - since).count(),
+              Seconds(cpu).count(), static_cast<unsigned long long>(counters.datagrams_received),
+              static_cast<unsigned long long>(counters.kernel_drops), 1e6 * Seconds(cpu).count() / received,
+              ResidentMegabytes());
+  std::fflush(stdout);
+}
+
+// From the first hellos, all at once, over an outage, to a second in which nothing happens.
+int RunRestart(const FleetOptions& options) {
+  spdlog::set_level(spdlog::level::off);
+  constexpr microseconds kLimit = std::chrono::seconds(60);
+  const legopt::db::TemporaryFolder folder;
+  const auto store = legopt::db::OpenSqliteStore(folder / "fleet.sqlite");
+  Fleet fleet(options, *store);
+  std::printf("%d workers%s, %lld us per datagram, a receive buffer of %zu datagrams, RSS %.1f MB\n", options.workers,
+              options.keyed ? " with a key" : "", static_cast<long long>(options.time_per_datagram.count()),
+              options.receive_buffer, ResidentMegabytes());
+  std::printf("           virtual [s]     CPU [s]    received        lost  CPU/datagram[us] RSS [MB]\n");
+  if (!fleet.RunUntilRegistered(kLimit)) return 1;
+  PrintLife("all start", fleet, microseconds(0), fleet.server_cpu());
+  fleet.StopServer();
+  fleet.RunFor(std::chrono::seconds(3));
+  const microseconds back_at = fleet.now();
+  const auto cpu_before = fleet.server_cpu();
+  fleet.StartServer();
+  if (!fleet.RunUntilRegistered(kLimit)) return 1;
+  PrintLife("restart", fleet, back_at, fleet.server_cpu() - cpu_before);
+  const auto cpu_idle = fleet.server_cpu();
+  const microseconds idle_from = fleet.now();
+  fleet.RunFor(std::chrono::seconds(5));
+  PrintLife("idle 5 s", fleet, idle_from, fleet.server_cpu() - cpu_idle);
+  return 0;
+}
+
 int Main(int argc, char** argv) {
   FleetOptions options;
+  bool restart = false;
+  std::int64_t datagram_us = 25;
   std::int64_t job_ms = options.job_time / std::chrono::milliseconds(1);
   CLI::App app{"What a server costs for a large fleet"};
   app.add_option("--workers", options.workers)->capture_default_str();
@@ -71,9 +116,17 @@ int Main(int argc, char** argv) {
   app.add_option("--jobs", options.jobs)->capture_default_str();
   app.add_option("--experiments", options.experiments, "Among which the jobs are divided")->capture_default_str();
   app.add_option("--job-ms", job_ms, "What a job takes")->capture_default_str();
+  app.add_flag("--keyed", options.keyed, "The deployment has a key");
+  const auto is_restart = app.add_flag("--restart", restart, "Instead of jobs: a restart of the server");
+  app.add_option("--datagram-us", datagram_us, "What the server takes for one")
+      ->needs(is_restart)
+      ->capture_default_str();
+  app.add_option("--buffer", options.receive_buffer, "Datagrams that may wait for a party")->needs(is_restart);
   CLI11_PARSE(app, argc, argv);
   options.job_time = std::chrono::milliseconds(job_ms);
-  return Run(options);
+  if (!restart) return Run(options);
+  options.time_per_datagram = microseconds(datagram_us);
+  return RunRestart(options);
 }
 
 }  // namespace

@@ -1,7 +1,10 @@
 // Cost of calls over real multicast on loopback: a server thread and a client thread, each with its own transport.
-// "process_us_per_call" is CPU time of both sides and of LCM's four reader threads together.
+// "process_us_per_call" is CPU time of both sides and of LCM's four reader threads together. And what a served party
+// keeps of each caller that was answered, over a simulated network.
 #include <benchmark/benchmark.h>
+#include <malloc.h>
 
+#include <array>
 #include <atomic>
 #include <ctime>
 #include <memory>
@@ -11,6 +14,8 @@
 #include "bus/bus_error.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
+#include "bus/message_key.h"
+#include "bus/simulated_network.h"
 #include "bus/typed_calls.h"
 
 namespace legopt::bus {
@@ -70,6 +75,41 @@ void Calls(benchmark::State& state) {
 }
 BENCHMARK(Calls)->Args({200, 1})->Args({200, 16})->Args({1000, 16})->UseRealTime();
 BENCHMARK(Calls)->Args({3000, 1})->Args({300'000, 1})->Args({300'000, 4})->UseRealTime();
+
+// One caller after the other makes a call and is gone; the second argument tells whether there is a key.
+void MemoryOfCallers(benchmark::State& state) {
+  constexpr std::array<std::uint8_t, MessageKey::kBytes> kKey{1};
+  const auto key = state.range(1) != 0 ? std::make_shared<const MessageKey>(kKey) : nullptr;
+  double bytes = 0;
+  for (auto _ : state) {
+    SimulatedNetwork network(1);
+    network.SetFiltered();
+    SimulatedTransport transport(network, 1, key);
+    Endpoint server(transport, kServer, 1);
+    server.Serve(MessageType::kResult,
+                 [](Request&& request, Responder responder) { responder.Reply(std::move(request.body)); });
+    const std::size_t before = mallinfo2().uordblks;
+    for (std::int64_t i = 0; i < state.range(0); ++i) {
+      SimulatedTransport caller_transport(network, 1, key);
+      Endpoint caller(caller_transport, kClient + i, static_cast<std::uint64_t>(i) + 2);
+      bool answered = false;
+      caller.Call(kServer, MessageType::kResult, std::string(100, 'x'), {},
+                  [&](CallResult&& result) { answered = result.status == CallResult::kOk; });
+      std::array endpoints = {&server, &caller};
+      network.Run(
+          endpoints, [&] { return answered; }, std::chrono::seconds(1));
+      if (!answered) state.SkipWithError("a call failed");
+    }
+    bytes = static_cast<double>(mallinfo2().uordblks - before) / static_cast<double>(state.range(0));
+  }
+  state.counters["bytes_per_caller"] = bytes;
+}
+BENCHMARK(MemoryOfCallers)
+    ->Args({60'000, 0})
+    ->Args({60'000, 1})
+    ->Args({130'000, 1})
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace legopt::bus

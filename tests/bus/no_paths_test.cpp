@@ -26,6 +26,7 @@ const std::map<std::string, std::string> kTexts = {
     {"control_request.reason", "shown"},
     {"dataset_ref.name", "shown"},
     {"dataset_ref.hash", "compared"},
+    {"dataset_request.hash", "compared"},
     {"hello_reply.message", "shown"},
     {"hello_request.worker_name", "shown"},
     {"hello_request.hostname", "shown"},

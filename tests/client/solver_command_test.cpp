@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -61,12 +62,47 @@ constexpr Misdeed kMisdeeds[] = {
      "File too large"},
 };
 
+// What every misbehaving solver begins with that is handed files.
+constexpr char kFileManners[] = R"(import json, os, subprocess, sys, time
+problem = json.load(open(sys.argv[1]))
+def leave(solution): open(sys.argv[2], 'w').write(solution if isinstance(solution, str) else json.dumps(solution))
+)";
+
+constexpr Misdeed kFileMisdeeds[] = {
+    {"silent", "time.sleep(600)", "sent nothing for 1.0 s"},
+    {"empty", "pass", "ended without a solution file"},
+    {"folder", "os.mkdir(sys.argv[2])", "ended without a solution file"},
+    {"garbage", "leave('Traceback')", "left a solution file that is no JSON object"},
+    {"wrong_size", "leave({'x': [0.0]})", "with 1 numbers in 'x' where the program has"},
+    {"wrong_waypoints", "leave({'waypoints': [[0.0]]})", "sent other 'waypoints' than 1 of"},
+    {"unknown_status", "leave({'x': [0.0] * problem['variables'], 'status': 'fine'})",
+     "one of converged, limit, failed"},
+    {"gives_up", "leave({'x': [0.0] * problem['variables']}); sys.exit('no way')",
+     "ended with exit code 1; its last words: no way"},
+    {"forks",
+     "for _ in range(20): subprocess.Popen(['sleep', '86396'], start_new_session=True)\n"
+     "sys.exit(3)",
+     "ended with exit code 3"},
+    {"fills_memory", "x = []\nwhile True: x.append(bytearray(1 << 24))", "MemoryError"},
+    {"writes",
+     "f = open(sys.argv[2], 'wb')\n"
+     "for _ in range(64): f.write(bytes(1 << 24))",
+     "File too large"},
+};
+
 class SolverCommand : public testing::Test {
  protected:
   void Declare(const std::string& name, const std::string& code) const {
     test::WriteText(folder_.path() / (name + ".py"), kManners + code + "\n");
     const nlohmann::json declaration = {
         {"name", name}, {"command", {"/usr/bin/python3", name + ".py"}}, {"timeout_s", 1.0}};
+    test::WriteText(folder_.path() / (name + ".json"), declaration.dump());
+  }
+  // One that is handed files.
+  void DeclareFiles(const std::string& name, const std::string& code, double timeout_s = 60.0) const {
+    test::WriteText(folder_.path() / (name + ".py"), kFileManners + code + "\n");
+    const nlohmann::json declaration = {
+        {"name", name}, {"level", "files"}, {"command", {"/usr/bin/python3", name + ".py"}}, {"timeout_s", timeout_s}};
     test::WriteText(folder_.path() / (name + ".json"), declaration.dump());
   }
   ProgramResult Run(const std::vector<std::string>& words) const { return RunLegopt(words, folder_.path()); }
@@ -82,14 +118,16 @@ class SolverCommand : public testing::Test {
     return reasons;
   }
 
+  // Runs all on posture 0, each of which must cost its attempt for its reason.
+  void ExpectReasons(std::span<const Misdeed> misdeeds) const;
+
   test::TemporaryFolder folder_;
 };
 
-TEST_F(SolverCommand, MisdeedsCostAnAttemptHaveAReasonAndLeaveNothing) {
+void SolverCommand::ExpectReasons(std::span<const Misdeed> misdeeds) const {
   std::string methods = "  - {solver: sqp}\n";
   std::vector<std::string> words = {"run", "bad.yaml", "--db", "bad.sqlite"};
-  for (const Misdeed& misdeed : kMisdeeds) {
-    Declare(misdeed.name, misdeed.code);
+  for (const Misdeed& misdeed : misdeeds) {
     methods += std::string("  - {solver: ") + misdeed.name + "}\n";
     words.insert(words.end(), {"--solver", std::string(misdeed.name) + ".json"});
   }
@@ -99,13 +137,139 @@ TEST_F(SolverCommand, MisdeedsCostAnAttemptHaveAReasonAndLeaveNothing) {
   const ProgramResult result = Run(words);
   EXPECT_EQ(result.exit_code, static_cast<int>(ExitCode::kJobsFailed)) << result.err;
   auto reasons = Reasons("bad.sqlite");
-  for (const Misdeed& misdeed : kMisdeeds) {
+  for (const Misdeed& misdeed : misdeeds) {
     EXPECT_THAT(reasons[std::string(misdeed.name) + " (external)"],
                 AllOf(HasSubstr("solver '" + std::string(misdeed.name) + "' (external) "), HasSubstr(misdeed.reason)));
   }
   EXPECT_EQ(reasons["SQP"], "");
+}
+
+TEST_F(SolverCommand, MisdeedsCostAnAttemptHaveAReasonAndLeaveNothing) {
+  for (const Misdeed& misdeed : kMisdeeds) Declare(misdeed.name, misdeed.code);
+  ExpectReasons(kMisdeeds);
   EXPECT_NE(std::system("pgrep -f '^sleep 86397$' >/dev/null"), 0) << "processes of a solver are left";
   EXPECT_LE(std::filesystem::file_size(folder_.path() / "out"), std::uintmax_t{64} << 20);
+}
+
+TEST_F(SolverCommand, MisdeedsWithFilesCostAnAttemptHaveAReasonAndLeaveNothing) {
+  const std::filesystem::path scratch = folder_.path() / "scratch";
+  std::filesystem::create_directory(scratch);
+  setenv("TMPDIR", scratch.c_str(), 1);
+  for (const Misdeed& misdeed : kFileMisdeeds) DeclareFiles(misdeed.name, misdeed.code, 1.0);
+  ExpectReasons(kFileMisdeeds);
+  EXPECT_NE(std::system("pgrep -f '^sleep 86396$' >/dev/null"), 0) << "processes of a solver are left";
+  unsetenv("TMPDIR");
+  EXPECT_TRUE(std::filesystem::is_empty(scratch));
+}
+
+TEST_F(SolverCommand, ASolverThatIsHandedFilesIsARowBesideOurs) {
+  const std::string example = SourceFolder() + "/examples/solvers/newton_step.json";
+  const ProgramResult checked = Run({"solver", "check", example});
+  EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
+  test::WriteText(folder_.path() / "files.yaml",
+                  "tasks: [{task: posture, problems: [0-3]}]\ninitializations: [good]\n"
+                  "methods: [{solver: newton_step, options: {max_rounds: 20}}]\nlimits: {memory_mb: 2048}\n");
+  const ProgramResult result = Run({"run", "files.yaml", "--solver", example, "--db", "a.sqlite", "--format", "json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto table = nlohmann::json::parse(result.out);
+  EXPECT_EQ(table.at("rows").at(0).at("method"), "newton_step (external)");
+  EXPECT_GE(table.at("rows").at(0).at("posture").at("good").at("solved"), 3);
+}
+
+// What ours has found, handed in as configurations: the inverse of the way that they were found on.
+TEST_F(SolverCommand, ASolutionMayBeWaypoints) {
+  const std::string suite =
+      "tasks: [{task: posture, problems: [0-3]}]\ninitializations: [good]\nlimits: {memory_mb: 2048}\n";
+  test::WriteText(folder_.path() / "sqp.yaml", suite + "methods: [{solver: sqp}]\n");
+  ASSERT_EQ(Run({"run", "sqp.yaml", "--db", "sqp.sqlite"}).exit_code, 0);
+  DeclareFiles("recall",
+               "import sqlite3, struct\n"
+               "robot = problem['robot']\n"
+               "assert len(robot['joints']) + 7 == len(robot['start'][0]) and robot['footholds'][0][0]['link']\n"
+               "assert os.path.exists(robot['urdf']) and os.path.isdir(robot['dataset'])\n"
+               "found = [struct.unpack('<%dd' % len(robot['start'][0]), x) for x, in\n"
+               "         sqlite3.connect('sqp.sqlite').execute('SELECT x FROM waypoints')]\n"
+               "base = len(robot['joints'])\n"
+               "far = lambda x: sum((a - b) ** 2 for a, b in zip(x[base:base + 2], robot['start'][0][base:base + 2]))\n"
+               "leave({'waypoints': [min(found, key=far)]})");
+  test::WriteText(folder_.path() / "recall.yaml", suite + "methods: [{solver: recall}]\n");
+  const ProgramResult result = Run({"run", "recall.yaml", "--solver", "recall.json", "--db", "a.sqlite"});
+  ASSERT_EQ(result.exit_code, 0) << result.err << Reasons("a.sqlite")["recall (external)"];
+  const ProgramResult listed = Run({"query", "SELECT sum(verdict_literal = 'success') AS solved FROM results", "--db",
+                                    "a.sqlite", "--format", "json"});
+  EXPECT_EQ(nlohmann::json::parse(listed.out).at(0).at("solved"), 4);
+}
+
+TEST_F(SolverCommand, RowsOfSolversOfOthersAreReplayed) {
+  const std::string examples = SourceFolder() + "/examples/solvers/";
+  test::WriteText(folder_.path() / "both.yaml",
+                  "tasks: [{task: posture, problems: [0, 1]}]\ninitializations: [good]\n"
+                  "methods: [{solver: sqp}, {solver: stay}, {solver: newton_step}]\nlimits: {memory_mb: 2048}\n");
+  const std::vector<std::string> both = {"--solver", examples + "stay.json", "--solver", examples + "newton_step.json"};
+  const auto with = [&](std::vector<std::string> words) {
+    words.insert(words.end(), {"--db", "a.sqlite"});
+    words.insert(words.end(), both.begin(), both.end());
+    return Run(words);
+  };
+  ASSERT_EQ(with({"run", "both.yaml"}).exit_code, 0);
+  const ProgramResult replayed = with({"replay", "--random", "6", "--jobs", "2"});
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.out << replayed.err;
+  EXPECT_THAT(replayed.out, HasSubstr("6 of 6 bit-identical"));
+  const ProgramResult without = Run({"replay", "--random", "6", "--db", "a.sqlite"});
+  EXPECT_EQ(without.exit_code, kUsage);
+  EXPECT_THAT(without.err, HasSubstr("--solver FILE"));
+}
+
+TEST_F(SolverCommand, MemoryAndCpuTimeAreTheSolversOwn) {
+  Declare("greedy",
+          "def work(seconds):\n"
+          "  end = time.process_time() + seconds\n"
+          "  while time.process_time() < end: pass\n"
+          "work(1.5); hello(); p = solve(); held = bytearray(200 << 20); held[::4096] = b'x' * len(held[::4096])\n"
+          "work(0.3); say({'type': 'solution', 'x': [0.0] * p['variables'], 'status': 'limit'}); solve()");
+  test::WriteText(folder_.path() / "greedy.json",
+                  R"({"name": "greedy", "command": ["/usr/bin/python3", "greedy.py"], "timeout_s": 60})");
+  test::WriteText(folder_.path() / "greedy.yaml",
+                  "tasks: [{task: posture, problems: [0]}]\ninitializations: [good]\n"
+                  "methods: [{solver: greedy}]\nlimits: {memory_mb: 2048}\n");
+  const ProgramResult result = Run({"run", "greedy.yaml", "--solver", "greedy.json", "--db", "a.sqlite"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult listed =
+      Run({"query", "SELECT cpu_us, peak_memory_bytes FROM results", "--db", "a.sqlite", "--format", "json"});
+  const nlohmann::json row = nlohmann::json::parse(listed.out).at(0);
+  EXPECT_GT(row.at("cpu_us"), 300'000);
+  EXPECT_LT(row.at("cpu_us"), 1'500'000) << "what it takes to start is nobody's solve";
+  EXPECT_GT(row.at("peak_memory_bytes"), 200 << 20);
+  EXPECT_LT(row.at("peak_memory_bytes"), 300 << 20);
+}
+
+// Signs and names as docs/solvers.md has them; what does not hold ends the solver, and the job dies.
+TEST_F(SolverCommand, ContactsComeWithTheEvaluation) {
+  test::WriteText(folder_.path() / "touch.py", "import sys\nsys.path.insert(0, '" + SourceFolder() +
+                                                   "/python')\n"
+                                                   R"(import legopt.solver
+def solve(problem):
+    x = problem.start()
+    assert problem.evaluate(x).contacts is None
+    at = problem.evaluate(x, contacts=True)
+    assert at.contacts and any(c.other is None and c.depth > 0.01 for c in at.contacts), at.contacts
+    for c in at.contacts:
+        assert c.waypoint == 0 and c.link and c.link != c.other
+        assert abs(sum(n * n for n in c.normal) - 1) < 1e-9
+        for a, b, n in zip(c.point, c.other_point, c.normal): assert abs(a - b - c.distance * n) < 1e-6, c
+        assert any(abs(5e-4 - c.distance - v) < 1e-9 for v in at.values), "each is a row: margin - distance"
+    lifted = list(x)
+    lifted[-4] += 1.0
+    assert problem.evaluate(lifted, contacts=True).contacts != at.contacts
+    return problem.best()
+legopt.solver.serve(solve, name="touch", version="1")
+)");
+  test::WriteText(folder_.path() / "touch.json", R"({"name": "touch", "command": ["/usr/bin/python3", "touch.py"]})");
+  test::WriteText(folder_.path() / "touch.yaml",
+                  "tasks: [{task: posture, problems: [0-2]}]\ninitializations: [in_collision]\n"
+                  "methods: [{solver: touch}]\nmax_attempts: 1\nlimits: {memory_mb: 2048}\n");
+  const ProgramResult result = Run({"run", "touch.yaml", "--solver", "touch.json", "--db", "a.sqlite"});
+  EXPECT_EQ(result.exit_code, 0) << result.err << Reasons("a.sqlite")["touch (external)"];
 }
 
 TEST_F(SolverCommand, ShellAndSlsqpAreRowsBesideOurs) {
@@ -184,6 +348,7 @@ TEST_F(SolverCommand, BadDeclarationsAreNamed) {
   EXPECT_THAT(error_of(R"({"name": "x", "command": ["legopt-no-such-program"]})"), HasSubstr("is not in PATH"));
   EXPECT_THAT(error_of(R"({"name": "sqp", "command": ["sh"]})"), HasSubstr("is a solver of legopt"));
   EXPECT_THAT(error_of(R"({"name": "x", "comand": ["sh"]})"), HasSubstr("command"));
+  EXPECT_THAT(error_of(R"({"name": "x", "command": ["sh"], "level": "file"})"), HasSubstr("'lines' or 'files'"));
   const ProgramResult missing = Run({"run", "quick", "--solver", "nowhere.json"});
   EXPECT_EQ(missing.exit_code, kUsage);
   EXPECT_THAT(missing.err, HasSubstr("nowhere.json"));

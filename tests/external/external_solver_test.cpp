@@ -140,6 +140,13 @@ TEST_F(ExternalSolverTest, LeavesOutDerivativesThatNobodyWants) {
   EXPECT_FALSE(heard_.at(1).contains("jacobian"));
 }
 
+TEST_F(ExternalSolverTest, AProgramWithoutARobotHasNoContacts) {
+  Nearest program;
+  const std::string ask = R"({"type":"evaluate","id":7,"x":[0.1,0.1],"gradients":false,"contacts":true})";
+  Solve(program, {Say(kHello), Say(ask), Say(End({0.5, 0.5}))});
+  EXPECT_EQ(heard_.at(1)["contacts"], json::array());
+}
+
 TEST_F(ExternalSolverTest, SaysWhereNothingIsFinite) {
   AnalyticProgram program = Plane(3.0);
   program.Add(TermKind::kCost,
@@ -305,6 +312,9 @@ INSTANTIATE_TEST_SUITE_P(
         Misdeed{"GradientsAreNumbers",
                 {kHello, R"({"type":"evaluate","id":1,"x":[0,0],"gradients":1})"},
                 "'gradients' is not true or false"},
+        Misdeed{"ContactsAreNumbers",
+                {kHello, R"({"type":"evaluate","id":1,"x":[0,0],"gradients":true,"contacts":1})"},
+                "'contacts' is not true or false"},
         Misdeed{"IdIsText",
                 {kHello, R"({"type":"evaluate","id":"1","x":[0,0],"gradients":true})"},
                 "'id' is not a whole number"},

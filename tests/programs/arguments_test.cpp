@@ -120,9 +120,10 @@ TEST_F(Arguments, WordsBecomeValues) {
   EXPECT_EQ(task_, Task::kMotion);
   EXPECT_EQ(unit_, 60);
   Expect({"run", "quick", "--task", "moton"},
-         "--task: 'moton' is not known; did you mean 'motion'? valid: posture, motion", "prog run");
+         "--task: 'moton' is not known; did you mean 'motion'? valid: posture, motion, continuous, balanced",
+         "prog run");
   Expect({"run", "quick", "--unit", "mn"}, "--unit: 'mn' is not known; did you mean 'min'? valid: s, min", "prog run");
-  EXPECT_THAT(Parse({"run", "--help"}).out, HasSubstr("{posture, motion}"));
+  EXPECT_THAT(Parse({"run", "--help"}).out, HasSubstr("{posture, motion, continuous, balanced}"));
 }
 
 TEST_F(Arguments, HelpOfEverythingAndOfOneCommand) {
@@ -251,7 +252,7 @@ TEST(Checks, TakeTheirRangeOnly) {
 }
 
 TEST(Checks, WordsInSentences) {
-  EXPECT_EQ(WordsOf<Task>(), (std::vector<std::string>{"posture", "motion"}));
+  EXPECT_EQ(WordsOf<Task>(), (std::vector<std::string>{"posture", "motion", "continuous", "balanced"}));
   EXPECT_EQ(Alternatives({"a", "b", "c"}), "a, b or c");
   EXPECT_EQ(Alternatives({"a"}), "a");
   EXPECT_EQ(Joined({"a", "b", "c"}), "a, b, c");

@@ -55,6 +55,17 @@ TEST(GrantedProcessors, OfSlurmsNumbersThatOfTheTaskCounts) {
   EXPECT_EQ(programs::GrantedProcessors(facts).processors, 7);
 }
 
+TEST(GrantedProcessors, TwoThreadsOfACoreAreOne) {
+  programs::ProcessorFacts facts;
+  facts.machine = 8;
+  facts.affinity = 8;
+  facts.cores = 4;
+  EXPECT_EQ(programs::GrantedProcessors(facts).reason,
+            "one to a physical core grants 4 of this machine's 8 processors");
+  facts.slurm_cpus_per_task = 3;
+  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 3);
+}
+
 TEST(GrantedProcessors, ASmallQuotaIsStillOneProcessor) {
   programs::ProcessorFacts facts;
   facts.machine = 2;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bus/codec.h"
+#include "bus/field_limits.h"
 #include "bus/simulated_network.h"
 #include "server/server.h"
 #include "tests/server/scheduler_fixture.h"
@@ -141,6 +142,7 @@ class ServerOnBus : public testing::Test {
     options.scheduler.server_instance = static_cast<std::int64_t>(lives_);
     options.version = "test";
     options.pid = 1;
+    options.find_dataset = [this](const std::string& hash) { return hash == HashOf('a') ? &dataset_ : nullptr; };
     server_ = std::make_unique<Server>(
         *endpoint_, store_, nullptr, options, [this] { return network_.now().count(); }, [this] { return ++token_; });
   }
@@ -198,6 +200,7 @@ class ServerOnBus : public testing::Test {
   std::optional<legopt_msg::submit_reply> submitted_;
   std::uint64_t lives_ = 0;
   std::int64_t token_ = 0;
+  std::string dataset_ = "archive";  // of hash aaa...
 };
 
 class ServerOnBadBus : public ServerOnBus {
@@ -360,6 +363,30 @@ TEST_F(ServerOnBus, MethodOptionsAreServed) {
   EXPECT_EQ(StatusOf(replies[0]), MethodStatus::kFound);
   EXPECT_EQ(nlohmann::json::parse(replies[0].options_json)["solver"], "a");
   EXPECT_EQ(StatusOf(replies[1]), MethodStatus::kUnknown);
+}
+
+TEST_F(ServerOnBus, DatasetsAreHandedOutInPieces) {
+  dataset_ = std::string(bus::fields::kMostPieceBytes + 10, 'x') + "end";
+  const auto ask = [this](char digit, std::int64_t offset) {
+    legopt_msg::dataset_request request{};
+    request.hash = HashOf(digit);
+    request.offset = offset;
+    std::optional<legopt_msg::dataset_reply> answer;
+    client_.Call<legopt_msg::dataset_reply>(bus::MessageType::kDataset, request,
+                                            [&](const auto& reply) { answer = reply; });
+    EXPECT_TRUE(RunUntil([&] { return answer.has_value(); }));
+    return answer.value_or(legopt_msg::dataset_reply{});
+  };
+  const auto whole = static_cast<std::int64_t>(dataset_.size());
+  const auto first = ask('a', 0);
+  EXPECT_EQ(StatusOf(first), DatasetStatus::kFound);
+  EXPECT_EQ(first.archive_bytes, whole);
+  EXPECT_EQ(first.num_bytes, bus::fields::kMostPieceBytes);
+  const auto last = ask('a', first.num_bytes);
+  EXPECT_EQ(std::string(last.piece.begin(), last.piece.end()), "xxxxxxxxxxend");
+  EXPECT_EQ(ask('a', whole).num_bytes, 0);
+  EXPECT_EQ(ask('a', bus::fields::kMostArchiveBytes).num_bytes, 0) << "beyond its end";
+  EXPECT_EQ(StatusOf(ask('f', 0)), DatasetStatus::kUnknown);
 }
 
 TEST_F(ServerOnBus, QueryWithoutADatabaseFileIsRefusedPolitely) {

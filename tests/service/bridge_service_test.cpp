@@ -112,6 +112,22 @@ TEST_F(BridgeServiceTest, RestartsOfTheHubUnderLoadLoseAndDoubleNothing) {
   EXPECT_EQ(deployment_->Query("SELECT count(*) FROM jobs WHERE state <> 'done'"), std::vector<std::string>{"0"});
 }
 
+TEST_F(BridgeServiceTest, AClientCrossesTheLink) {
+  deployment_->StartServer();
+  const auto worker = StartBridgedStub();
+  const std::int64_t experiment = deployment_->Submit(StubSpec(20, 1), "a");
+  const auto ask = [this](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--access", access()});
+    return std::make_unique<client::ChildProcess>(Program("legopt"), arguments, true);
+  };
+  const auto watch = ask({"watch", std::to_string(experiment)});
+  const auto end = watch->Wait(kPatience);
+  ASSERT_TRUE(end.has_value());
+  EXPECT_EQ(end->code, 0) << watch->ErrorTail();
+  std::ofstream(access()) << "legopt-access 1\ndeployment 5\naddress 127.0.0.1:9\n";
+  ExpectEnd(*ask({"status", "--timeout", "0.2"}), ExitCode::kUnreachable, "127.0.0.1:9");
+}
+
 TEST_F(BridgeServiceTest, ABridgedWorkerHasANetworkOfItsOwn) {
   deployment_->StartServer();
   const auto worker = StartBridgedStub();

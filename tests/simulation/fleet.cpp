@@ -1,12 +1,14 @@
 #include "tests/simulation/fleet.h"
 
 #include <algorithm>
+#include <array>
 #include <ctime>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <string>
 
 #include "bus/codec.h"
+#include "bus/message_key.h"
 #include "tests/simulation/experiment_text.h"
 #include "words/reply.h"
 
@@ -42,27 +44,66 @@ server::ServerOptions ServerOptionsOf(std::int64_t instance) {
   return options;
 }
 
+std::shared_ptr<const bus::MessageKey> FleetKey() {
+  constexpr std::array<std::uint8_t, bus::MessageKey::kBytes> kBytes{1, 2, 3};
+  return std::make_shared<const bus::MessageKey>(kBytes);
+}
+
+bus::Misfortune NetworkOf(const FleetOptions& options) {
+  bus::Misfortune network;
+  network.min_delay = network.max_delay = options.network_delay;
+  network.receive_buffer = options.receive_buffer;
+  return network;
+}
+
 }  // namespace
 
 Fleet::Fleet(const FleetOptions& options, db::Store& store)
     : options_(options),
-      network_(kSeed,
-               [&] {
-                 bus::Misfortune none;
-                 none.min_delay = none.max_delay = options.network_delay;
-                 return none;
-               }()),
-      server_transport_(network_),
-      server_endpoint_(server_transport_, bus::kServer, kSeed),
-      server_(std::make_unique<server::Server>(
-          server_endpoint_, store, nullptr, ServerOptionsOf(1), [this] { return network_.now().count(); },
-          [this] { return ++tokens_; })),
-      client_transport_(network_),
+      store_(store),
+      key_(options.keyed ? FleetKey() : nullptr),
+      network_(kSeed, NetworkOf(options)),
+      client_transport_(network_, kFleetDeployment, key_),
       client_(client_transport_, kClient, kSeed) {
   network_.SetFiltered();
+  StartServer();
   for (int i = 0; i < options.workers; ++i) {
-    workers_.push_back(std::make_unique<FleetWorker>(network_, i, options.slots, options.job_time));
+    workers_.push_back(std::make_unique<FleetWorker>(network_, key_, i, options.slots, options.job_time));
   }
+}
+
+void Fleet::StartServer() {
+  ++lives_;
+  server_transport_.emplace(network_, kFleetDeployment, key_);
+  if (options_.time_per_datagram > microseconds(0)) {
+    server_transport_->LimitPolls(static_cast<std::size_t>(kFleetTurn / options_.time_per_datagram));
+  }
+  server_endpoint_.emplace(*server_transport_, bus::kServer, static_cast<std::uint64_t>(lives_));
+  server_ = std::make_unique<server::Server>(
+      *server_endpoint_, store_, nullptr, ServerOptionsOf(lives_), [this] { return network_.now().count(); },
+      [this] { return ++tokens_; });
+}
+
+void Fleet::StopServer() {
+  server_.reset();
+  server_endpoint_.reset();
+  server_transport_.reset();
+}
+
+bool Fleet::AllRegistered() const {
+  const std::vector<server::WorkerStatus> known = scheduler().workers();
+  return std::ssize(known) == options_.workers &&
+         std::all_of(known.begin(), known.end(), [](const server::WorkerStatus& worker) { return worker.online; });
+}
+
+bool Fleet::RunUntilRegistered(microseconds limit) {
+  constexpr microseconds kLookEvery{50'000};
+  for (const microseconds end = network_.now() + limit; network_.now() < end && !AllRegistered();) RunFor(kLookEvery);
+  return AllRegistered();
+}
+
+void Fleet::RunFor(microseconds duration) {
+  for (const microseconds end = network_.now() + duration; network_.now() < end;) Step();
 }
 
 void Fleet::Submit() {
@@ -112,14 +153,15 @@ void Fleet::Step() {
 
 // Only turns in which there is something to do: a real server sleeps through the others.
 void Fleet::ServerTurn() {
+  if (server_ == nullptr) return;
   const microseconds now = network_.now();
-  const auto arrival = server_transport_.next_arrival();
-  const auto timer = server_endpoint_.next_timer();
+  const auto arrival = server_transport_->next_arrival();
+  const auto timer = server_endpoint_->next_timer();
   const bool due =
       (arrival && *arrival <= now) || (timer && *timer <= now) || server_->WaitTime(2 * kFleetTurn) == microseconds(0);
   if (!due) return;
   const std::chrono::nanoseconds before = ThreadCpu();
-  server_endpoint_.Poll(microseconds(0));
+  server_endpoint_->Poll(microseconds(0));
   server_->Work();
   server_cpu_ += ThreadCpu() - before;
 }

@@ -104,5 +104,29 @@ TEST_F(FleetTest, SlotsStayBusyHoweverShortTheJobs) {
   }
 }
 
+// Ten thousand callers fill a receive buffer of 8 MiB in a moment; what waits there for longer than the first repeat
+// takes must not keep it full for ever.
+TEST_F(FleetTest, TenThousandKeyedWorkersAreBackWithinTenSecondsOfARestart) {
+  ForgetfulStore store;
+  FleetOptions options;
+  options.workers = 10'000;
+  options.keyed = true;
+  options.receive_buffer = 10'900;
+  options.time_per_datagram = 25us;
+  Fleet fleet(options, store);
+  ASSERT_TRUE(fleet.RunUntilRegistered(10s));
+  fleet.StopServer();
+  fleet.RunFor(2s);
+  fleet.StartServer();
+  ASSERT_TRUE(fleet.RunUntilRegistered(10s));
+  fleet.RunFor(1s);
+  const std::uint64_t challenged = fleet.server_counters().requests_challenged;
+  const std::uint64_t received = fleet.server_counters().datagrams_received;
+  fleet.RunFor(1s);
+  EXPECT_EQ(fleet.server_counters().requests_challenged, challenged) << "every session is remembered";
+  constexpr std::uint64_t kHeartbeats = 2 * 10'000;
+  EXPECT_LT(fleet.server_counters().datagrams_received - received, kHeartbeats * 5 / 4) << "few are repeated";
+}
+
 }  // namespace
 }  // namespace legopt::simulation

@@ -43,8 +43,9 @@ legopt_msg::result_request Success(const legopt_msg::lease& lease, microseconds 
 
 }  // namespace
 
-FleetWorker::FleetWorker(bus::SimulatedNetwork& network, int number, int slots, microseconds job_time)
-    : transport_(network),
+FleetWorker::FleetWorker(bus::SimulatedNetwork& network, std::shared_ptr<const bus::MessageKey> key, int number,
+                         int slots, microseconds job_time)
+    : transport_(network, kFleetDeployment, std::move(key)),
       endpoint_(transport_, kFirstAddress + number, static_cast<std::uint64_t>(number) + 1),
       link_(endpoint_),
       pool_(OptionsOf(number, slots), network.now()),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -13,11 +14,14 @@ namespace legopt::simulation {
 
 using std::chrono::microseconds;
 
+inline constexpr std::int64_t kFleetDeployment = 1;
+
 /// The real Pool with its calls, over job processes that are played: ready at once, never failing, each job over after
 /// its time. Cheaper than SimulatedWorker and without a record, so that there can be hundreds.
 class FleetWorker {
  public:
-  FleetWorker(bus::SimulatedNetwork& network, int number, int slots, microseconds job_time);
+  FleetWorker(bus::SimulatedNetwork& network, std::shared_ptr<const bus::MessageKey> key, int number, int slots,
+              microseconds job_time);
 
   bool due(microseconds now) const;
   void Turn(microseconds now);

@@ -1,0 +1,267 @@
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "bridge/access_file.h"
+#include "bus/message_key.h"
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/pool/pool_file.h"
+#include "client/pool/pool_record.h"
+#include "client/pool/pool_script.h"
+#include "client/pool/server_check.h"
+#include "client/pool/slurm_array.h"
+#include "client/pool/slurm_pool.h"
+#include "client/pool/ssh_keeper.h"
+#include "client/pool/ssh_pool.h"
+#include "client/report/listing.h"
+#include "client/report/progress.h"
+#include "client/service/interrupt.h"
+#include "programs/command_line.h"
+#include "programs/printable.h"
+#include "programs/shell_word.h"
+
+namespace legopt::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kDefaultFolder[] = "legopt-pool";
+
+struct PoolFlags {
+  std::string file;
+  std::string access;
+  NetworkOptions network;
+  std::string folder = kDefaultFolder;
+  Engine engine = Engine::kPbs;
+  bool dry_run = false;
+  std::unique_ptr<InterruptGuard> guard;  // to the very end: an order that comes late must not end the report
+};
+
+std::string Absolute(const std::string& file) { return fs::absolute(file).lexically_normal().string(); }
+
+// How workers reach the server that the flags name, by files at paths that the nodes know, too.
+PoolAccess AccessByPaths(const PoolFlags& flags, const PoolFile& file, const bus::LcmOptions& network) {
+  PoolAccess access = AccessLikeOurs(file, flags.folder);
+  access.access_file = Absolute(flags.access);
+  if (access.key_file.empty() && !network.key_file.empty()) access.key_file = Absolute(network.key_file);
+  access.job_name = "legopt-" + std::to_string(bridge::ReadAccessFile(flags.access).deployment);
+  return access;
+}
+
+// The same, with what the nodes may not have in the script.
+PoolAccess AccessInScript(const PoolFlags& flags, const PoolFile& file, const bus::LcmOptions& network) {
+  PoolAccess access = AccessByPaths(flags, file, network);
+  access.access = ReadWhole(flags.access);
+  access.access_file.clear();
+  if (file.worker.key_file.empty() && !network.key_file.empty()) {
+    bus::MessageKey::Load(network.key_file);  // says what is wrong with it
+    access.key = ReadWhole(network.key_file);
+    access.key_file.clear();
+  }
+  return access;
+}
+
+ExitCode StartSlurm(const PoolFlags& flags) {
+  const PoolFile file = ReadPoolFile(flags.file, Engine::kSlurm);
+  const bus::LcmOptions network = flags.network.Resolve();
+  const PoolAccess access = AccessInScript(flags, file, network);
+  const std::string script = SlurmScript(file, access);
+  if (flags.dry_run) {
+    std::cout << WithoutKey(script, access);
+    return ExitCode::kOk;
+  }
+  RequireServer(flags.access, network);
+  fs::create_directories(flags.folder);
+  const SlurmArray array = SlurmArray::Submit(file, script);
+  AddToRecord(flags.folder, {Engine::kSlurm, array.job_id()});
+  const std::string folder = programs::Printable(flags.folder);
+  std::cout << "Slurm job " << array.job_id() << ": " << file.nodes << (file.nodes == 1 ? " worker" : " workers")
+            << ", one to a node; logs in " << folder << "\n  legopt pool status " << folder << "\n  legopt pool stop "
+            << folder << "\n";
+  return ExitCode::kOk;
+}
+
+// The end of the pool: what went wrong on which host.
+ExitCode OutcomeOf(const SshPool& pool) {
+  const std::vector<SshPool::Failure> failures = pool.Failures();
+  if (failures.empty()) return ExitCode::kOk;
+  std::string text;
+  for (const SshPool::Failure& failure : failures) text += (text.empty() ? "" : "\n  ") + failure.text;
+  throw ClientError(failures.front().code, text);
+}
+
+void KeepUntilOver(SshPool& pool, const std::string& folder) {
+  constexpr std::chrono::milliseconds kInterval{100};
+  TellHosts(folder, pool.hosts());
+  for (int orders = 0; !pool.over(); std::this_thread::sleep_for(kInterval)) {
+    if (pool.Look()) TellHosts(folder, pool.hosts());
+    if (InterruptCount() == orders) continue;
+    orders = InterruptCount();
+    constexpr int kGentle = 2;
+    if (orders <= kGentle) {
+      std::cerr << (orders == 1 ? "stopping when running jobs have ended (again: give them back)\n"
+                                : "giving running jobs back (again: end the connections)\n");
+      pool.OrderToStop();
+    } else {
+      pool.Close();
+    }
+  }
+}
+
+ExitCode StartSsh(PoolFlags& flags) {
+  const PoolFile file = ReadPoolFile(flags.file, Engine::kSsh);
+  const bus::LcmOptions network = flags.network.Resolve();
+  const PoolAccess access = AccessInScript(flags, file, network);
+  if (flags.dry_run) {
+    for (const std::string& host : file.hosts) {
+      std::cout << "# ssh";
+      for (const std::string& word : SshArguments(file, host)) std::cout << ' ' << programs::ShellWord(word);
+      std::cout << "\n" << WithoutKey(HostScript(file, access, host), access);
+    }
+    return ExitCode::kOk;
+  }
+  RequireServer(flags.access, network);
+  fs::create_directories(flags.folder);
+  flags.guard = std::make_unique<InterruptGuard>();
+  SshPool pool(file, access);
+  AddToRecord(flags.folder, {Engine::kSsh, Keeper::ThisProcess().id()});
+  std::cout << file.nodes << (file.nodes == 1 ? " worker" : " workers") << ", one to a host; logs in "
+            << programs::Printable(flags.folder) << "; Ctrl-C stops them\n"
+            << std::flush;
+  KeepUntilOver(pool, flags.folder);
+  return OutcomeOf(pool);
+}
+
+ExitCode PrintScript(const PoolFlags& flags) {
+  const PoolFile file = ReadPoolFile(flags.file, flags.engine);
+  std::cout << OtherEngineScript(flags.engine, file, AccessByPaths(flags, file, flags.network.Resolve()));
+  return ExitCode::kOk;
+}
+
+struct FolderFlags {
+  std::string folder = kDefaultFolder;
+  double patience_s = 0;
+  ListingOptions listing;
+};
+
+void ListArray(const std::string& job, Listing& listing) {
+  const auto elements = SlurmArray(job).Elements();
+  if (!elements) {
+    throw ClientError(ExitCode::kEngineRefused,
+                      "Slurm does not say how job " + job + " is; the workers that are at work are in 'legopt status'");
+  }
+  for (const SlurmElement& element : *elements) {
+    listing.rows.push_back({element.id, element.state, element.run_time, element.place});
+  }
+}
+
+void ListHosts(const std::string& folder, Listing& listing) {
+  for (const SshPool::Host& host : ToldHosts(folder)) {
+    listing.rows.push_back(
+        {host.name, host.state, FormatDuration(std::chrono::system_clock::now() - host.since), host.name});
+  }
+}
+
+ExitCode Status(const FolderFlags& flags) {
+  Listing listing;
+  listing.columns = {"worker", "state", "time", "node"};
+  for (const PoolMember& member : ReadRecord(flags.folder)) {
+    if (member.engine == Engine::kSlurm) {
+      ListArray(member.id, listing);
+    } else if (const auto keeper = Keeper::FromId(member.id); keeper && keeper->runs()) {
+      ListHosts(flags.folder, listing);
+    }
+  }
+  PrintListing(listing, flags.listing);
+  return ExitCode::kOk;
+}
+
+void StopArray(const std::string& job, std::chrono::milliseconds patience) {
+  SlurmArray array(job);
+  const auto elements = array.Elements();
+  if (elements && elements->empty()) return;
+  std::cout << "Slurm job " << job << ": " << (elements ? Summary(*elements) : "unknown") << "; stopping\n"
+            << std::flush;
+  array.Stop(patience, Interrupted);
+}
+
+void StopHosts(const std::string& id, std::chrono::milliseconds patience) {
+  const auto keeper = Keeper::FromId(id);
+  if (!keeper || !keeper->runs()) return;
+  std::cout << "workers through ssh: stopping\n" << std::flush;
+  keeper->Stop(patience, Interrupted);
+}
+
+ExitCode Stop(const FolderFlags& flags) {
+  const InterruptGuard guard;
+  const std::chrono::milliseconds patience(static_cast<std::int64_t>(flags.patience_s * 1e3));
+  for (const PoolMember& member : ReadRecord(flags.folder)) {
+    if (member.engine == Engine::kSlurm) {
+      StopArray(member.id, patience);
+    } else {
+      StopHosts(member.id, patience);
+    }
+  }
+  return ExitCode::kOk;
+}
+
+void AddStartFlags(const programs::Command& command, PoolFlags* flags) {
+  command.AddOption("FILE", flags->file, "Pool file (docs/clusters.md)").Required();
+  command.AddOption("--access", flags->access, "Access file that the server wrote ('legopt-server --listen')")
+      .Required();
+  command.AddOption("--folder", flags->folder, "Folder for logs, and for what status and stop need").ShowDefault();
+  programs::AddListeningFlags(command, &flags->network);
+}
+
+}  // namespace
+
+void AddPoolCommand(const programs::Command& program, Invocation* invocation) {
+  const auto pool = program.AddCommand("pool", "Workers on other machines, for a server that stays");
+  pool.RequireCommand();
+  pool.LetOptionsFollowCommands();
+
+  const auto slurm = pool.AddCommand("slurm", "Have Slurm start workers: an array of them, one to a node");
+  const auto flags = std::make_shared<PoolFlags>();
+  AddStartFlags(slurm, flags.get());
+  slurm.AddFlag("--dry-run", flags->dry_run, "Print the script, without the key, and submit nothing");
+  slurm.WhenChosen([=] { invocation->body = [flags] { return StartSlurm(*flags); }; });
+
+  const auto ssh = pool.AddCommand("ssh", "Keep workers on hosts that ssh reaches, one each, until Ctrl-C");
+  const auto ssh_flags = std::make_shared<PoolFlags>();
+  AddStartFlags(ssh, ssh_flags.get());
+  ssh.AddFlag("--dry-run", ssh_flags->dry_run,
+              "Print what each host would be told, without the key, and start nothing");
+  ssh.WhenChosen([=] { invocation->body = [ssh_flags] { return StartSsh(*ssh_flags); }; });
+
+  const auto script = pool.AddCommand("script", "Print a job script for another batch system, to be submitted by hand");
+  const auto script_flags = std::make_shared<PoolFlags>();
+  AddStartFlags(script, script_flags.get());
+  script
+      .AddWord<Engine>("--engine", script_flags->engine, "pbs, sge or htcondor",
+                       programs::OneOf({"pbs", "sge", "htcondor"}))
+      .Required();
+  script.WhenChosen([=] { invocation->body = [script_flags] { return PrintScript(*script_flags); }; });
+
+  const auto status = pool.AddCommand("status", "What Slurm or ssh says of a pool's workers");
+  const auto status_flags = std::make_shared<FolderFlags>();
+  status.AddOption("FOLDER", status_flags->folder, "The pool's folder").ShowDefault();
+  AddListingOptions(status, &status_flags->listing);
+  status.WhenChosen([=] { invocation->body = [status_flags] { return Status(*status_flags); }; });
+
+  constexpr double kMost_s = 86'400;
+  const auto stop = pool.AddCommand("stop", "Stop the workers of a pool; what they have not finished is given back");
+  const auto stop_flags = std::make_shared<FolderFlags>();
+  stop.AddOption("FOLDER", stop_flags->folder, "The pool's folder").ShowDefault();
+  stop.AddOption("--patience", stop_flags->patience_s, "Seconds for running jobs to end (default 0)")
+      .Check(programs::Number(0, kMost_s));
+  stop.WhenChosen([=] { invocation->body = [stop_flags] { return Stop(*stop_flags); }; });
+}
+
+}  // namespace legopt::client

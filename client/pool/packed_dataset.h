@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace legopt::client {
+
+/// A dataset's archive in a folder that a server hands out (programs/offered_datasets.h).
+struct PackedDataset {
+  std::string hash;
+  std::filesystem::path archive;
+};
+
+/// Packs the dataset in `folder` into `out`, which is made when it is missing; an archive that is there already is
+/// replaced in one step. Throws InputError, also for one that is too large to travel, and ClientError (kUsage) for a
+/// folder that cannot be written.
+PackedDataset PackInto(const std::filesystem::path& folder, const std::filesystem::path& out);
+
+}  // namespace legopt::client

@@ -1,0 +1,56 @@
+#include "client/pool/pool_record.h"
+
+#include <fstream>
+#include <optional>
+
+#include "client/client_error.h"
+#include "words/words.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr char kRecordFile[] = "jobs";
+
+// Empty: no line of ours.
+std::optional<PoolMember> ReadLine(const std::string& line) {
+  const auto blank = line.find(' ');
+  const auto engine = ParseWord<Engine>(line.substr(0, blank));
+  if (!engine || blank == std::string::npos) return std::nullopt;
+  PoolMember member{*engine, line.substr(blank + 1)};
+  if (member.id.empty() || member.id.find_first_not_of("0123456789 ") != std::string::npos) return std::nullopt;
+  return member;
+}
+
+}  // namespace
+
+void AddToRecord(const std::filesystem::path& folder, const PoolMember& member) {
+  std::ofstream stream(folder / kRecordFile, std::ios::app);
+  if (stream << ToString(member.engine) << ' ' << member.id << std::endl) return;
+  const std::string cannot = (folder / kRecordFile).string() + " cannot be written";
+  if (member.engine != Engine::kSlurm) throw ClientError(ExitCode::kUsage, cannot);
+  throw ClientError(ExitCode::kUsage,
+                    cannot + "; Slurm job " + member.id + " was submitted, 'scancel " + member.id + "' takes it back");
+}
+
+std::vector<PoolMember> ReadRecord(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / kRecordFile;
+  std::ifstream stream(file);
+  if (!stream) {
+    throw ClientError(ExitCode::kUsage,
+                      folder.string() + " is no folder of a pool: there is no file '" + kRecordFile +
+                          "' in it; give the one that 'legopt pool slurm', 'legopt pool ssh' or 'legopt run --slurm' "
+                          "has named");
+  }
+  std::vector<PoolMember> members;
+  for (std::string line; std::getline(stream, line);) {
+    const auto member = ReadLine(line);
+    if (!member) {
+      throw ClientError(ExitCode::kUsage, file.string() + ": no line 'ENGINE NUMBER' (got '" + line +
+                                              "'); it is written by legopt, and by nobody else");
+    }
+    members.push_back(*member);
+  }
+  return members;
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,152 @@
+#include "client/pool/pool_script.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string_view>
+
+#include "client/client_error.h"
+#include "client/pool/worker_command.h"
+#include "programs/shell_word.h"
+
+namespace legopt::client {
+namespace {
+
+using programs::ShellWord;
+
+// Slurm looks for time limits twice a minute and says of --signal that it may come a minute early.
+constexpr int kSlurmEarly_s = 60;
+
+// Descriptors of the script through which the worker reads what travels in it.
+constexpr std::string_view kAccessDescriptor = "3", kKeyDescriptor = "4";
+
+// Opens what travels in the script, as files that have no name any more when the worker starts: a key must be in a
+// file.
+std::string OpenInlineFiles(const PoolAccess& access) {
+  std::string lines;
+  const auto open = [&lines](std::string_view descriptor, const std::string& text) {
+    lines += "file=$(mktemp) || exit\ncat >\"$file\" <<'END'\n" + text;
+    lines += (text.empty() || text.back() != '\n' ? "\n" : "");
+    lines += "END\nexec " + std::string(descriptor) + "<\"$file\"\nrm -f \"$file\"\n";
+  };
+  if (access.access_file.empty()) open(kAccessDescriptor, access.access);
+  if (access.key_file.empty() && !access.key.empty()) open(kKeyDescriptor, access.key);
+  return lines.empty() ? lines : "umask 077\n" + lines;
+}
+
+// Those of the user come last: sbatch takes the last of two.
+class SlurmOptions {
+ public:
+  explicit SlurmOptions(const PoolFile& pool) : pool_(pool) {}
+
+  void Flag(const std::string& key) { Add(key, "--" + key); }
+  void Set(const std::string& key, const std::string& value) { Add(key, "--" + key + "=" + value); }
+  std::string text() const {
+    std::string lines = text_;
+    for (const EngineOption& option : pool_.options) {
+      const std::string dashes = option.key.size() == 1 ? "-" : "--";
+      const std::string separator = option.key.size() == 1 ? " " : "=";
+      lines += "#SBATCH " + dashes + option.key + (option.value ? separator + Quoted(*option.value) : "") + "\n";
+    }
+    return lines;
+  }
+
+ private:
+  void Add(const std::string& key, const std::string& words) {
+    if (!pool_.Sets(key)) text_ += "#SBATCH " + words + "\n";
+  }
+  // sbatch takes words apart at blanks, but not between quotes.
+  static std::string Quoted(const std::string& value) {
+    return value.find_first_of(" \t#\"") == std::string::npos ? value : "'" + value + "'";
+  }
+
+  const PoolFile& pool_;
+  std::string text_;
+};
+
+std::string SlurmHeader(const PoolFile& pool, const PoolAccess& access) {
+  SlurmOptions options(pool);
+  options.Set("job-name", access.job_name);
+  options.Set("array", "0-" + std::to_string(pool.nodes - 1) +
+                           (pool.at_once ? "%" + std::to_string(*pool.at_once) : std::string()));
+  options.Set("nodes", "1");
+  options.Set("ntasks", "1");
+  if (pool.exclusive) {
+    options.Flag("exclusive");
+    if (!pool.Sets("mem-per-cpu")) options.Set("mem", "0");
+  }
+  // One slot to a core; these say the same in another way.
+  if (!pool.Sets("threads-per-core") && !pool.Sets("ntasks-per-core")) options.Set("hint", "nomultithread");
+  options.Set("signal", "B:USR1@" + std::to_string(pool.worker.drain_s + kSlurmEarly_s));
+  options.Flag(pool.requeue ? "requeue" : "no-requeue");
+  options.Set("open-mode", "append");
+  options.Set("output", access.logs + "/%A_%a.log");
+  options.Set("export", "NONE");
+  return options.text();
+}
+
+}  // namespace
+
+std::string WorkerCommand(const PoolFile& pool, const PoolAccess& access, const std::string& name) {
+  std::string command = ShellWord(access.program) + " --name \"" + name + "\"";
+  const auto add = [&command](const std::string& flag, const std::string& value) {
+    command += " " + flag + " " + ShellWord(value);
+  };
+  add("--access", access.access_file.empty() ? "/dev/fd/" + std::string(kAccessDescriptor) : access.access_file);
+  if (!access.key_file.empty()) add("--key-file", access.key_file);
+  if (access.key_file.empty() && !access.key.empty()) add("--key-file", "/dev/fd/" + std::string(kKeyDescriptor));
+  if (pool.worker.slots) add("--slots", std::to_string(*pool.worker.slots));
+  add("--drain", std::to_string(pool.worker.drain_s));
+  add("--idle-timeout", std::to_string(pool.worker.idle_timeout_s));
+  add("--wait-server", std::to_string(pool.worker.wait_server_s));
+  for (const std::string& dataset : access.datasets) add("--dataset", dataset);
+  for (const std::string& solver : access.solvers) add("--solver", solver);
+  return command;
+}
+
+std::string Environment(const PoolAccess& access) {
+  return access.data_folder.empty() ? "" : "export LEGOPT_DATA=" + ShellWord(access.data_folder) + "\n";
+}
+
+std::string SlurmScript(const PoolFile& pool, const PoolAccess& access) {
+  const std::string requeue =
+      pool.requeue ? "[ -z \"$time_is_up\" ] || scontrol requeue \"${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID\"\n" : "";
+  return "#!/bin/sh\n" + SlurmHeader(pool, access) + Environment(access) + OpenInlineFiles(access) +
+         "# USR1, before the time limit, reaches this shell alone; so does the TERM of 'legopt pool stop'. Preemption "
+         "and\n"
+         "# scancel send TERM to the worker, too, which then gives its jobs back at once.\n"
+         "trap 'time_is_up=yes; kill -TERM \"$worker\"' USR1\n"
+         "trap 'kill -TERM \"$worker\"' TERM\n" +
+         WorkerCommand(pool, access, "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID.${SLURM_RESTART_COUNT:-0}") +
+         " &\nworker=$!\nstatus=0\n"
+         "while kill -0 \"$worker\" 2>/dev/null; do\n  wait \"$worker\"\n  status=$?\ndone\n" +
+         requeue + "exit \"$status\"\n";
+}
+
+std::string HostScript(const PoolFile& pool, const PoolAccess& access, const std::string& host) {
+  return "become_a_worker() {\n" + Environment(access) + OpenInlineFiles(access) +
+         "# Each line on standard input is an order to stop, and so is its end.\n"
+         "exec 5<&0\ntrap '' PIPE\n" +
+         WorkerCommand(pool, access, host) +
+         " </dev/null 5<&- &\nworker=$!\n"
+         "{ while read -r order; do kill -TERM \"$worker\"; done; kill -TERM \"$worker\"; } <&5 >/dev/null 2>&1 &\n"
+         "orders=$!\nwait \"$worker\"\nstatus=$?\nkill \"$orders\" 2>/dev/null\nexit \"$status\"\n}\nbecome_a_worker\n";
+}
+
+std::string ReadWhole(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw ClientError(ExitCode::kUsage, file + " cannot be read: " + std::strerror(errno));
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+std::string WithoutKey(std::string script, const PoolAccess& access) {
+  if (access.key.empty()) return script;
+  const std::string key = access.key.substr(0, access.key.find('\n'));
+  for (auto at = script.find(key); at != std::string::npos; at = script.find(key)) {
+    script.replace(at, key.size(), "(the key)");
+  }
+  return script;
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,95 @@
+#include "client/pool/ssh_keeper.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <system_error>
+#include <thread>
+
+namespace legopt::client {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::milliseconds;
+using std::chrono::system_clock;
+
+constexpr char kHostsFile[] = "hosts";
+constexpr milliseconds kKeeperInterval{100};
+constexpr milliseconds kKeeperGivesBack{10'000};  // what workers need to return their jobs and end
+
+// Ticks since the machine was started; 0: no such process.
+std::uint64_t StartOf(int pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  const auto name_end = text.rfind(')');  // the name may hold anything
+  if (name_end == std::string::npos) return 0;
+  std::istringstream fields(text.substr(name_end + 1));
+  constexpr int kFieldsBefore = 19;  // from the third on
+  std::string skipped;
+  for (int i = 0; i < kFieldsBefore; ++i) fields >> skipped;
+  std::uint64_t start = 0;
+  fields >> start;
+  return skipped.empty() ? 0 : start;
+}
+
+}  // namespace
+
+Keeper Keeper::ThisProcess() { return {::getpid(), StartOf(::getpid())}; }
+
+std::optional<Keeper> Keeper::FromId(const std::string& id) {
+  std::istringstream words(id);
+  int pid = 0;
+  std::uint64_t started = 0;
+  if (!(words >> pid >> started) || pid <= 0) return std::nullopt;
+  return Keeper(pid, started);
+}
+
+bool Keeper::runs() const { return StartOf(pid_) == started_; }
+
+bool Keeper::EndsWithin(milliseconds duration, bool (*give_up)()) const {
+  for (const auto end = std::chrono::steady_clock::now() + duration; runs();) {
+    if (std::chrono::steady_clock::now() >= end || (give_up != nullptr && give_up())) return false;
+    std::this_thread::sleep_for(kKeeperInterval);
+  }
+  return true;
+}
+
+void Keeper::Stop(milliseconds patience, bool (*give_up)()) const {
+  if (!runs()) return;
+  ::kill(pid_, SIGTERM);
+  // Two signals of a kind at once are one.
+  if (EndsWithin(std::max(patience, 3 * kKeeperInterval), give_up) || !runs()) return;
+  ::kill(pid_, SIGTERM);
+  if (EndsWithin(kKeeperGivesBack, give_up) || !runs()) return;
+  ::kill(pid_, SIGKILL);
+}
+
+void TellHosts(const fs::path& folder, const std::vector<SshPool::Host>& hosts) {
+  const fs::path unfinished = folder / (std::string(kHostsFile) + ".new");
+  {
+    std::ofstream stream(unfinished);
+    for (const SshPool::Host& host : hosts) {
+      stream << host.name << '\t' << system_clock::to_time_t(host.since) << '\t' << host.state << '\n';
+    }
+  }
+  std::error_code ignored;
+  fs::rename(unfinished, folder / kHostsFile, ignored);
+}
+
+std::vector<SshPool::Host> ToldHosts(const fs::path& folder) {
+  std::vector<SshPool::Host> hosts;
+  std::ifstream stream(folder / kHostsFile);
+  SshPool::Host host;
+  for (std::string since; std::getline(stream, host.name, '\t') && std::getline(stream, since, '\t') &&
+                          std::getline(stream, host.state);) {
+    host.since = system_clock::from_time_t(std::strtoll(since.c_str(), nullptr, 10));
+    hosts.push_back(host);
+  }
+  return hosts;
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,148 @@
+#include "client/pool/ssh_pool.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+#include "client/client_error.h"
+#include "client/pool/engine_call.h"
+#include "client/service/own_program.h"
+
+namespace legopt::client {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::system_clock;
+
+constexpr int kSshFailed = 255, kNotFound = 127, kNotExecutable = 126;
+constexpr mode_t kOwnerOnly = 0600;
+
+// A host that is switched off, or was, and one that asks for a password, must not be waited for; those of the pool file
+// come first, of which ssh takes the first.
+constexpr const char* kSshPatience[] = {"BatchMode=yes", "ConnectTimeout=20", "ServerAliveInterval=15",
+                                        "ServerAliveCountMax=4"};
+
+void Write(const programs::Descriptor& pipe, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t count = ::write(pipe.get(), text.data(), text.size());
+    if (count < 0 && errno != EINTR) return;  // its end is seen by Look()
+    if (count > 0) text.remove_prefix(static_cast<std::size_t>(count));
+  }
+}
+
+std::string LogName(const std::string& host) {
+  std::string name = host;
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name + ".log";
+}
+
+std::string StateOf(const std::optional<ChildExit>& exit) {
+  if (!exit) return "connected";
+  if (exit->signal != 0) return "ended by us";
+  if (exit->code == kSshFailed) return "no connection";
+  return exit->code == 0 ? "left" : "ended with " + exit->Describe();
+}
+
+ExitCode CodeOf(const ChildExit& exit) {
+  if (exit.code == kNotFound || exit.code == kNotExecutable) return ExitCode::kMachine;
+  const auto named = static_cast<ExitCode>(exit.code);
+  const bool known = std::any_of(programs::kExitCodeTexts.begin(), programs::kExitCodeTexts.end(),
+                                 [named](const auto& row) { return row.code == named; });
+  return known ? named : ExitCode::kEngineRefused;
+}
+
+std::string EndOf(const fs::path& log) {
+  constexpr std::size_t kLogTailBytes = 2000;
+  std::string text = ReadWhole(log);
+  std::erase(text, '\r');  // of ssh's own words
+  return text.substr(text.size() - std::min(text.size(), kLogTailBytes));
+}
+
+}  // namespace
+
+std::vector<std::string> SshArguments(const PoolFile& pool, const std::string& host) {
+  std::vector<std::string> arguments = {"-T"};
+  const auto add = [&arguments](const std::string& option) { arguments.insert(arguments.end(), {"-o", option}); };
+  for (const EngineOption& option : pool.options) add(option.key + "=" + option.value.value_or("yes"));
+  for (const char* option : kSshPatience) add(option);
+  arguments.insert(arguments.end(), {"--", host, "exec sh -s"});
+  return arguments;
+}
+
+SshPool::SshPool(const PoolFile& pool, const PoolAccess& access) {
+  RequireEngineProgram("ssh");
+  ::signal(SIGPIPE, SIG_IGN);  // a connection that has just ended
+  for (const std::string& host : pool.hosts) connections_.push_back(Connect(pool, access, host));
+}
+
+SshPool::Connection SshPool::Connect(const PoolFile& pool, const PoolAccess& access, const std::string& host) const {
+  Connection connection;
+  connection.name = host;
+  connection.log = fs::path(access.logs) / LogName(host);
+  std::optional<programs::Pipe> orders = programs::MakePipe();
+  const programs::Descriptor log(::open(connection.log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, kOwnerOnly));
+  if (!orders || !log.open()) {
+    throw ClientError(ExitCode::kUsage, connection.log.string() + " cannot be written: " + std::strerror(errno));
+  }
+  connection.ssh = std::make_unique<ChildProcess>(programs::FindProgram("ssh"), SshArguments(pool, host),
+                                                  ChildFiles{orders->read.get(), log.get()});
+  connection.orders = std::move(orders->write);
+  connection.since = system_clock::now();
+  Write(connection.orders, HostScript(pool, access, host));
+  return connection;
+}
+
+bool SshPool::Look() {
+  bool news = false;
+  for (Connection& connection : connections_) {
+    if (connection.exit) continue;
+    connection.exit = connection.ssh->Poll();
+    if (!connection.exit) continue;
+    connection.since = system_clock::now();
+    news = true;
+  }
+  return news;
+}
+
+bool SshPool::over() const {
+  return std::all_of(connections_.begin(), connections_.end(), [](const auto& each) { return each.exit.has_value(); });
+}
+
+std::vector<SshPool::Host> SshPool::hosts() const {
+  std::vector<Host> hosts;
+  for (const Connection& each : connections_) hosts.push_back({each.name, StateOf(each.exit), each.since});
+  return hosts;
+}
+
+void SshPool::OrderToStop() {
+  for (Connection& connection : connections_) {
+    if (!connection.exit) Write(connection.orders, "stop\n");
+  }
+}
+
+void SshPool::Close() {
+  for (Connection& connection : connections_) {
+    connection.orders.Close();
+    connection.ssh->Signal(SIGTERM);
+  }
+}
+
+std::vector<SshPool::Failure> SshPool::Failures() const {
+  std::vector<Failure> failures;
+  for (const Connection& each : connections_) {
+    if (!each.exit || each.exit->signal != 0 || each.exit->code == 0) continue;
+    if (each.exit->code == StatusOf(ExitCode::kInterrupted)) continue;  // by our second order
+    const std::string words = LastWords("legopt-worker", EndOf(each.log));
+    failures.push_back({CodeOf(*each.exit), each.name + ": " + StateOf(each.exit) + ": " +
+                                                (words.empty() ? "nothing in " + each.log.string() : words)});
+  }
+  return failures;
+}
+
+}  // namespace legopt::client

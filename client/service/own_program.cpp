@@ -1,0 +1,96 @@
+#include "client/service/own_program.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <sstream>
+
+#include "client/client_error.h"
+#include "programs/data_folder.h"
+
+namespace legopt::client {
+namespace {
+
+constexpr int kMaxRestarts = 20;
+
+// That names a cause other than a defect, and no end in good order.
+bool NamesACause(int code) {
+  const auto named = static_cast<ExitCode>(code);
+  if (named == ExitCode::kOk || named == ExitCode::kInterrupted || named == ExitCode::kInternal) return false;
+  return std::any_of(programs::kExitCodeTexts.begin(), programs::kExitCodeTexts.end(),
+                     [named](const programs::ExitCodeText& known) { return known.code == named; });
+}
+
+// From the log lines of a child: "[date] [program] [level] text".
+std::string WithoutLogPrefix(const std::string& line, const std::string& program) {
+  const std::string name = "[" + program + "] [";
+  const auto level = line.find(name);
+  if (line.rfind('[', 0) != 0 || level == std::string::npos) return line;
+  const auto end = line.find("] ", level + name.size());
+  return end == std::string::npos ? line : line.substr(end + 2);
+}
+
+// An end in good order that we did not ask for: somebody wants the run to end.
+void ThrowIfToldToStop(const std::string& program, const ChildExit& exit) {
+  const bool orderly =
+      exit.code == static_cast<int>(ExitCode::kOk) || exit.code == static_cast<int>(ExitCode::kInterrupted);
+  if (exit.signal == 0 && orderly) {
+    throw ClientError(ExitCode::kInterrupted, program + " of this run was told to stop, not by us");
+  }
+}
+
+}  // namespace
+
+std::string LastWords(const std::string& program, const std::string& tail) {
+  const std::string error_mark = "[" + program + "] [error] ";
+  std::string words;
+  bool is_error = false;
+  std::istringstream lines(tail);
+  for (std::string line; std::getline(lines, line);) {
+    // What happens to the other job processes after the error only hides its cause.
+    const bool error = line.find(error_mark) != std::string::npos;
+    if (is_error && !error) continue;
+    is_error = error;
+    words = WithoutLogPrefix(line, program);
+  }
+  for (const std::string& prefix : {program + ": ", std::string("error: ")}) {
+    if (words.rfind(prefix, 0) == 0) words.erase(0, prefix.size());
+  }
+  return words;
+}
+
+void OwnProgram::Start(std::vector<std::string> arguments) {
+  // What ends us may be sent to all processes of a job (batch systems): a server that stopped at once could not take
+  // back what the worker gives back.
+  arguments.insert(arguments.end(), {"--owner", std::to_string(::getpid())});
+  if (verbose_) arguments.emplace_back("--verbose");
+  child_ = std::make_unique<ChildProcess>(programs::ProgramFolder() / name_, arguments, !verbose_);
+}
+
+bool OwnProgram::WasKilled() {
+  const auto exit = child_->Poll();
+  if (!exit) return false;
+  ThrowIfToldToStop(name_, *exit);
+  if (exit->signal == 0) Fail();
+  std::fprintf(stderr, "\nlegopt: warning: %s ended with %s; starting it again\n", name_.c_str(),
+               exit->Describe().c_str());
+  if (++restarts_ > kMaxRestarts) {
+    throw ClientError(
+        exit->signal == SIGKILL ? ExitCode::kMachine : ExitCode::kInternal,
+        name_ + " was killed again and again, at last by " + exit->Describe() + "; run with --verbose to see why");
+  }
+  return true;
+}
+
+void OwnProgram::Fail() {
+  const ChildExit exit = child_->Poll().value_or(ChildExit{});
+  const auto code = exit.signal == 0 && NamesACause(exit.code) ? static_cast<ExitCode>(exit.code) : ExitCode::kInternal;
+  const std::string words = LastWords(name_, child_->ErrorTail());
+  throw ClientError(code, words.empty()
+                              ? name_ + " ended with " + exit.Describe() + "; run again with --verbose to see its log"
+                              : name_ + ": " + words);
+}
+
+}  // namespace legopt::client

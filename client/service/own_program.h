@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/service/child_process.h"
+
+namespace legopt::client {
+
+/// The line of a child's error output that tells best why it gave up: the last one logged as an error, else the last
+/// one; without its log prefix, "PROGRAM: " and "error: ".
+std::string LastWords(const std::string& program, const std::string& tail);
+
+/// A program of legopt beside this one that is a part of a command: it obeys nobody but us, one that a signal killed is
+/// to be started again, one that gave up by itself is an error. Thread rule: one thread.
+class OwnProgram {
+ public:
+  /// `name`: "legopt-server". `verbose`: it writes to our standard error. Starts nothing.
+  OwnProgram(std::string name, bool verbose) : name_(std::move(name)), verbose_(verbose) {}
+
+  /// Starts it, anew if need be. Throws ClientError (kMachine) when there is no such program.
+  void Start(std::vector<std::string> arguments);
+  /// It has been started, and not been dropped.
+  bool started() const { return child_ != nullptr; }
+  /// Must have been started.
+  ChildProcess& child() { return *child_; }
+  /// Stops it without grace if it still runs.
+  void Drop() { child_.reset(); }
+
+  /// A signal has killed it: the caller is to start it again; said on standard error. Throws ClientError when it gave
+  /// up (its exit code and last words), ended in good order because somebody else told it to (kInterrupted), or was
+  /// killed too often. Must have been started.
+  bool WasKilled();
+  /// Throws what its end means. It must have ended.
+  [[noreturn]] void Fail();
+
+ private:
+  std::string name_;
+  bool verbose_;
+  int restarts_ = 0;
+  std::unique_ptr<ChildProcess> child_;
+};
+
+}  // namespace legopt::client

@@ -1,0 +1,75 @@
+#include "client/service/own_server.h"
+
+#include <chrono>
+#include <utility>
+
+#include "bus/endpoint.h"
+#include "bus/lcm_transport.h"
+#include "client/client_error.h"
+#include "client/service/interrupt.h"
+
+namespace legopt::client {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr char kServerProgram[] = "legopt-server";
+constexpr char kReadyWord[] = "ready on";  // what it says last
+constexpr milliseconds kServerStart{20'000};
+constexpr milliseconds kServerStop{10'000};
+constexpr int kPortAttempts = 5;
+
+}  // namespace
+
+OwnServer::OwnServer(OwnServerOptions options)
+    : options_(std::move(options)), program_(kServerProgram, options_.verbose) {
+  // The group may come from the environment, the port only from a flag: a run is a deployment of its own.
+  options_.network.group = options_.network.Resolve().group;
+  options_.network.ttl = 0;
+  Start();
+}
+
+bool OwnServer::TryStart() {
+  std::vector<std::string> arguments = {"--db",    options_.database.string(),
+                                        "--group", *options_.network.group,
+                                        "--port",  std::to_string(*options_.network.port),
+                                        "--ttl",   "0"};
+  if (options_.network.key_file) arguments.insert(arguments.end(), {"--key-file", *options_.network.key_file});
+  arguments.insert(arguments.end(), options_.extra.begin(), options_.extra.end());
+  program_.Start(std::move(arguments));
+  if (program_.child().WaitForLine(kReadyWord, kServerStart, Interrupted)) return true;
+  if (Interrupted()) throw ClientError(ExitCode::kInterrupted, "interrupted");
+  const auto exit = program_.child().Poll();
+  if (!exit) {
+    throw ClientError(ExitCode::kUnreachable, std::string(kServerProgram) + " did not become ready within " +
+                                                  std::to_string(kServerStart.count() / 1000) +
+                                                  " s; run again with --verbose to see its log");
+  }
+  if (exit->signal == 0 && exit->code == static_cast<int>(ExitCode::kNetworkUnusable)) return false;
+  program_.Fail();
+}
+
+void OwnServer::Start() {
+  // Another program may take a port between our look and the server's bind: look again.
+  const bool chosen_port = !options_.network.port.has_value();
+  const int attempts = chosen_port ? kPortAttempts : 1;
+  for (int attempt = 1;; ++attempt) {
+    if (chosen_port) options_.network.port = bus::FindFreePortPair(bus::RandomSeed());
+    if (TryStart()) return;
+    if (attempt == attempts) program_.Fail();
+  }
+}
+
+void OwnServer::Supervise() {
+  if (!program_.WasKilled()) return;
+  // On the same port: the workers and our connection expect the server there.
+  if (!TryStart()) program_.Fail();
+}
+
+void OwnServer::Stop() {
+  if (!program_.started()) return;
+  program_.child().Stop(kServerStop, InterruptedTwice);
+  program_.Drop();
+}
+
+}  // namespace legopt::client

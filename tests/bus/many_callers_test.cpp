@@ -1,0 +1,99 @@
+// More callers than the 4,096 that a party once remembered: each is served once, proves itself once, and is known
+// later.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "bus/endpoint.h"
+#include "bus/patience.h"
+#include "bus/simulated_network.h"
+#include "tests/bus/test_bed.h"
+
+namespace legopt::bus {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr int kManyCallers = 5000;
+constexpr EndpointId kFirstCaller = 1000;
+constexpr std::int64_t kCallersDeployment = 1;
+
+// Kernels of 4 MiB buffers lose nothing here; what is looked at is memory of callers, not loss.
+class ManyCallers : public testing::Test {
+ protected:
+  struct Caller {
+    Caller(SimulatedNetwork& network, int number)
+        : transport(network, kCallersDeployment, TestKey()),
+          endpoint(transport, kFirstCaller + number, static_cast<std::uint64_t>(number) + 100) {}
+    SimulatedTransport transport;
+    Endpoint endpoint;
+  };
+
+  ManyCallers() {
+    network_.SetFiltered();
+    server_.Serve(MessageType::kShutdown, [this](Request&& request, Responder responder) {
+      ++handled_;
+      responder.Reply(std::move(request.body));
+    });
+    for (int i = 0; i < kManyCallers; ++i) callers_.push_back(std::make_unique<Caller>(network_, i));
+  }
+
+  // Every caller makes one call; returns how many were answered.
+  int CallOnceEach() {
+    int answered = 0;
+    std::vector<Endpoint*> endpoints = {&server_};
+    for (const auto& caller : callers_) {
+      endpoints.push_back(&caller->endpoint);
+      caller->endpoint.Call(kServer, MessageType::kShutdown, "x", {},
+                            [&](CallResult&& result) { answered += result.status == CallResult::kOk ? 1 : 0; });
+    }
+    network_.Run(
+        endpoints, [&] { return answered == kManyCallers; }, std::chrono::seconds(10));
+    return answered;
+  }
+
+  SimulatedNetwork network_{1};
+  SimulatedTransport server_transport_{network_, kCallersDeployment, TestKey()};
+  Endpoint server_{server_transport_, kServer, 1};
+  std::vector<std::unique_ptr<Caller>> callers_;
+  int handled_ = 0;
+};
+
+TEST_F(ManyCallers, EachProvesItselfOnceAndIsServedOnceForEachCall) {
+  EXPECT_EQ(CallOnceEach(), kManyCallers);
+  EXPECT_EQ(server_.counters().requests_challenged, static_cast<std::uint64_t>(kManyCallers));
+  EXPECT_EQ(CallOnceEach(), kManyCallers);
+  EXPECT_EQ(handled_, 2 * kManyCallers);
+  EXPECT_EQ(server_.counters().requests_challenged, static_cast<std::uint64_t>(kManyCallers))
+      << "a session that is remembered need not prove itself again";
+}
+
+TEST(Patience, RepeatsInVainLengthenTheFirstIntervalAndPromptAnswersShortenIt) {
+  Patience patience;
+  const auto first = [&](int wanted_ms, int longest_ms) {
+    return patience.First(milliseconds(wanted_ms), milliseconds(longest_ms));
+  };
+  EXPECT_EQ(first(50, 1000), milliseconds(50));
+  EXPECT_EQ(first(200, 200), milliseconds(200)) << "as the call wants";
+  EXPECT_EQ(first(10, 200), milliseconds(10)) << "as the call wants";
+  patience.Ended(milliseconds(200));
+  EXPECT_EQ(first(50, 1000), milliseconds(50)) << "the repeat may have been what was answered";
+  patience.RepeatedInVain(1);
+  patience.RepeatedInVain(2);
+  EXPECT_EQ(first(50, 1000), milliseconds(50)) << "one late reply of a call may be chance";
+  patience.RepeatedInVain(2);
+  EXPECT_EQ(first(50, 1000), milliseconds(250));
+  EXPECT_EQ(first(50, 100), milliseconds(100)) << "no longer than the call allows";
+  patience.AnsweredAtOnce(milliseconds(200));
+  EXPECT_EQ(first(50, 1000), milliseconds(250)) << "not at once";
+  for (int i = 0; i < 20; ++i) patience.AnsweredAtOnce(milliseconds(1));
+  EXPECT_EQ(first(50, 1000), milliseconds(50));
+  patience.Ended(std::chrono::seconds(10));
+  patience.RepeatedInVain(3);
+  patience.RepeatedInVain(3);
+  EXPECT_EQ(first(50, 5000), Patience::kMost);
+}
+
+}  // namespace
+}  // namespace legopt::bus

@@ -1,0 +1,218 @@
+// Policy: what an engine is told is what the pool file says, and nothing that it must not; what cannot be is refused
+// with file, line, field and fix, each kind of cause with an exit code of its own. The engines are played by scripts;
+// tests/slurm has a real one.
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "command_line_fixture.h"
+
+namespace legopt::client {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr int kUnreachable = 3, kRefused = 14, kMachine = 71;
+
+class PoolCommand : public CommandLine {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(Run({"keygen", "lab.key"}).exit_code, 0);
+    // A port that nobody answers on.
+    Write("lab.access", "legopt-access 1\ndeployment 4711\naddress 127.0.0.1:9\n");
+    fs::permissions(folder_ / "lab.access", fs::perms::owner_read | fs::perms::owner_write);
+  }
+
+  // A program of an engine, the first of PATH.
+  void Play(const std::string& name, const std::string& body) {
+    fs::create_directories(folder_ / "bin");
+    const std::string file = Write("bin/" + name, "#!/bin/sh\n" + body);
+    fs::permissions(file, fs::perms::owner_all);
+  }
+  std::map<std::string, std::string> Engines() const {
+    return {{"PATH", (folder_ / "bin").string() + ":/usr/bin:/bin"}};
+  }
+
+  std::vector<std::string> WithAccess(std::vector<std::string> words) const {
+    words.insert(words.end(), {"--access", "lab.access", "--key-file", "lab.key"});
+    return words;
+  }
+  std::string Key() const {
+    std::ifstream file(folder_ / "lab.key");
+    std::string key;
+    file >> key;
+    return key;
+  }
+
+  // As the shell of the engine would read it.
+  void ExpectShellReads(const std::string& script) {
+    Write("script.sh", script);
+    EXPECT_EQ(std::system(("sh -n '" + (folder_ / "script.sh").string() + "'").c_str()), 0) << script;
+  }
+
+  ProgramResult DryRun(const std::string& pool) {
+    Write("pool.yaml", pool);
+    return Run(WithAccess({"pool", "slurm", "pool.yaml", "--dry-run"}));
+  }
+};
+
+TEST_F(PoolCommand, SlurmIsToldWhatThePoolFileSays) {
+  const ProgramResult result = DryRun(R"(slurm:
+  nodes: 3
+  at_once: 2
+  partition: long
+  constraint: [zen3, big]
+  oversubscribe: true
+  comment: two words
+worker: {slots: 4, drain_s: 30, dataset: /data/garage}
+)");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  for (const char* line :
+       {"#SBATCH --array=0-2%2", "#SBATCH --nodes=1", "#SBATCH --exclusive", "#SBATCH --mem=0", "#SBATCH --requeue",
+        "#SBATCH --hint=nomultithread", "#SBATCH --signal=B:USR1@90", "#SBATCH --export=NONE",
+        "#SBATCH --open-mode=append", "#SBATCH --job-name=legopt-4711", "#SBATCH --partition=long",
+        "#SBATCH --constraint=zen3,big", "#SBATCH --oversubscribe", "#SBATCH --comment='two words'"}) {
+    EXPECT_THAT(result.out, HasSubstr(std::string(line) + "\n"));
+  }
+  EXPECT_THAT(result.out, AllOf(HasSubstr(" --slots 4 "), HasSubstr(" --drain 30 "), HasSubstr("/data/garage")));
+  EXPECT_THAT(result.out, Not(HasSubstr(Key())));
+  ExpectShellReads(result.out);
+}
+
+TEST_F(PoolCommand, WhatTheUserSetsReplacesOurs) {
+  const ProgramResult result =
+      DryRun("slurm: {nodes: 1, exclusive: false, requeue: false, output: /logs/%j, job-name: mine}\n");
+  EXPECT_THAT(result.out, AllOf(HasSubstr("--no-requeue\n"), HasSubstr("--output=/logs/%j\n"),
+                                HasSubstr("--job-name=mine\n"), Not(HasSubstr("--exclusive")), Not(HasSubstr("--mem=")),
+                                Not(HasSubstr("legopt-4711")), Not(HasSubstr("scontrol requeue"))));
+}
+
+TEST_F(PoolCommand, MistakesInPoolFilesAreSaid) {
+  const auto refused = [this](const std::string& pool, const std::vector<std::string>& words) {
+    const ProgramResult result = DryRun(pool);
+    for (const std::string& word : words) ExpectError(result, kUsage, word);
+  };
+  refused("slurm: {node: 2}\n", {"pool.yaml:1: slurm.node", "nodes"});
+  refused("slurn: {nodes: 2}\n", {"pool.yaml:1: slurn", "did you mean 'slurm'"});
+  refused("slurm:\n  nodes: 0\n", {"pool.yaml:2: slurm.nodes", "got '0'"});
+  refused("slurm: {nodes: many}\n", {"slurm.nodes", "many"});
+  refused("slurm: {nodes: 1, signal: TERM}\n", {"slurm.signal", "drain_s"});
+  refused("slurm: {nodes: 1, --partition: long}\n", {"slurm.--partition", "without dashes"});
+  refused("slurm: {nodes: 1, comment: \"a\\nb\"}\n", {"slurm.comment", "control character"});
+  refused("slurm: {nodes: 1}\nworker: {slot: 2}\n", {"pool.yaml:2: worker.slot", "did you mean 'slots'"});
+  refused("slurm: {nodes: 1}\nworker: {key_file: lab.key}\n", {"worker.key_file", "begins with '/'"});
+  refused("slurm: {nodes: 1}\nserver: {port: 1}\n", {"server.port", "listen"});
+  refused("nothing: 1\n", {"pool.yaml:1: nothing"});
+  refused("slurm: [", {"pool.yaml"});
+  ExpectError(Run(WithAccess({"pool", "slurm", "missing.yaml"})), kUsage, "missing.yaml: cannot be read");
+}
+
+TEST_F(PoolCommand, AServerThatDoesNotAnswerIsNamed) {
+  Write("pool.yaml", "slurm: {nodes: 2}\n");
+  Play("sbatch", "echo submitted >&2\nexit 1\n");
+  const ProgramResult result = RunLegopt(WithAccess({"pool", "slurm", "pool.yaml"}), folder_.path(), Engines());
+  ExpectError(result, kUnreachable, "127.0.0.1:9");
+  EXPECT_THAT(result.err, AllOf(HasSubstr("lab.key"), Not(HasSubstr("submitted"))));
+}
+
+TEST_F(PoolCommand, WithoutSlurmNothingIsStarted) {
+  Write("pool.yaml", "slurm: {nodes: 2}\n");
+  const ProgramResult result =
+      Run({"run", "quick", "--slurm", "pool.yaml", "--db", "run.sqlite"}, {{"PATH", "/nowhere"}});
+  ExpectError(result, kMachine, "sbatch is not on PATH");
+  EXPECT_FALSE(fs::exists(folder_ / "run.sqlite"));
+}
+
+TEST_F(PoolCommand, ADryRunShowsTheScriptAndStartsNothing) {
+  Write("pool.yaml", "slurm: {nodes: 2, partition: long}\n");
+  const ProgramResult result = Run({"run", "quick", "--slurm", "pool.yaml", "--db", "run.sqlite", "--dry-run"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("540 jobs"), HasSubstr("#SBATCH --partition=long\n"), HasSubstr("(the key)"),
+                                HasSubstr("nothing was started")));
+  EXPECT_FALSE(fs::exists(folder_ / "run.sqlite.pool"));
+}
+
+TEST_F(PoolCommand, WhatSlurmRefusesIsBlamedOnTheLineThatAsksForIt) {
+  Write("pool.yaml", "slurm:\n  nodes: 2\n  partition: nowhere\n");
+  Play("sbatch", "cat >/dev/null\necho 'sbatch: error: invalid partition specified: nowhere' >&2\nexit 1\n");
+  Play("squeue", "exit 0\n");
+  Play("scancel", "exit 0\n");
+  const ProgramResult result = Run({"run", "quick", "--slurm", "pool.yaml", "--db", "run.sqlite"}, Engines());
+  EXPECT_EQ(result.exit_code, kRefused) << result.err;
+  EXPECT_THAT(result.err, AllOf(HasSubstr("pool.yaml:3: slurm.partition: is refused (got 'nowhere')"),
+                                HasSubstr("Slurm says: sbatch: error: invalid partition specified")));
+}
+
+TEST_F(PoolCommand, OtherEnginesGetAScriptWithPathsAndWithoutTheKey) {
+  Write("pool.yaml",
+        "pbs: {nodes: 4, q: long, walltime: 1:00:00}\nsge: {nodes: 4, at_once: 2, pe: smp 8, h_rt: 3600}\n"
+        "htcondor: {nodes: 4, request_cpus: 8, requirements: 'OpSysAndVer == \"Debian12\"'}\n");
+  const std::map<std::string, std::vector<std::string>> expected = {
+      {"pbs", {"#PBS -J 0-3\n", "#PBS -q long\n", "#PBS -l walltime=1:00:00\n", "#PBS -r y\n", "exec "}},
+      {"sge", {"#$ -t 1-4\n", "#$ -tc 2\n", "#$ -pe smp 8\n", "#$ -l h_rt=3600\n", "exec "}},
+      {"htcondor", {"queue 4\n", "request_cpus = 8\n", "OpSysAndVer == \"Debian12\"", "transfer_input_files = "}}};
+  for (const auto& [engine, lines] : expected) {
+    const ProgramResult result = Run(WithAccess({"pool", "script", "pool.yaml", "--engine", engine}));
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    for (const std::string& line : lines) EXPECT_THAT(result.out, HasSubstr(line)) << engine;
+    EXPECT_THAT(result.out, AllOf(HasSubstr("lab.access"), HasSubstr("lab.key"), Not(HasSubstr(Key())))) << engine;
+    if (engine != "htcondor") ExpectShellReads(result.out);
+  }
+}
+
+// --- ssh -------------------------------------------------------------------------------------------------------------
+
+TEST_F(PoolCommand, HostsMayStandInAFileOfTheirOwn) {
+  Write("lab.hosts", "# the lab\nann@one\n\n two # a note\n");
+  Write("pool.yaml", "ssh: {hosts_file: lab.hosts, Port: 2222}\n");
+  const ProgramResult result = Run(WithAccess({"pool", "ssh", "pool.yaml", "--dry-run"}));
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("# ssh -T -o 'Port=2222' -o 'BatchMode=yes'"), HasSubstr("-- ann@one"),
+                                HasSubstr("-- two"), Not(HasSubstr(Key()))));
+  ExpectShellReads(result.out);
+}
+
+TEST_F(PoolCommand, MistakesInHostsAreSaid) {
+  const auto refused = [this](const std::string& pool, const std::string& words) {
+    Write("pool.yaml", pool);
+    ExpectError(Run(WithAccess({"pool", "ssh", "pool.yaml", "--dry-run"})), kUsage, words);
+  };
+  Write("bad.hosts", "one\ntwo three\n");
+  Write("no.hosts", "# none\n");
+  refused("ssh: {hosts: ['-oProxyCommand=x']}\n", "pool.yaml:1: ssh.hosts");
+  refused("ssh: {hosts: [one, one]}\n", "names a host twice");
+  refused("ssh: {host: [one]}\n", "hosts");
+  refused("ssh: {hosts_file: missing.hosts}\n", "missing.hosts: cannot be read");
+  refused("ssh: {hosts_file: bad.hosts}\n", "bad.hosts:2: is no host");
+  refused("ssh: {hosts_file: no.hosts}\n", "names no host");
+}
+
+TEST_F(PoolCommand, AFolderThatIsNoPoolIsSaid) {
+  ExpectError(Run({"pool", "status", "nowhere"}), kUsage, "nowhere is no folder of a pool");
+  fs::create_directory(folder_ / "pool");
+  Write("pool/jobs", "slurm 17; rm -rf /\n");
+  ExpectError(Run({"pool", "stop", "pool"}), kUsage, "no line 'ENGINE NUMBER'");
+}
+
+TEST_F(PoolCommand, AnEngineThatDoesNotAnswerIsNotWaitedForForEver) {
+  fs::create_directory(folder_ / "pool");
+  Write("pool/jobs", "slurm 17\n");
+  Play("squeue", "echo 'slurm_load_jobs error: Unable to contact slurm controller' >&2\nexit 1\n");
+  const ProgramResult result = Run({"pool", "status", "pool"}, Engines());
+  ExpectError(result, kRefused, "Slurm does not say how job 17 is");
+}
+
+TEST_F(PoolCommand, AKeeperThatHasEndedHasNoHosts) {
+  fs::create_directory(folder_ / "pool");
+  Write("pool/jobs", "ssh " + std::to_string(getpid()) + " 1\n");  // our number, another start
+  Write("pool/hosts", "one\t0\tconnected\n");
+  const ProgramResult status = Run({"pool", "status", "pool", "--format", "csv"});
+  EXPECT_EQ(status.exit_code, 0) << status.err;
+  EXPECT_EQ(status.out, "worker,state,time,node\n");
+  EXPECT_EQ(Run({"pool", "stop", "pool"}).exit_code, 0) << "or this test is dead";
+}
+
+}  // namespace
+}  // namespace legopt::client

@@ -1,0 +1,197 @@
+"""What happens to workers on a cluster, and what it may cost: nothing that was acknowledged, and of what was not no more
+than an attempt of the jobs that ran where the machine was lost."""
+import contextlib
+import os
+import signal
+import time
+
+import cluster as engine
+from runs import CHARGES, POOL, LongRun, check_nothing_left, expect, server_of, server_status
+
+
+def seconds_until(what, condition, timeout_s):
+    began = time.monotonic()
+    engine.wait_for(what, condition, timeout_s)
+    return time.monotonic() - began
+
+
+def element_on(cluster, node):
+    return next(row[0] for row in cluster.jobs() if row[2] == node.name and row[1] == "RUNNING")
+
+
+def come_back(cluster, run, element, node):
+    """What Slurm has queued again runs again soon, instead of after the two minutes that Slurm has it wait."""
+    engine.wait_for("the element to be queued again", lambda: cluster.job(element)[0]["JobState"] == "PENDING", 40)
+    run.check_uncharged()
+    engine.run("scontrol", "update", f"jobid={element}", "StartTime=now+5seconds")  # slurmd refuses it sooner
+    engine.wait_for("the worker's return", lambda: run.at_work().get(node.name, "").endswith(".1"), 40)
+
+
+def cancelled(cluster, folder):
+    """Policy: scancel of one element costs no job an attempt; so does the end of the run, which leaves nothing behind."""
+    run = LongRun(folder)
+    victim = cluster.nodes[0]
+    engine.run("scancel", element_on(cluster, victim))
+    gone_s = seconds_until("the worker's end", lambda: not victim.processes("legopt-worker"), 15)
+    engine.wait_for("its jobs' return", lambda: victim.name not in run.at_work())
+    expect(run.at_work(), "the other worker stopped, too")
+    began = time.monotonic()
+    run.stop()
+    run.check_uncharged()
+    check_nothing_left(cluster)
+    return f"gone in {gone_s:.1f} s; the run's end took {time.monotonic() - began:.1f} s"
+
+
+def time_limit(cluster, folder):
+    """Policy: before the time limit the worker drains, gives back what does not end in time, and is queued again."""
+    run = LongRun(folder, POOL.replace("slurm: {", "slurm: {time: 1, at_once: 1, ").replace("nodes: 2", "nodes: 1"), workers=1)
+    host = next(iter(run.at_work()))
+    node = next(node for node in cluster.nodes if node.name == host)
+    element = element_on(cluster, node)
+    told_s = seconds_until("the signal", lambda: not node.processes("legopt-worker"), 75)
+    come_back(cluster, run, element, node)
+    run.stop()
+    run.check_uncharged()
+    check_nothing_left(cluster)
+    return f"told after {told_s:.0f} s, drained, queued again, back as {element}.1"
+
+
+def preempted(cluster, folder):
+    """Policy: who preempts a worker has the node within the grace time of its partition; the worker comes back."""
+    run = LongRun(folder)
+    node = cluster.nodes[1]
+    element = element_on(cluster, node)
+    rival = engine.run("sbatch", "--parsable", "--partition=urgent", "--exclusive", f"--nodelist={node.name}",
+                       "--output=/dev/null", "--wrap=sleep 3").stdout.strip()
+    gone_s = seconds_until("the worker to give way", lambda: not node.processes("legopt-worker"), 60)
+    engine.wait_for("the rival's end", lambda: cluster.job(rival)[0]["JobState"] == "COMPLETED", 60)
+    come_back(cluster, run, element, node)
+    run.stop()
+    run.check_uncharged()
+    check_nothing_left(cluster)
+    return f"gave way {gone_s:.0f} s after the rival's submission, back as {element}.1"
+
+
+def daemons_killed(cluster, folder):
+    """Policy: workers do not notice that slurmd and slurmctld die and come back."""
+    run = LongRun(folder)
+    before = run.at_work()
+    cluster.wait_until_saved()
+    cluster.nodes[0].kill()
+    cluster.controller.kill()
+    cluster.controller.wait()
+    time.sleep(3)
+    cluster.start_controller()
+    cluster.nodes[0].start()
+    engine.wait_for("Slurm's return", lambda: sorted(row[1] for row in cluster.jobs()) == ["RUNNING"] * 2, 30)
+    engine.wait_for("the same workers", lambda: run.at_work() == before, 15)
+    run.check_uncharged()
+    run.stop()
+    run.check_uncharged()
+    check_nothing_left(cluster)
+    return "the same workers before and after"
+
+
+def link_cut(cluster, folder):
+    """Policy: jobs of a node that nobody reaches go to others when their leases end, long before Slurm notices; what the
+    lost worker finishes meanwhile is no second result."""
+    run = LongRun(folder)
+    node = cluster.nodes[1]
+    lost = run.rows("SELECT job_id, attempt FROM attempts JOIN workers USING (worker_id)"
+                    " WHERE outcome = 'running' AND hostname = ?", node.name)
+    node.cut()
+    leased_s = seconds_until("the leases' end", lambda: node.name not in run.at_work(), 20)
+    expect(leased_s < 13, f"{leased_s:.1f} s")
+    slurm_says = {row[2]: row[1] for row in cluster.jobs()}.get(node.name)
+    engine.wait_for("the lost worker to stop solving", lambda: not solving(node), 30)
+    node.join()
+    run.stop()
+    outcomes = {run.rows("SELECT outcome FROM attempts WHERE job_id = ? AND attempt = ?", *row)[0][0] for row in lost}
+    expect(outcomes <= {"expired", "finished"}, outcomes)
+    charged = run.rows("SELECT count(*) FROM attempts WHERE outcome NOT IN ('finished', 'returned')")[0][0]
+    expect(charged <= len(lost), f"{charged} attempts charged, {len(lost)} jobs ran there")
+    engine.run("scancel", "--user=root")
+    engine.wait_for("all nodes", lambda: cluster.states() == ["idle"] * 2, 60)
+    check_nothing_left(cluster)
+    return f"jobs leased anew after {leased_s:.1f} s, when Slurm said {slurm_says}"
+
+
+def worker_killed(cluster, folder):
+    """Policy: a worker that is killed costs an attempt of each job that ran there, no more; the others go on."""
+    run = LongRun(folder)
+    node = cluster.nodes[0]
+    held = run.rows("SELECT count(*) FROM attempts JOIN workers USING (worker_id)"
+                    " WHERE outcome = 'running' AND hostname = ?", node.name)[0][0]
+    for process in node.processes("legopt-worker"):
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(process, signal.SIGKILL)
+    leased_s = seconds_until("the leases' end", lambda: node.name not in run.at_work(), 20)
+    expect(run.at_work(), "the other worker stopped, too")
+    run.stop()
+    charged = len(run.rows(CHARGES))
+    expect(charged <= held, f"{charged} attempts charged, {held} jobs ran there: {run.rows(CHARGES)}")
+    check_nothing_left(cluster)
+    return f"{charged} of {held} attempts charged, jobs leased anew after {leased_s:.1f} s"
+
+
+def step_killed(cluster, folder):
+    """Policy: a worker whose slurmstepd is killed is one that Slurm cannot stop any more. It works on, and leaves by
+    itself when there is no server any more; nothing is charged."""
+    run = LongRun(folder, POOL.replace("wait_server_s: 20", "wait_server_s: 4"))
+    node = cluster.nodes[0]
+    before = run.at_work()
+    steps = node.processes("slurmstepd")
+    expect(steps, "no slurmstepd")
+    for process in steps:
+        os.kill(process, signal.SIGKILL)
+    time.sleep(3)
+    expect(run.at_work() == before, f"before {before}, after {run.at_work()}")
+    run.check_uncharged()
+    run.interrupt()
+    run.check_uncharged()
+    engine.run("scancel", "--user=root")
+    check_nothing_left(cluster)
+    return "the worker worked on, and left when the server had"
+
+
+def server_lost(cluster, folder):
+    """Policy: a server that stands still for 5 s, is killed and started again, costs nothing; workers are back at once."""
+    run = LongRun(folder)
+    before = run.at_work()
+    server = server_of(run)
+    os.kill(server, signal.SIGSTOP)
+    time.sleep(5)
+    os.kill(server, signal.SIGKILL)
+    began = time.monotonic()
+    engine.wait_for("another server", lambda: server_of(run) not in (None, server))
+    engine.wait_for("the workers", lambda: online(run) == 2, 20)
+    back_s = time.monotonic() - began
+    expect(run.at_work() == before, f"before {before}, after {run.at_work()}")
+    run.check_uncharged()
+    run.stop()
+    run.check_uncharged()
+    check_nothing_left(cluster)
+    return f"both workers back after {back_s:.1f} s, with the same jobs"
+
+
+def online(run):
+    return sum(worker["online"] for worker in server_status(run).get("workers", []))
+
+
+def solving(node):
+    """Whether a job process there has used the processor within a moment."""
+    def used():
+        total = 0
+        for process in node.processes("legopt-worker"):
+            try:
+                with open(f"/proc/{process}/stat", encoding="ascii") as stat:
+                    total += sum(map(int, stat.read().rsplit(")", 1)[1].split()[11:13]))
+            except OSError:
+                pass
+        return total
+    before = used()
+    time.sleep(1)
+    return used() - before > os.sysconf("SC_CLK_TCK") // 5
+
+
+SCENARIOS = (cancelled, time_limit, preempted, daemons_killed, worker_killed, step_killed, server_lost, link_cut)

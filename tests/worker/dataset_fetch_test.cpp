@@ -1,0 +1,191 @@
+// Policy: a dataset that comes over the network is the one that was asked for or none at all, whatever the server, the
+// link and the disk do.
+#include "worker/dataset_fetch.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <deque>
+#include <fstream>
+#include <utility>
+
+#include "bus/codec.h"
+#include "legopt/dataset/dataset_archive.h"
+#include "legopt/input_error.h"
+#include "legopt_msg/dataset_reply.hpp"
+#include "legopt_msg/dataset_request.hpp"
+#include "tests/dataset/synthetic_dataset.h"
+#include "tests/temporary_folder.h"
+#include "words/reply.h"
+#include "worker/dataset_cache.h"
+
+namespace legopt::worker {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using End = FetchedDataset::End;
+
+/// A server that hands out one archive, in pieces, in virtual time.
+class PlayedLink final : public ServerLink {
+ public:
+  microseconds now() const override { return now_; }
+  void Call(bus::MessageType type, std::string body, microseconds timeout,
+            std::function<void(bus::CallResult&&)> callback) override {
+    EXPECT_EQ(type, bus::MessageType::kDataset);
+    ++calls;
+    bus::CallResult result;
+    if (silent-- > 0) {
+      result.error = "timed out";
+      now_ += timeout;
+    } else if (refusal != bus::ErrorCode{}) {
+      result.status = bus::CallResult::kRejected;
+      result.code = refusal;
+      result.error = "refused";
+    } else {
+      result.status = bus::CallResult::kOk;
+      result.body = bus::Encode(Answer(bus::Decode<legopt_msg::dataset_request>(body).value()));
+    }
+    pending_ = [callback = std::move(callback), result]() mutable { callback(std::move(result)); };
+  }
+  void Wait(std::span<pollfd> extra, microseconds /*max_wait*/) override {
+    poll(extra.data(), extra.size(), 0);
+    if (pending_) std::exchange(pending_, {})();
+  }
+
+  std::string archive;
+  bool known = true;
+  int silent = 0, calls = 0, new_archive_after = -1;
+  bus::ErrorCode refusal{};
+
+ private:
+  legopt_msg::dataset_reply Answer(const legopt_msg::dataset_request& request) {
+    constexpr std::size_t kPiece = 1000;
+    if (calls == new_archive_after) archive += "made anew";
+    legopt_msg::dataset_reply reply{};
+    reply.status = NumberOf(known ? DatasetStatus::kFound : DatasetStatus::kUnknown);
+    if (!known) return reply;
+    const std::string piece = archive.substr(static_cast<std::size_t>(request.offset), kPiece);
+    reply.archive_bytes = static_cast<std::int64_t>(archive.size());
+    reply.num_bytes = static_cast<std::int32_t>(piece.size());
+    reply.piece.assign(piece.begin(), piece.end());
+    return reply;
+  }
+
+  microseconds now_{0};
+  std::function<void()> pending_;
+};
+
+const std::string kHash(64, 'a');
+
+TEST(DatasetFetch, PiecesBecomeTheArchive) {
+  PlayedLink link;
+  for (int i = 0; i < 2500; ++i) link.archive += static_cast<char>(i);
+  const FetchedDataset fetched = FetchDataset(link, kHash, {});
+  EXPECT_EQ(fetched.end, End::kFetched);
+  EXPECT_EQ(fetched.archive, link.archive);
+  EXPECT_EQ(link.calls, 3);
+}
+
+TEST(DatasetFetch, AServerThatIsAwayForAWhileIsWaitedFor) {
+  PlayedLink link;
+  link.archive = std::string(2500, 'x');
+  link.silent = 2;
+  int told = 0;
+  DatasetFetchOptions options;
+  options.tell = [&told](const std::string&) { ++told; };
+  EXPECT_EQ(FetchDataset(link, kHash, options).archive, link.archive);
+  EXPECT_EQ(told, 1);
+}
+
+TEST(DatasetFetch, AServerThatStaysAwayEndsIt) {
+  PlayedLink link;
+  link.silent = 1000;
+  DatasetFetchOptions options;
+  options.wait_server = std::chrono::seconds(20);
+  EXPECT_EQ(FetchDataset(link, kHash, options).end, End::kUnreachable);
+  EXPECT_LE(link.now(), std::chrono::seconds(30));
+}
+
+TEST(DatasetFetch, AnArchiveThatWasMadeAnewIsFetchedFromItsBeginning) {
+  PlayedLink link;
+  link.archive = std::string(2500, 'x');
+  link.new_archive_after = 2;
+  EXPECT_EQ(FetchDataset(link, kHash, {}).archive, std::string(2500, 'x') + "made anew");
+}
+
+TEST(DatasetFetch, WhatTheServerDoesNotHandOutIsSaid) {
+  PlayedLink link;
+  link.known = false;
+  const FetchedDataset fetched = FetchDataset(link, kHash, {});
+  EXPECT_EQ(fetched.end, End::kUnknown);
+  EXPECT_THAT(fetched.error, HasSubstr("legopt dataset pack"));
+  link.refusal = bus::ErrorCode::kUnknownType;
+  EXPECT_EQ(FetchDataset(link, kHash, {}).end, End::kUnknown) << "a server of before";
+  link.refusal = bus::ErrorCode::kKeyNeeded;
+  EXPECT_EQ(FetchDataset(link, kHash, {}).end, End::kUnreachable);
+}
+
+TEST(DatasetFetch, AnOrderToStopEndsIt) {
+  PlayedLink link;
+  link.silent = 1000;
+  std::array<int, 2> order{};
+  ASSERT_EQ(pipe(order.data()), 0);
+  ASSERT_EQ(write(order[1], "x", 1), 1);
+  DatasetFetchOptions options;
+  options.stop_fd = order[0];
+  options.take_order = [] { return true; };
+  EXPECT_EQ(FetchDataset(link, kHash, options).end, End::kStopped);
+  for (const int end : order) close(end);
+}
+
+class DatasetCacheTest : public testing::Test {
+ protected:
+  test::TemporaryFolder folder_;
+  test::SyntheticFolder source_{folder_ / "source"};
+  std::string hash_ = HashOfDataset(source_.path(), {});
+  std::string archive_ = PackDataset(source_.path(), {});
+  DatasetCache cache_{folder_ / "cache", {}};
+};
+
+TEST_F(DatasetCacheTest, WhatWasAddedIsFound) {
+  EXPECT_EQ(cache_.Find(hash_), std::nullopt);
+  const fs::path added = cache_.Add(hash_, archive_);
+  EXPECT_EQ(cache_.Find(hash_), added);
+  EXPECT_EQ(cache_.Add(hash_, archive_), added) << "by another worker, at the same time";
+  EXPECT_EQ(HashOfDataset(added, {}), hash_);
+}
+
+TEST_F(DatasetCacheTest, AnotherContentIsRefusedAndNothingOfItKept) {
+  try {
+    cache_.Add(kHash, archive_);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("another content"));
+    EXPECT_THAT(error.what(), HasSubstr(hash_));
+  }
+  EXPECT_THROW(cache_.Add(hash_, archive_.substr(1)), InputError);
+  EXPECT_TRUE(fs::is_empty(folder_ / "cache"));
+}
+
+TEST_F(DatasetCacheTest, AFileThatWasChangedOnTheDiskIsNotUsed) {
+  const fs::path added = cache_.Add(hash_, archive_);
+  std::ofstream(added / "robot.urdf", std::ios::app) << " ";
+  EXPECT_EQ(cache_.Find(hash_), std::nullopt);
+  EXPECT_FALSE(fs::exists(added));
+  EXPECT_EQ(cache_.Add(hash_, archive_), added);
+  fs::remove(added / "robot.urdf");
+  EXPECT_EQ(cache_.Find(hash_), std::nullopt) << "nor is half of one";
+}
+
+TEST_F(DatasetCacheTest, HashesAreNoFolders) {
+  EXPECT_TRUE(IsDatasetHash(hash_));
+  EXPECT_FALSE(IsDatasetHash("garage-easier"));
+  EXPECT_FALSE(IsDatasetHash(std::string(64, 'A')));
+  EXPECT_FALSE(IsDatasetHash(std::string(63, 'a')));
+}
+
+}  // namespace
+}  // namespace legopt::worker

@@ -1,0 +1,109 @@
+#include "worker/dataset_cache.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "legopt/dataset/dataset_archive.h"
+#include "legopt/input_error.h"
+
+namespace legopt::worker {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void Refuse(const fs::path& folder, const std::string& message, const std::string& fix) {
+  throw InputError({folder.string(), "", "", message, fix});
+}
+
+// A folder that nobody else writes to: in the folder for temporary files another user may have been first.
+void MakeOwn(const fs::path& folder) {
+  const std::string fix = "set XDG_CACHE_HOME to a folder of your own with free space";
+  std::error_code error;
+  fs::create_directories(folder, error);
+  struct stat status {};
+  if (error || stat(folder.c_str(), &status) != 0) Refuse(folder, "cannot be made: " + error.message(), fix);
+  if (status.st_uid != geteuid()) Refuse(folder, "belongs to another user", fix);
+  chmod(folder.c_str(), S_IRWXU);
+}
+
+// Removed at the end with all that is in it, unless it has been moved.
+class UnpackFolder {
+ public:
+  explicit UnpackFolder(const fs::path& cache) {
+    std::string name = (cache / ".unpacking-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) {
+      Refuse(cache, std::string("cannot be written: ") + std::strerror(errno), "set XDG_CACHE_HOME to another folder");
+    }
+    path_ = name;
+  }
+  ~UnpackFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  UnpackFolder(const UnpackFolder&) = delete;
+  UnpackFolder& operator=(const UnpackFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+}  // namespace
+
+bool IsDatasetHash(const std::string& word) {
+  constexpr std::size_t kDigits = 64;
+  return word.size() == kDigits && word.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+fs::path DatasetCache::DefaultFolder() {
+  const auto below = [](const char* variable, const char* folder) -> fs::path {
+    const char* value = std::getenv(variable);
+    return value != nullptr && *value == '/' ? fs::path(value) / folder : fs::path();
+  };
+  if (fs::path folder = below("XDG_CACHE_HOME", "legopt/datasets"); !folder.empty()) return folder;
+  std::error_code error;
+  if (fs::path folder = below("HOME", ".cache/legopt/datasets"); !folder.empty()) {
+    fs::create_directories(folder, error);
+    if (!error && access(folder.c_str(), W_OK) == 0) return folder;
+  }
+  return fs::temp_directory_path() / ("legopt-" + std::to_string(getuid())) / "datasets";
+}
+
+DatasetCache::DatasetCache(fs::path folder, ReadGuard guard) : folder_(std::move(folder)), guard_(std::move(guard)) {}
+
+std::optional<fs::path> DatasetCache::Find(const std::string& hash) const {
+  const fs::path folder = folder_ / hash;
+  if (!fs::exists(folder)) return std::nullopt;
+  try {
+    if (HashOfDataset(folder, guard_) == hash) return folder;
+  } catch (const InputError&) {  // no dataset any more: as other content
+  }
+  std::error_code ignored;
+  fs::remove_all(folder, ignored);
+  return std::nullopt;
+}
+
+fs::path DatasetCache::Add(const std::string& hash, const std::string& archive) const {
+  MakeOwn(folder_);
+  const UnpackFolder unpacked(folder_);
+  UnpackDataset(archive, unpacked.path());
+  if (const std::string found = HashOfDataset(unpacked.path(), guard_); found != hash) {
+    throw InputError({"dataset " + hash, "", found, "what came over the network has another content",
+                      "run 'legopt dataset pack' again beside the server"});
+  }
+  std::error_code error;
+  fs::rename(unpacked.path(), folder_ / hash, error);
+  // Another worker was faster, with the same content, perhaps.
+  if (error) {
+    if (const auto other = Find(hash)) return *other;
+    Refuse(folder_ / hash, "cannot be made: " + error.message(), "set XDG_CACHE_HOME to another folder");
+  }
+  return folder_ / hash;
+}
+
+}  // namespace legopt::worker
