@@ -1,17 +1,23 @@
 """What a worker does with the part of a node that it is given, and with the neighbours it has there."""
+import contextlib
 import os
+import pathlib
 
 from runs import POOL, PROGRAMS, LongRun, Run, ShortRun, check_bits, check_nothing_left, expect, server_status
 
 
 def job_processes(node):
     """Processors that each job process of a node may use."""
-    masks = []
+    parents = {}
+    masks = {}
     for process in node.processes("legopt-worker"):
-        with open(f"/proc/{process}/cmdline", encoding="utf-8") as line:
-            if "\0--child\0" in line.read():
-                masks.append(tuple(sorted(os.sched_getaffinity(process))))
-    return sorted(masks)
+        with contextlib.suppress(OSError):  # ended meanwhile
+            if "\0--child\0" in pathlib.Path(f"/proc/{process}/cmdline").read_text(encoding="utf-8"):
+                status = pathlib.Path(f"/proc/{process}/status").read_text(encoding="utf-8")
+                parents[process] = int(status.split("\nPPid:")[1].split()[0])
+                masks[process] = tuple(sorted(os.sched_getaffinity(process)))
+    # A job process reads files in copies of itself.
+    return sorted(mask for process, mask in masks.items() if parents[process] not in masks)
 
 
 def part_of_a_node(cluster, folder):

@@ -110,9 +110,10 @@ def check_nothing_left(cluster):
         engine.wait_for(f"{node.name} without workers", lambda node=node: not node.processes("legopt-worker"))
 
 
-# Jobs of ten seconds and more: whatever happens to a worker happens amid some.
+# Jobs of ten seconds and more, and enough of them: whatever happens to a worker happens amid some.
 LONG = """tasks: [motion]
 initializations: [good]
+repetitions: 5
 methods: [{name: Adam, solver: adam, multi_starts: 10}]
 """
 
@@ -132,12 +133,13 @@ class ShortRun(Run):
 
 
 class LongRun(Run):
-    """With LONG; made when both workers are amid jobs."""
+    """With LONG; made when that many workers are amid jobs."""
 
-    def __init__(self, folder, pool=POOL, workers=2):
+    def __init__(self, folder, pool=POOL, workers=2, arguments=(), patience_s=40):
         (folder / "long.yaml").write_text(LONG, encoding="utf-8")
-        super().__init__(folder, "long.yaml", pool)
-        engine.wait_for("workers amid jobs", lambda: len(self.at_work()) == workers or self.process.poll() is not None, 40)
+        super().__init__(folder, "long.yaml", pool, *arguments)
+        engine.wait_for("workers amid jobs", lambda: len(self.at_work()) == workers or self.process.poll() is not None,
+                        patience_s)
         expect(self.process.poll() is None, self.errors())
         self.job = (folder / "run.sqlite.pool" / "jobs").read_text().split()[-1]
 
