@@ -143,8 +143,8 @@ def large_dataset_to_bare_nodes(cluster, folder):
 
 
 def travels(cluster, folder, dataset):
-    """Hosts on which a worker says that the dataset came from the server. Both have it once they are amid jobs of it, which
-    last: whoever has it at once leaves some to who has to fetch it."""
+    """Hosts on which a worker says that the dataset came from the server. Both have it once they are amid jobs of it, of
+    which there are many: whoever has it at once leaves some to who has to fetch it."""
     folder.mkdir()
     run = LongRun(folder, f"slurm: {{nodes: 2, output: /tmp/{folder.name}-%a.log}}\n" + SHORT_POOL,
                   arguments=("--dataset", dataset), patience_s=90)

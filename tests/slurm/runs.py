@@ -110,10 +110,11 @@ def check_nothing_left(cluster):
         engine.wait_for(f"{node.name} without workers", lambda node=node: not node.processes("legopt-worker"))
 
 
-# Jobs of ten seconds and more, and enough of them: whatever happens to a worker happens amid some.
+# Jobs of ten seconds and more on the default dataset, and so many that none runs out of them on a small one: whatever
+# happens to a worker happens amid some.
 LONG = """tasks: [motion]
 initializations: [good]
-repetitions: 5
+repetitions: 100
 methods: [{name: Adam, solver: adam, multi_starts: 10}]
 """
 
