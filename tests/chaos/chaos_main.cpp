@@ -77,9 +77,9 @@ class Chaos {
     StartServer();
     for (int i = 0; i < options_.workers; ++i) workers_.push_back(NewWorker());
     const auto start = Clock::now();
-    started_at_us_ = std::chrono::duration_cast<std::chrono::microseconds>(
-                         std::chrono::system_clock::now().time_since_epoch())
-                         .count();
+    started_at_us_ =
+        std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
+            .count();
     const bool over = KillUntilOver(
         start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options_.minutes * 60)));
     const double took_s = std::chrono::duration<double>(Clock::now() - start).count();
@@ -174,7 +174,8 @@ class Chaos {
         server_->Wait(kStartLimit);
         StartServer();
         ++server_kills_;
-        // From its readiness: a server frees the jobs of dead workers after nine seconds, however long it takes to start.
+        // From its readiness: a server frees the jobs of dead workers after nine seconds, however long it takes to
+        // start.
         kill_server = Clock::now() + period(options_.kill_server_s);
       }
       std::this_thread::sleep_for(milliseconds(100));
@@ -214,8 +215,9 @@ class Chaos {
   // What of the time went where.
   void TellWhen(db::ReadOnlyDatabase& database) const {
     const auto row = database
-                         .Query("SELECT ifnull((SELECT min(submitted_at_us) FROM experiments), 0),"
-                                " ifnull((SELECT max(ended_at_us) FROM attempts), 0)")
+                         .Query(
+                             "SELECT ifnull((SELECT min(submitted_at_us) FROM experiments), 0),"
+                             " ifnull((SELECT max(ended_at_us) FROM attempts), 0)")
                          .rows.at(0);
     const auto after_s = [&](const db::Value& at_us) {
       return static_cast<double>(std::get<std::int64_t>(at_us) - started_at_us_) * 1e-6;
@@ -243,7 +245,8 @@ int Main(int argc, char** argv) {
   app.add_option("--workers", options.workers, "Worker processes of two slots")->capture_default_str();
   app.add_option("--seed", options.seed, "Of the relay's dice and the choice of victims")->capture_default_str();
   app.add_option("--kill-worker-s", options.kill_worker_s, "Between kills of a worker")->capture_default_str();
-  app.add_option("--kill-server-s", options.kill_server_s, "Life of a server, from its readiness")->capture_default_str();
+  app.add_option("--kill-server-s", options.kill_server_s, "Life of a server, from its readiness")
+      ->capture_default_str();
   app.add_flag("--bridged", options.bridged, "Workers on buses of their own, joined to the server by injured links");
   CLI11_PARSE(app, argc, argv);
   if (const std::string why = service::Deployment::Unavailable(); !why.empty()) {
