@@ -12,7 +12,8 @@ endif()
 set(listing "")
 foreach(room words legopt lcmtypes bus programs worker)
   file(GLOB_RECURSE files RELATIVE ${SOURCE}
-    ${SOURCE}/${room}/*.h ${SOURCE}/${room}/*.cpp ${SOURCE}/${room}/*.lcm ${SOURCE}/${room}/*.def)
+    ${SOURCE}/${room}/*.h ${SOURCE}/${room}/*.inc ${SOURCE}/${room}/*.cpp ${SOURCE}/${room}/*.lcm
+    ${SOURCE}/${room}/*.def)
   list(FILTER files EXCLUDE REGEX "^legopt/statistics/")  # judges results, computes none
   list(SORT files)
   foreach(file IN LISTS files)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "legopt/subproblem/block_kernels.h"
 #include "legopt/subproblem/dense_kernels.h"
 
 namespace legopt {
@@ -12,6 +13,11 @@ constexpr double kLeastPivot = 1e-200;
 }  // namespace
 
 void BlockChain::Reset(int num_blocks, int stride, bool chained) {
+  const bool same = num_blocks == num_blocks_ && stride == stride_;
+  if (!same || !chained) upper_is_zero_.assign(static_cast<size_t>(num_blocks), 0);
+  for (size_t t = 0; same && t < links_.size(); ++t) {
+    if (!links_[t].slim) upper_is_zero_[t] = 0;
+  }
   num_blocks_ = num_blocks;
   stride_ = stride;
   chained_ = chained;
@@ -20,8 +26,11 @@ void BlockChain::Reset(int num_blocks, int stride, bool chained) {
   const size_t size = static_cast<size_t>(num_blocks) * static_cast<size_t>(stride);
   matrix_.resize(size * static_cast<size_t>(stride));
   if (chained) coupling_.resize(size * static_cast<size_t>(stride));
-  min_pivot_.resize(size);
-  scratch_.resize(static_cast<size_t>(stride) * (1 + kMostRows));
+  removed_.assign(static_cast<size_t>(stride), 0.0);
+  min_pivot_.resize(static_cast<size_t>(stride));
+  scratch_.resize(static_cast<size_t>(stride));
+  squares_left_.resize(2 * kMostRows * static_cast<size_t>(stride));
+  squares_right_.resize(squares_left_.size());
 }
 
 void BlockChain::SetSlim(int t, int rows) {
@@ -30,66 +39,55 @@ void BlockChain::SetSlim(int t, int rows) {
   const size_t entries = num_rows_ * static_cast<size_t>(stride_);
   left_.resize(std::max(left_.size(), entries));
   right_.resize(std::max(right_.size(), entries));
-}
-
-void BlockChain::Fix(size_t i) {
-  const auto stride = static_cast<size_t>(stride_);
-  const size_t first = i / stride * stride;  // of its block
-  const size_t column = i % stride;
-  double* row = matrix_.data() + i * stride;
-  std::fill(row, row + stride, 0.0);
-  for (size_t k = first; k < first + stride; ++k) matrix_[k * stride + column] = 0.0;
-  row[column] = 1.0;
-  if (!chained_) return;
-  const auto t = static_cast<int>(i / stride);
-  std::fill_n(coupling_.begin() + static_cast<std::ptrdiff_t>(i * stride), stride, 0.0);
-  for (int r = 0; r < links_[static_cast<size_t>(t)].rows; ++r) left(t, r)[column] = 0.0;
-  if (t == 0) return;
-  for (size_t k = first; k < first + stride; ++k) coupling_[(k - stride) * stride + column] = 0.0;
-  for (int r = 0; r < links_[static_cast<size_t>(t) - 1].rows; ++r) right(t - 1, r)[column] = 0.0;
-}
-
-bool BlockChain::Factor(double pivot_floor) {
-  const auto stride = static_cast<size_t>(stride_);
-  for (size_t i = 0; i < min_pivot_.size(); ++i) {
-    min_pivot_[i] = std::max(pivot_floor * matrix_[i * stride + i % stride], kLeastPivot);
-  }
-  for (int t = 0; t < num_blocks_; ++t) {
-    const double* pivots = min_pivot_.data() + static_cast<size_t>(t) * stride;
-    if (!kernels::FactorUpper(block(t), stride_, pivots)) return false;
-    if (!chained_ || t + 1 == num_blocks_) continue;
-    if (slim(t)) {
-      EliminateSlim(t);
-    } else {
-      Eliminate(t);
-    }
-  }
-  return true;
-}
-
-void BlockChain::Eliminate(int t) {
-  kernels::SolveTransposedBlock(block(t), stride_, coupling(t));
-  kernels::AddProductsUpper(-1.0, coupling(t), stride_, coupling(t), stride_, stride_, block(t + 1), stride_);
+  // The kernels take whole vectors, some of which reach beyond the diagonal: what is there stays zero.
+  std::uint8_t& is_zero = upper_is_zero_[static_cast<size_t>(t)];
+  if (is_zero == 0) std::fill_n(coupling(t), static_cast<std::ptrdiff_t>(stride_) * stride_, 0.0);
+  is_zero = 1;
 }
 
 // With T = U^-T C, z = U^-T l: (T + sum z r^T)^T (T + sum z r^T) = T^T T + sum (q r^T + r q^T) for
-// q_a = T^T z_a + 1/2 sum_b (z_a . z_b) r_b.
-void BlockChain::EliminateSlim(int t) {
+// q_a = T^T z_a + 1/2 sum_b (z_a . z_b) r_b. The number of products, q beside r and r beside q.
+int BlockChain::SquaresOfRows(int t) {
   const int rows = links_[static_cast<size_t>(t)].rows;
-  kernels::SolveTransposedLower(block(t), stride_, coupling(t));
-  kernels::SubtractProductsOfLower(coupling(t), block(t + 1), stride_);
-  if (rows == 0) return;
-  for (int a = 0; a < rows; ++a) kernels::SolveTransposed(block(t), stride_, left(t, a));
-  std::fill(scratch_.begin(), scratch_.end(), 0.0);
   for (int a = 0; a < rows; ++a) {
-    double* q = scratch_.data() + static_cast<std::ptrdiff_t>(a) * stride_;
+    double* const q = squares_left_.data() + static_cast<std::ptrdiff_t>(a) * stride_;
+    std::fill_n(q, stride_, 0.0);
     kernels::AddCombinationOfLower(left(t, a), coupling(t), q, stride_);
     for (int b = 0; b < rows; ++b) {
       kernels::Axpy(0.5 * kernels::Dot(left(t, a), left(t, b), stride_), right(t, b), q, stride_);
     }
+    std::copy_n(q, stride_, squares_right_.data() + static_cast<std::ptrdiff_t>(rows + a) * stride_);
+    std::copy_n(right(t, a), stride_, squares_right_.data() + static_cast<std::ptrdiff_t>(a) * stride_);
+    std::copy_n(right(t, a), stride_, squares_left_.data() + static_cast<std::ptrdiff_t>(rows + a) * stride_);
   }
-  kernels::AddProductsUpper(-1.0, scratch_.data(), stride_, right(t, 0), stride_, rows, block(t + 1), stride_);
-  kernels::AddProductsUpper(-1.0, right(t, 0), stride_, scratch_.data(), stride_, rows, block(t + 1), stride_);
+  return 2 * rows;
+}
+
+void BlockChain::Reduce(int t) {
+  if (!chained_) return;
+  double* const m = block(t);
+  const std::ptrdiff_t diagonal = stride_ + 1;
+  for (int i = 0; i < stride_; ++i) removed_[static_cast<size_t>(i)] = m[i * diagonal];
+  const int products = slim(t - 1) ? SquaresOfRows(t - 1) : 0;
+  kernels::ChosenKernels().subtract_squares(coupling(t - 1), slim(t - 1), squares_left_.data(), squares_right_.data(),
+                                            products, m, stride_);
+  for (int i = 0; i < stride_; ++i) removed_[static_cast<size_t>(i)] -= m[i * diagonal];
+}
+
+bool BlockChain::Eliminate(int t, double pivot_floor) {
+  double* const m = block(t);
+  const std::ptrdiff_t diagonal = stride_ + 1;
+  for (int i = 0; i < stride_; ++i) {
+    const auto k = static_cast<size_t>(i);
+    const double before = t > 0 ? m[i * diagonal] + removed_[k] : m[i * diagonal];
+    min_pivot_[k] = std::max(pivot_floor * before, kLeastPivot);
+  }
+  const bool links = chained_ && t + 1 < num_blocks_;
+  if (!kernels::ChosenKernels().factor(m, min_pivot_.data(), links ? coupling(t) : nullptr, slim(t), stride_)) {
+    return false;
+  }
+  for (int r = 0; r < links_[static_cast<size_t>(t)].rows; ++r) kernels::SolveTransposed(m, stride_, left(t, r));
+  return true;
 }
 
 void BlockChain::Solve(std::vector<double>& b) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace legopt {
@@ -8,35 +9,41 @@ namespace legopt {
 /// A symmetric positive definite matrix of square blocks along the diagonal and beside it, and its Cholesky factor:
 /// cost linear in the number of blocks.
 ///
-/// What couples block t with its successor is C_t + sum_r l_r r_r^T. Where C_t is lower (kernels::IsLower; costs of
+/// What couples block t with its successor is C_t + sum_r l_r r_r^T. Where C_t is tiled (dense_kernels.h; costs of
 /// steps between waypoints make it diagonal) and the rows are few, its Schur complement takes a third of the products
 /// that a dense one takes. Blocks have `stride` rows, padded to whole vectors; pads are the identity's.
+///
+/// Block after block is written, reduced by what the one before leaves of it, and eliminated, in this order and while
+/// it is in the cache; what is added to it may be added between the latter two, too.
 ///
 /// One thread; no allocation once the buffers have grown.
 class BlockChain {
  public:
   static constexpr int kMostRows = 6;  ///< beyond it, products of the rows cost as much as a dense block
 
-  /// Begins a matrix, whose blocks are then to be written, all of them. `chained`: with blocks beside the diagonal.
+  /// Begins matrices of a shape, one after the other. `chained`: with blocks beside the diagonal.
   void Reset(int num_blocks, int stride, bool chained);
 
-  /// Row-major; of the diagonal ones the upper triangle counts.
+  /// Row-major; of the diagonal ones the upper triangle counts. To be written before Reduce(t), or Eliminate(0).
   double* block(int t) { return At(matrix_, t); }
-  double* coupling(int t) { return At(coupling_, t); }  ///< C_t: rows of block t, columns of block t + 1
+  /// C_t: rows of block t, columns of block t + 1. To be written before Eliminate(t).
+  double* coupling(int t) { return At(coupling_, t); }
 
-  /// How the coupling of block t is given from now on, until Reset: C_t lower, and `rows` (at most kMostRows) rows l
-  /// and r beside it. Without this call it is dense and without rows.
+  /// How the coupling of block t is given from now on, until Reset: C_t tiled, of which the lower half is to be written
+  /// for every matrix and no more, and `rows` (at most kMostRows) rows l and r beside it. Without this call it is dense
+  /// and without rows.
   void SetSlim(int t, int rows);
   /// Whether SetSlim told so of this coupling.
   bool slim(int t) const { return links_[static_cast<size_t>(t)].slim; }
   double* left(int t, int row) { return Row(left_, t, row); }    ///< l, of block t
   double* right(int t, int row) { return Row(right_, t, row); }  ///< r, of block t + 1
 
-  /// Makes row and column of variable `i` those of the identity.
-  void Fix(size_t i);
-  /// False when the factor is not finite. `pivot_floor`: of each diagonal entry, the least that elimination leaves.
-  bool Factor(double pivot_floor);
-  /// b <- M^-1 b, after Factor.
+  /// Block t > 0 less what the elimination of block t - 1 takes from it.
+  void Reduce(int t);
+  /// Factors block t. False when the factor is not finite. `pivot_floor`: of each diagonal entry as it was before it
+  /// was reduced, the least that elimination leaves.
+  bool Eliminate(int t, double pivot_floor);
+  /// b <- M^-1 b, after all blocks are eliminated.
   void Solve(std::vector<double>& b);
 
  private:
@@ -53,20 +60,22 @@ class BlockChain {
     return rows.data() +
            (links_[static_cast<size_t>(t)].first + static_cast<size_t>(row)) * static_cast<size_t>(stride_);
   }
-  void Eliminate(int t);
-  void EliminateSlim(int t);
+  int SquaresOfRows(int t);
   void CarryForward(int t, double* b);
   void CarryBack(int t, double* b);
 
   int num_blocks_ = 0, stride_ = 0;
   bool chained_ = false;
   std::vector<Link> links_;
+  std::vector<std::uint8_t> upper_is_zero_;  ///< by block: of what its coupling has right of the diagonal's tiles
   size_t num_rows_ = 0;
   std::vector<double> matrix_;    ///< M, then U with M = U^T U
   std::vector<double> coupling_;  ///< C, then U^-T C
   std::vector<double> left_;      ///< l, then U^-T l
   std::vector<double> right_;
+  std::vector<double> removed_;  ///< from the diagonal of the block at hand, by Reduce
   std::vector<double> min_pivot_, scratch_;
+  std::vector<double> squares_left_, squares_right_;  ///< what rows beside C take from the next block, as products
 };
 
 }  // namespace legopt

@@ -1,11 +1,55 @@
 #include "legopt/subproblem/convex_subproblem.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 
+#include "legopt/subproblem/block_kernels.h"
 #include "legopt/subproblem/dense_kernels.h"
 
 namespace legopt {
+namespace {
+
+constexpr int kTile = kernels::kLanes;
+
+/// The entries of a row that are not zero: at most as many as a step of a base's rotation has.
+struct SparseRow {
+  static constexpr int kMost = 4;
+  int count = 0;
+  int place[kMost];
+  double entry[kMost];
+};
+
+/// False where there are more.
+bool ReadSparse(const double* row, int stride, SparseRow* sparse) {
+  sparse->count = 0;
+  for (int v = 0; v < stride; v += kTile) {
+    unsigned bits = kernels::NonZeros(kernels::Load(row + v));
+    for (; bits != 0; bits &= bits - 1) {
+      if (sparse->count == SparseRow::kMost) return false;
+      const int place = v + std::countr_zero(bits);
+      sparse->place[sparse->count] = place;
+      sparse->entry[sparse->count++] = row[place];
+    }
+  }
+  return true;
+}
+
+/// M += 2 a b^T, of which the upper triangle if `upper`. Whether all of it is in the tiles along the diagonal.
+bool AddProduct(const SparseRow& a, const SparseRow& b, bool upper, double* m, int stride) {
+  bool tiled = true;
+  for (int i = 0; i < a.count; ++i) {
+    for (int j = 0; j < b.count; ++j) {
+      if (upper && b.place[j] < a.place[i]) continue;
+      m[static_cast<std::ptrdiff_t>(a.place[i]) * stride + b.place[j]] += 2.0 * a.entry[i] * b.entry[j];
+      tiled = tiled && a.place[i] / kTile == b.place[j] / kTile;
+    }
+  }
+  return tiled;
+}
+
+}  // namespace
 
 ConvexSubproblem::ConvexSubproblem(int num_blocks, int block_size)
     : num_blocks_(num_blocks), block_size_(block_size), stride_(PaddedSize(block_size)) {
@@ -16,13 +60,32 @@ ConvexSubproblem::ConvexSubproblem(int num_blocks, int block_size)
   lower_.assign(total, 0.0);
   upper_.assign(total, 0.0);
   padded_.assign(total, 0.0);
+  tiled_diagonal_.assign(static_cast<size_t>(num_blocks), 1);
+  tiled_coupling_.assign(static_cast<size_t>(num_blocks), 1);
+  for (int j = 0; j < stride_; j += kTile) all_columns_.push_back(j);
+}
+
+void ConvexSubproblem::ClearBlock(std::vector<double>& blocks, int t, bool tiled) {
+  double* const block = blocks.data() + BlockOffset(t);
+  for (int i = 0; i < stride_; ++i) {
+    double* const row = block + static_cast<std::ptrdiff_t>(i) * stride_;
+    if (tiled) {
+      kernels::Store(row + i / kTile * kTile, kernels::Lanes{});
+    } else {
+      std::fill_n(row, stride_, 0.0);
+    }
+  }
 }
 
 void ConvexSubproblem::Clear() {
   constant_ = 0.0;
   max_weight_ = 0.0;
-  std::fill(diagonal_.begin(), diagonal_.end(), 0.0);
-  if (has_coupling_) std::fill(coupling_.begin(), coupling_.end(), 0.0);
+  for (int t = 0; t < num_blocks_; ++t) {
+    ClearBlock(diagonal_, t, hessian_is_tiled(t));
+    if (has_coupling_) ClearBlock(coupling_, t, coupling_is_tiled(t));
+  }
+  std::fill(tiled_diagonal_.begin(), tiled_diagonal_.end(), 1);
+  std::fill(tiled_coupling_.begin(), tiled_coupling_.end(), 1);
   has_coupling_ = false;
   std::fill(gradient_.begin(), gradient_.end(), 0.0);
   rows_.clear();
@@ -32,16 +95,50 @@ void ConvexSubproblem::Clear() {
 void ConvexSubproblem::AddCost(int block, const LinearModel& model) {
   for (int i = 0; i < model.rows(); ++i) constant_ += model.value(i) * model.value(i);
   if (model.rows() == 0) return;
+  if (model.num_waypoints() > 1) has_coupling_ = true;
+  AddDenseCost(block, model, AddSparseCost(block, model));
+}
+
+/// Adds rows with few entries, from the first on. How many, which ends before the first other one.
+int ConvexSubproblem::AddSparseCost(int block, const LinearModel& model) {
+  SparseRow rows[2];
+  for (int i = 0; i < model.rows(); ++i) {
+    for (int k = 0; k < model.num_waypoints(); ++k) {
+      if (!ReadSparse(model.row(k, i), stride_, &rows[k])) return i;
+    }
+    for (int k = 0; k < model.num_waypoints(); ++k) {
+      const SparseRow& row = rows[k];
+      double* gradient = gradient_.data() + static_cast<size_t>(block + k) * static_cast<size_t>(stride_);
+      for (int j = 0; j < row.count; ++j) gradient[row.place[j]] += 2.0 * model.value(i) * row.entry[j];
+      const bool tiled = AddProduct(row, row, true, diagonal_.data() + BlockOffset(block + k), stride_);
+      if (!tiled) tiled_diagonal_[static_cast<size_t>(block + k)] = 0;
+    }
+    if (model.num_waypoints() < 2) continue;
+    const bool tiled = AddProduct(rows[0], rows[1], false, coupling_.data() + BlockOffset(block), stride_);
+    if (!tiled) tiled_coupling_[static_cast<size_t>(block)] = 0;
+  }
+  return model.rows();
+}
+
+/// Adds the rows from `first` on.
+void ConvexSubproblem::AddDenseCost(int block, const LinearModel& model, int first) {
+  const int count = model.rows() - first;
+  if (count == 0) return;
+  const size_t entries = static_cast<size_t>(count) * static_cast<size_t>(stride_);
+  if (doubled_.size() < entries) doubled_.resize(entries);
   for (int k = 0; k < model.num_waypoints(); ++k) {
     double* gradient = gradient_.data() + static_cast<size_t>(block + k) * static_cast<size_t>(stride_);
-    for (int i = 0; i < model.rows(); ++i) kernels::Axpy(2.0 * model.value(i), model.row(k, i), gradient, stride_);
-    kernels::AddProductsUpper(2.0, model.row(k, 0), stride_, model.row(k, 0), stride_, model.rows(),
-                              diagonal_.data() + BlockOffset(block + k), stride_);
+    const double* const jacobian = model.row(k, first);
+    for (int i = first; i < model.rows(); ++i) kernels::Axpy(2.0 * model.value(i), model.row(k, i), gradient, stride_);
+    for (size_t j = 0; j < entries; ++j) doubled_[j] = 2.0 * jacobian[j];
+    kernels::ChosenKernels().add_squares({doubled_.data(), jacobian, count, all_columns_},
+                                         diagonal_.data() + BlockOffset(block + k), stride_);
+    tiled_diagonal_[static_cast<size_t>(block + k)] = 0;
   }
   if (model.num_waypoints() < 2) return;
-  has_coupling_ = true;
+  tiled_coupling_[static_cast<size_t>(block)] = 0;
   double* coupling = coupling_.data() + BlockOffset(block);
-  for (int i = 0; i < model.rows(); ++i) {
+  for (int i = first; i < model.rows(); ++i) {
     for (int j = 0; j < block_size_; ++j) {
       const double c = 2.0 * model.row(0, i)[j];
       if (c != 0.0) kernels::Axpy(c, model.row(1, i), coupling + static_cast<size_t>(j * stride_), stride_);
@@ -77,6 +174,27 @@ void ConvexSubproblem::SetBounds(Eigen::Ref<const Eigen::VectorXd> lower, Eigen:
   }
 }
 
+/// 1/2 x^T H x, its diagonal block t and what couples it to the next; `x` as of this block, the next behind it.
+double ConvexSubproblem::QuadraticValue(int t, const double* x) const {
+  const bool coupled = has_coupling_ && t + 1 < num_blocks_;
+  double value = 0.0;
+  for (int i = 0; i < block_size_; ++i) {
+    const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(i) * stride_;
+    const int tile = i / kTile * kTile, next = tile + kTile;
+    const double* row = hessian(t) + begin;
+    double product = 0.5 * row[i] * x[i];
+    for (int j = i + 1; j < next; ++j) product += row[j] * x[j];
+    if (!hessian_is_tiled(t)) product += kernels::Dot(row + next, x + next, stride_ - next);
+    if (coupled) {
+      const double* beside = coupling(t) + begin;
+      product += coupling_is_tiled(t) ? kernels::Dot(beside + tile, x + stride_ + tile, kTile)
+                                      : kernels::Dot(beside, x + stride_, stride_);
+    }
+    value += product * x[i];
+  }
+  return value;
+}
+
 double ConvexSubproblem::Value(Eigen::Ref<const Eigen::VectorXd> dx) const {
   const auto stride = static_cast<size_t>(stride_);
   for (int t = 0; t < num_blocks_; ++t) {
@@ -87,16 +205,7 @@ double ConvexSubproblem::Value(Eigen::Ref<const Eigen::VectorXd> dx) const {
   double value = constant_;
   for (int t = 0; t < num_blocks_; ++t) {
     const double* x = padded_.data() + static_cast<size_t>(t) * stride;
-    value += kernels::Dot(gradient_.data() + static_cast<size_t>(t) * stride, x, stride_);
-    for (int i = 0; i < block_size_; ++i) {
-      const double* row = hessian(t) + static_cast<size_t>(i) * stride;
-      value += 0.5 * row[i] * x[i] * x[i];
-      for (int j = i + 1; j < block_size_; ++j) value += row[j] * x[i] * x[j];
-    }
-    if (!has_coupling_ || t + 1 == num_blocks_) continue;
-    for (int i = 0; i < block_size_; ++i) {
-      value += x[i] * kernels::Dot(coupling(t) + static_cast<size_t>(i) * stride, x + stride, stride_);
-    }
+    value += kernels::Dot(gradient_.data() + static_cast<size_t>(t) * stride, x, stride_) + QuadraticValue(t, x);
   }
   for (const Row& row : rows_) {
     const double* x = padded_.data() + static_cast<size_t>(row.block) * stride;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "legopt/program/program.h"
@@ -62,12 +63,20 @@ class ConvexSubproblem {
   /// Whole block (t, t + 1) of H, stride() x stride(), rows by block t; zero where no cost couples the two.
   const double* coupling(int t) const { return coupling_.data() + BlockOffset(t); }
   bool has_coupling() const { return has_coupling_; }  ///< some cost touches two blocks
+  /// Whether diagonal block t of H has nothing outside of the 4 x 4 tiles along its diagonal.
+  bool hessian_is_tiled(int t) const { return tiled_diagonal_[static_cast<size_t>(t)] != 0; }
+  /// The same of block (t, t + 1).
+  bool coupling_is_tiled(int t) const { return tiled_coupling_[static_cast<size_t>(t)] != 0; }
   /// Padded vectors, num_blocks * stride() entries.
   const std::vector<double>& gradient() const { return gradient_; }
   const std::vector<double>& lower() const { return lower_; }  ///< lower bounds of dx, padded likewise
   const std::vector<double>& upper() const { return upper_; }  ///< upper bounds of dx, padded likewise
 
  private:
+  int AddSparseCost(int block, const LinearModel& model);
+  void AddDenseCost(int block, const LinearModel& model, int first);
+  void ClearBlock(std::vector<double>& blocks, int t, bool tiled);
+  double QuadraticValue(int t, const double* x) const;
   size_t BlockOffset(int t) const {
     return static_cast<size_t>(t) * static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
   }
@@ -77,8 +86,11 @@ class ConvexSubproblem {
   double max_weight_ = 0.0;
   bool has_coupling_ = false;
   std::vector<double> diagonal_, coupling_, gradient_, lower_, upper_;
+  std::vector<std::uint8_t> tiled_diagonal_, tiled_coupling_;  ///< by block
   std::vector<Row> rows_;
   std::vector<double> coefficients_;
+  std::vector<double> doubled_;  ///< rows of a cost, times two
+  std::vector<int> all_columns_;
   mutable std::vector<double> padded_;
 };
 

@@ -5,6 +5,7 @@
 #include "legopt/subproblem/block_chain.h"
 #include "legopt/subproblem/boxed_variables.h"
 #include "legopt/subproblem/convex_subproblem.h"
+#include "legopt/subproblem/packed_rows.h"
 
 namespace legopt {
 
@@ -31,61 +32,63 @@ class InteriorPointSolver : public SubproblemSolver {
   Result Solve(const ConvexSubproblem& problem, const Accuracy& accuracy, Eigen::Ref<Eigen::VectorXd> dx) override;
 
  private:
-  /// Successive rows with the same blocks: a dense panel.
-  struct RowGroup {
-    size_t block;
-    int num_blocks;
-    size_t begin;  ///< first row
-    int count;
-    const double* coefficients;  ///< of the first row's first block; the next row lies num_blocks * stride further on
-  };
-
   void Prepare(const ConvexSubproblem& problem);
-  void GroupRows(const ConvexSubproblem& problem);
-  void CopyHessian(const ConvexSubproblem& problem);
-  void ChooseLinks();
-  void StartingPoint(const ConvexSubproblem& problem);
+  void FindFreedom(const ConvexSubproblem& problem);
+  void CopyCosts(const ConvexSubproblem& problem);
+  void CopyHessian(const ConvexSubproblem& problem, int t);
+  void CopyCoupling(const ConvexSubproblem& problem, int t);
+  void ShiftByFixed(const ConvexSubproblem& problem);
+  void SetBoxes(const ConvexSubproblem& problem);
+  void TakeStep(const ConvexSubproblem& problem, Eigen::Ref<Eigen::VectorXd> dx) const;
+  void StartingPoint();
   void StartRow(size_t i, double a, double barrier);
-  void Residuals(const ConvexSubproblem& problem);
+  void Residuals();
   /// m(0) - m(x) at the residuals' point, divided by scale_.
-  double Decrease(const ConvexSubproblem& problem) const;
-  bool IsSolved(const ConvexSubproblem& problem, const Accuracy& accuracy, double gap) const;
+  double Decrease() const;
+  bool IsSolved(const Accuracy& accuracy, double gap) const;
   /// Factors the matrix and computes the predictor; pivots are lifted further until it is finite.
   bool AffineDirection();
   bool Factor(double pivot_floor);
-  void AddRows();
-  void AddCoupling(const RowGroup& group, const double* scaled);
+  void FormBlock(int t);
+  void FormCoupling(int t);
   /// False when it is not finite; the solver's variables are unharmed then.
   bool Direction(double sigma, bool corrector);
   double MaxStep() const;
-  /// rhs += A^T c and product += A x.
-  void AddTransposedRows(const std::vector<double>& c, std::vector<double>& rhs) const;
-  void AddRowProducts(const std::vector<double>& x, std::vector<double>& product) const;
-  double* Block(std::vector<double>& matrix, int t) const {
-    return matrix.data() + static_cast<size_t>(t) * static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
-  }
+  /// The problem's block t is its t + first_block_.
   double* Segment(std::vector<double>& vector, int t) const {
     return vector.data() + static_cast<size_t>(t) * static_cast<size_t>(stride_);
   }
 
-  size_t num_x_ = 0, num_y_ = 0, num_products_ = 0;
-  int stride_ = 0, num_blocks_ = 0;
-  double scale_ = 1.0;  ///< everything below is divided by it where it has the objective's unit
-  bool chain_ = false;  ///< some coupling between blocks
-  std::vector<RowGroup> groups_;
+  /// A block of H or beside H's diagonal, divided by scale_: whole, or of a tiled one the tiles (dense_kernels.h).
+  struct Square {
+    bool tiled = false;
+    size_t begin = 0;  ///< in squares_
+  };
+  double* Entries(const Square& square) { return squares_.data() + square.begin; }
+  const double* Entries(const Square& square) const { return squares_.data() + square.begin; }
+  Square NewSquare(bool tiled);
 
-  std::vector<double> hessian_, hessian_coupling_;  ///< H, whole diagonal blocks
-  std::vector<int> slim_rows_;                      ///< by block: rows of a slim coupling (BlockChain), or kDense
-  std::vector<int> rows_so_far_;                    ///< by block, of those that were added
-  BlockChain chain_matrix_;                         ///< H + Theta + A'DA, and its factor
+  int stride_ = 0, num_blocks_ = 0;
+  int first_block_ = 0;  ///< of the problem's, which has free variables, as has the last one
+  size_t num_x_ = 0, num_y_ = 0, num_products_ = 0;
+  double scale_ = 1.0;           ///< everything below is divided by it where it has the objective's unit
+  double fixed_decrease_ = 0.0;  ///< m(0) less m where the fixed variables are
+  bool shifted_ = false;         ///< some fixed variable is not at 0
+  bool chain_ = false;           ///< some coupling between blocks
+  bool coupled_costs_ = false;
+
+  std::vector<double> free_, fixed_;  ///< PackedRows::Freedom
+  PackedRows rows_;
+  std::vector<double> gradient_;
+  std::vector<double> squares_;
+  std::vector<Square> hessian_, coupling_;  ///< whole diagonal blocks; (t, t + 1)
+  BlockChain chain_matrix_;                 ///< H + Theta + A'DA, and its factor
   BoxedVariables x_, y_;
-  std::vector<size_t> fixed_;        ///< indices of fixed variables, pad included
   std::vector<double> rd_, rp_;      ///< H x + g + A'y - zl + zu; A x + b + wl - wu
   std::vector<double> theta_;        ///< of x
   std::vector<double> weight_;       ///< D by row, the inverse of y's theta
   std::vector<double> rhs_;          ///< by variable
   std::vector<double> row_scratch_;  ///< by row
-  std::vector<double> scaled_rows_;  ///< D A of one group
 };
 
 }  // namespace legopt

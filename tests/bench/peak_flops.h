@@ -5,13 +5,13 @@
 #include <chrono>
 #include <limits>
 
-#include "legopt/subproblem/panels.h"
+#include "legopt/subproblem/block_kernels.h"
 
 namespace legopt {
 
 /// @file
 /// What one core of this machine can do at most: chains of fused multiply-adds that wait for nothing, in the vectors
-/// that the panels of the interior-point solver use.
+/// that the kernels of the interior-point solver use.
 
 inline constexpr int kChains = 12;     ///< enough for two units of four cycles, few enough for sixteen registers
 inline constexpr int kLinks = 200000;  ///< of each chain: some 0.1 ms
@@ -43,7 +43,7 @@ __attribute__((target("avx512f"))) inline double RunChainsOfEight() {
 /// Largest of several measurements, flop/s: double precision, a fused multiply-add being two.
 inline double MeasurePeak() {
   constexpr int kTrials = 40;
-  const bool wide = kernels::PanelOf(kernels::PanelVectors::kEight) != nullptr;
+  const bool wide = kernels::KernelsOf(kernels::BlockVectors::kEight) != nullptr;
   const double flops = 2.0 * (wide ? 8 : 4) * kChains * static_cast<double>(kLinks);
   double fastest_s = std::numeric_limits<double>::infinity();
   volatile double kept = 0.0;

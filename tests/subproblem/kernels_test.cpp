@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <tuple>
+#include <vector>
 
 #include "legopt/program/program.h"
+#include "legopt/subproblem/block_kernels.h"
 #include "legopt/subproblem/dense_kernels.h"
 
 namespace legopt {
@@ -12,6 +15,10 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+constexpr kernels::BlockVectors kVectors[] = {kernels::BlockVectors::kFour, kernels::BlockVectors::kTwoFours,
+                                              kernels::BlockVectors::kEight};
+
+/// Of one size with the kernels of every processor: they have equal bits, and are right.
 class Kernels : public ::testing::TestWithParam<int> {
  protected:
   Kernels() : size_(GetParam()), stride_(PaddedSize(size_)) {
@@ -21,30 +28,77 @@ class Kernels : public ::testing::TestWithParam<int> {
     weights_ = Eigen::VectorXd::Random(kRows).cwiseAbs();
     scaled_ = weights_.asDiagonal() * rows_;
     expected_ = rows_.transpose() * weights_.asDiagonal() * rows_;
-    matrix_ = RowMajor::Identity(stride_, stride_);
-    kernels::AddProductsUpper(1.0, scaled_.data(), stride_, rows_.data(), stride_, kRows, matrix_.data(), stride_);
     expected_ += Eigen::MatrixXd::Identity(stride_, stride_);
+    for (int j = 0; j < stride_; j += 4) columns_.push_back(j);
+    for (const auto vectors : kVectors) {
+      const kernels::BlockKernels* const kernels = kernels::KernelsOf(vectors);
+      if (kernels != nullptr) kernels_.push_back(kernels);  // no AVX-512 otherwise
+    }
+  }
+
+  RowMajor Squares(const kernels::BlockKernels& kernels) const {
+    RowMajor m = RowMajor::Identity(stride_, stride_);
+    kernels.add_squares({scaled_.data(), rows_.data(), kRows, columns_}, m.data(), stride_);
+    return m;
+  }
+
+  /// With T <- U^-T T, where `t` is not null.
+  bool Factor(const kernels::BlockKernels& kernels, RowMajor& m, RowMajor* t = nullptr, bool lower = false) const {
+    return kernels.factor(m.data(), min_pivot_.data(), t == nullptr ? nullptr : t->data(), lower, stride_);
+  }
+
+  /// U of a factor as it is stored.
+  RowMajor Upper(const RowMajor& stored) const {
+    RowMajor u = stored.triangularView<Eigen::Upper>();
+    for (int k = 0; k < stride_; k += 4) {
+      const Eigen::Matrix4d inverse = stored.block<4, 4>(k, k);
+      EXPECT_TRUE(inverse.isUpperTriangular(0.0));
+      u.block<4, 4>(k, k) = inverse.inverse();
+    }
+    return u;
   }
 
   static constexpr int kRows = 50;  // not a multiple of four
   int size_, stride_;
   Eigen::VectorXd min_pivot_ = Eigen::VectorXd::Constant(PaddedSize(GetParam()), 1e-14);
-  RowMajor rows_, scaled_, matrix_;
+  RowMajor rows_, scaled_;
   Eigen::VectorXd weights_;
   Eigen::MatrixXd expected_;
+  std::vector<int> columns_;
+  std::vector<const kernels::BlockKernels*> kernels_;
 };
 
-TEST_P(Kernels, AddProductsUpper) {
-  const RowMajor difference = (matrix_ - expected_).triangularView<Eigen::Upper>();
-  EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-12);
+RowMajor UpperHalf(const RowMajor& m) { return m.triangularView<Eigen::Upper>(); }
+
+TEST_P(Kernels, AddSquares) {
+  const RowMajor first = Squares(*kernels_[0]);
+  EXPECT_LT(UpperHalf(first - expected_).cwiseAbs().maxCoeff(), 1e-12);
+  for (const auto* kernels : kernels_) EXPECT_EQ(UpperHalf(Squares(*kernels)), UpperHalf(first));
 }
 
-TEST_P(Kernels, AddProductsFull) {
-  const RowMajor right = RowMajor::Random(kRows, stride_);
-  RowMajor m = RowMajor::Ones(stride_, stride_);
-  kernels::AddProductsFull(-1.0, rows_.data(), stride_, right.data(), stride_, kRows, m.data(), stride_);
-  const RowMajor expected = RowMajor::Ones(stride_, stride_) - rows_.transpose() * right;
-  EXPECT_LT((m - expected).cwiseAbs().maxCoeff(), 1e-12);
+// Rows that are stored without some of their columns: every subset of up to eight.
+TEST_P(Kernels, SquaresOfPackedRowsAreThoseOfWholeOnes) {
+  const int vectors = std::min(8, stride_ / 4);
+  for (unsigned support = 1; support < 1U << vectors; support += support < 16 ? 1 : 11) {
+    std::vector<int> columns;
+    for (int v = 0; v < vectors; ++v) {
+      if ((support >> v & 1) != 0) columns.push_back(4 * v);
+    }
+    const auto width = 4 * static_cast<Eigen::Index>(columns.size());
+    for (const int count : {1, 2, 6, 50}) {
+      RowMajor packed(count, width), whole = RowMajor::Zero(count, stride_);
+      for (size_t v = 0; v < columns.size(); ++v) {
+        packed.middleCols<4>(4 * static_cast<Eigen::Index>(v)) = rows_.block(0, columns[v], count, 4);
+        whole.middleCols<4>(columns[v]) = rows_.block(0, columns[v], count, 4);
+      }
+      const RowMajor squares = whole.transpose() * whole;
+      for (const auto* kernels : kernels_) {
+        RowMajor m = RowMajor::Zero(stride_, stride_);
+        kernels->add_squares({packed.data(), packed.data(), count, columns}, m.data(), stride_);
+        ASSERT_LT(UpperHalf(m - squares).cwiseAbs().maxCoeff(), 1e-12) << support << ' ' << count;
+      }
+    }
+  }
 }
 
 TEST_P(Kernels, CombinationAndProductsOfRows) {
@@ -58,32 +112,23 @@ TEST_P(Kernels, CombinationAndProductsOfRows) {
   EXPECT_LT((products - Eigen::VectorXd::Ones(kRows) - rows_ * x).cwiseAbs().maxCoeff(), 1e-12);
 }
 
-// The factor with the diagonal itself in place of its inverse.
-RowMajor Factor(const RowMajor& stored) {
-  RowMajor u = stored.triangularView<Eigen::Upper>();
-  u.diagonal() = u.diagonal().cwiseInverse();
-  return u;
-}
-
 TEST_P(Kernels, FactorAndSolve) {
-  ASSERT_TRUE(kernels::FactorUpper(matrix_.data(), stride_, min_pivot_.data()));
-  const RowMajor u = Factor(matrix_);
+  const RowMajor squares = Squares(*kernels_[0]);
+  RowMajor first = squares;
+  ASSERT_TRUE(Factor(*kernels_[0], first));
+  const RowMajor u = Upper(first);
   EXPECT_LT((u.transpose() * u - expected_).cwiseAbs().maxCoeff(), 1e-11);
   const Eigen::VectorXd right = Eigen::VectorXd::Random(stride_);
   Eigen::VectorXd x = right;
-  kernels::SolveTransposed(matrix_.data(), stride_, x.data());
+  kernels::SolveTransposed(first.data(), stride_, x.data());
   EXPECT_LT((u.transpose() * x - right).norm(), 1e-11);
-  kernels::SolveUpper(matrix_.data(), stride_, x.data());
+  kernels::SolveUpper(first.data(), stride_, x.data());
   EXPECT_LT((expected_ * x - right).norm(), 1e-10);
-}
-
-TEST_P(Kernels, BlockSolve) {
-  ASSERT_TRUE(kernels::FactorUpper(matrix_.data(), stride_, min_pivot_.data()));
-  const RowMajor u = Factor(matrix_);
-  const RowMajor right = RowMajor::Random(stride_, stride_);
-  RowMajor x = right;
-  kernels::SolveTransposedBlock(matrix_.data(), stride_, x.data());
-  EXPECT_LT((u.transpose() * x - right).cwiseAbs().maxCoeff(), 1e-10);
+  for (const auto* kernels : kernels_) {
+    RowMajor m = squares;
+    ASSERT_TRUE(Factor(*kernels, m));
+    EXPECT_EQ(UpperHalf(m), UpperHalf(first));
+  }
 }
 
 // A lower matrix in the sense of the kernels, with entries in every 4 x 4 block that may have some.
@@ -93,58 +138,57 @@ RowMajor Lower(int stride) {
   return lower;
 }
 
-TEST_P(Kernels, OfLowerMatricesGiveTheBitsOfDenseOnes) {
-  ASSERT_TRUE(kernels::FactorUpper(matrix_.data(), stride_, min_pivot_.data()));
+TEST_P(Kernels, WhatComesOfACoupling) {
+  const RowMajor squares = Squares(*kernels_[0]), dense = RowMajor::Random(stride_, stride_), lower = Lower(stride_);
+  const RowMajor a = RowMajor::Random(5, stride_), b = RowMajor::Random(5, stride_);
+  RowMajor firsts[2][2];
+  for (const auto* kernels : kernels_) {
+    for (const bool is_lower : {false, true}) {
+      const RowMajor& coupling = is_lower ? lower : dense;
+      RowMajor m = squares, t = coupling;
+      ASSERT_TRUE(Factor(*kernels, m, &t, is_lower));
+      EXPECT_LT((Upper(m).transpose() * t - coupling).cwiseAbs().maxCoeff(), 1e-10);
+      for (int i = 0; is_lower && i < stride_; ++i) EXPECT_TRUE(t.row(i).tail(stride_ - i / 4 * 4 - 4).isZero(0.0));
+      RowMajor reduced = squares;
+      kernels->subtract_squares(t.data(), is_lower, a.data(), b.data(), 5, reduced.data(), stride_);
+      EXPECT_LT(UpperHalf(reduced - squares + t.transpose() * t + a.transpose() * b).cwiseAbs().maxCoeff(), 1e-9);
+      if (kernels == kernels_[0]) {
+        firsts[is_lower ? 1 : 0][0] = t;
+        firsts[is_lower ? 1 : 0][1] = reduced;
+      }
+      EXPECT_EQ(t, firsts[is_lower ? 1 : 0][0]);
+      EXPECT_EQ(UpperHalf(reduced), UpperHalf(firsts[is_lower ? 1 : 0][1]));
+    }
+  }
+}
+
+TEST_P(Kernels, OfLowerAndTiledMatrices) {
   const RowMajor lower = Lower(stride_);
-  ASSERT_TRUE(kernels::IsLower(lower.data(), stride_));
-  RowMajor dense = lower, solved = lower;
-  kernels::SolveTransposedBlock(matrix_.data(), stride_, dense.data());
-  kernels::SolveTransposedLower(matrix_.data(), stride_, solved.data());
-  EXPECT_EQ(dense, solved);
-  EXPECT_TRUE(kernels::IsLower(solved.data(), stride_));
-  RowMajor all = expected_, some = expected_;
-  kernels::AddProductsUpper(-1.0, solved.data(), stride_, solved.data(), stride_, stride_, all.data(), stride_);
-  kernels::SubtractProductsOfLower(solved.data(), some.data(), stride_);
-  EXPECT_EQ(RowMajor(all.triangularView<Eigen::Upper>()), RowMajor(some.triangularView<Eigen::Upper>()));
+  RowMajor tiles = RowMajor::Random(stride_, 4), tiled = RowMajor::Zero(stride_, stride_);
+  for (int i = 0; i < stride_; ++i) tiled.block<1, 4>(i, i / 4 * 4) = tiles.row(i);
   const Eigen::VectorXd x = Eigen::VectorXd::Random(stride_);
-  Eigen::VectorXd a = x, b = x;
-  kernels::AddCombination(x.data(), lower.data(), stride_, stride_, a.data(), stride_);
-  kernels::AddCombinationOfLower(x.data(), lower.data(), b.data(), stride_);
-  EXPECT_EQ(a, b);
-  a = b = x;
-  kernels::AddProducts(lower.data(), stride_, stride_, x.data(), a.data(), stride_);
-  kernels::AddProductsOfLower(lower.data(), x.data(), b.data(), stride_);
-  EXPECT_LT((a - b).norm(), 1e-13) << "four partial sums, of other lengths";
-}
-
-TEST(LowerMatrices, AreNotTakenForWhatTheyAreNot) {
-  RowMajor m = RowMajor::Zero(12, 12);
-  m(3, 3) = m(5, 7) = m(11, 0) = 1.0;
-  EXPECT_TRUE(kernels::IsLower(m.data(), 12));
-  m(3, 4) = 1e-300;
-  EXPECT_FALSE(kernels::IsLower(m.data(), 12));
-}
-
-TEST(Panels, OfEveryWidthHaveTheSameBits) {
-  const auto four = kernels::PanelOf(kernels::PanelVectors::kFour),
-             eight = kernels::PanelOf(kernels::PanelVectors::kEight);
-  ASSERT_NE(four, nullptr);
-  if (eight == nullptr) GTEST_SKIP() << "this processor has no AVX-512";
-  for (int columns = 0; columns <= 80; columns += 4) {
-    for (const int count : {0, 1, 5, 40}) {
-      // Never empty: a panel without rows may be asked for, but not of nothing.
-      const RowMajor some = RowMajor::Random(41, 4), more = RowMajor::Random(41, 80), m = RowMajor::Random(4, 80);
-      const RowMajor a = some.topRows(count), b = more.topRows(count);
-      for (const double sign : {1.0, -1.0}) {
-        RowMajor narrow = m, wide = m;
-        four(sign, some.data(), 4, more.data(), 80, count, narrow.data(), 80, columns);
-        eight(sign, some.data(), 4, more.data(), 80, count, wide.data(), 80, columns);
-        ASSERT_EQ(narrow, wide) << columns << " columns, " << count << " rows";
-        EXPECT_LT((narrow.leftCols(columns) - m.leftCols(columns) - sign * a.transpose() * b.leftCols(columns))
-                      .cwiseAbs()
-                      .sum(),
-                  1e-10);
-        EXPECT_EQ(narrow.rightCols(80 - columns), m.rightCols(80 - columns)) << "columns beyond are not touched";
+  const auto error = [&](auto kernel, const RowMajor& m) {
+    Eigen::VectorXd y = x;
+    kernel(y);
+    return (y - x - m * x).norm();
+  };
+  EXPECT_LT(error([&](auto& y) { kernels::AddProductsOfLower(lower.data(), x.data(), y.data(), stride_); }, lower),
+            1e-13);
+  EXPECT_LT(error([&](auto& y) { kernels::AddCombinationOfLower(x.data(), lower.data(), y.data(), stride_); },
+                  lower.transpose()),
+            1e-13);
+  EXPECT_LT(error([&](auto& y) { kernels::AddProductsOfTiled(tiles.data(), x.data(), y.data(), stride_); }, tiled),
+            1e-13);
+  EXPECT_LT(error([&](auto& y) { kernels::AddCombinationOfTiled(x.data(), tiles.data(), y.data(), stride_); },
+                  tiled.transpose()),
+            1e-13);
+  for (const bool upper : {false, true}) {
+    RowMajor spread = RowMajor::Constant(stride_, stride_, 7.0);
+    kernels::SpreadTiles(tiles.data(), upper, spread.data(), stride_);
+    for (int i = 0; i < stride_; ++i) {
+      for (int j = 0; j < stride_; ++j) {
+        const bool written = i / 4 == j / 4 || (j > i) == upper;
+        EXPECT_EQ(spread(i, j), written ? tiled(i, j) : 7.0);
       }
     }
   }
@@ -153,23 +197,30 @@ TEST(Panels, OfEveryWidthHaveTheSameBits) {
 TEST_P(Kernels, NoiseInThePlaceOfAPivotDoesNotGrow) {
   // A singular matrix: the exact pivots after the first are zero, the computed ones rounding errors of either sign.
   const Eigen::RowVectorXd row = rows_.row(0);
-  RowMajor singular = 1e12 * row.transpose() * row;
-  singular.diagonal().tail(stride_ - size_).setOnes();
-  const Eigen::VectorXd least = (1e-14 * singular.diagonal()).cwiseMax(1e-200);
-  ASSERT_TRUE(kernels::FactorUpper(singular.data(), stride_, least.data()));
-  Eigen::VectorXd x = row.transpose();
-  kernels::SolveTransposed(singular.data(), stride_, x.data());
-  kernels::SolveUpper(singular.data(), stride_, x.data());
-  EXPECT_TRUE(x.allFinite());
-  EXPECT_LT(x.norm(), 1.0);
+  for (const auto* kernels : kernels_) {
+    RowMajor singular = 1e12 * row.transpose() * row;
+    singular.diagonal().tail(stride_ - size_).setOnes();
+    min_pivot_ = (1e-14 * singular.diagonal()).cwiseMax(1e-200);
+    ASSERT_TRUE(Factor(*kernels, singular));
+    Eigen::VectorXd x = row.transpose();
+    kernels::SolveTransposed(singular.data(), stride_, x.data());
+    kernels::SolveUpper(singular.data(), stride_, x.data());
+    EXPECT_TRUE(x.allFinite());
+    EXPECT_LT(x.norm(), 1.0);
+  }
 }
 
 TEST_P(Kernels, NonFinitePivotIsReported) {
-  matrix_(0, 0) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(kernels::FactorUpper(matrix_.data(), stride_, min_pivot_.data()));
+  for (const auto* kernels : kernels_) {
+    for (int i = 0; i < size_; ++i) {
+      RowMajor m = Squares(*kernels);
+      m(i, i) = std::numeric_limits<double>::quiet_NaN();
+      EXPECT_FALSE(Factor(*kernels, m)) << i;
+    }
+  }
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, Kernels, ::testing::Values(1, 3, 4, 7, 8, 35, 36));
+INSTANTIATE_TEST_SUITE_P(Sizes, Kernels, ::testing::Values(1, 3, 4, 7, 8, 35, 36, 61));
 
 }  // namespace
 }  // namespace legopt

@@ -4,9 +4,9 @@
 
 #include <memory>
 
+#include "legopt/subproblem/block_kernels.h"
 #include "legopt/subproblem/interior_point.h"
 #include "legopt/subproblem/ipopt_subproblem.h"
-#include "legopt/subproblem/panels.h"
 #include "tests/subproblem/random_subproblem.h"
 
 namespace legopt {
@@ -228,22 +228,25 @@ TEST(InteriorPoint, SameInputSameBits) {
   EXPECT_EQ(first, second);
 }
 
-// Every path that a processor may take.
+// Every path that a processor may take, and that of wide vectors where there are none.
 TEST(InteriorPoint, BitsAreThoseOfEveryProcessor) {
-  const auto usual = kernels::ChosenPanel();
-  if (kernels::PanelOf(kernels::PanelVectors::kEight) == nullptr) GTEST_SKIP() << "this processor has no AVX-512";
+  const kernels::BlockKernels& usual = kernels::ChosenKernels();
   for (const RandomSubproblemShape& shape :
        {RandomSubproblemShape{}, kWindow, RandomSubproblemShape{.num_blocks = 4, .coupled = true, .steps = true}}) {
     const ConvexSubproblem problem = MakeRandomSubproblem(shape, 3);
     const Eigen::Index size = Eigen::Index{problem.num_blocks()} * problem.block_size();
-    Eigen::VectorXd narrow(size), wide(size);
-    kernels::ChoosePanel(kernels::PanelOf(kernels::PanelVectors::kFour));
-    InteriorPointSolver().Solve(problem, {.gap = kAccuracy}, narrow);
-    kernels::ChoosePanel(kernels::PanelOf(kernels::PanelVectors::kEight));
-    InteriorPointSolver().Solve(problem, {.gap = kAccuracy}, wide);
-    EXPECT_EQ(narrow, wide);
+    Eigen::VectorXd first(size), other(size);
+    kernels::ChooseKernels(*kernels::KernelsOf(kernels::BlockVectors::kFour));
+    InteriorPointSolver().Solve(problem, {.gap = kAccuracy}, first);
+    for (const auto vectors : {kernels::BlockVectors::kTwoFours, kernels::BlockVectors::kEight}) {
+      const kernels::BlockKernels* const wide = kernels::KernelsOf(vectors);
+      if (wide == nullptr) continue;  // no AVX-512
+      kernels::ChooseKernels(*wide);
+      InteriorPointSolver().Solve(problem, {.gap = kAccuracy}, other);
+      EXPECT_EQ(first, other);
+    }
   }
-  kernels::ChoosePanel(usual);
+  kernels::ChooseKernels(usual);
 }
 
 TEST(InteriorPoint, NonFiniteInputFails) {
