@@ -18,7 +18,7 @@ struct BestOptions {
     sqp.trust_rule = TrustRule::kMeasured;
     sqp.polish_violations = false;
     sqp.subproblem_accuracy_frac = 1e-3;
-    sqp.subproblem_decrease_share = 0.98;
+    sqp.subproblem_decrease_share = 0.995;
     sqp.constraint_tolerance = 4e-4;
     return sqp;
   }
@@ -27,7 +27,8 @@ struct BestOptions {
   int rescues = 8;             ///< further starts while nothing feasible has been found, >= 0
   double rescue_noise = 0.15;  ///< half width of their noise on bounded variables; rad, m; > 0
   /// Starts of a waypoint alone: of the rescues of several waypoints, the first begins from the end of the first
-  /// descent with its violated waypoints solved alone, the second with all of them. >= 0; 0: no such rescues.
+  /// descent with its violated waypoints solved alone, the second with all of them; of a single waypoint, the fifth and
+  /// later ones begin where it was solved without costs. >= 0; 0: no such rescues.
   int waypoint_starts = 20;
   int refinements = 0;            ///< further starts around the solution, for its cost; single waypoints only, >= 0
   double refinement_noise = 0.5;  ///< half width of their noise, as above

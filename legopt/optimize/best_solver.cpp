@@ -46,6 +46,9 @@ SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const Solve
     if (IsStopped(best.status)) break;
     Try(program, context, x, best);
   }
+  if (options_.rescues > 0 && !best.feasible && !IsStopped(best.status)) {
+    RescueWithoutReserve(program, context, x, best);
+  }
   const int refinements = program.num_waypoints() == 1 && best.feasible ? options_.refinements : 0;
   for (int k = 0; k < refinements && !IsStopped(best.status); ++k) {
     Scatter(program, x, options_.refinement_noise, Noise::kBounded, context.Draws(), trial_);
@@ -75,10 +78,24 @@ void BestSolver::Scatter(const Program& program, Eigen::Ref<const Eigen::VectorX
 
 void BestSolver::StartRescue(Program& program, const SolverContext& context, int k, const Eigen::VectorXd& x,
                              SolverResult& best) {
-  constexpr int kOfWaypoints = 2;
-  const bool of_waypoints = k < kOfWaypoints && program.num_waypoints() > 1 && options_.waypoint_starts > 0;
-  if (of_waypoints && SolveWaypoints(program, context, k > 0, x, best)) return;
+  constexpr int kOfWaypoints = 2;   // of several: the first rescues
+  constexpr int kNearTheStart = 4;  // of one: these come before
+  const bool several = program.num_waypoints() > 1;
+  const bool of_waypoints = options_.waypoint_starts > 0 && (several ? k < kOfWaypoints : k >= kNearTheStart);
+  if (of_waypoints && SolveWaypoints(program, context, !several || k > 0, x, best)) return;
   Scatter(program, start_, options_.rescue_noise, Noise::kBounded, context.Draws(), trial_);
+}
+
+void BestSolver::RescueWithoutReserve(Program& program, const SolverContext& context, Eigen::VectorXd& x,
+                                      SolverResult& best) {
+  bool any = false;
+  for (const auto& term : program.terms()) any = term->SpendReserve(true) || any;
+  for (const bool all : {false, true}) {
+    if (!any || best.feasible || IsStopped(best.status)) break;
+    if (!SolveWaypoints(program, context, all, x, best)) trial_ = x;
+    if (!IsStopped(best.status)) Try(program, context, x, best);
+  }
+  for (const auto& term : program.terms()) term->SpendReserve(false);
 }
 
 void BestSolver::MeasureWaypoints(Program& program, const Eigen::VectorXd& x) {

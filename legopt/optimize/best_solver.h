@@ -16,7 +16,10 @@ class WaypointView;
 ///
 /// * Rescue: while the result is infeasible, another start. Of several waypoints, the first two are made of waypoints
 ///   that were solved alone (waypoint_view.h): those that are violated, then all. Others are the original start with
-///   uniform noise on the bounded variables (the joints). The smallest violation is kept.
+///   uniform noise on the bounded variables (the joints); of a single waypoint, after four of these, places that meet
+///   its constraints without the costs, searched from ever farther away. The smallest violation is kept. When all of
+///   them have failed, two more spend what the terms keep in reserve (Term::SpendReserve): there are places with no
+///   other way through.
 /// * Refinement, for programs of one waypoint: starts around the feasible solution, of which the cheapest feasible end
 ///   is kept. A posture has many local optima (arms, knees), and one solve costs about a millisecond.
 ///
@@ -40,6 +43,8 @@ class BestSolver : public Solver {
                std::mt19937_64& generator, Eigen::VectorXd& trial);
   /// Puts the start of rescue `k` into trial_.
   void StartRescue(Program& program, const SolverContext& context, int k, const Eigen::VectorXd& x, SolverResult& best);
+  /// The last rescues, without the terms' reserve.
+  void RescueWithoutReserve(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best);
   /// Violation of each waypoint by itself at x.
   void MeasureWaypoints(Program& program, const Eigen::VectorXd& x);
   /// x with waypoints solved alone, into trial_: those that are violated, or all. False when one of them has not been

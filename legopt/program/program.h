@@ -99,6 +99,10 @@ class Term {
   /// of x, so that optimisers which need a fixed set of rows can follow them. Default: the place, 0, 1, 2, ...
   virtual void RowKeys(int rows, std::vector<int>& keys);
 
+  /// What the term keeps in reserve beyond what its task demands, as a distance for the sake of inexact solvers, is
+  /// spent from now on (true), or kept again. Whether there is any. Default: there is none.
+  virtual bool SpendReserve(bool spend);
+
   /// Rows that Evaluate leaves out are below this (or implied by rows that it gives). Default: none is ever left out.
   virtual double AbsentRow() const { return -std::numeric_limits<double>::infinity(); }
 

@@ -16,12 +16,12 @@ WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query, 
     stances_.push_back(demand.stance != nullptr ? *demand.stance : Stance{});
     states_.emplace_back(*robot_, query, contacts.range_m);
     fixed_.push_back(demand.fixed);
-    if (demand.stance != nullptr) AddConstraints(dataset, demand, num_waypoints() - 1, contacts.margin_m);
+    if (demand.stance != nullptr) AddConstraints(dataset, demand, num_waypoints() - 1, contacts);
   }
 }
 
 void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointDemand& demand, int waypoint,
-                                     double margin_m) {
+                                     const ContactOptions& contacts) {
   WaypointState& state = states_.back();
   const Stance& stance = *demand.stance;
   for (const Foothold& foothold : stance.footholds) {
@@ -31,7 +31,9 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointDeman
   if (demand.balanced) {
     terms_.push_back(std::make_unique<ComTerm>(waypoint, state, Edges(TargetSupportPolygon(dataset, stance))));
   }
-  terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m));
+  // What cannot move need only be legal.
+  const double margin_m = demand.fixed ? contacts.spent_margin_m : contacts.margin_m;
+  terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m, contacts.spent_margin_m));
 }
 
 void WaypointProgram::SetPoint(Eigen::Ref<const Eigen::VectorXd> x) {

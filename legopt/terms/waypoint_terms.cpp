@@ -103,8 +103,12 @@ void ComTerm::ComputeModel(LinearModel& model) {
   }
 }
 
-CollisionTerm::CollisionTerm(int waypoint, WaypointState& state, double margin_m)
-    : Term({"collision", TermKind::kInequality, waypoint, 1}), state_(&state), margin_m_(margin_m) {}
+CollisionTerm::CollisionTerm(int waypoint, WaypointState& state, double margin_m, double spent_margin_m)
+    : Term({"collision", TermKind::kInequality, waypoint, 1}),
+      state_(&state),
+      kept_margin_m_(margin_m),
+      spent_margin_m_(spent_margin_m),
+      margin_m_(margin_m) {}
 
 void CollisionTerm::ComputeResiduals(std::vector<double>& residuals) {
   for (const Contact& contact : state_->contacts()) residuals.push_back(margin_m_ - contact.distance_m);

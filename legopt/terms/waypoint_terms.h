@@ -65,17 +65,22 @@ class ComTerm : public Term {
 /// points fixed in their links and a constant normal (contact.h; docs/readings.md#contacts).
 class CollisionTerm : public Term {
  public:
-  /// `margin_m`: distance to keep, at most the state's contact range.
-  CollisionTerm(int waypoint, WaypointState& state, double margin_m);
+  /// `margin_m`: distance to keep, at most the state's contact range; `spent_margin_m`: when the reserve is spent.
+  CollisionTerm(int waypoint, WaypointState& state, double margin_m, double spent_margin_m);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
   /// The pairs of shapes.
   void RowKeys(int rows, std::vector<int>& keys) override;
   double AbsentRow() const override { return margin_m_ - state_->contact_range_m(); }
+  bool SpendReserve(bool spend) override {
+    margin_m_ = spend ? spent_margin_m_ : kept_margin_m_;
+    return true;
+  }
 
  private:
   WaypointState* state_;
-  double margin_m_;
+  double kept_margin_m_, spent_margin_m_;
+  double margin_m_;  ///< one of them
 };
 
 }  // namespace legopt

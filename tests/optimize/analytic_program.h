@@ -28,6 +28,10 @@ class AnalyticProgram : public Program {
   void Add(TermKind kind, Residuals residuals, int unit = -1) {
     AddShaped({"function", kind, 0, 1, unit}, std::move(residuals));
   }
+  /// An inequality of a program of one waypoint that keeps `reserve` more than it has to.
+  void AddWithReserve(Residuals residuals, double reserve) {
+    terms_.push_back(std::make_unique<ReservedTerm>(std::move(residuals), reserve, *this));
+  }
   /// `absent_row`: see Term::AbsentRow, for functions whose number of rows varies.
   void AddShaped(TermShape shape, Residuals residuals, double absent_row = -std::numeric_limits<double>::infinity()) {
     terms_.push_back(std::make_unique<FunctionTerm>(std::move(shape), std::move(residuals), absent_row, *this));
@@ -87,6 +91,26 @@ class AnalyticProgram : public Program {
     Residuals residuals_;
     double absent_row_;
     const AnalyticProgram& program_;
+  };
+
+  class ReservedTerm : public FunctionTerm {
+   public:
+    ReservedTerm(Residuals residuals, double reserve, const AnalyticProgram& program)
+        : FunctionTerm(
+              {"reserved", TermKind::kInequality, 0, 1, -1},
+              [this, residuals = std::move(residuals)](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+                return residuals(x).array() + (spent_ ? 0.0 : reserve_);
+              },
+              -std::numeric_limits<double>::infinity(), program),
+          reserve_(reserve) {}
+    bool SpendReserve(bool spend) override {
+      spent_ = spend;
+      return true;
+    }
+
+   private:
+    double reserve_;
+    bool spent_ = false;
   };
 
   int num_waypoints_;

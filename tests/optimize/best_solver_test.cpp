@@ -89,9 +89,11 @@ class ChainWithAPit : public AnalyticProgram {
   }
 };
 
-/// Too little noise to leave the pit with.
+/// Too little noise to leave the pit with, and steps too short to leap over its wall.
 BestOptions QuietRescues() {
   BestOptions options;
+  options.sqp.trust_box_size = 0.05;
+  options.sqp.trust_expand_ratio = 1.0;
   options.rescue_noise = 1e-3;
   return options;
 }
@@ -113,7 +115,8 @@ TEST(Best, WaypointsAloneRescueAChain) {
   const SolverResult with = Solve(options, program, x);
   EXPECT_TRUE(with.feasible);
   EXPECT_GT(x[1], 1.19);
-  EXPECT_EQ(with.starts, 1 + 1 + 1) << "the chain, the violated waypoint without its costs, the chain";
+  EXPECT_EQ(with.starts, 1 + 2 + 1) << "the chain, the violated waypoint alone in its pit and from its neighbour's "
+                                       "place, the chain";
 }
 
 TEST(Best, AWaypointThatNothingSolvesLeavesTheRescuesAsTheyWere) {
@@ -126,6 +129,50 @@ TEST(Best, AWaypointThatNothingSolvesLeavesTheRescuesAsTheyWere) {
   const SolverResult result = Solve(options, program, x);
   EXPECT_FALSE(result.feasible);
   EXPECT_EQ(result.starts, 1 + 5 + 1 + 5 + 1 + 1) << "the other waypoints have nothing to be solved for alone";
+}
+
+// A gap of 0.02 between two walls that both want a distance of 0.015.
+TEST(Best, WhatNothingElseSolvesSpendsTheReserve) {
+  AnalyticProgram program(One(-1), One(1));
+  program.AddWithReserve([](const VectorXd& x) { return One(x[0] - 0.51); }, 0.015);
+  program.AddWithReserve([](const VectorXd& x) { return One(0.49 - x[0]); }, 0.015);
+  BestOptions options = QuietRescues();
+  options.rescues = 0;
+  VectorXd x = One(0.0);
+  EXPECT_FALSE(Solve(options, program, x).feasible);
+  options.rescues = 3;
+  x = One(0.0);
+  const SolverResult result = Solve(options, program, x);
+  EXPECT_TRUE(result.feasible);
+  EXPECT_NEAR(x[0], 0.5, 0.01 + options.sqp.constraint_tolerance);
+  // It is kept again afterwards, and never touched where something else helps.
+  std::vector<double> rows;
+  program.SetPoint(One(0.51));
+  program.terms()[0]->Evaluate(rows);
+  EXPECT_NEAR(rows[0], 0.015, 1e-12);
+  AnalyticProgram wide(One(-1), One(1));
+  wide.AddWithReserve([](const VectorXd& y) { return One(0.49 - y[0]); }, 0.015);
+  x = One(0.0);
+  EXPECT_TRUE(Solve(options, wide, x).feasible);
+  EXPECT_GT(x[0], 0.505 - options.sqp.constraint_tolerance);
+}
+
+// Near the start there is nothing; what the costs draw away from is found without them.
+TEST(Best, ASingleWaypointIsSearchedWithoutItsCosts) {
+  AnalyticProgram program(One(-1), One(3));
+  AddPit(program);
+  program.Add(TermKind::kCost, [](const VectorXd& x) { return One(x[0] + 0.9); });
+  BestOptions options = QuietRescues();
+  options.rescue_noise = 1.0;
+  options.rescues = 4;
+  options.waypoint_starts = 0;
+  VectorXd x = One(-0.9);
+  EXPECT_FALSE(Solve(options, program, x).feasible);
+  options.rescues = 5;
+  options.waypoint_starts = 40;
+  x = One(-0.9);
+  EXPECT_TRUE(Solve(options, program, x).feasible);
+  EXPECT_GT(x[0], 1.19 - options.sqp.constraint_tolerance);
 }
 
 TEST(Best, AStopEndsTheWaypointsAlone) {
