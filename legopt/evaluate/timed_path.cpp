@@ -80,6 +80,22 @@ std::optional<PathFault> TakeApart(std::span<const Eigen::VectorXd> points, int 
   return std::nullopt;
 }
 
+TimedPath PathThrough(std::span<const Eigen::VectorXd> waypoints, std::span<const std::vector<Eigen::VectorXd>> ways) {
+  TimedPath path;
+  const auto keep = [&path](const Eigen::VectorXd& point, double time) {
+    path.points.push_back(point);
+    path.times.push_back(time);
+  };
+  for (std::size_t w = 0; w < waypoints.size(); ++w) {
+    const auto time = static_cast<double>(w);
+    keep(waypoints[w], time);
+    if (w == ways.size()) break;
+    const double pieces = static_cast<double>(ways[w].size()) + 1.0;
+    for (std::size_t k = 0; k < ways[w].size(); ++k) keep(ways[w][k], time + static_cast<double>(k + 1) / pieces);
+  }
+  return path;
+}
+
 std::vector<Eigen::VectorXd> PutTogether(const TimedPath& path) {
   std::vector<Eigen::VectorXd> points;
   for (std::size_t i = 0; i < path.points.size(); ++i) {

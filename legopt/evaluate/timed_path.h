@@ -35,6 +35,10 @@ struct PathFault {
 std::optional<PathFault> TakeApart(std::span<const Eigen::VectorXd> points, int num_waypoints, int configuration_size,
                                    TimedPath* path);
 
+/// The path through waypoints and what is between them: `ways` has the points from each to the next, at equal distances
+/// in time.
+TimedPath PathThrough(std::span<const Eigen::VectorXd> waypoints, std::span<const std::vector<Eigen::VectorXd>> ways);
+
 /// The points of a path as they are stored.
 std::vector<Eigen::VectorXd> PutTogether(const TimedPath& path);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "legopt/dataset/support_polygon.h"
 #include "legopt/evaluate/foot_pose_error.h"
 #include "legopt/robot/interpolation.h"
 #include "legopt/terms/task_program.h"
@@ -14,6 +15,8 @@ namespace {
 /// What planted feet may leave their targets by between points: a good part of what the judge allows, as points have
 /// errors of their own.
 constexpr double kDrift = 1.2e-3;
+/// Likewise the centre of mass the support polygon of the planted feet, m.
+constexpr double kLean_m = 1.5e-3;
 /// Aimed at by the first choice of pieces.
 constexpr double kAimedDrift = 0.7e-3;
 /// Longest way of a point of the robot from one sample of a piece to the next, m.
@@ -23,8 +26,11 @@ constexpr double kFinerStep = 0.5;
 /// Added to the margin in further tries: the solver's tolerance would leave nothing of it between points.
 constexpr double kWiderMargin_m = 3e-4;
 /// Tries of a way, and which one of them begins from the straight way again.
-constexpr int kMostTries = 8;
+constexpr int kMostTries = 4;
 constexpr int kFreshTry = 5;
+/// Tries of several ways, which are many times as much work, and the least pieces of each.
+constexpr int kMostTriesOfSeveral = 4;
+constexpr int kLeastPiecesOfSeveral = 4;
 
 }  // namespace
 
@@ -43,25 +49,51 @@ std::int64_t PathSolver::Evaluations() const {
   return evaluations_ + (program_ == nullptr ? 0 : program_->TermEvaluations());
 }
 
-/// Largest pose error of planted feet between the points, where it is largest: in the middle of each piece.
-double PathSolver::Drift(const Stance& planted, const Eigen::VectorXd& points) {
+/// Calls visit(way) with kinematics_ in the middle of each piece, where a path is farthest from what its points meet.
+template <class Visit>
+void PathSolver::ForEachMiddle(const Eigen::VectorXd& points, Visit visit) {
   const Eigen::Index size = dataset_->robot().configuration_size();
+  const Eigen::Index pieces = points.size() / size - 1, pieces_of_way = pieces / std::ssize(planted_);
+  for (Eigen::Index k = 0; k < pieces; ++k) {
+    InterpolateConfiguration(dataset_->robot(), points.segment(k * size, size), points.segment((k + 1) * size, size),
+                             0.5, x_);
+    kinematics_.Update(x_);
+    visit(static_cast<std::size_t>(k / pieces_of_way));
+  }
+}
+
+/// Largest pose error of planted feet between the points.
+double PathSolver::Drift(const Eigen::VectorXd& points) {
   double largest = 0.0;
-  for (Eigen::Index i = 0; i + size < points.size(); i += size) {
-    InterpolateConfiguration(dataset_->robot(), points.segment(i, size), points.segment(i + size, size), 0.5, x_);
-    kinematics_.UpdatePoses(x_);
-    for (const Foothold& foothold : planted.footholds) {
+  ForEachMiddle(points, [&](std::size_t way) {
+    for (const Foothold& foothold : planted_[way].footholds) {
       const Eigen::Isometry3d& pose = kinematics_.link_pose(dataset_->foot(foothold.link).link_index);
       largest = std::max(largest, ErrorOfFootPose(dataset_->FootTarget(foothold), pose).violation);
     }
-  }
+  });
+  return largest;
+}
+
+/// How far the centre of mass is outside of the support polygon of the planted feet between the points, at most; 0
+/// where nobody asks.
+double PathSolver::Lean(const Eigen::VectorXd& points) {
+  double largest = 0.0;
+  if (DescriptionOf(task_).between != Between::kBalanced) return largest;
+  ForEachMiddle(points, [&](std::size_t way) {
+    if (polygons_[way].empty()) return;
+    largest = std::max(largest, SignedDistanceToPolygon(polygons_[way], kinematics_.com().head<2>()));
+  });
   return largest;
 }
 
 /// What the program's points do not tell.
-bool PathSolver::WillDo(const Stance& planted, const Eigen::VectorXd& points, WaySolution* solution) {
-  if (Drift(planted, points) > kDrift) {
+bool PathSolver::WillDo(const Eigen::VectorXd& points, StretchSolution* solution) {
+  if (Drift(points) > kDrift) {
     solution->message = "planted feet drift between the points";
+    return false;
+  }
+  if (Lean(points) > kLean_m) {
+    solution->message = "the centre of mass leaves the planted feet between the points";
     return false;
   }
   if (IsFree(points)) return true;
@@ -80,13 +112,19 @@ bool PathSolver::IsFree(const Eigen::VectorXd& points) {
   return true;
 }
 
-int PathSolver::FirstPieces(const Stance& planted, const Eigen::VectorXd& ends) {
-  const double drift = Drift(planted, ends);
-  if (drift <= kDrift) return 1;
-  return std::min(kMostPieces, static_cast<int>(std::ceil(std::sqrt(drift / kAimedDrift))));
+/// Pieces of each way that the first try has; 1 when the straight one may do as it is.
+int PathSolver::FirstPieces(const Stretch& start, const Eigen::VectorXd& ends) {
+  if (start.num_ways() > 1) {
+    int most = kLeastPiecesOfSeveral;
+    for (const auto& way : start.ways) most = std::max(most, static_cast<int>(way.size()) + 1);
+    return std::min(kMostPieces, most);
+  }
+  const double drift = Drift(ends);
+  if (drift <= kDrift && Lean(ends) <= kLean_m) return 1;
+  return std::clamp(static_cast<int>(std::ceil(std::sqrt(drift / kAimedDrift))), 2, kMostPieces);
 }
 
-/// The same way in `pieces` pieces of equal time.
+/// The same points in `pieces` pieces of equal time.
 Eigen::VectorXd PathSolver::Divided(const Eigen::VectorXd& points, int pieces) const {
   const Eigen::Index size = dataset_->robot().configuration_size();
   const int before = static_cast<int>(points.size() / size) - 1;
@@ -102,8 +140,51 @@ Eigen::VectorXd PathSolver::Divided(const Eigen::VectorXd& points, int pieces) c
   return divided;
 }
 
+/// All points of a stretch, `pieces` to a way.
+Eigen::VectorXd PathSolver::PointsOf(const Stretch& stretch, int pieces) const {
+  const Eigen::Index size = dataset_->robot().configuration_size();
+  const Eigen::Index way_size = pieces * size;
+  Eigen::VectorXd points(static_cast<Eigen::Index>(stretch.num_ways()) * way_size + size);
+  for (std::size_t w = 0; w < stretch.num_ways(); ++w) {
+    const std::vector<Eigen::VectorXd>& inner = stretch.ways[w];
+    Eigen::VectorXd way((std::ssize(inner) + 2) * size);
+    way.head(size) = stretch.waypoints[w];
+    for (Eigen::Index k = 0; k < std::ssize(inner); ++k) {
+      way.segment((k + 1) * size, size) = inner[static_cast<std::size_t>(k)];
+    }
+    way.tail(size) = stretch.waypoints[w + 1];
+    points.segment(static_cast<Eigen::Index>(w) * way_size, way_size + size) = Divided(way, pieces);
+  }
+  return points;
+}
+
+/// Its inverse.
+Stretch PathSolver::StretchOf(const Stretch& start, const Eigen::VectorXd& points) const {
+  const Eigen::Index size = dataset_->robot().configuration_size();
+  const auto ways = static_cast<Eigen::Index>(start.num_ways());
+  const Eigen::Index pieces = (points.size() / size - 1) / ways;
+  Stretch stretch = start;
+  for (Eigen::Index w = 0; w < ways; ++w) {
+    std::vector<Eigen::VectorXd>& inner = stretch.ways[static_cast<std::size_t>(w)];
+    inner.clear();
+    for (Eigen::Index k = 1; k < pieces; ++k) inner.emplace_back(points.segment((w * pieces + k) * size, size));
+    if (w > 0) stretch.waypoints[static_cast<std::size_t>(w)] = points.segment(w * pieces * size, size);
+  }
+  return stretch;
+}
+
+void PathSolver::LookAt(const Stretch& start) {
+  planted_.clear();
+  polygons_.clear();
+  for (std::size_t w = 0; w < start.num_ways(); ++w) {
+    planted_.push_back(PlantedFeet(*start.stances[w], *start.stances[w + 1]));
+    polygons_.emplace_back();
+    if (!planted_.back().footholds.empty()) polygons_.back() = TargetSupportPolygon(*dataset_, planted_.back());
+  }
+}
+
 bool PathSolver::SolvePieces(const MultiStartSettings& attempts, Program& program, Eigen::VectorXd& points,
-                             WaySolution* solution) {
+                             StretchSolution* solution) {
   program_ = &program;
   const MultiStartResult result = SolveWithRestarts(*solver_, program, points, attempts);
   evaluations_ = Evaluations();
@@ -117,34 +198,35 @@ bool PathSolver::SolvePieces(const MultiStartSettings& attempts, Program& progra
   return result.best.feasible;
 }
 
-WaySolution PathSolver::Solve(const Way& way, const std::function<MultiStartSettings()>& attempts) {
-  const Stance planted = PlantedFeet(*way.from_stance, *way.to_stance);
+StretchSolution PathSolver::Solve(const Stretch& start, const std::function<MultiStartSettings()>& attempts) {
   const bool balanced = DescriptionOf(task_).between == Between::kBalanced;
-  const Eigen::Index size = dataset_->robot().configuration_size();
-  Eigen::VectorXd points(2 * size);
-  points << *way.from, *way.to;
-  WaySolution solution;
-  if (balanced && planted.footholds.empty()) {
+  LookAt(start);
+  StretchSolution solution;
+  solution.stretch = start;
+  for (const Stance& planted : planted_) {
+    if (!balanced || !planted.footholds.empty()) continue;
     solution.message = "no foot stays planted to be balanced on";
     return solution;
   }
-  int pieces = FirstPieces(planted, points);
+  Eigen::VectorXd points = PointsOf(start, 1);
+  int pieces = FirstPieces(start, points);
   solution.feasible = pieces == 1 && IsFree(points);
   pieces = std::max(pieces, 2);
   Sweep sweep = Sweep::kWithScene;
   double step_m = kSweepStep_m;
   ContactOptions contacts = contacts_;
-  const Eigen::VectorXd straight = points;
-  for (int k = 0; k < kMostTries && !solution.feasible && !IsStopped(solution.status); ++k) {
-    points = Divided(k == kFreshTry ? straight : points, pieces);
-    const auto program = MakePathProgram(*dataset_, *query_, planted, pieces, balanced, contacts, step_m, sweep);
-    solution.feasible = SolvePieces(attempts(), *program, points, &solution) && WillDo(planted, points, &solution);
+  const int tries = start.num_ways() > 1 ? kMostTriesOfSeveral : kMostTries;
+  for (int k = 0; k < tries && !solution.feasible && !IsStopped(solution.status); ++k) {
+    const bool fresh = k == 0 || k == kFreshTry;
+    points = fresh ? PointsOf(start, pieces) : Divided(points, pieces * static_cast<int>(start.num_ways()));
+    const auto program = MakePathProgram(*dataset_, *query_, start.stances, pieces, balanced, contacts, step_m, sweep);
+    solution.feasible = SolvePieces(attempts(), *program, points, &solution) && WillDo(points, &solution);
     pieces = std::min(kMostPieces, 2 * pieces);
     step_m *= kFinerStep;
     contacts.margin_m = std::min(contacts_.margin_m + kWiderMargin_m, 0.5 * (contacts_.margin_m + contacts_.range_m));
     sweep = Sweep::kWithAll;
   }
-  for (Eigen::Index i = size; i + size < points.size(); i += size) solution.inner.emplace_back(points.segment(i, size));
+  solution.stretch = StretchOf(start, points);
   return solution;
 }
 

@@ -16,17 +16,18 @@
 
 namespace legopt {
 
-/// From one waypoint of a motion to the next: what a continuous motion has between them.
-struct Way {
-  const Stance* from_stance = nullptr;    ///< of the first waypoint
-  const Stance* to_stance = nullptr;      ///< of the second
-  const Eigen::VectorXd* from = nullptr;  ///< the first waypoint, n + 7
-  const Eigen::VectorXd* to = nullptr;    ///< the second
+/// A part of a continuous motion, from a waypoint to another.
+struct Stretch {
+  std::vector<const Stance*> stances;              ///< of its waypoints, two at least
+  std::vector<Eigen::VectorXd> waypoints;          ///< parallel; n + 7 each
+  std::vector<std::vector<Eigen::VectorXd>> ways;  ///< points between, by way, at equal distances in time
+
+  size_t num_ways() const { return waypoints.size() - 1; }  ///< from waypoint to waypoint
 };
 
 /// What became of it.
-struct WaySolution {
-  std::vector<Eigen::VectorXd> inner;                    ///< points between the waypoints, at equal distances in time
+struct StretchSolution {
+  Stretch stretch;                                       ///< the best that was found; its ends have not moved
   bool feasible = false;                                 ///< by the solver's own measure
   SolveStatus status = SolveStatus::kConvergedFeasible;  ///< of the last solve; a stop, if there was one
   double max_violation = 0.0;                            ///< of the last program
@@ -36,13 +37,14 @@ struct WaySolution {
 };
 
 /// Leads motions from waypoint to waypoint: planted feet stay, nothing collides on the way, by Between::kBalanced the
-/// centre of mass stays over the planted feet (docs/readings.md#continuous-motions). The waypoints do not move.
+/// centre of mass stays over the planted feet (docs/readings.md#continuous-motions).
 ///
-/// A straight way that will do is kept. Otherwise it is cut into so many pieces that planted feet, which leave their
-/// targets by the square of a piece's length, stay near enough between them, and the program of its inner points
-/// (MakePathProgram) is solved from the straight way by the method's own solver; when that is not feasible, planted
-/// feet still drift too far or something collides between the points, from there with twice as many pieces, up to
-/// kMostPieces.
+/// One way: its waypoints do not move. A straight one that will do is kept. Otherwise it is cut into so many pieces
+/// that planted feet, which leave their targets by the square of a piece's length, stay near enough between them, and
+/// the program of its inner points (MakePathProgram) is solved from the straight way by the method's own solver; when
+/// that is not feasible, planted feet or the centre of mass still drift too far, or something collides between the
+/// points, from there with twice as many pieces, up to kMostPieces. Several ways: likewise, from the points that they
+/// have, and the waypoints between them move, too.
 ///
 /// A workspace; one thread.
 class PathSolver {
@@ -51,19 +53,25 @@ class PathSolver {
   PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task, const ContactOptions& contacts);
 
   /// `attempts` as for windows, but perturb and generator, which are of this program's points.
-  WaySolution Solve(const Way& way, const std::function<MultiStartSettings()>& attempts);
+  StretchSolution Solve(const Stretch& start, const std::function<MultiStartSettings()>& attempts);
 
   /// Term evaluations so far, those of a solve at hand included.
   std::int64_t Evaluations() const;
 
  private:
   bool IsFree(const Eigen::VectorXd& points);
-  double Drift(const Stance& planted, const Eigen::VectorXd& points);
+  double Drift(const Eigen::VectorXd& points);
+  double Lean(const Eigen::VectorXd& points);
+  template <class Visit>
+  void ForEachMiddle(const Eigen::VectorXd& points, Visit visit);
   bool SolvePieces(const MultiStartSettings& attempts, Program& program, Eigen::VectorXd& points,
-                   WaySolution* solution);
-  bool WillDo(const Stance& planted, const Eigen::VectorXd& points, WaySolution* solution);
-  int FirstPieces(const Stance& planted, const Eigen::VectorXd& ends);
+                   StretchSolution* solution);
+  bool WillDo(const Eigen::VectorXd& points, StretchSolution* solution);
+  int FirstPieces(const Stretch& start, const Eigen::VectorXd& ends);
   Eigen::VectorXd Divided(const Eigen::VectorXd& points, int pieces) const;
+  Eigen::VectorXd PointsOf(const Stretch& stretch, int pieces) const;
+  Stretch StretchOf(const Stretch& start, const Eigen::VectorXd& points) const;
+  void LookAt(const Stretch& start);
 
   const Dataset* dataset_;
   CollisionQuery* query_;
@@ -73,8 +81,11 @@ class PathSolver {
   PathClearance clearance_;
   Kinematics kinematics_;
   Eigen::VectorXd x_;
-  std::int64_t evaluations_ = 0;      ///< of programs that are gone
-  const Program* program_ = nullptr;  ///< at hand
+  // Of the stretch at hand, by way.
+  std::vector<Stance> planted_;
+  std::vector<std::vector<Eigen::Vector2d>> polygons_;  ///< of the planted feet, where balance is asked for
+  std::int64_t evaluations_ = 0;                        ///< of programs that are gone
+  const Program* program_ = nullptr;                    ///< at hand
 };
 
 }  // namespace legopt

@@ -1,5 +1,6 @@
 #include "legopt/solve/problem_solver.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -61,8 +62,12 @@ class ProblemSolver::Run {
            std::to_string(settings_.repetition) + "/" + (task_.windowed ? std::to_string(window) + "/" : "");
   }
   ContactOptions Contacts() const {
-    return {method_.collision_margin_m, method_.contact_range_m, method_.continuous_collision,
-            method_.continuous_weight};
+    ContactOptions contacts;
+    contacts.margin_m = method_.collision_margin_m;
+    contacts.range_m = method_.contact_range_m;
+    contacts.continuous = method_.continuous_collision;
+    contacts.continuous_weight = method_.continuous_weight;
+    return contacts;
   }
   /// Term evaluations so far.
   std::int64_t Evaluations() const {
@@ -78,7 +83,11 @@ class ProblemSolver::Run {
   void KeepWindow(const StanceWindow& window, const Eigen::VectorXd& x);
   std::string WindowName(const StanceWindow& window, int index) const;
   void Account(const MultiStartResult& result);
-  void Account(const WaySolution& solution, int way);
+  Stretch StretchFrom(const ProblemDefinition& problem, int first, int last) const;
+  void Keep(const Stretch& stretch, int first);
+  bool SolveStretch(const ProblemDefinition& problem, int way, int first, int last, StretchSolution* solution);
+  int SolveWay(const ProblemDefinition& problem, int way);
+  void Account(const StretchSolution& solution, int way);
   const Stance* StanceAt(const ProblemDefinition& problem, int waypoint) const {
     return &problem.stances[static_cast<size_t>(StanceOfWaypoint(task_.task, waypoint))];
   }
@@ -94,9 +103,10 @@ class ProblemSolver::Run {
   std::unique_ptr<Solver> solver_;
   SolveTimer timer_;
   SolveOutcome outcome_;
-  const Program* program_ = nullptr;  ///< of the window at hand
-  double window_costs_ = 0.0;         ///< sum of the programs' own
-  std::optional<PathSolver> paths_;   ///< of a continuous task, once its waypoints are known
+  const Program* program_ = nullptr;                ///< of the window at hand
+  double window_costs_ = 0.0;                       ///< sum of the programs' own
+  std::optional<PathSolver> paths_;                 ///< of a continuous task, once its waypoints are known
+  std::vector<std::vector<Eigen::VectorXd>> ways_;  ///< its points between the waypoints
 };
 
 // Effort before time: a solve that ends by its effort does so whenever the clock lets it come that far.
@@ -137,40 +147,79 @@ MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int window
   return attempts;
 }
 
-/// What lies between the waypoints of a continuous task, one way after the other; those that fail are kept as well, for
-/// the judge to tell.
+/// What there is from a waypoint to another one.
+Stretch ProblemSolver::Run::StretchFrom(const ProblemDefinition& problem, int first, int last) const {
+  Stretch stretch;
+  for (int w = first; w <= last; ++w) {
+    stretch.stances.push_back(StanceAt(problem, w));
+    stretch.waypoints.push_back(outcome_.waypoints[static_cast<size_t>(w)]);
+    if (w < last) stretch.ways.push_back(ways_[static_cast<size_t>(w)]);
+  }
+  return stretch;
+}
+
+void ProblemSolver::Run::Keep(const Stretch& stretch, int first) {
+  std::copy(stretch.waypoints.begin(), stretch.waypoints.end(), outcome_.waypoints.begin() + first);
+  std::copy(stretch.ways.begin(), stretch.ways.end(), ways_.begin() + first);
+}
+
+/// The stretch between two waypoints, for the sake of a way in it. False when there is no solution.
+bool ProblemSolver::Run::SolveStretch(const ProblemDefinition& problem, int way, int first, int last,
+                                      StretchSolution* solution) {
+  const std::string identity =
+      Identity(problem, outcome_.windows + way) + (last - first > 1 ? std::to_string(last - first) + "/" : "");
+  *solution = paths_->Solve(StretchFrom(problem, first, last),
+                            [&] { return Attempts(identity, outcome_.windows, Ends::kBothFixed); });
+  outcome_.restarts += solution->restarts;
+  outcome_ += solution->effort;
+  return solution->feasible;
+}
+
+/// The way from a waypoint to the next. When there is none, the waypoints beside it move as well, first its own and
+/// then one more at either side. Returns the next way to solve. One that fails is kept as well, for the judge to tell.
+int ProblemSolver::Run::SolveWay(const ProblemDefinition& problem, int way) {
+  constexpr int kMostBeside = 2;
+  const int last = static_cast<int>(outcome_.waypoints.size()) - 1;
+  StretchSolution solution, wider;
+  bool solved = SolveStretch(problem, way, way, way + 1, &solution);
+  int end = way + 1;
+  Stretch found = solution.stretch;
+  int first = way;
+  for (int beside = 1; beside <= kMostBeside && !solved && !IsStopped(solution.status); ++beside) {
+    const int from = std::max(0, way - beside), to = std::min(last, way + 1 + beside);
+    if (to - from <= end - first) break;  // the whole motion
+    solved = SolveStretch(problem, way, from, to, &wider);
+    if (IsStopped(wider.status)) solution.status = wider.status;
+    if (!solved) continue;
+    found = wider.stretch;
+    first = from;
+    end = to;
+    solution = wider;
+  }
+  Keep(found, first);
+  Account(solution, way);
+  return end;
+}
+
+/// What lies between the waypoints of a continuous task, one way after the other.
 void ProblemSolver::Run::SolveWays(const ProblemDefinition& problem) {
   paths_.emplace(dataset_, query_, *solver_, task_.task, Contacts());
-  TimedPath path;
-  const auto keep = [&path](const Eigen::VectorXd& point, double time) {
-    path.points.push_back(point);
-    path.times.push_back(time);
-  };
-  const int ways = static_cast<int>(outcome_.waypoints.size()) - 1;
-  for (int w = 0; w <= ways; ++w) {
-    const Eigen::VectorXd& from = outcome_.waypoints[static_cast<size_t>(w)];
-    keep(from, w);
-    if (w == ways || outcome_.windows_solved < outcome_.windows) continue;
+  const int num_ways = static_cast<int>(outcome_.waypoints.size()) - 1;
+  ways_.assign(static_cast<size_t>(std::max(num_ways, 0)), {});
+  const bool complete = outcome_.windows_solved == outcome_.windows;
+  for (int way = 0; complete && way < num_ways;) {
     if (const auto stop = Stopped()) {
       outcome_.status = *stop;
-      continue;
+      break;
     }
-    const Way way{StanceAt(problem, w), StanceAt(problem, w + 1), &from,
-                  &outcome_.waypoints[static_cast<size_t>(w) + 1]};
-    const WaySolution solution = paths_->Solve(
-        way, [&] { return Attempts(Identity(problem, outcome_.windows + w), outcome_.windows, Ends::kBothFixed); });
-    Account(solution, w);
-    const double pieces = static_cast<double>(solution.inner.size()) + 1.0;
-    for (size_t k = 0; k < solution.inner.size(); ++k) keep(solution.inner[k], w + static_cast<double>(k + 1) / pieces);
+    way = SolveWay(problem, way);
   }
   outcome_.term_evaluations = Evaluations();
   paths_.reset();
-  outcome_.waypoints = PutTogether(path);
+  outcome_.waypoints = PutTogether(PathThrough(outcome_.waypoints, ways_));
 }
 
-void ProblemSolver::Run::Account(const WaySolution& solution, int way) {
-  outcome_.restarts += solution.restarts;
-  outcome_ += solution.effort;
+void ProblemSolver::Run::Account(const StretchSolution& solution, int way) {
   if (!solution.feasible && outcome_.message.empty()) {
     outcome_.message = "from waypoint " + std::to_string(way) + " to the next, " + solution.message;
     outcome_.status =

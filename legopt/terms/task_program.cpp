@@ -51,19 +51,23 @@ void AddTransitions(const Ingredients& of, WaypointProgram& program) {
   }
 }
 
-/// A waypoint is also the end of transitions, on which fewer feet may carry the robot.
+/// A waypoint is also the end of a way on which fewer feet may carry the robot than it stands on.
+void AddBalanceOnWay(const Dataset& dataset, WaypointProgram& program, int waypoint, const Stance& own,
+                     const Stance& planted) {
+  if (planted.footholds.empty()) return;
+  if (planted.footholds.size() == own.footholds.size()) return;  // its own constraint says it
+  program.Append(
+      std::make_unique<ComTerm>(waypoint, program.state(waypoint), Edges(TargetSupportPolygon(dataset, planted))));
+}
+
 void AddBalancedTransitions(const Ingredients& of, WaypointProgram& program) {
   AddTransitions(of, program);
   for (int t = 0; t + 1 < program.num_waypoints(); ++t) {
-    const Stance* const stances[] = {of.demands[static_cast<std::size_t>(t)].stance,
-                                     of.demands[static_cast<std::size_t>(t) + 1].stance};
-    const Stance planted = PlantedFeet(*stances[0], *stances[1]);
-    if (planted.footholds.empty()) continue;
-    for (int end = 0; end < 2; ++end) {
-      if (planted.footholds.size() == stances[end]->footholds.size()) continue;  // its own constraint says it
-      program.Append(
-          std::make_unique<ComTerm>(t + end, program.state(t + end), Edges(TargetSupportPolygon(of.dataset, planted))));
-    }
+    const Stance& from = *of.demands[static_cast<std::size_t>(t)].stance;
+    const Stance& to = *of.demands[static_cast<std::size_t>(t) + 1].stance;
+    const Stance planted = PlantedFeet(from, to);
+    AddBalanceOnWay(of.dataset, program, t, from, planted);
+    AddBalanceOnWay(of.dataset, program, t + 1, to, planted);
   }
 }
 
@@ -133,16 +137,28 @@ std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& datas
   return program;
 }
 
-std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, CollisionQuery& query, const Stance& planted,
-                                                 int pieces, bool balanced, const ContactOptions& contacts,
-                                                 double step_m, Sweep sweep) {
+std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, CollisionQuery& query,
+                                                 std::span<const Stance* const> stances, int pieces, bool balanced,
+                                                 const ContactOptions& contacts, double step_m, Sweep sweep) {
   constexpr int kVelocityUnit = 0;
-  const bool has_polygon = !planted.footholds.empty();
-  std::vector<WaypointDemand> demands(static_cast<std::size_t>(pieces) + 1,
-                                      {.stance = &planted, .balanced = balanced && has_polygon});
-  demands.front() = demands.back() = {.stance = nullptr, .fixed = true};
+  const auto ways = stances.size() - 1;
+  std::vector<Stance> planted;
+  for (std::size_t w = 0; w < ways; ++w) planted.push_back(PlantedFeet(*stances[w], *stances[w + 1]));
+  std::vector<WaypointDemand> demands = {{.stance = nullptr, .fixed = true}};
+  for (std::size_t w = 0; w < ways; ++w) {
+    const bool has_polygon = !planted[w].footholds.empty();
+    demands.insert(demands.end(), static_cast<std::size_t>(pieces) - 1,
+                   {.stance = &planted[w], .balanced = balanced && has_polygon});
+    demands.push_back({.stance = stances[w + 1]});
+  }
+  demands.back() = {.stance = nullptr, .fixed = true};
   auto program = std::make_unique<WaypointProgram>(dataset, query, demands, contacts);
-  for (int t = 0; t < pieces; ++t) {
+  for (std::size_t w = 0; balanced && w + 1 < ways; ++w) {
+    const int waypoint = static_cast<int>(w + 1) * pieces;
+    AddBalanceOnWay(dataset, *program, waypoint, *stances[w + 1], planted[w]);
+    AddBalanceOnWay(dataset, *program, waypoint, *stances[w + 1], planted[w + 1]);
+  }
+  for (int t = 0; t + 1 < program->num_waypoints(); ++t) {
     WaypointState& from = program->state(t);
     WaypointState& to = program->state(t + 1);
     program->Append(std::make_unique<VelocityCostTerm>(t, kVelocityUnit, from, to));

@@ -8,6 +8,7 @@
 
 #include "legopt/evaluate/judge.h"
 #include "legopt/evaluate/timed_path.h"
+#include "legopt/methods/registry.h"
 #include "legopt/robot/interpolation.h"
 #include "legopt/solve/path_clearance.h"
 #include "legopt/solve/path_solver.h"
@@ -167,6 +168,54 @@ TEST(PathSolver, AWayThatFailsIsNamed) {
   EXPECT_EQ(judge.Evaluate(Task::kBalanced, jump, outcome.waypoints).literal, Verdict::kCom);
   EXPECT_EQ(outcome.status, SolveStatus::kConvergedInfeasible);
   EXPECT_THAT(outcome.message, HasSubstr("from waypoint 1 to the next"));
+}
+
+// A waypoint amid an obstacle: no way leads there, but the motion does not have to go there.
+TEST(PathSolver, WaypointsThatAreInTheWayAreMoved) {
+  const test::TemporaryFolder folder;
+  const auto dataset = Dataset::Load(test::SyntheticFolder(folder.path()).path());
+  const ProblemDefinition& posture = dataset->problem(Task::kPosture, 0);
+  const Stance& stance = posture.stances[0];
+  const Eigen::VectorXd up =
+      ProblemSolver(dataset).Solve(Task::kPosture, posture, Initialization::kGood, {}, {}).waypoints.front();
+  CollisionQuery query(dataset->collision_model(SceneRepresentation::kSolid, PairSelection::kReference));
+  // The arm as far in the column as it comes.
+  Eigen::VectorXd in_column = up;
+  Kinematics kinematics(dataset->robot());
+  double deepest_m = 0.0;
+  for (double angle = -1.5; angle <= 1.5; angle += 0.05) {
+    Eigen::VectorXd x = up;
+    x[test::kLeftShoulder] = angle;
+    kinematics.UpdatePoses(x);
+    for (const Contact& contact : query.Contacts(kinematics, kRange_m)) {
+      if (contact.distance_m >= deepest_m) continue;
+      deepest_m = contact.distance_m;
+      in_column = x;
+    }
+  }
+  ASSERT_LT(deepest_m, -0.01);
+
+  const std::unique_ptr<Solver> solver = MakeSolver(Method::Of("best"));
+  PathSolver paths(*dataset, query, *solver, Task::kContinuous, {});
+  const auto attempts = [] {
+    MultiStartSettings settings;
+    settings.generator = [](int restart) { return std::mt19937_64(static_cast<unsigned>(restart)); };
+    return settings;
+  };
+  const StretchSolution way = paths.Solve({{&stance, &stance}, {up, in_column}, {{}}}, attempts);
+  EXPECT_FALSE(way.feasible);
+  EXPECT_THAT(way.message, HasSubstr("collision"));
+  EXPECT_EQ(way.stretch.waypoints[1], in_column);
+
+  const Stretch start{{&stance, &stance, &stance, &stance}, {up, in_column, in_column, up}, {{}, {}, {}}};
+  const StretchSolution solution = paths.Solve(start, attempts);
+  ASSERT_TRUE(solution.feasible) << solution.message;
+  EXPECT_EQ(solution.stretch.waypoints.front(), up);
+  EXPECT_EQ(solution.stretch.waypoints.back(), up);
+  const TimedPath path = PathThrough(solution.stretch.waypoints, solution.stretch.ways);
+  const ProblemDefinition problem{.id = 1, .stances = {stance, stance}};
+  const Evaluation evaluation = Judge(dataset).Evaluate(Task::kContinuous, problem, PutTogether(path));
+  EXPECT_EQ(evaluation.strict, Verdict::kSuccess) << evaluation.detail;
 }
 
 // A robot with nothing to do has no points to add.
