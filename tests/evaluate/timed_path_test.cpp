@@ -50,6 +50,15 @@ TEST(TimedPath, IsTakenApartAndPutTogetherAgain) {
   EXPECT_EQ(PutTogether(path), points);
 }
 
+TEST(TimedPath, LeadsThroughWaypointsAtEqualTimes) {
+  const auto at = [](double x) { return Eigen::VectorXd(Eigen::VectorXd::Constant(2, x)); };
+  const std::vector<Eigen::VectorXd> waypoints = {at(0), at(1), at(2)};
+  const std::vector<std::vector<Eigen::VectorXd>> ways = {{}, {at(5), at(6), at(7)}};
+  const TimedPath path = PathThrough(waypoints, ways);
+  EXPECT_EQ(path.times, (std::vector<double>{0, 1, 1.25, 1.5, 1.75, 2}));
+  EXPECT_EQ(path.points, (std::vector<Eigen::VectorXd>{at(0), at(1), at(5), at(6), at(7), at(2)}));
+}
+
 TEST(TimedPath, OfWaypointsAloneIsOne) {
   TimedPath path;
   EXPECT_FALSE(TakeApart(Points({0, 1, 2, 3}), 4, kSize, &path));
