@@ -29,7 +29,7 @@ void BlockChain::Reset(int num_blocks, int stride, bool chained) {
   removed_.assign(static_cast<size_t>(stride), 0.0);
   min_pivot_.resize(static_cast<size_t>(stride));
   scratch_.resize(static_cast<size_t>(stride));
-  squares_left_.resize(2 * kMostRows * static_cast<size_t>(stride));
+  squares_left_.resize(size_t{2} * kMostRows * static_cast<size_t>(stride));
   squares_right_.resize(squares_left_.size());
 }
 

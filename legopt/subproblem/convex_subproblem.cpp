@@ -69,8 +69,9 @@ void ConvexSubproblem::ClearBlock(std::vector<double>& blocks, int t, bool tiled
   double* const block = blocks.data() + BlockOffset(t);
   for (int i = 0; i < stride_; ++i) {
     double* const row = block + static_cast<std::ptrdiff_t>(i) * stride_;
+    const std::ptrdiff_t tile = i / kTile * std::ptrdiff_t{kTile};
     if (tiled) {
-      kernels::Store(row + i / kTile * kTile, kernels::Lanes{});
+      kernels::Store(row + tile, kernels::Lanes{});
     } else {
       std::fill_n(row, stride_, 0.0);
     }

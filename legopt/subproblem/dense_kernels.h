@@ -148,12 +148,14 @@ inline void AddProductsOfLower(const double* b, const double* x, double* out, in
 
 /// out += B x for a tiled B.
 inline void AddProductsOfTiled(const double* tiles, const double* x, double* out, int stride) {
-  for (int k = 0; k < stride; k += kLanes) AddProducts(tiles + k * kLanes, kLanes, kLanes, x + k, out + k, kLanes);
+  for (std::ptrdiff_t k = 0; k < stride; k += kLanes)
+    AddProducts(tiles + k * kLanes, kLanes, kLanes, x + k, out + k, kLanes);
 }
 
 /// out += B^T c for a tiled B.
 inline void AddCombinationOfTiled(const double* c, const double* tiles, double* out, int stride) {
-  for (int k = 0; k < stride; k += kLanes) AddCombination(c + k, tiles + k * kLanes, kLanes, kLanes, out + k, kLanes);
+  for (std::ptrdiff_t k = 0; k < stride; k += kLanes)
+    AddCombination(c + k, tiles + k * kLanes, kLanes, kLanes, out + k, kLanes);
 }
 
 /// The upper (or lower) half of a matrix, its diagonal's tiles included, as a tiled matrix has it.

@@ -56,8 +56,7 @@ SubproblemSolver::Result InteriorPointSolver::Solve(const ConvexSubproblem& prob
 void InteriorPointSolver::TakeStep(const ConvexSubproblem& problem, Eigen::Ref<Eigen::VectorXd> dx) const {
   const int n = problem.block_size();
   for (Eigen::Index i = 0; i < dx.size(); ++i) {
-    const auto block = static_cast<int>(i / n);
-    const auto k = static_cast<size_t>(block * stride_ + i % n);
+    const auto k = static_cast<size_t>(i / n * stride_ + i % n);
     dx[i] = fixed_[k];
     if (free_[k] == 0.0) continue;
     const size_t mine = k - static_cast<size_t>(first_block_) * static_cast<size_t>(stride_);

@@ -32,8 +32,9 @@ std::uint64_t PackedRows::Support(const double* coefficients, const double* free
   const std::uint64_t whole = vectors >= kMostBits ? ~std::uint64_t{0} : (std::uint64_t{1} << vectors) - 1;
   std::uint64_t support = 0;
   for (int v = 0; v < std::min(vectors, kMostBits); ++v) {
-    const unsigned here = kernels::NonZeros(kernels::Load(coefficients + v * kFour));
-    const bool any = here != 0 && (here & kernels::NonZeros(kernels::Load(free + v * kFour))) != 0;
+    const std::ptrdiff_t column = std::ptrdiff_t{v} * kFour;
+    const unsigned here = kernels::NonZeros(kernels::Load(coefficients + column));
+    const bool any = here != 0 && (here & kernels::NonZeros(kernels::Load(free + column))) != 0;
     support |= std::uint64_t{any} << v;
   }
   if (vectors > kMostBits) return whole;
