@@ -49,9 +49,9 @@ void NamingLink(const Link& link, Action action) {
 
 /// One hull round all pieces of a link with several, when they are hulls.
 int AddWhole(const LinkShapes& link, Impl& impl) {
-  if (link.num_pieces == 1) return link.first_piece;
+  if (link.hulls.count == 1) return link.hulls.first;
   std::vector<Eigen::Vector3d> points;
-  for (int p = link.first_piece; p < link.first_piece + link.num_pieces; ++p) {
+  for (int p = link.hulls.first; p < link.hulls.end(); ++p) {
     const ConvexShape& piece = impl.shapes[static_cast<size_t>(p)];
     if (piece.kind() != ConvexShape::Kind::kHull) return -1;
     points.insert(points.end(), piece.points().begin(), piece.points().end());
@@ -62,61 +62,63 @@ int AddWhole(const LinkShapes& link, Impl& impl) {
 }
 
 CollisionModel::Ball BallRound(const LinkShapes& link, const Impl& impl) {
-  if (link.num_pieces == 0) return {};
+  if (link.hulls.count == 0) return {};
   if (link.whole >= 0) {
     const ConvexShape& whole = impl.shapes[static_cast<size_t>(link.whole)];
     return {whole.centre(), whole.bounding_radius()};
   }
   Eigen::AlignedBox3d bounds;
-  for (int p = link.first_piece; p < link.first_piece + link.num_pieces; ++p) {
+  for (int p = link.hulls.first; p < link.hulls.end(); ++p) {
     bounds.extend(impl.shapes[static_cast<size_t>(p)].bounds());
   }
   return {bounds.center(), 0.5 * bounds.diagonal().norm()};
 }
 
 /// One convex shape per geometry.
-void AddPieces(const Link& link, const ReadGuard& guard, Impl& impl) {
+void AddHulls(const Link& link, const ReadGuard& guard, Impl& impl) {
   LinkShapes shapes;
-  shapes.first_piece = static_cast<int>(impl.shapes.size());
+  shapes.hulls.first = static_cast<int>(impl.shapes.size());
   for (const ShapeSpec& spec : link.collision) {
     const bool mesh = spec.kind == ShapeSpec::Kind::kMesh;
     impl.shapes.push_back(mesh ? ConvexShape::FromHull(ComputeHull(Tessellate(spec, guard).vertices))
                                : ConvexShape::FromPrimitive(spec));
   }
-  shapes.num_pieces = static_cast<int>(impl.shapes.size()) - shapes.first_piece;
+  shapes.hulls.count = static_cast<int>(impl.shapes.size()) - shapes.hulls.first;
   shapes.whole = AddWhole(shapes, impl);
   shapes.ball = BallRound(shapes, impl);
   impl.links.push_back(shapes);
 }
 
 /// Decomposes the meshes of a link, unless that has been done.
-void AddFinePieces(const RobotModel& robot, int link, const CollisionOptions& options, Impl& impl) {
+void AddFiner(const RobotModel& robot, int link, PairDetail detail, const CollisionOptions& options, Impl& impl) {
+  const bool bodies = detail == PairDetail::kBodies;
   LinkShapes& shapes = impl.links[static_cast<size_t>(link)];
-  if (shapes.num_fine > 0) return;
+  ShapeRun& run = bodies ? shapes.bodies : shapes.pieces;
+  if (run.count > 0) return;
   const DecompositionLimits limits{options.link_concavity_m, options.max_link_pieces};
-  shapes.first_fine = static_cast<int>(impl.shapes.size());
+  run.first = static_cast<int>(impl.shapes.size());
   for (const ShapeSpec& spec : robot.links()[static_cast<size_t>(link)].collision) {
     if (spec.kind != ShapeSpec::Kind::kMesh) {
       impl.shapes.push_back(ConvexShape::FromPrimitive(spec));
       continue;
     }
-    for (ConvexHull& hull : DecomposeApproximately(Tessellate(spec, robot.read_guard()), limits)) {
+    const TriangleMesh mesh = Tessellate(spec, robot.read_guard());
+    for (ConvexHull& hull : bodies ? DecomposeBodies(mesh, limits) : DecomposeApproximately(mesh, limits)) {
       impl.shapes.push_back(ConvexShape::FromHull(std::move(hull)));
     }
   }
-  shapes.num_fine = static_cast<int>(impl.shapes.size()) - shapes.first_fine;
+  run.count = static_cast<int>(impl.shapes.size()) - run.first;
 }
 
 void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> reference_x, const CollisionOptions& options,
               Impl& impl) {
-  for (const Link& link : robot.links()) NamingLink(link, [&] { AddPieces(link, robot.read_guard(), impl); });
+  for (const Link& link : robot.links()) NamingLink(link, [&] { AddHulls(link, robot.read_guard(), impl); });
   TrimeshWorld world;
   LinkTrimeshes meshes(robot, world);
   impl.pairs = ClassifyLinkPairs(robot, meshes, reference_x, options.pairs);
-  impl.fine.assign(impl.links.size() * impl.links.size(), false);
-  for (const LinkPair& pair : impl.pairs.phantom) {
-    impl.fine[impl.PairIndex(pair.first, pair.second)] = true;
-    for (int link : {pair.first, pair.second}) AddFinePieces(robot, link, options, impl);
+  for (const LinkPair& pair : impl.pairs.decomposed) {
+    const PairDetail detail = impl.pairs.detail[impl.PairIndex(pair.first, pair.second)];
+    for (int link : {pair.first, pair.second}) AddFiner(robot, link, detail, options, impl);
   }
   for (const ConvexShape& shape : impl.shapes) impl.ranges.push_back(impl.link_points.Add(shape.points()));
 }
@@ -204,9 +206,9 @@ CollisionModel::PairStatus CollisionModel::pair_status(int a, int b) const {
   return impl_->pairs.status[impl_->PairIndex(a, b)];
 }
 
-const std::vector<LinkPair>& CollisionModel::decomposed_pairs() const { return impl_->pairs.phantom; }
+const std::vector<LinkPair>& CollisionModel::decomposed_pairs() const { return impl_->pairs.decomposed; }
 
-int CollisionModel::num_link_pieces(int link) const { return impl_->links.at(static_cast<size_t>(link)).num_pieces; }
+int CollisionModel::num_link_pieces(int link) const { return impl_->links.at(static_cast<size_t>(link)).hulls.count; }
 
 const CollisionModel::Ball& CollisionModel::link_ball(int link) const {
   return impl_->links.at(static_cast<size_t>(link)).ball;

@@ -62,12 +62,6 @@ struct Source {
   int other;  ///< obstacle, or shape of link_b
 };
 
-/// A run of shapes.
-struct Shapes {
-  int first;
-  int count;
-};
-
 }  // namespace
 
 struct CollisionQuery::Impl {
@@ -88,6 +82,8 @@ struct CollisionQuery::Impl {
     around_boxes.Reserve(data.solids.size());
     around.reserve(data.solids.size());
     near_obstacles.reserve(data.solids.size());
+    near_a.reserve(data.shapes.size());
+    near_b.reserve(data.shapes.size());
     constexpr size_t kContacts = 256;
     contacts.reserve(kContacts);
     sources.reserve(kContacts);
@@ -118,12 +114,9 @@ struct CollisionQuery::Impl {
     set.upper = bounds.max();
   }
 
-  void Place(const Shapes& shapes, const Eigen::Isometry3d& pose) {
-    for (int shape = shapes.first; shape < shapes.first + shapes.count; ++shape) Place(shape, pose);
+  void Place(const ShapeRun& shapes, const Eigen::Isometry3d& pose) {
+    for (int shape = shapes.first; shape < shapes.end(); ++shape) Place(shape, pose);
   }
-
-  Shapes Pieces(int link) const { return {Link(link).first_piece, Link(link).num_pieces}; }
-  Shapes Fine(int link) const { return {Link(link).first_fine, Link(link).num_fine}; }
 
   /// Places what bounds each link (its whole, or its pieces); other shapes wait until something comes near.
   Eigen::AlignedBox3d PlaceLinks(const Kinematics& kinematics, std::span<const int> links) {
@@ -131,11 +124,11 @@ struct CollisionQuery::Impl {
     Eigen::AlignedBox3d robot;
     for (const int link : links) {
       const int whole = Link(link).whole;
-      const Shapes shapes = whole >= 0 ? Shapes{whole, 1} : Pieces(link);
+      const ShapeRun shapes = whole >= 0 ? ShapeRun{whole, 1} : Link(link).hulls;
       Place(shapes, kinematics.link_pose(link));
       Eigen::AlignedBox3d& bounds = link_bounds[static_cast<size_t>(link)];
       bounds.setEmpty();
-      for (int shape = shapes.first; shape < shapes.first + shapes.count; ++shape) bounds.extend(Bounds(shape));
+      for (int shape = shapes.first; shape < shapes.end(); ++shape) bounds.extend(Bounds(shape));
       link_boxes.Set(static_cast<size_t>(link), bounds);
       robot.extend(bounds);
     }
@@ -186,6 +179,22 @@ struct CollisionQuery::Impl {
     distance.point_b = deepest - distance.distance_m * plane.normal;
   }
 
+  /// Lists and places those of a link's shapes that may come within the margin of `other`, a box in the world: most
+  /// pieces of a large link are far from what is near another one.
+  void PlaceNear(const ShapeRun& shapes, const Eigen::Isometry3d& pose, const Eigen::AlignedBox3d& other, double margin,
+                 std::vector<int>& near) {
+    constexpr double kRounding = 1e-9;  // m; of the box that is turned
+    const Eigen::Vector3d half = pose.linear().transpose().cwiseAbs() * (0.5 * other.sizes());
+    const Eigen::Vector3d centre = pose.linear().transpose() * (other.center() - pose.translation());
+    const Eigen::AlignedBox3d turned(centre - half, centre + half);
+    near.clear();
+    for (int shape = shapes.first; shape < shapes.end(); ++shape) {
+      if (!Near(data.shapes[static_cast<size_t>(shape)].bounds(), turned, margin + kRounding)) continue;
+      Place(shape, pose);
+      near.push_back(shape);
+    }
+  }
+
   void CollideWithScene(const Kinematics& kinematics, double margin, std::span<const int> links);
   void CollideWithItself(const Kinematics& kinematics, double margin);
   void CollectObstacles(Eigen::AlignedBox3d robot, double margin);
@@ -208,9 +217,10 @@ struct CollisionQuery::Impl {
   PointArena placed;
   OdeConvexWorld ode;
   BoxArray link_boxes;
-  Eigen::AlignedBox3d region;  ///< whose obstacles are `around`; empty at first
-  std::vector<int> around;     ///< ascending
-  BoxArray around_boxes;       ///< parallel to around
+  Eigen::AlignedBox3d region;       ///< whose obstacles are `around`; empty at first
+  std::vector<int> around;          ///< ascending
+  BoxArray around_boxes;            ///< parallel to around
+  std::vector<int> near_a, near_b;  ///< shapes of the two links that are compared
   std::vector<int> near_obstacles;
   BoxArray obstacle_boxes;   ///< parallel to near_obstacles
   std::int64_t queries = 0;  ///< answered so far
@@ -228,13 +238,13 @@ void CollisionQuery::Impl::CollideLinkWithObstacle(int link, int obstacle, const
   if (shapes.whole >= 0) {
     if (BallMisses(shapes.whole, box, margin) || BallMissesPlane(shapes.whole, obstacle, margin)) return;
     if (!CollideWithObstacle(shapes.whole, obstacle, margin, distance)) return;
-    if (shapes.num_pieces == 1) {
+    if (shapes.hulls.count == 1) {
       Report(link, kScene, {shapes.whole, obstacle}, distance);
       return;
     }
   }
-  Place(Pieces(link), kinematics.link_pose(link));
-  for (int piece = shapes.first_piece; piece < shapes.first_piece + shapes.num_pieces; ++piece) {
+  Place(shapes.hulls, kinematics.link_pose(link));
+  for (int piece = shapes.hulls.first; piece < shapes.hulls.end(); ++piece) {
     if (!Near(Bounds(piece), box, margin) || BallMisses(piece, box, margin)) continue;
     if (CollideWithObstacle(piece, obstacle, margin, distance)) Report(link, kScene, {piece, obstacle}, distance);
   }
@@ -291,13 +301,13 @@ void CollisionQuery::Impl::CollideWithScene(const Kinematics& kinematics, double
   if (robot.isEmpty()) return;
   CollectObstacles(robot, margin);
   for (const int link : links) {
-    if (Link(link).num_pieces > 0) CollideLinkWithScene(link, kinematics, margin);
+    if (Link(link).hulls.count > 0) CollideLinkWithScene(link, kinematics, margin);
   }
 }
 
 void CollisionQuery::Impl::CollideWithItself(const Kinematics& kinematics, double margin) {
   for (int b = 0; b < num_links(); ++b) {
-    if (Link(b).num_pieces == 0) continue;
+    if (Link(b).hulls.count == 0) continue;
     link_boxes.ForEachNear(link_bounds[static_cast<size_t>(b)], margin, static_cast<size_t>(b), [&](size_t i) {
       const int a = static_cast<int>(i);
       if (data.pairs.status[data.PairIndex(a, b)] == CollisionModel::PairStatus::kChecked)
@@ -308,28 +318,26 @@ void CollisionQuery::Impl::CollideWithItself(const Kinematics& kinematics, doubl
 
 void CollisionQuery::Impl::CollideLinks(int a, int b, const Kinematics& kinematics, double margin) {
   const size_t begin = contacts.size();
-  const bool fine = data.fine[data.PairIndex(a, b)];
+  const PairDetail detail = data.pairs.detail[data.PairIndex(a, b)];
   const int whole_a = Link(a).whole;
   const int whole_b = Link(b).whole;
   PairDistance distance;
   if (whole_a >= 0 && whole_b >= 0) {
     if (BallMisses(whole_a, link_bounds[static_cast<size_t>(b)], margin)) return;
     if (BallMisses(whole_b, link_bounds[static_cast<size_t>(a)], margin)) return;
-    if (!fine) {
+    if (detail == PairDetail::kHulls) {
       if (!ode.CollideMoving(whole_a, whole_b, margin, distance)) return;
-      if (Link(a).num_pieces == 1 && Link(b).num_pieces == 1) {
+      if (Link(a).hulls.count == 1 && Link(b).hulls.count == 1) {
         Report(a, b, {whole_a, whole_b}, distance);
         return;
       }
     }
   }
-  const Shapes shapes_a = fine ? Fine(a) : Pieces(a);
-  const Shapes shapes_b = fine ? Fine(b) : Pieces(b);
-  Place(shapes_a, kinematics.link_pose(a));
-  Place(shapes_b, kinematics.link_pose(b));
-  for (int pa = shapes_a.first; pa < shapes_a.first + shapes_a.count; ++pa) {
+  PlaceNear(Link(a).Of(detail), kinematics.link_pose(a), link_bounds[static_cast<size_t>(b)], margin, near_a);
+  PlaceNear(Link(b).Of(detail), kinematics.link_pose(b), link_bounds[static_cast<size_t>(a)], margin, near_b);
+  for (const int pa : near_a) {
     if (!Near(Bounds(pa), link_bounds[static_cast<size_t>(b)], margin)) continue;
-    for (int pb = shapes_b.first; pb < shapes_b.first + shapes_b.count; ++pb) {
+    for (const int pb : near_b) {
       if (!Near(Bounds(pa), Bounds(pb), margin)) continue;
       if (ode.CollideMoving(pa, pb, margin, distance)) Report(a, b, {pa, pb}, distance);
     }

@@ -3,8 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <tuple>
+
+#include "legopt/collision/mesh_components.h"
 
 namespace legopt {
 namespace {
@@ -251,6 +254,14 @@ std::vector<ConvexHull> DecomposeApproximately(const TriangleMesh& mesh, const D
   }
   std::vector<ConvexHull> hulls;
   for (Piece& piece : pieces) hulls.push_back(std::move(piece.hull));
+  return hulls;
+}
+
+std::vector<ConvexHull> DecomposeBodies(const TriangleMesh& mesh, const DecompositionLimits& limits) {
+  std::vector<ConvexHull> hulls;
+  for (const TriangleMesh& body : SplitIntoComponents(mesh)) {
+    std::ranges::move(DecomposeApproximately(body, limits), std::back_inserter(hulls));
+  }
   return hulls;
 }
 

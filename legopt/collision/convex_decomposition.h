@@ -24,4 +24,8 @@ bool IsConvex(const TriangleMesh& mesh, const ConvexHull& hull, double tolerance
 /// facet's normal, before meeting the mesh; facets made by cuts do not count. Deterministic.
 std::vector<ConvexHull> DecomposeApproximately(const TriangleMesh& mesh, const DecompositionLimits& limits);
 
+/// The same of every body of the mesh (mesh_components.h) by itself, the limits for each: no piece bridges the gap
+/// between two bodies, into which another link may reach.
+std::vector<ConvexHull> DecomposeBodies(const TriangleMesh& mesh, const DecompositionLimits& limits);
+
 }  // namespace legopt

@@ -46,10 +46,9 @@ void AppendSurface(const ConvexShape& shape, TriangleMesh* mesh) {
 TriangleMesh LinkSurfaces(const CollisionModel& model, int link) {
   const CollisionModel::Impl& data = model.impl();
   const LinkShapes& shapes = data.links[static_cast<size_t>(link)];
-  const bool fine = shapes.num_fine > 0;
-  const int first = fine ? shapes.first_fine : shapes.first_piece, count = fine ? shapes.num_fine : shapes.num_pieces;
+  const ShapeRun& run = shapes.Finest();
   TriangleMesh mesh;
-  for (int i = 0; i < count; ++i) AppendSurface(data.shapes[static_cast<size_t>(first + i)], &mesh);
+  for (int i = run.first; i < run.end(); ++i) AppendSurface(data.shapes[static_cast<size_t>(i)], &mesh);
   return mesh;
 }
 

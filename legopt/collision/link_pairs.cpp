@@ -132,6 +132,22 @@ std::vector<LinkPair> FindJoinedPairs(const RobotModel& robot, LinkTrimeshes& me
   return pairs;
 }
 
+void SetDetail(const RobotModel& robot, LinkTrimeshes& meshes, LinkPairRules& rules) {
+  const size_t n = robot.links().size();
+  rules.detail.assign(n * n, PairDetail::kHulls);
+  const auto detail = [&](const LinkPair& pair) -> PairDetail& {
+    return rules.detail[static_cast<size_t>(pair.first) * n + static_cast<size_t>(pair.second)];
+  };
+  const std::vector<LinkPair>& apart = rules.pairs[PairSelection::kReference];
+  for (const LinkPair& pair : rules.checked()) {
+    if (std::ranges::find(apart, pair) == apart.end()) detail(pair) = PairDetail::kBodies;
+  }
+  for (const LinkPair& pair : FindPhantomPairs(robot, meshes, apart)) detail(pair) = PairDetail::kPieces;
+  for (const LinkPair& pair : rules.checked()) {
+    if (detail(pair) != PairDetail::kHulls) rules.decomposed.push_back(pair);
+  }
+}
+
 }  // namespace
 
 LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes,
@@ -153,7 +169,7 @@ LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes,
   const bool by_reference = selection == PairSelection::kReference;
   rules.status = StatusOf(robot, others, by_reference ? PairStatus::kIgnoredReferencePose : PairStatus::kIgnoredJoined,
                           rules.checked());
-  rules.phantom = FindPhantomPairs(robot, meshes, rules.checked());
+  SetDetail(robot, meshes, rules);
   return rules;
 }
 

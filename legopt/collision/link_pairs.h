@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "legopt/collision/collision_model.h"
@@ -7,14 +8,23 @@
 
 namespace legopt {
 
+/// By what two links are compared.
+enum class PairDetail : std::uint8_t {
+  kHulls,   ///< one hull per mesh
+  kPieces,  ///< meshes cut into pieces: hulls would forbid what is free
+  kBodies   ///< every body of the meshes cut by itself: the links reach into each other's hollows
+};
+
 /// Which pairs of links are compared, and which of them need more than one hull per mesh.
 struct LinkPairRules {
   std::vector<CollisionModel::PairStatus> status;       ///< num_links x num_links, row by row, symmetric
   Per<PairSelection, std::vector<LinkPair>> pairs;      ///< by each selection; ascending by (second, first)
   PairSelection selection = PairSelection::kReference;  ///< which of them the solver compares
-  /// Pairs of that selection whose hulls overlap although the meshes are apart in a fair share of all postures: there,
-  /// hulls would forbid what is free.
-  std::vector<LinkPair> phantom;
+  /// num_links x num_links like `status`. Of the solver's pairs, those that touch in the reference pose are compared by
+  /// bodies; of the others, those whose hulls overlap although the meshes are apart in a fair share of all postures, by
+  /// pieces.
+  std::vector<PairDetail> detail;
+  std::vector<LinkPair> decomposed;  ///< the solver's pairs of more detail than hulls, in its order
 
   const std::vector<LinkPair>& checked() const { return pairs[selection]; }  ///< what the solver compares
 };

@@ -11,12 +11,24 @@
 
 namespace legopt {
 
-/// Shapes of one link within the model's arrays.
+/// Consecutive shapes within the model's array.
+struct ShapeRun {
+  int first = 0;                             ///< index into `shapes`
+  int count = 0;                             ///< how many
+  int end() const { return first + count; }  ///< behind the last
+};
+
+/// Shapes of one link, by the detail in which it is compared with other links; none where no pair asks for it.
 struct LinkShapes {
-  int first_piece = 0;  ///< one hull or primitive per geometry
-  int num_pieces = 0;   ///< one for each geometry
-  int first_fine = 0;   ///< decomposition, only for links of phantom pairs
-  int num_fine = 0;     ///< 0: the link is in no phantom pair
+  ShapeRun hulls;   ///< one hull or primitive per geometry
+  ShapeRun pieces;  ///< decomposed meshes
+  ShapeRun bodies;  ///< meshes decomposed body by body
+  /// Those of a detail.
+  const ShapeRun& Of(PairDetail detail) const {
+    return detail == PairDetail::kHulls ? hulls : detail == PairDetail::kPieces ? pieces : bodies;
+  }
+  /// Those of the finest detail that the link has.
+  const ShapeRun& Finest() const { return bodies.count > 0 ? bodies : pieces.count > 0 ? pieces : hulls; }
   /// Index into `shapes`: one hull round all pieces, to test first; the only piece; -1 when there is neither.
   int whole = -1;
   CollisionModel::Ball ball;  ///< holds all shapes, link frame
@@ -25,7 +37,7 @@ struct LinkShapes {
 /// Data behind CollisionModel. Points of links are in link frames, points of obstacles in the world.
 struct CollisionModel::Impl {
   std::vector<LinkShapes> links;          ///< by link
-  std::vector<ConvexShape> shapes;        ///< pieces, fine pieces and wholes of all links
+  std::vector<ConvexShape> shapes;        ///< of all links, of every detail, and their wholes
   std::vector<PointArena::Range> ranges;  ///< by shape: its points in link_points
   PointArena link_points;                 ///< of all shapes, each in the frame of its link
 
@@ -37,11 +49,10 @@ struct CollisionModel::Impl {
   std::vector<HalfSpace> triangle_planes;    ///< surfaces only, by obstacle; a zero normal for triangles without area
   SceneRepresentation scene{};               ///< what the obstacles are
 
-  LinkPairRules pairs;     ///< which pairs are compared, and how
-  std::vector<bool> fine;  ///< num_links x num_links: the pair is compared by fine pieces
+  LinkPairRules pairs;  ///< which pairs are compared, and how
 
   bool surface() const { return scene != SceneRepresentation::kSolid; }  ///< the scene is made of triangles
-  /// Of a pair of links in `fine` and in LinkPairRules::status.
+  /// Of a pair of links in LinkPairRules::status and LinkPairRules::detail.
   size_t PairIndex(int a, int b) const { return static_cast<size_t>(a) * links.size() + static_cast<size_t>(b); }
 };
 

@@ -132,48 +132,107 @@ TEST(CollisionQuery, ContactsObeyTheConventions) {
   EXPECT_GT(self, 50);
 }
 
+using Nearest = std::map<std::pair<int, int>, double>;  // by (link, other link or scene)
+
+void Consider(std::pair<int, int> pair, double distance_m, Nearest& nearest) {
+  const auto [it, inserted] = nearest.try_emplace(pair, distance_m);
+  it->second = std::min(it->second, distance_m);
+}
+
+/// By brute force: every shape against every other one.
+Nearest OfAllPairs(const CollisionModel& model, const Kinematics& kinematics, double margin) {
+  const CollisionModel::Impl& data = model.impl();
+  Nearest nearest;
+  const auto consider = [&](int a, int b, const SupportSet& sa, const SupportSet& sb) {
+    PairDistance d;
+    if (SignedDistance(sa, sb, margin, d)) Consider({a, b}, d.distance_m, nearest);
+  };
+  const auto place = [&](int link, PairDetail detail) {
+    std::vector<std::unique_ptr<PlacedShape>> placed;
+    const ShapeRun run = data.links[static_cast<size_t>(link)].Of(detail);
+    for (int i = run.first; i < run.end(); ++i) {
+      placed.push_back(std::make_unique<PlacedShape>(data.shapes[static_cast<size_t>(i)], kinematics.link_pose(link)));
+    }
+    return placed;
+  };
+  for (int a = 0; a < model.num_links(); ++a) {
+    for (const auto& pa : place(a, PairDetail::kHulls)) {
+      for (const SupportSet& solid : data.solid_sets) consider(a, kScene, pa->set(), solid);
+    }
+    for (int b = a + 1; b < model.num_links(); ++b) {
+      if (model.pair_status(a, b) != CollisionModel::PairStatus::kChecked) continue;
+      const PairDetail detail = data.pairs.detail[data.PairIndex(a, b)];
+      const auto placed_b = place(b, detail);
+      for (const auto& pa : place(a, detail)) {
+        for (const auto& pb : placed_b) consider(a, b, pa->set(), pb->set());
+      }
+    }
+  }
+  return nearest;
+}
+
+void ExpectNearestOfAllPairs(CollisionQuery& query, const Kinematics& kinematics) {
+  constexpr double kMargin = 0.08;
+  Nearest nearest;
+  for (const Contact& c : query.Contacts(kinematics, kMargin)) {
+    Consider({c.link_a, c.link_b}, c.distance_m, nearest);
+  }
+  const Nearest expected = OfAllPairs(query.model(), kinematics, kMargin);
+  ASSERT_EQ(nearest.size(), expected.size());
+  for (const auto& [pair, distance] : expected) {
+    ASSERT_EQ(nearest.count(pair), 1U);
+    EXPECT_NEAR(nearest.at(pair), distance, 1e-7);
+  }
+}
+
 TEST(CollisionQuery, AgreesWithTestingAllPairsOfShapes) {
   Fixture f;
   CollisionQuery query(f.model);
   Draw draw(42);
-  constexpr double kMargin = 0.08;
-  const CollisionModel::Impl& data = f.model->impl();
   for (int round = 0; round < 200; ++round) {
+    SCOPED_TRACE(round);
     f.kinematics.Update(DrawPosture(f.robot, draw));
-    std::map<std::pair<int, int>, double> nearest;  // by (link, other link or scene)
-    for (const Contact& c : query.Contacts(f.kinematics, kMargin)) {
-      auto [it, inserted] = nearest.try_emplace({c.link_a, c.link_b}, c.distance_m);
-      it->second = std::min(it->second, c.distance_m);
+    ExpectNearestOfAllPairs(query, f.kinematics);
+  }
+}
+
+// Pelvis and utorso of the Atlas touch in the reference pose: an actuator of the one stands in a hollow of the other,
+// millimetres from its walls.
+TEST(AtlasQuery, LinksMayReachIntoHollowsOfEachOther) {
+  LEGOPT_REQUIRE_FILE(DataFolder() / "atlas/atlas.urdf");
+  const RobotModel robot = Atlas();
+  CollisionQuery query(CollisionModel::Build(robot, {}, AtlasReference(robot), {.pairs = PairSelection::kAll}));
+  TrimeshWorld world;
+  LinkTrimeshes meshes(robot, world);
+  const int pelvis = robot.FindLink("pelvis"), utorso = robot.FindLink("utorso");
+  Kinematics kinematics(robot);
+  Draw draw(45);
+  constexpr double kNoticeable = 1e-3;
+  int apart = 0, inside = 0;
+  for (int round = 0; round < 60; ++round) {
+    SCOPED_TRACE(round);
+    Eigen::VectorXd x = ZeroPose(robot);
+    for (int i = 0; i < robot.num_dofs(); ++i) {
+      x[i] = std::clamp(draw.Number(-0.3, 0.3), robot.lower_limits()[i], robot.upper_limits()[i]);
     }
-    std::map<std::pair<int, int>, double> expected;
-    const auto consider = [&](int a, int b, const SupportSet& sa, const SupportSet& sb) {
-      PairDistance d;
-      if (!SignedDistance(sa, sb, kMargin, d)) return;
-      auto [it, inserted] = expected.try_emplace({a, b}, d.distance_m);
-      it->second = std::min(it->second, d.distance_m);
-    };
-    const int links = f.model->num_links();
-    for (int a = 0; a < links; ++a) {
-      const LinkShapes& shapes_a = data.links[static_cast<size_t>(a)];
-      for (int i = shapes_a.first_piece; i < shapes_a.first_piece + shapes_a.num_pieces; ++i) {
-        const PlacedShape pa(data.shapes[static_cast<size_t>(i)], f.kinematics.link_pose(a));
-        for (const SupportSet& solid : data.solid_sets) consider(a, kScene, pa.set(), solid);
-        for (int b = a + 1; b < links; ++b) {
-          if (f.model->pair_status(a, b) != CollisionModel::PairStatus::kChecked) continue;
-          const LinkShapes& shapes_b = data.links[static_cast<size_t>(b)];
-          for (int j = shapes_b.first_piece; j < shapes_b.first_piece + shapes_b.num_pieces; ++j) {
-            const PlacedShape pb(data.shapes[static_cast<size_t>(j)], f.kinematics.link_pose(b));
-            consider(a, b, pa.set(), pb.set());
-          }
-        }
-      }
+    kinematics.Update(x);
+    if (round % 6 == 0) ExpectNearestOfAllPairs(query, kinematics);
+    meshes.Place(kinematics);
+    const auto &a = meshes.geometry(pelvis, 0), &b = meshes.geometry(utorso, 0);
+    const double depth = std::max(meshes.ExactDepth(a, b), meshes.InsideDepth(a, b));
+    double distance = kEverything;
+    for (const Contact& c : query.Contacts(kinematics, 0.0)) {
+      if (c.link_a == pelvis && c.link_b == utorso) distance = std::min(distance, c.distance_m);
     }
-    ASSERT_EQ(nearest.size(), expected.size()) << round;
-    for (const auto& [pair, distance] : expected) {
-      ASSERT_EQ(nearest.count(pair), 1U);
-      EXPECT_NEAR(nearest.at(pair), distance, 1e-7);
+    if (depth > kNoticeable) {
+      ++inside;
+      EXPECT_LT(distance, 0.0) << depth;
+    } else if (depth <= 0.0 && distance >= 0.0) {
+      ++apart;
     }
   }
+  EXPECT_GT(inside, 5);
+  EXPECT_GT(apart, 30);  // by hulls, and by pieces of whole meshes, none is
 }
 
 TEST(CollisionQuery, ResultsDoNotDependOnEarlierQueriesNorOnTheThread) {

@@ -175,6 +175,17 @@ TEST(Decomposition, PiecesContainTheMeshAndApproachIt) {
   }
 }
 
+// Between two plates a third one may stand: a piece round both would be in its way.
+TEST(Decomposition, NoPieceBridgesTwoBodies) {
+  TriangleMesh plates;
+  for (const double z : {-0.05, 0.05}) Append(plates, BoxMesh({0.4, 0.4, 0.02}, At(0, 0, z)));
+  constexpr DecompositionLimits kLimits{0.2, 8};  // coarser than the gap
+  ASSERT_EQ(DecomposeApproximately(plates, kLimits).size(), 1U);
+  const std::vector<ConvexHull> pieces = DecomposeBodies(plates, kLimits);
+  ASSERT_EQ(pieces.size(), 2U);
+  for (const ConvexHull& piece : pieces) EXPECT_GT(piece.PlaneDistance(Eigen::Vector3d::Zero()), 0.03);
+}
+
 TEST(Decomposition, PieceLimitAndRepeatabilityHold) {
   TriangleMesh cross;
   Append(cross, BoxMesh({2, 0.2, 0.2}, At(0, 0, 0)));

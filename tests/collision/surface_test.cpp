@@ -322,7 +322,7 @@ std::map<std::pair<int, int>, double> TestAllTriangles(const CollisionModel& mod
   std::map<std::pair<int, int>, double> found;
   for (int link = 0; link < model.num_links(); ++link) {
     const LinkShapes& shapes = data.links[static_cast<size_t>(link)];
-    for (int piece = shapes.first_piece; piece < shapes.first_piece + shapes.num_pieces; ++piece) {
+    for (int piece = shapes.hulls.first; piece < shapes.hulls.end(); ++piece) {
       const PlacedShape placed(data.shapes[static_cast<size_t>(piece)], kinematics.link_pose(link));
       for (size_t t = 0; t < data.solid_sets.size(); ++t) {
         PairDistance d;
