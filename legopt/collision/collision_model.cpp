@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "legopt/collision/convex_decomposition.h"
+#include "legopt/collision/link_pieces.h"
 #include "legopt/collision/link_trimeshes.h"
 #include "legopt/collision/model_data.h"
 #include "legopt/collision/scene_solids.h"
@@ -89,25 +89,15 @@ void AddHulls(const Link& link, const ReadGuard& guard, Impl& impl) {
   impl.links.push_back(shapes);
 }
 
-/// Decomposes the meshes of a link, unless that has been done.
-void AddFiner(const RobotModel& robot, int link, PairDetail detail, const CollisionOptions& options, Impl& impl) {
+/// Adds the finer shapes of a link, unless that has been done.
+void AddFiner(int link, PairDetail detail, LinkPieces& pieces, Impl& impl) {
   const bool bodies = detail == PairDetail::kBodies;
   LinkShapes& shapes = impl.links[static_cast<size_t>(link)];
   ShapeRun& run = bodies ? shapes.bodies : shapes.pieces;
   if (run.count > 0) return;
-  const DecompositionLimits limits{options.link_concavity_m, options.max_link_pieces};
-  run.first = static_cast<int>(impl.shapes.size());
-  for (const ShapeSpec& spec : robot.links()[static_cast<size_t>(link)].collision) {
-    if (spec.kind != ShapeSpec::Kind::kMesh) {
-      impl.shapes.push_back(ConvexShape::FromPrimitive(spec));
-      continue;
-    }
-    const TriangleMesh mesh = Tessellate(spec, robot.read_guard());
-    for (ConvexHull& hull : bodies ? DecomposeBodies(mesh, limits) : DecomposeApproximately(mesh, limits)) {
-      impl.shapes.push_back(ConvexShape::FromHull(std::move(hull)));
-    }
-  }
-  run.count = static_cast<int>(impl.shapes.size()) - run.first;
+  const std::vector<ConvexShape>& finer = bodies ? pieces.Bodies(link) : pieces.Pieces(link);
+  run = {static_cast<int>(impl.shapes.size()), static_cast<int>(finer.size())};
+  impl.shapes.insert(impl.shapes.end(), finer.begin(), finer.end());
 }
 
 void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> reference_x, const CollisionOptions& options,
@@ -115,10 +105,11 @@ void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> referen
   for (const Link& link : robot.links()) NamingLink(link, [&] { AddHulls(link, robot.read_guard(), impl); });
   TrimeshWorld world;
   LinkTrimeshes meshes(robot, world);
-  impl.pairs = ClassifyLinkPairs(robot, meshes, reference_x, options.pairs);
+  LinkPieces pieces(robot, {options.link_concavity_m, options.max_link_pieces});
+  impl.pairs = ClassifyLinkPairs(robot, meshes, pieces, reference_x, options.pairs);
   for (const LinkPair& pair : impl.pairs.decomposed) {
     const PairDetail detail = impl.pairs.detail[impl.PairIndex(pair.first, pair.second)];
-    for (int link : {pair.first, pair.second}) AddFiner(robot, link, detail, options, impl);
+    for (int link : {pair.first, pair.second}) AddFiner(link, detail, pieces, impl);
   }
   for (const ConvexShape& shape : impl.shapes) impl.ranges.push_back(impl.link_points.Add(shape.points()));
 }

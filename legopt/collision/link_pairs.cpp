@@ -8,6 +8,7 @@
 #include <random>
 #include <utility>
 
+#include "legopt/collision/signed_distance.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
@@ -132,17 +133,71 @@ std::vector<LinkPair> FindJoinedPairs(const RobotModel& robot, LinkTrimeshes& me
   return pairs;
 }
 
-void SetDetail(const RobotModel& robot, LinkTrimeshes& meshes, LinkPairRules& rules) {
+/// Convex shapes of one link, placed in the world.
+class PlacedPieces {
+ public:
+  explicit PlacedPieces(const std::vector<ConvexShape>& shapes) : shapes_(shapes), sets_(shapes.size()) {
+    for (const ConvexShape& shape : shapes) ranges_.push_back(local_.Add(shape.points()));
+    world_.ResizeLike(local_);
+    for (size_t i = 0; i < shapes.size(); ++i) world_.View(ranges_[i], sets_[i]);
+  }
+
+  void Place(const Eigen::Isometry3d& pose) {
+    for (size_t i = 0; i < shapes_.size(); ++i) {
+      PlaceSupportSet(shapes_[i], pose, sets_[i]);
+      if (sets_[i].count > 0) world_.Transform(local_, ranges_[i], pose, sets_[i].lower, sets_[i].upper);
+    }
+  }
+
+  bool Overlap(const PlacedPieces& other, double depth_m) const {
+    PairDistance distance;
+    for (const SupportSet& mine : sets_) {
+      for (const SupportSet& theirs : other.sets_) {
+        if (SignedDistance(mine, theirs, -depth_m, distance)) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  const std::vector<ConvexShape>& shapes_;
+  PointArena local_, world_;
+  std::vector<PointArena::Range> ranges_;
+  std::vector<SupportSet> sets_;
+};
+
+/// True when the pieces of two links forbid most of what is free. Few postures part some of these pairs, so that many
+/// are looked at.
+bool PiecesInterlock(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, const LinkPair& pair) {
+  constexpr int kPostures = 512;
+  PlacedPieces first(pieces.Pieces(pair.first)), second(pieces.Pieces(pair.second));
+  std::mt19937_64 random(kSeed);
+  Kinematics kinematics(robot);
+  int apart = 0, phantom = 0;
+  for (int posture = 0; posture < kPostures; ++posture) {
+    kinematics.Update(posture == 0 ? UprightPosture(robot) : SamplePosture(robot, random));
+    meshes.Place(kinematics);
+    if (Touch(meshes, pair) || Overlap(meshes, pair)) continue;
+    ++apart;
+    first.Place(kinematics.link_pose(pair.first));
+    second.Place(kinematics.link_pose(pair.second));
+    if (first.Overlap(second, kNoticeable)) ++phantom;
+  }
+  return 2 * phantom > apart;
+}
+
+void SetDetail(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, LinkPairRules& rules) {
   const size_t n = robot.links().size();
   rules.detail.assign(n * n, PairDetail::kHulls);
   const auto detail = [&](const LinkPair& pair) -> PairDetail& {
     return rules.detail[static_cast<size_t>(pair.first) * n + static_cast<size_t>(pair.second)];
   };
   const std::vector<LinkPair>& apart = rules.pairs[PairSelection::kReference];
-  for (const LinkPair& pair : rules.checked()) {
-    if (std::ranges::find(apart, pair) == apart.end()) detail(pair) = PairDetail::kBodies;
-  }
   for (const LinkPair& pair : FindPhantomPairs(robot, meshes, apart)) detail(pair) = PairDetail::kPieces;
+  for (const LinkPair& pair : rules.checked()) {
+    if (std::ranges::find(apart, pair) != apart.end()) continue;
+    detail(pair) = PiecesInterlock(robot, meshes, pieces, pair) ? PairDetail::kBodies : PairDetail::kPieces;
+  }
   for (const LinkPair& pair : rules.checked()) {
     if (detail(pair) != PairDetail::kHulls) rules.decomposed.push_back(pair);
   }
@@ -150,7 +205,7 @@ void SetDetail(const RobotModel& robot, LinkTrimeshes& meshes, LinkPairRules& ru
 
 }  // namespace
 
-LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes,
+LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces,
                                 Eigen::Ref<const Eigen::VectorXd> reference_x, PairSelection selection) {
   Kinematics kinematics(robot);
   kinematics.Update(reference_x);
@@ -169,7 +224,7 @@ LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes,
   const bool by_reference = selection == PairSelection::kReference;
   rules.status = StatusOf(robot, others, by_reference ? PairStatus::kIgnoredReferencePose : PairStatus::kIgnoredJoined,
                           rules.checked());
-  SetDetail(robot, meshes, rules);
+  SetDetail(robot, meshes, pieces, rules);
   return rules;
 }
 
