@@ -59,9 +59,11 @@ struct SqpOptions {
   /// false: while the constraints hold, a decrease of their remaining violations does not count as an improvement.
   bool polish_violations = true;
   FeasibleStop stop_when_feasible = FeasibleStop::kIncremental;  ///< which inner loops end where the constraints hold
-  double subproblem_accuracy_frac = 1e-8;  ///< a subproblem may end this share of the merit above its optimum, > 0
+  /// A subproblem may end this share of the merit above its optimum, or once no step could be worth it by
+  /// min_approx_improve; the loop has converged then. > 0
+  double subproblem_accuracy_frac = 1e-8;
   /// While the constraints do not hold, a subproblem may also end once its step has this share of the decrease that is
-  /// possible at most, or once no step could be worth it by min_approx_improve; 1: never before its accuracy. [0.1, 1]
+  /// possible at most; 1: never for that. [0.1, 1]
   double subproblem_decrease_share = 1.0;
   SubproblemMethod subproblem = SubproblemMethod::kInteriorPoint;  ///< who solves the convex model
 

@@ -126,7 +126,7 @@ class SubproblemSolver {
   struct Accuracy {
     double gap = 0.0;         ///< within this of the optimal value
     double share = 1.0;       ///< with this share of the largest possible decrease below m(0); 1: never for that
-    double negligible = 0.0;  ///< when no point can be this much below m(0); only with a share below 1
+    double negligible = 0.0;  ///< when no point can be this much below m(0); 0: never for that
   };
 
   /// What a solve tells beside its point.

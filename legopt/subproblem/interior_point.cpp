@@ -297,9 +297,9 @@ double InteriorPointSolver::Decrease() const {
 
 bool InteriorPointSolver::IsSolved(const Accuracy& accuracy, double gap) const {
   if (gap <= std::max(accuracy.gap / scale_, kRelativeGap * static_cast<double>(num_products_))) return true;
-  if (accuracy.share >= 1.0) return false;
+  if (accuracy.share >= 1.0 && accuracy.negligible <= 0.0) return false;
   const double decrease = Decrease(), possible = decrease + gap;
-  return possible * scale_ <= accuracy.negligible || decrease >= accuracy.share * possible;
+  return possible * scale_ < accuracy.negligible || (accuracy.share < 1.0 && decrease >= accuracy.share * possible);
 }
 
 bool InteriorPointSolver::AffineDirection() {

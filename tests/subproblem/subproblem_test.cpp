@@ -214,6 +214,8 @@ TEST(InteriorPoint, EndsWhereNoStepCouldBeWorthIt) {
     EXPECT_LT(hopeless.iterations, all) << seed;
     const auto worth = solver.Solve(problem, {.gap = kAccuracy, .share = 0.999, .negligible = 0.99 * possible}, dx);
     EXPECT_EQ(worth.iterations, all) << seed;  // a bound that is true never ends what is worth it
+    const auto exact = solver.Solve(problem, {.gap = kAccuracy, .negligible = 10.0 * possible}, dx);
+    EXPECT_EQ(exact.iterations, hopeless.iterations) << seed;  // whatever the share
   }
 }
 
