@@ -43,8 +43,9 @@ class BlockChain {
   /// Factors block t. False when the factor is not finite. `pivot_floor`: of each diagonal entry as it was before it
   /// was reduced, the least that elimination leaves.
   bool Eliminate(int t, double pivot_floor);
-  /// b <- M^-1 b, after all blocks are eliminated.
-  void Solve(std::vector<double>& b);
+  /// b <- M^-1 b in two halves: for every t in order, SolveForward once block t is eliminated, and SolveBack at last.
+  void SolveForward(int t, std::vector<double>& b);
+  void SolveBack(std::vector<double>& b);  ///< the second half
 
  private:
   struct Link {

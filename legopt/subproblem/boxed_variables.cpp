@@ -16,6 +16,8 @@ constexpr size_t kLanes = kernels::kLanes;
 /// NaN candidates (0 / 0 of fixed variables) are passed over.
 Lanes Larger(Lanes candidate, Lanes best) { return candidate > best ? candidate : best; }
 
+double Largest(Lanes v) { return std::max(std::max(v[0], v[1]), std::max(v[2], v[3])); }
+
 }  // namespace
 
 void BoxedVariables::Reset(size_t count) {
@@ -50,33 +52,7 @@ void BoxedVariables::Start() {
     below_[i] = std::max(value[i] - lower[i], least);
     above_[i] = std::max(upper[i] - value[i], least);
   }
-  InvertSlacks();
-}
-
-void BoxedVariables::InvertSlacks() {
-  for (size_t i = 0; i < size(); i += kLanes) {
-    const Lanes mask = Load(&free[i]);
-    Store(&inverse_below_[i], mask / Load(&below_[i]));
-    Store(&inverse_above_[i], mask / Load(&above_[i]));
-  }
-}
-
-double BoxedVariables::Gap() const {
-  Lanes gap = {};
-  for (size_t i = 0; i < size(); i += kLanes) {
-    gap += Load(&z_lower[i]) * Load(&below_[i]) + Load(&z_upper[i]) * Load(&above_[i]);
-  }
-  return kernels::Sum(gap);
-}
-
-double BoxedVariables::GapAfter(double length) const {
-  Lanes gap = {};
-  for (size_t i = 0; i < size(); i += kLanes) {
-    const Lanes change = length * Load(&step[i]);
-    gap += (Load(&z_lower[i]) + length * Load(&z_lower_step_[i])) * (Load(&below_[i]) + change) +
-           (Load(&z_upper[i]) + length * Load(&z_upper_step_[i])) * (Load(&above_[i]) - change);
-  }
-  return kernels::Sum(gap);
+  Move(0.0);
 }
 
 void BoxedVariables::BarrierHessian(std::vector<double>& theta) const {
@@ -86,49 +62,77 @@ void BoxedVariables::BarrierHessian(std::vector<double>& theta) const {
   }
 }
 
-void BoxedVariables::Aim(double sigma, bool corrector) {
-  const double second = corrector ? 1.0 : 0.0;
-  for (size_t i = 0; i < size(); i += kLanes) {
-    const Lanes target = sigma * Load(&free[i]);
-    const Lanes bend = second * Load(&step[i]);
-    const Lanes to_lower = target - Load(&z_lower[i]) * Load(&below_[i]) - bend * Load(&z_lower_step_[i]);
-    const Lanes to_upper = target - Load(&z_upper[i]) * Load(&above_[i]) + bend * Load(&z_upper_step_[i]);
-    Store(&z_lower_step_[i], to_lower);
-    Store(&z_upper_step_[i], to_upper);
-    Store(&drive[i], to_lower * Load(&inverse_below_[i]) - to_upper * Load(&inverse_above_[i]));
-  }
-}
-
-void BoxedVariables::CompleteDirection() {
-  for (size_t i = 0; i < size(); i += kLanes) {
-    const Lanes d = Load(&step[i]);
-    Store(&z_lower_step_[i], (Load(&z_lower_step_[i]) - Load(&z_lower[i]) * d) * Load(&inverse_below_[i]));
-    Store(&z_upper_step_[i], (Load(&z_upper_step_[i]) + Load(&z_upper[i]) * d) * Load(&inverse_above_[i]));
-  }
-}
-
-double BoxedVariables::InverseMaxStep() const {
+// -dz / z is 1 + r and 1 - q; whichever slack shrinks does so by less than 1 + |r| and 1 + |q|.
+double BoxedVariables::InverseMaxAffineStep() const {
   Lanes most = kernels::Broadcast(1.0);
   for (size_t i = 0; i < size(); i += kLanes) {
     const Lanes d = Load(&step[i]);
-    most = Larger(-d * Load(&inverse_below_[i]), most);
-    most = Larger(d * Load(&inverse_above_[i]), most);
-    most = Larger(-Load(&z_lower_step_[i]) / Load(&z_lower[i]), most);
-    most = Larger(-Load(&z_upper_step_[i]) / Load(&z_upper[i]), most);
+    const Lanes r = d * Load(&inverse_below_[i]), q = d * Load(&inverse_above_[i]);
+    most = Larger(Larger(-r, 1.0 + r), most);
+    most = Larger(Larger(q, 1.0 - q), most);
   }
-  return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
+  return Largest(most);
+}
+
+double BoxedVariables::GapAfterAffine(double length) const {
+  Lanes lower_gap = {}, upper_gap = {};
+  for (size_t i = 0; i < size(); i += kLanes) {
+    const Lanes change = length * Load(&step[i]);
+    const Lanes r = change * Load(&inverse_below_[i]), q = change * Load(&inverse_above_[i]);
+    lower_gap += Load(&z_lower[i]) * ((1.0 - length) - r) * (Load(&below_[i]) + change);
+    upper_gap += Load(&z_upper[i]) * ((1.0 - length) + q) * (Load(&above_[i]) - change);
+  }
+  return kernels::Sum(lower_gap + upper_gap);
+}
+
+void BoxedVariables::Correct(double sigma) {
+  for (size_t i = 0; i < size(); i += kLanes) {
+    const Lanes d = Load(&step[i]), below = Load(&inverse_below_[i]), above = Load(&inverse_above_[i]);
+    const Lanes r = d * below, q = d * above;
+    const Lanes e_lower = sigma * below + Load(&z_lower[i]) * r * (1.0 + r);
+    const Lanes e_upper = sigma * above - Load(&z_upper[i]) * q * (1.0 - q);
+    Store(&z_lower_step_[i], e_lower);
+    Store(&z_upper_step_[i], e_upper);
+    Store(&drive[i], e_lower - e_upper);
+  }
+}
+
+double BoxedVariables::CompleteDirection() {
+  Lanes most = kernels::Broadcast(1.0);
+  for (size_t i = 0; i < size(); i += kLanes) {
+    const Lanes d = Load(&step[i]);
+    const Lanes r = d * Load(&inverse_below_[i]), q = d * Load(&inverse_above_[i]);
+    const Lanes lower_z = Load(&z_lower[i]), upper_z = Load(&z_upper[i]);
+    const Lanes lower_step = Load(&z_lower_step_[i]) - lower_z * (1.0 + r);
+    const Lanes upper_step = Load(&z_upper_step_[i]) - upper_z * (1.0 - q);
+    Store(&z_lower_step_[i], lower_step);
+    Store(&z_upper_step_[i], upper_step);
+    most = Larger(-r, most);
+    most = Larger(q, most);
+    most = Larger(-lower_step / lower_z, most);
+    most = Larger(-upper_step / upper_z, most);
+  }
+  return Largest(most);
 }
 
 void BoxedVariables::Move(double length) {
+  Lanes lower_gap = {}, upper_gap = {};
   for (size_t i = 0; i < size(); i += kLanes) {
-    const Lanes change = length * Load(&step[i]);
+    const Lanes change = length * Load(&step[i]), mask = Load(&free[i]);
+    const Lanes below = Load(&below_[i]) + change, above = Load(&above_[i]) - change;
+    const Lanes lower_z = Load(&z_lower[i]) + length * Load(&z_lower_step_[i]);
+    const Lanes upper_z = Load(&z_upper[i]) + length * Load(&z_upper_step_[i]);
+    lower_gap += lower_z * below;
+    upper_gap += upper_z * above;
     Store(&value[i], Load(&value[i]) + change);
-    Store(&below_[i], Load(&below_[i]) + change);
-    Store(&above_[i], Load(&above_[i]) - change);
-    Store(&z_lower[i], Load(&z_lower[i]) + length * Load(&z_lower_step_[i]));
-    Store(&z_upper[i], Load(&z_upper[i]) + length * Load(&z_upper_step_[i]));
+    Store(&below_[i], below);
+    Store(&above_[i], above);
+    Store(&z_lower[i], lower_z);
+    Store(&z_upper[i], upper_z);
+    Store(&inverse_below_[i], mask / below);
+    Store(&inverse_above_[i], mask / above);
   }
-  InvertSlacks();
+  gap_ = kernels::Sum(lower_gap + upper_gap);
 }
 
 }  // namespace legopt

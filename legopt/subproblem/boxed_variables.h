@@ -9,8 +9,19 @@ namespace legopt {
 ///
 ///     z_lower (v - lower) = z_upper (upper - v) = sigma,    z >= 0
 ///
-/// Both sides of the solver's saddle point are such variables. Arrays have `size()` entries, a multiple of four; fixed
-/// variables and the rest of the last four have zero multipliers and steps and never limit anything.
+/// Both sides of the solver's saddle point are such variables. Of a Newton step, d for v, the multipliers' follow:
+///
+///     dz_lower = e_lower - z_lower - z_lower d / (v - lower)
+///     dz_upper = e_upper - z_upper + z_upper d / (upper - v)
+///
+/// with e = 0 for the affine one (sigma = 0), and for the corrected one, r = d' / (v - lower), q = d' / (upper - v) of
+/// the affine d',
+///
+///     e_lower = sigma / (v - lower) + z_lower r (1 + r)
+///     e_upper = sigma / (upper - v) - z_upper q (1 - q).
+///
+/// Arrays have `size()` entries, a multiple of four; fixed variables and the rest of the last four have zero multipliers
+/// and steps and never limit anything.
 ///
 /// Plain data with the method's element-wise arithmetic, in whole vectors. One thread; allocates only while it grows.
 class BoxedVariables {
@@ -23,24 +34,22 @@ class BoxedVariables {
   void SetFixed(size_t i, double at);
   size_t size() const { return value.size(); }  ///< variables, rounded up to whole vectors
 
-  /// To be called when values have been set. From here on the slacks v - lower and upper - v are moved along with v:
-  /// their differences would round to zero near a bound long before the method is done with it.
+  /// To be called when values and multipliers have been set. From here on the slacks v - lower and upper - v are moved
+  /// along with v: their differences would round to zero near a bound long before the method is done with it.
   void Start();
-  /// sum of the complementarity products.
-  double Gap() const;
-  /// The same after a step of length `length` along the direction at hand.
-  double GapAfter(double length) const;
+  double gap() const { return gap_; }  ///< sum of the complementarity products
   /// theta_i = z_lower / (v - lower) + z_upper / (upper - v).
   void BarrierHessian(std::vector<double>& theta) const;
-  /// Right-hand sides of the complementarity equations for the target `sigma`, with the second-order terms of the
-  /// direction at hand if `corrector`. Fills `drive`.
-  void Aim(double sigma, bool corrector);
-  /// Multiplier steps that go with `step`.
-  void CompleteDirection();
-  /// max(1, 1 / longest step that keeps all slacks and multipliers non-negative).
-  double InverseMaxStep() const;
-  /// v and the multipliers move by `length` times their steps, the slacks with them. 0 <= length <= 1 /
-  /// InverseMaxStep().
+  /// max(1, 1 / longest part of the affine step that keeps all slacks and multipliers non-negative); `step` is set.
+  double InverseMaxAffineStep() const;
+  /// The gap after `length` times the affine step.
+  double GapAfterAffine(double length) const;
+  /// e_lower and e_upper of the corrected step; `step` is still the affine one. Fills `drive`.
+  void Correct(double sigma);
+  /// The multipliers' part of the corrected step, which `step` is now. Returns the same as InverseMaxAffineStep() of it.
+  double CompleteDirection();
+  /// v and the multipliers move by `length` times their corrected steps, the slacks with them. 0 <= length <= 1 / what
+  /// CompleteDirection() has returned.
   void Move(double length);
 
   std::vector<double> value,  ///< v; filled by the method between Reset() and Start(), like the next four
@@ -50,14 +59,13 @@ class BoxedVariables {
       z_upper;                ///< multipliers of v <= upper, >= 0
   std::vector<double> free;   ///< 1 or 0
   std::vector<double> step;   ///< of value
-  std::vector<double> drive;  ///< what the complementarity targets add to the right-hand side of v's equation
+  std::vector<double> drive;  ///< e_lower - e_upper: what the targets add to the right-hand side of v's equation
 
  private:
-  void InvertSlacks();
-
+  double gap_ = 0.0;
   std::vector<double> below_, above_;                  // slacks
-  std::vector<double> inverse_below_, inverse_above_;  // of the slacks
-  std::vector<double> z_lower_step_, z_upper_step_;    // right-hand sides between Aim and CompleteDirection
+  std::vector<double> inverse_below_, inverse_above_;  // of the slacks; 0 of fixed variables
+  std::vector<double> z_lower_step_, z_upper_step_;    // e_lower and e_upper between Correct and CompleteDirection
 };
 
 }  // namespace legopt

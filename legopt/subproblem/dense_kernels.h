@@ -71,6 +71,13 @@ inline unsigned NonZeros(Lanes v) {
 /// (v0 + v2) + (v1 + v3): always in this order, so that results keep their bits.
 inline double Sum(Lanes v) { return (v[0] + v[2]) + (v[1] + v[3]); }
 
+/// Whether all of `padded` entries are finite.
+inline bool AllFinite(const double* a, int padded) {
+  Lanes zero = {0, 0, 0, 0};  // or not a number
+  for (int j = 0; j < padded; j += kLanes) zero += Load(a + j) * 0.0;
+  return Sum(zero) == 0.0;
+}
+
 /// sum_i a_i b_i over `padded` entries.
 inline double Dot(const double* a, const double* b, int padded) {
   Lanes sum = {0, 0, 0, 0};

@@ -29,8 +29,7 @@ SubproblemSolver::Result InteriorPointSolver::Solve(const ConvexSubproblem& prob
   Result result;
   result.status = Status::kIterationLimit;
   for (; result.iterations < kMaxIterations; ++result.iterations) {
-    Residuals();
-    const double gap = x_.Gap() + y_.Gap();
+    const double gap = x_.gap() + y_.gap();
     if (!std::isfinite(gap)) {
       result.status = Status::kFailed;
       break;
@@ -41,12 +40,12 @@ SubproblemSolver::Result InteriorPointSolver::Solve(const ConvexSubproblem& prob
       break;
     }
     if (!AffineDirection()) break;
-    const double affine_step = MaxStep();
-    const double affine = (x_.GapAfter(affine_step) + y_.GapAfter(affine_step)) / gap;
-    if (!Direction(affine * affine * affine * gap / static_cast<double>(num_products_), true)) break;
-    const double step = std::min(1.0, kStepToBoundary * MaxStep());
-    x_.Move(step);
-    y_.Move(step);
+    const double affine_step = 1.0 / std::max(x_.InverseMaxAffineStep(), y_.InverseMaxAffineStep());
+    const double affine = (x_.GapAfterAffine(affine_step) + y_.GapAfterAffine(affine_step)) / gap;
+    if (!CorrectedDirection(affine * affine * affine * gap / static_cast<double>(num_products_))) break;
+    const double longest = 1.0 / std::max(x_.CompleteDirection(), y_.CompleteDirection());
+    const double step = std::min(1.0, kStepToBoundary * longest);
+    Move(step);
     if (step < kStalledStep) break;
   }
   TakeStep(problem, dx);
@@ -73,9 +72,9 @@ void InteriorPointSolver::Prepare(const ConvexSubproblem& problem) {
   num_y_ = rows_.size();
   CopyCosts(problem);
   SetBoxes(problem);
-  rd_.resize(num_x_);
-  rhs_.resize(num_x_);
-  rp_.resize(y_.size());
+  slope_.resize(num_x_);
+  row_values_.resize(y_.size());
+  row_steps_.resize(y_.size());
   row_scratch_.resize(y_.size());
 }
 
@@ -229,68 +228,62 @@ void InteriorPointSolver::StartingPoint() {
     const double inset = kStartInset * (x_.upper[i] - x_.lower[i]);
     x_.value[i] = std::clamp(0.0, x_.lower[i] + inset, x_.upper[i] - inset);
   }
-  std::fill(row_scratch_.begin(), row_scratch_.end(), 0.0);
-  for (size_t i = 0; i < num_y_; ++i) row_scratch_[i] = rows_.offset(i);
-  rows_.AddProducts(x_.value, row_scratch_);
+  std::fill(row_values_.begin(), row_values_.end(), 0.0);
+  for (size_t i = 0; i < num_y_; ++i) row_values_[i] = rows_.offset(i);
+  rows_.AddProducts(x_.value, row_values_);
   double mean = 0.0;
-  for (size_t i = 0; i < num_y_; ++i) mean += std::abs(row_scratch_[i]) * y_.upper[i];
+  for (size_t i = 0; i < num_y_; ++i) mean += std::abs(row_values_[i]) * y_.upper[i];
   if (num_y_ > 0) mean /= static_cast<double>(num_y_);
   const double barrier = std::max(kStartBarrier * mean, kMinStartBarrier);
-  for (size_t i = 0; i < num_y_; ++i) StartRow(i, row_scratch_[i], barrier);
+  for (size_t i = 0; i < num_y_; ++i) StartRow(i, row_values_[i], barrier);
 
-  x_.Start();
-  y_.Start();
-  // With z still zero the dual residual is H x + g + A'y; zl - zu must equal it.
-  Residuals();
+  // zl - zu must equal H x + g + A'y.
+  UpdateSlope();
+  std::copy(slope_.begin(), slope_.end(), x_.step.begin());
+  rows_.AddTransposed(y_.value, x_.step);
   for (size_t i = 0; i < num_x_; ++i) {
     if (x_.free[i] == 0.0) continue;
     const double slack = 2.0 * barrier / (x_.upper[i] - x_.lower[i]);
-    x_.z_lower[i] = std::max(rd_[i], 0.0) + slack;
-    x_.z_upper[i] = std::max(-rd_[i], 0.0) + slack;
+    x_.z_lower[i] = std::max(x_.step[i], 0.0) + slack;
+    x_.z_upper[i] = std::max(-x_.step[i], 0.0) + slack;
   }
+  x_.Start();
+  y_.Start();
 }
 
-void InteriorPointSolver::Residuals() {
-  for (size_t i = 0; i < num_x_; ++i) rd_[i] = gradient_[i] - x_.z_lower[i] + x_.z_upper[i];
+void InteriorPointSolver::UpdateSlope() {
+  std::copy(gradient_.begin(), gradient_.end(), slope_.begin());
   for (int t = 0; t < num_blocks_; ++t) {
     const double* x = Segment(x_.value, t);
-    double* rd = Segment(rd_, t);
+    double* slope = Segment(slope_, t);
     const Square& square = hessian_[static_cast<size_t>(t)];
     if (square.tiled) {
-      kernels::AddCombinationOfTiled(x, Entries(square), rd, stride_);
+      kernels::AddCombinationOfTiled(x, Entries(square), slope, stride_);
     } else {
-      kernels::AddCombination(x, Entries(square), stride_, stride_, rd, stride_);
+      kernels::AddCombination(x, Entries(square), stride_, stride_, slope, stride_);
     }
     if (!coupled_costs_ || t + 1 == num_blocks_) continue;
     const Square& coupling = coupling_[static_cast<size_t>(t)];
     if (coupling.tiled) {
-      kernels::AddProductsOfTiled(Entries(coupling), x + stride_, rd, stride_);
-      kernels::AddCombinationOfTiled(x, Entries(coupling), rd + stride_, stride_);
+      kernels::AddProductsOfTiled(Entries(coupling), x + stride_, slope, stride_);
+      kernels::AddCombinationOfTiled(x, Entries(coupling), slope + stride_, stride_);
     } else {
-      kernels::AddProducts(Entries(coupling), stride_, stride_, x + stride_, rd, stride_);
-      kernels::AddCombination(x, Entries(coupling), stride_, stride_, rd + stride_, stride_);
+      kernels::AddProducts(Entries(coupling), stride_, stride_, x + stride_, slope, stride_);
+      kernels::AddCombination(x, Entries(coupling), stride_, stride_, slope + stride_, stride_);
     }
   }
-  rows_.AddTransposed(y_.value, rd_);
-  for (size_t i = 0; i < num_y_; ++i) rp_[i] = rows_.offset(i) + y_.z_lower[i] - y_.z_upper[i];
-  std::fill(rp_.begin() + static_cast<std::ptrdiff_t>(num_y_), rp_.end(), 0.0);
-  rows_.AddProducts(x_.value, rp_);
 }
 
 double InteriorPointSolver::Decrease() const {
-  // Residuals left H x = rd - g - A'y + zl - zu and A x + b = rp - wl + wu.
   double linear = 0.0, quadratic = 0.0;
   for (size_t i = 0; i < num_x_; ++i) {
     linear += gradient_[i] * x_.value[i];
-    quadratic += (rd_[i] + x_.z_lower[i] - x_.z_upper[i] - gradient_[i]) * x_.value[i];
+    quadratic += (slope_[i] - gradient_[i]) * x_.value[i];
   }
   double decrease = fixed_decrease_;
   for (size_t i = 0; i < num_y_; ++i) {
-    const double offset = rows_.offset(i);
-    const double a = rp_[i] - y_.z_lower[i] + y_.z_upper[i];
-    quadratic -= y_.value[i] * (a - offset);
     const auto penalty = [&](double value) { return rows_.absolute(i) ? std::abs(value) : std::max(0.0, value); };
-    decrease += rows_.weight(i) / scale_ * (penalty(offset) - penalty(a));
+    decrease += rows_.weight(i) / scale_ * (penalty(rows_.offset(i)) - penalty(row_values_[i]));
   }
   return decrease - linear - 0.5 * quadratic;
 }
@@ -304,20 +297,28 @@ bool InteriorPointSolver::IsSolved(const Accuracy& accuracy, double gap) const {
 
 bool InteriorPointSolver::AffineDirection() {
   for (double pivot_floor = kMinPivot; pivot_floor <= kMaxPivotFloor; pivot_floor *= kPivotFloorGrowth) {
-    if (Factor(pivot_floor) && Direction(0.0, false)) return true;
+    if (Factor(pivot_floor) && CompleteSteps()) return true;
   }
   return false;
 }
 
+// (H + Theta + A'DA) dx = -(g + H x) - A'(y + D (A x + b)): the affine multipliers' steps cancel z - zu and w - wu.
 bool InteriorPointSolver::Factor(double pivot_floor) {
   y_.BarrierHessian(weight_);
-  for (size_t i = 0; i < weight_.size(); ++i) weight_[i] = y_.free[i] / (weight_[i] + (1.0 - y_.free[i]));
+  for (size_t i = 0; i < weight_.size(); ++i) {
+    weight_[i] = y_.free[i] / (weight_[i] + (1.0 - y_.free[i]));
+    row_scratch_[i] = -(y_.value[i] + weight_[i] * row_values_[i]);
+  }
   x_.BarrierHessian(theta_);
+  for (size_t i = 0; i < num_x_; ++i) x_.step[i] = -x_.free[i] * slope_[i];
+  rows_.AddTransposed(row_scratch_, x_.step);
   for (int t = 0; t < num_blocks_; ++t) {
     FormBlock(t);
     if (chain_ && t + 1 < num_blocks_) FormCoupling(t);
     if (!chain_matrix_.Eliminate(t, pivot_floor)) return false;
+    chain_matrix_.SolveForward(t, x_.step);  // while the block is in the cache
   }
+  std::copy(row_values_.begin(), row_values_.end(), y_.step.begin());
   return true;
 }
 
@@ -347,26 +348,35 @@ void InteriorPointSolver::FormCoupling(int t) {
   rows_.AddCoupling(t, weight_, chain_matrix_);
 }
 
-bool InteriorPointSolver::Direction(double sigma, bool corrector) {
-  // (H + Theta + A'DA) dx = -rd + drive_x - A'D (rp + drive_y);  dy = D (A dx + rp + drive_y)
-  x_.Aim(sigma, corrector);
-  y_.Aim(sigma, corrector);
-  for (size_t i = 0; i < num_x_; ++i) rhs_[i] = x_.free[i] * (x_.drive[i] - rd_[i]);
-  for (size_t i = 0; i < y_.size(); ++i) row_scratch_[i] = -weight_[i] * (rp_[i] + y_.drive[i]);
-  rows_.AddTransposed(row_scratch_, rhs_);
-  chain_matrix_.Solve(rhs_);
-  double size = 0.0;
-  for (const double dx : rhs_) size += std::abs(dx);
-  if (!std::isfinite(size)) return false;
-  std::copy(rhs_.begin(), rhs_.end(), x_.step.begin());
-  for (size_t i = 0; i < y_.size(); ++i) y_.step[i] = rp_[i] + y_.drive[i];
-  rows_.AddProducts(x_.step, y_.step);
-  for (size_t i = 0; i < y_.size(); ++i) y_.step[i] *= weight_[i];
-  x_.CompleteDirection();
-  y_.CompleteDirection();
+// With the targets e of both (boxed_variables.h), (H + Theta + A'DA) dx = e - (g + H x) - A'(y + D (A x + b + e')).
+bool InteriorPointSolver::CorrectedDirection(double sigma) {
+  x_.Correct(sigma);
+  y_.Correct(sigma);
+  for (size_t i = 0; i < y_.size(); ++i) {
+    y_.step[i] = row_values_[i] + y_.drive[i];
+    row_scratch_[i] = -(y_.value[i] + weight_[i] * y_.step[i]);
+  }
+  for (size_t i = 0; i < num_x_; ++i) x_.step[i] = x_.drive[i] - x_.free[i] * slope_[i];
+  rows_.AddTransposed(row_scratch_, x_.step);
+  for (int t = 0; t < num_blocks_; ++t) chain_matrix_.SolveForward(t, x_.step);
+  return CompleteSteps();
+}
+
+// dy = D (A dx + A x + b + e'), the last three of which y's step holds.
+bool InteriorPointSolver::CompleteSteps() {
+  chain_matrix_.SolveBack(x_.step);
+  if (!kernels::AllFinite(x_.step.data(), static_cast<int>(num_x_))) return false;
+  std::fill(row_steps_.begin(), row_steps_.end(), 0.0);
+  rows_.AddProducts(x_.step, row_steps_);
+  for (size_t i = 0; i < y_.size(); ++i) y_.step[i] = weight_[i] * (y_.step[i] + row_steps_[i]);
   return true;
 }
 
-double InteriorPointSolver::MaxStep() const { return 1.0 / std::max(x_.InverseMaxStep(), y_.InverseMaxStep()); }
+void InteriorPointSolver::Move(double length) {
+  x_.Move(length);
+  y_.Move(length);
+  for (size_t i = 0; i < y_.size(); ++i) row_values_[i] += length * row_steps_[i];
+  UpdateSlope();
+}
 
 }  // namespace legopt

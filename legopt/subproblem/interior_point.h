@@ -42,18 +42,24 @@ class InteriorPointSolver : public SubproblemSolver {
   void TakeStep(const ConvexSubproblem& problem, Eigen::Ref<Eigen::VectorXd> dx) const;
   void StartingPoint();
   void StartRow(size_t i, double a, double barrier);
-  void Residuals();
-  /// m(0) - m(x) at the residuals' point, divided by scale_.
+  /// slope_ at x.
+  void UpdateSlope();
+  /// m(0) - m(x), divided by scale_.
   double Decrease() const;
   bool IsSolved(const Accuracy& accuracy, double gap) const;
   /// Factors the matrix and computes the predictor; pivots are lifted further until it is finite.
   bool AffineDirection();
+  /// The matrix's factor, and the predictor's right-hand side eliminated forward with it. False when it is not finite.
   bool Factor(double pivot_floor);
   void FormBlock(int t);
   void FormCoupling(int t);
-  /// False when it is not finite; the solver's variables are unharmed then.
-  bool Direction(double sigma, bool corrector);
-  double MaxStep() const;
+  /// Mehrotra's corrector for a target of the products.
+  bool CorrectedDirection(double sigma);
+  /// The steps of x and y from the right-hand side that has been eliminated forward. False when they are not finite; the
+  /// solver's variables are unharmed then.
+  bool CompleteSteps();
+  /// All variables, and what is kept of them, by a part of the direction.
+  void Move(double length);
   /// The problem's block t is its t + first_block_.
   double* Segment(std::vector<double>& vector, int t) const {
     return vector.data() + static_cast<size_t>(t) * static_cast<size_t>(stride_);
@@ -84,10 +90,11 @@ class InteriorPointSolver : public SubproblemSolver {
   std::vector<Square> hessian_, coupling_;  ///< whole diagonal blocks; (t, t + 1)
   BlockChain chain_matrix_;                 ///< H + Theta + A'DA, and its factor
   BoxedVariables x_, y_;
-  std::vector<double> rd_, rp_;      ///< H x + g + A'y - zl + zu; A x + b + wl - wu
+  std::vector<double> slope_;        ///< g + H x
+  std::vector<double> row_values_;   ///< A x + b
+  std::vector<double> row_steps_;    ///< A dx of the direction at hand
   std::vector<double> theta_;        ///< of x
   std::vector<double> weight_;       ///< D by row, the inverse of y's theta
-  std::vector<double> rhs_;          ///< by variable
   std::vector<double> row_scratch_;  ///< by row
 };
 

@@ -54,7 +54,8 @@ class Chain {
     std::srand(5);
     const Eigen::VectorXd right = Eigen::VectorXd::Random(kBlocks * stride_);
     std::vector<double> b(right.begin(), right.end());
-    chain_.Solve(b);
+    for (int t = 0; t < kBlocks; ++t) chain_.SolveForward(t, b);
+    chain_.SolveBack(b);
     const Eigen::VectorXd x = Eigen::VectorXd::Map(b.data(), static_cast<Eigen::Index>(b.size()));
     error = (x - whole_.ldlt().solve(right)).norm();
     return x;
@@ -121,7 +122,8 @@ TEST(BlockChain, CanBeMadeAnew) {
   for (int i = 0; i < 4; ++i) chain.chain().block(0)[5 * i] = 4.0;
   ASSERT_TRUE(chain.chain().Eliminate(0, 1e-14));
   std::vector<double> b = {4, 8, 12, 16};
-  chain.chain().Solve(b);
+  chain.chain().SolveForward(0, b);
+  chain.chain().SolveBack(b);
   EXPECT_EQ(b, (std::vector<double>{1, 2, 3, 4}));
 }
 
