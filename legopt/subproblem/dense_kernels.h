@@ -20,14 +20,24 @@ inline constexpr int kLanes = 4;  ///< doubles of a vector: what rows are padded
 /// Four doubles.
 using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
 
-/// Four doubles from p on, of any alignment: one instruction, as the compilers read it.
+/// Four doubles from p on, of any alignment.
 inline Lanes Load(const double* p) {
+#ifdef __FMA__
+  return _mm256_loadu_pd(p);  // of what is copied in as bytes, GCC 12 keeps copies on the stack
+#else
   Lanes v;
   std::memcpy(&v, p, sizeof(v));
   return v;
+#endif
 }
 /// Four doubles to p on.
-inline void Store(double* p, Lanes v) { std::memcpy(p, &v, sizeof(v)); }
+inline void Store(double* p, Lanes v) {
+#ifdef __FMA__
+  _mm256_storeu_pd(p, v);
+#else
+  std::memcpy(p, &v, sizeof(v));
+#endif
+}
 /// c in every lane.
 inline Lanes Broadcast(double c) { return Lanes{c, c, c, c}; }
 /// a b + c, rounded once in each lane. Compilers may not contract products and sums on their own (-ffp-contract=off),
