@@ -90,13 +90,13 @@ bool BlockChain::Eliminate(int t, double pivot_floor) {
   return true;
 }
 
-void BlockChain::SolveForward(int t, std::vector<double>& b) {
+void BlockChain::SolveForward(int t, AlignedDoubles& b) {
   double* part = b.data() + static_cast<std::ptrdiff_t>(t) * stride_;
   kernels::SolveTransposed(block(t), stride_, part);
   if (chained_ && t + 1 < num_blocks_) CarryForward(t, part);
 }
 
-void BlockChain::SolveBack(std::vector<double>& b) {
+void BlockChain::SolveBack(AlignedDoubles& b) {
   for (int t = num_blocks_ - 1; t >= 0; --t) {
     double* part = b.data() + static_cast<std::ptrdiff_t>(t) * stride_;
     if (chained_ && t + 1 < num_blocks_) CarryBack(t, part);

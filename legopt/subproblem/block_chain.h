@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "legopt/subproblem/aligned_doubles.h"
+
 namespace legopt {
 
 /// A symmetric positive definite matrix of square blocks along the diagonal and beside it, and its Cholesky factor:
@@ -44,8 +46,8 @@ class BlockChain {
   /// was reduced, the least that elimination leaves.
   bool Eliminate(int t, double pivot_floor);
   /// b <- M^-1 b in two halves: for every t in order, SolveForward once block t is eliminated, and SolveBack at last.
-  void SolveForward(int t, std::vector<double>& b);
-  void SolveBack(std::vector<double>& b);  ///< the second half
+  void SolveForward(int t, AlignedDoubles& b);
+  void SolveBack(AlignedDoubles& b);  ///< the second half
 
  private:
   struct Link {
@@ -54,10 +56,10 @@ class BlockChain {
     size_t first = 0;  ///< of its rows in left_ and right_
   };
 
-  double* At(std::vector<double>& blocks, int t) const {
+  double* At(AlignedDoubles& blocks, int t) const {
     return blocks.data() + static_cast<size_t>(t) * static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
   }
-  double* Row(std::vector<double>& rows, int t, int row) const {
+  double* Row(AlignedDoubles& rows, int t, int row) const {
     return rows.data() +
            (links_[static_cast<size_t>(t)].first + static_cast<size_t>(row)) * static_cast<size_t>(stride_);
   }
@@ -70,13 +72,13 @@ class BlockChain {
   std::vector<Link> links_;
   std::vector<std::uint8_t> upper_is_zero_;  ///< by block: of what its coupling has right of the diagonal's tiles
   size_t num_rows_ = 0;
-  std::vector<double> matrix_;    ///< M, then U with M = U^T U
-  std::vector<double> coupling_;  ///< C, then U^-T C
-  std::vector<double> left_;      ///< l, then U^-T l
-  std::vector<double> right_;
-  std::vector<double> removed_;  ///< from the diagonal of the block at hand, by Reduce
-  std::vector<double> min_pivot_, scratch_;
-  std::vector<double> squares_left_, squares_right_;  ///< what rows beside C take from the next block, as products
+  AlignedDoubles matrix_;    ///< M, then U with M = U^T U
+  AlignedDoubles coupling_;  ///< C, then U^-T C
+  AlignedDoubles left_;      ///< l, then U^-T l
+  AlignedDoubles right_;
+  AlignedDoubles removed_;  ///< from the diagonal of the block at hand, by Reduce
+  AlignedDoubles min_pivot_, scratch_;
+  AlignedDoubles squares_left_, squares_right_;  ///< what rows beside C take from the next block, as products
 };
 
 }  // namespace legopt

@@ -55,7 +55,7 @@ void BoxedVariables::Start() {
   Move(0.0);
 }
 
-void BoxedVariables::BarrierHessian(std::vector<double>& theta) const {
+void BoxedVariables::BarrierHessian(AlignedDoubles& theta) const {
   theta.resize(size());
   for (size_t i = 0; i < size(); i += kLanes) {
     Store(&theta[i], Load(&z_lower[i]) * Load(&inverse_below_[i]) + Load(&z_upper[i]) * Load(&inverse_above_[i]));

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "legopt/subproblem/aligned_doubles.h"
+
 namespace legopt {
 
 /// Variables v in boxes [lower, upper] with the multipliers of both sides, as an interior-point method moves them:
@@ -20,8 +22,8 @@ namespace legopt {
 ///     e_lower = sigma / (v - lower) + z_lower r (1 + r)
 ///     e_upper = sigma / (upper - v) - z_upper q (1 - q).
 ///
-/// Arrays have `size()` entries, a multiple of four; fixed variables and the rest of the last four have zero multipliers
-/// and steps and never limit anything.
+/// Arrays have `size()` entries, a multiple of four; fixed variables and the rest of the last four have zero
+/// multipliers and steps and never limit anything.
 ///
 /// Plain data with the method's element-wise arithmetic, in whole vectors. One thread; allocates only while it grows.
 class BoxedVariables {
@@ -39,33 +41,34 @@ class BoxedVariables {
   void Start();
   double gap() const { return gap_; }  ///< sum of the complementarity products
   /// theta_i = z_lower / (v - lower) + z_upper / (upper - v).
-  void BarrierHessian(std::vector<double>& theta) const;
+  void BarrierHessian(AlignedDoubles& theta) const;
   /// max(1, 1 / longest part of the affine step that keeps all slacks and multipliers non-negative); `step` is set.
   double InverseMaxAffineStep() const;
   /// The gap after `length` times the affine step.
   double GapAfterAffine(double length) const;
   /// e_lower and e_upper of the corrected step; `step` is still the affine one. Fills `drive`.
   void Correct(double sigma);
-  /// The multipliers' part of the corrected step, which `step` is now. Returns the same as InverseMaxAffineStep() of it.
+  /// The multipliers' part of the corrected step, which `step` is now. Returns the same as InverseMaxAffineStep() of
+  /// it.
   double CompleteDirection();
   /// v and the multipliers move by `length` times their corrected steps, the slacks with them. 0 <= length <= 1 / what
   /// CompleteDirection() has returned.
   void Move(double length);
 
-  std::vector<double> value,  ///< v; filled by the method between Reset() and Start(), like the next four
-      lower,                  ///< lower bounds
-      upper,                  ///< upper bounds
-      z_lower,                ///< multipliers of v >= lower, >= 0
-      z_upper;                ///< multipliers of v <= upper, >= 0
-  std::vector<double> free;   ///< 1 or 0
-  std::vector<double> step;   ///< of value
-  std::vector<double> drive;  ///< e_lower - e_upper: what the targets add to the right-hand side of v's equation
+  AlignedDoubles value,  ///< v; filled by the method between Reset() and Start(), like the next four
+      lower,             ///< lower bounds
+      upper,             ///< upper bounds
+      z_lower,           ///< multipliers of v >= lower, >= 0
+      z_upper;           ///< multipliers of v <= upper, >= 0
+  AlignedDoubles free;   ///< 1 or 0
+  AlignedDoubles step;   ///< of value
+  AlignedDoubles drive;  ///< e_lower - e_upper: what the targets add to the right-hand side of v's equation
 
  private:
   double gap_ = 0.0;
-  std::vector<double> below_, above_;                  // slacks
-  std::vector<double> inverse_below_, inverse_above_;  // of the slacks; 0 of fixed variables
-  std::vector<double> z_lower_step_, z_upper_step_;    // e_lower and e_upper between Correct and CompleteDirection
+  AlignedDoubles below_, above_;                  // slacks
+  AlignedDoubles inverse_below_, inverse_above_;  // of the slacks; 0 of fixed variables
+  AlignedDoubles z_lower_step_, z_upper_step_;    // e_lower and e_upper between Correct and CompleteDirection
 };
 
 }  // namespace legopt

@@ -65,7 +65,7 @@ ConvexSubproblem::ConvexSubproblem(int num_blocks, int block_size)
   for (int j = 0; j < stride_; j += kTile) all_columns_.push_back(j);
 }
 
-void ConvexSubproblem::ClearBlock(std::vector<double>& blocks, int t, bool tiled) {
+void ConvexSubproblem::ClearBlock(AlignedDoubles& blocks, int t, bool tiled) {
   double* const block = blocks.data() + BlockOffset(t);
   for (int i = 0; i < stride_; ++i) {
     double* const row = block + static_cast<std::ptrdiff_t>(i) * stride_;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "legopt/program/program.h"
+#include "legopt/subproblem/aligned_doubles.h"
 
 namespace legopt {
 
@@ -68,14 +69,14 @@ class ConvexSubproblem {
   /// The same of block (t, t + 1).
   bool coupling_is_tiled(int t) const { return tiled_coupling_[static_cast<size_t>(t)] != 0; }
   /// Padded vectors, num_blocks * stride() entries.
-  const std::vector<double>& gradient() const { return gradient_; }
-  const std::vector<double>& lower() const { return lower_; }  ///< lower bounds of dx, padded likewise
-  const std::vector<double>& upper() const { return upper_; }  ///< upper bounds of dx, padded likewise
+  const AlignedDoubles& gradient() const { return gradient_; }
+  const AlignedDoubles& lower() const { return lower_; }  ///< lower bounds of dx, padded likewise
+  const AlignedDoubles& upper() const { return upper_; }  ///< upper bounds of dx, padded likewise
 
  private:
   int AddSparseCost(int block, const LinearModel& model);
   void AddDenseCost(int block, const LinearModel& model, int first);
-  void ClearBlock(std::vector<double>& blocks, int t, bool tiled);
+  void ClearBlock(AlignedDoubles& blocks, int t, bool tiled);
   double QuadraticValue(int t, const double* x) const;
   size_t BlockOffset(int t) const {
     return static_cast<size_t>(t) * static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
@@ -85,13 +86,13 @@ class ConvexSubproblem {
   double constant_ = 0.0;
   double max_weight_ = 0.0;
   bool has_coupling_ = false;
-  std::vector<double> diagonal_, coupling_, gradient_, lower_, upper_;
+  AlignedDoubles diagonal_, coupling_, gradient_, lower_, upper_;
   std::vector<std::uint8_t> tiled_diagonal_, tiled_coupling_;  ///< by block
   std::vector<Row> rows_;
-  std::vector<double> coefficients_;
-  std::vector<double> doubled_;  ///< rows of a cost, times two
+  AlignedDoubles coefficients_;
+  AlignedDoubles doubled_;  ///< rows of a cost, times two
   std::vector<int> all_columns_;
-  mutable std::vector<double> padded_;
+  mutable AlignedDoubles padded_;
 };
 
 /// Calls visit(i, j, H_ij) with i <= j, unpadded indices, in a fixed order: all entries of the diagonal blocks' upper

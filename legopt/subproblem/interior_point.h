@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "legopt/subproblem/aligned_doubles.h"
 #include "legopt/subproblem/block_chain.h"
 #include "legopt/subproblem/boxed_variables.h"
 #include "legopt/subproblem/convex_subproblem.h"
@@ -55,13 +56,13 @@ class InteriorPointSolver : public SubproblemSolver {
   void FormCoupling(int t);
   /// Mehrotra's corrector for a target of the products.
   bool CorrectedDirection(double sigma);
-  /// The steps of x and y from the right-hand side that has been eliminated forward. False when they are not finite; the
-  /// solver's variables are unharmed then.
+  /// The steps of x and y from the right-hand side that has been eliminated forward. False when they are not finite;
+  /// the solver's variables are unharmed then.
   bool CompleteSteps();
   /// All variables, and what is kept of them, by a part of the direction.
   void Move(double length);
   /// The problem's block t is its t + first_block_.
-  double* Segment(std::vector<double>& vector, int t) const {
+  double* Segment(AlignedDoubles& vector, int t) const {
     return vector.data() + static_cast<size_t>(t) * static_cast<size_t>(stride_);
   }
 
@@ -83,19 +84,19 @@ class InteriorPointSolver : public SubproblemSolver {
   bool chain_ = false;           ///< some coupling between blocks
   bool coupled_costs_ = false;
 
-  std::vector<double> free_, fixed_;  ///< PackedRows::Freedom
+  AlignedDoubles free_, fixed_;  ///< PackedRows::Freedom
   PackedRows rows_;
-  std::vector<double> gradient_;
-  std::vector<double> squares_;
+  AlignedDoubles gradient_;
+  AlignedDoubles squares_;
   std::vector<Square> hessian_, coupling_;  ///< whole diagonal blocks; (t, t + 1)
   BlockChain chain_matrix_;                 ///< H + Theta + A'DA, and its factor
   BoxedVariables x_, y_;
-  std::vector<double> slope_;        ///< g + H x
-  std::vector<double> row_values_;   ///< A x + b
-  std::vector<double> row_steps_;    ///< A dx of the direction at hand
-  std::vector<double> theta_;        ///< of x
-  std::vector<double> weight_;       ///< D by row, the inverse of y's theta
-  std::vector<double> row_scratch_;  ///< by row
+  AlignedDoubles slope_;        ///< g + H x
+  AlignedDoubles row_values_;   ///< A x + b
+  AlignedDoubles row_steps_;    ///< A dx of the direction at hand
+  AlignedDoubles theta_;        ///< of x
+  AlignedDoubles weight_;       ///< D by row, the inverse of y's theta
+  AlignedDoubles row_scratch_;  ///< by row
 };
 
 }  // namespace legopt

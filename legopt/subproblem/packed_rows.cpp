@@ -148,7 +148,7 @@ void PackedRows::CopyRows(const ConvexSubproblem& problem, const Freedom& freedo
   }
 }
 
-void PackedRows::AddProducts(const std::vector<double>& x, std::vector<double>& product) const {
+void PackedRows::AddProducts(const AlignedDoubles& x, AlignedDoubles& product) const {
   for (const Group& group : groups_) {
     for (const Part& part : std::span(group.parts, static_cast<size_t>(group.num_parts))) {
       const double* const block = x.data() + static_cast<std::ptrdiff_t>(part.block) * stride_;
@@ -166,7 +166,7 @@ void PackedRows::AddProducts(const std::vector<double>& x, std::vector<double>& 
   }
 }
 
-void PackedRows::AddTransposed(const std::vector<double>& c, std::vector<double>& rhs) const {
+void PackedRows::AddTransposed(const AlignedDoubles& c, AlignedDoubles& rhs) const {
   for (const Group& group : groups_) {
     for (const Part& part : std::span(group.parts, static_cast<size_t>(group.num_parts))) {
       double* const block = rhs.data() + static_cast<std::ptrdiff_t>(part.block) * stride_;
@@ -189,7 +189,7 @@ void PackedRows::AddTransposed(const std::vector<double>& c, std::vector<double>
 }
 
 /// scaled_ = D times the part's rows.
-void PackedRows::Scale(const Group& group, const Part& part, const std::vector<double>& d) {
+void PackedRows::Scale(const Group& group, const Part& part, const AlignedDoubles& d) {
   const auto entries = static_cast<size_t>(group.count) * static_cast<size_t>(part.width);
   if (scaled_.size() < entries) scaled_.resize(entries);
   const double* from = coefficients_.data() + part.begin;
@@ -202,7 +202,7 @@ void PackedRows::Scale(const Group& group, const Part& part, const std::vector<d
   }
 }
 
-void PackedRows::AddSquares(int t, const std::vector<double>& d, BlockChain& chain) {
+void PackedRows::AddSquares(int t, const AlignedDoubles& d, BlockChain& chain) {
   for (const std::uint32_t g : by_block_[static_cast<size_t>(t)]) {
     const Group& group = groups_[g];
     const Part& part = group.parts[group.parts[0].block == t ? 0 : 1];
@@ -222,7 +222,7 @@ void PackedRows::Expand(const Part& part, const double* packed, double* row) con
   }
 }
 
-void PackedRows::AddCoupling(int t, const std::vector<double>& d, BlockChain& chain) {
+void PackedRows::AddCoupling(int t, const AlignedDoubles& d, BlockChain& chain) {
   if (num_between(t) == 0) return;
   int row = 0;  // of the slim ones
   for (const std::uint32_t g : by_block_[static_cast<size_t>(t)]) {

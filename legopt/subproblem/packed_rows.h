@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "legopt/subproblem/aligned_doubles.h"
 #include "legopt/subproblem/block_chain.h"
 #include "legopt/subproblem/convex_subproblem.h"
 
@@ -21,11 +22,11 @@ class PackedRows {
  public:
   /// Which variables of a problem's blocks are free, and where the others are. Padded vectors over all of its blocks.
   struct Freedom {
-    const std::vector<double>& free;   ///< 1 or 0; 0 in the pad
-    const std::vector<double>& fixed;  ///< values of fixed variables; 0 of free ones
-    bool shifted = false;              ///< some of these values is not 0
-    int first_block = 0;               ///< blocks before it have no free variable
-    int end_block = 0;                 ///< nor have this one and those behind it
+    const AlignedDoubles& free;   ///< 1 or 0; 0 in the pad
+    const AlignedDoubles& fixed;  ///< values of fixed variables; 0 of free ones
+    bool shifted = false;         ///< some of these values is not 0
+    int first_block = 0;          ///< blocks before it have no free variable
+    int end_block = 0;            ///< nor have this one and those behind it
   };
 
   /// Blocks are counted from `freedom.first_block` on.
@@ -40,13 +41,13 @@ class PackedRows {
   bool any_between() const { return any_between_; }  ///< of any t
 
   /// product += A x.
-  void AddProducts(const std::vector<double>& x, std::vector<double>& product) const;
+  void AddProducts(const AlignedDoubles& x, AlignedDoubles& product) const;
   /// rhs += A^T c.
-  void AddTransposed(const std::vector<double>& c, std::vector<double>& rhs) const;
+  void AddTransposed(const AlignedDoubles& c, AlignedDoubles& rhs) const;
   /// Upper triangle of diagonal block t of `chain` += that of A^T D A, D = diag(d).
-  void AddSquares(int t, const std::vector<double>& d, BlockChain& chain);
+  void AddSquares(int t, const AlignedDoubles& d, BlockChain& chain);
   /// What A^T D A has beside that block: rows beside the coupling of `chain` where it is slim, else added to it.
-  void AddCoupling(int t, const std::vector<double>& d, BlockChain& chain);
+  void AddCoupling(int t, const AlignedDoubles& d, BlockChain& chain);
 
  private:
   /// The part of a group's rows within one block.
@@ -70,7 +71,7 @@ class PackedRows {
   void PlaceGroups();
   void CopyRows(const ConvexSubproblem& problem, const Freedom& freedom);
   std::uint64_t Support(const double* coefficients, const double* free) const;
-  void Scale(const Group& group, const Part& part, const std::vector<double>& d);
+  void Scale(const Group& group, const Part& part, const AlignedDoubles& d);
   void Expand(const Part& part, const double* packed, double* row) const;
 
   int stride_ = 0, num_blocks_ = 0;
@@ -79,11 +80,11 @@ class PackedRows {
   std::vector<std::uint32_t> group_of_row_;           ///< by row of the problem
   std::vector<std::vector<std::uint32_t>> by_block_;  ///< groups with a part in a block
   std::vector<int> columns_;
-  std::vector<double> coefficients_, offset_, weight_;
+  AlignedDoubles coefficients_, offset_, weight_;
   std::vector<std::uint8_t> absolute_;
   std::vector<int> between_;
-  std::vector<double> scaled_, row_;
-  mutable std::vector<double> gathered_;
+  AlignedDoubles scaled_, row_;
+  mutable AlignedDoubles gathered_;
 };
 
 }  // namespace legopt

@@ -53,7 +53,7 @@ class Chain {
     EXPECT_TRUE(Eliminate());
     std::srand(5);
     const Eigen::VectorXd right = Eigen::VectorXd::Random(kBlocks * stride_);
-    std::vector<double> b(right.begin(), right.end());
+    AlignedDoubles b(right.begin(), right.end());
     for (int t = 0; t < kBlocks; ++t) chain_.SolveForward(t, b);
     chain_.SolveBack(b);
     const Eigen::VectorXd x = Eigen::VectorXd::Map(b.data(), static_cast<Eigen::Index>(b.size()));
@@ -121,10 +121,10 @@ TEST(BlockChain, CanBeMadeAnew) {
   std::fill_n(chain.chain().block(0), 16, 0.0);
   for (int i = 0; i < 4; ++i) chain.chain().block(0)[5 * i] = 4.0;
   ASSERT_TRUE(chain.chain().Eliminate(0, 1e-14));
-  std::vector<double> b = {4, 8, 12, 16};
+  AlignedDoubles b = {4, 8, 12, 16};
   chain.chain().SolveForward(0, b);
   chain.chain().SolveBack(b);
-  EXPECT_EQ(b, (std::vector<double>{1, 2, 3, 4}));
+  EXPECT_EQ(b, (AlignedDoubles{1, 2, 3, 4}));
 }
 
 TEST(BlockChain, SaysWhenAFactorIsNotFinite) {

@@ -60,7 +60,7 @@ class Packed : public ::testing::Test {
     const Eigen::Index columns = (kAllBlocks - 1) * stride_;
     Eigen::MatrixXd a(static_cast<Eigen::Index>(rows_.size()), columns);
     for (Eigen::Index j = 0; j < columns; ++j) {
-      std::vector<double> x(static_cast<size_t>(columns), 0.0), product(rows_.size(), 0.0);
+      AlignedDoubles x(static_cast<size_t>(columns), 0.0), product(rows_.size(), 0.0);
       x[static_cast<size_t>(j)] = 1.0;
       rows_.AddProducts(x, product);
       a.col(j) = Eigen::VectorXd::Map(product.data(), a.rows());
@@ -70,7 +70,7 @@ class Packed : public ::testing::Test {
 
   ConvexSubproblem problem_;
   int stride_;
-  std::vector<double> free_, fixed_;
+  AlignedDoubles free_, fixed_;
   PackedRows rows_;
   Eigen::VectorXd d_;
   Eigen::MatrixXd matrix_;
@@ -101,7 +101,7 @@ TEST_F(Packed, HaveEveryRowOnce) {
 }
 
 TEST_F(Packed, TransposedProductsAreThoseOfTheMatrix) {
-  std::vector<double> sum(static_cast<size_t>(matrix_.cols()), 1.0);
+  AlignedDoubles sum(static_cast<size_t>(matrix_.cols()), 1.0);
   rows_.AddTransposed({d_.begin(), d_.end()}, sum);
   const Eigen::VectorXd expected = Eigen::VectorXd::Ones(matrix_.cols()) + matrix_.transpose() * d_;
   EXPECT_LT((Eigen::VectorXd::Map(sum.data(), matrix_.cols()) - expected).norm(), 1e-12);
@@ -109,7 +109,7 @@ TEST_F(Packed, TransposedProductsAreThoseOfTheMatrix) {
 
 TEST_F(Packed, SquaresAndCouplingsAreThoseOfTheMatrix) {
   const Eigen::MatrixXd squares = matrix_.transpose() * d_.asDiagonal() * matrix_;
-  const std::vector<double> d(d_.begin(), d_.end());
+  const AlignedDoubles d(d_.begin(), d_.end());
   for (const bool slim : {false, true}) {
     BlockChain chain;
     chain.Reset(kAllBlocks - 1, stride_, true);
