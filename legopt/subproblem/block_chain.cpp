@@ -26,7 +26,6 @@ void BlockChain::Reset(int num_blocks, int stride, bool chained) {
   const size_t size = static_cast<size_t>(num_blocks) * static_cast<size_t>(stride);
   matrix_.resize(size * static_cast<size_t>(stride));
   if (chained) coupling_.resize(size * static_cast<size_t>(stride));
-  removed_.assign(static_cast<size_t>(stride), 0.0);
   min_pivot_.resize(static_cast<size_t>(stride));
   scratch_.resize(static_cast<size_t>(stride));
   squares_left_.resize(size_t{2} * kMostRows * static_cast<size_t>(stride));
@@ -63,29 +62,20 @@ int BlockChain::SquaresOfRows(int t) {
   return 2 * rows;
 }
 
-void BlockChain::Reduce(int t) {
-  if (!chained_) return;
-  double* const m = block(t);
-  const std::ptrdiff_t diagonal = stride_ + 1;
-  for (int i = 0; i < stride_; ++i) removed_[static_cast<size_t>(i)] = m[i * diagonal];
-  const int products = slim(t - 1) ? SquaresOfRows(t - 1) : 0;
-  kernels::ChosenKernels().subtract_squares(coupling(t - 1), slim(t - 1), squares_left_.data(), squares_right_.data(),
-                                            products, m, stride_);
-  for (int i = 0; i < stride_; ++i) removed_[static_cast<size_t>(i)] -= m[i * diagonal];
-}
-
 bool BlockChain::Eliminate(int t, double pivot_floor) {
   double* const m = block(t);
   const std::ptrdiff_t diagonal = stride_ + 1;
   for (int i = 0; i < stride_; ++i) {
-    const auto k = static_cast<size_t>(i);
-    const double before = t > 0 ? m[i * diagonal] + removed_[k] : m[i * diagonal];
-    min_pivot_[k] = std::max(pivot_floor * before, kLeastPivot);
+    min_pivot_[static_cast<size_t>(i)] = std::max(pivot_floor * m[i * diagonal], kLeastPivot);
+  }
+  kernels::Reduction before;
+  if (chained_ && t > 0) {
+    before = {coupling(t - 1), slim(t - 1), squares_left_.data(), squares_right_.data(), 0};
+    if (slim(t - 1)) before.count = SquaresOfRows(t - 1);
   }
   const bool links = chained_ && t + 1 < num_blocks_;
-  if (!kernels::ChosenKernels().factor(m, min_pivot_.data(), links ? coupling(t) : nullptr, slim(t), stride_)) {
-    return false;
-  }
+  double* const coupled = links ? coupling(t) : nullptr;
+  if (!kernels::ChosenKernels().factor(before, m, min_pivot_.data(), coupled, slim(t), stride_)) return false;
   for (int r = 0; r < links_[static_cast<size_t>(t)].rows; ++r) kernels::SolveTransposed(m, stride_, left(t, r));
   return true;
 }

@@ -15,8 +15,7 @@ namespace legopt {
 /// steps between waypoints make it diagonal) and the rows are few, its Schur complement takes a third of the products
 /// that a dense one takes. Blocks have `stride` rows, padded to whole vectors; pads are the identity's.
 ///
-/// Block after block is written, reduced by what the one before leaves of it, and eliminated, in this order and while
-/// it is in the cache; what is added to it may be added between the latter two, too.
+/// Block after block is written and eliminated, in this order and while it is in the cache.
 ///
 /// One thread; no allocation once the buffers have grown.
 class BlockChain {
@@ -26,7 +25,7 @@ class BlockChain {
   /// Begins matrices of a shape, one after the other. `chained`: with blocks beside the diagonal.
   void Reset(int num_blocks, int stride, bool chained);
 
-  /// Row-major; of the diagonal ones the upper triangle counts. To be written before Reduce(t), or Eliminate(0).
+  /// Row-major; of the diagonal ones the upper triangle counts. To be written before Eliminate(t).
   double* block(int t) { return At(matrix_, t); }
   /// C_t: rows of block t, columns of block t + 1. To be written before Eliminate(t).
   double* coupling(int t) { return At(coupling_, t); }
@@ -40,10 +39,8 @@ class BlockChain {
   double* left(int t, int row) { return Row(left_, t, row); }    ///< l, of block t
   double* right(int t, int row) { return Row(right_, t, row); }  ///< r, of block t + 1
 
-  /// Block t > 0 less what the elimination of block t - 1 takes from it.
-  void Reduce(int t);
-  /// Factors block t. False when the factor is not finite. `pivot_floor`: of each diagonal entry as it was before it
-  /// was reduced, the least that elimination leaves.
+  /// Factors block t less what the elimination of block t - 1 takes from it. False when the factor is not finite.
+  /// `pivot_floor`: of each diagonal entry, the least that elimination leaves.
   bool Eliminate(int t, double pivot_floor);
   /// b <- M^-1 b in two halves: for every t in order, SolveForward once block t is eliminated, and SolveBack at last.
   void SolveForward(int t, AlignedDoubles& b);
@@ -76,7 +73,6 @@ class BlockChain {
   AlignedDoubles coupling_;  ///< C, then U^-T C
   AlignedDoubles left_;      ///< l, then U^-T l
   AlignedDoubles right_;
-  AlignedDoubles removed_;  ///< from the diagonal of the block at hand, by Reduce
   AlignedDoubles min_pivot_, scratch_;
   AlignedDoubles squares_left_, squares_right_;  ///< what rows beside C take from the next block, as products
 };

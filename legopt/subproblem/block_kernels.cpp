@@ -12,6 +12,15 @@
 namespace legopt::kernels {
 namespace {
 
+/// sum over `count` rows of a_r b_r^T, the rows `a_step` and `b_step` apart.
+struct Run {
+  const double* a;
+  std::ptrdiff_t a_step;
+  const double* b;
+  std::ptrdiff_t b_step;
+  int count;
+};
+
 /// A 4 x 4 tile of a factor: the inverse of U where U^T U is the symmetric matrix of its upper triangle, zeros below.
 /// By way of U = D^1/2 L^T with a unit L, whose pivots need no roots: these are taken side by side in the end.
 inline bool FactorTile(double* tile, std::ptrdiff_t stride, const double* min_pivot) {

@@ -22,20 +22,25 @@ struct PackedProducts {
   std::span<const int> columns;  ///< first of each four columns that are stored, increasing multiples of four
 };
 
+/// T^T T + sum over `count` rows of a_r b_r^T, the latter sum being symmetric.
+struct Reduction {
+  const double* t = nullptr;  ///< null: nothing
+  bool lower = false;         ///< T has zeros right of its diagonal's 4 x 4 tiles
+  const double* a = nullptr;  ///< rows of `stride` entries
+  const double* b = nullptr;  ///< likewise
+  int count = 0;              ///< of rows
+};
+
 /// What is done to whole blocks. Pure functions of their arguments, any thread.
 struct BlockKernels {
   /// Upper triangle of M += sum_r a_r b_r^T, the sum being symmetric.
   void (*add_squares)(const PackedProducts& products, double* m, int stride);
-  /// Upper triangle of M -= T^T T + sum over `count` rows of a_r b_r^T, the latter sum being symmetric. `lower`: T has
-  /// zeros right of its diagonal's 4 x 4 tiles.
-  void (*subtract_squares)(const double* t, bool lower, const double* a, const double* b, int count, double* m,
-                           int stride);
-  /// Cholesky factor M = U^T U of an upper triangle, in place, and T <- U^-T T where t is not null. In the diagonal's
-  /// 4 x 4 tiles of U stand their inverses. Pad rows and columns must be the identity's. Every pivot is kept at or
-  /// above its entry of `min_pivot`, > 0: below the rounding error of what was subtracted it would be noise, and blow
-  /// up all that follows. `lower`: T has, and gets, nothing right of its diagonal's tiles. False when a pivot is not
-  /// finite.
-  bool (*factor)(double* m, const double* min_pivot, double* t, bool lower, int stride);
+  /// Cholesky factor M - R = U^T U of an upper triangle, in place, and T <- U^-T T where t is not null. In the
+  /// diagonal's 4 x 4 tiles of U stand their inverses. Pad rows and columns must be the identity's. Every pivot is kept
+  /// at or above its entry of `min_pivot`, > 0: below the rounding error of what was subtracted it would be noise, and
+  /// blow up all that follows. `lower`: T has, and gets, nothing right of its diagonal's tiles. False when a pivot is
+  /// not finite.
+  bool (*factor)(const Reduction& r, double* m, const double* min_pivot, double* t, bool lower, int stride);
 };
 
 /// The kernels of these vectors; null where this processor or build has none.

@@ -322,7 +322,7 @@ bool InteriorPointSolver::Factor(double pivot_floor) {
   return true;
 }
 
-/// Diagonal block t of H + Theta + A'DA, less what the elimination of the block before takes from it.
+/// Diagonal block t of H + Theta + A'DA.
 void InteriorPointSolver::FormBlock(int t) {
   double* const block = chain_matrix_.block(t);
   const Square& square = hessian_[static_cast<size_t>(t)];
@@ -331,7 +331,6 @@ void InteriorPointSolver::FormBlock(int t) {
   } else {
     std::copy_n(Entries(square), static_cast<std::ptrdiff_t>(stride_) * stride_, block);
   }
-  if (t > 0) chain_matrix_.Reduce(t);
   rows_.AddSquares(t, weight_, chain_matrix_);
   const double* theta = Segment(theta_, t);
   for (std::ptrdiff_t i = 0; i < stride_; ++i) block[i * stride_ + i] += theta[i];

@@ -42,7 +42,6 @@ class Chain {
 
   bool Eliminate() {
     for (int t = 0; t < kBlocks; ++t) {
-      if (t > 0) chain_.Reduce(t);
       if (!chain_.Eliminate(t, 1e-14)) return false;
     }
     return true;

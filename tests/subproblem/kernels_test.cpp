@@ -44,7 +44,7 @@ class Kernels : public ::testing::TestWithParam<int> {
 
   /// With T <- U^-T T, where `t` is not null.
   bool Factor(const kernels::BlockKernels& kernels, RowMajor& m, RowMajor* t = nullptr, bool lower = false) const {
-    return kernels.factor(m.data(), min_pivot_.data(), t == nullptr ? nullptr : t->data(), lower, stride_);
+    return kernels.factor({}, m.data(), min_pivot_.data(), t == nullptr ? nullptr : t->data(), lower, stride_);
   }
 
   /// U of a factor as it is stored.
@@ -140,7 +140,7 @@ RowMajor Lower(int stride) {
 
 TEST_P(Kernels, WhatComesOfACoupling) {
   const RowMajor squares = Squares(*kernels_[0]), dense = RowMajor::Random(stride_, stride_), lower = Lower(stride_);
-  const RowMajor a = RowMajor::Random(5, stride_), b = RowMajor::Random(5, stride_);
+  const RowMajor a = RowMajor::Random(5, stride_), b = 0.5 * a;
   RowMajor firsts[2][2];
   for (const auto* kernels : kernels_) {
     for (const bool is_lower : {false, true}) {
@@ -149,9 +149,10 @@ TEST_P(Kernels, WhatComesOfACoupling) {
       ASSERT_TRUE(Factor(*kernels, m, &t, is_lower));
       EXPECT_LT((Upper(m).transpose() * t - coupling).cwiseAbs().maxCoeff(), 1e-10);
       for (int i = 0; is_lower && i < stride_; ++i) EXPECT_TRUE(t.row(i).tail(stride_ - i / 4 * 4 - 4).isZero(0.0));
-      RowMajor reduced = squares;
-      kernels->subtract_squares(t.data(), is_lower, a.data(), b.data(), 5, reduced.data(), stride_);
-      EXPECT_LT(UpperHalf(reduced - squares + t.transpose() * t + a.transpose() * b).cwiseAbs().maxCoeff(), 1e-9);
+      RowMajor reduced = squares + t.transpose() * t + a.transpose() * b;
+      const kernels::Reduction reduction = {t.data(), is_lower, a.data(), b.data(), 5};
+      ASSERT_TRUE(kernels->factor(reduction, reduced.data(), min_pivot_.data(), nullptr, false, stride_));
+      EXPECT_LT(UpperHalf(Upper(reduced).transpose() * Upper(reduced) - squares).cwiseAbs().maxCoeff(), 1e-9);
       if (kernels == kernels_[0]) {
         firsts[is_lower ? 1 : 0][0] = t;
         firsts[is_lower ? 1 : 0][1] = reduced;
