@@ -148,19 +148,32 @@ struct CollisionQuery::Impl {
     return box.squaredExteriorDistance(Set(shape).centre) > reach * reach;
   }
 
-  void Report(int link_a, int link_b, const Source& source, const PairDistance& d) {
+  int ObstaclePair(int shape, int obstacle) const {
+    return shape * static_cast<int>(data.solid_sets.size()) + obstacle;
+  }
+  int MovingPair(int a, int b) const {
     const auto num_shapes = static_cast<int>(data.shapes.size());
-    const auto num_solids = static_cast<int>(data.solid_sets.size());
-    const int pair_id = link_b == kScene ? source.a * num_solids + source.other
-                                         : num_shapes * num_solids + source.a * num_shapes + source.other;
+    return ObstaclePair(num_shapes, 0) + a * num_shapes + b;
+  }
+  NearestHint* Hint(int pair_id) const { return memory == nullptr ? nullptr : &memory->At(pair_id); }
+
+  void Report(int link_a, int link_b, const Source& source, const PairDistance& d) {
+    const int pair_id = link_b == kScene ? ObstaclePair(source.a, source.other) : MovingPair(source.a, source.other);
     contacts.push_back({link_a, link_b, d.point_a, d.point_b, d.normal, d.distance_m, pair_id});
     sources.push_back(source);
   }
 
+  bool CollideMoving(int a, int b, double margin, PairDistance& distance) {
+    return ode.CollideMoving(a, b, margin, distance, Hint(MovingPair(a, b)));
+  }
+
   /// Signed distance of a shape to an obstacle of the scene.
   bool CollideWithObstacle(int shape, int obstacle, double margin, PairDistance& distance) {
-    if (!data.surface()) return ode.CollideWithSolid(shape, obstacle, margin, distance);
-    if (!SignedDistance(Set(shape), data.solid_sets[static_cast<size_t>(obstacle)], margin, distance)) return false;
+    NearestHint* const hint = Hint(ObstaclePair(shape, obstacle));
+    if (!data.surface()) return ode.CollideWithSolid(shape, obstacle, margin, distance, hint);
+    if (!SignedDistance(Set(shape), data.solid_sets[static_cast<size_t>(obstacle)], margin, distance, hint)) {
+      return false;
+    }
     if (data.scene == SceneRepresentation::kOrientedSurface) TurnToTheFront(shape, obstacle, distance);
     return true;
   }
@@ -222,8 +235,9 @@ struct CollisionQuery::Impl {
   BoxArray around_boxes;            ///< parallel to around
   std::vector<int> near_a, near_b;  ///< shapes of the two links that are compared
   std::vector<int> near_obstacles;
-  BoxArray obstacle_boxes;   ///< parallel to near_obstacles
-  std::int64_t queries = 0;  ///< answered so far
+  BoxArray obstacle_boxes;          ///< parallel to near_obstacles
+  std::int64_t queries = 0;         ///< answered so far
+  ContactMemory* memory = nullptr;  ///< of the query at hand
   std::vector<Contact> contacts;
   std::vector<Source> sources;
   std::vector<int> nearest_first;
@@ -326,7 +340,7 @@ void CollisionQuery::Impl::CollideLinks(int a, int b, const Kinematics& kinemati
     if (BallMisses(whole_a, link_bounds[static_cast<size_t>(b)], margin)) return;
     if (BallMisses(whole_b, link_bounds[static_cast<size_t>(a)], margin)) return;
     if (detail == PairDetail::kHulls) {
-      if (!ode.CollideMoving(whole_a, whole_b, margin, distance)) return;
+      if (!CollideMoving(whole_a, whole_b, margin, distance)) return;
       if (Link(a).hulls.count == 1 && Link(b).hulls.count == 1) {
         Report(a, b, {whole_a, whole_b}, distance);
         return;
@@ -339,7 +353,7 @@ void CollisionQuery::Impl::CollideLinks(int a, int b, const Kinematics& kinemati
     if (!Near(Bounds(pa), link_bounds[static_cast<size_t>(b)], margin)) continue;
     for (const int pb : near_b) {
       if (!Near(Bounds(pa), Bounds(pb), margin)) continue;
-      if (ode.CollideMoving(pa, pb, margin, distance)) Report(a, b, {pa, pb}, distance);
+      if (CollideMoving(pa, pb, margin, distance)) Report(a, b, {pa, pb}, distance);
     }
   }
   DropRepeats(begin);
@@ -413,16 +427,19 @@ const CollisionModel& CollisionQuery::model() const { return *impl_->model; }
 
 std::int64_t CollisionQuery::queries() const { return impl_->queries; }
 
-std::span<const Contact> CollisionQuery::Contacts(const Kinematics& kinematics, double margin_m) {
+std::span<const Contact> CollisionQuery::Contacts(const Kinematics& kinematics, double margin_m,
+                                                  ContactMemory* memory) {
   ++impl_->queries;
+  impl_->memory = memory;
   impl_->CollideWithScene(kinematics, margin_m, impl_->all_links);
   impl_->CollideWithItself(kinematics, margin_m);
   return impl_->contacts;
 }
 
 std::span<const Contact> CollisionQuery::SceneContacts(const Kinematics& kinematics, double margin_m,
-                                                       std::span<const int> links) {
+                                                       std::span<const int> links, ContactMemory* memory) {
   ++impl_->queries;
+  impl_->memory = memory;
   impl_->CollideWithScene(kinematics, margin_m, links);
   return impl_->contacts;
 }

@@ -6,6 +6,7 @@
 
 #include "legopt/collision/collision_model.h"
 #include "legopt/collision/contact.h"
+#include "legopt/collision/contact_memory.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
@@ -32,11 +33,12 @@ class CollisionQuery {
   /// robot). Each pair of shapes at most once; among contacts of one link that repeat each other (same obstacle plane,
   /// nearly the same point) only the nearest is kept, but penetrating contacts all stay. Order: scene contacts by
   /// (link, obstacle), then self contacts by (second, first) link. The result depends on the arguments only, never on
-  /// earlier queries. The span is valid until the next call.
-  std::span<const Contact> Contacts(const Kinematics& kinematics, double margin_m);
+  /// earlier queries but by `memory`, which may be null. The span is valid until the next call.
+  std::span<const Contact> Contacts(const Kinematics& kinematics, double margin_m, ContactMemory* memory = nullptr);
 
   /// The contacts of the given links (ascending, each once) with the scene, as Contacts() reports them.
-  std::span<const Contact> SceneContacts(const Kinematics& kinematics, double margin_m, std::span<const int> links);
+  std::span<const Contact> SceneContacts(const Kinematics& kinematics, double margin_m, std::span<const int> links,
+                                         ContactMemory* memory = nullptr);
   /// The same for all links.
   std::span<const Contact> SceneContacts(const Kinematics& kinematics, double margin_m);
 

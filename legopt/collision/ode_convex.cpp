@@ -12,11 +12,17 @@
 namespace legopt {
 namespace {
 
+/// What our collider is asked for at the moment.
+struct Request {
+  double margin_m = 0.0;
+  NearestHint* hint = nullptr;
+};
+
 /// What a geometry of our class holds. Either a convex shape (`set`), or only a region of space to look into (`set`
 /// null).
 struct ConvexData {
   const SupportSet* set;
-  const double* margin_m;
+  const Request* request;
   double bounds[6];  ///< ODE's order: min x, max x, min y, ...
 };
 
@@ -39,9 +45,9 @@ const SupportSet* SetOf(dGeomID geom) {
 
 /// Our collider, in ODE's terms: depth = margin - signed distance, position half-way between the witness points.
 int CollideConvex(dGeomID a, dGeomID b, int /*flags*/, dContactGeom* contact, int /*skip*/) {
-  const double margin = *DataOf(a).margin_m;
+  const auto [margin, hint] = *DataOf(a).request;
   PairDistance result;
-  if (!SignedDistance(*SetOf(a), *SetOf(b), margin, result)) return 0;
+  if (!SignedDistance(*SetOf(a), *SetOf(b), margin, result, hint)) return 0;
   for (int axis = 0; axis < 3; ++axis) {
     contact->pos[axis] = 0.5 * (result.point_a[axis] + result.point_b[axis]);
     contact->normal[axis] = result.normal[axis];
@@ -83,9 +89,9 @@ int ConvexClass() {
   return number;
 }
 
-dGeomID CreateConvex(const SupportSet* set, const double* margin) {
+dGeomID CreateConvex(const SupportSet* set, const Request* request) {
   dGeomID geom = dCreateGeom(ConvexClass());
-  DataOf(geom) = ConvexData{set, margin, {0, 0, 0, 0, 0, 0}};
+  DataOf(geom) = ConvexData{set, request, {0, 0, 0, 0, 0, 0}};
   return geom;
 }
 
@@ -96,12 +102,12 @@ void SetPose(dGeomID geom, const Eigen::Isometry3d& pose) {
   dGeomSetPosition(geom, pose.translation().x(), pose.translation().y(), pose.translation().z());
 }
 
-dGeomID CreateSolid(const ConvexShape& shape, const SupportSet& set, const double* margin) {
+dGeomID CreateSolid(const ConvexShape& shape, const SupportSet& set, const Request* request) {
   dGeomID geom = nullptr;
   const Eigen::Vector3d& size = shape.size();
   switch (shape.kind()) {
     case ConvexShape::Kind::kHull:
-      geom = CreateConvex(&set, margin);
+      geom = CreateConvex(&set, request);
       FillBounds(shape.bounds(), DataOf(geom).bounds);
       return geom;
     case ConvexShape::Kind::kBox:
@@ -148,7 +154,7 @@ bool Collide(dGeomID a, dGeomID b, double margin, PairDistance& result) {
 }  // namespace
 
 struct OdeConvexWorld::Impl {
-  double margin_m = 0.0;
+  Request request;
   dSpaceID space = nullptr;  ///< owns the solids' geometries
   dGeomID region = nullptr;  ///< the box that is looked into
   std::vector<dGeomID> solids;
@@ -174,16 +180,16 @@ OdeConvexWorld::OdeConvexWorld(const std::vector<ConvexShape>& solids, const std
     : impl_(std::make_unique<Impl>()) {
   UseOdeOnThisThread();
   impl_->space = CreateSpace(solids);
-  impl_->region = CreateConvex(nullptr, &impl_->margin_m);
+  impl_->region = CreateConvex(nullptr, &impl_->request);
   impl_->first_solid = solid_sets.data();
   for (size_t i = 0; i < solids.size(); ++i) {
-    dGeomID geom = CreateSolid(solids[i], solid_sets[i], &impl_->margin_m);
+    dGeomID geom = CreateSolid(solids[i], solid_sets[i], &impl_->request);
     impl_->solids.push_back(geom);
     dSpaceAdd(impl_->space, geom);
     // Sorts it into the tree now: left to the first query, ODE would search one list of all solids for each of them.
     dSpaceClean(impl_->space);
   }
-  for (const SupportSet& set : moving) impl_->moving.push_back(CreateConvex(&set, &impl_->margin_m));
+  for (const SupportSet& set : moving) impl_->moving.push_back(CreateConvex(&set, &impl_->request));
 }
 
 OdeConvexWorld::~OdeConvexWorld() = default;
@@ -199,14 +205,15 @@ void OdeConvexWorld::CollectSolids(const Eigen::AlignedBox3d& box, std::vector<i
   std::sort(solids.begin(), solids.end());
 }
 
-bool OdeConvexWorld::CollideWithSolid(int moving, int solid, double margin_m, PairDistance& result) {
-  impl_->margin_m = margin_m;
+bool OdeConvexWorld::CollideWithSolid(int moving, int solid, double margin_m, PairDistance& result, NearestHint* hint) {
+  impl_->request = {margin_m, hint};
   return Collide(impl_->moving[static_cast<size_t>(moving)], impl_->solids[static_cast<size_t>(solid)], margin_m,
                  result);
 }
 
-bool OdeConvexWorld::CollideMoving(int moving_a, int moving_b, double margin_m, PairDistance& result) {
-  impl_->margin_m = margin_m;
+bool OdeConvexWorld::CollideMoving(int moving_a, int moving_b, double margin_m, PairDistance& result,
+                                   NearestHint* hint) {
+  impl_->request = {margin_m, hint};
   return Collide(impl_->moving[static_cast<size_t>(moving_a)], impl_->moving[static_cast<size_t>(moving_b)], margin_m,
                  result);
 }

@@ -29,10 +29,11 @@ class OdeConvexWorld {
   /// Indices of the solids whose bounds overlap the box, ascending, into `solids` (cleared first).
   void CollectSolids(const Eigen::AlignedBox3d& box, std::vector<int>& solids);
 
-  /// Signed distance (A = moving shape, B = the other) when smaller than `margin_m`; false otherwise.
-  bool CollideWithSolid(int moving, int solid, double margin_m, PairDistance& result);
+  /// Signed distance (A = moving shape, B = the other) when smaller than `margin_m`; false otherwise. `hint`: as of
+  /// SignedDistance(); may be null.
+  bool CollideWithSolid(int moving, int solid, double margin_m, PairDistance& result, NearestHint* hint = nullptr);
   /// The same for two moving shapes, A = `moving_a` and B = `moving_b`.
-  bool CollideMoving(int moving_a, int moving_b, double margin_m, PairDistance& result);
+  bool CollideMoving(int moving_a, int moving_b, double margin_m, PairDistance& result, NearestHint* hint = nullptr);
 
  private:
   struct Impl;

@@ -153,9 +153,49 @@ Vector3d FirstDirection(const SupportSet& a, const SupportSet& b) {
 
 enum class GjkOutcome { kFar, kApart, kOverlap };
 
-GjkOutcome RunGjk(const SupportSet& a, const SupportSet& b, double cutoff, Simplex& simplex, Vector3d& v) {
-  v = FirstDirection(a, b);
+/// The feature of the hint where it is now. False when there is none, or it holds the origin.
+bool Recall(const SupportSet& a, const SupportSet& b, const NearestHint& hint, Simplex& simplex, Nearest& nearest) {
+  if (hint.size == 0) return false;
+  for (int i = 0; i < hint.size; ++i) {
+    DifferencePoint& point = simplex.points[i];
+    point.ia = hint.a[i];
+    point.ib = hint.b[i];
+    point.a = a.Point(point.ia);
+    point.b = b.Point(point.ib);
+    point.w = point.a - point.b;
+  }
+  simplex.size = hint.size;
+  if (FindNearest(simplex, nearest) && nearest.squared > kTouching * kTouching) return true;
+  simplex.size = 0;
+  return false;
+}
+
+void Remember(GjkOutcome outcome, const Simplex& simplex, const Vector3d& v, NearestHint& hint) {
+  hint.size = 0;
+  hint.direction = v;
+  if (outcome == GjkOutcome::kOverlap) hint.direction.setZero();
+  if (outcome != GjkOutcome::kApart) return;
+  constexpr int kMostCorners = 3;
+  for (int i = 0; i < std::min(simplex.size, kMostCorners); ++i) {
+    if (simplex.points[i].ia < 0 || simplex.points[i].ib < 0) return;
+    hint.a[i] = simplex.points[i].ia;
+    hint.b[i] = simplex.points[i].ib;
+  }
+  hint.size = std::min(simplex.size, kMostCorners);
+}
+
+GjkOutcome RunGjk(const SupportSet& a, const SupportSet& b, double cutoff, const NearestHint* hint, Simplex& simplex,
+                  Vector3d& v) {
   double squared = std::numeric_limits<double>::infinity();
+  Nearest recalled;
+  if (hint != nullptr && Recall(a, b, *hint, simplex, recalled)) {
+    Keep(simplex, recalled);
+    v = recalled.point;
+    squared = recalled.squared;
+  } else {
+    const bool known = hint != nullptr && hint->direction.squaredNorm() > 0.0;
+    v = known ? hint->direction : FirstDirection(a, b);
+  }
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const DifferencePoint point = SupportOfDifference(a, b, -v);
     const double vw = v.dot(point.w);
@@ -185,11 +225,13 @@ GjkOutcome RunGjk(const SupportSet& a, const SupportSet& b, double cutoff, Simpl
 
 }  // namespace
 
-bool SignedDistance(const SupportSet& a, const SupportSet& b, double cutoff_m, PairDistance& result) {
+bool SignedDistance(const SupportSet& a, const SupportSet& b, double cutoff_m, PairDistance& result,
+                    NearestHint* hint) {
   const double radii = a.radius + b.radius;
   Simplex simplex;
   Vector3d v;
-  const GjkOutcome outcome = RunGjk(a, b, cutoff_m + radii, simplex, v);
+  const GjkOutcome outcome = RunGjk(a, b, cutoff_m + radii, hint, simplex, v);
+  if (hint != nullptr) Remember(outcome, simplex, v, *hint);
   if (outcome == GjkOutcome::kFar) return false;
   if (outcome == GjkOutcome::kOverlap) {
     const PairDistance core = CorePenetration(a, b, simplex);

@@ -14,21 +14,34 @@ struct PairDistance {
   Eigen::Vector3d point_b = Eigen::Vector3d::Zero();  ///< on B
 };
 
+/// What parted two shapes, or where they were nearest: where to look first when they have moved a little.
+struct NearestHint {
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< from B to A, of any length; zero: nothing is known
+  int size = 0;                                         ///< corners of the nearest feature, 0 to 3
+  int a[3] = {0, 0, 0};                                 ///< their points of A, by index
+  int b[3] = {0, 0, 0};                                 ///< and of B
+};
+
 /// Signed distance of two convex shapes when it is smaller than `cutoff_m`; false, with `result` untouched, otherwise.
 ///
 /// Apart: GJK; leaves early once a separating plane proves a distance >= cutoff. Cores that overlap: EPA. Exact for
 /// polytopes and spheres up to round-off (about 1e-9 m), for cylinders to about 1e-7 m. Deterministic, no state, no
 /// allocation. Flat, degenerate and touching shapes are legal; where the normal is not unique, one of the valid ones is
 /// returned.
-bool SignedDistance(const SupportSet& a, const SupportSet& b, double cutoff_m, PairDistance& result);
+///
+/// `hint`: of an earlier call for these two shapes, in whatever poses; it is replaced by what this call has found. Good
+/// hints save most of GJK's iterations; any gives the same distance and normal but for round-off.
+bool SignedDistance(const SupportSet& a, const SupportSet& b, double cutoff_m, PairDistance& result,
+                    NearestHint* hint = nullptr);
 
 // Internal to the two halves of the algorithm.
 
 /// A vertex of the Minkowski difference A - B and the points it comes from.
 struct DifferencePoint {
-  Eigen::Vector3d w,  ///< a - b
-      a,              ///< of A
-      b;              ///< of B
+  Eigen::Vector3d w,     ///< a - b
+      a,                 ///< of A
+      b;                 ///< of B
+  int ia = -1, ib = -1;  ///< their indices; -1 on a cylinder
 };
 
 /// Corners of the smallest feature that holds the point nearest to the origin, with its barycentric weights.
@@ -41,8 +54,13 @@ struct Simplex {
 /// The point of A - B farthest along `direction` (any non-zero length). Cores only: the radii are not included.
 inline DifferencePoint SupportOfDifference(const SupportSet& a, const SupportSet& b, const Eigen::Vector3d& direction) {
   DifferencePoint point;
-  point.a = a.Farthest(direction);
-  point.b = b.Farthest(-direction);
+  const auto farthest = [](const SupportSet& set, const Eigen::Vector3d& along, int& index) -> Eigen::Vector3d {
+    if (set.count == 0) return set.FarthestOnCylinder(along);
+    index = set.FarthestIndex(along);
+    return set.Point(index);
+  };
+  point.a = farthest(a, direction, point.ia);
+  point.b = farthest(b, -direction, point.ib);
   point.w = point.a - point.b;
   return point;
 }

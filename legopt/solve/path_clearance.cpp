@@ -33,7 +33,7 @@ void PathClearance::Place(double s, Sample* sample) {
   sample->pairs_m.assign(query_->model().checked_pairs().size(), range_m_);
   sample->nearest = {};
   sample->nearest.distance_m = range_m_;
-  for (const Contact& contact : query_->Contacts(sample->kinematics, range_m_)) {
+  for (const Contact& contact : query_->Contacts(sample->kinematics, range_m_, &memory_)) {
     const auto first = static_cast<std::size_t>(contact.link_a);
     double* distance_m = &sample->scene_m[first];
     if (contact.link_b != kScene) {

@@ -54,6 +54,7 @@ class PathClearance {
 
   const RobotModel* robot_;
   CollisionQuery* query_;
+  ContactMemory memory_;  ///< samples lie close together
   double range_m_;
   std::vector<int> pair_index_;  ///< of the checked pairs by (first, second); -1: not checked
   std::deque<Sample> levels_;

@@ -38,10 +38,11 @@ class WaypointState {
   const Kinematics& kinematics() const { return kinematics_; }
   double contact_range_m() const { return contact_range_m_; }  ///< as given at construction
 
-  /// Pairs closer than the contact range, in the query's order.
+  /// Pairs closer than the contact range, in the query's order. But for rounding, and which of equally near points they
+  /// have, they depend on the configuration alone.
   const std::vector<Contact>& contacts() {
     if (!contacts_valid_) {
-      const std::span<const Contact> found = query_->Contacts(kinematics_, contact_range_m_);
+      const std::span<const Contact> found = query_->Contacts(kinematics_, contact_range_m_, &memory_);
       contacts_.assign(found.begin(), found.end());
       contacts_valid_ = true;
     }
@@ -54,6 +55,7 @@ class WaypointState {
   Kinematics kinematics_;
   CollisionQuery* query_;
   double contact_range_m_;
+  ContactMemory memory_;  ///< one configuration follows another one nearby
   bool contacts_valid_ = false;
   std::vector<Contact> contacts_;
 };

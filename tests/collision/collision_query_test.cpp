@@ -257,6 +257,7 @@ TEST(CollisionQuery, ResultsDoNotDependOnEarlierQueriesNorOnTheThread) {
 TEST(CollisionQuery, AllocatesNothingAfterWarmUp) {
   Fixture f;
   CollisionQuery query(f.model);
+  ContactMemory memory;
   Draw draw(44);
   std::vector<Eigen::VectorXd> postures;
   for (int i = 0; i < 50; ++i) postures.push_back(DrawPosture(f.robot, draw));
@@ -264,12 +265,44 @@ TEST(CollisionQuery, AllocatesNothingAfterWarmUp) {
     for (const Eigen::VectorXd& x : postures) {
       f.kinematics.Update(x);
       query.Contacts(f.kinematics, 0.1);
+      query.Contacts(f.kinematics, 0.1, &memory);
     }
   };
   run();
   const long before = AllocationCount();
   run();
   EXPECT_EQ(AllocationCount(), before);
+}
+
+// A walk in small steps and, now and then, a leap: what is remembered is of use, or wrong.
+TEST(CollisionQuery, MemoryChangesNoContact) {
+  Fixture f;
+  CollisionQuery query(f.model), with_memory(f.model);
+  ContactMemory memory;
+  Draw draw(46);
+  Eigen::VectorXd x = DrawPosture(f.robot, draw), dx(f.robot.tangent_size());
+  size_t found = 0;
+  for (int step = 0; step < 400; ++step) {
+    if (step % 40 == 0) {
+      x = DrawPosture(f.robot, draw);
+    } else {
+      for (Eigen::Index i = 0; i < dx.size(); ++i) dx[i] = draw.Number(-0.02, 0.02);
+      Eigen::VectorXd next = x;
+      Retract(f.robot, x, dx, next);
+      x = next;
+    }
+    f.kinematics.Update(x);
+    const std::vector<Contact> expected = Copy(query.Contacts(f.kinematics, 0.1));
+    const std::vector<Contact> contacts = Copy(with_memory.Contacts(f.kinematics, 0.1, &memory));
+    ASSERT_EQ(contacts.size(), expected.size()) << step;
+    for (size_t i = 0; i < contacts.size(); ++i) {
+      EXPECT_EQ(contacts[i].pair_id, expected[i].pair_id);
+      EXPECT_NEAR(contacts[i].distance_m, expected[i].distance_m, 2e-7);
+    }
+    found += contacts.size();
+  }
+  EXPECT_GT(found, 400U);
+  EXPECT_GT(memory.size(), 4U);
 }
 
 TEST(CollisionQuery, LargerMarginOnlyAddsContacts) {

@@ -209,6 +209,44 @@ TEST(SignedDistance, MovingBothShapesTogetherChangesNothing) {
   }
 }
 
+/// Two shapes that tumble past each other, with what is remembered of the pose before; every seventh pose is far from
+/// it.
+void ExpectHintsChangeNothing(const ConvexShape& a, const ConvexShape& b, double tolerance_m, Draw& draw) {
+  NearestHint hint;
+  Isometry3d pose = draw.Pose(0.6);
+  const PlacedShape fixed(b, Isometry3d::Identity());
+  for (int step = 0; step < 70; ++step) {
+    const Isometry3d turn(Eigen::AngleAxisd(draw.Number(-0.05, 0.05), draw.Vector(1.0).normalized()));
+    pose = step % 7 == 0 ? draw.Pose(0.6)
+                         : Eigen::Translation3d(draw.Number(0.0, 0.01) * draw.Vector(1.0).normalized()) * pose * turn;
+    const PlacedShape moving(a, pose);
+    for (const double cutoff : {0.05, kEverything}) {
+      PairDistance cold, warm;
+      const bool found = SignedDistance(moving.set(), fixed.set(), cutoff, cold);
+      ASSERT_EQ(SignedDistance(moving.set(), fixed.set(), cutoff, warm, &hint), found) << step;
+      if (!found) continue;
+      EXPECT_NEAR(warm.distance_m, cold.distance_m, tolerance_m) << step;
+      EXPECT_LT((warm.point_a - warm.point_b - warm.distance_m * warm.normal).norm(), 1e-12);
+      // The normal proves the distance, whichever of several it is.
+      EXPECT_NEAR(Gap(moving.set(), fixed.set(), warm.normal), warm.distance_m, tolerance_m) << step;
+    }
+  }
+}
+
+TEST(SignedDistance, HintsChangeNothing) {
+  Draw draw(47);
+  const auto hull = [&](int points, double size) {
+    return ConvexShape::FromHull(draw.RandomHull(points, Vector3d::Constant(size)));
+  };
+  for (int round = 0; round < 20; ++round) {
+    ExpectHintsChangeNothing(hull(30, 0.2), hull(12, 0.3), 2e-9, draw);
+    ExpectHintsChangeNothing(Box(0.3, 0.2, 0.1), Box(1.0, 1.0, 0.2), 2e-9, draw);
+    ExpectHintsChangeNothing(Capsule(0.05, 0.3), hull(12, 0.3), 2e-9, draw);
+    ExpectHintsChangeNothing(Box(0.3, 0.2, 0.1), Cylinder(0.2, 0.4), 5e-7, draw);
+    ExpectHintsChangeNothing(hull(30, 0.2), Sphere(0.2), 2e-9, draw);
+  }
+}
+
 TEST(SignedDistance, ManyTouchingBoxesStayExact) {
   // Axis-aligned boxes are full of ties: parallel faces, coplanar corners, equal supports.
   Draw draw(14);
