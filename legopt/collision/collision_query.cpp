@@ -287,10 +287,11 @@ void CollisionQuery::Impl::CollectObstacles(Eigen::AlignedBox3d robot, double ma
 }
 
 void CollisionQuery::Impl::CollectRegion(const Eigen::AlignedBox3d& robot) {
-  constexpr double kSpare_m = 0.5;
+  // Waypoints of a window are metres apart; of triangles there are so many that looking through them costs more.
+  const double spare_m = data.surface() ? 0.5 : 2.0;
   region = robot;
-  region.min().array() -= kSpare_m;
-  region.max().array() += kSpare_m;
+  region.min().array() -= spare_m;
+  region.max().array() += spare_m;
   around.clear();
   if (data.surface()) {
     data.triangle_tree->AnyOverlapping(region, [&](int triangle) {
