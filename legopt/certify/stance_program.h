@@ -48,6 +48,7 @@ class StanceProgram : public Program {
   int point_size() const override { return whole_.point_size(); }
   /// Those that are not left out.
   const std::vector<std::unique_ptr<Term>>& terms() const override { return terms_; }
+  void Forget() override { whole_.Forget(); }
   void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override { whole_.SetPoint(x); }
   void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
                Eigen::Ref<Eigen::VectorXd> x_next) const override {

@@ -169,11 +169,11 @@ struct CollisionQuery::Impl {
 
   /// Signed distance of a shape to an obstacle of the scene.
   bool CollideWithObstacle(int shape, int obstacle, double margin, PairDistance& distance) {
-    NearestHint* const hint = Hint(ObstaclePair(shape, obstacle));
-    if (!data.surface()) return ode.CollideWithSolid(shape, obstacle, margin, distance, hint);
-    if (!SignedDistance(Set(shape), data.solid_sets[static_cast<size_t>(obstacle)], margin, distance, hint)) {
-      return false;
+    if (!data.surface()) {
+      return ode.CollideWithSolid(shape, obstacle, margin, distance, Hint(ObstaclePair(shape, obstacle)));
     }
+    // Of three points there is little to remember, and triangles are many.
+    if (!SignedDistance(Set(shape), data.solid_sets[static_cast<size_t>(obstacle)], margin, distance)) return false;
     if (data.scene == SceneRepresentation::kOrientedSurface) TurnToTheFront(shape, obstacle, distance);
     return true;
   }

@@ -12,19 +12,24 @@ namespace legopt {
 /// each other closely, as a solver's do. It changes how long a query takes, and of its result no more than rounding,
 /// and which of several equally near points are taken. Whoever keeps one decides with it what results hang on.
 ///
-/// Hints by the identity of the pair (contact.h), in a table with open addressing that doubles when it is half full.
-/// One thread; no allocation once it has grown.
+/// Hints by the identity of the pair (contact.h), in a table with open addressing. It holds kMostPairs, and begins anew
+/// when there are more. One thread; allocates when it is made.
 class ContactMemory {
  public:
+  static constexpr size_t kMostPairs = 256;  ///< some times as many as a query of solids looks at
+
   /// Of a pair; empty when there was none. Valid until the next call.
   NearestHint& At(int pair_id) {
-    if (2 * (count_ + 1) > slots_.size()) Grow();
-    Slot& slot = slots_[Find(pair_id)];
-    if (slot.pair_id == kFree) {
-      slot = {pair_id, {}};
+    size_t at = Find(pair_id);
+    if (slots_[at].pair_id == kFree) {
+      if (count_ == kMostPairs) {
+        Clear();
+        at = Find(pair_id);
+      }
+      slots_[at] = {pair_id, {}};
       ++count_;
     }
-    return slot.hint;
+    return slots_[at].hint;
   }
 
   /// Forgets everything.
@@ -52,16 +57,7 @@ class ContactMemory {
     return at;
   }
 
-  void Grow() {
-    constexpr size_t kFirst = 64;
-    std::vector<Slot> old(slots_.empty() ? kFirst : 2 * slots_.size());
-    old.swap(slots_);
-    for (const Slot& slot : old) {
-      if (slot.pair_id != kFree) slots_[Find(slot.pair_id)] = slot;
-    }
-  }
-
-  std::vector<Slot> slots_;  ///< a power of two of them
+  std::vector<Slot> slots_ = std::vector<Slot>(2 * kMostPairs);  ///< a power of two of them, half of them free
   size_t count_ = 0;
 };
 

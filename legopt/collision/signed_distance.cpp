@@ -171,17 +171,20 @@ bool Recall(const SupportSet& a, const SupportSet& b, const NearestHint& hint, S
 }
 
 void Remember(GjkOutcome outcome, const Simplex& simplex, const Vector3d& v, NearestHint& hint) {
+  constexpr int kMostPoints = std::numeric_limits<std::uint16_t>::max();
   hint.size = 0;
-  hint.direction = v;
+  hint.direction = v.cast<float>();
   if (outcome == GjkOutcome::kOverlap) hint.direction.setZero();
   if (outcome != GjkOutcome::kApart) return;
   constexpr int kMostCorners = 3;
-  for (int i = 0; i < std::min(simplex.size, kMostCorners); ++i) {
-    if (simplex.points[i].ia < 0 || simplex.points[i].ib < 0) return;
-    hint.a[i] = simplex.points[i].ia;
-    hint.b[i] = simplex.points[i].ib;
+  const int size = std::min(simplex.size, kMostCorners);
+  for (int i = 0; i < size; ++i) {
+    const DifferencePoint& point = simplex.points[i];
+    if (std::min(point.ia, point.ib) < 0 || std::max(point.ia, point.ib) > kMostPoints) return;
+    hint.a[i] = static_cast<std::uint16_t>(point.ia);
+    hint.b[i] = static_cast<std::uint16_t>(point.ib);
   }
-  hint.size = std::min(simplex.size, kMostCorners);
+  hint.size = static_cast<std::uint8_t>(size);
 }
 
 GjkOutcome RunGjk(const SupportSet& a, const SupportSet& b, double cutoff, const NearestHint* hint, Simplex& simplex,
@@ -193,8 +196,8 @@ GjkOutcome RunGjk(const SupportSet& a, const SupportSet& b, double cutoff, const
     v = recalled.point;
     squared = recalled.squared;
   } else {
-    const bool known = hint != nullptr && hint->direction.squaredNorm() > 0.0;
-    v = known ? hint->direction : FirstDirection(a, b);
+    const bool known = hint != nullptr && hint->direction.squaredNorm() > 0.0F;
+    v = known ? Vector3d(hint->direction.cast<double>()) : FirstDirection(a, b);
   }
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const DifferencePoint point = SupportOfDifference(a, b, -v);

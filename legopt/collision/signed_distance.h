@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 
 #include "legopt/collision/support_set.h"
 
@@ -16,10 +17,10 @@ struct PairDistance {
 
 /// What parted two shapes, or where they were nearest: where to look first when they have moved a little.
 struct NearestHint {
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< from B to A, of any length; zero: nothing is known
-  int size = 0;                                         ///< corners of the nearest feature, 0 to 3
-  int a[3] = {0, 0, 0};                                 ///< their points of A, by index
-  int b[3] = {0, 0, 0};                                 ///< and of B
+  Eigen::Vector3f direction = Eigen::Vector3f::Zero();  ///< from B to A, of any length; zero: nothing is known
+  std::uint16_t a[3] = {0, 0, 0};                       ///< corners of the nearest feature: points of A, by index
+  std::uint16_t b[3] = {0, 0, 0};                       ///< and of B
+  std::uint8_t size = 0;                                ///< how many corners, 0 to 3
 };
 
 /// Signed distance of two convex shapes when it is smaller than `cutoff_m`; false, with `result` untouched, otherwise.
@@ -38,10 +39,11 @@ bool SignedDistance(const SupportSet& a, const SupportSet& b, double cutoff_m, P
 
 /// A vertex of the Minkowski difference A - B and the points it comes from.
 struct DifferencePoint {
-  Eigen::Vector3d w,     ///< a - b
-      a,                 ///< of A
-      b;                 ///< of B
-  int ia = -1, ib = -1;  ///< their indices; -1 on a cylinder
+  Eigen::Vector3d w,  ///< a - b
+      a,              ///< of A
+      b;              ///< of B
+  int ia = -1;        ///< index of a; -1 on a cylinder
+  int ib = -1;        ///< likewise of b
 };
 
 /// Corners of the smallest feature that holds the point nearest to the origin, with its barycentric weights.

@@ -11,6 +11,7 @@ constexpr double kProgress = 0.9;  // of the violation: a failed round that came
 
 SolverResult IpoptSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
   SolverResult result;
+  program.Forget();
   program.ProjectOnBounds(x);
   value_ = EvaluateObjective(program, x, scratch_);
   if (!value_.IsFinite()) {

@@ -8,6 +8,7 @@ SolverResult PenaltySolver::Solve(Program& program, Eigen::VectorXd& x, const So
   iterations_ = 0;
   stop_status_.reset();
   SolverResult result;
+  program.Forget();
   program.ProjectOnBounds(x);
   lowest_.Take(x, EvaluateObjective(program, x, scratch_));
   result.value = lowest_.value;

@@ -45,6 +45,7 @@ SolverResult SqpSolver::Solve(Program& program, Eigen::VectorXd& x, const Solver
   Prepare(program);
   context_ = &context;
   SolverResult result;
+  program.Forget();
   program.ProjectOnBounds(x);
   value_ = EvaluateObjective(program, x, scratch_);
   at_x_ = true;

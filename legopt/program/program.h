@@ -128,6 +128,10 @@ class Program {
   /// All terms, of fixed number and order. Owned by the program; they read its point.
   virtual const std::vector<std::unique_ptr<Term>>& terms() const = 0;
 
+  /// Forgets what earlier points have left behind to make later ones faster. Solvers begin with it, so that a solve
+  /// hangs on its start alone. Default: there is nothing.
+  virtual void Forget() {}
+
   /// Moves to x (num_waypoints * point_size). Terms see it at their next call.
   virtual void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) = 0;
 

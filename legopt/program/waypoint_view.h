@@ -23,6 +23,8 @@ class WaypointView : public Program {
   int point_size() const override { return whole_->point_size(); }
   /// Those of the whole, seen as of waypoint 0.
   const std::vector<std::unique_ptr<Term>>& terms() const override { return terms_; }
+  /// Of the whole.
+  void Forget() override { whole_->Forget(); }
   void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override;
   void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
                Eigen::Ref<Eigen::VectorXd> x_next) const override;

@@ -150,8 +150,8 @@ void SweptCollisionTerm::CollectRows(int most_steps) {
     const double s = static_cast<double>(k) / most_steps;  // exact
     const Kinematics& sample = PlaceSample(k, most_steps);
     const std::span<const Contact> found = sweep_ == Sweep::kWithAll
-                                               ? query_->Contacts(sample, range_m_, &memory_)
-                                               : query_->SceneContacts(sample, range_m_, links_, &memory_);
+                                               ? query_->Contacts(sample, range_m_, &from_->memory())
+                                               : query_->SceneContacts(sample, range_m_, links_, &from_->memory());
     for (const Contact& contact : found) rows_.push_back({contact, s});
   }
 }

@@ -85,7 +85,6 @@ class SweptCollisionTerm : public Term {
   WaypointState* to_;
   const RobotModel* robot_;
   CollisionQuery* query_;
-  ContactMemory memory_;  ///< samples follow each other closely, and waypoints those before
   double margin_m_;
   double range_m_;
   double step_m_;

@@ -51,6 +51,10 @@ class WaypointProgram : public Program {
   int point_size() const override { return robot_->configuration_size(); }
   /// The constraints, by waypoint, with what Prepend and Append added; owned by the program.
   const std::vector<std::unique_ptr<Term>>& terms() const override { return terms_; }
+  /// Where shapes were near each other.
+  void Forget() override {
+    for (WaypointState& state : states_) state.Forget();
+  }
   void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override;
   void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
                Eigen::Ref<Eigen::VectorXd> x_next) const override;

@@ -30,6 +30,14 @@ class WaypointState {
     ++revision_;
   }
 
+  /// Forgets what earlier configurations have left behind to make queries faster: all that is computed from here on
+  /// hangs on what comes.
+  void Forget() {
+    memory_.Clear();
+    contacts_valid_ = false;
+    ++revision_;
+  }
+
   /// n + 7 numbers; not numbers before the first Update().
   const Eigen::VectorXd& configuration() const { return configuration_; }
   /// Grows with every change of the configuration: what was computed at an equal revision still holds.
@@ -37,9 +45,11 @@ class WaypointState {
   /// At configuration().
   const Kinematics& kinematics() const { return kinematics_; }
   double contact_range_m() const { return contact_range_m_; }  ///< as given at construction
+  /// For further queries near the waypoint.
+  ContactMemory& memory() { return memory_; }
 
   /// Pairs closer than the contact range, in the query's order. But for rounding, and which of equally near points they
-  /// have, they depend on the configuration alone.
+  /// have, they hang on the configuration alone.
   const std::vector<Contact>& contacts() {
     if (!contacts_valid_) {
       const std::span<const Contact> found = query_->Contacts(kinematics_, contact_range_m_, &memory_);

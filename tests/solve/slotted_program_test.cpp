@@ -52,7 +52,7 @@ TEST_F(Slots, DerivativesAreByTheStepFromTheBasePoint) {
   dx.tail(3) << 0.5, -0.7, 0.4;
   ASSERT_TRUE(slotted_.Evaluate(dx.data()));
   const std::vector<double> jacobian = slotted_.jacobian();
-  const std::vector<double> gradient = slotted_.cost().gradient();
+  const auto gradient = slotted_.cost().gradient();
   for (int j = 0; j < n; ++j) {
     VectorXd ahead = dx, back = dx;
     ahead[j] += kStep;
