@@ -6,8 +6,11 @@
 #include <ostream>
 
 #include "legopt/methods/registry.h"
+#include "legopt/optimize/solver.h"
 #include "legopt/solve/problem_solver.h"
 #include "legopt/solve/trace.h"
+#include "legopt/terms/initial_guess.h"
+#include "legopt/terms/task_program.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
 #include "tests/methods/iterations_key.h"
@@ -77,6 +80,24 @@ TEST_P(Repetition, SameJobSameBits) {
       ExpectSame(first, second);
     }
   }
+}
+
+// A program remembers where shapes were near each other; a solver makes it forget.
+TEST_P(Repetition, ASolveHangsOnItsStartAlone) {
+  const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
+  const Stance& stance = dataset->problems(Task::kPosture).front().stances.front();
+  CollisionQuery query(dataset->collision_model());
+  const auto program = MakeTaskProgram(Task::kPosture, *dataset, query, {&stance, 1}, {});
+  const std::unique_ptr<Solver> solver = MakeSolver(GetParam().Make("solid"));
+  const auto solve = [&](Initialization initialization) {
+    Eigen::VectorXd x = InitialGuess(*dataset, stance, initialization);
+    std::mt19937_64 generator(3);
+    solver->Solve(*program, x, {{}, &generator, nullptr});
+    return x;
+  };
+  const Eigen::VectorXd first = solve(Initialization::kGood);
+  EXPECT_NE(solve(Initialization::kInCollision), first);
+  EXPECT_EQ(solve(Initialization::kGood), first);
 }
 
 INSTANTIATE_TEST_SUITE_P(Solvers, Repetition, ::testing::ValuesIn(Variants()),
