@@ -175,14 +175,12 @@ inline void AddCombinationOfTiled(const double* c, const double* tiles, double* 
     AddCombination(c + k, tiles + k * kLanes, kLanes, kLanes, out + k, kLanes);
 }
 
-/// The upper (or lower) half of a matrix, its diagonal's tiles included, as a tiled matrix has it.
-inline void SpreadTiles(const double* tiles, bool upper, double* m, int stride) {
-  const Lanes zero = {};
+/// The whole matrix of a tiled one.
+inline void SpreadTiles(const double* tiles, double* m, int stride) {
+  std::memset(m, 0, sizeof(double) * static_cast<size_t>(stride) * static_cast<size_t>(stride));
   for (int i = 0; i < stride; ++i) {
-    double* const row = m + static_cast<std::ptrdiff_t>(i) * stride;
-    const int tile = i / kLanes * kLanes;
-    Store(row + tile, Load(tiles + static_cast<std::ptrdiff_t>(i) * kLanes));
-    for (int j = upper ? tile + kLanes : 0; j < (upper ? stride : tile); j += kLanes) Store(row + j, zero);
+    Store(m + static_cast<std::ptrdiff_t>(i) * stride + i / kLanes * kLanes,
+          Load(tiles + static_cast<std::ptrdiff_t>(i) * kLanes));
   }
 }
 

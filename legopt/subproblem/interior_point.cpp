@@ -327,7 +327,7 @@ void InteriorPointSolver::FormBlock(int t) {
   double* const block = chain_matrix_.block(t);
   const Square& square = hessian_[static_cast<size_t>(t)];
   if (square.tiled) {
-    kernels::SpreadTiles(Entries(square), true, block, stride_);
+    kernels::SpreadTiles(Entries(square), block, stride_);
   } else {
     std::copy_n(Entries(square), static_cast<std::ptrdiff_t>(stride_) * stride_, block);
   }
@@ -340,7 +340,7 @@ void InteriorPointSolver::FormCoupling(int t) {
   double* const block = chain_matrix_.coupling(t);
   const Square& square = coupling_[static_cast<size_t>(t)];
   if (square.tiled) {
-    kernels::SpreadTiles(Entries(square), false, block, stride_);
+    kernels::SpreadTiles(Entries(square), block, stride_);
   } else {
     std::copy_n(Entries(square), static_cast<std::ptrdiff_t>(stride_) * stride_, block);
   }
