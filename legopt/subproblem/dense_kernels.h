@@ -178,10 +178,7 @@ inline void AddCombinationOfTiled(const double* c, const double* tiles, double* 
 /// The whole matrix of a tiled one.
 inline void SpreadTiles(const double* tiles, double* m, int stride) {
   std::memset(m, 0, sizeof(double) * static_cast<size_t>(stride) * static_cast<size_t>(stride));
-  for (int i = 0; i < stride; ++i) {
-    Store(m + static_cast<std::ptrdiff_t>(i) * stride + i / kLanes * kLanes,
-          Load(tiles + static_cast<std::ptrdiff_t>(i) * kLanes));
-  }
+  for (std::ptrdiff_t i = 0; i < stride; ++i) Store(m + i * stride + i / kLanes * kLanes, Load(tiles + i * kLanes));
 }
 
 }  // namespace legopt::kernels
