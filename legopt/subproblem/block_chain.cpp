@@ -13,11 +13,6 @@ constexpr double kLeastPivot = 1e-200;
 }  // namespace
 
 void BlockChain::Reset(int num_blocks, int stride, bool chained) {
-  const bool same = num_blocks == num_blocks_ && stride == stride_;
-  if (!same || !chained) upper_is_zero_.assign(static_cast<size_t>(num_blocks), 0);
-  for (size_t t = 0; same && t < links_.size(); ++t) {
-    if (!links_[t].slim) upper_is_zero_[t] = 0;
-  }
   num_blocks_ = num_blocks;
   stride_ = stride;
   chained_ = chained;
@@ -38,10 +33,6 @@ void BlockChain::SetSlim(int t, int rows) {
   const size_t entries = num_rows_ * static_cast<size_t>(stride_);
   left_.resize(std::max(left_.size(), entries));
   right_.resize(std::max(right_.size(), entries));
-  // The kernels take whole vectors, some of which reach beyond the diagonal: what is there stays zero.
-  std::uint8_t& is_zero = upper_is_zero_[static_cast<size_t>(t)];
-  if (is_zero == 0) std::fill_n(coupling(t), static_cast<std::ptrdiff_t>(stride_) * stride_, 0.0);
-  is_zero = 1;
 }
 
 // With T = U^-T C, z = U^-T l: (T + sum z r^T)^T (T + sum z r^T) = T^T T + sum (q r^T + r q^T) for

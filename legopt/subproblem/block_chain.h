@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "legopt/subproblem/aligned_doubles.h"
@@ -27,12 +26,11 @@ class BlockChain {
 
   /// Row-major; of the diagonal ones the upper triangle counts. To be written before Eliminate(t).
   double* block(int t) { return At(matrix_, t); }
-  /// C_t: rows of block t, columns of block t + 1. To be written before Eliminate(t).
+  /// C_t: rows of block t, columns of block t + 1. To be written before Eliminate(t), all of it.
   double* coupling(int t) { return At(coupling_, t); }
 
-  /// How the coupling of block t is given from now on, until Reset: C_t tiled, of which the lower half is to be written
-  /// for every matrix and no more, and `rows` (at most kMostRows) rows l and r beside it. Without this call it is dense
-  /// and without rows.
+  /// How the coupling of block t is given from now on, until Reset: C_t tiled, and `rows` (at most kMostRows) rows l
+  /// and r beside it. Without this call it is dense and without rows.
   void SetSlim(int t, int rows);
   /// Whether SetSlim told so of this coupling.
   bool slim(int t) const { return links_[static_cast<size_t>(t)].slim; }
@@ -67,7 +65,6 @@ class BlockChain {
   int num_blocks_ = 0, stride_ = 0;
   bool chained_ = false;
   std::vector<Link> links_;
-  std::vector<std::uint8_t> upper_is_zero_;  ///< by block: of what its coupling has right of the diagonal's tiles
   size_t num_rows_ = 0;
   AlignedDoubles matrix_;    ///< M, then U with M = U^T U
   AlignedDoubles coupling_;  ///< C, then U^-T C

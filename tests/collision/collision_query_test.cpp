@@ -305,6 +305,20 @@ TEST(CollisionQuery, MemoryChangesNoContact) {
   EXPECT_GT(memory.size(), 4U);
 }
 
+TEST(ContactMemory, BeginsAnewWhenItIsFull) {
+  ContactMemory memory;
+  constexpr int kPairs = static_cast<int>(ContactMemory::kMostPairs), kApart = 64;
+  for (int i = 0; i < kPairs; ++i) {
+    EXPECT_EQ(memory.At(i * kApart).size, 0);
+    memory.At(i * kApart).size = static_cast<std::uint8_t>(1 + i % 3);
+  }
+  for (int i = 0; i < kPairs; ++i) EXPECT_EQ(memory.At(i * kApart).size, 1 + i % 3) << i;
+  EXPECT_EQ(memory.size(), ContactMemory::kMostPairs);
+  EXPECT_EQ(memory.At(1).size, 0);  // one more than it holds
+  EXPECT_EQ(memory.size(), 1U);
+  EXPECT_EQ(memory.At(0).size, 0);
+}
+
 TEST(CollisionQuery, LargerMarginOnlyAddsContacts) {
   Fixture f;
   CollisionQuery query(f.model);

@@ -78,7 +78,7 @@ class Chain {
     if (slim) chain_.SetSlim(t, rows);
     const Eigen::VectorXd diagonal = -2.0 * Eigen::VectorXd::Ones(kSize) + Eigen::VectorXd::Random(kSize);
     Part(t, t + 1).diagonal() = diagonal;
-    if (!slim) std::fill_n(chain_.coupling(t), stride_ * stride_, 0.0);
+    std::fill_n(chain_.coupling(t), stride_ * stride_, 0.0);
     for (int i = 0; i < kSize; ++i) chain_.coupling(t)[i * stride_ + i] = diagonal[i];
     for (int r = 0; r < rows; ++r) {
       const Eigen::VectorXd left = Eigen::VectorXd::Random(kSize), right = Eigen::VectorXd::Random(kSize);
