@@ -24,7 +24,12 @@ struct BestOptions {
   }
 
   SqpOptions sqp = WideSqp();  ///< of every start
-  int rescues = 8;             ///< further starts while nothing feasible has been found, >= 0
+  /// Of several waypoints with a free end: steps of a first descent without the terms that can be set aside, the
+  /// collisions; 0: none. >= 0
+  int free_iterations = 3;
+  double window_improve_frac = 0.15;  ///< min_approx_improve_frac of several waypoints, >= 0
+  /// Further starts while nothing feasible has been found, >= 0; half as many of chains that are held at both ends.
+  int rescues = 8;
   double rescue_noise = 0.15;  ///< half width of their noise on bounded variables; rad, m; > 0
   /// Starts of a waypoint alone: of the rescues of several waypoints, the first begins from the end of the first
   /// descent with its violated waypoints solved alone, the second with all of them; of a single waypoint, the fifth and
@@ -40,6 +45,8 @@ struct BestOptions {
     constexpr double kMostNoise = 10.0;
     constexpr double kAlwaysWritten = 0.0;
     SqpOptions::Visit(options.sqp, fields, kAlwaysWritten);
+    fields.Integer("free_iterations", options.free_iterations, 0, kMostStarts);
+    fields.Number("window_improve_frac", options.window_improve_frac, 0.0, 1.0);
     fields.Integer("rescues", options.rescues, 0, kMostStarts);
     fields.Number("rescue_noise", options.rescue_noise, kLeastNoise, kMostNoise);
     fields.Integer("waypoint_starts", options.waypoint_starts, 0, kMostStarts);

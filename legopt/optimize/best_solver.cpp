@@ -9,7 +9,9 @@
 namespace legopt {
 namespace {
 
-constexpr double kWidening = 0.2;  // of the noise, with each start of a waypoint alone
+constexpr double kWidening = 0.2;       // of the noise, with each start of a waypoint alone
+constexpr int kPatience = 5;            // times the usual starts
+constexpr double kSteadyPenalty = 1e5;  // times a usual violation, more than any cost that there is to gain
 
 /// The part of x that belongs to a waypoint.
 auto Part(const Program& program, Eigen::VectorXd& x, int waypoint) {
@@ -23,6 +25,26 @@ bool Better(const SolverResult& a, const SolverResult& b) {
   return a.feasible ? a.value.Objective() < b.value.Objective() : a.value.max_violation < b.value.max_violation;
 }
 
+/// Goes down from a feasible point without leaving what is feasible: with the first penalties of a descent, a window
+/// whose waypoints were solved one by one falls back into what it was taken out of.
+SqpOptions Steady(SqpOptions options) {
+  options.initial_penalty = std::max(options.initial_penalty, kSteadyPenalty);
+  return options;
+}
+
+/// Of several waypoints: the last percents of a window's cost are worth less than the time that they take.
+SqpOptions OfWindows(SqpOptions options, double improve_frac) {
+  options.min_approx_improve_frac = improve_frac;
+  return options;
+}
+
+/// A first descent without what can be set aside, for a start that it is then near to.
+SqpOptions Free(SqpOptions options, int iterations) {
+  options.max_iterations = std::max(iterations, 1);
+  options.max_penalty_iterations = 1;
+  return options;
+}
+
 /// A better start from where no step was worth a try is a step of its own.
 void RecordMove(const SolverContext& context, size_t first_record, const ObjectiveValue& from,
                 const ObjectiveValue& to) {
@@ -33,30 +55,93 @@ void RecordMove(const SolverContext& context, size_t first_record, const Objecti
 
 }  // namespace
 
-BestSolver::BestSolver(const BestOptions& options) : options_(options), sqp_(options.sqp), waypoint_sqp_(options.sqp) {}
+BestSolver::BestSolver(const BestOptions& options)
+    : options_(options),
+      waypoint_sqp_(options.sqp),
+      window_sqp_(OfWindows(options.sqp, options.window_improve_frac)),
+      steady_sqp_(Steady(options.sqp)),
+      free_sqp_(Free(options.sqp, options.free_iterations)) {}
 
 SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
   start_ = x;
+  is_window_ = program.num_waypoints() > 1 && EndsFreely(program, x);
   const size_t first_record = NumRecords(context);
-  SolverResult best = sqp_.Solve(program, x, context);
+  SolverResult best = Begin(program, context, x);
   const ObjectiveValue first = best.value;
   if (best.status == SolveStatus::kNumericalFailure && !best.value.IsFinite()) return best;
-  for (int k = 0; k < options_.rescues && !best.feasible && !IsStopped(best.status); ++k) {
-    StartRescue(program, context, k, x, best);
-    if (IsStopped(best.status)) break;
-    Try(program, context, x, best);
-  }
-  if (options_.rescues > 0 && !best.feasible && !IsStopped(best.status)) {
-    RescueWithoutReserve(program, context, x, best);
-  }
-  const int refinements = program.num_waypoints() == 1 && best.feasible ? options_.refinements : 0;
-  for (int k = 0; k < refinements && !IsStopped(best.status); ++k) {
-    Scatter(program, x, options_.refinement_noise, Noise::kBounded, context.Draws(), trial_);
-    Try(program, context, x, best);
-  }
+  if (options_.rescues > 0) Rescue(program, context, x, best);
+  Refine(program, context, x, best);
   RecordMove(context, first_record, first, best.value);
   CloseHistory(context, first_record, best.value);
   return best;
+}
+
+SqpSolver& BestSolver::SqpOf(const Program& program) {
+  return program.num_waypoints() > 1 ? window_sqp_ : waypoint_sqp_;
+}
+
+SolverResult BestSolver::Begin(Program& program, const SolverContext& context, Eigen::VectorXd& x) {
+  const size_t first_record = NumRecords(context);
+  const SolverResult free = DescendFreely(program, context, x);
+  began_freely_ = free.iterations > 0;
+  SolverResult result = free;
+  if (IsStopped(free.status)) {
+    result.value = EvaluateObjective(program, x, scratch_);
+    result.feasible = result.value.max_violation < options_.sqp.constraint_tolerance;
+  } else {
+    result = SqpOf(program).Solve(program, x, context);
+    result.iterations += free.iterations;
+  }
+  if (began_freely_ && NumRecords(context) == first_record) {
+    context.Record({.cost = result.value.cost, .violation = result.value.max_violation, .accepted = true});
+  }
+  return result;
+}
+
+bool BestSolver::EndsFreely(const Program& program, const Eigen::VectorXd& x) {
+  const Eigen::Index size = static_cast<Eigen::Index>(program.num_waypoints()) * program.tangent_size();
+  lower_.resize(size);
+  upper_.resize(size);
+  program.StepBounds(x, lower_, upper_);
+  return (lower_.tail(program.tangent_size()).array() < upper_.tail(program.tangent_size()).array()).any();
+}
+
+SolverResult BestSolver::DescendFreely(Program& program, const SolverContext& context, Eigen::VectorXd& x) {
+  SolverResult result;
+  if (options_.free_iterations == 0 || !is_window_) return result;
+  bool any = false;
+  for (const auto& term : program.terms()) any = term->SetAside(true) || any;
+  if (any) {
+    SolverContext alone = context;
+    alone.history = nullptr;  // its steps are steps of another program
+    result = free_sqp_.Solve(program, x, alone);
+  }
+  for (const auto& term : program.terms()) term->SetAside(false);
+  return result;
+}
+
+void BestSolver::Rescue(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best) {
+  const auto goes_on = [&best] { return !best.feasible && !IsStopped(best.status); };
+  if (began_freely_ && goes_on()) {
+    trial_ = start_;
+    Try(SqpOf(program), program, context, x, best);
+  }
+  // Who leads ways from point to point has other means, too: more pieces, and the points.
+  const int rescues = program.num_waypoints() == 1 || is_window_ ? options_.rescues : options_.rescues / 2;
+  for (int k = 0; k < rescues && goes_on(); ++k) {
+    const bool solved = StartRescue(program, context, k, x, best);
+    if (goes_on()) TryRescue(program, context, solved, x, best);
+  }
+  if (goes_on()) RescueWithPatience(program, context, x, best);
+  if (goes_on()) RescueWithoutReserve(program, context, x, best);
+}
+
+void BestSolver::Refine(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best) {
+  if (program.num_waypoints() > 1 || !best.feasible) return;
+  for (int k = 0; k < options_.refinements && !IsStopped(best.status); ++k) {
+    Scatter(program, x, options_.refinement_noise, Noise::kBounded, context.Draws(), trial_);
+    Try(waypoint_sqp_, program, context, x, best);
+  }
 }
 
 void BestSolver::Scatter(const Program& program, Eigen::Ref<const Eigen::VectorXd> from, double half_width, Noise noise,
@@ -76,24 +161,45 @@ void BestSolver::Scatter(const Program& program, Eigen::Ref<const Eigen::VectorX
   program.Retract(from, dx_, trial);
 }
 
-void BestSolver::StartRescue(Program& program, const SolverContext& context, int k, const Eigen::VectorXd& x,
+bool BestSolver::StartRescue(Program& program, const SolverContext& context, int k, const Eigen::VectorXd& x,
                              SolverResult& best) {
   constexpr int kOfWaypoints = 2;   // of several: the first rescues
   constexpr int kNearTheStart = 4;  // of one: these come before
   const bool several = program.num_waypoints() > 1;
   const bool of_waypoints = options_.waypoint_starts > 0 && (several ? k < kOfWaypoints : k >= kNearTheStart);
-  if (of_waypoints && SolveWaypoints(program, context, !several || k > 0, x, best)) return;
+  const Waypoints which = several && k == 0 ? Waypoints::kViolated : Waypoints::kAll;
+  if (of_waypoints && SolveWaypoints(program, context, {which, options_.waypoint_starts}, x, best)) return true;
   Scatter(program, start_, options_.rescue_noise, Noise::kBounded, context.Draws(), trial_);
+  return false;
+}
+
+void BestSolver::TryRescue(Program& program, const SolverContext& context, bool solved, Eigen::VectorXd& x,
+                           SolverResult& best) {
+  if (solved) solved_ = trial_;
+  Try(SqpOf(program), program, context, x, best);
+  if (!solved || best.feasible || IsStopped(best.status)) return;
+  // Constraints of two waypoints may not hold yet.
+  if (!(EvaluateObjective(program, solved_, scratch_).max_violation < options_.sqp.constraint_tolerance)) return;
+  trial_ = solved_;
+  Try(steady_sqp_, program, context, x, best);
+}
+
+void BestSolver::RescueWithPatience(Program& program, const SolverContext& context, Eigen::VectorXd& x,
+                                    SolverResult& best) {
+  if (!is_window_ || options_.waypoint_starts == 0) return;  // the rescues of one waypoint were of this kind
+  const WaypointRescue rescue{Waypoints::kViolated, kPatience * options_.waypoint_starts};
+  if (SolveWaypoints(program, context, rescue, x, best)) TryRescue(program, context, true, x, best);
 }
 
 void BestSolver::RescueWithoutReserve(Program& program, const SolverContext& context, Eigen::VectorXd& x,
                                       SolverResult& best) {
   bool any = false;
   for (const auto& term : program.terms()) any = term->SpendReserve(true) || any;
-  for (const bool all : {false, true}) {
+  for (const Waypoints which : {Waypoints::kViolated, Waypoints::kAll}) {
     if (!any || best.feasible || IsStopped(best.status)) break;
-    if (!SolveWaypoints(program, context, all, x, best)) trial_ = x;
-    if (!IsStopped(best.status)) Try(program, context, x, best);
+    const bool solved = SolveWaypoints(program, context, {which, options_.waypoint_starts}, x, best);
+    if (!solved) trial_ = x;
+    if (!IsStopped(best.status)) TryRescue(program, context, solved, x, best);
   }
   for (const auto& term : program.terms()) term->SpendReserve(false);
 }
@@ -113,23 +219,25 @@ void BestSolver::MeasureWaypoints(Program& program, const Eigen::VectorXd& x) {
   }
 }
 
-bool BestSolver::SolveWaypoints(Program& program, const SolverContext& context, bool all, const Eigen::VectorXd& x,
-                                SolverResult& best) {
+bool BestSolver::SolveWaypoints(Program& program, const SolverContext& context, const WaypointRescue& rescue,
+                                const Eigen::VectorXd& x, SolverResult& best) {
   MeasureWaypoints(program, x);
   trial_ = x;
+  const bool all = rescue.waypoints == Waypoints::kAll;
   for (int t = 0; t < program.num_waypoints(); ++t) {
     const bool violated = !(violation_[static_cast<size_t>(t)] <= options_.sqp.constraint_tolerance);
-    if ((all || violated) && !SolveWaypoint(program, context, t, best)) return false;
+    if ((all || violated) && !SolveWaypoint(program, context, t, rescue.starts, best)) return false;
   }
   return true;
 }
 
-bool BestSolver::SolveWaypoint(Program& program, const SolverContext& context, int waypoint, SolverResult& best) {
+bool BestSolver::SolveWaypoint(Program& program, const SolverContext& context, int waypoint, int starts,
+                               SolverResult& best) {
   WaypointView view(program, waypoint, trial_);
   if (view.terms().empty() || !view.IsFree()) return true;
   SolverContext alone = context;
   alone.history = nullptr;  // its steps are not steps of the whole point
-  for (int k = 0; k < options_.waypoint_starts; ++k) {
+  for (int k = 0; k < starts; ++k) {
     PlaceWaypoint(program, view, waypoint, k, context.Draws());
     const SolverResult result = waypoint_sqp_.Solve(view, point_, alone);
     best += result;
@@ -153,15 +261,16 @@ void BestSolver::PlaceWaypoint(const Program& program, const WaypointView& view,
   } else if (k <= 2 && neighbour >= 0 && neighbour < program.num_waypoints()) {
     point_ = Part(program, trial_, neighbour);
   } else {
-    const double half_width = options_.rescue_noise * (1.0 + kWidening * k);
+    const double half_width = options_.rescue_noise * (1.0 + kWidening * (k % options_.waypoint_starts));
     Scatter(view, Part(program, start_, waypoint), half_width, Noise::kAll, generator, point_);
   }
 }
 
-void BestSolver::Try(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best) {
+void BestSolver::Try(SqpSolver& sqp, Program& program, const SolverContext& context, Eigen::VectorXd& x,
+                     SolverResult& best) {
   SolverContext another = context;
   another.start = best.starts;
-  SolverResult result = sqp_.Solve(program, trial_, another);
+  SolverResult result = sqp.Solve(program, trial_, another);
   Effort effort = best;
   effort += result;
   const SolveStatus status = result.status;

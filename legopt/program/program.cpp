@@ -30,6 +30,8 @@ void LinearModel::Shift(const double* dx, int tangent_size) {
 
 bool Term::SpendReserve(bool /*spend*/) { return false; }
 
+bool Term::SetAside(bool /*aside*/) { return false; }
+
 void Term::RowKeys(int rows, std::vector<int>& keys) {
   for (int i = 0; i < rows; ++i) keys.push_back(i);
 }

@@ -44,11 +44,13 @@ SweptCollisionTerm::SweptCollisionTerm(int waypoint, WaypointState& from, Waypoi
 }
 
 void SweptCollisionTerm::ComputeResiduals(std::vector<double>& residuals) {
+  if (aside_) return;
   Refresh();
   for (const Row& row : rows_) residuals.push_back(margin_m_ - row.contact.distance_m);
 }
 
 void SweptCollisionTerm::ComputeModel(LinearModel& model) {
+  if (aside_) return model.Reset(0, robot_->tangent_size(), 2);
   Refresh();
   const int straight = robot_->num_dofs() + 3;
   model.Reset(static_cast<int>(rows_.size()), robot_->tangent_size(), 2);
@@ -80,6 +82,7 @@ void SweptCollisionTerm::ComputeModel(LinearModel& model) {
 }
 
 void SweptCollisionTerm::RowKeys(int /*rows*/, std::vector<int>& keys) {
+  if (aside_) return;
   Refresh();
   for (const Row& row : rows_) keys.push_back(row.contact.pair_id);
 }

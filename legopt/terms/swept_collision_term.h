@@ -59,6 +59,10 @@ class SweptCollisionTerm : public Term {
   void RowKeys(int rows, std::vector<int>& keys) override;
   /// Pairs that are nearer and yet have no row keep the margin on the way and are nearer still at an end.
   double AbsentRow() const override { return margin_m_ - range_m_; }
+  bool SetAside(bool aside) override {
+    aside_ = aside;
+    return true;
+  }
 
   /// One row: the nearest sample of a pair of shapes.
   struct Row {
@@ -89,6 +93,7 @@ class SweptCollisionTerm : public Term {
   double range_m_;
   double step_m_;
   Sweep sweep_;
+  bool aside_ = false;
 
   std::uint64_t from_revision_ = 0;  ///< of the rows; 0 is never that of a state in use
   std::uint64_t to_revision_ = 0;

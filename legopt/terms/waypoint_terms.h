@@ -76,11 +76,16 @@ class CollisionTerm : public Term {
     margin_m_ = spend ? spent_margin_m_ : kept_margin_m_;
     return true;
   }
+  bool SetAside(bool aside) override {
+    aside_ = aside;
+    return true;
+  }
 
  private:
   WaypointState* state_;
   double kept_margin_m_, spent_margin_m_;
   double margin_m_;  ///< one of them
+  bool aside_ = false;
 };
 
 }  // namespace legopt

@@ -292,10 +292,10 @@ TEST(Suite, HashesOfTheEmbeddedMethodsStay) {
     const char* hash;  // of their hashes, a line each
   };
   const Row rows[] = {
-      {"baselines", 6, "7659030df540a6206e0cba512806c3913a70e6b9a7b5ade169e1420cd1201cc9"},
+      {"baselines", 6, "85d1739ec382d78df94415d604d4b59c40ab8cb27a272dc0edf5d6160c0eb222"},
       {"feasibility", 1, "4804ae5001e3a5a24d2eadd1666b359a8f7d5d2eebec3b7c4147d7979a6d6adb"},
       {"posture-sqp", 2, "703323b311931c550b24848762d76824595c20154191014f2a6de5f208581c43"},
-      {"quick", 5, "aa5b95e243d2a1e755beb85915a4115d76b62b1e4375701c1462a2fa3bc5a87e"},
+      {"quick", 5, "3a5e15c1968401b5ae7b8f222766bf659c7518d0b89d7fdef78b5d132c03cbbd"},
       {"sample-size", 40, "28a3fdca4166b8533813b0e133290dc384b8fd6699035f4df3082e53b2639b5a"},
       {"table1-short", 16, "b4afb23e35445041e9369e2031b11dc63bc9fb6fcd4b1bde50dcca1630cbf82b"},
       {"table1", 32, "d05e0064d03fd6bc33531040c31d0bcb4194a56f33e06d344181e56b721a3b85"},

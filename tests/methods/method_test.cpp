@@ -129,7 +129,7 @@ TEST(Method, WrongTypesAndRanges) {
 TEST(Method, HashesOfTheDefaultsStay) {
   const std::pair<const char*, const char*> hashes[] = {
       {"sqp", "5af88f65e077a8b7521d494cc250c767f816a81cccbcb973d17506ba28f06e5c"},
-      {"best", "e8355d6836e7c4996d032e8d406f74c3a6a761d9e1555d55bdd65e05df408e45"},
+      {"best", "691bd766255665d8703d0eb62b8c7edd9c8614a8d71d1ef3b71d317922186ec9"},
       {"ipopt", "31b164ae2e17a5fc9ab4e4dae4c94fc9506122592b4914dd296c3fbf858a3f9e"},
       {"sgd", "6ae370174f6af751a3a0136f657ac080ec005a90c12dbd84079afd432fc50ac3"},
       {"adam", "b374f171dbc48eca744ba4094d654ed4ba5992a8083f4000a36fc2df5d6ab89f"},

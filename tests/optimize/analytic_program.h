@@ -32,6 +32,10 @@ class AnalyticProgram : public Program {
   void AddWithReserve(Residuals residuals, double reserve) {
     terms_.push_back(std::make_unique<ReservedTerm>(std::move(residuals), reserve, *this));
   }
+  /// A term that can be set aside.
+  void AddInTheWay(TermShape shape, Residuals residuals) {
+    terms_.push_back(std::make_unique<TermInTheWay>(std::move(shape), std::move(residuals), *this));
+  }
   /// `absent_row`: see Term::AbsentRow, for functions whose number of rows varies.
   void AddShaped(TermShape shape, Residuals residuals, double absent_row = -std::numeric_limits<double>::infinity()) {
     terms_.push_back(std::make_unique<FunctionTerm>(std::move(shape), std::move(residuals), absent_row, *this));
@@ -111,6 +115,24 @@ class AnalyticProgram : public Program {
    private:
     double reserve_;
     bool spent_ = false;
+  };
+
+  class TermInTheWay : public FunctionTerm {
+   public:
+    TermInTheWay(TermShape shape, Residuals residuals, const AnalyticProgram& program)
+        : FunctionTerm(
+              std::move(shape),
+              [this, residuals = std::move(residuals)](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+                return aside_ ? Eigen::VectorXd() : residuals(x);
+              },
+              -std::numeric_limits<double>::infinity(), program) {}
+    bool SetAside(bool aside) override {
+      aside_ = aside;
+      return true;
+    }
+
+   private:
+    bool aside_ = false;
   };
 
   int num_waypoints_;

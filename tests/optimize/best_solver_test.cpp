@@ -119,6 +119,80 @@ TEST(Best, WaypointsAloneRescueAChain) {
                                        "place, the chain";
 }
 
+// The pit lies between the start and where the costs lead. Its slope says nothing of that.
+TEST(Best, AFreeDescentPassesWhatIsInTheWay) {
+  AnalyticProgram program(Eigen::Vector2d(-1, -1), Eigen::Vector2d(3, 3), 2);
+  program.AddShaped({"there", TermKind::kCost, 0, 2, -1},
+                    [](const VectorXd& x) { return VectorXd(Eigen::Vector2d(x[0] - 1.5, x[1] - 1.6)); });
+  program.AddInTheWay({"pit", TermKind::kInequality, 1, 1, -1},
+                      [](const VectorXd& x) { return One(0.5 - x[0] * (x[0] * x[0] - 1.0)); });
+  BestOptions options = QuietRescues();
+  options.rescues = 0;
+  options.free_iterations = 0;
+  VectorXd x = Eigen::Vector2d(1.5, -0.9);
+  EXPECT_FALSE(Solve(options, program, x).feasible);
+  options.free_iterations = 60;
+  x = Eigen::Vector2d(1.5, -0.9);
+  const SolverResult result = Solve(options, program, x);
+  EXPECT_TRUE(result.feasible);
+  EXPECT_NEAR(x[1], 1.6, 0.1);
+  EXPECT_EQ(result.starts, 1) << "it is a way to begin, not another start";
+  EXPECT_GT(result.iterations, 40) << "but its steps count";
+  std::vector<double> rows;
+  program.SetPoint(Eigen::Vector2d(1.5, 0.0));
+  program.terms()[1]->Evaluate(rows);
+  EXPECT_EQ(rows, std::vector<double>{0.5}) << "what was set aside is back";
+}
+
+// Where the free descent leads there is no way out: next comes the start itself.
+TEST(Best, AStartThatAFreeDescentSpoilsIsTriedAsItWas) {
+  AnalyticProgram program(Eigen::Vector2d(-1, -1), Eigen::Vector2d(3, 3), 2);
+  program.AddShaped({"there", TermKind::kCost, 0, 2, -1},
+                    [](const VectorXd& x) { return VectorXd(Eigen::Vector2d(x[0] + 0.9, x[1] + 0.9)); });
+  program.AddInTheWay({"pit", TermKind::kInequality, 1, 1, -1},
+                      [](const VectorXd& x) { return One(0.5 - x[0] * (x[0] * x[0] - 1.0)); });
+  BestOptions options = QuietRescues();
+  options.rescues = 1;
+  options.free_iterations = 60;
+  VectorXd x = Eigen::Vector2d(1.5, 1.5);
+  const SolverResult result = Solve(options, program, x);
+  EXPECT_TRUE(result.feasible);
+  EXPECT_GT(x[1], 1.19 - options.sqp.constraint_tolerance);
+  EXPECT_EQ(result.starts, 2);
+}
+
+// The costs draw the middle waypoint into the pit more strongly than the first penalties keep it out.
+TEST(Best, WaypointsThatWereSolvedAloneAreNotLost) {
+  ChainWithAPit program;
+  program.AddShaped({"into the pit", TermKind::kCost, 1, 1, -1},
+                    [](const VectorXd& x) { return One(100.0 * (x[0] + 0.9)); });
+  program.AddShaped({"first", TermKind::kEquality, 0, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
+  program.AddShaped({"last", TermKind::kEquality, 2, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
+  BestOptions options = QuietRescues();
+  options.window_improve_frac = 1e-4;  // its steps are small
+  options.rescues = 1;
+  VectorXd x = Eigen::Vector3d(1.5, -0.9, 1.5);
+  const SolverResult result = Solve(options, program, x);
+  EXPECT_TRUE(result.feasible);
+  EXPECT_GT(x[1], 1.19 - options.sqp.constraint_tolerance);
+  EXPECT_EQ(result.starts, 1 + 2 + 2) << "the chain, the waypoint twice, the chain from there, and once more steadily";
+}
+
+// Where it is, one start ends in the pit; its neighbour's place is only the second.
+TEST(Best, WhatIsViolatedGetsManyStartsAtLast) {
+  ChainWithAPit program;
+  program.AddShaped({"first", TermKind::kEquality, 0, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
+  program.AddShaped({"last", TermKind::kEquality, 2, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
+  BestOptions options = QuietRescues();
+  options.rescues = 1;
+  options.waypoint_starts = 1;
+  VectorXd x = Eigen::Vector3d(1.5, -0.9, 1.5);
+  const SolverResult result = Solve(options, program, x);
+  EXPECT_TRUE(result.feasible);
+  EXPECT_GT(x[1], 1.19 - options.sqp.constraint_tolerance);
+  EXPECT_EQ(result.starts, 1 + (1 + 1) + (2 + 1)) << "the chain, a rescue with one start, a rescue with two";
+}
+
 TEST(Best, AWaypointThatNothingSolvesLeavesTheRescuesAsTheyWere) {
   ChainWithAPit program;
   program.AddShaped({"never", TermKind::kEquality, 1, 1, -1}, [](const VectorXd& x) { return One(x[0] * x[0] + 1); });
@@ -128,7 +202,8 @@ TEST(Best, AWaypointThatNothingSolvesLeavesTheRescuesAsTheyWere) {
   VectorXd x = Eigen::Vector3d(1.5, -0.9, 1.5);
   const SolverResult result = Solve(options, program, x);
   EXPECT_FALSE(result.feasible);
-  EXPECT_EQ(result.starts, 1 + 5 + 1 + 5 + 1 + 1) << "the other waypoints have nothing to be solved for alone";
+  EXPECT_EQ(result.starts, 1 + 5 + 1 + 5 + 1 + 1 + 5 * 5)
+      << "the other waypoints have nothing to be solved for alone; the last 25 are those of patience";
 }
 
 // A gap of 0.02 between two walls that both want a distance of 0.015.
@@ -177,6 +252,7 @@ TEST(Best, ASingleWaypointIsSearchedWithoutItsCosts) {
 
 TEST(Best, AStopEndsTheWaypointsAlone) {
   ChainWithAPit program;
+  program.AddInTheWay({"aside", TermKind::kInequality, 0, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.4); });
   program.AddShaped({"never", TermKind::kEquality, 1, 1, -1}, [](const VectorXd& x) { return One(x[0] * x[0] + 1); });
   const BestOptions options = QuietRescues();
   VectorXd x = Eigen::Vector3d(1.5, -0.9, 1.5);

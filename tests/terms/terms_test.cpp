@@ -7,6 +7,7 @@
 #include <random>
 #include <set>
 #include <span>
+#include <string>
 
 #include "legopt/terms/initial_guess.h"
 #include "legopt/terms/task_program.h"
@@ -221,6 +222,50 @@ TEST(Terms, ASolutionCostsItsTransitionsOnceOrItsWindows) {
   constexpr double kWindowCosts = 12.5;
   EXPECT_EQ(SolutionCost(Task::kPosture, dataset->robot(), waypoints, kWindowCosts), kWindowCosts);
   EXPECT_NEAR(SolutionCost(Task::kMotion, dataset->robot(), waypoints, kWindowCosts), 0.5, 1e-15);
+}
+
+// Collisions, at the waypoints and between them.
+TEST(Terms, WhatIsSetAsideHasNoRowsUntilItIsBack) {
+  const test::TemporaryFolder temporary;
+  const test::SyntheticFolder folder(temporary.path() / "dataset");
+  const auto dataset = Dataset::Load(folder.path());
+  CollisionQuery query(dataset->collision_model());
+  const std::vector<Stance>& stances = dataset->problems(Task::kMotion)[0].stances;
+  const auto program = MakeTaskProgram(Task::kMotion, *dataset, query, stances, {});
+  Eigen::VectorXd low = test::StandingUpright();
+  Eigen::VectorXd next = low;
+  low[dataset->robot().num_dofs() + 2] -= 0.3;  // in the ground
+  next[dataset->robot().num_dofs()] += 0.3;
+  Eigen::VectorXd x(program->num_waypoints() * low.size());
+  for (int t = 0; t < program->num_waypoints(); ++t) x.segment(t * low.size(), low.size()) = t % 2 == 0 ? low : next;
+  program->SetPoint(x);
+  const auto rows_of = [](Term& term) {
+    std::vector<double> rows;
+    term.Evaluate(rows);
+    return rows;
+  };
+  std::set<std::string> aside;
+  for (const auto& term : program->terms()) {
+    const std::vector<double> before = rows_of(*term);
+    const std::int64_t queries = query.queries();
+    if (term->SetAside(true)) {
+      aside.insert(term->shape().name);
+      LinearModel model;
+      std::vector<int> keys;
+      term->Linearize(model);
+      term->RowKeys(0, keys);
+      EXPECT_EQ(rows_of(*term).size() + static_cast<size_t>(model.rows()) + keys.size(), 0u) << term->shape().name;
+      EXPECT_EQ(query.queries(), queries);
+    } else {
+      EXPECT_EQ(rows_of(*term), before) << term->shape().name;
+    }
+    term->SetAside(false);
+    EXPECT_EQ(rows_of(*term), before) << term->shape().name;
+    if (term->shape().name == "collision" && term->shape().waypoint == 0) {
+      EXPECT_FALSE(before.empty());
+    }
+  }
+  EXPECT_EQ(aside, (std::set<std::string>{"collision", "swept collision"}));
 }
 
 TEST(Terms, TheFirstWaypointOfALaterWindowStays) {
