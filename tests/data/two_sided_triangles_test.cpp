@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "legopt/evaluate/judge.h"
 #include "legopt/methods/method.h"
