@@ -34,6 +34,7 @@ struct Variant {
     if (word == "best") {
       description["options"]["rescues"] = 0;
       description["options"]["refinements"] = 0;
+      description["options"]["window_improve_frac"] = 1e-3;
     }
     if (sampled) description.update({{"sample_size", 80}, {"incremental", true}});
     return Method::FromJson(description, "test");
