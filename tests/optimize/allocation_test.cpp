@@ -34,7 +34,9 @@ struct Variant {
     if (word == "best") {
       description["options"]["rescues"] = 0;
       description["options"]["refinements"] = 0;
-      description["options"]["window_improve_frac"] = 1e-3;
+      description["options"]["free_iterations"] = max_iterations;
+      description["options"]["min_approx_improve_frac"] = 1e-6;
+      description["options"]["window_improve_frac"] = 1e-6;
     }
     if (sampled) description.update({{"sample_size", 80}, {"incremental", true}});
     return Method::FromJson(description, "test");
@@ -82,7 +84,9 @@ class Allocations : public ::testing::TestWithParam<Variant> {
     const Count brief = SecondSolve(program, start, 1);
     EXPECT_GT(full.iterations, brief.iterations + 3);
     EXPECT_EQ(full.blocks, brief.blocks) << full.iterations << " iterations against " << brief.iterations;
-    EXPECT_LE(full.blocks, kOnce);
+    // A window of LegOpt-best begins with a descent of its own.
+    const int descents = GetParam().word == "best" && program.num_waypoints() > 1 ? 2 : 1;
+    EXPECT_LE(full.blocks, descents * kOnce);
   }
 
   static void ExpectIndependentOfIterations(const std::filesystem::path& folder) {
@@ -100,7 +104,7 @@ class Allocations : public ::testing::TestWithParam<Variant> {
     }
   }
 
-  static constexpr long kOnce = 30;  // per solve: TermSampler::Reset lists the terms
+  static constexpr long kOnce = 30;  // per descent: TermSampler::Reset lists the terms
 };
 
 TEST(HeapCount, SeesWhatItIsMeantToSee) {
