@@ -44,7 +44,8 @@ def cancelled(cluster, folder):
 
 def time_limit(cluster, folder):
     """Policy: before the time limit the worker drains, gives back what does not end in time, and is queued again."""
-    run = LongRun(folder, POOL.replace("slurm: {", "slurm: {time: 1, at_once: 1, ").replace("nodes: 2", "nodes: 1"), workers=1)
+    # Of one minute Slurm might send its warning, which is due 65 to 125 s before the end, before the script can hear it.
+    run = LongRun(folder, POOL.replace("slurm: {", "slurm: {time: 2, at_once: 1, ").replace("nodes: 2", "nodes: 1"), workers=1)
     host = next(iter(run.at_work()))
     node = next(node for node in cluster.nodes if node.name == host)
     element = element_on(cluster, node)
