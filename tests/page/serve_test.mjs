@@ -1,11 +1,13 @@
 // The page as `legopt serve` sends it, in a real browser: node --test serve_test.mjs, with SERVED (address of a finished
-// experiment), TABLE (of legopt table --format json), GROWING (address of one that still runs) and BROWSER.
+// experiment), TABLE (of legopt table --format json), GROWING (address of one that is paused), RESUME (command that lets
+// it go on) and BROWSER.
 import assert from 'node:assert/strict';
+import { execSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { chromium } from 'playwright-core';
 
-const { SERVED, GROWING, TABLE, BROWSER } = process.env;
+const { SERVED, GROWING, RESUME, TABLE, BROWSER } = process.env;
 const FLAGS = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
 let browser;
 before(async () => { browser = await chromium.launch({ executablePath: BROWSER, args: FLAGS }); });
@@ -61,6 +63,7 @@ test('an experiment that runs comes to its end on the page, without a reload', a
   await page.locator('.flagged', { hasText: 'UNFINISHED' }).waitFor();
   await page.locator('.live progress').waitFor();
   await page.evaluate(() => { window.same = true; });
+  execSync(RESUME);
   await page.waitForFunction(() => window.legopt.page.experiments[0].unfinished === 0, null, { timeout: 240000 });
   assert.equal(await page.evaluate(() => window.same), true);
   assert.equal(await page.locator('.flagged', { hasText: 'UNFINISHED' }).count(), 0);
