@@ -63,21 +63,24 @@ void Upgrade(Connection& connection, std::span<const Migration> migrations) {
   }
 }
 
-// What a database of this version has.
+// What a database of this version has. Of the newest it is made once: all migrations take longer than a check.
 std::vector<std::string> ThingsOf(std::int64_t version) {
-  Connection fresh(":memory:", Connection::Mode::kMemory);
-  Upgrade(fresh, Migrations().first(static_cast<std::size_t>(version)));
-  return ThingsIn(fresh);
+  const auto make = [version] {
+    Connection fresh(":memory:", Connection::Mode::kMemory);
+    Upgrade(fresh, Migrations().first(static_cast<std::size_t>(version)));
+    return ThingsIn(fresh);
+  };
+  if (version != SchemaVersion()) return make();
+  static const std::vector<std::string> newest = make();
+  return newest;
 }
 
 }  // namespace
 
 void RequireIntact(Connection& connection, const Identity& identity) {
-  // Made once: all migrations take longer than the check.
-  static const std::vector<std::string> newest = ThingsOf(SchemaVersion());
   const std::vector<std::string> found = ThingsIn(connection);
   const std::set<std::string> there(found.begin(), found.end());
-  for (const std::string& thing : identity.version == SchemaVersion() ? newest : ThingsOf(identity.version)) {
+  for (const std::string& thing : ThingsOf(identity.version)) {
     if (there.contains(thing)) continue;
     throw StoreError(StoreErrorCode::kCorrupt,
                      connection.path().string() + kNotIntact + thing + " is missing; restore a backup");
