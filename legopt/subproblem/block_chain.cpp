@@ -22,17 +22,18 @@ void BlockChain::Reset(int num_blocks, int stride, bool chained) {
   matrix_.resize(size * static_cast<size_t>(stride));
   if (chained) coupling_.resize(size * static_cast<size_t>(stride));
   min_pivot_.resize(static_cast<size_t>(stride));
-  scratch_.resize(static_cast<size_t>(stride));
   squares_left_.resize(size_t{2} * kMostRows * static_cast<size_t>(stride));
   squares_right_.resize(squares_left_.size());
 }
 
-void BlockChain::SetSlim(int t, int rows) {
-  links_[static_cast<size_t>(t)] = {true, rows, num_rows_};
+void BlockChain::SetCoupling(int t, const double* c, bool tiled, int rows) {
+  links_[static_cast<size_t>(t)] = {c, tiled, rows, num_rows_};
   num_rows_ += static_cast<size_t>(rows);
   const size_t entries = num_rows_ * static_cast<size_t>(stride_);
   left_.resize(std::max(left_.size(), entries));
   right_.resize(std::max(right_.size(), entries));
+  // Right of the diagonal's tiles nothing is written, and read with whole vectors.
+  if (tiled) std::fill_n(At(coupling_, t), static_cast<std::ptrdiff_t>(stride_) * stride_, 0.0);
 }
 
 // With T = U^-T C, z = U^-T l: (T + sum z r^T)^T (T + sum z r^T) = T^T T + sum (q r^T + r q^T) for
@@ -42,7 +43,7 @@ int BlockChain::SquaresOfRows(int t) {
   for (int a = 0; a < rows; ++a) {
     double* const q = squares_left_.data() + static_cast<std::ptrdiff_t>(a) * stride_;
     std::fill_n(q, stride_, 0.0);
-    kernels::AddCombinationOfLower(left(t, a), coupling(t), q, stride_);
+    kernels::AddCombinationOfLower(left(t, a), At(coupling_, t), q, stride_);
     for (int b = 0; b < rows; ++b) {
       kernels::Axpy(0.5 * kernels::Dot(left(t, a), left(t, b), stride_), right(t, b), q, stride_);
     }
@@ -59,58 +60,64 @@ bool BlockChain::Eliminate(int t, double pivot_floor) {
   for (int i = 0; i < stride_; ++i) {
     min_pivot_[static_cast<size_t>(i)] = std::max(pivot_floor * m[i * diagonal], kLeastPivot);
   }
-  kernels::Reduction before;
-  if (chained_ && t > 0) {
-    before = {coupling(t - 1), slim(t - 1), squares_left_.data(), squares_right_.data(), 0};
-    if (slim(t - 1)) before.count = SquaresOfRows(t - 1);
-  }
-  const bool links = chained_ && t + 1 < num_blocks_;
-  double* const coupled = links ? coupling(t) : nullptr;
-  if (!kernels::ChosenKernels().factor(before, m, min_pivot_.data(), coupled, slim(t), stride_)) return false;
-  for (int r = 0; r < links_[static_cast<size_t>(t)].rows; ++r) kernels::SolveTransposed(m, stride_, left(t, r));
+  if (!kernels::ChosenKernels().factor(TakenFrom(t), m, min_pivot_.data(), CouplingOf(t), stride_)) return false;
+  const Link& link = links_[static_cast<size_t>(t)];
+  for (int r = 0; link.tiled && r < link.rows; ++r) kernels::SolveTransposed(m, stride_, left(t, r));
   return true;
 }
 
+/// What the elimination of block t - 1 takes from block t.
+kernels::Reduction BlockChain::TakenFrom(int t) {
+  kernels::Reduction taken;
+  if (t == 0 || !linked(t - 1)) return taken;
+  taken.t = At(coupling_, t - 1);
+  taken.lower = links_[static_cast<size_t>(t - 1)].tiled;
+  if (!taken.lower) return taken;
+  taken.count = SquaresOfRows(t - 1);
+  taken.a = squares_left_.data();
+  taken.b = squares_right_.data();
+  return taken;
+}
+
+kernels::Coupling BlockChain::CouplingOf(int t) {
+  kernels::Coupling coupling;
+  if (!linked(t)) return coupling;
+  const Link& link = links_[static_cast<size_t>(t)];
+  coupling.c = link.c;
+  coupling.tiled = link.tiled;
+  coupling.t = At(coupling_, t);
+  if (link.tiled || link.rows == 0) return coupling;
+  double* const minus_left = left(t, 0);
+  const auto entries = static_cast<size_t>(link.rows) * static_cast<size_t>(stride_);
+  for (size_t i = 0; i < entries; ++i) minus_left[i] = -minus_left[i];
+  coupling.minus_left = minus_left;
+  coupling.right = right(t, 0);
+  coupling.count = link.rows;
+  return coupling;
+}
+
+kernels::FactoredBlock BlockChain::Factored(int t) {
+  kernels::FactoredBlock factored;
+  factored.u = block(t);
+  factored.stride = stride_;
+  if (!linked(t)) return factored;
+  const Link& link = links_[static_cast<size_t>(t)];
+  factored.t = At(coupling_, t);
+  factored.lower = link.tiled;
+  if (!link.tiled || link.rows == 0) return factored;
+  factored.left = left(t, 0);
+  factored.right = right(t, 0);
+  factored.count = link.rows;
+  return factored;
+}
+
 void BlockChain::SolveForward(int t, AlignedDoubles& b) {
-  double* part = b.data() + static_cast<std::ptrdiff_t>(t) * stride_;
-  kernels::SolveTransposed(block(t), stride_, part);
-  if (chained_ && t + 1 < num_blocks_) CarryForward(t, part);
+  kernels::SolveForward(Factored(t), b.data() + static_cast<std::ptrdiff_t>(t) * stride_);
 }
 
 void BlockChain::SolveBack(AlignedDoubles& b) {
   for (int t = num_blocks_ - 1; t >= 0; --t) {
-    double* part = b.data() + static_cast<std::ptrdiff_t>(t) * stride_;
-    if (chained_ && t + 1 < num_blocks_) CarryBack(t, part);
-    kernels::SolveUpper(block(t), stride_, part);
-  }
-}
-
-// b of the next block -= (U^-T C)^T b
-void BlockChain::CarryForward(int t, double* b) {
-  double* minus = scratch_.data();
-  double* next = b + stride_;
-  for (int i = 0; i < stride_; ++i) minus[i] = -b[i];
-  if (!slim(t)) {
-    kernels::AddCombination(minus, coupling(t), stride_, stride_, next, stride_);
-    return;
-  }
-  kernels::AddCombinationOfLower(minus, coupling(t), next, stride_);
-  for (int r = 0; r < links_[static_cast<size_t>(t)].rows; ++r) {
-    kernels::Axpy(kernels::Dot(minus, left(t, r), stride_), right(t, r), next, stride_);
-  }
-}
-
-// b -= U^-T C (b of the next block)
-void BlockChain::CarryBack(int t, double* b) {
-  double* minus = scratch_.data();
-  for (int i = 0; i < stride_; ++i) minus[i] = -b[stride_ + i];
-  if (!slim(t)) {
-    kernels::AddProducts(coupling(t), stride_, stride_, minus, b, stride_);
-    return;
-  }
-  kernels::AddProductsOfLower(coupling(t), minus, b, stride_);
-  for (int r = 0; r < links_[static_cast<size_t>(t)].rows; ++r) {
-    kernels::Axpy(kernels::Dot(minus, right(t, r), stride_), left(t, r), b, stride_);
+    kernels::SolveBack(Factored(t), b.data() + static_cast<std::ptrdiff_t>(t) * stride_);
   }
 }
 

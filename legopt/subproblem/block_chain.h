@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "legopt/subproblem/aligned_doubles.h"
+#include "legopt/subproblem/block_kernels.h"
 
 namespace legopt {
 
@@ -19,23 +20,20 @@ namespace legopt {
 /// One thread; no allocation once the buffers have grown.
 class BlockChain {
  public:
-  static constexpr int kMostRows = 6;  ///< beyond it, products of the rows cost as much as a dense block
+  static constexpr int kMostRows =
+      kernels::FactoredBlock::kMostRows;  ///< beside a tiled C: more cost what a dense does
 
   /// Begins matrices of a shape, one after the other. `chained`: with blocks beside the diagonal.
   void Reset(int num_blocks, int stride, bool chained);
+  /// What couples block t < num_blocks - 1 of a chain from now on, until Reset. C_t, rows of block t and columns of
+  /// block t + 1, stays the caller's and is read at every Eliminate(t): whole, or of a tiled one the tiles. Tiled: at
+  /// most kMostRows `rows`.
+  void SetCoupling(int t, const double* c, bool tiled, int rows);
 
-  /// Row-major; of the diagonal ones the upper triangle counts. To be written before Eliminate(t).
+  /// Row-major; the upper triangle counts. To be written before Eliminate(t).
   double* block(int t) { return At(matrix_, t); }
-  /// C_t: rows of block t, columns of block t + 1. To be written before Eliminate(t), all of it.
-  double* coupling(int t) { return At(coupling_, t); }
-
-  /// How the coupling of block t is given from now on, until Reset: C_t tiled, and `rows` (at most kMostRows) rows l
-  /// and r beside it. Without this call it is dense and without rows.
-  void SetSlim(int t, int rows);
-  /// Whether SetSlim told so of this coupling.
-  bool slim(int t) const { return links_[static_cast<size_t>(t)].slim; }
-  double* left(int t, int row) { return Row(left_, t, row); }    ///< l, of block t
-  double* right(int t, int row) { return Row(right_, t, row); }  ///< r, of block t + 1
+  double* left(int t, int row) { return Row(left_, t, row); }    ///< l, of block t. To be written before Eliminate(t).
+  double* right(int t, int row) { return Row(right_, t, row); }  ///< r, of block t + 1. Likewise.
 
   /// Factors block t less what the elimination of block t - 1 takes from it. False when the factor is not finite.
   /// `pivot_floor`: of each diagonal entry, the least that elimination leaves.
@@ -46,7 +44,8 @@ class BlockChain {
 
  private:
   struct Link {
-    bool slim = false;
+    const double* c = nullptr;
+    bool tiled = false;
     int rows = 0;
     size_t first = 0;  ///< of its rows in left_ and right_
   };
@@ -58,19 +57,21 @@ class BlockChain {
     return rows.data() +
            (links_[static_cast<size_t>(t)].first + static_cast<size_t>(row)) * static_cast<size_t>(stride_);
   }
+  bool linked(int t) const { return chained_ && t + 1 < num_blocks_; }
   int SquaresOfRows(int t);
-  void CarryForward(int t, double* b);
-  void CarryBack(int t, double* b);
+  kernels::Reduction TakenFrom(int t);
+  kernels::Coupling CouplingOf(int t);
+  kernels::FactoredBlock Factored(int t);
 
   int num_blocks_ = 0, stride_ = 0;
   bool chained_ = false;
   std::vector<Link> links_;
   size_t num_rows_ = 0;
   AlignedDoubles matrix_;    ///< M, then U with M = U^T U
-  AlignedDoubles coupling_;  ///< C, then U^-T C
-  AlignedDoubles left_;      ///< l, then U^-T l
+  AlignedDoubles coupling_;  ///< U^-T of C, and of the rows beside it where it is dense
+  AlignedDoubles left_;      ///< l, then U^-T l beside a tiled C, -l of a dense one
   AlignedDoubles right_;
-  AlignedDoubles min_pivot_, scratch_;
+  AlignedDoubles min_pivot_;
   AlignedDoubles squares_left_, squares_right_;  ///< what rows beside C take from the next block, as products
 };
 

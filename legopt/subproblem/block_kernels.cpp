@@ -62,6 +62,7 @@ constexpr int kWidth = kLanes;
 inline Vector Get(const double* p) { return Load(p); }
 inline void Put(double* p, Vector v) { Store(p, v); }
 inline Vector Spread(double c) { return Broadcast(c); }
+[[maybe_unused]] inline Lanes Low(Vector v) { return v; }  // asked of wider ones only
 inline Vector Product(Vector a, Vector b) { return a * b; }
 inline Vector Sum3(Vector a, Vector b, Vector c) { return MulAdd(a, b, c); }
 inline Vector Less3(Vector a, Vector b, Vector c) { return NegativeMulAdd(a, b, c); }
@@ -80,6 +81,7 @@ inline void Put(double* p, const Vector& v) {
   Store(p + kLanes, v.high);
 }
 inline Vector Spread(double c) { return {Broadcast(c), Broadcast(c)}; }
+inline Lanes Low(const Vector& v) { return v.low; }
 inline Vector Product(const Vector& a, const Vector& b) { return {a.low * b.low, a.high * b.high}; }
 inline Vector Sum3(const Vector& a, const Vector& b, const Vector& c) {
   return {MulAdd(a.low, b.low, c.low), MulAdd(a.high, b.high, c.high)};
@@ -103,6 +105,7 @@ constexpr int kWidth = 2 * kLanes;
 LEGOPT_KERNEL inline Vector Get(const double* p) { return _mm512_loadu_pd(p); }
 LEGOPT_KERNEL inline void Put(double* p, Vector v) { _mm512_storeu_pd(p, v); }
 LEGOPT_KERNEL inline Vector Spread(double c) { return _mm512_set1_pd(c); }
+LEGOPT_KERNEL inline Lanes Low(Vector v) { return _mm512_castpd512_pd256(v); }
 LEGOPT_KERNEL inline Vector Product(Vector a, Vector b) { return _mm512_mul_pd(a, b); }
 LEGOPT_KERNEL inline Vector Sum3(Vector a, Vector b, Vector c) { return _mm512_fmadd_pd(a, b, c); }
 LEGOPT_KERNEL inline Vector Less3(Vector a, Vector b, Vector c) { return _mm512_fnmadd_pd(a, b, c); }
@@ -140,26 +143,61 @@ const BlockKernels* KernelsOf(BlockVectors vectors) {
 const BlockKernels& ChosenKernels() { return *chosen_kernels; }
 void ChooseKernels(const BlockKernels& kernels) { chosen_kernels = &kernels; }
 
+namespace {
+
+/// Rows k to k + 3 of U^-T b, and what of b is below them less what these take from it.
+inline Lanes SolveTile(const double* u, int stride, int k, double* b) {
+  const double* const rows = u + static_cast<std::ptrdiff_t>(k) * stride + k;
+  const Lanes right = Load(b + k);
+  Lanes x = Broadcast(right[0]) * Load(rows);
+  x = MulAdd(Broadcast(right[1]), Load(rows + stride), x);
+  x = MulAdd(Broadcast(right[2]), Load(rows + 2 * std::ptrdiff_t{stride}), x);
+  x = MulAdd(Broadcast(right[3]), Load(rows + 3 * std::ptrdiff_t{stride}), x);
+  Store(b + k, x);
+  SubtractCombination(x, rows + kLanes, stride, b + k + kLanes, stride - k - kLanes);
+  return x;
+}
+
+}  // namespace
+
 void SolveTransposed(const double* u, int stride, double* b) {
+  for (int k = 0; k < stride; k += kLanes) SolveTile(u, stride, k, b);
+}
+
+// Tiles wait for each other; what they take from the next block does not wait.
+void SolveForward(const FactoredBlock& block, double* b) {
+  const int stride = block.stride;
+  if (block.t == nullptr) {
+    SolveTransposed(block.u, stride, b);
+    return;
+  }
+  double* const next = b + stride;
   for (int k = 0; k < stride; k += kLanes) {
-    const double* const rows = u + static_cast<std::ptrdiff_t>(k) * stride + k;
-    Lanes x = Broadcast(b[k]) * Load(rows);
-    for (std::ptrdiff_t p = 1; p < kLanes; ++p) x = MulAdd(Broadcast(b[k + p]), Load(rows + p * stride), x);
-    Store(b + k, x);
-    const Lanes x0 = Broadcast(x[0]), x1 = Broadcast(x[1]), x2 = Broadcast(x[2]), x3 = Broadcast(x[3]);
-    for (int j = kLanes; j < stride - k; j += kLanes) {
-      Lanes s = NegativeMulAdd(x0, Load(rows + j), Load(b + k + j));
-      s = NegativeMulAdd(x1, Load(rows + stride + j), s);
-      s = NegativeMulAdd(x2, Load(rows + 2 * std::ptrdiff_t{stride} + j), s);
-      Store(b + k + j, NegativeMulAdd(x3, Load(rows + 3 * std::ptrdiff_t{stride} + j), s));
-    }
+    const Lanes x = SolveTile(block.u, stride, k, b);
+    SubtractCombination(x, block.t + static_cast<std::ptrdiff_t>(k) * stride, stride, next,
+                        block.lower ? k + kLanes : stride);
+  }
+  for (std::ptrdiff_t r = 0; r < block.count; ++r) {
+    Axpy(-Dot(b, block.left + r * stride, stride), block.right + r * stride, next, stride);
   }
 }
 
-void SolveUpper(const double* u, int stride, double* b) {
+void SolveBack(const FactoredBlock& block, double* b) {
+  const int stride = block.stride;
+  const double* const next = b + stride;
+  double from_rows[FactoredBlock::kMostRows];
+  for (std::ptrdiff_t r = 0; r < block.count; ++r) from_rows[r] = Dot(next, block.right + r * stride, stride);
   for (int k = stride - kLanes; k >= 0; k -= kLanes) {
-    const double* const rows = u + static_cast<std::ptrdiff_t>(k) * stride + k;
-    const Lanes right = Load(b + k) - ProductsOfFour(rows + kLanes, stride, b + k + kLanes, stride - k - kLanes);
+    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(k) * stride;
+    const double* const rows = block.u + row + k;
+    Lanes right = Load(b + k);
+    if (block.t != nullptr) {
+      right -= ProductsOfFour(block.t + row, stride, next, block.lower ? k + kLanes : stride);
+    }
+    for (std::ptrdiff_t r = 0; r < block.count; ++r) {
+      right = NegativeMulAdd(Broadcast(from_rows[r]), Load(block.left + r * stride + k), right);
+    }
+    right -= ProductsOfFour(rows + kLanes, stride, b + k + kLanes, stride - k - kLanes);
     // V s for the tile V by its columns, which are those of V^T's rows.
     const Lanes r0 = Load(rows), r1 = Load(rows + stride), r2 = Load(rows + 2 * std::ptrdiff_t{stride}),
                 r3 = Load(rows + 3 * std::ptrdiff_t{stride});

@@ -14,12 +14,13 @@ enum class BlockVectors {
   kEight      ///< of eight: AVX-512
 };
 
-/// Products a_r b_r^T of rows that are zero outside of some columns and are stored without the others.
-struct PackedProducts {
-  const double* a;               ///< `count` rows of 4 columns.size() entries
-  const double* b;               ///< likewise
+/// Rows a_r with weights d_r, which are zero outside of some columns and are stored without the others.
+struct WeightedRows {
+  const double* rows;            ///< `count` rows of 4 columns.size() entries
+  const double* weights;         ///< `count` of them
   int count;                     ///< of rows
   std::span<const int> columns;  ///< first of each four columns that are stored, increasing multiples of four
+  double* scratch;               ///< 4 `count` entries
 };
 
 /// T^T T + sum over `count` rows of a_r b_r^T, the latter sum being symmetric.
@@ -31,16 +32,25 @@ struct Reduction {
   int count = 0;              ///< of rows
 };
 
+/// What couples a block with the next one, C + sum over `count` rows of l_r r_r^T, and where T = U^-T of it goes.
+struct Coupling {
+  const double* c = nullptr;           ///< C: `stride` rows, of a tiled one of four entries (dense_kernels.h)
+  bool tiled = false;                  ///< T has, and gets, nothing right of its diagonal's 4 x 4 tiles
+  const double* minus_left = nullptr;  ///< rows -l of `stride` entries; of a dense C only
+  const double* right = nullptr;       ///< likewise, r
+  int count = 0;                       ///< of these rows
+  double* t = nullptr;                 ///< null: there is no next block
+};
+
 /// What is done to whole blocks. Pure functions of their arguments, any thread.
 struct BlockKernels {
-  /// Upper triangle of M += sum_r a_r b_r^T, the sum being symmetric.
-  void (*add_squares)(const PackedProducts& products, double* m, int stride);
-  /// Cholesky factor M - R = U^T U of an upper triangle, in place, and T <- U^-T T where t is not null. In the
-  /// diagonal's 4 x 4 tiles of U stand their inverses. Pad rows and columns must be the identity's. Every pivot is kept
-  /// at or above its entry of `min_pivot`, > 0: below the rounding error of what was subtracted it would be noise, and
-  /// blow up all that follows. `lower`: T has, and gets, nothing right of its diagonal's tiles. False when a pivot is
-  /// not finite.
-  bool (*factor)(const Reduction& r, double* m, const double* min_pivot, double* t, bool lower, int stride);
+  /// Upper triangle of M += sum_r d_r a_r a_r^T.
+  void (*add_squares)(const WeightedRows& rows, double* m, int stride);
+  /// Cholesky factor M - R = U^T U of an upper triangle, in place, and the T of what couples it with the next block. In
+  /// the diagonal's 4 x 4 tiles of U stand their inverses. Pad rows and columns must be the identity's. Every pivot is
+  /// kept at or above its entry of `min_pivot`, > 0: below the rounding error of what was subtracted it would be noise,
+  /// and blow up all that follows. False when a pivot is not finite.
+  bool (*factor)(const Reduction& r, double* m, const double* min_pivot, const Coupling& link, int stride);
 };
 
 /// The kernels of these vectors; null where this processor or build has none.
@@ -53,7 +63,22 @@ void ChooseKernels(const BlockKernels& kernels);
 
 /// b <- U^-T b for a factor of `factor`.
 void SolveTransposed(const double* u, int stride, double* b);
-/// b <- U^-1 b.
-void SolveUpper(const double* u, int stride, double* b);
+
+/// A block that has been factored, and beside it T + sum over `count` rows of l_r r_r^T.
+struct FactoredBlock {
+  static constexpr int kMostRows = 6;  ///< of a block
+  const double* u = nullptr;           ///< U, as `factor` leaves it
+  const double* t = nullptr;           ///< null: there is no next block
+  bool lower = false;                  ///< T has nothing right of its diagonal's tiles
+  const double* left = nullptr;        ///< rows l of `stride` entries
+  const double* right = nullptr;       ///< likewise, r
+  int count = 0;                       ///< of these rows, at most kMostRows
+  int stride = 0;                      ///< of all matrices and rows
+};
+
+/// b <- U^-T b, and of the `stride` entries behind it what b takes from the next block: n -= (T + sum l_r r_r^T)^T b.
+void SolveForward(const FactoredBlock& block, double* b);
+/// b <- U^-1 (b - (T + sum l_r r_r^T) n) for the next block's n, which is behind b.
+void SolveBack(const FactoredBlock& block, double* b);
 
 }  // namespace legopt::kernels

@@ -125,14 +125,16 @@ int ConvexSubproblem::AddSparseCost(int block, const LinearModel& model) {
 void ConvexSubproblem::AddDenseCost(int block, const LinearModel& model, int first) {
   const int count = model.rows() - first;
   if (count == 0) return;
-  const size_t entries = static_cast<size_t>(count) * static_cast<size_t>(stride_);
-  if (doubled_.size() < entries) doubled_.resize(entries);
+  const auto rows = static_cast<size_t>(count);
+  if (twos_.size() < rows) {
+    twos_.resize(rows, 2.0);
+    scratch_.resize(kernels::kLanes * rows);
+  }
   for (int k = 0; k < model.num_waypoints(); ++k) {
     double* gradient = gradient_.data() + static_cast<size_t>(block + k) * static_cast<size_t>(stride_);
     const double* const jacobian = model.row(k, first);
     for (int i = first; i < model.rows(); ++i) kernels::Axpy(2.0 * model.value(i), model.row(k, i), gradient, stride_);
-    for (size_t j = 0; j < entries; ++j) doubled_[j] = 2.0 * jacobian[j];
-    kernels::ChosenKernels().add_squares({doubled_.data(), jacobian, count, all_columns_},
+    kernels::ChosenKernels().add_squares({jacobian, twos_.data(), count, all_columns_, scratch_.data()},
                                          diagonal_.data() + BlockOffset(block + k), stride_);
     tiled_diagonal_[static_cast<size_t>(block + k)] = 0;
   }

@@ -90,7 +90,8 @@ class ConvexSubproblem {
   std::vector<std::uint8_t> tiled_diagonal_, tiled_coupling_;  ///< by block
   std::vector<Row> rows_;
   AlignedDoubles coefficients_;
-  AlignedDoubles doubled_;  ///< rows of a cost, times two
+  AlignedDoubles twos_;     ///< weights of a cost's rows
+  AlignedDoubles scratch_;  ///< of the kernels
   std::vector<int> all_columns_;
   mutable AlignedDoubles padded_;
 };

@@ -117,6 +117,17 @@ inline void AddCombination(const double* c, const double* rows, std::ptrdiff_t s
   for (; r < count; ++r, rows += step) Axpy(c[r], rows, out, padded);
 }
 
+/// out -= sum_r c_r row_r for four rows that lie `step` apart.
+inline void SubtractCombination(Lanes c, const double* rows, std::ptrdiff_t step, double* out, int padded) {
+  const Lanes c0 = Broadcast(c[0]), c1 = Broadcast(c[1]), c2 = Broadcast(c[2]), c3 = Broadcast(c[3]);
+  for (int j = 0; j < padded; j += kLanes) {
+    Lanes sum = NegativeMulAdd(c0, Load(rows + j), Load(out + j));
+    sum = NegativeMulAdd(c1, Load(rows + step + j), sum);
+    sum = NegativeMulAdd(c2, Load(rows + 2 * step + j), sum);
+    Store(out + j, NegativeMulAdd(c3, Load(rows + 3 * step + j), sum));
+  }
+}
+
 /// The products of four rows, which lie `step` apart, with x.
 inline Lanes ProductsOfFour(const double* rows, std::ptrdiff_t step, const double* x, int padded) {
   Lanes s0 = {}, s1 = {}, s2 = {}, s3 = {};
@@ -154,13 +165,6 @@ inline void AddCombinationOfLower(const double* c, const double* b, double* out,
   }
 }
 
-/// out += B x for a lower B.
-inline void AddProductsOfLower(const double* b, const double* x, double* out, int stride) {
-  for (int k = 0; k < stride; k += kLanes) {
-    AddProducts(b + static_cast<std::ptrdiff_t>(k) * stride, stride, kLanes, x, out + k, k + kLanes);
-  }
-}
-
 // Tiled matrices: those with nothing outside of the 4 x 4 tiles along their diagonal, kept as `stride` rows of four.
 
 /// out += B x for a tiled B.
@@ -175,10 +179,32 @@ inline void AddCombinationOfTiled(const double* c, const double* tiles, double* 
     AddCombination(c + k, tiles + k * kLanes, kLanes, kLanes, out + k, kLanes);
 }
 
-/// The whole matrix of a tiled one.
+/// The upper triangle of a tiled matrix.
 inline void SpreadTiles(const double* tiles, double* m, int stride) {
-  std::memset(m, 0, sizeof(double) * static_cast<size_t>(stride) * static_cast<size_t>(stride));
-  for (std::ptrdiff_t i = 0; i < stride; ++i) Store(m + i * stride + i / kLanes * kLanes, Load(tiles + i * kLanes));
+  for (std::ptrdiff_t i = 0; i < stride; ++i) {
+    double* const row = m + i * stride;
+    const std::ptrdiff_t diagonal = i / kLanes * kLanes;
+    Store(row + diagonal, Load(tiles + i * kLanes));
+    std::memset(row + diagonal + kLanes, 0, sizeof(double) * static_cast<size_t>(stride - diagonal - kLanes));
+  }
+}
+
+/// The lower triangle of a tiled matrix.
+inline void SpreadLowerTiles(const double* tiles, double* m, int stride) {
+  for (std::ptrdiff_t i = 0; i < stride; ++i) {
+    double* const row = m + i * stride;
+    const std::ptrdiff_t diagonal = i / kLanes * kLanes;
+    std::memset(row, 0, sizeof(double) * static_cast<size_t>(diagonal));
+    Store(row + diagonal, Load(tiles + i * kLanes));
+  }
+}
+
+/// The upper triangle of a matrix, in whole vectors.
+inline void CopyUpper(const double* from, double* m, int stride) {
+  for (std::ptrdiff_t i = 0; i < stride; ++i) {
+    const std::ptrdiff_t diagonal = i / kLanes * kLanes, row = i * stride;
+    for (std::ptrdiff_t j = diagonal; j < stride; j += kLanes) Store(m + row + j, Load(from + row + j));
+  }
 }
 
 }  // namespace legopt::kernels

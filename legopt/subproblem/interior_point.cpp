@@ -147,6 +147,10 @@ void InteriorPointSolver::CopyCosts(const ConvexSubproblem& problem) {
   chain_ = coupled_costs_ || rows_.any_between();
   chain_matrix_.Reset(num_blocks_, stride_, chain_);
   for (int t = 0; chain_ && t + 1 < num_blocks_; ++t) CopyCoupling(problem, t);
+  for (int t = 0; chain_ && t + 1 < num_blocks_; ++t) {  // now that their entries stay where they are
+    const Square& square = coupling_[static_cast<size_t>(t)];
+    chain_matrix_.SetCoupling(t, Entries(square), square.tiled, rows_.num_between(t));
+  }
   if (shifted_) ShiftByFixed(problem);
 }
 
@@ -177,7 +181,6 @@ void InteriorPointSolver::CopyCoupling(const ConvexSubproblem& problem, int t) {
   // Many rows between blocks make it dense.
   const bool tiled = problem.coupling_is_tiled(block) && rows_.num_between(t) <= BlockChain::kMostRows;
   coupling_.push_back(NewSquare(tiled));
-  if (tiled) chain_matrix_.SetSlim(t, rows_.num_between(t));
   double* const to = Entries(coupling_.back());
   const double* const from = problem.coupling(block);
   const double* const free = free_.data() + static_cast<std::ptrdiff_t>(block) * stride_;
@@ -311,12 +314,13 @@ bool InteriorPointSolver::Factor(double pivot_floor) {
   }
   x_.BarrierHessian(theta_);
   for (size_t i = 0; i < num_x_; ++i) x_.step[i] = -x_.free[i] * slope_[i];
-  rows_.AddTransposed(row_scratch_, x_.step);
-  for (int t = 0; t < num_blocks_; ++t) {
+  rows_.AddTransposed(0, row_scratch_, x_.step);
+  for (int t = 0; t < num_blocks_; ++t) {  // all of it while the block and its rows are in the cache
     FormBlock(t);
-    if (chain_ && t + 1 < num_blocks_) FormCoupling(t);
+    if (chain_ && t + 1 < num_blocks_) rows_.SetCouplingRows(t, weight_, chain_matrix_);
     if (!chain_matrix_.Eliminate(t, pivot_floor)) return false;
-    chain_matrix_.SolveForward(t, x_.step);  // while the block is in the cache
+    if (t + 1 < num_blocks_) rows_.AddTransposed(t + 1, row_scratch_, x_.step);
+    chain_matrix_.SolveForward(t, x_.step);
   }
   std::copy(row_values_.begin(), row_values_.end(), y_.step.begin());
   return true;
@@ -329,22 +333,11 @@ void InteriorPointSolver::FormBlock(int t) {
   if (square.tiled) {
     kernels::SpreadTiles(Entries(square), block, stride_);
   } else {
-    std::copy_n(Entries(square), static_cast<std::ptrdiff_t>(stride_) * stride_, block);
+    kernels::CopyUpper(Entries(square), block, stride_);
   }
   rows_.AddSquares(t, weight_, chain_matrix_);
   const double* theta = Segment(theta_, t);
   for (std::ptrdiff_t i = 0; i < stride_; ++i) block[i * stride_ + i] += theta[i];
-}
-
-void InteriorPointSolver::FormCoupling(int t) {
-  double* const block = chain_matrix_.coupling(t);
-  const Square& square = coupling_[static_cast<size_t>(t)];
-  if (square.tiled) {
-    kernels::SpreadTiles(Entries(square), block, stride_);
-  } else {
-    std::copy_n(Entries(square), static_cast<std::ptrdiff_t>(stride_) * stride_, block);
-  }
-  rows_.AddCoupling(t, weight_, chain_matrix_);
 }
 
 // With the targets e of both (boxed_variables.h), (H + Theta + A'DA) dx = e - (g + H x) - A'(y + D (A x + b + e')).

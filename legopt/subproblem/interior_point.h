@@ -53,7 +53,6 @@ class InteriorPointSolver : public SubproblemSolver {
   /// The matrix's factor, and the predictor's right-hand side eliminated forward with it. False when it is not finite.
   bool Factor(double pivot_floor);
   void FormBlock(int t);
-  void FormCoupling(int t);
   /// Mehrotra's corrector for a target of the products.
   bool CorrectedDirection(double sigma);
   /// The steps of x and y from the right-hand side that has been eliminated forward. False when they are not finite;

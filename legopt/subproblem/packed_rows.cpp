@@ -88,10 +88,11 @@ void PackedRows::PlaceGroups() {
   columns_.clear();
   between_.assign(static_cast<size_t>(num_blocks_), 0);
   any_between_ = false;
-  size_t rows = 0, coefficients = 0;
+  size_t rows = 0, coefficients = 0, most_rows = 0;
   for (Group& group : groups_) {
     group.begin = rows;
     rows += static_cast<size_t>(group.count);
+    most_rows = std::max(most_rows, static_cast<size_t>(group.count));
     if (group.num_parts > 1) {
       between_[static_cast<size_t>(group.parts[0].block)] += group.count;
       any_between_ = true;
@@ -114,7 +115,7 @@ void PackedRows::PlaceGroups() {
   absolute_.resize(rows);
   if (coefficients_.size() < coefficients) coefficients_.resize(coefficients);
   gathered_.resize(static_cast<size_t>(stride_));
-  row_.resize(2 * static_cast<size_t>(stride_));
+  if (scratch_.size() < kFour * most_rows) scratch_.resize(kFour * most_rows);
 }
 
 void PackedRows::CopyRows(const ConvexSubproblem& problem, const Freedom& freedom) {
@@ -167,37 +168,27 @@ void PackedRows::AddProducts(const AlignedDoubles& x, AlignedDoubles& product) c
 }
 
 void PackedRows::AddTransposed(const AlignedDoubles& c, AlignedDoubles& rhs) const {
-  for (const Group& group : groups_) {
-    for (const Part& part : std::span(group.parts, static_cast<size_t>(group.num_parts))) {
-      double* const block = rhs.data() + static_cast<std::ptrdiff_t>(part.block) * stride_;
-      const double* const rows = coefficients_.data() + part.begin;
-      if (part.width == stride_) {
-        kernels::AddCombination(c.data() + group.begin, rows, part.width, group.count, block, part.width);
-        continue;
-      }
-      for (int v = 0; v < part.width / kFour; ++v) {
-        double* const to = block + columns_[part.first_column + static_cast<size_t>(v)];
-        const double* row = rows + static_cast<std::ptrdiff_t>(v) * kFour;
-        kernels::Lanes sum = kernels::Load(to);
-        for (size_t i = group.begin; i < group.begin + static_cast<size_t>(group.count); ++i, row += part.width) {
-          sum = kernels::MulAdd(kernels::Broadcast(c[i]), kernels::Load(row), sum);
-        }
-        kernels::Store(to, sum);
-      }
-    }
-  }
+  for (int t = 0; t < num_blocks_; ++t) AddTransposed(t, c, rhs);
 }
 
-/// scaled_ = D times the part's rows.
-void PackedRows::Scale(const Group& group, const Part& part, const AlignedDoubles& d) {
-  const auto entries = static_cast<size_t>(group.count) * static_cast<size_t>(part.width);
-  if (scaled_.size() < entries) scaled_.resize(entries);
-  const double* from = coefficients_.data() + part.begin;
-  double* to = scaled_.data();
-  for (size_t i = group.begin; i < group.begin + static_cast<size_t>(group.count); ++i) {
-    const kernels::Lanes weight = kernels::Broadcast(d[i]);
-    for (int j = 0; j < part.width; j += kFour, from += kFour, to += kFour) {
-      kernels::Store(to, weight * kernels::Load(from));
+void PackedRows::AddTransposed(int t, const AlignedDoubles& c, AlignedDoubles& rhs) const {
+  double* const block = rhs.data() + static_cast<std::ptrdiff_t>(t) * stride_;
+  for (const std::uint32_t g : by_block_[static_cast<size_t>(t)]) {
+    const Group& group = groups_[g];
+    const Part& part = PartIn(group, t);
+    const double* const rows = coefficients_.data() + part.begin;
+    if (part.width == stride_) {
+      kernels::AddCombination(c.data() + group.begin, rows, part.width, group.count, block, part.width);
+      continue;
+    }
+    for (int v = 0; v < part.width / kFour; ++v) {
+      double* const to = block + columns_[part.first_column + static_cast<size_t>(v)];
+      const double* row = rows + static_cast<std::ptrdiff_t>(v) * kFour;
+      kernels::Lanes sum = kernels::Load(to);
+      for (size_t i = group.begin; i < group.begin + static_cast<size_t>(group.count); ++i, row += part.width) {
+        sum = kernels::MulAdd(kernels::Broadcast(c[i]), kernels::Load(row), sum);
+      }
+      kernels::Store(to, sum);
     }
   }
 }
@@ -205,46 +196,36 @@ void PackedRows::Scale(const Group& group, const Part& part, const AlignedDouble
 void PackedRows::AddSquares(int t, const AlignedDoubles& d, BlockChain& chain) {
   for (const std::uint32_t g : by_block_[static_cast<size_t>(t)]) {
     const Group& group = groups_[g];
-    const Part& part = group.parts[group.parts[0].block == t ? 0 : 1];
-    Scale(group, part, d);
+    const Part& part = PartIn(group, t);
     const std::span<const int> columns(columns_.data() + part.first_column, static_cast<size_t>(part.width / kFour));
-    kernels::ChosenKernels().add_squares({scaled_.data(), coefficients_.data() + part.begin, group.count, columns},
-                                         chain.block(t), stride_);
+    kernels::ChosenKernels().add_squares(
+        {coefficients_.data() + part.begin, d.data() + group.begin, group.count, columns, scratch_.data()},
+        chain.block(t), stride_);
   }
 }
 
-/// A packed row with all of its columns.
-void PackedRows::Expand(const Part& part, const double* packed, double* row) const {
+/// A packed row times `weight`, with all of its columns.
+void PackedRows::Expand(const Part& part, const double* packed, double weight, double* row) const {
   std::fill_n(row, stride_, 0.0);
   for (int v = 0; v < part.width / kFour; ++v) {
     kernels::Store(row + columns_[part.first_column + static_cast<size_t>(v)],
-                   kernels::Load(packed + static_cast<std::ptrdiff_t>(v) * kFour));
+                   kernels::Broadcast(weight) * kernels::Load(packed + static_cast<std::ptrdiff_t>(v) * kFour));
   }
 }
 
-void PackedRows::AddCoupling(int t, const AlignedDoubles& d, BlockChain& chain) {
+void PackedRows::SetCouplingRows(int t, const AlignedDoubles& d, BlockChain& chain) const {
   if (num_between(t) == 0) return;
-  int row = 0;  // of the slim ones
+  int row = 0;
   for (const std::uint32_t g : by_block_[static_cast<size_t>(t)]) {
     const Group& group = groups_[g];
     if (group.num_parts == 1 || group.parts[0].block != t) continue;
-    Scale(group, group.parts[0], d);
-    for (int i = 0; i < group.count; ++i) {
-      double* const left = row_.data();
-      double* const right = left + stride_;
-      Expand(group.parts[0], scaled_.data() + static_cast<std::ptrdiff_t>(i) * group.parts[0].width, left);
-      Expand(group.parts[1],
-             coefficients_.data() + group.parts[1].begin + static_cast<std::ptrdiff_t>(i) * group.parts[1].width,
-             right);
-      if (chain.slim(t)) {
-        std::copy_n(left, stride_, chain.left(t, row));
-        std::copy_n(right, stride_, chain.right(t, row++));
-        continue;
-      }
-      for (int j = 0; j < stride_; ++j) {
-        double* const entries = chain.coupling(t) + static_cast<std::ptrdiff_t>(j) * stride_;
-        if (left[j] != 0.0) kernels::Axpy(left[j], right, entries, stride_);
-      }
+    const double* left = coefficients_.data() + group.parts[0].begin;
+    const double* right = coefficients_.data() + group.parts[1].begin;
+    for (size_t i = group.begin; i < group.begin + static_cast<size_t>(group.count); ++i, ++row) {
+      Expand(group.parts[0], left, d[i], chain.left(t, row));
+      Expand(group.parts[1], right, 1.0, chain.right(t, row));
+      left += group.parts[0].width;
+      right += group.parts[1].width;
     }
   }
 }

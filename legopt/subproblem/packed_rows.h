@@ -44,10 +44,12 @@ class PackedRows {
   void AddProducts(const AlignedDoubles& x, AlignedDoubles& product) const;
   /// rhs += A^T c.
   void AddTransposed(const AlignedDoubles& c, AlignedDoubles& rhs) const;
+  /// The same of block t alone.
+  void AddTransposed(int t, const AlignedDoubles& c, AlignedDoubles& rhs) const;
   /// Upper triangle of diagonal block t of `chain` += that of A^T D A, D = diag(d).
   void AddSquares(int t, const AlignedDoubles& d, BlockChain& chain);
-  /// What A^T D A has beside that block: rows beside the coupling of `chain` where it is slim, else added to it.
-  void AddCoupling(int t, const AlignedDoubles& d, BlockChain& chain);
+  /// What A^T D A has beside that block: the num_between(t) rows beside the coupling of `chain`.
+  void SetCouplingRows(int t, const AlignedDoubles& d, BlockChain& chain) const;
 
  private:
   /// The part of a group's rows within one block.
@@ -71,8 +73,8 @@ class PackedRows {
   void PlaceGroups();
   void CopyRows(const ConvexSubproblem& problem, const Freedom& freedom);
   std::uint64_t Support(const double* coefficients, const double* free) const;
-  void Scale(const Group& group, const Part& part, const AlignedDoubles& d);
-  void Expand(const Part& part, const double* packed, double* row) const;
+  const Part& PartIn(const Group& group, int t) const { return group.parts[group.parts[0].block == t ? 0 : 1]; }
+  void Expand(const Part& part, const double* packed, double weight, double* row) const;
 
   int stride_ = 0, num_blocks_ = 0;
   bool any_between_ = false;
@@ -83,7 +85,7 @@ class PackedRows {
   AlignedDoubles coefficients_, offset_, weight_;
   std::vector<std::uint8_t> absolute_;
   std::vector<int> between_;
-  AlignedDoubles scaled_, row_;
+  AlignedDoubles scratch_;  ///< of the kernels
   mutable AlignedDoubles gathered_;
 };
 

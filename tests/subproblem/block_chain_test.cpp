@@ -15,10 +15,10 @@ namespace {
 constexpr int kSize = 11, kBlocks = 4;
 
 /// A positive definite matrix of four blocks with diagonal couplings and rows beside them, given to a BlockChain as
-/// slim or as dense.
+/// tiled or as dense.
 class Chain {
  public:
-  explicit Chain(const std::vector<int>& rows, bool slim) : stride_(PaddedSize(kSize)), whole_(Eigen::MatrixXd()) {
+  explicit Chain(const std::vector<int>& rows, bool tiled) : stride_(PaddedSize(kSize)), whole_(Eigen::MatrixXd()) {
     std::srand(11);
     const int all = kBlocks * stride_;
     whole_ = Eigen::MatrixXd::Zero(all, all);
@@ -29,7 +29,7 @@ class Chain {
       Part(t, t) = random * random.transpose();
       Part(t, t).diagonal().array() += 30.0;
     }
-    for (int t = 0; t + 1 < kBlocks; ++t) Couple(t, rows[static_cast<size_t>(t)], slim);
+    for (int t = 0; t + 1 < kBlocks; ++t) Couple(t, rows[static_cast<size_t>(t)], tiled);
     for (int i = 0; i < all; ++i) {
       if (i % stride_ >= kSize) whole_(i, i) = 1.0;
     }
@@ -65,49 +65,49 @@ class Chain {
  private:
   /// What an earlier matrix has left in the buffers.
   void Spoil() {
+    const Eigen::MatrixXd dense = Eigen::MatrixXd::Constant(stride_, stride_, 1e3);
     chain_.Reset(kBlocks, stride_, true);
+    for (int t = 0; t + 1 < kBlocks; ++t) chain_.SetCoupling(t, dense.data(), false, 0);
     for (int t = 0; t < kBlocks; ++t) {
       std::fill_n(chain_.block(t), stride_ * stride_, 1e3);
-      std::fill_n(chain_.coupling(t), stride_ * stride_, 1e3);
+      for (int i = 0; i < stride_; ++i) chain_.block(t)[i * stride_ + i] = 1e6;
+      chain_.Eliminate(t, 1e-14);
     }
   }
 
   Eigen::Block<Eigen::MatrixXd> Part(int t, int u) { return whole_.block(t * stride_, u * stride_, kSize, kSize); }
 
-  void Couple(int t, int rows, bool slim) {
-    if (slim) chain_.SetSlim(t, rows);
+  void Couple(int t, int rows, bool tiled) {
     const Eigen::VectorXd diagonal = -2.0 * Eigen::VectorXd::Ones(kSize) + Eigen::VectorXd::Random(kSize);
     Part(t, t + 1).diagonal() = diagonal;
-    std::fill_n(chain_.coupling(t), stride_ * stride_, 0.0);
-    for (int i = 0; i < kSize; ++i) chain_.coupling(t)[i * stride_ + i] = diagonal[i];
+    const int width = tiled ? 4 : stride_;
+    AlignedDoubles& c = couplings_[t];
+    c.assign(static_cast<size_t>(stride_ * width), 0.0);
+    for (int i = 0; i < kSize; ++i) c[static_cast<size_t>(i * width + (tiled ? i % 4 : i))] = diagonal[i];
+    chain_.SetCoupling(t, c.data(), tiled, rows);
     for (int r = 0; r < rows; ++r) {
-      const Eigen::VectorXd left = Eigen::VectorXd::Random(kSize), right = Eigen::VectorXd::Random(kSize);
-      Part(t, t + 1) += left * right.transpose();
-      if (slim) {
-        std::fill_n(chain_.left(t, r), stride_, 0.0);
-        std::fill_n(chain_.right(t, r), stride_, 0.0);
-        std::copy(left.begin(), left.end(), chain_.left(t, r));
-        std::copy(right.begin(), right.end(), chain_.right(t, r));
-        continue;
-      }
-      for (int i = 0; i < kSize; ++i) {
-        for (int j = 0; j < kSize; ++j) chain_.coupling(t)[i * stride_ + j] += left[i] * right[j];
-      }
+      Eigen::VectorXd left = Eigen::VectorXd::Zero(stride_), right = left;
+      left.head(kSize).setRandom();
+      right.head(kSize).setRandom();
+      Part(t, t + 1) += left.head(kSize) * right.head(kSize).transpose();
+      std::copy(left.begin(), left.end(), chain_.left(t, r));
+      std::copy(right.begin(), right.end(), chain_.right(t, r));
     }
     Part(t + 1, t) = Part(t, t + 1).transpose();
   }
 
   int stride_;
   Eigen::MatrixXd whole_;
+  AlignedDoubles couplings_[kBlocks];
   BlockChain chain_;
 };
 
 TEST(BlockChain, SolvesWithCouplingsOfEveryKind) {
-  for (const bool slim : {false, true}) {
+  for (const bool tiled : {false, true}) {
     for (const std::vector<int>& rows : {std::vector<int>{0, 0, 0}, {1, 0, 3}, {6, 2, 1}}) {
       double error = 1.0;
-      Chain(rows, slim).Solve(error);
-      EXPECT_LT(error, 1e-12) << slim << ' ' << rows[0];
+      Chain(rows, tiled).Solve(error);
+      EXPECT_LT(error, 1e-12) << tiled << ' ' << rows[0];
     }
   }
 }

@@ -26,7 +26,6 @@ class Kernels : public ::testing::TestWithParam<int> {
     rows_ = RowMajor::Zero(kRows, stride_);
     rows_.leftCols(size_).setRandom();
     weights_ = Eigen::VectorXd::Random(kRows).cwiseAbs();
-    scaled_ = weights_.asDiagonal() * rows_;
     expected_ = rows_.transpose() * weights_.asDiagonal() * rows_;
     expected_ += Eigen::MatrixXd::Identity(stride_, stride_);
     for (int j = 0; j < stride_; j += 4) columns_.push_back(j);
@@ -38,13 +37,21 @@ class Kernels : public ::testing::TestWithParam<int> {
 
   RowMajor Squares(const kernels::BlockKernels& kernels) const {
     RowMajor m = RowMajor::Identity(stride_, stride_);
-    kernels.add_squares({scaled_.data(), rows_.data(), kRows, columns_}, m.data(), stride_);
+    double scratch[4 * kRows];
+    kernels.add_squares({rows_.data(), weights_.data(), kRows, columns_, scratch}, m.data(), stride_);
     return m;
   }
 
-  /// With T <- U^-T T, where `t` is not null.
-  bool Factor(const kernels::BlockKernels& kernels, RowMajor& m, RowMajor* t = nullptr, bool lower = false) const {
-    return kernels.factor({}, m.data(), min_pivot_.data(), t == nullptr ? nullptr : t->data(), lower, stride_);
+  bool Factor(const kernels::BlockKernels& kernels, RowMajor& m, const kernels::Coupling& coupling = {}) const {
+    return kernels.factor({}, m.data(), min_pivot_.data(), coupling, stride_);
+  }
+
+  /// A factor that nothing is beside.
+  kernels::FactoredBlock Alone(const RowMajor& factor) const {
+    kernels::FactoredBlock block;
+    block.u = factor.data();
+    block.stride = stride_;
+    return block;
   }
 
   /// U of a factor as it is stored.
@@ -61,7 +68,7 @@ class Kernels : public ::testing::TestWithParam<int> {
   static constexpr int kRows = 50;  // not a multiple of four
   int size_, stride_;
   Eigen::VectorXd min_pivot_ = Eigen::VectorXd::Constant(PaddedSize(GetParam()), 1e-14);
-  RowMajor rows_, scaled_;
+  RowMajor rows_;
   Eigen::VectorXd weights_;
   Eigen::MatrixXd expected_;
   std::vector<int> columns_;
@@ -94,7 +101,9 @@ TEST_P(Kernels, SquaresOfPackedRowsAreThoseOfWholeOnes) {
       const RowMajor squares = whole.transpose() * whole;
       for (const auto* kernels : kernels_) {
         RowMajor m = RowMajor::Zero(stride_, stride_);
-        kernels->add_squares({packed.data(), packed.data(), count, columns}, m.data(), stride_);
+        double scratch[4 * kRows];
+        const std::vector<double> ones(static_cast<size_t>(count), 1.0);
+        kernels->add_squares({packed.data(), ones.data(), count, columns, scratch}, m.data(), stride_);
         ASSERT_LT(UpperHalf(m - squares).cwiseAbs().maxCoeff(), 1e-12) << support << ' ' << count;
       }
     }
@@ -122,13 +131,20 @@ TEST_P(Kernels, FactorAndSolve) {
   Eigen::VectorXd x = right;
   kernels::SolveTransposed(first.data(), stride_, x.data());
   EXPECT_LT((u.transpose() * x - right).norm(), 1e-11);
-  kernels::SolveUpper(first.data(), stride_, x.data());
+  kernels::SolveBack(Alone(first), x.data());
   EXPECT_LT((expected_ * x - right).norm(), 1e-10);
   for (const auto* kernels : kernels_) {
     RowMajor m = squares;
     ASSERT_TRUE(Factor(*kernels, m));
     EXPECT_EQ(UpperHalf(m), UpperHalf(first));
   }
+}
+
+/// A tiled matrix as a whole one.
+RowMajor WholeOf(const RowMajor& tiles) {
+  RowMajor whole = RowMajor::Zero(tiles.rows(), tiles.rows());
+  for (int i = 0; i < tiles.rows(); ++i) whole.block<1, 4>(i, i / 4 * 4) = tiles.row(i);
+  return whole;
 }
 
 // A lower matrix in the sense of the kernels, with entries in every 4 x 4 block that may have some.
@@ -138,43 +154,45 @@ RowMajor Lower(int stride) {
   return lower;
 }
 
+// C of each kind, with rows beside a dense one, and what its T takes from the next block.
 TEST_P(Kernels, WhatComesOfACoupling) {
-  const RowMajor squares = Squares(*kernels_[0]), dense = RowMajor::Random(stride_, stride_), lower = Lower(stride_);
+  const RowMajor squares = Squares(*kernels_[0]), dense = RowMajor::Random(stride_, stride_);
+  const RowMajor tiles = RowMajor::Random(stride_, 4);
+  const RowMajor minus_left = RowMajor::Random(3, stride_), right = RowMajor::Random(3, stride_);
   const RowMajor a = RowMajor::Random(5, stride_), b = 0.5 * a;
-  RowMajor firsts[2][2];
-  for (const auto* kernels : kernels_) {
-    for (const bool is_lower : {false, true}) {
-      const RowMajor& coupling = is_lower ? lower : dense;
-      RowMajor m = squares, t = coupling;
-      ASSERT_TRUE(Factor(*kernels, m, &t, is_lower));
+  for (const bool tiled : {false, true}) {
+    const RowMajor coupling = tiled ? WholeOf(tiles) : RowMajor(dense - minus_left.transpose() * right);
+    RowMajor first_t, first_reduced;
+    for (const auto* kernels : kernels_) {
+      RowMajor m = squares, t = RowMajor::Constant(stride_, stride_, tiled ? 0.0 : 7.0);
+      kernels::Coupling link = {tiles.data(), true, nullptr, nullptr, 0, t.data()};
+      if (!tiled) link = {dense.data(), false, minus_left.data(), right.data(), 3, t.data()};
+      ASSERT_TRUE(Factor(*kernels, m, link));
       EXPECT_LT((Upper(m).transpose() * t - coupling).cwiseAbs().maxCoeff(), 1e-10);
-      for (int i = 0; is_lower && i < stride_; ++i) EXPECT_TRUE(t.row(i).tail(stride_ - i / 4 * 4 - 4).isZero(0.0));
+      for (int i = 0; tiled && i < stride_; ++i) EXPECT_TRUE(t.row(i).tail(stride_ - i / 4 * 4 - 4).isZero(0.0));
       RowMajor reduced = squares + t.transpose() * t + a.transpose() * b;
-      const kernels::Reduction reduction = {t.data(), is_lower, a.data(), b.data(), 5};
-      ASSERT_TRUE(kernels->factor(reduction, reduced.data(), min_pivot_.data(), nullptr, false, stride_));
+      const kernels::Reduction reduction = {t.data(), tiled, a.data(), b.data(), 5};
+      ASSERT_TRUE(kernels->factor(reduction, reduced.data(), min_pivot_.data(), {}, stride_));
       EXPECT_LT(UpperHalf(Upper(reduced).transpose() * Upper(reduced) - squares).cwiseAbs().maxCoeff(), 1e-9);
       if (kernels == kernels_[0]) {
-        firsts[is_lower ? 1 : 0][0] = t;
-        firsts[is_lower ? 1 : 0][1] = reduced;
+        first_t = t;
+        first_reduced = reduced;
       }
-      EXPECT_EQ(t, firsts[is_lower ? 1 : 0][0]);
-      EXPECT_EQ(UpperHalf(reduced), UpperHalf(firsts[is_lower ? 1 : 0][1]));
+      EXPECT_EQ(t, first_t);
+      EXPECT_EQ(UpperHalf(reduced), UpperHalf(first_reduced));
     }
   }
 }
 
 TEST_P(Kernels, OfLowerAndTiledMatrices) {
   const RowMajor lower = Lower(stride_);
-  RowMajor tiles = RowMajor::Random(stride_, 4), tiled = RowMajor::Zero(stride_, stride_);
-  for (int i = 0; i < stride_; ++i) tiled.block<1, 4>(i, i / 4 * 4) = tiles.row(i);
+  const RowMajor tiles = RowMajor::Random(stride_, 4), tiled = WholeOf(tiles);
   const Eigen::VectorXd x = Eigen::VectorXd::Random(stride_);
   const auto error = [&](auto kernel, const RowMajor& m) {
     Eigen::VectorXd y = x;
     kernel(y);
     return (y - x - m * x).norm();
   };
-  EXPECT_LT(error([&](auto& y) { kernels::AddProductsOfLower(lower.data(), x.data(), y.data(), stride_); }, lower),
-            1e-13);
   EXPECT_LT(error([&](auto& y) { kernels::AddCombinationOfLower(x.data(), lower.data(), y.data(), stride_); },
                   lower.transpose()),
             1e-13);
@@ -185,7 +203,11 @@ TEST_P(Kernels, OfLowerAndTiledMatrices) {
             1e-13);
   RowMajor spread = RowMajor::Constant(stride_, stride_, 7.0);
   kernels::SpreadTiles(tiles.data(), spread.data(), stride_);
+  EXPECT_EQ(UpperHalf(spread), UpperHalf(tiled));
+  kernels::SpreadLowerTiles(tiles.data(), spread.data(), stride_);
   EXPECT_EQ(spread, tiled);
+  kernels::CopyUpper(lower.data(), spread.data(), stride_);
+  EXPECT_EQ(UpperHalf(spread), UpperHalf(lower));
 }
 
 TEST_P(Kernels, NoiseInThePlaceOfAPivotDoesNotGrow) {
@@ -197,8 +219,8 @@ TEST_P(Kernels, NoiseInThePlaceOfAPivotDoesNotGrow) {
     min_pivot_ = (1e-14 * singular.diagonal()).cwiseMax(1e-200);
     ASSERT_TRUE(Factor(*kernels, singular));
     Eigen::VectorXd x = row.transpose();
-    kernels::SolveTransposed(singular.data(), stride_, x.data());
-    kernels::SolveUpper(singular.data(), stride_, x.data());
+    kernels::SolveForward(Alone(singular), x.data());
+    kernels::SolveBack(Alone(singular), x.data());
     EXPECT_TRUE(x.allFinite());
     EXPECT_LT(x.norm(), 1.0);
   }

@@ -109,28 +109,25 @@ TEST_F(Packed, TransposedProductsAreThoseOfTheMatrix) {
 
 TEST_F(Packed, SquaresAndCouplingsAreThoseOfTheMatrix) {
   const Eigen::MatrixXd squares = matrix_.transpose() * d_.asDiagonal() * matrix_;
-  const AlignedDoubles d(d_.begin(), d_.end());
-  for (const bool slim : {false, true}) {
-    BlockChain chain;
-    chain.Reset(kAllBlocks - 1, stride_, true);
-    for (int t = 0; t + 1 < kAllBlocks; ++t) {
-      std::fill_n(chain.block(t), stride_ * stride_, 0.0);
-      rows_.AddSquares(t, d, chain);
-      const auto part = squares.block(t * stride_, t * stride_, stride_, stride_);
-      for (int i = 0; i < stride_; ++i) {
-        for (int j = i; j < stride_; ++j) EXPECT_NEAR(chain.block(t)[i * stride_ + j], part(i, j), 1e-12);
-      }
-      if (t + 2 == kAllBlocks) continue;
-      EXPECT_EQ(rows_.num_between(t), 2);
-      if (slim) chain.SetSlim(t, 2);
-      std::fill_n(chain.coupling(t), stride_ * stride_, 0.0);
-      rows_.AddCoupling(t, d, chain);
-      for (int i = 0; i < stride_; ++i) {
-        for (int j = 0; j < stride_; ++j) {
-          double entry = chain.coupling(t)[i * stride_ + j];
-          for (int r = 0; slim && r < 2; ++r) entry += chain.left(t, r)[i] * chain.right(t, r)[j];
-          EXPECT_NEAR(entry, squares(t * stride_ + i, (t + 1) * stride_ + j), 1e-12);
-        }
+  const AlignedDoubles d(d_.begin(), d_.end()), none(static_cast<size_t>(stride_ * stride_), 0.0);
+  BlockChain chain;
+  chain.Reset(kAllBlocks - 1, stride_, true);
+  for (int t = 0; t + 1 < kAllBlocks; ++t) {
+    std::fill_n(chain.block(t), stride_ * stride_, 0.0);
+    rows_.AddSquares(t, d, chain);
+    const auto part = squares.block(t * stride_, t * stride_, stride_, stride_);
+    for (int i = 0; i < stride_; ++i) {
+      for (int j = i; j < stride_; ++j) EXPECT_NEAR(chain.block(t)[i * stride_ + j], part(i, j), 1e-12);
+    }
+    if (t + 2 == kAllBlocks) continue;
+    EXPECT_EQ(rows_.num_between(t), 2);
+    chain.SetCoupling(t, none.data(), true, 2);
+    rows_.SetCouplingRows(t, d, chain);
+    for (int i = 0; i < stride_; ++i) {
+      for (int j = 0; j < stride_; ++j) {
+        double entry = 0.0;
+        for (int r = 0; r < 2; ++r) entry += chain.left(t, r)[i] * chain.right(t, r)[j];
+        EXPECT_NEAR(entry, squares(t * stride_ + i, (t + 1) * stride_ + j), 1e-12);
       }
     }
   }
