@@ -103,8 +103,8 @@ class Term {
   /// spent from now on (true), or kept again. Whether there is any. Default: there is none.
   virtual bool SpendReserve(bool spend);
 
-  /// Without rows from now on (true), for a first descent, or with them again. Whether the term lends itself to that:
-  /// its rows come and go, and their linear models hold only nearby. Default: it does not.
+  /// Without rows from now on (true), for a first descent, or with them again, which solvers see to at its end. Whether
+  /// the term lends itself to that: its rows come and go, their linear models hold only nearby. Default: it does not.
   virtual bool SetAside(bool aside);
 
   /// Rows that Evaluate leaves out are below this (or implied by rows that it gives). Default: none is ever left out.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "legopt/demand.h"
 #include "legopt/subproblem/block_kernels.h"
 #include "legopt/subproblem/dense_kernels.h"
 
@@ -20,20 +21,22 @@ void BlockChain::Reset(int num_blocks, int stride, bool chained) {
   links_.assign(static_cast<size_t>(num_blocks), {});
   const size_t size = static_cast<size_t>(num_blocks) * static_cast<size_t>(stride);
   matrix_.resize(size * static_cast<size_t>(stride));
-  if (chained) coupling_.resize(size * static_cast<size_t>(stride));
+  if (chained) coupled_.resize(size * static_cast<size_t>(stride));
   min_pivot_.resize(static_cast<size_t>(stride));
   squares_left_.resize(size_t{2} * kMostRows * static_cast<size_t>(stride));
   squares_right_.resize(squares_left_.size());
 }
 
-void BlockChain::SetCoupling(int t, const double* c, bool tiled, int rows) {
-  links_[static_cast<size_t>(t)] = {c, tiled, rows, num_rows_};
+void BlockChain::SetCoupling(int t, bool tiled, int rows) {
+  Demand(linked(t), "a block is coupled with the next one", t, num_blocks_);
+  Demand(!tiled || rows <= kMostRows, "few rows stand beside a tiled coupling", rows);
+  links_[static_cast<size_t>(t)] = {tiled, rows, num_rows_};
   num_rows_ += static_cast<size_t>(rows);
   const size_t entries = num_rows_ * static_cast<size_t>(stride_);
   left_.resize(std::max(left_.size(), entries));
   right_.resize(std::max(right_.size(), entries));
   // Right of the diagonal's tiles nothing is written, and read with whole vectors.
-  if (tiled) std::fill_n(At(coupling_, t), static_cast<std::ptrdiff_t>(stride_) * stride_, 0.0);
+  if (tiled) std::fill_n(At(coupled_, t), static_cast<std::ptrdiff_t>(stride_) * stride_, 0.0);
 }
 
 // With T = U^-T C, z = U^-T l: (T + sum z r^T)^T (T + sum z r^T) = T^T T + sum (q r^T + r q^T) for
@@ -43,7 +46,7 @@ int BlockChain::SquaresOfRows(int t) {
   for (int a = 0; a < rows; ++a) {
     double* const q = squares_left_.data() + static_cast<std::ptrdiff_t>(a) * stride_;
     std::fill_n(q, stride_, 0.0);
-    kernels::AddCombinationOfLower(left(t, a), At(coupling_, t), q, stride_);
+    kernels::AddCombinationOfLower(left(t, a), At(coupled_, t), q, stride_);
     for (int b = 0; b < rows; ++b) {
       kernels::Axpy(0.5 * kernels::Dot(left(t, a), left(t, b), stride_), right(t, b), q, stride_);
     }
@@ -54,23 +57,35 @@ int BlockChain::SquaresOfRows(int t) {
   return 2 * rows;
 }
 
-bool BlockChain::Eliminate(int t, double pivot_floor) {
+bool BlockChain::Eliminate(int t, const double* c, double pivot_floor) {
+  const Link& link = links_[static_cast<size_t>(t)];
   double* const m = block(t);
+  KeepPivots(t, pivot_floor);
+  if (!link.tiled) NegateLeft(t);
+  if (!kernels::ChosenKernels().factor(TakenFrom(t), m, min_pivot_.data(), CouplingOf(t, c), stride_)) return false;
+  for (int r = 0; link.tiled && r < link.rows; ++r) kernels::SolveTransposed(m, stride_, left(t, r));
+  return true;
+}
+
+void BlockChain::KeepPivots(int t, double pivot_floor) {
+  const double* const m = block(t);
   const std::ptrdiff_t diagonal = stride_ + 1;
   for (int i = 0; i < stride_; ++i) {
     min_pivot_[static_cast<size_t>(i)] = std::max(pivot_floor * m[i * diagonal], kLeastPivot);
   }
-  if (!kernels::ChosenKernels().factor(TakenFrom(t), m, min_pivot_.data(), CouplingOf(t), stride_)) return false;
-  const Link& link = links_[static_cast<size_t>(t)];
-  for (int r = 0; link.tiled && r < link.rows; ++r) kernels::SolveTransposed(m, stride_, left(t, r));
-  return true;
+}
+
+void BlockChain::NegateLeft(int t) {
+  const int entries = links_[static_cast<size_t>(t)].rows * stride_;
+  double* const rows = left(t, 0);
+  for (int i = 0; i < entries; ++i) rows[i] = -rows[i];
 }
 
 /// What the elimination of block t - 1 takes from block t.
 kernels::Reduction BlockChain::TakenFrom(int t) {
   kernels::Reduction taken;
   if (t == 0 || !linked(t - 1)) return taken;
-  taken.t = At(coupling_, t - 1);
+  taken.t = At(coupled_, t - 1);
   taken.lower = links_[static_cast<size_t>(t - 1)].tiled;
   if (!taken.lower) return taken;
   taken.count = SquaresOfRows(t - 1);
@@ -79,18 +94,15 @@ kernels::Reduction BlockChain::TakenFrom(int t) {
   return taken;
 }
 
-kernels::Coupling BlockChain::CouplingOf(int t) {
+kernels::Coupling BlockChain::CouplingOf(int t, const double* c) {
   kernels::Coupling coupling;
   if (!linked(t)) return coupling;
   const Link& link = links_[static_cast<size_t>(t)];
-  coupling.c = link.c;
+  coupling.c = c;
   coupling.tiled = link.tiled;
-  coupling.t = At(coupling_, t);
-  if (link.tiled || link.rows == 0) return coupling;
-  double* const minus_left = left(t, 0);
-  const auto entries = static_cast<size_t>(link.rows) * static_cast<size_t>(stride_);
-  for (size_t i = 0; i < entries; ++i) minus_left[i] = -minus_left[i];
-  coupling.minus_left = minus_left;
+  coupling.t = At(coupled_, t);
+  if (link.tiled) return coupling;
+  coupling.minus_left = left(t, 0);
   coupling.right = right(t, 0);
   coupling.count = link.rows;
   return coupling;
@@ -102,9 +114,9 @@ kernels::FactoredBlock BlockChain::Factored(int t) {
   factored.stride = stride_;
   if (!linked(t)) return factored;
   const Link& link = links_[static_cast<size_t>(t)];
-  factored.t = At(coupling_, t);
+  factored.t = At(coupled_, t);
   factored.lower = link.tiled;
-  if (!link.tiled || link.rows == 0) return factored;
+  if (!link.tiled) return factored;
   factored.left = left(t, 0);
   factored.right = right(t, 0);
   factored.count = link.rows;

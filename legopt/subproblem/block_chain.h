@@ -13,38 +13,39 @@ namespace legopt {
 ///
 /// What couples block t with its successor is C_t + sum_r l_r r_r^T. Where C_t is tiled (dense_kernels.h; costs of
 /// steps between waypoints make it diagonal) and the rows are few, its Schur complement takes a third of the products
-/// that a dense one takes. Blocks have `stride` rows, padded to whole vectors; pads are the identity's.
+/// that a dense one takes. Blocks have `stride` rows, padded to whole vectors; pads are the identity's, those of C, l
+/// and r zero.
 ///
-/// Block after block is written and eliminated, in this order and while it is in the cache.
+/// Block after block is written and eliminated, in this order and while it is in the cache. Eliminate(t) takes the
+/// place of what was written for t: each time all of it is written anew.
 ///
 /// One thread; no allocation once the buffers have grown.
 class BlockChain {
  public:
-  static constexpr int kMostRows =
-      kernels::FactoredBlock::kMostRows;  ///< beside a tiled C: more cost what a dense does
+  /// Beside a tiled C; beyond it, products of the rows cost as much as a dense block.
+  static constexpr int kMostRows = kernels::FactoredBlock::kMostRows;
 
-  /// Begins matrices of a shape, one after the other. `chained`: with blocks beside the diagonal.
+  /// Begins matrices of a shape, one after the other. `chained`: with blocks beside the diagonal, each of which
+  /// SetCoupling must tell of.
   void Reset(int num_blocks, int stride, bool chained);
-  /// What couples block t < num_blocks - 1 of a chain from now on, until Reset. C_t, rows of block t and columns of
-  /// block t + 1, stays the caller's and is read at every Eliminate(t): whole, or of a tiled one the tiles. Tiled: at
-  /// most kMostRows `rows`.
-  void SetCoupling(int t, const double* c, bool tiled, int rows);
+  /// What couples block t < num_blocks - 1 of a chain from now on, until Reset: C_t tiled or dense, and the number of
+  /// rows l and r beside it, of a tiled one at most kMostRows. Ends what left() and right() have returned.
+  void SetCoupling(int t, bool tiled, int rows);
 
-  /// Row-major; the upper triangle counts. To be written before Eliminate(t).
-  double* block(int t) { return At(matrix_, t); }
-  double* left(int t, int row) { return Row(left_, t, row); }    ///< l, of block t. To be written before Eliminate(t).
-  double* right(int t, int row) { return Row(right_, t, row); }  ///< r, of block t + 1. Likewise.
+  double* block(int t) { return At(matrix_, t); }                ///< row-major; the upper triangle counts
+  double* left(int t, int row) { return Row(left_, t, row); }    ///< l, of block t
+  double* right(int t, int row) { return Row(right_, t, row); }  ///< r, of block t + 1
 
   /// Factors block t less what the elimination of block t - 1 takes from it. False when the factor is not finite.
-  /// `pivot_floor`: of each diagonal entry, the least that elimination leaves.
-  bool Eliminate(int t, double pivot_floor);
+  /// `c`: C_t, rows of block t and columns of block t + 1: whole, or of a tiled one the tiles; of the last block, and
+  /// without a chain, not read. `pivot_floor`: of each diagonal entry, the least that elimination leaves.
+  bool Eliminate(int t, const double* c, double pivot_floor);
   /// b <- M^-1 b in two halves: for every t in order, SolveForward once block t is eliminated, and SolveBack at last.
   void SolveForward(int t, AlignedDoubles& b);
   void SolveBack(AlignedDoubles& b);  ///< the second half
 
  private:
   struct Link {
-    const double* c = nullptr;
     bool tiled = false;
     int rows = 0;
     size_t first = 0;  ///< of its rows in left_ and right_
@@ -58,18 +59,20 @@ class BlockChain {
            (links_[static_cast<size_t>(t)].first + static_cast<size_t>(row)) * static_cast<size_t>(stride_);
   }
   bool linked(int t) const { return chained_ && t + 1 < num_blocks_; }
+  void KeepPivots(int t, double pivot_floor);
+  void NegateLeft(int t);
   int SquaresOfRows(int t);
   kernels::Reduction TakenFrom(int t);
-  kernels::Coupling CouplingOf(int t);
+  kernels::Coupling CouplingOf(int t, const double* c);
   kernels::FactoredBlock Factored(int t);
 
   int num_blocks_ = 0, stride_ = 0;
   bool chained_ = false;
   std::vector<Link> links_;
   size_t num_rows_ = 0;
-  AlignedDoubles matrix_;    ///< M, then U with M = U^T U
-  AlignedDoubles coupling_;  ///< U^-T of C, and of the rows beside it where it is dense
-  AlignedDoubles left_;      ///< l, then U^-T l beside a tiled C, -l of a dense one
+  AlignedDoubles matrix_;   ///< M, then U with M = U^T U
+  AlignedDoubles coupled_;  ///< T: U^-T of C, and of the rows beside it where it is dense
+  AlignedDoubles left_;     ///< l, then U^-T l beside a tiled C, -l beside a dense one
   AlignedDoubles right_;
   AlignedDoubles min_pivot_;
   AlignedDoubles squares_left_, squares_right_;  ///< what rows beside C take from the next block, as products

@@ -167,13 +167,10 @@ void SolveTransposed(const double* u, int stride, double* b) {
 // Tiles wait for each other; what they take from the next block does not wait.
 void SolveForward(const FactoredBlock& block, double* b) {
   const int stride = block.stride;
-  if (block.t == nullptr) {
-    SolveTransposed(block.u, stride, b);
-    return;
-  }
   double* const next = b + stride;
   for (int k = 0; k < stride; k += kLanes) {
     const Lanes x = SolveTile(block.u, stride, k, b);
+    if (block.t == nullptr) continue;
     SubtractCombination(x, block.t + static_cast<std::ptrdiff_t>(k) * stride, stride, next,
                         block.lower ? k + kLanes : stride);
   }

@@ -20,7 +20,7 @@ struct WeightedRows {
   const double* weights;         ///< `count` of them
   int count;                     ///< of rows
   std::span<const int> columns;  ///< first of each four columns that are stored, increasing multiples of four
-  double* scratch;               ///< 4 `count` entries
+  double* scratch;               ///< 4 `count` entries, of this call alone
 };
 
 /// T^T T + sum over `count` rows of a_r b_r^T, the latter sum being symmetric.
@@ -35,11 +35,11 @@ struct Reduction {
 /// What couples a block with the next one, C + sum over `count` rows of l_r r_r^T, and where T = U^-T of it goes.
 struct Coupling {
   const double* c = nullptr;           ///< C: `stride` rows, of a tiled one of four entries (dense_kernels.h)
-  bool tiled = false;                  ///< T has, and gets, nothing right of its diagonal's 4 x 4 tiles
+  bool tiled = false;                  ///< so is C; T must have, and gets, only zeros right of its diagonal's tiles
   const double* minus_left = nullptr;  ///< rows -l of `stride` entries; of a dense C only
   const double* right = nullptr;       ///< likewise, r
   int count = 0;                       ///< of these rows
-  double* t = nullptr;                 ///< null: there is no next block
+  double* t = nullptr;                 ///< to be written; null: there is no next block
 };
 
 /// What is done to whole blocks. Pure functions of their arguments, any thread.
@@ -64,21 +64,23 @@ void ChooseKernels(const BlockKernels& kernels);
 /// b <- U^-T b for a factor of `factor`.
 void SolveTransposed(const double* u, int stride, double* b);
 
-/// A block that has been factored, and beside it T + sum over `count` rows of l_r r_r^T.
+/// A block that has been factored, and beside it T + sum over `count` rows of z_r r_r^T: with z = U^-T l, what was C +
+/// sum of l_r r_r^T before. Beside a dense T there are no rows; it holds them.
 struct FactoredBlock {
-  static constexpr int kMostRows = 6;  ///< of a block
+  static constexpr int kMostRows = 6;  ///< beside a T
   const double* u = nullptr;           ///< U, as `factor` leaves it
   const double* t = nullptr;           ///< null: there is no next block
   bool lower = false;                  ///< T has nothing right of its diagonal's tiles
-  const double* left = nullptr;        ///< rows l of `stride` entries
+  const double* left = nullptr;        ///< rows z of `stride` entries
   const double* right = nullptr;       ///< likewise, r
   int count = 0;                       ///< of these rows, at most kMostRows
   int stride = 0;                      ///< of all matrices and rows
 };
 
-/// b <- U^-T b, and of the `stride` entries behind it what b takes from the next block: n -= (T + sum l_r r_r^T)^T b.
+/// b <- U^-T b, and of the `stride` entries behind it what b takes from the next block, if there is one:
+/// n -= (T + sum z_r r_r^T)^T b.
 void SolveForward(const FactoredBlock& block, double* b);
-/// b <- U^-1 (b - (T + sum l_r r_r^T) n) for the next block's n, which is behind b.
+/// b <- U^-1 (b - (T + sum z_r r_r^T) n) for the next block's n, which is behind b.
 void SolveBack(const FactoredBlock& block, double* b);
 
 }  // namespace legopt::kernels

@@ -179,8 +179,8 @@ inline void AddCombinationOfTiled(const double* c, const double* tiles, double* 
     AddCombination(c + k, tiles + k * kLanes, kLanes, kLanes, out + k, kLanes);
 }
 
-/// The upper triangle of a tiled matrix.
-inline void SpreadTiles(const double* tiles, double* m, int stride) {
+/// The tiles of a tiled matrix in a whole one, and zeros right of them.
+inline void SpreadTilesUpper(const double* tiles, double* m, int stride) {
   for (std::ptrdiff_t i = 0; i < stride; ++i) {
     double* const row = m + i * stride;
     const std::ptrdiff_t diagonal = i / kLanes * kLanes;
@@ -189,8 +189,8 @@ inline void SpreadTiles(const double* tiles, double* m, int stride) {
   }
 }
 
-/// The lower triangle of a tiled matrix.
-inline void SpreadLowerTiles(const double* tiles, double* m, int stride) {
+/// The tiles of a tiled matrix in a whole one, and zeros left of them.
+inline void SpreadTilesLower(const double* tiles, double* m, int stride) {
   for (std::ptrdiff_t i = 0; i < stride; ++i) {
     double* const row = m + i * stride;
     const std::ptrdiff_t diagonal = i / kLanes * kLanes;
@@ -199,7 +199,7 @@ inline void SpreadLowerTiles(const double* tiles, double* m, int stride) {
   }
 }
 
-/// The upper triangle of a matrix, in whole vectors.
+/// The upper triangle of a matrix, with whole diagonal tiles.
 inline void CopyUpper(const double* from, double* m, int stride) {
   for (std::ptrdiff_t i = 0; i < stride; ++i) {
     const std::ptrdiff_t diagonal = i / kLanes * kLanes, row = i * stride;

@@ -147,10 +147,6 @@ void InteriorPointSolver::CopyCosts(const ConvexSubproblem& problem) {
   chain_ = coupled_costs_ || rows_.any_between();
   chain_matrix_.Reset(num_blocks_, stride_, chain_);
   for (int t = 0; chain_ && t + 1 < num_blocks_; ++t) CopyCoupling(problem, t);
-  for (int t = 0; chain_ && t + 1 < num_blocks_; ++t) {  // now that their entries stay where they are
-    const Square& square = coupling_[static_cast<size_t>(t)];
-    chain_matrix_.SetCoupling(t, Entries(square), square.tiled, rows_.num_between(t));
-  }
   if (shifted_) ShiftByFixed(problem);
 }
 
@@ -181,6 +177,7 @@ void InteriorPointSolver::CopyCoupling(const ConvexSubproblem& problem, int t) {
   // Many rows between blocks make it dense.
   const bool tiled = problem.coupling_is_tiled(block) && rows_.num_between(t) <= BlockChain::kMostRows;
   coupling_.push_back(NewSquare(tiled));
+  chain_matrix_.SetCoupling(t, tiled, rows_.num_between(t));
   double* const to = Entries(coupling_.back());
   const double* const from = problem.coupling(block);
   const double* const free = free_.data() + static_cast<std::ptrdiff_t>(block) * stride_;
@@ -317,8 +314,10 @@ bool InteriorPointSolver::Factor(double pivot_floor) {
   rows_.AddTransposed(0, row_scratch_, x_.step);
   for (int t = 0; t < num_blocks_; ++t) {  // all of it while the block and its rows are in the cache
     FormBlock(t);
-    if (chain_ && t + 1 < num_blocks_) rows_.SetCouplingRows(t, weight_, chain_matrix_);
-    if (!chain_matrix_.Eliminate(t, pivot_floor)) return false;
+    const bool linked = chain_ && t + 1 < num_blocks_;
+    if (linked) rows_.SetCouplingRows(t, weight_, chain_matrix_);
+    const double* const coupling = linked ? Entries(coupling_[static_cast<size_t>(t)]) : nullptr;
+    if (!chain_matrix_.Eliminate(t, coupling, pivot_floor)) return false;
     if (t + 1 < num_blocks_) rows_.AddTransposed(t + 1, row_scratch_, x_.step);
     chain_matrix_.SolveForward(t, x_.step);
   }
@@ -331,7 +330,7 @@ void InteriorPointSolver::FormBlock(int t) {
   double* const block = chain_matrix_.block(t);
   const Square& square = hessian_[static_cast<size_t>(t)];
   if (square.tiled) {
-    kernels::SpreadTiles(Entries(square), block, stride_);
+    kernels::SpreadTilesUpper(Entries(square), block, stride_);
   } else {
     kernels::CopyUpper(Entries(square), block, stride_);
   }

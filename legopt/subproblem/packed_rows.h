@@ -44,11 +44,11 @@ class PackedRows {
   void AddProducts(const AlignedDoubles& x, AlignedDoubles& product) const;
   /// rhs += A^T c.
   void AddTransposed(const AlignedDoubles& c, AlignedDoubles& rhs) const;
-  /// The same of block t alone.
+  /// The same, of all of rhs those of block t alone.
   void AddTransposed(int t, const AlignedDoubles& c, AlignedDoubles& rhs) const;
   /// Upper triangle of diagonal block t of `chain` += that of A^T D A, D = diag(d).
   void AddSquares(int t, const AlignedDoubles& d, BlockChain& chain);
-  /// What A^T D A has beside that block: the num_between(t) rows beside the coupling of `chain`.
+  /// What A^T D A has beside that block: the rows left() and right() of `chain`, which was told of num_between(t).
   void SetCouplingRows(int t, const AlignedDoubles& d, BlockChain& chain) const;
 
  private:

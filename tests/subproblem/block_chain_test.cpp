@@ -18,18 +18,24 @@ constexpr int kSize = 11, kBlocks = 4;
 /// tiled or as dense.
 class Chain {
  public:
-  explicit Chain(const std::vector<int>& rows, bool tiled) : stride_(PaddedSize(kSize)), whole_(Eigen::MatrixXd()) {
+  Chain(const std::vector<int>& rows, bool tiled) : stride_(PaddedSize(kSize)), rows_(rows), tiled_(tiled) {
     std::srand(11);
-    const int all = kBlocks * stride_;
-    whole_ = Eigen::MatrixXd::Zero(all, all);
     Spoil();
     chain_.Reset(kBlocks, stride_, true);
+    for (int t = 0; t + 1 < kBlocks; ++t) chain_.SetCoupling(t, tiled, rows[static_cast<size_t>(t)]);
+    Draw();
+  }
+
+  /// Another matrix of the same shape.
+  void Draw() {
+    const int all = kBlocks * stride_;
+    whole_ = Eigen::MatrixXd::Zero(all, all);
     for (int t = 0; t < kBlocks; ++t) {
       const Eigen::MatrixXd random = Eigen::MatrixXd::Random(kSize, kSize);
       Part(t, t) = random * random.transpose();
       Part(t, t).diagonal().array() += 30.0;
     }
-    for (int t = 0; t + 1 < kBlocks; ++t) Couple(t, rows[static_cast<size_t>(t)], tiled);
+    for (int t = 0; t + 1 < kBlocks; ++t) Couple(t);
     for (int i = 0; i < all; ++i) {
       if (i % stride_ >= kSize) whole_(i, i) = 1.0;
     }
@@ -42,50 +48,48 @@ class Chain {
 
   bool Eliminate() {
     for (int t = 0; t < kBlocks; ++t) {
-      if (!chain_.Eliminate(t, 1e-14)) return false;
+      if (!chain_.Eliminate(t, couplings_[t].data(), 1e-14)) return false;
     }
     return true;
   }
 
-  /// The chain's solution of a right side, and what is missing to the whole matrix's.
-  Eigen::VectorXd Solve(double& error) {
+  /// What is missing of the chain's solution of a right side to the whole matrix's.
+  double Error() {
     EXPECT_TRUE(Eliminate());
-    std::srand(5);
     const Eigen::VectorXd right = Eigen::VectorXd::Random(kBlocks * stride_);
     AlignedDoubles b(right.begin(), right.end());
     for (int t = 0; t < kBlocks; ++t) chain_.SolveForward(t, b);
     chain_.SolveBack(b);
     const Eigen::VectorXd x = Eigen::VectorXd::Map(b.data(), static_cast<Eigen::Index>(b.size()));
-    error = (x - whole_.ldlt().solve(right)).norm();
-    return x;
+    return (x - whole_.ldlt().solve(right)).norm();
   }
 
   BlockChain& chain() { return chain_; }
 
  private:
-  /// What an earlier matrix has left in the buffers.
+  /// What an earlier matrix of another shape has left in the buffers.
   void Spoil() {
-    const Eigen::MatrixXd dense = Eigen::MatrixXd::Constant(stride_, stride_, 1e3);
-    chain_.Reset(kBlocks, stride_, true);
-    for (int t = 0; t + 1 < kBlocks; ++t) chain_.SetCoupling(t, dense.data(), false, 0);
-    for (int t = 0; t < kBlocks; ++t) {
-      std::fill_n(chain_.block(t), stride_ * stride_, 1e3);
-      for (int i = 0; i < stride_; ++i) chain_.block(t)[i * stride_ + i] = 1e6;
-      chain_.Eliminate(t, 1e-14);
+    constexpr int kOtherBlocks = 7, kOtherStride = 20;
+    const Eigen::MatrixXd dense = Eigen::MatrixXd::Constant(kOtherStride, kOtherStride, 1e3);
+    chain_.Reset(kOtherBlocks, kOtherStride, true);
+    for (int t = 0; t + 1 < kOtherBlocks; ++t) chain_.SetCoupling(t, false, 0);
+    for (int t = 0; t < kOtherBlocks; ++t) {
+      std::fill_n(chain_.block(t), kOtherStride * kOtherStride, 1e3);
+      for (int i = 0; i < kOtherStride; ++i) chain_.block(t)[i * kOtherStride + i] = 1e6;
+      EXPECT_TRUE(chain_.Eliminate(t, dense.data(), 1e-14));
     }
   }
 
   Eigen::Block<Eigen::MatrixXd> Part(int t, int u) { return whole_.block(t * stride_, u * stride_, kSize, kSize); }
 
-  void Couple(int t, int rows, bool tiled) {
+  void Couple(int t) {
     const Eigen::VectorXd diagonal = -2.0 * Eigen::VectorXd::Ones(kSize) + Eigen::VectorXd::Random(kSize);
     Part(t, t + 1).diagonal() = diagonal;
-    const int width = tiled ? 4 : stride_;
+    const int width = tiled_ ? 4 : stride_;
     AlignedDoubles& c = couplings_[t];
     c.assign(static_cast<size_t>(stride_ * width), 0.0);
-    for (int i = 0; i < kSize; ++i) c[static_cast<size_t>(i * width + (tiled ? i % 4 : i))] = diagonal[i];
-    chain_.SetCoupling(t, c.data(), tiled, rows);
-    for (int r = 0; r < rows; ++r) {
+    for (int i = 0; i < kSize; ++i) c[static_cast<size_t>(i * width + (tiled_ ? i % 4 : i))] = diagonal[i];
+    for (int r = 0; r < rows_[static_cast<size_t>(t)]; ++r) {
       Eigen::VectorXd left = Eigen::VectorXd::Zero(stride_), right = left;
       left.head(kSize).setRandom();
       right.head(kSize).setRandom();
@@ -97,33 +101,49 @@ class Chain {
   }
 
   int stride_;
+  std::vector<int> rows_;
+  bool tiled_;
   Eigen::MatrixXd whole_;
   AlignedDoubles couplings_[kBlocks];
   BlockChain chain_;
 };
 
 TEST(BlockChain, SolvesWithCouplingsOfEveryKind) {
+  for (const std::vector<int>& rows : {std::vector<int>{0, 0, 0}, {1, 0, 3}, {6, 2, 1}}) {
+    for (const bool tiled : {false, true}) EXPECT_LT(Chain(rows, tiled).Error(), 1e-12) << tiled << ' ' << rows[0];
+  }
+  EXPECT_LT(Chain({9, 7, 0}, false).Error(), 1e-12);
+}
+
+// As an interior point does, with one shape and matrix after matrix.
+TEST(BlockChain, SolvesMatrixAfterMatrix) {
   for (const bool tiled : {false, true}) {
-    for (const std::vector<int>& rows : {std::vector<int>{0, 0, 0}, {1, 0, 3}, {6, 2, 1}}) {
-      double error = 1.0;
-      Chain(rows, tiled).Solve(error);
-      EXPECT_LT(error, 1e-12) << tiled << ' ' << rows[0];
+    Chain chain({3, 0, 6}, tiled);
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_LT(chain.Error(), 1e-12) << tiled << ' ' << k;
+      chain.Draw();
     }
   }
 }
 
 TEST(BlockChain, CanBeMadeAnew) {
-  double error = 1.0;
   Chain chain({6, 6, 6}, true);
-  chain.Solve(error);
+  chain.Error();
   chain.chain().Reset(1, 4, false);
   std::fill_n(chain.chain().block(0), 16, 0.0);
   for (int i = 0; i < 4; ++i) chain.chain().block(0)[5 * i] = 4.0;
-  ASSERT_TRUE(chain.chain().Eliminate(0, 1e-14));
+  ASSERT_TRUE(chain.chain().Eliminate(0, nullptr, 1e-14));
   AlignedDoubles b = {4, 8, 12, 16};
   chain.chain().SolveForward(0, b);
   chain.chain().SolveBack(b);
   EXPECT_EQ(b, (AlignedDoubles{1, 2, 3, 4}));
+}
+
+TEST(BlockChainDeathTest, RefusesWhatItHasNoRoomFor) {
+  BlockChain chain;
+  chain.Reset(3, 4, true);
+  EXPECT_DEATH(chain.SetCoupling(2, false, 0), "coupled with the next one");
+  EXPECT_DEATH(chain.SetCoupling(0, true, BlockChain::kMostRows + 1), "few rows");
 }
 
 TEST(BlockChain, SaysWhenAFactorIsNotFinite) {

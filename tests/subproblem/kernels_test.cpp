@@ -98,13 +98,15 @@ TEST_P(Kernels, SquaresOfPackedRowsAreThoseOfWholeOnes) {
         packed.middleCols<4>(4 * static_cast<Eigen::Index>(v)) = rows_.block(0, columns[v], count, 4);
         whole.middleCols<4>(columns[v]) = rows_.block(0, columns[v], count, 4);
       }
-      const RowMajor squares = whole.transpose() * whole;
+      const RowMajor squares = whole.transpose() * weights_.head(count).asDiagonal() * whole;
+      RowMajor first;
       for (const auto* kernels : kernels_) {
         RowMajor m = RowMajor::Zero(stride_, stride_);
         double scratch[4 * kRows];
-        const std::vector<double> ones(static_cast<size_t>(count), 1.0);
-        kernels->add_squares({packed.data(), ones.data(), count, columns, scratch}, m.data(), stride_);
+        kernels->add_squares({packed.data(), weights_.data(), count, columns, scratch}, m.data(), stride_);
         ASSERT_LT(UpperHalf(m - squares).cwiseAbs().maxCoeff(), 1e-12) << support << ' ' << count;
+        if (kernels == kernels_[0]) first = m;
+        ASSERT_EQ(UpperHalf(m), UpperHalf(first)) << support << ' ' << count;
       }
     }
   }
@@ -164,7 +166,8 @@ TEST_P(Kernels, WhatComesOfACoupling) {
     const RowMajor coupling = tiled ? WholeOf(tiles) : RowMajor(dense - minus_left.transpose() * right);
     RowMajor first_t, first_reduced;
     for (const auto* kernels : kernels_) {
-      RowMajor m = squares, t = RowMajor::Constant(stride_, stride_, tiled ? 0.0 : 7.0);
+      RowMajor m = squares, t = RowMajor::Constant(stride_, stride_, 7.0);
+      for (int i = 0; tiled && i < stride_; ++i) t.row(i).tail(stride_ - i / 4 * 4 - 4).setZero();
       kernels::Coupling link = {tiles.data(), true, nullptr, nullptr, 0, t.data()};
       if (!tiled) link = {dense.data(), false, minus_left.data(), right.data(), 3, t.data()};
       ASSERT_TRUE(Factor(*kernels, m, link));
@@ -202,9 +205,9 @@ TEST_P(Kernels, OfLowerAndTiledMatrices) {
                   tiled.transpose()),
             1e-13);
   RowMajor spread = RowMajor::Constant(stride_, stride_, 7.0);
-  kernels::SpreadTiles(tiles.data(), spread.data(), stride_);
+  kernels::SpreadTilesUpper(tiles.data(), spread.data(), stride_);
   EXPECT_EQ(UpperHalf(spread), UpperHalf(tiled));
-  kernels::SpreadLowerTiles(tiles.data(), spread.data(), stride_);
+  kernels::SpreadTilesLower(tiles.data(), spread.data(), stride_);
   EXPECT_EQ(spread, tiled);
   kernels::CopyUpper(lower.data(), spread.data(), stride_);
   EXPECT_EQ(UpperHalf(spread), UpperHalf(lower));

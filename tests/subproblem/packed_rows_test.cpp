@@ -109,7 +109,7 @@ TEST_F(Packed, TransposedProductsAreThoseOfTheMatrix) {
 
 TEST_F(Packed, SquaresAndCouplingsAreThoseOfTheMatrix) {
   const Eigen::MatrixXd squares = matrix_.transpose() * d_.asDiagonal() * matrix_;
-  const AlignedDoubles d(d_.begin(), d_.end()), none(static_cast<size_t>(stride_ * stride_), 0.0);
+  const AlignedDoubles d(d_.begin(), d_.end());
   BlockChain chain;
   chain.Reset(kAllBlocks - 1, stride_, true);
   for (int t = 0; t + 1 < kAllBlocks; ++t) {
@@ -121,7 +121,7 @@ TEST_F(Packed, SquaresAndCouplingsAreThoseOfTheMatrix) {
     }
     if (t + 2 == kAllBlocks) continue;
     EXPECT_EQ(rows_.num_between(t), 2);
-    chain.SetCoupling(t, none.data(), true, 2);
+    chain.SetCoupling(t, true, 2);
     rows_.SetCouplingRows(t, d, chain);
     for (int i = 0; i < stride_; ++i) {
       for (int j = 0; j < stride_; ++j) {

@@ -219,15 +219,23 @@ TEST(InteriorPoint, EndsWhereNoStepCouldBeWorthIt) {
   }
 }
 
+// The workspace's history must not matter.
 TEST(InteriorPoint, SameInputSameBits) {
-  const ConvexSubproblem problem = MakeRandomSubproblem({.num_blocks = 3, .coupled = true}, 5);
-  const ConvexSubproblem other = MakeRandomSubproblem({}, 6);
-  Eigen::VectorXd first(105), second(105), unrelated(35);
-  InteriorPointSolver solver;
-  solver.Solve(problem, {.gap = kAccuracy}, first);
-  solver.Solve(other, {.gap = kAccuracy}, unrelated);  // the workspace's history must not matter
-  solver.Solve(problem, {.gap = kAccuracy}, second);
-  EXPECT_EQ(first, second);
+  const ConvexSubproblem others[] = {
+      MakeRandomSubproblem({}, 6),
+      MakeRandomSubproblem({.num_blocks = 5, .block_size = 17, .coupled = true, .pair_rows = 8}, 7)};
+  for (const bool steps : {false, true}) {
+    const ConvexSubproblem problem = MakeRandomSubproblem({.num_blocks = 3, .coupled = true, .steps = steps}, 5);
+    Eigen::VectorXd first(105), second(105);
+    InteriorPointSolver solver;
+    solver.Solve(problem, {.gap = kAccuracy}, first);
+    for (const ConvexSubproblem& other : others) {
+      Eigen::VectorXd unrelated(Eigen::Index{other.num_blocks()} * other.block_size());
+      solver.Solve(other, {.gap = kAccuracy}, unrelated);
+      solver.Solve(problem, {.gap = kAccuracy}, second);
+      EXPECT_EQ(first, second) << steps;
+    }
+  }
 }
 
 // Every path that a processor may take, and that of wide vectors where there are none.
