@@ -18,6 +18,13 @@ add_compile_options(
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # False alarms of g++ 12: the first two inside Eigen's assignments of 3-vectors, the others for "literal" + std::string.
   add_compile_options(-Wno-array-bounds -Wno-maybe-uninitialized -Wno-restrict -Wno-stringop-overflow)
+  # g++ collects its own garbage from 128 MB on, which takes a sixth of a build; later where each compiler has 3 GB.
+  cmake_host_system_information(RESULT memory_mib QUERY TOTAL_PHYSICAL_MEMORY)
+  cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
+  math(EXPR memory_mib "${memory_mib} / ${processors}")
+  if(memory_mib GREATER_EQUAL 3072)
+    add_compile_options("SHELL:--param ggc-min-heapsize=1000000")
+  endif()
 endif()
 
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
