@@ -9,11 +9,15 @@
 namespace legopt {
 namespace {
 
-constexpr double kLeastPivot = 1e-200;
+template <typename Real>
+constexpr Real kLeastPivot = 1e-200;
+template <>
+constexpr float kLeastPivot<float> = 1e-30F;
 
 }  // namespace
 
-void BlockChain::Reset(int num_blocks, int stride, bool chained) {
+template <typename Real>
+void BlockChain<Real>::Reset(int num_blocks, int stride, bool chained) {
   num_blocks_ = num_blocks;
   stride_ = stride;
   chained_ = chained;
@@ -23,32 +27,34 @@ void BlockChain::Reset(int num_blocks, int stride, bool chained) {
   matrix_.resize(size * static_cast<size_t>(stride));
   if (chained) coupled_.resize(size * static_cast<size_t>(stride));
   min_pivot_.resize(static_cast<size_t>(stride));
-  squares_left_.resize(size_t{2} * kMostRows * static_cast<size_t>(stride));
+  squares_left_.resize(size_t{2} * kernels::kMostRowsBeside * static_cast<size_t>(stride));
   squares_right_.resize(squares_left_.size());
 }
 
-void BlockChain::SetCoupling(int t, bool tiled, int rows) {
+template <typename Real>
+void BlockChain<Real>::SetCoupling(int t, bool tiled, int rows) {
   Demand(linked(t), "a block is coupled with the next one", t, num_blocks_);
-  Demand(!tiled || rows <= kMostRows, "few rows stand beside a tiled coupling", rows);
+  Demand(!tiled || rows <= kernels::kMostRowsBeside, "few rows stand beside a tiled coupling", rows);
   links_[static_cast<size_t>(t)] = {tiled, rows, num_rows_};
   num_rows_ += static_cast<size_t>(rows);
   const size_t entries = num_rows_ * static_cast<size_t>(stride_);
   left_.resize(std::max(left_.size(), entries));
   right_.resize(std::max(right_.size(), entries));
   // Right of the diagonal's tiles nothing is written, and read with whole vectors.
-  if (tiled) std::fill_n(At(coupled_, t), static_cast<std::ptrdiff_t>(stride_) * stride_, 0.0);
+  if (tiled) std::fill_n(At(coupled_, t), static_cast<std::ptrdiff_t>(stride_) * stride_, Real{0});
 }
 
 // With T = U^-T C, z = U^-T l: (T + sum z r^T)^T (T + sum z r^T) = T^T T + sum (q r^T + r q^T) for
 // q_a = T^T z_a + 1/2 sum_b (z_a . z_b) r_b. The number of products, q beside r and r beside q.
-int BlockChain::SquaresOfRows(int t) {
+template <typename Real>
+int BlockChain<Real>::SquaresOfRows(int t) {
   const int rows = links_[static_cast<size_t>(t)].rows;
   for (int a = 0; a < rows; ++a) {
-    double* const q = squares_left_.data() + static_cast<std::ptrdiff_t>(a) * stride_;
-    std::fill_n(q, stride_, 0.0);
+    Real* const q = squares_left_.data() + static_cast<std::ptrdiff_t>(a) * stride_;
+    std::fill_n(q, stride_, Real{0});
     kernels::AddCombinationOfLower(left(t, a), At(coupled_, t), q, stride_);
     for (int b = 0; b < rows; ++b) {
-      kernels::Axpy(0.5 * kernels::Dot(left(t, a), left(t, b), stride_), right(t, b), q, stride_);
+      kernels::Axpy(Real{0.5} * kernels::Dot(left(t, a), left(t, b), stride_), right(t, b), q, stride_);
     }
     std::copy_n(q, stride_, squares_right_.data() + static_cast<std::ptrdiff_t>(rows + a) * stride_);
     std::copy_n(right(t, a), stride_, squares_right_.data() + static_cast<std::ptrdiff_t>(a) * stride_);
@@ -57,33 +63,38 @@ int BlockChain::SquaresOfRows(int t) {
   return 2 * rows;
 }
 
-bool BlockChain::Eliminate(int t, const double* c, double pivot_floor) {
+template <typename Real>
+bool BlockChain<Real>::Eliminate(int t, const Real* c, Real pivot_floor) {
   const Link& link = links_[static_cast<size_t>(t)];
-  double* const m = block(t);
+  Real* const m = block(t);
   KeepPivots(t, pivot_floor);
   if (!link.tiled) NegateLeft(t);
-  if (!kernels::ChosenKernels().factor(TakenFrom(t), m, min_pivot_.data(), CouplingOf(t, c), stride_)) return false;
+  if (!kernels::ChosenKernels<Real>().factor(TakenFrom(t), m, min_pivot_.data(), CouplingOf(t, c), stride_))
+    return false;
   for (int r = 0; link.tiled && r < link.rows; ++r) kernels::SolveTransposed(m, stride_, left(t, r));
   return true;
 }
 
-void BlockChain::KeepPivots(int t, double pivot_floor) {
-  const double* const m = block(t);
+template <typename Real>
+void BlockChain<Real>::KeepPivots(int t, Real pivot_floor) {
+  const Real* const m = block(t);
   const std::ptrdiff_t diagonal = stride_ + 1;
   for (int i = 0; i < stride_; ++i) {
-    min_pivot_[static_cast<size_t>(i)] = std::max(pivot_floor * m[i * diagonal], kLeastPivot);
+    min_pivot_[static_cast<size_t>(i)] = std::max(pivot_floor * m[i * diagonal], kLeastPivot<Real>);
   }
 }
 
-void BlockChain::NegateLeft(int t) {
+template <typename Real>
+void BlockChain<Real>::NegateLeft(int t) {
   const int entries = links_[static_cast<size_t>(t)].rows * stride_;
-  double* const rows = left(t, 0);
+  Real* const rows = left(t, 0);
   for (int i = 0; i < entries; ++i) rows[i] = -rows[i];
 }
 
 /// What the elimination of block t - 1 takes from block t.
-kernels::Reduction BlockChain::TakenFrom(int t) {
-  kernels::Reduction taken;
+template <typename Real>
+kernels::Reduction<Real> BlockChain<Real>::TakenFrom(int t) {
+  kernels::Reduction<Real> taken;
   if (t == 0 || !linked(t - 1)) return taken;
   taken.t = At(coupled_, t - 1);
   taken.lower = links_[static_cast<size_t>(t - 1)].tiled;
@@ -94,8 +105,9 @@ kernels::Reduction BlockChain::TakenFrom(int t) {
   return taken;
 }
 
-kernels::Coupling BlockChain::CouplingOf(int t, const double* c) {
-  kernels::Coupling coupling;
+template <typename Real>
+kernels::Coupling<Real> BlockChain<Real>::CouplingOf(int t, const Real* c) {
+  kernels::Coupling<Real> coupling;
   if (!linked(t)) return coupling;
   const Link& link = links_[static_cast<size_t>(t)];
   coupling.c = c;
@@ -108,8 +120,9 @@ kernels::Coupling BlockChain::CouplingOf(int t, const double* c) {
   return coupling;
 }
 
-kernels::FactoredBlock BlockChain::Factored(int t) {
-  kernels::FactoredBlock factored;
+template <typename Real>
+kernels::FactoredBlock<Real> BlockChain<Real>::Factored(int t) {
+  kernels::FactoredBlock<Real> factored;
   factored.u = block(t);
   factored.stride = stride_;
   if (!linked(t)) return factored;
@@ -123,14 +136,19 @@ kernels::FactoredBlock BlockChain::Factored(int t) {
   return factored;
 }
 
-void BlockChain::SolveForward(int t, AlignedDoubles& b) {
+template <typename Real>
+void BlockChain<Real>::SolveForward(int t, AlignedNumbers<Real>& b) {
   kernels::SolveForward(Factored(t), b.data() + static_cast<std::ptrdiff_t>(t) * stride_);
 }
 
-void BlockChain::SolveBack(AlignedDoubles& b) {
+template <typename Real>
+void BlockChain<Real>::SolveBack(AlignedNumbers<Real>& b) {
   for (int t = num_blocks_ - 1; t >= 0; --t) {
     kernels::SolveBack(Factored(t), b.data() + static_cast<std::ptrdiff_t>(t) * stride_);
   }
 }
+
+template class BlockChain<double>;
+template class BlockChain<float>;
 
 }  // namespace legopt

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "legopt/subproblem/aligned_doubles.h"
+#include "legopt/subproblem/aligned_numbers.h"
 #include "legopt/subproblem/block_kernels.h"
 
 namespace legopt {
@@ -19,30 +19,29 @@ namespace legopt {
 /// Block after block is written and eliminated, in this order and while it is in the cache. Eliminate(t) takes the
 /// place of what was written for t: each time all of it is written anew.
 ///
-/// One thread; no allocation once the buffers have grown.
+/// `Real` is double or float. One thread; no allocation once the buffers have grown.
+template <typename Real>
 class BlockChain {
  public:
-  /// Beside a tiled C; beyond it, products of the rows cost as much as a dense block.
-  static constexpr int kMostRows = kernels::FactoredBlock::kMostRows;
-
   /// Begins matrices of a shape, one after the other. `chained`: with blocks beside the diagonal, each of which
   /// SetCoupling must tell of.
   void Reset(int num_blocks, int stride, bool chained);
   /// What couples block t < num_blocks - 1 of a chain from now on, until Reset: C_t tiled or dense, and the number of
-  /// rows l and r beside it, of a tiled one at most kMostRows. Ends what left() and right() have returned.
+  /// rows l and r beside it, of a tiled one at most kernels::kMostRowsBeside. Ends what left() and right() have
+  /// returned.
   void SetCoupling(int t, bool tiled, int rows);
 
-  double* block(int t) { return At(matrix_, t); }                ///< row-major; the upper triangle counts
-  double* left(int t, int row) { return Row(left_, t, row); }    ///< l, of block t
-  double* right(int t, int row) { return Row(right_, t, row); }  ///< r, of block t + 1
+  Real* block(int t) { return At(matrix_, t); }                ///< row-major; the upper triangle counts
+  Real* left(int t, int row) { return Row(left_, t, row); }    ///< l, of block t
+  Real* right(int t, int row) { return Row(right_, t, row); }  ///< r, of block t + 1
 
   /// Factors block t less what the elimination of block t - 1 takes from it. False when the factor is not finite.
   /// `c`: C_t, rows of block t and columns of block t + 1: whole, or of a tiled one the tiles; of the last block, and
   /// without a chain, not read. `pivot_floor`: of each diagonal entry, the least that elimination leaves.
-  bool Eliminate(int t, const double* c, double pivot_floor);
+  bool Eliminate(int t, const Real* c, Real pivot_floor);
   /// b <- M^-1 b in two halves: for every t in order, SolveForward once block t is eliminated, and SolveBack at last.
-  void SolveForward(int t, AlignedDoubles& b);
-  void SolveBack(AlignedDoubles& b);  ///< the second half
+  void SolveForward(int t, AlignedNumbers<Real>& b);
+  void SolveBack(AlignedNumbers<Real>& b);  ///< the second half
 
  private:
   struct Link {
@@ -51,31 +50,31 @@ class BlockChain {
     size_t first = 0;  ///< of its rows in left_ and right_
   };
 
-  double* At(AlignedDoubles& blocks, int t) const {
+  Real* At(AlignedNumbers<Real>& blocks, int t) const {
     return blocks.data() + static_cast<size_t>(t) * static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
   }
-  double* Row(AlignedDoubles& rows, int t, int row) const {
+  Real* Row(AlignedNumbers<Real>& rows, int t, int row) const {
     return rows.data() +
            (links_[static_cast<size_t>(t)].first + static_cast<size_t>(row)) * static_cast<size_t>(stride_);
   }
   bool linked(int t) const { return chained_ && t + 1 < num_blocks_; }
-  void KeepPivots(int t, double pivot_floor);
+  void KeepPivots(int t, Real pivot_floor);
   void NegateLeft(int t);
   int SquaresOfRows(int t);
-  kernels::Reduction TakenFrom(int t);
-  kernels::Coupling CouplingOf(int t, const double* c);
-  kernels::FactoredBlock Factored(int t);
+  kernels::Reduction<Real> TakenFrom(int t);
+  kernels::Coupling<Real> CouplingOf(int t, const Real* c);
+  kernels::FactoredBlock<Real> Factored(int t);
 
   int num_blocks_ = 0, stride_ = 0;
   bool chained_ = false;
   std::vector<Link> links_;
   size_t num_rows_ = 0;
-  AlignedDoubles matrix_;   ///< M, then U with M = U^T U
-  AlignedDoubles coupled_;  ///< T: U^-T of C, and of the rows beside it where it is dense
-  AlignedDoubles left_;     ///< l, then U^-T l beside a tiled C, -l beside a dense one
-  AlignedDoubles right_;
-  AlignedDoubles min_pivot_;
-  AlignedDoubles squares_left_, squares_right_;  ///< what rows beside C take from the next block, as products
+  AlignedNumbers<Real> matrix_;   ///< M, then U with M = U^T U
+  AlignedNumbers<Real> coupled_;  ///< T: U^-T of C, and of the rows beside it where it is dense
+  AlignedNumbers<Real> left_;     ///< l, then U^-T l beside a tiled C, -l beside a dense one
+  AlignedNumbers<Real> right_;
+  AlignedNumbers<Real> min_pivot_;
+  AlignedNumbers<Real> squares_left_, squares_right_;  ///< what rows beside C take from the next block, as products
 };
 
 }  // namespace legopt

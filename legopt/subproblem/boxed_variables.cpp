@@ -55,6 +55,15 @@ void BoxedVariables::Start() {
   Move(0.0);
 }
 
+void BoxedVariables::UpdateGap() {
+  Lanes lower_gap = {}, upper_gap = {};
+  for (size_t i = 0; i < size(); i += kLanes) {
+    lower_gap += Load(&z_lower[i]) * Load(&below_[i]);
+    upper_gap += Load(&z_upper[i]) * Load(&above_[i]);
+  }
+  gap_ = kernels::Sum(lower_gap + upper_gap);
+}
+
 void BoxedVariables::BarrierHessian(AlignedDoubles& theta) const {
   theta.resize(size());
   for (size_t i = 0; i < size(); i += kLanes) {

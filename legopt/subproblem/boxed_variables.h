@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "legopt/subproblem/aligned_doubles.h"
+#include "legopt/subproblem/aligned_numbers.h"
 
 namespace legopt {
 
@@ -40,6 +40,7 @@ class BoxedVariables {
   /// along with v: their differences would round to zero near a bound long before the method is done with it.
   void Start();
   double gap() const { return gap_; }  ///< sum of the complementarity products
+  void UpdateGap();                    ///< after multipliers have been set otherwise than by Move()
   /// theta_i = z_lower / (v - lower) + z_upper / (upper - v).
   void BarrierHessian(AlignedDoubles& theta) const;
   /// max(1, 1 / longest part of the affine step that keeps all slacks and multipliers non-negative); `step` is set.

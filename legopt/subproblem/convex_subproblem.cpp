@@ -128,14 +128,15 @@ void ConvexSubproblem::AddDenseCost(int block, const LinearModel& model, int fir
   const auto rows = static_cast<size_t>(count);
   if (twos_.size() < rows) {
     twos_.resize(rows, 2.0);
-    scratch_.resize(kernels::kLanes * rows);
+    scratch_.resize(kernels::PackedSquares<double>::kScratch * rows);
   }
   for (int k = 0; k < model.num_waypoints(); ++k) {
     double* gradient = gradient_.data() + static_cast<size_t>(block + k) * static_cast<size_t>(stride_);
     const double* const jacobian = model.row(k, first);
     for (int i = first; i < model.rows(); ++i) kernels::Axpy(2.0 * model.value(i), model.row(k, i), gradient, stride_);
-    kernels::ChosenKernels().add_squares({jacobian, twos_.data(), count, all_columns_, scratch_.data()},
-                                         diagonal_.data() + BlockOffset(block + k), stride_);
+    const kernels::WeightedRows<double> run = {jacobian, twos_.data(), count};
+    double* const square = diagonal_.data() + BlockOffset(block + k);
+    kernels::ChosenKernels<double>().add_squares({{&run, 1}, all_columns_, scratch_.data()}, square, square, stride_);
     tiled_diagonal_[static_cast<size_t>(block + k)] = 0;
   }
   if (model.num_waypoints() < 2) return;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "legopt/program/program.h"
-#include "legopt/subproblem/aligned_doubles.h"
+#include "legopt/subproblem/aligned_numbers.h"
 
 namespace legopt {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <span>
+#include <tuple>
 
 #include "legopt/subproblem/block_kernels.h"
 #include "legopt/subproblem/dense_kernels.h"
@@ -16,6 +17,13 @@ constexpr std::uint32_t kLeftOut = UINT32_MAX;
 constexpr int kMostBits = 64;  // a longer row is taken as a whole
 /// Beyond this share of all columns, packing saves less than one long row gains.
 constexpr double kWholeShare = 0.7;
+
+/// Of a row's squares, in cycles: two vectors of four are multiplied and added in one, and the least is four.
+int CostOfRow(std::uint64_t support) {
+  const int vectors = std::popcount(support);
+  return vectors < 2 ? 4 * vectors : vectors * (vectors + 1) + 2;
+}
+constexpr int kGroupCost = 200;  // of the squares of a group beside those of its rows
 
 }  // namespace
 
@@ -63,36 +71,51 @@ void PackedRows::FindGroups(const ConvexSubproblem& problem, const Freedom& free
   }
 }
 
-/// Counts one row more of the group, which is made if there is none.
+/// The group that a row joins: one with its columns, or one to which they are added where that takes less than a group
+/// more; it is made if there is none.
 size_t PackedRows::GroupOf(int block, const std::uint64_t supports[2], int num_parts) {
+  size_t cheapest = groups_.size();
+  int least = kGroupCost;
   for (const std::uint32_t g : by_block_[static_cast<size_t>(block)]) {
-    Group& group = groups_[g];
+    const Group& group = groups_[g];
     if (group.parts[0].block != block || group.num_parts != num_parts) continue;
-    if (group.parts[0].support != supports[0] || group.parts[1].support != supports[1]) continue;
-    ++group.count;
-    return g;
+    const int more = CostOfJoining(group, supports);
+    if (more >= least) continue;
+    least = more;
+    cheapest = g;
   }
-  Group group;
-  group.num_parts = num_parts;
-  group.count = 1;
-  for (int k = 0; k < num_parts; ++k) {
-    group.parts[k].block = block + k;
-    group.parts[k].support = supports[k];
-    by_block_[static_cast<size_t>(block + k)].push_back(static_cast<std::uint32_t>(groups_.size()));
+  if (cheapest == groups_.size()) {
+    Group group;
+    group.num_parts = num_parts;
+    for (int k = 0; k < num_parts; ++k) {
+      group.parts[k].block = block + k;
+      by_block_[static_cast<size_t>(block + k)].push_back(static_cast<std::uint32_t>(cheapest));
+    }
+    groups_.push_back(group);
   }
-  groups_.push_back(group);
-  return groups_.size() - 1;
+  Group& group = groups_[cheapest];
+  for (int k = 0; k < num_parts; ++k) group.parts[k].support |= supports[k];
+  ++group.count;
+  return cheapest;
+}
+
+int PackedRows::CostOfJoining(const Group& group, const std::uint64_t supports[2]) {
+  int more = 0;
+  for (int k = 0; k < group.num_parts; ++k) {
+    const std::uint64_t before = group.parts[k].support, after = before | supports[k];
+    more += (group.count + 1) * CostOfRow(after) - group.count * CostOfRow(before) - CostOfRow(supports[k]);
+  }
+  return more;
 }
 
 void PackedRows::PlaceGroups() {
   columns_.clear();
   between_.assign(static_cast<size_t>(num_blocks_), 0);
   any_between_ = false;
-  size_t rows = 0, coefficients = 0, most_rows = 0;
+  size_t rows = 0, coefficients = 0;
   for (Group& group : groups_) {
     group.begin = rows;
     rows += static_cast<size_t>(group.count);
-    most_rows = std::max(most_rows, static_cast<size_t>(group.count));
     if (group.num_parts > 1) {
       between_[static_cast<size_t>(group.parts[0].block)] += group.count;
       any_between_ = true;
@@ -113,9 +136,7 @@ void PackedRows::PlaceGroups() {
   offset_.resize(rows);
   weight_.resize(rows);
   absolute_.resize(rows);
-  if (coefficients_.size() < coefficients) coefficients_.resize(coefficients);
-  gathered_.resize(static_cast<size_t>(stride_));
-  if (scratch_.size() < kFour * most_rows) scratch_.resize(kFour * most_rows);
+  coefficients_.resize(coefficients);
 }
 
 void PackedRows::CopyRows(const ConvexSubproblem& problem, const Freedom& freedom) {
@@ -149,42 +170,43 @@ void PackedRows::CopyRows(const ConvexSubproblem& problem, const Freedom& freedo
   }
 }
 
-void PackedRows::AddProducts(const AlignedDoubles& x, AlignedDoubles& product) const {
+template <typename Real>
+void PackedRows::AddProducts(const Real* coefficients, const AlignedNumbers<Real>& x,
+                             AlignedNumbers<Real>& product) const {
+  auto& gathered = std::get<AlignedNumbers<Real>>(gathered_);
+  gathered.resize(static_cast<size_t>(stride_));
   for (const Group& group : groups_) {
     for (const Part& part : std::span(group.parts, static_cast<size_t>(group.num_parts))) {
-      const double* const block = x.data() + static_cast<std::ptrdiff_t>(part.block) * stride_;
-      const double* packed = block;
+      const Real* const block = x.data() + static_cast<std::ptrdiff_t>(part.block) * stride_;
+      const Real* packed = block;
       if (part.width < stride_) {
         for (int v = 0; v < part.width / kFour; ++v) {
-          kernels::Store(gathered_.data() + static_cast<std::ptrdiff_t>(v) * kFour,
+          kernels::Store(gathered.data() + static_cast<std::ptrdiff_t>(v) * kFour,
                          kernels::Load(block + columns_[part.first_column + static_cast<size_t>(v)]));
         }
-        packed = gathered_.data();
+        packed = gathered.data();
       }
-      kernels::AddProducts(coefficients_.data() + part.begin, part.width, group.count, packed,
-                           product.data() + group.begin, part.width);
+      kernels::AddProducts(coefficients + part.begin, part.width, group.count, packed, product.data() + group.begin,
+                           part.width);
     }
   }
 }
 
-void PackedRows::AddTransposed(const AlignedDoubles& c, AlignedDoubles& rhs) const {
-  for (int t = 0; t < num_blocks_; ++t) AddTransposed(t, c, rhs);
-}
-
-void PackedRows::AddTransposed(int t, const AlignedDoubles& c, AlignedDoubles& rhs) const {
-  double* const block = rhs.data() + static_cast<std::ptrdiff_t>(t) * stride_;
+template <typename Real>
+void PackedRows::AddTransposed(int t, const Real* coefficients, const Real* c, AlignedNumbers<Real>& rhs) const {
+  Real* const block = rhs.data() + static_cast<std::ptrdiff_t>(t) * stride_;
   for (const std::uint32_t g : by_block_[static_cast<size_t>(t)]) {
     const Group& group = groups_[g];
     const Part& part = PartIn(group, t);
-    const double* const rows = coefficients_.data() + part.begin;
+    const Real* const rows = coefficients + part.begin;
     if (part.width == stride_) {
-      kernels::AddCombination(c.data() + group.begin, rows, part.width, group.count, block, part.width);
+      kernels::AddCombination(c + group.begin, rows, part.width, group.count, block, part.width);
       continue;
     }
     for (int v = 0; v < part.width / kFour; ++v) {
-      double* const to = block + columns_[part.first_column + static_cast<size_t>(v)];
-      const double* row = rows + static_cast<std::ptrdiff_t>(v) * kFour;
-      kernels::Lanes sum = kernels::Load(to);
+      Real* const to = block + columns_[part.first_column + static_cast<size_t>(v)];
+      const Real* row = rows + static_cast<std::ptrdiff_t>(v) * kFour;
+      auto sum = kernels::Load(to);
       for (size_t i = group.begin; i < group.begin + static_cast<size_t>(group.count); ++i, row += part.width) {
         sum = kernels::MulAdd(kernels::Broadcast(c[i]), kernels::Load(row), sum);
       }
@@ -193,41 +215,76 @@ void PackedRows::AddTransposed(int t, const AlignedDoubles& c, AlignedDoubles& r
   }
 }
 
-void PackedRows::AddSquares(int t, const AlignedDoubles& d, BlockChain& chain) {
-  for (const std::uint32_t g : by_block_[static_cast<size_t>(t)]) {
-    const Group& group = groups_[g];
-    const Part& part = PartIn(group, t);
+template <typename Real>
+void PackedRows::AddSquares(int t, const Real* coefficients, const Real* d, const Real* h,
+                            AlignedNumbers<Real>& scratch, BlockChain<Real>& chain) const {
+  using Squares = kernels::PackedSquares<Real>;
+  kernels::WeightedRows<Real> runs[Squares::kMostRuns];
+  const std::vector<std::uint32_t>& groups = by_block_[static_cast<size_t>(t)];
+  Real* const block = chain.block(t);
+  if (h != block && (groups.empty() || PartIn(groups_[groups[0]], t).width < stride_)) {
+    kernels::CopyUpper(h, block, stride_);
+    h = block;
+  }
+  for (size_t g = 0; g < groups.size();) {
+    const Part& part = PartIn(groups_[groups[g]], t);
+    size_t num_runs = 0, num_rows = 0;
+    for (; g < groups.size() && num_runs < Squares::kMostRuns; ++g) {  // neighbours with the same columns at once
+      const Group& group = groups_[groups[g]];
+      const Part& next = PartIn(group, t);
+      if (next.support != part.support) break;
+      runs[num_runs++] = {coefficients + next.begin, d + group.begin, group.count};
+      num_rows += static_cast<size_t>(group.count);
+    }
+    if (scratch.size() < Squares::kScratch * num_rows) scratch.resize(Squares::kScratch * num_rows);
     const std::span<const int> columns(columns_.data() + part.first_column, static_cast<size_t>(part.width / kFour));
-    kernels::ChosenKernels().add_squares(
-        {coefficients_.data() + part.begin, d.data() + group.begin, group.count, columns, scratch_.data()},
-        chain.block(t), stride_);
+    kernels::ChosenKernels<Real>().add_squares({{runs, num_runs}, columns, scratch.data()}, h, block, stride_);
+    h = block;
   }
 }
 
 /// A packed row times `weight`, with all of its columns.
-void PackedRows::Expand(const Part& part, const double* packed, double weight, double* row) const {
-  std::fill_n(row, stride_, 0.0);
+template <typename Real>
+void PackedRows::Expand(const Part& part, const Real* packed, Real weight, Real* row) const {
+  std::fill_n(row, stride_, Real{0});
   for (int v = 0; v < part.width / kFour; ++v) {
     kernels::Store(row + columns_[part.first_column + static_cast<size_t>(v)],
                    kernels::Broadcast(weight) * kernels::Load(packed + static_cast<std::ptrdiff_t>(v) * kFour));
   }
 }
 
-void PackedRows::SetCouplingRows(int t, const AlignedDoubles& d, BlockChain& chain) const {
+template <typename Real>
+void PackedRows::SetCouplingRows(int t, const Real* coefficients, const Real* d, BlockChain<Real>& chain) const {
   if (num_between(t) == 0) return;
   int row = 0;
   for (const std::uint32_t g : by_block_[static_cast<size_t>(t)]) {
     const Group& group = groups_[g];
     if (group.num_parts == 1 || group.parts[0].block != t) continue;
-    const double* left = coefficients_.data() + group.parts[0].begin;
-    const double* right = coefficients_.data() + group.parts[1].begin;
+    const Real* left = coefficients + group.parts[0].begin;
+    const Real* right = coefficients + group.parts[1].begin;
     for (size_t i = group.begin; i < group.begin + static_cast<size_t>(group.count); ++i, ++row) {
       Expand(group.parts[0], left, d[i], chain.left(t, row));
-      Expand(group.parts[1], right, 1.0, chain.right(t, row));
+      Expand(group.parts[1], right, Real{1}, chain.right(t, row));
       left += group.parts[0].width;
       right += group.parts[1].width;
     }
   }
 }
+
+template void PackedRows::AddProducts(const double* coefficients, const AlignedDoubles& x,
+                                      AlignedDoubles& product) const;
+template void PackedRows::AddProducts(const float* coefficients, const AlignedNumbers<float>& x,
+                                      AlignedNumbers<float>& product) const;
+template void PackedRows::AddTransposed(int t, const double* coefficients, const double* c, AlignedDoubles& rhs) const;
+template void PackedRows::AddTransposed(int t, const float* coefficients, const float* c,
+                                        AlignedNumbers<float>& rhs) const;
+template void PackedRows::AddSquares(int t, const double* coefficients, const double* d, const double* h,
+                                     AlignedDoubles& scratch, BlockChain<double>& chain) const;
+template void PackedRows::AddSquares(int t, const float* coefficients, const float* d, const float* h,
+                                     AlignedNumbers<float>& scratch, BlockChain<float>& chain) const;
+template void PackedRows::SetCouplingRows(int t, const double* coefficients, const double* d,
+                                          BlockChain<double>& chain) const;
+template void PackedRows::SetCouplingRows(int t, const float* coefficients, const float* d,
+                                          BlockChain<float>& chain) const;
 
 }  // namespace legopt

@@ -2,17 +2,18 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
-#include "legopt/subproblem/aligned_doubles.h"
+#include "legopt/subproblem/aligned_numbers.h"
 #include "legopt/subproblem/block_chain.h"
 #include "legopt/subproblem/convex_subproblem.h"
 
 namespace legopt {
 
-/// The penalised rows of a ConvexSubproblem as its solver goes through them: rows with coefficients in the same columns
-/// side by side, without the columns in which they have none. A foot's pose depends on its leg and the base, twelve
-/// variables of 35 and more.
+/// The penalised rows of a ConvexSubproblem as its solver goes through them: in groups of rows with coefficients in
+/// nearly the same columns, without the columns in which none of them has any. A foot's pose depends on its leg and the
+/// base, twelve variables of 35 and more; a contact near that foot joins its group.
 ///
 /// Columns are taken four at a time. Fixed variables have no columns: what they contribute is in the offsets. Rows that
 /// have no columns then are left out; their penalty is a constant.
@@ -40,16 +41,23 @@ class PackedRows {
   int num_between(int t) const { return between_[static_cast<size_t>(t)]; }
   bool any_between() const { return any_between_; }  ///< of any t
 
+  // Products, in doubles or floats: `coefficients` are those of coefficients(), rounded.
+
+  const AlignedDoubles& coefficients() const { return coefficients_; }  ///< of A, packed
   /// product += A x.
-  void AddProducts(const AlignedDoubles& x, AlignedDoubles& product) const;
-  /// rhs += A^T c.
-  void AddTransposed(const AlignedDoubles& c, AlignedDoubles& rhs) const;
-  /// The same, of all of rhs those of block t alone.
-  void AddTransposed(int t, const AlignedDoubles& c, AlignedDoubles& rhs) const;
-  /// Upper triangle of diagonal block t of `chain` += that of A^T D A, D = diag(d).
-  void AddSquares(int t, const AlignedDoubles& d, BlockChain& chain);
+  template <typename Real>
+  void AddProducts(const Real* coefficients, const AlignedNumbers<Real>& x, AlignedNumbers<Real>& product) const;
+  /// rhs += A^T c, of all of rhs those of block t alone.
+  template <typename Real>
+  void AddTransposed(int t, const Real* coefficients, const Real* c, AlignedNumbers<Real>& rhs) const;
+  /// Upper triangle of diagonal block t of `chain` = that of H + A^T D A for D = diag(d) and the upper triangle of H,
+  /// which may be the block itself. `scratch`: of this call alone.
+  template <typename Real>
+  void AddSquares(int t, const Real* coefficients, const Real* d, const Real* h, AlignedNumbers<Real>& scratch,
+                  BlockChain<Real>& chain) const;
   /// What A^T D A has beside that block: the rows left() and right() of `chain`, which was told of num_between(t).
-  void SetCouplingRows(int t, const AlignedDoubles& d, BlockChain& chain) const;
+  template <typename Real>
+  void SetCouplingRows(int t, const Real* coefficients, const Real* d, BlockChain<Real>& chain) const;
 
  private:
   /// The part of a group's rows within one block.
@@ -57,10 +65,10 @@ class PackedRows {
     int block = 0;
     std::uint64_t support = 0;  ///< a bit for each four columns; 0: there is none
     size_t first_column = 0;    ///< in columns_
-    int width = 0;              ///< doubles of a packed row
+    int width = 0;              ///< entries of a packed row
     size_t begin = 0;           ///< in coefficients_
   };
-  /// Rows with the same blocks and columns.
+  /// Rows of the same blocks, with the columns in which any of them has coefficients.
   struct Group {
     Part parts[2];
     int num_parts = 1;
@@ -70,11 +78,13 @@ class PackedRows {
 
   void FindGroups(const ConvexSubproblem& problem, const Freedom& freedom);
   size_t GroupOf(int block, const std::uint64_t supports[2], int num_parts);
+  static int CostOfJoining(const Group& group, const std::uint64_t supports[2]);
   void PlaceGroups();
   void CopyRows(const ConvexSubproblem& problem, const Freedom& freedom);
   std::uint64_t Support(const double* coefficients, const double* free) const;
   const Part& PartIn(const Group& group, int t) const { return group.parts[group.parts[0].block == t ? 0 : 1]; }
-  void Expand(const Part& part, const double* packed, double weight, double* row) const;
+  template <typename Real>
+  void Expand(const Part& part, const Real* packed, Real weight, Real* row) const;
 
   int stride_ = 0, num_blocks_ = 0;
   bool any_between_ = false;
@@ -85,8 +95,7 @@ class PackedRows {
   AlignedDoubles coefficients_, offset_, weight_;
   std::vector<std::uint8_t> absolute_;
   std::vector<int> between_;
-  AlignedDoubles scratch_;  ///< of the kernels
-  mutable AlignedDoubles gathered_;
+  mutable std::tuple<AlignedDoubles, AlignedNumbers<float>> gathered_;
 };
 
 }  // namespace legopt

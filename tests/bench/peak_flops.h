@@ -43,7 +43,7 @@ __attribute__((target("avx512f"))) inline double RunChainsOfEight() {
 /// Largest of several measurements, flop/s: double precision, a fused multiply-add being two.
 inline double MeasurePeak() {
   constexpr int kTrials = 40;
-  const bool wide = kernels::KernelsOf(kernels::BlockVectors::kEight) != nullptr;
+  const bool wide = kernels::KernelsOf<double>(kernels::BlockVectors::kEight) != nullptr;
   const double flops = 2.0 * (wide ? 8 : 4) * kChains * static_cast<double>(kLinks);
   double fastest_s = std::numeric_limits<double>::infinity();
   volatile double kept = 0.0;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <limits>
 #include <vector>
 
 #include "legopt/program/program.h"
@@ -16,6 +17,7 @@ constexpr int kSize = 11, kBlocks = 4;
 
 /// A positive definite matrix of four blocks with diagonal couplings and rows beside them, given to a BlockChain as
 /// tiled or as dense.
+template <typename Real>
 class Chain {
  public:
   Chain(const std::vector<int>& rows, bool tiled) : stride_(PaddedSize(kSize)), rows_(rows), tiled_(tiled) {
@@ -41,14 +43,15 @@ class Chain {
     }
     for (int t = 0; t < kBlocks; ++t) {
       for (int i = 0; i < stride_; ++i) {
-        for (int j = 0; j < stride_; ++j) chain_.block(t)[i * stride_ + j] = whole_(t * stride_ + i, t * stride_ + j);
+        for (int j = 0; j < stride_; ++j)
+          chain_.block(t)[i * stride_ + j] = static_cast<Real>(whole_(t * stride_ + i, t * stride_ + j));
       }
     }
   }
 
   bool Eliminate() {
     for (int t = 0; t < kBlocks; ++t) {
-      if (!chain_.Eliminate(t, couplings_[t].data(), 1e-14)) return false;
+      if (!chain_.Eliminate(t, couplings_[t].data(), kPivotFloor)) return false;
     }
     return true;
   }
@@ -57,26 +60,32 @@ class Chain {
   double Error() {
     EXPECT_TRUE(Eliminate());
     const Eigen::VectorXd right = Eigen::VectorXd::Random(kBlocks * stride_);
-    AlignedDoubles b(right.begin(), right.end());
+    AlignedNumbers<Real> b(right.begin(), right.end());
     for (int t = 0; t < kBlocks; ++t) chain_.SolveForward(t, b);
     chain_.SolveBack(b);
-    const Eigen::VectorXd x = Eigen::VectorXd::Map(b.data(), static_cast<Eigen::Index>(b.size()));
+    const Eigen::VectorXd x =
+        Eigen::VectorX<Real>::Map(b.data(), static_cast<Eigen::Index>(b.size())).template cast<double>();
     return (x - whole_.ldlt().solve(right)).norm();
   }
 
-  BlockChain& chain() { return chain_; }
+  BlockChain<Real>& chain() { return chain_; }
+
+  /// Of a solution, for the matrices that are drawn here.
+  static constexpr double kAccuracy =
+      1e-12 / std::numeric_limits<double>::epsilon() * std::numeric_limits<Real>::epsilon();
+  static constexpr Real kPivotFloor = Real{50} * std::numeric_limits<Real>::epsilon();
 
  private:
   /// What an earlier matrix of another shape has left in the buffers.
   void Spoil() {
     constexpr int kOtherBlocks = 7, kOtherStride = 20;
-    const Eigen::MatrixXd dense = Eigen::MatrixXd::Constant(kOtherStride, kOtherStride, 1e3);
+    const AlignedNumbers<Real> dense(size_t{kOtherStride} * kOtherStride, Real{1e3F});
     chain_.Reset(kOtherBlocks, kOtherStride, true);
     for (int t = 0; t + 1 < kOtherBlocks; ++t) chain_.SetCoupling(t, false, 0);
     for (int t = 0; t < kOtherBlocks; ++t) {
-      std::fill_n(chain_.block(t), kOtherStride * kOtherStride, 1e3);
-      for (int i = 0; i < kOtherStride; ++i) chain_.block(t)[i * kOtherStride + i] = 1e6;
-      EXPECT_TRUE(chain_.Eliminate(t, dense.data(), 1e-14));
+      std::fill_n(chain_.block(t), kOtherStride * kOtherStride, Real{1e3F});
+      for (int i = 0; i < kOtherStride; ++i) chain_.block(t)[i * kOtherStride + i] = Real{1e6F};
+      EXPECT_TRUE(chain_.Eliminate(t, dense.data(), kPivotFloor));
     }
   }
 
@@ -86,9 +95,10 @@ class Chain {
     const Eigen::VectorXd diagonal = -2.0 * Eigen::VectorXd::Ones(kSize) + Eigen::VectorXd::Random(kSize);
     Part(t, t + 1).diagonal() = diagonal;
     const int width = tiled_ ? 4 : stride_;
-    AlignedDoubles& c = couplings_[t];
-    c.assign(static_cast<size_t>(stride_ * width), 0.0);
-    for (int i = 0; i < kSize; ++i) c[static_cast<size_t>(i * width + (tiled_ ? i % 4 : i))] = diagonal[i];
+    AlignedNumbers<Real>& c = couplings_[t];
+    c.assign(static_cast<size_t>(stride_ * width), Real{0});
+    for (int i = 0; i < kSize; ++i)
+      c[static_cast<size_t>(i * width + (tiled_ ? i % 4 : i))] = static_cast<Real>(diagonal[i]);
     for (int r = 0; r < rows_[static_cast<size_t>(t)]; ++r) {
       Eigen::VectorXd left = Eigen::VectorXd::Zero(stride_), right = left;
       left.head(kSize).setRandom();
@@ -104,51 +114,57 @@ class Chain {
   std::vector<int> rows_;
   bool tiled_;
   Eigen::MatrixXd whole_;
-  AlignedDoubles couplings_[kBlocks];
-  BlockChain chain_;
+  AlignedNumbers<Real> couplings_[kBlocks];
+  BlockChain<Real> chain_;
 };
 
-TEST(BlockChain, SolvesWithCouplingsOfEveryKind) {
+template <typename Real>
+class BlockChainOf : public ::testing::Test {};
+using Reals = ::testing::Types<double, float>;
+TYPED_TEST_SUITE(BlockChainOf, Reals, );
+
+TYPED_TEST(BlockChainOf, SolvesWithCouplingsOfEveryKind) {
   for (const std::vector<int>& rows : {std::vector<int>{0, 0, 0}, {1, 0, 3}, {6, 2, 1}}) {
-    for (const bool tiled : {false, true}) EXPECT_LT(Chain(rows, tiled).Error(), 1e-12) << tiled << ' ' << rows[0];
+    for (const bool tiled : {false, true})
+      EXPECT_LT(Chain<TypeParam>(rows, tiled).Error(), Chain<TypeParam>::kAccuracy) << tiled << ' ' << rows[0];
   }
-  EXPECT_LT(Chain({9, 7, 0}, false).Error(), 1e-12);
+  EXPECT_LT(Chain<TypeParam>({9, 7, 0}, false).Error(), Chain<TypeParam>::kAccuracy);
 }
 
 // As an interior point does, with one shape and matrix after matrix.
-TEST(BlockChain, SolvesMatrixAfterMatrix) {
+TYPED_TEST(BlockChainOf, SolvesMatrixAfterMatrix) {
   for (const bool tiled : {false, true}) {
-    Chain chain({3, 0, 6}, tiled);
+    Chain<TypeParam> chain({3, 0, 6}, tiled);
     for (int k = 0; k < 3; ++k) {
-      EXPECT_LT(chain.Error(), 1e-12) << tiled << ' ' << k;
+      EXPECT_LT(chain.Error(), chain.kAccuracy) << tiled << ' ' << k;
       chain.Draw();
     }
   }
 }
 
-TEST(BlockChain, CanBeMadeAnew) {
-  Chain chain({6, 6, 6}, true);
+TYPED_TEST(BlockChainOf, CanBeMadeAnew) {
+  Chain<TypeParam> chain({6, 6, 6}, true);
   chain.Error();
   chain.chain().Reset(1, 4, false);
-  std::fill_n(chain.chain().block(0), 16, 0.0);
-  for (int i = 0; i < 4; ++i) chain.chain().block(0)[5 * i] = 4.0;
-  ASSERT_TRUE(chain.chain().Eliminate(0, nullptr, 1e-14));
-  AlignedDoubles b = {4, 8, 12, 16};
+  std::fill_n(chain.chain().block(0), 16, TypeParam{0});
+  for (int i = 0; i < 4; ++i) chain.chain().block(0)[5 * i] = TypeParam{4};
+  ASSERT_TRUE(chain.chain().Eliminate(0, nullptr, chain.kPivotFloor));
+  AlignedNumbers<TypeParam> b = {4, 8, 12, 16};
   chain.chain().SolveForward(0, b);
   chain.chain().SolveBack(b);
-  EXPECT_EQ(b, (AlignedDoubles{1, 2, 3, 4}));
+  EXPECT_EQ(b, (AlignedNumbers<TypeParam>{1, 2, 3, 4}));
 }
 
 TEST(BlockChainDeathTest, RefusesWhatItHasNoRoomFor) {
-  BlockChain chain;
+  BlockChain<double> chain;
   chain.Reset(3, 4, true);
   EXPECT_DEATH(chain.SetCoupling(2, false, 0), "coupled with the next one");
-  EXPECT_DEATH(chain.SetCoupling(0, true, BlockChain::kMostRows + 1), "few rows");
+  EXPECT_DEATH(chain.SetCoupling(0, true, kernels::kMostRowsBeside + 1), "few rows");
 }
 
-TEST(BlockChain, SaysWhenAFactorIsNotFinite) {
-  Chain chain({0, 0, 0}, true);
-  chain.chain().block(2)[0] = std::numeric_limits<double>::quiet_NaN();
+TYPED_TEST(BlockChainOf, SaysWhenAFactorIsNotFinite) {
+  Chain<TypeParam> chain({0, 0, 0}, true);
+  chain.chain().block(2)[0] = std::numeric_limits<TypeParam>::quiet_NaN();
   EXPECT_FALSE(chain.Eliminate());
 }
 

@@ -5,45 +5,77 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <limits>
 #include <numeric>
 #include <vector>
+
+#include "legopt/subproblem/rounded_numbers.h"
 
 namespace legopt {
 namespace {
 
 constexpr int kVariables = 17, kAllBlocks = 4;
 
-/// Rows of all kinds: some dense, some with few columns, some between blocks, one that touches fixed variables only.
-ConvexSubproblem Problem() {
-  std::srand(3);
-  ConvexSubproblem problem(kAllBlocks, kVariables);
-  const auto add = [&](int block, int blocks, const std::vector<int>& columns, int rows, TermKind kind, double weight) {
+using Columns = std::vector<int>;
+
+class RandomRows {
+ public:
+  RandomRows() : problem_(kAllBlocks, kVariables) { std::srand(3); }
+
+  /// With coefficients in these columns of each block from `block` on.
+  void Add(int block, const std::vector<Columns>& columns, int rows, TermKind kind, double weight) {
+    const auto blocks = static_cast<int>(columns.size());
     LinearModel model;
     model.Reset(rows, kVariables, blocks);
     for (int i = 0; i < rows; ++i) {
       model.value(i) = Eigen::VectorXd::Random(1)[0];
       for (int k = 0; k < blocks; ++k) {
-        for (const int j : columns) model.row(k, i)[j] = Eigen::VectorXd::Random(1)[0];
+        for (const int j : columns[static_cast<size_t>(k)]) model.row(k, i)[j] = Eigen::VectorXd::Random(1)[0];
       }
     }
-    problem.AddPenalties(block, model, kind, weight);
-  };
-  std::vector<int> all(kVariables);
-  std::iota(all.begin(), all.end(), 0);
-  for (int t = 0; t < kAllBlocks; ++t) {
-    add(t, 1, {1, 2, 13, 14}, 6, TermKind::kEquality, 100.0);
-    add(t, 1, all, 3, TermKind::kInequality, 100.0);
-    add(t, 1, {16}, 1, TermKind::kInequality, 50.0);
-    add(t, 1, {3, 12, 15}, 2, TermKind::kEquality, 100.0);  // the columns of the first, four at a time
-    if (t + 1 < kAllBlocks) add(t, 2, {5, 9}, 2, TermKind::kInequality, 10.0);
+    problem_.AddPenalties(block, model, kind, weight);
   }
-  return problem;
+  const ConvexSubproblem& problem() const { return problem_; }
+
+ private:
+  ConvexSubproblem problem_;
+};
+
+Columns AllColumns() {
+  Columns all(kVariables);
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+/// Rows of all kinds: some dense, some with few columns, some between blocks, one that touches fixed variables only.
+ConvexSubproblem RowsOfAllKinds() {
+  RandomRows rows;
+  for (int t = 0; t < kAllBlocks; ++t) {
+    rows.Add(t, {{1, 2, 13, 14}}, 6, TermKind::kEquality, 100.0);
+    rows.Add(t, {AllColumns()}, 3, TermKind::kInequality, 100.0);
+    rows.Add(t, {{16}}, 1, TermKind::kInequality, 50.0);
+    rows.Add(t, {{3, 12, 15}}, 2, TermKind::kEquality, 100.0);  // the columns of the first, four at a time
+    if (t + 1 < kAllBlocks) rows.Add(t, {{5, 9}, {5, 9}}, 2, TermKind::kInequality, 10.0);
+  }
+  return rows.problem();
+}
+
+/// Rows with all columns of their first block, in more groups side by side than kernels take at once.
+ConvexSubproblem WholeRows() {
+  RandomRows rows;
+  for (int t = 0; t < kAllBlocks; ++t) {
+    rows.Add(t, {AllColumns()}, 5, TermKind::kInequality, 100.0);
+    if (t + 1 == kAllBlocks) continue;
+    for (const int j : {0, 4, 8, 12}) rows.Add(t, {AllColumns(), {j}}, 1, TermKind::kEquality, 10.0);
+    rows.Add(t, {AllColumns(), AllColumns()}, 3, TermKind::kEquality, 10.0);
+  }
+  return rows.problem();
 }
 
 /// All variables of the first block and one of the third are fixed, the latter at 0.25.
-class Packed : public ::testing::Test {
+class Packed : public ::testing::TestWithParam<ConvexSubproblem (*)()> {
  protected:
-  Packed() : problem_(Problem()), stride_(problem_.stride()) {
+  Packed() : problem_(GetParam()()), stride_(problem_.stride()) {
     const auto all = static_cast<size_t>(kAllBlocks * stride_);
     free_.assign(all, 0.0);
     fixed_.assign(all, 0.0);
@@ -62,7 +94,7 @@ class Packed : public ::testing::Test {
     for (Eigen::Index j = 0; j < columns; ++j) {
       AlignedDoubles x(static_cast<size_t>(columns), 0.0), product(rows_.size(), 0.0);
       x[static_cast<size_t>(j)] = 1.0;
-      rows_.AddProducts(x, product);
+      rows_.AddProducts(rows_.coefficients().data(), x, product);
       a.col(j) = Eigen::VectorXd::Map(product.data(), a.rows());
     }
     return a;
@@ -77,7 +109,7 @@ class Packed : public ::testing::Test {
 };
 
 // Each row of the problem that depends on anything is there once, with its offset where the fixed variables are.
-TEST_F(Packed, HaveEveryRowOnce) {
+TEST_P(Packed, HaveEveryRowOnce) {
   Eigen::VectorXd x = Eigen::VectorXd::Random((kAllBlocks - 1) * stride_);
   double packed = 0.0, whole = 0.0, constant = 0.0;
   const Eigen::VectorXd a = matrix_ * x;
@@ -100,38 +132,85 @@ TEST_F(Packed, HaveEveryRowOnce) {
   EXPECT_NEAR(packed + constant, whole, 1e-10);
 }
 
-TEST_F(Packed, TransposedProductsAreThoseOfTheMatrix) {
-  AlignedDoubles sum(static_cast<size_t>(matrix_.cols()), 1.0);
-  rows_.AddTransposed({d_.begin(), d_.end()}, sum);
-  const Eigen::VectorXd expected = Eigen::VectorXd::Ones(matrix_.cols()) + matrix_.transpose() * d_;
-  EXPECT_LT((Eigen::VectorXd::Map(sum.data(), matrix_.cols()) - expected).norm(), 1e-12);
+/// Products in Reals are those of `matrix`, A, to the error of rounding.
+template <typename Real>
+void ExpectProducts(const PackedRows& rows, const Eigen::VectorXd& weights, const Eigen::MatrixXd& matrix) {
+  RoundedNumbers<Real> coefficients;
+  coefficients.Set(rows.coefficients());
+  const AlignedNumbers<Real> d(weights.begin(), weights.end());
+  AlignedNumbers<Real> sum(static_cast<size_t>(matrix.cols()), Real{1}), products(rows.size(), Real{1});
+  for (int t = 0; t + 1 < kAllBlocks; ++t) rows.AddTransposed(t, coefficients.data(), d.data(), sum);
+  const auto in_doubles = [](const AlignedNumbers<Real>& v) {
+    return Eigen::VectorXd(
+        Eigen::VectorX<Real>::Map(v.data(), static_cast<Eigen::Index>(v.size())).template cast<double>());
+  };
+  const double accuracy = 5e3 * static_cast<double>(std::numeric_limits<Real>::epsilon());
+  EXPECT_LT((in_doubles(sum) - Eigen::VectorXd::Ones(matrix.cols()) - matrix.transpose() * weights).norm(), accuracy);
+  const AlignedNumbers<Real> x = sum;
+  rows.AddProducts(coefficients.data(), x, products);
+  EXPECT_LT((in_doubles(products) - Eigen::VectorXd::Ones(matrix.rows()) - matrix * in_doubles(x)).norm(), accuracy);
 }
 
-TEST_F(Packed, SquaresAndCouplingsAreThoseOfTheMatrix) {
-  const Eigen::MatrixXd squares = matrix_.transpose() * d_.asDiagonal() * matrix_;
-  const AlignedDoubles d(d_.begin(), d_.end());
-  BlockChain chain;
-  chain.Reset(kAllBlocks - 1, stride_, true);
+TEST_P(Packed, ProductsAreThoseOfTheMatrix) {
+  ExpectProducts<double>(rows_, d_, matrix_);
+  ExpectProducts<float>(rows_, d_, matrix_);
+}
+
+/// H + A^T D A for a random H, whole or in the block already.
+template <typename Real>
+void ExpectSquares(const PackedRows& rows, const Eigen::VectorXd& weights, const Eigen::MatrixXd& squares, int stride,
+                   bool in_place) {
+  RoundedNumbers<Real> coefficients;
+  coefficients.Set(rows.coefficients());
+  const AlignedNumbers<Real> d(weights.begin(), weights.end());
+  const Eigen::MatrixX<Real> h = Eigen::MatrixX<Real>::Random(stride, stride);
+  const Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> h_by_row = h;
+  const double accuracy = 5e3 * static_cast<double>(std::numeric_limits<Real>::epsilon());
+  AlignedNumbers<Real> scratch;
+  BlockChain<Real> chain;
+  chain.Reset(kAllBlocks - 1, stride, true);
   for (int t = 0; t + 1 < kAllBlocks; ++t) {
-    std::fill_n(chain.block(t), stride_ * stride_, 0.0);
-    rows_.AddSquares(t, d, chain);
-    const auto part = squares.block(t * stride_, t * stride_, stride_, stride_);
-    for (int i = 0; i < stride_; ++i) {
-      for (int j = i; j < stride_; ++j) EXPECT_NEAR(chain.block(t)[i * stride_ + j], part(i, j), 1e-12);
+    Real* const block = chain.block(t);
+    if (in_place) std::copy_n(h_by_row.data(), stride * stride, block);
+    rows.AddSquares(t, coefficients.data(), d.data(), in_place ? block : h_by_row.data(), scratch, chain);
+    for (int i = 0; i < stride; ++i) {
+      for (int j = i; j < stride; ++j) {
+        const double expected = static_cast<double>(h(i, j)) + squares(t * stride + i, t * stride + j);
+        EXPECT_NEAR(static_cast<double>(block[i * stride + j]), expected, accuracy);
+      }
     }
     if (t + 2 == kAllBlocks) continue;
-    EXPECT_EQ(rows_.num_between(t), 2);
-    chain.SetCoupling(t, true, 2);
-    rows_.SetCouplingRows(t, d, chain);
-    for (int i = 0; i < stride_; ++i) {
-      for (int j = 0; j < stride_; ++j) {
+    chain.SetCoupling(t, rows.num_between(t) <= kernels::kMostRowsBeside, rows.num_between(t));
+    rows.SetCouplingRows(t, coefficients.data(), d.data(), chain);
+    for (int i = 0; i < stride; ++i) {
+      for (int j = 0; j < stride; ++j) {
         double entry = 0.0;
-        for (int r = 0; r < 2; ++r) entry += chain.left(t, r)[i] * chain.right(t, r)[j];
-        EXPECT_NEAR(entry, squares(t * stride_ + i, (t + 1) * stride_ + j), 1e-12);
+        for (int r = 0; r < rows.num_between(t); ++r)
+          entry += static_cast<double>(chain.left(t, r)[i] * chain.right(t, r)[j]);
+        EXPECT_NEAR(entry, squares(t * stride + i, (t + 1) * stride + j), accuracy);
       }
     }
   }
 }
+
+TEST_P(Packed, SquaresAndCouplingsAreThoseOfTheMatrix) {
+  const Eigen::MatrixXd squares = matrix_.transpose() * d_.asDiagonal() * matrix_;
+  for (const bool in_place : {false, true}) {
+    ExpectSquares<double>(rows_, d_, squares, stride_, in_place);
+    ExpectSquares<float>(rows_, d_, squares, stride_, in_place);
+  }
+}
+
+TEST(PackedRows, CountRowsBetweenBlocks) {
+  const ConvexSubproblem problem = WholeRows();
+  const AlignedDoubles free(static_cast<size_t>(kAllBlocks * problem.stride()), 1.0), fixed(free.size(), 0.0);
+  PackedRows rows;
+  rows.Pack(problem, {free, fixed, false, 0, kAllBlocks});
+  EXPECT_TRUE(rows.any_between());
+  for (int t = 0; t + 1 < kAllBlocks; ++t) EXPECT_EQ(rows.num_between(t), 7);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rows, Packed, ::testing::Values(RowsOfAllKinds, WholeRows));
 
 }  // namespace
 }  // namespace legopt

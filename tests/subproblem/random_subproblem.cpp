@@ -1,5 +1,6 @@
 #include "tests/subproblem/random_subproblem.h"
 
+#include <algorithm>
 #include <random>
 
 namespace legopt {
@@ -17,6 +18,34 @@ LinearModel RandomModel(std::mt19937& generator, int rows, int size, int num_way
     }
   }
   return model;
+}
+
+/// Leaves the base, the last six variables, and the joints of a chain: six of a foot's rows, up to ten of a contact's.
+void KeepChain(std::mt19937& generator, LinearModel& model, int size, int first_row, int rows, bool foot) {
+  constexpr int kBase = 6, kLeg = 6;
+  const int first = foot ? 4 + 6 * (static_cast<int>(generator()) & 1) : static_cast<int>(generator() % 20);
+  const int joints = foot ? kLeg : 1 + static_cast<int>(generator() % 10);
+  for (int i = first_row; i < first_row + rows; ++i) {
+    for (int k = 0; k < model.num_waypoints(); ++k) {
+      for (int j = 0; j < size - kBase; ++j) {
+        if (j < first || j >= first + joints) model.row(k, i)[j] = 0.0;
+      }
+    }
+  }
+}
+
+/// The rows of feet, six each.
+void KeepFeet(std::mt19937& generator, LinearModel& model, int size) {
+  constexpr int kFoot = 6;
+  for (int i = 0; i < model.rows(); i += kFoot) {
+    KeepChain(generator, model, size, i, std::min(kFoot, model.rows() - i), true);
+  }
+}
+
+/// The rows of contacts, but for the first ones.
+void KeepContacts(std::mt19937& generator, LinearModel& model, int size) {
+  constexpr int kBalance = 5;
+  for (int i = kBalance; i < model.rows(); ++i) KeepChain(generator, model, size, i, 1, false);
 }
 
 // x of the next block minus x of this one, plus what it was before.
@@ -40,9 +69,12 @@ ConvexSubproblem MakeRandomSubproblem(const RandomSubproblemShape& shape, unsign
   const int n = shape.block_size;
   for (int t = 0; t < shape.num_blocks; ++t) {
     problem.AddCost(t, RandomModel(generator, shape.cost_rows, n, 1, 1.0));
-    problem.AddPenalties(t, RandomModel(generator, shape.equality_rows, n, 1, 0.05), TermKind::kEquality, shape.weight);
-    problem.AddPenalties(t, RandomModel(generator, shape.inequality_rows, n, 1, 0.1), TermKind::kInequality,
-                         shape.weight);
+    LinearModel equalities = RandomModel(generator, shape.equality_rows, n, 1, 0.05);
+    if (shape.chains) KeepFeet(generator, equalities, n);
+    problem.AddPenalties(t, equalities, TermKind::kEquality, shape.weight);
+    LinearModel inequalities = RandomModel(generator, shape.inequality_rows, n, 1, 0.1);
+    if (shape.chains) KeepContacts(generator, inequalities, n);
+    problem.AddPenalties(t, inequalities, TermKind::kInequality, shape.weight);
     if (!shape.coupled || t + 1 == shape.num_blocks) continue;
     problem.AddCost(t, shape.steps ? Steps(generator, n) : RandomModel(generator, n, n, 2, 0.2));
     if (shape.pair_rows == 0) continue;

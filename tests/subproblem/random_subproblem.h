@@ -13,6 +13,7 @@ struct RandomSubproblemShape {
   bool coupled = false;      ///< costs and rows between consecutive blocks
   bool steps = false;        ///< those costs are squared steps, as of a motion, and not dense
   int pair_rows = 3;         ///< rows between consecutive blocks
+  bool chains = false;       ///< rows have the columns of a kinematic chain alone; a few, as of the balance, have all
   double weight = 100.0;
   double box = 0.1;
   int fixed_variables = 0;  ///< of the first block

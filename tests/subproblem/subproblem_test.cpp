@@ -240,23 +240,39 @@ TEST(InteriorPoint, SameInputSameBits) {
 
 // Every path that a processor may take, and that of wide vectors where there are none.
 TEST(InteriorPoint, BitsAreThoseOfEveryProcessor) {
-  const kernels::BlockKernels& usual = kernels::ChosenKernels();
+  const auto& usual_doubles = kernels::ChosenKernels<double>();
+  const auto& usual_floats = kernels::ChosenKernels<float>();
   for (const RandomSubproblemShape& shape :
        {RandomSubproblemShape{}, kWindow, RandomSubproblemShape{.num_blocks = 4, .coupled = true, .steps = true}}) {
     const ConvexSubproblem problem = MakeRandomSubproblem(shape, 3);
     const Eigen::Index size = Eigen::Index{problem.num_blocks()} * problem.block_size();
     Eigen::VectorXd first(size), other(size);
-    kernels::ChooseKernels(*kernels::KernelsOf(kernels::BlockVectors::kFour));
+    kernels::ChooseKernels(*kernels::KernelsOf<double>(kernels::BlockVectors::kFour));
+    kernels::ChooseKernels(*kernels::KernelsOf<float>(kernels::BlockVectors::kFour));
     InteriorPointSolver().Solve(problem, {.gap = kAccuracy}, first);
     for (const auto vectors : {kernels::BlockVectors::kTwoFours, kernels::BlockVectors::kEight}) {
-      const kernels::BlockKernels* const wide = kernels::KernelsOf(vectors);
-      if (wide == nullptr) continue;  // no AVX-512
-      kernels::ChooseKernels(*wide);
+      const auto* const doubles = kernels::KernelsOf<double>(vectors);
+      const auto* const floats = kernels::KernelsOf<float>(vectors);
+      if (doubles != nullptr) kernels::ChooseKernels(*doubles);  // null without AVX-512
+      if (floats != nullptr) kernels::ChooseKernels(*floats);    // null without AVX2
       InteriorPointSolver().Solve(problem, {.gap = kAccuracy}, other);
       EXPECT_EQ(first, other);
     }
   }
-  kernels::ChooseKernels(usual);
+  kernels::ChooseKernels(usual_doubles);
+  kernels::ChooseKernels(usual_floats);
+}
+
+// These coefficients are no numbers in single precision: it is left at once.
+TEST(InteriorPoint, CoefficientsBeyondSinglePrecision) {
+  constexpr double kHuge = 1e39;
+  ConvexSubproblem problem = Scalar(-1, 1);
+  problem.AddCost(0, OneRow({1.0}, 0.0));
+  problem.AddPenalties(0, OneRow({kHuge}, -0.25 * kHuge), TermKind::kEquality, 1.0);
+  Eigen::VectorXd dx(1);
+  const auto result = InteriorPointSolver().Solve(problem, {.gap = 1e-9 * kHuge}, dx);
+  EXPECT_EQ(result.status, SubproblemSolver::Status::kSolved);
+  EXPECT_NEAR(dx[0], 0.25, 1e-8);
 }
 
 TEST(InteriorPoint, NonFiniteInputFails) {
