@@ -93,24 +93,24 @@ void CostBlocks::ShiftByFixed(const ConvexSubproblem& problem, const PackedRows:
   });
 }
 
-void CostBlocks::Slope(const AlignedDoubles& from, AlignedDoubles& to) const {
-  std::copy(gradient_.begin(), gradient_.end(), to.begin());
+void CostBlocks::Slope(const AlignedDoubles& x, AlignedDoubles& slope) const {
+  std::copy(gradient_.begin(), gradient_.end(), slope.begin());
   for (int t = 0; t < num_blocks_; ++t) {
-    const double* const x = from.data() + static_cast<std::ptrdiff_t>(t) * stride_;
-    double* const slope = to.data() + static_cast<std::ptrdiff_t>(t) * stride_;
+    const double* const from = x.data() + static_cast<std::ptrdiff_t>(t) * stride_;
+    double* const to = slope.data() + static_cast<std::ptrdiff_t>(t) * stride_;
     const double* const square = Entries(hessian(t));
     if (hessian(t).tiled) {
-      kernels::AddCombinationOfTiled(x, square, slope, stride_);
+      kernels::AddCombinationOfTiled(from, square, to, stride_);
     } else {
-      kernels::AddProductsOfSymmetric(square, x, slope, stride_);
+      kernels::AddProductsOfSymmetric(square, from, to, stride_);
     }
     if (!coupled_ || t + 1 == num_blocks_) continue;
     const double* const beside = Entries(coupling(t));
     if (coupling(t).tiled) {
-      kernels::AddProductsOfTiled(beside, x + stride_, slope, stride_);
-      kernels::AddCombinationOfTiled(x, beside, slope + stride_, stride_);
+      kernels::AddProductsOfTiled(beside, from + stride_, to, stride_);
+      kernels::AddCombinationOfTiled(from, beside, to + stride_, stride_);
     } else {
-      kernels::AddBothProducts(beside, stride_, x + stride_, slope, x, slope + stride_);
+      kernels::AddBothProducts(beside, stride_, from + stride_, to, from, to + stride_);
     }
   }
 }
