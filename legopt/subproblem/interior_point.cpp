@@ -33,13 +33,17 @@ SubproblemSolver::Result InteriorPointSolver::Solve(const ConvexSubproblem& prob
   Result result;
   result.status = Status::kIterationLimit;
   for (; result.iterations < kMaxIterations; ++result.iterations) {
-    if (single_precision_ && (Gap() <= kSingleShare * first_gap || IsSolved(accuracy, Gap()))) GoOnInDoublePrecision();
+    bool solved = IsSolved(accuracy, Gap());
+    if (single_precision_ && (solved || Gap() <= kSingleShare * first_gap)) {
+      GoOnInDoublePrecision();
+      solved = IsSolved(accuracy, Gap());
+    }
     const double gap = Gap();
     if (!std::isfinite(gap)) {
       result.status = Status::kFailed;
       break;
     }
-    if (IsSolved(accuracy, gap)) {
+    if (solved) {
       result.status = Status::kSolved;
       break;
     }
