@@ -1,6 +1,7 @@
 #include "legopt/optimize/best_solver.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "legopt/program/waypoint_view.h"
@@ -9,9 +10,10 @@
 namespace legopt {
 namespace {
 
-constexpr double kWidening = 0.2;       // of the noise, with each start of a waypoint alone
-constexpr int kPatience = 5;            // times the usual starts
-constexpr double kSteadyPenalty = 1e5;  // times a usual violation, more than any cost that there is to gain
+constexpr double kWidening = 0.2;                // of the noise, with each start of a waypoint alone
+constexpr int kPatience = 5;                     // times the usual starts
+constexpr double kSteadyPenalty = 1e5;           // times a usual violation, more than any cost that there is to gain
+constexpr std::array kSpentShares = {0.5, 1.0};  // of the terms' reserve: what is left still guards against the judge
 
 /// The part of x that belongs to a waypoint.
 auto Part(const Program& program, Eigen::VectorXd& x, int waypoint) {
@@ -43,6 +45,13 @@ SqpOptions Free(SqpOptions options, int iterations) {
   options.max_iterations = std::max(iterations, 1);
   options.max_penalty_iterations = 1;
   return options;
+}
+
+/// Whether any term has a reserve of which this share is spent now.
+bool SpendReserve(const Program& program, double share) {
+  bool any = false;
+  for (const auto& term : program.terms()) any = term->SpendReserve(share) || any;
+  return any;
 }
 
 /// A better start from where no step was worth a try is a step of its own.
@@ -193,15 +202,17 @@ void BestSolver::RescueWithPatience(Program& program, const SolverContext& conte
 
 void BestSolver::RescueWithoutReserve(Program& program, const SolverContext& context, Eigen::VectorXd& x,
                                       SolverResult& best) {
-  bool any = false;
-  for (const auto& term : program.terms()) any = term->SpendReserve(true) || any;
-  for (const Waypoints which : {Waypoints::kViolated, Waypoints::kAll}) {
-    if (!any || best.feasible || IsStopped(best.status)) break;
-    const bool solved = SolveWaypoints(program, context, {which, options_.waypoint_starts}, x, best);
-    if (!solved) trial_ = x;
-    if (!IsStopped(best.status)) TryRescue(program, context, solved, x, best);
+  for (const double share : kSpentShares) {
+    if (!SpendReserve(program, share)) return;
+    for (const Waypoints which : {Waypoints::kViolated, Waypoints::kAll}) {
+      if (best.feasible || IsStopped(best.status)) break;
+      const bool solved = SolveWaypoints(program, context, {which, options_.waypoint_starts}, x, best);
+      if (!solved) trial_ = x;
+      if (!IsStopped(best.status)) TryRescue(program, context, solved, x, best);
+    }
   }
-  for (const auto& term : program.terms()) term->SpendReserve(false);
+  SpendReserve(program, 0.0);
+  if (!best.feasible) best.value = EvaluateObjective(program, x, scratch_);  // of what the task demands
 }
 
 void BestSolver::MeasureWaypoints(Program& program, const Eigen::VectorXd& x) {

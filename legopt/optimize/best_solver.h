@@ -22,8 +22,8 @@ class WaypointView;
 ///   after four of these, places that meet its constraints without the costs, searched from ever farther away. Where
 ///   all waypoints were solved and the descent from there still ends elsewhere, another one sets out with a penalty
 ///   that keeps it feasible. The smallest violation is kept. When all have failed, violated waypoints get many more
-///   starts (of a free end); and two last rescues spend what the terms keep in reserve (Term::SpendReserve): there are
-///   places with no other way through.
+///   starts (of a free end); and the last rescues, two and two, spend half and then all of what the terms keep in
+///   reserve (Term::SpendReserve): there are places with no other way through.
 /// * Refinement, for programs of one waypoint: starts around the feasible solution, of which the cheapest feasible end
 ///   is kept. A posture has many local optima (arms, knees), and one solve costs about a millisecond.
 ///

@@ -28,7 +28,7 @@ void LinearModel::Shift(const double* dx, int tangent_size) {
   }
 }
 
-bool Term::SpendReserve(bool /*spend*/) { return false; }
+bool Term::SpendReserve(double /*share*/) { return false; }
 
 bool Term::SetAside(bool /*aside*/) { return false; }
 

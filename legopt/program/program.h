@@ -99,9 +99,9 @@ class Term {
   /// of x, so that optimisers which need a fixed set of rows can follow them. Default: the place, 0, 1, 2, ...
   virtual void RowKeys(int rows, std::vector<int>& keys);
 
-  /// What the term keeps in reserve beyond what its task demands, as a distance for the sake of inexact solvers, is
-  /// spent from now on (true), or kept again. Whether there is any. Default: there is none.
-  virtual bool SpendReserve(bool spend);
+  /// This share of what the term keeps in reserve beyond what its task demands, as a distance for the sake of inexact
+  /// solvers, is spent from now on: in [0, 1], 0 keeps all of it. Whether there is any. Default: there is none.
+  virtual bool SpendReserve(double share);
 
   /// Without rows from now on (true), for a first descent, or with them again, which solvers see to at its end. Whether
   /// the term lends itself to that: its rows come and go, their linear models hold only nearby. Default: it does not.

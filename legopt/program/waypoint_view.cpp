@@ -17,7 +17,7 @@ class SeenTerm : public Term {
 
   void RowKeys(int rows, std::vector<int>& keys) override { term_->RowKeys(rows, keys); }
   double AbsentRow() const override { return term_->AbsentRow(); }
-  bool SpendReserve(bool spend) override { return term_->SpendReserve(spend); }
+  bool SpendReserve(double share) override { return term_->SpendReserve(share); }
 
  private:
   void ComputeResiduals(std::vector<double>& residuals) override { term_->Evaluate(residuals); }

@@ -24,15 +24,16 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointDeman
                                      const ContactOptions& contacts) {
   WaypointState& state = states_.back();
   const Stance& stance = *demand.stance;
+  // What cannot move need only be legal.
+  const double foot_weight = demand.fixed ? FootPoseTerm::kSpentWeight : 1.0;
+  const double margin_m = demand.fixed ? contacts.spent_margin_m : contacts.margin_m;
   for (const Foothold& foothold : stance.footholds) {
     terms_.push_back(std::make_unique<FootPoseTerm>(waypoint, state, dataset.foot(foothold.link).link_index,
-                                                    dataset.FootTarget(foothold), foothold.link));
+                                                    dataset.FootTarget(foothold), foothold.link, foot_weight));
   }
   if (demand.balanced) {
     terms_.push_back(std::make_unique<ComTerm>(waypoint, state, Edges(TargetSupportPolygon(dataset, stance))));
   }
-  // What cannot move need only be legal.
-  const double margin_m = demand.fixed ? contacts.spent_margin_m : contacts.margin_m;
   terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m, contacts.spent_margin_m));
 }
 

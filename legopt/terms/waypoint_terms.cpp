@@ -30,8 +30,13 @@ void TorqueCostTerm::ComputeModel(LinearModel& model) {
 }
 
 FootPoseTerm::FootPoseTerm(int waypoint, WaypointState& state, int link, const Eigen::Isometry3d& target,
-                           const std::string& name)
-    : Term({"foot " + name, TermKind::kEquality, waypoint, 1}), state_(&state), link_(link), target_(target) {
+                           const std::string& name, double weight)
+    : Term({"foot " + name, TermKind::kEquality, waypoint, 1}),
+      state_(&state),
+      link_(link),
+      target_(target),
+      kept_weight_(weight),
+      weight_(weight) {
   const int size = state.kinematics().model().tangent_size();
   point_jacobian_.setZero(3, size);
   angular_jacobian_.setZero(3, size);
@@ -48,7 +53,7 @@ Eigen::Matrix<double, 6, 1> FootPoseTerm::Error(Eigen::Quaterniond& rotation) co
 
 void FootPoseTerm::ComputeResiduals(std::vector<double>& residuals) {
   Eigen::Quaterniond rotation;
-  const Eigen::Matrix<double, 6, 1> error = Error(rotation);
+  const Eigen::Matrix<double, 6, 1> error = weight_ * Error(rotation);
   residuals.insert(residuals.end(), error.begin(), error.end());
 }
 
@@ -59,21 +64,22 @@ void FootPoseTerm::ComputeModel(LinearModel& model) {
   kinematics.PointJacobian(link_, kinematics.link_pose(link_).translation(), point_jacobian_);
   kinematics.AngularJacobian(link_, angular_jacobian_);
   // A turn by omega (world) premultiplies E by the turn R_T^T omega: de = (w I - [e]x) R_T^T omega / 2.
-  Eigen::Matrix3d turn = 0.5 * rotation.w() * Eigen::Matrix3d::Identity();
-  const Eigen::Vector3d e = 0.5 * rotation.vec();
+  const double half = 0.5 * weight_;
+  Eigen::Matrix3d turn = half * rotation.w() * Eigen::Matrix3d::Identity();
+  const Eigen::Vector3d e = half * rotation.vec();
   turn(0, 1) += e.z();
   turn(0, 2) -= e.y();
   turn(1, 0) -= e.z();
   turn(1, 2) += e.x();
   turn(2, 0) += e.y();
   turn(2, 1) -= e.x();
-  const Eigen::Matrix3d to_target = target_.linear().transpose();
-  const Eigen::Matrix3d turn_W = turn * to_target;
+  const Eigen::Matrix3d turn_W = turn * target_.linear().transpose();
+  const Eigen::Matrix3d to_target = weight_ * target_.linear().transpose();
   const int size = static_cast<int>(point_jacobian_.cols());
   model.Reset(6, size, 1);
   for (int i = 0; i < 3; ++i) {
-    model.value(i) = error[i];
-    model.value(3 + i) = error[3 + i];
+    model.value(i) = weight_ * error[i];
+    model.value(3 + i) = weight_ * error[3 + i];
     Eigen::Map<Eigen::RowVectorXd>(model.row(0, i), size).noalias() = turn_W.row(i) * angular_jacobian_;
     Eigen::Map<Eigen::RowVectorXd>(model.row(0, 3 + i), size).noalias() = to_target.row(i) * point_jacobian_;
   }

@@ -103,18 +103,18 @@ class AnalyticProgram : public Program {
         : FunctionTerm(
               {"reserved", TermKind::kInequality, 0, 1, -1},
               [this, residuals = std::move(residuals)](const Eigen::VectorXd& x) -> Eigen::VectorXd {
-                return residuals(x).array() + (spent_ ? 0.0 : reserve_);
+                return residuals(x).array() + kept_;
               },
               -std::numeric_limits<double>::infinity(), program),
-          reserve_(reserve) {}
-    bool SpendReserve(bool spend) override {
-      spent_ = spend;
+          reserve_(reserve),
+          kept_(reserve) {}
+    bool SpendReserve(double share) override {
+      kept_ = (1.0 - share) * reserve_;
       return true;
     }
 
    private:
-    double reserve_;
-    bool spent_ = false;
+    double reserve_, kept_;
   };
 
   class TermInTheWay : public FunctionTerm {

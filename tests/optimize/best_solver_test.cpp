@@ -232,6 +232,18 @@ TEST(Best, WhatNothingElseSolvesSpendsTheReserve) {
   EXPECT_GT(x[0], 0.505 - options.sqp.constraint_tolerance);
 }
 
+// The cost draws towards one of two walls, 0.015 apart; of both distances half is kept, which is enough.
+TEST(Best, HalfOfTheReserveIsSpentFirst) {
+  AnalyticProgram program(One(-1), One(1));
+  program.AddWithReserve([](const VectorXd& x) { return One(0.49 - x[0]); }, 0.01);
+  program.AddWithReserve([](const VectorXd& x) { return One(x[0] - 0.505); }, 0.01);
+  program.Add(TermKind::kCost, [](const VectorXd& x) { return One(100.0 * (x[0] - 0.49)); });
+  BestOptions options = QuietRescues();
+  VectorXd x = One(0.0);
+  EXPECT_TRUE(Solve(options, program, x).feasible);
+  EXPECT_NEAR(x[0], 0.495, 1.1 * options.sqp.constraint_tolerance);
+}
+
 // Near the start there is nothing; what the costs draw away from is found without them.
 TEST(Best, ASingleWaypointIsSearchedWithoutItsCosts) {
   AnalyticProgram program(One(-1), One(3));

@@ -11,6 +11,7 @@
 
 #include "legopt/terms/initial_guess.h"
 #include "legopt/terms/task_program.h"
+#include "legopt/terms/waypoint_terms.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 
@@ -266,6 +267,42 @@ TEST(Terms, WhatIsSetAsideHasNoRowsUntilItIsBack) {
     }
   }
   EXPECT_EQ(aside, (std::set<std::string>{"collision", "swept collision"}));
+}
+
+// The feet's at once, as the judge looks at the same numbers, the collisions' by shares; what is fixed has none left.
+TEST(Terms, FeetAndCollisionsHaveAReserve) {
+  const test::TemporaryFolder temporary;
+  const test::SyntheticFolder folder(temporary.path() / "dataset");
+  const auto dataset = Dataset::Load(folder.path());
+  CollisionQuery query(dataset->collision_model());
+  const ContactOptions contacts{.margin_m = 1e-3, .spent_margin_m = -2e-3, .range_m = 0.5};
+  const auto program =
+      MakeTaskProgram(Task::kMotion, *dataset, query, dataset->problems(Task::kMotion)[0].stances, contacts, true);
+  const Eigen::VectorXd x = test::StandingUpright().replicate(program->num_waypoints(), 1);
+  program->SetPoint(x);
+  std::set<std::string> with_reserve;
+  for (const auto& term : program->terms()) {
+    std::vector<double> kept, spent;
+    term->Evaluate(kept);
+    const bool fixed = term->shape().waypoint == 0 && term->shape().num_waypoints == 1;
+    for (const double share : {0.5, 1.0, 0.0}) {
+      const bool any = term->SpendReserve(share);
+      spent.clear();
+      term->Evaluate(spent);
+      if (any) with_reserve.insert(term->shape().name);
+      ASSERT_EQ(spent.size(), kept.size());
+      for (size_t i = 0; i < kept.size(); ++i) {
+        const double in_use = any && !fixed ? share : 0.0;
+        const double foot = in_use > 0.0 ? FootPoseTerm::kSpentWeight * kept[i] : kept[i];
+        const double expected = term->shape().kind == TermKind::kEquality ? foot : kept[i] - 3e-3 * in_use;
+        EXPECT_NEAR(spent[i], expected, 1e-15) << term->shape().name << " of waypoint " << term->shape().waypoint;
+      }
+    }
+  }
+  for (const auto& term : program->terms()) term->SpendReserve(0.5);
+  TermDerivatives(dataset->robot(), *program).CheckAt(x);
+  EXPECT_TRUE(with_reserve.contains("collision"));
+  EXPECT_GE(with_reserve.size(), 2u);
 }
 
 TEST(Terms, TheFirstWaypointOfALaterWindowStays) {
