@@ -25,11 +25,8 @@ constexpr double kSweepStep_m = 0.02;
 constexpr double kFinerStep = 0.5;
 /// Added to the margin in further tries: the solver's tolerance would leave nothing of it between points.
 constexpr double kWiderMargin_m = 3e-4;
-/// Tries of a way, and which one of them begins from the straight way again.
 constexpr int kMostTries = 4;
-constexpr int kFreshTry = 5;
-/// Tries of several ways, which are many times as much work, and the least pieces of each.
-constexpr int kMostTriesOfSeveral = 4;
+/// The least pieces of each of several ways.
 constexpr int kLeastPiecesOfSeveral = 4;
 
 }  // namespace
@@ -168,8 +165,9 @@ Stretch PathSolver::StretchOf(const Stretch& start, const Eigen::VectorXd& point
     std::vector<Eigen::VectorXd>& inner = stretch.ways[static_cast<std::size_t>(w)];
     inner.clear();
     for (Eigen::Index k = 1; k < pieces; ++k) inner.emplace_back(points.segment((w * pieces + k) * size, size));
-    if (w > 0) stretch.waypoints[static_cast<std::size_t>(w)] = points.segment(w * pieces * size, size);
+    stretch.waypoints[static_cast<std::size_t>(w)] = points.segment(w * pieces * size, size);
   }
+  stretch.waypoints.back() = points.tail(size);
   return stretch;
 }
 
@@ -215,11 +213,10 @@ StretchSolution PathSolver::Solve(const Stretch& start, const std::function<Mult
   Sweep sweep = Sweep::kWithScene;
   double step_m = kSweepStep_m;
   ContactOptions contacts = contacts_;
-  const int tries = start.num_ways() > 1 ? kMostTriesOfSeveral : kMostTries;
-  for (int k = 0; k < tries && !solution.feasible && !IsStopped(solution.status); ++k) {
-    const bool fresh = k == 0 || k == kFreshTry;
-    points = fresh ? PointsOf(start, pieces) : Divided(points, pieces * static_cast<int>(start.num_ways()));
-    const auto program = MakePathProgram(*dataset_, *query_, start.stances, pieces, balanced, contacts, step_m, sweep);
+  for (int k = 0; k < kMostTries && !solution.feasible && !IsStopped(solution.status); ++k) {
+    points = k == 0 ? PointsOf(start, pieces) : Divided(points, pieces * static_cast<int>(start.num_ways()));
+    const auto program =
+        MakePathProgram(*dataset_, *query_, start.stances, start.ends, pieces, balanced, contacts, step_m, sweep);
     solution.feasible = SolvePieces(attempts(), *program, points, &solution) && WillDo(points, &solution);
     pieces = std::min(kMostPieces, 2 * pieces);
     step_m *= kFinerStep;

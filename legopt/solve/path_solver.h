@@ -11,7 +11,7 @@
 #include "legopt/robot/kinematics.h"
 #include "legopt/solve/multi_start.h"
 #include "legopt/solve/path_clearance.h"
-#include "legopt/terms/waypoint_program.h"
+#include "legopt/terms/task_program.h"
 #include "words/task.h"
 
 namespace legopt {
@@ -21,13 +21,14 @@ struct Stretch {
   std::vector<const Stance*> stances;              ///< of its waypoints, two at least
   std::vector<Eigen::VectorXd> waypoints;          ///< parallel; n + 7 each
   std::vector<std::vector<Eigen::VectorXd>> ways;  ///< points between, by way, at equal distances in time
+  PathEnds ends = {};                              ///< whether its first and its last waypoint move
 
   size_t num_ways() const { return waypoints.size() - 1; }  ///< from waypoint to waypoint
 };
 
 /// What became of it.
 struct StretchSolution {
-  Stretch stretch;                                       ///< the best that was found; its ends have not moved
+  Stretch stretch;                                       ///< the best that was found
   bool feasible = false;                                 ///< by the solver's own measure
   SolveStatus status = SolveStatus::kConvergedFeasible;  ///< of the last solve; a stop, if there was one
   double max_violation = 0.0;                            ///< of the last program
@@ -44,7 +45,7 @@ struct StretchSolution {
 /// the program of its inner points (MakePathProgram) is solved from the straight way by the method's own solver; when
 /// that is not feasible, planted feet or the centre of mass still drift too far, or something collides between the
 /// points, from there with twice as many pieces, up to kMostPieces. Several ways: likewise, from the points that they
-/// have, and the waypoints between them move, too.
+/// have, and the waypoints between them move, too, and the ends that may.
 ///
 /// A workspace; one thread.
 class PathSolver {

@@ -155,6 +155,7 @@ Stretch ProblemSolver::Run::StretchFrom(const ProblemDefinition& problem, int fi
     stretch.waypoints.push_back(outcome_.waypoints[static_cast<size_t>(w)]);
     if (w < last) stretch.ways.push_back(ways_[static_cast<size_t>(w)]);
   }
+  if (last - first > 1) stretch.ends = {first == 0, last + 1 == std::ssize(outcome_.waypoints)};
   return stretch;
 }
 
@@ -176,9 +177,10 @@ bool ProblemSolver::Run::SolveStretch(const ProblemDefinition& problem, int way,
 }
 
 /// The way from a waypoint to the next. When there is none, the waypoints beside it move as well, first its own and
-/// then one more at either side. Returns the next way to solve. One that fails is kept as well, for the judge to tell.
+/// then more and more at either side. Returns the next way to solve. One that fails is kept as well, for the judge to
+/// tell.
 int ProblemSolver::Run::SolveWay(const ProblemDefinition& problem, int way) {
-  constexpr int kMostBeside = 2;
+  constexpr int kMostBeside = 4;
   const int last = static_cast<int>(outcome_.waypoints.size()) - 1;
   StretchSolution solution, wider;
   bool solved = SolveStretch(problem, way, way, way + 1, &solution);

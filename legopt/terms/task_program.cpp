@@ -138,25 +138,29 @@ std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& datas
 }
 
 std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, CollisionQuery& query,
-                                                 std::span<const Stance* const> stances, int pieces, bool balanced,
-                                                 const ContactOptions& contacts, double step_m, Sweep sweep) {
+                                                 std::span<const Stance* const> stances, PathEnds ends, int pieces,
+                                                 bool balanced, const ContactOptions& contacts, double step_m,
+                                                 Sweep sweep) {
   constexpr int kVelocityUnit = 0;
   const auto ways = stances.size() - 1;
   std::vector<Stance> planted;
   for (std::size_t w = 0; w < ways; ++w) planted.push_back(PlantedFeet(*stances[w], *stances[w + 1]));
-  std::vector<WaypointDemand> demands = {{.stance = nullptr, .fixed = true}};
+  const WaypointDemand fixed = {.stance = nullptr, .fixed = true};
+  std::vector<WaypointDemand> demands = {{.stance = stances.front(), .on_a_way = true}};
   for (std::size_t w = 0; w < ways; ++w) {
     const bool has_polygon = !planted[w].footholds.empty();
     demands.insert(demands.end(), static_cast<std::size_t>(pieces) - 1,
-                   {.stance = &planted[w], .balanced = balanced && has_polygon});
-    demands.push_back({.stance = stances[w + 1]});
+                   {.stance = &planted[w], .balanced = balanced && has_polygon, .on_a_way = true});
+    demands.push_back({.stance = stances[w + 1], .on_a_way = true});
   }
-  demands.back() = {.stance = nullptr, .fixed = true};
+  if (!ends.first_moves) demands.front() = fixed;
+  if (!ends.last_moves) demands.back() = fixed;
   auto program = std::make_unique<WaypointProgram>(dataset, query, demands, contacts);
-  for (std::size_t w = 0; balanced && w + 1 < ways; ++w) {
-    const int waypoint = static_cast<int>(w + 1) * pieces;
-    AddBalanceOnWay(dataset, *program, waypoint, *stances[w + 1], planted[w]);
-    AddBalanceOnWay(dataset, *program, waypoint, *stances[w + 1], planted[w + 1]);
+  const auto moves = [&](std::size_t w) { return w == 0 ? ends.first_moves : w < ways || ends.last_moves; };
+  for (std::size_t w = 0; balanced && w < ways; ++w) {
+    for (const std::size_t end : {w, w + 1}) {
+      if (moves(end)) AddBalanceOnWay(dataset, *program, static_cast<int>(end) * pieces, *stances[end], planted[w]);
+    }
   }
   for (int t = 0; t + 1 < program->num_waypoints(); ++t) {
     WaypointState& from = program->state(t);

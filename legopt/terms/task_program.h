@@ -34,16 +34,21 @@ std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& datas
                                                  std::span<const Stance> stances, const ContactOptions& contacts,
                                                  bool fixed_first = false);
 
+/// Which ends of a stretch of a continuous motion move: those where the motion itself ends may.
+struct PathEnds {
+  bool first_moves = false, last_moves = false;
+};
+
 /// The program of a stretch of a continuous motion, from waypoint to waypoint, each way cut into `pieces` of equal
-/// time,
-/// >= 1. `stances` are those of its waypoints, two at least; the first and the last waypoint are fixed and have no
-/// terms, those between meet their own stances. At the points of a way its planted feet (PlantedFeet) stay on their
+/// time, >= 1. `stances` are those of its waypoints, two at least. Waypoints meet their own stances; a first or last
+/// one that does not move has no terms. At the points of a way its planted feet (PlantedFeet) stay on their
 /// targets, nothing collides there, nor between them (SweptCollisionTerm, an inequality, samples of `step_m`, of
 /// `sweep`); if `balanced`, the centre of mass is over the planted feet. Its cost is the motion's, but for the factor
 /// `pieces`. Lifetimes as above.
 std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, CollisionQuery& query,
-                                                 std::span<const Stance* const> stances, int pieces, bool balanced,
-                                                 const ContactOptions& contacts, double step_m, Sweep sweep);
+                                                 std::span<const Stance* const> stances, PathEnds ends, int pieces,
+                                                 bool balanced, const ContactOptions& contacts, double step_m,
+                                                 Sweep sweep);
 
 /// Cost of a whole solution in the optimiser's terms, of `waypoints` (n + 7 each). `window_costs` is the sum of the
 /// windows' own, which counts what they share twice.

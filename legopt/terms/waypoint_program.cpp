@@ -24,12 +24,17 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointDeman
                                      const ContactOptions& contacts) {
   WaypointState& state = states_.back();
   const Stance& stance = *demand.stance;
-  // What cannot move need only be legal.
-  const double foot_weight = demand.fixed ? FootPoseTerm::kSpentWeight : 1.0;
-  const double margin_m = demand.fixed ? contacts.spent_margin_m : contacts.margin_m;
+  FootPoseTerm::Weights weights;
+  double margin_m = contacts.margin_m;
+  if (demand.fixed) {  // what cannot move need only be legal
+    weights.kept = weights.spent;
+    margin_m = contacts.spent_margin_m;
+  } else if (demand.on_a_way) {
+    weights.spent = weights.kept;
+  }
   for (const Foothold& foothold : stance.footholds) {
     terms_.push_back(std::make_unique<FootPoseTerm>(waypoint, state, dataset.foot(foothold.link).link_index,
-                                                    dataset.FootTarget(foothold), foothold.link, foot_weight));
+                                                    dataset.FootTarget(foothold), foothold.link, weights));
   }
   if (demand.balanced) {
     terms_.push_back(std::make_unique<ComTerm>(waypoint, state, Edges(TargetSupportPolygon(dataset, stance))));

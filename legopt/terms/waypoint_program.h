@@ -27,6 +27,7 @@ struct WaypointDemand {
   const Stance* stance = nullptr;  ///< its feet are planted, nothing collides; null: no terms
   bool fixed = false;              ///< it does not move
   bool balanced = true;            ///< the centre of mass is over the support polygon of its feet
+  bool on_a_way = false;           ///< its feet drift on the way to the next one, and keep their reserve for that
 };
 
 /// A chain of waypoints of one robot, each bound to a stance: one pose term per foot, the centre of mass over the

@@ -30,13 +30,13 @@ void TorqueCostTerm::ComputeModel(LinearModel& model) {
 }
 
 FootPoseTerm::FootPoseTerm(int waypoint, WaypointState& state, int link, const Eigen::Isometry3d& target,
-                           const std::string& name, double weight)
+                           const std::string& name, const Weights& weights)
     : Term({"foot " + name, TermKind::kEquality, waypoint, 1}),
       state_(&state),
       link_(link),
       target_(target),
-      kept_weight_(weight),
-      weight_(weight) {
+      weights_(weights),
+      weight_(weights.kept) {
   const int size = state.kinematics().model().tangent_size();
   point_jacobian_.setZero(3, size);
   angular_jacobian_.setZero(3, size);

@@ -32,19 +32,24 @@ class TorqueCostTerm : public Term {
 /// (docs/readings.md#foot-pose-error).
 class FootPoseTerm : public Term {
  public:
-  /// When any of the reserve is spent: a solver whose tolerance is 4e-4 goes as far as 9.5e-4, of the judge's 1e-3.
+  /// A solver whose tolerance is 4e-4 goes as far as 9.5e-4, of the judge's 1e-3.
   static constexpr double kSpentWeight = 0.42;
 
-  /// `target`: of the foot's link frame in the world. `name`: the foot's, for messages. `weight`: of the six numbers
-  /// while the reserve is kept, in [kSpentWeight, 1].
+  /// Of the six numbers, in (0, 1].
+  struct Weights {
+    double kept = 1.0;            ///< while the reserve is kept
+    double spent = kSpentWeight;  ///< when any of it is spent
+  };
+
+  /// `target`: of the foot's link frame in the world. `name`: the foot's, for messages.
   FootPoseTerm(int waypoint, WaypointState& state, int link, const Eigen::Isometry3d& target, const std::string& name,
-               double weight);
+               const Weights& weights);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
   /// All of it at once: the judge looks at the same numbers, so that nothing is left to guard against.
   bool SpendReserve(double share) override {
-    weight_ = share > 0.0 ? kSpentWeight : kept_weight_;
-    return true;
+    weight_ = share > 0.0 ? weights_.spent : weights_.kept;
+    return weights_.spent != weights_.kept;
   }
 
  private:
@@ -54,7 +59,8 @@ class FootPoseTerm : public Term {
   WaypointState* state_;
   int link_;
   Eigen::Isometry3d target_;
-  double kept_weight_, weight_;
+  Weights weights_;
+  double weight_;  ///< one of them
   Eigen::MatrixXd point_jacobian_, angular_jacobian_;
 };
 

@@ -170,52 +170,74 @@ TEST(PathSolver, AWayThatFailsIsNamed) {
   EXPECT_THAT(outcome.message, HasSubstr("from waypoint 1 to the next"));
 }
 
-// A waypoint amid an obstacle: no way leads there, but the motion does not have to go there.
-TEST(PathSolver, WaypointsThatAreInTheWayAreMoved) {
-  const test::TemporaryFolder folder;
-  const auto dataset = Dataset::Load(test::SyntheticFolder(folder.path()).path());
-  const ProblemDefinition& posture = dataset->problem(Task::kPosture, 0);
-  const Stance& stance = posture.stances[0];
-  const Eigen::VectorXd up =
-      ProblemSolver(dataset).Solve(Task::kPosture, posture, Initialization::kGood, {}, {}).waypoints.front();
-  CollisionQuery query(dataset->collision_model(SceneRepresentation::kSolid, PairSelection::kReference));
-  // The arm as far in the column as it comes.
-  Eigen::VectorXd in_column = up;
-  Kinematics kinematics(dataset->robot());
-  double deepest_m = 0.0;
-  for (double angle = -1.5; angle <= 1.5; angle += 0.05) {
-    Eigen::VectorXd x = up;
-    x[test::kLeftShoulder] = angle;
-    kinematics.UpdatePoses(x);
-    for (const Contact& contact : query.Contacts(kinematics, kRange_m)) {
-      if (contact.distance_m >= deepest_m) continue;
-      deepest_m = contact.distance_m;
-      in_column = x;
+/// A posture, and one whose arm is as far in the column as it comes.
+class ColumnInTheWay : public ::testing::Test {
+ protected:
+  ColumnInTheWay() : up_(ProblemSolver(dataset_).Solve(Task::kPosture, 0, Initialization::kGood, {}, {}).waypoints[0]) {
+    in_column_ = up_;
+    Kinematics kinematics(dataset_->robot());
+    double deepest_m = 0.0;
+    for (double angle = -1.5; angle <= 1.5; angle += 0.05) {
+      Eigen::VectorXd x = up_;
+      x[test::kLeftShoulder] = angle;
+      kinematics.UpdatePoses(x);
+      for (const Contact& contact : query_.Contacts(kinematics, kRange_m)) {
+        if (contact.distance_m >= deepest_m) continue;
+        deepest_m = contact.distance_m;
+        in_column_ = x;
+      }
     }
+    EXPECT_LT(deepest_m, -0.01);
   }
-  ASSERT_LT(deepest_m, -0.01);
 
-  const std::unique_ptr<Solver> solver = MakeSolver(Method::Of("best"));
-  PathSolver paths(*dataset, query, *solver, Task::kContinuous, {});
-  const auto attempts = [] {
-    MultiStartSettings settings;
-    settings.generator = [](int restart) { return std::mt19937_64(static_cast<unsigned>(restart)); };
-    return settings;
-  };
-  const StretchSolution way = paths.Solve({{&stance, &stance}, {up, in_column}, {{}}}, attempts);
+  StretchSolution Solve(const std::vector<Eigen::VectorXd>& waypoints, PathEnds ends = {}) {
+    Stretch stretch;
+    stretch.stances.assign(waypoints.size(), &dataset_->problem(Task::kPosture, 0).stances[0]);
+    stretch.waypoints = waypoints;
+    stretch.ways.resize(waypoints.size() - 1);
+    stretch.ends = ends;
+    return paths_.Solve(stretch, [] {
+      MultiStartSettings settings;
+      settings.generator = [](int restart) { return std::mt19937_64(static_cast<unsigned>(restart)); };
+      return settings;
+    });
+  }
+
+  void ExpectLegal(const StretchSolution& solution) {
+    ASSERT_TRUE(solution.feasible) << solution.message;
+    const ProblemDefinition problem{.id = 1, .stances = {2, dataset_->problem(Task::kPosture, 0).stances[0]}};
+    const TimedPath path = PathThrough(solution.stretch.waypoints, solution.stretch.ways);
+    const Evaluation evaluation = Judge(dataset_).Evaluate(Task::kContinuous, problem, PutTogether(path));
+    EXPECT_EQ(evaluation.strict, Verdict::kSuccess) << evaluation.detail;
+  }
+
+  test::TemporaryFolder folder_;
+  std::shared_ptr<const Dataset> dataset_ = Dataset::Load(test::SyntheticFolder(folder_.path()).path());
+  CollisionQuery query_{dataset_->collision_model(SceneRepresentation::kSolid, PairSelection::kReference)};
+  std::unique_ptr<Solver> solver_ = MakeSolver(Method::Of("best"));
+  PathSolver paths_{*dataset_, query_, *solver_, Task::kContinuous, {}};
+  Eigen::VectorXd up_, in_column_;
+};
+
+TEST_F(ColumnInTheWay, NoWayLeadsIntoIt) {
+  const StretchSolution way = Solve({up_, in_column_});
   EXPECT_FALSE(way.feasible);
   EXPECT_THAT(way.message, HasSubstr("collision"));
-  EXPECT_EQ(way.stretch.waypoints[1], in_column);
+  EXPECT_EQ(way.stretch.waypoints[1], in_column_);
+}
 
-  const Stretch start{{&stance, &stance, &stance, &stance}, {up, in_column, in_column, up}, {{}, {}, {}}};
-  const StretchSolution solution = paths.Solve(start, attempts);
-  ASSERT_TRUE(solution.feasible) << solution.message;
-  EXPECT_EQ(solution.stretch.waypoints.front(), up);
-  EXPECT_EQ(solution.stretch.waypoints.back(), up);
-  const TimedPath path = PathThrough(solution.stretch.waypoints, solution.stretch.ways);
-  const ProblemDefinition problem{.id = 1, .stances = {stance, stance}};
-  const Evaluation evaluation = Judge(dataset).Evaluate(Task::kContinuous, problem, PutTogether(path));
-  EXPECT_EQ(evaluation.strict, Verdict::kSuccess) << evaluation.detail;
+// The motion does not have to go there.
+TEST_F(ColumnInTheWay, WaypointsInItAreMoved) {
+  const StretchSolution solution = Solve({up_, in_column_, in_column_, up_});
+  ExpectLegal(solution);
+  EXPECT_EQ(solution.stretch.waypoints.front(), up_);
+  EXPECT_EQ(solution.stretch.waypoints.back(), up_);
+}
+
+TEST_F(ColumnInTheWay, WhereTheMotionEndsNothingHoldsTheWaypoint) {
+  ExpectLegal(Solve({in_column_, up_, up_, in_column_}, {true, true}));
+  EXPECT_FALSE(Solve({in_column_, up_, up_, in_column_}, {true, false}).feasible);
+  EXPECT_FALSE(Solve({in_column_, up_, up_, in_column_}, {false, true}).feasible);
 }
 
 // A robot with nothing to do has no points to add.
