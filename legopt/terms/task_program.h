@@ -36,7 +36,8 @@ std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& datas
 
 /// Which ends of a stretch of a continuous motion move: those where the motion itself ends may.
 struct PathEnds {
-  bool first_moves = false, last_moves = false;
+  bool first_moves = false;  ///< the stretch begins where the motion begins
+  bool last_moves = false;   ///< it ends where the motion ends
 };
 
 /// The program of a stretch of a continuous motion, from waypoint to waypoint, each way cut into `pieces` of equal
