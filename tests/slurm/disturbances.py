@@ -146,7 +146,7 @@ def step_killed(cluster, folder):
     for process in steps:
         os.kill(process, signal.SIGKILL)
     time.sleep(3)
-    engine.wait_for("the same workers", lambda: run.at_work() == before, 15)  # one may be between two jobs
+    expect(run.at_work() == before, f"before {before}, after {run.at_work()}")
     run.check_uncharged()
     run.interrupt()
     run.check_uncharged()
@@ -167,7 +167,7 @@ def server_lost(cluster, folder):
     engine.wait_for("another server", lambda: server_of(run) not in (None, server))
     engine.wait_for("the workers", lambda: online(run) == 2, 20)
     back_s = time.monotonic() - began
-    engine.wait_for("the same workers", lambda: run.at_work() == before, 15)  # one may be between two jobs
+    expect(run.at_work() == before, f"before {before}, after {run.at_work()}")
     run.check_uncharged()
     run.stop()
     run.check_uncharged()
