@@ -76,7 +76,7 @@ def preempted(cluster, folder):
 def daemons_killed(cluster, folder):
     """Policy: workers do not notice that slurmd and slurmctld die and come back."""
     run = LongRun(folder)
-    before = run.at_work()
+    workers, leases = online(run), engine.wait_for("running attempts", run.leases)
     cluster.wait_until_saved()
     cluster.nodes[0].kill()
     cluster.controller.kill()
@@ -85,7 +85,8 @@ def daemons_killed(cluster, folder):
     cluster.start_controller()
     cluster.nodes[0].start()
     engine.wait_for("Slurm's return", lambda: sorted(row[1] for row in cluster.jobs()) == ["RUNNING"] * 2, 30)
-    engine.wait_for("the same workers", lambda: run.at_work() == before, 15)
+    engine.wait_for("the same workers", lambda: online(run) == workers, 15)
+    run.check_kept(leases)
     run.check_uncharged()
     run.stop()
     run.check_uncharged()
@@ -140,13 +141,13 @@ def step_killed(cluster, folder):
     itself when there is no server any more; nothing is charged."""
     run = LongRun(folder, POOL.replace("wait_server_s: 20", "wait_server_s: 4"))
     node = cluster.nodes[0]
-    before = run.at_work()
+    leases = engine.wait_for("running attempts", run.leases)
     steps = node.processes("slurmstepd")
     expect(steps, "no slurmstepd")
     for process in steps:
         os.kill(process, signal.SIGKILL)
     time.sleep(3)
-    expect(run.at_work() == before, f"before {before}, after {run.at_work()}")
+    run.check_kept(leases)
     run.check_uncharged()
     run.interrupt()
     run.check_uncharged()
@@ -158,16 +159,17 @@ def step_killed(cluster, folder):
 def server_lost(cluster, folder):
     """Policy: a server that stands still for 5 s, is killed and started again, costs nothing; workers are back at once."""
     run = LongRun(folder)
-    before = run.at_work()
+    workers, leases = online(run), engine.wait_for("running attempts", run.leases)
+    expect(len(workers) == 2, f"online {workers}")
     server = server_of(run)
     os.kill(server, signal.SIGSTOP)
     time.sleep(5)
     os.kill(server, signal.SIGKILL)
     began = time.monotonic()
     engine.wait_for("another server", lambda: server_of(run) not in (None, server))
-    engine.wait_for("the workers", lambda: online(run) == 2, 20)
+    engine.wait_for("the same workers", lambda: online(run) == workers, 20)
     back_s = time.monotonic() - began
-    expect(run.at_work() == before, f"before {before}, after {run.at_work()}")
+    run.check_kept(leases)
     run.check_uncharged()
     run.stop()
     run.check_uncharged()
@@ -176,7 +178,8 @@ def server_lost(cluster, folder):
 
 
 def online(run):
-    return sum(worker["online"] for worker in server_status(run).get("workers", []))
+    """Names of the workers that its server hears."""
+    return {worker["name"] for worker in server_status(run).get("workers", []) if worker["online"]}
 
 
 def solving(node):

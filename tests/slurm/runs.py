@@ -149,6 +149,19 @@ class LongRun(Run):
         return dict(self.rows("SELECT hostname, name FROM attempts JOIN workers USING (worker_id)"
                               " WHERE outcome = 'running'"))
 
+    def leases(self):
+        """{(job, attempt): name of its worker} of the attempts that run now."""
+        return {(job, attempt): name for job, attempt, name in self.rows(
+            "SELECT job_id, attempt, name FROM attempts JOIN workers USING (worker_id) WHERE outcome = 'running'")}
+
+    def check_kept(self, leases):
+        """Each of these attempts still runs at its worker or has delivered its result: a job may end at any moment, so
+        a worker may have no running attempt just now without having lost one."""
+        for (job, attempt), worker in leases.items():
+            now = self.rows("SELECT name, outcome FROM attempts JOIN workers USING (worker_id)"
+                            " WHERE job_id = ? AND attempt = ?", job, attempt)
+            expect(now in ([(worker, "running")], [(worker, "finished")]), f"job {job}, attempt {attempt} of {worker}: {now}")
+
     def interrupt(self):
         """Ctrl-C."""
         self.process.send_signal(signal.SIGINT)
