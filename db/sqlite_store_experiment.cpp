@@ -5,6 +5,7 @@
 
 #include "db/sqlite_statements.h"
 #include "db/sqlite_store_impl.h"
+#include "legopt/input/json.h"
 
 namespace legopt::db {
 namespace {
@@ -65,8 +66,7 @@ void InBatches(Statement& batch, Statement& single, std::size_t count, const Bin
 
 std::int64_t SqliteStore::PutDataset(const DatasetRecord& dataset) {
   // Names that are no UTF-8 are of no dataset that can be loaded; they must not end the server either.
-  const std::string joints =
-      nlohmann::json(dataset.joint_names).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  const std::string joints = Dump(nlohmann::json(dataset.joint_names));
   statements_->put_dataset.Run(dataset.hash, dataset.name, dataset.joint_names.empty() ? "" : joints);
   return FindId(statements_->find_dataset.BindAll(dataset.hash));
 }

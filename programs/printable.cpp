@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "legopt/input/utf8.h"
+
 namespace legopt::programs {
 namespace {
 
@@ -26,29 +28,6 @@ constexpr std::array<Range, 10> kUnprintable = {{
     {0xFFF9, 0xFFFB},    // interlinear annotations
     {0xE0000, 0xE0FFF},  // tags and selectors
 }};
-
-struct Character {
-  char32_t code = 0;
-  std::size_t bytes = 0;  // 0: the text does not begin with UTF-8
-};
-
-// RFC 3629: nothing overlong, no surrogates, nothing above U+10FFFF.
-Character First(std::string_view text) {
-  const auto lead = static_cast<unsigned char>(text.front());
-  if (lead < 0x80) return {lead, 1};
-  const std::size_t bytes = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
-  if (lead < 0xC2 || lead > 0xF4 || text.size() < bytes) return {};
-  char32_t code = lead & (0x7FU >> bytes);
-  for (std::size_t i = 1; i < bytes; ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    if ((byte & 0xC0U) != 0x80U) return {};
-    code = (code << 6U) | (byte & 0x3FU);
-  }
-  constexpr std::array<char32_t, 5> kSmallest = {0, 0, 0x80, 0x800, 0x10000};
-  const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
-  if (code < kSmallest[bytes] || surrogate || code > 0x10FFFF) return {};
-  return {code, bytes};
-}
 
 bool IsPrintable(char32_t code) {
   if (code < 0x80) return code >= 0x20 && code != 0x7F;
@@ -77,7 +56,7 @@ std::string Printable(std::string_view text) {
   std::string out;
   out.reserve(text.size());
   while (!text.empty()) {
-    const Character character = First(text);
+    const Utf8Character character = FirstCharacter(text);
     const std::size_t bytes = std::max<std::size_t>(character.bytes, 1);
     if (character.bytes == 0) {
       out += EscapedByte(text.front());
@@ -126,7 +105,7 @@ std::string PrintableJson(std::string_view json) {
     out += text.data();
   };
   while (!json.empty()) {
-    const Character character = First(json);
+    const Utf8Character character = FirstCharacter(json);
     const std::size_t bytes = std::max<std::size_t>(character.bytes, 1);
     const bool stays = character.bytes == 0 || character.code == '\n' || IsPrintable(character.code);
     if (stays) {

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "db/read_only_database.h"
+#include "legopt/input/json.h"
 #include "words/reply.h"
 
 namespace legopt::server {
@@ -76,7 +77,7 @@ legopt_msg::query_reply Answer(const db::QueryResult& result) {
   const Json json{{"columns", result.columns}, {"rows", std::move(rows)}, {"truncated", result.truncated}};
   legopt_msg::query_reply reply{};
   // Text in the database may be anything that a worker once sent.
-  reply.json = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  reply.json = Dump(json);
   if (reply.json.size() > kMaxAnswerBytes) {
     return Failure("the answer has " + std::to_string(reply.json.size() >> 20U) +
                    " MiB, more than the 48 that one reply may have; ask for fewer rows or columns");

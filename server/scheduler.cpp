@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bus/messages.h"
+#include "legopt/input/json.h"
 #include "words/reply.h"
 
 namespace legopt::server {
@@ -14,9 +15,10 @@ std::int64_t& CountOf(db::ExperimentSummary& summary, db::JobState state) { retu
 
 // Names are for tables; they change neither options nor hash.
 std::string WithoutName(const std::string& options_json) {
-  auto options = nlohmann::json::parse(options_json, nullptr, false);
-  if (options.is_object()) options.erase("name");
-  return options.dump();
+  auto options = TryParseJson(options_json);
+  if (!options || !options->is_object()) return options_json;
+  options->erase("name");
+  return Dump(*options);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "bus/codec.h"
 #include "bus/field_limits.h"
+#include "legopt/input/json.h"
 #include "server/status.h"
 #include "words/reply.h"
 
@@ -179,7 +180,7 @@ void Server::ServeStatus() {
         for (const auto& [name, value] : endpoint_.counters().Listing()) transport[std::string(name)] = value;
         status["server"]["transport"] = std::move(transport);
         legopt_msg::status_reply reply{};
-        reply.json = status.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+        reply.json = Dump(status);
         responder.Reply(EncodeReply(reply));
       });
 }

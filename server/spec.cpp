@@ -8,6 +8,8 @@
 
 #include "bus/spec_limits.h"
 #include "legopt/blake2b.h"
+#include "legopt/input/json.h"
+#include "legopt/input_error.h"
 #include "words/split.h"
 
 namespace legopt::server {
@@ -52,7 +54,7 @@ std::int64_t Integer(const Json& json, const std::string& key, std::int64_t low,
   const bool fits = json.is_number_unsigned() ? json.get<std::uint64_t>() <= static_cast<std::uint64_t>(high)
                                               : json.is_number_integer() && json.get<std::int64_t>() <= high;
   if (!fits || json.get<std::int64_t>() < low) {
-    Refuse(key, json.dump() + " is not an integer from " + std::to_string(low) + " to " + std::to_string(high));
+    Refuse(key, Dump(json) + " is not an integer from " + std::to_string(low) + " to " + std::to_string(high));
   }
   return json.get<std::int64_t>();
 }
@@ -60,9 +62,17 @@ std::int64_t Integer(const Json& json, const std::string& key, std::int64_t low,
 double Number(const Json& json, const std::string& key, double low, double high) {
   const double value = json.is_number() ? json.get<double>() : std::nan("");
   if (!(value >= low && value <= high)) {
-    Refuse(key, json.dump() + " is not a number from " + Json(low).dump() + " to " + Json(high).dump());
+    Refuse(key, Dump(json) + " is not a number from " + Dump(Json(low)) + " to " + Dump(Json(high)));
   }
   return value;
+}
+
+Json ReadSpecJson(std::string_view text) {
+  try {
+    return ParseJson(text, "experiment spec", {.bytes = limits::kMostBytes});
+  } catch (const InputError& error) {
+    throw SpecError(error.what());
+  }
 }
 
 std::string Text(const Json& json, const std::string& key) {
@@ -93,7 +103,7 @@ bool Boolean(const Json& json, const std::string& key) {
 template <Worded Enum>
 Enum Choice(const Json& json, const std::string& key) {
   const auto value = json.is_string() ? ParseWord<Enum>(json.get_ref<const std::string&>()) : std::nullopt;
-  if (!value) Refuse(key, json.dump() + " is " + NoneOfTheWords<Enum>());
+  if (!value) Refuse(key, Dump(json) + " is " + NoneOfTheWords<Enum>());
   return *value;
 }
 
@@ -143,7 +153,7 @@ db::MethodRecord ParseMethod(const Json& json, const std::string& key) {
   method.hash = Hash(Member(json, key, "hash"), key + ".hash");
   const Json& options = Member(json, key, "options");
   if (!options.is_object()) Refuse(key + ".options", "must be an object");
-  method.options_json = options.dump();
+  method.options_json = Dump(options);
   method.multi_starts =
       static_cast<int>(Integer(Member(json, key, "multi_starts"), key + ".multi_starts", 0, limits::kMostMultiStarts));
   method.sample_size_percent =
@@ -213,7 +223,7 @@ void CheckSize(const ExperimentSpec& spec) {
   for (const auto& task : spec.tasks) jobs += static_cast<double>(task.problems.size());
   jobs *= static_cast<double>(spec.methods.size() * spec.initializations.size()) * spec.repetitions;
   if (jobs > static_cast<double>(kMaxJobsPerExperiment)) {
-    Refuse("", "makes " + Json(jobs).dump() + " jobs, more than " + std::to_string(kMaxJobsPerExperiment) +
+    Refuse("", "makes " + Dump(Json(jobs)) + " jobs, more than " + std::to_string(kMaxJobsPerExperiment) +
                    "; submit it in parts");
   }
 }
@@ -237,8 +247,7 @@ std::int64_t ExperimentSpec::num_jobs() const {
 }
 
 ExperimentSpec ParseSpec(std::string_view text) {
-  const Json json = Json::parse(text, nullptr, false);
-  if (json.is_discarded()) Refuse("", "is not JSON");
+  const Json json = ReadSpecJson(text);
   RequireObject(json, "",
                 {"spec_version", "name", "seed", "repetitions", "dataset", "tasks", "initializations", "methods",
                  "limits", "max_attempts", "submitter", "builds", "again", "split"});
@@ -259,7 +268,7 @@ ExperimentSpec ParseSpec(std::string_view text) {
     spec.max_attempts = static_cast<int>(Integer(json.at("max_attempts"), "max_attempts", 1, limits::kMostAttempts));
   }
   CheckSize(spec);
-  spec.canonical_json = json.dump();
+  spec.canonical_json = Dump(json);
   spec.hash = Blake2bHex(spec.canonical_json);
   return spec;
 }

@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "legopt/input/json.h"
+
 namespace legopt::server {
 namespace {
 
@@ -47,7 +49,7 @@ std::string TransportHealth::GrowthOf(std::int64_t experiment_id, const Listing&
     const std::uint64_t before = begin == at_begin_.end() || !begin->second.contains(key) ? 0 : begin->second.at(key);
     if (value > before) growth[key] = value - before;
   }
-  return growth.dump();
+  return Dump(growth);
 }
 
 }  // namespace legopt::server

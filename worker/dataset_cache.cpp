@@ -91,7 +91,7 @@ std::optional<fs::path> DatasetCache::Find(const std::string& hash) const {
 fs::path DatasetCache::Add(const std::string& hash, const std::string& archive) const {
   MakeOwn(folder_);
   const UnpackFolder unpacked(folder_);
-  UnpackDataset(archive, unpacked.path());
+  UnpackDataset(archive, unpacked.path(), guard_);
   if (const std::string found = HashOfDataset(unpacked.path(), guard_); found != hash) {
     throw InputError({"dataset " + hash, "", found, "what came over the network has another content",
                       "run 'legopt dataset pack' again beside the server"});

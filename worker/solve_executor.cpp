@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/solve/trace.h"
 #include "legopt/word_input.h"
@@ -80,10 +81,7 @@ std::vector<LoadedDataset> SolveExecutor::Load() {
 const Method& SolveExecutor::ReadMethod(const std::string& hash, std::string_view options_json) {
   if (const auto known = methods_.find(hash); known != methods_.end()) return known->second;
   const std::string source = "method " + hash;
-  const nlohmann::json options = nlohmann::json::parse(options_json, nullptr, false);
-  if (options.is_discarded()) {
-    throw InputError({source, "options", "", "not JSON", "run server and workers of the same release"});
-  }
+  const nlohmann::json options = ParseJson(options_json, source);
   Method method = Method::FromJson(options, source, registry_);
   if (const std::string actual = method.Hash(); actual != hash) {
     throw InputError({source, "hash", actual, "the options do not have the hash that names them",

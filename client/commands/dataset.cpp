@@ -16,6 +16,7 @@
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/import/dataset_check.h"
+#include "legopt/input/json.h"
 #include "legopt/robot/dof_names.h"
 #include "programs/command_line.h"
 #include "programs/isolated_call.h"
@@ -99,7 +100,7 @@ std::string RenderInfo(const Listing& listing, const RobotModel& robot, ListingF
   if (format == ListingFormat::kJson) {
     nlohmann::ordered_json json = ListingToJson(listing);
     json[0]["joints"] = ListingToJson(joints);
-    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+    return Dump(json, 2) + "\n";
   }
   return RenderListing(listing, format) + "\n" + RenderListing(joints, format) + "\n" + OrderNote(robot) + "\n";
 }

@@ -6,6 +6,7 @@
 #include <set>
 #include <tuple>
 
+#include "legopt/input/json.h"
 #include "words/job.h"
 
 namespace legopt::client {
@@ -24,7 +25,7 @@ std::string TaskCondition(const nlohmann::json& spec, const std::string& task) {
   const auto effort = limits.find("effort_limit");
   return "(task = " + SqlText(task) +
          " AND wall_us <= " + std::to_string(std::llround(kMicrosecondsPerSecond * wall_s)) + " AND effort_limit IS " +
-         (effort == limits.end() ? "NULL" : LimitOf(*effort, task).dump()) + ")";
+         (effort == limits.end() ? "NULL" : Dump(LimitOf(*effort, task))) + ")";
 }
 
 std::string Joined(const std::vector<std::string>& parts, const char* between) {
@@ -43,7 +44,7 @@ std::string Sql(const nlohmann::json& spec) {
   return "SELECT DISTINCT build_id, method_hash, task, initialization, problem_id, repetition FROM reusable_results "
          "WHERE method_hash IN (" +
          Joined(hashes, ", ") + ") AND dataset_hash = " + SqlText(spec.at("dataset").at("hash").get<std::string>()) +
-         " AND seed = " + spec.at("seed").dump() + " AND repetition < " + spec.at("repetitions").dump() +
+         " AND seed = " + Dump(spec.at("seed")) + " AND repetition < " + Dump(spec.at("repetitions")) +
          " AND peak_memory_bytes <= " + std::to_string(std::llround(memory_bytes)) + " AND initialization IN (" +
          Joined(starts, ", ") + ") AND (" + Joined(tasks, " OR ") + ")";
 }

@@ -8,6 +8,7 @@
 #include "client/report/benchmark_table.h"
 #include "client/report/method_filter.h"
 #include "client/service/experiment_status.h"
+#include "legopt/input/json.h"
 #include "legopt/nearest_name.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
@@ -55,7 +56,7 @@ void RequireProblem(ResultSource& source, std::int64_t experiment_id, int proble
   for (std::size_t i = 0; i < found.rows.size(); ++i) {
     if (found.At(i, "n").get<int>() > 0) return;
     const Task task = found.WordAt<Task>(i, "task");
-    known[task] = std::string(ToString(task)) + " " + found.At(i, "first").dump() + " to " + found.At(i, "last").dump();
+    known[task] = std::string(ToString(task)) + " " + Dump(found.At(i, "first")) + " to " + Dump(found.At(i, "last"));
   }
   std::string text;
   for (const std::string& range : known) {

@@ -6,6 +6,7 @@
 #include "client/commands/options.h"
 #include "client/report/attempt_list.h"
 #include "client/report/json_text.h"
+#include "legopt/input/json.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/printable.h"
@@ -25,7 +26,7 @@ struct LogsOptions {
 std::string CauseOf(const Listing& attempts, std::size_t row) {
   std::string text(ToString(attempts.WordAt<AttemptOutcome>(row, "outcome")));
   if (const auto& number = attempts.At(row, "exit_signal"); !number.is_null()) {
-    text += " by signal " + number.dump() + " (" + ::strsignal(number.get<int>()) + ")";
+    text += " by signal " + Dump(number) + " (" + ::strsignal(number.get<int>()) + ")";
   }
   if (const auto& seconds = attempts.At(row, "seconds"); !seconds.is_null())
     text += " after " + ShownValue(seconds) + " s";
@@ -44,7 +45,7 @@ std::string Indented(const std::string& lines) {
 }
 
 std::string AttemptText(const Listing& attempts, std::size_t row) {
-  std::string text = "\nAttempt " + attempts.At(row, "attempt").dump() + ": " + CauseOf(attempts, row) + "\n";
+  std::string text = "\nAttempt " + Dump(attempts.At(row, "attempt")) + ": " + CauseOf(attempts, row) + "\n";
   text += "  begun " + attempts.Text(row, "leased_utc") + " UTC by " + attempts.Text(row, "worker") + " on " +
           attempts.Text(row, "hostname") + ", build " + ShownValue(attempts.At(row, "build")) + "\n";
   if (const std::string message = attempts.Text(row, "message"); !message.empty()) text += "  " + message + "\n";

@@ -14,6 +14,7 @@
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
 #include "client/service/local_pool.h"
+#include "legopt/input/json.h"
 #include "programs/build_identity.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
@@ -119,7 +120,7 @@ Outcome RunExperiment(const Submission& submission, const RunOptions& options, O
   StoreTrouble trouble;
   try {
     ServerConnection server(pool.network());
-    const auto reply = server.Submit(submission.id, submission.spec.dump(), [&] {
+    const auto reply = server.Submit(submission.id, Dump(submission.spec), [&] {
       pool.Supervise();
       LookAt(server, trouble);
     });

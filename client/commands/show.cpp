@@ -8,6 +8,8 @@
 #include "client/report/attempt_list.h"
 #include "client/report/json_text.h"
 #include "db/result_record.h"
+#include "legopt/input/json.h"
+#include "legopt/input_error.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/printable.h"
@@ -36,8 +38,11 @@ constexpr char kJobSql[] =
 // JSON that stands as text in a column.
 nlohmann::ordered_json ParseText(const nlohmann::json& cell) {
   if (!cell.is_string()) return nullptr;
-  auto json = nlohmann::ordered_json::parse(cell.get<std::string>(), nullptr, false);
-  return json.is_discarded() ? nlohmann::ordered_json(cell) : json;
+  try {
+    return ParseOrderedJson(cell.get<std::string>(), "");
+  } catch (const InputError&) {
+    return nlohmann::ordered_json(cell);
+  }
 }
 
 std::string RenderText(const Listing& job, const Listing& result, const Listing& attempts, const TextLayout& layout) {
@@ -50,7 +55,7 @@ std::string RenderText(const Listing& job, const Listing& result, const Listing&
   for (std::size_t i = 0; i < attempts.rows.size(); ++i) {
     const auto& tail = attempts.At(i, "log_tail");
     if (!tail.is_string() || tail.get<std::string>().empty()) continue;
-    text += "\nLog of attempt " + attempts.At(i, "attempt").dump() + "\n" +
+    text += "\nLog of attempt " + Dump(attempts.At(i, "attempt")) + "\n" +
             programs::PrintableLines(tail.get<std::string>()) + "\n";
   }
   return text;

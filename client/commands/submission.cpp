@@ -10,6 +10,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/import/plausibility.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "programs/external/declaration.h"
 #include "programs/external/external_solvers.h"
@@ -50,7 +51,7 @@ void CheckSize(const Suite& suite, const Submission& submission) {
                                             " jobs are more than one experiment may have (" +
                                             std::to_string(limits::kMostJobs) + "); split it");
   }
-  const std::size_t bytes = submission.spec.dump().size();
+  const std::size_t bytes = Dump(submission.spec).size();
   if (bytes > limits::kMostBytes) {
     throw ClientError(ExitCode::kUsage, suite.file + ": written out, the experiment has " + std::to_string(bytes) +
                                             " bytes, more than can be sent (" + std::to_string(limits::kMostBytes) +

@@ -10,6 +10,7 @@
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
 #include "client/suite/experiment_spec.h"
+#include "legopt/input/json.h"
 #include "programs/command_line.h"
 #include "words/reply.h"
 
@@ -43,7 +44,7 @@ ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, Seconds pati
 legopt_msg::submit_reply Send(ServerConnection& server, const Submission& submission) {
   StoreTrouble trouble;
   try {
-    return server.Submit(submission.id, submission.spec.dump(), [&] { trouble.Look(server.Status(0), nullptr); });
+    return server.Submit(submission.id, Dump(submission.spec), [&] { trouble.Look(server.Status(0), nullptr); });
   } catch (const ClientError& error) {
     if (error.code() == ExitCode::kUnreachable) trouble.ThrowIfAny();
     throw;

@@ -10,6 +10,7 @@
 #include "client/report/certified_counts.h"
 #include "client/report/grouped_table.h"
 #include "client/report/reading.h"
+#include "legopt/input/json.h"
 #include "words/job.h"
 
 namespace legopt::client {
@@ -44,7 +45,7 @@ Json MethodsJson(ResultSource& source, const std::vector<MethodIdentity>& method
     const MethodIdentity& method = methods[i];
     const Listing row =
         source.Query("SELECT options_json FROM methods WHERE method_id = " + std::to_string(method.method_id));
-    const auto options = Json::parse(row.Text(0, "options_json"), nullptr, false);
+    const auto options = TryParseJson(row.Text(0, "options_json"));
     list.push_back({{"id", method.method_id},
                     {"name", method.name},
                     {"title", i < table.rows.size() ? table.rows[i].title : method.name},
@@ -54,7 +55,7 @@ Json MethodsJson(ResultSource& source, const std::vector<MethodIdentity>& method
                     {"incremental", method.incremental},
                     {"collision", ToString(method.collision)},
                     {"hash", method.hash},
-                    {"options", options.is_discarded() ? Json() : options}});
+                    {"options", options ? Json(*options) : Json()}});
   }
   return list;
 }

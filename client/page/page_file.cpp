@@ -1,6 +1,7 @@
 #include "client/page/page_file.h"
 
 #include "client/page/page_block.h"
+#include "legopt/input/json.h"
 
 namespace legopt::client {
 namespace {
@@ -45,9 +46,7 @@ void PageFile::AddBlock(const std::string& name, const std::string& bytes) {
   blocks_ += "<script type=\"application/octet-stream\" id=\"" + name + "\">" + Base64(Gzip(bytes)) + "</script>\n";
 }
 
-void PageFile::AddJson(const std::string& name, const nlohmann::ordered_json& json) {
-  AddBlock(name, json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-}
+void PageFile::AddJson(const std::string& name, const nlohmann::ordered_json& json) { AddBlock(name, Dump(json)); }
 
 std::string LivePageText() {
   return Head(" data-live=\"\"", "", "legopt") + kBody + "<script src=\"page.js\"></script></body></html>\n";

@@ -7,6 +7,7 @@
 #include "client/client_error.h"
 #include "client/page/page_file.h"
 #include "client/page/page_solutions.h"
+#include "legopt/input/json.h"
 
 namespace legopt::client {
 namespace {
@@ -52,7 +53,7 @@ class SolutionWriter {
     const std::string name = std::to_string(index_.size());
     Json jobs = Json::array();
     for (const auto& solution : chunk_.json()) jobs.push_back({solution.at("experiment"), solution.at("job")});
-    const std::size_t index_bytes = index_bytes_ + jobs.dump().size();  // compressed it is less
+    const std::size_t index_bytes = index_bytes_ + Dump(jobs).size();  // compressed it is less
     file_->AddBlock("motion-" + name, chunk_.bytes());
     file_->AddJson("solutions-" + name, chunk_.json());
     if (file_->size() + index_bytes > most_bytes_) {  // the last chunk that does not fit ends it

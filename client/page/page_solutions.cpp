@@ -10,6 +10,7 @@
 #include "client/page/page_findings.h"
 #include "client/replay/stored_trace.h"
 #include "legopt/evaluate/interpolation.h"
+#include "legopt/input/json.h"
 #include "legopt/solve/trace.h"
 
 namespace legopt::client {
@@ -149,7 +150,7 @@ void SolutionChunk::Add(const PageJob& job, const std::vector<Eigen::VectorXd>& 
     json["between"] = BetweenOf(shown, lister);
   }
   json["trace"] = std::move(trace);
-  text_bytes_ += json.dump().size();
+  text_bytes_ += Dump(json).size();
   bytes_ += packed;
   solutions_.push_back(std::move(json));
 }

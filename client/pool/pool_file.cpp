@@ -2,16 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <sstream>
 #include <string_view>
 
 #include "client/suite/yaml_map.h"
+#include "legopt/input/file_text.h"
+#include "legopt/input/yaml.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
 #include "programs/checks.h"
@@ -42,15 +40,6 @@ constexpr std::array<Reserved, 10> kReserved = {{
     {"no-requeue", "say 'requeue: false'"},
     {"nodelist-file", "say 'nodelist'"},
 }};
-
-std::string TextOf(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) {
-    throw InputError({file, "", "", std::string("cannot be read: ") + std::strerror(errno),
-                      "give the path of a pool file (docs/clusters.md)"});
-  }
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
 
 bool IsOneLine(const std::string& text) {
   return std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < ' '; });
@@ -100,7 +89,7 @@ std::string HostName(const std::string& text, const InputError::Fault& place) {
 // A host on each line; '#' begins a comment.
 std::vector<std::string> ReadHostsFile(const std::string& file) {
   std::vector<std::string> hosts;
-  std::istringstream lines(TextOf(file));
+  std::istringstream lines(ReadFileText(file, kShortYaml.bytes));
   int number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++number;
@@ -214,7 +203,7 @@ PoolFile ReadPoolFile(const std::string& file, Engine engine) {
   sections.insert(sections.end(), {"worker", "server"});
   PoolFile pool;
   pool.file = file;
-  const YamlMap top(LoadYaml(TextOf(file), file), file, "", sections);
+  const YamlMap top(ReadYamlFile(file, kShortYaml), file, "", sections);
   if (engine == Engine::kSsh) {
     ReadHosts(top, pool);
   } else {

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "legopt/blake2b.h"
+#include "legopt/input/json.h"
 #include "legopt/read_guard.h"
 #include "legopt/solve/trace.h"
 #include "programs/isolated_call.h"
@@ -96,7 +97,7 @@ nlohmann::ordered_json JsonOf(const Replay& replay) {
 }
 
 Replay FromJson(const std::string& text, std::int64_t job_id) {
-  const auto json = nlohmann::json::parse(text);
+  const auto json = ParseJson(text, "answer of the replay");
   return {job_id, Reproduction{json.at("outcome").get<std::uint8_t>()},
           json.at("differences").get<std::vector<std::string>>(), json.at("divergence").get<std::string>()};
 }
@@ -108,7 +109,7 @@ Replay ReplayOne(JobRunner& runner, const StoredJob& stored) {
   const auto solve = [&]() -> std::string {
     Job job = stored.job;
     job.wall_limit_s *= kLimits;
-    return JsonOf(CompareResults(stored, runner.Run(job))).dump();
+    return Dump(JsonOf(CompareResults(stored, runner.Run(job))));
   };
   try {
     return FromJson(CallIsolated(solve, kUnlimited), stored.job_id);
@@ -149,7 +150,7 @@ std::string FirstDivergence(std::span<const IterationRecord> stored, std::span<c
   const std::vector<IterationRecord> kept = CondenseTrace(now);
   for (std::size_t i = 0; i < std::min(stored.size(), kept.size()); ++i) {
     const nlohmann::ordered_json then = RepeatedPart(stored[i]), again = RepeatedPart(kept[i]);
-    if (then != again) return "at " + Place(stored[i]) + ": " + then.dump() + " stored, " + again.dump() + " now";
+    if (then != again) return "at " + Place(stored[i]) + ": " + Dump(then) + " stored, " + Dump(again) + " now";
   }
   if (kept.size() < stored.size()) return "at " + Place(stored[kept.size()]) + ", where it ends now";
   return kept.size() > stored.size() ? "behind the end of the stored one" : "";

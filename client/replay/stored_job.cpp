@@ -6,6 +6,7 @@
 
 #include "client/client_error.h"
 #include "client/replay/stored_trace.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 
 namespace legopt::client {
@@ -54,8 +55,7 @@ void RequireSolver(const nlohmann::json& options, const std::string& source, con
 
 Method ReadMethod(const Listing& row, std::int64_t job_id, const SolverRegistry& registry) {
   const std::string source = "job " + std::to_string(job_id);
-  const nlohmann::json options = nlohmann::json::parse(row.Text(0, "options_json"), nullptr, false);
-  if (options.is_discarded()) throw InputError({source, "options_json", "", "is not JSON", "check the database"});
+  const nlohmann::json options = ParseJson(row.Text(0, "options_json"), source + ", options_json");
   RequireSolver(options, source, registry);
   Method method = Method::FromJson(options, source, registry);
   if (const std::string hash = method.Hash(); hash != row.Text(0, "method_hash")) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "client/client_error.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/solve/trace.h"
 
@@ -27,7 +28,7 @@ std::vector<IterationRecord> RecordsOf(const std::string& hex, std::int64_t job)
 }
 
 Listing HistoryOf(const std::string& text, std::int64_t job) {
-  const auto json = nlohmann::json::parse(text, nullptr, false);
+  const auto json = TryParseJson(text).value_or(nullptr);
   Listing listing;
   const bool whole = json.is_object() && json.contains("columns") && json.contains("rows") &&
                      json.at("columns").is_array() && json.at("rows").is_array();

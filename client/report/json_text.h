@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "legopt/input/json.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -10,7 +11,7 @@ namespace legopt::client {
 /// characters that a terminal could act on are escaped; whoever parses it gets the values as they are.
 template <class Json>
 std::string JsonText(const Json& json, int indent = 2) {
-  return programs::PrintableJson(json.dump(indent, ' ', false, Json::error_handler_t::replace));
+  return programs::PrintableJson(Dump(json, indent));
 }
 
 }  // namespace legopt::client

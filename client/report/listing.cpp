@@ -8,6 +8,7 @@
 #include "client/client_error.h"
 #include "client/report/json_text.h"
 #include "client/report/listing_text.h"
+#include "legopt/input/json.h"
 #include "legopt/nearest_name.h"
 #include "programs/printable.h"
 
@@ -16,7 +17,7 @@ namespace {
 
 std::string CsvCell(const nlohmann::json& value) {
   if (value.is_null()) return {};
-  return CsvField(value.is_string() ? value.get<std::string>() : value.dump());
+  return CsvField(value.is_string() ? value.get<std::string>() : Dump(value));
 }
 
 std::string RenderMarkdown(const Listing& listing) {
@@ -59,8 +60,7 @@ std::string ShownValue(const nlohmann::json& value) {
     return text;
   }
   // One row is one line, and a terminal must not act on what others wrote.
-  return programs::Printable(value.is_string() ? value.get<std::string>()
-                                               : value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  return programs::Printable(value.is_string() ? value.get<std::string>() : Dump(value));
 }
 
 std::vector<bool> NumericColumns(const Listing& listing) {
@@ -160,7 +160,7 @@ Listing ListingFromJson(const nlohmann::json& array, const std::vector<std::stri
     for (std::size_t i = 0; i < row.size(); ++i) {
       const auto value = object.find(listing.columns[i]);
       if (value == object.end()) continue;
-      row[i] = value->is_structured() ? nlohmann::json(value->dump()) : *value;
+      row[i] = value->is_structured() ? nlohmann::json(Dump(*value)) : *value;
     }
   }
   return listing;

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "client/client_error.h"
+#include "legopt/input/json.h"
 #include "legopt/nearest_name.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
@@ -18,7 +19,7 @@ std::string Lower(std::string text) {
 }
 
 // A cell as people write it.
-std::string TextOf(const nlohmann::json& cell) { return cell.is_string() ? cell.get<std::string>() : cell.dump(); }
+std::string TextOf(const nlohmann::json& cell) { return cell.is_string() ? cell.get<std::string>() : Dump(cell); }
 
 struct Wanted {
   const char* column = nullptr;
@@ -87,7 +88,7 @@ std::string ExperimentMethods::Condition(const MethodFilter& filter) const {
   }
   if (so_far.empty()) return {};
   std::string ids;
-  for (const std::size_t row : kept) ids += (ids.empty() ? "" : ", ") + methods_.At(row, "method_id").dump();
+  for (const std::size_t row : kept) ids += (ids.empty() ? "" : ", ") + Dump(methods_.At(row, "method_id"));
   return "method_id IN (" + ids + ")";
 }
 

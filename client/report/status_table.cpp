@@ -9,6 +9,7 @@
 
 #include "client/report/progress.h"
 #include "client/report/text_layout.h"
+#include "legopt/input/json.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -167,7 +168,7 @@ std::vector<std::string> NarrowExperiments(std::span<const ExperimentStatus> lis
 std::string Field(const nlohmann::json& worker, const char* key) {
   const auto found = worker.find(key);
   if (found == worker.end() || found->is_null()) return {};
-  return found->is_string() ? found->get<std::string>() : found->dump();
+  return found->is_string() ? found->get<std::string>() : Dump(*found);
 }
 
 std::string WorkerState(const nlohmann::json& worker) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "client/report/json_text.h"
+#include "legopt/input/json.h"
 
 namespace legopt::client {
 namespace {
@@ -78,7 +79,7 @@ void WatchJson::ServerSilent(Seconds silence, Seconds /*patience*/) {
   write_(JsonText(line, -1));
 }
 
-void WatchJson::ServerBack() { write_(Event("back").dump()); }
+void WatchJson::ServerBack() { write_(Dump(Event("back"))); }
 
 void WatchJson::End(ExitCode exit_code, const std::string& reason) {
   Json line = Event("end");

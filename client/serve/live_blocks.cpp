@@ -7,6 +7,7 @@
 #include "client/page/page_block.h"
 #include "client/page/page_file.h"
 #include "client/page/page_view.h"
+#include "legopt/input/json.h"
 
 namespace legopt::client {
 namespace {
@@ -138,7 +139,7 @@ HttpReply LiveBlocks::MakeFigures(const std::string& experiments) {
   figures.root["chunks"] = Json::array();
   figures.root["notes"] = figures.notes;
   Figures made;
-  made.reply = BlockReply(figures.root.dump(-1, ' ', false, Json::error_handler_t::replace));
+  made.reply = BlockReply(Dump(figures.root));
   made.progress = progress;
   made.made = Clock::now();
   made.took = made.made - begin;
@@ -158,8 +159,7 @@ HttpReply LiveBlocks::MakeSolution(const std::string& block, std::int64_t job) {
   SolutionChunk chunk;
   chunk.Add(viewed.job, ReadWaypointsOf(*source_, job), TraceJson(*source_, job), lister.get(), FindingDepth::kBetween);
   const HttpReply motion = Keep(kMotion + std::to_string(job), chunk.bytes());
-  const HttpReply solutions =
-      Keep(kSolutions + std::to_string(job), chunk.json().dump(-1, ' ', false, Json::error_handler_t::replace));
+  const HttpReply solutions = Keep(kSolutions + std::to_string(job), Dump(chunk.json()));
   return block.starts_with(kMotion) ? motion : solutions;
 }
 

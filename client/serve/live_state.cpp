@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "client/service/experiment_status.h"
+#include "legopt/input/json.h"
 
 namespace legopt::client {
 namespace {
@@ -77,15 +78,15 @@ bool LiveState::Read(double now_s) {
   try {
     json = ReadAll(now_s);
   } catch (const std::exception& error) {
-    json = Json::parse(*text(), nullptr, false);
+    json = ParseOrderedJson(*text(), "state of the page");
     json["error"] = error.what();
   }
   json.erase("version");
-  Json before = Json::parse(*text());
+  Json before = ParseOrderedJson(*text(), "state of the page");
   before.erase("version");
   if (json == before) return false;
   json["version"] = ++version_;
-  auto text = std::make_shared<const std::string>(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  auto text = std::make_shared<const std::string>(Dump(json));
   const std::lock_guard lock(mutex_);
   text_ = std::move(text);
   return true;

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "client/client_error.h"
+#include "legopt/input/json.h"
 
 namespace legopt::client {
 namespace {
@@ -105,12 +106,9 @@ std::string StoreError(const nlohmann::json& status) {
 }
 
 nlohmann::json ParseStatusText(const std::string& text) {
-  auto status = nlohmann::json::parse(text, nullptr, false);
-  if (status.is_discarded()) {
-    throw ClientError(ExitCode::kInternal,
-                      "the server's status is not JSON; check that server and client are of the same version");
-  }
-  return status;
+  if (auto status = TryParseJson(text)) return *std::move(status);
+  throw ClientError(ExitCode::kInternal,
+                    "the server's status is not JSON; check that server and client are of the same version");
 }
 
 }  // namespace legopt::client

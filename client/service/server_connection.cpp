@@ -17,6 +17,7 @@
 #include "client/service/experiment_status.h"
 #include "client/service/interrupt.h"
 #include "client/service/submit_call.h"
+#include "legopt/input/json.h"
 #include "words/reply.h"
 
 namespace legopt::client {
@@ -143,7 +144,7 @@ nlohmann::json ServerConnection::Query(const std::string& sql, int max_rows, dou
   const QueryStatus status{reply.status};
   if (status == QueryStatus::kStopped) throw ClientError(ExitCode::kUnreachable, "query: " + reply.message);
   if (status != QueryStatus::kOk) throw ClientError(ExitCode::kUsage, "query: " + reply.message);
-  auto json = nlohmann::json::parse(reply.json, nullptr, false);
+  auto json = TryParseJson(reply.json).value_or(nullptr);
   if (!json.is_object() || !json.contains("columns") || !json.contains("rows")) {
     throw ClientError(ExitCode::kInternal, "the server's query result is not understood");
   }

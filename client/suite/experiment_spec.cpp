@@ -13,6 +13,7 @@
 #include "client/client_error.h"
 #include "legopt/blake2b.h"
 #include "legopt/dataset/dataset.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 
 namespace legopt::client {
@@ -207,7 +208,7 @@ std::int64_t CountJobs(const nlohmann::json& spec) {
          static_cast<std::int64_t>(spec.at("initializations").size()) * spec.at("repetitions").get<std::int64_t>();
 }
 
-std::string ContentSubmissionId(const nlohmann::json& spec) { return Blake2bHex(spec.dump(), kSubmissionIdBytes); }
+std::string ContentSubmissionId(const nlohmann::json& spec) { return Blake2bHex(Dump(spec), kSubmissionIdBytes); }
 
 std::string RandomSubmissionId() {
   if (sodium_init() < 0) throw ClientError(ExitCode::kInternal, "libsodium cannot start");

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "bus/spec_limits.h"
 #include "client/suite/yaml_map.h"
+#include "legopt/input/file_text.h"
+#include "legopt/input/yaml.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
 #include "programs/external/external_solvers.h"
@@ -302,17 +302,11 @@ Suite ReadSuite(const std::filesystem::path& file, const SolverRegistry& registr
   if (std::filesystem::is_directory(file, error)) {
     throw InputError({file.string(), "", "", "is a folder, not an experiment file", "name a .yaml file in it"});
   }
-  std::ifstream stream(file);
-  std::stringstream text;
-  if (!stream || !(text << stream.rdbuf())) {
-    throw InputError(
-        {file.string(), "", "", "cannot be read as an experiment file", "check the path and that it is not empty"});
-  }
-  return ParseSuite(text.str(), file.string(), registry);
+  return ParseSuite(ReadFileText(file, kShortYaml.bytes), file.string(), registry);
 }
 
 Suite ParseSuite(const std::string& text, const std::string& file, const SolverRegistry& registry) {
-  const YAML::Node root = LoadYaml(text, file);
+  const YAML::Node root = ParseYaml(text, file, kShortYaml);
   const YamlMap map(root, file, "", kSuiteKeys);
   Suite suite;
   suite.file = file;

@@ -1,23 +1,19 @@
 #include "client/suite/yaml_map.h"
 
-#include <yaml-cpp/eventhandler.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <optional>
-#include <set>
-#include <sstream>
 #include <utility>
 
 #include "bus/spec_limits.h"
 #include "legopt/nearest_name.h"
+#include "legopt/number_text.h"
 
 namespace legopt::client {
 namespace {
 
 constexpr int kMaxNesting = 16;
-// Aliases let a few lines stand for billions of values.
 constexpr int kMaxValues = 10'000;
 
 // Long values are cut, at a character of UTF-8.
@@ -85,67 +81,12 @@ nlohmann::json ToJson(const YAML::Node& node, const std::string& file, const std
       auto object = nlohmann::json::object();
       for (const auto& item : node) {
         const std::string key = YamlString(item.first, file, field);
-        if (object.contains(key)) throw YamlFault(file, item.first, field, "has the key twice", "remove one of them");
         object[key] = ToJson(item.second, file, field + "." + key, depth + 1, values);
       }
       return object;
     }
     default:
       return nullptr;
-  }
-}
-
-// Where a document and what it holds begin, without a tree of it.
-class DocumentOutline : public YAML::EventHandler {
- public:
-  YAML::Mark start;
-  std::optional<YAML::Mark> content;  // empty: the document is
-
-  void OnDocumentStart(const YAML::Mark& mark) override {
-    start = mark;
-    content.reset();
-  }
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override { Note(mark); }
-  void OnScalar(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
-                const std::string& /*value*/) override {
-    Note(mark);
-  }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
-                       YAML::EmitterStyle::value /*style*/) override {
-    Note(mark);
-  }
-  void OnSequenceEnd() override {}
-  void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
-                  YAML::EmitterStyle::value /*style*/) override {
-    Note(mark);
-  }
-  void OnMapEnd() override {}
-
- private:
-  void Note(const YAML::Mark& mark) {
-    if (!content) content = mark;
-  }
-};
-
-// Empty documents, as after a last '---', are no second one. yaml-cpp makes an empty document of what can begin none, a
-// comma for one, and stays before it: whoever asks for the next is given empty ones until memory ends.
-void RequireOneDocument(const std::string& text, const std::string& file) {
-  std::istringstream stream(text);
-  YAML::Parser parser(stream);
-  DocumentOutline document;
-  int last_start = -1;
-  const auto place = [&file](const YAML::Mark& mark) { return file + ":" + std::to_string(mark.line + 1); };
-  for (bool is_first = true; parser.HandleNextDocument(document); is_first = false) {
-    if (document.start.pos == last_start) {
-      throw InputError({place(document.start), "", "", "is not valid YAML: no value can begin here",
-                        "check indentation, brackets and quotes"});
-    }
-    last_start = document.start.pos;
-    if (is_first || !document.content) continue;
-    throw InputError({place(*document.content), "", "", "a second YAML document begins here, which nobody would read",
-                      "remove the '---' before it, or make it a file of its own"});
   }
 }
 
@@ -159,16 +100,6 @@ std::string YamlPlace(const std::string& file, const YAML::Node& node) {
 InputError YamlFault(const std::string& file, const YAML::Node& node, const std::string& field,
                      const std::string& message, const std::string& fix) {
   return InputError({YamlPlace(file, node), field, Describe(node), message, fix});
-}
-
-YAML::Node LoadYaml(const std::string& text, const std::string& file) {
-  try {
-    RequireOneDocument(text, file);
-    return YAML::Load(text);
-  } catch (const YAML::Exception& error) {
-    const std::string place = error.mark.is_null() ? file : file + ":" + std::to_string(error.mark.line + 1);
-    throw InputError({place, "", "", "is not valid YAML: " + error.msg, "check indentation, brackets and quotes"});
-  }
 }
 
 std::string YamlString(const YAML::Node& node, const std::string& file, const std::string& field) {
@@ -197,14 +128,10 @@ YamlMap::YamlMap(const YAML::Node& node, std::string file, std::string path, std
   if (!node_.IsMap()) {
     throw YamlFault(file_, node_, path_, "must be a mapping of keys to values", SuggestName("", valid_keys_));
   }
-  std::set<std::string> seen;
   for (const auto& item : node_) {
     const std::string key = YamlString(item.first, file_, path_);
     if (std::find(valid_keys_.begin(), valid_keys_.end(), key) == valid_keys_.end()) {
       throw InputError({YamlPlace(file_, item.first), Path(key), "", "unknown key", SuggestName(key, valid_keys_)});
-    }
-    if (!seen.insert(key).second) {
-      throw InputError({YamlPlace(file_, item.first), Path(key), "", "key occurs twice", "remove one of them"});
     }
   }
 }
@@ -240,9 +167,8 @@ double YamlMap::Number(const std::string& key, double low, double high) const {
   const YAML::Node node = Get(key);
   const auto value = node.IsScalar() && !IsQuoted(node) ? Parse<double>(node.Scalar()) : std::nullopt;
   if (!value || !(*value >= low && *value <= high)) {
-    char range[80];
-    std::snprintf(range, sizeof(range), "must be a number from %g to %g", low, high);
-    throw YamlFault(file_, node, Path(key), range, "");
+    throw YamlFault(file_, node, Path(key),
+                    "must be a number from " + FormatGeneral(low) + " to " + FormatGeneral(high), "");
   }
   return *value;
 }

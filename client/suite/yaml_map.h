@@ -16,8 +16,8 @@ namespace legopt::client {
 /// is the path of the key, e.g. "methods[1].sample_size".
 class YamlMap {
  public:
-  /// Throws when `node` is not a mapping, has a key that is not in `valid_keys` (the error names the nearest valid
-  /// one), or has a key twice. `path` is empty for the top level.
+  /// Throws when `node` is not a mapping or has a key that is not in `valid_keys` (the error names the nearest valid
+  /// one). `path` is empty for the top level.
   YamlMap(const YAML::Node& node, std::string file, std::string path, std::vector<std::string> valid_keys);
 
   bool Has(const std::string& key) const;
@@ -55,9 +55,6 @@ InputError YamlFault(const std::string& file, const YAML::Node& node, const std:
 
 /// "FILE:LINE" of a node.
 std::string YamlPlace(const std::string& file, const YAML::Node& node);
-
-/// The one document of a YAML text, read as `file`. Throws for what is no YAML, and where a second document begins.
-YAML::Node LoadYaml(const std::string& text, const std::string& file);
 
 /// Scalar conversions with the node's place in the error.
 std::string YamlString(const YAML::Node& node, const std::string& file, const std::string& field);

@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-#include "legopt/dataset/problem_file.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "words/words.h"
 
@@ -19,9 +19,7 @@ constexpr const char* kFormat = "legopt-certificate/1";
 constexpr const char* kFix = "make it anew with 'legopt certify', or take it from where it came again";
 
 /// Names of others need not be UTF-8.
-std::string OneLine(const OrderedJson& json) {
-  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
-}
+std::string OneLine(const OrderedJson& json) { return Dump(json); }
 
 OrderedJson ObstructionJson(const Obstruction& obstruction) {
   OrderedJson without = OrderedJson::array();
@@ -115,20 +113,20 @@ class CertificateReader {
   }
   std::string TextAt(const Json& object, const char* key, const std::string& place) const {
     const Json& value = Member(object, key, place);
-    if (!value.is_string()) Fail(place + "." + key, value.dump(), "must be a text", kFix);
+    if (!value.is_string()) Fail(place + "." + key, Dump(value), "must be a text", kFix);
     return value.get<std::string>();
   }
   int IntegerAt(const Json& object, const char* key, const std::string& place) const {
     constexpr std::int64_t kMost = 1'000'000'000;
     const Json& value = Member(object, key, place);
     if (!value.is_number_integer() || value < 0 || value > kMost) {
-      Fail(place + "." + key, value.dump(), "must be an integer that is not negative", kFix);
+      Fail(place + "." + key, Dump(value), "must be an integer that is not negative", kFix);
     }
     return value.get<int>();
   }
   template <Worded Enum>
   Enum WordIn(const Json& value, const std::string& place) const {
-    if (!value.is_string()) Fail(place, value.dump(), "must be a text", kFix);
+    if (!value.is_string()) Fail(place, Dump(value), "must be a text", kFix);
     const std::optional<Enum> word = ParseWord<Enum>(value.get_ref<const std::string&>());
     if (!word) Fail(place, value.get<std::string>(), "is none of the words", kFix);
     return *word;
@@ -168,9 +166,9 @@ class CertificateReader {
   }
   std::vector<std::vector<ConstraintGroup>> Without(const Json& sets, const std::string& place) const {
     std::vector<std::vector<ConstraintGroup>> without;
-    if (!sets.is_array()) Fail(place, sets.dump(), "must be a list of lists", kFix);
+    if (!sets.is_array()) Fail(place, Dump(sets), "must be a list of lists", kFix);
     for (const Json& set : sets) {
-      if (!set.is_array()) Fail(place, set.dump(), "must be a list of lists", kFix);
+      if (!set.is_array()) Fail(place, Dump(set), "must be a list of lists", kFix);
       auto& groups = without.emplace_back();
       for (const Json& group : set) groups.push_back(WordIn<ConstraintGroup>(group, place));
     }

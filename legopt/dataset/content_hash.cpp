@@ -8,6 +8,7 @@
 
 #include "legopt/blake2b.h"
 #include "legopt/dataset/scene_file.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 
 namespace legopt {
@@ -58,7 +59,7 @@ std::string FormatFilesBlock(const std::vector<FileHash>& manifest) {
   std::string block = "files:\n";
   for (const FileHash& file : manifest) {
     const bool plain = file.path.find_first_not_of(kPlainCharacters) == std::string::npos;
-    block += "  " + (plain ? file.path : nlohmann::json(file.path).dump()) + ": " + file.hash + "\n";
+    block += "  " + (plain ? file.path : Dump(nlohmann::json(file.path))) + ": " + file.hash + "\n";
   }
   return block;
 }
@@ -144,7 +145,7 @@ std::string ContentHash(const DatasetDescription& description, const std::vector
     text[std::string(ToString(row.task))] = description.problem_files[row.task];
   }
   for (const FileHash& file : manifest) text["files"][file.path] = file.hash;
-  return Blake2bHex(text.dump());
+  return Blake2bHex(Dump(text));
 }
 
 }  // namespace legopt

@@ -3,15 +3,18 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <fstream>
-#include <iterator>
-#include <nlohmann/json.hpp>
+#include <memory>
 #include <utility>
 #include <vector>
 
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset_file.h"
+#include "legopt/input/file_text.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
 
 namespace legopt {
 namespace {
@@ -21,16 +24,16 @@ namespace fs = std::filesystem;
 constexpr char kFormat[] = "legopt-dataset-archive/1";
 constexpr int kCompressionLevel = 3;
 constexpr std::size_t kMostFiles = 100'000;
+constexpr std::size_t kMostTableBytes = std::size_t{8} << 20;
+constexpr std::int64_t kTableMemoryBytes = std::int64_t{256} << 20;
+constexpr std::size_t kMostPathBytes = 1024;
+constexpr int kMostPathDepth = 32;
+constexpr std::size_t kAlwaysUnpackedBytes = std::size_t{64} << 20;  // so much may come of any archive
+constexpr std::size_t kMostExpansion = 100;  // beyond that: bytes of content for each packed byte
+constexpr int kMostWindowLog = 24;           // of memory that decompression takes: 16 MiB
 
 [[noreturn]] void Refuse(const std::string& message, const std::string& value = {}, const std::string& fix = {}) {
   throw InputError({"dataset archive", "", value, message, fix});
-}
-
-std::string ReadBytes(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (!stream) throw InputError({file.string(), "", "", "cannot be read", "check that the file exists"});
-  return bytes;
 }
 
 std::string Compressed(const std::string& plain) {
@@ -41,15 +44,62 @@ std::string Compressed(const std::string& plain) {
   return packed;
 }
 
-std::string Decompressed(std::string_view packed) {
-  const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
-  if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR) Refuse("is none");
-  if (size > kMostUnpackedBytes) Refuse("is too large", std::to_string(size) + " bytes");
-  std::string plain(size, '\0');
-  const std::size_t got = ZSTD_decompress(plain.data(), plain.size(), packed.data(), packed.size());
-  if (ZSTD_isError(got) != 0 || got != size) Refuse("is damaged");
-  return plain;
-}
+/// An archive's content, decompressed piece by piece, so that it takes no memory in proportion to its size.
+class ArchiveStream {
+ public:
+  explicit ArchiveStream(std::string_view packed)
+      : context_(ZSTD_createDCtx(), &ZSTD_freeDCtx),
+        packed_{packed.data(), packed.size(), 0},
+        buffer_(ZSTD_DStreamOutSize(), '\0') {
+    const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
+    if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR) Refuse("is none");
+    if (size > kMostUnpackedBytes || size > kAlwaysUnpackedBytes + kMostExpansion * packed.size()) {
+      Refuse("is too large", std::to_string(size) + " bytes unpacked, of " + std::to_string(packed.size()));
+    }
+    bytes_left_ = size;
+    ZSTD_DCtx_setParameter(context_.get(), ZSTD_d_windowLogMax, kMostWindowLog);
+  }
+
+  /// Bytes of the content that Next() has not returned.
+  std::size_t bytes_left() const { return bytes_left_; }
+
+  /// The next bytes, between 1 and `most` of them; empty at the end. Valid until the next call.
+  std::string_view Next(std::size_t most) {
+    if (rest_.empty() && bytes_left_ > 0) Refill();
+    const std::string_view piece = rest_.substr(0, most);
+    rest_.remove_prefix(piece.size());
+    bytes_left_ -= piece.size();
+    return piece;
+  }
+
+  /// Throws unless the archive ends here and was whole.
+  void RequireEnd() {
+    if (bytes_left_ > 0) Refuse("is longer than its table says");
+    while (!complete_) Refill();
+    if (!rest_.empty() || packed_.pos != packed_.size) Refuse("is damaged");
+  }
+
+ private:
+  void Refill() {
+    ZSTD_outBuffer out{buffer_.data(), buffer_.size(), 0};
+    const std::size_t before = packed_.pos;
+    const std::size_t result = ZSTD_decompressStream(context_.get(), &out, &packed_);
+    complete_ = result == 0;
+    const bool stuck = out.pos == 0 && packed_.pos == before && !complete_;
+    if (ZSTD_isError(result) != 0 || stuck || out.pos > bytes_left_ || (complete_ && out.pos < bytes_left_)) {
+      Refuse("is damaged");
+    }
+    rest_ = std::string_view(buffer_).substr(0, out.pos);
+    if (out.pos == 0 && bytes_left_ > 0) Refill();
+  }
+
+  std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context_;
+  ZSTD_inBuffer packed_;
+  std::string buffer_;
+  std::string_view rest_;  // of the buffer
+  std::size_t bytes_left_ = 0;
+  bool complete_ = false;
+};
 
 struct PackedFile {
   std::string path;
@@ -62,28 +112,100 @@ bool StaysInside(const std::string& path) {
          path == name.lexically_normal().generic_string() && *name.begin() != ".." && *name.begin() != ".";
 }
 
-std::vector<PackedFile> ReadTable(std::string_view text) {
-  const nlohmann::json table = nlohmann::json::parse(text, nullptr, false);
-  if (!table.is_object() || table.value("format", nlohmann::json()) != kFormat || !table.contains("files") ||
-      !table["files"].is_array() || table["files"].size() > kMostFiles) {
+bool IsShort(const std::string& path) {
+  return path.size() <= kMostPathBytes && std::count(path.begin(), path.end(), '/') < kMostPathDepth;
+}
+
+std::vector<PackedFile> ParseTable(std::string_view text) {
+  const auto table = TryParseJson(text, {.bytes = kMostTableBytes, .depth = 3, .values = 3 * kMostFiles + 3});
+  if (!table || !table->is_object() || table->value("format", nlohmann::json()) != kFormat ||
+      !table->contains("files") || !table->at("files").is_array() || table->at("files").size() > kMostFiles) {
     Refuse("has no table of its files", "", std::string("only ") + kFormat + " is known; use the same release");
   }
   std::vector<PackedFile> files;
-  for (const nlohmann::json& row : table["files"]) {
+  for (const nlohmann::json& row : table->at("files")) {
     const bool whole = row.is_object() && row.contains("path") && row["path"].is_string() && row.contains("bytes") &&
                        row["bytes"].is_number_unsigned();
     if (!whole) Refuse("has a table with a row that names no file");
     files.push_back({row["path"].get<std::string>(), row["bytes"].get<std::size_t>()});
     if (!StaysInside(files.back().path)) Refuse("names a file outside of its folder", files.back().path);
+    if (!IsShort(files.back().path)) Refuse("names a file with too long a path", files.back().path.substr(0, 80));
   }
   return files;
 }
 
-void WriteFile(const fs::path& file, std::string_view bytes) {
+// What ParseTable returns, or the fault that it throws, as bytes: 'f' and rows "BYTES PATH", each ended by NUL, or 'e'
+// and message, value and fix, each ended by NUL.
+std::string TableAnswer(std::string_view text) {
+  std::string answer = "f";
+  try {
+    for (const PackedFile& file : ParseTable(text)) answer += std::to_string(file.bytes) + " " + file.path + '\0';
+    return answer;
+  } catch (const InputError& error) {
+    const InputError::Fault& fault = error.fault();
+    return "e" + fault.message + '\0' + fault.value.substr(0, fault.value.find('\0')) + '\0' + fault.fix + '\0';
+  }
+}
+
+std::vector<std::string> TakeTexts(std::string_view answer) {
+  std::vector<std::string> texts;
+  for (std::size_t end = answer.find('\0'); end != std::string_view::npos; end = answer.find('\0')) {
+    texts.emplace_back(answer.substr(0, end));
+    answer.remove_prefix(end + 1);
+  }
+  return texts;
+}
+
+std::vector<PackedFile> ReadTable(const std::string& text, const ReadGuard& guard) {
+  const auto read = [&text] { return TableAnswer(text); };
+  std::string answer;
+  try {
+    answer = guard ? guard(read, {.cpu_s = 10, .wall_s = 60, .memory_bytes = kTableMemoryBytes}) : read();
+  } catch (const ReadFailed& error) {
+    Refuse("has a table that cannot be read: " + std::string(error.what()));
+  }
+  const std::vector<std::string> texts = TakeTexts(std::string_view(answer).substr(answer.empty() ? 0 : 1));
+  if (answer.starts_with('e') && texts.size() == 3) Refuse(texts[0], texts[1], texts[2]);
+  std::vector<PackedFile> files;
+  for (const std::string& row : texts) {
+    const std::size_t blank = row.find(' ');
+    const auto bytes = ParseInteger<std::size_t>(std::string_view(row).substr(0, blank));
+    if (!bytes || blank == std::string::npos) Refuse("has a table that cannot be read");
+    files.push_back({row.substr(blank + 1), *bytes});
+    if (!StaysInside(files.back().path)) Refuse("names a file outside of its folder", files.back().path);
+  }
+  return files;
+}
+
+// The first line.
+std::string TakeTable(ArchiveStream& archive) {
+  std::string table;
+  while (table.size() <= kMostTableBytes) {
+    const std::string_view byte = archive.Next(1);
+    if (byte.empty()) break;
+    if (byte == "\n") return table;
+    table += byte;
+  }
+  Refuse("has no table of its files");
+}
+
+void RequireSizes(const std::vector<PackedFile>& files, std::size_t bytes) {
+  for (const PackedFile& file : files) {
+    if (file.bytes > bytes) Refuse("is shorter than its table says", file.path);
+    bytes -= file.bytes;
+  }
+  if (bytes > 0) Refuse("is longer than its table says");
+}
+
+void UnpackFile(ArchiveStream& archive, std::size_t bytes, const fs::path& file) {
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
   std::ofstream stream(file, std::ios::binary);
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  while (bytes > 0) {
+    const std::string_view piece = archive.Next(bytes);
+    stream.write(piece.data(), static_cast<std::streamsize>(piece.size()));
+    bytes -= piece.size();
+  }
   stream.flush();
   if (!stream) throw InputError({file.string(), "", "", "cannot be written", "check permissions and free space"});
 }
@@ -104,12 +226,12 @@ std::string PackDataset(const fs::path& folder, const ReadGuard& guard) {
   nlohmann::json table = {{"format", kFormat}, {"files", nlohmann::json::array()}};
   std::string contents;
   for (const std::string& path : paths) {
-    const std::string bytes = ReadBytes(absolute / path);
+    const std::string bytes = ReadFileText(absolute / path, kMostUnpackedBytes);
     if (contents.size() + bytes.size() > kMostUnpackedBytes) break;  // refused below
     table["files"].push_back({{"path", path}, {"bytes", bytes.size()}});
     contents += bytes;
   }
-  std::string archive = Compressed(table.dump() + "\n" + contents);
+  std::string archive = Compressed(Dump(table) + "\n" + contents);
   if (archive.size() > kMostArchiveBytes || table["files"].size() < paths.size()) {
     throw InputError({folder.string(), "", std::to_string(archive.size() >> 20) + " MiB packed",
                       "the dataset is too large to travel by itself, which ends at " +
@@ -119,18 +241,12 @@ std::string PackDataset(const fs::path& folder, const ReadGuard& guard) {
   return archive;
 }
 
-void UnpackDataset(std::string_view archive, const fs::path& folder) {
-  const std::string plain = Decompressed(archive);
-  const auto table_end = plain.find('\n');
-  if (table_end == std::string::npos) Refuse("has no table of its files");
-  std::string_view rest = std::string_view(plain).substr(table_end + 1);
-  const std::vector<PackedFile> files = ReadTable(std::string_view(plain).substr(0, table_end));
-  for (const PackedFile& file : files) {
-    if (file.bytes > rest.size()) Refuse("is shorter than its table says", file.path);
-    WriteFile(folder / file.path, rest.substr(0, file.bytes));
-    rest.remove_prefix(file.bytes);
-  }
-  if (!rest.empty()) Refuse("is longer than its table says");
+void UnpackDataset(std::string_view packed, const fs::path& folder, const ReadGuard& guard) {
+  ArchiveStream archive(packed);
+  const std::vector<PackedFile> files = ReadTable(TakeTable(archive), guard);
+  RequireSizes(files, archive.bytes_left());
+  for (const PackedFile& file : files) UnpackFile(archive, file.bytes, folder / file.path);
+  archive.RequireEnd();
 }
 
 }  // namespace legopt

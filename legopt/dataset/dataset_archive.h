@@ -25,9 +25,10 @@ std::string HashOfDataset(const std::filesystem::path& folder, const ReadGuard& 
 /// archive would be larger than kMostArchiveBytes.
 std::string PackDataset(const std::filesystem::path& folder, const ReadGuard& guard);
 
-/// Writes the files of an archive into `folder`, which must be empty. Believes nothing: names that lead out of the
-/// folder, sizes that do not fit and more than kMostUnpackedBytes are an InputError; so is a full disk. What was
-/// written before a fault stays.
-void UnpackDataset(std::string_view archive, const std::filesystem::path& folder);
+/// Writes the files of an archive into `folder`, which must be empty. Throws InputError for paths that lead out of the
+/// folder or are long, for sizes that do not fit, for more than kMostUnpackedBytes, for more than 64 MiB that unpack to
+/// over 100 times the archive's size, and for a full disk. Files written before the fault remain. The archive's table
+/// is parsed under `guard`; memory does not grow with the content.
+void UnpackDataset(std::string_view packed, const std::filesystem::path& folder, const ReadGuard& guard);
 
 }  // namespace legopt

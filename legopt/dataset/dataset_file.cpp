@@ -5,6 +5,7 @@
 
 #include "legopt/dataset/legopt_folder.h"
 #include "legopt/dataset/yaml_fields.h"
+#include "legopt/input/yaml.h"
 #include "legopt/input_error.h"
 
 namespace legopt {

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 
 namespace legopt {
@@ -31,7 +32,7 @@ void CopyMesh(const fs::path& source, const ShapeSpec& shape, const fs::path& fo
 }
 
 /// Shortest text that reads back as the same number.
-std::string Number(double value) { return nlohmann::json(value).dump(); }
+std::string Number(double value) { return Dump(nlohmann::json(value)); }
 
 /// As it stands where YAML takes it for a text, else in quotes.
 std::string Text(const std::string& text) {
@@ -44,7 +45,7 @@ std::string Text(const std::string& text) {
     return std::equal(w.begin(), w.end(), text.begin(), text.end(),
                       [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
   });
-  return plain && !word ? text : nlohmann::json(text).dump();
+  return plain && !word ? text : Dump(nlohmann::json(text));
 }
 
 void AddMap(const char* key, const std::map<std::string, double>& values, std::string& text) {
@@ -57,7 +58,7 @@ void AddMap(const char* key, const std::map<std::string, double>& values, std::s
 
 std::string FormatProblems(std::span<const ProblemDefinition> problems, Task task, const std::string& robot,
                            const std::string& scenario) {
-  const auto quoted = [](const std::string& text) { return nlohmann::json(text).dump(); };
+  const auto quoted = [](const std::string& text) { return Dump(nlohmann::json(text)); };
   std::string text = "{\"robot\": " + quoted(robot) + ", \"scenario\": " + quoted(scenario) + ", \"task\": \"" +
                      std::string(ToString(task)) + "\",\n \"problems\": [";
   bool first = true;

@@ -1,10 +1,9 @@
 #include "legopt/dataset/problem_file.h"
 
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/word_input.h"
 
@@ -25,7 +24,7 @@ using Json = nlohmann::json;
 std::string OptionalText(const Json& root, const char* key, const std::string& file) {
   const auto entry = root.find(key);
   if (entry == root.end() || entry->is_null()) return {};
-  if (!entry->is_string()) Fail(file, key, entry->dump(), "must be a text", "write a JSON string");
+  if (!entry->is_string()) Fail(file, key, Dump(*entry), "must be a text", "write a JSON string");
   return entry->get<std::string>();
 }
 
@@ -35,7 +34,7 @@ int ParseId(const Json& problem, size_t index, const std::string& file) {
   if (entry == problem.end()) Fail(file, field, "", "the key is missing", "give every problem an integer id");
   constexpr std::int64_t kMaxId = 1'000'000'000;
   if (!entry->is_number_integer() || *entry < 0 || *entry > kMaxId) {
-    Fail(file, field, entry->dump(), "must be an integer that is not negative", "number the problems 0, 1, 2, ...");
+    Fail(file, field, Dump(*entry), "must be an integer that is not negative", "number the problems 0, 1, 2, ...");
   }
   return entry->get<int>();
 }
@@ -49,42 +48,13 @@ std::vector<Stance> ParseDefinition(const Json& definition, int id, const std::s
   stances.reserve(definition.size());
   for (size_t s = 0; s < definition.size(); ++s) {
     const std::string field = place + ", stance " + std::to_string(s);
-    if (!definition[s].is_string()) Fail(file, field, definition[s].dump(), "must be a text", "write a stance string");
+    if (!definition[s].is_string()) Fail(file, field, Dump(definition[s]), "must be a text", "write a stance string");
     stances.push_back(ParseStance(definition[s].get_ref<const std::string&>(), {.file = file, .field = field}));
   }
   return stances;
 }
 
 }  // namespace
-
-Json ReadJsonFile(const std::filesystem::path& path) { return ParseJsonText(ReadJsonText(path), path); }
-
-std::string ReadJsonText(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(path)) {
-    Fail(path.string(), "", "", "cannot be read", "check that the file exists and is readable");
-  }
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
-Json ParseJsonText(std::string_view text, const std::filesystem::path& path) {
-  // What is deeper would overflow the stack of whoever walks through it, even to show it in an error.
-  constexpr int kMaxDepth = 64;
-  const auto check_depth = [&path](int depth, Json::parse_event_t /*event*/, Json& /*parsed*/) {
-    if (depth > kMaxDepth) {
-      Fail(path.string(), "", "", "nested more than " + std::to_string(kMaxDepth) + " deep", "see the LegOpt format");
-    }
-    return true;
-  };
-  try {
-    return Json::parse(text, check_depth);
-  } catch (const Json::parse_error& error) {
-    Fail(path.string(), "byte " + std::to_string(error.byte), "", "not valid JSON: " + std::string(error.what()),
-         "correct the syntax");
-  } catch (const Json::out_of_range& error) {  // a number that no double holds
-    Fail(path.string(), "", "", "not valid JSON: " + std::string(error.what()), "write numbers below 1.8e308");
-  }
-}
 
 ProblemFile ReadProblemFile(const std::filesystem::path& path) {
   return ParseProblemFile(ReadJsonFile(path), path.string(), false);
@@ -106,7 +76,7 @@ ProblemFile ParseProblemFile(const Json& root, const std::string& file_for_error
   for (size_t i = 0; i < list->size(); ++i) {
     const Json& entry = (*list)[i];
     const std::string field = "problems[" + std::to_string(i) + "]";
-    if (!entry.is_object()) Fail(file_for_errors, field, entry.dump(), "must be an object", "write {\"id\": ...}");
+    if (!entry.is_object()) Fail(file_for_errors, field, Dump(entry), "must be an object", "write {\"id\": ...}");
     ProblemDefinition problem{.id = ParseId(entry, i, file_for_errors), .stances = {}};
     if (!ids.insert(problem.id).second) {
       Fail(file_for_errors, field + ".id", std::to_string(problem.id), "the id is used twice", "renumber one of them");

@@ -4,7 +4,6 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "legopt/dataset/stance.h"
@@ -25,14 +24,6 @@ struct ProblemFile {
   std::optional<Task> task;                 ///< as stated; nullopt when the key is missing
   std::vector<ProblemDefinition> problems;  ///< in the order of the file
 };
-
-/// Parses a JSON file. Throws InputError: missing file, syntax error with its byte position.
-nlohmann::json ReadJsonFile(const std::filesystem::path& path);
-
-/// The two halves of that: the bytes of a file, and JSON from a text that stands in the file `path` (for errors).
-std::string ReadJsonText(const std::filesystem::path& path);
-/// Throws InputError for a syntax error, with its byte position.
-nlohmann::json ParseJsonText(std::string_view text, const std::filesystem::path& path);
 
 /// Reads the problems. Throws InputError naming file and problem: no `problems` array, missing or repeated `id`,
 /// missing `definition`, a stance that is not well formed.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "legopt/dataset/yaml_fields.h"
+#include "legopt/input/yaml.h"
 #include "legopt/nearest_name.h"
 
 namespace legopt {

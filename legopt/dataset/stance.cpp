@@ -6,13 +6,13 @@
 #include <cstddef>
 
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
 
 namespace legopt {
 namespace {
 
 constexpr std::string_view kSpace = " \t\r\n";
 constexpr size_t kPoseSize = 7;
-constexpr size_t kMaxNumberText = 32;  ///< the longest shortest-round-trip double has 24 characters
 
 std::string_view Trim(std::string_view text) {
   const size_t first = text.find_first_not_of(kSpace);
@@ -41,7 +41,7 @@ std::vector<std::string_view> SplitFields(std::string_view text) {
                     .fix = std::move(fix)});
 }
 
-double ParseNumber(std::string_view token, const TextSource& source) {
+double ReadPoseNumber(std::string_view token, const TextSource& source) {
   const std::string_view digits = token.starts_with('+') ? token.substr(1) : token;
   double value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
@@ -52,17 +52,12 @@ double ParseNumber(std::string_view token, const TextSource& source) {
   return value;
 }
 
-std::string Shortest(double value) {
-  std::array<char, kMaxNumberText> buffer{};
-  return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
-}
-
 Foothold ParseFoothold(std::string_view link, std::string_view pose, const TextSource& source) {
   std::array<double, kPoseSize> numbers{};
   size_t count = 0;
   for (size_t begin = pose.find_first_not_of(kSpace); begin != std::string_view::npos;) {
     const size_t end = std::min(pose.find_first_of(kSpace, begin), pose.size());
-    if (count < kPoseSize) numbers[count] = ParseNumber(pose.substr(begin, end - begin), source);
+    if (count < kPoseSize) numbers[count] = ReadPoseNumber(pose.substr(begin, end - begin), source);
     ++count;
     begin = pose.find_first_not_of(kSpace, end);
   }
@@ -76,8 +71,8 @@ Foothold ParseFoothold(std::string_view link, std::string_view pose, const TextS
   const double norm = foothold.rotation.norm();
   if (!(std::abs(norm - 1) <= kQuaternionTolerance)) {
     Fail(source, pose,
-         "the quaternion of '" + std::string(link) + "' is not unit: its norm is " + Shortest(norm) +
-             ", which is more than " + Shortest(kQuaternionTolerance) + " from 1",
+         "the quaternion of '" + std::string(link) + "' is not unit: its norm is " + FormatNumber(norm) +
+             ", which is more than " + FormatNumber(kQuaternionTolerance) + " from 1",
          "the first four numbers are qw qx qy qz; divide them by the norm");
   }
   return foothold;
@@ -140,8 +135,8 @@ std::string FormatStance(const Stance& stance) {
   for (const Foothold& foothold : stance.footholds) {
     text += foothold.link + ",";
     const Eigen::Quaterniond& q = foothold.rotation;
-    for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += Shortest(value) + ' ';
-    for (const double value : foothold.position) text += Shortest(value) + ' ';
+    for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += FormatNumber(value) + ' ';
+    for (const double value : foothold.position) text += FormatNumber(value) + ' ';
     text += ",";
   }
   return text;

@@ -2,31 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <utility>
 
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
+#include "legopt/number_text.h"
 
 namespace legopt {
-
-YAML::Node ReadYamlFile(const std::filesystem::path& path) {
-  try {
-    return YAML::LoadFile(path.string());
-  } catch (const YAML::BadFile&) {
-    throw InputError({.file = path.string(),
-                      .field = "",
-                      .value = "",
-                      .message = "cannot be read",
-                      .fix = "check that the file exists and is readable"});
-  } catch (const YAML::ParserException& error) {
-    throw InputError({.file = path.string(),
-                      .field = "line " + std::to_string(error.mark.line + 1),
-                      .value = "",
-                      .message = "not valid YAML: " + error.msg,
-                      .fix = "correct the syntax"});
-  }
-}
 
 std::string DescribeNode(const YAML::Node& node) {
   if (!node.IsDefined() || node.IsNull()) return "nothing";
@@ -35,23 +17,20 @@ std::string DescribeNode(const YAML::Node& node) {
 }
 
 std::optional<double> AsNumber(const YAML::Node& node) {
-  double value = 0;
-  if (!node.IsDefined() || !node.IsScalar() || !YAML::convert<double>::decode(node, value)) return std::nullopt;
-  if (!std::isfinite(value)) return std::nullopt;
-  return value;
+  if (!node.IsDefined() || !node.IsScalar()) return std::nullopt;
+  const std::optional<double> value = ParseNumber(node.Scalar());
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 YamlFields::YamlFields(const YAML::Node& map, std::string file, std::string place,
                        const std::vector<std::string>& known)
     : map_(map), file_(std::move(file)), place_(std::move(place)) {
   if (!map_.IsMap()) Fail("", DescribeNode(map_), "must be a map of keys and values", "write 'key: value' lines");
-  std::set<std::string> seen;
   for (const auto& entry : map_) {
     const std::string key = DescribeNode(entry.first);
     if (std::find(known.begin(), known.end(), key) == known.end()) {
       Fail(key, "", "unknown key", SuggestName(key, known));
     }
-    if (!seen.insert(key).second) Fail(key, "", "the key is given twice", "keep one of them");
   }
 }
 

@@ -3,15 +3,11 @@
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/Core>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace legopt {
-
-/// Parses a YAML file. Throws InputError: missing file, syntax error with its line.
-YAML::Node ReadYamlFile(const std::filesystem::path& path);
 
 /// Typed access to one YAML map whose keys are known, with errors that name file, key and value. Internal to the room.
 ///
@@ -19,8 +15,8 @@ YAML::Node ReadYamlFile(const std::filesystem::path& path);
 /// Require return nullopt when the key is missing.
 class YamlFields {
  public:
-  /// `place` is put before keys in messages, e.g. "objects[3]"; may be empty. Throws when `map` is not a map, has a key
-  /// that is not in `known` (naming the nearest) or has a key twice.
+  /// `place` is put before keys in messages, e.g. "objects[3]"; may be empty. Throws when `map` is not a map or has a
+  /// key that is not in `known` (naming the nearest).
   YamlFields(const YAML::Node& map, std::string file, std::string place, const std::vector<std::string>& known);
 
   std::string RequireText(const std::string& key) const;                 ///< not empty

@@ -1,11 +1,8 @@
 #include "legopt/evaluate/solution_file.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -14,7 +11,10 @@
 #include <utility>
 
 #include "legopt/dataset/problem_file.h"
+#include "legopt/input/file_text.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
 
 namespace legopt {
 namespace {
@@ -23,7 +23,6 @@ using Json = nlohmann::json;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kSpace = " \t\r\n,";
-constexpr size_t kMaxNumberText = 32;
 
 /// Where a value stands, for messages.
 struct Place {
@@ -41,20 +40,9 @@ struct Place {
                     .fix = std::move(fix)});
 }
 
-/// A decimal number, rounded to the nearest double: 0 below all doubles, infinite above; "nan" and "inf" in any case.
-/// nullopt: not a number.
-std::optional<double> ToDouble(std::string_view token) {
-  const std::string_view digits = token.starts_with('+') ? token.substr(1) : token;
-  double value = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (end != digits.data() + digits.size() || error == std::errc::invalid_argument) return std::nullopt;
-  if (error == std::errc::result_out_of_range) return std::strtod(std::string(digits).c_str(), nullptr);
-  return value;
-}
-
 bool HasDigit(std::string_view text) { return text.find_first_of("0123456789") != std::string_view::npos; }
 
-/// A number that no double holds: "1e400", not "inf". `value` is what ToDouble made of it.
+/// A number that no double holds: "1e400", not "inf". `value` is what ParseNumber made of it.
 bool Overflows(std::string_view token, std::optional<double> value) {
   return value && std::isinf(*value) && HasDigit(token);
 }
@@ -62,7 +50,7 @@ bool Overflows(std::string_view token, std::optional<double> value) {
 /// What JSON's grammar or parser would refuse the whole file for, though it stands for one number.
 bool IsBeyondJson(std::string_view word) {
   return word == "NaN" || word == "Infinity" || word == "-Infinity" || word == "nan" || word == "inf" ||
-         word == "-inf" || (HasDigit(word) && Overflows(word, ToDouble(word)));
+         word == "-inf" || (HasDigit(word) && Overflows(word, ParseNumber(word)));
 }
 
 /// The same text with such words, outside of strings, as strings.
@@ -116,7 +104,7 @@ class WaypointReader {
         begin = text.find_first_not_of(kSpace, end);
       }
     } else {
-      Note(-1, entry.dump(), "neither a text of numbers nor a list");
+      Note(-1, Dump(entry), "neither a text of numbers nor a list");
     }
     solution_.waypoints.push_back(ToVector(values_));
   }
@@ -128,12 +116,12 @@ class WaypointReader {
     if (entry.is_string() && IsBeyondJson(entry.get_ref<const std::string&>())) {
       return Number(entry.get_ref<const std::string&>());
     }
-    Note(static_cast<int>(values_.size()), entry.is_string() ? entry.get<std::string>() : entry.dump(), "not a number");
+    Note(static_cast<int>(values_.size()), entry.is_string() ? entry.get<std::string>() : Dump(entry), "not a number");
     return kNan;
   }
 
   double Number(std::string_view token) {
-    const std::optional<double> value = ToDouble(token);
+    const std::optional<double> value = ParseNumber(token);
     if (!value || Overflows(token, value)) {
       Note(static_cast<int>(values_.size()), std::string(token), value ? "which no double holds" : "not a number");
     }
@@ -159,10 +147,10 @@ const Json& Require(const Json& object, const char* key, const Place& place) {
 }
 
 Solution ParseSolution(const Json& entry, const Place& place) {
-  if (!entry.is_object()) Fail(place, entry.dump(), "must be an object", "write {\"method\": ..., \"x\": [...]}");
+  if (!entry.is_object()) Fail(place, Dump(entry), "must be an object", "write {\"method\": ..., \"x\": [...]}");
   Solution solution;
   const Json& method = Require(entry, "method", place);
-  if (!method.is_string()) Fail(place.Inner("method"), method.dump(), "must be a text", "write the method's name");
+  if (!method.is_string()) Fail(place.Inner("method"), Dump(method), "must be a text", "write the method's name");
   solution.method = method.get<std::string>();
   if (solution.method.empty()) Fail(place.Inner("method"), "", "must not be empty", "write the method's name");
   const Place named{place.file, place.field + " (method '" + solution.method + "')"};
@@ -171,15 +159,14 @@ Solution ParseSolution(const Json& entry, const Place& place) {
   }
   const Json& time = entry["timeSec"];
   if (!time.is_number() && !time.is_null()) {
-    Fail(named.Inner("timeSec"), time.dump(), "must be a number", "write seconds, or null when it was not measured");
+    Fail(named.Inner("timeSec"), Dump(time), "must be a number", "write seconds, or null when it was not measured");
   }
   solution.time_s = time.is_null() ? kNan : time.get<double>();
   if (solution.time_s < 0.0) {
-    Fail(named.Inner("timeSec"), time.dump(), "must not be negative",
-         "write seconds, or null when it was not measured");
+    Fail(named.Inner("timeSec"), Dump(time), "must not be negative", "write seconds, or null when it was not measured");
   }
   const Json& x = Require(entry, "x", named);
-  if (!x.is_array()) Fail(named.Inner("x"), x.dump(), "must be a list of waypoints", "write one text per waypoint");
+  if (!x.is_array()) Fail(named.Inner("x"), Dump(x), "must be a list of waypoints", "write one text per waypoint");
   WaypointReader reader(&solution);
   for (const Json& waypoint : x) reader.Read(waypoint);
   if (const auto success = entry.find("success"); success != entry.end() && success->is_boolean()) {
@@ -213,7 +200,7 @@ std::vector<std::string> ParseJoints(const Json& root, const std::string& file) 
   const Place place{file, "joints"};
   const auto is_text = [](const Json& name) { return name.is_string(); };
   if (!list->is_array() || list->empty() || !std::all_of(list->begin(), list->end(), is_text)) {
-    Fail(place, Shortened(list->dump()), "must be a list of names",
+    Fail(place, Shortened(Dump(*list)), "must be a list of names",
          "name the joints in the order of x, without the base");
   }
   return list->get<std::vector<std::string>>();
@@ -231,10 +218,8 @@ Task InferTask(const ProblemFile& file) {
 std::string FormatWaypoint(const Eigen::VectorXd& x) {
   std::string text;
   for (const double value : x) {
-    std::array<char, kMaxNumberText> buffer{};
-    const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
     if (!text.empty()) text += '\n';
-    text.append(buffer.data(), result.ptr);
+    text += FormatNumber(value);
   }
   return text;
 }
@@ -275,7 +260,7 @@ std::string UnreadableNumber::Describe() const {
 }
 
 SolutionFile ReadSolutions(const std::filesystem::path& path) {
-  const Json root = ParseJsonText(QuoteBeyondJson(ReadJsonText(path)), path);
+  const Json root = ParseJson(QuoteBeyondJson(ReadFileText(path, JsonLimits{}.bytes)), path.string());
   ProblemFile problems = ParseProblemFile(root, path.string(), true);
   SolutionFile file{.robot = problems.robot,
                     .scenario = problems.scenario,
@@ -303,7 +288,7 @@ std::string FormatSolutions(const SolutionFile& file) {
     for (const Solution& solution : problem.solutions) entry["solution"].push_back(FormatSolution(solution));
     root["problems"].push_back(std::move(entry));
   }
-  return root.dump(1) + '\n';
+  return Dump(root, 1) + '\n';
 }
 
 void WriteSolutions(const std::filesystem::path& path, const SolutionFile& file) {

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "legopt/dataset/content_hash.h"
+#include "legopt/input/json.h"
 
 namespace legopt::generate {
 
@@ -41,7 +42,7 @@ std::string DescribeGeneration(const DatasetOptions& options, const ProbeOptions
                      {"max_expansions", planner.max_expansions},
                      {"extra_expansions", planner.extra_expansions}};
   root["pairs"] = {{"most", pairs.max_pairs}, {"same_m", pairs.same_m}, {"different_m", pairs.different_m}};
-  return root.dump(1) + "\n";
+  return Dump(root, 1) + "\n";
 }
 
 }  // namespace legopt::generate

@@ -12,6 +12,7 @@
 #include "legopt/dataset/problem_file.h"
 #include "legopt/dataset/text_file.h"
 #include "legopt/generate/seeds.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/parallel.h"
 #include "legopt/random_draws.h"
@@ -135,7 +136,7 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
     std::move(batch.begin(), batch.end(), std::back_inserter(pairs));
     Json state = Json::array();
     for (const PlannedPair& pair : pairs) state.push_back(ToJson(pair));
-    WriteTextFile(state_file, state.dump() + "\n");
+    WriteTextFile(state_file, Dump(state) + "\n");
     if (progress) progress(std::min(CountThoseThatCount(pairs), options.wanted), options.wanted);
   }
   return pairs;

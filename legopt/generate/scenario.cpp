@@ -13,6 +13,7 @@
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/text_file.h"
 #include "legopt/generate/seeds.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
 
@@ -221,7 +222,7 @@ void WriteScenario(const Scenario& scenario, const std::filesystem::path& folder
       root["files"][file] = HashFile(folder / file);
     }
   }
-  WriteTextFile(folder / kScenarioFileName, root.dump(2) + "\n");
+  WriteTextFile(folder / kScenarioFileName, Dump(root, 2) + "\n");
 }
 
 }  // namespace legopt::generate

@@ -22,6 +22,7 @@
 #include "legopt/import/quaternion_order.h"
 #include "legopt/import/robot_files.h"
 #include "legopt/import/scene_files.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/robot/kinematics.h"
 
@@ -122,7 +123,7 @@ class Importer {
       if (found < 0) continue;
       const Joint& joint = robot_->joints()[static_cast<size_t>(found)];
       if (joint.type == JointType::kFixed || (value >= joint.lower && value <= joint.upper)) continue;
-      const auto text = [](double number) { return nlohmann::json(number).dump(); };
+      const auto text = [](double number) { return Dump(nlohmann::json(number)); };
       throw InputError({"", "--nominal", name + "=" + text(value),
                         "is outside of the joint's limits, " + text(joint.lower) + " .. " + text(joint.upper),
                         "give a value between them, in radians (a prismatic joint: in metres)"});

@@ -12,6 +12,7 @@
 #include "legopt/collision/mesh_writer.h"
 #include "legopt/dataset/text_file.h"
 #include "legopt/import/file_copy.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 
 namespace legopt {
@@ -48,7 +49,7 @@ void MakeFolder(const fs::path& folder) {
 /// Shortest text that reads back as the same number; what rounding left of a zero is a zero.
 std::string Number(double value) {
   constexpr double kDust = 1e-12;
-  return nlohmann::json(std::abs(value) < kDust ? 0.0 : value).dump();
+  return Dump(nlohmann::json(std::abs(value) < kDust ? 0.0 : value));
 }
 
 std::string Numbers(const Eigen::Vector3d& v) { return Number(v.x()) + " " + Number(v.y()) + " " + Number(v.z()); }

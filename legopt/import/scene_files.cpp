@@ -1,11 +1,7 @@
 #include "legopt/import/scene_files.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <cctype>
-#include <fstream>
-#include <iterator>
 #include <map>
 
 #include "legopt/collision/mesh_faults.h"
@@ -13,6 +9,8 @@
 #include "legopt/dataset/scene_file.h"
 #include "legopt/dataset/text_file.h"
 #include "legopt/import/file_copy.h"
+#include "legopt/input/file_text.h"
+#include "legopt/input/yaml.h"
 #include "legopt/input_error.h"
 
 namespace legopt {
@@ -105,10 +103,9 @@ class SceneCopy {
 
   /// The text of the scene file with other names of meshes; all else, comments included, stays as it is.
   std::string WithMeshes(const std::map<fs::path, fs::path>& meshes) const {
-    std::ifstream stream(scene_, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+    std::string text = ReadFileText(scene_, YamlLimits{}.bytes);
     if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // a byte order mark, which positions do not count
-    const YAML::Node objects = YAML::Load(text)["objects"];
+    const YAML::Node objects = ParseYaml(text, scene_.string())["objects"];
     for (std::size_t i = objects.size(); i-- > 0;) {  // from the end, so that positions hold
       const YAML::Node file = objects[i]["file"];
       if (!file) continue;

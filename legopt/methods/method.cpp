@@ -4,6 +4,7 @@
 
 #include "legopt/blake2b.h"
 #include "legopt/demand.h"
+#include "legopt/input/json.h"
 #include "legopt/methods/option_visitors.h"
 #include "legopt/nearest_name.h"
 #include "legopt/optimize/solver.h"
@@ -31,7 +32,7 @@ void VisitAllOptions(auto& method, auto& fields) {
   fields.Choice("continuous_collision", method.continuous_collision);
   fields.Number("continuous_weight", method.continuous_weight, 1e-3, 1e6);
   fields.Require(method.contact_range_m > method.collision_margin_m, "contact_range_m", "collision_margin_m",
-                 json(method.contact_range_m).dump(), "must exceed collision_margin_m",
+                 Dump(json(method.contact_range_m)), "must exceed collision_margin_m",
                  "raise it or lower collision_margin_m");
   VisitOptions(method.options, fields);
 }
@@ -137,7 +138,7 @@ json Method::ToJson() const {
 std::string Method::Hash() const {
   json canonical = ToJson();
   canonical.erase("name");
-  return Blake2bHex(canonical.dump());
+  return Blake2bHex(Dump(canonical));
 }
 
 bool Method::draws(const SolverRegistry& registry) const {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "legopt/blake2b.h"
+#include "legopt/input/json.h"
 #include "legopt/nearest_name.h"
 
 namespace legopt {
@@ -15,20 +16,20 @@ using nlohmann::json;
 constexpr char kDigestRule[] = "must be a hash of 64 lower-case hexadecimal digits";
 
 std::string NumberRange(double low, double high) {
-  return "must be a number from " + json(low).dump() + " to " + json(high).dump();
+  return "must be a number from " + Dump(json(low)) + " to " + Dump(json(high));
 }
 
 std::string IntegerRange(int low, int high) {
-  return "must be a whole number from " + json(low).dump() + " to " + json(high).dump();
+  return "must be a whole number from " + Dump(json(low)) + " to " + Dump(json(high));
 }
 
 // Text without its quotes: the error has some.
-std::string Shown(const json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+std::string Shown(const json& value) { return value.is_string() ? value.get<std::string>() : Dump(value); }
 
 std::string Shown(double value) {
   if (std::isnan(value)) return "nan";
   if (std::isinf(value)) return value > 0.0 ? "inf" : "-inf";
-  return json(value).dump();
+  return Dump(json(value));
 }
 
 std::string Path(const std::string& where, const std::string& key) { return where.empty() ? key : where + "." + key; }
@@ -54,7 +55,7 @@ void OptionFaults::ThrowIfAny() const {
 
 bool OptionReader::IsMap(const json& value, const std::string& field, OptionFaults& faults) {
   if (!value.is_object()) {
-    faults.Add(field, value.dump(), "must be a map of keys and values", "write 'key: value' pairs");
+    faults.Add(field, Dump(value), "must be a map of keys and values", "write 'key: value' pairs");
   }
   return value.is_object();
 }
@@ -98,7 +99,7 @@ bool OptionReader::Text(const char* key, std::string& value) {
   const json* found = Find(key);
   if (found == nullptr) return false;
   if (!found->is_string() || found->get<std::string>().empty()) {
-    Fail(key, found->dump(), "must be a text", "write a name");
+    Fail(key, Dump(*found), "must be a text", "write a name");
     return false;
   }
   value = found->get<std::string>();
@@ -143,7 +144,7 @@ void OptionChecker::Number(const char* key, const double& value, double low, dou
 }
 
 void OptionChecker::Integer(const char* key, const int& value, int low, int high) {
-  if (value < low || value > high) faults_.Add(Path(where_, key), json(value).dump(), IntegerRange(low, high), "");
+  if (value < low || value > high) faults_.Add(Path(where_, key), Dump(json(value)), IntegerRange(low, high), "");
 }
 
 void OptionChecker::Digest(const char* key, const std::string& value) {

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "legopt/blake2b.h"
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/methods/option_visitors.h"
 #include "legopt/methods/registry.h"
@@ -30,16 +31,6 @@ std::string ContentOf(const fs::path& file, const std::string& source, const std
   return content.str();
 }
 
-json ReadJsonFile(const fs::path& file) {
-  const std::string text = ContentOf(file, file.string(), "");
-  try {
-    return json::parse(text);
-  } catch (const json::parse_error& error) {
-    throw InputError({file.string(), "byte " + std::to_string(error.byte), "", "no JSON",
-                      "write an object with 'name' and 'command' (docs/solvers.md)"});
-  }
-}
-
 // The texts of a list; faults for all else.
 std::vector<std::string> ReadTexts(OptionReader& reader, const char* key, OptionFaults& faults) {
   std::vector<std::string> texts;
@@ -47,7 +38,7 @@ std::vector<std::string> ReadTexts(OptionReader& reader, const char* key, Option
   if (list == nullptr) return texts;
   const auto is_text = [](const json& item) { return item.is_string() && !item.get_ref<const std::string&>().empty(); };
   if (!list->is_array() || !std::ranges::all_of(*list, is_text)) {
-    faults.Add(key, list->dump(), "must be a list of texts", std::string("write \"") + key + "\": [\"...\"]");
+    faults.Add(key, Dump(*list), "must be a list of texts", std::string("write \"") + key + "\": [\"...\"]");
     return texts;
   }
   return list->get<std::vector<std::string>>();
@@ -166,7 +157,7 @@ std::string CurrentHash(const Declaration& declaration) {
   for (const fs::path& file : declaration.files) {
     parts["files"].push_back(Blake2bHex(ContentOf(file, declaration.file, "files")));
   }
-  return Blake2bHex(parts.dump());
+  return Blake2bHex(Dump(parts));
 }
 
 }  // namespace legopt::external

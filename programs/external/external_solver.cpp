@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "legopt/input/json.h"
 #include "programs/external/robot_lines.h"
 
 namespace legopt::external {
@@ -21,7 +22,7 @@ Clock::time_point After(double duration_s) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(duration_s));
 }
 
-std::string Seconds(double duration_s) { return nlohmann::json(duration_s).dump() + " s"; }
+std::string Seconds(double duration_s) { return Dump(nlohmann::json(duration_s)) + " s"; }
 
 std::uint64_t SeedOf(const SolverContext& context) {
   return context.generator == nullptr ? 0 : (*context.generator)() >> (64 - kSeedBits);
@@ -170,7 +171,7 @@ void ExternalSolver::Answer(EvaluateRequest request) {
   asked_ = request.x;
   const bool finite = slotted_.Evaluate(request.x.data());
   if (finite) NoteBest();
-  Send(EvaluationJson(slotted_, request, finite, request.contacts && finite ? Contacts() : nlohmann::json()).dump());
+  Send(Dump(EvaluationJson(slotted_, request, finite, request.contacts && finite ? Contacts() : nlohmann::json())));
 }
 
 // Of the point that was evaluated, wherever the program has been since.

@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "legopt/input/json.h"
 #include "programs/external/protocol.h"
 
 namespace legopt::external {
@@ -59,7 +60,7 @@ void FileChannel::Send(std::string_view line, Clock::time_point) {
 
 void FileChannel::Begin(std::string_view solve) {
   process_.reset();
-  num_variables_ = nlohmann::json::parse(solve).at("variables").get<int>();
+  num_variables_ = ParseJson(solve, "problem").at("variables").get<int>();
   std::error_code ignored;
   fs::remove_all(SolutionFile(scratch_), ignored);
   fs::remove_all(ProblemFile(scratch_), ignored);  // of a solver that has made a folder or a link of it

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "legopt/input/json.h"
+#include "legopt/input_error.h"
 #include "programs/external/line_channel.h"
 #include "programs/printable.h"
 
@@ -25,27 +27,26 @@ std::string Excerpt(std::string_view line) {
   return "'" + programs::Printable(std::string(line.substr(0, kShownBytes))) + (cut ? "...'" : "'");
 }
 
-// Nothing where it is no JSON, or nested deeper than any message: a line of brackets would become gigabytes.
-json ParseShallow(std::string_view text) {
-  bool too_deep = false;
-  const auto watch = [&too_deep](int depth, json::parse_event_t event, json&) {
-    const bool opens = event == json::parse_event_t::array_start || event == json::parse_event_t::object_start;
-    if (opens && depth >= kDeepest) too_deep = true;
-    return !too_deep;
-  };
-  json parsed = json::parse(text, watch, false);
-  return too_deep ? json() : parsed;
+// Throws SolverFault, which says that `what` is no JSON object of the protocol.
+json ParseMessage(std::string_view text, const std::string& what) {
+  std::string why;
+  try {
+    json message = ParseJson(text, what, {.bytes = kMaxLineBytes, .depth = kDeepest});
+    if (message.is_object()) return message;
+    why = "it is no object";
+  } catch (const InputError& error) {
+    why = error.fault().message;
+    if (!error.fault().field.empty()) why = error.fault().field + ": " + why;
+  }
+  throw SolverFault(what + " that is no JSON object of the protocol (NaN and Infinity are no JSON): " + Excerpt(text) +
+                    "; " + why);
 }
 
 /// The fields of one message, with its type for faults.
 class MessageFields {
  public:
   explicit MessageFields(std::string_view line) {
-    object_ = ParseShallow(line);
-    if (!object_.is_object()) {
-      throw SolverFault("sent a line that is no JSON object of the protocol (NaN and Infinity are no JSON): " +
-                        Excerpt(line));
-    }
+    object_ = ParseMessage(line, "sent a line");
     const auto type = object_.find("type");
     if (type == object_.end() || !type->is_string()) throw SolverFault("sent a line without a type: " + Excerpt(line));
     type_ = type->get<std::string>();
@@ -60,7 +61,7 @@ class MessageFields {
   }
 
   [[noreturn]] void Refuse(const char* key, const std::string& rule) const {
-    const std::string value = object_.at(key).dump(-1, ' ', false, json::error_handler_t::replace);
+    const std::string value = Dump(object_.at(key));
     throw SolverFault("sent '" + type_ + "' whose '" + key + "' is not " + rule + ": " + Excerpt(value));
   }
 
@@ -216,7 +217,7 @@ std::string SolveLine(const SlottedProgram& program, int num_waypoints, const So
                {"settings", terms.settings}};
   if (!terms.robot.is_null()) line["robot"] = terms.robot;
   if (!terms.at_start.is_null()) line["at_start"] = terms.at_start;
-  return line.dump();
+  return Dump(line);
 }
 
 json EvaluationJson(const SlottedProgram& program, const EvaluateRequest& request, bool finite, json contacts) {
@@ -234,27 +235,23 @@ json EvaluationJson(const SlottedProgram& program, const EvaluateRequest& reques
   return answer;
 }
 
-std::string CancelLine() { return json{{"type", "cancel"}}.dump(); }
+std::string CancelLine() { return Dump(json{{"type", "cancel"}}); }
 
 std::string HelloLine(const std::string& name) {
-  return json{{"type", "hello"}, {"protocol", kProtocol}, {"name", name}, {"version", ""}}.dump();
+  return Dump(json{{"type", "hello"}, {"protocol", kProtocol}, {"name", name}, {"version", ""}});
 }
 
 std::string SolutionLine(std::string_view file, int num_variables) {
-  json solution = ParseShallow(file);
-  if (!solution.is_object()) {
-    throw SolverFault("left a solution file that is no JSON object of the protocol (NaN and Infinity are no JSON): " +
-                      Excerpt(file));
-  }
+  json solution = ParseMessage(file, "left a solution file");
   solution["type"] = "solution";
   solution.emplace("status", "converged");
   const bool pointless = !solution.contains("x") && !solution.contains("waypoints");
   if (pointless && solution["status"] == "failed") solution["x"] = Start(num_variables);
-  return solution.dump(-1, ' ', false, json::error_handler_t::replace);
+  return Dump(solution);
 }
 
 std::string StoppedLine(int num_variables) {
-  return json{{"type", "solution"}, {"x", Start(num_variables)}, {"status", "limit"}}.dump();
+  return Dump(json{{"type", "solution"}, {"x", Start(num_variables)}, {"status", "limit"}});
 }
 
 }  // namespace legopt::external

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/methods/method.h"
 #include "legopt/solve/job_runner.h"
@@ -37,7 +38,7 @@ class WatchedChannel final : public LineChannel {
   }
   std::optional<std::string> Receive(Clock::time_point deadline) override {
     auto line = channel_->Receive(deadline);
-    if (line) Note(nlohmann::json::parse(*line, nullptr, false));
+    if (line) Note(TryParseJson(*line).value_or(nullptr));
     return line;
   }
 

@@ -37,7 +37,7 @@ class DatasetArchiveTest : public testing::Test {
 
   void ExpectRefused(const std::string& archive, const std::string& why) {
     try {
-      UnpackDataset(archive, out_);
+      UnpackDataset(archive, out_, {});
       ADD_FAILURE() << "unpacked: " << why;
     } catch (const InputError& error) {
       EXPECT_THAT(error.what(), HasSubstr(why));
@@ -50,7 +50,7 @@ class DatasetArchiveTest : public testing::Test {
 
 TEST_F(DatasetArchiveTest, ADatasetComesBackWithItsContentAndName) {
   const SyntheticFolder source(folder_ / "source");
-  UnpackDataset(PackDataset(source.path(), {}), out_);
+  UnpackDataset(PackDataset(source.path(), {}), out_, {});
   const auto before = Dataset::Load(source.path());
   const auto after = Dataset::Load(out_);
   EXPECT_EQ(after->content_hash(), before->content_hash());
@@ -68,7 +68,7 @@ TEST_F(DatasetArchiveTest, AWrongByteIsAnotherContent) {
   ASSERT_NE(place, std::string::npos);
   char& digit = plain[place + before.size()];
   digit = digit == '9' ? '8' : '9';
-  UnpackDataset(Compressed(plain), out_);
+  UnpackDataset(Compressed(plain), out_, {});
   EXPECT_NE(HashOfDataset(out_, {}), HashOfDataset(source.path(), {}));
 }
 
@@ -82,7 +82,7 @@ TEST_F(DatasetArchiveTest, NoNameLeadsOutOfTheFolder) {
 
 TEST_F(DatasetArchiveTest, DamageIsRefused) {
   const std::string whole = ArchiveOf("a", "content", 7);
-  EXPECT_NO_THROW(UnpackDataset(whole, out_));
+  EXPECT_NO_THROW(UnpackDataset(whole, out_, {}));
   ExpectRefused("", "is none");
   ExpectRefused("no archive at all", "is none");
   ExpectRefused(whole.substr(0, whole.size() - 1), "is damaged");
@@ -100,6 +100,48 @@ TEST_F(DatasetArchiveTest, DamageIsRefused) {
 
 TEST_F(DatasetArchiveTest, AFewBytesDoNotBecomeAFullDisk) {
   ExpectRefused(Compressed(std::string(kMostUnpackedBytes + 1, ' ')), "is too large");
+  ExpectRefused(Compressed(std::string(std::size_t{200} << 20, '\0')), "is too large");
+}
+
+TEST_F(DatasetArchiveTest, AHugeTableIsNotParsed) {
+  ExpectRefused(Compressed(std::string(50'000'000, '[') + "\n"), "no table of its files");
+  ExpectRefused(Compressed(std::string(5'000'000, '[') + "\n"), "no table of its files");
+  ExpectRefused(Compressed(R"({"format": "legopt-dataset-archive/1", "files": [], "files": []})"
+                           "\n"),
+                "no table of its files");
+}
+
+TEST_F(DatasetArchiveTest, LongPathsAreRefused) {
+  std::string deep;
+  for (int i = 0; i < 40; ++i) deep += "d/";
+  ExpectRefused(ArchiveOf(deep + "a", "x", 1), "too long a path");
+  ExpectRefused(ArchiveOf(std::string(1100, 'a'), "x", 1), "too long a path");
+}
+
+TEST_F(DatasetArchiveTest, TheTableIsParsedUnderTheGuard) {
+  int calls = 0;
+  const ReadGuard guard = [&calls](const std::function<std::string()>& read, const ReadLimits& /*limits*/) {
+    ++calls;
+    return read();
+  };
+  UnpackDataset(ArchiveOf("a/b c\n", "content", 7), out_, guard);
+  EXPECT_EQ(calls, 1);
+  EXPECT_TRUE(fs::exists(out_ / "a/b c\n"));
+  const ReadGuard failing = [](const std::function<std::string()>&, const ReadLimits&) -> std::string {
+    throw ReadFailed("it ended with signal 11");
+  };
+  EXPECT_THROW(UnpackDataset(ArchiveOf("a", "content", 7), out_, failing), InputError);
+}
+
+TEST_F(DatasetArchiveTest, ManyFilesOfManyPiecesComeBack) {
+  const std::string large(300'000, 'x');
+  const nlohmann::json table = {
+      {"format", "legopt-dataset-archive/1"},
+      {"files", {{{"path", "a"}, {"bytes", 300'000}}, {{"path", "b"}, {"bytes", 0}}, {{"path", "c/d"}, {"bytes", 3}}}}};
+  UnpackDataset(Compressed(table.dump() + "\n" + large + "end"), out_, {});
+  EXPECT_EQ(fs::file_size(out_ / "a"), 300'000U);
+  EXPECT_EQ(fs::file_size(out_ / "b"), 0U);
+  EXPECT_EQ(fs::file_size(out_ / "c/d"), 3U);
 }
 
 TEST_F(DatasetArchiveTest, WhatIsTooLargeToTravelIsSaid) {

@@ -48,7 +48,8 @@ TEST_F(DatasetErrorsTest, FolderMissingOrEmpty) {
 }
 
 TEST_F(DatasetErrorsTest, BrokenYamlNamesTheLine) {
-  EXPECT_THAT(AfterYaml("name: tiny", "name: [tiny"), AllOf(HasSubstr("dataset.yaml"), HasSubstr("line")));
+  EXPECT_THAT(AfterYaml("name: tiny", "name: [tiny"),
+              AllOf(HasSubstr("dataset.yaml"), HasSubstr("dataset.yaml:4: is not valid YAML")));
 }
 
 TEST_F(DatasetErrorsTest, UnknownKeyNamesTheNearest) {

@@ -76,7 +76,7 @@ TEST_F(SceneFileTest, FaultsNameObjectKeyAndFix) {
   EXPECT_THAT(Message("object: []"), HasSubstr("did you mean 'objects'?"));
   EXPECT_THAT(Message("- 1"), HasSubstr("must be a map"));
   EXPECT_THAT(Message("objects: [3]"), HasSubstr("must be a map"));
-  EXPECT_THAT(Message("objects: ["), AllOf(HasSubstr("line"), HasSubstr("not valid YAML")));
+  EXPECT_THAT(Message("objects: ["), AllOf(HasSubstr("scene.yaml:1"), HasSubstr("not valid YAML")));
   EXPECT_THAT(MessageOf([&] { ReadSceneFile(folder_.path() / "none.yaml"); }), HasSubstr("cannot be read"));
 }
 

@@ -15,6 +15,7 @@
 #include <random>
 
 #include "legopt/dataset/problem_file.h"
+#include "legopt/input/json.h"
 #include "tests/dataset/test_data.h"
 
 namespace legopt {

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <locale>
+#include <sstream>
+#include <string>
+
+namespace legopt {
+
+/// A string stream that does not follow the global locale: numbers have a decimal point and no thousands separators.
+template <class Stream>
+class ClassicStream : public Stream {
+ public:
+  ClassicStream() { this->imbue(std::locale::classic()); }
+  /// Begins with `text`.
+  explicit ClassicStream(const std::string& text) : Stream(text) { this->imbue(std::locale::classic()); }
+};
+
+using ClassicInput = ClassicStream<std::istringstream>;   ///< reads from a text
+using ClassicOutput = ClassicStream<std::ostringstream>;  ///< collects a text
+
+}  // namespace legopt

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+/// @file
+/// The only place that parses YAML. scripts/check-readers refuses calls of the library's own Load functions.
+
+namespace legopt {
+
+/// Bounds of a YAML text. Text beyond them is refused before it is turned into nodes.
+struct YamlLimits {
+  std::size_t bytes = std::size_t{16} << 20;  ///< length of the text
+  std::size_t depth = 64;                     ///< nesting of lists and maps, aliases resolved
+  std::size_t values = 1'000'000;             ///< number of values, lists and maps, aliases resolved
+};
+
+/// Limits of files that people write: suites and pool files.
+inline constexpr YamlLimits kShortYaml{.bytes = std::size_t{1} << 20, .depth = 64, .values = 100'000};
+
+/// Parses the one document of a YAML text. Throws InputError with line and fix: text beyond `limits`, text that is not
+/// UTF-8, invalid syntax, a second document, a key that a map has twice, a key that is no scalar, a merge key (`<<`),
+/// and an alias inside of the value that it stands for. `source` is the file's name, or says where the text comes from.
+YAML::Node ParseYaml(const std::string& text, const std::string& source, const YamlLimits& limits = {});
+
+/// Parses a YAML file. Throws InputError as ParseYaml does, and for a file that cannot be read.
+YAML::Node ReadYamlFile(const std::filesystem::path& path, const YamlLimits& limits = {});
+
+}  // namespace legopt

@@ -1,0 +1,43 @@
+#!/usr/bin/env python3
+"""Policy: this checkout reads and writes untrusted text by its own readers alone, and scripts/check-readers names each other
+call. readers_test.py CASE"""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
+
+
+def check(folder):
+    result = subprocess.run([os.path.join(ROOT, "scripts", "check-readers"), folder], capture_output=True, text=True)
+    return result.returncode, result.stdout
+
+
+class ReadersTest(unittest.TestCase):
+    def faults_of(self, line, path="client/a.cpp"):
+        with tempfile.TemporaryDirectory() as folder:
+            os.makedirs(os.path.join(folder, os.path.dirname(path)))
+            with open(os.path.join(folder, path), "w", encoding="utf-8") as file:
+                file.write("#include <string>\n" + line + "\n")
+            return check(folder)[1]
+
+    def test_this_checkout_is_clean(self):
+        self.assertEqual(check(ROOT), (0, ""))
+
+    def test_other_calls_are_named(self):
+        for line in ("YAML::Load(text);", "YAML::LoadFile(path);", "auto a = json::parse(b);", "nlohmann::json::parse(b)",
+                     "Json::accept(b)", "nlohmann::ordered_json::parse(b)", "a.dump();", "a->dump(2);"):
+            self.assertIn("client/a.cpp:2: ", self.faults_of(line), line)
+
+    def test_the_readers_may_call_the_parsers(self):
+        self.assertEqual(self.faults_of("YAML::Load(text);", "legopt/input/yaml.cpp"), "")
+        self.assertIn("yaml.cpp:2", self.faults_of("json::parse(text);", "legopt/input/yaml.cpp"))
+
+    def test_a_line_with_a_reason_passes(self):
+        self.assertEqual(self.faults_of("a.dump();  // reader: the value was made here"), "")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0]] + ["ReadersTest." + case for case in sys.argv[1:]])

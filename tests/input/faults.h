@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include "legopt/input_error.h"
+
+namespace legopt::test {
+
+/// The message of the InputError that `call` throws; empty when it throws none.
+template <class Call>
+std::string FaultOf(const Call& call) {
+  try {
+    call();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace legopt::test
