@@ -280,4 +280,6 @@ ExactCollision::Step ExactCollision::LongestStep(const Kinematics& from, const K
   return longest;
 }
 
+std::int64_t ExactCollision::ode_failures() const { return impl_->world.ode_failures(); }
+
 }  // namespace legopt

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -111,6 +112,10 @@ class ExactCollision {
   /// The farthest any point of any link's geometry is from where it was: at a vertex of its hull, as the distance is a
   /// convex function of the point.
   Step LongestStep(const Kinematics& from, const Kinematics& to) const;
+
+  /// Number of mesh queries since construction in which ODE failed an assertion and the exact triangle test answered
+  /// (TrimeshWorld::ode_failures).
+  std::int64_t ode_failures() const;
 
  private:
   struct Impl;

@@ -2,20 +2,25 @@
 
 #include <ode/ode.h>
 
+#include <array>
 #include <cstdarg>
 #include <cstdio>
-#include <cstdlib>
 #include <mutex>
+#include <string>
 
 namespace legopt {
 namespace {
 
+constexpr std::size_t kLongestText = 512;
+
 /// ODE reports full contact tables and the like on stderr; a library does not print.
 void Silence(int /*number*/, const char* /*format*/, va_list /*arguments*/) {}
 
-[[noreturn]] void Fail(const char* call) {
-  std::fprintf(stderr, "ODE: %s failed\n", call);
-  std::abort();
+/// For dDebug (assertions) and dError, which end the process when their handler returns.
+[[noreturn]] void Throw(int number, const char* format, va_list arguments) {
+  std::array<char, kLongestText> text{};
+  if (std::vsnprintf(text.data(), text.size(), format, arguments) < 0) text.front() = '\0';
+  throw OdeFailure("ODE, error " + std::to_string(number) + ": " + text.data());
 }
 
 }  // namespace
@@ -23,12 +28,14 @@ void Silence(int /*number*/, const char* /*format*/, va_list /*arguments*/) {}
 void UseOdeOnThisThread() {
   static std::once_flag process_flag;
   std::call_once(process_flag, [] {
-    if (dInitODE2(0) == 0) Fail("dInitODE2");
     dSetMessageHandler(&Silence);
+    dSetDebugHandler(&Throw);
+    dSetErrorHandler(&Throw);
+    if (dInitODE2(0) == 0) throw OdeFailure("ODE: dInitODE2 failed");
   });
   static thread_local bool ready = false;
   if (ready) return;
-  if (dAllocateODEDataForThread(dAllocateMaskAll) == 0) Fail("dAllocateODEDataForThread");
+  if (dAllocateODEDataForThread(dAllocateMaskAll) == 0) throw OdeFailure("ODE: dAllocateODEDataForThread failed");
   ready = true;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "legopt/collision/ode_runtime.h"
@@ -39,6 +40,7 @@ std::mutex& ColliderCache() {
 struct TrimeshWorld::Impl {
   std::vector<std::unique_ptr<Mesh>> meshes;
   std::vector<dContactGeom> contacts = std::vector<dContactGeom>(kOriginalContacts);
+  std::int64_t ode_failures = 0;
 
   ~Impl() {
     for (const auto& mesh : meshes) {
@@ -49,11 +51,22 @@ struct TrimeshWorld::Impl {
   const Mesh& at(int mesh) const { return *meshes[static_cast<size_t>(mesh)]; }
   dGeomID geom(int mesh) const { return at(mesh).geom; }
 
-  /// Number of contacts, at most kOriginalContacts, which are left in `contacts`.
-  int Collide(int mesh_a, int mesh_b) {
+  /// ODE's tree of a single triangle is a null pointer that its collider dereferences.
+  bool IsKnownToOde(int mesh) const { return at(mesh).triangles.triangles.size() > 1; }
+
+  /// Number of contacts, at most kOriginalContacts, which are left in `contacts`. None if ODE cannot answer: it does
+  /// not know a mesh, or it fails an assertion. Its table of contacts holds four per bucket, and removing a contact
+  /// that found its bucket full fails one.
+  std::optional<int> Collide(int mesh_a, int mesh_b) {
+    if (!IsKnownToOde(mesh_a) || !IsKnownToOde(mesh_b)) return std::nullopt;
     UseOdeOnThisThread();
     const std::scoped_lock lock(ColliderCache());
-    return dCollide(geom(mesh_a), geom(mesh_b), kOriginalContacts, contacts.data(), sizeof(dContactGeom));
+    try {
+      return dCollide(geom(mesh_a), geom(mesh_b), kOriginalContacts, contacts.data(), sizeof(dContactGeom));
+    } catch (const OdeFailure&) {
+      ++ode_failures;
+      return std::nullopt;
+    }
   }
   /// Largest depth of the first contacts; -1 without any.
   double Deepest(int count) const {
@@ -94,13 +107,20 @@ void TrimeshWorld::SetPose(int mesh, const Eigen::Isometry3d& pose) {
   dGeomSetPosition(impl_->geom(mesh), pose.translation().x(), pose.translation().y(), pose.translation().z());
 }
 
-double TrimeshWorld::Depth(int mesh_a, int mesh_b) { return impl_->Deepest(impl_->Collide(mesh_a, mesh_b)); }
+double TrimeshWorld::Depth(int mesh_a, int mesh_b) {
+  const std::optional<int> count = impl_->Collide(mesh_a, mesh_b);
+  return count ? impl_->Deepest(*count) : ExactDepth(mesh_a, mesh_b);
+}
 
 TrimeshWorld::Depths TrimeshWorld::AllDepths(int mesh_a, int mesh_b) {
-  const int count = impl_->Collide(mesh_a, mesh_b);
+  const std::optional<int> count = impl_->Collide(mesh_a, mesh_b);
   Depths depths;
-  depths.original_m = depths.all_m = impl_->Deepest(count);
-  if (count < kOriginalContacts) return depths;
+  if (!count) {
+    depths.original_m = depths.all_m = ExactDepth(mesh_a, mesh_b);
+    return depths;
+  }
+  depths.original_m = depths.all_m = impl_->Deepest(*count);
+  if (*count < kOriginalContacts) return depths;
   depths.all_m = std::max(depths.original_m, ExactDepth(mesh_a, mesh_b));
   return depths;
 }
@@ -111,6 +131,8 @@ double TrimeshWorld::ExactDepth(int mesh_a, int mesh_b) const {
   const Mesh& small = impl_->at(a_is_larger ? mesh_b : mesh_a);
   return MeshDepth(large.triangles, large.bvh, small.triangles, large.pose.inverse(Eigen::Isometry) * small.pose);
 }
+
+std::int64_t TrimeshWorld::ode_failures() const { return impl_->ode_failures; }
 
 MeshCrossing TrimeshWorld::Crossing(int mesh_a, int mesh_b) const {
   const Mesh &a = impl_->at(mesh_a), &b = impl_->at(mesh_b);

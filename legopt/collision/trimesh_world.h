@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -32,15 +33,19 @@ class TrimeshWorld {
   int Add(TriangleMesh triangles);
   /// Owner's pose in the world; identity at first.
   void SetPose(int mesh, const Eigen::Isometry3d& pose);
-  /// Largest depth of the contacts between two meshes, as the original evaluator has it: Depths::original_m.
+  /// Largest depth of the contacts between two meshes, as the original evaluator has it: Depths::original_m. ExactDepth
+  /// where ODE fails or a mesh is a single triangle, which ODE cannot collide.
   double Depth(int mesh_a, int mesh_b);
   /// Both depths. Looks at all pairs of triangles (ExactDepth) only when there are as many contacts as the original
-  /// looks at.
+  /// looks at, or when ODE cannot answer; then both are the exact depth.
   Depths AllDepths(int mesh_a, int mesh_b);
   /// Largest depth of all crossing triangles of two meshes by ODE's rule but not by ODE (triangle_depth.h), m; negative
   /// when none cross. ODE itself is not to be asked for many contacts: its store of contacts, by which it merges those
   /// that coincide, ends the program when it runs over.
   double ExactDepth(int mesh_a, int mesh_b) const;
+
+  /// Number of calls of Depth and AllDepths in which ODE failed an assertion (OdeFailure) and ExactDepth answered.
+  std::int64_t ode_failures() const;
 
   /// Where that depth is: DeepestCrossing with its points in the world, of these two meshes in this order.
   MeshCrossing Crossing(int mesh_a, int mesh_b) const;
