@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdlib>
+#include <iterator>
 #include <memory>
 #include <string_view>
 
@@ -142,34 +143,12 @@ void CheckForeignKeys(Connection& connection, std::vector<Defect>& defects) {
   if (defect.places > 0) defects.push_back(std::move(defect));
 }
 
-// (kind, name) and definition of everything in the schema.
-std::vector<std::pair<std::string, std::string>> SchemaOf(Connection& connection) {
-  std::vector<std::pair<std::string, std::string>> schema;
-  Statement read(connection, "SELECT type, name, sql FROM sqlite_schema WHERE name NOT GLOB 'sqlite_*' ORDER BY 1, 2",
-                 false);
-  while (read.Step()) schema.emplace_back(read.column_text(0) + " " + read.column_text(1), read.column_text(2));
-  return schema;
-}
-
-// What a new database has; made once, for all its migrations take longer than an audit of a small file.
-const std::vector<std::pair<std::string, std::string>>& NewestSchema() {
-  static const auto schema = [] {
-    Connection fresh(":memory:", Connection::Mode::kMemory);
-    Migrate(fresh, Migrations());
-    return SchemaOf(fresh);
-  }();
-  return schema;
-}
-
 void CheckSchema(Connection& connection, std::vector<Defect>& defects) {
-  const auto is = SchemaOf(connection);
-  Defect defect{"schema", "", 0};
-  for (const auto& [name, sql] : NewestSchema()) {
-    bool same = false;
-    for (const auto& [found, text] : is) same = same || (found == name && text == sql);
-    if (!same && defect.places++ == 0) defect.detail = "missing or changed: " + name;
-  }
-  if (defect.places > 0) defects.push_back(std::move(defect));
+  const std::vector<SchemaDefect> found = SchemaDefects(connection, SchemaVersion());
+  if (found.empty()) return;
+  const bool foreign = found.front().kind == SchemaDefect::Kind::kForeign;
+  defects.push_back(
+      {"schema", (foreign ? "not legopt's: " : "missing or changed: ") + found.front().entry, std::ssize(found)});
 }
 
 void CheckRule(Connection& connection, const Rule& rule, std::vector<Defect>& defects) {

@@ -11,6 +11,7 @@
 
 #include "db/audit.h"
 #include "db/connection.h"
+#include "db/file_state.h"
 #include "db/migrations.h"
 #include "db/read_only_database.h"
 
@@ -98,6 +99,7 @@ BackupReport BackUp(Connection& source, const std::filesystem::path& target) {
     copy.CopyFrom(source);
     // One file, without side files, readable from read-only folders; a server switches back to write-ahead logging.
     copy.Execute("PRAGMA journal_mode = DELETE");
+    RenewSession(copy);
     if (const auto defects = AuditFile(copy); !defects.empty()) {
       Fail(StoreErrorCode::kCorrupt, source.path(),
            "the copy is not sound (" + defects.front().detail +

@@ -20,7 +20,8 @@ struct BackupReport {
 
 /// Copies a legopt database of this or an older schema, also one that a server is writing to, into the new file
 /// `target`: one commit of its history, checked (integrity, foreign keys), synced, and complete when it appears under
-/// its name. Nothing is ever overwritten; a failure leaves nothing but, after a crash, `<target>.partial-PID`.
+/// its name. The copy has a session of its own (db/file_state.h). Nothing is ever overwritten; a failure leaves nothing
+/// but, after a crash, `<target>.partial-PID`.
 ///
 /// The source is opened read-only and read in one transaction by SQLite's backup interface, so the server remains the
 /// only writer and the only one that checkpoints, and goes on meanwhile; its log grows until the copy is done. The

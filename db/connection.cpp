@@ -26,7 +26,7 @@ Meaning MeaningOf(int code) {
     case SQLITE_PROTOCOL:
       return {StoreErrorCode::kIo, "check the disk: its space and quota, its kernel messages"};
     case SQLITE_CORRUPT:
-      return {StoreErrorCode::kCorrupt, "restore a backup"};
+      return {StoreErrorCode::kCorrupt, "restore a backup: 'legopt restore BACKUP --db FILE'"};
     case SQLITE_NOTADB:
       return {StoreErrorCode::kNotLegopt, "this is not a SQLite file; choose another file"};
     case SQLITE_BUSY:
@@ -56,11 +56,12 @@ int FlagsOf(Connection::Mode mode) {
   return kCommon | SQLITE_OPEN_READONLY;
 }
 
-// As a URI, so that no character of the path means anything.
+// A URI escapes every character of the path. Its authority is empty: "file:" followed by a path that begins with two
+// slashes would name a host.
 std::string UriOf(const std::filesystem::path& path, Connection::Mode mode) {
   if (mode == Connection::Mode::kMemory) return ":memory:";
   constexpr char kHex[] = "0123456789ABCDEF";
-  std::string uri = "file:";
+  std::string uri = "file://";
   for (const char c : std::filesystem::absolute(path).string()) {
     const auto byte = static_cast<unsigned char>(c);
     if (std::isalnum(byte) != 0 || c == '/' || c == '.' || c == '-' || c == '_') {
@@ -70,6 +71,16 @@ std::string UriOf(const std::filesystem::path& path, Connection::Mode mode) {
     }
   }
   return mode == Connection::Mode::kImmutable ? uri + "?immutable=1" : uri;
+}
+
+// SQLite builds the names of the side files in buffers of 512 bytes.
+void RequireShortPath(const std::filesystem::path& path) {
+  constexpr std::size_t kMostBytes = 500;
+  const std::size_t bytes = std::filesystem::absolute(path).string().size();
+  if (bytes <= kMostBytes) return;
+  throw StoreError(StoreErrorCode::kUnwritable, path.string() + ": the path has " + std::to_string(bytes) +
+                                                    " bytes, more than the " + std::to_string(kMostBytes) +
+                                                    " that SQLite can open; use a folder with a shorter path");
 }
 
 // SQLite's statistics of its memory, which nobody reads, take a lock of the process at every allocation: an eighth of
@@ -188,12 +199,24 @@ std::string Statement::column_text(int column) const {
   return data == nullptr ? std::string() : std::string(static_cast<const char*>(data), static_cast<std::size_t>(size));
 }
 
+void Statement::ThrowUnknownWord(const std::string& text) const {
+  constexpr std::size_t kMostBytes = 40;
+  std::string shown;
+  for (const char c : text.substr(0, kMostBytes)) shown += std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '?';
+  const char* file = sqlite3_db_filename(handle_, "main");
+  throw StoreError(StoreErrorCode::kCorrupt, std::string(file == nullptr ? "" : file) + ": holds the unknown word '" +
+                                                 shown + (text.size() > kMostBytes ? "..." : "") +
+                                                 "'; restore a backup: 'legopt restore BACKUP --db FILE'");
+}
+
 bool Statement::read_only() const { return sqlite3_stmt_readonly(statement_) != 0; }
 
 // --- Connection ------------------------------------------------------------------------------------------------------
 
-Connection::Connection(const std::filesystem::path& path, Mode mode) : path_(path) {
+Connection::Connection(const std::filesystem::path& path, Mode mode, std::filesystem::path shown)
+    : path_(std::move(shown)) {
   StopMemoryStatistics();
+  if (mode != Mode::kMemory) RequireShortPath(path);
   const int code = sqlite3_open_v2(UriOf(path, mode).c_str(), &handle_, FlagsOf(mode), nullptr);
   try {
     if (code != SQLITE_OK) {

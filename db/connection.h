@@ -76,12 +76,13 @@ class Statement {
   Enum column_word(int column) const {
     const std::string text = column_text(column);
     if (const std::optional<Enum> value = ParseWord<Enum>(text)) return *value;
-    throw StoreError(StoreErrorCode::kCorrupt, "the database holds the unknown word '" + text + "'");
+    ThrowUnknownWord(text);
   }
   bool read_only() const;
 
  private:
   friend class Connection;
+  [[noreturn]] void ThrowUnknownWord(const std::string& text) const;
   void Check(int code, int expected);
   sqlite3* handle_ = nullptr;
   sqlite3_stmt* statement_ = nullptr;
@@ -101,7 +102,9 @@ class Connection {
   };
 
   /// Throws StoreError (kUnwritable when the file cannot be opened that way).
-  Connection(const std::filesystem::path& path, Mode mode);
+  Connection(const std::filesystem::path& path, Mode mode) : Connection(path, mode, path) {}
+  /// The same for a copy: path() is that of the file which people know.
+  Connection(const std::filesystem::path& path, Mode mode, std::filesystem::path shown);
   ~Connection();
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;

@@ -54,7 +54,7 @@ std::string HolderOf(ino_t inode) {
 DatabaseFile::DatabaseFile(const std::filesystem::path& path) {
   Open(path);
   try {
-    lock_ = std::make_unique<LockFile>(path_.string() + ".lock");
+    lock_ = std::make_unique<LockFile>(path_);
     LockItself();
   } catch (...) {
     close(descriptor_);

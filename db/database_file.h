@@ -38,6 +38,8 @@ class DatabaseFile {
   /// From now on the side files of the write-ahead log that exist belong to the file: they must stay as well.
   void RememberSideFiles();
 
+  LockFile& lock() { return *lock_; }
+
   enum class Place {
     kThere,      ///< path and side files lead to what was opened
     kElsewhere,  ///< the file has another name now

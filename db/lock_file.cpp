@@ -8,28 +8,56 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <iterator>
+#include <sstream>
 #include <string>
+#include <string_view>
 
 #include "db/store_error.h"
 
 namespace legopt::db {
 namespace {
 
-std::string ReadHolder(int descriptor) {
-  std::array<char, 200> text{};
+constexpr std::string_view kSession = "session ";
+
+std::vector<std::string> LinesOf(int descriptor) {
+  std::array<char, 1000> text{};
   const ssize_t size = pread(descriptor, text.data(), text.size(), 0);
-  std::string holder(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
-  while (!holder.empty() && holder.back() == '\n') holder.pop_back();
-  return holder.empty() ? "unknown process" : holder;
+  std::istringstream stream(std::string(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
 }
 
-void WriteHolder(int descriptor) {
+std::vector<std::string> ReadSessions(int descriptor) {
+  std::vector<std::string> sessions;
+  for (const std::string& line : LinesOf(descriptor)) {
+    if (line.starts_with(kSession)) sessions.push_back(line.substr(kSession.size()));
+  }
+  return sessions;
+}
+
+std::string ReadHolder(int descriptor) {
+  const std::vector<std::string> lines = LinesOf(descriptor);
+  return lines.empty() || lines.front().empty() ? "unknown process" : lines.front();
+}
+
+// The new content is written over the old one before the rest is cut off: sessions are named at every moment.
+bool WriteContent(int descriptor, const std::vector<std::string>& sessions) {
   std::array<char, 100> host{};
   gethostname(host.data(), host.size() - 1);
-  const std::string holder = "process " + std::to_string(getpid()) + " on " + host.data() + "\n";
-  // For people only: the lock does not depend on it.
-  if (ftruncate(descriptor, 0) != 0 || pwrite(descriptor, holder.data(), holder.size(), 0) < 0) return;
+  std::string text = "process " + std::to_string(getpid()) + " on " + host.data() + "\n";
+  for (const std::string& session : sessions) text += std::string(kSession) + session + "\n";
+  return pwrite(descriptor, text.data(), text.size(), 0) == std::ssize(text) &&
+         ftruncate(descriptor, std::ssize(text)) == 0 && fsync(descriptor) == 0;
 }
+
+bool HasContent(const std::filesystem::path& file) {
+  struct stat status {};
+  return stat(file.c_str(), &status) == 0 && status.st_size > 0;
+}
+
+std::filesystem::path LockPath(const std::filesystem::path& database) { return database.string() + ".lock"; }
 
 // The previous holder removes the file when it ends cleanly; a lock on a removed file protects nothing.
 bool IsStillThere(int descriptor, const std::filesystem::path& path) {
@@ -41,12 +69,12 @@ bool IsStillThere(int descriptor, const std::filesystem::path& path) {
 
 }  // namespace
 
-LockFile::LockFile(const std::filesystem::path& path) : path_(path) {
+LockFile::LockFile(const std::filesystem::path& database) : database_(database), path_(LockPath(database)) {
   constexpr mode_t kMode = 0644;
   while (true) {
-    descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode);
+    descriptor_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode);
     if (descriptor_ < 0) {
-      throw StoreError(StoreErrorCode::kUnwritable, path.string() +
+      throw StoreError(StoreErrorCode::kUnwritable, path_.string() +
                                                         ": cannot create the lock file: " + std::strerror(errno) +
                                                         "; check that the folder exists and can be written");
     }
@@ -56,21 +84,39 @@ LockFile::LockFile(const std::filesystem::path& path) : path_(path) {
       close(descriptor_);
       if (error == EINTR) continue;
       if (error == EWOULDBLOCK) {
-        throw StoreError(StoreErrorCode::kLocked, path.string() + ": another legopt-server (" + holder +
+        throw StoreError(StoreErrorCode::kLocked, path_.string() + ": another legopt-server (" + holder +
                                                       ") works on this database; stop it or choose another file");
       }
-      throw StoreError(StoreErrorCode::kUnwritable, path.string() + ": cannot lock: " + std::strerror(error) +
+      throw StoreError(StoreErrorCode::kUnwritable, path_.string() + ": cannot lock: " + std::strerror(error) +
                                                         "; the database must be on a local disk");
     }
-    if (IsStillThere(descriptor_, path)) break;
+    if (IsStillThere(descriptor_, path_)) break;
     close(descriptor_);
   }
-  WriteHolder(descriptor_);
+  sessions_ = ReadSessions(descriptor_);
+  // For people only: the lock does not depend on it.
+  [[maybe_unused]] const bool written = WriteContent(descriptor_, sessions_);
 }
 
 LockFile::~LockFile() {
-  unlink(path_.c_str());
+  if (sessions_.empty() || !HasContent(database_.string() + "-wal")) unlink(path_.c_str());
   close(descriptor_);
+}
+
+void LockFile::NameSessions(const std::vector<std::string>& sessions) {
+  if (!WriteContent(descriptor_, sessions)) {
+    throw StoreError(StoreErrorCode::kIo, path_.string() + ": cannot be written: " + std::strerror(errno) +
+                                              "; check the disk: its space and quota");
+  }
+  sessions_ = sessions;
+}
+
+std::vector<std::string> LockFile::SessionsFor(const std::filesystem::path& database) {
+  const int descriptor = open(LockPath(database).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  if (descriptor < 0) return {};
+  std::vector<std::string> sessions = ReadSessions(descriptor);
+  close(descriptor);
+  return sessions;
 }
 
 }  // namespace legopt::db

@@ -1,5 +1,7 @@
 #include "db/migrations.h"
 
+#include <algorithm>
+#include <compare>
 #include <set>
 #include <string>
 #include <vector>
@@ -38,16 +40,47 @@ namespace {
 
 constexpr char kNotIntact[] = ": not an intact legopt database: ";
 
-// "table 'jobs'", "column 'state' of table 'jobs'", "trigger 'results_stay'", ...
-std::vector<std::string> ThingsIn(Connection& connection) {
-  std::vector<std::string> things;
-  Statement read(connection,
-                 "SELECT type || ' ' || quote(name) FROM sqlite_schema WHERE name NOT GLOB 'sqlite_*' UNION ALL "
-                 "SELECT 'column ' || quote(c.name) || ' of table ' || quote(t.name) FROM sqlite_schema AS t, "
-                 "pragma_table_xinfo(t.name) AS c WHERE t.type = 'table' AND t.name NOT GLOB 'sqlite_*'",
-                 false);
-  while (read.Step()) things.push_back(read.column_text(0));
-  return things;
+struct Entry {
+  std::string type, name, table, sql;
+  auto operator<=>(const Entry&) const = default;
+};
+
+struct Schema {
+  std::vector<Entry> entries;
+  std::vector<std::string> columns;  // "column 'state' of table 'jobs'"
+};
+
+// Without SQLite's own tables and the indexes that it makes for UNIQUE and PRIMARY KEY.
+Schema SchemaOf(Connection& connection) {
+  Schema schema;
+  Statement entries(connection,
+                    "SELECT type, name, tbl_name, sql FROM sqlite_schema WHERE sql IS NOT NULL AND NOT (type = 'table' "
+                    "AND name IN ('sqlite_sequence', 'sqlite_stat1', 'sqlite_stat4')) ORDER BY 1, 2",
+                    false);
+  while (entries.Step()) {
+    schema.entries.push_back(
+        {entries.column_text(0), entries.column_text(1), entries.column_text(2), entries.column_text(3)});
+  }
+  Statement columns(connection,
+                    "SELECT 'column ' || quote(c.name) || ' of table ' || quote(t.name) FROM sqlite_schema AS t, "
+                    "pragma_table_xinfo(t.name) AS c WHERE t.type = 'table' AND t.name NOT GLOB 'sqlite_*'",
+                    false);
+  while (columns.Step()) schema.columns.push_back(columns.column_text(0));
+  return schema;
+}
+
+// "table 'jobs'", "trigger 'results_stay'"
+std::string Named(const Entry& entry) { return entry.type + " '" + entry.name + "'"; }
+
+// Whether an entry that the schema does not have changes what legopt reads or writes.
+bool IsIntrusive(const Entry& entry, const std::vector<Entry>& schema) {
+  if (entry.type == "trigger") return true;
+  const bool has_its_name = std::any_of(schema.begin(), schema.end(), [&](const Entry& own) {
+    return own.name == entry.name;  // a second entry of this name, which only a changed sqlite_schema can have
+  });
+  const bool is_on_ours = std::any_of(schema.begin(), schema.end(),
+                                      [&](const Entry& own) { return own.type == "table" && own.name == entry.table; });
+  return has_its_name || (entry.type == "index" && is_on_ours && entry.sql.starts_with("CREATE UNIQUE"));
 }
 
 // Brings an empty or older database from its version to the last of `migrations`.
@@ -64,26 +97,60 @@ void Upgrade(Connection& connection, std::span<const Migration> migrations) {
 }
 
 // What a database of this version has. Of the newest it is made once: all migrations take longer than a check.
-std::vector<std::string> ThingsOf(std::int64_t version) {
+Schema SchemaOfVersion(std::int64_t version) {
   const auto make = [version] {
     Connection fresh(":memory:", Connection::Mode::kMemory);
     Upgrade(fresh, Migrations().first(static_cast<std::size_t>(version)));
-    return ThingsIn(fresh);
+    return SchemaOf(fresh);
   };
   if (version != SchemaVersion()) return make();
-  static const std::vector<std::string> newest = make();
+  static const Schema newest = make();
   return newest;
 }
 
 }  // namespace
 
+std::vector<SchemaDefect> SchemaDefects(Connection& connection, std::int64_t version) {
+  using Kind = SchemaDefect::Kind;
+  const Schema found = SchemaOf(connection), schema = SchemaOfVersion(version);
+  std::vector<SchemaDefect> missing, others;
+  const std::set<std::string> columns(found.columns.begin(), found.columns.end());
+  const std::set<Entry> entries(found.entries.begin(), found.entries.end()),
+      own(schema.entries.begin(), schema.entries.end());
+  for (const Entry& entry : schema.entries) {
+    if (entries.contains(entry)) continue;
+    const bool changed = std::any_of(entries.begin(), entries.end(), [&](const Entry& other) {
+      return other.type == entry.type && other.name == entry.name;
+    });
+    (changed ? others : missing).push_back({changed ? Kind::kChanged : Kind::kMissing, Named(entry)});
+  }
+  for (const std::string& column : schema.columns) {
+    if (!columns.contains(column)) missing.push_back({Kind::kMissing, column});
+  }
+  for (const Entry& entry : found.entries) {
+    if (own.contains(entry) || !IsIntrusive(entry, schema.entries)) continue;
+    const bool changed = std::any_of(own.begin(), own.end(), [&](const Entry& other) {
+      return other.type == entry.type && other.name == entry.name;
+    });
+    if (!changed) others.push_back({Kind::kForeign, Named(entry) + " on table '" + entry.table + "'"});
+  }
+  missing.insert(missing.end(), others.begin(), others.end());
+  return missing;
+}
+
 void RequireIntact(Connection& connection, const Identity& identity) {
-  const std::vector<std::string> found = ThingsIn(connection);
-  const std::set<std::string> there(found.begin(), found.end());
-  for (const std::string& thing : ThingsOf(identity.version)) {
-    if (there.contains(thing)) continue;
-    throw StoreError(StoreErrorCode::kCorrupt,
-                     connection.path().string() + kNotIntact + thing + " is missing; restore a backup");
+  const std::vector<SchemaDefect> defects = SchemaDefects(connection, identity.version);
+  if (defects.empty()) return;
+  const SchemaDefect& defect = defects.front();
+  const std::string start = connection.path().string() + kNotIntact + defect.entry;
+  switch (defect.kind) {
+    case SchemaDefect::Kind::kMissing:
+      throw StoreError(StoreErrorCode::kCorrupt, start + " is missing; restore a backup");
+    case SchemaDefect::Kind::kChanged:
+      throw StoreError(StoreErrorCode::kCorrupt, start + " is not that of schema version " +
+                                                     std::to_string(identity.version) + "; restore a backup");
+    case SchemaDefect::Kind::kForeign:
+      throw StoreError(StoreErrorCode::kCorrupt, start + " is not legopt's; restore a backup, or drop it");
   }
 }
 

@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace legopt::db {
 
@@ -32,8 +34,22 @@ struct Identity {
 /// Throws StoreError: kNotLegopt, kNewerSchema (than `newest`), kCorrupt (no version).
 Identity Identify(Connection& connection, int newest);
 
-/// Throws StoreError (kCorrupt) naming what is missing when a table, column, view, index or trigger of the schema that
-/// the file says it has is not there. More than that may be.
+/// One entry of `sqlite_schema` that is not as the schema version of the file has it.
+struct SchemaDefect {
+  enum class Kind {
+    kMissing,  ///< an entry, or a column, of the schema is not there
+    kChanged,  ///< its text is another one
+    kForeign,  ///< an entry that changes what legopt reads or writes
+  };
+  Kind kind{};
+  std::string entry;  ///< "view 'benchmark_table'", "column 'state' of table 'jobs'", "trigger 'x' on table 'jobs'"
+};
+
+/// Compares the text of every entry with that of the schema version that the file says it has. A user's own tables and
+/// views, and indexes that are not unique, may be there; triggers, and unique indexes on legopt's tables, may not.
+std::vector<SchemaDefect> SchemaDefects(Connection& connection, std::int64_t version);
+
+/// Throws StoreError (kCorrupt) naming the first of SchemaDefects.
 void RequireIntact(Connection& connection, const Identity& identity);
 
 /// Brings the database to the last of `migrations`, each step in one transaction together with its version mark.

@@ -1,13 +1,16 @@
 #include "db/read_only_database.h"
 
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <string_view>
 
 #include "db/connection.h"
+#include "db/file_state.h"
 #include "db/migrations.h"
+#include "db/private_copy.h"
 #include "legopt/nearest_name.h"
 
 namespace legopt::db {
@@ -93,9 +96,16 @@ void BindValue(Statement& statement, int parameter, const Value& value) {
   }
 }
 
+// `shown`: the path that errors name.
+std::unique_ptr<Connection> OpenAndRead(const std::filesystem::path& path, const std::filesystem::path& shown) {
+  auto connection = std::make_unique<Connection>(path, Connection::Mode::kReadOnly, shown);
+  connection->QueryInt("PRAGMA user_version");  // the first read opens the side files
+  return connection;
+}
+
 }  // namespace
 
-std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path) {
+std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path, Log log) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) {
@@ -104,15 +114,18 @@ std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(status)) {
     throw StoreError(StoreErrorCode::kNotLegopt, path.string() + ": not a file; name the database file");
   }
+  if (log == Log::kChecked) RequireOwnLog(path);
   try {
-    auto connection = std::make_unique<Connection>(path, Connection::Mode::kReadOnly);
-    connection->QueryInt("PRAGMA user_version");  // the first read opens the side files
-    return connection;
+    return OpenAndRead(path, path);
   } catch (const StoreError& e) {
-    // A finished database in a folder that cannot be written: no side files can be made, and none are needed.
-    const bool log_exists = std::filesystem::exists(path.string() + "-wal", error);
-    if (e.code() != StoreErrorCode::kUnwritable || log_exists) throw;
-    return std::make_unique<Connection>(path, Connection::Mode::kImmutable);
+    // Only a folder that cannot be written is no obstacle: side files cannot be made there.
+    if (e.code() != StoreErrorCode::kUnwritable || ::access(path.c_str(), R_OK) != 0) throw;
+    const std::filesystem::path real = std::filesystem::canonical(path, error);
+    if (!std::filesystem::exists(real.string() + "-wal", error)) {
+      return std::make_unique<Connection>(path, Connection::Mode::kImmutable);
+    }
+    const PrivateCopy copy(path);
+    return OpenAndRead(copy.path(), path);
   }
 }
 
@@ -136,7 +149,7 @@ void RequireCurrentVersion(Connection& connection) {
 
 class ReadOnlyDatabase::Impl {
  public:
-  explicit Impl(const std::filesystem::path& path) : connection_(OpenForReading(path)) {
+  Impl(const std::filesystem::path& path, Log log) : connection_(OpenForReading(path, log)) {
     RequireCurrentSchema(*connection_);
     connection_->Execute("PRAGMA query_only = 1; PRAGMA cache_size = -16384");
     LimitResources(connection_->handle());
@@ -246,7 +259,8 @@ class ReadOnlyDatabase::Impl {
   Clock::time_point deadline_;
 };
 
-ReadOnlyDatabase::ReadOnlyDatabase(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {}
+ReadOnlyDatabase::ReadOnlyDatabase(const std::filesystem::path& path, Log log)
+    : impl_(std::make_unique<Impl>(path, log)) {}
 ReadOnlyDatabase::~ReadOnlyDatabase() = default;
 ReadOnlyDatabase::ReadOnlyDatabase(ReadOnlyDatabase&&) noexcept = default;
 ReadOnlyDatabase& ReadOnlyDatabase::operator=(ReadOnlyDatabase&&) noexcept = default;

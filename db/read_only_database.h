@@ -37,9 +37,16 @@ struct QueryLimits {
 
 class Connection;
 
-/// A read-only connection, also to a live database and to a finished one in a folder that cannot be written.
-/// Throws StoreError: kNotFound, kNotLegopt (not a file), kUnwritable (not readable), kCorrupt.
-std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path);
+/// Whether it has to be checked that the log beside a file was written for it (db/file_state.h).
+enum class Log {
+  kChecked,
+  kTrusted,  ///< this process writes the database: it has checked the log, and a check would drop its locks
+};
+
+/// A read-only connection, also to a live database and to one in a folder that cannot be written: there a log is read
+/// in a private copy. Throws StoreError: kNotFound, kNotLegopt (not a file), kUnwritable (not readable), kCorrupt
+/// (damaged, or the log is of another file), kFull (no room for the copy).
+std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path, Log log = Log::kChecked);
 /// Throws StoreError: kNotLegopt, kNewerSchema, kOlderSchema, kCorrupt (something of the schema is missing).
 void RequireCurrentSchema(Connection& connection);
 /// The same without a look at what the schema has.
@@ -53,7 +60,7 @@ void RequireCurrentVersion(Connection& connection);
 class ReadOnlyDatabase {
  public:
   /// Throws StoreError: kNotFound, kNotLegopt, kNewerSchema, kOlderSchema, kUnwritable (not readable), kCorrupt.
-  explicit ReadOnlyDatabase(const std::filesystem::path& path);
+  explicit ReadOnlyDatabase(const std::filesystem::path& path, Log log = Log::kChecked);
   ~ReadOnlyDatabase();
   ReadOnlyDatabase(ReadOnlyDatabase&&) noexcept;
   ReadOnlyDatabase& operator=(ReadOnlyDatabase&&) noexcept;

@@ -204,6 +204,9 @@ inline constexpr char kInsertEvent[] =
     "INSERT INTO events (kind, at_us, experiment_id, job_id, worker_id, detail) "
     "VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
 
+// See db/file_state.h.
+inline constexpr char kCountCommit[] = "UPDATE file_state SET commits = commits + 1";
+
 inline constexpr char kPutDataset[] =
     "INSERT INTO datasets (hash, name, joint_names) VALUES (?1, ?2, nullif(?3, '')) ON CONFLICT (hash) DO UPDATE "
     "SET joint_names = excluded.joint_names WHERE joint_names IS NULL AND excluded.joint_names IS NOT NULL";

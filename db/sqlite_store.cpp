@@ -3,6 +3,7 @@
 #include <bit>
 #include <string>
 
+#include "db/file_state.h"
 #include "db/migrations.h"
 #include "db/sqlite_statements.h"
 #include "db/sqlite_store_impl.h"
@@ -11,6 +12,20 @@ namespace legopt::db {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "waypoints are stored as little-endian float64");
+
+// Before anything is written: SQLite itself notices a damaged page when it comes by.
+void RequireSound(Connection& connection) {
+  const std::string verdict = connection.QueryText("PRAGMA quick_check(1)");
+  if (verdict == "ok") return;
+  throw StoreError(StoreErrorCode::kCorrupt, connection.path().string() + ": the file is damaged (" + verdict +
+                                                 "); restore a backup: 'legopt restore BACKUP --db FILE'");
+}
+
+// SQLite replays the log as soon as it reads.
+std::filesystem::path WithOwnLog(const std::filesystem::path& path) {
+  RequireOwnLog(path);
+  return path;
+}
 
 std::size_t NumRows(const ResultRecord& result) {
   return result.waypoint_size > 0 ? result.waypoints.size() / static_cast<std::size_t>(result.waypoint_size) : 0;
@@ -30,10 +45,17 @@ std::unique_ptr<Store> OpenSqliteStore(const std::filesystem::path& path) {
 }
 
 SqliteStore::SqliteStore(const std::filesystem::path& path)
-    : file_(path), connection_(file_.path(), Connection::Mode::kReadWriteCreate) {
+    : file_(path), connection_(WithOwnLog(file_.path()), Connection::Mode::kReadWriteCreate) {
+  OpenForWriting(path);
+}
+
+void SqliteStore::OpenForWriting(const std::filesystem::path& path) {
   // Nothing may be changed before the file is known to be ours.
   const Identity identity = Identify(connection_, SchemaVersion());
-  if (!identity.empty) RequireIntact(connection_, identity);
+  if (!identity.empty) {
+    RequireIntact(connection_, identity);
+    RequireSound(connection_);
+  }
   if (connection_.read_only()) {
     throw StoreError(StoreErrorCode::kUnwritable,
                      path.string() + ": the database file is read-only; check permissions");
@@ -47,6 +69,7 @@ SqliteStore::SqliteStore(const std::filesystem::path& path)
       "PRAGMA synchronous = FULL; PRAGMA journal_size_limit = 67108864; PRAGMA wal_autocheckpoint = 4000;"
       "PRAGMA cache_size = -16384; PRAGMA temp_store = MEMORY");
   Migrate(connection_, Migrations());
+  BeginSession(connection_, file_.lock());
   statements_.emplace(connection_);
   connection_.QueryInt("SELECT count(*) FROM experiments");  // the first read opens the side files
   file_.RememberSideFiles();
@@ -78,6 +101,7 @@ SqliteStore::Statements::Statements(Connection& c)
       close_experiment(c, sql::kCloseExperiment),
       put_worker(c, sql::kPutWorker),
       insert_event(c, sql::kInsertEvent),
+      count_commit(c, sql::kCountCommit),
       put_dataset(c, sql::kPutDataset),
       find_dataset(c, sql::kFindDataset),
       put_method(c, sql::kPutMethod),
@@ -105,6 +129,7 @@ void SqliteStore::Apply(std::span<const StoreOp> operations) {
     for (const StoreOp& operation : operations) {
       std::visit([this](const auto& op) { Do(op); }, operation);
     }
+    statements_->count_commit.Run();
   } catch (const StoreError& error) {
     // Our statements fitted the schema that was here at the start.
     if (error.code() != StoreErrorCode::kBadQuery) throw;

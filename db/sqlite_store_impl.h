@@ -31,7 +31,7 @@ class SqliteStore final : public Store {
     explicit Statements(Connection& connection);
     Statement lease_job, insert_attempt, end_attempt, end_job, insert_result, insert_waypoint, insert_stale;
     Statement cancel_attempts, cancel_jobs, control_experiment, retry_jobs, reopen_experiment, close_experiment;
-    Statement put_worker, insert_event;
+    Statement put_worker, insert_event, count_commit;
     Statement put_dataset, find_dataset, put_method, find_method;
     Statement find_problems, insert_problem, insert_problem_batch;
     Statement insert_experiment, insert_cell, insert_job, insert_job_batch;
@@ -73,6 +73,8 @@ class SqliteStore final : public Store {
   bool CheckpointAll();
   std::string Rescue(DatabaseFile::Place place);
   [[noreturn]] void ThrowDisplaced(DatabaseFile::Place place, const std::string& remedy) const;
+
+  void OpenForWriting(const std::filesystem::path& path);
 
   DatabaseFile file_;  // outlives the connection
   Connection connection_;

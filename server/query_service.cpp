@@ -163,7 +163,7 @@ class QueryService::Impl {
 
   legopt_msg::query_reply Run(Lane& lane, std::optional<db::ReadOnlyDatabase>& database, const Waiting& query) {
     try {
-      if (!database) database.emplace(path_);
+      if (!database) database.emplace(path_, db::Log::kTrusted);
       {
         const std::lock_guard lock(mutex_);
         if (stopping_) return Failure("the server is stopping");

@@ -4,30 +4,62 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "client/client_error.h"
 #include "client/commands/commands.h"
+#include "db/restore.h"
 #include "programs/command_line.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
 
+using Seconds = std::chrono::duration<double>;
+
 struct BackupOptions {
-  std::string db;
-  std::string target;
+  std::optional<std::string> db;
+  std::vector<std::string> files;
 };
 
-ExitCode Backup(const BackupOptions& options) {
-  const auto begin = std::chrono::steady_clock::now();
-  const db::BackupReport report = db::BackUp(options.db, options.target);
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+struct RestoreOptions {
+  std::string backup, db;
+};
+
+// "3 experiments, 20 jobs, 12 results (schema 10); 1.5 MiB in 0.02 s, integrity and foreign keys checked"
+std::string Described(const db::BackupReport& report, Seconds took) {
   constexpr double kMebibyte = 1 << 20;
   char size[64];
   std::snprintf(size, sizeof(size), "%.1f MiB in %.2f s", static_cast<double>(report.bytes) / kMebibyte, took.count());
-  std::cout << programs::Printable(options.target) << ": " << report.experiments << " experiments, " << report.jobs
-            << " jobs, " << report.results << " results (schema " << report.schema_version << "); " << size
-            << ", integrity and foreign keys checked\n";
+  return std::to_string(report.experiments) + " experiments, " + std::to_string(report.jobs) + " jobs, " +
+         std::to_string(report.results) + " results (schema " + std::to_string(report.schema_version) + "); " + size +
+         ", integrity and foreign keys checked";
+}
+
+ExitCode Backup(const BackupOptions& options) {
+  const std::size_t expected = options.db ? 1 : 2;
+  if (options.files.size() != expected) {
+    throw ClientError(ExitCode::kUsage, options.db ? "with --db, give one FILE: legopt backup --db DATABASE COPY"
+                                                   : "give the database and the copy: legopt backup DATABASE COPY");
+  }
+  const std::string& source = options.db ? *options.db : options.files.front();
+  const auto begin = std::chrono::steady_clock::now();
+  const db::BackupReport report = db::BackUp(source, options.files.back());
+  std::cout << programs::Printable(options.files.back()) << ": "
+            << Described(report, std::chrono::steady_clock::now() - begin) << "\n";
+  return ExitCode::kOk;
+}
+
+ExitCode Restore(const RestoreOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const db::RestoreReport report = db::Restore(options.backup, options.db);
+  std::cout << programs::Printable(options.db) << ": "
+            << Described(report.content, std::chrono::steady_clock::now() - begin) << "\n";
+  if (!report.moved_away.empty()) {
+    std::cout << "The former file is " << programs::Printable(report.moved_away.string()) << "\n";
+  }
   return ExitCode::kOk;
 }
 
@@ -37,9 +69,21 @@ void AddBackupCommand(const programs::Command& program, Invocation* invocation) 
   const auto command =
       program.AddCommand("backup", "Copy a database, also one in use, into a new file, and check the copy");
   const auto options = std::make_shared<BackupOptions>();
-  command.AddOption("--db", options->db, "Database file to copy; a server may be working on it").Required();
-  command.AddOption("FILE", options->target, "The copy; an existing file is never overwritten").Required();
+  command.AddOption("--db", options->db, "Database file to copy, instead of the first FILE");
+  command
+      .AddOption("FILE", options->files,
+                 "The database, which a server may be working on, and the copy; an existing file is never overwritten")
+      .Required();
   command.WhenChosen([=] { invocation->body = [options] { return Backup(*options); }; });
+}
+
+void AddRestoreCommand(const programs::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand(
+      "restore", "Put a backup in the place of a database, and move the former file and its log away");
+  const auto options = std::make_shared<RestoreOptions>();
+  command.AddOption("BACKUP", options->backup, "Copy made by 'legopt backup'; it is checked first").Required();
+  command.AddOption("--db", options->db, "Database file to replace; no server may be working on it").Required();
+  command.WhenChosen([=] { invocation->body = [options] { return Restore(*options); }; });
 }
 
 }  // namespace legopt::client

@@ -144,6 +144,7 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddTapCommand(program, invocation);
   AddKeygenCommand(program, invocation);
   AddBackupCommand(program, invocation);
+  AddRestoreCommand(program, invocation);
 }
 
 // Shown in the list of commands; the command line itself is read by programs::ParseCommandLine.

@@ -45,6 +45,7 @@ void AddSolverCommand(const programs::Command& program, Invocation* invocation);
 void AddImportCommand(const programs::Command& program, Invocation* invocation);
 void AddDoctorCommand(const programs::Command& program, Invocation* invocation);
 void AddBackupCommand(const programs::Command& program, Invocation* invocation);
+void AddRestoreCommand(const programs::Command& program, Invocation* invocation);
 void AddTapCommand(const programs::Command& program, Invocation* invocation);
 /// pool slurm, script, status, stop.
 void AddPoolCommand(const programs::Command& program, Invocation* invocation);

@@ -49,8 +49,9 @@ class Database:
     """Every method reads what the file has at that moment, also while a server works on it. Use it in one thread; as a
     context manager it closes itself."""
 
-    def __init__(self, path: str | os.PathLike[str]):
-        self._file = ReadOnlyFile(path)
+    def __init__(self, path: str | os.PathLike[str], limit_s: float | None = 30):
+        """`limit_s`: seconds after which a query is stopped (DatabaseError); None for no limit."""
+        self._file = ReadOnlyFile(path, limit_s)
 
     def __enter__(self) -> Database:
         return self

@@ -4,18 +4,25 @@ it."""
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
+import shutil
 import sqlite3
+import tempfile
+import time
 import urllib.parse
 from collections.abc import Sequence
 from typing import Any
 
 from .errors import DatabaseError, RequestError
 from .rows import Rows
+from .schema_digests import SCHEMA_DIGESTS
 
 APPLICATION_ID = 0x4C474F50  # "LGOP"
-SCHEMA_VERSION = 9
+SCHEMA_VERSION = 10
 _OLDEST_SQLITE = (3, 37)  # the first that knows STRICT tables; others call the schema malformed
+
+_INSTRUCTIONS_PER_CHECK = 10_000
 
 _READING = {sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_RECURSIVE, sqlite3.SQLITE_FUNCTION}
 _FORBIDDEN = {sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM}
@@ -36,11 +43,16 @@ class ReadOnlyFile:
 
     SQLite makes the side files -wal and -shm also for who only reads, and leaves them. So a file that has none is read
     as immutable, that is without locks, and it is looked before and after each statement whether somebody began to
-    write; if so, the statement runs again, with locks.
+    write; if so, the statement runs again, with locks. Where a log has to be read in a folder that cannot be written,
+    file and log are read in a private copy.
+
+    `limit_s`: seconds after which a statement is stopped; None for no limit.
     """
 
-    def __init__(self, path: str | os.PathLike[str]):
+    def __init__(self, path: str | os.PathLike[str], limit_s: float | None = None):
         self.path = os.fspath(path)
+        self.limit_s = limit_s
+        self._deadline: float | None = None
         if sqlite3.sqlite_version_info < _OLDEST_SQLITE:
             raise DatabaseError(f"this Python has SQLite {sqlite3.sqlite_version}; legopt databases need 3.37 or "
                                 "newer, as Python has on Debian 12")
@@ -95,6 +107,7 @@ class ReadOnlyFile:
         while True:
             if self._changed():
                 self._connect()
+            self._deadline = None if self.limit_s is None else time.monotonic() + self.limit_s
             try:
                 rows = self._fetch(sql, parameters)
             except sqlite3.Error:
@@ -103,6 +116,9 @@ class ReadOnlyFile:
             else:
                 if not self._changed():
                     return rows
+
+    def _is_too_late(self) -> bool:
+        return self._deadline is not None and time.monotonic() > self._deadline
 
     def _fetch(self, sql: str, parameters: Sequence[Any] | dict[str, Any]) -> Rows:
         with contextlib.closing(self._connection.execute(sql, parameters)) as cursor:
@@ -131,8 +147,9 @@ class ReadOnlyFile:
         try:
             self._seen = None if self._in_use() else self._stamp()
             mode = "mode=ro" if self._seen is None else "mode=ro&immutable=1"
-            uri = f"file:{urllib.parse.quote(self._real_path)}?{mode}"
-            self._connection = sqlite3.connect(uri, uri=True, isolation_level=None)
+            self._require_own_log()
+            self._connection = self._open(mode)
+            self._connection.set_progress_handler(self._is_too_late, _INSTRUCTIONS_PER_CHECK)
             self._connection.text_factory = lambda text: text.decode("utf-8", "replace")
             self._connection.execute("PRAGMA query_only = 1")
             # Table-valued functions look like a change to the authorizer when they are used for the first time.
@@ -141,6 +158,78 @@ class ReadOnlyFile:
             self._connection.set_authorizer(_authorize)
         except (sqlite3.Error, OSError) as error:
             raise self._fault(error) from error
+
+    def _open(self, mode: str) -> sqlite3.Connection:
+        connection = sqlite3.connect(_uri(self._real_path, mode), uri=True, isolation_level=None)
+        try:
+            connection.execute("PRAGMA user_version").fetchall()  # the first read opens the side files
+            return connection
+        except sqlite3.Error as error:
+            connection.close()
+            if error.sqlite_errorcode & 0xFF not in _FORBIDDEN or not os.access(self._real_path, os.R_OK):
+                raise
+        return self._open_copy()
+
+    def _open_copy(self) -> sqlite3.Connection:
+        """Of file and log; SQLite reads on when the copy's names are gone."""
+        with tempfile.TemporaryDirectory(prefix="legopt-read-") as folder:
+            copy = os.path.join(folder, "copy.sqlite")
+            while True:
+                stamp = self._stamp()
+                for suffix in ("", "-wal"):
+                    shutil.copyfile(self._real_path + suffix, copy + suffix)
+                if stamp == self._stamp():
+                    break
+            connection = sqlite3.connect(_uri(copy, "mode=ro"), uri=True, isolation_level=None)
+            connection.execute("PRAGMA user_version").fetchall()
+            return connection
+
+    def _require_own_log(self) -> None:
+        """As db/file_state.h: SQLite would put the pages of a log in place of those of any file beside it."""
+        def sessions() -> list[str]:
+            try:
+                with open(self._real_path + ".lock", encoding="ascii", errors="replace") as lock:
+                    return [line.split()[1] for line in lock if line.startswith("session ")]
+            except OSError:
+                return []
+
+        def session_of(mode: str) -> str | None:
+            with contextlib.closing(sqlite3.connect(_uri(self._real_path, mode), uri=True)) as connection:
+                try:
+                    return connection.execute("SELECT session FROM file_state").fetchone()[0]
+                except (sqlite3.Error, TypeError):
+                    return None
+
+        log = self._real_path + "-wal"
+        while os.path.exists(log) and os.path.getsize(log) > 0:
+            named, in_file = sessions(), session_of("mode=ro&immutable=1")
+            if named != sessions():
+                continue  # a server starts at this moment
+            foreign = in_file not in named if named else None not in (in_file, session_of("mode=ro")) and (
+                in_file != session_of("mode=ro"))
+            if foreign:
+                raise DatabaseError(f"{self.path}: the log {log} beside it was written for another file (was a backup "
+                                    "copied over a database?); to restore a backup: 'legopt restore BACKUP --db FILE'")
+            return
+
+    def _require_schema(self) -> None:
+        """The same rule as RequireIntact in db/migrations.h."""
+        found, unexpected = set(), []
+        tables = {name.removeprefix("table ") for name in SCHEMA_DIGESTS if name.startswith("table ")}
+        for kind, name, table, sql in self._connection.execute(
+                "SELECT type, name, tbl_name, sql FROM sqlite_schema WHERE sql IS NOT NULL AND NOT (type = 'table' AND "
+                "name IN ('sqlite_sequence', 'sqlite_stat1', 'sqlite_stat4'))").fetchall():
+            entry = f"{kind} {name}"
+            if SCHEMA_DIGESTS.get(entry) == digest_of(sql):
+                found.add(entry)
+            elif entry in SCHEMA_DIGESTS:
+                unexpected.append(f"{kind} '{name}' is not that of schema version {SCHEMA_VERSION}")
+            elif kind == "trigger" or (kind == "index" and table in tables and sql.startswith("CREATE UNIQUE")):
+                unexpected.append(f"{kind} '{name}' on table '{table}' is not legopt's")
+        missing = [entry for entry in SCHEMA_DIGESTS if entry not in found]
+        fault = unexpected[0] if unexpected else f"{missing[0]} is missing" if missing else ""
+        if fault:
+            raise DatabaseError(f"{self.path}: not an intact legopt database: {fault}; restore a backup")
 
     def _require_legopt(self) -> None:
         connection = self._connection
@@ -151,7 +240,6 @@ class ReadOnlyFile:
             ((things,),) = connection.execute("SELECT count(*) FROM sqlite_schema").fetchall()
         except sqlite3.Error as error:
             raise self._fault(error) from error
-        connection.set_authorizer(_authorize)
         if things == 0 and application == 0:
             raise DatabaseError(f"{self.path}: empty, not a legopt database; check the path")
         if application != APPLICATION_ID:
@@ -163,6 +251,11 @@ class ReadOnlyFile:
         if version > SCHEMA_VERSION:
             raise DatabaseError(f"{self.path}: written by a newer legopt (schema {version}, this package knows "
                                 f"{SCHEMA_VERSION}); use the Python package of that legopt")
+        try:
+            self._require_schema()
+        except sqlite3.Error as error:
+            raise self._fault(error) from error
+        connection.set_authorizer(_authorize)
 
     def _tables(self) -> list[str]:
         return self.select("SELECT name FROM sqlite_schema WHERE type IN ('view', 'table') AND name NOT GLOB "
@@ -178,16 +271,30 @@ class ReadOnlyFile:
             advice = "use a database in the thread that opened it"
         elif primary == sqlite3.SQLITE_NOTADB:
             advice = "this is not a SQLite file; choose another file"
+        elif primary == sqlite3.SQLITE_INTERRUPT:
+            return DatabaseError(f"{self.path}: the query was stopped after {self.limit_s:g} s; ask for less, or allow "
+                                 "more with limit_s")
         elif primary == sqlite3.SQLITE_BUSY:
             advice = "another program holds a lock on the file; try again"
         return DatabaseError(f"{self.path}: {error}; {advice}")
 
 
+def digest_of(sql: str) -> str:
+    """As in SCHEMA_DIGESTS."""
+    return hashlib.sha256(sql.encode()).hexdigest()[:16]
+
+
+def _uri(path: str, mode: str) -> str:
+    return f"file://{urllib.parse.quote(path)}?{mode}"
+
+
 def _distinct(names: list[str]) -> list[str]:
-    """Names that come again get a number, as in `legopt query --format json`: a, a_2, a_3."""
-    seen: dict[str, int] = {}
-    distinct = []
+    """Names that come again get a number, as in `legopt query`: a, a_2, a_3."""
+    distinct: list[str] = []
     for name in names:
-        seen[name] = seen.get(name, 0) + 1
-        distinct.append(name if seen[name] == 1 else f"{name}_{seen[name]}")
+        number, unique = 1, name
+        while unique in distinct or (number > 1 and unique in names):
+            number += 1
+            unique = f"{name}_{number}"
+        distinct.append(unique)
     return distinct

@@ -130,7 +130,7 @@ TEST_F(AuditTest, AMissingTableIsADefectOfThisFile) {
   const auto defects = Audit(path_);
   ASSERT_FALSE(defects.empty());
   EXPECT_EQ(defects[0].rule, "schema");
-  EXPECT_THAT(defects[0].detail, testing::HasSubstr("table waypoints"));
+  EXPECT_THAT(defects[0].detail, testing::HasSubstr("table 'waypoints'"));
   EXPECT_THAT(Listing(defects), testing::Not(testing::HasSubstr("legopt-audit")));
 }
 

@@ -6,9 +6,11 @@
 #include <functional>
 #include <thread>
 
+#include "db/audit.h"
 #include "db/backup.h"
 #include "db/connection.h"
 #include "db/migrations.h"
+#include "db/private_copy.h"
 #include "db/sqlite_store.h"
 #include "tests/db/store_samples.h"
 
@@ -175,7 +177,7 @@ TEST_F(ReadOnly, ADatabaseThatLacksSomethingIsNotIntact) {
         Case{"DROP VIEW job_list", "view 'job_list' is missing"},
         Case{"DROP TRIGGER results_stay", "trigger 'results_stay' is missing"},
         Case{"ALTER TABLE workers RENAME COLUMN build TO built", "column 'build' of table 'workers' is missing"},
-        Case{"PRAGMA user_version = 1", "cannot be upgraded from schema version 1"},
+        Case{"PRAGMA user_version = 1", "is not that of schema version 1"},
         Case{"PRAGMA user_version = -1", "its schema version is -1"}}) {
     store_.reset();
     const auto copy = folder_ / "copy.sqlite";
@@ -200,6 +202,119 @@ TEST_F(ReadOnly, ADatabaseThatLacksSomethingIsNotIntact) {
     if (std::string(change) == "PRAGMA user_version = 1") continue;  // to readers it is an older file
     expect_told([&] { ReadOnlyDatabase{copy}; });
     expect_told([&] { BackUp(copy, folder_ / "backup.sqlite"); });
+  }
+}
+
+// The same names with other texts, and entries that would run or be believed; everything else of a user is let be.
+TEST_F(ReadOnly, ASchemaThatSaysSomethingElseIsNotIntact) {
+  struct Case {
+    const char* change;
+    const char* word;
+  };
+  for (const auto& [change, word] :
+       {Case{"CREATE TRIGGER t AFTER INSERT ON experiment_tags BEGIN UPDATE experiments SET name = 'x'; END",
+             "trigger 't' on table 'experiment_tags' is not legopt's"},
+        Case{"DROP VIEW benchmark_table; CREATE VIEW benchmark_table AS SELECT 'SQP' AS method, 100 AS solved",
+             "view 'benchmark_table' is not that of schema version"},
+        Case{"DROP TRIGGER results_stay; CREATE TRIGGER results_stay BEFORE DELETE ON results BEGIN SELECT 1; END",
+             "trigger 'results_stay' is not that of schema version"},
+        Case{"DROP VIEW failures; CREATE TABLE failures (x)", "view 'failures' is missing"},
+        Case{"CREATE TABLE mine (x); CREATE TRIGGER mine_too INSTEAD OF INSERT ON failures BEGIN SELECT 1; END",
+             "trigger 'mine_too' on table 'failures' is not legopt's"},
+        Case{"ALTER TABLE jobs ADD COLUMN mine TEXT", "table 'jobs' is not that of schema version"},
+        Case{"DROP INDEX open_jobs_by_cell; CREATE INDEX open_jobs_by_cell ON jobs (cell_id)",
+             "index 'open_jobs_by_cell' is not that of schema version"},
+        Case{"CREATE UNIQUE INDEX mine ON events (kind)", "index 'mine' on table 'events' is not legopt's"},
+        Case{
+            "CREATE TABLE mine (x UNIQUE); CREATE INDEX m ON mine (x); CREATE INDEX n ON results (cost); CREATE VIEW v "
+            "AS SELECT * FROM mine; ANALYZE",
+            nullptr}}) {
+    store_.reset();
+    const auto copy = folder_ / "copy.sqlite";
+    std::filesystem::copy_file(path_, copy, std::filesystem::copy_options::overwrite_existing);
+    {
+      Connection connection(copy, Connection::Mode::kReadWriteCreate);
+      connection.Execute(change);
+    }
+    const auto expect = [&, word = word](const std::function<void()>& open) {
+      std::string told;
+      try {
+        open();
+      } catch (const StoreError& error) {
+        told = error.what();
+        EXPECT_EQ(error.code(), StoreErrorCode::kCorrupt) << told;
+      }
+      EXPECT_EQ(told.empty(), word == nullptr) << told;
+      if (word != nullptr) {
+        EXPECT_NE(told.find(word), std::string::npos) << word << "\n" << told;
+      }
+    };
+    expect([&] { ReadOnlyDatabase{copy}; });
+    expect([&] { BackUp(copy, folder_ / "backup.sqlite"); });
+    const auto defects = Audit(copy);
+    EXPECT_EQ(defects.empty(), word == nullptr) << change;
+    if (!defects.empty()) {
+      EXPECT_EQ(defects.front().rule, "schema") << defects.front().detail;
+    }
+    expect([&] { OpenSqliteStore(copy); });
+  }
+}
+
+// Every name that the file system takes.
+TEST_F(ReadOnly, AnyPathCanBeOpened) {
+  store_.reset();
+  const std::string folder = std::filesystem::canonical(folder_.path()).string();
+  std::string deep = folder;
+  for (int level = 0; level < 200; ++level) deep += "/d";
+  std::filesystem::create_directories(deep);
+  std::vector<std::string> paths = {"/" + folder + "/a.sqlite", "//" + folder + "/b.sqlite", folder + "//c.sqlite",
+                                    folder + "/./d.sqlite",     folder + "/x/../e.sqlite",   deep + "/f.sqlite"};
+  std::filesystem::create_directory(folder + "/x");
+  for (const char* name : {"?", "#", "%", "%41", "&", "=", ";", "'", "\"", "\n", "\xfc", " ", "?mode=memory", "a:b",
+                           "~", "\\", "-", "*"}) {
+    paths.push_back(folder + "/" + name);
+  }
+  for (const std::string& path : paths) {
+    { OpenSqliteStore(path)->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1)}}); }
+    EXPECT_TRUE(std::filesystem::exists(path)) << path;
+    EXPECT_EQ(ReadOnlyDatabase(path).Query("SELECT 1 FROM experiments").rows.size(), 1U) << path;
+    BackUp(path, path + ".copy");
+    EXPECT_TRUE(Audit(path + ".copy").empty()) << path;
+  }
+  ExpectError([&] { OpenSqliteStore(folder + "/" + std::string(250, 'x') + "/../" + std::string(250, 'y')); },
+              StoreErrorCode::kUnwritable);
+}
+
+// SQLite cannot make its side file there.
+TEST_F(ReadOnly, ALogInAFolderThatCannotBeWrittenIsReadInACopy) {
+  const auto folder = folder_ / "closed";
+  std::filesystem::create_directory(folder);
+  for (const char* suffix : {"", "-wal"}) {
+    std::filesystem::copy_file(path_.string() + suffix, folder.string() + "/results.sqlite" + suffix);
+  }
+  const PrivateCopy copy(folder / "results.sqlite");
+  EXPECT_EQ(ReadOnlyDatabase(copy.path()).Query("SELECT 1 FROM experiments").rows.size(), 1U);
+  if (geteuid() == 0) return;  // root writes everywhere
+  std::filesystem::permissions(folder, std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  EXPECT_EQ(ReadOnlyDatabase(folder / "results.sqlite").Query("SELECT 1 FROM experiments").rows.size(), 1U);
+  EXPECT_FALSE(std::filesystem::exists(folder.string() + "/results.sqlite-shm"));
+  std::filesystem::permissions(folder, std::filesystem::perms::owner_all);
+}
+
+TEST_F(ReadOnly, AnUnknownWordIsPrintable) {
+  store_.reset();
+  {
+    Connection connection(path_, Connection::Mode::kReadWriteCreate);
+    connection.Execute("PRAGMA ignore_check_constraints = 1; UPDATE jobs SET state = char(0, 27) || 'x'");
+    Statement read(connection, "SELECT state FROM jobs", false);
+    ASSERT_TRUE(read.Step());
+    try {
+      read.column_word<JobState>(0);
+      ADD_FAILURE();
+    } catch (const StoreError& error) {
+      EXPECT_NE(std::string(error.what()).find("the unknown word '??x'; restore a backup"), std::string::npos)
+          << error.what();
+    }
   }
 }
 

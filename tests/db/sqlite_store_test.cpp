@@ -52,6 +52,26 @@ TEST_F(SqliteStoreFile, NewFileIsMarkedAndDurable) {
   EXPECT_EQ(connection.QueryText("PRAGMA journal_mode"), "wal");
 }
 
+// Before anything is solved for it; also when the last end was clean.
+TEST_F(SqliteStoreFile, ADamagedPageIsNoticedBeforeAnythingIsWritten) {
+  OpenSqliteStore(path_)->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1, 500)}});
+  const auto size = std::filesystem::file_size(path_);
+  constexpr std::uintmax_t kPage = 4096;
+  const std::uintmax_t jobs_page =
+      static_cast<std::uintmax_t>(QueryInt("SELECT rootpage FROM sqlite_schema WHERE name = 'jobs'"));
+  ASSERT_LE(jobs_page * kPage, size);
+  {
+    std::fstream file(path_, std::ios::binary | std::ios::in | std::ios::out);
+    file.seekp(static_cast<std::streamoff>((jobs_page - 1) * kPage));
+    file << std::string(kPage, '\0');
+  }
+  std::ifstream before_file(path_, std::ios::binary);
+  const std::string before(std::istreambuf_iterator<char>(before_file), {});
+  ExpectRefused(path_, StoreErrorCode::kCorrupt);
+  std::ifstream after_file(path_, std::ios::binary);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(after_file), {}), before);
+}
+
 TEST_F(SqliteStoreFile, PathMayHoldAnyCharacter) {
   const auto odd = folder_ / "a b?c#d%41é.sqlite";
   OpenSqliteStore(odd);
