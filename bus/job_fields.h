@@ -22,9 +22,7 @@ struct Description<legopt_msg::lease_request> {
   static constexpr std::tuple kRows{Field{"worker_id", &M::worker_id, AtLeast{1}},
                                     Field{"server_instance", &M::server_instance, AtLeast{1}},
                                     Field{"slot", &M::slot, Range{0, kMostSlots - 1}},
-                                    Field{"max_jobs", &M::max_jobs, Range{1, kMostJobs}},
-                                    Field{"num_datasets", &M::num_datasets, CountOf{&M::dataset_hashes, kMostDatasets}},
-                                    Field{"dataset_hashes", &M::dataset_hashes, Each{Hash{}}}};
+                                    Field{"max_jobs", &M::max_jobs, Range{1, kMostJobs}}};
 };
 
 template <>

@@ -15,7 +15,7 @@
 namespace legopt::bus {
 
 /// Version of the protocol that this build speaks. PROTOCOL.md, section 2.
-inline constexpr std::int16_t kProtocolVersion = 5;
+inline constexpr std::int16_t kProtocolVersion = 6;
 
 /// Message type of a call: what stands in frame.type.
 enum class MessageType : std::int16_t {

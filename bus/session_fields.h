@@ -31,9 +31,16 @@ struct Description<legopt_msg::probe_reply> {
 };
 
 template <>
-struct Description<legopt_msg::dataset_ref> {
-  using M = legopt_msg::dataset_ref;
-  static constexpr std::tuple kRows{Field{"name", &M::name, Text{0, kNameBytes}}, Field{"hash", &M::hash, Hash{}}};
+struct Description<legopt_msg::capability> {
+  using M = legopt_msg::capability;
+
+  static void HashIsEmptyOrWhole(const M& m, FieldCheck& check) {
+    if (!m.hash.empty()) check.Hash("hash", m.hash);
+  }
+
+  static constexpr std::tuple kRows{Field{"kind", &M::kind, Text{1, kWordBytes}},
+                                    Field{"name", &M::name, Text{0, kNameBytes}},
+                                    Field{"hash", &M::hash, Text{0, kWordBytes}, &HashIsEmptyOrWhole}};
 };
 
 template <>
@@ -51,8 +58,9 @@ struct Description<legopt_msg::hello_request> {
                                     Field{"processors", &M::processors, Range{1, kMostProcessors}},
                                     Field{"memory_bytes", &M::memory_bytes, AtLeast{0}},
                                     Field{"load", &M::load, NanOrFinite{}, &LoadIsPossible<M>},
-                                    Field{"num_datasets", &M::num_datasets, CountOf{&M::datasets, kMostDatasets}},
-                                    Field{"datasets", &M::datasets}};
+                                    Field{"num_capabilities", &M::num_capabilities,
+                                          CountOf{&M::capabilities, kMostCapabilities}},
+                                    Field{"capabilities", &M::capabilities}};
 };
 
 template <>

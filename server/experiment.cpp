@@ -34,33 +34,94 @@ Experiment::Experiment(std::int64_t experiment_id, std::int64_t first_job_id, Ex
       jobs_(static_cast<std::size_t>(spec_.num_jobs())),
       use_of_task_(spec_.tasks.size()),
       use_of_kind_(spec_.methods.size() * spec_.tasks.size()),
-      kind_times_(spec_.methods.size() * spec_.tasks.size() * spec_.initializations.size()) {}
-
-std::optional<std::int64_t> Experiment::TakeQueued() {
-  while (!returned_.empty()) {
-    const std::int64_t index = *returned_.begin();
-    returned_.erase(returned_.begin());
-    if (job(index).state == db::JobState::kQueued) return index;
-  }
-  // Jobs that were leased or finished before a restart are passed over.
-  while (next_fresh_ < static_cast<std::int64_t>(jobs_.size())) {
-    const std::int64_t index = next_fresh_++;
-    if (job(index).state == db::JobState::kQueued) return index;
-  }
-  return std::nullopt;
+      kind_times_(spec_.methods.size() * spec_.tasks.size() * spec_.initializations.size()) {
+  MakeGroups();
 }
 
-std::optional<Experiment::Range> Experiment::NextUnsearched(std::int64_t most) {
+// Jobs are ordered by method, then task.
+void Experiment::MakeGroups() {
+  std::int64_t first = 0;
+  for (const db::MethodRecord& method : spec_.methods) {
+    std::vector<Need> needs = {{Need::Kind::kDataset, spec_.dataset.name, spec_.dataset.hash},
+                               {Need::Kind::kMemory, {}, {}, spec_.memory_limit_bytes}};
+    for (Need& need : NeedsOf(method)) needs.push_back(std::move(need));
+    for (const ExperimentSpec::TaskProblems& task : spec_.tasks) {
+      Group group;
+      group.first = group.next_fresh = group.searched = first;
+      group.end = first + static_cast<std::int64_t>(task.problems.size() * spec_.initializations.size()) *
+                              spec_.repetitions;
+      group.queued = group.end - group.first;
+      group.needs = needs;
+      group.method_hash = method.hash;
+      group.task = task.task;
+      first = group.end;
+      groups_.push_back(std::move(group));
+    }
+  }
+}
+
+bool Experiment::HasQueued(const Admits& admits) const {
+  return std::any_of(groups_.begin(), groups_.end(),
+                     [&](const Group& group) { return group.queued > 0 && admits(group); });
+}
+
+// Jobs that were leased or finished before a restart are passed over.
+void Experiment::SkipTaken(Group& group) {
+  std::set<std::int64_t>& returned = group.returned;
+  while (!returned.empty() && job(*returned.begin()).state != db::JobState::kQueued) returned.erase(returned.begin());
+  while (group.next_fresh < group.end && job(group.next_fresh).state != db::JobState::kQueued) ++group.next_fresh;
+}
+
+std::optional<std::int64_t> Experiment::TakeQueued(const Admits& admits) {
+  Group* fresh = nullptr;
+  for (Group& group : groups_) {
+    if (group.queued == 0 || !admits(group)) continue;
+    SkipTaken(group);
+    if (!group.returned.empty()) {
+      const std::int64_t index = *group.returned.begin();
+      group.returned.erase(group.returned.begin());
+      return index;
+    }
+    if (fresh == nullptr && group.next_fresh < group.end) fresh = &group;
+  }
+  return fresh == nullptr ? std::nullopt : std::optional(fresh->next_fresh++);
+}
+
+std::optional<Experiment::Range> Experiment::NextUnsearched(std::int64_t most, const Admits& admits) {
   if (spec_.again) return std::nullopt;
-  while (!returned_.empty() && job(*returned_.begin()).state != db::JobState::kQueued)
-    returned_.erase(returned_.begin());
-  if (!returned_.empty()) return std::nullopt;
-  while (next_fresh_ < num_jobs() && job(next_fresh_).state != db::JobState::kQueued) ++next_fresh_;
-  if (next_fresh_ == num_jobs() || next_fresh_ < searched_) return std::nullopt;
-  Range range{next_fresh_, next_fresh_};
+  const Group* fresh = nullptr;
+  for (Group& group : groups_) {
+    if (group.queued == 0 || !admits(group)) continue;
+    SkipTaken(group);
+    if (!group.returned.empty()) return std::nullopt;
+    if (fresh == nullptr && group.next_fresh < group.end) fresh = &group;
+  }
+  if (fresh == nullptr || fresh->next_fresh < fresh->searched) return std::nullopt;
+  Range range{fresh->next_fresh, fresh->next_fresh};
   const std::size_t kind = KindOf(range.first);
-  while (range.end < num_jobs() && range.end < range.first + most && KindOf(range.end) == kind) ++range.end;
+  while (range.end < fresh->end && range.end < range.first + most && KindOf(range.end) == kind) ++range.end;
   return range;
+}
+
+void Experiment::CountQueued(std::int64_t index, int change) {
+  Group& group = MutableGroupOf(index);
+  group.queued += change;
+  if (group.able_workers > 0) takable_ += change;
+}
+
+void Experiment::CountWorker(const Admits& admits, int change) {
+  for (Group& group : groups_) {
+    if (!admits(group)) continue;
+    const bool before = group.able_workers > 0;
+    group.able_workers += change;
+    const bool after = group.able_workers > 0;
+    takable_ += ((after ? 1 : 0) - (before ? 1 : 0)) * group.queued;
+  }
+}
+
+void Experiment::ForgetWorkers() {
+  for (Group& group : groups_) group.able_workers = 0;
+  takable_ = 0;
 }
 
 std::int64_t Experiment::ExpectedUse_us(std::int64_t index) const {

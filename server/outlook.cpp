@@ -6,8 +6,6 @@
 namespace legopt::server {
 namespace {
 
-constexpr std::size_t kHashDigitsShown = 12;
-
 double Seconds(microseconds duration) { return static_cast<double>(duration.count()) * kSecondsPerMicrosecond; }
 
 std::string Quoted(const std::string& name) { return "'" + name + "'"; }
@@ -60,14 +58,8 @@ bool Outlooks::Heard(const WorkerStatus& worker) const {
          now_.steady - worker.last_seen <= kMissedHeartbeats * scheduler_.options().heartbeat;
 }
 
-bool Outlooks::Has(const WorkerStatus& worker, const std::string& dataset_hash) const {
-  return worker.online && std::any_of(worker.datasets.begin(), worker.datasets.end(),
-                                      [&](const db::DatasetRecord& dataset) { return dataset.hash == dataset_hash; });
-}
-
 bool Outlooks::MayWorkOn(const WorkerStatus& worker, const Experiment& experiment) const {
-  const db::ExperimentControl& control = scheduler_.experiments().at(experiment.experiment_id()).control;
-  return control.Admits(worker.record.build_id) && Has(worker, experiment.spec().dataset.hash);
+  return worker.online && scheduler_.CanWorkOn(worker.profile, experiment);
 }
 
 Outlook Outlooks::Of(std::int64_t experiment_id) const {
@@ -76,6 +68,7 @@ Outlook Outlooks::Of(std::int64_t experiment_id) const {
   const db::ExperimentSummary& summary = scheduler_.experiments().at(experiment_id);
   if (experiment == nullptr || summary.state != db::ExperimentState::kActive) return outlook;
   outlook.left = Left(*experiment);
+  outlook.missing = Missing(*experiment);
   outlook.waiting_for = WaitingFor(summary, *experiment);
   if (busy_slots_ > 0) {
     outlook.share = static_cast<double>(outlook.left.running.size()) / static_cast<double>(busy_slots_);
@@ -99,16 +92,13 @@ std::string Outlooks::WaitingFor(const db::ExperimentSummary& summary, const Exp
 }
 
 std::string Outlooks::WaitingForWorkers(const Experiment& experiment) const {
-  const db::DatasetRecord& wanted = experiment.spec().dataset;
   int online = 0, loading = 0, able = 0, heard = 0;
-  std::set<std::string> other_builds;  // of workers that have the dataset
   for (const auto& [id, worker] : workers_) {
     const bool may = MayWorkOn(worker, experiment);
     online += worker.online ? 1 : 0;
-    loading += worker.online && worker.datasets.empty() && Heard(worker) ? 1 : 0;
+    loading += worker.online && !worker.profile.abilities.HasLoaded() && Heard(worker) ? 1 : 0;
     able += may ? 1 : 0;
     heard += may && Heard(worker) ? 1 : 0;
-    if (!may && Has(worker, wanted.hash)) other_builds.insert(worker.record.build_id);
   }
   const std::int64_t experiment_id = experiment.experiment_id();
   const db::ExperimentSummary& summary = scheduler_.experiments().at(experiment_id);
@@ -120,9 +110,55 @@ std::string Outlooks::WaitingForWorkers(const Experiment& experiment) const {
   if (loading > 0) return "workers load the dataset";
   if (able > 0) return "nothing is heard of the workers any more";
   if (online == 0) return "no worker is connected; start one with 'legopt-worker --slots 2'";
-  if (!other_builds.empty()) return OtherBuilds(summary, other_builds);
-  return "no worker has dataset " + Quoted(wanted.name) + " (" + wanted.hash.substr(0, kHashDigitsShown) +
-         "); start one with --dataset";
+  const std::vector<std::string> missing = Missing(experiment);
+  return missing.empty() ? "no worker takes its jobs" : missing.front();
+}
+
+// --- What nobody has -------------------------------------------------------------------------------------------------
+
+// Nothing while workers load: they may have it.
+std::vector<std::string> Outlooks::Missing(const Experiment& experiment) const {
+  std::vector<std::string> missing;
+  int online = 0;
+  for (const auto& [id, worker] : workers_) {
+    if (worker.online && !worker.profile.abilities.HasLoaded() && Heard(worker)) return missing;
+    online += worker.online ? 1 : 0;
+  }
+  if (online == 0) return missing;
+  for (const Experiment::Group& group : experiment.groups()) {
+    if (group.queued == 0 || group.able_workers > 0) continue;
+    const std::string text = MissingFor(experiment, group);
+    if (std::find(missing.begin(), missing.end(), text) == missing.end()) missing.push_back(text);
+  }
+  return missing;
+}
+
+std::string Outlooks::MissingFor(const Experiment& experiment, const Experiment::Group& group) const {
+  std::vector<Need> nobody_has = scheduler_.NeedsOf(experiment, group);  // each by itself
+  std::vector<Need> nearest = nobody_has;                                // what the best worker lacks
+  std::set<std::string> other_builds;                                    // of workers that lack the build only
+  std::optional<std::string> refusal;
+  for (const auto& [id, worker] : workers_) {
+    if (!worker.online) continue;
+    const Abilities& abilities = worker.profile.abilities;
+    const std::vector<Need> lacks = abilities.LacksOf(scheduler_.NeedsOf(experiment, group));
+    if (lacks.empty()) {
+      const auto refused = worker.profile.refused.find({group.method_hash, group.task});
+      if (refused != worker.profile.refused.end()) refusal = refused->second;
+    }
+    if (lacks.size() == 1 && lacks.front().kind == Need::Kind::kBuild) other_builds.insert(worker.record.build_id);
+    if (lacks.size() < nearest.size()) nearest = lacks;
+    nobody_has = abilities.LacksOf(nobody_has);
+  }
+  if (refusal) return "workers refuse its jobs: " + *refusal;
+  if (!other_builds.empty()) {
+    return OtherBuilds(scheduler_.experiments().at(experiment.experiment_id()), other_builds);
+  }
+  const bool together = nobody_has.empty();  // each is somewhere, all are nowhere
+  std::string text;
+  for (const Need& need : together ? nearest : nobody_has) text += (text.empty() ? "" : " and ") + TextOf(need);
+  return "no worker has " + text + (together ? " beside the rest of what its jobs need; " : "; ") +
+         CureOf((together ? nearest : nobody_has).front());
 }
 
 // Workers that could work on it do not.

@@ -18,6 +18,8 @@ struct Outlook {
   std::optional<double> remaining_s;  ///< until its end, if all goes on as it does; empty while it stands still
   double share = 0;                   ///< of the slots that work at the moment, [0, 1]
   WorkLeft left;
+  /// What its queued jobs need and no worker has, for people: "no worker has solver 'mine' (6b4f8a0d)".
+  std::vector<std::string> missing;
 };
 
 /// Looks at all experiments of a scheduler at one moment. What is not in memory any more (closed for a while), and what
@@ -26,7 +28,7 @@ struct Outlook {
 /// An experiment moves while a slot works on a job of it whose worker was heard of lately. Of the jobs that a worker
 /// holds, its slots work on those leased first. When nothing moves, the reason is the first of these that is so: the
 /// database cannot be written, the experiment is held or paused, the server stops, no worker is connected, workers
-/// still load, none has the dataset, nothing is heard of those that have it or its jobs, they work on others.
+/// still load, none has what its jobs need, nothing is heard of those that have it or its jobs, they work on others.
 ///
 /// Thread rule: the scheduler's thread; it may not change while this is used.
 class Outlooks {
@@ -40,11 +42,12 @@ class Outlooks {
   using Leases = std::vector<LeaseView>;
 
   bool Heard(const WorkerStatus& worker) const;
-  bool Has(const WorkerStatus& worker, const std::string& dataset_hash) const;
-  /// Has its dataset, and is of the build that finishes it.
+  /// Is online and has what jobs of it need.
   bool MayWorkOn(const WorkerStatus& worker, const Experiment& experiment) const;
   std::string WaitingFor(const db::ExperimentSummary& summary, const Experiment& experiment) const;
   std::string WaitingForWorkers(const Experiment& experiment) const;
+  std::vector<std::string> Missing(const Experiment& experiment) const;
+  std::string MissingFor(const Experiment& experiment, const Experiment::Group& group) const;
   std::string OtherWork(const Experiment& experiment) const;
   WorkLeft Left(const Experiment& experiment) const;
   double SlotsFor(const Experiment& experiment) const;

@@ -73,6 +73,8 @@ db::AttemptOutcome OutcomeOf(const Request& request) {
       return db::AttemptOutcome::kMemoryLimit;
     case ReportedOutcome::kCancelled:
       return db::AttemptOutcome::kCancelled;
+    case ReportedOutcome::kRefused:
+      return db::AttemptOutcome::kReturned;
     case ReportedOutcome::kError:
       break;
   }

@@ -63,6 +63,7 @@ void Scheduler::Open(const Instant& now, const db::OpenExperiment& open) {
     job.outcome = stored.outcome;
     job.time_limited = stored.time_limited;
     job.solved = stored.solved;
+    if (stored.state != db::JobState::kQueued) experiment.CountQueued(index, -1);
     if (stored.state != db::JobState::kLeased) continue;
     // The worker may still be at it. Without word from it the job must be free before a server that is restarted again
     // and again is gone: a full lease each time would keep the jobs of dead workers leased for ever.
@@ -81,6 +82,7 @@ void Scheduler::AddOpen(std::unique_ptr<Experiment> experiment) {
   shares_.Add(id, spec.submitter, summaries_.at(id).control.priority, spec.dataset.hash);
   by_first_job_[experiment->first_job_id()] = experiment.get();
   open_[id] = std::move(experiment);
+  RecountWorkers(*open_[id]);
 }
 
 // --- Experiments -----------------------------------------------------------------------------------------------------
@@ -184,7 +186,7 @@ legopt_msg::cancel_reply Scheduler::Cancel(const Instant& now, const legopt_msg:
       job.outcome = db::AttemptOutcome::kCancelled;
       DropLease(now, {&experiment, index});
     }
-    SetJobState(experiment, job, db::JobState::kCancelled);
+    SetJobState(experiment, index, db::JobState::kCancelled);
     ++reply.num_jobs;
   }
   counters_.jobs_cancelled += static_cast<std::uint64_t>(reply.num_jobs);
@@ -234,30 +236,26 @@ Scheduler::JobRef Scheduler::FindJob(std::int64_t job_id) {
   return index < experiment->num_jobs() ? JobRef{experiment, index} : JobRef{};
 }
 
-void Scheduler::SetJobState(Experiment& experiment, Job& job, db::JobState state) {
+void Scheduler::SetJobState(Experiment& experiment, std::int64_t index, db::JobState state) {
+  Job& job = experiment.job(index);
   db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
   --CountOf(summary, job.state);
   ++CountOf(summary, state);
-  num_queued_ += (state == db::JobState::kQueued ? 1 : 0) - (job.state == db::JobState::kQueued ? 1 : 0);
+  const int change = (state == db::JobState::kQueued ? 1 : 0) - (job.state == db::JobState::kQueued ? 1 : 0);
+  num_queued_ += change;
+  experiment.CountQueued(index, change);
   job.state = state;
   UpdateWaiting(experiment);
 }
 
-// To be called whenever the number of its queued jobs has changed, or whether they may be leased: paused or held, or of
-// a build that no worker has.
+// To be called whenever the number of its queued jobs has changed, or whether they may be leased: paused or held, or
+// needing what no worker has.
 void Scheduler::UpdateWaiting(Experiment& experiment) {
-  db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
-  const db::ExperimentControl& control = summary.control;
-  const bool free = control.hold == db::Hold::kNone && (control.builds == BuildRule::kAny || control.build_id.empty() ||
-                                                        builds_online_.contains(control.build_id));
-  const std::int64_t leasable = free ? CountOf(summary, db::JobState::kQueued) : 0;
+  const bool free = summaries_.at(experiment.experiment_id()).control.hold == db::Hold::kNone;
+  const std::int64_t leasable = free ? experiment.num_takable() : 0;
   num_leasable_ += leasable - experiment.leasable;
   experiment.leasable = leasable;
   shares_.SetWaiting(experiment.experiment_id(), leasable > 0);
-}
-
-bool Scheduler::MayWorkOn(const Worker& worker, std::int64_t experiment_id) const {
-  return summaries_.at(experiment_id).control.Admits(worker.record.build_id);
 }
 
 void Scheduler::AddLease(Experiment& experiment, std::int64_t index, LeaseState lease) {
@@ -290,7 +288,7 @@ std::vector<WorkerStatus> Scheduler::workers() const {
   std::vector<WorkerStatus> list;
   for (const auto& [id, worker] : workers_) {
     if (worker.online || worker.leases > 0) {
-      list.push_back({worker.record, worker.online, worker.last_seen, worker.leases, worker.datasets});
+      list.push_back({worker.record, worker.online, worker.last_seen, worker.leases, worker.profile});
     }
   }
   return list;
@@ -311,6 +309,7 @@ std::vector<std::pair<std::string_view, std::uint64_t>> SchedulerCounters::Listi
           {"results_refused", results_refused},
           {"attempts_failed", attempts_failed},
           {"attempts_returned", attempts_returned},
+          {"attempts_refused", attempts_refused},
           {"jobs_dead", jobs_dead},
           {"jobs_failed", jobs_failed},
           {"jobs_cancelled", jobs_cancelled},

@@ -25,6 +25,7 @@
 #include "legopt_msg/result_request.hpp"
 #include "legopt_msg/submit_reply.hpp"
 #include "legopt_msg/submit_request.hpp"
+#include "server/capability.h"
 #include "server/experiment.h"
 #include "server/fair_share.h"
 
@@ -59,10 +60,20 @@ struct SchedulerCounters {
   std::uint64_t submitted = 0, resubmitted = 0, submissions_refused = 0;
   std::uint64_t leases = 0, heartbeats = 0, renewals = 0, unknown_leases = 0, leases_expired = 0;
   std::uint64_t results_accepted = 0, results_duplicate = 0, results_stale = 0, results_refused = 0;
-  std::uint64_t attempts_failed = 0, attempts_returned = 0, jobs_dead = 0, jobs_failed = 0, jobs_cancelled = 0;
+  std::uint64_t attempts_failed = 0, attempts_returned = 0, attempts_refused = 0, jobs_dead = 0, jobs_failed = 0, jobs_cancelled = 0;
   std::uint64_t jobs_retried = 0, jobs_deleted = 0, results_taken_over = 0;
 
   std::vector<std::pair<std::string_view, std::uint64_t>> Listing() const;
+};
+
+/// What decides which jobs a worker gets.
+struct WorkerProfile {
+  using Refused = std::map<std::pair<std::string, Task>, std::string>;
+
+  Abilities abilities;
+  Refused refused;  ///< (method hash, task) of jobs that it has refused since its hello -> why
+
+  bool operator==(const WorkerProfile&) const = default;
 };
 
 struct WorkerStatus {
@@ -70,7 +81,7 @@ struct WorkerStatus {
   bool online = false;
   microseconds last_seen{0};
   std::int64_t leases = 0;
-  std::vector<db::DatasetRecord> datasets;
+  WorkerProfile profile;
 };
 
 /// A leased job whose worker told how far it is.
@@ -105,6 +116,8 @@ struct LeaseView {
 ///    begins them in that order; what it held ready is queued again without a charge;
 ///  - after a restart from the store, running leases go on and can be completed by their workers;
 ///  - no job of a paused or held experiment is leased, and larger priorities are leased first;
+///  - a job is leased only to a worker that has what it needs (capability.h) and has not refused jobs of its method and
+///    task; a refusal is never charged;
 ///  - an experiment is finished by the build of the worker that took its first job, unless its spec or a person says
 ///    that any may;
 ///  - a job for which the store knows the finished result of an equal job when its first lease is due takes that over,
@@ -159,6 +172,10 @@ class Scheduler {
   std::vector<JobProgress> Progress(std::int64_t experiment_id, std::size_t most) const;
   /// All leases, in the order in which they were given.
   std::vector<LeaseView> LeasesInOrder() const;
+  /// What the jobs of a group need of their worker, the build included.
+  std::vector<Need> NeedsOf(const Experiment& experiment, const Experiment::Group& group) const;
+  /// Whether the worker can take jobs of the experiment: queued ones, or any when none is queued.
+  bool CanWorkOn(const WorkerProfile& worker, const Experiment& experiment) const;
   /// Null when the experiment is not in memory: unknown, or closed for longer than `retention`.
   const Experiment* InMemory(std::int64_t experiment_id) const;
   const SchedulerOptions& options() const { return options_; }
@@ -180,12 +197,12 @@ class Scheduler {
   };
   struct Worker {
     db::WorkerRecord record;
-    std::vector<db::DatasetRecord> datasets;
+    WorkerProfile profile;
     microseconds last_seen{0};
-    microseconds stored_seen{0};              ///< last_seen when it was last written
-    bool online = false;                      ///< set by SetOnline only
-    int online_slots = 0;                     ///< its part of online_slots_
-    std::optional<std::string> online_build;  ///< its part of builds_online_
+    microseconds stored_seen{0};           ///< last_seen when it was last written
+    bool online = false;                   ///< set by SetOnline only
+    int online_slots = 0;                  ///< its part of online_slots_
+    std::optional<WorkerProfile> counted;  ///< as which it is counted among the able workers of groups
     std::int64_t leases = 0;
     int charged = 0;  ///< leases that expired at its cost since it was last heard of
   };
@@ -199,13 +216,12 @@ class Scheduler {
   Worker* FindWorker(std::int64_t worker_id, bus::EndpointId sender);
   static void Hear(Worker& worker, const Instant& now);
   JobRef FindJob(std::int64_t job_id);
-  void SetJobState(Experiment& experiment, Job& job, db::JobState state);
+  void SetJobState(Experiment& experiment, std::int64_t index, db::JobState state);
   void Close(const Instant& now, Experiment& experiment, db::ExperimentState state);
   void FinishIfComplete(const Instant& now, Experiment& experiment, Ops& ops);
   void AddLease(Experiment& experiment, std::int64_t index, LeaseState lease);
   void DropLease(const Instant& now, const JobRef& ref);
   void UpdateWaiting(Experiment& experiment);
-  bool MayWorkOn(const Worker& worker, std::int64_t experiment_id) const;
   void AddOpen(std::unique_ptr<Experiment> experiment);
   void Open(const Instant& now, const db::OpenExperiment& open);
   // scheduler_control.cpp
@@ -217,13 +233,17 @@ class Scheduler {
   legopt_msg::control_reply SetTag(const legopt_msg::control_request& request, Ops& ops);
   legopt_msg::control_reply Delete(const Instant& now, std::int64_t experiment_id, Ops& ops);
   std::int64_t GiveBackRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops);
-  // scheduler_leases.cpp
+  // scheduler_capabilities.cpp
+  bool Admits(const WorkerProfile& worker, const Experiment& experiment, const Experiment::Group& group) const;
+  void CountWorker(const WorkerProfile& worker, int change);
+  void RecountWorkers(Experiment& experiment);
   void SetOnline(Worker& worker, bool online);
-  void CountBuild(const std::string& build_id, int change);
-  void Bind(const Instant& now, const Experiment& experiment, const Worker& worker, Ops& ops);
+  std::string MismatchOf(const Worker& worker, bool* same_name) const;
+  void NoteRefusal(const Instant& now, const JobRef& ref, const std::string& why, Ops& ops);
+  // scheduler_leases.cpp
+  void Bind(const Instant& now, Experiment& experiment, const Worker& worker, Ops& ops);
   void StoreSighting(Worker& worker, Ops& ops);
-  legopt_msg::lease LeaseFrom(const Instant& now, Experiment& experiment, Worker& worker, Ops& ops);
-  std::string MismatchOf(const Worker& worker, const std::vector<std::string>& hashes, bool* same_name) const;
+  legopt_msg::lease LeaseFrom(const Instant& now, Experiment& experiment, std::int64_t index, Worker& worker, Ops& ops);
   int BatchSize(int wanted) const;
   void ExpireLeases(const Instant& now, Ops& ops);
   void ExpireLease(const Instant& now, std::int64_t job_id, bool may_have_begun, Ops& ops);
@@ -236,7 +256,9 @@ class Scheduler {
   // scheduler_results.cpp
   legopt_msg::result_reply AcceptCurrent(const Instant& now, const JobRef& ref,
                                          const legopt_msg::result_request& request, Ops& ops);
-  void EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt end, Ops& ops);
+  enum class Charge : std::uint8_t { kNever, kByOutcome };
+  void EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt end, Ops& ops,
+                  Charge charge = Charge::kByOutcome);
   legopt_msg::result_reply AnswerEnded(const Instant& now, const db::AttemptRecord& record,
                                        const legopt_msg::result_request& request, Ops& ops);
   bool IsDeleted(std::int64_t job_id) const;
@@ -261,7 +283,6 @@ class Scheduler {
   std::map<std::int64_t, LeaseState> leases_;  ///< by job id
   std::int64_t next_order_ = 0;
   std::int64_t online_workers_ = 0, online_slots_ = 0;
-  std::map<std::string, int> builds_online_;  ///< build id -> workers online, > 0
   microseconds next_scan_{0};
   bool draining_ = false;
   SchedulerCounters counters_;

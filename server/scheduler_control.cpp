@@ -113,6 +113,7 @@ legopt_msg::control_reply Scheduler::SetHold(const Instant& now, const legopt_ms
     return reply;
   }
   summary.control = *next;
+  if (action == ControlAction::kResumeAnyBuild) RecountWorkers(*open_.at(summary.experiment_id));
   UpdateWaiting(*open_.at(summary.experiment_id));
   ops.emplace_back(db::ControlExperiment{summary.experiment_id, *next});
   ops.emplace_back(db::RecordEvent{EventOf(action), now.wall_us, summary.experiment_id, {}, {}, request.reason});
@@ -192,7 +193,7 @@ std::int64_t Scheduler::QueueAgain(Experiment& experiment, bool time_limited) {
     if (job.solved) --summary.solved;
     job.solved = job.time_limited = false;
     job.returned = job.attempts;
-    SetJobState(experiment, job, db::JobState::kQueued);
+    SetJobState(experiment, index, db::JobState::kQueued);
     experiment.PutBack(index);
     ++queued;
   }

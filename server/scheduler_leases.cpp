@@ -8,41 +8,6 @@
 #include "words/reply.h"
 
 namespace legopt::server {
-namespace {
-
-std::string OtherBuild(const db::ExperimentSummary& experiment, const db::WorkerRecord& worker) {
-  return "experiment " + std::to_string(experiment.experiment_id) + " was begun by build " +
-         experiment.control.build_id + " and is finished by it; this worker is build " + worker.build_id;
-}
-
-}  // namespace
-
-void Scheduler::SetOnline(Worker& worker, bool online) {
-  online_workers_ += (online ? 1 : 0) - (worker.online ? 1 : 0);
-  const int slots = online ? worker.record.slots : 0;
-  online_slots_ += slots - worker.online_slots;
-  worker.online_slots = slots;
-  worker.online = online;
-  const std::optional<std::string> build = online ? std::optional(worker.record.build_id) : std::nullopt;
-  const std::optional<std::string> before = std::exchange(worker.online_build, build);
-  if (before == build) return;
-  if (build) CountBuild(*build, 1);
-  if (before) CountBuild(*before, -1);
-}
-
-// Experiments of a build wait while no worker has it.
-void Scheduler::CountBuild(const std::string& build_id, int change) {
-  int& workers = builds_online_[build_id];
-  const bool was_there = workers > 0;
-  workers += change;
-  const bool is_there = workers > 0;
-  if (!is_there) builds_online_.erase(build_id);
-  if (was_there == is_there) return;
-  for (const auto& [id, experiment] : open_) {
-    if (summaries_.at(id).control.build_id == build_id) UpdateWaiting(*experiment);
-  }
-}
-
 // Heartbeats change nothing in the store; for people it is told now and then who is there.
 void Scheduler::StoreSighting(Worker& worker, Ops& ops) {
   worker.stored_seen = worker.last_seen;
@@ -69,12 +34,9 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
       worker_id,     sender,           request.worker_name, request.hostname,   request.pid,          request.slots,
       request.build, request.build_id, request.processor,   request.processors, request.memory_bytes, request.load,
       now.wall_us};
-  worker.datasets.clear();
-  std::vector<std::string> hashes;
-  for (const legopt_msg::dataset_ref& dataset : request.datasets) {
-    worker.datasets.push_back({dataset.name, dataset.hash});
-    hashes.push_back(dataset.hash);
-  }
+  // What it has refused stays refused until it announces something else: it would refuse it again.
+  Abilities abilities(request);
+  if (!(abilities == worker.profile.abilities)) worker.profile = {std::move(abilities), {}};
   Hear(worker, now);
   StoreSighting(worker, ops);
   if (!worker.online) {
@@ -83,7 +45,8 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
   SetOnline(worker, true);
   bool same_name = false;
   // One that loads its datasets comes again with them.
-  const std::string mismatch = hashes.empty() ? std::string() : MismatchOf(worker, hashes, &same_name);
+  const std::string mismatch =
+      worker.profile.abilities.HasLoaded() ? MismatchOf(worker, &same_name) : std::string();
   if (same_name) {
     SetOnline(worker, false);  // it will not work
     reply.status = NumberOf(HelloStatus::kDatasetMismatch);
@@ -94,38 +57,6 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
   reply.worker_id = worker_id;
   reply.message = mismatch;
   return reply;
-}
-
-// Empty when there is no queued job, or one that the worker can do. Otherwise says which dataset or build is wanted;
-// `same_name` tells that the worker has a dataset of that name with other content, which is a mistake rather than
-// another purpose.
-std::string Scheduler::MismatchOf(const Worker& worker, const std::vector<std::string>& hashes, bool* same_name) const {
-  std::string text;
-  *same_name = false;
-  for (const auto& [id, experiment] : open_) {
-    const db::ExperimentSummary& summary = summaries_.at(id);
-    if (summary.jobs_by_state[db::JobState::kQueued] == 0) continue;
-    if (summary.control.hold != db::Hold::kNone) continue;
-    const db::DatasetRecord& wanted = experiment->spec().dataset;
-    if (std::find(hashes.begin(), hashes.end(), wanted.hash) != hashes.end()) {
-      if (!MayWorkOn(worker, id)) {
-        if (text.empty()) text = OtherBuild(summary, worker.record);
-        continue;
-      }
-      *same_name = false;
-      return {};
-    }
-    const auto twin = std::find_if(worker.datasets.begin(), worker.datasets.end(),
-                                   [&](const db::DatasetRecord& d) { return d.name == wanted.name; });
-    if (text.empty() || (twin != worker.datasets.end() && !*same_name)) {
-      text = "experiment " + std::to_string(id) + " was submitted with dataset '" + wanted.name + "' of content " +
-             wanted.hash + "; " +
-             (twin != worker.datasets.end() ? "this worker's '" + twin->name + "' has content " + twin->hash
-                                            : "this worker does not have it");
-    }
-    *same_name = *same_name || twin != worker.datasets.end();
-  }
-  return text;
 }
 
 legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sender,
@@ -145,10 +76,14 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     return reply;
   }
   const int wanted = BatchSize(request.max_jobs);
+  const auto admits = [&](const Experiment& experiment) {
+    return [this, worker, &experiment](const Experiment::Group& group) {
+      return Admits(worker->profile, experiment, group);
+    };
+  };
   const auto can_do = [&](std::int64_t experiment_id) {
-    const std::vector<std::string>& hashes = request.dataset_hashes;
-    const std::string& dataset = open_.at(experiment_id)->spec().dataset.hash;
-    return std::find(hashes.begin(), hashes.end(), dataset) != hashes.end() && MayWorkOn(*worker, experiment_id);
+    const Experiment& experiment = *open_.at(experiment_id);
+    return experiment.HasQueued(admits(experiment));
   };
   constexpr std::int64_t kSearchedAtOnce = 64, kMostSearched = 128;  // jobs; their results are copied in one commit
   std::int64_t searched = 0;
@@ -158,7 +93,7 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     const std::optional<std::int64_t> next = shares_.First(can_do);
     if (!next) break;
     Experiment& experiment = *open_.at(*next);
-    if (const auto range = experiment.NextUnsearched(kSearchedAtOnce)) {
+    if (const auto range = experiment.NextUnsearched(kSearchedAtOnce, admits(experiment))) {
       // The store is read, which may fail, and then this is asked again: no lease may have been given before. The rest
       // is for the next request.
       if (!reply.jobs.empty() || searched >= kMostSearched) break;
@@ -166,8 +101,9 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
       TakeOverKnown(now, experiment, *range, *worker, ops);
       continue;
     }
-    const legopt_msg::lease& lease = reply.jobs.emplace_back(LeaseFrom(now, experiment, *worker, ops));
-    full = DescriptionOf(experiment.TaskOf(lease.job_id - experiment.first_job_id())).long_jobs;
+    const std::int64_t index = experiment.TakeQueued(admits(experiment)).value();
+    reply.jobs.push_back(LeaseFrom(now, experiment, index, *worker, ops));
+    full = DescriptionOf(experiment.TaskOf(index)).long_jobs;
   }
   reply.num_jobs = static_cast<std::int32_t>(reply.jobs.size());
   if (!reply.jobs.empty()) {
@@ -179,7 +115,7 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     return reply;
   }
   bool same_name = false;
-  reply.message = MismatchOf(*worker, request.dataset_hashes, &same_name);
+  reply.message = MismatchOf(*worker, &same_name);
   reply.status = NumberOf(same_name ? LeaseStatus::kDatasetMismatch : LeaseStatus::kNoneNow);
   return reply;
 }
@@ -191,16 +127,16 @@ int Scheduler::BatchSize(int wanted) const {
   return static_cast<int>(std::clamp<std::int64_t>(share, 1, std::max<std::int64_t>(most, 1)));
 }
 
-// Leases the next job of an experiment that has queued ones.
-legopt_msg::lease Scheduler::LeaseFrom(const Instant& now, Experiment& experiment, Worker& worker, Ops& ops) {
+// Leases a job that was taken from the queue.
+legopt_msg::lease Scheduler::LeaseFrom(const Instant& now, Experiment& experiment, std::int64_t index, Worker& worker,
+                                       Ops& ops) {
   const ExperimentSpec& spec = experiment.spec();
-  const std::int64_t index = experiment.TakeQueued().value();
   Job& job = experiment.job(index);
   ++job.attempts;
   job.token = tokens_();
   job.previous = job.outcome;
   job.outcome = db::AttemptOutcome::kRunning;
-  SetJobState(experiment, job, db::JobState::kLeased);
+  SetJobState(experiment, index, db::JobState::kLeased);
   const std::int64_t job_id = experiment.job_id(index);
   const microseconds expires = now.steady + options_.lease + options_.grace;
   AddLease(experiment, index, {worker.record.worker_id, expires, false, next_order_++, now.steady});
@@ -229,11 +165,12 @@ legopt_msg::lease Scheduler::LeaseFrom(const Instant& now, Experiment& experimen
 }
 
 // The first job of an experiment decides which build finishes it.
-void Scheduler::Bind(const Instant& now, const Experiment& experiment, const Worker& worker, Ops& ops) {
+void Scheduler::Bind(const Instant& now, Experiment& experiment, const Worker& worker, Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
   if (summary.control.builds != BuildRule::kOne || !summary.control.build_id.empty()) return;
   if (worker.record.build_id.empty()) return;
   summary.control.build_id = worker.record.build_id;
+  RecountWorkers(experiment);
   ops.emplace_back(db::ControlExperiment{summary.experiment_id, summary.control});
   ops.emplace_back(db::RecordEvent{"build_chosen",
                                    now.wall_us,

@@ -34,10 +34,11 @@ legopt_msg::result_reply Scheduler::Result(const Instant& now, const legopt_msg:
   if (!current) return AnswerEnded(now, *record, request, ops);
   LeaseState& lease = leases_.at(request.job_id);
   // Without a word on it, a job that is given back was not begun.
-  const bool given_back = OutcomeOf(request) == db::AttemptOutcome::kCancelled;
+  const db::AttemptOutcome reported = OutcomeOf(request);
+  const bool given_back = reported == db::AttemptOutcome::kCancelled || reported == db::AttemptOutcome::kReturned;
   const std::int64_t told_us = request.cpu_us > 0 ? request.cpu_us : request.wall_us;
   if (told_us > 0 || given_back) lease.used_us = told_us;
-  if (OutcomeOf(request) == db::AttemptOutcome::kFinished) return AcceptCurrent(now, ref, request, ops);
+  if (reported == db::AttemptOutcome::kFinished) return AcceptCurrent(now, ref, request, ops);
 
   db::EndAttempt end;
   end.job_id = request.job_id;
@@ -48,7 +49,12 @@ legopt_msg::result_reply Scheduler::Result(const Instant& now, const legopt_msg:
   end.log_tail = request.log_tail;
   // Nobody cancelled this job: the worker gives it back, e.g. because it was told to stop.
   if (end.outcome == db::AttemptOutcome::kCancelled) end.outcome = db::AttemptOutcome::kReturned;
-  EndCurrent(now, ref, std::move(end), ops);
+  const bool refused = ReportedOutcome{request.outcome} == ReportedOutcome::kRefused;
+  if (refused) {
+    end.message = "refused: " + end.message;
+    NoteRefusal(now, ref, request.message, ops);
+  }
+  EndCurrent(now, ref, std::move(end), ops, refused ? Charge::kNever : Charge::kByOutcome);
   ++counters_.results_accepted;
   return {};
 }
@@ -107,7 +113,7 @@ legopt_msg::result_reply Scheduler::AcceptCurrent(const Instant& now, const JobR
   if (job.solved) ++summaries_.at(ref.experiment->experiment_id()).solved;
   ref.experiment->AddTime(ref.index, record.wall_us);
   DropLease(now, ref);
-  SetJobState(*ref.experiment, job, db::JobState::kDone);
+  SetJobState(*ref.experiment, ref.index, db::JobState::kDone);
   ops.emplace_back(db::AcceptResult{request.job_id, request.attempt, std::move(record), request.message,
                                     request.log_tail, now.wall_us});
   FinishIfComplete(now, *ref.experiment, ops);
@@ -117,10 +123,11 @@ legopt_msg::result_reply Scheduler::AcceptCurrent(const Instant& now, const JobR
 }
 
 // Ends the running attempt without a result and decides what becomes of the job.
-void Scheduler::EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt end, Ops& ops) {
+void Scheduler::EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt end, Ops& ops, Charge charge) {
   Experiment& experiment = *ref.experiment;
   Job& job = experiment.job(ref.index);
-  if (end.outcome == db::AttemptOutcome::kReturned && job.returned >= options_.max_returns_per_job) {
+  const bool free = charge == Charge::kNever || job.returned < options_.max_returns_per_job;
+  if (end.outcome == db::AttemptOutcome::kReturned && !free) {
     end.outcome = db::AttemptOutcome::kError;
     end.message += "; given back " + std::to_string(job.returned) + " times before, so it counts";
   }
@@ -138,7 +145,7 @@ void Scheduler::EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt
   end.at_us = now.wall_us;
   job.outcome = end.outcome;
   DropLease(now, ref);
-  SetJobState(experiment, job, end.next);
+  SetJobState(experiment, ref.index, end.next);
   if (end.next == db::JobState::kQueued) experiment.PutBack(ref.index);
   std::optional<db::RecordEvent> event;
   if (end.next == db::JobState::kDead || end.next == db::JobState::kFailed) {
@@ -159,7 +166,7 @@ legopt_msg::result_reply Scheduler::AnswerEnded(const Instant& now, const db::At
                                                 const legopt_msg::result_request& request, Ops& ops) {
   legopt_msg::result_reply reply{};
   const db::AttemptOutcome reported = OutcomeOf(request);
-  if (reported == db::AttemptOutcome::kCancelled) {
+  if (reported == db::AttemptOutcome::kCancelled || reported == db::AttemptOutcome::kReturned) {
     // Withdrawn, returned or expired meanwhile: in each case there is nothing to keep.
     reply.status = record.outcome == db::AttemptOutcome::kCancelled ? NumberOf(ResultStatus::kAccepted)
                                                                     : NumberOf(ResultStatus::kDuplicate);

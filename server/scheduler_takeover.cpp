@@ -65,7 +65,7 @@ void Scheduler::TakeOver(const Instant& now, Experiment& experiment, std::int64_
   ++summary.taken_over;
   ++counters_.results_taken_over;
   experiment.AddTime(index, known.wall_us);
-  SetJobState(experiment, job, db::JobState::kDone);
+  SetJobState(experiment, index, db::JobState::kDone);
   ops.emplace_back(db::TakeResult{experiment.job_id(index), known.job_id, job.token, now.wall_us});
 }
 

@@ -81,15 +81,21 @@ Json ExperimentJson(const db::ExperimentSummary& summary, const Scheduler& sched
             {"taken_over", summary.taken_over},
             {"share", outlook.share},
             {"eta_s", outlook.remaining_s ? Json(*outlook.remaining_s) : Json()},
-            {"waiting_for", outlook.waiting_for}};
+            {"waiting_for", outlook.waiting_for},
+            {"missing", outlook.missing}};
   AddTimes(json, summary, experiment, now);
   if (with_kinds && !outlook.left.kinds.empty()) json["kinds"] = KindsJson(*experiment, outlook.left);
   return json;
 }
 
+std::string Joined(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
+}
+
 Json WorkerJson(const WorkerStatus& worker, const Instant& now) {
-  std::string datasets;
-  for (const db::DatasetRecord& dataset : worker.datasets) datasets += (datasets.empty() ? "" : ", ") + dataset.name;
+  const Abilities& abilities = worker.profile.abilities;
   const double silent_s = static_cast<double>((now.steady - worker.last_seen).count()) * kSecondsPerMicrosecond;
   return {{"id", worker.record.worker_id},
           {"name", worker.record.name},
@@ -99,7 +105,8 @@ Json WorkerJson(const WorkerStatus& worker, const Instant& now) {
           {"leases", worker.leases},
           {"online", worker.online},
           {"silent_s", worker.online ? Json(silent_s) : Json()},
-          {"datasets", std::move(datasets)},
+          {"datasets", Joined(abilities.Names(CapabilityKind::kDataset))},
+          {"solvers", Joined(abilities.Names(CapabilityKind::kSolver))},
           {"build", worker.record.build},
           {"build_id", worker.record.build_id},
           {"processor", worker.record.processor},

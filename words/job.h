@@ -58,7 +58,8 @@ enum class ReportedOutcome : std::int8_t {
   kTimeLimit,    ///< stopped by the clock: the solver at its wall-time limit, or the process killed behind it
   kMemoryLimit,  ///< needed more memory than the job may have
   kCancelled,    ///< cancelled, or given back
-  kError,        ///< could not be run as asked (no such problem, other dataset, unknown option)
+  kError,        ///< could not be run as asked (no such problem, unknown option)
+  kRefused,      ///< this worker lacks something that the job needs; not charged
 };
 
 template <>
@@ -67,7 +68,8 @@ inline constexpr auto kWords<ReportedOutcome> = Words<ReportedOutcome>({{Reporte
                                                                         {ReportedOutcome::kTimeLimit, "time_limit"},
                                                                         {ReportedOutcome::kMemoryLimit, "memory_limit"},
                                                                         {ReportedOutcome::kCancelled, "cancelled"},
-                                                                        {ReportedOutcome::kError, "error"}});
+                                                                        {ReportedOutcome::kError, "error"},
+                                                                        {ReportedOutcome::kRefused, "refused"}});
 
 /// Where an experiment stands.
 enum class ExperimentState : std::uint8_t {

@@ -121,8 +121,8 @@ bool DecodeJob(std::string_view body, legopt_msg::lease* lease, std::string* opt
   return true;
 }
 
-// A hello_request of which only the datasets count: its decoder checks names and hashes.
-std::string EncodeDatasets(const std::vector<LoadedDataset>& datasets) {
+// A hello_request of which only the capabilities count: its decoder checks names and hashes.
+std::string EncodeCapabilities(const std::vector<Capability>& capabilities) {
   legopt_msg::hello_request message{};
   message.protocol_version = bus::kProtocolVersion;
   message.build_id = "child";
@@ -130,21 +130,28 @@ std::string EncodeDatasets(const std::vector<LoadedDataset>& datasets) {
   message.worker_name = "job process";
   message.pid = 1;
   message.slots = 1;
-  for (const LoadedDataset& dataset : datasets) {
-    legopt_msg::dataset_ref ref;
-    ref.name = dataset.name;
-    ref.hash = dataset.hash;
-    message.datasets.push_back(std::move(ref));
-  }
+  for (const Capability& capability : capabilities) message.capabilities.push_back(ToMessage(capability));
   return bus::Encode(std::move(message));
 }
 
-bool DecodeDatasets(std::string_view body, std::vector<LoadedDataset>* datasets) {
+bool DecodeCapabilities(std::string_view body, std::vector<Capability>* capabilities) {
   const std::optional<legopt_msg::hello_request> message = bus::Decode<legopt_msg::hello_request>(body);
   if (!message) return false;
-  datasets->clear();
-  for (const legopt_msg::dataset_ref& ref : message->datasets) datasets->push_back({ref.name, ref.hash});
+  capabilities->clear();
+  for (const legopt_msg::capability& capability : message->capabilities) {
+    const auto kind = ParseWord<CapabilityKind>(capability.kind);
+    if (!kind) return false;
+    capabilities->push_back({capability.name, capability.hash, *kind});
+  }
   return true;
+}
+
+legopt_msg::capability ToMessage(const Capability& capability) {
+  legopt_msg::capability message{};
+  message.kind = ToString(capability.kind);
+  message.name = capability.name;
+  message.hash = capability.hash;
+  return message;
 }
 
 std::string EncodeProgress(int done, int total) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "legopt_msg/capability.hpp"
 #include "worker/job_executor.h"
 
 namespace legopt::worker {
@@ -23,7 +24,7 @@ namespace legopt::worker {
 /// The supervisor believes nothing: whatever is not a well-formed frame at the right time ends the job process.
 enum class FrameType : std::uint32_t {
   kJob = 1,          ///< to the child: lease and method options (EncodeJob)
-  kReady = 2,        ///< datasets are loaded; body: EncodeDatasets
+  kReady = 2,        ///< datasets are loaded, solvers are declared; body: EncodeCapabilities
   kStartFailed = 3,  ///< body: why the datasets cannot be used, for the user
   kProgress = 4,     ///< body: done and total, EncodeProgress
   kJudging = 5,      ///< the solver has returned; empty body
@@ -61,8 +62,10 @@ class FrameReader {
 // Bodies. Decoders return false for whatever their encoder cannot have written.
 std::string EncodeJob(const legopt_msg::lease& lease, std::string_view options_json);
 bool DecodeJob(std::string_view body, legopt_msg::lease* lease, std::string* options_json);
-std::string EncodeDatasets(const std::vector<LoadedDataset>& datasets);
-bool DecodeDatasets(std::string_view body, std::vector<LoadedDataset>* datasets);
+std::string EncodeCapabilities(const std::vector<Capability>& capabilities);
+bool DecodeCapabilities(std::string_view body, std::vector<Capability>* capabilities);
+/// As a hello announces it.
+legopt_msg::capability ToMessage(const Capability& capability);
 std::string EncodeProgress(int done, int total);
 bool DecodeProgress(std::string_view body, int* done, int* total);
 

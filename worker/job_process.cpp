@@ -107,6 +107,8 @@ legopt_msg::result_request Execute(JobExecutor& executor, Channel& channel, cons
     // What the job had built is in an unknown state: start anew.
     std::fprintf(stderr, "out of memory: an allocation failed\n");
     _exit(kChildOutOfMemory);
+  } catch (const JobRefused& refusal) {
+    return ResultWithoutSolution(ReportedOutcome::kRefused, refusal.what());
   } catch (const std::exception& error) {
     return ResultWithoutSolution(ReportedOutcome::kError, error.what());
   }
@@ -154,15 +156,15 @@ int RunJobProcess(int fd, int supervisor_pid, JobExecutor& executor) {
   ListenToStopRequests(supervisor_pid);
 
   Channel channel(fd);
-  std::vector<LoadedDataset> datasets;
+  std::vector<Capability> loaded;
   try {
-    datasets = executor.Load();
+    loaded = executor.Load();
   } catch (const std::exception& error) {
     channel.Write(FrameType::kStartFailed, 0, PrintableText(error.what(), kMaxMessageBytes));
     return kStartFailed;
   }
   if (!ForbidNewProcesses()) std::fprintf(stderr, "warning: this system cannot keep jobs from starting processes\n");
-  channel.Write(FrameType::kReady, 0, EncodeDatasets(datasets));
+  channel.Write(FrameType::kReady, 0, EncodeCapabilities(loaded));
   return ServeJobs(channel, executor);
 }
 

@@ -8,6 +8,7 @@
 
 #include "programs/exit_codes.h"
 #include "words/reply.h"
+#include "worker/child_protocol.h"
 #include "worker/outcome.h"
 
 namespace legopt::worker {
@@ -75,7 +76,7 @@ microseconds Pool::next_deadline() const {
   for (const SlotEntry& slot : slots_) at(slot.machine.deadline());
   if (!registration_ && !hello_in_flight_) at(next_hello_);
   if (registration_ && !heartbeat_in_flight_) at(next_heartbeat_);
-  if (!datasets_.empty()) {
+  if (!capabilities_.empty()) {
     if (registration_ && !lease_in_flight_ && NumWantedLeases() > 0) at(next_lease_);
     if (options_.wait_server != microseconds::max()) at(last_heard_ + options_.wait_server);
   }
@@ -115,14 +116,9 @@ void Pool::AskForRegistration(microseconds now) {
   request.processors = options_.processors;
   request.memory_bytes = options_.memory_bytes;
   request.load = options_.load();
-  for (const LoadedDataset& dataset : datasets_) {
-    legopt_msg::dataset_ref ref;
-    ref.name = dataset.name;
-    ref.hash = dataset.hash;
-    request.datasets.push_back(std::move(ref));
-  }
+  for (const Capability& capability : capabilities_) request.capabilities.push_back(ToMessage(capability));
   hello_in_flight_ = true;
-  announced_datasets_ = datasets_.size();
+  announced_ = capabilities_.size();
   actions_.emplace_back(CallHello{std::move(request)});
 }
 
@@ -148,8 +144,8 @@ void Pool::OnHelloReply(microseconds now, const legopt_msg::hello_reply* reply, 
       next_lease_ = now;
       next_heartbeat_ = leases_.empty() ? now + registration.heartbeat : now;  // claim what we hold at once
       for (auto& [key, held] : leases_) held.next_delivery = now;
-      if (datasets_.empty()) break;
-      if (announced_datasets_ != datasets_.size()) {  // they came while the call was under way
+      if (capabilities_.empty()) break;
+      if (announced_ != capabilities_.size()) {  // they came while the call was under way
         registration_.reset();
         next_hello_ = now;
         break;
@@ -175,7 +171,8 @@ void Pool::OnHelloReply(microseconds now, const legopt_msg::hello_reply* reply, 
 std::string Pool::MismatchText(const std::string& server_message) const {
   std::string text = "dataset mismatch: " + PrintableText(server_message, kMaxMessageBytes) + ". This worker has";
   const char* separator = " ";
-  for (const LoadedDataset& dataset : datasets_) {
+  for (const Capability& dataset : capabilities_) {
+    if (dataset.kind != CapabilityKind::kDataset) continue;
     text += separator + dataset.name + " " + dataset.hash;
     separator = ", ";
   }
@@ -250,14 +247,13 @@ int Pool::NumWantedLeases() const {
 }
 
 void Pool::AskForLeases(microseconds now) {
-  if (!registration_ || datasets_.empty() || lease_in_flight_ || now < next_lease_) return;
+  if (!registration_ || capabilities_.empty() || lease_in_flight_ || now < next_lease_) return;
   const int wanted = NumWantedLeases();
   if (wanted <= 0) return;
   legopt_msg::lease_request request{};
   request.worker_id = registration_->worker_id;
   request.server_instance = registration_->server_instance;
   request.max_jobs = wanted;
-  for (const LoadedDataset& dataset : datasets_) request.dataset_hashes.push_back(dataset.hash);
   lease_in_flight_ = true;
   lease_asked_at_ = now;
   actions_.emplace_back(CallLease{std::move(request)});
@@ -325,19 +321,19 @@ void Pool::AcceptLease(microseconds now, const legopt_msg::lease& lease) {
   if (!leases_.emplace(key, std::move(held)).second) return;  // told twice
   ready_.push_back(key);
   if (!HasDataset(lease.dataset_hash)) {
-    Log(LogLevel::kError, "was given a job for dataset " + lease.dataset_hash + ", which it does not have");
-    StopLease(now, key, StopReason::kShutdown);
-    return;
+    return RefuseLease(now, key, "this worker does not have dataset " + lease.dataset_hash);
   }
   if (draining_) return StopLease(now, key, StopReason::kShutdown);  // the answer to a request from before
   const std::optional<Task> task = ParseWord<Task>(lease.task);
-  if (!task) return FailLease(now, key, "this worker does not know the task '" + lease.task + "'");
+  if (!task) return RefuseLease(now, key, "this worker does not know the task '" + lease.task + "'");
   leases_.at(key).task = *task;
   methods_.try_emplace(lease.method_hash);
 }
 
 bool Pool::HasDataset(const std::string& hash) const {
-  return std::any_of(datasets_.begin(), datasets_.end(), [&](const LoadedDataset& d) { return d.hash == hash; });
+  return std::any_of(capabilities_.begin(), capabilities_.end(), [&](const Capability& capability) {
+    return capability.kind == CapabilityKind::kDataset && capability.hash == hash;
+  });
 }
 
 void Pool::ExpireLeases(microseconds now) {

@@ -82,7 +82,8 @@ class Pool {
   Pool(PoolOptions options, microseconds now);
 
   // --- From the job processes -------------------------------------------------------------------------------------
-  void OnChildReady(microseconds now, int slot, const std::vector<LoadedDataset>& datasets);
+  /// `capabilities`: what it has loaded; at least one dataset.
+  void OnChildReady(microseconds now, int slot, const std::vector<Capability>& capabilities);
   /// The process says that its datasets cannot be used, and why; its exit follows.
   void OnChildStartFailed(microseconds now, int slot, const std::string& message);
   void OnChildProgress(microseconds now, int slot, std::uint64_t sequence, int done, int total);
@@ -204,6 +205,7 @@ class Pool {
   bool EndedWithTheWorker(const JobSlot& machine, const ChildExit& exit) const;
   void KeepResult(microseconds now, const LeaseKey& key, legopt_msg::result_request result);
   void FailLease(microseconds now, const LeaseKey& key, const std::string& message);
+  void RefuseLease(microseconds now, const LeaseKey& key, const std::string& message);
   void GiveBackReady(microseconds now);
   void GiveBackWaiting(microseconds now);
   std::optional<microseconds> WaitEnd() const;
@@ -218,10 +220,10 @@ class Pool {
   std::deque<LeaseKey> ready_;  // leases without a slot yet, in the order of their leases
   std::map<std::string, MethodEntry> methods_;
 
-  std::vector<LoadedDataset> datasets_;  // as announced; empty until the first process is ready
+  std::vector<Capability> capabilities_;  // as announced; empty until the first process is ready
   std::optional<Registration> registration_;
   bool hello_in_flight_ = false;
-  std::size_t announced_datasets_ = 0;  // by the last hello
+  std::size_t announced_ = 0;  // number of capabilities in the last hello
   microseconds next_hello_{0};
   microseconds hello_backoff_{0};
 

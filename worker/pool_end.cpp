@@ -82,7 +82,7 @@ microseconds Pool::IdleEnd() const {
 // Notes since when there has been no job, results under way not counted: without a server they may be so for ever.
 // True when that has been for too long.
 bool Pool::CheckIdle(microseconds now) {
-  if (datasets_.empty() || num_undelivered() != leases_.size()) {
+  if (capabilities_.empty() || num_undelivered() != leases_.size()) {
     idle_since_.reset();
   } else if (!idle_since_) {
     idle_since_ = now;
@@ -114,7 +114,7 @@ void Pool::CheckEnd(microseconds now) {
     Finish(ExitCode::kOk);
     return;
   }
-  if (options_.wait_server != microseconds::max() && !datasets_.empty() && now >= last_heard_ + options_.wait_server) {
+  if (options_.wait_server != microseconds::max() && !capabilities_.empty() && now >= last_heard_ + options_.wait_server) {
     const std::string key = options_.key_file.empty() ? "" : ", and with the key in " + options_.key_file;
     const std::string place = options_.bridged ? "with --listen on one of these addresses" : "with this port and group";
     Log(LogLevel::kError, "no answer from a server at " + options_.server_address + " within " +

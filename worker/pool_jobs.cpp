@@ -43,6 +43,14 @@ legopt_msg::result_request DescribeDeath(const ChildExit& exit) {
   return ResultWithoutSolution(ReportedOutcome::kCrashed, "the job process " + how);
 }
 
+std::vector<Capability> DatasetsAmong(const std::vector<Capability>& capabilities) {
+  std::vector<Capability> datasets;
+  for (const Capability& capability : capabilities) {
+    if (capability.kind == CapabilityKind::kDataset) datasets.push_back(capability);
+  }
+  return datasets;
+}
+
 }  // namespace
 
 // --- Job processes ---------------------------------------------------------------------------------------------------
@@ -67,17 +75,16 @@ void Pool::AdvanceSlots(microseconds now) {
   for (int i = 0; i < options_.slots; ++i) Carry(i, slots_[static_cast<std::size_t>(i)].machine.Tick(now));
 }
 
-void Pool::OnChildReady(microseconds now, int slot, const std::vector<LoadedDataset>& datasets) {
+void Pool::OnChildReady(microseconds now, int slot, const std::vector<Capability>& capabilities) {
   JobSlot& machine = slots_[static_cast<std::size_t>(slot)].machine;
-  const bool first = datasets_.empty();
-  const auto equal = [](const LoadedDataset& a, const LoadedDataset& b) {
-    return a.name == b.name && a.hash == b.hash;
-  };
+  const bool first = capabilities_.empty();
+  const std::vector<Capability> datasets = DatasetsAmong(capabilities);
   if (datasets.empty()) {
     OnChildGarbage(now, slot, "ready without a dataset");
     return;
   }
-  if (!first && !std::equal(datasets.begin(), datasets.end(), datasets_.begin(), datasets_.end(), equal)) {
+  // A solver whose files have changed meanwhile is refused job by job, as the announced one is not there any more.
+  if (!first && datasets != DatasetsAmong(capabilities_)) {
     Log(LogLevel::kError,
         "the files of a dataset have changed since this worker started; start the worker again to use the new ones");
     Carry(slot, machine.Kill(StopReason::kGarbage, "loaded other datasets than the processes before it"));
@@ -86,19 +93,22 @@ void Pool::OnChildReady(microseconds now, int slot, const std::vector<LoadedData
     OnChildGarbage(now, slot, "ready at the wrong time");
     return;
   } else if (first) {
-    datasets_ = datasets;
+    capabilities_ = capabilities;
     last_heard_ = now;  // the search for a server begins here
     registration_.reset();
     hello_backoff_ = microseconds(0);
     next_hello_ = now;
-    for (const LoadedDataset& dataset : datasets) Log(LogLevel::kInfo, "dataset " + dataset.name + " " + dataset.hash);
+    for (const Capability& capability : capabilities) {
+      if (capability.hash.empty()) continue;
+      Log(LogLevel::kInfo, std::string(ToString(capability.kind)) + " " + capability.name + " " + capability.hash);
+    }
   }
   Advance(now);
 }
 
 void Pool::OnChildStartFailed(microseconds now, int slot, const std::string& message) {
   Log(LogLevel::kError, message);
-  if (datasets_.empty()) {
+  if (capabilities_.empty()) {
     Finish(ExitCode::kUsage);
     return;
   }
@@ -131,7 +141,10 @@ void Pool::OnChildResult(microseconds now, int slot, std::uint64_t sequence, leg
     OnChildGarbage(now, slot, "a result of no job");
     return;
   }
-  if (reason == StopReason::kNone || reason == StopReason::kTimeLimit) {
+  const bool refused = ReportedOutcome{result.outcome} == ReportedOutcome::kRefused;
+  if (refused && reason == StopReason::kNone) {
+    RefuseLease(now, entry.key, result.message);
+  } else if (reason == StopReason::kNone || reason == StopReason::kTimeLimit) {
     NoteDuration(now - entry.machine.assigned_at());
     KeepResult(now, entry.key, std::move(result));
   } else {
@@ -168,7 +181,7 @@ void Pool::OnChildExited(microseconds now, int slot, const ChildExit& exit) {
 
 void Pool::CheckStarts(const ChildExit& last) {
   const auto hopeless = [](const SlotEntry& slot) { return slot.machine.failed_starts() >= kHopelessStarts; };
-  if (!datasets_.empty() || !std::all_of(slots_.begin(), slots_.end(), hopeless)) return;
+  if (!capabilities_.empty() || !std::all_of(slots_.begin(), slots_.end(), hopeless)) return;
   Log(LogLevel::kError, "job processes cannot be started; the last one wrote: " + last.log_tail);
   Finish(last.exit_code == kChildNotStarted ? ExitCode::kMachine : ExitCode::kInternal);
 }
@@ -308,6 +321,12 @@ void Pool::FailLease(microseconds now, const LeaseKey& key, const std::string& m
   std::erase(ready_, key);
   Log(LogLevel::kWarning, JobName(key) + ": " + message);
   KeepResult(now, key, ResultWithoutSolution(ReportedOutcome::kError, message));
+}
+
+void Pool::RefuseLease(microseconds now, const LeaseKey& key, const std::string& message) {
+  std::erase(ready_, key);
+  Log(LogLevel::kWarning, JobName(key) + ": refused: " + message);
+  KeepResult(now, key, ResultWithoutSolution(ReportedOutcome::kRefused, message));
 }
 
 // --- Results ---------------------------------------------------------------------------------------------------------

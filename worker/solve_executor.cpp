@@ -66,19 +66,26 @@ bool OneShape(const std::vector<Eigen::VectorXd>& waypoints) {
 
 SolveExecutor::SolveExecutor(WorkerInputs inputs) : inputs_(std::move(inputs)) {}
 
-std::vector<LoadedDataset> SolveExecutor::Load() {
+std::vector<Capability> SolveExecutor::Load() {
   external_.emplace(inputs_.solvers);
   registry_ = external_->registry();
-  std::vector<LoadedDataset> loaded;
+  std::vector<Capability> loaded;
   for (const std::filesystem::path& folder : inputs_.datasets) {
     const std::shared_ptr<const Dataset> dataset = Dataset::Load(folder, CallIsolated);
     if (!runners_.try_emplace(dataset->content_hash(), dataset, registry_).second) continue;  // the same content twice
     loaded.push_back({dataset->name(), dataset->content_hash()});
   }
+  for (const external::Declaration& declaration : external_->declarations()) {
+    loaded.push_back({declaration.name, declaration.hash, CapabilityKind::kSolver});
+  }
+  for (const auto& [model, word] : kWords<SceneRepresentation>) {
+    loaded.push_back({std::string(word), {}, CapabilityKind::kCollision});
+  }
   return loaded;
 }
 
-const Method& SolveExecutor::ReadMethod(const std::string& hash, std::string_view options_json) {
+// Options that were legal where they were submitted and are not here belong to another build or another declaration.
+const Method& SolveExecutor::ReadMethod(const std::string& hash, std::string_view options_json) try {
   if (const auto known = methods_.find(hash); known != methods_.end()) return known->second;
   const std::string source = "method " + hash;
   const nlohmann::json options = ParseJson(options_json, source);
@@ -89,14 +96,16 @@ const Method& SolveExecutor::ReadMethod(const std::string& hash, std::string_vie
   }
   if (methods_.size() >= kMaxCachedMethods) methods_.clear();
   return methods_.emplace(hash, std::move(method)).first->second;
+} catch (const InputError& error) {
+  throw JobRefused(error.what());
 }
 
 legopt_msg::result_request SolveExecutor::Execute(const legopt_msg::lease& lease, std::string_view options_json,
                                                   const Hooks& hooks) {
   const auto runner = runners_.find(lease.dataset_hash);
   if (runner == runners_.end()) {
-    throw InputError({kLeaseSource, "dataset_hash", lease.dataset_hash, "this worker has no dataset with this content",
-                      "start the worker with --dataset DIR"});
+    throw JobRefused("this worker has no dataset with content " + lease.dataset_hash +
+                     "; start the worker with --dataset DIR");
   }
   Job job;
   job.task = ReadTask(lease.task, kLeaseSource);
@@ -108,10 +117,14 @@ legopt_msg::result_request SolveExecutor::Execute(const legopt_msg::lease& lease
   job.effort_limit = lease.effort_limit;
   external_->set_memory_bytes(lease.memory_limit_bytes);
   job.wall_limit_s = static_cast<double>(lease.wall_limit_us) / kMicrosecondsPerSecond;
-  legopt_msg::result_request result =
-      ToMessage(runner->second.Run(job, {hooks.cancelled, hooks.progress, hooks.judging}));
-  ChargeExternal(external_->TakeUsage(), result);
-  return result;
+  try {
+    legopt_msg::result_request result =
+        ToMessage(runner->second.Run(job, {hooks.cancelled, hooks.progress, hooks.judging}));
+    ChargeExternal(external_->TakeUsage(), result);
+    return result;
+  } catch (const external::SolverUnavailable& error) {
+    throw JobRefused(error.what());
+  }
 }
 
 legopt_msg::result_request ToMessage(const JobResult& job) {

@@ -17,15 +17,15 @@ namespace legopt::worker {
 
 /// The shipped executor: loads datasets from folders, solves and judges.
 ///
-/// A job is accepted only when a dataset was loaded whose content hash is the one that the job names, and its method
-/// only when the options hash to the name under which they were sent; both are errors otherwise, and no solve is made.
+/// A job is refused (JobRefused) unless a dataset was loaded whose content hash is the one that the job names, its method's
+/// options can be read and hash to the name under which they were sent, and its external solver is the declared one.
 class SolveExecutor final : public JobExecutor {
  public:
   explicit SolveExecutor(WorkerInputs inputs);
 
   /// Reads the declarations, starts what starts solvers of others, which later is forbidden, then builds collision
   /// models and judges. Throws InputError and std::system_error.
-  std::vector<LoadedDataset> Load() override;
+  std::vector<Capability> Load() override;
   legopt_msg::result_request Execute(const legopt_msg::lease& lease, std::string_view options_json,
                                      const Hooks& hooks) override;
 

@@ -162,9 +162,9 @@ void Supervisor::HandleFrame(int slot, const Frame& frame) {
   const microseconds now = link_.now();
   switch (frame.type) {
     case FrameType::kReady: {
-      std::vector<LoadedDataset> datasets;
-      if (!DecodeDatasets(frame.body, &datasets)) return Garbage(slot, "an unreadable list of datasets");
-      return pool_.OnChildReady(now, slot, datasets);
+      std::vector<Capability> capabilities;
+      if (!DecodeCapabilities(frame.body, &capabilities)) return Garbage(slot, "an unreadable list of capabilities");
+      return pool_.OnChildReady(now, slot, capabilities);
     }
     case FrameType::kStartFailed:
       return pool_.OnChildStartFailed(now, slot, PrintableText(frame.body, kMaxMessageBytes));

@@ -57,6 +57,17 @@ ExitCode StatusOfFile(const StatusOptions& options) {
   return ExitCode::kOk;
 }
 
+// What queued jobs need and no worker has; one line each.
+std::string MissingText(const std::vector<ExperimentStatus>& experiments) {
+  std::string text;
+  for (const ExperimentStatus& experiment : experiments) {
+    for (const std::string& missing : experiment.missing) {
+      text += "experiment " + std::to_string(experiment.id) + ": " + programs::Printable(missing) + "\n";
+    }
+  }
+  return text.empty() ? text : "\n" + text;
+}
+
 std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
                           const StatusOptions& options) {
   const TextLayout layout = LayoutOf(options.output);
@@ -65,6 +76,7 @@ std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, cons
   if (const Listing running = RunningListing(experiments); !running.rows.empty()) {
     text += "\n" + RenderListing(running, options.format, layout);
   }
+  text += MissingText(experiments);
   if (options.experiment) return text;
   const auto workers = status.value("workers", nlohmann::json::array());
   return text + "\n" +
@@ -79,7 +91,7 @@ void PrintListings(const std::vector<ExperimentStatus>& experiments, const nlohm
   }
   const Listing workers =
       ListingFromJson(status.value("workers", nlohmann::json::array()),
-                      {"id", "name", "hostname", "pid", "slots", "leases", "online", "silent_s", "datasets", "build",
+                      {"id", "name", "hostname", "pid", "slots", "leases", "online", "silent_s", "datasets", "solvers", "build",
                        "build_id", "processor", "processors", "memory_bytes", "load"});
   if (!options.experiment && !workers.rows.empty()) std::cout << "\n" << RenderListing(workers, options.format);
 }

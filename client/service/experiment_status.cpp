@@ -45,6 +45,7 @@ void ReadCircumstances(const Json& entry, ExperimentStatus* status) {
   status->share = OptionalNumber(entry, "share").value_or(0);
   status->eta_s = OptionalNumber(entry, "eta_s");
   status->waiting_for = entry.value("waiting_for", "");
+  status->missing = entry.value("missing", std::vector<std::string>{});
   status->spec_hash = entry.value("spec_hash", "");
   status->submitted_at_us = entry.value("submitted_at_us", std::int64_t{0});
   status->elapsed_s = OptionalNumber(entry, "elapsed_s").value_or(0);

@@ -52,6 +52,8 @@ struct ExperimentStatus {
   std::optional<double> eta_s;  ///< seconds until its end; none while it stands still or too little is known
   std::string waiting_for;      ///< why an active one stands still; empty: it moves
 
+  std::vector<std::string> missing;  ///< what its queued jobs need and no worker has, for people
+
   std::string spec_hash;             ///< of its content
   std::int64_t submitted_at_us = 0;  ///< since 1970, by the server's clock
   double elapsed_s = 0;              ///< since its submission, until its end if it is over

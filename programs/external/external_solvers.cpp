@@ -14,18 +14,27 @@ namespace {
 
 constexpr double kAhead_m = 0.03;  // rows are seen before they are violated
 
+// The hash as of now; files that cannot be read any more are files that are not there.
+std::string HashNow(const Declaration& declaration) {
+  try {
+    return CurrentHash(declaration);
+  } catch (const InputError& error) {
+    throw SolverUnavailable(error.fault());
+  }
+}
+
 // What is about to run is what the method names, or nothing runs.
 void RequireDeclared(const ExternalOptions& options, const Declaration& declaration) {
   const std::string source = "solver '" + declaration.name + "' (external)";
   if (options.declaration != declaration.hash) {
-    throw InputError(
+    throw SolverUnavailable(
         {source, "declaration", options.declaration,
          "the job was submitted with another declaration than " + declaration.file + " of this worker, whose hash is " +
              declaration.hash,
          "start client and workers with --solver and equal files: command, settings, executable, scripts"});
   }
-  if (const std::string now = CurrentHash(declaration); now != declaration.hash) {
-    throw InputError(
+  if (const std::string now = HashNow(declaration); now != declaration.hash) {
+    throw SolverUnavailable(
         {source, "declaration", now,
          "a file of the solver has changed since the worker was started, when the hash was " + declaration.hash,
          "start the worker again, and submit again for the changed solver"});

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "legopt/input_error.h"
 #include "legopt/methods/registry.h"
 #include "programs/external/declaration.h"
 #include "programs/external/line_channel.h"
@@ -17,11 +18,17 @@ namespace legopt::external {
 /// What stands behind the names of methods with such solvers.
 inline constexpr char kExternalMark[] = " (external)";
 
+/// This machine does not have the solver that a method names: another declaration, other files, or none.
+class SolverUnavailable : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 /// Starts a declared solver: a number of the list and its declaration.
 using SolverStarter = std::function<std::unique_ptr<LineChannel>(std::size_t number, const Declaration& declaration)>;
 
 /// The registry of the library with the declared solvers besides; tables print their names with the mark "(external)".
-/// Methods of theirs hold the declaration's hash, and are refused with an InputError where it is another than that of
+/// Methods of theirs hold the declaration's hash, and are refused with SolverUnavailable where it is another than that of
 /// this declaration, or of its files as they are when a job begins. Without `start` they can be described and hashed,
 /// not made: that is an InputError.
 SolverRegistry RegistryWith(std::span<const Declaration> declarations, const SolverStarter& start = {});

@@ -95,10 +95,11 @@ class EmptyWorker {
     request.worker_name = "empty";
     request.pid = 1;
     request.slots = 1;
-    legopt_msg::dataset_ref dataset{};
+    legopt_msg::capability dataset{};
+    dataset.kind = "dataset";
     dataset.name = "garage";
     dataset.hash = HashOf('d');
-    request.datasets = {dataset};
+    request.capabilities = {dataset};
     Call<legopt_msg::hello_reply>(request, [this](const auto& reply) {
       registration_ = reply;
       Lease();
@@ -110,7 +111,6 @@ class EmptyWorker {
     request.worker_id = registration_.worker_id;
     request.server_instance = registration_.server_instance;
     request.max_jobs = kBatch;
-    request.dataset_hashes = {HashOf('d')};
     leasing_ = true;
     Call<legopt_msg::lease_reply>(request, [this](const auto& reply) {
       leasing_ = false;
@@ -209,15 +209,15 @@ void BM_ScheduleOneJob(benchmark::State& state) {
   hello.protocol_version = bus::kProtocolVersion;
   hello.build_id = "bench";
   hello.processors = 1;
-  legopt_msg::dataset_ref dataset{};
+  legopt_msg::capability dataset{};
+  dataset.kind = "dataset";
   dataset.name = "garage";
   dataset.hash = HashOf('d');
-  hello.datasets = {dataset};
+  hello.capabilities = {dataset};
   legopt_msg::lease_request request{};
   request.worker_id = scheduler.Hello({}, 99, hello, ops).worker_id;
   request.server_instance = 1;
   request.max_jobs = 1;
-  request.dataset_hashes = {HashOf('d')};
   for (auto _ : state) {
     ops.clear();
     const auto reply = scheduler.Lease({}, 99, request, ops);

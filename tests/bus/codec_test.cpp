@@ -254,10 +254,10 @@ TEST(Ranges, FaultsNameFieldValueAndWhatIsAllowed) {
   hello.worker_id = 0;
   EXPECT_EQ(Validate(hello), "worker_id: 0: must be at least 1");
   auto request = Sample<legopt_msg::hello_request>();
-  request.num_datasets = 65;
-  EXPECT_EQ(Validate(request), "num_datasets: 65: must be in 0 .. 64");
-  request.num_datasets = 1;
-  EXPECT_EQ(Validate(request), "num_datasets: 1: must be the size of its array, 3");
+  request.num_capabilities = 257;
+  EXPECT_EQ(Validate(request), "num_capabilities: 257: must be in 0 .. 256");
+  request.num_capabilities = 1;
+  EXPECT_EQ(Validate(request), "num_capabilities: 1: must be the size of its array, 3");
   auto method = Sample<legopt_msg::method_reply>();
   method.options_json = std::string(65, '[');
   EXPECT_EQ(Validate(method), "options_json: JSON: must be nested at most 64 deep");

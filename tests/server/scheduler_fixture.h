@@ -81,6 +81,15 @@ class SchedulerTest : public testing::Test {
     return reply;
   }
 
+  static legopt_msg::capability CapabilityOf(const std::string& kind, const std::string& name,
+                                             const std::string& hash) {
+    legopt_msg::capability capability{};
+    capability.kind = kind;
+    capability.name = name;
+    capability.hash = hash;
+    return capability;
+  }
+
   static legopt_msg::hello_request HelloRequest(bus::EndpointId endpoint, int slots = 1, char dataset_digit = 'd',
                                                 const std::string& dataset = "garage") {
     legopt_msg::hello_request request{};
@@ -88,11 +97,7 @@ class SchedulerTest : public testing::Test {
     request.worker_name = "worker-" + std::to_string(endpoint);
     request.pid = 1;
     request.slots = slots;
-    legopt_msg::dataset_ref ref{};
-    ref.name = dataset;
-    ref.hash = HashOf(dataset_digit);
-    request.datasets = {ref};
-    request.num_datasets = 1;
+    request.capabilities = {CapabilityOf("dataset", dataset, HashOf(dataset_digit))};
     return request;
   }
 
@@ -118,13 +123,11 @@ class SchedulerTest : public testing::Test {
     return reply;
   }
 
-  legopt_msg::lease_reply Lease(bus::EndpointId endpoint, int max_jobs = 1, char dataset_digit = 'd') {
+  legopt_msg::lease_reply Lease(bus::EndpointId endpoint, int max_jobs = 1) {
     legopt_msg::lease_request request{};
     request.worker_id = worker_ids_[endpoint];
     request.server_instance = options_.server_instance;
     request.max_jobs = max_jobs;
-    request.dataset_hashes = {HashOf(dataset_digit)};
-    request.num_datasets = 1;
     const auto reply = scheduler_->Lease(now_, endpoint, request, ops_);
     Commit();
     return reply;

@@ -179,7 +179,7 @@ TEST_F(SchedulerTest, SameNameWithOtherContentIsAMismatchWithBothHashes) {
 TEST_F(SchedulerTest, MismatchThatComesLaterIsToldAtTheNextLease) {
   EXPECT_EQ(StatusOf(Hello(kFirst, 1, 'e')), HelloStatus::kOk);
   Submit(SampleSpec());
-  const auto lease = Lease(kFirst, 1, 'e');
+  const auto lease = Lease(kFirst);
   EXPECT_EQ(StatusOf(lease), LeaseStatus::kDatasetMismatch);
   EXPECT_NE(lease.message.find(HashOf('d')), std::string::npos);
   EXPECT_NE(lease.message.find(HashOf('e')), std::string::npos);
@@ -188,13 +188,13 @@ TEST_F(SchedulerTest, MismatchThatComesLaterIsToldAtTheNextLease) {
 TEST_F(SchedulerTest, WorkerForAnotherDatasetWaits) {
   Submit(SampleSpec());
   EXPECT_EQ(StatusOf(Hello(kFirst, 1, 'e', "warehouse")), HelloStatus::kOk);
-  const auto lease = Lease(kFirst, 1, 'e');
+  const auto lease = Lease(kFirst);
   EXPECT_EQ(StatusOf(lease), LeaseStatus::kNoneNow);
   EXPECT_NE(lease.message.find("garage"), std::string::npos);
   auto spec = SampleSpec();
   spec["dataset"] = {{"name", "warehouse"}, {"hash", HashOf('e')}};
   Submit(spec, "s2");
-  EXPECT_EQ(Lease(kFirst, 1, 'e').jobs.at(0).experiment_id, 2);
+  EXPECT_EQ(Lease(kFirst).jobs.at(0).experiment_id, 2);
 }
 
 // --- Results ---------------------------------------------------------------------------------------------------------
@@ -323,7 +323,6 @@ TEST_F(SchedulerTest, RepeatedCrashReportInTheRoundOfTheNextLeaseIsADuplicate) {
   request.worker_id = worker_ids_[kFirst];
   request.server_instance = options_.server_instance;
   request.max_jobs = 1;
-  request.dataset_hashes = {HashOf('d')};
   EXPECT_EQ(StatusOf(scheduler_->Result(now_, crash, ops_)), ResultStatus::kAccepted);
   EXPECT_EQ(scheduler_->Lease(now_, kFirst, request, ops_).jobs.at(0).attempt, 2);
   EXPECT_EQ(StatusOf(scheduler_->Result(now_, crash, ops_)), ResultStatus::kDuplicate);
@@ -472,7 +471,7 @@ TEST_F(SchedulerTest, StatusHasTheDocumentedKeys) {
   EXPECT_EQ(keys(status), "experiments server workers ");
   const auto& experiment = status["experiments"].at(0);
   EXPECT_EQ(keys(experiment),
-            "build_id builds dataset elapsed_s eta_s finished_at_us hold hold_reason id jobs methods name priority "
+            "build_id builds dataset elapsed_s eta_s finished_at_us hold hold_reason id jobs methods missing name priority "
             "running share solved "
             "spec_hash state submitted_at_us submitter tags taken_over waiting_for worked_s ");
   const auto alone = StatusJson(*scheduler_, 1, now_)["experiments"].at(0);
@@ -481,7 +480,7 @@ TEST_F(SchedulerTest, StatusHasTheDocumentedKeys) {
   EXPECT_EQ(keys(experiment["running"].at(0)), "job progress_done progress_total task worker ");
   EXPECT_EQ(keys(status["workers"].at(0)),
             "build build_id datasets hostname id leases load memory_bytes name online pid processor processors "
-            "silent_s slots ");
+            "silent_s slots solvers ");
   EXPECT_EQ(keys(status["server"]),
             "leased queued scheduler store_error ");  // the server adds store_error and transport
 }

@@ -65,10 +65,11 @@ class ScriptedWorker {
     request.worker_name = "scripted";
     request.pid = 1;
     request.slots = 1;
-    legopt_msg::dataset_ref dataset{};
+    legopt_msg::capability dataset{};
+    dataset.kind = "dataset";
     dataset.name = "garage";
     dataset.hash = HashOf('d');
-    request.datasets = {dataset};
+    request.capabilities = {dataset};
     party_.Call<legopt_msg::hello_reply>(bus::MessageType::kHello, request, [this](const auto& reply) {
       ASSERT_EQ(StatusOf(reply), HelloStatus::kOk) << reply.message;
       registration_ = reply;
@@ -81,7 +82,6 @@ class ScriptedWorker {
     request.worker_id = registration_.worker_id;
     request.server_instance = registration_.server_instance;
     request.max_jobs = 4;
-    request.dataset_hashes = {HashOf('d')};
     party_.Call<legopt_msg::lease_reply>(bus::MessageType::kLease, request, [this](const auto& reply) {
       if (StatusOf(reply) == LeaseStatus::kUnknownWorker) return Hello();
       if (StatusOf(reply) == LeaseStatus::kNoMoreWork) return;

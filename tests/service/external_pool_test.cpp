@@ -3,7 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <thread>
 
 #include "tests/client/program_run.h"
 #include "tests/dataset/test_data.h"
@@ -43,6 +49,35 @@ class ExternalPoolTest : public testing::Test {
     return client::RunLegopt(words, folder_.path());
   }
 
+  std::vector<std::string> Words(std::vector<std::string> words) const {
+    words.insert(words.end(), {"--port", std::to_string(deployment_->port())});
+    return words;
+  }
+  client::ProgramResult SubmitAndLeave(std::vector<std::string> words) const {
+    words.insert(words.begin(), {"submit", "suite.yaml"});
+    return client::RunLegopt(Words(std::move(words)), folder_.path());
+  }
+  // What `status` reports as missing for the experiment, one a line.
+  std::string MissingOf(std::int64_t experiment) const {
+    const auto result = client::RunLegopt(Words({"status", std::to_string(experiment), "--format", "json"}));
+    std::string lines;
+    for (const auto& line : nlohmann::json::parse(result.out)["experiments"][0]["missing"]) {
+      lines += (lines.empty() ? "" : "\n") + line.get<std::string>();
+    }
+    return lines;
+  }
+  static bool Eventually(const std::function<bool()>& holds) {
+    constexpr int kLooks = 300;
+    for (int look = 0; look < kLooks; ++look) {
+      if (holds()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return false;
+  }
+  static constexpr const char* kStaySuite =
+      "tasks: [{task: posture, problems: [0-3]}]\ninitializations: [good]\nmax_attempts: 1\n"
+      "methods: [{solver: stay}]\n";
+
   test::TemporaryFolder folder_;
   std::optional<Deployment> deployment_;
 };
@@ -58,18 +93,45 @@ TEST_F(ExternalPoolTest, WhatIsSubmittedWithDeclarationsIsSolvedByWorkersThatHav
               ElementsAre("0"));
 }
 
-TEST_F(ExternalPoolTest, AWorkerWhoseSolverIsAnotherRefusesAndSaysWhy) {
-  const auto worker = StartWorker();
+// Three workers without the solver ask all the time; nobody is charged, people are told what is missing, and the job ends
+// when a worker with the solver comes.
+TEST_F(ExternalPoolTest, WorkersWithoutTheSolverCostNoAttempt) {
+  std::vector<std::unique_ptr<client::ChildProcess>> without;
+  without.push_back(deployment_->StartWorker("legopt-worker", {"--slots", "1"}));
+  without.push_back(deployment_->StartWorker("legopt-worker", {"--slots", "1"}));
   test::WriteText(folder_ / "other.json", R"({"name": "stay", "command": ["./stay.sh"], "settings": {"other": 1}})");
-  test::WriteText(folder_ / "suite.yaml",
-                  "tasks: [{task: posture, problems: [0-3]}]\ninitializations: [good]\nmax_attempts: 1\n"
-                  "methods: [{solver: stay}]\n");
-  EXPECT_EQ(Submit({"--solver", (folder_ / "other.json").string()}).exit_code,
-            static_cast<int>(programs::ExitCode::kJobsFailed))
-      << worker->ErrorTail();
-  const std::vector<std::string> reasons = deployment_->Query("SELECT DISTINCT message FROM attempts");
-  ASSERT_EQ(reasons.size(), 1U);
-  EXPECT_THAT(reasons[0], HasSubstr("the job was submitted with another declaration"));
+  without.push_back(
+      deployment_->StartWorker("legopt-worker", {"--slots", "1", "--solver", (folder_ / "other.json").string()}));
+  test::WriteText(folder_ / "suite.yaml", kStaySuite);
+  ASSERT_EQ(SubmitAndLeave({"--solver", (folder_ / "stay.json").string()}).exit_code, 0);
+  EXPECT_TRUE(Eventually([this] { return MissingOf(1).find("no worker has solver 'stay' (") == 0; })) << MissingOf(1);
+  const auto with = deployment_->StartWorker("legopt-worker", {"--solver", (folder_ / "stay.json").string()});
+  EXPECT_EQ(Submit({"--solver", (folder_ / "stay.json").string()}).exit_code, 0) << with->ErrorTail();
+  EXPECT_THAT(deployment_->Query("SELECT count(*), sum(attempts), sum(state = 'done') FROM jobs"),
+              ElementsAre("4|4|4"));
+  EXPECT_EQ(MissingOf(1), "");
+}
+
+// Its files change after it was started: it refuses each such job, which costs nobody an attempt.
+TEST_F(ExternalPoolTest, AWorkerWhoseSolverHasChangedRefuses) {
+  const std::filesystem::path changed = folder_ / "changed";
+  std::filesystem::create_directory(changed);
+  for (const char* file : {"stay.sh", "stay.json"}) std::filesystem::copy_file(folder_ / file, changed / file);
+  const auto first =
+      deployment_->StartWorker("legopt-worker", {"--slots", "1", "--solver", (changed / "stay.json").string()});
+  EXPECT_TRUE(Eventually([this] {
+    const auto workers = nlohmann::json::parse(client::RunLegopt(Words({"status", "--format", "json"})).out)["workers"];
+    return workers.size() == 1 && workers[0]["solvers"] == "stay";
+  }));
+  std::ofstream(changed / "stay.sh", std::ios::app) << "# changed\n";
+  test::WriteText(folder_ / "suite.yaml", kStaySuite);
+  ASSERT_EQ(SubmitAndLeave({"--solver", (folder_ / "stay.json").string()}).exit_code, 0);
+  EXPECT_TRUE(Eventually([this] { return MissingOf(1).find("workers refuse its jobs: ") == 0; })) << MissingOf(1);
+  const auto with = deployment_->StartWorker("legopt-worker", {"--solver", (folder_ / "stay.json").string()});
+  EXPECT_EQ(Submit({"--solver", (folder_ / "stay.json").string()}).exit_code, 0) << with->ErrorTail();
+  EXPECT_THAT(deployment_->Query("SELECT sum(state = 'done'), sum(attempts - returned) FROM jobs"), ElementsAre("4|4"));
+  EXPECT_THAT(deployment_->Query("SELECT DISTINCT outcome FROM attempts WHERE message LIKE 'refused: %has changed%'"),
+              ElementsAre("returned"));
 }
 
 }  // namespace

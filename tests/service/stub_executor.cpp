@@ -16,9 +16,9 @@ constexpr int kNumbers = 36;
 
 }  // namespace
 
-std::vector<LoadedDataset> StubExecutor::Load() {
+std::vector<Capability> StubExecutor::Load() {
   constexpr std::size_t kDigits = 64;
-  std::vector<LoadedDataset> loaded;
+  std::vector<Capability> loaded;
   for (const std::filesystem::path& folder : folders_) {
     const std::string text = folder.filename().string();
     loaded.push_back({text.substr(0, text.find('-')), std::string(kDigits, text.back())});

@@ -19,7 +19,7 @@ class StubExecutor final : public JobExecutor {
  public:
   explicit StubExecutor(std::vector<std::filesystem::path> folders) : folders_(std::move(folders)) {}
 
-  std::vector<LoadedDataset> Load() override;
+  std::vector<Capability> Load() override;
   legopt_msg::result_request Execute(const legopt_msg::lease& job, std::string_view options_json,
                                      const Hooks& hooks) override;
 

@@ -13,7 +13,8 @@ constexpr int kMaxAttempts = 3;  // as in ExperimentText
 AttemptOutcome OutcomeOf(ReportedOutcome reported) {
   constexpr Per<ReportedOutcome, AttemptOutcome> kOutcomes{{AttemptOutcome::kFinished, AttemptOutcome::kCrashed,
                                                             AttemptOutcome::kTimeLimit, AttemptOutcome::kMemoryLimit,
-                                                            AttemptOutcome::kCancelled, AttemptOutcome::kError}};
+                                                            AttemptOutcome::kCancelled, AttemptOutcome::kError,
+                                                            AttemptOutcome::kReturned}};
   return kOutcomes[reported];
 }
 
@@ -125,7 +126,9 @@ class Checker {
       return Fault("lost: lease of the " + name);
     }
     for (const ResultStatus answer : report.answers) {
-      if (report.outcome == ReportedOutcome::kCancelled) {
+      if (report.outcome == ReportedOutcome::kRefused && answer == ResultStatus::kAccepted) {
+        if (stored->second.outcome != AttemptOutcome::kReturned) Fault("wrong state: the " + name + ", refused, counts");
+      } else if (report.outcome == ReportedOutcome::kCancelled || report.outcome == ReportedOutcome::kRefused) {
         const bool settled = answer == ResultStatus::kAccepted || answer == ResultStatus::kDuplicate;
         if (!settled || stored->second.outcome == AttemptOutcome::kFinished) {
           Fault("wrong state: the " + name + ", given back, was answered with " + std::string(ToString(answer)));

@@ -17,13 +17,21 @@ nlohmann::json Task(const char* name, int num_problems) {
 
 }  // namespace
 
-std::string ExperimentText(const std::string& name, int num_problems, double wall_limit_s, bool motions, bool again) {
+std::string ExperimentText(const std::string& name, int num_problems, double wall_limit_s, bool motions, bool again,
+                           bool external) {
   const int num_motions = motions ? num_problems / 3 : 0;
   auto tasks = nlohmann::json::array({Task("posture", num_problems - num_motions)});
   if (num_motions > 0) tasks.push_back(Task("motion", num_motions));
-  const nlohmann::json method = {
+  nlohmann::json method = {
       {"name", "SQP"},     {"hash", std::string(64, 'a')}, {"options", {{"name", "SQP"}, {"solver", "sqp"}}},
       {"multi_starts", 0}, {"sample_size", 100},           {"incremental", false}};
+  if (external) {
+    method["name"] = "mine (external)";
+    method["hash"] = std::string(64, kExternalMethodDigit);
+    method["options"] = {{"name", "mine (external)"},
+                         {"solver", kExternalSolver},
+                         {"options", {{"declaration", std::string(64, kSolverDigit)}}}};
+  }
   nlohmann::json spec{{"spec_version", 1},
                       {"name", name},
                       {"seed", 7},

@@ -32,7 +32,9 @@ class History {
     const std::uint64_t num_workers = 2 + world_.Below(3);
     for (std::uint64_t i = 0; i < num_workers; ++i) {
       const int slots = 1 + static_cast<int>(world_.Below(2));
-      workers_.push_back(std::make_unique<SimulatedWorker>(world_, record_, i + 1, slots, manners_));
+      // One has the external solver, so that every job can end.
+      const auto solver = i == 0 ? SolverOwned::kRight : static_cast<SolverOwned>(world_.Below(4));
+      workers_.push_back(std::make_unique<SimulatedWorker>(world_, record_, i + 1, slots, manners_, solver));
     }
     for (int i = 0; i < 2; ++i) clients_.push_back(std::make_unique<SimulatedClient>(world_, record_, server_));
   }
@@ -68,7 +70,7 @@ class History {
       const int more = manners_.longest == kQuickJobs ? kManyJobs : 0;
       const int num_jobs = 3 + more + static_cast<int>(world_.Below(22));
       const std::string text =
-          ExperimentText("e" + std::to_string(i), num_jobs, kWallLimit_s, world_.Chance(0.5), i % 3 == 2);
+          ExperimentText("e" + std::to_string(i), num_jobs, kWallLimit_s, world_.Chance(0.5), i % 3 == 2, world_.Chance(0.3));
       world_.At(world_.Within(microseconds(0), microseconds(10'000'000)), [this, id, text, num_jobs] {
         // Sometimes two people submit the same.
         for (auto& client : clients_) {

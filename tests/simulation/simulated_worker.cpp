@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bus/codec.h"
+#include "tests/simulation/experiment_text.h"
 #include "worker/outcome.h"
 
 namespace legopt::simulation {
@@ -24,7 +25,8 @@ double CostOf(std::int64_t job_id, int attempt) { return static_cast<double>(job
 /// The link of the program, and a record of what was leased, sent and answered.
 class SimulatedWorker::ObservedLink final : public worker::ServerLink {
  public:
-  ObservedLink(bus::Endpoint& endpoint, Record& record) : link_(endpoint), record_(record) {}
+  ObservedLink(bus::Endpoint& endpoint, Record& record, SolverOwned solver)
+      : link_(endpoint), record_(record), solver_(solver) {}
 
   microseconds now() const override { return link_.now(); }
   void Call(bus::MessageType type, std::string body, microseconds timeout,
@@ -42,7 +44,10 @@ class SimulatedWorker::ObservedLink final : public worker::ServerLink {
       callback = [this, callback = std::move(callback)](bus::CallResult&& result) {
         if (result.status == bus::CallResult::kOk) {
           const auto reply = bus::Decode<legopt_msg::lease_reply>(result.body).value();
-          for (const auto& lease : reply.jobs) record_.OnLease(lease);
+          for (const auto& lease : reply.jobs) {
+            record_.OnLease(lease);
+            CheckSolver(lease);
+          }
         }
         callback(std::move(result));
       };
@@ -52,12 +57,20 @@ class SimulatedWorker::ObservedLink final : public worker::ServerLink {
   void Wait(std::span<pollfd> extra, microseconds max_wait) override { link_.Wait(extra, max_wait); }
 
  private:
+  void CheckSolver(const legopt_msg::lease& lease) {
+    const bool announced = solver_ == SolverOwned::kRight || solver_ == SolverOwned::kChanged;
+    if (announced || lease.method_hash != std::string(64, kExternalMethodDigit)) return;
+    record_.Violation("wrong state: job " + std::to_string(lease.job_id) + " was leased to a worker without its solver");
+  }
+
   worker::EndpointLink link_;
   Record& record_;
+  SolverOwned solver_;
 };
 
-SimulatedWorker::SimulatedWorker(World& world, Record& record, std::uint64_t number, int slots, JobManners manners)
-    : Process(world), record_(record), number_(number), slots_(slots), manners_(manners) {}
+SimulatedWorker::SimulatedWorker(World& world, Record& record, std::uint64_t number, int slots, JobManners manners,
+                                 SolverOwned solver)
+    : Process(world), record_(record), number_(number), slots_(slots), manners_(manners), solver_(solver) {}
 
 SimulatedWorker::~SimulatedWorker() { Bury(); }
 
@@ -69,7 +82,7 @@ bool SimulatedWorker::Start() {
   constexpr std::int64_t kFirstAddress = std::int64_t{1} << 32U;
   const auto address = kFirstAddress + static_cast<std::int64_t>(world().Draw() >> 2U);
   endpoint_ = std::make_unique<bus::Endpoint>(transport(), address, world().Draw());
-  link_ = std::make_unique<ObservedLink>(*endpoint_, record_);
+  link_ = std::make_unique<ObservedLink>(*endpoint_, record_, solver_);
   worker::PoolOptions options;
   options.slots = slots_;
   options.name = "worker " + std::to_string(number_);
@@ -150,8 +163,17 @@ void SimulatedWorker::CarryOut(const worker::StartChild& action) {
   process.generation = generation;
   process.up = true;
   Later(action.slot, world().Within(microseconds(5'000), microseconds(60'000)), [this, slot = action.slot] {
-    pool_->OnChildReady(world().now(), slot, {{"garage", std::string(64, 'd')}});
+    pool_->OnChildReady(world().now(), slot, Capabilities());
   });
+}
+
+std::vector<worker::Capability> SimulatedWorker::Capabilities() const {
+  std::vector<worker::Capability> capabilities = {{"garage", std::string(64, 'd')}};
+  if (solver_ != SolverOwned::kNone) {
+    const char digit = solver_ == SolverOwned::kOther ? 'f' : kSolverDigit;
+    capabilities.push_back({kExternalSolver, std::string(64, digit), CapabilityKind::kSolver});
+  }
+  return capabilities;
 }
 
 void SimulatedWorker::CarryOut(const worker::AssignJob& action) {
@@ -160,6 +182,11 @@ void SimulatedWorker::CarryOut(const worker::AssignJob& action) {
   process.job_id = action.lease.job_id;
   process.attempt = action.lease.attempt;
   record_.OnRun(life_id(), process.job_id);
+  if (solver_ == SolverOwned::kChanged && action.lease.method_hash == std::string(64, kExternalMethodDigit)) {
+    return LaterInJob(action.slot, microseconds(1'000), [this, slot = action.slot] {
+      Finish(slot, worker::ResultWithoutSolution(ReportedOutcome::kRefused, "a file of the solver has changed"));
+    });
+  }
   if (IsPoison(manners_, process.job_id) || world().Chance(manners_.misbehaves)) return Misbehave(action.slot);
   LaterInJob(action.slot, world().Within(manners_.shortest, manners_.longest),
              [this, slot = action.slot] { Finish(slot, ResultOf(child(slot))); });

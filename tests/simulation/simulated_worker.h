@@ -25,6 +25,14 @@ struct JobManners {
   std::int64_t poison_every = 8;  ///< one job id in so many crashes its process each time; 0: none
 };
 
+/// What a worker has of the external solver.
+enum class SolverOwned {
+  kNone,     ///< not declared
+  kOther,    ///< declared, with other files
+  kChanged,  ///< declared as the jobs want it, but its files have changed since: such jobs are refused
+  kRight     ///< what the jobs want
+};
+
 /// Whether the job is one that crashes whoever runs it.
 bool IsPoison(const JobManners& manners, std::int64_t job_id);
 
@@ -35,7 +43,8 @@ double CostOf(std::int64_t job_id, int attempt);
 class SimulatedWorker final : public Process {
  public:
   /// All must outlive it. `number` tells workers apart.
-  SimulatedWorker(World& world, Record& record, std::uint64_t number, int slots, JobManners manners);
+  SimulatedWorker(World& world, Record& record, std::uint64_t number, int slots, JobManners manners,
+                  SolverOwned solver = SolverOwned::kRight);
   ~SimulatedWorker() override;
 
   /// SIGTERM, as a user would stop it; it starts again a while after it has left.
@@ -71,6 +80,7 @@ class SimulatedWorker final : public Process {
   void CarryOut(const Call& action) {
     calls_->CarryOut(action);
   }
+  std::vector<worker::Capability> Capabilities() const;
   void Misbehave(int slot);
   void Finish(int slot, legopt_msg::result_request result);
   void ChildExits(int slot, int signal, int exit_code);
@@ -85,6 +95,7 @@ class SimulatedWorker final : public Process {
   std::uint64_t number_;
   int slots_;
   JobManners manners_;
+  SolverOwned solver_;
   std::unique_ptr<bus::Endpoint> endpoint_;
   std::unique_ptr<ObservedLink> link_;
   std::unique_ptr<worker::Pool> pool_;

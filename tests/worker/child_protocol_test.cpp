@@ -93,8 +93,8 @@ TEST(BodyTest, JobsAndDatasetsAndProgressGoRound) {
   EXPECT_EQ(decoded.dataset_hash, lease.dataset_hash);
   EXPECT_EQ(options, R"({"solver":"sqp"})");
 
-  std::vector<LoadedDataset> datasets;
-  ASSERT_TRUE(DecodeDatasets(EncodeDatasets({{"garage", HexHash('a')}, {"yard", HexHash('b')}}), &datasets));
+  std::vector<Capability> datasets;
+  ASSERT_TRUE(DecodeCapabilities(EncodeCapabilities({{"garage", HexHash('a')}, {"yard", HexHash('b')}}), &datasets));
   ASSERT_EQ(datasets.size(), 2U);
   EXPECT_EQ(datasets[1].name, "yard");
   EXPECT_EQ(datasets[1].hash, HexHash('b'));
@@ -109,15 +109,15 @@ TEST(BodyTest, JobsAndDatasetsAndProgressGoRound) {
 TEST(BodyTest, TruncatedBodiesAreRefused) {
   legopt_msg::lease lease;
   std::string options;
-  std::vector<LoadedDataset> datasets;
+  std::vector<Capability> datasets;
   int number = 0;
   const std::string encoded_lease = EncodeJob(SampleLease(1), "");
   for (std::size_t size = 0; size < encoded_lease.size(); ++size) {
     EXPECT_FALSE(DecodeJob(encoded_lease.substr(0, size), &lease, &options)) << size;
   }
-  const std::string encoded = EncodeDatasets({{"garage", HexHash('a')}});
+  const std::string encoded = EncodeCapabilities({{"garage", HexHash('a')}});
   for (std::size_t size = 0; size < encoded.size(); ++size) {
-    EXPECT_FALSE(DecodeDatasets(encoded.substr(0, size), &datasets)) << size;
+    EXPECT_FALSE(DecodeCapabilities(encoded.substr(0, size), &datasets)) << size;
   }
   EXPECT_FALSE(DecodeProgress("1234567", &number, &number));
 }

@@ -132,7 +132,7 @@ TEST_F(JobRunnerTest, AProblemThatDoesNotExistIsAnInputError) {
 
 TEST_F(JobRunnerTest, TheExecutorAnnouncesWhatItLoaded) {
   SolveExecutor executor(WorkerInputs{.datasets = {kDataset, kDataset}, .solvers = {}});
-  const std::vector<LoadedDataset> loaded = executor.Load();
+  const std::vector<Capability> loaded = executor.Load();
   ASSERT_EQ(loaded.size(), 1U) << "the same content counts once";
   EXPECT_EQ(loaded[0].hash, dataset_->content_hash());
   EXPECT_EQ(loaded[0].name, dataset_->name());

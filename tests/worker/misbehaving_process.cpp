@@ -77,7 +77,7 @@ class MisbehavingExecutor final : public JobExecutor {
  public:
   explicit MisbehavingExecutor(std::string start) : start_(std::move(start)) {}
 
-  std::vector<LoadedDataset> Load() override {
+  std::vector<Capability> Load() override {
     if (start_ == "input_error") throw InputError({"robot.urdf", "link", "elbow", "no such link", "check the name"});
     if (start_ == "garbage") WriteToSupervisor("hello world, this is no frame at all, is it?");
     if (start_ == "crash") {

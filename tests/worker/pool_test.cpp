@@ -20,7 +20,7 @@ TEST(PoolRegistrationTest, SaysHelloWhileItLoadsAndAgainWithItsDatasets) {
   const auto announcement = harness.Take<CallHello>();
   ASSERT_EQ(announcement.size(), 1U);
   EXPECT_EQ(announcement[0].request.slots, 2);
-  EXPECT_TRUE(announcement[0].request.datasets.empty());
+  EXPECT_TRUE(announcement[0].request.capabilities.empty());
   harness.ReplyHello();
   harness.Run(seconds(2));
   EXPECT_FALSE(harness.Take<CallHeartbeat>().empty()) << "loading, it is heard of";
@@ -30,8 +30,8 @@ TEST(PoolRegistrationTest, SaysHelloWhileItLoadsAndAgainWithItsDatasets) {
   harness.Collect();
   const auto hello = harness.Take<CallHello>();
   ASSERT_EQ(hello.size(), 1U);
-  ASSERT_EQ(hello[0].request.datasets.size(), 1U);
-  EXPECT_EQ(hello[0].request.datasets[0].hash, HexHash('d'));
+  ASSERT_EQ(hello[0].request.capabilities.size(), 1U);
+  EXPECT_EQ(hello[0].request.capabilities[0].hash, HexHash('d'));
   EXPECT_TRUE(harness.Take<CallLease>().empty()) << "before the server knows what it has";
   harness.ReplyHello();
   EXPECT_EQ(harness.Take<CallLease>().size(), 1U);
@@ -47,7 +47,7 @@ TEST(PoolRegistrationTest, DatasetsThatComeDuringTheFirstHelloAreSaidAfterIt) {
   EXPECT_TRUE(harness.Take<CallLease>().empty());
   const auto hello = harness.Take<CallHello>();
   ASSERT_EQ(hello.size(), 1U);
-  EXPECT_EQ(hello[0].request.datasets.size(), 1U);
+  EXPECT_EQ(hello[0].request.capabilities.size(), 1U);
   harness.ReplyHello();
   EXPECT_EQ(harness.Take<CallLease>().size(), 1U);
 }
@@ -135,7 +135,7 @@ TEST(PoolDatasetTest, AJobOfAnotherDatasetIsNeverRun) {
   EXPECT_TRUE(harness.Take<AssignJob>().empty());
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);
-  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled)) << "given back";
+  EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kRefused));
 }
 
 TEST(PoolDatasetTest, FilesThatChangeUnderWayEndTheWorker) {

@@ -1,0 +1,123 @@
+#include "server/capability.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "words/collision.h"
+#include "words/words.h"
+
+namespace legopt::server {
+namespace {
+
+constexpr std::size_t kDatasetDigitsShown = 12, kSolverDigitsShown = 8;
+constexpr std::int64_t kMegabyte = std::int64_t{1} << 20;
+
+std::optional<CapabilityKind> KindOf(Need::Kind kind) {
+  switch (kind) {
+    case Need::Kind::kDataset:
+      return CapabilityKind::kDataset;
+    case Need::Kind::kSolver:
+      return CapabilityKind::kSolver;
+    case Need::Kind::kCollision:
+      return CapabilityKind::kCollision;
+    case Need::Kind::kBuild:
+    case Need::Kind::kMemory:
+      break;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string TextOf(const Need& need) {
+  switch (need.kind) {
+    case Need::Kind::kDataset:
+      return "dataset '" + need.name + "' (" + need.hash.substr(0, kDatasetDigitsShown) + ")";
+    case Need::Kind::kSolver:
+      return "solver '" + need.name + "' (" + need.hash.substr(0, kSolverDigitsShown) + ")";
+    case Need::Kind::kCollision:
+      return "collision model '" + need.name + "'";
+    case Need::Kind::kBuild:
+      return "build " + need.hash;
+    case Need::Kind::kMemory:
+      break;
+  }
+  return std::to_string(need.bytes / kMegabyte) + " MB of memory";
+}
+
+std::string CureOf(const Need& need) {
+  switch (need.kind) {
+    case Need::Kind::kDataset:
+      return "start one with --dataset";
+    case Need::Kind::kSolver:
+      return "start one with --solver and the same files as at the submission";
+    case Need::Kind::kCollision:
+    case Need::Kind::kBuild:
+      return "start one of the release that submitted it";
+    case Need::Kind::kMemory:
+      break;
+  }
+  return "start one on a larger host, or submit with less 'memory_mb'";
+}
+
+Abilities::Abilities(const legopt_msg::hello_request& hello)
+    : build_id_(hello.build_id), memory_bytes_(hello.memory_bytes) {
+  for (const legopt_msg::capability& capability : hello.capabilities) {
+    const auto kind = ParseWord<CapabilityKind>(capability.kind);
+    if (kind) capabilities_.push_back({*kind, capability.name, capability.hash});
+  }
+}
+
+bool Abilities::Has(const Need& need) const {
+  if (need.kind == Need::Kind::kBuild) return build_id_ == need.hash;
+  if (need.kind == Need::Kind::kMemory) return memory_bytes_ == 0 || memory_bytes_ >= need.bytes;
+  const CapabilityKind kind = KindOf(need.kind).value();
+  return std::any_of(capabilities_.begin(), capabilities_.end(), [&](const Capability& capability) {
+    if (capability.kind != kind) return false;
+    const bool by_hash = kind != CapabilityKind::kCollision;
+    const bool by_name = kind != CapabilityKind::kDataset;  // its name is for people
+    return (!by_hash || capability.hash == need.hash) && (!by_name || capability.name == need.name);
+  });
+}
+
+std::vector<Need> Abilities::LacksOf(const std::vector<Need>& needs) const {
+  std::vector<Need> lacks;
+  std::copy_if(needs.begin(), needs.end(), std::back_inserter(lacks), [this](const Need& need) { return !Has(need); });
+  return lacks;
+}
+
+std::vector<std::string> Abilities::Names(CapabilityKind kind) const {
+  std::vector<std::string> names;
+  for (const Capability& capability : capabilities_) {
+    if (capability.kind == kind) names.push_back(capability.name);
+  }
+  return names;
+}
+
+std::string Abilities::HashOf(CapabilityKind kind, const std::string& name) const {
+  const auto found = std::find_if(capabilities_.begin(), capabilities_.end(), [&](const Capability& capability) {
+    return capability.kind == kind && capability.name == name;
+  });
+  return found == capabilities_.end() ? std::string() : found->hash;
+}
+
+// A method is the server's word for a set of options; only these two keys concern who can run it.
+std::vector<Need> NeedsOf(const db::MethodRecord& method) {
+  std::vector<Need> needs;
+  const nlohmann::json description = nlohmann::json::parse(method.options_json, nullptr, false);
+  if (!description.is_object()) return needs;
+  const auto options = description.find("options");
+  if (options == description.end() || !options->is_object()) return needs;
+  const auto declaration = options->find("declaration");
+  const auto solver = description.find("solver");
+  if (declaration != options->end() && declaration->is_string() && solver != description.end() && solver->is_string()) {
+    needs.push_back({Need::Kind::kSolver, solver->get<std::string>(), declaration->get<std::string>()});
+  }
+  if (options->contains("collision")) {
+    needs.push_back({Need::Kind::kCollision, std::string(ToString(method.collision)), {}});
+  }
+  return needs;
+}
+
+}  // namespace legopt::server

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+
+#include "words/words.h"
+
+namespace legopt {
+
+/// Kinds of things that a worker announces by name and hash and that jobs may need.
+enum class CapabilityKind : std::uint8_t {
+  kDataset,    ///< name and content hash
+  kSolver,     ///< external solver: name, and hash of its declaration and files
+  kCollision,  ///< collision model (SceneRepresentation): its word; no hash
+};
+
+template <>
+inline constexpr auto kWords<CapabilityKind> = Words<CapabilityKind>({{CapabilityKind::kDataset, "dataset"},
+                                                                      {CapabilityKind::kSolver, "solver"},
+                                                                      {CapabilityKind::kCollision, "collision"}});
+
+}  // namespace legopt
