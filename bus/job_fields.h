@@ -19,10 +19,9 @@ inline constexpr std::int64_t kLongestRetry_us = 3'600 * kSecond_us;          //
 template <>
 struct Description<legopt_msg::lease_request> {
   using M = legopt_msg::lease_request;
-  static constexpr std::tuple kRows{Field{"worker_id", &M::worker_id, AtLeast{1}},
-                                    Field{"server_instance", &M::server_instance, AtLeast{1}},
-                                    Field{"slot", &M::slot, Range{0, kMostSlots - 1}},
-                                    Field{"max_jobs", &M::max_jobs, Range{1, kMostJobs}}};
+  static constexpr std::tuple kRows{
+      Field{"worker_id", &M::worker_id, AtLeast{1}}, Field{"server_instance", &M::server_instance, AtLeast{1}},
+      Field{"slot", &M::slot, Range{0, kMostSlots - 1}}, Field{"max_jobs", &M::max_jobs, Range{1, kMostJobs}}};
 };
 
 template <>

@@ -47,20 +47,20 @@ template <>
 struct Description<legopt_msg::hello_request> {
   using M = legopt_msg::hello_request;
 
-  static constexpr std::tuple kRows{Field{"protocol_version", &M::protocol_version, AtLeast{1}},
-                                    Field{"worker_name", &M::worker_name, Text{1, kNameBytes}},
-                                    Field{"hostname", &M::hostname, ForHumans(kNameBytes)},
-                                    Field{"pid", &M::pid, AtLeast{1}},
-                                    Field{"slots", &M::slots, Range{1, kMostSlots}},
-                                    Field{"build", &M::build, ForHumans(kNameBytes)},
-                                    Field{"build_id", &M::build_id, Text{1, kWordBytes}},
-                                    Field{"processor", &M::processor, ForHumans(kNameBytes)},
-                                    Field{"processors", &M::processors, Range{1, kMostProcessors}},
-                                    Field{"memory_bytes", &M::memory_bytes, AtLeast{0}},
-                                    Field{"load", &M::load, NanOrFinite{}, &LoadIsPossible<M>},
-                                    Field{"num_capabilities", &M::num_capabilities,
-                                          CountOf{&M::capabilities, kMostCapabilities}},
-                                    Field{"capabilities", &M::capabilities}};
+  static constexpr std::tuple kRows{
+      Field{"protocol_version", &M::protocol_version, AtLeast{1}},
+      Field{"worker_name", &M::worker_name, Text{1, kNameBytes}},
+      Field{"hostname", &M::hostname, ForHumans(kNameBytes)},
+      Field{"pid", &M::pid, AtLeast{1}},
+      Field{"slots", &M::slots, Range{1, kMostSlots}},
+      Field{"build", &M::build, ForHumans(kNameBytes)},
+      Field{"build_id", &M::build_id, Text{1, kWordBytes}},
+      Field{"processor", &M::processor, ForHumans(kNameBytes)},
+      Field{"processors", &M::processors, Range{1, kMostProcessors}},
+      Field{"memory_bytes", &M::memory_bytes, AtLeast{0}},
+      Field{"load", &M::load, NanOrFinite{}, &LoadIsPossible<M>},
+      Field{"num_capabilities", &M::num_capabilities, CountOf{&M::capabilities, kMostCapabilities}},
+      Field{"capabilities", &M::capabilities}};
 };
 
 template <>

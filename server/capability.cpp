@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "legopt/input/json.h"
 #include "words/collision.h"
 #include "words/words.h"
 
@@ -105,8 +106,9 @@ std::string Abilities::HashOf(CapabilityKind kind, const std::string& name) cons
 // A method is the server's word for a set of options; only these two keys concern who can run it.
 std::vector<Need> NeedsOf(const db::MethodRecord& method) {
   std::vector<Need> needs;
-  const nlohmann::json description = nlohmann::json::parse(method.options_json, nullptr, false);
-  if (!description.is_object()) return needs;
+  const auto parsed = TryParseJson(method.options_json);
+  if (!parsed || !parsed->is_object()) return needs;
+  const nlohmann::json& description = *parsed;
   const auto options = description.find("options");
   if (options == description.end() || !options->is_object()) return needs;
   const auto declaration = options->find("declaration");

@@ -48,8 +48,8 @@ void Experiment::MakeGroups() {
     for (const ExperimentSpec::TaskProblems& task : spec_.tasks) {
       Group group;
       group.first = group.next_fresh = group.searched = first;
-      group.end = first + static_cast<std::int64_t>(task.problems.size() * spec_.initializations.size()) *
-                              spec_.repetitions;
+      group.end =
+          first + static_cast<std::int64_t>(task.problems.size() * spec_.initializations.size()) * spec_.repetitions;
       group.queued = group.end - group.first;
       group.needs = needs;
       group.method_hash = method.hash;

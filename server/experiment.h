@@ -57,14 +57,14 @@ class Experiment {
 
   /// Jobs of one method and one task, which need the same of a worker: a range of the job order.
   struct Group {
-    std::int64_t first = 0, end = 0;      ///< jobs [first, end)
-    std::vector<Need> needs;              ///< of their worker, beside the build
-    std::string method_hash;              ///< of the method
-    Task task{};                          ///< task
-    std::int64_t queued = 0;              ///< number of queued jobs
-    int able_workers = 0;                 ///< number of online workers that can take its jobs
-    std::int64_t next_fresh = 0;          ///< jobs before it have been taken at least once
-    std::int64_t searched = 0;            ///< results of jobs before it were looked for
+    std::int64_t first = 0, end = 0;       ///< jobs [first, end)
+    std::vector<Need> needs;               ///< of their worker, beside the build
+    std::string method_hash;               ///< of the method
+    Task task{};                           ///< task
+    std::int64_t queued = 0;               ///< number of queued jobs
+    int able_workers = 0;                  ///< number of online workers that can take its jobs
+    std::int64_t next_fresh = 0;           ///< jobs before it have been taken at least once
+    std::int64_t searched = 0;             ///< results of jobs before it were looked for
     std::set<std::int64_t> returned = {};  ///< queued again
   };
   using Admits = std::function<bool(const Group&)>;  ///< whether a worker can take the jobs of a group
@@ -88,8 +88,8 @@ class Experiment {
   std::int64_t num_takable() const { return takable_; }
 
   /// The next jobs of the admitted groups of which nobody has looked whether a result is known: at most `most`,
-  /// [first, end), all of one cell. Empty when the next job is one that came back, was looked at, or is not to be looked
-  /// at; TakeQueued gives it then.
+  /// [first, end), all of one cell. Empty when the next job is one that came back, was looked at, or is not to be
+  /// looked at; TakeQueued gives it then.
   struct Range {
     std::int64_t first = 0, end = 0;
   };

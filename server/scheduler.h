@@ -60,7 +60,8 @@ struct SchedulerCounters {
   std::uint64_t submitted = 0, resubmitted = 0, submissions_refused = 0;
   std::uint64_t leases = 0, heartbeats = 0, renewals = 0, unknown_leases = 0, leases_expired = 0;
   std::uint64_t results_accepted = 0, results_duplicate = 0, results_stale = 0, results_refused = 0;
-  std::uint64_t attempts_failed = 0, attempts_returned = 0, attempts_refused = 0, jobs_dead = 0, jobs_failed = 0, jobs_cancelled = 0;
+  std::uint64_t attempts_failed = 0, attempts_returned = 0, attempts_refused = 0, jobs_dead = 0, jobs_failed = 0,
+                jobs_cancelled = 0;
   std::uint64_t jobs_retried = 0, jobs_deleted = 0, results_taken_over = 0;
 
   std::vector<std::pair<std::string_view, std::uint64_t>> Listing() const;

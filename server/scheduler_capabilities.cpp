@@ -8,9 +8,7 @@
 namespace legopt::server {
 namespace {
 
-std::string NameOf(const Experiment& experiment) {
-  return "experiment " + std::to_string(experiment.experiment_id());
-}
+std::string NameOf(const Experiment& experiment) { return "experiment " + std::to_string(experiment.experiment_id()); }
 
 // Why a worker without `need` gets no jobs of the experiment.
 std::string TextOfLack(const Experiment& experiment, const Need& need, const db::WorkerRecord& record,
@@ -26,8 +24,7 @@ std::string TextOfLack(const Experiment& experiment, const Need& need, const db:
                                      : std::string();
   if (dataset) {
     return NameOf(experiment) + " was submitted with dataset '" + need.name + "' of content " + need.hash + "; " +
-           (other.empty() ? "this worker does not have it"
-                          : "this worker's '" + need.name + "' has content " + other);
+           (other.empty() ? "this worker does not have it" : "this worker's '" + need.name + "' has content " + other);
   }
   return NameOf(experiment) + " needs " + TextOf(need) + "; " +
          (other.empty() ? "this worker does not have it; " + CureOf(need)

@@ -45,8 +45,7 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
   SetOnline(worker, true);
   bool same_name = false;
   // One that loads its datasets comes again with them.
-  const std::string mismatch =
-      worker.profile.abilities.HasLoaded() ? MismatchOf(worker, &same_name) : std::string();
+  const std::string mismatch = worker.profile.abilities.HasLoaded() ? MismatchOf(worker, &same_name) : std::string();
   if (same_name) {
     SetOnline(worker, false);  // it will not work
     reply.status = NumberOf(HelloStatus::kDatasetMismatch);

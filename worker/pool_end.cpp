@@ -114,7 +114,8 @@ void Pool::CheckEnd(microseconds now) {
     Finish(ExitCode::kOk);
     return;
   }
-  if (options_.wait_server != microseconds::max() && !capabilities_.empty() && now >= last_heard_ + options_.wait_server) {
+  if (options_.wait_server != microseconds::max() && !capabilities_.empty() &&
+      now >= last_heard_ + options_.wait_server) {
     const std::string key = options_.key_file.empty() ? "" : ", and with the key in " + options_.key_file;
     const std::string place = options_.bridged ? "with --listen on one of these addresses" : "with this port and group";
     Log(LogLevel::kError, "no answer from a server at " + options_.server_address + " within " +

@@ -17,8 +17,9 @@ namespace legopt::worker {
 
 /// The shipped executor: loads datasets from folders, solves and judges.
 ///
-/// A job is refused (JobRefused) unless a dataset was loaded whose content hash is the one that the job names, its method's
-/// options can be read and hash to the name under which they were sent, and its external solver is the declared one.
+/// A job is refused (JobRefused) unless a dataset was loaded whose content hash is the one that the job names, its
+/// method's options can be read and hash to the name under which they were sent, and its external solver is the
+/// declared one.
 class SolveExecutor final : public JobExecutor {
  public:
   explicit SolveExecutor(WorkerInputs inputs);

@@ -91,8 +91,8 @@ void PrintListings(const std::vector<ExperimentStatus>& experiments, const nlohm
   }
   const Listing workers =
       ListingFromJson(status.value("workers", nlohmann::json::array()),
-                      {"id", "name", "hostname", "pid", "slots", "leases", "online", "silent_s", "datasets", "solvers", "build",
-                       "build_id", "processor", "processors", "memory_bytes", "load"});
+                      {"id", "name", "hostname", "pid", "slots", "leases", "online", "silent_s", "datasets", "solvers",
+                       "build", "build_id", "processor", "processors", "memory_bytes", "load"});
   if (!options.experiment && !workers.rows.empty()) std::cout << "\n" << RenderListing(workers, options.format);
 }
 

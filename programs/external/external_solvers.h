@@ -28,9 +28,9 @@ class SolverUnavailable : public InputError {
 using SolverStarter = std::function<std::unique_ptr<LineChannel>(std::size_t number, const Declaration& declaration)>;
 
 /// The registry of the library with the declared solvers besides; tables print their names with the mark "(external)".
-/// Methods of theirs hold the declaration's hash, and are refused with SolverUnavailable where it is another than that of
-/// this declaration, or of its files as they are when a job begins. Without `start` they can be described and hashed,
-/// not made: that is an InputError.
+/// Methods of theirs hold the declaration's hash, and are refused with SolverUnavailable where it is another than that
+/// of this declaration, or of its files as they are when a job begins. Without `start` they can be described and
+/// hashed, not made: that is an InputError.
 SolverRegistry RegistryWith(std::span<const Declaration> declarations, const SolverStarter& start = {});
 
 /// Declared solvers, and what starts them. To be made before the process forbids itself new processes, and before it

@@ -1,5 +1,5 @@
-// Policy: a job is leased only to a worker that has what it needs. Whoever lacks something, or refuses, costs no attempt,
-// and people are told what nobody has.
+// Policy: a job is leased only to a worker that has what it needs. Whoever lacks something, or refuses, costs no
+// attempt, and people are told what nobody has.
 
 #include <gmock/gmock.h>
 
@@ -81,7 +81,8 @@ TEST_F(SchedulerCapabilityTest, JobsOfASolverGoToTheWorkerThatHasItAndNobodyIsCh
 TEST_F(SchedulerCapabilityTest, AWorkerIsToldWhatItLacks) {
   Submit(ExternalSpec());
   HelloWith(kFirst, {Solid()});
-  EXPECT_THAT(Lease(kFirst).message, HasSubstr("experiment 1 needs solver 'mine' (eeeeeeee); this worker does not have"));
+  EXPECT_THAT(Lease(kFirst).message,
+              HasSubstr("experiment 1 needs solver 'mine' (eeeeeeee); this worker does not have"));
   EXPECT_THAT(HelloWith(kSecond, {Solid(), Mine('f')}), HasSubstr("this worker's 'mine' has other files"));
 }
 

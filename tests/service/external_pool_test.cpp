@@ -93,8 +93,8 @@ TEST_F(ExternalPoolTest, WhatIsSubmittedWithDeclarationsIsSolvedByWorkersThatHav
               ElementsAre("0"));
 }
 
-// Three workers without the solver ask all the time; nobody is charged, people are told what is missing, and the job ends
-// when a worker with the solver comes.
+// Three workers without the solver ask all the time; nobody is charged, people are told what is missing, and the job
+// ends when a worker with the solver comes.
 TEST_F(ExternalPoolTest, WorkersWithoutTheSolverCostNoAttempt) {
   std::vector<std::unique_ptr<client::ChildProcess>> without;
   without.push_back(deployment_->StartWorker("legopt-worker", {"--slots", "1"}));

@@ -11,10 +11,9 @@ using db::JobState;
 constexpr int kMaxAttempts = 3;  // as in ExperimentText
 
 AttemptOutcome OutcomeOf(ReportedOutcome reported) {
-  constexpr Per<ReportedOutcome, AttemptOutcome> kOutcomes{{AttemptOutcome::kFinished, AttemptOutcome::kCrashed,
-                                                            AttemptOutcome::kTimeLimit, AttemptOutcome::kMemoryLimit,
-                                                            AttemptOutcome::kCancelled, AttemptOutcome::kError,
-                                                            AttemptOutcome::kReturned}};
+  constexpr Per<ReportedOutcome, AttemptOutcome> kOutcomes{
+      {AttemptOutcome::kFinished, AttemptOutcome::kCrashed, AttemptOutcome::kTimeLimit, AttemptOutcome::kMemoryLimit,
+       AttemptOutcome::kCancelled, AttemptOutcome::kError, AttemptOutcome::kReturned}};
   return kOutcomes[reported];
 }
 
@@ -127,7 +126,8 @@ class Checker {
     }
     for (const ResultStatus answer : report.answers) {
       if (report.outcome == ReportedOutcome::kRefused && answer == ResultStatus::kAccepted) {
-        if (stored->second.outcome != AttemptOutcome::kReturned) Fault("wrong state: the " + name + ", refused, counts");
+        if (stored->second.outcome != AttemptOutcome::kReturned)
+          Fault("wrong state: the " + name + ", refused, counts");
       } else if (report.outcome == ReportedOutcome::kCancelled || report.outcome == ReportedOutcome::kRefused) {
         const bool settled = answer == ResultStatus::kAccepted || answer == ResultStatus::kDuplicate;
         if (!settled || stored->second.outcome == AttemptOutcome::kFinished) {

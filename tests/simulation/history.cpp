@@ -69,8 +69,8 @@ class History {
       const std::string id = "submission " + std::to_string(i);
       const int more = manners_.longest == kQuickJobs ? kManyJobs : 0;
       const int num_jobs = 3 + more + static_cast<int>(world_.Below(22));
-      const std::string text =
-          ExperimentText("e" + std::to_string(i), num_jobs, kWallLimit_s, world_.Chance(0.5), i % 3 == 2, world_.Chance(0.3));
+      const std::string text = ExperimentText("e" + std::to_string(i), num_jobs, kWallLimit_s, world_.Chance(0.5),
+                                              i % 3 == 2, world_.Chance(0.3));
       world_.At(world_.Within(microseconds(0), microseconds(10'000'000)), [this, id, text, num_jobs] {
         // Sometimes two people submit the same.
         for (auto& client : clients_) {

@@ -60,7 +60,8 @@ class SimulatedWorker::ObservedLink final : public worker::ServerLink {
   void CheckSolver(const legopt_msg::lease& lease) {
     const bool announced = solver_ == SolverOwned::kRight || solver_ == SolverOwned::kChanged;
     if (announced || lease.method_hash != std::string(64, kExternalMethodDigit)) return;
-    record_.Violation("wrong state: job " + std::to_string(lease.job_id) + " was leased to a worker without its solver");
+    record_.Violation("wrong state: job " + std::to_string(lease.job_id) +
+                      " was leased to a worker without its solver");
   }
 
   worker::EndpointLink link_;
@@ -162,9 +163,8 @@ void SimulatedWorker::CarryOut(const worker::StartChild& action) {
   process = Child{};
   process.generation = generation;
   process.up = true;
-  Later(action.slot, world().Within(microseconds(5'000), microseconds(60'000)), [this, slot = action.slot] {
-    pool_->OnChildReady(world().now(), slot, Capabilities());
-  });
+  Later(action.slot, world().Within(microseconds(5'000), microseconds(60'000)),
+        [this, slot = action.slot] { pool_->OnChildReady(world().now(), slot, Capabilities()); });
 }
 
 std::vector<worker::Capability> SimulatedWorker::Capabilities() const {
