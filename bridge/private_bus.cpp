@@ -2,10 +2,8 @@
 
 #include <arpa/inet.h>
 #include <fcntl.h>
-#include <net/if.h>
 #include <net/route.h>
 #include <netinet/in.h>
-#include <sched.h>
 #include <sys/ioctl.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
@@ -17,6 +15,7 @@
 #include <cstring>
 
 #include "bus/lcm_transport.h"
+#include "bus/network_namespace.h"
 
 namespace legopt::bridge {
 namespace {
@@ -25,31 +24,9 @@ constexpr char kLoopbackName[] = "lo";
 
 std::string Refused(const char* step) { return std::string(step) + ": " + std::strerror(errno); }
 
-bool WriteWhole(const char* file, const std::string& text) {
-  const int fd = ::open(file, O_WRONLY | O_CLOEXEC);
-  if (fd < 0) return false;
-  const bool written = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  ::close(fd);
-  return written;
-}
-
-// Root needs no user namespace, and would lose its rights to the files of others in one.
-std::string Unshare() {
-  if (::unshare(CLONE_NEWNET) == 0) return "";
-  const std::string user = std::to_string(::geteuid()), group = std::to_string(::getegid());
-  if (::unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) return Refused("unshare");
-  const bool mapped = WriteWhole("/proc/self/setgroups", "deny") &&
-                      WriteWhole("/proc/self/uid_map", user + " " + user + " 1") &&
-                      WriteWhole("/proc/self/gid_map", group + " " + group + " 1");
-  return mapped ? "" : Refused("map of users");
-}
-
 std::string RouteOverLoopback(const std::string& group) {
   const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return Refused("socket");
-  ifreq loopback{};
-  std::memcpy(loopback.ifr_name, kLoopbackName, sizeof kLoopbackName);
-  loopback.ifr_flags = IFF_UP | IFF_RUNNING;
   rtentry route{};
   std::array<char, sizeof kLoopbackName> device{};
   std::memcpy(device.data(), kLoopbackName, sizeof kLoopbackName);
@@ -59,15 +36,15 @@ std::string RouteOverLoopback(const std::string& group) {
   std::memcpy(&route.rt_dst, &destination, sizeof destination);
   route.rt_flags = RTF_UP | RTF_HOST;
   route.rt_dev = device.data();
-  const bool up = ::ioctl(fd, SIOCSIFFLAGS, &loopback) == 0;
-  const bool routed = up && (::ioctl(fd, SIOCADDRT, &route) == 0 || errno == EEXIST);
-  const std::string refused = routed ? "" : Refused(up ? "route over loopback" : "loopback");
+  const bool routed = ::ioctl(fd, SIOCADDRT, &route) == 0 || errno == EEXIST;
+  const std::string refused = routed ? "" : Refused("route over loopback");
   ::close(fd);
   return refused;
 }
 
 std::string Enter(const std::string& group) {
-  if (const std::string refused = Unshare(); !refused.empty()) return refused;
+  if (const std::string refused = bus::EnterNetworkNamespace(); !refused.empty()) return refused;
+  if (const std::string refused = bus::RaiseLoopback(); !refused.empty()) return refused;
   if (const std::string refused = RouteOverLoopback(group); !refused.empty()) return refused;
   return bus::ProbeMulticastRoute(group).problem;
 }

@@ -11,14 +11,20 @@
 /// @file
 /// Transport over LCM's udpm provider: UDP multicast, control on `port`, bulk on `port + 1`, channel "LEGOPT".
 ///
-/// Construction fails within a second, with a BusError that names the fix, when the host has no multicast route for the
-/// group or a port cannot be bound. LCM's own descriptors are close-on-exec and its two reader threads block all
-/// signals. Never fork without exec while a transport lives.
+/// Reach: with TTL 0 nothing is sent to other hosts and nothing is heard from them. Sending and membership are bound to
+/// the loopback interface, whatever the routes say, and the socket filter drops packets from other interfaces. With a
+/// TTL above 0 both follow the route of the group, also when interfaces or routes change.
+///
+/// Construction fails within a second, with a BusError that names the fix, when the group cannot be used (loopback is
+/// down; with a TTL above 0: no route) or a port cannot be bound. With TTL 0 the group needs no route: LCM insists on
+/// one, so without it a socket on loopback takes LCM's place, with the same packets. LCM's own descriptors are
+/// close-on-exec and its two reader threads block all signals. Never fork without exec while a transport lives.
 ///
 /// Socket filter (Linux, no privilege needed): the kernel hands over only short-form LCM packets of our channel that
 /// are not addressed to somebody else. That keeps the long-form packets that crash LCM 1.3.1 and random channel names,
 /// which it remembers for ever, away from the process, and spares a worker the traffic of its neighbours. Where the
-/// filter cannot be attached everything still works; the checks of Endpoint do not rely on it.
+/// filter cannot be attached a deployment with TTL 0 and without a key is refused; the checks of Endpoint do not rely
+/// on the filter.
 ///
 /// Thread rule: as Transport. Source: docs/reliability.md#what-lcm-and-udp-do.
 
@@ -28,7 +34,7 @@ namespace legopt::bus {
 struct LcmOptions {
   std::string group = "239.255.76.67";          ///< IPv4 multicast address, 224.0.0.0 - 239.255.255.255
   int port = 7667;                              ///< control; bulk is port + 1. 1024 - 65534
-  int ttl = 0;                                  ///< hops, 0 - 255; 0 stays on this host
+  int ttl = 0;                                  ///< hops, 0 - 255; 0: this host only, both ways
   std::size_t receive_buffer_bytes = 4U << 20;  ///< asked of the kernel, per port; see granted_receive_buffer_bytes()
   /// Which deployment; 0 derives it from group and port, so that all programs given the same address agree.
   std::int64_t deployment = 0;
@@ -79,7 +85,7 @@ class LcmTransport final : public Transport {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What ProbeMulticastRoute found.
+/// Result of ProbeMulticastRoute.
 struct MulticastRoute {
   bool usable = false;    ///< the group can be sent to and heard
   std::string interface;  ///< name of the interface that carries the group, e.g. "eth0"
@@ -87,8 +93,8 @@ struct MulticastRoute {
 };
 
 /// Finds out, in well under a second and without LCM, whether this host (network namespace) can send to and receive
-/// from the group. For `legopt doctor` and start-up.
-MulticastRoute ProbeMulticastRoute(const std::string& group);
+/// from the group: over loopback with `ttl` 0, else by the route. For `legopt doctor` and start-up.
+MulticastRoute ProbeMulticastRoute(const std::string& group, int ttl = 0);
 
 /// A pair of ports (p, p + 1) that nobody uses now, from 20000 - 32767, drawn with `seed`. Throws BusError
 /// (kPortUnusable).

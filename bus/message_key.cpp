@@ -2,12 +2,17 @@
 
 #include <fcntl.h>
 #include <sodium.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <cstdlib>
 #include <cstring>
+#include <string_view>
+#include <system_error>
 
 #include "bus/bus_error.h"
 #include "bus/wire.h"
@@ -44,6 +49,42 @@ struct SecretText {
   ~SecretText() { sodium_memzero(bytes.data(), bytes.size()); }
 };
 
+// In the folder in which systemd puts what a unit loads (LoadCredential=) files belong to root and have mode 0440: the
+// group bits are the mask of the access control list that lets the unit's user in, and the folder is closed to others.
+bool IsCredential(const std::string& file, const struct stat& status) {
+  const char* folder = std::getenv("CREDENTIALS_DIRECTORY");
+  if (folder == nullptr || *folder != '/') return false;
+  std::string prefix(folder);
+  while (prefix.ends_with('/')) prefix.pop_back();
+  prefix += '/';
+  if (!file.starts_with(prefix) || file.find('/', prefix.size()) != std::string::npos) return false;
+  struct stat place {};
+  if (::stat(folder, &place) != 0 || (place.st_mode & S_IRWXO) != 0) return false;
+  if (place.st_uid != 0 && place.st_uid != ::geteuid()) return false;
+  return (status.st_mode & (S_IWGRP | S_IXGRP | S_IRWXO)) == 0;
+}
+
+// The number of "/dev/fd/N" and "/proc/self/fd/N"; -1: another name.
+int DescriptorNamed(const std::string& file) {
+  for (const std::string_view folder : {"/dev/fd/", "/proc/self/fd/"}) {
+    if (!file.starts_with(folder)) continue;
+    int number = -1;
+    const char* const end = file.data() + file.size();
+    const auto [rest, error] = std::from_chars(file.data() + folder.size(), end, number);
+    if (error == std::errc{} && rest == end && number >= 0) return number;
+  }
+  return -1;
+}
+
+// A descriptor that was handed over may lead to a file without a name, and is not for programs that we start.
+int OpenForReading(const std::string& file) {
+  const int given = DescriptorNamed(file);
+  if (given < 0) return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);  // no waiting for a pipe
+  const int copy = ::fcntl(given, F_DUPFD_CLOEXEC, 0);
+  if (copy >= 0) ::fcntl(given, F_SETFD, FD_CLOEXEC);
+  return copy;
+}
+
 void CheckWhoMayRead(const std::string& file, int fd) {
   struct stat status {};
   if (::fstat(fd, &status) != 0) Refuse(file, "cannot be examined: " + Reason());
@@ -51,7 +92,7 @@ void CheckWhoMayRead(const std::string& file, int fd) {
   if (status.st_uid != ::geteuid() && status.st_uid != 0) {
     Refuse(file, "belongs to user " + std::to_string(status.st_uid) + "; it must be yours: chown it");
   }
-  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0 && !IsCredential(file, status)) {
     Refuse(file, "is open to others; only its owner may read it: chmod 600 '" + file + "'");
   }
 }
@@ -59,7 +100,7 @@ void CheckWhoMayRead(const std::string& file, int fd) {
 std::size_t ReadAll(const std::string& file, int fd, std::span<char> text) {
   std::size_t size = 0;
   while (size < text.size()) {
-    const ssize_t got = ::read(fd, text.data() + size, text.size() - size);
+    const ssize_t got = ::pread(fd, text.data() + size, text.size() - size, static_cast<off_t>(size));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) Refuse(file, "cannot be read: " + Reason());
     if (got == 0) break;
@@ -82,8 +123,23 @@ void WriteAll(const std::string& file, int fd, std::span<const char> text) {
     if (put <= 0) Refuse(file, "cannot be written: " + Reason());
     text = text.subspan(static_cast<std::size_t>(put));
   }
-  if (::fsync(fd) != 0) Refuse(file, "cannot be written: " + Reason());
 }
+
+// 64 random digits and a line end.
+class FreshKey {
+ public:
+  FreshKey() {
+    std::array<std::uint8_t, MessageKey::kBytes> bytes{};
+    randombytes_buf(bytes.data(), bytes.size());
+    sodium_bin2hex(text_.bytes.data(), text_.bytes.size(), bytes.data(), bytes.size());
+    sodium_memzero(bytes.data(), bytes.size());
+    text_.bytes[kDigits] = '\n';
+  }
+  std::span<const char> text() const { return {text_.bytes.data(), kDigits + 1}; }
+
+ private:
+  SecretText text_;
+};
 
 }  // namespace
 
@@ -95,8 +151,7 @@ MessageKey::~MessageKey() { sodium_memzero(bytes_.data(), bytes_.size()); }
 
 std::shared_ptr<const MessageKey> MessageKey::Load(const std::string& file) {
   PrepareHashing();
-  // Without blocking: a pipe would wait for a writer before it can be refused.
-  const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  const Descriptor fd(OpenForReading(file));
   if (fd.get() < 0) Refuse(file, "cannot be opened: " + Reason() + "; make one: legopt keygen FILE");
   CheckWhoMayRead(file, fd.get());
   SecretText text;
@@ -119,13 +174,22 @@ void MessageKey::CreateFile(const std::string& file) {
   if (fd.get() < 0) {
     Refuse(file, errno == EEXIST ? "exists already and is not overwritten" : "cannot be created: " + Reason());
   }
-  std::array<std::uint8_t, kBytes> bytes{};
-  randombytes_buf(bytes.data(), bytes.size());
-  SecretText text;
-  sodium_bin2hex(text.bytes.data(), text.bytes.size(), bytes.data(), bytes.size());
-  sodium_memzero(bytes.data(), bytes.size());
-  text.bytes[kDigits] = '\n';
-  WriteAll(file, fd.get(), {text.bytes.data(), kDigits + 1});
+  const FreshKey key;
+  WriteAll(file, fd.get(), key.text());
+  if (::fsync(fd.get()) != 0) Refuse(file, "cannot be written: " + Reason());
+}
+
+int MessageKey::CreateInMemory() {
+  PrepareHashing();
+  constexpr int kLowest = 3;  // not a standard stream of a child
+  const Descriptor memory(::memfd_create("legopt-key", MFD_CLOEXEC));
+  const int fd = memory.get() < 0 ? -1 : ::fcntl(memory.get(), F_DUPFD_CLOEXEC, kLowest);
+  if (fd < 0 || ::fchmod(fd, S_IRUSR | S_IWUSR) != 0) {
+    throw std::system_error(errno, std::generic_category(), "a key in memory");
+  }
+  const FreshKey key;
+  WriteAll("/dev/fd/" + std::to_string(fd), fd, key.text());
+  return fd;
 }
 
 }  // namespace legopt::bus

@@ -10,15 +10,13 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <random>
-#include <sstream>
 #include <string_view>
 
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
+#include "bus/reach.h"
 
 namespace legopt::bus {
 namespace {
@@ -49,37 +47,29 @@ ProbeResult Failure(BusErrorCode code, std::string problem) {
   return result;
 }
 
-ProbeResult NoRoute(const std::string& group) {
+ProbeResult CannotCarry(const std::string& group, const std::string& problem) {
   const std::string fix = "ip link set lo up && ip route add " + group + "/32 dev lo";
-  return Failure(BusErrorCode::kNoMulticastRoute,
-                 "no interface of this host (network namespace) carries multicast group " + group + ". As root: " +
-                     fix + ". Without root, for one command: unshare -Urn sh -c '" + fix + " && exec COMMAND'");
+  return Failure(BusErrorCode::kNoMulticastRoute, problem + ". As root: " + fix +
+                                                      ". Without root, for one command: unshare -Urn sh -c '" + fix +
+                                                      " && exec COMMAND'");
+}
+
+ProbeResult NoRoute(const std::string& group) {
+  return CannotCarry(group, "no interface of this host (network namespace) carries multicast group " + group);
+}
+
+// With TTL 0 the group needs no route.
+ProbeResult LoopbackDown(const std::string& group) {
+  return CannotCarry(group,
+                     "the loopback interface of this host (network namespace) is down, so nothing carries "
+                     "multicast group " +
+                         group);
 }
 
 ProbeResult SystemFailure(const std::string& group, int port, const char* step, int error) {
   return Failure(BusErrorCode::kNetworkUnusable, "multicast " + group + ":" + std::to_string(port) + ": " + step +
                                                      ": " + std::strerror(error) +
                                                      "; check firewall and container network settings");
-}
-
-// The interface that has joined `group`, by /proc/net/igmp (groups there are hexadecimal in host byte order).
-std::string JoinedInterface(const in_addr& group) {
-  std::array<char, 16> wanted{};
-  std::snprintf(wanted.data(), wanted.size(), "%08X", group.s_addr);
-  std::ifstream igmp("/proc/net/igmp");
-  std::string interface;
-  for (std::string line; std::getline(igmp, line);) {
-    std::istringstream words(line);
-    std::string first;
-    std::string second;
-    words >> first >> second;
-    if (!line.empty() && line[0] != '\t') {
-      interface = second;
-    } else if (first == wanted.data()) {
-      return interface;
-    }
-  }
-  return {};
 }
 
 // One short-form LCM packet on LCM's self-test channel, with our own content.
@@ -108,7 +98,9 @@ bool Arrives(int receive_fd, const std::string& expected, milliseconds patience)
   }
 }
 
-ProbeResult BindAndJoin(int fd, const std::string& group, sockaddr_in& address) {
+ProbeResult Unreachable(const std::string& group, int ttl) { return ttl == 0 ? LoopbackDown(group) : NoRoute(group); }
+
+ProbeResult BindAndJoin(int fd, const std::string& group, int ttl, sockaddr_in& address) {
   const int port = ntohs(address.sin_port);
   const int on = 1;
   ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
@@ -124,20 +116,20 @@ ProbeResult BindAndJoin(int fd, const std::string& group, sockaddr_in& address) 
   }
   socklen_t length = sizeof(address);
   ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &length);
-  ip_mreq membership{};
-  membership.imr_multiaddr = address.sin_addr;
-  if (::setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof(membership)) < 0) {
-    if (errno == ENODEV || errno == ENETUNREACH) return NoRoute(group);
+  const int interface = ttl == 0 ? LoopbackIndex() : 0;  // 0: by the route
+  if (!JoinGroup(fd, address.sin_addr, interface)) {
+    if (errno == ENODEV || errno == ENETUNREACH) return Unreachable(group, ttl);
     return SystemFailure(group, port, "join group", errno);
   }
   ProbeResult joined;
   joined.usable = true;
+  joined.interface = InterfaceName(ttl == 0 ? interface : RouteOf(address.sin_addr));
   return joined;
 }
 
 }  // namespace
 
-ProbeResult ProbeMulticast(const std::string& group, int port, milliseconds patience) {
+ProbeResult ProbeMulticast(const std::string& group, int port, milliseconds patience, int ttl) {
   const Socket receiver;
   const Socket sender;
   if (receiver.fd() < 0 || sender.fd() < 0) return SystemFailure(group, port, "socket", errno);
@@ -147,32 +139,30 @@ ProbeResult ProbeMulticast(const std::string& group, int port, milliseconds pati
   if (::inet_pton(AF_INET, group.c_str(), &address.sin_addr) != 1) {
     return Failure(BusErrorCode::kInvalidOption, "group: \"" + group + "\": must be an IPv4 address");
   }
-  ProbeResult result = BindAndJoin(receiver.fd(), group, address);
+  const ProbeResult result = BindAndJoin(receiver.fd(), group, ttl, address);
   if (!result.usable) return result;
-  result.interface = JoinedInterface(address.sin_addr);
-
-  const unsigned char ttl = 0;
-  ::setsockopt(sender.fd(), IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof(ttl));
+  const unsigned char no_hops = 0;
+  ::setsockopt(sender.fd(), IPPROTO_IP, IP_MULTICAST_TTL, &no_hops, sizeof(no_hops));
+  if (ttl == 0 && !SendThrough(sender.fd(), LoopbackIndex())) return LoopbackDown(group);
   const std::string datagram = ProbeDatagram();
   constexpr int kTries = 4;  // a busy receiver may lose one
   for (int i = 0; i < kTries; ++i) {
     if (::sendto(sender.fd(), datagram.data(), datagram.size(), 0, Generic(address), sizeof(address)) < 0) {
-      if (errno == ENETUNREACH || errno == ENODEV) return NoRoute(group);
+      if (errno == ENETUNREACH || errno == ENODEV) return Unreachable(group, ttl);
       return SystemFailure(group, port, "send", errno);
     }
     if (Arrives(receiver.fd(), datagram, patience / kTries)) return result;
   }
   return Failure(BusErrorCode::kNetworkUnusable,
                  "multicast " + group + ":" + std::to_string(ntohs(address.sin_port)) +
-                     ": what this host sends does not come back to it" +
+                     ": packets of this host do not return to it" +
                      (result.interface.empty() ? std::string() : " (interface " + result.interface + ")") +
-                     "; a firewall drops it, or the route is odd: allow UDP to the group, or as root: ip route add " +
-                     group + "/32 dev lo");
+                     "; probably a firewall drops them: allow UDP to the group on that interface");
 }
 
-MulticastRoute ProbeMulticastRoute(const std::string& group) {
+MulticastRoute ProbeMulticastRoute(const std::string& group, int ttl) {
   constexpr milliseconds kPatience(400);
-  const ProbeResult result = ProbeMulticast(group, 0, kPatience);
+  const ProbeResult result = ProbeMulticast(group, 0, kPatience, ttl);
   return {result.usable, result.interface, result.problem};
 }
 

@@ -20,8 +20,9 @@ struct ProbeResult {
   std::string interface;                               ///< that carries the group, when known
 };
 
-/// Binds `port` (0: any free one), joins, sends itself a datagram with TTL 0 and waits at most `patience` for it. The
-/// datagram is that of LCM's own self-test, so other parties on the port are not disturbed.
-ProbeResult ProbeMulticast(const std::string& group, int port, std::chrono::milliseconds patience);
+/// Binds `port` (0: any free one), joins, sends itself a datagram with TTL 0 and waits at most `patience` for it. With
+/// `ttl` 0 it does so on loopback, else on the interface to which the routes send the group. The datagram is that of
+/// LCM's own self-test, so other parties on the port are not disturbed.
+ProbeResult ProbeMulticast(const std::string& group, int port, std::chrono::milliseconds patience, int ttl);
 
 }  // namespace legopt::bus

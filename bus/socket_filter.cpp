@@ -1,6 +1,7 @@
 #include "bus/socket_filter.h"
 
 #include <linux/filter.h>
+#include <linux/if_packet.h>
 #include <sys/socket.h>
 
 #include <initializer_list>
@@ -20,15 +21,20 @@ constexpr std::uint32_t kDeployment = kFrame + 16;
 constexpr std::uint32_t kDestination = kFrame + 32;
 constexpr std::uint32_t kDestinationEnd = kDestination + 8;
 
+// What the kernel knows of a packet, at offsets that no packet has.
+constexpr auto kInterface = static_cast<std::uint32_t>(SKF_AD_OFF + SKF_AD_IFINDEX);
+constexpr auto kPacketType = static_cast<std::uint32_t>(SKF_AD_OFF + SKF_AD_PKTTYPE);
+
 constexpr std::uint32_t Word(char a, char b, char c, char d) {
   return (static_cast<std::uint32_t>(a) << 24U) | (static_cast<std::uint32_t>(b) << 16U) |
          (static_cast<std::uint32_t>(c) << 8U) | static_cast<std::uint32_t>(d);
 }
 
-// Writes tests one after another; jumps go to two exits at the end, resolved by Finish().
+// Writes tests one after another. Jumps go to the next test, over it, or to two exits at the end; Attach() resolves
+// them.
 class Program {
  public:
-  enum class Exit : std::uint8_t { kNext, kAccept, kDrop };
+  enum class Exit : std::uint8_t { kNext, kSkipTest, kAccept, kDrop };
 
   // Loads the word at `offset` (a packet too short for it is dropped by the kernel), masks it, compares, and leaves by
   // `equal` or `other`.
@@ -56,7 +62,9 @@ class Program {
     const std::size_t drop = accept + 1;
     for (std::size_t i = 0; i < accept; ++i) {
       const auto jump = [&](Exit exit) -> std::uint8_t {
+        constexpr std::uint8_t kTestInstructions = 2;  // of an unmasked one
         if (exit == Exit::kNext) return 0;
+        if (exit == Exit::kSkipTest) return kTestInstructions;
         return static_cast<std::uint8_t>((exit == Exit::kAccept ? accept : drop) - i - 1);
       };
       code_[i].jt = jump(exits_[i].equal);
@@ -82,11 +90,15 @@ std::uint32_t Low(std::int64_t value) { return static_cast<std::uint32_t>(value)
 
 }  // namespace
 
-bool AttachSocketFilter(int socket_fd, std::int64_t deployment, std::int64_t self) {
+bool AttachSocketFilter(int socket_fd, std::int64_t deployment, std::int64_t self, int only_from) {
   using Exit = Program::Exit;
   constexpr std::uint32_t kThreeBytes = 0xFFFFFF00U;
   const std::int64_t fingerprint = legopt_msg::frame::getHash();
   Program program;
+  if (only_from != 0) {
+    program.Test(kInterface, static_cast<std::uint32_t>(only_from), Exit::kSkipTest, Exit::kNext);
+    program.Test(kPacketType, PACKET_LOOPBACK, Exit::kNext, Exit::kDrop);
+  }
   program.Test(kMagic, Word('L', 'C', '0', '2'), Exit::kNext, Exit::kDrop);
   program.Test(kChannel, Word('L', 'E', 'G', 'O'), Exit::kNext, Exit::kDrop);
   program.Test(kChannel + 4, Word('P', 'T', '\0', '\0'), Exit::kNext, Exit::kDrop, kThreeBytes);

@@ -32,12 +32,14 @@ constexpr std::int64_t kKibibyte = 1024;
 
 [[noreturn]] void Refuse(const char* what, int error) { throw std::system_error(error, std::generic_category(), what); }
 
-// The environment of job processes: one thread per job, so that timings and results do not depend on the machine.
+// The environment of job processes: one thread per job, so that timings and results do not depend on the machine, and
+// no word of the key, which they do not need.
 std::vector<std::string> ChildEnvironment() {
   std::vector<std::string> variables;
   for (char** entry = environ; *entry != nullptr; ++entry) {
     const std::string_view text = *entry;
-    if (!text.starts_with("OMP_NUM_THREADS=") && !text.starts_with("OPENBLAS_NUM_THREADS="))
+    if (!text.starts_with("OMP_NUM_THREADS=") && !text.starts_with("OPENBLAS_NUM_THREADS=") &&
+        !text.starts_with("LEGOPT_KEY_FILE="))
       variables.emplace_back(text);
   }
   variables.emplace_back("OMP_NUM_THREADS=1");

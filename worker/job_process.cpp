@@ -14,6 +14,7 @@
 #include <string>
 
 #include "bus/codec.h"
+#include "programs/external/solver_confinement.h"
 #include "programs/process_limits.h"
 #include "worker/child_protocol.h"
 #include "worker/job_slot.h"
@@ -163,6 +164,8 @@ int RunJobProcess(int fd, int supervisor_pid, JobExecutor& executor) {
     channel.Write(FrameType::kStartFailed, 0, PrintableText(error.what(), kMaxMessageBytes));
     return kStartFailed;
   }
+  ResetPeakMemory();
+  external::HideFromOtherProcesses();
   if (!ForbidNewProcesses()) std::fprintf(stderr, "warning: this system cannot keep jobs from starting processes\n");
   channel.Write(FrameType::kReady, 0, EncodeCapabilities(loaded));
   return ServeJobs(channel, executor);

@@ -106,11 +106,11 @@ void ReportMemoryExhaustion() {
 }
 
 void ResetPeakMemory() {
-  const int fd = open("/proc/self/clear_refs", O_WRONLY | O_CLOEXEC);
+  // Opened once: a process that hides from others may not open it any more.
+  static const int fd = open("/proc/self/clear_refs", O_WRONLY | O_CLOEXEC);
   if (fd < 0) return;
   // "5" resets the high-water mark of the resident size; where that is refused, the peak is the process's.
   [[maybe_unused]] const ssize_t written = write(fd, "5", 1);
-  close(fd);
 }
 
 #if defined(__x86_64__)

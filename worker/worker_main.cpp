@@ -25,6 +25,7 @@
 #include "programs/command_line.h"
 #include "programs/data_folder.h"
 #include "programs/exit_codes.h"
+#include "programs/external/solver_confinement.h"
 #include "programs/granted_processors.h"
 #include "programs/host_facts.h"
 #include "programs/isolated_call.h"
@@ -209,6 +210,7 @@ ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spd
       std::printf("legopt-worker: LCM stays %s\n", uplink.bus.c_str());
       std::fflush(stdout);
     }
+    external::HideFromOtherProcesses();  // external solvers of its jobs, above all
     SupervisorOptions options = OptionsOf(line, build, uplink);
     bus::LcmTransport transport(uplink.network);
     const auto spoke = bridge::RunSpoke(std::move(uplink));

@@ -71,7 +71,7 @@ Finding CheckData() {
 }
 
 Finding CheckRoute(const bus::LcmOptions& network) {
-  const auto route = bus::ProbeMulticastRoute(network.group);
+  const auto route = bus::ProbeMulticastRoute(network.group, network.ttl);
   if (route.usable) return {"multicast route", State::kOk, network.group + " through " + route.interface, "", {}};
   return {"multicast route", State::kFail, network.group + " cannot be used", route.problem,
           ExitCode::kNetworkUnusable};

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "client/client_error.h"
+#include "client/pool/engine_words.h"
 #include "client/pool/worker_command.h"
 #include "programs/shell_word.h"
 
@@ -41,13 +42,13 @@ class SlurmOptions {
   explicit SlurmOptions(const PoolFile& pool) : pool_(pool) {}
 
   void Flag(const std::string& key) { Add(key, "--" + key); }
-  void Set(const std::string& key, const std::string& value) { Add(key, "--" + key + "=" + value); }
+  void Set(const std::string& key, const std::string& value) { Add(key, "--" + key + "=" + SlurmWord(value)); }
   std::string text() const {
     std::string lines = text_;
     for (const EngineOption& option : pool_.options) {
       const std::string dashes = option.key.size() == 1 ? "-" : "--";
       const std::string separator = option.key.size() == 1 ? " " : "=";
-      lines += "#SBATCH " + dashes + option.key + (option.value ? separator + Quoted(*option.value) : "") + "\n";
+      lines += "#SBATCH " + dashes + option.key + (option.value ? separator + SlurmWord(*option.value) : "") + "\n";
     }
     return lines;
   }
@@ -55,10 +56,6 @@ class SlurmOptions {
  private:
   void Add(const std::string& key, const std::string& words) {
     if (!pool_.Sets(key)) text_ += "#SBATCH " + words + "\n";
-  }
-  // sbatch takes words apart at blanks, but not between quotes.
-  static std::string Quoted(const std::string& value) {
-    return value.find_first_of(" \t#\"") == std::string::npos ? value : "'" + value + "'";
   }
 
   const PoolFile& pool_;
@@ -81,17 +78,17 @@ std::string SlurmHeader(const PoolFile& pool, const PoolAccess& access) {
   options.Set("signal", "B:USR1@" + std::to_string(pool.worker.drain_s + kSlurmEarly_s));
   options.Flag(pool.requeue ? "requeue" : "no-requeue");
   options.Set("open-mode", "append");
-  options.Set("output", access.logs + "/%A_%a.log");
+  options.Set("output", SlurmPatternOf(access.logs) + "/%A_%a.log");
   options.Set("export", "NONE");
   return options.text();
 }
 
 }  // namespace
 
-std::string WorkerCommand(const PoolFile& pool, const PoolAccess& access, const std::string& name) {
-  std::string command = ShellWord(access.program) + " --name \"" + name + "\"";
-  const auto add = [&command](const std::string& flag, const std::string& value) {
-    command += " " + flag + " " + ShellWord(value);
+std::vector<std::string> WorkerArguments(const PoolFile& pool, const PoolAccess& access) {
+  std::vector<std::string> arguments;
+  const auto add = [&arguments](const std::string& flag, const std::string& value) {
+    arguments.insert(arguments.end(), {flag, value});
   };
   add("--access", access.access_file.empty() ? "/dev/fd/" + std::string(kAccessDescriptor) : access.access_file);
   if (!access.key_file.empty()) add("--key-file", access.key_file);
@@ -102,6 +99,12 @@ std::string WorkerCommand(const PoolFile& pool, const PoolAccess& access, const 
   add("--wait-server", std::to_string(pool.worker.wait_server_s));
   for (const std::string& dataset : access.datasets) add("--dataset", dataset);
   for (const std::string& solver : access.solvers) add("--solver", solver);
+  return arguments;
+}
+
+std::string WorkerCommand(const PoolFile& pool, const PoolAccess& access, const std::string& name) {
+  std::string command = ShellWord(access.program) + " --name \"" + name + "\"";
+  for (const std::string& argument : WorkerArguments(pool, access)) command += " " + ShellWord(argument);
   return command;
 }
 
@@ -110,6 +113,7 @@ std::string Environment(const PoolAccess& access) {
 }
 
 std::string SlurmScript(const PoolFile& pool, const PoolAccess& access) {
+  CheckForScript(Engine::kSlurm, pool, access);
   const std::string requeue =
       pool.requeue ? "[ -z \"$time_is_up\" ] || scontrol requeue \"${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID\"\n" : "";
   return "#!/bin/sh\n" + SlurmHeader(pool, access) + Environment(access) + OpenInlineFiles(access) +
@@ -125,6 +129,7 @@ std::string SlurmScript(const PoolFile& pool, const PoolAccess& access) {
 }
 
 std::string HostScript(const PoolFile& pool, const PoolAccess& access, const std::string& host) {
+  CheckForScript(Engine::kSsh, pool, access);
   return "become_a_worker() {\n" + Environment(access) + OpenInlineFiles(access) +
          "# Each line on standard input is an order to stop, and so is its end.\n"
          "exec 5<&0\ntrap '' PIPE\n" +

@@ -29,7 +29,8 @@ constexpr off_t kTailBytes = 2000;
 }
 
 // Runs between fork and exec: only calls that are safe there.
-[[noreturn]] void BecomeProgram(char* const* arguments, pid_t parent, int input, int output, int error) {
+[[noreturn]] void BecomeProgram(char* const* arguments, pid_t parent, int input, int output, int error,
+                                std::span<const int> kept) {
   ::setpgid(0, 0);
   if (!programs::DieWith(parent, SIGTERM)) ::_exit(kCannotStart);
   programs::UnblockSignals();
@@ -37,6 +38,7 @@ constexpr off_t kTailBytes = 2000;
   ::dup2(input, STDIN_FILENO);
   ::dup2(output, STDOUT_FILENO);
   if (error >= 0) ::dup2(error, STDERR_FILENO);
+  for (const int descriptor : kept) ::fcntl(descriptor, F_SETFD, 0);
   ::execv(arguments[0], arguments);
   ::_exit(kCannotStart);
 }
@@ -58,25 +60,25 @@ std::string ChildExit::Describe() const {
 }
 
 ChildProcess::ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments, bool quiet,
-                           const std::string& input) {
+                           const std::string& input, std::span<const int> kept) {
   std::optional<programs::Pipe> output = programs::MakePipe();
   if (!output) Fail(program, std::strerror(errno));
   const programs::Descriptor given = Holding(input);
   if (!given.open()) Fail(program, std::strerror(errno));
   if (quiet) error_ = programs::Descriptor(::memfd_create("legopt-child-errors", MFD_CLOEXEC));
   if (error_.open()) ::fcntl(error_.get(), F_SETFL, O_APPEND);
-  Start(program, arguments, {given.get(), output->write.get()}, error_.get());
+  Start(program, arguments, {given.get(), output->write.get()}, error_.get(), kept);
   output_pipe_ = std::move(output->read);
   output_pipe_.SetNonBlocking();
 }
 
 ChildProcess::ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                            const ChildFiles& files) {
-  Start(program, arguments, files, files.output);
+  Start(program, arguments, files, files.output, {});
 }
 
 void ChildProcess::Start(const std::filesystem::path& program, const std::vector<std::string>& arguments,
-                         const ChildFiles& files, int error) {
+                         const ChildFiles& files, int error, std::span<const int> kept) {
   if (::access(program.c_str(), X_OK) != 0)
     Fail(program, std::string(std::strerror(errno)) + "; build or install it beside legopt");
   std::vector<std::string> texts = {program.string()};
@@ -84,7 +86,7 @@ void ChildProcess::Start(const std::filesystem::path& program, const std::vector
   const std::vector<char*> argv = programs::Pointers(texts);
   const pid_t parent = ::getpid();
   pid_ = ::fork();
-  if (pid_ == 0) BecomeProgram(argv.data(), parent, files.input, files.output, error);
+  if (pid_ == 0) BecomeProgram(argv.data(), parent, files.input, files.output, error, kept);
   if (pid_ < 0) Fail(program, std::strerror(errno));
 }
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,8 +34,9 @@ struct ChildFiles {
 class ChildProcess {
  public:
   /// Throws ClientError (kInternal) when the program cannot be started.
+  /// It inherits the descriptors in `kept`, each at least 3, under their numbers.
   ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments, bool quiet,
-               const std::string& input = {});
+               const std::string& input = {}, std::span<const int> kept = {});
   /// As above, but with these files: output() and ErrorTail() stay empty.
   ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                const ChildFiles& files);
@@ -68,7 +70,7 @@ class ChildProcess {
 
  private:
   void Start(const std::filesystem::path& program, const std::vector<std::string>& arguments, const ChildFiles& files,
-             int error);
+             int error, std::span<const int> kept);
   void DrainOutput();
 
   pid_t pid_ = -1;

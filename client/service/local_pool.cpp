@@ -1,9 +1,11 @@
 #include "client/service/local_pool.h"
 
+#include <array>
 #include <csignal>
 #include <string>
 #include <utility>
 
+#include "bus/message_key.h"
 #include "client/service/interrupt.h"
 
 namespace legopt::client {
@@ -13,11 +15,17 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kWorkerLeave{3'000};
 
+NetworkOptions WithKey(NetworkOptions network, const programs::Descriptor& key) {
+  network.key_file = "/dev/fd/" + std::to_string(key.get());
+  return network;
+}
+
 }  // namespace
 
 LocalPool::LocalPool(LocalPoolOptions options)
     : options_(std::move(options)),
-      server_({options_.database, options_.network, {}, options_.verbose}),
+      key_(bus::MessageKey::CreateInMemory()),
+      server_({options_.database, WithKey(options_.network, key_), {}, options_.verbose, {key_.get()}}),
       worker_("legopt-worker", options_.verbose) {
   StartWorker();
 }
@@ -25,16 +33,18 @@ LocalPool::LocalPool(LocalPoolOptions options)
 LocalPool::~LocalPool() { Stop(milliseconds(0)); }
 
 void LocalPool::StartWorker() {
-  std::vector<std::string> arguments = {"--slots",   std::to_string(options_.slots),
-                                        "--dataset", options_.dataset.string(),
-                                        "--group",   *network().group,
-                                        "--port",    std::to_string(*network().port),
-                                        "--ttl",     "0",
-                                        "--name",    "local"};
+  std::vector<std::string> arguments = {"--slots",    std::to_string(options_.slots),
+                                        "--dataset",  options_.dataset.string(),
+                                        "--group",    *network().group,
+                                        "--port",     std::to_string(*network().port),
+                                        "--ttl",      "0",
+                                        "--key-file", *network().key_file,
+                                        "--name",     "local"};
   for (const std::filesystem::path& solver : options_.solvers) {
     arguments.insert(arguments.end(), {"--solver", solver.string()});
   }
-  worker_.Start(std::move(arguments));
+  const std::array<int, 1> kept{key_.get()};
+  worker_.Start(std::move(arguments), kept);
 }
 
 void LocalPool::Supervise() {

@@ -14,12 +14,14 @@ struct LocalPoolOptions {
   std::filesystem::path database;
   std::filesystem::path dataset;
   int slots = 2;
-  NetworkOptions network;                           ///< without a port, a free pair is chosen
+  NetworkOptions network;                           ///< without a port, a free pair is chosen; its key does not count
   std::vector<std::filesystem::path> solvers = {};  ///< declarations that the worker is given
   bool verbose = false;                             ///< let the children write to our standard error
 };
 
-/// An OwnPool on this machine: the programs beside this one, as child processes. A child that a signal killed is
+/// An OwnPool on this machine: the programs beside this one, as child processes. It has a key of its own, which exists
+/// in memory only and reaches the children through an inherited descriptor, so that no other user can command it. A
+/// child that a signal killed is
 /// started again (the database and the leases make that safe); one that gave up by itself is an error, kInterrupted
 /// when it ended in good order because somebody else told it to. The destructor stops both.
 class LocalPool final : public OwnPool {
@@ -36,6 +38,7 @@ class LocalPool final : public OwnPool {
   void StartWorker();
 
   LocalPoolOptions options_;
+  programs::Descriptor key_;  // of a key file in memory
   OwnServer server_;
   OwnProgram worker_;
 };

@@ -61,12 +61,12 @@ std::string LastWords(const std::string& program, const std::string& tail) {
   return words;
 }
 
-void OwnProgram::Start(std::vector<std::string> arguments) {
+void OwnProgram::Start(std::vector<std::string> arguments, std::span<const int> kept) {
   // What ends us may be sent to all processes of a job (batch systems): a server that stopped at once could not take
   // back what the worker gives back.
   arguments.insert(arguments.end(), {"--owner", std::to_string(::getpid())});
   if (verbose_) arguments.emplace_back("--verbose");
-  child_ = std::make_unique<ChildProcess>(programs::ProgramFolder() / name_, arguments, !verbose_);
+  child_ = std::make_unique<ChildProcess>(programs::ProgramFolder() / name_, arguments, !verbose_, std::string(), kept);
 }
 
 bool OwnProgram::WasKilled() {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,8 +21,9 @@ class OwnProgram {
   /// `name`: "legopt-server". `verbose`: it writes to our standard error. Starts nothing.
   OwnProgram(std::string name, bool verbose) : name_(std::move(name)), verbose_(verbose) {}
 
-  /// Starts it, anew if need be. Throws ClientError (kMachine) when there is no such program.
-  void Start(std::vector<std::string> arguments);
+  /// Starts it, anew if need be; it inherits the descriptors in `kept`. Throws ClientError (kMachine) when there is no
+  /// such program.
+  void Start(std::vector<std::string> arguments, std::span<const int> kept = {});
   /// It has been started, and not been dropped.
   bool started() const { return child_ != nullptr; }
   /// Must have been started.

@@ -36,7 +36,7 @@ bool OwnServer::TryStart() {
                                         "--ttl",   "0"};
   if (options_.network.key_file) arguments.insert(arguments.end(), {"--key-file", *options_.network.key_file});
   arguments.insert(arguments.end(), options_.extra.begin(), options_.extra.end());
-  program_.Start(std::move(arguments));
+  program_.Start(std::move(arguments), options_.kept);
   if (program_.child().WaitForLine(kReadyWord, kServerStart, Interrupted)) return true;
   if (Interrupted()) throw ClientError(ExitCode::kInterrupted, "interrupted");
   const auto exit = program_.child().Poll();

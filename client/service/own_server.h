@@ -15,6 +15,7 @@ struct OwnServerOptions {
   NetworkOptions network;               ///< without a port, a free pair is chosen; a run is a deployment of its own
   std::vector<std::string> extra = {};  ///< further arguments, e.g. --listen
   bool verbose = false;                 ///< let it write to our standard error
+  std::vector<int> kept = {};           ///< descriptors that it inherits
 };
 
 /// A server of our own, for one command, as a child process on this machine. The destructor stops it. Thread rule: one

@@ -11,6 +11,7 @@
 #include "legopt/input_error.h"
 #include "legopt/methods/option_visitors.h"
 #include "legopt/methods/registry.h"
+#include "programs/external/solver_confinement.h"
 #include "programs/processes.h"
 
 namespace legopt::external {
@@ -114,6 +115,15 @@ void ReadSettings(OptionReader& reader, Declaration& declaration, OptionFaults& 
   if (settings != nullptr && OptionReader::IsMap(*settings, "settings", faults)) declaration.settings = *settings;
 }
 
+void ReadSurroundings(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
+  declaration.environment = ReadTexts(reader, "environment", faults);
+  reader.Boolean("network", declaration.network);
+  for (const std::string& name : declaration.environment) {
+    if (MayPassOn(name)) continue;
+    faults.Add("environment", name, "is not passed on to a solver", "name variables that are not legopt's own");
+  }
+}
+
 }  // namespace
 
 Declaration ReadDeclaration(const fs::path& file) {
@@ -129,6 +139,7 @@ Declaration ReadDeclaration(const fs::path& file) {
   ReadCommand(reader, declaration, faults);
   ReadFiles(reader, declaration, faults);
   ReadSettings(reader, declaration, faults);
+  ReadSurroundings(reader, declaration, faults);
   reader.Number("timeout_s", declaration.timeout_s, kShortestSilence_s, kLongestSilence_s);
   reader.RefuseOthers();
   faults.ThrowIfAny();

@@ -30,8 +30,11 @@ struct Declaration {
   std::vector<std::filesystem::path> files;  ///< whose content belongs to it: words of the command, then `files`
   nlohmann::json settings;                   ///< an object, handed to the solver as it is
   double timeout_s = 60.0;                   ///< longest silence
+  std::vector<std::string> environment;      ///< variables that it is given beside the usual ones
+  bool network = false;                      ///< whether it needs the network, for example for its licence
   /// BLAKE2b-256 of what decides results: the command and settings as written, the contents of executable and files.
-  /// Where the files lie and how long silence may last do not count.
+  /// Where the files lie how long silence may last and what it needs of the
+  /// worker's surroundings do not count.
   std::string hash;
 };
 

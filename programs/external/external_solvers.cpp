@@ -86,7 +86,8 @@ ExternalSolvers::ExternalSolvers(std::vector<Declaration> declarations) : declar
   }
   std::vector<LaunchCommand> commands;
   for (const Declaration& declaration : declarations_) {
-    commands.push_back({declaration.executable, declaration.command, declaration.folder});
+    commands.push_back({declaration.executable, declaration.command, declaration.folder, declaration.environment,
+                        declaration.network});
     if (declaration.level == Level::kLines) continue;
     for (const auto& file : {ProblemFile(scratch_), SolutionFile(scratch_)}) {
       commands.back().arguments.push_back(file.string());

@@ -20,9 +20,8 @@
 #include <utility>
 
 #include "programs/external/launcher_messages.h"
+#include "programs/external/solver_confinement.h"
 #include "programs/processes.h"
-
-extern char** environ;
 
 namespace legopt::external {
 namespace {
@@ -59,8 +58,9 @@ void LimitSolver(std::int64_t memory_bytes) {
 
 // In the new process; returns only when it cannot become the solver, with errno.
 void BecomeSolver(pid_t launcher, const StreamPipes& streams, const LaunchCommand& command, char** arguments,
-                  std::int64_t memory_bytes) {
+                  char** environment, std::int64_t memory_bytes) {
   ::setpgid(0, 0);
+  ConfineSolver(command.needs_network);  // a change of user namespace may take back the signal of the next line
   if (!programs::DieWith(launcher, SIGKILL)) return;
   ::dup2(streams.in->read.get(), STDIN_FILENO);
   ::dup2(streams.out->write.get(), STDOUT_FILENO);
@@ -68,7 +68,7 @@ void BecomeSolver(pid_t launcher, const StreamPipes& streams, const LaunchComman
   if (::chdir(command.folder.c_str()) != 0) return;
   LimitSolver(memory_bytes);
   programs::UnblockSignals();
-  ::execve(command.executable.c_str(), arguments, environ);
+  ::execve(command.executable.c_str(), arguments, environment);
 }
 
 /// 0, or the errno with which it could not be started.
@@ -77,11 +77,14 @@ int StartSolver(const LaunchCommand& command, const StreamPipes& streams, std::i
   if (!failure) return errno;
   std::vector<std::string> texts = command.arguments;
   const std::vector<char*> arguments = programs::Pointers(texts);
+  std::vector<std::string> variables = SolverEnvironment(command.variables);
+  const std::vector<char*> environment = programs::Pointers(variables);
   const pid_t launcher = ::getpid();
   const pid_t pid = ::fork();
   if (pid < 0) return errno;
   if (pid == 0) {
-    BecomeSolver(launcher, streams, command, const_cast<char**>(arguments.data()), memory_bytes);
+    BecomeSolver(launcher, streams, command, const_cast<char**>(arguments.data()),
+                 const_cast<char**>(environment.data()), memory_bytes);
     const int error = errno;
     [[maybe_unused]] const ssize_t written = ::write(failure->write.get(), &error, sizeof(error));
     ::_exit(kExecFailed);
@@ -211,6 +214,7 @@ void BecomeLauncher(int socket) {
   ::close_range(kLaunchSocket + 1, ~0U, 0);
   ::setenv("OMP_NUM_THREADS", "1", 1);
   ::setenv("OPENBLAS_NUM_THREADS", "1", 1);
+  HideFromOtherProcesses();
 }
 
 }  // namespace

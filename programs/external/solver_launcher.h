@@ -15,9 +15,11 @@ namespace legopt::external {
 
 /// What is started.
 struct LaunchCommand {
-  std::filesystem::path executable;    ///< absolute
-  std::vector<std::string> arguments;  ///< argv, its first word included
-  std::filesystem::path folder;        ///< where it runs
+  std::filesystem::path executable;         ///< absolute
+  std::vector<std::string> arguments;       ///< argv, its first word included
+  std::filesystem::path folder;             ///< where it runs
+  std::vector<std::string> variables = {};  ///< of the environment, passed on beside the usual ones
+  bool needs_network = false;               ///< it is left in the network namespace of the worker
 };
 
 /// What processes have used.
@@ -38,6 +40,8 @@ struct ProcessEnd {
 /// declared then and nothing else. Whatever a solver leaves behind, in its process group or in others, ends with it:
 /// orphans become children of the launcher (PR_SET_CHILD_SUBREAPER). When the process that has forked it ends, in
 /// whatever way, the launcher ends the solver and itself.
+///
+/// The launcher hides its memory from the solver, and the solver is confined (solver_confinement.h).
 ///
 /// A solver has its own process group, no core files, files of at most kMaxFileBytes, and one thread in OpenMP and
 /// OpenBLAS. One solver at a time; one thread. Linux.

@@ -3,6 +3,7 @@
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <net/if.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -15,6 +16,7 @@
 
 #include "bus/bus_error.h"
 #include "bus/endpoint.h"
+#include "tests/bus/lcm_parties.h"
 #include "tests/bus/test_bed.h"
 
 namespace legopt::bus {
@@ -22,8 +24,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-constexpr EndpointId kClient = 1000;
 
 std::optional<BusErrorCode> CodeOf(const LcmOptions& options, std::string* message = nullptr) {
   try {
@@ -33,42 +33,6 @@ std::optional<BusErrorCode> CodeOf(const LcmOptions& options, std::string* messa
     return error.code();
   }
   return std::nullopt;
-}
-
-// Runs `body` on a thread of its own, which may change its network namespace without harm to other tests.
-template <class Body>
-void OnThread(Body body) {
-  std::thread(body).join();
-}
-
-struct Host {
-  LcmTransport transport;
-  Endpoint endpoint;
-  Host(const LcmOptions& options, EndpointId id) : transport(options), endpoint(transport, id, RandomSeed()) {}
-};
-
-bool RunUntil(const std::vector<Endpoint*>& endpoints, const std::function<bool()>& done) {
-  const auto end = std::chrono::steady_clock::now() + seconds(20);
-  while (!done() && std::chrono::steady_clock::now() < end) {
-    for (Endpoint* endpoint : endpoints) endpoint->Poll(milliseconds(1));
-  }
-  return done();
-}
-
-bool EchoWorks(const LcmOptions& options) {
-  Host server(options, kServer);
-  Host client(options, kClient);
-  server.endpoint.Serve(MessageType::kProbe,
-                        [](Request&& request, Responder responder) { responder.Reply(request.body); });
-  std::string answer;
-  client.endpoint.Call(kServer, MessageType::kProbe, "ping", {}, [&](CallResult&& r) { answer = r.body; });
-  return RunUntil({&server.endpoint, &client.endpoint}, [&] { return answer == "ping"; });
-}
-
-LcmOptions FreshOptions() {
-  LcmOptions options;
-  options.port = FindFreePortPair(RandomSeed());
-  return options;
 }
 
 class Udp : public testing::Test {
@@ -214,7 +178,10 @@ TEST_F(Udp, PacketsThatLcmMustNotSeeAreKeptAway) {
   if (!server.transport.socket_filter_attached()) GTEST_SKIP() << "NOT TESTED: no socket filters here";
   const int fd = ::socket(AF_INET, SOCK_DGRAM, 0);
   const unsigned char ttl = 0;
+  ip_mreqn loopback{};
+  loopback.imr_ifindex = static_cast<int>(::if_nametoindex("lo"));
   ::setsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof(ttl));
+  ::setsockopt(fd, IPPROTO_IP, IP_MULTICAST_IF, &loopback, sizeof(loopback));
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(static_cast<std::uint16_t>(options.port));

@@ -1,6 +1,7 @@
 #include "tests/bus/test_bed.h"
 
 #include <arpa/inet.h>
+#include <net/if.h>
 #include <netinet/in.h>
 #include <sched.h>
 #include <sys/socket.h>
@@ -79,12 +80,14 @@ class Wire {
     address_.sin_family = AF_INET;
     address_.sin_port = htons(static_cast<std::uint16_t>(port));
     ::inet_pton(AF_INET, kGroup, &address_.sin_addr);
-    ip_mreq membership{};
+    ip_mreqn membership{};  // on loopback, as parties with TTL 0
     membership.imr_multiaddr = address_.sin_addr;
+    membership.imr_ifindex = static_cast<int>(::if_nametoindex("lo"));
     ::setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
     ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &buffer, sizeof(buffer));
     ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &buffer, sizeof(buffer));
     ::setsockopt(fd_, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof(ttl));
+    ::setsockopt(fd_, IPPROTO_IP, IP_MULTICAST_IF, &membership, sizeof(membership));
     if (::bind(fd_, Generic(address_), sizeof(address_)) != 0 ||
         ::setsockopt(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof(membership)) != 0) {
       throw std::runtime_error("test wire: cannot join");

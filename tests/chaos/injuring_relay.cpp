@@ -3,6 +3,7 @@
 // (LEGOPT_DEPLOYMENT), since it would follow from the port. Needs no privileges.
 
 #include <arpa/inet.h>
+#include <net/if.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -50,6 +51,13 @@ sockaddr_in Address(const std::string& group, int port) {
 
 const sockaddr* Raw(const sockaddr_in& address) { return reinterpret_cast<const sockaddr*>(&address); }
 
+// Where parties with TTL 0 are.
+ip_mreqn OnLoopback() {
+  ip_mreqn loopback{};
+  loopback.imr_ifindex = static_cast<int>(if_nametoindex("lo"));
+  return loopback;
+}
+
 int OpenListener(const std::string& group, int port) {
   const int fd = Require(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0), "socket");
   const int yes = 1;
@@ -59,9 +67,8 @@ int OpenListener(const std::string& group, int port) {
   setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
   const sockaddr_in address = Address(group, port);
   Require(bind(fd, Raw(address), sizeof address), "bind");
-  ip_mreq membership{};
+  ip_mreqn membership = OnLoopback();
   membership.imr_multiaddr = address.sin_addr;
-  membership.imr_interface.s_addr = htonl(INADDR_ANY);
   Require(setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership), "IP_ADD_MEMBERSHIP");
   return fd;
 }
@@ -71,6 +78,8 @@ int OpenSender() {
   const int fd = Require(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0), "socket");
   const unsigned char ttl = 0;
   Require(setsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl), "IP_MULTICAST_TTL");
+  const ip_mreqn loopback = OnLoopback();
+  Require(setsockopt(fd, IPPROTO_IP, IP_MULTICAST_IF, &loopback, sizeof loopback), "IP_MULTICAST_IF");
   const sockaddr_in any = Address("0.0.0.0", 0);
   Require(bind(fd, Raw(any), sizeof any), "bind");
   return fd;

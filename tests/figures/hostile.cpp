@@ -1,4 +1,5 @@
 #include <arpa/inet.h>
+#include <net/if.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -30,7 +31,10 @@ class Gun {
     address_.sin_port = htons(static_cast<std::uint16_t>(port));
     inet_pton(AF_INET, bus::LcmOptions{}.group.c_str(), &address_.sin_addr);
     const unsigned char ttl = 0;
+    ip_mreqn loopback{};
+    loopback.imr_ifindex = static_cast<int>(::if_nametoindex("lo"));
     ::setsockopt(fd_, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
+    ::setsockopt(fd_, IPPROTO_IP, IP_MULTICAST_IF, &loopback, sizeof loopback);
   }
   ~Gun() { ::close(fd_); }
   Gun(const Gun&) = delete;

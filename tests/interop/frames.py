@@ -63,9 +63,15 @@ def random_number(low=1):
             return value
 
 
+def on_loopback(group):
+    """struct ip_mreqn: the group on the loopback interface, where a party with TTL 0 sends and listens."""
+    return struct.pack("=4s4si", socket.inet_aton(group), bytes(4), socket.if_nametoindex("lo"))
+
+
 def check_route(group, port):
-    """Raises OSError at once where the group has no route."""
+    """Raises OSError at once where loopback does not carry the group."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, on_loopback(group))
         probe.connect((group, port))
 
 
@@ -85,6 +91,7 @@ class Port:
         check_route(group, port)
         self._sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        self._sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, on_loopback(group))
         self.sockets = [self._join(number) for number in self._ports]
 
     def _join(self, port):
@@ -93,7 +100,7 @@ class Port:
         receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
         receiver.bind((self._group, port))
         receiver.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
-                            struct.pack("=4sl", socket.inet_aton(self._group), socket.INADDR_ANY))
+                            on_loopback(self._group))
         receiver.setblocking(False)
         return receiver
 

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <lcm/lcm.h>
+#include <netinet/in.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <set>
+#include <span>
+
+#include "bus/lcm_transport.h"
+
+/// @file
+/// One UDP port of LcmTransport. Private to bus.
+
+namespace legopt::bus {
+
+/// Sends and receives LCM's short form on one port of the group: through LCM, or, with TTL 0 and no route for the
+/// group, which LCM insists on, through a socket of its own on loopback. What both send is the same on the wire.
+/// Thread rule: one thread.
+class PortLink {
+ public:
+  /// Takes the payload of a packet on our channel.
+  using Sink = std::function<void(std::span<const std::uint8_t>)>;
+
+  /// Throws BusError: kNoMulticastRoute, kPortUnusable, kNetworkUnusable.
+  PortLink(const LcmOptions& options, int udp_port, Sink sink);
+  ~PortLink();
+  PortLink(const PortLink&) = delete;
+  PortLink& operator=(const PortLink&) = delete;
+
+  /// False when the system refuses the datagram.
+  bool Send(std::span<const std::uint8_t> datagram);
+  int wait_descriptor() const { return wait_fd_; }  ///< readable when Handle has something to do
+  /// Gives one packet to the sink, if it is on our channel. Call only when wait_descriptor() is readable.
+  void Handle();
+  /// Has the kernel drop what is not for `self`, and with TTL 0 what comes from other hosts (socket_filter.h).
+  bool AttachFilter(std::int64_t deployment, std::int64_t self);
+  /// Joins the group on the interface to which the routes send it now. For TTL above 0, after changes.
+  void FollowRoute();
+
+  std::size_t granted_buffer() const;             ///< receive buffer as SO_RCVBUF reports it, in bytes
+  std::uint64_t inode() const { return inode_; }  ///< of the receiving socket; 0: not found
+
+ private:
+  bool local() const { return options_.ttl == 0; }
+  void OpenLcm();
+  void OpenLoopbackSocket();
+  void BindSendersToLoopback(const std::set<int>& before);
+  void Inspect(const std::set<int>& before);
+  void MoveMembershipToLoopback();
+  void TakeReceiver(int fd);
+  void HandleLoopbackSocket();
+  static void OnMessage(const lcm_recv_buf_t* message, const char* channel, void* link);
+
+  LcmOptions options_;
+  int udp_port_;
+  Sink sink_;
+  in_addr group_{};
+  lcm_t* lcm_ = nullptr;
+  int own_fd_ = -1;      // in place of LCM
+  int wait_fd_ = -1;     // LCM's notification pipe, or own_fd_
+  int receive_fd_ = -1;  // LCM's socket, found by looking, or own_fd_; -1 when not found
+  std::uint64_t inode_ = 0;
+  std::uint32_t sequence_ = 0;
+  int joined_ = 0;                      // interface of the membership
+  std::int64_t filtered_since_us_ = 0;  // wall clock, as LCM stamps packets
+  std::chrono::steady_clock::time_point settled_at_;
+};
+
+}  // namespace legopt::bus

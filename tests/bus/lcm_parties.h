@@ -1,0 +1,62 @@
+// Parties over the real transport, for tests that need what only the kernel can show.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "bus/endpoint.h"
+#include "bus/lcm_transport.h"
+
+namespace legopt::bus {
+
+inline constexpr EndpointId kClient = 1000;
+
+// Runs `body` on a thread of its own, which may change its network namespace without harm to other tests.
+template <class Body>
+void OnThread(Body body) {
+  std::thread(body).join();
+}
+
+struct Host {
+  LcmTransport transport;
+  Endpoint endpoint;
+  Host(const LcmOptions& options, EndpointId id) : transport(options), endpoint(transport, id, RandomSeed()) {}
+};
+
+inline bool RunUntil(const std::vector<Endpoint*>& endpoints, const std::function<bool()>& done) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (!done() && std::chrono::steady_clock::now() < end) {
+    for (Endpoint* endpoint : endpoints) endpoint->Poll(std::chrono::milliseconds(1));
+  }
+  return done();
+}
+
+inline void ServeEcho(Host& server) {
+  server.endpoint.Serve(MessageType::kProbe,
+                        [](Request&& request, Responder responder) { responder.Reply(request.body); });
+}
+
+// Whether a call reaches a server that echoes, and its answer comes back.
+inline bool EchoBetween(Host& client, Host& server) {
+  std::string answer;
+  client.endpoint.Call(kServer, MessageType::kProbe, "ping", {}, [&](CallResult&& r) { answer = r.body; });
+  return RunUntil({&server.endpoint, &client.endpoint}, [&] { return answer == "ping"; });
+}
+
+inline bool EchoWorks(const LcmOptions& options) {
+  Host server(options, kServer);
+  Host client(options, kClient);
+  ServeEcho(server);
+  return EchoBetween(client, server);
+}
+
+inline LcmOptions FreshOptions() {
+  LcmOptions options;
+  options.port = FindFreePortPair(RandomSeed());
+  return options;
+}
+
+}  // namespace legopt::bus

@@ -1,0 +1,336 @@
+// Policy: with TTL 0 a deployment neither sends to other hosts nor hears them, whatever routes and interfaces do; with
+// a TTL above 0 it follows the route. Two network namespaces joined by a cable (veth) are two hosts.
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/if_ether.h>
+#include <linux/seccomp.h>
+#include <netinet/in.h>
+#include <sched.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+
+#include "bus/bus_error.h"
+#include "bus/wire.h"
+#include "tests/bus/lcm_parties.h"
+#include "tests/bus/test_bed.h"
+
+namespace legopt::bus {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+// Interfaces: "near" on this host, "far" on the other.
+constexpr char kNearAddress[] = "10.97.0.1";
+
+bool Run(const std::string& command) { return std::system((command + " 2>/dev/null").c_str()) == 0; }
+
+int OwnNamespace() { return ::open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC); }
+
+// The thread that makes it lives on the near host, but for what it does AtFar.
+class TwoHosts {
+ public:
+  TwoHosts() {
+    if (::unshare(CLONE_NEWNET) != 0) {
+      refused_ = std::string("unshare(CLONE_NEWNET): ") + std::strerror(errno);
+      return;
+    }
+    near_ = OwnNamespace();
+    if (::unshare(CLONE_NEWNET) != 0 || (far_ = OwnNamespace()) < 0 || ::setns(near_, CLONE_NEWNET) != 0) {
+      refused_ = std::string("a second network namespace: ") + std::strerror(errno);
+    } else if (!Run("ip link set lo up") || !PlugIn()) {
+      refused_ = "ip link add ... type veth";
+    }
+  }
+  ~TwoHosts() {
+    if (near_ >= 0) ::close(near_);
+    if (far_ >= 0) ::close(far_);
+  }
+  TwoHosts(const TwoHosts&) = delete;
+  TwoHosts& operator=(const TwoHosts&) = delete;
+
+  const std::string& refused() const { return refused_; }
+
+  bool PlugIn() {
+    const std::string place = "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(far_);
+    bool far_up = false;
+    const bool near_up = Run("ip link add near type veth peer name far netns " + place) &&
+                         Run(std::string("ip addr add ") + kNearAddress + "/24 dev near") && Run("ip link set near up");
+    AtFar([&] {
+      far_up = Run("ip link set lo up") && Run("ip addr add 10.97.0.2/24 dev far") && Run("ip link set far up");
+    });
+    return near_up && far_up;
+  }
+
+  void AtFar(const std::function<void()>& action) const {
+    ::setns(far_, CLONE_NEWNET);
+    action();
+    ::setns(near_, CLONE_NEWNET);
+  }
+
+ private:
+  int near_ = -1, far_ = -1;
+  std::string refused_;
+};
+
+// Runs `body` with two hosts; skips the test where they cannot be had.
+void WithTwoHosts(const std::function<void(TwoHosts&)>& body) {
+  std::string refused;
+  OnThread([&] {
+    TwoHosts hosts;
+    refused = hosts.refused();
+    if (refused.empty()) body(hosts);
+  });
+  if (!refused.empty()) GTEST_SKIP() << "NOT TESTED, two network namespaces joined by veth need root: " << refused;
+}
+
+sockaddr_in Address(const char* host, int port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  ::inet_pton(AF_INET, host, &address.sin_addr);
+  return address;
+}
+
+void SendPacket(int fd, const std::string& packet, const char* host, int port) {
+  const sockaddr_in to = Address(host, port);
+  EXPECT_EQ(::sendto(fd, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to),
+            static_cast<ssize_t>(packet.size()));
+}
+
+int UdpSocket(unsigned char ttl) {
+  const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  ::setsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
+  return fd;
+}
+
+// As LCM sends it: a legal frame of a stranger to the server, of any kind and type.
+std::string PacketOf(FrameKind kind, std::int16_t type, std::int64_t deployment) {
+  FrameHeader header;
+  header.kind = kind;
+  header.type = type;
+  header.deployment = deployment;
+  header.sender = kClient;
+  header.destination = kServer;
+  header.session = 1;
+  header.call_id = type;
+  header.nonce = 1;
+  DatagramBuffer buffer{};
+  const auto frame = SealFrame(header, 0, buffer);
+  return std::string("LC02\0\0\0\0LEGOPT\0", 15) + std::string(frame.begin(), frame.end());
+}
+
+std::size_t SendEverythingFromFar(const TwoHosts& hosts, const LcmOptions& options, std::int64_t deployment) {
+  std::size_t sent = 0;
+  hosts.AtFar([&] {
+    Run("ip route add default dev far");
+    const int fd = UdpSocket(1);
+    for (int type = 1; type <= kLastMessageType; ++type) {
+      for (int kind = 1; kind <= kLastFrameKind; ++kind) {
+        const std::string packet = PacketOf(static_cast<FrameKind>(kind), static_cast<std::int16_t>(type), deployment);
+        for (const char* host : {kGroup, kNearAddress}) {
+          for (const int port : {options.port, options.port + 1}) SendPacket(fd, packet, host, port);
+          sent += 2;
+        }
+      }
+    }
+    ::close(fd);
+  });
+  return sent;
+}
+
+// A member of the group on every interface of this host, without a filter.
+class Witness {
+ public:
+  explicit Witness(int port) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+    const int on = 1;
+    const sockaddr_in address = Address("0.0.0.0", port);
+    ::setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    EXPECT_EQ(::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    ip_mreq membership{};
+    ::inet_pton(AF_INET, kGroup, &membership.imr_multiaddr);
+    ::inet_pton(AF_INET, kNearAddress, &membership.imr_interface);
+    EXPECT_EQ(::setsockopt(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership), 0);
+  }
+  ~Witness() { ::close(fd_); }
+  Witness(const Witness&) = delete;
+  Witness& operator=(const Witness&) = delete;
+
+  std::size_t Count() const {
+    std::array<char, kMaxDatagramBytes + 100> packet{};
+    std::size_t count = 0;
+    while (::recv(fd_, packet.data(), packet.size(), 0) >= 0) ++count;
+    return count;
+  }
+
+ private:
+  int fd_;
+};
+
+// Counts the multicasts over UDP that arrive at the far host.
+class FarEnd {
+ public:
+  explicit FarEnd(const TwoHosts& hosts) {
+    hosts.AtFar([this] { fd_ = ::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, htons(ETH_P_IP)); });
+  }
+  ~FarEnd() { ::close(fd_); }
+  FarEnd(const FarEnd&) = delete;
+  FarEnd& operator=(const FarEnd&) = delete;
+
+  std::size_t Count() const {
+    constexpr std::size_t kProtocol = 23, kDestination = 30;
+    constexpr unsigned char kGroupNet = 239;
+    std::array<unsigned char, 2000> packet{};
+    std::size_t count = 0;
+    for (ssize_t size = 0; (size = ::recv(fd_, packet.data(), packet.size(), 0)) >= 0;) {
+      if (packet[kProtocol] == IPPROTO_UDP && packet[kDestination] == kGroupNet) ++count;
+    }
+    return count;
+  }
+
+ private:
+  int fd_ = -1;
+};
+
+void PollFor(Host& host, milliseconds duration) {
+  const auto end = std::chrono::steady_clock::now() + duration;
+  while (std::chrono::steady_clock::now() < end) host.endpoint.Poll(milliseconds(10));
+}
+
+TEST(Reach, WithTtlZeroNothingOfAnotherHostIsHeard) {
+  WithTwoHosts([](TwoHosts& hosts) {
+    // With the group's route on the wire, on loopback, and without any.
+    for (const char* route : {"239.255.76.67/32 dev near", "239.255.76.67/32 dev lo", ""}) {
+      SCOPED_TRACE(route);
+      if (*route != '\0') ASSERT_TRUE(Run(std::string("ip route add ") + route));
+      const LcmOptions options = FreshOptions();
+      Host server(options, kServer);
+      const Witness witness(options.port);
+      const std::size_t sent = SendEverythingFromFar(hosts, options, server.transport.deployment());
+      PollFor(server, milliseconds(200));
+      EXPECT_GE(witness.Count(), sent / 4) << "the packets have come as far as this host";
+      EXPECT_EQ(server.endpoint.counters().datagrams_received, 0U);
+      Host client(options, kClient);
+      ServeEcho(server);
+      EXPECT_TRUE(EchoBetween(client, server)) << "programs of this host are heard";
+      if (*route != '\0') ASSERT_TRUE(Run(std::string("ip route del ") + route));
+    }
+  });
+}
+
+TEST(Reach, WithTtlZeroNothingLeavesTheHostWhenRoutesAndLinksChange) {
+  WithTwoHosts([](TwoHosts& hosts) {
+    ASSERT_TRUE(Run("ip route add 239.255.76.67/32 dev lo"));
+    const FarEnd far(hosts);
+    const LcmOptions options = FreshOptions();
+    Host server(options, kServer);
+    Host early(options, kClient);
+    ServeEcho(server);
+    EXPECT_TRUE(EchoBetween(early, server));
+    ASSERT_TRUE(Run("ip route del 239.255.76.67/32 dev lo && ip route add 239.255.76.67/32 dev near"));
+    EXPECT_TRUE(EchoBetween(early, server)) << "after the route has moved";
+    Host late(options, kClient + 1);
+    EXPECT_TRUE(EchoBetween(late, server)) << "between before and after the move";
+    ASSERT_TRUE(Run("ip link set near down && ip link set near up"));
+    EXPECT_TRUE(EchoBetween(early, server)) << "after the link was down";
+    ASSERT_TRUE(Run("ip link set lo down && ip link set lo up"));
+    EXPECT_TRUE(EchoBetween(late, server)) << "after loopback was down";
+    Run("ip route del 239.255.76.67/32");
+    EXPECT_TRUE(EchoBetween(late, server)) << "without a route";
+    EXPECT_EQ(far.Count(), 0U);
+    // What would have been: a socket that follows the route.
+    ASSERT_TRUE(Run("ip route add 239.255.76.67/32 dev near"));
+    const int fd = UdpSocket(0);
+    SendPacket(fd, "x", kGroup, options.port);
+    ::close(fd);
+    EXPECT_EQ(far.Count(), 1U);
+  });
+}
+
+TEST(Reach, WithTtlZeroNoRouteIsNeeded) {
+  WithTwoHosts([](TwoHosts& /*hosts*/) {
+    const LcmOptions options = FreshOptions();
+    EXPECT_TRUE(EchoWorks(options));
+    EXPECT_TRUE(ProbeMulticastRoute(kGroup).usable);
+    EXPECT_FALSE(ProbeMulticastRoute(kGroup, 1).usable);
+    // One that was made without LCM, and one with it.
+    Host server(options, kServer);
+    ServeEcho(server);
+    ASSERT_TRUE(Run("ip route add 239.255.76.67/32 dev near"));
+    Host client(options, kClient);
+    EXPECT_TRUE(EchoBetween(client, server));
+  });
+}
+
+TEST(Reach, AboveTtlZeroTheGroupIsJoinedAnewWhereTheRouteLeads) {
+  WithTwoHosts([](TwoHosts& hosts) {
+    LcmOptions options = FreshOptions();
+    options.ttl = 1;
+    options.key = TestKey();
+    options.trust_network = true;
+    const auto route = [&hosts] {
+      hosts.AtFar([] { EXPECT_TRUE(Run("ip route add 239.255.76.67/32 dev far")); });
+      return Run("ip route add 239.255.76.67/32 dev near");
+    };
+    ASSERT_TRUE(route());
+    Host server(options, kServer);
+    ServeEcho(server);
+    std::optional<Host> client;
+    hosts.AtFar([&] { client.emplace(options, kClient); });
+    EXPECT_TRUE(EchoBetween(*client, server));
+    // The cable is replaced: both have other interfaces then.
+    ASSERT_TRUE(Run("ip link del near"));
+    PollFor(server, milliseconds(50));
+    ASSERT_TRUE(hosts.PlugIn() && route());
+    EXPECT_TRUE(EchoBetween(*client, server));
+  });
+}
+
+// Refuses SO_ATTACH_FILTER to the calling thread for ever.
+bool RefuseSocketFilters() {
+  constexpr std::uint32_t kOption = offsetof(seccomp_data, args) + 2 * sizeof(std::uint64_t);
+  std::array<sock_filter, 6> code = {
+      {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_setsockopt, 0, 3), BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kOption),
+       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SO_ATTACH_FILTER, 0, 1),
+       BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM), BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)}};
+  const sock_fprog program{static_cast<unsigned short>(code.size()), code.data()};
+  return ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+}
+
+TEST(Reach, WithoutSocketFilterAKeyIsNeeded) {
+  bool refused = false, keyed = false;
+  std::string message;
+  OnThread([&] {
+    if (!RefuseSocketFilters()) return;
+    refused = true;
+    LcmOptions options = FreshOptions();
+    try {
+      const LcmTransport transport(options);
+    } catch (const BusError& error) {
+      message = error.what();
+    }
+    options.key = TestKey();
+    try {
+      keyed = EchoWorks(options);
+    } catch (const BusError& error) {
+      ADD_FAILURE() << error.what();
+    }
+  });
+  if (!refused) GTEST_SKIP() << "NOT TESTED: seccomp is refused here";
+  EXPECT_NE(message.find("legopt keygen"), std::string::npos) << message;
+  EXPECT_TRUE(keyed);
+}
+
+}  // namespace
+}  // namespace legopt::bus
