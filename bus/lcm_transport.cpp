@@ -22,7 +22,7 @@ namespace legopt::bus {
 namespace {
 
 constexpr int kMostPerPoll = 256;                   // datagrams delivered per Poll, so that timers get their turn
-constexpr std::chrono::seconds kFollowInterval(1);  // at least between two looks at changed interfaces
+constexpr std::chrono::seconds kFollowInterval(1);  // shortest time between two rejoins
 constexpr microseconds kStatisticsInterval = std::chrono::milliseconds(200);
 
 // FNV-1a of "group:port", positive. PROTOCOL.md, section 4.
@@ -88,7 +88,7 @@ void LcmTransport::Impl::AttachFilters(EndpointId self) {
 
 // Without the filter every host that reaches the ports is heard.
 void LcmTransport::Impl::RequireOnlyThisHost() const {
-  if (filtered || options.ttl > 0 || key != nullptr) return;
+  if (filtered || options.ttl > 0 || options.hear_all_hosts || key != nullptr) return;
   throw BusError(BusErrorCode::kNetworkUnusable,
                  "the kernel attaches no socket filter here, so programs of other hosts could command this deployment; "
                  "give it a key: legopt keygen FILE, then --key-file FILE or LEGOPT_KEY_FILE for every program");

@@ -36,6 +36,8 @@ struct LcmOptions {
   int port = 7667;                              ///< control; bulk is port + 1. 1024 - 65534
   int ttl = 0;                                  ///< hops, 0 - 255; 0: this host only, both ways
   std::size_t receive_buffer_bytes = 4U << 20;  ///< asked of the kernel, per port; see granted_receive_buffer_bytes()
+  /// Hear other hosts also with TTL 0: for a program that listens and takes no commands.
+  bool hear_all_hosts = false;
   /// Which deployment; 0 derives it from group and port, so that all programs given the same address agree.
   std::int64_t deployment = 0;
   /// File of the shared key (message_key.h), read when the transport is made; empty: messages carry checksums only.
@@ -93,7 +95,8 @@ struct MulticastRoute {
 };
 
 /// Finds out, in well under a second and without LCM, whether this host (network namespace) can send to and receive
-/// from the group: over loopback with `ttl` 0, else by the route. For `legopt doctor` and start-up.
+/// from the group. `ttl` 0 asks for loopback, other values for the interface of the route. For `legopt doctor` and
+/// start-up.
 MulticastRoute ProbeMulticastRoute(const std::string& group, int ttl = 0);
 
 /// A pair of ports (p, p + 1) that nobody uses now, from 20000 - 32767, drawn with `seed`. Throws BusError

@@ -49,7 +49,7 @@ struct SecretText {
   ~SecretText() { sodium_memzero(bytes.data(), bytes.size()); }
 };
 
-// In the folder in which systemd puts what a unit loads (LoadCredential=) files belong to root and have mode 0440: the
+// systemd copies the credentials of a unit (LoadCredential=) to a folder of root, as files of mode 0440: the
 // group bits are the mask of the access control list that lets the unit's user in, and the folder is closed to others.
 bool IsCredential(const std::string& file, const struct stat& status) {
   const char* folder = std::getenv("CREDENTIALS_DIRECTORY");

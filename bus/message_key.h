@@ -10,8 +10,8 @@
 /// The shared secret of a deployment: with it every datagram carries a keyed tag (PROTOCOL.md, section 11).
 ///
 /// A key file holds 64 hexadecimal digits and at most one line end, belongs to the user (or root) and is readable by
-/// nobody else. In systemd's folder of credentials ($CREDENTIALS_DIRECTORY) it may have mode 0440, since systemd grants
-/// access there by an access control list. "/dev/fd/N" names descriptor N of this process, which may lead to a file
+/// no other user. In systemd's folder of credentials ($CREDENTIALS_DIRECTORY) mode 0440 is legal: systemd grants access
+/// there by an access control list. "/dev/fd/N" names descriptor N of this process, which may lead to a file
 /// without a name. Thread rule: immutable after construction.
 
 namespace legopt::bus {
@@ -29,11 +29,11 @@ class MessageKey {
   MessageKey& operator=(const MessageKey&) = delete;
 
   /// Throws BusError (kInvalidOption) naming the file, the fault and the command that repairs it: not a regular file,
-  /// owned by another user, open to group or others, not 64 hexadecimal digits. A descriptor is not inherited any more
-  /// by programs that are started later.
+  /// owned by another user, open to group or others, not 64 hexadecimal digits. Programs that are started later do not
+  /// inherit a descriptor that was loaded.
   static std::shared_ptr<const MessageKey> Load(const std::string& file);
-  /// A descriptor of a key file with a fresh random key that has no name: it exists in memory only. At least 3,
-  /// close-on-exec, to be closed by the caller. Throws std::system_error.
+  /// Descriptor of a new key file that has no name and exists in memory only, with a fresh random key. The descriptor
+  /// is at least 3, close-on-exec, and to be closed by the caller. Throws std::system_error.
   static int CreateInMemory();
   /// Writes a fresh random key to a new file of mode 0600, synced. Throws BusError (kInvalidOption) when it exists or
   /// cannot be written.

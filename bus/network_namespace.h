@@ -8,8 +8,8 @@
 namespace legopt::bus {
 
 /// Moves this process, and those that it starts, into a network namespace of its own. Without privileges a user
-/// namespace comes with it, in which files of other owners look like nobody's. Sockets made before stay outside.
-/// Returns what refused it, empty when it is done. To be called before there is a second thread.
+/// namespace comes with it, in which other users' files appear to belong to user nobody. Sockets made before stay
+/// outside. Returns what refused it, empty when it is done. To be called before there is a second thread.
 std::string EnterNetworkNamespace();
 
 /// Brings up the loopback interface of this network namespace. Returns what refused it, empty when it is up.

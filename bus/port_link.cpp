@@ -120,7 +120,7 @@ std::int64_t WallClock_us() {
   return std::chrono::duration_cast<microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-// Asking for more than the kernel gives makes LCM complain on stderr; the caller is told by receive_buffer_warning().
+// Asking for more than the kernel gives makes LCM complain on stderr; receive_buffer_warning() reports it.
 std::size_t BufferToAskFor(std::size_t wanted) {
   const std::uint64_t largest = 2 * LargestReceiveBuffer();
   return largest == 0 ? wanted : std::min<std::size_t>(wanted, largest);
@@ -133,7 +133,7 @@ PortLink::PortLink(const LcmOptions& options, int udp_port, Sink sink)
   ::inet_pton(AF_INET, options_.group.c_str(), &group_);
   const ProbeResult probe = ProbeMulticast(options_.group, udp_port_, kProbePatience, options_.ttl);
   if (!probe.usable) throw BusError(probe.code, probe.problem);
-  if (local() && !HasRoute(group_)) {
+  if (sends_locally() && !HasRoute(group_)) {
     OpenLoopbackSocket();
   } else {
     OpenLcm();
@@ -153,22 +153,25 @@ void PortLink::OpenLcm() {
     if (done) return;
     if (lcm_ != nullptr) lcm_destroy(std::exchange(lcm_, nullptr));
     throw BusError(BusErrorCode::kNetworkUnusable,
-                   std::string("LCM cannot ") + step + " " + url + "; its reason stands on the error output");
+                   std::string("LCM cannot ") + step + " " + url + "; see the lines before this one");
   };
   const LoopbackMembership membership(group_);
   const std::set<int> before = OpenDescriptors();
   const SignalsBlocked guard;
   lcm_ = lcm_create(url.c_str());
   require(lcm_ != nullptr, "open");
-  if (local()) BindSendersToLoopback(before);
+  if (sends_locally()) BindSendersToLoopback(before);
   lcm_subscription_t* subscription = lcm_subscribe(lcm_, kChannelName, &PortLink::OnMessage, this);
   require(subscription != nullptr, "subscribe on");
   lcm_subscription_set_queue_capacity(subscription, kQueueCapacity);
   wait_fd_ = lcm_get_fileno(lcm_);
   require(wait_fd_ >= 0, "wait on");
   Inspect(before);
-  if (local()) MoveMembershipToLoopback();
-  if (!local()) joined_ = RouteOf(group_);
+  if (sends_locally()) {
+    MoveMembershipToLoopback();
+  } else {
+    joined_ = RouteOf(group_);
+  }
 }
 
 // Before LCM opens its receiving socket it has one socket, with which it sends.
@@ -204,7 +207,7 @@ void PortLink::TakeReceiver(int fd) {
 
 void PortLink::MoveMembershipToLoopback() {
   if (receive_fd_ < 0) return;
-  LeaveGroup(receive_fd_, group_, 0);
+  if (hears_locally()) LeaveGroup(receive_fd_, group_, 0);
   if (!JoinGroup(receive_fd_, group_, LoopbackIndex())) {
     throw BusError(BusErrorCode::kNetworkUnusable,
                    "multicast " + options_.group + ": join group on loopback: " + std::strerror(errno));
@@ -272,12 +275,12 @@ void PortLink::OnMessage(const lcm_recv_buf_t* message, const char* /*channel*/,
   // Before the filter was attached anybody could be heard.
   const bool early =
       message->recv_utime < self->filtered_since_us_ && std::chrono::steady_clock::now() < self->settled_at_;
-  if (early && self->local()) return;
+  if (early && self->hears_locally()) return;
   self->sink_({static_cast<const std::uint8_t*>(message->data), message->data_size});
 }
 
 bool PortLink::AttachFilter(std::int64_t deployment, std::int64_t self) {
-  const int only_from = local() ? LoopbackIndex() : 0;
+  const int only_from = hears_locally() ? LoopbackIndex() : 0;
   const bool attached = receive_fd_ >= 0 && AttachSocketFilter(receive_fd_, deployment, self, only_from);
   if (attached && filtered_since_us_ == 0) {
     filtered_since_us_ = WallClock_us();

@@ -36,16 +36,18 @@ class PortLink {
   int wait_descriptor() const { return wait_fd_; }  ///< readable when Handle has something to do
   /// Gives one packet to the sink, if it is on our channel. Call only when wait_descriptor() is readable.
   void Handle();
-  /// Has the kernel drop what is not for `self`, and with TTL 0 what comes from other hosts (socket_filter.h).
+  /// Attaches the socket filter (socket_filter.h): the kernel then drops packets for other parties than `self`, and
+  /// with TTL 0 packets of other hosts.
   bool AttachFilter(std::int64_t deployment, std::int64_t self);
   /// Joins the group on the interface to which the routes send it now. For TTL above 0, after changes.
   void FollowRoute();
 
   std::size_t granted_buffer() const;             ///< receive buffer as SO_RCVBUF reports it, in bytes
-  std::uint64_t inode() const { return inode_; }  ///< of the receiving socket; 0: not found
+  std::uint64_t inode() const { return inode_; }  ///< inode of the receiving socket; 0: not found
 
  private:
-  bool local() const { return options_.ttl == 0; }
+  bool sends_locally() const { return options_.ttl == 0; }
+  bool hears_locally() const { return options_.ttl == 0 && !options_.hear_all_hosts; }
   void OpenLcm();
   void OpenLoopbackSocket();
   void BindSendersToLoopback(const std::set<int>& before);
@@ -60,7 +62,7 @@ class PortLink {
   Sink sink_;
   in_addr group_{};
   lcm_t* lcm_ = nullptr;
-  int own_fd_ = -1;      // in place of LCM
+  int own_fd_ = -1;      // socket used without LCM
   int wait_fd_ = -1;     // LCM's notification pipe, or own_fd_
   int receive_fd_ = -1;  // LCM's socket, found by looking, or own_fd_; -1 when not found
   std::uint64_t inode_ = 0;

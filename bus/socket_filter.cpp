@@ -21,7 +21,7 @@ constexpr std::uint32_t kDeployment = kFrame + 16;
 constexpr std::uint32_t kDestination = kFrame + 32;
 constexpr std::uint32_t kDestinationEnd = kDestination + 8;
 
-// What the kernel knows of a packet, at offsets that no packet has.
+// Metadata of a packet, which the kernel offers at offsets outside of any packet.
 constexpr auto kInterface = static_cast<std::uint32_t>(SKF_AD_OFF + SKF_AD_IFINDEX);
 constexpr auto kPacketType = static_cast<std::uint32_t>(SKF_AD_OFF + SKF_AD_PKTTYPE);
 
@@ -62,7 +62,7 @@ class Program {
     const std::size_t drop = accept + 1;
     for (std::size_t i = 0; i < accept; ++i) {
       const auto jump = [&](Exit exit) -> std::uint8_t {
-        constexpr std::uint8_t kTestInstructions = 2;  // of an unmasked one
+        constexpr std::uint8_t kTestInstructions = 2;  // load and compare; an unmasked test
         if (exit == Exit::kNext) return 0;
         if (exit == Exit::kSkipTest) return kTestInstructions;
         return static_cast<std::uint8_t>((exit == Exit::kAccept ? accept : drop) - i - 1);

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <filesystem>
@@ -51,9 +52,12 @@ struct Arguments {
   pid_t owner = 0;
 };
 
-std::int64_t WallClock() {
+std::int64_t SystemClock_us() {
   return std::chrono::duration_cast<microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
+
+// Messages and the database hold times since 1970; a clock that is set to before that while we run stands at 1970.
+std::int64_t WallClock() { return std::max<std::int64_t>(0, SystemClock_us()); }
 
 std::string Hostname() {
   std::array<char, 256> name{};
@@ -114,6 +118,13 @@ std::string ObstacleOnPorts(const PortClaim& claim, bus::LcmTransport& transport
 }
 
 ExitCode Serve(const Arguments& arguments) {
+  if (SystemClock_us() < 0) {
+    programs::ReportError(
+        "legopt-server",
+        "the system clock of this machine shows a time before 1970; set it (timedatectl set-ntp true, "
+        "or as root: date --set='YYYY-MM-DD hh:mm') and start the server again");
+    return ExitCode::kMachine;
+  }
   programs::StopSignals stop(arguments.owner);
   programs::OfferedDatasets offered(arguments.datasets);
   // The network first: a server that may not serve leaves no database behind.

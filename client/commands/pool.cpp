@@ -120,11 +120,13 @@ ExitCode StartSsh(PoolFlags& flags) {
   const bus::LcmOptions network = flags.network.Resolve();
   const PoolAccess access = AccessInScript(flags, file, network);
   if (flags.dry_run) {
+    std::string text;
     for (const std::string& host : file.hosts) {
-      std::cout << "# ssh";
-      for (const std::string& word : SshArguments(file, host)) std::cout << ' ' << programs::ShellWord(word);
-      std::cout << "\n" << WithoutKey(HostScript(file, access, host), access);
+      text += "# ssh";
+      for (const std::string& word : SshArguments(file, host)) text += " " + programs::ShellWord(word);
+      text += "\n" + WithoutKey(HostScript(file, access, host), access);
     }
+    std::cout << text;
     return ExitCode::kOk;
   }
   RequireServer(flags.access, network);

@@ -232,7 +232,9 @@ class TapRun {
 ExitCode Tap(const TapOptions& options) {
   const InterruptGuard guard;
   bus::PrepareHashing();
-  return TapRun(options, options.network.Resolve()).Run();
+  bus::LcmOptions network = options.network.Resolve();
+  network.hear_all_hosts = true;
+  return TapRun(options, network).Run();
 }
 
 std::vector<std::string> TypeNames() {

@@ -39,7 +39,7 @@ void RefuseControls(const std::string& field, const std::string& value) {
                     "rename the file or folder"});
 }
 
-// What the engine would read as something else in the folder of its logs.
+// Characters that the engine interprets in the path of its logs.
 std::string_view SpecialInLogs(Engine engine) {
   switch (engine) {
     case Engine::kSlurm:

@@ -21,7 +21,7 @@ std::string SlurmWord(const std::string& value);
 std::string SlurmPatternOf(const std::string& path);
 
 /// A value as one word of a #PBS or #$ line: in quotes where needed. Throws InputError for one with both kinds of
-/// quotes or a backslash, as these lines know no escape.
+/// quotes or a backslash, as these lines have no escape.
 std::string QsubWord(const std::string& value);
 
 /// A value as one of the words between the double quotes of 'arguments' or 'environment' of condor_submit.

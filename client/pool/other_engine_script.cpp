@@ -61,7 +61,7 @@ std::string TransferredFile(const std::string& file) {
                     "rename the file or its folder"});
 }
 
-// The words of a line that condor_submit takes apart at blanks.
+// A line that condor_submit splits at blanks.
 std::string CondorArguments(const std::vector<std::string>& arguments) {
   std::string text = "--name $(ClusterId)_$(ProcId)";
   for (const std::string& argument : arguments) text += " " + CondorWord(argument);

@@ -38,7 +38,7 @@ class LocalPool final : public OwnPool {
   void StartWorker();
 
   LocalPoolOptions options_;
-  programs::Descriptor key_;  // of a key file in memory
+  programs::Descriptor key_;  // key file in memory
   OwnServer server_;
   OwnProgram worker_;
 };

@@ -33,8 +33,7 @@ struct Declaration {
   std::vector<std::string> environment;      ///< variables that it is given beside the usual ones
   bool network = false;                      ///< whether it needs the network, for example for its licence
   /// BLAKE2b-256 of what decides results: the command and settings as written, the contents of executable and files.
-  /// Where the files lie how long silence may last and what it needs of the
-  /// worker's surroundings do not count.
+  /// The place of the files, the longest silence and the access to variables and network do not count.
   std::string hash;
 };
 

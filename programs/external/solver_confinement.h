@@ -5,7 +5,7 @@
 #include <vector>
 
 /// @file
-/// What an external solver is given of the process that starts it, and what is taken from it.
+/// The environment and the privileges of an external solver.
 
 namespace legopt::external {
 
@@ -16,9 +16,9 @@ std::vector<std::string> SolverEnvironment(std::span<const std::string> further)
 /// Whether a declaration may ask for a variable of this name: not for one of legopt.
 bool MayPassOn(const std::string& name);
 
-/// In the new process, before it becomes the solver: no privileges by its programs (no_new_privs), no capabilities but
-/// for files, and, unless it needs the network and where the kernel allows it, a network namespace of its own, in which
-/// loopback works.
+/// Confines the new process before it becomes the solver: no privileges through programs that it starts (no_new_privs)
+/// and no capabilities but for files. Unless it needs the network, it gets a network namespace of its own where the
+/// kernel allows that; loopback works there.
 void ConfineSolver(bool needs_network);
 
 /// Keeps other processes of this user, external solvers among them, from reading this one's memory, environment and

@@ -18,7 +18,7 @@ struct LaunchCommand {
   std::filesystem::path executable;         ///< absolute
   std::vector<std::string> arguments;       ///< argv, its first word included
   std::filesystem::path folder;             ///< where it runs
-  std::vector<std::string> variables = {};  ///< of the environment, passed on beside the usual ones
+  std::vector<std::string> variables = {};  ///< names of variables passed on beside the usual ones
   bool needs_network = false;               ///< it is left in the network namespace of the worker
 };
 

@@ -1,12 +1,14 @@
 // A key file is taken only when it is a regular file of ours that nobody else may read and that holds one key.
 #include "bus/message_key.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -55,6 +57,47 @@ TEST_F(KeyFile, IsHexadecimalTextWithOrWithoutALineEnd) {
     ASSERT_NE(key, nullptr);
     for (std::size_t i = 0; i < MessageKey::kBytes; ++i) EXPECT_EQ(key->bytes()[i], i);
   }
+}
+
+// systemd's grant of a credential: group bits that are the mask of an access control list, in a folder closed to
+// others.
+TEST_F(KeyFile, OfSystemdMayBeReadableByAGroup) {
+  const std::string file = Write(kDigits, 0440);
+  ASSERT_EQ(::chmod(folder().c_str(), 0750), 0);
+  ExpectFault(file, "chmod 600");
+  ::setenv("CREDENTIALS_DIRECTORY", folder().c_str(), 1);
+  EXPECT_EQ(Fault(file), "");
+  ::setenv("CREDENTIALS_DIRECTORY", (folder().string() + "/").c_str(), 1);
+  EXPECT_EQ(Fault(file), "");
+  for (const ::mode_t mode : {0444U, 0460U, 0450U}) {
+    ASSERT_EQ(::chmod(file.c_str(), mode), 0);
+    ExpectFault(file, "chmod 600");
+  }
+  ASSERT_EQ(::chmod(file.c_str(), 0440), 0);
+  ASSERT_EQ(::chmod(folder().c_str(), 0755), 0);
+  ExpectFault(file, "chmod 600");
+  ASSERT_EQ(::chmod(folder().c_str(), 0750), 0);
+  ::setenv("CREDENTIALS_DIRECTORY", (folder() / "..").c_str(), 1);
+  ExpectFault(file, "chmod 600");
+  ::unsetenv("CREDENTIALS_DIRECTORY");
+}
+
+TEST_F(KeyFile, MayExistInMemoryOnly) {
+  const int fd = MessageKey::CreateInMemory();
+  ASSERT_GE(fd, 3);
+  const std::string name = "/dev/fd/" + std::to_string(fd);
+  const auto first = MessageKey::Load(name);
+  const auto again = MessageKey::Load(name);
+  EXPECT_TRUE(std::ranges::equal(first->bytes(), again->bytes()));
+  const int other = MessageKey::CreateInMemory();
+  EXPECT_FALSE(std::ranges::equal(first->bytes(), MessageKey::Load("/dev/fd/" + std::to_string(other))->bytes()));
+  ::close(other);
+  // Handed over on purpose, but not to programs that are started later.
+  ASSERT_EQ(::fcntl(fd, F_SETFD, 0), 0);
+  MessageKey::Load(name);
+  EXPECT_EQ(::fcntl(fd, F_GETFD), FD_CLOEXEC);
+  ::close(fd);
+  ExpectFault(name, "cannot be opened");
 }
 
 TEST_F(KeyFile, MustHoldExactlyOneKey) {

@@ -4,6 +4,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
+#include <cstdio>
+
 #include "command_line_fixture.h"
 
 namespace legopt::client {
@@ -160,6 +163,82 @@ TEST_F(PoolCommand, OtherEnginesGetAScriptWithPathsAndWithoutTheKey) {
     EXPECT_THAT(result.out, AllOf(HasSubstr("lab.access"), HasSubstr("lab.key"), Not(HasSubstr(Key())))) << engine;
     if (engine != "htcondor") ExpectShellReads(result.out);
   }
+}
+
+// Words of a line as /bin/sh takes them, whose quotes are those of sbatch and qsub for these values.
+std::vector<std::string> ShellWords(const std::string& line) {
+  std::vector<std::string> words;
+  const std::string command = "printf '%s\\n' " + line;
+  std::FILE* output = ::popen(command.c_str(), "r");
+  for (std::array<char, 1000> text{}; std::fgets(text.data(), text.size(), output) != nullptr;) {
+    words.emplace_back(text.data());
+    words.back().pop_back();
+  }
+  ::pclose(output);
+  return words;
+}
+
+std::string LineWith(const std::string& script, const std::string& begin) {
+  const auto at = script.find(begin);
+  return at == std::string::npos ? "" : script.substr(at, script.find('\n', at) - at);
+}
+
+// The folder has blanks and quotes and remains one word.
+TEST_F(PoolCommand, EveryValueIsQuotedAsItsEngineReadsIt) {
+  Write("pool.yaml",
+        "slurm: {nodes: 1}\npbs: {nodes: 1}\nsge: {nodes: 1, pe: smp 8, arch: 'lx|sol'}\n"
+        "htcondor: {nodes: 1}\nworker: {dataset: \"/it's $HOME\"}\n");
+  const std::string folder = (folder_ / "a b#%;$(x)\"c").string();
+  std::vector<std::string> arguments = WithAccess({"pool", "slurm", "pool.yaml", "--dry-run", "--folder", folder});
+  ProgramResult result = Run(arguments);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::string pattern = folder + "/%A_%a.log";
+  pattern.replace(pattern.find("#%"), 2, "#%%");
+  EXPECT_THAT(ShellWords(LineWith(result.out, "#SBATCH --output").substr(std::string("#SBATCH ").size())),
+              testing::ElementsAre("--output=" + pattern));
+  ExpectShellReads(result.out);
+  EXPECT_THAT(result.out, HasSubstr("--dataset '/it'\\''s $HOME'"));
+
+  arguments = WithAccess({"pool", "script", "pool.yaml", "--folder", folder, "--engine", "pbs"});
+  result = Run(arguments);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(ShellWords(LineWith(result.out, "#PBS -o").substr(std::string("#PBS ").size())),
+              testing::ElementsAre("-o", folder));
+  arguments[6] = "htcondor";
+  result = Run(arguments);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("a b#%;$(DOLLAR)(x)\"c/$(ClusterId)"), HasSubstr("'/it''s $(DOLLAR)HOME'")));
+  arguments[6] = "sge";
+  result = Run(arguments);
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("holds '$', which this engine interprets"));
+  arguments[4] = (folder_ / "a b").string();
+  result = Run(arguments);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("#$ -o '" + arguments[4] + "'\n"), HasSubstr("#$ -pe smp 8\n"),
+                                HasSubstr("#$ -l 'arch=lx|sol'\n")));
+}
+
+TEST_F(PoolCommand, ALineEndInAnyValueIsRefused) {
+  const std::string pool =
+      "slurm: {nodes: 1}\npbs: {nodes: 1}\nsge: {nodes: 1}\nhtcondor: {nodes: 1}\nssh: {hosts: [one]}\n";
+  const auto refuse = [this](std::vector<std::string> arguments) {
+    for (const char* engine : {"slurm", "ssh", "pbs", "sge", "htcondor"}) {
+      std::vector<std::string> all = {"pool", engine, "pool.yaml", "--dry-run"};
+      if (engine[1] != 'l' && engine[1] != 's') all = {"pool", "script", "pool.yaml", "--engine", engine};
+      all.insert(all.end(), arguments.begin(), arguments.end());
+      const ProgramResult result = Run(WithAccess(all));
+      EXPECT_EQ(result.exit_code, 2) << engine << result.out;
+      EXPECT_THAT(result.err, HasSubstr("control character")) << engine;
+      EXPECT_THAT(result.out, testing::IsEmpty()) << engine;
+    }
+  };
+  Write("pool.yaml", pool);
+  refuse({"--folder", "logs\ntouch planted"});
+  Write("pool.yaml", pool + "worker: {dataset: \"/a\\nb\"}\n");
+  refuse({});
+  Write("pool.yaml", pool + "worker: {program: \"/a\\x7Fb\"}\n");
+  refuse({});
 }
 
 // --- ssh -------------------------------------------------------------------------------------------------------------

@@ -80,6 +80,44 @@ TEST_F(RunCommand, ItsTableTakesTheOptionsOfTable) {
   EXPECT_THAT(ran.out, AllOf(HasSubstr("\033["), HasSubstr("Time in s")));
 }
 
+// Its key exists in memory only: no other program finds its server, and nothing tells the key.
+TEST_F(RunCommand, NobodyElseCommandsIt) {
+  const std::string port = std::to_string(bus::FindFreePortPair(bus::RandomSeed()));
+  RunningProgram program(BuiltProgram("legopt"),
+                         std::vector<std::string>{"run", Suite(300), "--db", Db(), "--port", port}, folder_.path());
+  ASSERT_TRUE(program.WaitForError("Ctrl-C stops"));
+  EXPECT_EQ(RunLegopt({"status", "--port", port, "--timeout", "1"}, folder_.path()).exit_code, 3);
+  EXPECT_EQ(RunLegopt({"cancel", "1", "--port", port, "--timeout", "1"}, folder_.path()).exit_code, 3);
+  for (const char* child : {"legopt-server", "legopt-worker"}) {
+    for (const pid_t pid : WaitForChildren(program.pid(), child)) {
+      for (const char* file : {"cmdline", "environ"}) {
+        std::ifstream stream("/proc/" + std::to_string(pid) + "/" + file, std::ios::binary);
+        const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+        EXPECT_THAT(text, Not(testing::ContainsRegex("[0-9a-f]{64}"))) << child << " " << file;
+        if (std::string(file) == "cmdline") EXPECT_THAT(text, HasSubstr("/dev/fd/"));
+      }
+    }
+  }
+  ::kill(program.pid(), SIGINT);
+  EXPECT_EQ(program.Wait().exit_code, 8);
+}
+
+// As in a container without network: loopback is up, and nothing else is there.
+TEST_F(RunCommand, NeedsNoRouteForTheGroup) {
+  for (const char* options : {"-n", "-rn"}) {
+    if (std::system(("unshare " + std::string(options) + " true 2>/dev/null").c_str()) != 0) continue;
+    const std::string script = "ip link set lo up && exec \"$0\" \"$@\"";
+    RunningProgram program(
+        "/usr/bin/unshare",
+        {options, "sh", "-c", script, BuiltProgram("legopt").string(), "run", Suite(1), "--db", Db()}, folder_.path());
+    const auto result = program.Wait();
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(Count("results"), 6);
+    return;
+  }
+  GTEST_SKIP() << "NOT TESTED: 'unshare -n' and 'unshare -rn' are refused here";
+}
+
 TEST_F(RunCommand, NamesTheDatabaseAfterSuiteAndTime) {
   ASSERT_EQ(Run({Suite(1)}).exit_code, 0);
   int databases = 0;
@@ -272,11 +310,8 @@ class RunOnAFullDisk : public RunCommand {
     RunCommand::SetUp();
     if (IsSkipped()) return;
     ::signal(SIGXFSZ, SIG_IGN);  // inherited: writing fails instead of killing the server
-    port_ = bus::FindFreePortPair(bus::RandomSeed());
     program_ = std::make_unique<RunningProgram>(
-        BuiltProgram("legopt"),
-        std::vector<std::string>{"run", Suite(kRepetitions), "--db", Db(), "--port", std::to_string(port_)},
-        folder_.path());
+        BuiltProgram("legopt"), std::vector<std::string>{"run", Suite(kRepetitions), "--db", Db()}, folder_.path());
     ASSERT_TRUE(program_->WaitForError("Ctrl-C stops"));
     const auto servers = WaitForChildren(program_->pid(), "legopt-server");
     ASSERT_EQ(servers.size(), 1U);
@@ -288,14 +323,11 @@ class RunOnAFullDisk : public RunCommand {
   void TearDown() override { ::signal(SIGXFSZ, SIG_DFL); }
 
   static constexpr int kRepetitions = 500;
-  int port_ = 0;
   std::unique_ptr<RunningProgram> program_;
   std::unique_ptr<FullDisk> disk_;
 };
 
 TEST_F(RunOnAFullDisk, SaysSoAndGoesOnWhenThereIsSpaceAgain) {
-  const auto status = RunLegopt({"status", "--port", std::to_string(port_)}, folder_.path());
-  EXPECT_THAT(status.err, HasSubstr("cannot write its database"));
   disk_.reset();
   ASSERT_TRUE(program_->WaitForError("writes its database again"));
   const auto result = program_->Wait();

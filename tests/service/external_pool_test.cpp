@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -132,6 +133,49 @@ TEST_F(ExternalPoolTest, AWorkerWhoseSolverHasChangedRefuses) {
   EXPECT_THAT(deployment_->Query("SELECT sum(state = 'done'), sum(attempts - returned) FROM jobs"), ElementsAre("4|4"));
   EXPECT_THAT(deployment_->Query("SELECT DISTINCT outcome FROM attempts WHERE message LIKE 'refused: %has changed%'"),
               ElementsAre("returned"));
+}
+
+// A solver that prints its surroundings and ends.
+constexpr char kSpy[] = R"spy(
+import os, sys
+found = ["LEGOPT" if any(name.startswith("LEGOPT_") for name in os.environ) else "no LEGOPT",
+         "python " + os.environ.get("PYTHONPATH", "none"), "licence " + os.environ.get("SPY_LICENCE", "none"),
+         "secret " + os.environ.get("SPY_SECRET", "none"), "net " + ",".join(sorted(os.listdir("/sys/class/net")))]
+for file in ("mem", "environ"):
+    try:
+        open("/proc/%d/%s" % (os.getppid(), file), "rb").read(0 if file == "mem" else -1)
+        found.append(file + " read")
+    except OSError:
+        found.append(file + " closed")
+status = open("/proc/self/status").read()
+found.append("NoNewPrivs " + status.split("NoNewPrivs:")[1].split()[0])
+found.append("namespace " + os.readlink("/proc/self/ns/net"))
+print("; ".join(found), file=sys.stderr)
+sys.exit(3)
+)spy";
+
+TEST_F(ExternalPoolTest, ASolverIsConfined) {
+  test::WriteText(folder_ / "spy.py", kSpy);
+  test::WriteText(folder_ / "stay.json",
+                  R"({"name": "stay", "command": ["python3", "spy.py"], "environment": ["SPY_LICENCE"]})");
+  test::WriteText(folder_ / "suite.yaml",
+                  "tasks: [{task: posture, problems: [0]}]\ninitializations: [good]\nmax_attempts: 1\n"
+                  "methods: [{solver: stay}]\n");
+  ::setenv("LEGOPT_SUBMITTER", "somebody", 1);
+  ::setenv("SPY_LICENCE", "/licence", 1);
+  ::setenv("SPY_SECRET", "42", 1);
+  ::setenv("PYTHONPATH", "/modules", 1);
+  const auto worker = StartWorker();
+  Submit({"--solver", (folder_ / "stay.json").string()});
+  for (const char* name : {"LEGOPT_SUBMITTER", "SPY_LICENCE", "SPY_SECRET", "PYTHONPATH"}) ::unsetenv(name);
+  const std::vector<std::string> said = deployment_->Query("SELECT DISTINCT message FROM attempts");
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_THAT(said[0], HasSubstr("no LEGOPT; python /modules; licence /licence; secret none"));
+  EXPECT_THAT(said[0], HasSubstr("mem closed; environ closed; NoNewPrivs 1"));
+  const std::string own = std::filesystem::read_symlink("/proc/self/ns/net").string();
+  if (std::system("unshare -n true 2>/dev/null || unshare -rn true 2>/dev/null") == 0) {
+    EXPECT_THAT(said[0], testing::Not(HasSubstr(own))) << "it has a network namespace of its own";
+  }
 }
 
 }  // namespace
