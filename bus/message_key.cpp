@@ -152,6 +152,11 @@ MessageKey::~MessageKey() { sodium_memzero(bytes_.data(), bytes_.size()); }
 std::shared_ptr<const MessageKey> MessageKey::Load(const std::string& file) {
   PrepareHashing();
   const Descriptor fd(OpenForReading(file));
+  if (fd.get() < 0 && errno == EACCES) {
+    Refuse(file, "cannot be opened: this program runs as user " + std::to_string(::geteuid()) +
+                     ", who may not read it; give that user a copy of its own with mode 600, or a systemd unit "
+                     "LoadCredential=key:FILE and --key-file ${CREDENTIALS_DIRECTORY}/key");
+  }
   if (fd.get() < 0) Refuse(file, "cannot be opened: " + Reason() + "; make one: legopt keygen FILE");
   CheckWhoMayRead(file, fd.get());
   SecretText text;
