@@ -178,13 +178,15 @@ void PortLink::OpenLcm() {
 void PortLink::BindSendersToLoopback(const std::set<int>& before) {
   bool bound = false;
   for (const int fd : OpenDescriptors()) {
-    if (!before.contains(fd) && IsUdpSocket(fd)) bound = SendThrough(fd, LoopbackIndex()) || bound;
+    if (before.contains(fd) || !IsUdpSocket(fd)) continue;
+    LeaveGroup(fd, group_, 0);  // LCM joins with this socket as well
+    bound = SendThrough(fd, LoopbackIndex()) || bound;
   }
   if (bound) return;
   lcm_destroy(std::exchange(lcm_, nullptr));
   throw BusError(BusErrorCode::kNetworkUnusable,
                  "the socket with which LCM sends cannot be bound to loopback, so packets could leave this machine: "
-                 "use a system with /proc, or --ttl 1 and a key");
+                 "use a machine with /proc, or --ttl 1 and a key");
 }
 
 // Finds what LCM has opened and keeps to itself.

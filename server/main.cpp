@@ -119,10 +119,9 @@ std::string ObstacleOnPorts(const PortClaim& claim, bus::LcmTransport& transport
 
 ExitCode Serve(const Arguments& arguments) {
   if (SystemClock_us() < 0) {
-    programs::ReportError(
-        "legopt-server",
-        "the system clock of this machine shows a time before 1970; set it (timedatectl set-ntp true, "
-        "or as root: date --set='YYYY-MM-DD hh:mm') and start the server again");
+    programs::ReportError("legopt-server",
+                          "the clock of this machine shows a time before 1970; set it (timedatectl set-ntp true, "
+                          "or as root: date --set='YYYY-MM-DD hh:mm') and start the server again");
     return ExitCode::kMachine;
   }
   programs::StopSignals stop(arguments.owner);
