@@ -9,21 +9,18 @@
 #include <condition_variable>
 #include <deque>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 #include <system_error>
 #include <thread>
 #include <utility>
 
+#include "db/query_json.h"
 #include "db/read_only_database.h"
-#include "legopt/input/json.h"
 #include "words/reply.h"
 
 namespace legopt::server {
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr std::size_t kMaxAnswerBytes = std::size_t{48} << 20;  // query_reply.json
 
@@ -39,27 +36,6 @@ std::chrono::milliseconds LimitOf(std::string_view sql) {
   return std::min(std::chrono::milliseconds(limit_ms), QueryService::kLongestLimit);
 }
 
-std::string HexOf(const std::string& bytes) {
-  constexpr char kDigits[] = "0123456789abcdef";
-  std::string hex;
-  hex.reserve(2 * bytes.size());
-  for (const char c : bytes) {
-    const auto byte = static_cast<unsigned char>(c);
-    hex += kDigits[byte >> 4U];
-    hex += kDigits[byte & 0xfU];
-  }
-  return hex;
-}
-
-// Blobs become hexadecimal text, as SQL's hex() would.
-Json JsonOf(const db::Value& value) {
-  if (const auto* integer = std::get_if<std::int64_t>(&value)) return *integer;
-  if (const auto* real = std::get_if<double>(&value)) return *real;
-  if (const auto* text = std::get_if<std::string>(&value)) return *text;
-  if (const auto* blob = std::get_if<db::Blob>(&value)) return HexOf(blob->bytes);
-  return nullptr;
-}
-
 legopt_msg::query_reply Failure(const std::string& message, QueryStatus status = QueryStatus::kRefused) {
   legopt_msg::query_reply reply{};
   reply.status = NumberOf(status);
@@ -68,16 +44,8 @@ legopt_msg::query_reply Failure(const std::string& message, QueryStatus status =
 }
 
 legopt_msg::query_reply Answer(const db::QueryResult& result) {
-  Json rows = Json::array();
-  for (const auto& row : result.rows) {
-    Json cells = Json::array();
-    for (const db::Value& value : row) cells.push_back(JsonOf(value));
-    rows.push_back(std::move(cells));
-  }
-  const Json json{{"columns", result.columns}, {"rows", std::move(rows)}, {"truncated", result.truncated}};
   legopt_msg::query_reply reply{};
-  // Text in the database may be anything that a worker once sent.
-  reply.json = Dump(json);
+  reply.json = db::WriteJsonRows(db::ToJsonRows(result));
   if (reply.json.size() > kMaxAnswerBytes) {
     return Failure("the answer has " + std::to_string(reply.json.size() >> 20U) +
                    " MiB, more than the 48 that one reply may have; ask for fewer rows or columns");

@@ -92,7 +92,7 @@ std::string Sql(const ListOptions& options, std::int64_t experiment_id, const Ex
   return sql + " ORDER BY job_id";
 }
 
-// Of leased jobs only the server knows how far they are.
+// Of leased jobs only the server knows how far they are. Without any, the listing is that of the server's file.
 void AddProgress(const ListOptions& options, std::int64_t experiment_id, Listing* jobs) {
   ServerConnection server(options.source.network);
   std::map<std::int64_t, std::string> progress;
@@ -101,6 +101,7 @@ void AddProgress(const ListOptions& options, std::int64_t experiment_id, Listing
       progress[job.job] = std::to_string(job.done) + "/" + std::to_string(job.total);
     }
   }
+  if (progress.empty()) return;
   jobs->columns.emplace_back("progress");
   for (std::size_t i = 0; i < jobs->rows.size(); ++i) {
     const auto found = progress.find(jobs->At(i, "job").get<std::int64_t>());

@@ -150,8 +150,8 @@ void AddChargeOption(const programs::Command& command, std::optional<double>* ch
   constexpr double kLeast_s = 1e-6, kMost_s = 1e9;
   command
       .AddOption("--charge", *charge_s,
-                 "Seconds that a failed run costs in means of times (default: ten times the longest solved run of the "
-                 "task; where effort has no limit, ten limits of wall time)")
+                 "Seconds that a failed run costs in means of times (default: 10 for each waypoint of the problem; "
+                 "where effort has no limit, ten limits of wall time)")
       .Check(programs::Number(kLeast_s, kMost_s));
 }
 

@@ -168,12 +168,12 @@ void CompareCosts(const std::vector<ProblemPair>& pairs, const std::vector<int>&
 
 void ComparePenalised(const std::vector<ProblemPair>& pairs, const ComparisonOptions& options,
                       CellComparison* comparison) {
-  const double charge = comparison->charge.ms;
+  const Charge& charge = comparison->charge;
   std::vector<double> a, b;
   for (const ProblemPair& pair : pairs) {
     if (pair.a.time.finished() == 0 || pair.b.time.finished() == 0) continue;
-    a.push_back(std::max(pair.a.time.Charged(charge), kShortest_ms));
-    b.push_back(std::max(pair.b.time.Charged(charge), kShortest_ms));
+    a.push_back(std::max(charge.Apply(pair.a), kShortest_ms));
+    b.push_back(std::max(charge.Apply(pair.b), kShortest_ms));
   }
   const auto estimate =
       Estimate(a.size(), options, [&](Indices problems) { return MeanOver(b, problems) / MeanOver(a, problems); });

@@ -122,7 +122,7 @@ std::vector<Line> LinesOf(const CellComparison& cell, const TimeUnit& unit) {
       {TitleOfChargedMean(cell.charge.rule),
        "A " + TimeText(cell.par10_a_ms, unit) + ", B " + TimeText(cell.par10_b_ms, unit) + "; B / A " +
            Ratio(cell.par10_b_ms / cell.par10_a_ms) + " [" + Ratio(cell.par10_ratio.lower) + ", " +
-           Ratio(cell.par10_ratio.upper) + "]; a failure costs " + DescribeCharge(cell.charge, cell.column.task, unit)},
+           Ratio(cell.par10_ratio.upper) + "]; a failure costs " + DescribeCharge(cell.charge, unit)},
       {"runtimes", DistributionText(cell, unit)},
       {"B fastest", ProblemsText(cell.fastest)},
       {"B slowest", ProblemsText(cell.slowest)}};
@@ -229,9 +229,10 @@ Json SuccessJson(const SuccessComparison& success) {
 }
 
 Json RatioJson(const RatioComparison& ratios) {
+  const auto tested = [&](double value) { return ratios.n == 0 ? Json() : Json(value); };
   return {{"n", ratios.n},
           {"ratio", Number(ratios.mean)},
-          {"interval", IntervalJson(ratios.interval)},
+          {"interval", ratios.n == 0 ? Json{Json(), Json()} : IntervalJson(ratios.interval)},
           {"hodges_lehmann", ratios.typical ? Number(ratios.typical->estimate) : Json()},
           {"hodges_lehmann_interval", ratios.typical ? IntervalJson(ratios.typical->interval) : Json()},
           {"hodges_lehmann_coverage", ratios.typical ? Number(ratios.typical->coverage) : Json()},
@@ -240,8 +241,8 @@ Json RatioJson(const RatioComparison& ratios) {
           {"wilcoxon_positive_sum", ratios.test.positive_sum},
           {"wilcoxon_negative_sum", ratios.test.negative_sum},
           {"wilcoxon_exact", ratios.test.exact},
-          {"wilcoxon_p", ratios.test.two_sided_p},
-          {"adjusted_p", ratios.adjusted_p},
+          {"wilcoxon_p", tested(ratios.test.two_sided_p)},
+          {"adjusted_p", tested(ratios.adjusted_p)},
           {"change", ToString(ratios.change)}};
 }
 

@@ -55,13 +55,14 @@ PlotPanel ProfilePanel(const StatisticsTable& table, const BenchmarkColumn& colu
   panel.y = {"problems solved within it (%)", false, 0.0, kPercent, false};
   std::size_t next = 0;
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
-    if (!table.rows[row].cells.contains(column) || next == profile.curves.size()) continue;
+    const auto cell = table.rows[row].cells.find(column);
+    if (cell == table.rows[row].cells.end() || cell->second.n == 0 || next == profile.curves.size()) continue;
     const statistics::StepCurve& curve = profile.curves[next++];
     if (!curve.at.empty()) panel.x.to = std::max(panel.x.to, curve.at.back());
     panel.series.push_back(CurveOf(row, curve));
   }
   if (profile.unsolved > 0) panel.notes.push_back(std::to_string(profile.unsolved) + " of them no method solved.");
-  if (profile.problems == 0) panel.notes.emplace_back("No problem has been finished by every method.");
+  if (profile.problems == 0) panel.notes.emplace_back("No problem has been completed by every method.");
   return panel;
 }
 

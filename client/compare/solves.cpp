@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "client/report/inner_starts.h"
 #include "client/report/reading.h"
@@ -31,6 +32,7 @@ Solve SolveAt(const Listing& jobs, std::size_t row, double limit_ms) {
   Solve solve;
   solve.job_id = jobs.At(row, "job_id").get<std::int64_t>();
   solve.problem = jobs.At(row, "problem_id").get<int>();
+  solve.waypoints = jobs.At(row, "num_waypoints").get<int>();
   solve.reported = !jobs.At(row, "wall_us").is_null();
   const bool solved = solve.reported && jobs.At(row, "solved").get<int>() == 1;
   solve.end = EndOf(jobs.WordAt<JobState>(row, "state"), solved);
@@ -116,7 +118,7 @@ void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment) {
   RequireVerdicts(source, experiment->info, rule);
   for (SolveCell& cell : experiment->cells) {
     const Listing jobs = source.Query(
-        "SELECT j.job_id, p.problem_id, j.state, r.verdict_" + std::string(ToString(rule)) + " = " +
+        "SELECT j.job_id, p.problem_id, p.num_waypoints, j.state, r.verdict_" + std::string(ToString(rule)) + " = " +
         SqlText(std::string(ToString(Verdict::kSuccess))) +
         " AS solved, r.cost, r.wall_us, r.cpu_us, r.involuntary_context_switches, r.solver_status FROM jobs AS j JOIN "
         "problems AS p USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id WHERE j.cell_id = " +
@@ -139,13 +141,41 @@ std::vector<ProblemRuns> ProblemsOf(const SolveCell& cell) {
   for (const Solve& solve : cell.solves) {
     if (problems.empty() || problems.back().problem != solve.problem) {
       add_up();
-      problems.push_back({solve.problem, solve.job_id, {}, {}, {}});
+      problems.push_back({solve.problem, solve.waypoints, solve.job_id, {}, {}, {}});
     }
     problems.back().runs.push_back({solve.end, solve.time_ms});
     costs.push_back({solve.end, solve.cost});
   }
   add_up();
   return problems;
+}
+
+ProblemMap ProblemMapOf(const SolveCell& cell) {
+  ProblemMap problems;
+  for (ProblemRuns& runs : ProblemsOf(cell)) {
+    const int number = runs.problem;
+    problems.emplace(number, std::move(runs));
+  }
+  return problems;
+}
+
+CompleteProblems FindCompleteProblems(std::span<const ProblemMap> methods) {
+  CompleteProblems complete;
+  std::map<int, std::size_t> methods_of;  // by problem: how many have completed it
+  for (const ProblemMap& method : methods) {
+    bool any = false;
+    for (const auto& [number, runs] : method) {
+      if (!runs.complete()) continue;
+      ++methods_of[number];
+      any = true;
+    }
+    complete.shown.push_back(any);
+  }
+  const auto all = static_cast<std::size_t>(std::ranges::count(complete.shown, true));
+  for (const auto& [number, count] : methods_of) {
+    if (count == all) complete.problems.push_back(number);
+  }
+  return complete;
 }
 
 }  // namespace legopt::client

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -36,7 +37,8 @@ inline constexpr double kShortest_ms = 1e-3;
 /// One job, as statistics see it.
 struct Solve {
   std::int64_t job_id = 0;
-  int problem = 0;  ///< its number in the dataset
+  int problem = 0;    ///< its number in the dataset
+  int waypoints = 1;  ///< of the problem
   statistics::RunEnd end = statistics::RunEnd::kMissing;
   double time_ms = 0.0;    ///< of the whole solve: wall time, CPU time where contended; its limit without a result
   double cpu_ms = 0.0;     ///< 0 without a result
@@ -87,13 +89,31 @@ void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment);
 /// One problem of a cell, its repetitions added up.
 struct ProblemRuns {
   int problem = 0;
+  int waypoints = 1;
   std::int64_t job_id = 0;                   ///< its first repetition
   statistics::ProblemScore time;             ///< of Solve::time_ms
   statistics::ProblemScore cost;             ///< of Solve::cost
   std::vector<statistics::Repetition> runs;  ///< of Solve::time_ms
+
+  /// Whether every repetition has ended.
+  bool complete() const { return time.finished() > 0 && time.missing == 0; }
 };
 
 /// The problems of a cell, ascending.
 std::vector<ProblemRuns> ProblemsOf(const SolveCell& cell);
+
+/// The problems of a cell by their number.
+using ProblemMap = std::map<int, ProblemRuns>;
+ProblemMap ProblemMapOf(const SolveCell& cell);
+
+/// Which figures can be compared while an experiment is unfinished. The jobs that end first are the easy ones, so that
+/// every figure is computed over the same problems for all methods.
+struct CompleteProblems {
+  std::vector<bool> shown;    ///< by method: has completed a problem; the others have no figures
+  std::vector<int> problems;  ///< that all shown methods have completed, ascending
+};
+
+/// Of the methods of one task and start.
+CompleteProblems FindCompleteProblems(std::span<const ProblemMap> methods);
 
 }  // namespace legopt::client

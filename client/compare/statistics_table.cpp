@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
+#include <ranges>
 #include <tuple>
 #include <utility>
 
@@ -20,24 +20,31 @@ constexpr double kHalf = 0.5, kAlmostAll = 0.95;
 
 std::optional<double> NumberOf(double value) { return std::isnan(value) ? std::nullopt : std::optional(value); }
 
-// A cell's problems by their number, with the place of its figures.
+// A cell with the place of its figures.
 struct ScoredCell {
-  CellStatistics* figures;
-  std::map<int, ProblemRuns> problems;
+  const SolveCell* cell = nullptr;
+  CellStatistics* figures = nullptr;
+  const std::string* title = nullptr;  // of its row
 };
 
-std::vector<ProblemScore> Scores(const ScoredCell& cell, ProblemScore ProblemRuns::*score) {
+// The cells of a task and start, and their problems.
+struct ScoredColumn {
+  std::vector<ScoredCell> cells;
+  std::vector<ProblemMap> problems;  // by cell
+  CompleteProblems complete;
+};
+
+std::vector<ProblemScore> Scores(const ProblemMap& cell, const std::vector<int>& problems,
+                                 ProblemScore ProblemRuns::*score) {
   std::vector<ProblemScore> scores;
-  for (const auto& [number, problem] : cell.problems) scores.push_back(problem.*score);
+  for (const int problem : problems) scores.push_back(cell.at(problem).*score);
   return scores;
 }
 
-// Mean values of the solved runs, infinite for problems without; missing problems are left out.
+// Mean values of the solved runs, infinite for problems without.
 std::vector<double> SolvedValues(const std::vector<ProblemScore>& scores) {
   std::vector<double> values;
-  for (const ProblemScore& score : scores) {
-    if (score.finished() > 0) values.push_back(score.MeanOfSolved());
-  }
+  for (const ProblemScore& score : scores) values.push_back(score.MeanOfSolved());
   return values;
 }
 
@@ -47,9 +54,10 @@ std::pair<std::optional<double>, std::optional<double>> MedianAndTail(const std:
   return {NumberOf(quantiles[0]), NumberOf(quantiles[1])};
 }
 
-void CountRuns(const SolveCell& cell, CellStatistics* figures) {
+void CountRuns(const SolveCell& cell, const std::vector<int>& problems, CellStatistics* figures) {
   for (const Solve& solve : cell.solves) {
-    figures->runs += solve.end == statistics::RunEnd::kMissing ? 0 : 1;
+    if (!std::ranges::binary_search(problems, solve.problem)) continue;
+    ++figures->runs;
     if (!solve.reported) continue;
     ++figures->reported;
     figures->contended += solve.contended ? 1 : 0;
@@ -59,80 +67,131 @@ void CountRuns(const SolveCell& cell, CellStatistics* figures) {
 }
 
 // All that needs no other method.
-void ComputeOwn(const SolveCell& cell, const ScoredCell& scored, const Charge& charge) {
+void ComputeOwn(const ScoredCell& scored, const ProblemMap& runs, const std::vector<int>& problems,
+                const Charge& charge) {
   CellStatistics& figures = *scored.figures;
-  CountRuns(cell, &figures);
-  const std::vector<ProblemScore> times = Scores(scored, &ProblemRuns::time);
+  figures.n = static_cast<int>(problems.size());
+  if (problems.empty()) return;
+  CountRuns(*scored.cell, problems, &figures);
+  const std::vector<ProblemScore> times = Scores(runs, problems, &ProblemRuns::time);
   std::vector<double> spent, shares;
-  for (const ProblemScore& score : times) {
-    if (score.finished() == 0) {
-      ++figures.missing;
-      continue;
-    }
-    ++figures.n;
-    figures.solved += score.Share();
-    spent.push_back(score.Spent());
-    shares.push_back(score.Share());
+  double charged_ms = 0.0;
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    figures.solved += times[i].Share();
+    spent.push_back(times[i].Spent());
+    shares.push_back(times[i].Share());
+    charged_ms += charge.Apply(runs.at(problems[i]));
   }
   figures.share = statistics::WilsonInterval(std::min(figures.solved, static_cast<double>(figures.n)), figures.n);
   std::tie(figures.time_median_ms, figures.time_q95_ms) = MedianAndTail(times);
-  std::tie(figures.cost_median, figures.cost_q95) = MedianAndTail(Scores(scored, &ProblemRuns::cost));
-  figures.par10_ms = NumberOf(statistics::MeanCharged(times, charge.ms));
+  std::tie(figures.cost_median, figures.cost_q95) = MedianAndTail(Scores(runs, problems, &ProblemRuns::cost));
+  figures.par10_ms = charged_ms / figures.n;
   figures.ert_ms = NumberOf(statistics::ExpectedRunningTime(spent, shares).time_ms);
 }
 
-// The problems for which `holds` is true in every cell.
-template <class Condition>
-std::vector<int> ProblemsWhereAll(const std::vector<ScoredCell>& cells, const Condition& holds) {
-  std::vector<int> found;
-  for (const auto& [number, first] : cells.front().problems) {
-    const bool all = std::all_of(cells.begin(), cells.end(), [&, problem = number](const ScoredCell& cell) {
-      const auto at = cell.problems.find(problem);
-      return at != cell.problems.end() && holds(at->second.time);
-    });
-    if (all) found.push_back(number);
+// The shown cells of a column, by index.
+std::vector<std::size_t> ShownCells(const ScoredColumn& column) {
+  std::vector<std::size_t> shown;
+  for (std::size_t i = 0; i < column.cells.size(); ++i) {
+    if (column.complete.shown[i]) shown.push_back(i);
   }
-  return found;
+  return shown;
 }
 
-void ComputeCommon(const std::vector<ScoredCell>& cells, ColumnStatistics* column) {
-  const auto common = ProblemsWhereAll(cells, [](const ProblemScore& time) { return time.solved > 0; });
-  column->common = static_cast<int>(common.size());
-  for (const ScoredCell& cell : cells) {
-    std::vector<double> times, costs;
-    for (const int problem : common) {
-      times.push_back(cell.problems.at(problem).time.MeanOfSolved());
-      costs.push_back(cell.problems.at(problem).cost.MeanOfSolved());
+bool Solved(const ScoredColumn& column, std::size_t cell, int problem) {
+  return column.problems[cell].at(problem).time.solved > 0;
+}
+
+void ComputeCommon(const ScoredColumn& scored, ColumnStatistics* column) {
+  const auto shown = ShownCells(scored);
+  std::vector<int> common;
+  for (const int problem : scored.complete.problems) {
+    if (std::ranges::all_of(shown, [&](std::size_t i) { return Solved(scored, i, problem); })) {
+      common.push_back(problem);
     }
-    cell.figures->common_time_ms = NumberOf(statistics::ShiftedGeometricMean(times, kShift_ms));
-    const bool positive = std::all_of(costs.begin(), costs.end(), [](double cost) { return cost > 0.0; });
-    if (positive) cell.figures->common_cost = NumberOf(statistics::GeometricMean(costs));
+  }
+  column->common = static_cast<int>(common.size());
+  for (const std::size_t i : shown) {
+    CellStatistics& figures = *scored.cells[i].figures;
+    const auto times = SolvedValues(Scores(scored.problems[i], common, &ProblemRuns::time));
+    const auto costs = SolvedValues(Scores(scored.problems[i], common, &ProblemRuns::cost));
+    figures.common_time_ms = NumberOf(statistics::ShiftedGeometricMean(times, kShift_ms));
+    const bool positive = std::ranges::all_of(costs, [](double cost) { return cost > 0.0; });
+    if (positive) figures.common_cost = NumberOf(statistics::GeometricMean(costs));
   }
 }
 
-void ComputeRanks(const std::vector<ScoredCell>& cells, std::int64_t repetitions, ColumnStatistics* column) {
-  const auto complete = ProblemsWhereAll(cells, [](const ProblemScore& time) { return time.finished() > 0; });
-  column->complete = static_cast<int>(complete.size());
+// A row beside the reference, on the problems that both solved: a row that solves little takes no figure from others.
+void ComparePaired(const ScoredColumn& scored, std::size_t reference, std::size_t row) {
+  std::vector<double> times, costs;
+  CellStatistics& figures = *scored.cells[row].figures;
+  for (const int problem : scored.complete.problems) {
+    if (!Solved(scored, row, problem) || !Solved(scored, reference, problem)) continue;
+    ++figures.paired;
+    const ProblemRuns &own = scored.problems[row].at(problem), &other = scored.problems[reference].at(problem);
+    times.push_back(std::max(own.time.MeanOfSolved(), kShortest_ms) /
+                    std::max(other.time.MeanOfSolved(), kShortest_ms));
+    const double own_cost = own.cost.MeanOfSolved(), other_cost = other.cost.MeanOfSolved();
+    if (own_cost > 0.0 && other_cost > 0.0) costs.push_back(own_cost / other_cost);
+  }
+  figures.time_ratio = NumberOf(statistics::GeometricMean(times));
+  figures.cost_ratio = NumberOf(statistics::GeometricMean(costs));
+}
+
+void ComputePaired(const ScoredColumn& scored, ColumnStatistics* column) {
+  const auto shown = ShownCells(scored);
+  if (scored.complete.problems.empty()) return;
+  const std::size_t reference = *std::ranges::max_element(
+      shown, {}, [&](std::size_t i) { return scored.cells[i].figures->solved; });
+  column->reference = *scored.cells[reference].title;
+  for (const std::size_t i : shown) ComparePaired(scored, reference, i);
+}
+
+void ComputeRanks(const ScoredColumn& scored, std::int64_t repetitions, ColumnStatistics* column) {
+  const auto shown = ShownCells(scored);
   std::vector<std::vector<double>> times;
   std::vector<std::vector<int>> solved;
-  for (const int problem : complete) {
+  for (const int problem : scored.complete.problems) {
     auto& line = times.emplace_back();
     auto& success = solved.emplace_back();
-    for (const ScoredCell& cell : cells) {
-      const ProblemScore& time = cell.problems.at(problem).time;
-      line.push_back(time.Charged(statistics::kInfinity));
-      success.push_back(time.solved > 0 ? 1 : 0);
+    for (const std::size_t i : shown) {
+      line.push_back(scored.problems[i].at(problem).time.Charged(statistics::kInfinity));
+      success.push_back(Solved(scored, i, problem) ? 1 : 0);
     }
   }
   const statistics::FriedmanTest ranked = statistics::Friedman(times);
-  for (std::size_t i = 0; i < ranked.mean_ranks.size(); ++i) cells[i].figures->mean_rank = ranked.mean_ranks[i];
+  for (std::size_t i = 0; i < ranked.mean_ranks.size(); ++i) {
+    scored.cells[shown[i]].figures->mean_rank = ranked.mean_ranks[i];
+  }
   constexpr std::size_t kFewest = 3;  // two are compared by McNemar's test and Wilcoxon's
-  if (cells.size() >= kFewest && repetitions == 1) column->success = statistics::CochranQ(solved);
-  if (cells.size() >= kFewest) column->ranks = ranked;
+  if (shown.size() >= kFewest && !times.empty()) {
+    if (repetitions == 1) column->success = statistics::CochranQ(solved);
+    column->ranks = ranked;
+  }
   for (std::vector<double>& line : times) {
     for (double& time_ms : line) time_ms = std::max(time_ms, kShortest_ms);  // ratios of nothing are none
   }
   column->profile = statistics::ProfileOf(times);
+}
+
+void ComputeColumn(ScoredColumn* scored, std::int64_t repetitions, ColumnStatistics* column) {
+  for (const ScoredCell& cell : scored->cells) scored->problems.push_back(ProblemMapOf(*cell.cell));
+  scored->complete = FindCompleteProblems(scored->problems);
+  column->complete = static_cast<int>(scored->complete.problems.size());
+  for (std::size_t i = 0; i < scored->cells.size(); ++i) {
+    const ScoredCell& cell = scored->cells[i];
+    const ProblemMap& problems = scored->problems[i];
+    cell.figures->missing = static_cast<int>(
+        std::ranges::count_if(problems, [](const auto& problem) { return !problem.second.complete(); }));
+    if (scored->complete.shown[i]) {
+      ComputeOwn(cell, problems, scored->complete.problems, column->charge);
+    } else {
+      column->left_out.push_back(*cell.title);
+    }
+  }
+  ComputeCommon(*scored, column);
+  ComputePaired(*scored, column);
+  ComputeRanks(*scored, repetitions, column);
 }
 
 // The names of the benchmark table.
@@ -166,19 +225,19 @@ StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule,
   for (const MethodIdentity& method : experiment.Methods()) table.rows.push_back({method, {}, {}});
   NameRows(&table.rows);
   const Per<Task, Charge> charges = ChargesOf(experiment.cells, charge_ms);
-  std::map<BenchmarkColumn, std::vector<ScoredCell>> columns;
+  std::map<BenchmarkColumn, ScoredColumn> columns;
   for (const SolveCell& cell : experiment.cells) {
-    const auto row = std::find_if(table.rows.begin(), table.rows.end(), [&](const StatisticsRow& candidate) {
+    const auto row = std::ranges::find_if(table.rows, [&](const StatisticsRow& candidate) {
       return candidate.method.method_id == cell.method.method_id;
     });
-    ScoredCell& scored = columns[cell.column].emplace_back(ScoredCell{&row->cells[cell.column], {}});
-    for (ProblemRuns& problem : ProblemsOf(cell)) scored.problems.emplace(problem.problem, std::move(problem));
-    ComputeOwn(cell, scored, charges[cell.column.task]);
+    columns[cell.column].cells.push_back({&cell, &row->cells[cell.column], &row->title});
+    table.jobs += std::ssize(cell.solves);
+    table.finished += std::ranges::count_if(
+        cell.solves, [](const Solve& solve) { return solve.end != statistics::RunEnd::kMissing; });
   }
-  for (const auto& [column, cells] : columns) {
+  for (auto& [column, scored] : columns) {
     table.columns[column].charge = charges[column.task];
-    ComputeCommon(cells, &table.columns[column]);
-    ComputeRanks(cells, experiment.repetitions, &table.columns[column]);
+    ComputeColumn(&scored, experiment.repetitions, &table.columns[column]);
   }
   return table;
 }

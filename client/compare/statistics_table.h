@@ -19,13 +19,13 @@ namespace legopt::client {
 /// The shift of geometric means of times.
 inline constexpr double kShift_ms = 1.0;
 
-/// One method on one task from one start. The unit is the problem, its repetitions averaged before; nothing is known of
-/// missing ones. Times are of whole solves. Infinite: more problems were not solved than that. None: nothing to
-/// compute it of.
+/// One method on one task from one start. The unit is the problem, its repetitions averaged before. All figures are
+/// over the column's complete problems. Times are of whole solves. Infinite: more problems were not solved than that.
+/// None: no problem to compute it over.
 struct CellStatistics {
-  int n = 0;                                          ///< problems with a finished run
-  int missing = 0;                                    ///< problems without: queued, running or cancelled
-  int runs = 0;                                       ///< finished ones
+  int n = 0;                                          ///< the column's complete problems; 0: the row is left out
+  int missing = 0;                                    ///< problems with a run that is queued, running or cancelled
+  int runs = 0;                                       ///< on the n problems
   double solved = 0.0;                                ///< sum of the problems' shares of solved runs
   statistics::Interval share;                         ///< Wilson's 95 % interval of solved / n
   std::optional<double> time_median_ms, time_q95_ms;  ///< of all n problems, an unsolved one at infinity
@@ -34,6 +34,8 @@ struct CellStatistics {
   std::optional<double> ert_ms;                       ///< time of all runs over the number of successes
   std::optional<double> common_time_ms;  ///< shifted geometric mean over the problems that all methods solved
   std::optional<double> common_cost;     ///< geometric mean over the same
+  int paired = 0;                        ///< problems that this row and the column's reference both solved
+  std::optional<double> time_ratio, cost_ratio;  ///< to the reference, geometric means over the paired problems
   std::optional<double> mean_rank;       ///< by time among the methods, on problems that none misses; failures last
   double cpu_ms = 0.0;                   ///< of all runs
   int reported = 0;                      ///< runs that have a result
@@ -41,12 +43,15 @@ struct CellStatistics {
   int stopped = 0;                       ///< of these, runs that a limit of the solver ended
 };
 
-/// A task from a start: what its methods have in common.
+/// A task from a start: what its methods have in common. A row that has completed no problem is left out.
 struct ColumnStatistics {
-  int common = 0;                                  ///< problems that all of its methods solved
-  int complete = 0;                                ///< problems that no method misses
-  std::optional<statistics::CochranTest> success;  ///< none: fewer than three methods, or several repetitions
-  std::optional<statistics::FriedmanTest> ranks;   ///< by time, of the `complete` ones; none: fewer than three methods
+  int complete = 0;                   ///< problems that all shown rows have completed: the n of every figure
+  int common = 0;                     ///< of these, problems that all shown rows solved
+  std::vector<std::string> left_out;  ///< titles of the rows that have completed nothing
+  std::string reference;              ///< title of the row that solved the most, the first of equals; empty: none
+  /// Of the `complete` problems; none: no problem, fewer than three rows, or several repetitions.
+  std::optional<statistics::CochranTest> success;
+  std::optional<statistics::FriedmanTest> ranks;  ///< by time; none: no problem, or fewer than three rows
   Charge charge;                                   ///< of a failed run, the same from every start
   statistics::PerformanceProfile profile;  ///< by time, of the `complete` ones; methods in the order of the rows
 };
@@ -67,6 +72,7 @@ struct StatisticsTable {
   std::vector<StatisticsRow> rows;  ///< in the experiment's order
   std::vector<ResultOrigin> origins;
   std::int64_t clock_stopped = 0, taken_over = 0;  ///< as of SolvedExperiment
+  std::int64_t jobs = 0, finished = 0;             ///< finished: with a result, failed or dead
 };
 
 /// The figures of an experiment whose solves have been read. `rule` as they were; `charge_ms`: as of ChargesOf.

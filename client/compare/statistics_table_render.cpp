@@ -29,14 +29,20 @@ std::string ShownCost(const std::optional<double>& cost) {
   return cost && std::isinf(*cost) ? "inf" : FormatCost(cost);
 }
 
-// "49/50", "48.7/50" of several repetitions, "40/45 (5 missing)".
+// "49/50", "48.7/50" of several repetitions, "40/45 (5 missing)", "- (5 missing)".
 std::string ShownSuccess(const CellStatistics& cell) {
   const bool whole = cell.solved == std::floor(cell.solved);
-  return Decimal(cell.solved, whole ? 0 : 1) + "/" + std::to_string(cell.n) +
-         (cell.missing > 0 ? " (" + std::to_string(cell.missing) + " missing)" : "");
+  const std::string solved =
+      cell.n == 0 ? "-" : Decimal(cell.solved, whole ? 0 : 1) + "/" + std::to_string(cell.n);
+  return solved + (cell.missing > 0 ? " (" + std::to_string(cell.missing) + " missing)" : "");
 }
 
 std::string ShownShare(int count, int of) { return of == 0 ? "-" : Decimal(kHundred * count / of, 0); }
+
+std::string ShownRatio(const std::optional<double>& ratio) {
+  constexpr int kDigits = 2;
+  return ratio ? Decimal(*ratio, kDigits) : "-";
+}
 
 std::vector<TableText> ShownCell(const CellStatistics& cell, const TimeUnit& unit) {
   const std::string share =
@@ -46,14 +52,16 @@ std::vector<TableText> ShownCell(const CellStatistics& cell, const TimeUnit& uni
           {ShownTime(cell.time_median_ms, unit)},
           {ShownTime(cell.time_q95_ms, unit)},
           {ShownTime(cell.common_time_ms, unit)},
+          {ShownRatio(cell.time_ratio)},
           {ShownTime(cell.par10_ms, unit)},
           {cell.mean_rank ? Decimal(*cell.mean_rank, 2) : "-"},
           {ShownCost(cell.cost_median)},
           {ShownCost(cell.cost_q95)},
           {ShownCost(cell.common_cost)},
-          {ShownTime(cell.cpu_ms, kSeconds)},
+          {ShownRatio(cell.cost_ratio)},
+          {ShownTime(cell.n == 0 ? std::nullopt : std::optional(cell.cpu_ms), kSeconds)},
           {ShownShare(cell.contended, cell.reported)},
-          {std::to_string(cell.stopped)}};
+          {cell.n == 0 ? "-" : std::to_string(cell.stopped)}};
 }
 
 bool Differ(const std::vector<StatisticsRow>& rows, auto MethodIdentity::*figure) {
@@ -87,13 +95,14 @@ struct Keys {
 };
 
 std::string Note(const TimeUnit& unit) {
-  return "The unit is the problem. Solved: of n problems with a finished run, with Wilson's 95 % interval in percent; "
-         "jobs that died or could not run are failures, queued and cancelled ones are missing. Times, in " +
+  return "The unit is the problem. Every figure is over the n problems that all rows have completed. Solved: of n, with "
+         "Wilson's 95 % interval in percent; jobs that died or could not run are failures, queued, running and "
+         "cancelled ones are missing. Times, in " +
          std::string(unit.name) +
          ", are of a whole solve: wall time, CPU time where contended. Median and 95 % quantile of time and cost count "
          "an unsolved problem as infinite. Common: geometric mean over the problems that all methods solved (times "
-         "shifted by 1 ms). PAR10, Charged: mean time, a failure at the charge that is told. Rank: mean rank by time, "
-         "failures last. CPU: "
+         "shifted by 1 ms). Ratio: to the row that is named, geometric mean over the problems that both solved. PAR10, "
+         "Charged: mean time, a failure at the charge that is told. Rank: mean rank by time, failures last. CPU: "
          "seconds of all runs. Contended: percent of runs that others disturbed. Stopped: runs whose solver a limit "
          "ended.";
 }
@@ -122,10 +131,21 @@ std::string RanksNote(const ColumnStatistics& column) {
          ".";
 }
 
+std::string Counted(int problems) { return std::to_string(problems) + (problems == 1 ? " problem" : " problems"); }
+
+std::string LeftOutNote(const ColumnStatistics& column) {
+  if (column.left_out.empty()) return {};
+  std::string titles;
+  for (const std::string& title : column.left_out) titles += (titles.empty() ? "" : ", ") + title;
+  return " Left out, without a completed problem: " + titles + ".";
+}
+
 // What is said of a task and start besides its rows.
 std::string ColumnNote(const ColumnStatistics& column) {
-  return "Common: " + std::to_string(column.common) + (column.common == 1 ? " problem." : " problems.") +
-         SuccessNote(column) + RanksNote(column);
+  std::string text = "n: " + Counted(column.complete) + " that all rows have completed." + LeftOutNote(column);
+  if (column.complete == 0) return text;
+  return text + " Common: " + Counted(column.common) + ". Ratios: to " + column.reference + "." + SuccessNote(column) +
+         RanksNote(column);
 }
 
 // The table of one task and start; the first has the caption, the last the note.
@@ -135,9 +155,9 @@ GroupedTable Group(const StatisticsTable& table, const BenchmarkColumn& column, 
   const char* charged = TitleOfChargedMean(common.charge.rule);
   GroupedTable grouped;
   grouped.key_titles = keys.Titles();
-  grouped.column_titles = {{"Solved"},  {"95 %"},      {"Time median"}, {"Time 95 %"}, {"Time common"},
-                           {charged},   {"Rank"},      {"Cost median"}, {"Cost 95 %"}, {"Cost common"},
-                           {"CPU (s)"}, {"Contended"}, {"Stopped"}};
+  grouped.column_titles = {{"Solved"},      {"95 %"},        {"Time median"}, {"Time 95 %"}, {"Time common"},
+                           {"Time ratio"},  {charged},       {"Rank"},        {"Cost median"}, {"Cost 95 %"},
+                           {"Cost common"}, {"Cost ratio"},  {"CPU (s)"},     {"Contended"}, {"Stopped"}};
   grouped.groups = {GroupOf(column.task, column.initialization)};
   for (const StatisticsRow& row : table.rows) {
     const auto found = row.cells.find(column);
@@ -147,7 +167,7 @@ GroupedTable Group(const StatisticsTable& table, const BenchmarkColumn& column, 
     line.insert(line.end(), figures.begin(), figures.end());
     grouped.rows.push_back(std::move(line));
   }
-  grouped.note = ColumnNote(common) + " A failure is charged " + DescribeCharge(common.charge, column.task, unit) + ".";
+  grouped.note = ColumnNote(common) + " A failure is charged " + DescribeCharge(common.charge, unit) + ".";
   const bool first = column == table.columns.begin()->first, last = column == table.columns.rbegin()->first;
   if (first) grouped.caption = CaptionOf("Statistics", table);
   if (last) grouped.note += " " + Note(unit);
@@ -169,12 +189,13 @@ nlohmann::ordered_json FiniteOrNull(const std::optional<double>& value) {
 }
 
 nlohmann::ordered_json CellJson(const CellStatistics& cell, const ColumnStatistics& column) {
+  const auto some = [&](double value) { return cell.n == 0 ? nlohmann::ordered_json() : nlohmann::ordered_json(value); };
   return {{"n", cell.n},
           {"missing", cell.missing},
           {"runs", cell.runs},
-          {"solved", cell.solved},
-          {"share_lower", cell.share.lower},
-          {"share_upper", cell.share.upper},
+          {"solved", some(cell.solved)},
+          {"share_lower", some(cell.share.lower)},
+          {"share_upper", some(cell.share.upper)},
           {"time_median_ms", FiniteOrNull(cell.time_median_ms)},
           {"time_q95_ms", FiniteOrNull(cell.time_q95_ms)},
           {"charge_ms", column.charge.ms},
@@ -186,7 +207,10 @@ nlohmann::ordered_json CellJson(const CellStatistics& cell, const ColumnStatisti
           {"common", column.common},
           {"common_time_ms", FiniteOrNull(cell.common_time_ms)},
           {"common_cost", FiniteOrNull(cell.common_cost)},
-          {"cpu_ms", cell.cpu_ms},
+          {"paired", cell.paired},
+          {"time_ratio", FiniteOrNull(cell.time_ratio)},
+          {"cost_ratio", FiniteOrNull(cell.cost_ratio)},
+          {"cpu_ms", some(cell.cpu_ms)},
           {"reported", cell.reported},
           {"contended", cell.contended},
           {"stopped", cell.stopped}};
@@ -266,7 +290,8 @@ nlohmann::ordered_json ProfileRows(const StatisticsTable& table) {
   for (const auto& [column, common] : table.columns) {
     auto curve = common.profile.curves.begin();
     for (const StatisticsRow& row : table.rows) {
-      if (!row.cells.contains(column) || curve == common.profile.curves.end()) continue;
+      const auto cell = row.cells.find(column);
+      if (cell == row.cells.end() || cell->second.n == 0 || curve == common.profile.curves.end()) continue;
       AddSteps(KeyJson(table, row, column), common.profile.problems, *curve++, &rows);
     }
   }
@@ -281,6 +306,9 @@ std::string CaptionOf(const std::string& what, const StatisticsTable& table) {
                      ", " + std::string(ToString(table.rule)) + " rule, seed " + std::to_string(table.seed);
   text += table.repetitions == 1 ? ", one run per problem"
                                  : ", " + std::to_string(table.repetitions) + " repetitions averaged per problem";
+  if (table.finished < table.jobs) {
+    text += ", " + std::to_string(table.finished) + "/" + std::to_string(table.jobs) + " jobs finished";
+  }
   return text + (table.origins.empty() ? "." : ". " + DescribeOrigins(table.origins)) +
          MentionTakenOver(table.taken_over);
 }
@@ -294,6 +322,8 @@ nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table) {
                                  {"rule", ToString(table.rule)},
                                  {"seed", table.seed},
                                  {"repetitions", table.repetitions},
+                                 {"jobs", table.jobs},
+                                 {"finished", table.finished},
                                  {"clock_stopped", table.clock_stopped},
                                  {"taken_over", table.taken_over},
                                  {"origins", OriginsJson(table.origins)}};
@@ -304,6 +334,9 @@ nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table) {
                                {"initialization", ToString(column.initialization)},
                                {"common", common.common},
                                {"complete", common.complete},
+                               {"left_out", common.left_out},
+                               {"reference", common.reference.empty() ? nlohmann::ordered_json() : common.reference},
+                               {"informative", test ? nlohmann::ordered_json(test->informative) : nullptr},
                                {"cochran_q", test ? nlohmann::ordered_json(test->q) : nullptr},
                                {"cochran_p", test ? nlohmann::ordered_json(test->p) : nullptr},
                                {"charge_ms", common.charge.ms},

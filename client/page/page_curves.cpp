@@ -12,7 +12,6 @@ namespace legopt::client {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using ProblemMap = std::map<int, ProblemRuns>;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kShortestTime_ms = 1e-6;
@@ -23,14 +22,7 @@ Json CurveJson(const statistics::StepCurve& curve) { return {{"x", curve.at}, {"
 
 std::vector<ProblemMap> ByProblem(const std::vector<const SolveCell*>& cells) {
   std::vector<ProblemMap> methods;
-  for (const SolveCell* cell : cells) {
-    ProblemMap& problems = methods.emplace_back();
-    if (cell == nullptr) continue;
-    for (ProblemRuns& runs : ProblemsOf(*cell)) {
-      const int number = runs.problem;
-      problems.emplace(number, std::move(runs));
-    }
-  }
+  for (const SolveCell* cell : cells) methods.push_back(cell == nullptr ? ProblemMap() : ProblemMapOf(*cell));
   return methods;
 }
 
@@ -41,46 +33,38 @@ double ValueOf(const ProblemMap& method, int problem, statistics::ProblemScore P
   return (found->second.*score).MeanOfSolved();
 }
 
-// Rows of problems that every method has finished; others would count against who was not asked.
-std::vector<std::vector<double>> FinishedRows(const std::vector<ProblemMap>& methods, const std::set<int>& problems,
+// A row for each complete problem, with a value for each shown method.
+std::vector<std::vector<double>> CompleteRows(const std::vector<ProblemMap>& methods, const CompleteProblems& complete,
                                               statistics::ProblemScore ProblemRuns::*score, double least) {
   std::vector<std::vector<double>> rows;
-  for (const int problem : problems) {
-    const bool finished = std::all_of(methods.begin(), methods.end(), [&](const ProblemMap& method) {
-      const auto found = method.find(problem);
-      return method.empty() || (found != method.end() && found->second.time.finished() > 0);
-    });
-    if (!finished) continue;
+  for (const int problem : complete.problems) {
     auto& row = rows.emplace_back();
-    for (const ProblemMap& method : methods) {
-      if (!method.empty()) row.push_back(std::max(ValueOf(method, problem, score), least));
+    for (std::size_t i = 0; i < methods.size(); ++i) {
+      if (complete.shown[i]) row.push_back(std::max(ValueOf(methods[i], problem, score), least));
     }
   }
   return rows;
 }
 
-// A profile of those methods that have problems; null for others.
-Json ProfileJson(const std::vector<ProblemMap>& methods, const std::vector<std::vector<double>>& rows) {
+// A curve for each shown method, null for the others; null without problems, and where a value is not positive.
+Json ProfileJson(const CompleteProblems& complete, const std::vector<std::vector<double>>& rows) {
   const bool positive = std::all_of(rows.begin(), rows.end(), [](const auto& row) {
     return std::all_of(row.begin(), row.end(), [](double value) { return value > 0.0; });
   });
-  if (!positive) return Json();
+  if (rows.empty() || !positive) return Json();
   const statistics::PerformanceProfile profile = statistics::ProfileOf(rows);
   Json curves = Json::array();
   std::size_t next = 0;
-  for (const ProblemMap& method : methods) {
-    const bool shown = !method.empty() && next < profile.curves.size();
-    curves.push_back(shown ? CurveJson(profile.curves[next++]) : Json());
-  }
+  for (const bool shown : complete.shown) curves.push_back(shown ? CurveJson(profile.curves.at(next++)) : Json());
   return {{"curves", curves}, {"problems", profile.problems}, {"unsolved", profile.unsolved}};
 }
 
-Json RuntimesJson(const std::vector<ProblemMap>& methods) {
+Json RuntimesJson(const std::vector<ProblemMap>& methods, const CompleteProblems& complete) {
   Json curves = Json::array();
-  for (const ProblemMap& method : methods) {
+  for (std::size_t i = 0; i < methods.size(); ++i) {
     std::vector<std::vector<statistics::Repetition>> runs;
-    for (const auto& [number, problem] : method) {
-      if (problem.time.finished() > 0) runs.push_back(problem.runs);
+    for (const int problem : complete.problems) {
+      if (complete.shown[i]) runs.push_back(methods[i].at(problem).runs);
     }
     curves.push_back(runs.empty() ? Json() : CurveJson(statistics::RuntimeDistribution(runs)));
   }
@@ -98,21 +82,23 @@ std::map<int, double> BestOf(const std::vector<ProblemMap>& methods, const std::
   return best;
 }
 
-Json CostsJson(const std::vector<ProblemMap>& methods, const std::map<int, double>& best) {
+Json CostsJson(const std::vector<ProblemMap>& methods, const CompleteProblems& complete,
+               const std::map<int, double>& best) {
   Json curves = Json::array();
-  for (const ProblemMap& method : methods) {
+  for (std::size_t i = 0; i < methods.size(); ++i) {
     std::vector<double> ratios;
-    for (const auto& [number, problem] : method) {
-      if (problem.time.finished() == 0) continue;
-      const double value = ValueOf(method, number, &ProblemRuns::cost);
-      ratios.push_back(std::isfinite(value) && best.at(number) > 0.0 ? value / best.at(number) : kNever);
+    for (const int problem : complete.problems) {
+      if (!complete.shown[i]) continue;
+      const double value = ValueOf(methods[i], problem, &ProblemRuns::cost);
+      ratios.push_back(std::isfinite(value) && best.at(problem) > 0.0 ? value / best.at(problem) : kNever);
     }
     curves.push_back(ratios.empty() ? Json() : CurveJson(statistics::Distribution(ratios)));
   }
   return curves;
 }
 
-Json MethodJson(const ProblemMap& method, const std::map<int, double>& best_time,
+// Ratios to the best only of complete problems: the best is not known before.
+Json MethodJson(const ProblemMap& method, const CompleteProblems& complete, const std::map<int, double>& best_time,
                 const std::map<int, double>& best_cost) {
   Json time = Json::array(), cost = Json::array(), time_ratio = Json::array(), cost_ratio = Json::array();
   Json share = Json::array(), job = Json::array();
@@ -121,8 +107,9 @@ Json MethodJson(const ProblemMap& method, const std::map<int, double>& best_time
     const double own_cost = ValueOf(method, problem, &ProblemRuns::cost), cheapest = best_cost.at(problem);
     time.push_back(FiniteJson(time_ms));
     cost.push_back(FiniteJson(own_cost));
-    time_ratio.push_back(fastest > 0.0 ? FiniteJson(time_ms / fastest) : Json());
-    cost_ratio.push_back(cheapest > 0.0 ? FiniteJson(own_cost / cheapest) : Json());
+    const bool known = std::ranges::binary_search(complete.problems, problem);
+    time_ratio.push_back(known && fastest > 0.0 ? FiniteJson(time_ms / fastest) : Json());
+    cost_ratio.push_back(known && cheapest > 0.0 ? FiniteJson(own_cost / cheapest) : Json());
     const auto found = method.find(problem);
     share.push_back(found == method.end() ? Json() : FiniteJson(found->second.time.Share()));
     job.push_back(found == method.end() ? Json() : Json(found->second.job_id));
@@ -141,20 +128,22 @@ Json DescribeColumn(const std::vector<const SolveCell*>& cells) {
   }
   const auto best_time = BestOf(methods, problems, &ProblemRuns::time);
   const auto best_cost = BestOf(methods, problems, &ProblemRuns::cost);
+  const CompleteProblems complete = FindCompleteProblems(methods);
   Json values = Json::array();
-  for (const ProblemMap& method : methods) values.push_back(MethodJson(method, best_time, best_cost));
+  for (const ProblemMap& method : methods) values.push_back(MethodJson(method, complete, best_time, best_cost));
   double limit_ms = 0.0;
   for (const SolveCell* cell : cells) {
     if (cell != nullptr) limit_ms = limit_ms == 0.0 ? cell->limit_ms : std::min(limit_ms, cell->limit_ms);
   }
   return {{"limit_ms", limit_ms},
           {"problems", problems},
+          {"complete", complete.problems.size()},
           {"methods", values},
           {"profiles",
-           {{"time", ProfileJson(methods, FinishedRows(methods, problems, &ProblemRuns::time, kShortestTime_ms))},
-            {"cost", ProfileJson(methods, FinishedRows(methods, problems, &ProblemRuns::cost, 0.0))}}},
-          {"runtimes", RuntimesJson(methods)},
-          {"costs", CostsJson(methods, best_cost)}};
+           {{"time", ProfileJson(complete, CompleteRows(methods, complete, &ProblemRuns::time, kShortestTime_ms))},
+            {"cost", ProfileJson(complete, CompleteRows(methods, complete, &ProblemRuns::cost, 0.0))}}},
+          {"runtimes", RuntimesJson(methods, complete)},
+          {"costs", CostsJson(methods, complete, best_cost)}};
 }
 
 }  // namespace legopt::client

@@ -60,12 +60,22 @@ Json MethodsJson(ResultSource& source, const std::vector<MethodIdentity>& method
   return list;
 }
 
-// What became of the jobs that are not solved: the judge's verdict, or the state of those without a result.
+std::string EndedStates() {
+  std::string states;
+  for (const JobState state : {JobState::kDone, JobState::kFailed, JobState::kDead}) {
+    states += (states.empty() ? "" : ", ") + SqlText(std::string(ToString(state)));
+  }
+  return states;
+}
+
+// What became of the jobs that ended without a solution: the judge's verdict, or the state of those without a result.
+// Queued, running and cancelled jobs have not failed.
 Json CausesJson(ResultSource& source, const SolveCell& cell, Rule rule) {
   const Listing rows = source.Query("SELECT j.state, r.verdict_" + std::string(ToString(rule)) +
                                     " AS verdict, count(*) AS n FROM jobs AS j LEFT JOIN results AS r ON r.job_id = "
-                                    "j.job_id WHERE j.cell_id = " +
-                                    std::to_string(cell.cell_id) + " GROUP BY 1, 2 ORDER BY 3 DESC, 2, 1");
+                                    "j.job_id WHERE j.state IN (" +
+                                    EndedStates() + ") AND j.cell_id = " + std::to_string(cell.cell_id) +
+                                    " GROUP BY 1, 2 ORDER BY 3 DESC, 2, 1");
   Json causes = Json::object();
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
     const auto& verdict = rows.At(i, "verdict");
@@ -198,8 +208,9 @@ PageExperiment DescribeExperiment(ResultSource& source, const SourceOptions& sou
   const auto methods = experiment.Methods();
   const auto columns = ColumnsOf(experiment);
   const Listing times = source.Query(
-      "SELECT datetime(submitted_at_us / 1000000, 'unixepoch') AS submitted FROM "
-      "experiments WHERE experiment_id = " +
+      "SELECT datetime(submitted_at_us / 1000000, 'unixepoch') AS submitted, datetime((SELECT max(a.ended_at_us) FROM "
+      "attempts AS a JOIN jobs AS j USING (job_id) JOIN cells AS c USING (cell_id) WHERE c.experiment_id = "
+      "e.experiment_id) / 1000000, 'unixepoch') AS newest FROM experiments AS e WHERE experiment_id = " +
       std::to_string(experiment.info.id));
   page.json = {{"place", place},
                {"id", experiment.info.id},
@@ -214,6 +225,7 @@ PageExperiment DescribeExperiment(ResultSource& source, const SourceOptions& sou
                {"seed", experiment.seed},
                {"repetitions", experiment.repetitions},
                {"submitted_utc", times.At(0, "submitted")},
+               {"newest_result_utc", times.At(0, "newest")},
                {"origin", DescribeOrigins(experiment.origins)},
                {"build_ids", BuildIds(experiment.origins)},
                {"table", BenchmarkTableJson(table)},

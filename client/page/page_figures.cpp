@@ -1,10 +1,9 @@
 #include "client/page/page_figures.h"
 
 #include <algorithm>
-#include <chrono>
-#include <ctime>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "client/client_error.h"
 
@@ -16,20 +15,19 @@ using Json = nlohmann::ordered_json;
 constexpr int kFormat = 1;
 constexpr std::size_t kShownHash = 12;
 
-std::string UtcNow() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  char text[32];
-  std::strftime(text, sizeof(text), "%Y-%m-%d %H:%M:%S", &parts);
-  return text;
-}
-
 std::string PlaceOf(const SourceOptions& options) { return options.db ? *options.db : std::string("the server"); }
 
-// A page travels: it names the file, not its folder.
-std::string ShownPlace(const SourceOptions& options) {
-  return options.db ? std::filesystem::path(*options.db).filename().string() : PlaceOf(options);
+// The name of each experiment's file, without its folder, as a page is sent to others. Empty if all experiments have the
+// same source: a page of a server then equals the page of the server's file.
+std::vector<std::string> ShownPlaces(const FigureRequest& request) {
+  std::set<std::string> places;
+  for (const PageSource& source : request.sources) places.insert(PlaceOf(source.source));
+  std::vector<std::string> shown;
+  for (const PageSource& source : request.sources) {
+    const std::string place = PlaceOf(source.source);
+    shown.push_back(places.size() > 1 ? std::filesystem::path(place).filename().string() : "");
+  }
+  return shown;
 }
 
 // Experiments beside the first one, where they can be compared.
@@ -102,17 +100,17 @@ Json PageHead(const std::string& kind, const std::string& title, const programs:
   return {{"format", kFormat},
           {"kind", kind},
           {"title", title},
-          {"written_utc", UtcNow()},
           {"legopt", {{"version", build.version}, {"build_id", programs::BuildId(build)}}}};
 }
 
 PageFigures ReadFigures(const FigureRequest& request) {
   PageFigures figures;
   std::vector<PageExperiment>& pages = figures.experiments;
+  const std::vector<std::string> places = ShownPlaces(request);
   for (const PageSource& source : request.sources) {
     figures.sources.push_back(OpenResults(source.source));
-    pages.push_back(DescribeExperiment(*figures.sources.back(), source.source, ShownPlace(source.source),
-                                       source.experiment, request.rule));
+    pages.push_back(DescribeExperiment(*figures.sources.back(), source.source, places[pages.size()], source.experiment,
+                                       request.rule));
     NoteState(pages.back(), &figures.notes);
     figures.datasets.push_back(FindDataset(request, pages.back(), &figures.notes));
     if (request.tell) request.tell("figures of " + Named(pages.back()) + " computed");

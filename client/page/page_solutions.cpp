@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
-#include "client/client_error.h"
 #include "client/page/page_block.h"
 #include "client/page/page_findings.h"
 #include "client/replay/stored_trace.h"
@@ -86,27 +84,10 @@ std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experi
   return jobs;
 }
 
-std::vector<Eigen::VectorXd> ReadWaypointsOf(ResultSource& source, std::int64_t job_id) {
-  const Listing rows =
-      source.Query("SELECT x FROM waypoints WHERE job_id = " + std::to_string(job_id) + " ORDER BY waypoint");
-  std::vector<Eigen::VectorXd> waypoints;
-  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
-    const auto bytes = BytesOfBlob(rows.Text(i, "x"));
-    if (!bytes || bytes->size() % sizeof(double) != 0) {
-      throw ClientError(ExitCode::kDatabaseUnusable, "job " + std::to_string(job_id) + ", waypoint " +
-                                                         std::to_string(i) +
-                                                         ": is no array of float64; restore a backup");
-    }
-    Eigen::VectorXd& x = waypoints.emplace_back(static_cast<Eigen::Index>(bytes->size() / sizeof(double)));
-    std::memcpy(x.data(), bytes->data(), bytes->size());
-  }
-  return waypoints;
-}
-
 Json TraceJson(ResultSource& source, std::int64_t job_id) {
-  const Listing row = source.Query("SELECT hex(trace) AS trace FROM results WHERE job_id = " + std::to_string(job_id));
+  const Listing row = source.Query("SELECT trace FROM results WHERE job_id = " + std::to_string(job_id));
   if (row.rows.empty()) return {};
-  const auto all = TraceRecords(row.At(0, "trace"), job_id);
+  const auto all = TraceRecords(row, job_id);
   if (all.empty()) return {};
   const auto records = CondenseTrace(all, kMostShown);
   Json window = Json::array(), restart = Json::array(), accepted = Json::array(), evaluations = Json::array();

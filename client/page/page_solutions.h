@@ -28,9 +28,6 @@ struct PageJob {
 /// postures, failed motions, other postures, other motions of the first two methods, the rest.
 std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experiment_id, Rule rule);
 
-/// The waypoints of a job. Throws ClientError (kDatabaseUnusable) for a damaged row.
-std::vector<Eigen::VectorXd> ReadWaypointsOf(ResultSource& source, std::int64_t job_id);
-
 /// How far the findings of a motion go.
 enum class FindingDepth : std::uint8_t {
   kNone,       ///< no findings: of solved motions in a report

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "legopt/blake2b.h"
 #include "legopt/input/json.h"
 #include "legopt/read_guard.h"
 #include "legopt/solve/trace.h"
@@ -55,12 +55,12 @@ class Differences {
   std::vector<std::string>* texts_;
 };
 
-std::string BytesOf(const Eigen::VectorXd& x) {
-  const auto* bytes = reinterpret_cast<const unsigned char*>(x.data());
-  return HexText(std::span(bytes, sizeof(double) * static_cast<std::size_t>(x.size())));
+bool SameBits(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  return a.size() == b.size() &&
+         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
 }
 
-void CompareWaypoints(const std::vector<std::string>& stored, const std::vector<Eigen::VectorXd>& now,
+void CompareWaypoints(const std::vector<Eigen::VectorXd>& stored, const std::vector<Eigen::VectorXd>& now,
                       std::vector<std::string>* differences) {
   if (stored.size() != now.size()) {
     differences->push_back("waypoints: " + std::to_string(stored.size()) + " stored, " + std::to_string(now.size()) +
@@ -69,7 +69,7 @@ void CompareWaypoints(const std::vector<std::string>& stored, const std::vector<
   }
   std::size_t first = stored.size(), unequal = 0;
   for (std::size_t i = stored.size(); i-- > 0;) {
-    if (stored[i] == BytesOf(now[i])) continue;
+    if (SameBits(stored[i], now[i])) continue;
     first = i;
     ++unequal;
   }

@@ -19,7 +19,7 @@ constexpr char kStoredJobSql[] =
     "m.options_json, d.name AS dataset, d.hash AS dataset_hash, coalesce(w.build_id, '') AS build_id, "
     "r.solver_status, r.verdict_literal, r.verdict_strict, r.verdict_solid, r.iterations, r.restarts, r.starts, "
     "r.term_evaluations, "
-    "r.collision_queries, r.solver_cost, r.solver_violation, r.cost, hex(r.trace) AS trace FROM jobs AS "
+    "r.collision_queries, r.solver_cost, r.solver_violation, r.cost, r.trace FROM jobs AS "
     "j JOIN cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) JOIN datasets AS d USING "
     "(dataset_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) LEFT JOIN results AS r ON "
     "r.job_id = j.job_id LEFT JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt LEFT JOIN workers AS "
@@ -79,14 +79,6 @@ void RequireRepeatable(const Listing& row, std::int64_t job_id) {
                                           ": its bits follow from when it was stopped, and cannot be repeated");
 }
 
-std::vector<std::string> ReadWaypoints(ResultSource& source, std::int64_t job_id) {
-  const Listing rows = source.Query(
-      "SELECT lower(hex(x)) AS x FROM waypoints WHERE job_id = " + std::to_string(job_id) + " ORDER BY waypoint");
-  std::vector<std::string> waypoints;
-  for (std::size_t i = 0; i < rows.rows.size(); ++i) waypoints.push_back(rows.Text(i, "x"));
-  return waypoints;
-}
-
 }  // namespace
 
 StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverRegistry& registry) {
@@ -124,8 +116,8 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverR
   stored.solver_cost = OptionalAt<double>(row, "solver_cost");
   stored.solver_violation = OptionalAt<double>(row, "solver_violation");
   stored.cost = OptionalAt<double>(row, "cost");
-  stored.trace = TraceRecords(row.At(0, "trace"), job_id);
-  stored.waypoints = ReadWaypoints(source, job_id);
+  stored.trace = TraceRecords(row, job_id);
+  stored.waypoints = ReadWaypointsOf(source, job_id);
   return stored;
 }
 

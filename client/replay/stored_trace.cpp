@@ -16,17 +16,6 @@ namespace {
   throw ClientError(ExitCode::kUsage, "job " + std::to_string(job) + " " + what);
 }
 
-std::vector<IterationRecord> RecordsOf(const std::string& hex, std::int64_t job) {
-  const std::string source = "job " + std::to_string(job);
-  const std::optional<std::string> bytes = BytesOfBlob(hex);
-  try {
-    if (!bytes) throw InputError({source, "trace", "", "is no BLOB", "restore a backup"});
-    return DecodeTrace({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}, source);
-  } catch (const InputError& error) {
-    throw ClientError(ExitCode::kDatabaseUnusable, error.what());
-  }
-}
-
 Listing HistoryOf(const std::string& text, std::int64_t job) {
   const auto json = TryParseJson(text).value_or(nullptr);
   Listing listing;
@@ -43,15 +32,23 @@ Listing HistoryOf(const std::string& text, std::int64_t job) {
 
 }  // namespace
 
-std::vector<IterationRecord> TraceRecords(const nlohmann::json& hex, std::int64_t job) {
-  if (!hex.is_string() || hex.get_ref<const std::string&>().empty()) return {};
-  return RecordsOf(hex.get<std::string>(), job);
+std::vector<IterationRecord> TraceRecords(const Listing& row, std::int64_t job) {
+  if (row.At(0, "trace").is_null()) return {};
+  const std::string source = "job " + std::to_string(job);
+  const std::optional<std::string> bytes = BlobAt(row, 0, "trace");
+  if (bytes && bytes->empty()) return {};
+  try {
+    if (!bytes) throw InputError({source, "trace", "", "is no BLOB", std::string(kCheckDatabase)});
+    return DecodeTrace({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}, source);
+  } catch (const InputError& error) {
+    throw ClientError(ExitCode::kDatabaseUnusable, error.what());
+  }
 }
 
 StoredTrace ReadTrace(ResultSource& source, std::int64_t job) {
   const std::string id = std::to_string(job);
   const Listing found = source.Query(
-      "SELECT j.state, r.job_id, hex(r.trace) AS trace, r.history_json FROM jobs AS j LEFT JOIN results AS r "
+      "SELECT j.state, r.job_id, r.trace, r.history_json FROM jobs AS j LEFT JOIN results AS r "
       "ON r.job_id = j.job_id WHERE j.job_id = " +
       id);
   if (found.rows.empty()) RefuseTrace(job, "does not exist; 'legopt list" + source.flags() + "' lists those that do");
@@ -61,7 +58,7 @@ StoredTrace ReadTrace(ResultSource& source, std::int64_t job) {
   }
   StoredTrace trace;
   const auto& history = found.At(0, "history_json");
-  trace.records = TraceRecords(found.At(0, "trace"), job);
+  trace.records = TraceRecords(found, job);
   if (trace.records.empty() && history.is_string()) {
     trace.history = HistoryOf(history.get<std::string>(), job);
   } else if (trace.records.empty()) {

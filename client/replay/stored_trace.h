@@ -16,9 +16,9 @@ struct StoredTrace {
   Listing history;
 };
 
-/// The records of a `trace` column, as a query prints a BLOB by hex(); none for NULL or nothing. Throws ClientError
-/// (kDatabaseUnusable) where it is damaged.
-std::vector<IterationRecord> TraceRecords(const nlohmann::json& hex, std::int64_t job);
+/// The records in column "trace" of the first row; none for NULL or an empty BLOB. Throws ClientError
+/// (kDatabaseUnusable) if they cannot be decoded.
+std::vector<IterationRecord> TraceRecords(const Listing& row, std::int64_t job);
 
 /// Reads it. Throws ClientError: kUsage for a job that does not exist, has no result or no trace, kDatabaseUnusable for
 /// one that is damaged.

@@ -1,8 +1,6 @@
 #include "client/report/exported_solutions.h"
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 #include <map>
 #include <set>
 
@@ -66,19 +64,6 @@ std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& where) 
   return rows;
 }
 
-// Little-endian float64 values.
-Eigen::VectorXd DecodeWaypoint(const std::string& hex, std::int64_t job_id) {
-  static_assert(std::endian::native == std::endian::little);
-  const std::optional<std::string> bytes = BytesOfBlob(hex);
-  if (!bytes || bytes->size() % sizeof(double) != 0) {
-    throw ClientError(ExitCode::kInternal,
-                      "the solution of job " + std::to_string(job_id) + " is damaged in the database");
-  }
-  Eigen::VectorXd x(static_cast<Eigen::Index>(bytes->size() / sizeof(double)));
-  std::memcpy(x.data(), bytes->data(), bytes->size());
-  return x;
-}
-
 void ReadWaypoints(ResultSource& source, std::vector<ResultRow>* rows) {
   std::map<std::int64_t, ResultRow*> by_job;
   for (auto& row : *rows) by_job[row.job_id] = &row;
@@ -89,11 +74,11 @@ void ReadWaypoints(ResultSource& source, std::vector<ResultRow>* rows) {
       waypoints += (*rows)[last].num_waypoints;
       jobs += (jobs.empty() ? "" : ",") + std::to_string((*rows)[last].job_id);
     }
-    const Listing listing = source.Query("SELECT job_id, hex(x) AS x FROM waypoints WHERE job_id IN (" + jobs +
+    const Listing listing = source.Query("SELECT job_id, x FROM waypoints WHERE job_id IN (" + jobs +
                                          ") ORDER BY job_id, waypoint");
     for (std::size_t i = 0; i < listing.rows.size(); ++i) {
       const auto job_id = listing.At(i, "job_id").get<std::int64_t>();
-      by_job.at(job_id)->waypoints.push_back(DecodeWaypoint(listing.At(i, "x").get<std::string>(), job_id));
+      by_job.at(job_id)->waypoints.push_back(WaypointAt(listing, i, "x", "job " + std::to_string(job_id)));
     }
     if (listing.truncated) throw ClientError(ExitCode::kInternal, "the solutions are too large for one query");
     first = last;

@@ -1,41 +1,21 @@
 #include "client/report/result_source.h"
 
+#include <bit>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "client/client_error.h"
+#include "db/query_json.h"
 #include "db/read_only_database.h"
 
 namespace legopt::client {
 namespace {
 
-int HexDigit(char c) {
-  constexpr int kTen = 10;
-  if (c >= '0' && c <= '9') return c - '0';
-  return c >= 'A' && c <= 'F' ? c - 'A' + kTen : -1;
+Listing ListingOf(db::JsonRows result) {
+  return {std::move(result.columns), std::move(result.rows), result.truncated};
 }
-
-std::string Hex(const std::string& bytes) {
-  constexpr char kDigits[] = "0123456789ABCDEF";
-  constexpr unsigned kNibble = 4, kMask = 15;
-  std::string text;
-  text.reserve(bytes.size() * 2);
-  for (const char c : bytes) {
-    const auto byte = static_cast<unsigned char>(c);
-    text += kDigits[byte >> kNibble];
-    text += kDigits[byte & kMask];
-  }
-  return text;
-}
-
-struct ToJson {
-  nlohmann::json operator()(std::monostate) const { return nullptr; }
-  nlohmann::json operator()(std::int64_t value) const { return value; }
-  nlohmann::json operator()(double value) const { return value; }
-  nlohmann::json operator()(const std::string& value) const { return value; }
-  nlohmann::json operator()(const db::Blob& value) const { return Hex(value.bytes); }
-};
 
 class FileSource final : public ResultSource {
  public:
@@ -46,17 +26,7 @@ class FileSource final : public ResultSource {
     db::QueryLimits limits;
     limits.max_rows = max_rows;
     limits.time_limit = std::chrono::milliseconds(std::llround(limit_s * 1e3));
-    auto result = database_.Query(sql, {}, limits);
-    Listing listing;
-    listing.columns = std::move(result.columns);
-    listing.truncated = result.truncated;
-    listing.rows.reserve(result.rows.size());
-    for (const auto& row : result.rows) {
-      auto& line = listing.rows.emplace_back();
-      line.reserve(row.size());
-      for (const auto& value : row) line.push_back(std::visit(ToJson{}, value));
-    }
-    return listing;
+    return ListingOf(db::ToJsonRows(database_.Query(sql, {}, limits)));
   }
 
   std::string flags() const override { return " --db " + file_; }
@@ -72,17 +42,9 @@ class ServerSource final : public ResultSource {
 
   using ResultSource::Query;
   Listing Query(const std::string& sql, int max_rows, double limit_s) override {
-    auto json = server_.Query(sql, max_rows, limit_s);
-    Listing listing;
-    listing.columns = json.at("columns").get<std::vector<std::string>>();
-    listing.rows = json.at("rows").get<std::vector<std::vector<nlohmann::json>>>();
-    listing.truncated = json.value("truncated", false);
-    for (const auto& row : listing.rows) {
-      if (row.size() != listing.columns.size()) {
-        throw ClientError(ExitCode::kInternal, "the server's query result is not rectangular");
-      }
-    }
-    return listing;
+    auto result = db::ReadJsonRows(server_.Query(sql, max_rows, limit_s));
+    if (!result) throw ClientError(ExitCode::kInternal, "the server's query result is not understood");
+    return ListingOf(std::move(*result));
   }
 
   std::string flags() const override {
@@ -101,17 +63,32 @@ std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options) {
   return std::make_unique<ServerSource>(options.network);
 }
 
-std::optional<std::string> BytesOfBlob(std::string_view hex) {
-  constexpr int kBase = 16;
-  if (hex.size() % 2 != 0) return std::nullopt;
-  std::string bytes;
-  bytes.reserve(hex.size() / 2);
-  for (std::size_t i = 0; i < hex.size(); i += 2) {
-    const int high = HexDigit(hex[i]), low = HexDigit(hex[i + 1]);
-    if (high < 0 || low < 0) return std::nullopt;
-    bytes.push_back(static_cast<char>(high * kBase + low));
+std::optional<std::string> BlobAt(const Listing& listing, std::size_t row, std::string_view column) {
+  const auto& cell = listing.At(row, column);
+  return cell.is_string() ? db::ParseBlobText(cell.get_ref<const std::string&>()) : std::nullopt;
+}
+
+Eigen::VectorXd WaypointAt(const Listing& listing, std::size_t row, std::string_view column, const std::string& what) {
+  static_assert(std::endian::native == std::endian::little);
+  const auto bytes = BlobAt(listing, row, column);
+  if (!bytes || bytes->size() % sizeof(double) != 0) {
+    const std::string found = bytes ? "holds " + std::to_string(bytes->size()) + " bytes" : "holds no BLOB";
+    throw ClientError(ExitCode::kDatabaseUnusable,
+                      what + ": " + found + " instead of an array of float64; " + std::string(kCheckDatabase));
   }
-  return bytes;
+  Eigen::VectorXd x(static_cast<Eigen::Index>(bytes->size() / sizeof(double)));
+  std::memcpy(x.data(), bytes->data(), bytes->size());
+  return x;
+}
+
+std::vector<Eigen::VectorXd> ReadWaypointsOf(ResultSource& source, std::int64_t job_id) {
+  const std::string job = std::to_string(job_id);
+  const Listing rows = source.Query("SELECT x FROM waypoints WHERE job_id = " + job + " ORDER BY waypoint");
+  std::vector<Eigen::VectorXd> waypoints;
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    waypoints.push_back(WaypointAt(rows, i, "x", "job " + job + ", waypoint " + std::to_string(i)));
+  }
+  return waypoints;
 }
 
 std::string SqlText(const std::string& text) {

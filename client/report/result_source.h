@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -24,7 +25,7 @@ struct SourceOptions {
 class ResultSource {
  public:
   virtual ~ResultSource() = default;
-  /// Runs one SELECT. Blobs come as upper-case hex text. `limit_s` bounds its time: (0, kLongestLimit_s] at a server,
+  /// Runs one SELECT. Cells as in db::JsonRows; BlobAt reads a BLOB. `limit_s` bounds its time: (0, kLongestLimit_s] at a server,
   /// 0 for none with a file.
   virtual Listing Query(const std::string& sql, int max_rows, double limit_s) = 0;
   Listing Query(const std::string& sql, int max_rows) { return Query(sql, max_rows, kDefaultLimit_s); }
@@ -40,8 +41,17 @@ class ResultSource {
 
 std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options);
 
-/// The bytes of a BLOB that came as text; empty for text that is none.
-std::optional<std::string> BytesOfBlob(std::string_view hex);
+/// The advice of an error about a stored value that cannot be read: whether the file is damaged is not known yet.
+inline constexpr std::string_view kCheckDatabase = "'legopt doctor --db FILE' checks the database";
+
+/// The bytes of a BLOB of a query's result; nullopt where the cell is NULL or not a BLOB.
+std::optional<std::string> BlobAt(const Listing& listing, std::size_t row, std::string_view column);
+
+/// The float64 values of a BLOB. Throws ClientError (kDatabaseUnusable) that begins with `what` for any other cell.
+Eigen::VectorXd WaypointAt(const Listing& listing, std::size_t row, std::string_view column, const std::string& what);
+
+/// The solution of a job: one configuration for each waypoint that is stored. Errors as WaypointAt.
+std::vector<Eigen::VectorXd> ReadWaypointsOf(ResultSource& source, std::int64_t job_id);
 
 /// A text as an SQL literal.
 std::string SqlText(const std::string& text);

@@ -3,11 +3,14 @@
 #include <arpa/inet.h>
 #include <microhttpd.h>
 #include <netinet/in.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cctype>
 #include <cerrno>
+#include <chrono>
 #include <condition_variable>
 #include <cstring>
 #include <deque>
@@ -24,6 +27,7 @@ namespace {
 
 constexpr unsigned kSlowThreads = 2;
 constexpr unsigned kRetryAfter_s = 5;
+constexpr std::chrono::milliseconds kKeepingInterval{250};
 
 // Nothing but what we serve ourselves; styles stand in the program.
 constexpr char kPolicy[] =
@@ -108,10 +112,36 @@ HttpReply TextReply(unsigned status, const std::string& text) {
   return reply;
 }
 
+namespace {
+
+// As many connections as the limit of open files allows, which is raised as far as this process may.
+HttpLimits WithinOpenFiles(HttpLimits limits) {
+  constexpr rlim_t kWanted = 4096, kOwnFiles = 100, kFewest = 16;
+  rlimit files{};
+  if (getrlimit(RLIMIT_NOFILE, &files) != 0) return limits;
+  if (files.rlim_cur < kWanted) {
+    files.rlim_cur = std::min(files.rlim_max, kWanted);
+    setrlimit(RLIMIT_NOFILE, &files);
+    getrlimit(RLIMIT_NOFILE, &files);
+  }
+  if (files.rlim_cur < kOwnFiles + kFewest) {
+    throw ClientError(ExitCode::kMachine, "the limit of open files, " + std::to_string(files.rlim_cur) +
+                                                      ", leaves none for readers; raise it (ulimit -n 1024)");
+  }
+  limits.most_connections = static_cast<unsigned>(std::min<rlim_t>(limits.most_connections, files.rlim_cur - kOwnFiles));
+  limits.most_streams = std::min(limits.most_streams, limits.most_connections);
+  return limits;
+}
+
+}  // namespace
+
 class HttpServer::Impl {
  public:
   Impl(HttpOptions options, Quick quick, Slow slow)
-      : options_(std::move(options)), quick_(std::move(quick)), slow_(std::move(slow)) {
+      : options_(std::move(options)),
+        quick_(std::move(quick)),
+        slow_(std::move(slow)),
+        connections_(WithinOpenFiles(options_.limits)) {
     const Address address = ParseAddress(options_.address, options_.port);
     hosts_ = {"localhost", "127.0.0.1", "[::1]", InUrl(options_.address)};
     for (const std::string& host : options_.hosts) hosts_.insert(NameOf(host));
@@ -119,10 +149,11 @@ class HttpServer::Impl {
         MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC;
     const unsigned v6 = address.any.sa_family == AF_INET6 ? MHD_USE_IPv6 : 0;
     daemon_ =
-        MHD_start_daemon(kFlags | v6, options_.port, nullptr, nullptr, &Impl::OnRequest, this, MHD_OPTION_SOCK_ADDR,
-                         &address.any, MHD_OPTION_CONNECTION_LIMIT, options_.most_connections,
+        MHD_start_daemon(kFlags | v6, options_.port, &Impl::OnAccept, this, &Impl::OnRequest, this,
+                         MHD_OPTION_SOCK_ADDR, &address.any, MHD_OPTION_CONNECTION_LIMIT, connections_.capacity(),
                          MHD_OPTION_CONNECTION_TIMEOUT, options_.idle_s, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-                         options_.connection_bytes, MHD_OPTION_NOTIFY_COMPLETED, &Impl::OnEnd, this, MHD_OPTION_END);
+                         options_.connection_bytes, MHD_OPTION_NOTIFY_COMPLETED, &Impl::OnEnd, this,
+                         MHD_OPTION_NOTIFY_CONNECTION, &Impl::OnConnection, this, MHD_OPTION_END);
     if (daemon_ == nullptr) {
       const std::string reason = std::generic_category().message(errno);
       throw ClientError(ExitCode::kNetworkUnusable,
@@ -133,6 +164,7 @@ class HttpServer::Impl {
     const std::uint16_t port = bound != nullptr ? bound->port : options_.port;
     url_ = "http://" + InUrl(options_.address) + ":" + std::to_string(port) + "/";
     for (unsigned i = 0; i < kSlowThreads; ++i) threads_.emplace_back([this] { AnswerSlowly(); });
+    threads_.emplace_back([this] { CloseTheDead(); });
   }
 
   ~Impl() {
@@ -159,7 +191,7 @@ class HttpServer::Impl {
   Impl& operator=(const Impl&) = delete;
 
   const std::string& url() const { return url_; }
-  unsigned streams() const { return streams_; }
+  unsigned streams() const { return connections_.streams(); }
   std::uint64_t requests() const { return requests_; }
 
   void Publish(std::uint64_t id, const std::string& data) {
@@ -191,15 +223,39 @@ class HttpServer::Impl {
     std::uint64_t event_number = 0, beat_number = 0;  // sent
     Body pending;
     std::size_t offset = 0;  // in `pending`
-    bool suspended = false;
+    std::string address;     // of the reader, as HttpConnections counts it
+    int socket = -1;
+    bool gone = false;  // the reader has closed the connection
   };
+
+  static MHD_Result OnAccept(void* self, const sockaddr* from, socklen_t) {
+    return static_cast<Impl*>(self)->connections_.Admits(from) ? MHD_YES : MHD_NO;
+  }
+
+  static void OnConnection(void* self, MHD_Connection* connection, void** entry, MHD_ConnectionNotificationCode code) {
+    HttpConnections& connections = static_cast<Impl*>(self)->connections_;
+    if (code == MHD_CONNECTION_NOTIFY_CLOSED) {
+      if (*entry != nullptr) connections.Remove(static_cast<HttpConnections::Entry*>(*entry));
+      *entry = nullptr;
+      return;
+    }
+    const auto* const socket = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    const auto* const from = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    *entry = connections.Add(socket->connect_fd, from->client_addr);
+  }
+
+  static HttpConnections::Entry* EntryOf(MHD_Connection* connection) {
+    const auto* const info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    return static_cast<HttpConnections::Entry*>(info->socket_context);
+  }
 
   static MHD_Result OnRequest(void* self, MHD_Connection* connection, const char* path, const char* method, const char*,
                               const char*, std::size_t* body_bytes, void** state) {
     return static_cast<Impl*>(self)->Handle(connection, path, method, *body_bytes, state);
   }
 
-  static void OnEnd(void*, MHD_Connection*, void** state, MHD_RequestTerminationCode) {
+  static void OnEnd(void* self, MHD_Connection* connection, void** state, MHD_RequestTerminationCode) {
+    if (auto* entry = EntryOf(connection)) static_cast<Impl*>(self)->connections_.EndAnswer(entry);
     delete static_cast<Exchange*>(*state);
     *state = nullptr;
   }
@@ -215,6 +271,9 @@ class HttpServer::Impl {
       return MHD_YES;  // to be called again after the body, which must not be
     }
     if (body_bytes != 0) return MHD_NO;  // closes the connection, whatever else would come
+    if (!exchange->asked && !connections_.BeginAnswer(EntryOf(connection))) {
+      return Refuse(connection, "too many connections; try again later\n");
+    }
     if (exchange->request.path == options_.streams_at) return OpenStream(connection, method == MHD_HTTP_METHOD_HEAD);
     if (!exchange->asked) {
       exchange->asked = true;
@@ -242,7 +301,7 @@ class HttpServer::Impl {
     }
     waiting_.push_back(exchange);
     MHD_suspend_connection(exchange->connection);
-    wake_.notify_one();
+    wake_.notify_all();
     return true;
   }
 
@@ -276,18 +335,23 @@ class HttpServer::Impl {
     return response.Queue(connection, same ? MHD_HTTP_NOT_MODIFIED : reply.status);
   }
 
+  // 503: a limit is reached. The connection is closed, so that it counts no longer.
+  static MHD_Result Refuse(MHD_Connection* connection, const std::string& reason) {
+    Body text = std::make_shared<const std::string>(reason);
+    Response response(
+        MHD_create_response_from_callback(text->size(), text->size(), &ReadBody, new Body(text), &FreeBody));
+    response.Header("Retry-After", std::to_string(kRetryAfter_s)).Header(MHD_HTTP_HEADER_CONNECTION, "close");
+    return response.Queue(connection, MHD_HTTP_SERVICE_UNAVAILABLE);
+  }
+
   MHD_Result OpenStream(MHD_Connection* connection, bool head_only) {
+    const HttpConnections::Entry* const entry = EntryOf(connection);
+    if (!connections_.OpenStream(entry->address)) return Refuse(connection, "too many streams; poll /state\n");
+    auto* stream = new Stream{this, connection, 0, 0, nullptr, 0, entry->address, entry->socket, false};
     {
       const std::lock_guard lock(mutex_);
-      if (ending_ || streams_ >= options_.most_streams) {
-        Body none = std::make_shared<const std::string>("too many streams; poll /state\n");
-        Response response(MHD_create_response_from_callback(none->size(), 1024, &ReadBody, new Body(none), &FreeBody));
-        response.Header("Retry-After", std::to_string(kRetryAfter_s));
-        return response.Queue(connection, MHD_HTTP_SERVICE_UNAVAILABLE);
-      }
-      ++streams_;
+      stream->beat_number = beat_number_;
     }
-    auto* stream = new Stream{this, connection, 0, beat_number_, nullptr, 0, false};
     constexpr std::size_t kPiece = 16'384;
     Response response(MHD_create_response_from_callback(head_only ? 0 : MHD_SIZE_UNKNOWN, kPiece, &Impl::ReadStream,
                                                         stream, &Impl::FreeStream));
@@ -304,9 +368,9 @@ class HttpServer::Impl {
   ssize_t Fill(Stream* stream, char* to, std::size_t most) {
     const std::lock_guard lock(mutex_);
     if (ending_) return MHD_CONTENT_READER_END_OF_STREAM;
+    if (stream->gone) return MHD_CONTENT_READER_END_WITH_ERROR;
     if (!stream->pending) NextOf(stream);
     if (!stream->pending) {
-      stream->suspended = true;
       suspended_.insert(stream);
       MHD_suspend_connection(stream->connection);
       return 0;
@@ -335,18 +399,40 @@ class HttpServer::Impl {
     {
       const std::lock_guard lock(stream->impl->mutex_);
       stream->impl->suspended_.erase(stream);
-      --stream->impl->streams_;
     }
+    stream->impl->connections_.CloseStream(stream->address);
     delete stream;
   }
 
   // Under the mutex.
   void WakeStreams() {
-    for (Stream* stream : suspended_) {
-      stream->suspended = false;
+    for (Stream* stream : suspended_) MHD_resume_connection(stream->connection);
+    suspended_.clear();
+  }
+
+  // The library does not look at a suspended connection, so that a stream without news outlives its reader.
+  void ReleaseAbandonedStreams() {
+    for (auto next = suspended_.begin(); next != suspended_.end();) {
+      Stream* const stream = *next;
+      char byte = 0;
+      const ssize_t count = recv(stream->socket, &byte, 1, MSG_PEEK | MSG_DONTWAIT);
+      stream->gone = count == 0 || (count < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
+      if (!stream->gone) {
+        ++next;
+        continue;
+      }
+      next = suspended_.erase(next);
       MHD_resume_connection(stream->connection);
     }
-    suspended_.clear();
+  }
+
+  // A thread of its own: connections without a request in time, and streams without a reader.
+  void CloseTheDead() {
+    std::unique_lock lock(mutex_);
+    while (!wake_.wait_for(lock, kKeepingInterval, [this] { return ending_; })) {
+      ReleaseAbandonedStreams();
+      connections_.CloseLate(HttpConnections::Clock::now());
+    }
   }
 
   void AnswerSlowly() {
@@ -368,10 +454,10 @@ class HttpServer::Impl {
   HttpOptions options_;
   Quick quick_;
   Slow slow_;
+  HttpConnections connections_;
   std::string url_;
   std::set<std::string> hosts_;
   std::atomic<std::uint64_t> requests_{0};
-  std::atomic<unsigned> streams_{0};
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

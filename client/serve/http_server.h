@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "client/serve/http_connections.h"
+
 /// A small web server for readers of a page: GET and HEAD, a stream of events, and limits that no reader can break.
 namespace legopt::client {
 
@@ -34,15 +36,15 @@ struct HttpOptions {
   std::uint16_t port = 0;                 ///< 0: a free one
   std::vector<std::string> hosts;         ///< names beside the address and localhost under which it may be asked for
   std::string streams_at = "/events";     ///< path of the stream
-  unsigned most_connections = 512;        ///< more are not accepted until others end
-  unsigned most_streams = 400;            ///< more are told to poll (503)
-  unsigned idle_s = 30;                   ///< a connection without progress for so long is closed
+  HttpLimits limits;                      ///< of connections and streams
+  unsigned idle_s = 30;                   ///< a reader that takes nothing of its answer for so long is disconnected
   std::size_t connection_bytes = 32'768;  ///< memory of one: longer heads are refused
 };
 
 /// Serves HTTP/1.1 in a thread of its own, with two more for answers that take time. Only GET and HEAD; a request with
 /// a body, or for a host that is not ours (a page of another site that resolves to this machine), is refused. Every
-/// answer forbids other sites to frame or sniff it, and scripts that are not its own. Thread rule: one thread makes and
+/// answer forbids other sites to frame or sniff it, and scripts that are not its own. The limits of connections are
+/// lowered to what the process's limit of open files allows. Thread rule: one thread makes and
 /// destroys it; Publish and the counts may be called from any.
 class HttpServer {
  public:
@@ -51,7 +53,8 @@ class HttpServer {
   /// Answers in one of two threads; an exception becomes an answer with status 500.
   using Slow = std::function<HttpReply(const HttpRequest&)>;
 
-  /// Throws ClientError: kNetworkUnusable where the address cannot be listened on, with what to do.
+  /// Throws ClientError: kNetworkUnusable where the address cannot be listened on, kMachine where the limit of open
+  /// files leaves none for readers, with what to do.
   HttpServer(HttpOptions options, Quick quick, Slow slow);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;

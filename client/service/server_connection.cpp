@@ -134,21 +134,17 @@ nlohmann::json ServerConnection::Status(std::int64_t experiment_id) {
   return ParseStatusText(Ask(request, timeout_).json);
 }
 
-nlohmann::json ServerConnection::Query(const std::string& sql, int max_rows, double limit_s) {
+std::string ServerConnection::Query(const std::string& sql, int max_rows, double limit_s) {
   Probe();
   legopt_msg::query_request request;
   request.sql = "/*+ MAX_EXECUTION_TIME(" + std::to_string(std::llround(limit_s * 1e3)) + ") */ " + sql;
   request.max_rows = max_rows;
   // Others may be answered first.
-  const auto reply = Ask(request, std::min(std::max(timeout_, ToMicroseconds(limit_s) + kWorkTimeout), kLongestCall));
+  auto reply = Ask(request, std::min(std::max(timeout_, ToMicroseconds(limit_s) + kWorkTimeout), kLongestCall));
   const QueryStatus status{reply.status};
   if (status == QueryStatus::kStopped) throw ClientError(ExitCode::kUnreachable, "query: " + reply.message);
   if (status != QueryStatus::kOk) throw ClientError(ExitCode::kUsage, "query: " + reply.message);
-  auto json = TryParseJson(reply.json).value_or(nullptr);
-  if (!json.is_object() || !json.contains("columns") || !json.contains("rows")) {
-    throw ClientError(ExitCode::kInternal, "the server's query result is not understood");
-  }
-  return json;
+  return std::move(reply.json);
 }
 
 legopt_msg::control_reply ServerConnection::Control(legopt_msg::control_request request) {

@@ -40,9 +40,8 @@ class ServerConnection {
                                   const std::function<void()>& tick = {});
   /// Status of one experiment, or of all with 0; the JSON of the contract.
   nlohmann::json Status(std::int64_t experiment_id);
-  /// Read-only SQL, stopped by the server after `limit_s`, (0, 3600]; the reply's JSON object: columns, rows,
-  /// truncated.
-  nlohmann::json Query(const std::string& sql, int max_rows, double limit_s);
+  /// Read-only SQL, stopped by the server after `limit_s`, (0, 3600]. Returns the text that db::ReadJsonRows reads.
+  std::string Query(const std::string& sql, int max_rows, double limit_s);
   legopt_msg::cancel_reply Cancel(std::int64_t experiment_id);
   legopt_msg::control_reply Control(legopt_msg::control_request request);
 

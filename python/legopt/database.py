@@ -143,7 +143,7 @@ class Database:
         names = json.loads(facts["joint_names"]) if facts["joint_names"] else None
         if len({len(row) for row in x}) > 1 or x and names is not None and len(names) != len(x[0]) - 7:
             raise DatabaseError(f"{self.path}: job {job}: waypoints of different lengths, or not of its robot; "
-                                "restore a backup")
+                                "'legopt doctor --db FILE' checks the database")
         return Waypoints(job, x, names, times)
 
     def trace(self, job: int) -> Rows:

@@ -263,8 +263,10 @@ class ReadOnlyFile:
 
     def _fault(self, error: Exception) -> DatabaseError:
         code = getattr(error, "sqlite_errorcode", None)
-        advice = "'legopt doctor --db FILE' tells what is missing; restore a backup"
+        advice = "'legopt doctor --db FILE' checks the database"
         primary = None if code is None else code & 0xFF
+        if primary == sqlite3.SQLITE_CORRUPT:
+            advice = "the file is damaged; restore a backup"
         if isinstance(error, OSError) or primary in _FORBIDDEN:
             advice = "check the permissions of file and folder; 'legopt backup' makes a copy that needs no side files"
         elif isinstance(error, sqlite3.ProgrammingError):

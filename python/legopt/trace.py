@@ -57,4 +57,5 @@ def decode_history(text: str, source: str) -> Rows:
         columns, rows = history["columns"], history["rows"]
         return Rows(columns, (dict(zip(columns, row, strict=True)) for row in rows))
     except (ValueError, KeyError, TypeError) as error:
-        raise DatabaseError(f"{source}: has a history that nobody can read ({error}); restore a backup") from error
+        raise DatabaseError(f"{source}: the history cannot be read ({error}); "
+                            "'legopt doctor --db FILE' checks the database") from error

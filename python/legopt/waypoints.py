@@ -74,5 +74,6 @@ class Waypoints:
 def decode_waypoint(blob: bytes, source: str) -> list[float]:
     """Little-endian float64 values. DatabaseError, which names `source`: it is damaged."""
     if len(blob) % 8 != 0 or len(blob) < 8 * len(BASE_NAMES):
-        raise DatabaseError(f"{source}: a waypoint of {len(blob)} bytes is damaged; restore a backup")
+        raise DatabaseError(f"{source}: a waypoint of {len(blob)} bytes cannot be read; "
+                            "'legopt doctor --db FILE' checks the database")
     return list(struct.unpack(f"<{len(blob) // 8}d", blob))

@@ -120,12 +120,12 @@ TEST_F(CompareCommand, AFailureIsChargedWhatIsSaid) {
   TestExperiment experiment = ToyPool();
   experiment.effort_limit = 1000;
   const std::string file = Stored(experiment);
-  const auto cell = Compared(file);  // A and B: their longest solve takes 16 ms
-  EXPECT_DOUBLE_EQ(cell.at("charge_ms"), 160.0);
-  EXPECT_EQ(cell.at("charge_rule"), "longest_solved");
-  EXPECT_DOUBLE_EQ(cell.at("par10_a_ms"), 35.0);
+  const auto cell = Compared(file);
+  EXPECT_DOUBLE_EQ(cell.at("charge_ms"), 10'000.0);
+  EXPECT_EQ(cell.at("charge_rule"), "per_waypoint");
+  EXPECT_DOUBLE_EQ(cell.at("par10_a_ms"), 2003.0);
   EXPECT_THAT(Run({"compare", "A", "B", "--db", file}).out,
-              HasSubstr("a failure costs 160 ms, ten times the longest solved run of posture"));
+              HasSubstr("a failure costs 10000 ms for each waypoint of the problem"));
   const auto chosen = Run({"compare", "A", "B", "--db", file, "--charge", "0.05", "--format", "json"});
   EXPECT_DOUBLE_EQ(nlohmann::json::parse(chosen.out).at("comparisons")[0].at("par10_a_ms"), 13.0);
   ExpectError(Run({"compare", "A", "B", "--db", file, "--charge", "0"}), 2, "--charge");

@@ -3,6 +3,9 @@
 #include "client/serve/http_server.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <condition_variable>
@@ -58,6 +61,7 @@ class HttpServerTest : public testing::Test {
     for (int i = 0; i < 400 && server_->streams() != count; ++i) std::this_thread::sleep_for(milliseconds(50));
     return server_->streams() == count;
   }
+  void OpenStreams(unsigned count, int visitor, std::vector<RawHttp>* streams);
   std::string Asked(const std::string& head) const {
     RawHttp http(port_);
     http.Send(head);
@@ -147,14 +151,39 @@ TEST_F(HttpServerTest, WhatTakesTimeHoldsNobodyUp) {
   for (RawHttp& http : waiting) EXPECT_NE(http.Receive("late\n").find("late"), std::string::npos);
 }
 
-TEST_F(HttpServerTest, ASilentConnectionIsClosed) {
+TEST_F(HttpServerTest, AConnectionThatSendsNoWholeRequestIsClosed) {
   HttpOptions options;
-  options.idle_s = 1;
+  options.limits.head = milliseconds(300);
   Start(options);
-  RawHttp silent(port_), slow(port_);
+  RawHttp silent(port_), slow(port_), answered(port_), body(port_);
   slow.Send("GET /now HT");
-  EXPECT_TRUE(silent.Closed());
-  EXPECT_TRUE(slow.Closed());
+  answered.Get("/now");
+  body.Send("GET /now HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n");
+  EXPECT_NE(answered.Receive("now").find(" 200 "), std::string::npos);
+  for (RawHttp* one : {&silent, &slow, &answered, &body}) EXPECT_TRUE(one->Closed());
+}
+
+TEST_F(HttpServerTest, ASlowSenderHasFiveSecondsInAll) {
+  Start();
+  RawHttp slow(port_);
+  const auto begin = std::chrono::steady_clock::now();
+  slow.Send("GET /now HTTP/1.1\r\n");
+  while (slow.Send("X: 1\r\n") && !slow.Closed(milliseconds(500))) {
+    ASSERT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(60));
+  }
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, milliseconds(4900));
+}
+
+TEST_F(HttpServerTest, AnAnswerThatTakesLongerThanARequestMayIsNotCutOff) {
+  HttpOptions options;
+  options.limits.head = milliseconds(50);
+  Start(options);
+  RawHttp waiting(port_);
+  waiting.Get("/later");
+  while (begun_ < 1) std::this_thread::sleep_for(milliseconds(5));
+  std::this_thread::sleep_for(milliseconds(600));
+  Release();
+  EXPECT_NE(waiting.Receive("late\n").find("late"), std::string::npos);
 }
 
 TEST_F(HttpServerTest, AReaderThatTakesNothingKeepsOnlyItsConnection) {
@@ -191,6 +220,7 @@ TEST_F(HttpServerTest, StreamsGetTheNewestEventAndSignsOfLife) {
   EXPECT_NE(early.Receive("id: 9\n").find("id: 9\n"), std::string::npos);
 }
 
+// Without an event or a sign of life: they count until they are closed.
 TEST_F(HttpServerTest, StreamsOfReadersThatWentAreForgotten) {
   Start();
   {
@@ -201,24 +231,101 @@ TEST_F(HttpServerTest, StreamsOfReadersThatWentAreForgotten) {
     }
     ASSERT_TRUE(WaitForStreams(20));
   }
-  for (int i = 0; i < 100 && server_->streams() > 0; ++i) {
-    server_->Beat();
-    std::this_thread::sleep_for(milliseconds(50));
-  }
-  EXPECT_EQ(server_->streams(), 0U);
+  EXPECT_TRUE(WaitForStreams(0));
 }
 
-TEST_F(HttpServerTest, OneStreamTooManyIsToldToPoll) {
-  HttpOptions options;
-  options.most_streams = 2;
-  Start(options);
-  RawHttp first(port_), second(port_);
-  first.Get("/events");
-  second.Get("/events");
-  ASSERT_TRUE(WaitForStreams(2));
-  const std::string answer = Fetch(port_, "/events");
-  EXPECT_TRUE(answer.starts_with("HTTP/1.1 503 ")) << answer;
-  EXPECT_NE(answer.find("Retry-After:"), std::string::npos);
+void HttpServerTest::OpenStreams(unsigned count, int visitor, std::vector<RawHttp>* streams) {
+  for (unsigned i = 0; i < count; ++i) {
+    streams->emplace_back(port_, visitor);
+    streams->back().Get("/events");
+    ASSERT_TRUE(streams->back().Receive("\r\n\r\n").starts_with("HTTP/1.1 200 ")) << streams->size();
+  }
+}
+
+TEST_F(HttpServerTest, EachVisitorHas32StreamsAndOthersAreAnsweredBesides) {
+  Start();
+  std::vector<RawHttp> streams;
+  OpenStreams(32, 1, &streams);
+  for (int i = 0; i < 100; ++i) {
+    const std::string refused = Fetch(port_, "/events");
+    ASSERT_TRUE(refused.starts_with("HTTP/1.1 503 ")) << refused;
+    ASSERT_NE(refused.find("Retry-After:"), std::string::npos);
+  }
+  EXPECT_TRUE(Fetch(port_, "/now").starts_with("HTTP/1.1 200 ")) << "the same visitor's request";
+  EXPECT_TRUE(Fetch(port_, "/now", "", 2).starts_with("HTTP/1.1 200 "));
+  OpenStreams(32, 2, &streams);
+  streams.erase(streams.begin());
+  ASSERT_TRUE(WaitForStreams(63));
+  OpenStreams(1, 1, &streams);
+}
+
+TEST_F(HttpServerTest, FourHundredStreamsAreServedAndOneMoreIsToldToPoll) {
+  Start();
+  std::vector<RawHttp> streams;
+  for (int visitor = 1; visitor <= 12; ++visitor) OpenStreams(32, visitor, &streams);
+  OpenStreams(16, 13, &streams);
+  ASSERT_EQ(streams.size(), 400U);
+  const std::string refused = Fetch(port_, "/events", "", 14);
+  EXPECT_TRUE(refused.starts_with("HTTP/1.1 503 ")) << refused;
+  EXPECT_TRUE(Fetch(port_, "/now", "", 14).starts_with("HTTP/1.1 200 "));
+  server_->Publish(1, "{}");
+  for (RawHttp& stream : streams) EXPECT_NE(stream.Receive("data: {}").find("data: {}"), std::string::npos);
+}
+
+TEST_F(HttpServerTest, AConnectionTooManyIsAnsweredWith503) {
+  Start();
+  std::vector<RawHttp> busy;
+  const auto occupy = [&](int visitor, unsigned count) {
+    for (unsigned i = 0; i < count; ++i) {
+      busy.emplace_back(port_, visitor);
+      busy.back().Get("/later");
+    }
+  };
+  occupy(1, 64);
+  while (server_->requests() < busy.size()) std::this_thread::sleep_for(milliseconds(5));
+  EXPECT_TRUE(Fetch(port_, "/now").starts_with("HTTP/1.1 503 ")) << "the 65th of one visitor";
+  EXPECT_TRUE(Fetch(port_, "/now", "", 2).starts_with("HTTP/1.1 200 "));
+  for (int visitor = 2; visitor <= 7; ++visitor) occupy(visitor, 64);
+  ASSERT_EQ(busy.size(), 448U);
+  while (server_->requests() < busy.size() + 2) std::this_thread::sleep_for(milliseconds(5));
+  EXPECT_TRUE(Fetch(port_, "/now", "", 9).starts_with("HTTP/1.1 503 ")) << "the 449th of all";
+  busy.pop_back();
+  Release();
+  for (RawHttp& one : busy) EXPECT_NE(one.Receive("late\n").find("late"), std::string::npos);
+  EXPECT_TRUE(Fetch(port_, "/now", "", 9).starts_with("HTTP/1.1 200 "));
+}
+
+// A visitor with a thousand half requests, from one address or from many.
+TEST_F(HttpServerTest, HalfRequestsShutNobodyOut) {
+  Start();
+  std::vector<RawHttp> half;
+  for (int i = 0; i < 1000; ++i) {
+    half.emplace_back(port_, i < 600 ? 1 : 1 + i % 20);
+    half.back().Send("GET /now HT");
+    if (i % 100 != 99) continue;
+    EXPECT_TRUE(Fetch(port_, "/now", "", 30).starts_with("HTTP/1.1 200 ")) << i;
+    EXPECT_TRUE(Fetch(port_, "/now").starts_with("HTTP/1.1 200 ")) << i << ", the same visitor";
+  }
+}
+
+TEST_F(HttpServerTest, TheLimitOfOpenFilesLowersTheLimitOfConnections) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const auto child = fork();
+  if (child == 0) {
+    const rlimit low{110, 110};
+    setrlimit(RLIMIT_NOFILE, &low);
+    try {
+      const HttpServer server({}, {}, {});
+    } catch (const ClientError& error) {
+      _exit(std::string(error.what()).find("ulimit -n") != std::string::npos ? 0 : 1);
+    }
+    _exit(2);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
 TEST_F(HttpServerTest, EndsWithStreamsAndWaitingRequestsOpen) {

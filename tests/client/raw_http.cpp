@@ -23,9 +23,13 @@ bool Wait(int socket, short events, milliseconds limit) {
 
 }  // namespace
 
-RawHttp::RawHttp(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)), port_(port) {
+RawHttp::RawHttp(std::uint16_t port, int visitor) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)), port_(port) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK - 1 + static_cast<std::uint32_t>(visitor));
+  if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
+    throw std::system_error(errno, std::generic_category(), "bind");
+  }
   address.sin_port = htons(port);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   if (connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
@@ -73,8 +77,8 @@ bool RawHttp::Closed(milliseconds limit) {
   }
 }
 
-std::string Fetch(std::uint16_t port, const std::string& path, const std::string& headers) {
-  RawHttp http(port);
+std::string Fetch(std::uint16_t port, const std::string& path, const std::string& headers, int visitor) {
+  RawHttp http(port, visitor);
   http.Get(path, headers + "Connection: close\r\n");
   return http.Receive("", std::chrono::seconds(60));
 }

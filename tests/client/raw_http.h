@@ -11,8 +11,8 @@ namespace legopt::test {
 
 class RawHttp {
  public:
-  /// Connects to 127.0.0.1. Throws std::system_error.
-  explicit RawHttp(std::uint16_t port);
+  /// Connects to 127.0.0.1, from 127.0.0.`visitor` (1 to 254). Throws std::system_error.
+  explicit RawHttp(std::uint16_t port, int visitor = 1);
 
   /// False once the other side has closed, or takes nothing more for a second.
   bool Send(const std::string& bytes);
@@ -29,7 +29,7 @@ class RawHttp {
 };
 
 /// One GET on a connection of its own; head and body, until the other side closes.
-std::string Fetch(std::uint16_t port, const std::string& path, const std::string& headers = "");
+std::string Fetch(std::uint16_t port, const std::string& path, const std::string& headers = "", int visitor = 1);
 
 /// A TCP port of this machine that nobody uses at the moment.
 std::uint16_t FreePort();

@@ -114,7 +114,22 @@ TEST_F(ResultSourceTest, RowLimitIsReported) {
   EXPECT_FALSE(source_->Query("SELECT job_id FROM jobs", 5).truncated);
 }
 
-TEST_F(ResultSourceTest, BlobsAreHexadecimal) { EXPECT_EQ(source_->Query("SELECT x'0aFF' AS b").At(0, "b"), "0AFF"); }
+TEST_F(ResultSourceTest, BlobsAreHexadecimal) {
+  const Listing listing = source_->Query("SELECT x'0aFF' AS b, NULL AS none, 'text' AS text, 7 AS number");
+  EXPECT_EQ(listing.At(0, "b"), "0AFF");
+  EXPECT_EQ(BlobAt(listing, 0, "b"), std::string("\x0a\xff"));
+  for (const char* other : {"none", "text", "number"}) EXPECT_EQ(BlobAt(listing, 0, other), std::nullopt) << other;
+}
+
+TEST_F(ResultSourceTest, AWaypointThatCannotBeReadIsToBeChecked) {
+  try {
+    WaypointAt(source_->Query("SELECT x'0102' AS x"), 0, "x", "job 7");
+    FAIL();
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.code(), ExitCode::kDatabaseUnusable);
+    EXPECT_THAT(error.what(), testing::StartsWith("job 7: holds 2 bytes instead of an array of float64; 'legopt doctor"));
+  }
+}
 
 TEST_F(ResultSourceTest, NothingCanBeChanged) {
   for (const char* sql :

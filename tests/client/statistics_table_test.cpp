@@ -56,32 +56,29 @@ TEST(StatisticsTable, StartsInsideOfAnAttemptStandInTheMethodsOptions) {
   EXPECT_EQ(table.rows[2].method.inner_starts, 0);
 }
 
-// The limit of wall time is a safety net then, of hours: ten of those would say nothing but who failed.
-TEST(StatisticsTable, WhereEffortIsLimitedAFailureIsChargedByTheLongestSolve) {
+// The limit of wall time is a safety net then, of hours. The charge depends on the problem alone: a slow method changes
+// no figure of another.
+TEST(StatisticsTable, WhereEffortIsLimitedAFailureIsChargedByWaypoint) {
   TestExperiment experiment = ToyPool();
   experiment.effort_limit = 1000;
-  const StatisticsTable table = TableOf(experiment);
-  EXPECT_EQ(table.columns.at(kToyColumn).charge.rule, ChargeRule::kLongestSolved);
-  EXPECT_DOUBLE_EQ(table.columns.at(kToyColumn).charge.ms, 160.0);
-  EXPECT_DOUBLE_EQ(CellOf(table, 0).par10_ms.value(), 35.0);
-  EXPECT_DOUBLE_EQ(CellOf(table, 1).par10_ms.value(), 36.6);
-  EXPECT_DOUBLE_EQ(CellOf(table, 2).par10_ms.value(), 66.0);
-  EXPECT_THAT(RenderStatisticsTable(table, TableFormat::kText, {.layout = {}}),
-              HasSubstr("A failure is charged 160 ms, ten times the longest solved run of posture."));
+  for (const int waypoints : {1, 3}) {
+    experiment.num_waypoints = waypoints;
+    const StatisticsTable table = TableOf(experiment);
+    EXPECT_EQ(table.columns.at(kToyColumn).charge.rule, ChargeRule::kPerWaypoint);
+    EXPECT_DOUBLE_EQ(table.columns.at(kToyColumn).charge.ms, 10'000.0);
+    EXPECT_DOUBLE_EQ(CellOf(table, 0).par10_ms.value(), 3.0 + waypoints * 2000.0);
+    EXPECT_THAT(RenderStatisticsTable(table, TableFormat::kText, {.layout = {}}),
+                HasSubstr("A failure is charged 10000 ms for each waypoint of the problem."));
+  }
+  experiment.num_waypoints = 1;
+  const double before = CellOf(TableOf(experiment), 0).par10_ms.value();
+  experiment.methods.push_back({"slow"});
+  AddTimes(3, {9000, 9000, 9000, 9000, 9000}, &experiment);
+  EXPECT_EQ(CellOf(TableOf(experiment), 0).par10_ms.value(), before);
 }
 
-TEST(StatisticsTable, TheChargeIsThatOfTheTaskFromEveryStart) {
-  TestExperiment experiment = ToyPool();
-  experiment.effort_limit = 1000;
-  experiment.results.push_back({.initialization = "in_collision", .wall_us = 30'000});
-  experiment.results.push_back({.method = 1, .initialization = "in_collision", .verdict = "com", .wall_us = 90'000});
-  const StatisticsTable table = TableOf(experiment);
-  for (const auto& [column, common] : table.columns) EXPECT_DOUBLE_EQ(common.charge.ms, 300.0) << "not of a failure";
-}
-
-TEST(StatisticsTable, WithoutASolveTheWallLimitIsCharged) {
+TEST(StatisticsTable, WithoutALimitOfEffortTheWallLimitIsCharged) {
   TestExperiment experiment;
-  experiment.effort_limit = 1000;
   experiment.results = {{.problem = 0, .verdict = "com"}};
   const StatisticsTable table = TableOf(experiment);
   EXPECT_EQ(table.columns.at(kToyColumn).charge.rule, ChargeRule::kWallLimit);

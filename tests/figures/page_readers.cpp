@@ -18,6 +18,8 @@ using std::chrono::milliseconds;
 using test::RawHttp;
 
 constexpr int kStreams = 200;
+constexpr int kStreamsOfVisitor = 25;
+constexpr int kHostileVisitor = 100;
 constexpr int kRequests = 20'000;
 constexpr int kJobs = 200;
 constexpr int kWork_ms = 50;
@@ -85,7 +87,7 @@ void MeasurePageReaders(const Request& request, Findings& findings) {
 
   std::vector<RawHttp> streams;
   for (int i = 0; i < kStreams; ++i) {
-    streams.emplace_back(port);
+    streams.emplace_back(port, 2 + i / kStreamsOfVisitor);
     streams.back().Get("/events");
   }
   test::Fetch(port, "/page.js");
@@ -94,7 +96,7 @@ void MeasurePageReaders(const Request& request, Findings& findings) {
 
   std::vector<RawHttp> hostile;
   for (int i = 0; i < kSlowReaders; ++i) {
-    hostile.emplace_back(port);
+    hostile.emplace_back(port, kHostileVisitor);
     hostile.back().Send(Mischief(i % 7));
   }
   const Answers answers = AskMany(port, requests);

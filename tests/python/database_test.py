@@ -158,7 +158,7 @@ class OlderAndOtherResults(unittest.TestCase):
             except legopt.DatabaseError:
                 pass
             for job in (5, 7):
-                with self.assertRaisesRegex(legopt.DatabaseError, f"job {job}.*restore a backup"):
+                with self.assertRaisesRegex(legopt.DatabaseError, f"job {job}.*'legopt doctor"):
                     db.waypoints(job)
             nothing = db.waypoints(6)
             self.assertEqual((len(nothing), nothing.joints, len(nothing.names)), (0, [], 19))

@@ -52,7 +52,7 @@ TEST_F(Queries, AnswerIsJson) {
   const auto reply = Ask("SELECT 1 AS one, 0.5 AS half, 'text' AS word, NULL AS missing, x'00ff' AS bytes");
   EXPECT_EQ(StatusOf(reply), QueryStatus::kOk) << reply.message;
   EXPECT_EQ(Json::parse(reply.json), Json::parse(R"({"columns":["one","half","word","missing","bytes"],
-      "rows":[[1,0.5,"text",null,"00ff"]],"truncated":false})"));
+      "rows":[[1,0.5,"text",null,"00FF"]],"truncated":false})"));
 }
 
 TEST_F(Queries, SeesWhatIsCommittedMeanwhile) {

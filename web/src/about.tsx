@@ -33,10 +33,10 @@ function Options({ experiment, state }: { experiment: Experiment; state: State }
 
 export function AboutView({ page, experiment, state }: { page: Page; experiment: Experiment; state: State }) {
   const facts: [string, string][] = [
-    ['experiment', `${experiment.id} '${experiment.name}' of ${experiment.place}`], ['state', `${experiment.state}${experiment.unfinished > 0 ? `, ${experiment.unfinished} jobs unfinished` : ''}`],
+    ['experiment', `${experiment.id} '${experiment.name}'${experiment.place && ` of ${experiment.place}`}`], ['state', `${experiment.state}${experiment.unfinished > 0 ? `, ${experiment.unfinished} jobs unfinished` : ''}`],
     ['submitted', `${experiment.submitted_utc} UTC`], ['dataset', `${experiment.dataset.name}, problems: ${experiment.dataset.split}`], ['hash', experiment.dataset.hash],
     ['rule', `${experiment.rule}: whose verdict counts as solved (docs/readings.md)`], ['seed', String(experiment.seed)], ['repetitions', String(experiment.repetitions)],
-    ['results by', experiment.origin || 'unknown'], ['page written', `${page.written_utc} UTC by legopt ${page.legopt.version}, build ${page.legopt.build_id}; format ${page.format}`],
+    ['results by', experiment.origin || 'unknown'], ['newest result', experiment.newest_result_utc ? `${experiment.newest_result_utc} UTC` : DASH], ['page by', `legopt ${page.legopt.version}, build ${page.legopt.build_id}; format ${page.format}`],
   ];
   return (
     <>

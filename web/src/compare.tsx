@@ -16,7 +16,8 @@ interface Point { x: number; y: number; problem: number; job: number | null; kin
 /** Problems by the values of both; what one has not solved lies on the rim, what none solved in the corner. */
 function points(figures: ColumnFigures, measure: 'time_ms' | 'cost', rim: number): Point[] {
   const [a, b] = figures.methods;
-  return figures.problems.map((problem, i) => {
+  return figures.problems.filter((_, i) => a.share[i] !== null && b.share[i] !== null).map((problem) => {
+    const i = figures.problems.indexOf(problem);
     const x = a[measure][i], y = b[measure][i];
     const kind = x === null ? (y === null ? 'neither' : 'only B') : y === null ? 'only A' : 'both';
     return { x: x ?? rim, y: y ?? rim, problem, job: kind === 'only A' ? b.job[i] : a.job[i], kind };
@@ -25,14 +26,14 @@ function points(figures: ColumnFigures, measure: 'time_ms' | 'cost', rim: number
 
 function scatter(figures: ColumnFigures, measure: 'time_ms' | 'cost', names: [string, string], unit: string, width: number, e: number): Element {
   const values = figures.methods.flatMap((m) => m[measure]).filter((v): v is number => v !== null && v > 0);
-  const low = Math.min(...values) * 0.8, high = Math.max(...values) * 1.3, rim = high * 1.5;
+  const low = values.length > 0 ? Math.min(...values) * 0.8 : 1, high = values.length > 0 ? Math.max(...values) * 1.3 : 10, rim = high * 1.5;
   const data = points(figures, measure, rim);
   const domain: [number, number] = [low, rim * 1.15];
   const rimmed = data.some((d) => d.kind !== 'both');
   return plot({
     width, height: Math.min(width, 420), marginLeft: 50, style: { color: ink(), background: 'transparent', fontSize: '11px' },
-    x: { type: 'log', domain, label: `A: ${names[0]}, ${unit} \u2192`, grid: true, ticks: 5, tickFormat: '~s' },
-    y: { type: 'log', domain, label: `\u2191 B: ${names[1]}, ${unit}`, grid: true, ticks: 5, tickFormat: '~s' },
+    x: { type: 'log', domain, label: `A: ${names[0]}, ${unit} \u2192`, grid: true, ticks: 5, tickFormat: '~g' },
+    y: { type: 'log', domain, label: `\u2191 B: ${names[1]}, ${unit}`, grid: true, ticks: 5, tickFormat: '~g' },
     marks: [
       line([[low, low], [high, high]], { stroke: faint(), strokeDasharray: '4 3' }),
       ...(rimmed ? [ruleX([rim], { stroke: failure(), strokeOpacity: 0.4 }), ruleY([rim], { stroke: failure(), strokeOpacity: 0.4 }),

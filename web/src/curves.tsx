@@ -11,9 +11,9 @@ export interface Shown { title: string; mark: number; curve: Curve | null; hidde
 /** Step curves from `start`, each carried on to the right edge and named there. */
 export function stepPlot(shown: Shown[], options: { width: number; start: number; log: boolean; label: string; limit?: number }): Element {
   const all = shown.filter((s) => s.curve && s.curve.x.length > 0), drawn = all.filter((s) => !s.hidden);  // axes are of all
-  const largest = Math.max(options.start * 1.5, ...all.map((s) => s.curve!.x[s.curve!.x.length - 1]));
+  const largest = Math.max(options.start * 1.5, ...all.map((s) => s.curve!.x[s.curve!.x.length - 1])) || 1;
   const right = options.log ? largest * 1.15 : largest * 1.05;
-  const smallest = Math.min(...all.map((s) => s.curve!.x[0]), largest);
+  const smallest = all.length > 0 ? Math.min(...all.map((s) => s.curve!.x[0]), largest) : largest / 10;
   const left = options.start > 0 ? options.start : options.log ? smallest * 0.8 : 0;
   const marks: Markish[] = [ruleY([0, 1], { stroke: faint(), strokeOpacity: 0.5 })];
   if (options.limit && options.limit < right) marks.push(ruleX([options.limit], { stroke: faint(), strokeDasharray: '2 3' }));
@@ -36,7 +36,7 @@ export function stepPlot(shown: Shown[], options: { width: number; start: number
   }
   return plot({
     width: options.width, height: 300, marginRight: 132, marginLeft: 44, style: { color: ink(), background: 'transparent', fontSize: '11px' },
-    x: { type: options.log ? 'log' : 'linear', domain: [left, right], label: options.label, grid: true, ticks: 5, tickFormat: options.log ? '~s' : undefined },
+    x: { type: options.log ? 'log' : 'linear', domain: [left, right], label: options.label, grid: true, ticks: 5, tickFormat: '~g' },
     y: { domain: [0, 1], label: 'share of problems \u2191', ticks: [0, 0.25, 0.5, 0.75, 1], tickFormat: (v: number) => String(v), grid: true },
     marks,
   });
@@ -55,20 +55,21 @@ export function CurveSet({ figures, names, caption, log, name, pool, depends }: 
   const shown = (curves: (Curve | null)[] | undefined): Shown[] =>
     names.map(({ title, mark, hidden }, i) => ({ title, mark, hidden, curve: curves?.[i] ?? null }));
   const { time, cost } = figures.profiles;
-  const limit = figures.limit_ms;
+  const limit = figures.limit_ms, complete = figures.complete ?? figures.problems.length;
+  if (complete === 0) return <p class="note">No problem has been completed by every method that has begun: there are no curves yet.</p>;
   return (
     <div class="figures">
       {time && <Figure name={`${name}-profile-time`} depends={depends} title="Performance profile of times"
         caption={`Share of ${time.problems} problems solved within a factor of the fastest of ${pool}; ${time.unsolved} solved by none. Only the distance to the best can be read from it. ${caption}`}
         draw={(width) => stepPlot(shown(time.curves), { width, start: 1, log, label: 'time / fastest \u2192' })} rows={() => curveRows(shown(time.curves), 'ratio')} />}
       <Figure name={`${name}-runtimes`} depends={depends} title="Runtime distribution"
-        caption={`Share of ${figures.problems.length} problems solved within a time; what failed never arrives. Limit ${limit / 1e3} s. ${caption}`}
+        caption={`Share of ${complete} problems solved within a time; what failed never arrives. Limit ${limit / 1e3} s. ${caption}`}
         draw={(width) => stepPlot(shown(figures.runtimes), { width, start: 0, log, label: 'time, ms \u2192', limit })} rows={() => curveRows(shown(figures.runtimes), 'time_ms')} />
       {cost && <Figure name={`${name}-profile-cost`} depends={depends} title="Performance profile of costs"
         caption={`Share of ${cost.problems} problems solved within a factor of the cheapest solution of ${pool}. ${caption}`}
         draw={(width) => stepPlot(shown(cost.curves), { width, start: 1, log, label: 'cost / cheapest \u2192' })} rows={() => curveRows(shown(cost.curves), 'ratio')} />}
       {!cost && <Figure name={`${name}-costs`} depends={depends} title="Costs beside the best"
-        caption={`Share of problems solved within a factor of the best known cost. ${caption}`}
+        caption={`Share of ${complete} problems solved within a factor of the best known cost. ${caption}`}
         draw={(width) => stepPlot(shown(figures.costs), { width, start: 1, log, label: 'cost / best known \u2192' })} rows={() => curveRows(shown(figures.costs), 'ratio')} />}
     </div>
   );

@@ -9,7 +9,7 @@ export interface MethodValues {
   share: (number | null)[]; job: (number | null)[];
 }
 export interface ColumnFigures {
-  limit_ms: number; problems: number[]; methods: MethodValues[];
+  limit_ms: number; problems: number[]; complete?: number; methods: MethodValues[];
   profiles: { time: Profile | null; cost: Profile | null };
   runtimes: (Curve | null)[]; costs: (Curve | null)[];
 }
@@ -22,9 +22,9 @@ export interface Method {
 }
 export interface Statistics {
   method_id: number; task: string; initialization: string; n: number; missing: number; runs: number; solved: number;
-  share_lower: number; share_upper: number; time_median_ms: number | null; time_q95_ms: number | null;
+  share_lower: number | null; share_upper: number | null; time_median_ms: number | null; time_q95_ms: number | null;
   par10_ms: number | null; ert_ms: number | null; mean_rank: number | null; cost_median: number | null;
-  cost_q95: number | null; common: number; common_time_ms: number | null; common_cost: number | null;
+  cost_q95: number | null; common: number; common_time_ms: number | null; common_cost: number | null; paired?: number; time_ratio?: number | null; cost_ratio?: number | null;
   reported: number; contended: number; stopped: number;
 }
 export interface TableCell {
@@ -57,11 +57,11 @@ export interface Jobs {
   failed_waypoint: (number | null)[]; detail: (string | null)[];
 }
 export interface Experiment {
-  place: string; id: number; name: string; state: string; unfinished: number;
+  place: string; newest_result_utc?: string | null; id: number; name: string; state: string; unfinished: number;
   dataset: { name: string; hash: string; split: string }; rule: 'literal' | 'strict' | 'solid'; seed: number; repetitions: number;
   submitted_utc: string; origin: string; build_ids: string;
   table: { rows: TableRow[]; jobs: number; finished: number; origins: Record<string, unknown>[] };
-  statistics: { columns: { task: string; initialization: string; common: number; complete: number; cochran_q: number | null; cochran_p: number | null }[]; rows: Statistics[] };
+  statistics: { columns: { task: string; initialization: string; common: number; complete: number; left_out?: string[]; reference?: string | null; informative?: number | null; cochran_q: number | null; cochran_p: number | null }[]; rows: Statistics[] };
   methods: Method[]; columns: Column[]; pairs: Pair[]; jobs: Jobs; dataset_index: number | null;
 }
 export type Pose = [number, number, number, number, number, number, number];
@@ -103,7 +103,7 @@ export interface Solution {
   x: Float64Array[];
 }
 export interface Page {
-  format: number; kind: 'report' | 'view'; title: string; written_utc: string;
+  format: number; kind: 'report' | 'view'; title: string; written_utc?: string;
   legopt: { version: string; build_id: string }; rule: string; notes: string[];
   experiments?: Experiment[]; across?: Pair[]; datasets: Dataset[]; chunks: [number, number][][];
   jobs?: Record<string, unknown>[]; problem?: { task: string; id: number };
@@ -112,12 +112,9 @@ export interface Page {
 /** Whether a server sends the blocks, instead of this file holding them (legopt serve). */
 export const isLive = document.documentElement.dataset.live !== undefined;
 
-/** The server has no such block. */
-class Missing extends Error {}
-
 async function sentBytesOf(name: string): Promise<ArrayBuffer> {
   const answer = await fetch(`blocks/${name}${location.search}`);
-  if (answer.status === 404) throw new Missing(await answer.text());
+  if (answer.status === 404) throw new Error(await answer.text());  // says what is missing, and why
   if (!answer.ok || !answer.body) throw new Error(`the server answered ${answer.status}: ${await answer.text()}`);
   return new Response(answer.body.pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
 }
@@ -179,11 +176,15 @@ function readChunk(index: number): Promise<Solution[]> {
   return chunk;
 }
 
-/** The solution of a job, or null where this file does not hold it. */
+/** An error's own words, for people. */
+export const reasonOf = (error: unknown): string => (error instanceof Error ? error.message : String(error)).trim();
+
+/** The solution of a job, or null where this file does not hold it. Throws, with the reason, where it cannot be loaded. */
 export async function readSolution(page: Page, experiment: number, job: number): Promise<Solution | null> {
   if (isLive) {
-    const sent = await readChunk(job).catch((error) => { chunks.delete(job); if (error instanceof Missing) return []; throw error; });
-    return sent.length > 0 ? { ...sent[0], experiment } : null;
+    const sent = await readChunk(job).catch((error) => { chunks.delete(job); throw error; });
+    if (sent.length === 0) throw new Error(`the server sent no solution of job ${job}`);
+    return { ...sent[0], experiment };
   }
   const index = page.chunks.findIndex((chunk) => chunk.some(([e, j]) => e === experiment && j === job));
   if (index < 0) return null;

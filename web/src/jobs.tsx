@@ -2,10 +2,24 @@
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { holdsSolution, type Experiment, type Jobs, type Page } from './data';
 import { go, href, type State } from './state';
-import { csv, number, save, time, words } from './text';
+import { MISSING, csv, number, save, time, words } from './text';
 import { captionOf } from './table';
 
 const ROW = 28, MARGIN = 20;
+const MOST_PRINTED = 5000;  // rows, some 100 sheets
+
+/** Whether the page is being printed: on paper nothing scrolls. */
+function usePrinting(): boolean {
+  const [printing, setPrinting] = useState(false);
+  useEffect(() => {
+    const begin = () => setPrinting(true), end = () => setPrinting(false);
+    addEventListener('beforeprint', begin);
+    addEventListener('afterprint', end);
+    return () => { removeEventListener('beforeprint', begin); removeEventListener('afterprint', end); };
+  }, []);
+  return printing;
+}
+
 type Key = 'job' | 'method' | 'column' | 'problem' | 'verdict' | 'cost' | 'wall_us' | 'iterations';
 const HEADS: [Key, string][] = [['job', 'Job'], ['method', 'Method'], ['column', 'Task, start'], ['problem', 'Problem'], ['verdict', 'Outcome'], ['cost', 'Cost'], ['wall_us', 'Time'], ['iterations', 'Iterations']];
 
@@ -19,7 +33,7 @@ function selected(experiment: Experiment, state: State): number[] {
     if (state.m !== undefined && jobs.method[i] !== Number(state.m)) continue;
     if (state.c !== undefined && jobs.column[i] !== Number(state.c)) continue;
     const verdict = verdictOf(jobs, rule, i);
-    if (state.o === 'unsolved' && verdict === 'success') continue;
+    if (state.o === 'unsolved' && (verdict === 'success' || MISSING.includes(verdict))) continue;
     if (state.o === 'contended' && !jobs.contended[i]) continue;
     if (state.o && !['all', 'unsolved', 'contended'].includes(state.o) && verdict !== state.o) continue;
     if (query && !`${jobs.job[i]} ${jobs.problem[i]} ${verdict} ${jobs.status[i] ?? ''} ${jobs.detail[i] ?? ''}`.toLowerCase().includes(query)) continue;
@@ -42,7 +56,8 @@ export function JobsView({ page, experiment, e, state }: { page: Page; experimen
   const [top, setTop] = useState(0);
   const holder = useRef<HTMLDivElement>(null);
   useEffect(() => { holder.current?.scrollTo(0, 0); setTop(0); }, [shown]);
-  const first = Math.max(0, Math.floor(top / ROW) - MARGIN), last = Math.min(shown.length, first + 2 * MARGIN + 30);
+  const printing = usePrinting();
+  const first = printing ? 0 : Math.max(0, Math.floor(top / ROW) - MARGIN), last = Math.min(shown.length, printing ? MOST_PRINTED : first + 2 * MARGIN + 30);
   const sort = (key: Key) => go({ sort: state.sort === key ? `-${key}` : key }, true);
   const rows = () => [['job', 'method', 'task', 'initialization', 'problem', 'repetition', 'outcome', 'status', 'cost', 'wall_us', 'cpu_us', 'iterations', 'detail'],
     ...shown.map((i) => [jobs.job[i], experiment.methods[jobs.method[i]].choice, experiment.columns[jobs.column[i]].task, experiment.columns[jobs.column[i]].initialization,
@@ -69,23 +84,24 @@ export function JobsView({ page, experiment, e, state }: { page: Page; experimen
             {shown.slice(first, last).map((i) => {
               const verdict = verdictOf(jobs, rule, i);
               return (
-                <tr key={jobs.job[i]} class={verdict === 'success' ? '' : 'bad'} style={{ height: `${ROW}px` }}>
+                <tr key={jobs.job[i]} class={verdict === 'success' || MISSING.includes(verdict) ? '' : 'bad'} style={{ height: `${ROW}px` }}>
                   <td><a class="job" href={href({ v: 'job', e: e || undefined, job: jobs.job[i], ghost: undefined, w: undefined })}>{jobs.job[i]}</a>
                     {holdsSolution(page, e, jobs.job[i]) ? '' : <span class="flag" title="this file does not hold its solution">no 3D</span>}</td>
                   <td>{experiment.methods[jobs.method[i]].choice}</td>
                   <td>{experiment.columns[jobs.column[i]].task}, {words(experiment.columns[jobs.column[i]].initialization)}</td>
                   <td>{jobs.problem[i]}{jobs.repetition[i] > 0 && <small> rep {jobs.repetition[i]}</small>}</td>
-                  <td>{verdict === 'success' ? '\u2713 success' : `\u2715 ${words(verdict)}`}</td>
+                  <td>{verdict === 'success' ? '\u2713 success' : MISSING.includes(verdict) ? `\u2026 ${words(verdict)}` : `\u2715 ${words(verdict)}`}</td>
                   <td>{number(jobs.cost[i])}</td>
                   <td>{jobs.wall_us[i] === null ? '\u2013' : time(jobs.wall_us[i]! / 1e3)}{jobs.contended[i] && <span class="flag" title="others disturbed this run">c</span>}</td>
                   <td>{number(jobs.iterations[i])}</td>
                   <td class="detail" title={jobs.detail[i] ?? ''}>{jobs.detail[i]}</td>
                 </tr>);
             })}
-            {last < shown.length && <tr style={{ height: `${(shown.length - last) * ROW}px` }}><td colSpan={9} /></tr>}
+            {last < shown.length && !printing && <tr style={{ height: `${(shown.length - last) * ROW}px` }}><td colSpan={9} /></tr>}
           </tbody>
         </table>
       </div>
+      {printing && last < shown.length && <p class="note">{shown.length - last} of {shown.length} rows are not printed. Filter the jobs, or save all as CSV.</p>}
       <p class="caption">Times are wall times of whole solves; c: others disturbed the run. {captionOf(experiment)}</p>
     </>
   );

@@ -1,6 +1,6 @@
 // What is going on, where a server sends this page: progress, workers, failures as they come.
 import { useEffect, useRef, useState } from 'preact/hooks';
-import { isLive, readPage, type Experiment, type Page } from './data';
+import { isLive, readPage, reasonOf, type Experiment, type Page } from './data';
 import { href } from './state';
 import { DASH, words } from './text';
 
@@ -60,8 +60,8 @@ const ended = (e: Experiment) => e.jobs.job.length - e.unfinished;
  * The page's figures, read again while they are of fewer jobs than have ended: the server makes figures anew only now and
  * then. Datasets stay, so that nothing is loaded twice.
  */
-export function useLive(first: Page): { page: Page; live: LiveState | null; lost: boolean } {
-  const [page, setPage] = useState(first), [asked, setAsked] = useState(0), { live, lost } = useServer();
+export function useLive(first: Page): { page: Page; live: LiveState | null; lost: boolean; stale: string } {
+  const [page, setPage] = useState(first), [asked, setAsked] = useState(0), [stale, setStale] = useState(''), { live, lost } = useServer();
   const timer = useRef(0);
   useEffect(() => {
     const old = page.experiments!.some((e) => {
@@ -70,22 +70,23 @@ export function useLive(first: Page): { page: Page; live: LiveState | null; lost
     });
     if (!old || timer.current) return;
     timer.current = window.setTimeout(async () => {
-      const next = await readPage().catch(() => null);
+      const next = await readPage().catch((error) => reasonOf(error));
       timer.current = 0;
       setAsked(asked + 1);
-      if (next === null) return;
+      setStale(typeof next === 'string' ? next : '');
+      if (typeof next === 'string') return;
       next.datasets = next.datasets.map((d) => page.datasets.find((known) => known.geometry.block === d.geometry.block) ?? d);
       hooks.page = next;
       setPage(next);
     }, RELOAD_MS);
   }, [live, page, asked]);
-  return { page, live, lost };
+  return { page, live, lost, stale };
 }
 
 const duration = (s: number) => (s >= 5400 ? `${(s / 3600).toFixed(1)} h` : s >= 90 ? `${Math.round(s / 60)} min` : `${Math.round(s)} s`);
 
 /** One line above every view. */
-export function LiveLine({ live, lost, page }: { live: LiveState | null; lost: boolean; page: Page }) {
+export function LiveLine({ live, lost, stale, page }: { live: LiveState | null; lost: boolean; stale: string; page: Page }) {
   if (!isLive) return null;
   if (lost) return <p class="flagged" role="alert">Nothing comes from the server of this page any more. What is shown may be old.</p>;
   if (!live?.experiments) return <p class="says">waiting for the server</p>;
@@ -93,6 +94,7 @@ export function LiveLine({ live, lost, page }: { live: LiveState | null; lost: b
   return (
     <div class="live" role="status">
       {live.error && <p class="flagged">{live.error}</p>}
+      {stale && <p class="flagged" role="alert">The figures below are old, as newer ones cannot be loaded: {stale}</p>}
       {shown.map((e) => (
         <div key={e.id} class="bar">
           <progress max={e.jobs} value={finished(e)} aria-label={`jobs of experiment ${e.id}`} />

@@ -25,17 +25,17 @@ function subjectOf(page: Page, experiment: Experiment, e: number, job: number): 
   const others = jobs.job.map((_, k) => k).filter((k) => k !== i && jobs.problem[k] === jobs.problem[i] && experiment.columns[jobs.column[k]].task === column.task)
     .map((k) => ({ job: jobs.job[k], label: `${jobs.job[k]}: ${experiment.methods[jobs.method[k]].choice}, ${words(experiment.columns[jobs.column[k]].initialization)}, ${words(verdictOf(jobs, rule, k))}` }));
   const facts: [string, string][] = [
-    ['outcome', `${words(verdictOf(jobs, rule, i))} (${rule}); solver: ${words(jobs.status[i] ?? 'none')}`],
+    ['outcome, which counts', `${words(verdictOf(jobs, rule, i))} (judge, ${rule} rule)`], ['solver reported', `${words(jobs.status[i] ?? 'nothing')}; this does not count: the judge evaluates the solution`],
     ['literal / strict / solid', [jobs.literal[i], jobs.strict[i], jobs.solid[i]].map((v) => words(v ?? '\u2013')).join(' / ')],
     ...(jobs.detail[i] ? [['judge', jobs.detail[i]!] as [string, string]] : []),
     ['cost, time', `${number(jobs.cost[i])}, ${jobs.wall_us[i] === null ? '\u2013' : time(jobs.wall_us[i]! / 1e3)}${jobs.contended[i] ? ' (contended)' : ''}, ${number(jobs.iterations[i])} iterations, ${number(jobs.restarts[i])} restarts`],
   ];
-  return { experiment: e, job, dataset: page.datasets[experiment.dataset_index], task: column.task, problem: jobs.problem[i], mark: jobs.method[i], others, facts,
+  return { experiment: e, job, dataset: page.datasets[experiment.dataset_index], task: column.task, problem: jobs.problem[i], mark: jobs.method[i], others, facts, verdict: jobs.state[i] === 'done' ? jobs[rule][i] : null,
     title: `Job ${job}: ${method.choice}, ${column.task} ${jobs.problem[i]} from ${words(column.initialization)}` };
 }
 
 function Report({ page: first, state }: { page: Page; state: State }) {
-  const { page, live, lost } = useLive(first);
+  const { page, live, lost, stale } = useLive(first);
   const experiments = page.experiments!, e = Math.min(Number(state.e ?? 0), experiments.length - 1), experiment = experiments[e], v = state.v ?? 'table';
   const subject = useMemo(() => (v === 'job' ? subjectOf(page, experiment, e, Number(state.job)) : null), [v, e, state.job, v === 'job' && experiment.jobs.state[experiment.jobs.job.indexOf(Number(state.job))]]);
   const unfinished = experiments.filter((one) => one.unfinished > 0);
@@ -46,8 +46,8 @@ function Report({ page: first, state }: { page: Page; state: State }) {
         <nav aria-label="Views">{VIEWS.map(([key, label]) => <a key={key} href={href({ v: key === 'table' ? undefined : key, job: undefined, ghost: undefined, w: undefined, ...(key === 'jobs' ? { o: undefined, q: undefined, m: undefined, c: undefined } : {}) })} aria-current={v === key ? 'page' : undefined}>{label}</a>)}
           {v === 'job' && <a aria-current="page" href={location.hash}>Job {state.job}</a>}</nav>
         {experiments.length > 1 && v !== 'table' && <label class="bar">Experiment: <select value={e} onChange={(x) => go({ e: x.currentTarget.value })}>
-          {experiments.map((one, i) => <option key={i} value={i}>{one.id} {one.name}, {one.place}</option>)}</select></label>}
-        <LiveLine live={live} lost={lost} page={page} />
+          {experiments.map((one, i) => <option key={i} value={i}>{one.id} {one.name}{one.place && `, ${one.place}`}</option>)}</select></label>}
+        <LiveLine live={live} lost={lost} stale={stale} page={page} />
       </header>
       {unfinished.length > 0 && <p class="flagged" role="status">UNFINISHED: {unfinished.map((one) => `experiment ${one.id} has ${one.unfinished} jobs without an end`).join('; ')}. Every figure is of the rest.</p>}
       <main>
@@ -69,16 +69,16 @@ function viewSubject(page: Page, state: State): Subject {
   const dataset = page.datasets[0];
   if (!page.jobs || page.jobs.length === 0) {
     const { task, id } = page.problem!;
-    return { experiment: 0, job: null, dataset, task, problem: id, mark: 0, others: [], facts: [['dataset', `${dataset.name} (${dataset.hash.slice(0, 12)})`]], title: `${task} problem ${id}` };
+    return { experiment: 0, job: null, dataset, task, problem: id, mark: 0, verdict: null, others: [], facts: [['dataset', `${dataset.name} (${dataset.hash.slice(0, 12)})`]], title: `${task} problem ${id}` };
   }
   const row = page.jobs.find((job) => job.job === Number(state.job)) ?? page.jobs[0], said = (key: string) => (row[key] === null ? '\u2013' : words(String(row[key])));
   const facts: [string, string][] = [
-    ['verdicts', `${said('literal')} / ${said('strict')} / ${said('solid')} (literal / strict / solid); solver: ${said('status')}`],
+    ['verdicts, which count', `${said('literal')} / ${said('strict')} / ${said('solid')} (judge, literal / strict / solid rule)`], ['solver reported', `${said('status')}; this does not count: the judge evaluates the solution`],
     ...(row.detail ? [['judge', String(row.detail)] as [string, string]] : []),
     ['cost, time', `${number(row.cost as number | null)}, ${time((row.wall_us as number) / 1e3)}, ${said('iterations')} iterations`],
     ['experiment', `${row.experiment_id} '${row.experiment}', dataset ${row.dataset} (${String(row.dataset_hash).slice(0, 12)}), seed ${row.seed}, build ${row.build_id}`],
   ];
-  return { experiment: 0, job: row.job as number, dataset, task: String(row.task), problem: row.problem as number, mark: 0, facts,
+  return { experiment: 0, job: row.job as number, dataset, task: String(row.task), problem: row.problem as number, mark: 0, facts, verdict: row[state.rule ?? 'literal'] === null ? null : String(row[state.rule ?? 'literal']),
     others: page.jobs.filter((other) => other !== row).map((other) => ({ job: other.job as number, label: `${other.job}: ${other.method}` })),
     title: `Job ${row.job}: ${row.method}, ${row.task} ${row.problem} from ${words(String(row.initialization))}` };
 }

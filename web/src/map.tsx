@@ -17,7 +17,7 @@ export function MapView({ experiment, e, state }: { experiment: Experiment; e: n
       <div class="bar"><ColumnChoice experiment={experiment} state={state} />
         <label>Fields show: <select value={state.by ?? 'time'} onChange={(x) => go({ by: x.currentTarget.value })}>
           <option value="time">time / fastest</option><option value="cost">cost / cheapest</option></select></label>
-        <span class="says"><span class="map-1">1</span> best, darker is worse; <span class="map-x">{'\u2715'}</span> not solved; {DASH} not asked. A field leads to its job.</span></div>
+        <span class="says"><span class="map-1">1</span> best, darker is worse; <span class="map-x">{'\u2715'}</span> not solved; {'\u2713'} solved, not yet by all methods tried; {'\u2026'} not finished; {DASH} not asked. A field leads to its job.</span></div>
       <div class="scroll"><table class="map">
         <thead><tr><th scope="col">Problem</th>{experiment.methods.map((method, m) => <th scope="col" key={m} title={method.title}>{method.choice.replace(/[:,]/g, '\n')}</th>)}</tr></thead>
         <tbody>{column.problems.map((problem, i) => (
@@ -26,6 +26,9 @@ export function MapView({ experiment, e, state }: { experiment: Experiment; e: n
             if (job === null) return <td key={m}>{DASH}</td>;
             const to = href({ v: 'job', e: e || undefined, job, ghost: undefined, w: undefined });
             const partly = share !== null && share > 0 && share < 1 ? `, solved in ${number(100 * share)} % of its runs` : '';
+            if (ratio === null && share !== null && share > 0) {
+              return <td key={m}><a href={to} aria-label={`problem ${problem}, ${experiment.methods[m].title}: solved, but not every method has finished it`}>{'\u2713'}</a></td>;
+            }
             if (ratio === null) {
               return <td key={m} class={share === null ? '' : 'map-x'}><a href={to} aria-label={`problem ${problem}, ${experiment.methods[m].title}: ${share === null ? 'not finished' : 'not solved'}`}>{share === null ? '\u2026' : '\u2715'}</a></td>;
             }

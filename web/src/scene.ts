@@ -10,6 +10,8 @@ import { isDark } from './marks';
 
 export interface Layers { convex: boolean; scene: boolean; findings: boolean; steps: boolean; follow: boolean }
 
+const TURN = Math.PI / 24, STEEPEST = 1.5, ZOOM = 1.15, MOVE = 0.05;  // of one press of a key; radians, shares
+
 const RED = 0xd55e00, BLUE = 0x0072b2, GREEN = 0x009e73, SKY = 0x56b4e9, YELLOW = 0xe6b800;
 
 const vector = (p: number[]) => new Vector3(p[0], p[1], p[2]);
@@ -151,6 +153,54 @@ export class View {
     this.controls.update();
     this.render();
   }
+
+  /** The same, at the origin of a link: its index or its name. */
+  lookAtLink(link: number | string): void {
+    const index = typeof link === 'number' ? link : this.dataset.robot.links.findIndex(({ name }) => name === link);
+    if (index >= 0 && this.tree.poses[index]) this.look(new Vector3().setFromMatrixPosition(this.tree.poses[index]).toArray());
+  }
+
+  /** What a key does to the camera; false for keys that do nothing. */
+  press({ key, shiftKey, ctrlKey, altKey, metaKey }: KeyboardEvent): boolean {
+    if (ctrlKey || altKey || metaKey) return false;
+    const way: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+    if (key in way && shiftKey) this.move(...way[key]);
+    else if (key in way) this.turn(...way[key]);
+    else if (key === '+' || key === '=') this.zoom(1 / ZOOM);
+    else if (key === '-' || key === '_') this.zoom(ZOOM);
+    else if (key === 'Home') this.look();
+    else return false;
+    return true;
+  }
+
+  /** Around the target: by TURN to the right, and upwards. */
+  private turn(right: number, up: number): void {
+    const offset = this.camera.position.clone().sub(this.controls.target), radius = offset.length();
+    const azimuth = Math.atan2(offset.y, offset.x) + right * TURN;
+    const elevation = Math.max(-STEEPEST, Math.min(STEEPEST, Math.asin(offset.z / radius) + up * TURN));
+    this.placeCamera(new Vector3(Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation)).multiplyScalar(radius));
+  }
+
+  private zoom(factor: number): void {
+    this.placeCamera(this.camera.position.clone().sub(this.controls.target).multiplyScalar(factor));
+  }
+
+  /** Camera and target, in the plane of the picture. */
+  private move(right: number, up: number): void {
+    const offset = this.camera.position.clone().sub(this.controls.target), step = MOVE * offset.length();
+    this.controls.target.addScaledVector(new Vector3().setFromMatrixColumn(this.camera.matrix, 0), right * step)
+      .addScaledVector(new Vector3().setFromMatrixColumn(this.camera.matrix, 1), up * step);
+    this.placeCamera(offset);
+  }
+
+  private placeCamera(offset: Vector3): void {
+    this.camera.position.copy(this.controls.target).add(offset);
+    this.controls.update();
+    this.render();
+  }
+
+  /** Position and target of the camera, for tests. */
+  cameraState(): number[] { return [...this.camera.position.toArray(), ...this.controls.target.toArray()]; }
 
   /** Without a robot: the middle of the footholds. */
   lookAtFeet(feet: { target: number[] }[]): void {

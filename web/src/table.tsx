@@ -1,7 +1,7 @@
 // The benchmark table: what the page opens with.
 import type { Experiment, Statistics, TableCell } from './data';
 import { go, href, type State } from './state';
-import { DASH, INFINITY, csv, number, save, time, words } from './text';
+import { DASH, INFINITY, MISSING, csv, number, save, time, words } from './text';
 import { SIGNS, colour } from './marks';
 
 interface Charge {
@@ -17,11 +17,13 @@ export const CHARGES: Charge[] = [
     time: (_, c) => time(c.time_s === null ? null : 1e3 * c.time_s), cost: (_, c) => number(c.cost) },
   { key: 'common', label: 'solved by all', says: 'Geometric means over the problems that all methods solved (times of whole solves, shifted by 1 ms).',
     time: (s) => time(s.common_time_ms), cost: (s) => number(s.common_cost) },
+  { key: 'ratio', label: 'ratio to the reference', says: 'Geometric means of ratios to the row that solved the most, over the problems that both solved.',
+    time: (s) => number(s.time_ratio), cost: (s) => number(s.cost_ratio) },
   { key: 'median', label: 'median', says: 'Medians over all problems, an unsolved one infinite; times of whole solves.',
     time: (s) => quantile(s.time_median_ms, s, time), cost: (s) => quantile(s.cost_median, s, number) },
   { key: 'q95', label: '95 % quantile', says: '95 % quantiles over all problems, an unsolved one infinite; times of whole solves.',
     time: (s) => quantile(s.time_q95_ms, s, time), cost: (s) => quantile(s.cost_q95, s, number) },
-  { key: 'par10', label: 'PAR10', says: 'Mean time of a whole solve, an unsolved problem at ten limits; a cost cannot be charged.',
+  { key: 'par10', label: 'PAR10', says: 'Mean time of a whole solve, a failed run at its charge (docs/statistics.md); a cost cannot be charged.',
     time: (s) => time(s.par10_ms), cost: () => DASH },
   { key: 'ert', label: 'ERT', says: 'Time of all runs over the number of successes; a cost cannot be charged.',
     time: (s) => quantile(s.ert_ms, s, time), cost: () => DASH },
@@ -39,9 +41,10 @@ export function statisticsOf(experiment: Experiment, method: number, column: num
 }
 
 function Interval({ s, i }: { s: Statistics; i: number }) {
+  if (s.n === 0 || s.share_lower === null || s.share_upper === null) return <span class="interval">{DASH}</span>;
   const percent = (v: number) => (100 * v).toFixed(v === 1 || v === 0 ? 0 : 1);
   return (
-    <span class="interval" title={`95 % interval (Wilson): ${percent(s.share_lower)} to ${percent(s.share_upper)} %`}>
+    <span class="interval" title={`95 % interval (Wilson) over ${s.n} problems: ${percent(s.share_lower)} to ${percent(s.share_upper)} %`}>
       <svg width="56" height="9" aria-hidden="true">
         <line x1="1" x2="55" y1="4.5" y2="4.5" class="track" />
         <line x1={1 + 54 * s.share_lower} x2={1 + 54 * s.share_upper} y1="4.5" y2="4.5" stroke={colour(i)} stroke-width="3" />
@@ -52,7 +55,7 @@ function Interval({ s, i }: { s: Statistics; i: number }) {
 }
 
 function Causes({ causes }: { causes: Record<string, number> | null }) {
-  const entries = Object.entries(causes ?? {});
+  const entries = Object.entries(causes ?? {}).filter(([cause]) => !MISSING.includes(cause));
   if (entries.length === 0) return <span class="none">{DASH}</span>;
   return <>{entries.map(([cause, n]) => <span class="cause" key={cause}>{n} {words(cause)}</span>)}</>;
 }
@@ -90,9 +93,10 @@ function Group({ experiment, index, column, charge }: { experiment: Experiment; 
               <td class="count"><a href={jobs(m, 'all')}>{cell.solved}/{cell.n}</a>
                 <Certified cell={cell} />
                 <span class="narrow"><Interval s={s} i={m} /></span>
-                {cell.finished < cell.n && <span class="flag" title="jobs that have not ended">{cell.n - cell.finished} left</span>}</td>
+                {cell.finished < cell.n && <span class="flag soft" title="jobs that have not ended">{cell.n - cell.finished} left</span>}
+                {cell.cancelled > 0 && <span class="flag soft">{cell.cancelled} cancelled</span>}</td>
               <td class="wide"><Interval s={s} i={m} /></td>
-              <td class="failures">{cell.solved < cell.n
+              <td class="failures">{cell.solved < cell.finished - cell.cancelled
                 ? <a class="failed" href={jobs(m, 'unsolved')}><Causes causes={causes[m]} /></a> : <Causes causes={null} />}</td>
               <td class="figure-cell">{charge.cost(s, cell)}</td>
               <td class="figure-cell">{charge.time(s, cell)}{disturbed && charge.key === 'solved' &&
@@ -101,9 +105,21 @@ function Group({ experiment, index, column, charge }: { experiment: Experiment; 
           );
         })}</tbody>
       </table>
-      <p class="below">{common.common} problems solved by all{common.cochran_p !== null && ` \u00b7 Cochran's Q ${number(common.cochran_q)}, p ${common.cochran_p < 0.001 ? '< 0.001' : '= ' + common.cochran_p.toFixed(3)}`}</p>
+      <p class="below">{belowText(common)}</p>
     </section>
   );
+}
+
+/** What is said of a task and start besides its rows. */
+function belowText(column: Experiment['statistics']['columns'][number]): string {
+  const parts = [`intervals, medians, means and tests: ${column.complete} problem${column.complete === 1 ? '' : 's'} that all rows have completed`];
+  if (column.left_out && column.left_out.length > 0) parts.push(`left out, without one: ${column.left_out.join(', ')}`);
+  if (column.complete === 0) return parts.join(' \u00b7 ');
+  parts.push(`${column.common} solved by all`);
+  if (column.reference) parts.push(`reference: ${column.reference}`);
+  if (column.informative === 0) parts.push('all methods solved the same ones');
+  else if (column.cochran_p !== null) parts.push(`Cochran's Q ${number(column.cochran_q)}, p ${column.cochran_p < 0.001 ? '< 0.001' : '= ' + column.cochran_p.toFixed(3)}`);
+  return parts.join(' \u00b7 ');
 }
 
 function tableCsv(experiment: Experiment, charge: Charge): string {

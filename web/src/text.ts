@@ -31,6 +31,9 @@ export function interval(range: (number | null)[]): string {
   return `[${range.map((v) => (v === null ? INFINITY : number(v))).join(', ')}]`;
 }
 
+/** States of jobs that have not ended: they count nowhere, and are no failures. */
+export const MISSING = ['queued', 'leased', 'cancelled'];
+
 export function words(text: string): string { return text.replace(/_/g, ' '); }
 
 export function csv(rows: (string | number | null | undefined)[][]): string {

@@ -1,7 +1,7 @@
 // One solution: the 3D view, and beside it what the judge finds, listed.
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { dot, line, plot, ruleY } from '@observablehq/plot';
-import { readGeometry, readSolution, type Dataset, type Findings, type Mesh, type Overlap, type Page, type Solution, type Trace } from './data';
+import { readGeometry, readSolution, reasonOf, type Dataset, type Findings, type Mesh, type Overlap, type Page, type Solution, type Trace } from './data';
 import { Figure } from './figure';
 import { exportMotion } from './gltf';
 import { DASHES, colour, faint, ink } from './marks';
@@ -12,10 +12,11 @@ import { length, number, save, words } from './text';
 
 const SAMPLES = 11;  // ten between two waypoints, as the judge looks
 const RATE = 10;     // waypoints a second at speed 1
+const CONTROLS = '3D view. Drag or arrow keys turn, right drag or Shift with arrow keys moves, wheel or + and - zoom, Home shows the whole robot.';
 
 export interface Subject {
   experiment: number; job: number | null; dataset: Dataset; task: string; problem: number; title: string;
-  facts: [string, string][]; others: { job: number; label: string }[]; mark: number;
+  verdict: string | null; facts: [string, string][]; others: { job: number; label: string }[]; mark: number;
 }
 
 const geometries = new Map<Dataset, Promise<Mesh[]>>();
@@ -27,6 +28,20 @@ const geometryOf = (dataset: Dataset) => {
 const RULES = ['literal', 'strict', 'solid'];
 /** Whether a pair is a collision by a rule: each demands what the one before does, and more. */
 const failsBy = (rule: string) => (overlap: Overlap) => overlap.fails !== null && RULES.indexOf(overlap.fails) <= RULES.indexOf(rule);
+
+/** Where the violation is that decided a verdict: a point in the world, or a link by name or index. */
+function decisiveViolation(verdict: string | null, findings: Findings | null, colliding: Overlap[]): { point?: number[]; link?: string | number } | null {
+  const largest = <T,>(list: T[], size: (item: T) => number) => list.reduce<T | null>((best, item) => (best === null || size(item) > size(best) ? item : best), null);
+  const depth = (o: Overlap) => o.depth_m ?? o.inside_m;
+  const overlapOf = (list: Overlap[]) => { const o = largest(list, depth); return o && (o.points ? { point: o.points[0] } : { link: o.link }); };
+  if (verdict === 'foot_pose') { const foot = largest((findings?.feet ?? []).filter((f) => f.violated), (f) => f.error); if (foot) return { link: foot.link }; }
+  if (verdict === 'com' && findings?.com_violated) return { point: findings.com };
+  if (verdict === 'joint_limit') { const limit = largest((findings?.limits ?? []).filter((l) => l.violated), (l) => l.excess); if (limit) return { link: limit.link }; }
+  if (verdict === 'step' && findings?.step_link) return { link: findings.step_link };
+  if (verdict === 'self_collision') return overlapOf(colliding.filter((o) => o.other !== undefined));
+  if (verdict === 'environment_collision') return overlapOf(colliding.filter((o) => o.object !== undefined));
+  return overlapOf(colliding);
+}
 
 function overlapText(overlap: Overlap): string {
   const depth = overlap.depth_m !== null ? `${length(overlap.depth_m)} deep` : `vertex ${length(overlap.inside_m)} inside`;
@@ -70,14 +85,14 @@ function convergence(traces: { title: string; mark: number; trace: Trace }[], me
   });
   return plot({
     width, height: 220, marginLeft: 52, style: { color: ink(), background: 'transparent', fontSize: '11px' },
-    x: { type: 'log', label: over === 'elapsed_us' ? 'time, ms \u2192' : 'term evaluations \u2192', grid: true, ticks: 5, tickFormat: '~s' },
+    x: { type: 'log', label: over === 'elapsed_us' ? 'time, ms \u2192' : 'term evaluations \u2192', grid: true, ticks: 5, tickFormat: '~g' },
     y: { type: 'log', label: `\u2191 ${measure}`, grid: true, ticks: 5, tickFormat: '~g' },
     marks: [ruleY([floor], { stroke: faint(), strokeOpacity: 0.3 }), ...marks],
   });
 }
 
-function Convergence({ traces, state }: { traces: { title: string; mark: number; trace: Trace }[]; state: State }) {
-  if (traces.length === 0) return <p class="none">No trace was recorded: the solver took no step, or the release was older.</p>;
+function Convergence({ traces, state, unknown }: { traces: { title: string; mark: number; trace: Trace }[]; state: State; unknown: string }) {
+  if (traces.length === 0) return <p class="none">{unknown || 'No trace was recorded: the solver took no step, or the release was older.'}</p>;
   const over = state.per === 'evaluations' ? 'evaluations' : 'elapsed_us';
   const rows = (measure: 'cost' | 'violation') => [['method', over, measure, 'window', 'restart', 'accepted'],
     ...traces.flatMap(({ title, trace }) => trace[measure].map((v, i) => [title, trace[over][i], v, trace.window[i], trace.restart[i], trace.accepted[i]]))];
@@ -116,7 +131,9 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
   const canvas = useRef<HTMLCanvasElement>(null), view = useRef<View | null>(null);
   const [solution, setSolution] = useState<Solution | null | undefined>(undefined);
   const [ghost, setGhost] = useState<Solution | null>(null);
-  const [problem, setProblem] = useState('');
+  const [problem, setProblem] = useState('');         // why nothing can be drawn
+  const [failure, setFailure] = useState('');         // why the solution could not be loaded
+  const [ghostFailure, setGhostFailure] = useState('');
   const [at, setAt] = useState(0);
   const [playing, setPlaying] = useState(false);
   const [speed, setSpeed] = useState(1);
@@ -126,17 +143,26 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
   const ghostJob = state.ghost === undefined ? null : Number(state.ghost);
 
   useEffect(() => {
+    let left = false;
     setSolution(undefined);
+    setFailure('');
     setPlaying(false);
-    if (subject.job === null) { setSolution(null); return; }
+    if (subject.job === null) { setSolution(null); return undefined; }
     readSolution(page, subject.experiment, subject.job).then((found) => {
+      if (left) return;
       setSolution(found);
       setAt(state.w !== undefined ? Number(state.w) : found?.failed_waypoint ?? 0);
-    });
+    }).catch((error) => { if (!left) setFailure(reasonOf(error)); });
+    return () => { left = true; };
   }, [subject.experiment, subject.job]);
   useEffect(() => {
+    let left = false;
     setGhost(null);
-    if (ghostJob !== null) readSolution(page, subject.experiment, ghostJob).then(setGhost);
+    setGhostFailure('');
+    if (ghostJob !== null) {
+      readSolution(page, subject.experiment, ghostJob).then((found) => { if (!left) setGhost(found); }).catch((error) => { if (!left) setGhostFailure(reasonOf(error)); });
+    }
+    return () => { left = true; };
   }, [subject.experiment, ghostJob]);
 
   useEffect(() => {
@@ -160,7 +186,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
       setReady(true);
       const made = view.current;
       cleanups.push(() => { observer.disconnect(); scheme.removeEventListener('change', paint); made.dispose(); });
-    }).catch((error) => setProblem(String(error)));
+    }).catch((error) => setProblem(`Robot and scene cannot be loaded: ${reasonOf(error)}`));
     const cleanups: (() => void)[] = [];
     return () => { gone = true; cleanups.forEach((f) => f()); view.current = null; };
   }, [subject.dataset]);
@@ -184,10 +210,11 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
   }, [ready, solution, ghost, place, layers, rule]);
   useEffect(() => {
     if (!ready || solution === undefined || !view.current) return;
-    const first = overlaps.find((o) => failsBy(rule)(o) && o.points);
     if (x.length === 0) view.current.lookAtFeet(stances.flatMap((stance) => stance.feet));
     else view.current.look();
-    if (first) view.current.look(first.points![0]);
+    const decisive = decisiveViolation(subject.verdict, findings, overlaps.filter(failsBy(rule)));
+    if (decisive?.point) view.current.look(decisive.point);
+    else if (decisive?.link !== undefined) view.current.lookAtLink(decisive.link);
   }, [ready, solution]);
   useEffect(() => {
     if (!playing) return;
@@ -210,6 +237,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
   const traces = [
     ...(solution?.trace ? [{ title: subject.title, mark: subject.mark, trace: solution.trace }] : []),
     ...(ghost?.trace ? [{ title: `job ${ghost.job}`, mark: subject.mark + 1, trace: ghost.trace }] : [])];
+  const unknown = failure ? `The trace cannot be loaded: ${failure}` : solution === undefined ? 'Loading.' : solution === null ? 'This file does not hold the trace.' : '';
   const toggle = (key: keyof Layers, label: string) => (
     <label key={key}><input type="checkbox" checked={layers[key]} onChange={() => setLayers({ ...layers, [key]: !layers[key] })} /> {label}</label>);
 
@@ -220,9 +248,12 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
       {subject.job !== null && solution === null && <p class="note">This file does not hold the solution of job {subject.job}: left out for size, or it has none. <code>legopt view {subject.job}</code> draws it.</p>}
       {solution?.malformed && <p class="note">Its waypoints have not the robot's size and cannot be drawn.</p>}
       {problem && <p class="note" role="alert">{problem}</p>}
+      {ghostFailure && <p class="note" role="alert">Job {ghostJob} cannot be loaded: {ghostFailure}</p>}
       <div class="stage">
         <div class="canvas-side">
-          <div class="canvas-box"><canvas ref={canvas} tabIndex={0} aria-label="3D view: drag turns, right drag moves, wheel zooms" style={problem ? { display: 'none' } : {}} /></div>
+          <div class="canvas-box">
+            {failure && <p class="note" role="alert">The solution of job {subject.job} cannot be loaded: {failure}</p>}
+            <canvas ref={canvas} tabIndex={0} aria-label={CONTROLS} title={CONTROLS} onKeyDown={(e) => { if (view.current?.press(e)) e.preventDefault(); }} style={problem || failure ? { display: 'none' } : {}} /></div>
           {x.length > 1 && <div class="bar player">
             <button onClick={() => { if (place >= last) setAt(0); setPlaying(!playing); }} aria-label={playing ? 'pause' : 'play'}>{playing ? '\u275a\u275a' : '\u25b6'}</button>
             <input type="range" aria-label="waypoint" min={0} max={last} step={solution?.between || solution?.times ? 1 / SAMPLES : 1} value={place} onInput={(e) => moveTo(Number(e.currentTarget.value))} />
@@ -247,7 +278,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
           : solution.times ? <p class="none">A path of {x.length} points{solution.failed_waypoint === undefined ? '.' : '; what the judge found is said above.'}</p>
           : <p class="none">Solved: no violation by the rule. <code>legopt view {subject.job}</code> lists each waypoint.</p>)}
       </div>
-      {subject.job !== null && <Convergence traces={traces} state={state} />}
+      {subject.job !== null && <Convergence traces={traces} state={state} unknown={unknown} />}
     </div>
   );
 }
