@@ -46,8 +46,9 @@ void HideInfinity(Json* cell) {
   *cell = Json{{kInfinity, cell->get<double>() > 0 ? 1 : -1}};
 }
 
-// False for a cell that WriteJsonRows does not write.
-bool RestoreInfinity(Json* cell) {
+// A cell with the type it was written with. False for a cell that WriteJsonRows does not write.
+bool RestoreCell(Json* cell) {
+  if (cell->is_number_unsigned()) *cell = cell->get<std::int64_t>();
   if (!cell->is_structured()) return true;
   if (!cell->is_object() || cell->size() != 1 || !cell->contains(kInfinity)) return false;
   const Json& sign = cell->at(kInfinity);
@@ -61,7 +62,7 @@ bool ReadRow(Json* row, std::size_t columns, std::vector<Json>* cells) {
   if (!row->is_array() || row->size() != columns) return false;
   cells->reserve(columns);
   for (Json& cell : *row) {
-    if (!RestoreInfinity(&cell)) return false;
+    if (!RestoreCell(&cell)) return false;
     cells->push_back(std::move(cell));
   }
   return true;

@@ -335,7 +335,7 @@ nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table) {
                                {"common", common.common},
                                {"complete", common.complete},
                                {"left_out", common.left_out},
-                               {"reference", common.reference.empty() ? nlohmann::ordered_json() : common.reference},
+                               {"reference", common.reference.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(common.reference)},
                                {"informative", test ? nlohmann::ordered_json(test->informative) : nullptr},
                                {"cochran_q", test ? nlohmann::ordered_json(test->q) : nullptr},
                                {"cochran_p", test ? nlohmann::ordered_json(test->p) : nullptr},

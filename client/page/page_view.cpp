@@ -26,13 +26,14 @@ ViewedJob ReadViewedJob(ResultSource& source, std::int64_t id) {
       "r.attempt LEFT JOIN workers AS w ON w.worker_id = a.worker_id WHERE j.job_id = " +
       std::to_string(id));
   if (row.rows.empty()) {
-    throw ClientError(ExitCode::kUsage, "there is no " + name + "; 'legopt list" + source.flags() + "' lists them");
+    throw ClientError(ExitCode::kUsage, "there is no " + name + "; 'legopt list' lists them");
   }
   if (row.At(0, "waypoints").get<int>() == 0) {
-    throw ClientError(ExitCode::kUsage, name + " has no solution to draw (" + row.Text(0, "state") + "); 'legopt view" +
-                                            source.flags() + " --problem " +
-                                            std::to_string(row.At(0, "problem").get<int>()) +
-                                            "' draws its problem, 'legopt logs " + std::to_string(id) + "' tells why");
+    throw ClientError(ExitCode::kUsage, name + " has no solution to draw (" + row.Text(0, "state") +
+                                            "); 'legopt view --problem " +
+                                            std::to_string(row.At(0, "problem").get<int>()) + " --task " +
+                                            row.Text(0, "task") + "' draws its problem, 'legopt logs " +
+                                            std::to_string(id) + "' says why");
   }
   ViewedJob viewed;
   viewed.job = {.experiment = 0,

@@ -134,8 +134,16 @@ TEST_F(PlotOfDatabase, NoLineIsWiderThanAskedFor) {
 
 TEST_F(PlotOfDatabase, WithoutAnyCommonProblemAxesStandEmptyAndSayWhy) {
   TestExperiment experiment = ToyPool();
-  for (TestResult& result : experiment.results) result.finished = result.method == 0;
-  EXPECT_THAT(RenderPlotText(Profiles(experiment)), HasSubstr("No problem has been finished by every method."));
+  for (TestResult& result : experiment.results) result.finished = result.method == result.problem;
+  EXPECT_THAT(RenderPlotText(Profiles(experiment)), HasSubstr("No problem has been completed by every method."));
+}
+
+TEST_F(PlotOfDatabase, AMethodThatHasNotBegunIsNamedAndHasNoCurve) {
+  TestExperiment experiment = ToyPool();
+  for (TestResult& result : experiment.results) result.finished = result.method != 1;
+  const std::string text = RenderPlotText(Profiles(experiment));
+  EXPECT_THAT(text, HasSubstr("Left out, without a completed problem: B."));
+  EXPECT_THAT(text, testing::AllOf(HasSubstr("a  A: best"), HasSubstr("C: best"), testing::Not(HasSubstr("B: best"))));
 }
 
 // Colours of curves: strokes that are not grey.

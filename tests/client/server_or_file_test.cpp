@@ -14,6 +14,7 @@
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "command_line_fixture.h"
+#include "db/sqlite_store.h"
 #include "legopt/solve/trace.h"
 #include "tests/client/raw_http.h"
 #include "tests/dataset/synthetic_dataset.h"
@@ -30,7 +31,7 @@ std::string Joined(const Words& words) {
   return text;
 }
 
-// Commands on an experiment with solved, failed, dead and queued jobs. A word FILE.* is a file that is written; FOLDER
+// Commands on an experiment with solved, failed, dead and cancelled jobs. A word FILE.* is a file that is written; FOLDER
 // is the dataset.
 const std::vector<Words> kCommands = {
     {"table"},
@@ -90,6 +91,8 @@ const std::vector<Words> kCommands = {
 // What a server alone knows: itself and its workers (status); an address of its own, see below (serve).
 const std::set<std::string> kOtherwise = {"status", "serve"};
 
+constexpr std::int64_t kCancelled_us = 1'700'000'009'000'000;
+
 class ServerOrFile : public CommandLine {
  protected:
   void SetUp() override {
@@ -128,6 +131,8 @@ class ServerOrFile : public CommandLine {
         {.method = 0, .initialization = "in_collision", .problem = 0, .dead = true},
         {.method = 1, .initialization = "in_collision", .problem = 0, .finished = false}};
     WriteTestDatabase(file_, experiment);
+    // A server does not go on with an experiment that is over, and whose specification is made up.
+    db::OpenSqliteStore(file_)->Apply(std::vector<db::StoreOp>{db::CancelExperiment{1, kCancelled_us}});
   }
 
   std::string Text(const std::string& name) const {

@@ -18,7 +18,7 @@ std::vector<std::string> SplitLines(const std::string& text) {
   return lines;
 }
 
-std::vector<std::string> Split(const std::string& text, const std::regex& separator) {
+std::vector<std::string> SplitLine(const std::string& text, const std::regex& separator) {
   std::vector<std::string> parts;
   for (std::sregex_token_iterator at(text.begin(), text.end(), separator, -1), end; at != end; ++at) {
     parts.push_back(Trim(at->str()));
@@ -44,7 +44,7 @@ ParsedTable ParseTextTable(const std::string& text) {
       break;
     } else if (in_rows) {
       // Two spaces or a bar between columns; a single space belongs to a cell.
-      table.rows.push_back(Split(line, std::regex(R"(\s+\|\s+|\s{2,})")));
+      table.rows.push_back(SplitLine(line, std::regex(R"(\s+\|\s+|\s{2,})")));
     }
   }
   return table;
@@ -58,7 +58,7 @@ ParsedTable ParseMarkdownTable(const std::string& text) {
     if (line_number == 0) table.time_unit = TimeUnitOf(line);
     if (++line_number <= 2) continue;
     std::string cells = std::regex_replace(line.substr(1, line.size() - 2), std::regex(R"(\\\|)"), "\x01");
-    auto row = Split(cells, std::regex(R"(\|)"));
+    auto row = SplitLine(cells, std::regex(R"(\|)"));
     for (auto& cell : row) cell = std::regex_replace(cell, std::regex("\x01"), "|");
     table.rows.push_back(row);
   }
@@ -77,7 +77,7 @@ ParsedTable ParseLatexTable(const std::string& text) {
     } else if (in_rows) {
       std::string cells = line.substr(0, line.rfind(" \\\\"));
       cells = std::regex_replace(cells, std::regex(R"(\\&)"), "\x01");
-      auto row = Split(cells, std::regex("&"));
+      auto row = SplitLine(cells, std::regex("&"));
       for (auto& cell : row) {
         cell = std::regex_replace(cell, std::regex("\x01"), "&");
         cell = std::regex_replace(cell, std::regex(R"(\\([%$#_{}]))"), "$1");

@@ -161,10 +161,8 @@ TEST_P(UnfinishedFigures, NothingIsSaidOfNothing) {
   for (const char* figure : {"cochran_q", "cochran_p", "informative", "reference", "friedman_p"}) {
     EXPECT_EQ(column.at(figure).is_null(), !some) << figure;
   }
-  for (const std::string& text : figures.texts) {
-    if (!some) EXPECT_THAT(text, Not(HasSubstr("solved the same")));
-  }
-  if (some) EXPECT_THAT(figures.texts.front(), HasSubstr("All methods solved the same ones."));
+  const bool said = figures.texts.front().find("All methods solved the same ones.") != std::string::npos;
+  EXPECT_EQ(said, some) << figures.texts.front();
   for (const char* profile : {"time", "cost"}) {
     EXPECT_EQ(figures.column.at("profiles").at(profile).is_null(), !some) << profile;
   }

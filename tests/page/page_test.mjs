@@ -79,6 +79,65 @@ test('a motion plays, and the canvas shows something else than its background', 
   await closeClean(page);
 });
 
+test('keys turn, move and zoom the 3D view, and its label says so', async () => {
+  const page = await open(VIEW);
+  await filled(page);
+  const canvas = page.locator('canvas');
+  for (const word of ['arrow keys', 'Shift', 'zoom', 'Home']) assert.ok((await canvas.getAttribute('aria-label')).includes(word), word);
+  await canvas.focus();
+  const state = () => page.evaluate(() => { const [x, y, z, ...target] = window.legopt.view.cameraState(); return { eye: [x, y, z], target, distance: Math.hypot(x - target[0], y - target[1], z - target[2]) }; });
+  const press = async (key) => { const before = await state(); await page.keyboard.press(key); return [before, await state()]; };
+  const near = (a, b) => a.every((v, i) => Math.abs(v - b[i]) < 1e-6);
+  const scrolled = await page.evaluate(() => scrollY);
+  await page.keyboard.press('Home');
+  const home = await state();
+  for (const key of ['ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown']) {
+    const [before, now] = await press(key);
+    assert.ok(near(before.target, now.target) && !near(before.eye, now.eye), key);
+    assert.ok(Math.abs(before.distance - now.distance) < 1e-6, key);
+  }
+  for (const key of ['Shift+ArrowLeft', 'Shift+ArrowUp']) {
+    const [before, now] = await press(key);
+    assert.ok(!near(before.target, now.target) && Math.abs(before.distance - now.distance) < 1e-6, key);
+  }
+  for (const [key, closer] of [['+', true], ['-', false]]) {
+    const [before, now] = await press(key);
+    assert.equal(now.distance < before.distance, closer, key);
+  }
+  await page.keyboard.press('Home');
+  const again = await state();
+  assert.ok(near(home.target, again.target) && near(home.eye, again.eye), 'Home resets the view');
+  assert.equal(await page.evaluate(() => scrollY), scrolled, 'the page does not scroll');
+  await closeClean(page);
+});
+
+test('a view opens at the violation that decided the verdict', async () => {
+  const page = await open(PAGE);
+  const tried = await page.evaluate(() => {
+    const { jobs } = window.legopt.page.experiments[0], held = new Set(window.legopt.page.chunks.flat().map(([, job]) => job));
+    return ['foot_pose', 'com', 'self_collision', 'environment_collision'].map((verdict) => [verdict, jobs.job.find((job, i) => jobs.literal[i] === verdict && held.has(job))]).filter(([, job]) => job);
+  });
+  assert.ok(tried.length > 0, 'no failed job has a solution');
+  for (const [verdict, job] of tried) {
+    await page.evaluate((id) => { location.hash = `#v=job&job=${id}`; }, job);
+    await page.locator('.findings').waitFor();
+    await page.waitForFunction((id) => document.querySelector('h2').textContent.startsWith(`Job ${id}:`) && window.legopt.view?.filled() > 0.01, job, { timeout: 60000 });
+    const target = await page.evaluate(() => window.legopt.view.cameraState().slice(3));
+    if (verdict === 'foot_pose') {
+      const link = (await page.locator('.findings li.bad').filter({ hasText: ' off in ' }).first().textContent()).split(':')[0];
+      const at = await page.evaluate((name) => { const { view, page: { datasets } } = window.legopt; return view.tree.poses[datasets[0].robot.links.findIndex((l) => l.name === name)].elements.slice(12, 15); }, link);
+      assert.ok(Math.hypot(...target.map((v, i) => v - at[i])) < 0.5, `${link} at ${at}, looked at ${target}`);
+    } else if (verdict.endsWith('collision')) {
+      const before = target;
+      await page.locator('.colliding li.bad button').first().click();
+      const first = await page.evaluate(() => window.legopt.view.cameraState().slice(3));
+      if ((await page.locator('.colliding li.bad').count()) === 1) assert.ok(Math.hypot(...before.map((v, i) => v - first[i])) < 1e-6, verdict);
+    }
+    assert.match(await page.locator('.facts').textContent(), /outcome, which counts.*solver reported.*does not count/);
+  }
+  await closeClean(page);
+});
+
 test('every view opens without an error, wide and narrow, light and dark, without a scroll bar of its own', async () => {
   for (const [width, colorScheme] of [[1280, 'light'], [390, 'light'], [1280, 'dark'], [390, 'dark']]) {
     const page = await open(PAGE, '', { page: { viewport: { width, height: 900 }, colorScheme } });
