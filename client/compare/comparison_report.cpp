@@ -114,18 +114,17 @@ std::string ProblemsText(const std::vector<ProblemRatio>& ratios) {
 }
 
 std::vector<Line> LinesOf(const CellComparison& cell, const TimeUnit& unit) {
-  return {
-      {"pairs", DescribePairs(cell.success.counts)},
-      {"success", SuccessText(cell.success)},
-      {"time", RatioText(cell.time, kTimeWords)},
-      {"cost", RatioText(cell.cost, kCostWords)},
-      {TitleOfChargedMean(cell.charge.rule),
-       "A " + TimeText(cell.par10_a_ms, unit) + ", B " + TimeText(cell.par10_b_ms, unit) + "; B / A " +
-           Ratio(cell.par10_b_ms / cell.par10_a_ms) + " [" + Ratio(cell.par10_ratio.lower) + ", " +
-           Ratio(cell.par10_ratio.upper) + "]; a failure costs " + DescribeCharge(cell.charge, unit)},
-      {"runtimes", DistributionText(cell, unit)},
-      {"B fastest", ProblemsText(cell.fastest)},
-      {"B slowest", ProblemsText(cell.slowest)}};
+  return {{"pairs", DescribePairs(cell.success.counts)},
+          {"success", SuccessText(cell.success)},
+          {"time", RatioText(cell.time, kTimeWords)},
+          {"cost", RatioText(cell.cost, kCostWords)},
+          {TitleOfChargedMean(cell.charge.rule),
+           "A " + TimeText(cell.par10_a_ms, unit) + ", B " + TimeText(cell.par10_b_ms, unit) + "; B / A " +
+               Ratio(cell.par10_b_ms / cell.par10_a_ms) + " [" + Ratio(cell.par10_ratio.lower) + ", " +
+               Ratio(cell.par10_ratio.upper) + "]; a failure costs " + DescribeCharge(cell.charge, unit)},
+          {"runtimes", DistributionText(cell, unit)},
+          {"B fastest", ProblemsText(cell.fastest)},
+          {"B slowest", ProblemsText(cell.slowest)}};
 }
 
 // A method's figures as far as both have them, for titles of comparisons of several methods.

@@ -64,7 +64,8 @@ PlotPanel ProfilePanel(const StatisticsTable& table, const BenchmarkColumn& colu
   if (profile.unsolved > 0) panel.notes.push_back(std::to_string(profile.unsolved) + " of them no method solved.");
   std::string left_out;
   for (const std::string& title : table.columns.at(column).left_out) left_out += (left_out.empty() ? "" : ", ") + title;
-  if (!left_out.empty()) panel.notes.push_back(programs::Printable("Left out, without a completed problem: " + left_out + "."));
+  if (!left_out.empty())
+    panel.notes.push_back(programs::Printable("Left out, without a completed problem: " + left_out + "."));
   if (profile.problems == 0) panel.notes.emplace_back("No problem has been completed by every method.");
   return panel;
 }

@@ -118,8 +118,8 @@ void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment) {
   RequireVerdicts(source, experiment->info, rule);
   for (SolveCell& cell : experiment->cells) {
     const Listing jobs = source.Query(
-        "SELECT j.job_id, p.problem_id, p.waypoints AS num_waypoints, j.state, r.verdict_" + std::string(ToString(rule)) + " = " +
-        SqlText(std::string(ToString(Verdict::kSuccess))) +
+        "SELECT j.job_id, p.problem_id, p.waypoints AS num_waypoints, j.state, r.verdict_" +
+        std::string(ToString(rule)) + " = " + SqlText(std::string(ToString(Verdict::kSuccess))) +
         " AS solved, r.cost, r.wall_us, r.cpu_us, r.involuntary_context_switches, r.solver_status FROM jobs AS j JOIN "
         "problems AS p USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id WHERE j.cell_id = " +
         std::to_string(cell.cell_id) + " ORDER BY p.problem_id, j.repetition");

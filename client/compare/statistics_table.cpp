@@ -141,8 +141,8 @@ void ComparePaired(const ScoredColumn& scored, std::size_t reference, std::size_
 void ComputePaired(const ScoredColumn& scored, ColumnStatistics* column) {
   const auto shown = ShownCells(scored);
   if (scored.complete.problems.empty()) return;
-  const std::size_t reference = *std::ranges::max_element(
-      shown, {}, [&](std::size_t i) { return scored.cells[i].figures->solved; });
+  const std::size_t reference =
+      *std::ranges::max_element(shown, {}, [&](std::size_t i) { return scored.cells[i].figures->solved; });
   column->reference = *scored.cells[reference].title;
   for (const std::size_t i : shown) ComparePaired(scored, reference, i);
 }

@@ -32,15 +32,15 @@ struct CellStatistics {
   std::optional<double> cost_median, cost_q95;        ///< likewise
   std::optional<double> par10_ms;                     ///< mean time, a failed run at the column's charge
   std::optional<double> ert_ms;                       ///< time of all runs over the number of successes
-  std::optional<double> common_time_ms;  ///< shifted geometric mean over the problems that all methods solved
-  std::optional<double> common_cost;     ///< geometric mean over the same
-  int paired = 0;                        ///< problems that this row and the column's reference both solved
+  std::optional<double> common_time_ms;          ///< shifted geometric mean over the problems that all methods solved
+  std::optional<double> common_cost;             ///< geometric mean over the same
+  int paired = 0;                                ///< problems that this row and the column's reference both solved
   std::optional<double> time_ratio, cost_ratio;  ///< to the reference, geometric means over the paired problems
-  std::optional<double> mean_rank;       ///< by time among the methods, on problems that none misses; failures last
-  double cpu_ms = 0.0;                   ///< of all runs
-  int reported = 0;                      ///< runs that have a result
-  int contended = 0;                     ///< of these, runs that others disturbed
-  int stopped = 0;                       ///< of these, runs that a limit of the solver ended
+  std::optional<double> mean_rank;  ///< by time among the methods, on problems that none misses; failures last
+  double cpu_ms = 0.0;              ///< of all runs
+  int reported = 0;                 ///< runs that have a result
+  int contended = 0;                ///< of these, runs that others disturbed
+  int stopped = 0;                  ///< of these, runs that a limit of the solver ended
 };
 
 /// A task from a start: what its methods have in common. A row that has completed no problem is left out.
@@ -52,8 +52,8 @@ struct ColumnStatistics {
   /// Of the `complete` problems; none: no problem, fewer than three rows, or several repetitions.
   std::optional<statistics::CochranTest> success;
   std::optional<statistics::FriedmanTest> ranks;  ///< by time; none: no problem, or fewer than three rows
-  Charge charge;                                   ///< of a failed run, the same from every start
-  statistics::PerformanceProfile profile;  ///< by time, of the `complete` ones; methods in the order of the rows
+  Charge charge;                                  ///< of a failed run, the same from every start
+  statistics::PerformanceProfile profile;         ///< by time, of the `complete` ones; methods in the order of the rows
 };
 
 struct StatisticsRow {

@@ -32,8 +32,7 @@ std::string ShownCost(const std::optional<double>& cost) {
 // "49/50", "48.7/50" of several repetitions, "40/45 (5 missing)", "- (5 missing)".
 std::string ShownSuccess(const CellStatistics& cell) {
   const bool whole = cell.solved == std::floor(cell.solved);
-  const std::string solved =
-      cell.n == 0 ? "-" : Decimal(cell.solved, whole ? 0 : 1) + "/" + std::to_string(cell.n);
+  const std::string solved = cell.n == 0 ? "-" : Decimal(cell.solved, whole ? 0 : 1) + "/" + std::to_string(cell.n);
   return solved + (cell.missing > 0 ? " (" + std::to_string(cell.missing) + " missing)" : "");
 }
 
@@ -95,7 +94,8 @@ struct Keys {
 };
 
 std::string Note(const TimeUnit& unit) {
-  return "The unit is the problem. Every figure is over the n problems that all rows have completed. Solved: of n, with "
+  return "The unit is the problem. Every figure is over the n problems that all rows have completed. Solved: of n, "
+         "with "
          "Wilson's 95 % interval in percent; jobs that died or could not run are failures, queued, running and "
          "cancelled ones are missing. Times, in " +
          std::string(unit.name) +
@@ -155,9 +155,9 @@ GroupedTable Group(const StatisticsTable& table, const BenchmarkColumn& column, 
   const char* charged = TitleOfChargedMean(common.charge.rule);
   GroupedTable grouped;
   grouped.key_titles = keys.Titles();
-  grouped.column_titles = {{"Solved"},      {"95 %"},        {"Time median"}, {"Time 95 %"}, {"Time common"},
-                           {"Time ratio"},  {charged},       {"Rank"},        {"Cost median"}, {"Cost 95 %"},
-                           {"Cost common"}, {"Cost ratio"},  {"CPU (s)"},     {"Contended"}, {"Stopped"}};
+  grouped.column_titles = {{"Solved"},      {"95 %"},       {"Time median"}, {"Time 95 %"},   {"Time common"},
+                           {"Time ratio"},  {charged},      {"Rank"},        {"Cost median"}, {"Cost 95 %"},
+                           {"Cost common"}, {"Cost ratio"}, {"CPU (s)"},     {"Contended"},   {"Stopped"}};
   grouped.groups = {GroupOf(column.task, column.initialization)};
   for (const StatisticsRow& row : table.rows) {
     const auto found = row.cells.find(column);
@@ -189,7 +189,9 @@ nlohmann::ordered_json FiniteOrNull(const std::optional<double>& value) {
 }
 
 nlohmann::ordered_json CellJson(const CellStatistics& cell, const ColumnStatistics& column) {
-  const auto some = [&](double value) { return cell.n == 0 ? nlohmann::ordered_json() : nlohmann::ordered_json(value); };
+  const auto some = [&](double value) {
+    return cell.n == 0 ? nlohmann::ordered_json() : nlohmann::ordered_json(value);
+  };
   return {{"n", cell.n},
           {"missing", cell.missing},
           {"runs", cell.runs},
@@ -330,17 +332,18 @@ nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table) {
   json["columns"] = nlohmann::ordered_json::array();
   for (const auto& [column, common] : table.columns) {
     const auto& test = common.success;
-    json["columns"].push_back({{"task", ToString(column.task)},
-                               {"initialization", ToString(column.initialization)},
-                               {"common", common.common},
-                               {"complete", common.complete},
-                               {"left_out", common.left_out},
-                               {"reference", common.reference.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(common.reference)},
-                               {"informative", test ? nlohmann::ordered_json(test->informative) : nullptr},
-                               {"cochran_q", test ? nlohmann::ordered_json(test->q) : nullptr},
-                               {"cochran_p", test ? nlohmann::ordered_json(test->p) : nullptr},
-                               {"charge_ms", common.charge.ms},
-                               {"charge_rule", WordOf(common.charge.rule)}});
+    json["columns"].push_back(
+        {{"task", ToString(column.task)},
+         {"initialization", ToString(column.initialization)},
+         {"common", common.common},
+         {"complete", common.complete},
+         {"left_out", common.left_out},
+         {"reference", common.reference.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(common.reference)},
+         {"informative", test ? nlohmann::ordered_json(test->informative) : nullptr},
+         {"cochran_q", test ? nlohmann::ordered_json(test->q) : nullptr},
+         {"cochran_p", test ? nlohmann::ordered_json(test->p) : nullptr},
+         {"charge_ms", common.charge.ms},
+         {"charge_rule", WordOf(common.charge.rule)}});
     json["columns"].back().update(RanksJson(common));
   }
   json["rows"] = RowsJson(table);

@@ -74,8 +74,8 @@ void ReadWaypoints(ResultSource& source, std::vector<ResultRow>* rows) {
       waypoints += (*rows)[last].num_waypoints;
       jobs += (jobs.empty() ? "" : ",") + std::to_string((*rows)[last].job_id);
     }
-    const Listing listing = source.Query("SELECT job_id, x FROM waypoints WHERE job_id IN (" + jobs +
-                                         ") ORDER BY job_id, waypoint");
+    const Listing listing =
+        source.Query("SELECT job_id, x FROM waypoints WHERE job_id IN (" + jobs + ") ORDER BY job_id, waypoint");
     for (std::size_t i = 0; i < listing.rows.size(); ++i) {
       const auto job_id = listing.At(i, "job_id").get<std::int64_t>();
       by_job.at(job_id)->waypoints.push_back(WaypointAt(listing, i, "x", "job " + std::to_string(job_id)));

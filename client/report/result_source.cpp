@@ -13,9 +13,7 @@
 namespace legopt::client {
 namespace {
 
-Listing ListingOf(db::JsonRows result) {
-  return {std::move(result.columns), std::move(result.rows), result.truncated};
-}
+Listing ListingOf(db::JsonRows result) { return {std::move(result.columns), std::move(result.rows), result.truncated}; }
 
 class FileSource final : public ResultSource {
  public:

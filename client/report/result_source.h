@@ -25,8 +25,8 @@ struct SourceOptions {
 class ResultSource {
  public:
   virtual ~ResultSource() = default;
-  /// Runs one SELECT. Cells as in db::JsonRows; BlobAt reads a BLOB. `limit_s` bounds its time: (0, kLongestLimit_s] at a server,
-  /// 0 for none with a file.
+  /// Runs one SELECT. Cells as in db::JsonRows; BlobAt reads a BLOB. `limit_s` bounds its time: (0, kLongestLimit_s] at
+  /// a server, 0 for none with a file.
   virtual Listing Query(const std::string& sql, int max_rows, double limit_s) = 0;
   Listing Query(const std::string& sql, int max_rows) { return Query(sql, max_rows, kDefaultLimit_s); }
   Listing Query(const std::string& sql) { return Query(sql, kAllRows); }

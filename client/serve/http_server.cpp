@@ -126,9 +126,10 @@ HttpLimits WithinOpenFiles(HttpLimits limits) {
   }
   if (files.rlim_cur < kOwnFiles + kFewest) {
     throw ClientError(ExitCode::kMachine, "the limit of open files, " + std::to_string(files.rlim_cur) +
-                                                      ", leaves none for readers; raise it (ulimit -n 1024)");
+                                              ", leaves none for readers; raise it (ulimit -n 1024)");
   }
-  limits.most_connections = static_cast<unsigned>(std::min<rlim_t>(limits.most_connections, files.rlim_cur - kOwnFiles));
+  limits.most_connections =
+      static_cast<unsigned>(std::min<rlim_t>(limits.most_connections, files.rlim_cur - kOwnFiles));
   limits.most_streams = std::min(limits.most_streams, limits.most_connections);
   return limits;
 }
@@ -148,12 +149,11 @@ class HttpServer::Impl {
     constexpr unsigned kFlags =
         MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC;
     const unsigned v6 = address.any.sa_family == AF_INET6 ? MHD_USE_IPv6 : 0;
-    daemon_ =
-        MHD_start_daemon(kFlags | v6, options_.port, &Impl::OnAccept, this, &Impl::OnRequest, this,
-                         MHD_OPTION_SOCK_ADDR, &address.any, MHD_OPTION_CONNECTION_LIMIT, connections_.capacity(),
-                         MHD_OPTION_CONNECTION_TIMEOUT, options_.idle_s, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-                         options_.connection_bytes, MHD_OPTION_NOTIFY_COMPLETED, &Impl::OnEnd, this,
-                         MHD_OPTION_NOTIFY_CONNECTION, &Impl::OnConnection, this, MHD_OPTION_END);
+    daemon_ = MHD_start_daemon(kFlags | v6, options_.port, &Impl::OnAccept, this, &Impl::OnRequest, this,
+                               MHD_OPTION_SOCK_ADDR, &address.any, MHD_OPTION_CONNECTION_LIMIT, connections_.capacity(),
+                               MHD_OPTION_CONNECTION_TIMEOUT, options_.idle_s, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+                               options_.connection_bytes, MHD_OPTION_NOTIFY_COMPLETED, &Impl::OnEnd, this,
+                               MHD_OPTION_NOTIFY_CONNECTION, &Impl::OnConnection, this, MHD_OPTION_END);
     if (daemon_ == nullptr) {
       const std::string reason = std::generic_category().message(errno);
       throw ClientError(ExitCode::kNetworkUnusable,

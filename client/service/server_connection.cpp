@@ -17,7 +17,6 @@
 #include "client/service/experiment_status.h"
 #include "client/service/interrupt.h"
 #include "client/service/submit_call.h"
-#include "legopt/input/json.h"
 #include "words/reply.h"
 
 namespace legopt::client {

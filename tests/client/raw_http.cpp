@@ -23,7 +23,8 @@ bool Wait(int socket, short events, milliseconds limit) {
 
 }  // namespace
 
-RawHttp::RawHttp(std::uint16_t port, int visitor) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)), port_(port) {
+RawHttp::RawHttp(std::uint16_t port, int visitor)
+    : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)), port_(port) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK - 1 + static_cast<std::uint32_t>(visitor));

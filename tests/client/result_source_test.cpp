@@ -127,7 +127,8 @@ TEST_F(ResultSourceTest, AWaypointThatCannotBeReadIsToBeChecked) {
     FAIL();
   } catch (const ClientError& error) {
     EXPECT_EQ(error.code(), ExitCode::kDatabaseUnusable);
-    EXPECT_THAT(error.what(), testing::StartsWith("job 7: holds 2 bytes instead of an array of float64; 'legopt doctor"));
+    EXPECT_THAT(error.what(),
+                testing::StartsWith("job 7: holds 2 bytes instead of an array of float64; 'legopt doctor"));
   }
 }
 

@@ -31,8 +31,8 @@ std::string Joined(const Words& words) {
   return text;
 }
 
-// Commands on an experiment with solved, failed, dead and cancelled jobs. A word FILE.* is a file that is written; FOLDER
-// is the dataset.
+// Commands on an experiment with solved, failed, dead and cancelled jobs. A word FILE.* is a file that is written;
+// FOLDER is the dataset.
 const std::vector<Words> kCommands = {
     {"table"},
     {"table", "1", "--format", "markdown"},
@@ -125,11 +125,14 @@ class ServerOrFile : public CommandLine {
     experiment.dataset_hash = dataset_->content_hash();
     experiment.name = "caf\xC3\xA9 <b>";
     experiment.methods = {{"A"}, {"B"}};
-    experiment.results = {
-        {.method = 0, .problem = 0, .cost = 300.125, .waypoints = {test::StandingUpright()}, .trace = EncodeTrace(records)},
-        {.method = 1, .problem = 0, .verdict = "foot_pose", .wall_us = 2000, .waypoints = {off}},
-        {.method = 0, .initialization = "in_collision", .problem = 0, .dead = true},
-        {.method = 1, .initialization = "in_collision", .problem = 0, .finished = false}};
+    experiment.results = {{.method = 0,
+                           .problem = 0,
+                           .cost = 300.125,
+                           .waypoints = {test::StandingUpright()},
+                           .trace = EncodeTrace(records)},
+                          {.method = 1, .problem = 0, .verdict = "foot_pose", .wall_us = 2000, .waypoints = {off}},
+                          {.method = 0, .initialization = "in_collision", .problem = 0, .dead = true},
+                          {.method = 1, .initialization = "in_collision", .problem = 0, .finished = false}};
     WriteTestDatabase(file_, experiment);
     // A server does not go on with an experiment that is over, and whose specification is made up.
     db::OpenSqliteStore(file_)->Apply(std::vector<db::StoreOp>{db::CancelExperiment{1, kCancelled_us}});
@@ -175,11 +178,10 @@ TEST_F(ServerOrFile, EveryCommandGivesTheSameBytes) {
     EXPECT_NE(code_of_file, programs::StatusOf(programs::ExitCode::kInternal)) << Joined(command) << errors_of_file;
     ASSERT_EQ(of_server.size(), of_file.size());
     for (std::size_t i = 0; i < of_file.size(); ++i) {
-      EXPECT_TRUE(of_server[i] == of_file[i])
-          << Joined(command) << ": " << (i == 0 ? "output" : "file") << " of " << of_server[i].size() << " and "
-          << of_file[i].size() << " bytes\n"
-          << of_server[i].substr(0, 2000) << "\n"
-          << of_file[i].substr(0, 2000);
+      EXPECT_TRUE(of_server[i] == of_file[i]) << Joined(command) << ": " << (i == 0 ? "output" : "file") << " of "
+                                              << of_server[i].size() << " and " << of_file[i].size() << " bytes\n"
+                                              << of_server[i].substr(0, 2000) << "\n"
+                                              << of_file[i].substr(0, 2000);
     }
     EXPECT_THAT(errors_ + errors_of_file, testing::Not(HasSubstr("restore a backup"))) << Joined(command);
   }
@@ -218,7 +220,8 @@ TEST_F(ServerOrFile, TheLivePageSendsTheSameBlocks) {
     return test::PortOf(url);
   };
   const std::uint16_t file_port = port(*of_file), server_port = port(*of_server);
-  for (const char* block : {"page", "solutions-1", "motion-1", "solutions-2", "motion-2", "solutions-3", "solutions-4"}) {
+  for (const char* block :
+       {"page", "solutions-1", "motion-1", "solutions-2", "motion-2", "solutions-3", "solutions-4"}) {
     const auto body = [&](std::uint16_t at) {
       const std::string answer = test::Fetch(at, std::string("/blocks/") + block);
       return answer.substr(0, answer.find('\r')) + answer.substr(answer.find("\r\n\r\n"));

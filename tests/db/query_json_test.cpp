@@ -43,7 +43,8 @@ TEST(QueryJson, AResultFromAServerEqualsThatOfItsFile) {
   const QueryResult result{
       .columns = {"a", "a", "caf\xC3\xA9", "bad \xff"},
       .rows = {{std::monostate(), std::int64_t{0}, 1.0 / 3, std::string("caf\xC3\xA9 \xff\x01\"\\")},
-               {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max(), kInfinite, -kInfinite},
+               {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max(), kInfinite,
+                -kInfinite},
                {-0.0, 5e-324, std::numeric_limits<double>::max(), Blob{AllBytes()}},
                {std::string(), Blob{}, 1e22, 2.0}},
       .truncated = true};
@@ -67,10 +68,10 @@ TEST(QueryJson, InvalidUtf8IsReplaced) {
 }
 
 TEST(QueryJson, WhatIsNoResultIsRefused) {
-  for (const char* text : {"", "1", "[]", "{}", R"({"columns":["a"]})", R"({"columns":[1],"rows":[]})",
-                           R"({"columns":["a"],"rows":[[1,2]]})", R"({"columns":["a"],"rows":[1]})",
-                           R"({"columns":["a"],"rows":[[[]]]})", R"({"columns":["a"],"rows":[[{"infinity":2}]]})",
-                           R"({"columns":["a"],"rows":[],"truncated":1})"}) {
+  for (const char* text :
+       {"", "1", "[]", "{}", R"({"columns":["a"]})", R"({"columns":[1],"rows":[]})",
+        R"({"columns":["a"],"rows":[[1,2]]})", R"({"columns":["a"],"rows":[1]})", R"({"columns":["a"],"rows":[[[]]]})",
+        R"({"columns":["a"],"rows":[[{"infinity":2}]]})", R"({"columns":["a"],"rows":[],"truncated":1})"}) {
     EXPECT_FALSE(ReadJsonRows(text)) << text;
   }
 }
