@@ -26,7 +26,7 @@ enum class ChargeRule : std::uint8_t {
 
 /// What a failed run costs in means of times.
 struct Charge {
-  double ms = 0.0;  ///< of a run; with kPerWaypoint of each waypoint
+  double ms = 0.0;  ///< milliseconds for a run; with kPerWaypoint for each waypoint
   ChargeRule rule = ChargeRule::kWallLimit;
 
   /// The mean time of a problem's finished runs, each failed one at the charge.

@@ -161,7 +161,7 @@ ProblemMap ProblemMapOf(const SolveCell& cell) {
 
 CompleteProblems FindCompleteProblems(std::span<const ProblemMap> methods) {
   CompleteProblems complete;
-  std::map<int, std::size_t> methods_of;  // by problem: how many have completed it
+  std::map<int, std::size_t> methods_of;  // number of methods that have completed a problem
   for (const ProblemMap& method : methods) {
     bool any = false;
     for (const auto& [number, runs] : method) {

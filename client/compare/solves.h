@@ -38,7 +38,7 @@ inline constexpr double kShortest_ms = 1e-3;
 struct Solve {
   std::int64_t job_id = 0;
   int problem = 0;    ///< its number in the dataset
-  int waypoints = 1;  ///< of the problem
+  int waypoints = 1;  ///< number of waypoints that the problem asks for
   statistics::RunEnd end = statistics::RunEnd::kMissing;
   double time_ms = 0.0;    ///< of the whole solve: wall time, CPU time where contended; its limit without a result
   double cpu_ms = 0.0;     ///< 0 without a result
@@ -109,7 +109,7 @@ ProblemMap ProblemMapOf(const SolveCell& cell);
 /// Which figures can be compared while an experiment is unfinished. The jobs that end first are the easy ones, so that
 /// every figure is computed over the same problems for all methods.
 struct CompleteProblems {
-  std::vector<bool> shown;    ///< by method: has completed a problem; the others have no figures
+  std::vector<bool> shown;    ///< whether a method has completed a problem; the others have no figures
   std::vector<int> problems;  ///< that all shown methods have completed, ascending
 };
 

@@ -24,13 +24,13 @@ std::optional<double> NumberOf(double value) { return std::isnan(value) ? std::n
 struct ScoredCell {
   const SolveCell* cell = nullptr;
   CellStatistics* figures = nullptr;
-  const std::string* title = nullptr;  // of its row
+  const std::string* title = nullptr;  // title of its row
 };
 
 // The cells of a task and start, and their problems.
 struct ScoredColumn {
   std::vector<ScoredCell> cells;
-  std::vector<ProblemMap> problems;  // by cell
+  std::vector<ProblemMap> problems;  // parallel to `cells`
   CompleteProblems complete;
 };
 

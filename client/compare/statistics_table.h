@@ -36,24 +36,25 @@ struct CellStatistics {
   std::optional<double> common_cost;             ///< geometric mean over the same
   int paired = 0;                                ///< problems that this row and the column's reference both solved
   std::optional<double> time_ratio, cost_ratio;  ///< to the reference, geometric means over the paired problems
-  std::optional<double> mean_rank;  ///< by time among the methods, on problems that none misses; failures last
-  double cpu_ms = 0.0;              ///< of all runs
-  int reported = 0;                 ///< runs that have a result
-  int contended = 0;                ///< of these, runs that others disturbed
-  int stopped = 0;                  ///< of these, runs that a limit of the solver ended
+  std::optional<double> mean_rank;               ///< mean rank by time among the shown rows; failures last
+  double cpu_ms = 0.0;                           ///< CPU time of all runs
+  int reported = 0;                              ///< runs that have a result
+  int contended = 0;                             ///< reported runs that others disturbed
+  int stopped = 0;                               ///< reported runs that a limit of the solver ended
 };
 
 /// A task from a start: what its methods have in common. A row that has completed no problem is left out.
 struct ColumnStatistics {
   int complete = 0;                   ///< problems that all shown rows have completed: the n of every figure
-  int common = 0;                     ///< of these, problems that all shown rows solved
+  int common = 0;                     ///< complete problems that all shown rows solved
   std::vector<std::string> left_out;  ///< titles of the rows that have completed nothing
   std::string reference;              ///< title of the row that solved the most, the first of equals; empty: none
   /// Of the `complete` problems; none: no problem, fewer than three rows, or several repetitions.
   std::optional<statistics::CochranTest> success;
-  std::optional<statistics::FriedmanTest> ranks;  ///< by time; none: no problem, or fewer than three rows
-  Charge charge;                                  ///< of a failed run, the same from every start
-  statistics::PerformanceProfile profile;         ///< by time, of the `complete` ones; methods in the order of the rows
+  std::optional<statistics::FriedmanTest> ranks;  ///< test of ranks by time; none: no problem, or fewer than three rows
+  Charge charge;                                  ///< charge of a failed run, the same from every start
+  statistics::PerformanceProfile
+      profile;  ///< profile by time over the complete problems; a curve for each shown row, in order
 };
 
 struct StatisticsRow {

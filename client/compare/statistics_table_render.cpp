@@ -102,7 +102,7 @@ std::string Note(const TimeUnit& unit) {
          ", are of a whole solve: wall time, CPU time where contended. Median and 95 % quantile of time and cost count "
          "an unsolved problem as infinite. Common: geometric mean over the problems that all methods solved (times "
          "shifted by 1 ms). Ratio: to the row that is named, geometric mean over the problems that both solved. PAR10, "
-         "Charged: mean time, a failure at the charge that is told. Rank: mean rank by time, failures last. CPU: "
+         "Charged: mean time, a failure at the charge given here. Rank: mean rank by time, failures last. CPU: "
          "seconds of all runs. Contended: percent of runs that others disturbed. Stopped: runs whose solver a limit "
          "ended.";
 }

@@ -18,7 +18,7 @@ constexpr std::size_t kShownHash = 12;
 std::string PlaceOf(const SourceOptions& options) { return options.db ? *options.db : std::string("the server"); }
 
 // The name of each experiment's file, without its folder, as a page is sent to others. Empty if all experiments have
-// the same source: a page of a server then equals the page of the server's file.
+// one source, so that a page written from a server equals the page written from its file.
 std::vector<std::string> ShownPlaces(const FigureRequest& request) {
   std::set<std::string> places;
   for (const PageSource& source : request.sources) places.insert(PlaceOf(source.source));

@@ -28,7 +28,7 @@ void CountDown(std::map<std::string, unsigned>* counts, const std::string& addre
 
 }  // namespace
 
-// The library notices the end of the connection, closes it and calls Remove. Until then it counts for nobody.
+// The library notices the end of the connection, closes it and calls Remove. Until then the limits do not count it.
 void HttpConnections::Close(Entry* entry) {
   entry->waiting = false;
   entry->closed = true;

@@ -22,8 +22,8 @@ struct HttpLimits {
 
 /// The open connections of a web server: who holds how many, and which of them have sent no request in time. Where a
 /// limit is reached, the oldest connection that waits for a request is closed for the newest one, so that connections
-/// without requests shut nobody out. An IPv4 address, and the first 64 bits of an IPv6 address, count as one visitor.
-/// Thread rule: any thread.
+/// without requests do not block others. An IPv4 address, and the first 64 bits of an IPv6 address, count as one
+/// visitor. Thread rule: any thread.
 class HttpConnections {
  public:
   using Clock = std::chrono::steady_clock;
@@ -32,8 +32,8 @@ class HttpConnections {
   struct Entry {
     int socket = -1;
     std::string address;
-    bool waiting = true;  ///< for a request
-    bool closed = false;  ///< by us; the library has not removed it yet
+    bool waiting = true;  ///< a request is awaited
+    bool closed = false;  ///< shut down here; the library has not removed it yet
     Clock::time_point since{};
   };
 
@@ -67,11 +67,11 @@ class HttpConnections {
   static constexpr unsigned kSpare = 32;
   unsigned CountOf(const std::string& address) const;
   void Close(Entry* entry);
-  void CloseOldestWaiting(const std::string* address);  // of this address; null: of all
+  void CloseOldestWaiting(const std::string* address);  // null: whatever its address
 
   const HttpLimits limits_;
   mutable std::mutex mutex_;
-  Entries entries_;  // in the order of their start
+  Entries entries_;  // oldest first
   std::map<std::string, unsigned> connections_of_, streams_of_;
   std::size_t closed_ = 0;  // entries that are
   unsigned streams_ = 0;

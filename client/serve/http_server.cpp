@@ -223,7 +223,7 @@ class HttpServer::Impl {
     std::uint64_t event_number = 0, beat_number = 0;  // sent
     Body pending;
     std::size_t offset = 0;  // in `pending`
-    std::string address;     // of the reader, as HttpConnections counts it
+    std::string address;     // the reader's, as HttpConnections counts it
     int socket = -1;
     bool gone = false;  // the reader has closed the connection
   };

@@ -36,7 +36,7 @@ struct HttpOptions {
   std::uint16_t port = 0;                 ///< 0: a free one
   std::vector<std::string> hosts;         ///< names beside the address and localhost under which it may be asked for
   std::string streams_at = "/events";     ///< path of the stream
-  HttpLimits limits;                      ///< of connections and streams
+  HttpLimits limits;                      ///< limits of connections and streams
   unsigned idle_s = 30;                   ///< a reader that takes nothing of its answer for so long is disconnected
   std::size_t connection_bytes = 32'768;  ///< memory of one: longer heads are refused
 };

@@ -88,7 +88,7 @@ const std::vector<Words> kCommands = {
     {"view", "3", "--dataset", "FOLDER", "--out", "FILE.html"},
     {"view", "99", "--dataset", "FOLDER", "--out", "FILE.html"}};
 
-// What a server alone knows: itself and its workers (status); an address of its own, see below (serve).
+// status: only a server can report itself and its workers. serve: has a test of its own below.
 const std::set<std::string> kOtherwise = {"status", "serve"};
 
 constexpr std::int64_t kCancelled_us = 1'700'000'009'000'000;

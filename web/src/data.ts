@@ -114,7 +114,7 @@ export const isLive = document.documentElement.dataset.live !== undefined;
 
 async function sentBytesOf(name: string): Promise<ArrayBuffer> {
   const answer = await fetch(`blocks/${name}${location.search}`);
-  if (answer.status === 404) throw new Error(await answer.text());  // says what is missing, and why
+  if (answer.status === 404) throw new Error(await answer.text());  // names the missing block and the reason
   if (!answer.ok || !answer.body) throw new Error(`the server answered ${answer.status}: ${await answer.text()}`);
   return new Response(answer.body.pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
 }

@@ -10,7 +10,7 @@ import { isDark } from './marks';
 
 export interface Layers { convex: boolean; scene: boolean; findings: boolean; steps: boolean; follow: boolean }
 
-const TURN = Math.PI / 24, STEEPEST = 1.5, ZOOM = 1.15, MOVE = 0.05;  // of one press of a key; radians, shares
+const TURN = Math.PI / 24, STEEPEST = 1.5, ZOOM = 1.15, MOVE = 0.05;  // effect of one key press; radians, factors
 
 const RED = 0xd55e00, BLUE = 0x0072b2, GREEN = 0x009e73, SKY = 0x56b4e9, YELLOW = 0xe6b800;
 
