@@ -40,6 +40,7 @@ const shown = (page) => page.evaluate(() => {
     const { parentElement, textContent } = walker.currentNode;
     const sorted = /[\u25b4\u25be]/.test(textContent);  // the sign of the sorted column
     if (!textContent.trim() || sorted || parentElement.closest(controls) || parentElement.getClientRects().length === 0) continue;
+    if (parentElement.closest('details:not([open])') && !parentElement.closest('summary')) continue;
     texts.push(textContent);
   }
   document.querySelectorAll('select').forEach((select) => { if (select.getClientRects().length > 0) texts.push(select.selectedOptions[0]?.textContent ?? ''); });
