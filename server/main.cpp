@@ -168,7 +168,7 @@ int Run(int argc, char** argv) {
       .AddOption("--datasets", arguments.datasets,
                  "Folder of packed datasets ('legopt dataset pack') for workers that do not have them")
       .ValueName("FOLDER");
-  program.AddFlag("--verbose", arguments.verbose, "Log what happens to stderr");
+  program.AddFlag("-v,--verbose", arguments.verbose, "Log what happens to stderr");
   // For a program that has started us as a part of itself ('legopt run'); not for people.
   program.AddOption("--owner", arguments.owner, "Process whose orders to stop count; no others do").Group("");
   program.SetFooter(

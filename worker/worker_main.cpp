@@ -101,7 +101,7 @@ void Define(programs::Program& program, CommandLine& line) {
       .AddOption("--wait-server", line.wait_server_s,
                  "Seconds without any answer of a server after which to give up (default: never)")
       .Check(programs::Number(kShortest_s, kLongest_s));
-  program.AddFlag("--verbose", line.verbose, "Tell what happens, job processes included");
+  program.AddFlag("-v,--verbose", line.verbose, "Tell what happens, job processes included");
   programs::AddNetworkFlags(program, &line.network);
   program
       .AddOption("--access", line.access,
