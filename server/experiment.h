@@ -26,6 +26,8 @@ struct Job {
   db::AttemptOutcome previous = db::AttemptOutcome::kRunning;  ///< of the one before, as far as it ended in this life
   bool time_limited : 1 = false;                               ///< done, and the clock stopped its solve
   bool solved : 1 = false;                                     ///< done, and its literal verdict is kSuccess
+  /// signal of the latest attempt that crashed by a fault of its own (IsOwnFault), in this life of the server; 0: none
+  std::uint8_t fault_signal : 6 = 0;
 };
 static_assert(sizeof(Job) == 16);
 

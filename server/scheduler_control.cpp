@@ -192,6 +192,7 @@ std::int64_t Scheduler::QueueAgain(Experiment& experiment, bool time_limited) {
     if (!failed && !(time_limited && job.time_limited)) continue;
     if (job.solved) --summary.solved;
     job.solved = job.time_limited = false;
+    job.fault_signal = 0;
     job.returned = job.attempts;
     SetJobState(experiment, index, db::JobState::kQueued);
     experiment.PutBack(index);

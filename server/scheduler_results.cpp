@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <array>
+#include <csignal>
 #include <utility>
 
 #include "server/result_message.h"
@@ -6,6 +9,21 @@
 
 namespace legopt::server {
 namespace {
+
+// True for signals that a process causes itself. KILL, TERM and similar signals come from other processes.
+bool IsOwnFault(int signal) {
+  constexpr std::array<int, 7> kSignals = {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGSYS, SIGTRAP};
+  return std::ranges::find(kSignals, signal) != kSignals.end();
+}
+
+// True if the job has crashed by the same fault signal twice in a row. Jobs are deterministic: a further attempt would
+// crash again.
+bool CrashesAgain(Job& job, const db::EndAttempt& end) {
+  const bool fault = end.outcome == db::AttemptOutcome::kCrashed && IsOwnFault(end.exit_signal);
+  const bool again = fault && job.fault_signal == end.exit_signal;
+  job.fault_signal = static_cast<std::uint8_t>(fault ? end.exit_signal : 0);
+  return again;
+}
 
 const std::string kIllegalResult = "the worker sent an illegal result: ";
 
@@ -138,7 +156,11 @@ void Scheduler::EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt
   } else {
     ++counters_.attempts_failed;
     const int charged = job.attempts - job.returned;
-    const bool last = charged >= experiment.spec().max_attempts;
+    const bool repeated = CrashesAgain(job, end);
+    const bool last = charged >= experiment.spec().max_attempts || repeated;
+    if (repeated && charged < experiment.spec().max_attempts) {
+      end.message += "; not tried again: the attempt before ended by the same signal";
+    }
     const bool error = end.outcome == db::AttemptOutcome::kError;
     end.next = !last ? db::JobState::kQueued : error ? db::JobState::kFailed : db::JobState::kDead;
   }

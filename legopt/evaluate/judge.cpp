@@ -32,6 +32,13 @@ void Include(double value, double* largest) {
   if (std::isnan(*largest) || value > *largest) *largest = value;
 }
 
+/// The detail of a success has nothing else.
+void AppendOdeFailures(std::int64_t failures, std::string* detail) {
+  if (failures == 0) return;
+  *detail += (detail->empty() ? "" : "; ") + std::string("ODE failed an assertion in ") + std::to_string(failures) +
+             (failures == 1 ? " mesh query" : " mesh queries") + ", answered by the exact triangle test";
+}
+
 }  // namespace
 
 Verdict Evaluation::by(Rule rule) const { return this->*kVerdicts.at(NumberOf(rule)).second; }
@@ -319,11 +326,12 @@ Evaluation Judge::Workspace::Evaluate(Task task, const ProblemDefinition& proble
                                       std::span<const Eigen::VectorXd> waypoints) {
   CheckTask(task, problem);
   CheckFootNames(problem);
-  if (IsTimed(task)) return JudgedPath(task, problem, waypoints);
-  Evaluation evaluation = Judged(task, problem, waypoints);
+  const std::int64_t failures_before = collision_.ode_failures();
+  Evaluation evaluation = IsTimed(task) ? JudgedPath(task, problem, waypoints) : Judged(task, problem, waypoints);
   if (DescriptionOf(task).between == Between::kScored) {
     evaluation.interpolation = ScoreInterpolation(waypoints, kinematics_, collision_);
   }
+  AppendOdeFailures(collision_.ode_failures() - failures_before, &evaluation.detail);
   return evaluation;
 }
 

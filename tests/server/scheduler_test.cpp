@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <csignal>
 
 #include "server/status.h"
 #include "tests/server/scheduler_fixture.h"
@@ -299,12 +301,13 @@ TEST_F(SchedulerTest, ALateResultWithAnUnknownWordIsRefusedAndNotKept) {
 TEST_F(SchedulerTest, CrashingJobIsDeadAfterItsAttemptsAndNeighboursAreNot) {
   Submit(SampleSpec(2));
   Hello(kFirst);
+  const std::array<int, 3> signals = {SIGSEGV, SIGABRT, SIGSEGV};  // a repeated one would end it early
   for (int attempt = 1; attempt <= 3; ++attempt) {
     const auto lease = LeaseOne(kFirst);
     EXPECT_EQ(lease.job_id, 1) << "a job that came back goes first";
     EXPECT_EQ(lease.attempt, attempt);
     auto crash = ResultFor(worker_ids_[kFirst], lease, ReportedOutcome::kCrashed);
-    crash.exit_signal = 11;
+    crash.exit_signal = signals.at(static_cast<std::size_t>(attempt - 1));
     EXPECT_EQ(StatusOf(Deliver(crash)), ResultStatus::kAccepted);
     EXPECT_EQ(StatusOf(Deliver(crash)), ResultStatus::kDuplicate) << "reported again";
   }
@@ -312,6 +315,32 @@ TEST_F(SchedulerTest, CrashingJobIsDeadAfterItsAttemptsAndNeighboursAreNot) {
   EXPECT_EQ(store_.num_attempts(1), 3);
   Finish(kFirst, LeaseOne(kFirst));
   EXPECT_EQ(Summary().state, db::ExperimentState::kDone);
+}
+
+// The same fault twice is the job's: a third attempt would only repeat it.
+TEST_F(SchedulerTest, ACrashByTheSameSignalTwiceIsNotTriedAgain) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  for (int attempt = 1; attempt <= 2; ++attempt) {
+    EXPECT_NE(StateOf(1), JobState::kDead);
+    auto crash = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst), ReportedOutcome::kCrashed);
+    crash.exit_signal = SIGABRT;
+    EXPECT_EQ(StatusOf(Deliver(crash)), ResultStatus::kAccepted);
+  }
+  EXPECT_EQ(StateOf(1), JobState::kDead);
+  EXPECT_EQ(store_.num_attempts(1), 2);
+}
+
+// A process that is killed from outside says nothing about its job.
+TEST_F(SchedulerTest, KilledProcessesAreTriedAgain) {
+  Submit(SampleSpec(1));
+  Hello(kFirst);
+  for (int attempt = 1; attempt <= 2; ++attempt) {
+    auto crash = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst), ReportedOutcome::kCrashed);
+    crash.exit_signal = SIGKILL;
+    EXPECT_EQ(StatusOf(Deliver(crash)), ResultStatus::kAccepted);
+  }
+  EXPECT_EQ(StateOf(1), JobState::kQueued);
 }
 
 // Found by the random histories: the store does not know yet that the attempt has ended.
