@@ -1,18 +1,15 @@
 #include "bridge/access_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <charconv>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <system_error>
 
 #include "bridge/link_socket.h"
 #include "bus/bus_error.h"
+#include "files/file_error.h"
+#include "files/written_file.h"
 
 namespace legopt::bridge {
 namespace {
@@ -23,7 +20,6 @@ using bus::BusErrorCode;
 constexpr const char* kFirstLine = "legopt-access 1";
 constexpr std::size_t kMostAddresses = 64;
 constexpr std::size_t kLongestLine = 200;
-constexpr mode_t kOwnerOnly = 0600;
 
 [[noreturn]] void Refuse(const std::string& file, const std::string& why) {
   throw BusError(BusErrorCode::kInvalidOption, "access file " + file + ": " + why);
@@ -33,16 +29,6 @@ std::string TextOf(const Access& access) {
   std::string text = std::string(kFirstLine) + "\ndeployment " + std::to_string(access.deployment) + "\n";
   for (const LinkAddress address : access.addresses) text += "address " + ToString(address) + "\n";
   return text;
-}
-
-bool WriteNewFile(const std::string& file, const std::string& text) {
-  const int fd = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kOwnerOnly);
-  if (fd < 0) return false;
-  const bool written = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && ::fsync(fd) == 0;
-  const int error = errno;
-  ::close(fd);
-  errno = error;
-  return written;
 }
 
 // One line after the first into `access`; what is wrong with it, empty when nothing is.
@@ -76,13 +62,12 @@ std::string ListOf(const std::vector<LinkAddress>& addresses) {
 }
 
 void WriteAccessFile(const std::string& file, const Access& access) {
-  // Whoever reads it finds the old one or the new one, never a part.
-  const std::string fresh = file + "." + std::to_string(::getpid()) + ".new";
-  ::unlink(fresh.c_str());
-  if (WriteNewFile(fresh, TextOf(access)) && ::rename(fresh.c_str(), file.c_str()) == 0) return;
-  const int error = errno;
-  ::unlink(fresh.c_str());
-  Refuse(file, std::string("cannot be written: ") + std::strerror(error));
+  try {
+    files::ReplaceFile(file, TextOf(access), {files::kReadableByOwner, files::Durability::kSynced});
+  } catch (const files::FileError& error) {
+    if (error.shortage()) throw;
+    Refuse(file, error.reason());
+  }
 }
 
 Access ReadAccessFile(const std::string& file) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -10,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "bus/bus_error.h"
@@ -24,6 +26,14 @@ namespace {
 constexpr int kMostPerPoll = 256;                   // datagrams delivered per Poll, so that timers get their turn
 constexpr std::chrono::seconds kFollowInterval(1);  // shortest time between two rejoins
 constexpr microseconds kStatisticsInterval = std::chrono::milliseconds(200);
+
+// `ready` is what poll returned. A wait that failed is no wait in which nothing happened: going on would be a busy
+// loop.
+void RequireWaited(int ready) {
+  if (ready < 0 && errno != EINTR) {
+    throw std::system_error(errno, std::generic_category(), "cannot wait for messages (poll)");
+  }
+}
 
 // FNV-1a of "group:port", positive. PROTOCOL.md, section 4.
 std::int64_t DeriveDeployment(const LcmOptions& options) {
@@ -156,6 +166,7 @@ int LcmTransport::Poll(std::span<pollfd> extra, microseconds max_wait) {
   const std::int64_t wait_us = std::max<std::int64_t>(0, max_wait.count());
   timespec wait{wait_us / kMicro, (wait_us % kMicro) * 1000};
   int ready = ::ppoll(impl.waiting.data(), impl.waiting.size(), &wait, nullptr);
+  RequireWaited(ready);
   for (std::size_t i = 0; i < extra.size(); ++i)
     extra[i].revents = ready > 0 ? impl.waiting[links + 1 + i].revents : short{0};
   if (ready > 0 && impl.waiting[links].revents != 0) impl.FollowRoutes();
@@ -169,6 +180,7 @@ int LcmTransport::Poll(std::span<pollfd> extra, microseconds max_wait) {
     }
     if (!any) break;
     ready = ::poll(impl.waiting.data(), links, 0);
+    RequireWaited(ready);
   }
   return impl.delivered;
 }
@@ -194,6 +206,7 @@ std::size_t LcmTransport::granted_receive_buffer_bytes() const {
 std::string LcmTransport::receive_buffer_warning() const {
   // The kernel doubles what it grants, to account for its own overhead.
   const std::size_t granted = granted_receive_buffer_bytes() / 2;
+  if (granted == 0) return {};  // unknown
   const std::size_t asked = impl_->options.receive_buffer_bytes;
   if (granted >= asked) return {};
   return "receive buffer of " + std::to_string(granted) + " bytes granted, " + std::to_string(asked) +

@@ -16,6 +16,8 @@
 
 #include "bus/bus_error.h"
 #include "bus/wire.h"
+#include "files/file_error.h"
+#include "files/written_file.h"
 
 namespace legopt::bus {
 namespace {
@@ -175,13 +177,14 @@ std::shared_ptr<const MessageKey> MessageKey::Load(const std::string& file) {
 
 void MessageKey::CreateFile(const std::string& file) {
   PrepareHashing();
-  const Descriptor fd(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR));
-  if (fd.get() < 0) {
-    Refuse(file, errno == EEXIST ? "exists already and is not overwritten" : "cannot be created: " + Reason());
-  }
   const FreshKey key;
-  WriteAll(file, fd.get(), key.text());
-  if (::fsync(fd.get()) != 0) Refuse(file, "cannot be written: " + Reason());
+  try {
+    files::CreateFile(file, {key.text().data(), key.text().size()},
+                      {files::kReadableByOwner, files::Durability::kSynced});
+  } catch (const files::FileError& error) {
+    if (error.shortage()) throw;
+    Refuse(file, error.reason());
+  }
 }
 
 int MessageKey::CreateInMemory() {

@@ -13,10 +13,12 @@
 #include <cstring>
 #include <random>
 #include <string_view>
+#include <system_error>
 
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "bus/reach.h"
+#include "files/file_error.h"
 
 namespace legopt::bus {
 namespace {
@@ -67,6 +69,8 @@ ProbeResult LoopbackDown(const std::string& group) {
 }
 
 ProbeResult SystemFailure(const std::string& group, int port, const char* step, int error) {
+  // No fault of the network.
+  if (files::IsShortage(error)) throw std::system_error(error, std::generic_category(), step);
   return Failure(BusErrorCode::kNetworkUnusable, "multicast " + group + ":" + std::to_string(port) + ": " + step +
                                                      ": " + std::strerror(error) +
                                                      "; check firewall and container network settings");
@@ -88,6 +92,7 @@ bool Arrives(int receive_fd, const std::string& expected, milliseconds patience)
     pollfd ready{receive_fd, POLLIN, 0};
     const auto left = std::chrono::duration_cast<milliseconds>(end - steady_clock::now());
     const int count = ::poll(&ready, 1, std::max(0, static_cast<int>(left.count()) + 1));
+    if (count < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category(), "poll");
     if (count <= 0) {
       // Only now, so that after a pause of this process what came in time counts.
       if (steady_clock::now() >= end) return false;

@@ -10,7 +10,7 @@ endif()
 
 # All that legopt-worker is compiled from. Names first: a file that moves is another source.
 set(listing "")
-foreach(room words legopt lcmtypes bus programs worker)
+foreach(room words files legopt lcmtypes bus programs worker)
   file(GLOB_RECURSE files RELATIVE ${SOURCE}
     ${SOURCE}/${room}/*.h ${SOURCE}/${room}/*.inc ${SOURCE}/${room}/*.cpp ${SOURCE}/${room}/*.lcm
     ${SOURCE}/${room}/*.def)

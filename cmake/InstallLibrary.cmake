@@ -14,7 +14,7 @@ endforeach()
 install(TARGETS legopt_options EXPORT legopt)
 install(EXPORT legopt NAMESPACE legopt:: FILE legopt-targets.cmake DESTINATION ${config_folder} COMPONENT library)
 
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/legopt ${PROJECT_SOURCE_DIR}/words
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/legopt ${PROJECT_SOURCE_DIR}/words ${PROJECT_SOURCE_DIR}/files
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/legopt COMPONENT library FILES_MATCHING PATTERN "*.h")
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/legopt-config.cmake.in legopt-config.cmake
   INSTALL_DESTINATION ${config_folder})

@@ -11,6 +11,8 @@
 #include "db/connection.h"
 #include "db/migrations.h"
 #include "db/read_only_database.h"
+#include "files/file_error.h"
+#include "files/written_file.h"
 
 namespace legopt::db {
 namespace {
@@ -102,12 +104,12 @@ constexpr std::array kRules{
 class TemporaryFile {
  public:
   TemporaryFile() {
-    std::string name = (std::filesystem::temp_directory_path() / "legopt-audit-XXXXXX").string();
-    const int fd = ::mkstemp(name.data());
-    if (fd < 0)
-      throw StoreError(StoreErrorCode::kUnwritable, name + ": cannot be created; set TMPDIR to another folder");
-    ::close(fd);
-    path_ = name;
+    try {
+      path_ = files::CreateTemporaryFile(std::filesystem::temp_directory_path(), "legopt-audit-");
+    } catch (const files::FileError& error) {
+      throw StoreError(error.shortage() ? StoreErrorCode::kShortage : StoreErrorCode::kUnwritable,
+                       std::string(error.what()) + "; or set TMPDIR to another folder");
+    }
   }
   ~TemporaryFile() {
     for (const char* suffix : {"", "-journal", "-wal", "-shm"}) ::unlink((path_.string() + suffix).c_str());

@@ -14,6 +14,8 @@
 #include "db/file_state.h"
 #include "db/migrations.h"
 #include "db/read_only_database.h"
+#include "files/file_error.h"
+#include "files/written_file.h"
 
 namespace legopt::db {
 namespace {
@@ -33,9 +35,11 @@ class PartialFile {
     if (std::filesystem::exists(std::filesystem::symlink_status(target, ignored))) {
       Fail(StoreErrorCode::kUnwritable, target, "exists already and is not overwritten; choose another name");
     }
-    const int fd = ::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (fd < 0) Fail(StoreErrorCode::kUnwritable, path_, "cannot be created: " + LastError());
-    ::close(fd);
+    try {
+      files::CreateFile(path_, {});
+    } catch (const files::FileError& error) {
+      throw StoreError(error.shortage() ? StoreErrorCode::kShortage : StoreErrorCode::kUnwritable, error.what());
+    }
   }
   ~PartialFile() {
     for (const char* suffix : {"", "-journal", "-wal", "-shm"}) ::unlink((path_.string() + suffix).c_str());

@@ -1,30 +1,66 @@
 #include "db/connection.h"
 
 #include <sqlite3.h>
+#include <sys/resource.h>
 
 #include <cctype>
+#include <cerrno>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <system_error>
 #include <utility>
+
+#include "files/file_error.h"
 
 namespace legopt::db {
 namespace {
 
 struct Meaning {
   StoreErrorCode code;
-  const char* advice;
+  std::string advice;
 };
 
+// The errno behind a result code, 0 if there is none. Only files fail by one.
+int SystemErrorOf(sqlite3* handle, int primary) {
+  const bool of_a_file = primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN || primary == SQLITE_FULL;
+  return handle != nullptr && of_a_file ? sqlite3_system_errno(handle) : 0;
+}
+
+// SQLite's own rollback overwrites the errno of the write that failed, so the sizes decide: one of the database's files
+// is as large as this process may make it.
+bool ReachedFileSizeLimit(sqlite3* handle) {
+  constexpr std::uintmax_t kLargestStep = std::uintmax_t{1} << 16U;  // largest extension of a file by SQLite
+  rlimit limit{};
+  const char* file = handle == nullptr ? nullptr : sqlite3_db_filename(handle, "main");
+  if (file == nullptr || ::getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return false;
+  const auto is_at_limit = [&](const char* suffix) {
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(std::string(file) + suffix, error);
+    return limit.rlim_cur < kLargestStep || (!error && size + kLargestStep > limit.rlim_cur);
+  };
+  return is_at_limit("") || is_at_limit("-wal") || is_at_limit("-shm") || is_at_limit("-journal");
+}
+
 // What the primary result code asks of us. Extended codes share its low byte.
-Meaning MeaningOf(int code) {
+Meaning MeaningOf(sqlite3* handle, int code) {
   constexpr int kPrimaryMask = 0xff;
+  const int system_error = SystemErrorOf(handle, code & kPrimaryMask);
+  if (files::IsShortage(system_error)) return {StoreErrorCode::kShortage, files::Explain(system_error)};
+  const bool may_be_a_write = (code & kPrimaryMask) == SQLITE_IOERR || (code & kPrimaryMask) == SQLITE_FULL;
+  if (may_be_a_write && (system_error == EFBIG || ReachedFileSizeLimit(handle))) {
+    return {StoreErrorCode::kUnwritable, files::Explain(EFBIG)};
+  }
   switch (code & kPrimaryMask) {
+    case SQLITE_NOMEM:
+      return {StoreErrorCode::kShortage, "give the program more memory"};
     case SQLITE_FULL:
-      return {StoreErrorCode::kFull, "free space on the disk"};
+      return {StoreErrorCode::kFull, files::WriteAdvice("free space on the disk")};
     case SQLITE_IOERR:
     case SQLITE_NOLFS:
-    case SQLITE_NOMEM:
     case SQLITE_PROTOCOL:
-      return {StoreErrorCode::kIo, "check the disk: its space and quota, its kernel messages"};
+      return {StoreErrorCode::kIo, files::WriteAdvice("check the disk: its space and quota, its kernel messages")};
     case SQLITE_CORRUPT:
       return {StoreErrorCode::kCorrupt, "restore a backup: 'legopt restore BACKUP --db FILE'"};
     case SQLITE_NOTADB:
@@ -35,7 +71,8 @@ Meaning MeaningOf(int code) {
     case SQLITE_READONLY:
     case SQLITE_CANTOPEN:
     case SQLITE_PERM:
-      return {StoreErrorCode::kUnwritable, "check the path, that its folder exists, and the permissions"};
+      return {StoreErrorCode::kUnwritable,
+              files::WriteAdvice("check the path, that its folder exists, and the permissions")};
     case SQLITE_AUTH:
       return {StoreErrorCode::kBadQuery, "the database is read-only here: only SELECT is allowed"};
     case SQLITE_INTERRUPT:
@@ -152,7 +189,7 @@ bool Statement::Step() {
   // Reset first, so that the statement can be used again; the message must be read before.
   const std::string message = sqlite3_errmsg(handle_);
   Reset();
-  const Meaning meaning = MeaningOf(code);
+  const Meaning meaning = MeaningOf(handle_, code);
   const char* file = sqlite3_db_filename(handle_, "main");
   throw StoreError(meaning.code, std::string(file == nullptr ? "" : file) + ": " + message + "; " + meaning.advice);
 }
@@ -220,7 +257,7 @@ Connection::Connection(const std::filesystem::path& path, Mode mode, std::filesy
   const int code = sqlite3_open_v2(UriOf(path, mode).c_str(), &handle_, FlagsOf(mode), nullptr);
   try {
     if (code != SQLITE_OK) {
-      const Meaning meaning = MeaningOf(code);
+      const Meaning meaning = MeaningOf(handle_, code);
       throw StoreError(meaning.code,
                        path.string() + ": cannot open the database: " + sqlite3_errstr(code) + "; " + meaning.advice);
     }
@@ -289,7 +326,7 @@ void Connection::SetBusyTimeout(std::chrono::milliseconds timeout) {
 void Connection::Interrupt() { sqlite3_interrupt(handle_); }
 
 void Connection::Throw(sqlite3* handle, int code, const std::string& doing) {
-  const Meaning meaning = MeaningOf(code);
+  const Meaning meaning = MeaningOf(handle, code);
   const char* file = handle == nullptr ? nullptr : sqlite3_db_filename(handle, "main");
   throw StoreError(meaning.code, std::string(file == nullptr ? "" : file) + ": cannot " + doing + ": " +
                                      (handle == nullptr ? sqlite3_errstr(code) : sqlite3_errmsg(handle)) + "; " +

@@ -13,6 +13,8 @@
 
 #include "db/file_system.h"
 #include "db/store_error.h"
+#include "files/file_error.h"
+#include "files/written_file.h"
 
 namespace legopt::db {
 namespace {
@@ -38,6 +40,7 @@ std::string HolderOf(ino_t inode) {
   std::array<char, 256> host{};
   gethostname(host.data(), host.size() - 1);
   std::ifstream locks("/proc/locks");
+  if (!locks) return std::string("an unknown process on ") + host.data();
   for (std::string line; std::getline(locks, line);) {
     std::istringstream words(line);
     std::string number, kind, advisory, mode, file;
@@ -66,10 +69,12 @@ DatabaseFile::~DatabaseFile() { close(descriptor_); }
 
 void DatabaseFile::Open(const std::filesystem::path& path) {
   RequireFitFileSystem(path);
-  constexpr mode_t kMode = 0644;
-  descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode);
+  descriptor_ = files::OpenOrCreate(path);
   // SQLite says better what is wrong with a file that can only be read.
   if (descriptor_ < 0 && (errno == EACCES || errno == EROFS)) descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor_ < 0 && files::IsShortage(errno)) {
+    throw StoreError(StoreErrorCode::kShortage, path.string() + ": cannot open the database: " + files::Explain(errno));
+  }
   if (descriptor_ < 0) {
     Unwritable(path, "cannot open the database: " + Reason() + "; check that the folder exists and can be written");
   }

@@ -14,6 +14,8 @@
 #include <string_view>
 
 #include "db/store_error.h"
+#include "files/file_error.h"
+#include "files/lock_file.h"
 
 namespace legopt::db {
 namespace {
@@ -46,7 +48,7 @@ std::string ReadHolder(int descriptor) {
 bool WriteContent(int descriptor, const std::vector<std::string>& sessions) {
   std::array<char, 100> host{};
   gethostname(host.data(), host.size() - 1);
-  std::string text = "process " + std::to_string(getpid()) + " on " + host.data() + "\n";
+  std::string text = files::kLockFileBeginning + std::to_string(getpid()) + " on " + host.data() + "\n";
   for (const std::string& session : sessions) text += std::string(kSession) + session + "\n";
   return pwrite(descriptor, text.data(), text.size(), 0) == std::ssize(text) &&
          ftruncate(descriptor, std::ssize(text)) == 0 && fsync(descriptor) == 0;
@@ -67,17 +69,20 @@ bool IsStillThere(int descriptor, const std::filesystem::path& path) {
          by_descriptor.st_ino == by_name.st_ino && by_descriptor.st_dev == by_name.st_dev;
 }
 
+int OpenLock(const std::filesystem::path& path) {
+  try {
+    return files::OpenLockFile(path);
+  } catch (const files::FileError& error) {
+    throw StoreError(error.shortage() ? StoreErrorCode::kShortage : StoreErrorCode::kUnwritable,
+                     path.string() + ": the lock file " + error.reason());
+  }
+}
+
 }  // namespace
 
 LockFile::LockFile(const std::filesystem::path& database) : database_(database), path_(LockPath(database)) {
-  constexpr mode_t kMode = 0644;
   while (true) {
-    descriptor_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode);
-    if (descriptor_ < 0) {
-      throw StoreError(StoreErrorCode::kUnwritable, path_.string() +
-                                                        ": cannot create the lock file: " + std::strerror(errno) +
-                                                        "; check that the folder exists and can be written");
-    }
+    descriptor_ = OpenLock(path_);
     if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
       const int error = errno;
       const std::string holder = ReadHolder(descriptor_);

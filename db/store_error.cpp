@@ -32,6 +32,8 @@ std::string_view ToString(StoreErrorCode code) {
       return "bad_query";
     case StoreErrorCode::kInterrupted:
       return "interrupted";
+    case StoreErrorCode::kShortage:
+      return "shortage";
   }
   return "unknown";
 }

@@ -22,6 +22,7 @@ enum class StoreErrorCode {
   kConstraint,   ///< an operation would have made an illegal row: a defect of the caller
   kBadQuery,     ///< SQL that is wrong or not read-only
   kInterrupted,  ///< a query was interrupted or exceeded its time limit
+  kShortage,     ///< the machine has no memory, or this process no descriptors, left
 };
 
 /// "unwritable", "not_found", "newer_schema", ...

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "legopt/input_error.h"
+#include "programs/process_start.h"
 
 namespace legopt::programs {
 namespace {
@@ -19,7 +20,12 @@ bool IsFolder(const std::filesystem::path& path) {
 
 }  // namespace
 
-std::filesystem::path ProgramFolder() { return std::filesystem::read_symlink("/proc/self/exe").parent_path(); }
+std::filesystem::path ProgramFolder() {
+  std::filesystem::path file = ProgramFile();
+  if (!file.empty()) return file.parent_path();
+  throw InputError({"", "", "", "the folder of this program is unknown: /proc is not mounted",
+                    "start the program by its path, or mount /proc"});
+}
 
 std::filesystem::path DataFolder() {
   if (const char* environment = std::getenv("LEGOPT_DATA"); environment != nullptr && *environment != '\0') {

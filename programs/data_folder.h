@@ -5,7 +5,7 @@
 
 namespace legopt::programs {
 
-/// Folder of the running program. Throws std::filesystem::filesystem_error where /proc is not mounted.
+/// Folder of the running program (see ProgramFile). Throws InputError when it is unknown.
 std::filesystem::path ProgramFolder();
 
 /// The folder with the embedded datasets and suites: the environment variable LEGOPT_DATA, else ../share/legopt/data

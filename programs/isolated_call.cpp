@@ -9,16 +9,17 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstring>
 #include <exception>
 #include <new>
 #include <optional>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "programs/process_limits.h"
 #include "programs/processes.h"
+#include "programs/signal_meaning.h"
 
 namespace legopt {
 namespace {
@@ -97,6 +98,7 @@ class Answerer {
       pollfd ready{pipe_.get(), POLLIN, 0};
       const int polled = ::poll(&ready, 1, static_cast<int>(left));
       if (polled == 0) return std::nullopt;
+      if (polled < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category(), "poll");
       if (polled < 0) continue;
       const ssize_t count = ::read(pipe_.get(), buffer.data(), buffer.size());
       if (count == 0) return bytes;
@@ -118,7 +120,7 @@ std::string Fault(int status, const std::string& said, const ReadLimits& limits)
   if (WIFSIGNALED(status)) {
     const int number = WTERMSIG(status);
     if (number == SIGXCPU) return too_long;
-    return "it ended with signal " + std::to_string(number) + " (" + ::strsignal(number) + ")";
+    return "it ended with signal " + std::to_string(number) + ", " + programs::SignalMeaning(number);
   }
   switch (WEXITSTATUS(status)) {
     case kAnswered:
@@ -136,7 +138,7 @@ std::string Fault(int status, const std::string& said, const ReadLimits& limits)
 
 std::string CallIsolated(const std::function<std::string()>& body, const ReadLimits& limits) {
   std::optional<programs::Pipe> pipe = programs::MakePipe();
-  if (!pipe) throw ReadFailed(std::string("no pipe: ") + std::strerror(errno));
+  if (!pipe) throw std::system_error(errno, std::generic_category(), "no pipe to a reader of its own process");
   const pid_t caller = ::getpid();
   const pid_t child = ::fork();
   if (child == 0) {
@@ -149,7 +151,7 @@ std::string CallIsolated(const std::function<std::string()>& body, const ReadLim
   if (child < 0) {
     pipe->read.Close();
     if (fork_error == EPERM) return body();
-    throw ReadFailed(std::string("no process could be started: ") + std::strerror(fork_error));
+    throw std::system_error(fork_error, std::generic_category(), "no process for a reader could be started");
   }
   Answerer answerer(child, std::move(pipe->read));
   std::optional<std::string> answer = answerer.Read(Clock::now() + std::chrono::seconds(limits.wall_s));

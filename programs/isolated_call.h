@@ -18,7 +18,8 @@ namespace legopt {
 ///
 /// A ReadGuard, which the three programs give to every reader of the library.
 ///
-/// Throws ReadFailed: crash, exception in `body`, limit, or no process could be started. Thread-safe. Linux.
+/// Throws ReadFailed: crash, exception in `body`, limit. Throws std::system_error when the machine has no descriptor or
+/// process left. Thread-safe. Linux.
 std::string CallIsolated(const std::function<std::string()>& body, const ReadLimits& limits);
 
 }  // namespace legopt

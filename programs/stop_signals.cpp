@@ -17,13 +17,20 @@ bool IsIgnored(int signal) {
 
 }  // namespace
 
+std::vector<int> OrdersToStop() {
+  std::vector<int> orders = {SIGTERM};
+  for (const int signal : {SIGINT, SIGHUP}) {
+    if (!IsIgnored(signal)) orders.push_back(signal);
+  }
+  return orders;
+}
+
 StopSignals::StopSignals(pid_t owner) : owner_(owner) {
   for (const int signal : {SIGUSR1, SIGUSR2, SIGPIPE}) ::signal(signal, SIG_IGN);
   sigset_t signals;
   ::sigemptyset(&signals);
-  for (const int signal : {SIGINT, SIGTERM}) ::sigaddset(&signals, signal);
   // A signal that is blocked is kept although it is ignored.
-  if (!IsIgnored(SIGHUP)) ::sigaddset(&signals, SIGHUP);
+  for (const int signal : OrdersToStop()) ::sigaddset(&signals, signal);
   ::sigprocmask(SIG_BLOCK, &signals, nullptr);
   descriptor_ = ::signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
   if (descriptor_ < 0) throw std::system_error(errno, std::generic_category(), "signalfd");

@@ -2,12 +2,19 @@
 
 #include <sys/types.h>
 
+#include <vector>
+
 namespace legopt::programs {
 
-/// Orders to stop, for a program that waits in one place: SIGINT, SIGTERM and SIGHUP as a descriptor. Make it before
-/// any thread: those made later have the signals blocked, too. What does not mean "stop" must not end the program:
-/// SIGUSR1 and SIGUSR2, with which batch systems warn every process of a job, and SIGPIPE are ignored from then on;
-/// SIGHUP is not listened to where it is ignored already (nohup). Signals stay so when the object goes.
+/// The signals that stop this process: SIGTERM always; SIGINT and SIGHUP unless they were ignored when
+/// the process was started (background jobs of scripts, nohup), for then they stay ignored. The one place that decides
+/// this, for clients and services.
+std::vector<int> OrdersToStop();
+
+/// Orders to stop, for a program that waits in one place: OrdersToStop() as a descriptor. Make it before any thread:
+/// threads that are made later inherit the blocked signals. Signals that do not mean "stop" must not end the program:
+/// SIGUSR1 and SIGUSR2, with which batch systems warn every process of a job, and SIGPIPE are ignored from then on.
+/// Signals stay so when the object goes.
 ///
 /// One thread; one object in a process.
 class StopSignals {

@@ -10,16 +10,12 @@
 #include <filesystem>
 #include <iostream>
 #include <limits>
-#include <new>
 #include <string>
-#include <system_error>
 #include <utility>
 
-#include "bus/bus_error.h"
 #include "bus/field_limits.h"
 #include "bus/lcm_transport.h"
 #include "db/sqlite_store.h"
-#include "legopt/input_error.h"
 #include "programs/arguments.h"
 #include "programs/build_identity.h"
 #include "programs/command_line.h"
@@ -28,6 +24,7 @@
 #include "programs/network_flags.h"
 #include "programs/offered_datasets.h"
 #include "programs/printable.h"
+#include "programs/program_main.h"
 #include "programs/stop_signals.h"
 #include "server/listening.h"
 #include "server/port_claim.h"
@@ -39,6 +36,7 @@ namespace {
 
 using programs::ExitCode;
 
+constexpr char kProgram[] = "legopt-server";
 constexpr microseconds kProbePatience{400'000};
 constexpr microseconds kLongestWait{1'000'000};
 constexpr microseconds kLinger{200'000};  // answers repeats of the last requests before leaving
@@ -135,7 +133,7 @@ ExitCode Serve(const Arguments& arguments) {
   ServerOptions options = OptionsFor(arguments);
   const PortClaim claim(network.port);
   if (const std::string obstacle = ObstacleOnPorts(claim, transport, options); !obstacle.empty()) {
-    programs::ReportError("legopt-server", address + ": " + obstacle);
+    programs::ReportError(kProgram, address + ": " + obstacle);
     return ExitCode::kNetworkUnusable;
   }
   const auto store = db::OpenSqliteStore(arguments.database);
@@ -158,7 +156,7 @@ int Run(int argc, char** argv) {
   Arguments arguments;
   const programs::BuildFacts build = programs::ThisBuild("");
   programs::Program program(
-      "legopt-server",
+      kProgram,
       "The legopt experiment service: leases the jobs of submitted experiments to workers and stores their results.");
   program.SetVersion("legopt-server " + build.version, programs::BuildReport(build));
   program.AddOption("--db", arguments.database, "Database file; created when missing").Required();
@@ -179,46 +177,33 @@ int Run(int argc, char** argv) {
   return StatusOf(Serve(arguments));
 }
 
-int Report(ExitCode code, const std::string& message) {
-  programs::ReportError("legopt-server", message);
-  return StatusOf(code);
+// Reports errors of the database; programs::RunProgram reports all others.
+int RunReportingStore(int argc, char** argv) {
+  using db::StoreErrorCode;
+  try {
+    return Run(argc, argv);
+  } catch (const db::StoreError& error) {
+    const bool defect = error.code() == StoreErrorCode::kConstraint || error.code() == StoreErrorCode::kBadQuery;
+    ExitCode code = defect ? ExitCode::kInternal : ExitCode::kDatabaseUnusable;
+    if (error.code() == StoreErrorCode::kNewerSchema) code = ExitCode::kNewerDatabase;
+    if (error.code() == StoreErrorCode::kShortage) code = ExitCode::kMachine;
+    return programs::ReportFailure(kProgram, code, error.what());
+  } catch (const SpecError& error) {
+    return programs::ReportFailure(kProgram, ExitCode::kDatabaseUnusable,
+                                   std::string("the database holds an illegal experiment: ") + error.what());
+  }
 }
 
 }  // namespace
 }  // namespace legopt::server
 
 int main(int argc, char** argv) {
-  namespace server = legopt::server;
-  using legopt::bus::BusError;
-  using legopt::bus::BusErrorCode;
-  using legopt::db::StoreError;
-  using legopt::db::StoreErrorCode;
-  using legopt::programs::ExitCode;
-  // Standard output belongs to the "ready" line.
-  const auto logger = spdlog::stderr_logger_mt("legopt-server");
-  legopt::programs::FormatPrintably(*logger);
-  spdlog::set_default_logger(logger);
-  try {
-    return server::Run(argc, argv);
-  } catch (const StoreError& error) {
-    if (error.code() == StoreErrorCode::kNewerSchema) {
-      return server::Report(ExitCode::kNewerDatabase, error.what());
-    }
-    const bool defect = error.code() == StoreErrorCode::kConstraint || error.code() == StoreErrorCode::kBadQuery;
-    return server::Report(defect ? ExitCode::kInternal : ExitCode::kDatabaseUnusable, error.what());
-  } catch (const legopt::InputError& error) {
-    return server::Report(ExitCode::kUsage, error.what());
-  } catch (const BusError& error) {
-    const bool usage = error.code() == BusErrorCode::kInvalidOption;
-    return server::Report(usage ? ExitCode::kUsage : ExitCode::kNetworkUnusable, error.what());
-  } catch (const legopt::server::SpecError& error) {
-    return server::Report(ExitCode::kDatabaseUnusable,
-                          std::string("the database holds an illegal experiment: ") + error.what());
-  } catch (const std::bad_alloc&) {
-    return server::Report(ExitCode::kMachine, "out of memory");
-  } catch (const std::system_error& error) {
-    return server::Report(ExitCode::kMachine, std::string("the machine refuses: ") + error.what());
-  } catch (const std::exception& error) {
-    return server::Report(ExitCode::kInternal, error.what());
-  }
+  using legopt::server::kProgram;
+  return legopt::programs::RunProgram(kProgram, legopt::programs::ProcessKind::kService, [&] {
+    // Standard output belongs to the "ready" line.
+    const auto logger = spdlog::stderr_logger_mt(kProgram);
+    legopt::programs::FormatPrintably(*logger);
+    spdlog::set_default_logger(logger);
+    return legopt::server::RunReportingStore(argc, argv);
+  });
 }

@@ -1,10 +1,13 @@
 #include "legopt/solve/numeric_fingerprint.h"
+#include "programs/program_main.h"
 #include "worker/solve_executor.h"
 #include "worker/worker_main.h"
 
 int main(int argc, char** argv) {
-  return legopt::worker::WorkerMain(argc, argv, legopt::programs::ThisBuild(legopt::NumericFingerprint()),
-                                    [](legopt::worker::WorkerInputs inputs) {
-                                      return std::make_unique<legopt::worker::SolveExecutor>(std::move(inputs));
-                                    });
+  namespace worker = legopt::worker;
+  return legopt::programs::RunProgram("legopt-worker", worker::KindOf(argc, argv), [&] {
+    return worker::WorkerMain(
+        argc, argv, legopt::programs::ThisBuild(legopt::NumericFingerprint()),
+        [](worker::WorkerInputs inputs) { return std::make_unique<worker::SolveExecutor>(std::move(inputs)); });
+  });
 }

@@ -1,6 +1,5 @@
 #include "worker/outcome.h"
 
-#include <csignal>
 #include <limits>
 
 #include "programs/printable.h"
@@ -34,35 +33,6 @@ legopt_msg::result_request ResultWithoutSolution(ReportedOutcome outcome, std::s
   result.interpolation_self_depth_m = kNotAvailable;
   result.interpolation_free_share = kNotAvailable;
   return result;
-}
-
-std::string SignalName(int signal) {
-  switch (signal) {
-    case SIGSEGV:
-      return "SIGSEGV (segmentation fault)";
-    case SIGABRT:
-      return "SIGABRT (aborted)";
-    case SIGBUS:
-      return "SIGBUS (bus error)";
-    case SIGFPE:
-      return "SIGFPE (arithmetic error)";
-    case SIGILL:
-      return "SIGILL (illegal instruction)";
-    case SIGKILL:
-      return "SIGKILL (killed from outside, perhaps because the machine ran out of memory)";
-    case SIGTERM:
-      return "SIGTERM (terminated from outside)";
-    case SIGINT:
-      return "SIGINT (interrupted from outside)";
-    case SIGHUP:
-      return "SIGHUP (terminal or session closed)";
-    case SIGSYS:
-      return "SIGSYS (forbidden system call)";
-    case SIGXCPU:
-      return "SIGXCPU (processor time limit)";
-    default:
-      return "signal " + std::to_string(signal);
-  }
 }
 
 }  // namespace legopt::worker

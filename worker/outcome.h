@@ -21,7 +21,4 @@ std::string PrintableText(std::string_view text, std::size_t max_bytes);
 /// The same, cut at its beginning (the last lines of a log matter).
 std::string PrintableTail(std::string_view text, std::size_t max_bytes);
 
-/// "SIGSEGV (segmentation fault)" or the like for the signals that end programs; "signal 42" otherwise.
-std::string SignalName(int signal);
-
 }  // namespace legopt::worker

@@ -57,7 +57,8 @@ struct PoolOptions {
   /// leaves a container between TERM and KILL (10 s; Slurm and Kubernetes 30 s): a job that is killed costs an attempt,
   /// one that is given back only its time.
   microseconds drain = std::chrono::seconds(8);
-  /// How long the last results are offered to a silent server: when the jobs are over, and after the second order.
+  /// How long the last results are offered to a silent server: when the jobs are over, and after the second order. A
+  /// worker that receives a signal to stop ends 9.5 s after that at the latest, or 1.5 s after a longer drain.
   microseconds delivery_limit = std::chrono::seconds(15);
   microseconds kill_limit = std::chrono::seconds(1);
   std::uint64_t seed = 1;  ///< of the jitter on waiting times; workers should differ
@@ -251,7 +252,8 @@ class Pool {
   bool told_to_stop_ = false;
   bool draining_ = false;  // no new jobs
   microseconds drain_end_ = microseconds::max();
-  bool gave_back_ = false;  // what ran: only deliveries are left
+  microseconds stop_end_ = microseconds::max();  // the first order is carried out by then
+  bool gave_back_ = false;                       // what ran: only deliveries are left
   bool killing_ = false;
   bool finished_ = false;
   ExitCode exit_code_ = ExitCode::kOk;

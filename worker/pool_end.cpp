@@ -1,5 +1,6 @@
 // The part of Pool that ends it.
 
+#include <algorithm>
 #include <utility>
 
 #include "programs/exit_codes.h"
@@ -8,7 +9,9 @@
 namespace legopt::worker {
 namespace {
 
-constexpr microseconds kLeaseAnswer = std::chrono::seconds(1);  // waited for by a worker that leaves
+constexpr microseconds kLeaseAnswer = std::chrono::seconds(1);            // waited for by a worker that leaves
+constexpr microseconds kStopLimit = std::chrono::milliseconds(9'500);     // within docker's 10 s
+constexpr microseconds kLastDelivery = std::chrono::milliseconds(1'500);  // time to return jobs after the drain
 
 }  // namespace
 
@@ -24,6 +27,7 @@ void Pool::Stop(microseconds now) {
     told_to_stop_ = true;
     Drain(now, ExitCode::kOk);
     drain_end_ = now + options_.drain;
+    stop_end_ = std::max(now + kStopLimit, drain_end_ + kLastDelivery);
     if (const std::size_t running = num_running(); running > 0) {
       Log(LogLevel::kWarning, "told to stop: " + std::to_string(running) + " running job(s) may finish within " +
                                   Seconds(options_.drain) +
@@ -66,7 +70,7 @@ void Pool::Finish(ExitCode exit_code) {
 }
 
 microseconds Pool::DeliveryEnd() const {
-  return delivering_since_ + (killing_ ? options_.kill_limit : options_.delivery_limit);
+  return std::min(stop_end_, delivering_since_ + (killing_ ? options_.kill_limit : options_.delivery_limit));
 }
 
 // A worker that leaves hears what it has been leased meanwhile, and gives it back: its lease would run out at a cost.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "programs/exit_codes.h"
+#include "programs/signal_meaning.h"
 #include "words/reply.h"
 #include "worker/outcome.h"
 #include "worker/pool.h"
@@ -38,7 +39,10 @@ legopt_msg::result_request DescribeDeath(const ChildExit& exit) {
   if (exit.signal == 0 && exit.exit_code == kChildOutOfMemory) {
     return ResultWithoutSolution(ReportedOutcome::kMemoryLimit, "the job needed more memory than its limit allows");
   }
-  const std::string how = exit.signal != 0 ? "was ended by " + SignalName(exit.signal)
+  if (exit.signal == 0 && exit.exit_code == kChildNotStarted) {
+    return ResultWithoutSolution(ReportedOutcome::kCrashed, "the job process could not be started: " + exit.log_tail);
+  }
+  const std::string how = exit.signal != 0 ? "was ended by " + programs::SignalMeaning(exit.signal)
                                            : "exited with code " + std::to_string(exit.exit_code) + " without a result";
   return ResultWithoutSolution(ReportedOutcome::kCrashed, "the job process " + how);
 }
@@ -182,7 +186,10 @@ void Pool::OnChildExited(microseconds now, int slot, const ChildExit& exit) {
 void Pool::CheckStarts(const ChildExit& last) {
   const auto hopeless = [](const SlotEntry& slot) { return slot.machine.failed_starts() >= kHopelessStarts; };
   if (!capabilities_.empty() || !std::all_of(slots_.begin(), slots_.end(), hopeless)) return;
-  Log(LogLevel::kError, "job processes cannot be started; the last one wrote: " + last.log_tail);
+  const std::string cause =
+      last.signal != 0 ? "; the last one was ended by " + programs::SignalMeaning(last.signal) : "";
+  Log(LogLevel::kError, "job processes cannot be started" + cause +
+                            (last.log_tail.empty() ? "" : "; the last one wrote: " + last.log_tail));
   Finish(last.exit_code == kChildNotStarted ? ExitCode::kMachine : ExitCode::kInternal);
 }
 
@@ -280,7 +287,7 @@ bool Pool::EndedWithTheWorker(const JobSlot& machine, const ChildExit& exit) con
 void Pool::EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit& exit) {
   const JobSlot& machine = slot.machine;
   if (EndedWithTheWorker(machine, exit)) {
-    Log(LogLevel::kWarning, JobName(slot.key) + ": its process was ended by " + SignalName(exit.signal) +
+    Log(LogLevel::kWarning, JobName(slot.key) + ": its process was ended by " + programs::SignalMeaning(exit.signal) +
                                 " while this worker stops; given back");
     return EndStoppedJob(now, slot.key, StopReason::kShutdown);
   }

@@ -26,7 +26,15 @@ Supervisor::Supervisor(ServerLink& link, SupervisorOptions options, spdlog::logg
       calls_(link_, pool_),
       children_(static_cast<std::size_t>(options_.pool.slots)) {}
 
-Supervisor::~Supervisor() = default;
+Supervisor::~Supervisor() { EndChildren(); }
+
+// All are killed before the first one is waited for: those that still run take the time of those that end.
+void Supervisor::EndChildren() {
+  for (Child& entry : children_) {
+    if (entry.process) entry.process->Kill();
+  }
+  for (Child& entry : children_) entry = Child{};
+}
 
 pid_t Supervisor::child_pid(int slot) const {
   const auto& process = children_[static_cast<std::size_t>(slot)].process;
@@ -48,7 +56,7 @@ ExitCode Supervisor::Run(int stop_fd, const std::function<bool()>& take_order) {
   std::vector<pollfd> descriptors;
   for (;;) {
     if (const std::optional<ExitCode> code = CarryOutActions()) {
-      for (Child& entry : children_) entry = Child{};
+      EndChildren();
       return *code;
     }
     descriptors.assign(1, {stop_fd, POLLIN, 0});

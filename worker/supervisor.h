@@ -61,6 +61,7 @@ class Supervisor {
   void CarryOut(const LogLine& action);
   void CarryOut(const ExitWorker& action);
 
+  void EndChildren();
   void HandleChild(int slot, std::span<const pollfd> ready);
   void ReadFrames(int slot);
   void HandleFrame(int slot, const Frame& frame);

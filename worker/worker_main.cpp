@@ -32,6 +32,7 @@
 #include "programs/log_format.h"
 #include "programs/network_flags.h"
 #include "programs/printable.h"
+#include "programs/program_main.h"
 #include "programs/stop_signals.h"
 #include "worker/dataset_search.h"
 #include "worker/job_process.h"
@@ -40,6 +41,7 @@
 namespace legopt::worker {
 namespace {
 
+constexpr char kWorkerProgram[] = "legopt-worker";
 constexpr std::string_view kChildFlag = "--child";
 constexpr int kMaxSlots = 1024;
 constexpr double kShortest_s = 0.001, kLongest_s = 604'800;  // a week
@@ -121,9 +123,12 @@ void Define(programs::Program& program, CommandLine& line) {
 
 // --child SUPERVISOR_PID COUNT DECLARATION... FOLDER...: written by SupervisorMain only.
 std::vector<std::string> ChildCommand(const WorkerInputs& inputs) {
-  // The running program, even if its file has been replaced since: all processes of a worker are of one build.
-  std::vector<std::string> command = {"/proc/self/exe", std::string(kChildFlag), std::to_string(getpid()),
-                                      std::to_string(inputs.solvers.size())};
+  // The running program, even if its file has been replaced since: all processes of a worker are of one build. Without
+  // /proc, the file that has its name now.
+  constexpr char kThisProgram[] = "/proc/self/exe";
+  const bool known = access(kThisProgram, X_OK) == 0;
+  std::vector<std::string> command = {known ? kThisProgram : programs::ProgramFile().string(), std::string(kChildFlag),
+                                      std::to_string(getpid()), std::to_string(inputs.solvers.size())};
   for (const std::filesystem::path& declaration : inputs.solvers) command.push_back(declaration.string());
   for (const std::filesystem::path& dataset : inputs.datasets) command.push_back(dataset.string());
   return command;
@@ -184,6 +189,20 @@ SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts&
   return options;
 }
 
+// Fewer slots than asked for if each cannot have its files; returns why, empty if all can. Throws std::system_error
+// when not even one slot can.
+std::string FitSlotsToDescriptors(int& slots) {
+  constexpr std::size_t kFilesOfSlot = 3, kFilesToStart = 5;  // one job process; starting one
+  constexpr std::size_t kOwn = programs::kFewestDescriptors + kFilesToStart;
+  const std::size_t free = programs::FreeDescriptors(kOwn + kFilesOfSlot * static_cast<std::size_t>(slots));
+  const int fit = free <= kOwn ? 0 : static_cast<int>((free - kOwn) / kFilesOfSlot);
+  if (fit >= slots) return {};
+  const std::string reason =
+      "only " + std::to_string(free) + " more files can be opened ('ulimit -n'), 3 for each slot";
+  if (fit == 0) throw std::system_error(EMFILE, std::generic_category(), reason + "; raise 'ulimit -n'");
+  return std::to_string(std::exchange(slots, fit)) + " slots would be too many: " + reason;
+}
+
 // As many slots as processors were granted, unless told otherwise; says which and why. Standard output: a log of
 // warnings stays empty when there are none.
 void SettleSlots(CommandLine& line, spdlog::logger& logger) {
@@ -194,8 +213,11 @@ void SettleSlots(CommandLine& line, spdlog::logger& logger) {
   }
   const bool told = line.slots.has_value();
   if (!told) line.slots = std::min(grant.processors, kMaxSlots);
-  std::printf("legopt-worker: %d slot%s: %s%s%s\n", *line.slots, *line.slots == 1 ? "" : "s",
-              told ? "told by --slots; " : "", grant.reason.c_str(),
+  const std::string reduced = FitSlotsToDescriptors(*line.slots);
+  if (!reduced.empty()) logger.warn("{} slots: {}", *line.slots, reduced);
+  const std::string granted = (told ? "told by --slots; " : "") + grant.reason;
+  std::printf("legopt-worker: %d slot%s: %s%s\n", *line.slots, *line.slots == 1 ? "" : "s",
+              reduced.empty() ? granted.c_str() : reduced.c_str(),
               PlacesOf(*line.slots).empty() ? "" : "; each is kept on a core of its own");
   std::fflush(stdout);
 }
@@ -224,49 +246,27 @@ ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spd
     return Supervisor(link, options, logger).Run(stop.descriptor(), [&stop] { return stop.Take(); });
   } catch (const bus::BusError& error) {
     logger.error(error.what());
-    switch (error.code()) {
-      case bus::BusErrorCode::kInvalidOption:
-        return ExitCode::kUsage;
-      case bus::BusErrorCode::kNoMulticastRoute:
-      case bus::BusErrorCode::kPortUnusable:
-      case bus::BusErrorCode::kNetworkUnusable:
-        return ExitCode::kNetworkUnusable;
-      case bus::BusErrorCode::kInvalidMessage:
-        break;
-    }
-    return ExitCode::kInternal;
+    return programs::CodeOf(error);
   }
-}
-
-int Report(ExitCode code, const std::string& message) {
-  programs::ReportError("legopt-worker", message);
-  return StatusOf(code);
 }
 
 }  // namespace
 
+programs::ProcessKind KindOf(int argc, const char* const* argv) {
+  return argc > 1 && argv[1] == kChildFlag ? programs::ProcessKind::kJob : programs::ProcessKind::kService;
+}
+
 int WorkerMain(int argc, char** argv, const programs::BuildFacts& build, const ExecutorFactory& make_executor) {
-  try {
-    if (argc > 1 && argv[1] == kChildFlag) return ChildMain(argc, argv, make_executor);
-    CommandLine line;
-    programs::Program program("legopt-worker", "Runs jobs of a legopt server in a pool of job processes");
-    Define(program, line);
-    program.SetVersion("legopt-worker " + build.version, programs::BuildReport(build));
-    if (const auto status = programs::ParseCommandLine(program, argc, argv)) return *status;
-    const auto logger = spdlog::stderr_color_st("legopt-worker");
-    programs::FormatPrintably(*logger);
-    logger->set_level(line.verbose ? spdlog::level::debug : spdlog::level::warn);
-    return StatusOf(SupervisorMain(line, build, *logger));
-  } catch (const InputError& error) {
-    programs::ReportError("legopt-worker", error);
-    return StatusOf(ExitCode::kUsage);
-  } catch (const std::bad_alloc&) {
-    return Report(ExitCode::kMachine, "out of memory");
-  } catch (const std::system_error& error) {
-    return Report(ExitCode::kMachine, std::string("the machine refuses: ") + error.what());
-  } catch (const std::exception& error) {
-    return Report(ExitCode::kInternal, error.what());
-  }
+  if (KindOf(argc, argv) == programs::ProcessKind::kJob) return ChildMain(argc, argv, make_executor);
+  CommandLine line;
+  programs::Program program(kWorkerProgram, "Runs jobs of a legopt server in a pool of job processes");
+  Define(program, line);
+  program.SetVersion("legopt-worker " + build.version, programs::BuildReport(build));
+  if (const auto status = programs::ParseCommandLine(program, argc, argv)) return *status;
+  const auto logger = spdlog::stderr_color_st(kWorkerProgram);
+  programs::FormatPrintably(*logger);
+  logger->set_level(line.verbose ? spdlog::level::debug : spdlog::level::warn);
+  return StatusOf(SupervisorMain(line, build, *logger));
 }
 
 }  // namespace legopt::worker

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "programs/build_identity.h"
+#include "programs/process_start.h"
 #include "worker/job_executor.h"
 
 namespace legopt::worker {
@@ -21,8 +22,11 @@ using ExecutorFactory = std::function<std::unique_ptr<JobExecutor>(WorkerInputs 
 
 /// The program `legopt-worker` around an executor: parses the command line, then runs either the supervisor or, when
 /// the supervisor has started this very program so, one job process. Returns the exit status (exit_codes.h). Tests make
-/// workers with executors of their own of it. `build` tells what the program was made from. Call once, first thing in
-/// main.
+/// workers with executors of their own of it. `build` tells what the program was made from. Call once, from
+/// programs::RunProgram, which reports its exceptions.
 int WorkerMain(int argc, char** argv, const programs::BuildFacts& build, const ExecutorFactory& make_executor);
+
+/// Whether WorkerMain is going to run a supervisor or a job process.
+programs::ProcessKind KindOf(int argc, const char* const* argv);
 
 }  // namespace legopt::worker

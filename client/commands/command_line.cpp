@@ -2,15 +2,9 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
-#include <cerrno>
-#include <exception>
-#include <filesystem>
 #include <iostream>
-#include <new>
 #include <string>
-#include <system_error>
 
-#include "bus/bus_error.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "db/store_error.h"
@@ -20,6 +14,7 @@
 #include "programs/data_folder.h"
 #include "programs/exit_codes.h"
 #include "programs/log_format.h"
+#include "programs/program_main.h"
 
 namespace legopt::client {
 namespace {
@@ -41,10 +36,7 @@ constexpr std::array<programs::Synonym, 43> kSynonyms = {{
     {"listen", "tap"},     {"history", "trace"},    {"convergence", "trace"},
 }};
 
-int Report(ExitCode code, const std::string& message) {
-  programs::ReportError(kProgram, message);
-  return static_cast<int>(code);
-}
+int Report(ExitCode code, const std::string& message) { return programs::ReportFailure(kProgram, code, message); }
 
 ExitCode CodeOf(const db::StoreError& error) {
   switch (error.code()) {
@@ -54,28 +46,11 @@ ExitCode CodeOf(const db::StoreError& error) {
       return ExitCode::kUnreachable;
     case db::StoreErrorCode::kNewerSchema:
       return ExitCode::kNewerDatabase;
+    case db::StoreErrorCode::kShortage:
+      return ExitCode::kMachine;
     default:
       return ExitCode::kDatabaseUnusable;
   }
-}
-
-ExitCode CodeOf(const bus::BusError& error) {
-  switch (error.code()) {
-    case bus::BusErrorCode::kInvalidOption:
-    case bus::BusErrorCode::kInvalidMessage:  // made of what the user asked for; the error names field and range
-      return ExitCode::kUsage;
-    default:
-      return ExitCode::kNetworkUnusable;
-  }
-}
-
-// The machine's refusals that no command expects.
-int Report(const std::filesystem::filesystem_error& error) {
-  std::string place = error.path1().string();
-  if (!error.path2().empty()) place += " and " + error.path2().string();
-  if (place.empty()) place = "file system";
-  return Report(ExitCode::kUsage,
-                place + ": " + error.code().message() + "; check the path, its permissions and space");
 }
 
 void StartLogging(bool verbose) {
@@ -93,23 +68,12 @@ int Execute(const Invocation& invocation) {
     return code;
   } catch (const ClientError& error) {
     return Report(error.code(), error.what());
-  } catch (const InputError& error) {
-    programs::ReportError(kProgram, error);
-    return static_cast<int>(ExitCode::kUsage);
   } catch (const certify::CertificateMismatch& error) {
     return Report(ExitCode::kCertificateMismatch, error.what());
   } catch (const db::StoreError& error) {
     return Report(CodeOf(error), error.what());
-  } catch (const bus::BusError& error) {
-    return Report(CodeOf(error), error.what());
-  } catch (const std::bad_alloc&) {
-    return Report(ExitCode::kMachine, "out of memory; give the command more, or less to do");
-  } catch (const std::filesystem::filesystem_error& error) {
-    return Report(error);
-  } catch (const std::system_error& error) {
-    return Report(ExitCode::kMachine, std::string("the system refuses: ") + error.what());
-  } catch (const std::exception& error) {
-    return Report(ExitCode::kInternal, std::string("internal error: ") + error.what() + "; please report it");
+  } catch (...) {
+    return programs::ReportException(kProgram);
   }
 }
 

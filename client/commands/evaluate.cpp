@@ -7,6 +7,7 @@
 #include "client/commands/options.h"
 #include "client/report/evaluation_report.h"
 #include "client/suite/chosen_files.h"
+#include "client/suite/input_files.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/isolated_call.h"
@@ -27,7 +28,7 @@ struct EvaluateOptions {
 };
 
 ExitCode Evaluate(const EvaluateOptions& options) {
-  const SolutionFile file = ReadSolutions(options.file);
+  const SolutionFile file = ReadSolutions(InputFile(options.file));
   Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated),
               options.exhaustive ? Culling::kOff : Culling::kOn);
   const auto report = EvaluateSolutions(file, judge, options.rule, options.definitions);
@@ -51,7 +52,7 @@ void AddEvaluateCommand(const programs::Command& program, Invocation* invocation
   const auto command =
       program.AddCommand("evaluate", "Judge a LegOpt solution file: per method successes, mean cost, mean time");
   const auto options = std::make_shared<EvaluateOptions>();
-  command.AddOption("FILE", options->file, "LegOpt solution JSON").Required();
+  command.AddOption("FILE", options->file, "LegOpt solution JSON, - for standard input").Required();
   AddDatasetOption(command, &options->dataset);
   command.AddWord<Definitions>(
       "--definitions", options->definitions,

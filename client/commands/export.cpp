@@ -6,6 +6,7 @@
 #include "client/commands/options.h"
 #include "client/report/exported_solutions.h"
 #include "client/suite/chosen_files.h"
+#include "files/written_file.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/isolated_call.h"
@@ -76,7 +77,8 @@ ExitCode Export(const ExportOptions& options) {
                                             " has no results that match; 'legopt list " +
                                             std::to_string(experiment.id) + source->flags() + "' shows what there is");
   }
-  if (options.out == kStandardOutput && exported.files.size() > 1) {
+  const bool one_stream = options.out == kStandardOutput || files::IsStream(options.out);
+  if (one_stream && exported.files.size() > 1) {
     throw ClientError(ExitCode::kUsage, std::string(exported.files.size() == 2
                                                         ? "the experiment has both tasks, which make two files"
                                                         : "the experiment has several tasks, which make a file each") +

@@ -11,6 +11,8 @@
 #include "client/report/finding_report.h"
 #include "client/report/json_text.h"
 #include "client/report/terminal.h"
+#include "client/suite/input_files.h"
+#include "files/written_file.h"
 #include "legopt/dataset/text_file.h"
 #include "legopt/import/importer.h"
 #include "legopt/input_error.h"
@@ -55,6 +57,18 @@ void PrintReport(const ImportReport& report, const std::string& out, bool json) 
     std::cout << "dataset " << report.content_hash << " in " << programs::Printable(out) << "\n";
 }
 
+// Problem files are read, and then copied.
+std::vector<std::unique_ptr<RereadableFile>> MakeProblemsRereadable(ImportOptions& options) {
+  std::vector<std::unique_ptr<RereadableFile>> copies;
+  for (const TaskDescription& task : ProblemTasks()) {
+    auto& file = options.files.problems[task.task];
+    if (!file || !files::IsStream(InputFile(*file))) continue;
+    copies.push_back(std::make_unique<RereadableFile>(*file, std::filesystem::temp_directory_path()));
+    file = copies.back()->path().string();
+  }
+  return copies;
+}
+
 ExitCode Import(const Flags& flags) {
   ImportOptions options = flags.options;
   options.read_guard = CallIsolated;
@@ -62,6 +76,7 @@ ExitCode Import(const Flags& flags) {
   const std::filesystem::path out = std::filesystem::path(flags.out).lexically_normal();
   if (options.name.empty()) options.name = (out.has_filename() ? out : out.parent_path()).filename().string();
   options.Validate();
+  const std::vector<std::unique_ptr<RereadableFile>> copies = MakeProblemsRereadable(options);
   NewFolder folder(out, "import of " + options.source.string() + "\n");
   ImportReport report;
   try {

@@ -166,7 +166,9 @@ void AddDatasetOption(const programs::Command& command, std::optional<std::strin
 
 void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
   using programs::Joined, programs::WordsOf;
-  command.AddOption("SUITE", options->suite, "Experiment file (YAML), or the name of an embedded suite, e.g. quick")
+  command
+      .AddOption("SUITE", options->suite,
+                 "Experiment file (YAML), - for standard input, or the name of an embedded suite, e.g. quick")
       .Required();
   AddDatasetOption(command, &options->dataset);
   command.AddOption("--solver", options->solvers,

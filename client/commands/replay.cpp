@@ -9,6 +9,7 @@
 #include "client/commands/options.h"
 #include "client/report/json_text.h"
 #include "client/suite/chosen_files.h"
+#include "client/suite/input_files.h"
 #include "programs/build_identity.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
@@ -130,7 +131,9 @@ ExitCode ReplayStored(const ReplayOptions& options) {
     throw ClientError(ExitCode::kUsage, "name a job, or let --random N draw some: 'legopt replay 12'");
   }
   // Each job is solved in a process of its own, which starts what it needs.
-  const SolverRegistry registry = external::RegistryForForks(external::ReadDeclarations(options.solvers));
+  std::vector<std::filesystem::path> solvers = options.solvers;
+  const auto solver_copies = MakeRereadable(solvers);
+  const SolverRegistry registry = external::RegistryForForks(external::ReadDeclarations(solvers));
   const std::vector<StoredJob> jobs = ChosenJobs(options, registry);
   RequireSameBuild(jobs, options);
   JobRunner runner(LoadStoredDataset(jobs.front(), options), registry);

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "client/client_error.h"
+#include "client/commands/claimed_name.h"
 #include "client/commands/commands.h"
 #include "client/commands/dry_run.h"
 #include "client/commands/submission.h"
@@ -14,6 +15,7 @@
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
 #include "client/service/local_pool.h"
+#include "client/suite/input_files.h"
 #include "legopt/input/json.h"
 #include "programs/build_identity.h"
 #include "programs/checks.h"
@@ -52,8 +54,10 @@ struct RunOptions {
   OutputOptions output;
 };
 
-// quick-20261121-103000.sqlite; a number is added when that exists.
-std::filesystem::path NewDatabaseName(const std::string& suite) {
+constexpr char kDatabaseExtension[] = ".sqlite";
+
+// quick-20261121-103000
+std::string NewDatabaseStem(const std::string& suite) {
   std::string stem;
   for (const char c : suite) stem += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' ? c : '-';
   const std::time_t now = std::time(nullptr);
@@ -61,10 +65,7 @@ std::filesystem::path NewDatabaseName(const std::string& suite) {
   ::localtime_r(&now, &local);
   char time[32];
   std::strftime(time, sizeof(time), "-%Y%m%d-%H%M%S", &local);
-  stem += time;
-  std::filesystem::path file = stem + ".sqlite";
-  for (int i = 2; std::filesystem::exists(file); ++i) file = stem + "-" + std::to_string(i) + ".sqlite";
-  return file;
+  return stem + time;
 }
 
 void PrintStart(const Submission& submission, const legopt_msg::submit_reply& reply, const std::filesystem::path& db) {
@@ -226,11 +227,14 @@ std::unique_ptr<OwnPool> StartPool(const RunOptions& options, const Submission& 
 
 ExitCode Run(RunOptions& options, bool verbose) {
   if (options.slurm) options.pool = ReadPoolFile(*options.slurm, Engine::kSlurm);
+  const auto solver_copies = MakeRereadable(options.suite.solvers);  // workers read them again
   const Submission submission = PrepareSubmission(options.suite);
   WarnOfLosses(submission);
-  const std::filesystem::path db =
-      options.db ? std::filesystem::path(*options.db) : NewDatabaseName(submission.spec.at("name").get<std::string>());
-  if (options.dry_run) return DryRun(submission, options, db);
+  const std::string stem = options.db ? "" : NewDatabaseStem(submission.spec.at("name").get<std::string>());
+  if (options.dry_run) return DryRun(submission, options, options.db.value_or(stem + kDatabaseExtension));
+  std::optional<ClaimedName> claimed;
+  if (!options.db) claimed.emplace(stem, kDatabaseExtension);
+  const std::filesystem::path db = claimed ? claimed->path() : std::filesystem::path(*options.db);
   const InterruptGuard guard;
   Outcome outcome;
   {

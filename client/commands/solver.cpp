@@ -11,6 +11,7 @@
 #include "client/commands/options.h"
 #include "client/report/listing.h"
 #include "client/suite/chosen_files.h"
+#include "client/suite/input_files.h"
 #include "legopt/dataset/dataset.h"
 #include "programs/command_line.h"
 #include "programs/external/external_solvers.h"
@@ -27,7 +28,7 @@ struct SolverFlags {
 };
 
 ExitCode CheckDeclared(const SolverFlags& flags) {
-  const std::array<std::filesystem::path, 1> files = {flags.declaration};
+  const std::array<std::filesystem::path, 1> files = {InputFile(flags.declaration)};
   external::ExternalSolvers solvers(files);  // before this process grows: it forks
   const auto dataset = Dataset::Load(ChooseDatasetFolder(flags.dataset, nullptr), CallIsolated);
   Listing listing;
@@ -57,7 +58,8 @@ void AddSolverCommand(const programs::Command& program, Invocation* invocation) 
 
   const auto check = solver.AddCommand("check", "Try a declared solver: does it keep to the protocol?");
   const auto flags = std::make_shared<SolverFlags>();
-  check.AddOption("FILE", flags->declaration, "Declaration of the solver (docs/solvers.md)").Required();
+  check.AddOption("FILE", flags->declaration, "Declaration of the solver (docs/solvers.md), - for standard input")
+      .Required();
   check.AddOption("--dataset", flags->dataset, "Dataset folder to try it on (default: the embedded garage-easier)");
   AddFormatOption(check, &flags->format);
   check.WhenChosen([=] { invocation->body = [flags] { return CheckDeclared(*flags); }; });

@@ -7,6 +7,8 @@
 #include "client/client_error.h"
 #include "client/suite/chosen_files.h"
 #include "client/suite/experiment_spec.h"
+#include "client/suite/input_files.h"
+#include "files/written_file.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/import/plausibility.h"
@@ -59,11 +61,20 @@ void CheckSize(const Suite& suite, const Submission& submission) {
   }
 }
 
+// A suite from a pipe has no folder that its dataset could be relative to.
+void ReportPlaceOfDataset(const Suite& suite) {
+  if (!suite.dataset || !files::IsStream(suite.file)) return;
+  std::cerr << "legopt: " << programs::Printable(suite.file) << ": the dataset is relative to the working directory: "
+            << programs::Printable(std::filesystem::absolute(*suite.dataset).lexically_normal().string()) << "\n";
+}
+
 }  // namespace
 
 Submission PrepareSubmission(const SuiteOptions& options) {
-  Suite suite =
-      ReadSuite(FindSuite(options.suite), external::RegistryWith(external::ReadDeclarations(options.solvers)));
+  std::vector<std::filesystem::path> solvers = options.solvers;
+  for (std::filesystem::path& file : solvers) file = InputFile(file.string());
+  Suite suite = ReadSuite(FindSuite(options.suite), external::RegistryWith(external::ReadDeclarations(solvers)));
+  ReportPlaceOfDataset(suite);
   ApplyFilter(options.filter, &suite);
   Submission submission;
   submission.dataset_folder =

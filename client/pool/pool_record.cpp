@@ -1,9 +1,15 @@
 #include "client/pool/pool_record.h"
 
+#include <unistd.h>
+
+#include <cerrno>
 #include <fstream>
 #include <optional>
 
 #include "client/client_error.h"
+#include "files/file_error.h"
+#include "files/written_file.h"
+#include "programs/processes.h"
 #include "words/words.h"
 
 namespace legopt::client {
@@ -24,12 +30,18 @@ std::optional<PoolMember> ReadLine(const std::string& line) {
 }  // namespace
 
 void AddToRecord(const std::filesystem::path& folder, const PoolMember& member) {
-  std::ofstream stream(folder / kRecordFile, std::ios::app);
-  if (stream << ToString(member.engine) << ' ' << member.id << std::endl) return;
-  const std::string cannot = (folder / kRecordFile).string() + " cannot be written";
-  if (member.engine != Engine::kSlurm) throw ClientError(ExitCode::kUsage, cannot);
-  throw ClientError(ExitCode::kUsage,
-                    cannot + "; Slurm job " + member.id + " was submitted, 'scancel " + member.id + "' takes it back");
+  const std::string line = std::string(ToString(member.engine)) + ' ' + member.id + '\n';
+  try {
+    const programs::Descriptor file(files::OpenToAppend(folder / kRecordFile, files::kReadableByAll));
+    if (::write(file.get(), line.data(), line.size()) == static_cast<ssize_t>(line.size())) return;
+    throw files::FileError(folder / kRecordFile, "cannot be written", errno);
+  } catch (const files::FileError& error) {
+    const std::string undo =
+        member.engine != Engine::kSlurm
+            ? ""
+            : "; Slurm job " + member.id + " was submitted, 'scancel " + member.id + "' takes it back";
+    throw ClientError(ExitCode::kUsage, error.what() + undo);
+  }
 }
 
 std::vector<PoolMember> ReadRecord(const std::filesystem::path& folder) {

@@ -4,11 +4,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
 #include <iterator>
 #include <sstream>
 #include <system_error>
 #include <thread>
+
+#include "files/file_error.h"
+#include "files/written_file.h"
 
 namespace legopt::client {
 namespace {
@@ -21,7 +25,7 @@ constexpr char kHostsFile[] = "hosts";
 constexpr milliseconds kKeeperInterval{100};
 constexpr milliseconds kKeeperGivesBack{10'000};  // what workers need to return their jobs and end
 
-// Ticks since the machine was started; 0: no such process.
+// Ticks since the machine was started; 0: no such process, or unknown (no /proc).
 std::uint64_t StartOf(int pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -48,7 +52,10 @@ std::optional<Keeper> Keeper::FromId(const std::string& id) {
   return Keeper(pid, started);
 }
 
-bool Keeper::runs() const { return StartOf(pid_) == started_; }
+bool Keeper::runs() const {
+  if (started_ == 0) return ::kill(pid_, 0) == 0 || errno == EPERM;  // recorded without /proc: only the number is known
+  return StartOf(pid_) == started_;
+}
 
 bool Keeper::EndsWithin(milliseconds duration, bool (*give_up)()) const {
   for (const auto end = std::chrono::steady_clock::now() + duration; runs();) {
@@ -69,15 +76,15 @@ void Keeper::Stop(milliseconds patience, bool (*give_up)()) const {
 }
 
 void TellHosts(const fs::path& folder, const std::vector<SshPool::Host>& hosts) {
-  const fs::path unfinished = folder / (std::string(kHostsFile) + ".new");
-  {
-    std::ofstream stream(unfinished);
-    for (const SshPool::Host& host : hosts) {
-      stream << host.name << '\t' << system_clock::to_time_t(host.since) << '\t' << host.state << '\n';
-    }
+  std::ostringstream text;
+  for (const SshPool::Host& host : hosts) {
+    text << host.name << '\t' << system_clock::to_time_t(host.since) << '\t' << host.state << '\n';
   }
-  std::error_code ignored;
-  fs::rename(unfinished, folder / kHostsFile, ignored);
+  try {
+    files::ReplaceFile(folder / kHostsFile, text.str(), {files::kReadableByAll, files::Durability::kBuffered});
+  } catch (const files::FileError&) {
+    return;  // only shown, never needed
+  }
 }
 
 std::vector<SshPool::Host> ToldHosts(const fs::path& folder) {

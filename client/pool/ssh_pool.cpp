@@ -1,18 +1,18 @@
 #include "client/pool/ssh_pool.h"
 
-#include <fcntl.h>
 #include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "client/client_error.h"
 #include "client/pool/engine_call.h"
 #include "client/service/own_program.h"
+#include "files/written_file.h"
 
 namespace legopt::client {
 namespace {
@@ -21,7 +21,6 @@ namespace fs = std::filesystem;
 using std::chrono::system_clock;
 
 constexpr int kSshFailed = 255, kNotFound = 127, kNotExecutable = 126;
-constexpr mode_t kOwnerOnly = 0600;
 
 // A host that is switched off, or was, and one that asks for a password, must not be waited for; those of the pool file
 // come first, of which ssh takes the first.
@@ -86,10 +85,8 @@ SshPool::Connection SshPool::Connect(const PoolFile& pool, const PoolAccess& acc
   connection.name = host;
   connection.log = fs::path(access.logs) / LogName(host);
   std::optional<programs::Pipe> orders = programs::MakePipe();
-  const programs::Descriptor log(::open(connection.log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, kOwnerOnly));
-  if (!orders || !log.open()) {
-    throw ClientError(ExitCode::kUsage, connection.log.string() + " cannot be written: " + std::strerror(errno));
-  }
+  const programs::Descriptor log(files::OpenToAppend(connection.log, files::kReadableByOwner));
+  if (!orders) throw std::system_error(errno, std::generic_category(), "no pipe to ssh");
   connection.ssh = std::make_unique<ChildProcess>(programs::FindProgram("ssh"), SshArguments(pool, host),
                                                   ChildFiles{orders->read.get(), log.get()});
   connection.orders = std::move(orders->write);

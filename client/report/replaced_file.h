@@ -5,8 +5,7 @@
 
 namespace legopt::client {
 
-/// Writes a file: a regular file, or none, is replaced in one step, so that nothing is lost when it cannot be
-/// written; anything else (a pipe) is written into. Throws ClientError (kUsage) when it cannot be written.
+/// Writes a file as files::ReplaceFile does. Throws ClientError (kUsage) when it cannot be written.
 void ReplaceFile(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace legopt::client

@@ -14,6 +14,8 @@
 #include <utility>
 
 #include "client/client_error.h"
+#include "programs/process_start.h"
+#include "programs/signal_meaning.h"
 
 namespace legopt::client {
 namespace {
@@ -28,18 +30,21 @@ constexpr off_t kTailBytes = 2000;
   throw ClientError(ExitCode::kMachine, "cannot start " + program.string() + ": " + what);
 }
 
-// Runs between fork and exec: only calls that are safe there.
-[[noreturn]] void BecomeProgram(char* const* arguments, pid_t parent, int input, int output, int error,
+// Runs between fork and exec: only calls that are safe there. Writes the errno of a failed exec to `failure`, which a
+// successful one closes.
+[[noreturn]] void BecomeProgram(char* const* arguments, pid_t parent, int error, const ChildFiles& files, int failure,
                                 std::span<const int> kept) {
   ::setpgid(0, 0);
   if (!programs::DieWith(parent, SIGTERM)) ::_exit(kCannotStart);
   programs::UnblockSignals();
-  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) ::signal(number, SIG_DFL);
-  ::dup2(input, STDIN_FILENO);
-  ::dup2(output, STDOUT_FILENO);
+  programs::RestoreStartState();
+  ::dup2(files.input, STDIN_FILENO);
+  ::dup2(files.output, STDOUT_FILENO);
   if (error >= 0) ::dup2(error, STDERR_FILENO);
   for (const int descriptor : kept) ::fcntl(descriptor, F_SETFD, 0);
   ::execv(arguments[0], arguments);
+  const int refusal = errno;
+  [[maybe_unused]] const ssize_t written = ::write(failure, &refusal, sizeof(refusal));
   ::_exit(kCannotStart);
 }
 
@@ -56,7 +61,7 @@ programs::Descriptor Holding(const std::string& text) {
 
 std::string ChildExit::Describe() const {
   if (signal == 0) return "exit code " + std::to_string(code);
-  return "signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")";
+  return "signal " + std::to_string(signal) + ", " + programs::SignalMeaning(signal);
 }
 
 ChildProcess::ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments, bool quiet,
@@ -84,10 +89,21 @@ void ChildProcess::Start(const std::filesystem::path& program, const std::vector
   std::vector<std::string> texts = {program.string()};
   texts.insert(texts.end(), arguments.begin(), arguments.end());
   const std::vector<char*> argv = programs::Pointers(texts);
+  std::optional<programs::Pipe> failure = programs::MakePipe();
+  if (!failure) Fail(program, std::strerror(errno));
   const pid_t parent = ::getpid();
   pid_ = ::fork();
-  if (pid_ == 0) BecomeProgram(argv.data(), parent, files.input, files.output, error, kept);
+  if (pid_ == 0) BecomeProgram(argv.data(), parent, error, files, failure->write.get(), kept);
   if (pid_ < 0) Fail(program, std::strerror(errno));
+  failure->write.Close();
+  int refusal = 0;
+  ssize_t count = -1;
+  do {
+    count = ::read(failure->read.get(), &refusal, sizeof(refusal));
+  } while (count < 0 && errno == EINTR);
+  if (count != sizeof(refusal)) return;
+  programs::WaitForEnd(std::exchange(pid_, -1));
+  Fail(program, std::strerror(refusal));
 }
 
 ChildProcess::~ChildProcess() {
@@ -110,6 +126,8 @@ std::optional<ChildExit> ChildProcess::Poll() {
   if (exit_) return exit_;
   int status = 0;
   const pid_t result = ::waitpid(pid_, &status, WNOHANG);
+  // ECHILD: its status was collected elsewhere.
+  if (result < 0 && errno != EINTR) exit_ = ChildExit{kCannotStart, 0};
   if (result == pid_) {
     exit_ = WIFSIGNALED(status) ? ChildExit{0, WTERMSIG(status)} : ChildExit{WEXITSTATUS(status), 0};
     DrainOutput();

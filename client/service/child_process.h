@@ -17,7 +17,7 @@ namespace legopt::client {
 struct ChildExit {
   int code = 0;    ///< exit status, when `signal` is 0
   int signal = 0;  ///< the signal that killed it
-  /// "exit code 7" or "signal 9 (Killed)".
+  /// "exit code 7" or "signal 11, SIGSEGV (segmentation fault)".
   std::string Describe() const;
 };
 

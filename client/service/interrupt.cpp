@@ -2,14 +2,16 @@
 
 #include <signal.h>
 
-#include <array>
+#include <utility>
+#include <vector>
+
+#include "programs/stop_signals.h"
 
 namespace legopt::client {
 namespace {
 
-constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGHUP};
 volatile sig_atomic_t interrupt_count = 0;
-std::array<struct sigaction, kSignals.size()> previous_actions;
+std::vector<std::pair<int, struct sigaction>> previous_actions;
 
 void CountSignal(int /*number*/) { interrupt_count = interrupt_count + 1; }
 
@@ -19,11 +21,15 @@ InterruptGuard::InterruptGuard() {
   interrupt_count = 0;
   struct sigaction action {};
   action.sa_handler = CountSignal;  // without SA_RESTART: a waiting call returns early
-  for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &action, &previous_actions[i]);
+  for (const int signal : programs::OrdersToStop()) {
+    struct sigaction previous {};
+    ::sigaction(signal, &action, &previous);
+    previous_actions.emplace_back(signal, previous);
+  }
 }
 
 InterruptGuard::~InterruptGuard() {
-  for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &previous_actions[i], nullptr);
+  for (const auto& [signal, action] : std::exchange(previous_actions, {})) ::sigaction(signal, &action, nullptr);
 }
 
 int InterruptCount() { return interrupt_count; }

@@ -2,7 +2,8 @@
 
 namespace legopt::client {
 
-/// Makes SIGINT, SIGTERM and SIGHUP ask for an orderly end instead of killing the process, for the guard's lifetime.
+/// Makes the signals of programs::OrdersToStop ask for an orderly end instead of killing the process, for the guard's
+/// lifetime.
 /// One guard at a time (signal handlers are process-wide by nature).
 class InterruptGuard {
  public:

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <optional>
 #include <sstream>
 
 #include "client/client_error.h"
@@ -23,13 +24,15 @@ bool NamesACause(int code) {
                      [named](const programs::ExitCodeText& known) { return known.code == named; });
 }
 
-// From the log lines of a child: "[date] [program] [level] text".
-std::string WithoutLogPrefix(const std::string& line, const std::string& program) {
-  const std::string name = "[" + program + "] [";
-  const auto level = line.find(name);
-  if (line.rfind('[', 0) != 0 || level == std::string::npos) return line;
-  const auto end = line.find("] ", level + name.size());
-  return end == std::string::npos ? line : line.substr(end + 2);
+// The message of a line that reports an error: "[date] [PROGRAM] [error] MESSAGE" or "PROGRAM: error: MESSAGE".
+std::optional<std::string> ErrorIn(const std::string& line, const std::string& program) {
+  const std::string logged = "[" + program + "] [error] ";
+  if (const auto found = line.find(logged); line.starts_with('[') && found != std::string::npos) {
+    return line.substr(found + logged.size());
+  }
+  const std::string reported = program + ": error: ";
+  if (line.starts_with(reported)) return line.substr(reported.size());
+  return std::nullopt;
 }
 
 // An end in good order that we did not ask for: somebody wants the run to end.
@@ -44,19 +47,10 @@ void ThrowIfToldToStop(const std::string& program, const ChildExit& exit) {
 }  // namespace
 
 std::string LastWords(const std::string& program, const std::string& tail) {
-  const std::string error_mark = "[" + program + "] [error] ";
   std::string words;
-  bool is_error = false;
   std::istringstream lines(tail);
   for (std::string line; std::getline(lines, line);) {
-    // What happens to the other job processes after the error only hides its cause.
-    const bool error = line.find(error_mark) != std::string::npos;
-    if (is_error && !error) continue;
-    is_error = error;
-    words = WithoutLogPrefix(line, program);
-  }
-  for (const std::string& prefix : {program + ": ", std::string("error: ")}) {
-    if (words.rfind(prefix, 0) == 0) words.erase(0, prefix.size());
+    if (const auto error = ErrorIn(line, program)) words = *error;
   }
   return words;
 }
@@ -88,9 +82,10 @@ void OwnProgram::Fail() {
   const ChildExit exit = child_->Poll().value_or(ChildExit{});
   const auto code = exit.signal == 0 && NamesACause(exit.code) ? static_cast<ExitCode>(exit.code) : ExitCode::kInternal;
   const std::string words = LastWords(name_, child_->ErrorTail());
-  throw ClientError(code, words.empty()
-                              ? name_ + " ended with " + exit.Describe() + "; run again with --verbose to see its log"
-                              : name_ + ": " + words);
+  if (exit.signal == 0 && !words.empty()) throw ClientError(code, name_ + ": " + words);
+  throw ClientError(code,
+                    name_ + " ended with " + exit.Describe() +
+                        (words.empty() ? "; run again with --verbose to see its log" : "; it reported: " + words));
 }
 
 }  // namespace legopt::client

@@ -10,8 +10,8 @@
 
 namespace legopt::client {
 
-/// The line of a child's error output that tells best why it gave up: the last one logged as an error, else the last
-/// one; without its log prefix, "PROGRAM: " and "error: ".
+/// The last error that a child reported on its error output: a line "[...] [PROGRAM] [error] MESSAGE" or
+/// "PROGRAM: error: MESSAGE"; only the message. Empty if there is none: warnings are no cause.
 std::string LastWords(const std::string& program, const std::string& tail);
 
 /// A program of legopt beside this one that is a part of a command: it obeys nobody but us, one that a signal killed is

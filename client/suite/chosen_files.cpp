@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "client/client_error.h"
+#include "client/suite/input_files.h"
+#include "files/written_file.h"
 #include "legopt/nearest_name.h"
 #include "programs/data_folder.h"
 
@@ -36,10 +38,12 @@ std::vector<std::string> EmbeddedSuites(const std::filesystem::path& folder) {
 }  // namespace
 
 std::filesystem::path FindSuite(const std::string& name) {
+  if (name == "-") return InputFile(name);
   if (IsFile(name)) return name;
   if (IsFolder(name)) {
     throw ClientError(ExitCode::kUsage, "'" + name + "' is a folder, not an experiment file; name a .yaml file in it");
   }
+  if (files::IsStream(name)) return name;  // a pipe, <(COMMAND)
   const bool bare = name.find('/') == std::string::npos;
   if (!bare) {
     throw ClientError(ExitCode::kUsage, "no experiment file '" + name + "'; check the path");

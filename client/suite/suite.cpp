@@ -9,6 +9,7 @@
 
 #include "bus/spec_limits.h"
 #include "client/suite/yaml_map.h"
+#include "files/written_file.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/yaml.h"
 #include "legopt/input_error.h"
@@ -310,10 +311,13 @@ Suite ParseSuite(const std::string& text, const std::string& file, const SolverR
   const YamlMap map(root, file, "", kSuiteKeys);
   Suite suite;
   suite.file = file;
-  suite.name = map.Has("name") ? map.Name("name") : std::filesystem::path(file).stem().string();
+  // A pipe has no name, and no folder of its own.
+  const bool is_stream = files::IsStream(file);
+  suite.name = map.Has("name") ? map.Name("name") : is_stream ? "stdin" : std::filesystem::path(file).stem().string();
   if (map.Has("dataset")) {
     // Also right for an absolute path: operator/ then drops the left side.
-    suite.dataset = (std::filesystem::path(file).parent_path() / map.String("dataset")).lexically_normal();
+    const auto folder = is_stream ? std::filesystem::path() : std::filesystem::path(file).parent_path();
+    suite.dataset = (folder / map.String("dataset")).lexically_normal();
   }
   if (map.Has("seed")) suite.seed = map.Integer("seed", 0, std::numeric_limits<std::int64_t>::max());
   if (map.Has("repetitions"))

@@ -2,9 +2,9 @@
 
 #include <bit>
 #include <cstdint>
-#include <fstream>
+#include <sstream>
 
-#include "legopt/input_error.h"
+#include "legopt/output_file.h"
 
 namespace legopt {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3d;
 
 template <class Number>
-void Put(std::ofstream& stream, Number value) {
+void Put(std::ostream& stream, Number value) {
   static_assert(std::endian::native == std::endian::little, "PLY is written in the machine's order");
   stream.write(reinterpret_cast<const char*>(&value), sizeof(value));
 }
@@ -28,7 +28,7 @@ bool BeginsWithLineEnd(const TriangleMesh& mesh) {
 
 void WritePly(const std::filesystem::path& path, const TriangleMesh& mesh) {
   const bool guarded = BeginsWithLineEnd(mesh);
-  std::ofstream stream(path, std::ios::binary);
+  std::ostringstream stream;
   stream << "ply\nformat binary_little_endian 1.0\ncomment metres, z up\nelement vertex " << mesh.vertices.size()
          << (guarded ? "\nproperty uchar guard" : "")
          << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << mesh.triangles.size()
@@ -41,9 +41,7 @@ void WritePly(const std::filesystem::path& path, const TriangleMesh& mesh) {
     Put(stream, static_cast<std::uint8_t>(3));
     for (const int corner : triangle) Put(stream, static_cast<std::int32_t>(corner));
   }
-  if (!stream.flush()) {
-    throw InputError({path.string(), "", "", "cannot be written", "check the folder's permissions and free space"});
-  }
+  WriteOutputFile(path, stream.view(), {files::kReadableByAll, files::Durability::kBuffered});
 }
 
 }  // namespace legopt

@@ -10,6 +10,7 @@
 #include "legopt/dataset/scene_file.h"
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
+#include "legopt/output_file.h"
 
 namespace legopt {
 namespace {
@@ -64,19 +65,6 @@ std::string FormatFilesBlock(const std::vector<FileHash>& manifest) {
   return block;
 }
 
-void ReplaceFile(const fs::path& path, const std::string& text) {
-  const fs::path temporary = path.string() + ".new";
-  {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream << text;
-    stream.flush();
-    if (!stream) Fail(temporary, "cannot be written", "check the folder's permissions and free space");
-  }
-  std::error_code error;
-  fs::rename(temporary, path, error);
-  if (error) Fail(path, "cannot be replaced: " + error.message(), "check the folder's permissions");
-}
-
 }  // namespace
 
 std::string HashFile(const fs::path& path) {
@@ -127,7 +115,7 @@ std::vector<FileHash> WriteManifestHashes(const fs::path& folder, const ReadGuar
     position = kept.size();
   }
   kept.insert(position, FormatFilesBlock(manifest));
-  ReplaceFile(path, kept);
+  WriteOutputFile(path, kept);
   return manifest;
 }
 

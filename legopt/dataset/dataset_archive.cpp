@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "files/file_error.h"
+#include "files/written_file.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/input/file_text.h"
@@ -200,14 +202,18 @@ void RequireSizes(const std::vector<PackedFile>& files, std::size_t bytes) {
 void UnpackFile(ArchiveStream& archive, std::size_t bytes, const fs::path& file) {
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
-  std::ofstream stream(file, std::ios::binary);
-  while (bytes > 0) {
-    const std::string_view piece = archive.Next(bytes);
-    stream.write(piece.data(), static_cast<std::streamsize>(piece.size()));
-    bytes -= piece.size();
+  try {
+    files::NewFile target(file, {files::kReadableByAll, files::Durability::kBuffered});
+    while (bytes > 0) {
+      const std::string_view piece = archive.Next(bytes);
+      target.Write(piece);
+      bytes -= piece.size();
+    }
+    target.Finish();
+  } catch (const files::FileError& fault) {
+    if (fault.shortage()) throw;
+    throw InputError({file.string(), "", "", fault.reason(), ""});
   }
-  stream.flush();
-  if (!stream) throw InputError({file.string(), "", "", "cannot be written", "check permissions and free space"});
 }
 
 }  // namespace

@@ -10,25 +10,16 @@
 
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
+#include "legopt/output_file.h"
 
 namespace legopt {
 namespace {
 
 namespace fs = std::filesystem;
 
-void Copy(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  fs::create_directories(to.parent_path(), error);
-  fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
-  if (error) {
-    throw InputError({from.string(), "", "", "cannot be copied to " + to.string() + ": " + error.message(),
-                      "check permissions and free space"});
-  }
-}
-
 void CopyMesh(const fs::path& source, const ShapeSpec& shape, const fs::path& folder) {
   if (shape.kind != ShapeSpec::Kind::kMesh) return;
-  Copy(shape.mesh_file, folder / fs::path(shape.mesh_file).lexically_relative(source));
+  CopyOutputFile(shape.mesh_file, folder / fs::path(shape.mesh_file).lexically_relative(source));
 }
 
 /// Shortest text that reads back as the same number.
@@ -93,14 +84,14 @@ std::string FormatDatasetFile(const DatasetDescription& description, const std::
 }
 
 void CopyRobot(const Dataset& source, const DatasetDescription& description, const fs::path& folder) {
-  Copy(source.folder() / description.robot_file, folder / description.robot_file);
+  CopyOutputFile(source.folder() / description.robot_file, folder / description.robot_file);
   for (const Link& link : source.robot().links()) {
     for (const ShapeSpec& shape : link.collision) CopyMesh(source.folder(), shape, folder);
   }
 }
 
 void CopyScene(const Dataset& source, const DatasetDescription& description, const fs::path& folder) {
-  Copy(source.folder() / description.scene_file, folder / description.scene_file);
+  CopyOutputFile(source.folder() / description.scene_file, folder / description.scene_file);
   for (const SceneObject& object : source.scene().objects) CopyMesh(source.folder(), object.shape, folder);
 }
 

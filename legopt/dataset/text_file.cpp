@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "legopt/input_error.h"
+#include "legopt/output_file.h"
 
 namespace legopt {
 namespace {
@@ -18,18 +19,7 @@ constexpr const char* kIdentityName = "generation.txt";
 
 }  // namespace
 
-void WriteTextFile(const fs::path& path, const std::string& text) {
-  fs::path temporary = path;
-  temporary += ".new";
-  std::error_code error;
-  {
-    std::ofstream stream(temporary, std::ios::binary);
-    stream << text;
-    if (!stream.flush()) Refuse(path, "cannot be written", "check the folder's permissions and free space");
-  }
-  fs::rename(temporary, path, error);
-  if (error) Refuse(path, "cannot be written: " + error.message(), "check the folder's permissions");
-}
+void WriteTextFile(const fs::path& path, const std::string& text) { WriteOutputFile(path, text); }
 
 NewFolder::NewFolder(const fs::path& folder, const std::string& identity)
     : folder_(fs::weakly_canonical(folder)), partial_(folder_.string() + ".partial") {

@@ -5,7 +5,7 @@
 
 namespace legopt {
 
-/// Writes a text file whole or not at all (a temporary name, then a rename). Throws InputError.
+/// Writes a text file whole or not at all (WriteOutputFile). Throws InputError.
 void WriteTextFile(const std::filesystem::path& path, const std::string& text);
 
 /// A folder that appears under its name only when it is complete.

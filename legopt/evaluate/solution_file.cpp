@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <system_error>
 #include <utility>
 
 #include "legopt/dataset/problem_file.h"
@@ -15,6 +13,7 @@
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/number_text.h"
+#include "legopt/output_file.h"
 
 namespace legopt {
 namespace {
@@ -233,25 +232,6 @@ Json FormatSolution(const Solution& solution) {
   return entry;
 }
 
-/// What `path` names once its symbolic links are followed; a dangling link names the file it would create.
-std::filesystem::path FollowLinks(std::filesystem::path path) {
-  constexpr int kMaxLinks = 40;
-  std::error_code error;
-  for (int i = 0; i < kMaxLinks && std::filesystem::is_symlink(path, error); ++i) {
-    path = path.parent_path() / std::filesystem::read_symlink(path, error);
-  }
-  return path;
-}
-
-void WriteText(const std::filesystem::path& where, const std::string& text, const std::filesystem::path& asked) {
-  std::ofstream stream(where, std::ios::binary);
-  stream << text;
-  stream.flush();
-  if (!stream) {
-    Fail({asked.string(), ""}, "", "cannot be written", "check the folder, its permissions and the free space");
-  }
-}
-
 }  // namespace
 
 std::string UnreadableNumber::Describe() const {
@@ -292,23 +272,7 @@ std::string FormatSolutions(const SolutionFile& file) {
 }
 
 void WriteSolutions(const std::filesystem::path& path, const SolutionFile& file) {
-  std::error_code error;
-  const std::filesystem::file_type type = std::filesystem::status(path, error).type();
-  if (type != std::filesystem::file_type::regular && type != std::filesystem::file_type::not_found) {
-    WriteText(path, FormatSolutions(file), path);
-    return;
-  }
-  const std::filesystem::path target = FollowLinks(path);
-  const std::filesystem::path temporary = target.string() + ".new";
-  try {
-    WriteText(temporary, FormatSolutions(file), path);
-    std::filesystem::rename(temporary, target, error);
-    if (error)
-      Fail({path.string(), ""}, "", "cannot be replaced: " + error.message(), "check the folder's permissions");
-  } catch (...) {
-    std::filesystem::remove(temporary, error);
-    throw;
-  }
+  WriteOutputFile(path, FormatSolutions(file));
 }
 
 }  // namespace legopt

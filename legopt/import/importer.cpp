@@ -18,12 +18,12 @@
 #include "legopt/dataset/scene_file.h"
 #include "legopt/dataset/text_file.h"
 #include "legopt/import/dataset_check.h"
-#include "legopt/import/file_copy.h"
 #include "legopt/import/quaternion_order.h"
 #include "legopt/import/robot_files.h"
 #include "legopt/import/scene_files.h"
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
+#include "legopt/output_file.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
@@ -178,7 +178,7 @@ class Importer {
     const std::string name(DescriptionOf(task).problem_file);
     description_.problem_files[task] = name;
     if (!x_first) {
-      CopyFile(sources_.problems[task], folder_ / name);
+      CopyOutputFile(sources_.problems[task], folder_ / name);
       return;
     }
     for (ProblemDefinition& problem : file->problems) {

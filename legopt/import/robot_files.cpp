@@ -11,9 +11,9 @@
 
 #include "legopt/collision/mesh_writer.h"
 #include "legopt/dataset/text_file.h"
-#include "legopt/import/file_copy.h"
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
+#include "legopt/output_file.h"
 
 namespace legopt {
 namespace {
@@ -144,7 +144,7 @@ class MeshCopier {
     const auto [place, fresh] = copies_.try_emplace(mesh.string());
     if (!fresh) return place->second;
     place->second = std::string(kRobotMeshFolder) + "/" + names_.Take(mesh.stem().string(), mesh.extension().string());
-    CopyFile(mesh, folder_ / place->second);
+    CopyOutputFile(mesh, folder_ / place->second);
     return place->second;
   }
 

@@ -8,10 +8,10 @@
 #include "legopt/collision/mesh_writer.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/dataset/text_file.h"
-#include "legopt/import/file_copy.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/yaml.h"
 #include "legopt/input_error.h"
+#include "legopt/output_file.h"
 
 namespace legopt {
 namespace {
@@ -45,7 +45,7 @@ class SceneCopy {
     copied_.file = "scene.ply";
     if (options_.fix_winding && WriteTurned(scene_, copied_.file)) return;
     copied_.file = "scene" + Lower(scene_.extension().string());
-    CopyFile(scene_, folder_ / copied_.file);
+    CopyOutputFile(scene_, folder_ / copied_.file);
   }
 
   void CopyObjects(const Scene& source) {
@@ -55,7 +55,7 @@ class SceneCopy {
       if (object.shape.kind == ShapeSpec::Kind::kMesh) CopyMeshOf(object, &turned);
     }
     if (turned.empty()) {
-      CopyFile(scene_, folder_ / copied_.file);
+      CopyOutputFile(scene_, folder_ / copied_.file);
     } else {
       WriteTextFile(folder_ / copied_.file, WithMeshes(turned));
     }
@@ -72,7 +72,7 @@ class SceneCopy {
     if (options_.fix_winding && WriteTurned(object.shape.mesh_file, kSceneFolder / replacement)) {
       turned->emplace(relative, replacement);
     } else {
-      CopyFile(object.shape.mesh_file, folder_ / kSceneFolder / relative);
+      CopyOutputFile(object.shape.mesh_file, folder_ / kSceneFolder / relative);
     }
   }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "files/written_file.h"
 #include "legopt/blake2b.h"
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
@@ -26,7 +27,8 @@ constexpr std::size_t kMaxWordBytes = 60;
 std::string ContentOf(const fs::path& file, const std::string& source, const std::string& field) {
   std::ifstream stream(file, std::ios::binary);
   std::ostringstream content;
-  if (!(stream && fs::is_regular_file(file) && content << stream.rdbuf())) {
+  std::error_code ignored;
+  if (!stream || fs::is_directory(file, ignored) || !(content << stream.rdbuf())) {
     throw InputError({source, field, file.string(), "cannot be read", "give a file that this user may read"});
   }
   return content.str();
@@ -131,7 +133,8 @@ Declaration ReadDeclaration(const fs::path& file) {
   OptionFaults faults(file.string());
   Declaration declaration;
   declaration.file = file.string();
-  declaration.folder = fs::absolute(file).lexically_normal().parent_path();
+  // A pipe has no folder of its own.
+  declaration.folder = files::IsStream(file) ? fs::current_path() : fs::absolute(file).lexically_normal().parent_path();
   if (!OptionReader::IsMap(object, "", faults)) faults.ThrowIfAny();
   OptionReader reader(object, "", faults);
   ReadName(reader, declaration, faults);

@@ -11,6 +11,8 @@
 #include <system_error>
 #include <utility>
 
+#include "files/file_error.h"
+#include "files/written_file.h"
 #include "legopt/input/json.h"
 #include "programs/external/protocol.h"
 
@@ -64,9 +66,11 @@ void FileChannel::Begin(std::string_view solve) {
   std::error_code ignored;
   fs::remove_all(SolutionFile(scratch_), ignored);
   fs::remove_all(ProblemFile(scratch_), ignored);  // of a solver that has made a folder or a link of it
-  std::ofstream problem(ProblemFile(scratch_), std::ios::binary);
-  if (!(problem << solve << "\n" << std::flush)) {
-    throw SolverFault("cannot be handed its problem: " + ProblemFile(scratch_).string() + " cannot be written");
+  try {
+    files::CreateFile(ProblemFile(scratch_), std::string(solve) + "\n",
+                      {files::kReadableByAll, files::Durability::kBuffered});
+  } catch (const files::FileError& error) {
+    throw SolverFault(std::string("cannot be handed its problem: ") + error.what());
   }
   process_ = std::make_unique<SolverProcess>(launcher_, command_, memory_bytes_, Speech::kLog);
 }

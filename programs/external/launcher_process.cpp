@@ -21,6 +21,7 @@
 
 #include "programs/external/launcher_messages.h"
 #include "programs/external/solver_confinement.h"
+#include "programs/process_start.h"
 #include "programs/processes.h"
 
 namespace legopt::external {
@@ -66,6 +67,7 @@ void BecomeSolver(pid_t launcher, const StreamPipes& streams, const LaunchComman
   ::dup2(streams.out->write.get(), STDOUT_FILENO);
   ::dup2(streams.error->write.get(), STDERR_FILENO);
   if (::chdir(command.folder.c_str()) != 0) return;
+  programs::RestoreStartState();
   LimitSolver(memory_bytes);
   programs::UnblockSignals();
   ::execve(command.executable.c_str(), arguments, environment);
@@ -118,14 +120,15 @@ std::int64_t CpuTimeOf(pid_t pid) {
   return std::int64_t{time.tv_sec} * 1'000'000 + time.tv_nsec / 1'000;
 }
 
-// Waits for one child, or for any (-1), and counts what it and the children that it has waited for have used.
-pid_t WaitAndCount(pid_t pid, int* status, ProcessUsage& usage) {
+// Waits for one child, or for any (-1), and counts what it and the children that it has waited for have used. With
+// WNOHANG, 0: none has ended.
+pid_t WaitAndCount(pid_t pid, int* status, ProcessUsage& usage, int options = 0) {
   rusage used{};
   pid_t ended = -1;
   do {
-    ended = ::wait4(pid, status, 0, &used);
+    ended = ::wait4(pid, status, options, &used);
   } while (ended < 0 && errno == EINTR);
-  if (ended < 0) return ended;
+  if (ended <= 0) return ended;
   for (const timeval& time : {used.ru_utime, used.ru_stime}) {
     usage.cpu_us += std::int64_t{time.tv_sec} * 1'000'000 + time.tv_usec;
   }
@@ -133,21 +136,28 @@ pid_t WaitAndCount(pid_t pid, int* status, ProcessUsage& usage) {
   return ended;
 }
 
-void KillChildren() {
+// False: they are unknown, as /proc is not mounted.
+bool KillChildren() {
   DIR* processes = ::opendir("/proc");
-  if (processes == nullptr) return;
+  if (processes == nullptr) return false;
+  bool any = false;
   while (const dirent* entry = ::readdir(processes)) {
     if (entry->d_name[0] < '1' || entry->d_name[0] > '9') continue;
+    any = true;
     if (ParentOf(entry->d_name) == ::getpid()) ::kill(static_cast<pid_t>(std::atol(entry->d_name)), SIGKILL);
   }
   ::closedir(processes);
+  return any;
 }
 
 // Orphans of those that end become children of this process, until none is left.
 void EndDescendants(ProcessUsage& usage) {
+  pid_t ended = 0;
   do {
-    KillChildren();
-  } while (WaitAndCount(-1, nullptr, usage) > 0);
+    // Children that cannot be found cannot be ended: wait for none that still runs.
+    const int options = KillChildren() ? 0 : WNOHANG;
+    ended = WaitAndCount(-1, nullptr, usage, options);
+  } while (ended > 0);
 }
 
 bool HasEnded(pid_t pid) {

@@ -9,12 +9,12 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <ctime>
 #include <system_error>
 #include <utility>
 
 #include "programs/printable.h"
+#include "programs/signal_meaning.h"
 
 namespace legopt::external {
 namespace {
@@ -54,7 +54,7 @@ std::string HowItEnded(const ProcessEnd& end, std::int64_t memory_bytes) {
   if (end.killed) return "closed its standard output before its solution";
   if (!WIFSIGNALED(end.status)) return "ended with exit code " + std::to_string(WEXITSTATUS(end.status));
   const int number = WTERMSIG(end.status);
-  const std::string ended = "was ended by signal " + std::to_string(number) + " (" + ::strsignal(number) + ")";
+  const std::string ended = "was ended by signal " + std::to_string(number) + ", " + programs::SignalMeaning(number);
   if (number == SIGXFSZ)
     return ended + ": it may write files of " + std::to_string(SolverLauncher::kMaxFileBytes >> 20) + " MiB at most";
   return memory_bytes > 0 ? ended + "; its memory is limited to " + std::to_string(memory_bytes >> 20) + " MiB" : ended;

@@ -372,7 +372,9 @@ TEST(LastWords, AnErrorComesBeforeWhatFollowsFromIt) {
   const std::string stamp = "[2026-11-21 14:00:00.000] [legopt-worker] ";
   EXPECT_EQ(LastWords("legopt-worker", stamp + "[error] x.stl: no triangles\n" + stamp + "[warning] slot 1: exited"),
             "x.stl: no triangles");
-  EXPECT_EQ(LastWords("legopt-worker", stamp + "[warning] slot 1: exited"), "slot 1: exited");
+  EXPECT_EQ(LastWords("legopt-worker", stamp + "[warning] slot 1: exited"), "");
+  EXPECT_EQ(LastWords("legopt-worker", stamp + "[warning] no key\nlegopt-worker: 2 slots"), "");
+  EXPECT_EQ(LastWords("legopt-worker", "error: of another program"), "");
   EXPECT_EQ(LastWords("legopt-server", "legopt-server: error: a [b] c"), "a [b] c");
   EXPECT_EQ(LastWords("legopt-server", ""), "");
 }

@@ -20,6 +20,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 constexpr char kEscape[] = "\033[";
+constexpr char kNoTerminals[] = "no pseudo-terminal can be opened here; mount /dev/pts";
 
 class TerminalCommand : public testing::Test {
  protected:
@@ -72,6 +73,7 @@ class TerminalCommand : public testing::Test {
 };
 
 TEST_F(TerminalCommand, TablesFitTheTerminal) {
+  if (!HasTerminals()) GTEST_SKIP() << kNoTerminals;
   for (const unsigned short columns : {40, 80, 100, 120}) {
     const auto result = Run({"table"}, {columns, 200});
     EXPECT_EQ(result.exit_code, 0);
@@ -83,6 +85,7 @@ TEST_F(TerminalCommand, TablesFitTheTerminal) {
 }
 
 TEST_F(TerminalCommand, ListingsFitTheTerminal) {
+  if (!HasTerminals()) GTEST_SKIP() << kNoTerminals;
   const std::vector<std::vector<std::string>> commands = {
       {"list"}, {"show", "1"}, {"query", "SELECT spec_json, * FROM job_list JOIN experiments USING (experiment_id)"}};
   for (const auto& command : commands) {
@@ -120,6 +123,7 @@ TEST_F(TerminalCommand, TimesAreInTheUnitAskedFor) {
 }
 
 TEST_F(TerminalCommand, ColourIsForTerminals) {
+  if (!HasTerminals()) GTEST_SKIP() << kNoTerminals;
   EXPECT_THAT(Run({"table"}, {}).out, HasSubstr(kEscape));
   EXPECT_THAT(Run({"table"}, {}, {{"NO_COLOR", "1"}}).out, Not(HasSubstr(kEscape)));
   EXPECT_THAT(Run({"table", "--color", "never"}, {}).out, Not(HasSubstr(kEscape)));
@@ -128,6 +132,7 @@ TEST_F(TerminalCommand, ColourIsForTerminals) {
 }
 
 TEST_F(TerminalCommand, LongTextGoesThroughThePager) {
+  if (!HasTerminals()) GTEST_SKIP() << kNoTerminals;
   const std::map<std::string, std::string> pager = {{"PAGER", "sed s/^/paged:/"}};
   const TerminalSize low{80, 5}, high{80, 200};
   EXPECT_THAT(Run({"table"}, low, pager).out, HasSubstr("paged:Method"));
@@ -144,6 +149,7 @@ TEST_F(TerminalCommand, LongTextGoesThroughThePager) {
 }
 
 TEST_F(TerminalCommand, ExitCodesAreThoseWithoutAPager) {
+  if (!HasTerminals()) GTEST_SKIP() << kNoTerminals;
   const TerminalSize low{80, 5};
   EXPECT_EQ(Run({"table"}, low, {{"PAGER", "cat >/dev/null; exit 7"}}).exit_code, 0);
   EXPECT_EQ(Run({"table"}, low, {{"PAGER", "true"}}).exit_code, 0);  // reads nothing
@@ -151,6 +157,7 @@ TEST_F(TerminalCommand, ExitCodesAreThoseWithoutAPager) {
 }
 
 TEST_F(TerminalCommand, WithoutItsPagerTheTextIsShownAllTheSame) {
+  if (!HasTerminals()) GTEST_SKIP() << kNoTerminals;
   const auto result = Run({"table"}, {80, 5}, {{"PAGER", "no-such-pager-here"}});
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.out, HasSubstr("Method"));
@@ -170,6 +177,7 @@ TEST_F(TerminalCommand, AReaderThatHasSeenEnoughIsNoError) {
 }
 
 TEST_F(TerminalCommand, FindingsFitTheWidth) {
+  if (!HasTerminals()) GTEST_SKIP() << kNoTerminals;
   const TerminalSize size{.columns = 80, .lines = 1000};
   const auto doctor = Run({"doctor"}, size);
   EXPECT_THAT(doctor.out, HasSubstr("versions"));

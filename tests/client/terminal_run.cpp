@@ -41,6 +41,14 @@ std::string ReadAll(int terminal) {
 
 }  // namespace
 
+bool HasTerminals() {
+  int terminal = -1, side = -1;
+  if (::openpty(&terminal, &side, nullptr, nullptr, nullptr) != 0) return false;
+  ::close(terminal);
+  ::close(side);
+  return true;
+}
+
 ProgramResult RunInTerminal(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                             const std::filesystem::path& folder, const TerminalSize& size,
                             const std::map<std::string, std::string>& environment) {

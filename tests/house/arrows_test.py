@@ -9,7 +9,7 @@ import tempfile
 import unittest
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
-ROOMS = ("words", "lcmtypes", "legopt", "bus", "bridge", "db", "programs", "server", "worker", "client")
+ROOMS = ("words", "files", "lcmtypes", "legopt", "bus", "bridge", "db", "programs", "server", "worker", "client")
 
 
 class ArrowsTest(unittest.TestCase):

@@ -52,7 +52,7 @@ TEST(CallIsolated, CrashesAreFailures) {
                 std::raise(SIGSEGV);
                 return "survived";
               }),
-              StartsWith("it ended with signal 11"));
+              StartsWith("it ended with signal 11, SIGSEGV"));
   EXPECT_THAT(FaultOf([]() -> std::string { std::abort(); }), StartsWith("it ended with signal 6"));
   EXPECT_THAT(FaultOf([]() -> std::string { ::_exit(7); }), HasSubstr("exit code 7"));
 }

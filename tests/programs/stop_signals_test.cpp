@@ -36,6 +36,20 @@ TEST(StopSignals, WarningsAndClosedPipesNeitherStopNorKill) { EXPECT_EQ(Taken({S
 
 TEST(StopSignals, AHangupThatIsIgnoredStaysIgnored) { EXPECT_EQ(Taken({SIGHUP, SIGTERM}, false, SIG_IGN), "01"); }
 
+TEST(StopSignals, AnIgnoredInterruptStaysIgnoredAndTerminationIsAlwaysAnOrder) {
+  const std::string taken = CallIsolated(
+      [] {
+        for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_IGN);
+        programs::StopSignals stop;
+        ::kill(::getpid(), SIGINT);
+        const std::string interrupted = stop.Take() ? "1" : "0";
+        ::kill(::getpid(), SIGTERM);
+        return interrupted + (stop.Take() ? "1" : "0");
+      },
+      {});
+  EXPECT_EQ(taken, "01");
+}
+
 TEST(StopSignals, WithAnOwnerNobodyElseGivesOrders) {
   EXPECT_EQ(Taken({SIGINT, SIGTERM, SIGHUP}, true), "000");
   const std::string own = CallIsolated(

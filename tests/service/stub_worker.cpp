@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 
+#include "programs/program_main.h"
 #include "tests/service/stub_executor.h"
 #include "worker/worker_main.h"
 
@@ -18,7 +19,10 @@ legopt::programs::BuildFacts Build() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return legopt::worker::WorkerMain(argc, argv, Build(), [](legopt::worker::WorkerInputs inputs) {
-    return std::make_unique<legopt::worker::StubExecutor>(std::move(inputs.datasets));
+  namespace worker = legopt::worker;
+  return legopt::programs::RunProgram("legopt-worker", worker::KindOf(argc, argv), [&] {
+    return worker::WorkerMain(argc, argv, Build(), [](worker::WorkerInputs inputs) {
+      return std::make_unique<worker::StubExecutor>(std::move(inputs.datasets));
+    });
   });
 }

@@ -69,6 +69,21 @@ TEST(PoolEndTest, FirstSignalFinishesAndDeliversWhatIsAtHand) {
   EXPECT_EQ(harness.exit_code, ExitCode::kOk);
 }
 
+TEST(PoolEndTest, FirstSignalEndsWithinTenSecondsThoughNobodyTakesTheResult) {
+  for (const microseconds drain : {seconds(0), seconds(8)}) {
+    PoolHarness harness(WithDrain(drain));
+    harness.StartJobs({SampleLease(1)});
+    const auto jobs = harness.Take<AssignJob>();
+    harness.FinishJob(jobs[0]);
+    harness.pool.Stop(harness.now);
+    harness.Collect();
+    harness.Run(seconds(9));
+    EXPECT_FALSE(harness.exit_code) << "the server may be back soon";
+    harness.Run(seconds(1));
+    EXPECT_EQ(harness.exit_code, ExitCode::kUnreachable);
+  }
+}
+
 TEST(PoolEndTest, FirstSignalGivesBackWhatHasNotBegun) {
   PoolHarness harness;
   harness.StartJobs({SampleLease(1), SampleLease(2)});
@@ -261,7 +276,7 @@ TEST(PoolDrainTest, AProcessEndedFromOutsideMeanwhileIsNoCrash) {
     harness.Exit(0, {signal, 0, "", 0});
     const auto results = harness.Take<CallResult>();
     ASSERT_EQ(results.size(), 1U);
-    EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled)) << SignalName(signal);
+    EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kCancelled)) << signal;
     harness.ReplyResult(results[0].key);
     EXPECT_EQ(harness.exit_code, ExitCode::kOk);
   }

@@ -1,0 +1,101 @@
+#include "programs/program_main.h"
+
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <climits>
+#include <exception>
+#include <filesystem>
+#include <new>
+#include <system_error>
+
+#include "files/file_error.h"
+#include "legopt/input_error.h"
+#include "programs/arguments.h"
+
+namespace legopt::programs {
+namespace {
+
+bool WorkingDirectoryWasRemoved() {
+  std::array<char, PATH_MAX> folder{};
+  return ::getcwd(folder.data(), folder.size()) == nullptr && errno == ENOENT;
+}
+
+bool MayBeAboutAFile(ExitCode code) {
+  return code == ExitCode::kUsage || code == ExitCode::kDatabaseUnusable || code == ExitCode::kMachine ||
+         code == ExitCode::kInternal;
+}
+
+std::string PlaceOf(const std::filesystem::filesystem_error& error) {
+  std::string place = error.path1().string();
+  if (!error.path2().empty()) place += " and " + error.path2().string();
+  return place.empty() ? "file system" : place;
+}
+
+int ReportInput(const std::string& program, const InputError& error) {
+  if (WorkingDirectoryWasRemoved()) return ReportFailure(program, ExitCode::kUsage, error.what());
+  ReportError(program, error);
+  return StatusOf(ExitCode::kUsage);
+}
+
+int ReportRefusal(const std::string& program, const std::filesystem::filesystem_error& error) {
+  const bool shortage = files::IsShortage(error.code().value());
+  return ReportFailure(program, shortage ? ExitCode::kMachine : ExitCode::kUsage,
+                       PlaceOf(error) + ": " + files::Explain(error.code().value()));
+}
+
+}  // namespace
+
+ExitCode CodeOf(const bus::BusError& error) {
+  switch (error.code()) {
+    case bus::BusErrorCode::kInvalidOption:
+    case bus::BusErrorCode::kInvalidMessage:  // made of what the user asked for; the error names field and range
+      return ExitCode::kUsage;
+    default:
+      return ExitCode::kNetworkUnusable;
+  }
+}
+
+int ReportFailure(const std::string& program, ExitCode code, const std::string& message) {
+  if (MayBeAboutAFile(code) && WorkingDirectoryWasRemoved()) {
+    ReportError(program, "the working directory was removed; change to one that exists (" + message + ")");
+    return StatusOf(ExitCode::kUsage);
+  }
+  ReportError(program, message);
+  return StatusOf(code);
+}
+
+int ReportException(const std::string& program) {
+  try {
+    throw;
+  } catch (const InputError& error) {
+    return ReportInput(program, error);
+  } catch (const bus::BusError& error) {
+    return ReportFailure(program, CodeOf(error), error.what());
+  } catch (const files::FileError& error) {
+    return ReportFailure(program, error.shortage() ? ExitCode::kMachine : ExitCode::kUsage, error.what());
+  } catch (const std::bad_alloc&) {
+    return ReportFailure(program, ExitCode::kMachine, "out of memory; give the program more, or less to do");
+  } catch (const std::filesystem::filesystem_error& error) {
+    return ReportRefusal(program, error);
+  } catch (const std::system_error& error) {
+    return ReportFailure(program, ExitCode::kMachine, std::string("the system refuses: ") + error.what());
+  } catch (const std::exception& error) {
+    return ReportFailure(program, ExitCode::kInternal,
+                         std::string("internal error: ") + error.what() + "; please report it");
+  } catch (...) {
+    return ReportFailure(program, ExitCode::kInternal, "internal error of an unknown kind; please report it");
+  }
+}
+
+int RunProgram(const std::string& program, ProcessKind kind, const std::function<int()>& body) {
+  try {
+    PrepareProcess(kind);
+    return body();
+  } catch (...) {
+    return ReportException(program);
+  }
+}
+
+}  // namespace legopt::programs

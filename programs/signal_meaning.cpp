@@ -1,0 +1,44 @@
+#include "programs/signal_meaning.h"
+
+#include <csignal>
+#include <cstring>
+
+namespace legopt::programs {
+
+std::string SignalMeaning(int signal) {
+  switch (signal) {
+    case SIGSEGV:
+      return "SIGSEGV (segmentation fault)";
+    case SIGABRT:
+      return "SIGABRT (aborted)";
+    case SIGBUS:
+      return "SIGBUS (bus error)";
+    case SIGFPE:
+      return "SIGFPE (arithmetic error)";
+    case SIGILL:
+      return "SIGILL (illegal instruction)";
+    case SIGKILL:
+      return "SIGKILL (killed from outside, perhaps because the machine ran out of memory)";
+    case SIGTERM:
+      return "SIGTERM (terminated from outside)";
+    case SIGINT:
+      return "SIGINT (interrupted from outside)";
+    case SIGHUP:
+      return "SIGHUP (terminal or session closed)";
+    case SIGPIPE:
+      return "SIGPIPE (the reader of its output has gone)";
+    case SIGSYS:
+      return "SIGSYS (forbidden system call)";
+    case SIGXCPU:
+      return "SIGXCPU (processor time limit, 'ulimit -t')";
+    case SIGXFSZ:
+      return "SIGXFSZ (file size limit, 'ulimit -f')";
+    default:
+      break;
+  }
+  const char* const name = ::sigabbrev_np(signal);
+  const std::string number = "signal " + std::to_string(signal);
+  return name == nullptr ? number : number + " (SIG" + name + ")";
+}
+
+}  // namespace legopt::programs

@@ -1,0 +1,326 @@
+#!/usr/bin/env python3
+"""Policy: in every surrounding (surroundings.py), each program and command
+1. ends with a documented exit code: the usual one, or one that the surrounding explains;
+2. names the true cause in its message if the code is another one;
+3. leaves no file behind but what it was asked for, and that only with success;
+4. needs less than 2 % of a core when it has nothing to do (servers, workers, the live page);
+5. ends within 10 s of SIGTERM.
+
+environment_test.py BUILD GROUP [CLOCK_LIBRARY] [--all]: GROUP is one of GROUPS below. By default, groups of similar surroundings
+try every command in one or a few of them and a choice of commands in the others; --all tries all in all."""
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import surroundings
+
+SKIPPED = 77
+EXIT_CODES = os.path.join(os.path.dirname(__file__), "..", "..", "programs", "exit_codes.h")
+DEFECT = 70
+PATIENCE_S = 120        # for a command on a busy machine
+SETTLING_S = 40         # for a service to have nothing to do
+IDLE_SHARE, IDLE_WINDOW_S = 0.02, 1.5
+END_S = 10
+SUITE = """name: s
+dataset: "{dataset}"
+tasks: [posture]
+problems: "0-1"
+initializations: [good]
+methods: [{{name: SQP, solver: sqp}}]
+"""
+GROUPS = {
+    "descriptors": ("usual", "closed_", "descriptors_", "inherited_"),
+    "file_size": ("usual", "file_size_",),
+    "resources": ("usual", "memory_", "processes_"),
+    "signals": ("usual", "ignored_", "blocked_"),
+    "places": ("usual", "no_proc", "no_sys", "read_only", "removed", "leftover", "umask", "full_output", "no_route"),
+    "variables": ("usual", "no_home", "empty_", "home_", "foreign_", "unknown_", "dumb_", "large_", "clock_"),
+}
+
+
+def documented_codes():
+    with open(EXIT_CODES, encoding="utf-8") as file:
+        codes = {int(code) for code in re.findall(r"^\s+k\w+ = (\d+),", file.read(), re.MULTILINE)}
+    assert {0, 2, 70, 71} <= codes, codes
+    return codes - {DEFECT}
+
+
+class NoRoute(surroundings.Surrounding):
+    """A network namespace in which nothing is up."""
+
+    needs_root = True
+    cause, codes = "multicast|route", (7,)
+
+    def wrap(self, command):
+        return ["unshare", "-n", *command]
+
+
+class Command:
+    def __init__(self, name, *arguments, creates=(), often=False, writes=False):
+        self.name, self.arguments, self.creates = name, list(arguments), set(creates)
+        self.often = often    # tried in every surrounding
+        self.writes = writes  # tried with every limit of file sizes
+
+
+def commands(dataset):
+    stored, quick = ["--db", "small.sqlite"], ["--timeout", "0.3"]
+    of_dataset = ["--dataset", dataset]
+    absent = [Command(word, word, *arguments, *quick) for word, *arguments in (
+        ["status"], ["watch", "1"], ["cancel", "1"], ["pause", "1"], ["resume", "1"], ["hold", "1", "reason"], ["release", "1"],
+        ["priority", "1", "2"], ["retry", "1"], ["rename", "1", "name"], ["tag", "1", "label"], ["delete", "1", "--yes"],
+        ["submit", "s.yaml"])]
+    return [
+        Command("version", "--version", often=True),
+        Command("help", "help", "run"),
+        Command("table", "table", "1", *stored, often=True),
+        Command("query", "query", "SELECT * FROM job_list", *stored, "--format", "csv", often=True),
+        Command("list", "list", "1", *stored), Command("show", "show", "1", *stored),
+        Command("trace", "trace", "1", *stored), Command("logs", "logs", "1", *stored),
+        Command("compare", "compare", "1", "1", *stored),
+        Command("report", "report", "1", *stored, *of_dataset, "--out", "report.html", creates=["report.html"], writes=True),
+        Command("view", "view", "1", *stored, *of_dataset, "--out", "view.html", creates=["view.html"], writes=True),
+        Command("export", "export", "1", *stored, *of_dataset, "--out", "solutions.json", creates=["solutions.json"],
+                often=True, writes=True),
+        Command("evaluate", "evaluate", "given.json", *of_dataset),
+        Command("replay", "replay", "1", *stored, *of_dataset),
+        Command("dataset info", "dataset", "info", dataset, often=True),
+        Command("dataset check", "dataset", "check", dataset), Command("dataset hash", "dataset", "hash", "no-folder"),
+        Command("dataset pack", "dataset", "pack", dataset, "--out", ".", creates=["*.legopt-dataset"], writes=True),
+        Command("import", "import", "no-folder", "--out", "imported"),
+        Command("generate", "generate", "candidates", "--from", "no-folder", "--out", "generated"),
+        Command("certify", "certify", "--dataset", "no-folder"),
+        Command("solver check", "solver", "check", "solver.json", *of_dataset),
+        Command("doctor", "doctor", *stored, often=True),
+        Command("backup", "backup", *stored, "copy.sqlite", creates=["copy.sqlite"], often=True, writes=True),
+        Command("keygen", "keygen", "new.key", creates=["new.key"], writes=True),
+        Command("pool status", "pool", "status", "no-folder"),
+        Command("dry run", "run", "s.yaml", "--dry-run"),
+        Command("tap", "tap", "--seconds", "0.1"),
+        *absent,
+        Command("run", "run", "s.yaml", "--db", "new.sqlite", "--workers", "1", creates=["new.sqlite"], often=True, writes=True),
+    ]
+
+
+SERVICES = (["legopt-server", "--db", "served.sqlite"], ["legopt-worker", "--slots", "1"],
+            ["legopt", "serve", "--db", "small.sqlite", "--http-port", "0"])
+
+
+def processor_seconds(process):
+    """Of a process and its children; None when it has ended."""
+    ticks = 0
+    try:
+        with open(f"/proc/{process}/stat", encoding="utf-8", errors="replace") as file:
+            fields = file.read().rpartition(")")[2].split()
+        if fields[0] == "Z":
+            return None
+        ticks = int(fields[11]) + int(fields[12])
+        with open(f"/proc/{process}/task/{process}/children", encoding="utf-8") as file:
+            children = [int(word) for word in file.read().split()]
+    except OSError:
+        return None
+    return ticks / os.sysconf("SC_CLK_TCK") + sum(processor_seconds(child) or 0 for child in children)
+
+
+class Trial:
+    """The commands and services of one surrounding, in folders of their own."""
+
+    def __init__(self, bench, surrounding, everything):
+        self.bench, self.surrounding, self.everything = bench, surrounding, everything
+        self.faults = []
+
+    def fault(self, name, text):
+        self.faults.append(f"{self.surrounding.name}: {name}: {text}")
+
+    def start(self, command, folder, errors):
+        program = os.path.join(self.bench.build, command[0])
+        environment = self.surrounding.variables(self.bench.environment())
+        return subprocess.Popen(self.surrounding.wrap([program, *command[1:]]), cwd=folder, env=environment,
+                                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=errors,
+                                preexec_fn=self.surrounding.prepare, start_new_session=True)
+
+    def fresh_folder(self):
+        folder = tempfile.mkdtemp(dir=self.bench.scratch)
+        shutil.copytree(self.bench.template, folder, dirs_exist_ok=True)
+        return self.surrounding.folder(folder)
+
+    def judge_end(self, name, code, message, usual):
+        expected = self.surrounding.codes
+        if code < 0:
+            meaning = signal.Signals(-code).name
+            return self.fault(name, f"was ended by {meaning}")
+        if code == usual:
+            return None
+        if code == DEFECT or code not in self.bench.documented | set(expected) or code not in expected:
+            return self.fault(name, f"exit code {code}, usually {usual}: {message[-300:]!r}")
+        if not self.surrounding.mute and not re.search(self.surrounding.cause, message):
+            return self.fault(name, f"exit code {code} for another cause: {message[-300:]!r}")
+        return None
+
+    def judge_files(self, name, folder, before, command, code):
+        created = sorted(set(os.listdir(folder)) - before - {"gone"})
+        patterns = command.creates if code in (0, 4) else set()
+        for file in created:
+            if any(re.fullmatch(pattern.replace(".", r"\.").replace("*", ".*"), file) for pattern in patterns):
+                continue
+            self.fault(name, f"exit code {code} leaves {file}")
+        for file in created:
+            path = os.path.join(folder, file)
+            shutil.rmtree(path) if os.path.isdir(path) else os.remove(path)
+
+    def try_command(self, command, folder):
+        before = set(os.listdir(folder))
+        with tempfile.TemporaryFile(dir=self.bench.scratch) as errors:
+            process = self.start(["legopt", *command.arguments], folder, errors)
+            try:
+                code = process.wait(PATIENCE_S)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+                return self.fault(command.name, f"still runs after {PATIENCE_S} s")
+            errors.seek(0)
+            message = errors.read().decode("utf-8", "replace")
+        if self.surrounding.name == "usual":
+            self.bench.usual[command.name] = code
+            if code in (DEFECT, 71) or code < 0:
+                self.fault(command.name, f"exit code {code}: {message[-300:]!r}")
+        else:
+            self.judge_end(command.name, code, message, self.bench.usual[command.name])
+        self.judge_files(command.name, folder, before, command, code)
+        return None
+
+    def becomes_idle(self, process):
+        end = time.monotonic() + SETTLING_S
+        share = 1.0
+        while time.monotonic() < end:
+            before, begin = processor_seconds(process.pid), time.monotonic()
+            time.sleep(IDLE_WINDOW_S)
+            after = processor_seconds(process.pid)
+            if before is None or after is None:
+                return None
+            share = (after - before) / (time.monotonic() - begin)
+            if share < IDLE_SHARE:
+                return None
+        return share
+
+    def try_service(self, command):
+        folder = self.fresh_folder()
+        with tempfile.TemporaryFile(dir=self.bench.scratch) as errors:
+            process = self.start(command, folder, errors)
+            name = " ".join(command[:2]) if command[1] == "serve" else command[0]
+            share = self.becomes_idle(process)
+            if share is not None:
+                self.fault(name, f"{share:.0%} of a core with nothing to do")
+            process.terminate()
+            try:
+                code = process.wait(END_S)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+                code = None
+                self.fault(name, f"still runs {END_S} s after SIGTERM")
+            errors.seek(0)
+            message = errors.read().decode("utf-8", "replace")
+        if code is not None:
+            self.judge_end(name, code, message, 0)
+        lock = os.path.join(folder, "served.sqlite.lock")
+        if os.path.exists(lock) and code is not None:
+            self.fault(name, "leaves its lock file")
+
+    def run(self):
+        folder = self.fresh_folder()
+        for command in self.bench.commands:
+            of_sizes = self.surrounding.name.startswith("file_size_") and command.writes
+            if self.everything or command.often or of_sizes:
+                self.try_command(command, folder)
+        for command in SERVICES if self.surrounding.services else ():
+            self.try_service(command)
+        return self.faults
+
+
+class Bench:
+    """Shared by all trials: programs, a folder with their inputs, usual exit codes."""
+
+    def __init__(self, build):
+        self.build = build
+        self.scratch = tempfile.mkdtemp(prefix="legopt-environment-")
+        os.chmod(self.scratch, 0o755)
+        self.documented = documented_codes()
+        dataset = os.path.realpath(os.path.join(build, "legopt-data", "garage-small"))
+        self.commands = commands(dataset)
+        self.usual = {}
+        self.template = os.path.join(self.scratch, "template")
+        os.mkdir(self.template)
+        with open(os.path.join(self.template, "s.yaml"), "w", encoding="utf-8") as file:
+            file.write(SUITE.format(dataset=dataset))
+        with open(os.path.join(self.template, "solver.json"), "w", encoding="utf-8") as file:
+            file.write('{"name": "silent", "command": ["/bin/true"]}\n')
+        self.legopt("run", "s.yaml", "--db", "small.sqlite", "--workers", "1")
+        self.legopt("export", "1", "--db", "small.sqlite", "--dataset", dataset, "--out", "given.json")
+
+    def environment(self):
+        return {"PATH": os.environ.get("PATH", ""), "HOME": self.scratch, "LEGOPT_PORT": "17667", "LC_ALL": "C"}
+
+    def legopt(self, *arguments):
+        subprocess.run([os.path.join(self.build, "legopt"), *arguments], cwd=self.template, env=self.environment(), check=True,
+                       stdout=subprocess.DEVNULL, timeout=PATIENCE_S)
+
+    def remove(self):
+        shutil.rmtree(self.scratch, ignore_errors=True)
+
+
+def chosen(group, clock_library):
+    candidates = surroundings.all_surroundings(clock_library) + [NoRoute("no_route")]
+    return [each for each in candidates if each.name.startswith(GROUPS[group])]
+
+
+def in_own_network():
+    """Starts this script again in a network namespace; false where that is not allowed."""
+    if os.environ.get("LEGOPT_ENVIRONMENT_TEST") == "inside":
+        return True
+    script = 'ip link set lo up && ip route add 239.255.76.67/32 dev lo && exec "$@"'
+    if subprocess.run(["unshare", "-n", "sh", "-c", script, "sh", "true"], capture_output=True).returncode != 0:
+        return False
+    os.environ["LEGOPT_ENVIRONMENT_TEST"] = "inside"
+    os.execvp("unshare", ["unshare", "-n", "sh", "-c", script, "sh", sys.executable, "-B", *sys.argv])
+
+
+def main():
+    everything = "--all" in sys.argv
+    build, group, *rest = [word for word in sys.argv[1:] if word != "--all"]
+    if not in_own_network():
+        print("SKIPPED: no network namespaces here (root is needed)")
+        return SKIPPED
+    faults = []
+    bench = Bench(os.path.abspath(build))
+    try:
+        tried = 0
+        for surrounding in chosen(group, rest[0] if rest else None):
+            if surrounding.needs_root and os.geteuid() != 0:
+                print(f"{surrounding.name}: skipped, needs root")
+                continue
+            # One of each family tries every command.
+            whole = everything or surrounding.name in WHOLE or not surrounding.name.startswith(FAMILIES)
+            begin = time.monotonic()
+            found = Trial(bench, surrounding, whole).run()
+            tried += 1
+            print(f"{surrounding.name}: {len(found)} faults, {time.monotonic() - begin:.1f} s", flush=True)
+            for fault in found:
+                print("  " + fault, flush=True)
+            faults += found
+    finally:
+        bench.remove()
+    print(f"{tried} surroundings, {len(faults)} faults")
+    return 1 if faults or tried == 0 else 0
+
+
+FAMILIES = ("closed", "file_size", "descriptors", "memory", "processes", "ignored", "home_is", "clock")
+WHOLE = ("usual", "closed_012", "descriptors_20", "descriptors_soft_64", "memory_300_MiB", "ignored_all", "file_size_16_KiB",
+         "processes_0", "clock_of_2099")
+
+if __name__ == "__main__":
+    sys.exit(main())
