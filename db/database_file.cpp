@@ -60,15 +60,26 @@ DatabaseFile::DatabaseFile(const std::filesystem::path& path) {
     lock_ = std::make_unique<LockFile>(path_);
     LockItself();
   } catch (...) {
-    close(descriptor_);
+    CloseAndRemoveEmpty();
     throw;
   }
 }
 
-DatabaseFile::~DatabaseFile() { close(descriptor_); }
+DatabaseFile::~DatabaseFile() { CloseAndRemoveEmpty(); }
+
+// A database that was never begun, for lack of space or of rights, leaves no file.
+void DatabaseFile::CloseAndRemoveEmpty() {
+  struct stat status {};
+  const bool ours =
+      created_ && fstat(descriptor_, &status) == 0 && status.st_size == 0 && IdentityOf(path_) == identity_;
+  if (ours) unlink(path_.c_str());
+  close(descriptor_);
+}
 
 void DatabaseFile::Open(const std::filesystem::path& path) {
   RequireFitFileSystem(path);
+  std::error_code unknown;
+  created_ = !std::filesystem::exists(path, unknown);
   descriptor_ = files::OpenOrCreate(path);
   // SQLite says better what is wrong with a file that can only be read.
   if (descriptor_ < 0 && (errno == EACCES || errno == EROFS)) descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);

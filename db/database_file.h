@@ -62,10 +62,12 @@ class DatabaseFile {
   static constexpr std::array<const char*, 2> kSideFiles = {"-wal", "-shm"};
 
   static std::optional<Identity> IdentityOf(const std::filesystem::path& path);
+  void CloseAndRemoveEmpty();
   void Open(const std::filesystem::path& path);
   void LockItself();
 
   std::filesystem::path path_;
+  bool created_ = false;
   int descriptor_ = -1;
   Identity identity_;
   std::array<std::optional<Identity>, kSideFiles.size()> side_files_;

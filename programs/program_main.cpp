@@ -17,11 +17,6 @@
 namespace legopt::programs {
 namespace {
 
-bool WorkingDirectoryWasRemoved() {
-  std::array<char, PATH_MAX> folder{};
-  return ::getcwd(folder.data(), folder.size()) == nullptr && errno == ENOENT;
-}
-
 bool MayBeAboutAFile(ExitCode code) {
   return code == ExitCode::kUsage || code == ExitCode::kDatabaseUnusable || code == ExitCode::kMachine ||
          code == ExitCode::kInternal;
@@ -46,6 +41,11 @@ int ReportRefusal(const std::string& program, const std::filesystem::filesystem_
 }
 
 }  // namespace
+
+bool WorkingDirectoryWasRemoved() {
+  std::array<char, PATH_MAX> folder{};
+  return ::getcwd(folder.data(), folder.size()) == nullptr && errno == ENOENT;
+}
 
 ExitCode CodeOf(const bus::BusError& error) {
   switch (error.code()) {

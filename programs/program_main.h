@@ -22,6 +22,9 @@ int ReportException(const std::string& program);
 /// reported as the cause of what looks like a problem with a file, with kUsage.
 int ReportFailure(const std::string& program, ExitCode code, const std::string& message);
 
+/// Whether the folder that relative paths start from exists no more.
+bool WorkingDirectoryWasRemoved();
+
 /// The exit code for an error of the bus.
 ExitCode CodeOf(const bus::BusError& error);
 

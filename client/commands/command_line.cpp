@@ -62,10 +62,12 @@ void StartLogging(bool verbose) {
 
 int Execute(const Invocation& invocation) {
   try {
-    const auto code = static_cast<int>(invocation.body());
+    const ExitCode code = invocation.body();
     std::cout.flush();
     if (!std::cout) return Report(ExitCode::kUsage, "standard output cannot be written; is the disk full?");
-    return code;
+    const bool about_a_file = code == ExitCode::kUsage || code == ExitCode::kDatabaseUnusable;
+    if (about_a_file && programs::WorkingDirectoryWasRemoved()) return Report(code, "relative paths lead nowhere");
+    return static_cast<int>(code);
   } catch (const ClientError& error) {
     return Report(error.code(), error.what());
   } catch (const certify::CertificateMismatch& error) {

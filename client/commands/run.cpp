@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "client/client_error.h"
-#include "client/commands/claimed_name.h"
 #include "client/commands/commands.h"
 #include "client/commands/dry_run.h"
+#include "client/commands/new_database.h"
 #include "client/commands/submission.h"
 #include "client/pool/slurm_pool.h"
 #include "client/report/certified_counts.h"
@@ -53,8 +53,6 @@ struct RunOptions {
   TimeUnit time_unit = kMilliseconds;
   OutputOptions output;
 };
-
-constexpr char kDatabaseExtension[] = ".sqlite";
 
 // quick-20261121-103000
 std::string NewDatabaseStem(const std::string& suite) {
@@ -231,10 +229,9 @@ ExitCode Run(RunOptions& options, bool verbose) {
   const Submission submission = PrepareSubmission(options.suite);
   WarnOfLosses(submission);
   const std::string stem = options.db ? "" : NewDatabaseStem(submission.spec.at("name").get<std::string>());
-  if (options.dry_run) return DryRun(submission, options, options.db.value_or(stem + kDatabaseExtension));
-  std::optional<ClaimedName> claimed;
-  if (!options.db) claimed.emplace(stem, kDatabaseExtension);
-  const std::filesystem::path db = claimed ? claimed->path() : std::filesystem::path(*options.db);
+  if (options.dry_run) return DryRun(submission, options, options.db.value_or(stem + ".sqlite"));
+  const NewDatabase database(options.db, stem);
+  const std::filesystem::path& db = database.path();
   const InterruptGuard guard;
   Outcome outcome;
   {

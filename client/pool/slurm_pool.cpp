@@ -39,17 +39,29 @@ std::string FreeListener() {
   return bridge::ToString(bridge::LinkSocket(kAnything).address());
 }
 
-// The end of the newest log in a folder; empty when there is none.
-std::string NewestLog(const fs::path& folder) {
+// The newest log in a folder; empty when there is none.
+fs::path NewestLog(const fs::path& folder) {
   fs::path newest;
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
     if (entry.path().extension() != ".log") continue;
     if (newest.empty() || entry.last_write_time(ignored) > fs::last_write_time(newest, ignored)) newest = entry.path();
   }
-  if (newest.empty()) return {};
-  const std::string text = ReadWhole(newest);
-  return text.substr(text.size() - std::min(text.size(), kTailBytes));
+  return newest;
+}
+
+// The error of a worker in the newest log, else that of Slurm's own program.
+std::string CauseInLogs(const fs::path& folder) {
+  const fs::path newest = NewestLog(folder);
+  if (newest.empty()) {
+    return "no log has come to " + folder.string() + " (can the nodes write there? If not, name another 'output')";
+  }
+  std::string text = ReadWhole(newest);
+  text.erase(0, text.size() - std::min(text.size(), kTailBytes));
+  for (const char* program : {"legopt-worker", "slurmstepd"}) {
+    if (const std::string words = LastWords(program, text); !words.empty()) return "the newest log says: " + words;
+  }
+  return "the newest log, " + newest.string() + ", reports no error";
 }
 
 PoolAccess AccessOf(const SlurmPoolOptions& options, const fs::path& folder) {
@@ -163,10 +175,7 @@ void SlurmPool::GiveUpWithoutWorkers() {
   }
   const auto online = [](const nlohmann::json& worker) { return worker.value("online", false); };
   if (std::any_of(workers.begin(), workers.end(), online)) return;
-  const std::string words = LastWords("legopt-worker", NewestLog(folder_));
-  const std::string log = words.empty() ? "no log has come to " + folder_.string() +
-                                              " (can the nodes write there? If not, name another 'output')"
-                                        : "the newest log says: " + words;
+  const std::string log = CauseInLogs(folder_);
   const std::string job = "Slurm has ended all workers of job " + array_->job_id();
   if (!workers.empty()) {
     throw ClientError(ExitCode::kEngineRefused,

@@ -63,6 +63,20 @@ std::string EndOf(const fs::path& log) {
   return text.substr(text.size() - std::min(text.size(), kLogTailBytes));
 }
 
+std::string LastLine(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  const auto begin = text.rfind('\n');
+  return begin == std::string::npos ? text : text.substr(begin + 1);
+}
+
+// The last line of ssh or the remote shell if they failed, else the error that the worker reported.
+std::string CauseIn(const fs::path& log, const ChildExit& exit) {
+  const std::string text = EndOf(log);
+  const bool no_worker = exit.code == kSshFailed || exit.code == kNotFound || exit.code == kNotExecutable;
+  const std::string cause = no_worker ? LastLine(text) : LastWords("legopt-worker", text);
+  return cause.empty() ? "no error in " + log.string() : cause;
+}
+
 }  // namespace
 
 std::vector<std::string> SshArguments(const PoolFile& pool, const std::string& host) {
@@ -135,9 +149,8 @@ std::vector<SshPool::Failure> SshPool::Failures() const {
   for (const Connection& each : connections_) {
     if (!each.exit || each.exit->signal != 0 || each.exit->code == 0) continue;
     if (each.exit->code == StatusOf(ExitCode::kInterrupted)) continue;  // by our second order
-    const std::string words = LastWords("legopt-worker", EndOf(each.log));
-    failures.push_back({CodeOf(*each.exit), each.name + ": " + StateOf(each.exit) + ": " +
-                                                (words.empty() ? "nothing in " + each.log.string() : words)});
+    failures.push_back(
+        {CodeOf(*each.exit), each.name + ": " + StateOf(each.exit) + ": " + CauseIn(each.log, *each.exit)});
   }
   return failures;
 }

@@ -58,6 +58,7 @@ pid_t Start(const std::string& command, int input) {
   sigset_t usual;
   ::sigemptyset(&usual);
   for (const int number : kSignals) ::sigaddset(&usual, number);
+  ::sigaddset(&usual, SIGXFSZ);  // ignored in our programs only
   ::posix_spawnattr_setsigdefault(&attributes, &usual);
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
   pid_t pid = -1;

@@ -27,8 +27,7 @@ constexpr std::size_t kMaxWordBytes = 60;
 std::string ContentOf(const fs::path& file, const std::string& source, const std::string& field) {
   std::ifstream stream(file, std::ios::binary);
   std::ostringstream content;
-  std::error_code ignored;
-  if (!stream || fs::is_directory(file, ignored) || !(content << stream.rdbuf())) {
+  if (!(stream && fs::is_regular_file(file) && content << stream.rdbuf())) {
     throw InputError({source, field, file.string(), "cannot be read", "give a file that this user may read"});
   }
   return content.str();

@@ -79,7 +79,7 @@ TEST(NoPaths, EveryTextOfEveryMessageIsAccountedFor) {
 // Calls that open by a name or start a program stand only where the name comes from the command line or this machine.
 TEST(NoPaths, WhatServesMessagesNeitherOpensNorRunsAnything) {
   const std::regex opens(
-      R"(\b(fopen|ofstream|ifstream|fstream|system|popen|execv\w*|execl\w*|posix_spawn\w*|dlopen)\b)");
+      R"(\b(fopen|ofstream|ifstream|fstream|NewFile|ReplaceFile|ClaimName|system|popen|execv\w*|execl\w*|posix_spawn\w*|dlopen)\b)");
   for (const char* room : {"bus", "server"}) {
     for (const auto& entry : std::filesystem::directory_iterator(legopt::SourceFolder() + "/" + std::string(room))) {
       if (entry.path().extension() != ".cpp") continue;

@@ -12,6 +12,7 @@ import os
 import re
 import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -61,8 +62,10 @@ class NoRoute(surroundings.Surrounding):
 
 
 class Command:
-    def __init__(self, name, *arguments, creates=(), often=False, writes=False):
-        self.name, self.arguments, self.creates = name, list(arguments), set(creates)
+    def __init__(self, name, *arguments, creates=(), keeps=(), often=False, writes=False):
+        self.name, self.arguments = name, list(arguments)
+        self.creates = set(creates)  # patterns of the files it is asked for; with success, or if only its report failed
+        self.keeps = set(keeps)      # patterns of files that hold results whatever comes after
         self.often = often    # tried in every surrounding
         self.writes = writes  # tried with every limit of file sizes
 
@@ -90,7 +93,7 @@ def commands(dataset):
         Command("replay", "replay", "1", *stored, *of_dataset),
         Command("dataset info", "dataset", "info", dataset, often=True),
         Command("dataset check", "dataset", "check", dataset), Command("dataset hash", "dataset", "hash", "no-folder"),
-        Command("dataset pack", "dataset", "pack", dataset, "--out", ".", creates=["*.legopt-dataset"], writes=True),
+        Command("dataset pack", "dataset", "pack", dataset, "--out", ".", creates=[r"\w+\.legopt-dataset"], writes=True),
         Command("import", "import", "no-folder", "--out", "imported"),
         Command("generate", "generate", "candidates", "--from", "no-folder", "--out", "generated"),
         Command("certify", "certify", "--dataset", "no-folder"),
@@ -102,7 +105,8 @@ def commands(dataset):
         Command("dry run", "run", "s.yaml", "--dry-run"),
         Command("tap", "tap", "--seconds", "0.1"),
         *absent,
-        Command("run", "run", "s.yaml", "--db", "new.sqlite", "--workers", "1", creates=["new.sqlite"], often=True, writes=True),
+        Command("run", "run", "s.yaml", "--db", "new.sqlite", "--workers", "1", keeps=["new.sqlite(-wal|-shm)?"], often=True,
+                writes=True),
     ]
 
 
@@ -136,11 +140,11 @@ class Trial:
     def fault(self, name, text):
         self.faults.append(f"{self.surrounding.name}: {name}: {text}")
 
-    def start(self, command, folder, errors):
+    def start(self, command, folder):
         program = os.path.join(self.bench.build, command[0])
         environment = self.surrounding.variables(self.bench.environment())
         return subprocess.Popen(self.surrounding.wrap([program, *command[1:]]), cwd=folder, env=environment,
-                                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=errors,
+                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                 preexec_fn=self.surrounding.prepare, start_new_session=True)
 
     def fresh_folder(self):
@@ -163,27 +167,41 @@ class Trial:
 
     def judge_files(self, name, folder, before, command, code):
         created = sorted(set(os.listdir(folder)) - before - {"gone"})
-        patterns = command.creates if code in (0, 4) else set()
+        only_report_failed = self.surrounding.cause.startswith("standard output")
+        patterns = command.keeps | (command.creates if code in (0, 4) or only_report_failed else set())
         for file in created:
-            if any(re.fullmatch(pattern.replace(".", r"\.").replace("*", ".*"), file) for pattern in patterns):
-                continue
-            self.fault(name, f"exit code {code} leaves {file}")
+            if file == "new.sqlite" and not self.holds_results(os.path.join(folder, file)):
+                self.fault(name, f"exit code {code} leaves {file} without an experiment")
+            if not any(re.fullmatch(pattern, file) for pattern in patterns):
+                self.fault(name, f"exit code {code} leaves {file}")
         for file in created:
             path = os.path.join(folder, file)
-            shutil.rmtree(path) if os.path.isdir(path) else os.remove(path)
+            if os.path.isdir(path):
+                shutil.rmtree(path)
+            elif os.path.exists(path):  # reading a database removes its side files
+                os.remove(path)
+
+    @staticmethod
+    def holds_results(database):
+        connection = sqlite3.connect(database)
+        try:
+            return connection.execute("SELECT count(*) FROM experiments").fetchone()[0] > 0
+        except sqlite3.Error:
+            return False
+        finally:
+            connection.close()
 
     def try_command(self, command, folder):
         before = set(os.listdir(folder))
-        with tempfile.TemporaryFile(dir=self.bench.scratch) as errors:
-            process = self.start(["legopt", *command.arguments], folder, errors)
-            try:
-                code = process.wait(PATIENCE_S)
-            except subprocess.TimeoutExpired:
-                os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
-                return self.fault(command.name, f"still runs after {PATIENCE_S} s")
-            errors.seek(0)
-            message = errors.read().decode("utf-8", "replace")
+        # A pipe: a limit on file sizes would hit a file for the messages, too.
+        process = self.start(["legopt", *command.arguments], folder)
+        try:
+            message = process.communicate(timeout=PATIENCE_S)[0].decode("utf-8", "replace")
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            return self.fault(command.name, f"still runs after {PATIENCE_S} s")
+        code = process.returncode
         if self.surrounding.name == "usual":
             self.bench.usual[command.name] = code
             if code in (DEFECT, 71) or code < 0:
@@ -207,29 +225,29 @@ class Trial:
                 return None
         return share
 
-    def try_service(self, command):
-        folder = self.fresh_folder()
-        with tempfile.TemporaryFile(dir=self.bench.scratch) as errors:
-            process = self.start(command, folder, errors)
+    def try_services(self):
+        """All at once, since they mostly wait."""
+        started = []
+        for command in SERVICES:
+            folder = self.fresh_folder()
+            started.append((command, folder, self.start(command, folder)))
+        shares = [self.becomes_idle(process) for _, _, process in started]
+        for (command, folder, process), share in zip(started, shares):
             name = " ".join(command[:2]) if command[1] == "serve" else command[0]
-            share = self.becomes_idle(process)
             if share is not None:
                 self.fault(name, f"{share:.0%} of a core with nothing to do")
             process.terminate()
             try:
-                code = process.wait(END_S)
+                message = process.communicate(timeout=END_S)[0].decode("utf-8", "replace")
             except subprocess.TimeoutExpired:
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
-                code = None
                 self.fault(name, f"still runs {END_S} s after SIGTERM")
-            errors.seek(0)
-            message = errors.read().decode("utf-8", "replace")
-        if code is not None:
+                continue
+            code = process.returncode
             self.judge_end(name, code, message, 0)
-        lock = os.path.join(folder, "served.sqlite.lock")
-        if os.path.exists(lock) and code is not None:
-            self.fault(name, "leaves its lock file")
+            if os.path.exists(os.path.join(folder, "served.sqlite.lock")):
+                self.fault(name, "leaves its lock file")
 
     def run(self):
         folder = self.fresh_folder()
@@ -237,8 +255,8 @@ class Trial:
             of_sizes = self.surrounding.name.startswith("file_size_") and command.writes
             if self.everything or command.often or of_sizes:
                 self.try_command(command, folder)
-        for command in SERVICES if self.surrounding.services else ():
-            self.try_service(command)
+        if self.surrounding.services:
+            self.try_services()
         return self.faults
 
 
