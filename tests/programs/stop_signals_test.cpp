@@ -19,6 +19,7 @@ std::string Taken(std::initializer_list<int> signals, bool owned_by_another = fa
   return CallIsolated(
       [&] {
         std::signal(SIGHUP, hangup);
+        std::signal(SIGINT, SIG_DFL);  // ignored where the tests run in the background of a script
         programs::StopSignals stop(owned_by_another ? ::getppid() : 0);
         std::string taken;
         for (const int signal : signals) {
@@ -65,6 +66,7 @@ TEST(StopSignals, WithAnOwnerNobodyElseGivesOrders) {
 TEST(StopSignals, EachOrderIsTakenOnce) {
   const std::string taken = CallIsolated(
       [] {
+        std::signal(SIGINT, SIG_DFL);
         programs::StopSignals stop;
         ::kill(::getpid(), SIGTERM);
         ::kill(::getpid(), SIGINT);
