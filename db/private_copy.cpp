@@ -43,14 +43,16 @@ std::array<FileStamp, kCopied.size()> StampsOf(const fs::path& file) {
 
 fs::path CopyIn(const fs::path& folder) { return folder / "copy.sqlite"; }
 
+constexpr fs::copy_options kOverwrite = fs::copy_options::overwrite_existing;
+
 // False: somebody wrote meanwhile.
 bool CopyOnce(const fs::path& file, const fs::path& folder) {
   std::error_code error;
   const fs::path source = fs::canonical(file, error);
   const auto before = StampsOf(source);
   for (const char* suffix : kCopied) {
-    fs::copy_file(source.string() + suffix, CopyIn(folder).string() + suffix, fs::copy_options::overwrite_existing,
-                  error);
+    const std::string target = CopyIn(folder).string() + suffix;
+    fs::copy_file(source.string() + suffix, target, kOverwrite, error);  // creates: in a folder of this process alone
     if (error) ThrowUncopied(file, folder, error);
   }
   return StampsOf(source) == before;

@@ -50,6 +50,7 @@ void BecomeIsolated(pid_t caller, const ReadLimits& limits) {
   // Sent to a whole group or job: the caller decides on those.
   for (const int number : {SIGINT, SIGHUP, SIGTERM, SIGUSR1, SIGUSR2, SIGPIPE}) ::signal(number, SIG_IGN);
   programs::UnblockSignals();
+  std::set_new_handler(nullptr);
   const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (nowhere >= 0) {
     ::dup2(nowhere, STDOUT_FILENO);
@@ -114,6 +115,12 @@ class Answerer {
   programs::Descriptor pipe_;
 };
 
+// Whether this process itself may take no more than some amount of memory ('ulimit -v'), or its children.
+bool HasMemoryLimit() {
+  rlimit limit{};
+  return ::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_max != RLIM_INFINITY;
+}
+
 /// Why a process with this status gave no answer; empty if it did. `said` is what it wrote.
 std::string Fault(int status, const std::string& said, const ReadLimits& limits) {
   const std::string too_long = "it took more than " + std::to_string(limits.cpu_s) + " s of CPU time";
@@ -158,6 +165,8 @@ std::string CallIsolated(const std::function<std::string()>& body, const ReadLim
   if (!answer) throw ReadFailed("it took more than " + std::to_string(limits.wall_s) + " s");
   const std::optional<int> status = answerer.Wait();
   if (!status) throw ReadFailed("its end was not seen, as SIGCHLD is ignored");
+  const bool out_of_memory = WIFEXITED(*status) && WEXITSTATUS(*status) == kOutOfMemory;
+  if (out_of_memory && HasMemoryLimit()) throw std::bad_alloc();  // the machine's limit, not the reader's
   if (const std::string fault = Fault(*status, *answer, limits); !fault.empty()) throw ReadFailed(fault);
   return std::move(*answer);
 }

@@ -80,7 +80,11 @@ int ReportException(const std::string& program) {
   } catch (const std::filesystem::filesystem_error& error) {
     return ReportRefusal(program, error);
   } catch (const std::system_error& error) {
-    return ReportFailure(program, ExitCode::kMachine, std::string("the system refuses: ") + error.what());
+    // Also of threads: no memory for their stacks.
+    const bool no_process = error.code() == std::errc::resource_unavailable_try_again;
+    return ReportFailure(program, ExitCode::kMachine,
+                         std::string("the system refuses: ") + error.what() +
+                             (no_process ? "; end other programs, or raise 'ulimit -u' or 'ulimit -v'" : ""));
   } catch (const std::exception& error) {
     return ReportFailure(program, ExitCode::kInternal,
                          std::string("internal error: ") + error.what() + "; please report it");

@@ -160,6 +160,9 @@ int RunJobProcess(int fd, int supervisor_pid, JobExecutor& executor) {
   std::vector<Capability> loaded;
   try {
     loaded = executor.Load();
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "out of memory while the datasets were loaded\n");
+    return kChildOutOfMemory;
   } catch (const std::exception& error) {
     channel.Write(FrameType::kStartFailed, 0, PrintableText(error.what(), kMaxMessageBytes));
     return kStartFailed;

@@ -190,7 +190,8 @@ void Pool::CheckStarts(const ChildExit& last) {
       last.signal != 0 ? "; the last one was ended by " + programs::SignalMeaning(last.signal) : "";
   Log(LogLevel::kError, "job processes cannot be started" + cause +
                             (last.log_tail.empty() ? "" : "; the last one wrote: " + last.log_tail));
-  Finish(last.exit_code == kChildNotStarted ? ExitCode::kMachine : ExitCode::kInternal);
+  const bool machine = last.exit_code == kChildNotStarted || last.exit_code == kChildOutOfMemory;
+  Finish(machine ? ExitCode::kMachine : ExitCode::kInternal);
 }
 
 void Pool::NoteDuration(microseconds duration) {

@@ -38,7 +38,7 @@ NewDatabase::~NewDatabase() {
   std::error_code error;
   if (!created_ || !std::filesystem::exists(path_, error)) return;
   try {
-    const db::LockFile lock(path_.string() + ".lock");
+    const db::LockFile lock(path_);
     if (HoldsExperiments(path_)) return;
     for (const char* suffix : {"", "-wal", "-shm", "-journal"}) std::filesystem::remove(path_.string() + suffix, error);
   } catch (const std::exception&) {

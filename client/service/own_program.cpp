@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "client/client_error.h"
+#include "files/file_error.h"
 #include "programs/data_folder.h"
 
 namespace legopt::client {
@@ -83,9 +84,9 @@ void OwnProgram::Fail() {
   const auto code = exit.signal == 0 && NamesACause(exit.code) ? static_cast<ExitCode>(exit.code) : ExitCode::kInternal;
   const std::string words = LastWords(name_, child_->ErrorTail());
   if (exit.signal == 0 && !words.empty()) throw ClientError(code, name_ + ": " + words);
-  throw ClientError(code,
-                    name_ + " ended with " + exit.Describe() +
-                        (words.empty() ? "; run again with --verbose to see its log" : "; it reported: " + words));
+  throw ClientError(code, name_ + " ended with " + exit.Describe() +
+                              (words.empty() ? "; " + files::WriteAdvice("run again with --verbose to see its log")
+                                             : "; it reported: " + words));
 }
 
 }  // namespace legopt::client

@@ -189,7 +189,7 @@ def all_surroundings(clock_library):
                 for size in (0, 1, 4, 16, 64, 128, 256, 512, 1024, 4096)]
     list_of += [Limited(f"descriptors_{n}", descriptors, n, "ulimit -n", (71,)) for n in (6, 10, 20, 40)]
     list_of += [Limited("descriptors_soft_64", descriptors, 64, "", (), endless)]
-    list_of += [Limited(f"memory_{mib}_MiB", resource.RLIMIT_AS, mib << 20, "[Mm]emory|allocate|failed to map", (71, 127))
+    list_of += [Limited(f"memory_{mib}_MiB", resource.RLIMIT_AS, mib << 20, "[Mm]emory|allocate|failed to map|ulimit -v", (71, 127))
                 for mib in (64, 160, 300)]
     list_of += [LimitedProcesses(n) for n in (0, 2)]
     names = {"HUP": [signal.SIGHUP], "INT": [signal.SIGINT], "CHLD": [signal.SIGCHLD], "PIPE": [signal.SIGPIPE],
