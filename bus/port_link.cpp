@@ -16,6 +16,7 @@
 #include <cstring>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 #include "bus/bus_error.h"
@@ -152,6 +153,7 @@ void PortLink::OpenLcm() {
   const auto require = [&](bool done, const char* step) {
     if (done) return;
     if (lcm_ != nullptr) lcm_destroy(std::exchange(lcm_, nullptr));
+    std::thread([] {}).join();  // throws std::system_error if no thread can be started, which LCM does not report
     throw BusError(BusErrorCode::kNetworkUnusable,
                    std::string("LCM cannot ") + step + " " + url + "; see the lines before this one");
   };
