@@ -37,6 +37,11 @@ struct Description<legopt_msg::result_request> {
                   "num_values: must be num_waypoints * waypoint_size");
   }
 
+  static void UnsolvedWaypointsAreWhole(const M& m, FieldCheck& check) {
+    const bool whole = m.num_unsolved == 0 ? m.num_unsolved_values == 0 : m.num_unsolved_values % m.num_unsolved == 0;
+    check.Require(whole, "num_unsolved_values: must be a multiple of num_unsolved");
+  }
+
   static void PutRight(M& m) {
     if (std::all_of(m.waypoints.begin(), m.waypoints.end(), [](double value) { return std::isfinite(value); })) return;
     m.waypoints.clear();
@@ -89,6 +94,12 @@ struct Description<legopt_msg::result_request> {
       Field{"waypoint_size", &M::waypoint_size, Range{0, kMostWaypointNumbers}},
       Field{"num_values", &M::num_values, CountOf{&M::waypoints, INT32_MAX}, &WaypointsAreWhole},
       Field{"waypoints", &M::waypoints, Each{Finite{}}},
+      Field{"window_verdict", &M::window_verdict, Text{0, kWordBytes}},
+      Field{"first_unsolved", &M::first_unsolved, Range{0, kMostWaypoints}},
+      Field{"num_unsolved", &M::num_unsolved, Range{0, kMostWaypoints}},
+      Field{"num_unsolved_values", &M::num_unsolved_values, CountOf{&M::unsolved, INT32_MAX},
+            &UnsolvedWaypointsAreWhole},
+      Field{"unsolved", &M::unsolved, Each{Finite{}}},
       Field{"num_trace_bytes", &M::num_trace_bytes, CountOf{&M::trace, kMostTraceBytes}},
       Field{"trace", &M::trace}};
 };

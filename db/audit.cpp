@@ -93,10 +93,17 @@ constexpr std::array kRules{
          "b.job_id = s.job_id AND b.attempt = s.attempt WHERE a.worker_id <> b.worker_id OR r.wall_us <> s.wall_us OR "
          "r.solver_status <> s.solver_status OR r.iterations <> s.iterations OR r.verdict_literal <> s.verdict_literal "
          "OR r.cost IS NOT s.cost OR (SELECT count(*) FROM waypoints AS w WHERE w.job_id = r.job_id) <> (SELECT "
-         "count(*) FROM waypoints AS w WHERE w.job_id = s.job_id)"},
+         "count(*) FROM waypoints AS w WHERE w.job_id = s.job_id) OR (SELECT count(*) FROM unsolved_waypoints AS w "
+         "WHERE w.job_id = r.job_id) <> (SELECT count(*) FROM unsolved_waypoints AS w WHERE w.job_id = s.job_id)"},
     Rule{"waypoints_have_no_gaps", "waypoints are missing or of different sizes: job ",
          "SELECT job_id FROM waypoints GROUP BY job_id HAVING count(*) <> max(waypoint) + 1 OR "
          "min(length(x)) <> max(length(x))"},
+    Rule{"unsolved_waypoints_have_no_gaps", "waypoints of an unsolved window are missing or of different sizes: job ",
+         "SELECT job_id FROM unsolved_waypoints GROUP BY job_id HAVING count(*) <> max(waypoint) - min(waypoint) + 1 "
+         "OR min(length(x)) <> max(length(x))"},
+    Rule{"unsolved_waypoints_are_of_an_unsolved_window", "a result without an unsolved window has its waypoints: job ",
+         "SELECT DISTINCT r.job_id FROM unsolved_waypoints JOIN results AS r USING (job_id) WHERE r.verdict_literal <> "
+         "'window_unsolved'"},
     Rule{"times_are_in_order", "an attempt ended before it began: job ",
          "SELECT job_id FROM attempts WHERE ended_at_us < leased_at_us"},
 };

@@ -36,6 +36,11 @@ class Statement {
   Statement& Bind(int parameter, const char* text) { return Bind(parameter, std::string_view(text)); }
   Statement& Bind(int parameter, const std::string& text) { return Bind(parameter, std::string_view(text)); }
   Statement& Bind(int parameter, std::optional<std::int64_t> value);
+  /// An enumeration's word; empty: NULL.
+  template <Worded Enum>
+  Statement& Bind(int parameter, std::optional<Enum> value) {
+    return value ? Bind(parameter, ToString(*value)) : BindNull(parameter);
+  }
   Statement& Bind(int parameter, const std::vector<std::uint8_t>& bytes) {
     return BindBlob(parameter, bytes.data(), bytes.size());
   }

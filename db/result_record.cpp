@@ -1,6 +1,8 @@
 #include "db/result_record.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace legopt::db {
 namespace {
@@ -38,6 +40,31 @@ std::string ShownResultColumns() {
   return list;
 }
 
+namespace {
+
+std::string FaultOfWindows(const ResultRecord& result) {
+  if (result.windows_solved > result.windows) {
+    return "windows_solved (" + std::to_string(result.windows_solved) + ") is not within 0 .. windows (" +
+           std::to_string(result.windows) + ")";
+  }
+  const std::string word = "'" + std::string(ToString(Verdict::kWindowUnsolved)) + "'";
+  const auto by_rule = {result.verdict_literal, result.verdict_strict, result.verdict_solid};
+  const auto num_rules = std::ranges::count(by_rule, Verdict::kWindowUnsolved);
+  if (num_rules != 0 && num_rules != std::ssize(by_rule)) return "verdict " + word + " by some rules only";
+  if (num_rules != 0 && result.windows_solved == result.windows) return "verdict " + word + " with all windows solved";
+  if (num_rules == 0 && (result.window_verdict || !result.unsolved.empty())) {
+    return "a window without a solution, but no verdict " + word;
+  }
+  const std::size_t size = result.unsolved.size();
+  if (size > 0 && (result.num_unsolved < 1 || size % static_cast<std::size_t>(result.num_unsolved) != 0)) {
+    return "the number of unsolved values (" + std::to_string(size) + ") is not a multiple of num_unsolved (" +
+           std::to_string(result.num_unsolved) + ")";
+  }
+  return {};
+}
+
+}  // namespace
+
 std::string FaultOf(const ResultRecord& result) {
   std::string fault;
   ForEachResultColumn([&](const auto& column) {
@@ -54,10 +81,7 @@ std::string FaultOf(const ResultRecord& result) {
   if (result.verdict_solid == Verdict::kSuccess && result.verdict_strict != Verdict::kSuccess) {
     return "a success by the solid rule that is none by the strict one";
   }
-  if (result.windows_solved > result.windows) {
-    return "windows_solved (" + std::to_string(result.windows_solved) + ") is not within 0 .. windows (" +
-           std::to_string(result.windows) + ")";
-  }
+  if (fault = FaultOfWindows(result); !fault.empty()) return fault;
   const std::size_t size = result.waypoints.size();
   if (size > 0 && (result.waypoint_size < 1 || size % static_cast<std::size_t>(result.waypoint_size) != 0)) {
     return "the number of waypoint values (" + std::to_string(size) + ") is not a multiple of waypoint_size (" +

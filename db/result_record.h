@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -51,9 +52,14 @@ struct ResultRecord {
   double interpolation_free_share = std::numeric_limits<double>::quiet_NaN();  ///< of the transitions, 0 .. 1
   int windows = 0;         ///< that the motion was cut into; 0: not solved by windows
   int windows_solved = 0;  ///< 0 .. windows
-  int num_waypoints = 1;   ///< divisor of cost and time (constraint waypoints of the problem), not rows of `waypoints`
-  int waypoint_size = 0;   ///< numbers per waypoint, n + 7
+  /// Of a motion with Verdict::kWindowUnsolved: the judge's verdict on the best point of that window.
+  std::optional<Verdict> window_verdict;
+  int num_waypoints = 1;  ///< divisor of cost and time (constraint waypoints of the problem), not rows of `waypoints`
+  int waypoint_size = 0;  ///< numbers per waypoint, n + 7
   std::vector<double> waypoints;    ///< row by row; a multiple of waypoint_size, may be empty
+  int first_unsolved = 0;           ///< number of the first waypoint of `unsolved` in the motion, >= 0
+  int num_unsolved = 0;             ///< number of waypoints in `unsolved`
+  std::vector<double> unsolved;     ///< best point of the window without a solution, row by row; may be empty
   std::vector<std::uint8_t> trace;  ///< as the worker sent it (docs/database.md#traces); empty: there is none
 };
 
@@ -115,6 +121,7 @@ constexpr bool IsZero(const ResultRecord& r) {
 }
 constexpr bool HasNoFailedWaypoint(const ResultRecord& r) { return r.failed_waypoint < 0; }
 constexpr bool HasNoWindows(const ResultRecord& r) { return r.windows <= 0; }
+constexpr bool HasNoWindowVerdict(const ResultRecord& r) { return !r.window_verdict; }
 constexpr bool HasNoTrace(const ResultRecord& r) { return r.trace.empty(); }
 
 /// In the order of `legopt show`. The solution (waypoints) is in a table of its own.
@@ -151,6 +158,7 @@ inline constexpr std::tuple kResultColumns{
     ResultColumn{"longest_step_m", &ResultRecord::longest_step_m}.AtLeast(0),
     ResultColumn{"windows", &ResultRecord::windows}.AtLeast(0).NullWhen(HasNoWindows),
     ResultColumn{"windows_solved", &ResultRecord::windows_solved}.AtLeast(0).NullWhen(HasNoWindows),
+    ResultColumn{"window_verdict", &ResultRecord::window_verdict}.NullWhen(HasNoWindowVerdict),
     ResultColumn{"interpolation_environment_depth_m", &ResultRecord::interpolation_environment_depth_m}.AtLeast(0),
     ResultColumn{"interpolation_self_depth_m", &ResultRecord::interpolation_self_depth_m}.AtLeast(0),
     ResultColumn{"interpolation_free_share", &ResultRecord::interpolation_free_share}.Within(0, 1),

@@ -70,6 +70,8 @@ inline std::string InsertResult() {
          Parameters(Columns::kAll, kFirstOfResult) + ")";
 }
 
+inline constexpr char kInsertUnsolved[] = "INSERT INTO unsolved_waypoints (job_id, waypoint, x) VALUES (?1, ?2, ?3)";
+
 inline constexpr char kInsertWaypoint[] = "INSERT INTO waypoints (job_id, waypoint, x) VALUES (?1, ?2, ?3)";
 
 // A job takes the result of ?2 over, step by step. Without such a result the first step changes nothing.
@@ -91,6 +93,10 @@ inline std::string TakeResultOf() {
 
 inline constexpr char kTakeWaypoints[] =
     "INSERT INTO waypoints (job_id, waypoint, x) SELECT ?1, waypoint, x FROM waypoints WHERE job_id = ?2";
+
+inline constexpr char kTakeUnsolved[] =
+    "INSERT INTO unsolved_waypoints (job_id, waypoint, x) SELECT ?1, waypoint, x FROM unsolved_waypoints "
+    "WHERE job_id = ?2";
 
 // Experiments that may have results of equal jobs, in the order of their jobs: of thousands that solved the same, most
 // are left out here, once for many jobs.
@@ -154,6 +160,8 @@ inline constexpr char kDropResult[] = "DELETE FROM results WHERE job_id = ?1";
 
 inline constexpr char kDropWaypoints[] = "DELETE FROM waypoints WHERE job_id = ?1";
 
+inline constexpr char kDropUnsolved[] = "DELETE FROM unsolved_waypoints WHERE job_id = ?1";
+
 inline constexpr char kRequeueDone[] =
     "UPDATE jobs SET state = 'queued', returned = attempts WHERE job_id = ?1 AND state = 'done'";
 
@@ -170,6 +178,7 @@ inline constexpr char kDeleteExperiment[] = "DELETE FROM experiments WHERE exper
 // What goes with it: of its jobs, ?1 <= job_id < ?2, and of itself.
 inline constexpr const char* kDeleteOfJobs[] = {"DELETE FROM events WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM waypoints WHERE job_id >= ?1 AND job_id < ?2",
+                                                "DELETE FROM unsolved_waypoints WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM results WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM stale_results WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM attempts WHERE job_id >= ?1 AND job_id < ?2",

@@ -1,6 +1,7 @@
 #include "db/sqlite_store.h"
 
 #include <bit>
+#include <span>
 #include <string>
 
 #include "db/file_state.h"
@@ -92,6 +93,7 @@ SqliteStore::Statements::Statements(Connection& c)
       end_job(c, sql::kEndJob),
       insert_result(c, sql::InsertResult()),
       insert_waypoint(c, sql::kInsertWaypoint),
+      insert_unsolved(c, sql::kInsertUnsolved),
       insert_stale(c, sql::InsertStale()),
       cancel_attempts(c, sql::kCancelAttempts),
       cancel_jobs(c, sql::kCancelJobs),
@@ -120,7 +122,8 @@ SqliteStore::Statements::Statements(Connection& c)
       take_job(c, sql::kTakeJob),
       take_attempt(c, sql::kTakeAttempt),
       take_result(c, sql::TakeResultOf()),
-      take_waypoints(c, sql::kTakeWaypoints) {}
+      take_waypoints(c, sql::kTakeWaypoints),
+      take_unsolved(c, sql::kTakeUnsolved) {}
 
 void SqliteStore::Apply(std::span<const StoreOp> operations) {
   CheckPlace();
@@ -170,6 +173,21 @@ void SqliteStore::Do(const EndAttempt& op) {
   EndJob(op.job_id, op.attempt, op.next, op.outcome == AttemptOutcome::kReturned);
 }
 
+void SqliteStore::InsertWaypoints(std::int64_t job_id, const ResultRecord& result) {
+  const auto insert = [job_id](Statement& statement, std::int64_t first, std::span<const double> values,
+                               std::size_t num_rows) {
+    const std::size_t size = num_rows > 0 ? values.size() / num_rows : 0;
+    for (std::size_t row = 0; row < num_rows; ++row) {
+      statement.BindAll(job_id, first + static_cast<std::int64_t>(row));
+      statement.BindBlob(3, values.data() + row * size, size * sizeof(double)).RunBound();
+    }
+  };
+  insert(statements_->insert_waypoint, 0, result.waypoints, NumRows(result));
+  if (result.unsolved.empty()) return;
+  insert(statements_->insert_unsolved, result.first_unsolved, result.unsolved,
+         static_cast<std::size_t>(result.num_unsolved));
+}
+
 void SqliteStore::Do(const AcceptResult& op) {
   const ResultRecord& r = op.result;
   if (const std::string fault = FaultOf(r); !fault.empty()) {
@@ -178,12 +196,7 @@ void SqliteStore::Do(const AcceptResult& op) {
   statements_->insert_result.BindAll(op.job_id, op.attempt, op.at_us);
   sql::Bind(statements_->insert_result, sql::kFirstOfResult, sql::Columns::kAll, r);
   statements_->insert_result.RunBound();
-  const auto size = static_cast<std::size_t>(r.waypoint_size);
-  for (std::size_t row = 0; row < NumRows(r); ++row) {
-    statements_->insert_waypoint.BindAll(op.job_id, static_cast<std::int64_t>(row));
-    statements_->insert_waypoint.BindBlob(3, r.waypoints.data() + row * size, size * sizeof(double));
-    statements_->insert_waypoint.RunBound();
-  }
+  InsertWaypoints(op.job_id, r);
   statements_->end_attempt.Run(op.job_id, op.attempt, AttemptOutcome::kFinished, 0, op.message, op.log_tail, op.at_us);
   RequireOneChange("AcceptResult", op.job_id);
   EndJob(op.job_id, op.attempt, JobState::kDone, false);
@@ -199,6 +212,7 @@ void SqliteStore::Do(const TakeResult& op) {
   statements_->take_result.Run(op.job_id, op.source_job_id, op.at_us);
   RequireOneChange("TakeResult", op.job_id);
   statements_->take_waypoints.Run(op.job_id, op.source_job_id);
+  statements_->take_unsolved.Run(op.job_id, op.source_job_id);
   statements_->end_attempt.Run(op.job_id, kAttempt, AttemptOutcome::kFinished, 0,
                                "taken over from job " + std::to_string(op.source_job_id), "", op.at_us);
   RequireOneChange("TakeResult", op.job_id);

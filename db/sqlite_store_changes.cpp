@@ -28,6 +28,7 @@ std::int64_t SqliteStore::RequeueTimeLimited(const RetryExperiment& op) {
   DeferForeignKeys(connection_);
   Statement read(connection_, sql::kReadWaypoints), keep(connection_, sql::KeepResultAsStale());
   Statement drop_result(connection_, sql::kDropResult), drop_waypoints(connection_, sql::kDropWaypoints);
+  Statement drop_unsolved(connection_, sql::kDropUnsolved);
   Statement requeue(connection_, sql::kRequeueDone);
   for (const std::int64_t job : jobs) {
     std::string x;
@@ -38,6 +39,7 @@ std::int64_t SqliteStore::RequeueTimeLimited(const RetryExperiment& op) {
     keep.BindBlob(4, x.data(), x.size()).RunBound();
     drop_result.Run(job);
     drop_waypoints.Run(job);
+    drop_unsolved.Run(job);
     requeue.Run(job);
     RequireOneChange("RetryExperiment", job);
   }

@@ -29,14 +29,15 @@ class SqliteStore final : public Store {
   // Prepared once; the SQL stands in sqlite_statements.h.
   struct Statements {
     explicit Statements(Connection& connection);
-    Statement lease_job, insert_attempt, end_attempt, end_job, insert_result, insert_waypoint, insert_stale;
+    Statement lease_job, insert_attempt, end_attempt, end_job, insert_result, insert_waypoint, insert_unsolved;
+    Statement insert_stale;
     Statement cancel_attempts, cancel_jobs, control_experiment, retry_jobs, reopen_experiment, close_experiment;
     Statement put_worker, insert_event, count_commit;
     Statement put_dataset, find_dataset, put_method, find_method;
     Statement find_problems, insert_problem, insert_problem_batch;
     Statement insert_experiment, insert_cell, insert_job, insert_job_batch;
     Statement find_attempt, find_options, find_equal_experiments, find_known_result;
-    Statement take_job, take_attempt, take_result, take_waypoints;
+    Statement take_job, take_attempt, take_result, take_waypoints, take_unsolved;
   };
 
   void Do(const CreateExperiment& op);
@@ -54,6 +55,7 @@ class SqliteStore final : public Store {
   void Do(const FinishExperiment& op);
   void Do(const PutWorker& op);
   void Do(const RecordEvent& op);
+  void InsertWaypoints(std::int64_t job_id, const ResultRecord& result);
   std::int64_t RequeueTimeLimited(const RetryExperiment& op);
   void EndJob(std::int64_t job_id, int attempt, JobState next, bool returned);
   void InsertJobs(const NewExperiment& experiment, std::span<const std::int64_t> problem_keys);

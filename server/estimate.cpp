@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <utility>
 
 namespace legopt::server {
 namespace {
@@ -42,15 +43,6 @@ std::vector<Exposure> ExposureOfKinds(const WorkLeft& left) {
     }
   }
   return exposure;
-}
-
-// Of the methods: one that is slow shall not speak for the others.
-std::optional<double> MedianRate(const std::map<std::size_t, Exposure>& methods) {
-  std::vector<double> rates;
-  for (const auto& [method, exposure] : methods) rates.push_back(*exposure.rate());
-  if (rates.empty()) return std::nullopt;
-  std::sort(rates.begin(), rates.end());
-  return (rates[(rates.size() - 1) / 2] + rates[rates.size() / 2]) / 2;
 }
 
 double RemainingOf(const RunningWork& job, double seconds_per_waypoint) {
@@ -102,16 +94,19 @@ class Slots {
 
 std::vector<std::optional<double>> SecondsPerWaypoint(const WorkLeft& left) {
   const std::vector<Exposure> exposure = ExposureOfKinds(left);
-  Per<Task, std::map<std::size_t, Exposure>> by_method;  // of each task
+  std::map<std::pair<std::size_t, Task>, Exposure> known;  // method and task of kinds with a job that has ended
+  for (const JobKind& kind : left.kinds) {
+    if (kind.waypoints > 0) known.try_emplace({kind.method, kind.task});
+  }
   for (std::size_t i = 0; i < left.kinds.size(); ++i) {
-    if (exposure[i].rate()) by_method[left.kinds[i].task][left.kinds[i].method].Add(exposure[i]);
+    const auto found = known.find({left.kinds[i].method, left.kinds[i].task});
+    if (found != known.end()) found->second.Add(exposure[i]);
   }
   std::vector<std::optional<double>> rates;
   for (std::size_t i = 0; i < left.kinds.size(); ++i) {
-    const std::map<std::size_t, Exposure>& kin = by_method[left.kinds[i].task];
-    const auto same_method = kin.find(left.kinds[i].method);
-    std::optional<double> rate = exposure[i].rate();
-    if (!rate) rate = same_method != kin.end() ? same_method->second.rate() : MedianRate(kin);
+    const auto found = known.find({left.kinds[i].method, left.kinds[i].task});
+    std::optional<double> rate;
+    if (found != known.end()) rate = exposure[i].rate() ? exposure[i].rate() : found->second.rate();
     rates.push_back(rate);
   }
   return rates;

@@ -15,7 +15,7 @@ struct JobKind {
   std::size_t method = 0;
   Task task{};
   double seconds = 0;    ///< wall time of the solves that gave a result
-  double waypoints = 0;  ///< of the problems of these
+  double waypoints = 0;  ///< waypoints of their problems; 0: no job of this kind has ended
 };
 
 /// A job that a slot works on.
@@ -49,14 +49,14 @@ struct WorkLeft {
 ///
 /// over its results and the parts that its running jobs have done, by windows; half of the window under way is done, on
 /// average. A running job without a window adds the time beyond what the others let expect: those that are done first
-/// are the short ones. A kind of which nothing is done yet borrows from its kin: the same method and task from the
-/// other initialisation, else the same task by the other methods, the median of theirs. Empty where there is no kin
-/// either: what a task takes does not follow from another task.
+/// are the short ones. A kind without a result borrows from the same method and task with the other initialisation.
+/// Empty as long as no job of that method and task has ended: the time of a method does not follow from that of others.
 std::vector<std::optional<double>> SecondsPerWaypoint(const WorkLeft& left);
 
 /// Seconds until the last job ends, if `left.slots` go on with it: the running jobs, then the queued ones in their
 /// order, each by the next slot that is free. So a single long job is not divided by the slots, and long jobs at the
-/// end count in full. Empty when nothing runs, without slots, or when a kind that has jobs left has never been seen.
+/// end count in full. Empty when nothing runs, without slots, or when no job of the method and task of a kind with jobs
+/// left has ended.
 ///
 /// A running motion is expected to go on as it did, the more so the further it is; another job to take what its kind
 /// takes. One that has taken longer is expected to take a quarter more of what it took, within its time limit.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -40,6 +41,12 @@ void Take(std::string_view name, const std::string& field, Enum& member, std::st
   } else if (fault.empty()) {
     fault = std::string(name) + " '" + field + "' is unknown";
   }
+}
+
+template <Worded Enum>
+void Take(std::string_view name, const std::string& field, std::optional<Enum>& member, std::string& fault) {
+  if (field.empty()) return;
+  Take(name, field, member.emplace(), fault);
 }
 
 template <std::size_t i>
@@ -87,6 +94,9 @@ ReportedResult ResultOf(const Request& request) {
   result.record.num_waypoints = std::max(request.num_waypoints, 1);
   result.record.waypoint_size = request.waypoint_size;
   result.record.waypoints = request.waypoints;
+  result.record.first_unsolved = request.first_unsolved;
+  result.record.num_unsolved = request.num_unsolved;
+  result.record.unsolved = request.unsolved;
   return result;
 }
 

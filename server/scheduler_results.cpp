@@ -157,7 +157,8 @@ void Scheduler::EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt
     ++counters_.attempts_failed;
     const int charged = job.attempts - job.returned;
     const bool repeated = CrashesAgain(job, end);
-    const bool last = charged >= experiment.spec().max_attempts || repeated;
+    const bool limit = end.outcome == db::AttemptOutcome::kTimeLimit;  // the job would meet the same limit again
+    const bool last = charged >= experiment.spec().max_attempts || repeated || limit;
     if (repeated && charged < experiment.spec().max_attempts) {
       end.message += "; not tried again: the attempt before ended by the same signal";
     }

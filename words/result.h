@@ -13,7 +13,7 @@ enum class SolveStatus : std::uint8_t {
   kConvergedInfeasible,  ///< no progress possible at the largest penalty, constraints violated ("stuck")
   kIterationLimit,       ///< the iterations ran out; the point may be feasible
   kEffortLimit,          ///< the job's evaluations ran out, on every machine at the same one; the point may be feasible
-  kTimeLimit,            ///< the clock ended it, which says nothing about the method: no result
+  kTimeLimit,            ///< the clock ended it: a result only where the method has a budget of time (budget_s)
   kNumericalFailure,     ///< non-finite values at the start, or no subproblem could be solved
   kCancelled,            ///< the stop check asked for it
 };
@@ -39,6 +39,7 @@ constexpr bool IsStopped(SolveStatus status) {
 enum class Verdict : std::uint8_t {
   kSuccess,               ///< feasible by this rule
   kWrongWaypointCount,    ///< not as many waypoints as the task wants
+  kWindowUnsolved,        ///< the solver ended at a window of the motion without a solution of it
   kWrongSize,             ///< a waypoint that is not n + 7 numbers; of a path in time also stamps out of place
   kNotFinite,             ///< a waypoint with NaN or infinity
   kFootPose,              ///< a foot is off its target
@@ -53,6 +54,7 @@ enum class Verdict : std::uint8_t {
 template <>
 inline constexpr auto kWords<Verdict> = Words<Verdict>({{Verdict::kSuccess, "success"},
                                                         {Verdict::kWrongWaypointCount, "wrong_waypoint_count"},
+                                                        {Verdict::kWindowUnsolved, "window_unsolved"},
                                                         {Verdict::kWrongSize, "wrong_size"},
                                                         {Verdict::kNotFinite, "not_finite"},
                                                         {Verdict::kFootPose, "foot_pose"},

@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -37,10 +38,12 @@ void ChargeExternal(const external::ProcessUsage& usage, legopt_msg::result_requ
   result.peak_memory_bytes = usage.peak_memory_bytes;
 }
 
-// What the clock has stopped is no result, however far it came.
-ReportedOutcome OutcomeOf(SolveStatus status) {
-  if (status == SolveStatus::kCancelled) return ReportedOutcome::kCancelled;
-  return status == SolveStatus::kTimeLimit ? ReportedOutcome::kTimeLimit : ReportedOutcome::kFinished;
+// A solve that the limit of wall time has stopped is no result, however far it came; one that has spent the budget of
+// time of its method is.
+ReportedOutcome OutcomeOf(const SolveOutcome& solve) {
+  if (solve.status == SolveStatus::kCancelled) return ReportedOutcome::kCancelled;
+  const bool stopped = solve.status == SolveStatus::kTimeLimit && !solve.budget_spent;
+  return stopped ? ReportedOutcome::kTimeLimit : ReportedOutcome::kFinished;
 }
 
 std::string StoppedByTheClock(const SolveOutcome& solve) {
@@ -60,6 +63,17 @@ bool OneShape(const std::vector<Eigen::VectorXd>& waypoints) {
     if (waypoint.size() != waypoints.front().size()) return false;
   }
   return !waypoints.empty();
+}
+
+// The best point of a window that was not solved.
+void AddUnsolved(const JobResult& job, legopt_msg::result_request& result) {
+  if (job.evaluation.window) result.window_verdict = ToString(*job.evaluation.window);
+  const std::vector<Eigen::VectorXd>& waypoints = job.solve.unsolved->waypoints;
+  const bool finite = std::ranges::all_of(waypoints, [](const Eigen::VectorXd& x) { return x.allFinite(); });
+  if (!OneShape(waypoints) || !finite) return;
+  result.first_unsolved = NumWaypoints(job.task, job.solve.unsolved->first_stance);
+  result.num_unsolved = static_cast<std::int32_t>(waypoints.size());
+  for (const Eigen::VectorXd& x : waypoints) result.unsolved.insert(result.unsolved.end(), x.begin(), x.end());
 }
 
 }  // namespace
@@ -130,7 +144,7 @@ legopt_msg::result_request SolveExecutor::Execute(const legopt_msg::lease& lease
 legopt_msg::result_request ToMessage(const JobResult& job) {
   const SolveOutcome& solve = job.solve;
   const Evaluation& evaluation = job.evaluation;
-  const ReportedOutcome outcome = OutcomeOf(solve.status);
+  const ReportedOutcome outcome = OutcomeOf(solve);
   legopt_msg::result_request result =
       ResultWithoutSolution(outcome, outcome == ReportedOutcome::kTimeLimit ? StoppedByTheClock(solve) : solve.message);
   result.solver_status = ToString(solve.status);
@@ -170,6 +184,7 @@ legopt_msg::result_request ToMessage(const JobResult& job) {
     for (const Eigen::VectorXd& x : solve.waypoints)
       result.waypoints.insert(result.waypoints.end(), x.begin(), x.end());
   }
+  if (solve.unsolved) AddUnsolved(job, result);
   result.trace = EncodeTrace(CondenseTrace(solve.history));
   return result;
 }

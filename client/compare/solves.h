@@ -65,7 +65,7 @@ struct SolvedExperiment {
   std::int64_t repetitions = 1;
   std::vector<SolveCell> cells;
   std::vector<ResultOrigin> origins;  ///< builds and machines of its results
-  std::int64_t clock_stopped = 0;     ///< jobs that the clock ended, which says nothing about their method
+  std::int64_t clock_stopped = 0;     ///< jobs that the clock ended: their outcome depends on the machine's speed
   std::int64_t taken_over = 0;        ///< results that jobs of other experiments made
 
   /// Its methods, each once.

@@ -29,7 +29,7 @@ class SolutionWriter {
         ++left_out_;
         continue;
       }
-      chunk_.Add(job, ReadWaypointsOf(source, job.job_id), TraceJson(source, job.job_id), lister, DepthInReport(job));
+      chunk_.Add(job, ReadPageMotion(source, job), TraceJson(source, job.job_id), lister, DepthInReport(job));
       if (++done % 100 == 0 && tell_) {
         tell_(std::to_string(done) + " of " + std::to_string(jobs.size()) + " solutions judged");
       }

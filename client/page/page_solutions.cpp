@@ -65,8 +65,9 @@ std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experi
       " AS solved FROM results AS r JOIN jobs AS j USING (job_id) JOIN cells AS c ON c.cell_id = j.cell_id JOIN "
       "problems AS p USING (problem_key) WHERE c.experiment_id = " +
       std::to_string(experiment_id) +
-      " AND EXISTS (SELECT 1 FROM waypoints AS w WHERE w.job_id = r.job_id) ORDER BY c.cell_id, p.problem_id, "
-      "j.repetition");
+      " AND (r.trace IS NOT NULL OR EXISTS (SELECT 1 FROM waypoints AS w WHERE w.job_id = r.job_id) OR EXISTS (SELECT "
+      "1 "
+      "FROM unsolved_waypoints AS u WHERE u.job_id = r.job_id)) ORDER BY c.cell_id, p.problem_id, j.repetition");
   std::vector<PageJob> jobs;
   std::int64_t first = -1, second = -1;
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
@@ -105,10 +106,25 @@ Json TraceJson(ResultSource& source, std::int64_t job_id) {
           {"evaluations", evaluations}, {"elapsed_us", elapsed}, {"cost", cost},       {"violation", violation}};
 }
 
-void SolutionChunk::Add(const PageJob& job, const std::vector<Eigen::VectorXd>& waypoints, Json trace,
-                        FindingLister* lister, FindingDepth depth) {
+PageMotion ReadPageMotion(ResultSource& source, const PageJob& job) {
+  PageMotion motion{ReadWaypointsOf(source, job.job_id), {}};
+  if (!DescriptionOf(job.task).windowed) return motion;
+  const UnsolvedWaypoints unsolved = ReadUnsolvedOf(source, job.job_id);
+  if (unsolved.waypoints.empty()) return motion;
+  motion.unsolved_from = unsolved.first_waypoint;
+  // The window begins within the last stance of the window before.
+  motion.waypoints.resize(std::min(motion.waypoints.size(), static_cast<std::size_t>(unsolved.first_waypoint)));
+  const Eigen::Index size = unsolved.waypoints.front().size();
+  for (Eigen::VectorXd& x : motion.waypoints) x = x.head(std::min(size, x.size())).eval();
+  motion.waypoints.insert(motion.waypoints.end(), unsolved.waypoints.begin(), unsolved.waypoints.end());
+  return motion;
+}
+
+void SolutionChunk::Add(const PageJob& job, const PageMotion& motion, Json trace, FindingLister* lister,
+                        FindingDepth depth) {
+  const std::vector<Eigen::VectorXd>& waypoints = motion.waypoints;
   const Eigen::Index size = lister->dataset().robot().configuration_size();
-  const bool timed = IsTimed(job.task);
+  const bool timed = IsTimed(job.task) && !motion.unsolved_from;
   const Eigen::Index stamps = timed ? 1 : 0;
   const bool whole = std::ranges::all_of(waypoints, [&](const auto& x) { return x.size() == size + stamps; });
   std::vector<Eigen::VectorXd> shown;
@@ -125,6 +141,10 @@ void SolutionChunk::Add(const PageJob& job, const std::vector<Eigen::VectorXd>& 
                {"encoding", exact ? "f64" : "d32"}, {"offset", bytes_.size()}, {"bytes", packed.size()}};
   if (!whole) json["malformed"] = true;
   if (timed) json["times"] = std::move(times);
+  if (motion.unsolved_from) {
+    json["unsolved"] = {{"from", *motion.unsolved_from},
+                        {"waypoints_per_stance", DescriptionOf(job.task).waypoints_per_stance}};
+  }
   if (job.failed_waypoint) json["failed_waypoint"] = *job.failed_waypoint;
   if (depth != FindingDepth::kNone) json["findings"] = FindingsOf(job, shown, lister);
   if (depth == FindingDepth::kBetween && DescriptionOf(job.task).between == Between::kScored) {

@@ -24,8 +24,19 @@ struct PageJob {
   std::optional<int> failed_waypoint;
 };
 
-/// The jobs of an experiment that have waypoints, in the order in which a page of limited size takes them: failed
-/// postures, failed motions, other postures, other motions of the first two methods, the rest.
+/// The waypoints of a job as a page shows them.
+struct PageMotion {
+  std::vector<Eigen::VectorXd> waypoints;  ///< the solution; of a motion with an unsolved window its solved windows
+  /// Number of the waypoint from which on they are the best point of the window that was not solved; they have no time
+  /// stamps then, also of tasks whose solutions have them.
+  std::optional<int> unsolved_from;
+};
+
+/// Reads them. Errors as ReadWaypointsOf.
+PageMotion ReadPageMotion(ResultSource& source, const PageJob& job);
+
+/// The jobs of an experiment that have waypoints or a trace, in the order in which a page of limited size takes them:
+/// failed postures, failed motions, other postures, other motions of the first two methods, the rest.
 std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experiment_id, Rule rule);
 
 /// How far the findings of a motion go.
@@ -39,8 +50,8 @@ enum class FindingDepth : std::uint8_t {
 class SolutionChunk {
  public:
   /// Adds a job. Waypoints that have not the robot's size are left out, and said in "malformed".
-  void Add(const PageJob& job, const std::vector<Eigen::VectorXd>& waypoints, nlohmann::ordered_json trace,
-           FindingLister* lister, FindingDepth depth);
+  void Add(const PageJob& job, const PageMotion& motion, nlohmann::ordered_json trace, FindingLister* lister,
+           FindingDepth depth);
   bool empty() const { return solutions_.empty(); }
   std::size_t weight() const { return bytes_.size() + text_bytes_; }  ///< bytes before compression, about
   const std::string& bytes() const { return bytes_; }                 ///< waypoints of all

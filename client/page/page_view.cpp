@@ -19,8 +19,9 @@ ViewedJob ReadViewedJob(ResultSource& source, std::int64_t id) {
       "j.repetition, j.state, m.name AS method, m.hash AS method_hash, d.name AS dataset, d.hash AS dataset_hash, "
       "coalesce(w.build_id, '') AS build_id, r.solver_status AS status, r.verdict_literal AS literal, r.verdict_strict "
       "AS strict, r.verdict_solid AS solid, r.verdict_detail AS detail, r.failed_waypoint, r.cost, r.wall_us, "
-      "r.cpu_us, r.iterations, r.restarts, (SELECT count(*) FROM waypoints AS x WHERE x.job_id = j.job_id) AS "
-      "waypoints FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) JOIN "
+      "r.cpu_us, r.iterations, r.restarts, (SELECT count(*) FROM waypoints AS x WHERE x.job_id = j.job_id) + (SELECT "
+      "count(*) FROM unsolved_waypoints AS x WHERE x.job_id = j.job_id) AS waypoints, r.trace IS NOT NULL AS traced "
+      "FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) JOIN "
       "datasets AS d USING (dataset_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) "
       "LEFT JOIN results AS r ON r.job_id = j.job_id LEFT JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = "
       "r.attempt LEFT JOIN workers AS w ON w.worker_id = a.worker_id WHERE j.job_id = " +
@@ -28,7 +29,7 @@ ViewedJob ReadViewedJob(ResultSource& source, std::int64_t id) {
   if (row.rows.empty()) {
     throw ClientError(ExitCode::kUsage, "there is no " + name + "; 'legopt list' lists them");
   }
-  if (row.At(0, "waypoints").get<int>() == 0) {
+  if (row.At(0, "waypoints").get<int>() == 0 && row.At(0, "traced").get<int>() == 0) {
     throw ClientError(ExitCode::kUsage,
                       name + " has no solution to draw (" + row.Text(0, "state") + "); 'legopt view --problem " +
                           std::to_string(row.At(0, "problem").get<int>()) + " --task " + row.Text(0, "task") +
@@ -73,7 +74,7 @@ void AddViewedJobs(const ViewRequest& request, PageFile* file, Json* root, Probl
       throw ClientError(ExitCode::kUsage, "--ghost: job " + std::to_string(one.job.job_id) +
                                               " solves another problem than job " + std::to_string(*request.job));
     }
-    chunk.Add(one.job, ReadWaypointsOf(*source, one.job.job_id), TraceJson(*source, one.job.job_id), &lister,
+    chunk.Add(one.job, ReadPageMotion(*source, one.job), TraceJson(*source, one.job.job_id), &lister,
               FindingDepth::kBetween);
     (*problems)[one.job.task].insert(one.job.problem);
     jobs.push_back(one.json);

@@ -78,6 +78,11 @@ void CompareWaypoints(const std::vector<Eigen::VectorXd>& stored, const std::vec
                          " have other bits, first " + std::to_string(first));
 }
 
+// A motion with an unsolved window was stored as one with a wrong number of waypoints before schema version 11.
+bool IsUnsolvedAsBefore(Verdict stored, Verdict now) {
+  return stored == Verdict::kWrongWaypointCount && now == Verdict::kWindowUnsolved;
+}
+
 std::string Place(const IterationRecord& step) {
   return "window " + std::to_string(step.window) + ", restart " + std::to_string(step.restart) + ", start " +
          std::to_string(step.start) + ", step " + std::to_string(step.step);
@@ -124,9 +129,11 @@ Replay CompareResults(const StoredJob& stored, const JobResult& now) {
   Replay replay{stored.job_id, Reproduction::kBitIdentical, {}, {}};
   Differences differences(&replay.differences);
   bool other = differences.Add("solver status", stored.status, now.solve.status);
-  other = differences.Add("literal verdict", stored.literal, now.evaluation.literal) || other;
-  other = differences.Add("strict verdict", stored.strict, now.evaluation.strict) || other;
-  if (stored.solid) other = differences.Add("solid verdict", *stored.solid, now.evaluation.solid) || other;
+  if (!IsUnsolvedAsBefore(stored.literal, now.evaluation.literal)) {
+    other = differences.Add("literal verdict", stored.literal, now.evaluation.literal) || other;
+    other = differences.Add("strict verdict", stored.strict, now.evaluation.strict) || other;
+    if (stored.solid) other = differences.Add("solid verdict", *stored.solid, now.evaluation.solid) || other;
+  }
   differences.Add("iterations", stored.iterations, static_cast<std::int64_t>(now.solve.iterations));
   differences.Add("restarts", stored.restarts, static_cast<std::int64_t>(now.solve.restarts));
   differences.Add("starts", stored.starts, now.solve.starts);
@@ -136,6 +143,9 @@ Replay CompareResults(const StoredJob& stored, const JobResult& now) {
   differences.Add("solver's violation", stored.solver_violation, now.solve.max_violation);
   differences.Add("cost", stored.cost, now.evaluation.cost);
   CompareWaypoints(stored.waypoints, now.solve.waypoints, &replay.differences);
+  if (!stored.unsolved.empty() && now.solve.unsolved) {
+    CompareWaypoints(stored.unsolved, now.solve.unsolved->waypoints, &replay.differences);
+  }
   replay.divergence = FirstDivergence(stored.trace, now.solve.history);
   if (other) {
     replay.outcome = Reproduction::kDiffers;

@@ -118,6 +118,7 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverR
   stored.cost = OptionalAt<double>(row, "cost");
   stored.trace = TraceRecords(row, job_id);
   stored.waypoints = ReadWaypointsOf(source, job_id);
+  stored.unsolved = ReadUnsolvedOf(source, job_id).waypoints;
   return stored;
 }
 

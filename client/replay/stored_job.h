@@ -26,7 +26,8 @@ struct StoredJob {
   std::optional<std::int64_t> starts, term_evaluations, collision_queries;  ///< none: not counted
   std::optional<double> solver_cost, solver_violation, cost;                ///< none: not finite
   std::vector<Eigen::VectorXd> waypoints;                                   ///< the solution
-  std::vector<IterationRecord> trace;  ///< how it converged; empty: not recorded, or before schema version 7
+  std::vector<Eigen::VectorXd> unsolved;  ///< best point of the window that was not solved; empty: none is stored
+  std::vector<IterationRecord> trace;     ///< how it converged; empty: not recorded, or before schema version 7
 };
 
 /// Reads a job that has a result, by a solver of `registry`. Throws ClientError (kUsage): there is no such job, it has

@@ -206,8 +206,10 @@ std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit
 std::string ClockWarning(std::int64_t clock_stopped, std::int64_t experiment_id) {
   if (clock_stopped == 0) return {};
   return "The clock ended " + std::to_string(clock_stopped) + (clock_stopped == 1 ? " job" : " jobs") +
-         " before the method did, which says nothing about it: 'legopt retry " + std::to_string(experiment_id) +
-         " --time-limit' queues " + (clock_stopped == 1 ? "it" : "them") + " again.";
+         " (the wall-time limit, or budget_s of an external method), so the outcome depends on the speed of the "
+         "machine: "
+         "'legopt retry " +
+         std::to_string(experiment_id) + " --time-limit' queues " + (clock_stopped == 1 ? "it" : "them") + " again.";
 }
 
 std::string FormatSuccess(const BenchmarkCell& cell) {

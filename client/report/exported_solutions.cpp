@@ -25,6 +25,7 @@ struct ResultRow {
   bool success = false;
   std::int64_t num_waypoints = 1;
   std::vector<Eigen::VectorXd> waypoints;
+  std::optional<UnsolvedPart> unsolved;
 };
 
 std::string Where(ResultSource& source, std::int64_t experiment_id, const ExportFilter& filter) {
@@ -59,9 +60,22 @@ std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& where) 
                     static_cast<double>(integer("wall_us")) * kSecondsPerMicrosecond,
                     listing.WordAt<Verdict>(i, "verdict_literal") == Verdict::kSuccess,
                     integer("num_waypoints"),
+                    {},
                     {}});
   }
   return rows;
+}
+
+// `jobs`: their numbers, with commas between. A window has few waypoints.
+void ReadUnsolved(ResultSource& source, const std::string& jobs, const std::map<std::int64_t, ResultRow*>& by_job) {
+  const Listing listing = source.Query("SELECT job_id, waypoint, x FROM unsolved_waypoints WHERE job_id IN (" + jobs +
+                                       ") ORDER BY job_id, waypoint");
+  for (std::size_t i = 0; i < listing.rows.size(); ++i) {
+    const auto job_id = listing.At(i, "job_id").get<std::int64_t>();
+    std::optional<UnsolvedPart>& unsolved = by_job.at(job_id)->unsolved;
+    if (!unsolved) unsolved = UnsolvedPart{listing.At(i, "waypoint").get<int>(), {}};
+    unsolved->waypoints.push_back(WaypointAt(listing, i, "x", "job " + std::to_string(job_id)));
+  }
 }
 
 void ReadWaypoints(ResultSource& source, std::vector<ResultRow>* rows) {
@@ -81,6 +95,7 @@ void ReadWaypoints(ResultSource& source, std::vector<ResultRow>* rows) {
       by_job.at(job_id)->waypoints.push_back(WaypointAt(listing, i, "x", "job " + std::to_string(job_id)));
     }
     if (listing.truncated) throw ClientError(ExitCode::kInternal, "the solutions are too large for one query");
+    ReadUnsolved(source, jobs, by_job);
     first = last;
   }
 }
@@ -91,8 +106,13 @@ SolutionFile MakeFile(Task task, const std::vector<ResultRow>& rows, const std::
   std::map<int, std::vector<Solution>> by_problem;
   for (const auto& row : rows) {
     if (row.task != task) continue;
-    by_problem[row.problem_id].push_back({methods.at(row.job_id), row.time_s, row.waypoints, row.success,
-                                          std::string(ToString(row.key.initialization))});
+    Solution& solution = by_problem[row.problem_id].emplace_back();
+    solution.method = methods.at(row.job_id);
+    solution.time_s = row.time_s;
+    solution.waypoints = row.waypoints;
+    solution.success = row.success;
+    solution.init_type = std::string(ToString(row.key.initialization));
+    solution.unsolved = row.unsolved;
   }
   for (auto& [id, solutions] : by_problem) file.problems.push_back({dataset.problem(task, id), std::move(solutions)});
   return file;

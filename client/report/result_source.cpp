@@ -89,6 +89,18 @@ std::vector<Eigen::VectorXd> ReadWaypointsOf(ResultSource& source, std::int64_t 
   return waypoints;
 }
 
+UnsolvedWaypoints ReadUnsolvedOf(ResultSource& source, std::int64_t job_id) {
+  const std::string job = std::to_string(job_id);
+  const Listing rows =
+      source.Query("SELECT waypoint, x FROM unsolved_waypoints WHERE job_id = " + job + " ORDER BY waypoint");
+  UnsolvedWaypoints unsolved;
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    if (i == 0) unsolved.first_waypoint = rows.At(i, "waypoint").get<int>();
+    unsolved.waypoints.push_back(WaypointAt(rows, i, "x", "job " + job + ", unsolved waypoint " + std::to_string(i)));
+  }
+  return unsolved;
+}
+
 std::string SqlText(const std::string& text) {
   std::string literal = "'";
   for (const char c : text) {

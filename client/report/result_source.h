@@ -53,6 +53,15 @@ Eigen::VectorXd WaypointAt(const Listing& listing, std::size_t row, std::string_
 /// The solution of a job: one configuration for each waypoint that is stored. Errors as WaypointAt.
 std::vector<Eigen::VectorXd> ReadWaypointsOf(ResultSource& source, std::int64_t job_id);
 
+/// The best point of the window of a motion that was not solved.
+struct UnsolvedWaypoints {
+  int first_waypoint = 0;                  ///< number of its first waypoint in the motion
+  std::vector<Eigen::VectorXd> waypoints;  ///< one configuration each; empty: all windows are solved, or none is stored
+};
+
+/// That of a job. Errors as WaypointAt.
+UnsolvedWaypoints ReadUnsolvedOf(ResultSource& source, std::int64_t job_id);
+
 /// A text as an SQL literal.
 std::string SqlText(const std::string& text);
 

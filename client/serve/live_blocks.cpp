@@ -157,7 +157,8 @@ HttpReply LiveBlocks::MakeSolution(const std::string& block, std::int64_t job) {
   }
   if (!lister) return TextReply(kNotFound, "the dataset of job " + std::to_string(job) + " is not at hand");
   SolutionChunk chunk;
-  chunk.Add(viewed.job, ReadWaypointsOf(*source_, job), TraceJson(*source_, job), lister.get(), FindingDepth::kBetween);
+  chunk.Add(viewed.job, ReadPageMotion(*source_, viewed.job), TraceJson(*source_, job), lister.get(),
+            FindingDepth::kBetween);
   const HttpReply motion = Keep(kMotion + std::to_string(job), chunk.bytes());
   const HttpReply solutions = Keep(kSolutions + std::to_string(job), Dump(chunk.json()));
   return block.starts_with(kMotion) ? motion : solutions;

@@ -43,6 +43,13 @@ void AppendOdeFailures(std::int64_t failures, std::string* detail) {
 
 Verdict Evaluation::by(Rule rule) const { return this->*kVerdicts.at(NumberOf(rule)).second; }
 
+Verdict Evaluation::first_failure() const {
+  for (const auto& [rule, verdict] : kVerdicts) {
+    if (this->*verdict != Verdict::kSuccess) return this->*verdict;
+  }
+  return Verdict::kSuccess;
+}
+
 class Judge::Workspace {
  public:
   Workspace(std::shared_ptr<const Dataset> dataset, Culling culling)
@@ -59,14 +66,16 @@ class Judge::Workspace {
   const Dataset& dataset() const { return *dataset_; }
 
   Evaluation Evaluate(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
+  Evaluation EvaluatePart(Task task, const ProblemDefinition& problem, int first_stance,
+                          std::span<const Eigen::VectorXd> waypoints);
 
  private:
   Evaluation Judged(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
   Evaluation JudgedPath(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> points);
   static void CheckTask(Task task, const ProblemDefinition& problem);
   void CheckFootNames(const ProblemDefinition& problem) const;
-  static void Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation);
-  static void FailBy(Rule rule, Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation);
+  void Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation) const;
+  void FailBy(Rule rule, Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation) const;
   bool IsWellFormed(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const;
   void SetState(const Eigen::VectorXd& x);
   void CheckFeet(const Stance& stance, int waypoint, Evaluation* evaluation);
@@ -99,6 +108,7 @@ class Judge::Workspace {
   Eigen::VectorXd clamped_;
   Eigen::VectorXd torques_;
   std::vector<FootPlacement> placements_;  ///< feet of the present waypoint
+  int first_waypoint_ = 0;                 ///< number of the first waypoint that is judged, in the whole motion
 };
 
 void Judge::Workspace::CheckTask(Task task, const ProblemDefinition& problem) {
@@ -127,21 +137,21 @@ void Judge::Workspace::CheckFootNames(const ProblemDefinition& problem) const {
 }
 
 /// Records a failure by all rules, unless an earlier one stands.
-void Judge::Workspace::Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation) {
+void Judge::Workspace::Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation) const {
   FailBy(Rule::kLiteral, verdict, waypoint, detail, evaluation);
 }
 
 /// Records a failure by this rule and those that demand more. Its detail stands unless a later waypoint fails by a more
 /// lenient rule.
 void Judge::Workspace::FailBy(Rule rule, Verdict verdict, int waypoint, const std::string& detail,
-                              Evaluation* evaluation) {
+                              Evaluation* evaluation) const {
   const bool first = evaluation->by(rule) == Verdict::kSuccess;
   for (const auto& [which, own] : kVerdicts) {
     if (which >= rule && evaluation->*own == Verdict::kSuccess) evaluation->*own = verdict;
   }
   if (!first) return;
-  evaluation->failed_waypoint = waypoint;
-  evaluation->detail = (waypoint >= 0 ? "waypoint " + std::to_string(waypoint) + ": " : "") +
+  evaluation->failed_waypoint = waypoint < 0 ? waypoint : first_waypoint_ + waypoint;
+  evaluation->detail = (waypoint >= 0 ? "waypoint " + std::to_string(evaluation->failed_waypoint) + ": " : "") +
                        (rule == Rule::kLiteral ? "" : "by the " + std::string(ToString(rule)) + " rule, ") + detail;
 }
 
@@ -327,10 +337,25 @@ Evaluation Judge::Workspace::Evaluate(Task task, const ProblemDefinition& proble
   CheckTask(task, problem);
   CheckFootNames(problem);
   const std::int64_t failures_before = collision_.ode_failures();
+  first_waypoint_ = 0;
   Evaluation evaluation = IsTimed(task) ? JudgedPath(task, problem, waypoints) : Judged(task, problem, waypoints);
   if (DescriptionOf(task).between == Between::kScored) {
     evaluation.interpolation = ScoreInterpolation(waypoints, kinematics_, collision_);
   }
+  AppendOdeFailures(collision_.ode_failures() - failures_before, &evaluation.detail);
+  return evaluation;
+}
+
+Evaluation Judge::Workspace::EvaluatePart(Task task, const ProblemDefinition& problem, int first_stance,
+                                          std::span<const Eigen::VectorXd> waypoints) {
+  CheckTask(task, problem);
+  CheckFootNames(problem);
+  const auto num_stances = static_cast<std::ptrdiff_t>(waypoints.size()) / DescriptionOf(task).waypoints_per_stance;
+  const auto first = problem.stances.begin() + first_stance;
+  ProblemDefinition part{.id = problem.id, .stances = {first, std::min(first + num_stances, problem.stances.end())}};
+  const std::int64_t failures_before = collision_.ode_failures();
+  first_waypoint_ = NumWaypoints(task, first_stance);
+  Evaluation evaluation = Judged(task, part, waypoints);
   AppendOdeFailures(collision_.ode_failures() - failures_before, &evaluation.detail);
   return evaluation;
 }
@@ -409,6 +434,11 @@ const Dataset& Judge::dataset() const { return workspace_->dataset(); }
 
 Evaluation Judge::Evaluate(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints) {
   return workspace_->Evaluate(task, problem, waypoints);
+}
+
+Evaluation Judge::EvaluatePart(Task task, const ProblemDefinition& problem, int first_stance,
+                               std::span<const Eigen::VectorXd> waypoints) {
+  return workspace_->EvaluatePart(task, problem, first_stance, waypoints);
 }
 
 }  // namespace legopt

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -58,10 +59,17 @@ struct Evaluation {
 
   InterpolationScore interpolation;  ///< of tasks scored between waypoints, whatever the verdict; no part of it
 
+  /// Of a motion with an unsolved window: the failure of that window's best point by the most lenient rule that it
+  /// fails; success: it fails none. Empty: no window is unsolved, or the window was not begun.
+  std::optional<Verdict> window;
+
   double cost = kNotEvaluated;  ///< see Judge; NaN unless `literal` is success
   int num_waypoints = 0;        ///< constraint waypoints: divisor of cost and time
 
   Verdict by(Rule rule) const;  ///< the verdict of one rule
+
+  /// The failure by the most lenient rule that fails; success if none does.
+  Verdict first_failure() const;
 };
 
 /// Decides whether a solution solves a problem, exactly as the LegOpt evaluator does (docs/readings.md#the-judge), with
@@ -95,6 +103,11 @@ class Judge {
   /// else InputError that names problem and stance, and no file. `waypoints` hold n + 7 numbers each; the quaternion
   /// (wxyz) need not be unit. Bad solutions never throw: they get a verdict.
   Evaluation Evaluate(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
+
+  /// The same for a part of a motion: the waypoints (n + 7 numbers each) of consecutive stances, `first_stance` the
+  /// first of them. Waypoints are numbered as in the whole motion; segments between them are not looked at.
+  Evaluation EvaluatePart(Task task, const ProblemDefinition& problem, int first_stance,
+                          std::span<const Eigen::VectorXd> waypoints);
 
  private:
   class Workspace;

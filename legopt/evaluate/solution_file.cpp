@@ -229,6 +229,11 @@ Json FormatSolution(const Solution& solution) {
   for (const Eigen::VectorXd& x : solution.waypoints) entry["x"].push_back(FormatWaypoint(x));
   if (solution.success) entry["success"] = *solution.success;
   if (!solution.init_type.empty()) entry["initType"] = solution.init_type;
+  if (solution.unsolved) {
+    Json& window =
+        entry["unsolvedWindow"] = {{"firstWaypoint", solution.unsolved->first_waypoint}, {"x", Json::array()}};
+    for (const Eigen::VectorXd& x : solution.unsolved->waypoints) window["x"].push_back(FormatWaypoint(x));
+  }
   return entry;
 }
 

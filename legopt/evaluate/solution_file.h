@@ -22,6 +22,12 @@ struct UnreadableNumber {
   std::string Describe() const;
 };
 
+/// Best point of the window of a motion at which a solver ended: no part of a solution, and written only.
+struct UnsolvedPart {
+  int first_waypoint = 0;                  ///< number of its first waypoint in the motion
+  std::vector<Eigen::VectorXd> waypoints;  ///< n + 7 numbers each
+};
+
 /// One method's answer to one problem.
 struct Solution {
   std::string method;                      ///< results are grouped by it; not empty, unique per problem
@@ -30,6 +36,7 @@ struct Solution {
   std::optional<bool> success = {};        ///< what the writer believes; the judge decides
   std::string init_type = {};              ///< `initType`; empty when absent
   std::optional<UnreadableNumber> unreadable = {};  ///< such numbers are NaN (infinite) in `waypoints`
+  std::optional<UnsolvedPart> unsolved = {};        ///< `unsolvedWindow`
 };
 
 /// A problem of a solution file. `definition.stances` is empty when the file leaves `definition` out.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,15 @@ struct Effort {
   }
 };
 
+/// The window of a motion at which the solve ended.
+struct UnsolvedWindow {
+  int first_stance = 0;                    ///< number of its first stance, from 0
+  int num_stances = 0;                     ///< number of its stances
+  std::vector<Eigen::VectorXd> waypoints;  ///< best point found, n + 7 numbers each; empty: the window was not begun
+  std::string worst_term;                  ///< term with the largest violation there; empty: none
+  double max_violation = 0.0;              ///< that violation, in the unit of the term
+};
+
 /// What a solve of one problem produced, and its effort, restarts included.
 struct SolveOutcome : Effort {
   SolveStatus status = SolveStatus::kNotRun;  ///< of windows: the first not converged, or the one that ended the solve
@@ -52,6 +62,8 @@ struct SolveOutcome : Effort {
   int restarts = 0;                           ///< attempts beyond the first, of all windows
   int windows = 0;                            ///< 0 for tasks that are not solved window by window
   int windows_solved = 0;                     ///< the first ones; `waypoints` are theirs
+  std::optional<UnsolvedWindow> unsolved;     ///< window number `windows_solved`, unless all windows are solved
+  bool budget_spent = false;                  ///< the method's own budget of time ended the solve: kTimeLimit
   std::int64_t wall_us = 0;                   ///< of the solving thread, restarts included, loading excluded
   std::int64_t cpu_us = 0;                    ///< CPU time of the solving thread
   /// Of the solving thread: above 0, others had its processor in between.

@@ -53,6 +53,7 @@ struct SolverResult : Effort {
   SolveStatus status = SolveStatus::kNotRun;  ///< by the solver's own word
   ObjectiveValue value;                       ///< at the returned point
   bool feasible = false;                      ///< every violation below the method's tolerance, converged or not
+  bool budget_spent = false;                  ///< the method's own budget of time ended it: kTimeLimit
 };
 
 /// Ends the history of a solve whose first record is number `first_record`: if it has any, the last accepted one is

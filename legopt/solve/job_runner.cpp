@@ -3,7 +3,26 @@
 #include <string>
 #include <utility>
 
+#include "legopt/evaluate/fault_texts.h"
+
 namespace legopt {
+namespace {
+
+/// "window 1 of 3 (stances 5 to 10) unsolved: waypoint 12: ...", with windows, stances and waypoints counted from 0.
+std::string DescribeUnsolved(const SolveOutcome& solve, const std::string& judged) {
+  const UnsolvedWindow& window = *solve.unsolved;
+  const std::string name = "window " + std::to_string(solve.windows_solved) + " of " + std::to_string(solve.windows) +
+                           " (stances " + std::to_string(window.first_stance) + " to " +
+                           std::to_string(window.first_stance + window.num_stances - 1) + ") ";
+  if (window.waypoints.empty()) return name + "not begun: " + std::string(ToString(solve.status));
+  const std::string term = window.worst_term.empty() ? ""
+                                                     : "; largest violation in the solver: " + window.worst_term +
+                                                           ", " + NumberText(window.max_violation);
+  return name + "unsolved: " + (judged.empty() ? "every constraint holds within the judge's tolerances" : judged) +
+         term;
+}
+
+}  // namespace
 
 JobRunner::JobRunner(std::shared_ptr<const Dataset> dataset, SolverRegistry registry)
     : dataset_(std::move(dataset)), solver_(dataset_, std::move(registry)), judge_(dataset_) {}
@@ -19,18 +38,28 @@ JobResult JobRunner::Run(const Job& job, const JobHooks& hooks) {
   settings.progress = hooks.progress;
 
   JobResult result;
+  result.task = job.task;
   result.solve = solver_.Solve(job.task, job.problem_id, job.initialization, job.method, settings);
   if (hooks.judging) hooks.judging();
-  result.evaluation = judge_.Evaluate(job.task, problem, result.solve.waypoints);
-  DescribeWindows(&result);
+  result.evaluation = result.solve.unsolved ? JudgeUnsolved(job.task, problem, result.solve)
+                                            : judge_.Evaluate(job.task, problem, result.solve.waypoints);
   return result;
 }
 
-void DescribeWindows(JobResult* result) {
-  const SolveOutcome& solve = result->solve;
-  if (result->evaluation.literal != Verdict::kWrongWaypointCount || solve.windows == 0) return;
-  result->evaluation.detail +=
-      "; " + std::to_string(solve.windows_solved) + " of " + std::to_string(solve.windows) + " windows solved";
+/// The verdict of a motion that ended at a window without a solution of it. The window's best point is judged, for its
+/// figures and the detail, and never counts as solved.
+Evaluation JobRunner::JudgeUnsolved(Task task, const ProblemDefinition& problem, const SolveOutcome& solve) {
+  const UnsolvedWindow& window = *solve.unsolved;
+  Evaluation evaluation;
+  if (!window.waypoints.empty()) {
+    evaluation = judge_.EvaluatePart(task, problem, window.first_stance, window.waypoints);
+    evaluation.window = evaluation.first_failure();
+  }
+  evaluation.literal = evaluation.strict = evaluation.solid = Verdict::kWindowUnsolved;
+  evaluation.cost = Evaluation::kNotEvaluated;
+  evaluation.num_waypoints = NumWaypoints(task, static_cast<int>(problem.stances.size()));
+  evaluation.detail = DescribeUnsolved(solve, evaluation.detail);
+  return evaluation;
 }
 
 JobResult RunJob(std::shared_ptr<const Dataset> dataset, const Job& job, const JobHooks& hooks) {

@@ -36,9 +36,12 @@ struct JobHooks {
   std::function<void()> judging;           ///< the solver has returned, the judge begins
 };
 
-/// The solver's outcome and the judge's verdict. Bit-identical for equal (dataset content, job) on every worker of one
-/// build, except the measured times, unless a clock or a person stopped it.
+/// The solver's outcome and the judge's verdict; of a motion with an unsolved window, the verdict is
+/// Verdict::kWindowUnsolved by every rule, and the figures are those of the best point of that window. Bit-identical
+/// for equal (dataset content, job) on every worker of one build, except the measured times, unless a clock or a person
+/// stopped it.
 struct JobResult {
+  Task task{};            ///< task of the job
   SolveOutcome solve;     ///< by the solver's own word
   Evaluation evaluation;  ///< by the judge: what success is
 };
@@ -60,14 +63,12 @@ class JobRunner {
   JobResult Run(const Job& job, const JobHooks& hooks = {});
 
  private:
+  Evaluation JudgeUnsolved(Task task, const ProblemDefinition& problem, const SolveOutcome& solve);
+
   std::shared_ptr<const Dataset> dataset_;
   ProblemSolver solver_;
   Judge judge_;
 };
-
-/// Adds to the judge's detail how far a solution came that lacks windows: it is infeasible by their count, and this is
-/// what a reader wants to know.
-void DescribeWindows(JobResult* result);
 
 /// One job, without keeping anything for a next one. As JobRunner.
 JobResult RunJob(std::shared_ptr<const Dataset> dataset, const Job& job, const JobHooks& hooks = {});

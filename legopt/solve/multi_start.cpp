@@ -33,17 +33,24 @@ MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen
       result.x = x;
     }
     if (settings.attempted) settings.attempted(restart + 1);
-    if (IsStopped(attempt.status)) result.best.status = attempt.status;
+    if (IsStopped(attempt.status)) {
+      result.best.status = attempt.status;
+      result.best.budget_spent = attempt.budget_spent;
+    }
     if (IsStopped(attempt.status) || attempt.feasible) break;
   }
   CloseHistory(all, first_record, result.best.value);
   return result;
 }
 
-std::string WorstTerm(const Program& program, const SolverResult& result) {
+std::string WorstTermName(const Program& program, const SolverResult& result) {
   if (result.feasible || result.value.worst_term < 0) return "";
-  const TermShape& shape = program.terms()[static_cast<size_t>(result.value.worst_term)]->shape();
-  return "largest violation: " + shape.name;
+  return program.terms()[static_cast<size_t>(result.value.worst_term)]->shape().name;
+}
+
+std::string WorstTerm(const Program& program, const SolverResult& result) {
+  const std::string name = WorstTermName(program, result);
+  return name.empty() ? "" : "largest violation: " + name;
 }
 
 }  // namespace legopt

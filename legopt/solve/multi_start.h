@@ -35,7 +35,10 @@ struct MultiStartResult {
   bool stopped() const { return IsStopped(best.status); }
 };
 
-/// "largest violation: " and the term that has it; empty when the result is feasible or has none.
+/// Name of the term with the largest violation; empty when the result is feasible or has none.
+std::string WorstTermName(const Program& program, const SolverResult& result);
+
+/// "largest violation: " and that name; empty without one.
 std::string WorstTerm(const Program& program, const SolverResult& result);
 
 /// One attempt from `start`, then up to max_restarts from perturbed copies of it, until one ends feasible.

@@ -81,6 +81,7 @@ class ProblemSolver::Run {
   bool SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index);
   void SolveWays(const ProblemDefinition& problem);
   void KeepWindow(const StanceWindow& window, const Eigen::VectorXd& x);
+  void KeepUnsolved(const StanceWindow& window, const Eigen::VectorXd& x);
   std::string WindowName(const StanceWindow& window, int index) const;
   void Account(const MultiStartResult& result);
   Stretch StretchFrom(const ProblemDefinition& problem, int first, int last) const;
@@ -237,6 +238,7 @@ void ProblemSolver::Run::Account(const MultiStartResult& result) {
   // Of several windows: the first that did not converge, or the one that ended the solve.
   const bool converged = outcome_.status == SolveStatus::kNotRun || outcome_.status == SolveStatus::kConvergedFeasible;
   if (converged || !result.best.feasible || result.stopped()) outcome_.status = result.best.status;
+  outcome_.budget_spent = result.best.budget_spent;
   outcome_.max_violation = std::max(outcome_.max_violation, result.best.value.max_violation);
 }
 
@@ -267,6 +269,15 @@ void ProblemSolver::Run::KeepWindow(const StanceWindow& window, const Eigen::Vec
   for (Eigen::Index t = 0; t < x.size() / size; ++t) outcome_.waypoints.emplace_back(x.segment(t * size, size));
 }
 
+/// `x`: the best point of the window; empty where the window was not begun.
+void ProblemSolver::Run::KeepUnsolved(const StanceWindow& window, const Eigen::VectorXd& x) {
+  const Eigen::Index size = dataset_.robot().configuration_size();
+  UnsolvedWindow& unsolved = outcome_.unsolved.emplace();
+  unsolved.first_stance = window.first_stance;
+  unsolved.num_stances = window.num_stances;
+  for (Eigen::Index t = 0; t < x.size() / size; ++t) unsolved.waypoints.emplace_back(x.segment(t * size, size));
+}
+
 std::string ProblemSolver::Run::WindowName(const StanceWindow& window, int index) const {
   return "window " + std::to_string(index) + " of " + std::to_string(outcome_.windows) + " (stances " +
          std::to_string(window.first_stance) + " to " + std::to_string(window.first_stance + window.num_stances - 1) +
@@ -274,7 +285,7 @@ std::string ProblemSolver::Run::WindowName(const StanceWindow& window, int index
 }
 
 /// False when it ends the problem: it failed, or was stopped. The best point that was found is kept even if it is not
-/// feasible, unless it would stand in a row of windows.
+/// feasible; that of a window stays apart from the waypoints of the solved windows.
 bool ProblemSolver::Run::SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index) {
   const std::span<const Stance> stances =
       std::span(problem.stances)
@@ -290,7 +301,12 @@ bool ProblemSolver::Run::SolveWindow(const ProblemDefinition& problem, const Sta
   Account(result);
   const bool failed = !result.best.feasible;
   if (failed) outcome_.message = (task_.windowed ? WindowName(window, index) : "") + WorstTerm(*program, result.best);
-  if (failed && task_.windowed) return false;
+  if (failed && task_.windowed) {
+    KeepUnsolved(window, result.x);
+    outcome_.unsolved->worst_term = WorstTermName(*program, result.best);
+    outcome_.unsolved->max_violation = result.best.value.max_violation;
+    return false;
+  }
   KeepWindow(window, result.x);
   window_costs_ += result.best.value.cost;
   if (task_.windowed) {
@@ -305,6 +321,10 @@ SolveOutcome ProblemSolver::Run::Solve(const ProblemDefinition& problem) {
   if (task_.windowed) outcome_.windows = static_cast<int>(windows.size());
   for (int index = 0; index < std::ssize(windows); ++index) {
     if (!SolveWindow(problem, windows[static_cast<size_t>(index)], index)) break;
+  }
+  // A solve that was stopped behind a solved window.
+  if (outcome_.windows_solved < outcome_.windows && !outcome_.unsolved) {
+    KeepUnsolved(windows[static_cast<size_t>(outcome_.windows_solved)], {});
   }
   outcome_.cost = SolutionCost(task_.task, dataset_.robot(), outcome_.waypoints, window_costs_);
   if (IsTimed(task_.task)) SolveWays(problem);

@@ -29,8 +29,8 @@ struct SolveSettings {
 /// `method.multi_starts` from perturbed ones (docs/readings.md#restarts) until one ends feasible.
 ///
 /// A task that is described so is solved window by window (docs/readings.md#motion-windows); restarts are per window. A
-/// window that exhausts them ends the problem: the outcome holds the waypoints of the windows before it, and its
-/// message names window and term.
+/// window that exhausts them ends the problem: the outcome holds the waypoints of the windows before it and, apart from
+/// them, the best point of that window; its message names window and term.
 ///
 /// Deterministic, but for what a clock or a person stopped: all random draws come from generators seeded by (experiment
 /// seed, task, problem, initialisation, repetition, window, restart), the same for all methods (common random numbers);

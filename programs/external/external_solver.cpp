@@ -52,7 +52,9 @@ SolverResult ExternalSolver::Solve(Program& program, Eigen::VectorXd& x, const S
   progress_lines_ = 0;
   asked_.resize(0);
   seed_ = SeedOf(context);
-  stop_status_ = context.Stopped();
+  if (!budget_end_ && options_.budget_s > 0) budget_end_ = After(options_.budget_s);
+  budget_spent_ = false;
+  stop_status_ = Stopped(context);
   kept_end_ = false;
   program_ = &program;
   slotted_.Reset(program);
@@ -61,6 +63,7 @@ SolverResult ExternalSolver::Solve(Program& program, Eigen::VectorXd& x, const S
   result.value = EvaluateObjective(program, x, scratch_);
   result.feasible = Satisfied(result.value);
   result.status = stop_status_.value_or(Verdict(kept_end_));
+  result.budget_spent = budget_spent_;
   result.iterations = evaluations_;
   CloseHistory(context, first_record, result.value);
   return result;
@@ -89,6 +92,14 @@ void ExternalSolver::StartAnew() {
   }
 }
 
+/// The stop check's answer, and the end of the budget besides.
+std::optional<SolveStatus> ExternalSolver::Stopped(const SolverContext& context) {
+  if (const auto stop = context.Stopped()) return stop;
+  if (!budget_end_ || Clock::now() < *budget_end_) return std::nullopt;
+  budget_spent_ = true;
+  return SolveStatus::kTimeLimit;
+}
+
 void ExternalSolver::RunRounds(int num_waypoints, const SolverContext& context) {
   if (channel_ == nullptr) StartAnew();
   Eigen::VectorXd base = best_.x;
@@ -100,11 +111,13 @@ void ExternalSolver::RunRounds(int num_waypoints, const SolverContext& context) 
     const ObjectiveValue start = best_.value;
     const Eigen::VectorXd best_before = best_.x;
     SolutionReport solution = SolveRound(context);
-    if (!stop_status_ && !solution.waypoints.empty()) solution.x = WayTo(*program_, base, solution.waypoints);
+    if ((!stop_status_ || budget_spent_) && !solution.waypoints.empty())
+      solution.x = WayTo(*program_, base, solution.waypoints);
     claim_ = solution.status;
     const bool new_rows = TakeEnd(solution, start);
+    if (manner_.asks_nothing && !stop_status_) RecordEnd(context);
     got_on = best_.x != best_before;
-    if (manner_.asks_nothing) stop_status_ = stop_status_ ? stop_status_ : context.Stopped();
+    if (manner_.asks_nothing) stop_status_ = stop_status_ ? stop_status_ : Stopped(context);
     if (stop_status_ || claim_ == Claim::kLimit || (Satisfied(best_.value) && !new_rows)) return;
     // Where the new rows have slots, if the best point, before it met them, does not show them.
     base = new_rows ? slotted_.x() : best_.x;
@@ -132,9 +145,9 @@ SolutionReport ExternalSolver::SolveRound(const SolverContext& context) {
     if (auto* solution = std::get_if<SolutionReport>(&message)) return std::move(*solution);
     if (auto* request = std::get_if<EvaluateRequest>(&message)) {
       // Asked here, and not only in silence: by effort, at the same request of every repetition.
-      stop_status_ = context.Stopped();
+      stop_status_ = Stopped(context);
       if (stop_status_) return Cancel();
-      Answer(std::move(*request));
+      Answer(std::move(*request), context);
     } else if (const auto* progress = std::get_if<ProgressReport>(&message)) {
       TakeIn(*progress, context);
     } else {
@@ -148,7 +161,7 @@ SolverMessage ExternalSolver::Await(const SolverContext& context) {
   for (;;) {
     const Clock::time_point now = Clock::now();
     // Also between lines of one that never pauses.
-    if (const auto stop = context.Stopped(); stop && *stop != SolveStatus::kEffortLimit) {
+    if (const auto stop = Stopped(context); stop && *stop != SolveStatus::kEffortLimit) {
       stop_status_ = stop;
       return ProgressReport{};
     }
@@ -161,7 +174,7 @@ SolverMessage ExternalSolver::Await(const SolverContext& context) {
 
 void ExternalSolver::Send(const std::string& line) { channel_->Send(line, After(manner_.silence_s)); }
 
-void ExternalSolver::Answer(EvaluateRequest request) {
+void ExternalSolver::Answer(EvaluateRequest request, const SolverContext& context) {
   ++evaluations_;
   request.x = request.x.cwiseMax(slotted_.lower()).cwiseMin(slotted_.upper());
   repeats_ = asked_.size() == request.x.size() && asked_ == request.x ? repeats_ + 1 : 0;
@@ -170,7 +183,13 @@ void ExternalSolver::Answer(EvaluateRequest request) {
   }
   asked_ = request.x;
   const bool finite = slotted_.Evaluate(request.x.data());
-  if (finite) NoteBest();
+  if (finite) {
+    const ObjectiveValue& value = slotted_.value();
+    if (evaluations_ == 1 || Better(value, best_.value)) {
+      context.Record({.cost = value.cost, .violation = value.max_violation});
+    }
+    NoteBest();
+  }
   Send(Dump(EvaluationJson(slotted_, request, finite, request.contacts && finite ? Contacts() : nlohmann::json())));
 }
 
@@ -213,10 +232,10 @@ std::optional<SolutionReport> ExternalSolver::AwaitAfterCancel(Clock::time_point
 
 // Where the solver ended is taken when it is no worse than all before, or, as an optimum may lie deeper within the
 // tolerance than what was met before, no worse than the start. True: rows without a slot of their own count there. Of a
-// stopped solve nothing is evaluated any more: its effort is over, or nobody waits for it.
+// solve that was stopped for another reason than its budget nothing is evaluated any more.
 bool ExternalSolver::TakeEnd(const SolutionReport& solution, const ObjectiveValue& start) {
   kept_end_ = false;
-  if (stop_status_) return false;
+  if ((stop_status_ && !budget_spent_) || solution.x.size() == 0) return false;
   const Eigen::VectorXd dx = solution.x.cwiseMax(slotted_.lower()).cwiseMin(slotted_.upper());
   if (!slotted_.Evaluate(dx.data())) return false;
   const ObjectiveValue& end = slotted_.value();
@@ -224,6 +243,13 @@ bool ExternalSolver::TakeEnd(const SolutionReport& solution, const ObjectiveValu
   kept_end_ = optimum ? !Better(start, end) : !Better(best_.value, end);
   if (kept_end_) best_ = {slotted_.x(), slotted_.value()};
   return slotted_.SharedSlotActive(options_.constraint_tolerance);
+}
+
+// Of a solver that cannot ask, each round is one step.
+void ExternalSolver::RecordEnd(const SolverContext& context) {
+  const ObjectiveValue& value = slotted_.value();
+  if (!value.IsFinite()) return;
+  context.Record({.cost = value.cost, .violation = value.max_violation, .accepted = kept_end_});
 }
 
 void ExternalSolver::NoteBest() {

@@ -40,7 +40,11 @@ using ChannelMaker = std::function<std::unique_ptr<LineChannel>()>;
 /// What it says is judged: its point is evaluated here, and the best of all points that it has asked for is returned
 /// where that is better. Term evaluations are counted by the terms. The stop check is asked at each of its requests,
 /// and while it is silent, then for what is no result only (a clock, a person): what ends by effort does so at the same
-/// evaluation whenever it asks for the same ones.
+/// evaluation whenever it asks for the same ones. With a budget of time (budget_s), which all solves of this object
+/// share, the solver is asked for its best point at the end of it, and the result says so.
+///
+/// The history has the progress that the solver reports and each evaluation that is the first one or better than all
+/// before it.
 ///
 /// The solver serves until this goes. Solve throws SolverFault, naming the solver, when it breaks the protocol, is
 /// silent or ends; the next Solve starts it anew.
@@ -64,10 +68,11 @@ class ExternalSolver final : public Solver {
   void NamingTheSolver(const std::function<void()>& talk);
   void StartAnew();
   void Send(const std::string& line);
+  std::optional<SolveStatus> Stopped(const SolverContext& context);
   SolverMessage Await(const SolverContext& context);
   void RunRounds(int num_waypoints, const SolverContext& context);
   SolutionReport SolveRound(const SolverContext& context);
-  void Answer(EvaluateRequest request);
+  void Answer(EvaluateRequest request, const SolverContext& context);
   nlohmann::json Contacts();
   nlohmann::json AtStart();
   std::string SolveLineAbout(const Eigen::VectorXd& base, int round, int num_waypoints);
@@ -75,6 +80,7 @@ class ExternalSolver final : public Solver {
   SolutionReport Cancel();
   std::optional<SolutionReport> AwaitAfterCancel(LineChannel::Clock::time_point deadline);
   bool TakeEnd(const SolutionReport& solution, const ObjectiveValue& start);
+  void RecordEnd(const SolverContext& context);
   void NoteBest();
   bool Satisfied(const ObjectiveValue& value) const { return value.max_violation < options_.constraint_tolerance; }
   bool Better(const ObjectiveValue& a, const ObjectiveValue& b) const;
@@ -94,6 +100,9 @@ class ExternalSolver final : public Solver {
   Eigen::VectorXd asked_;  ///< by the last request
   int repeats_ = 0;        ///< of it, in a row
   std::optional<SolveStatus> stop_status_;
+  std::optional<LineChannel::Clock::time_point>
+      budget_end_;             ///< end of the budget of all solves; empty: no solve has begun, or no budget
+  bool budget_spent_ = false;  ///< the budget ended the present solve
   std::uint64_t seed_ = 0;
   std::vector<double> scratch_;
 };

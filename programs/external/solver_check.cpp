@@ -12,6 +12,7 @@
 #include "legopt/input_error.h"
 #include "legopt/methods/method.h"
 #include "legopt/solve/job_runner.h"
+#include "legopt/terms/task_program.h"
 #include "programs/external/line_channel.h"
 #include "programs/external/protocol.h"
 
@@ -62,6 +63,37 @@ const ProblemDefinition& Shortest(const Dataset& dataset, Task task) {
   return *std::ranges::min_element(problems, {}, [](const auto& problem) { return problem.stances.size(); });
 }
 
+/// "3.2 s" or "40 minutes".
+std::string DurationText(double duration_s) {
+  constexpr double kMinute_s = 60.0, kHour_s = 3600.0, kMany = 2.0;
+  char text[32];
+  if (duration_s >= kMany * kHour_s) {
+    std::snprintf(text, sizeof(text), "%.0f hours", duration_s / kHour_s);
+  } else if (duration_s >= kMany * kMinute_s) {
+    std::snprintf(text, sizeof(text), "%.0f minutes", duration_s / kMinute_s);
+  } else {
+    std::snprintf(text, sizeof(text), "%.2g s", duration_s);
+  }
+  return text;
+}
+
+/// Mean number of windows of the dataset's motions.
+double MeanWindows(const Dataset& dataset) {
+  std::size_t windows = 0;
+  for (const ProblemDefinition& problem : dataset.problems(Task::kMotion)) {
+    windows += StanceWindows(Task::kMotion, static_cast<int>(problem.stances.size())).size();
+  }
+  return static_cast<double>(windows) / static_cast<double>(dataset.problems(Task::kMotion).size());
+}
+
+/// Time of a motion, estimated from its first window.
+std::string DescribeTime(const JobResult& window, const Dataset& dataset) {
+  constexpr double kSecondsPerMicrosecond = 1e-6;
+  const double window_s = static_cast<double>(window.solve.wall_us) * kSecondsPerMicrosecond;
+  return "one window took " + DurationText(window_s) + ", about " + DurationText(window_s * MeanWindows(dataset)) +
+         " a motion";
+}
+
 std::string Describe(const JobResult& result, const Talk& talk) {
   std::string text = std::string(ToString(result.solve.status)) + " after " + std::to_string(talk.evaluations) +
                      (talk.evaluations == 1 ? " evaluation; " : " evaluations; ");
@@ -82,9 +114,9 @@ class Checker {
 
   std::vector<SolverFinding> Run() {
     Try("hello", [this] { return SayHello(); });
-    if (findings_.back().passed) Try("posture", [this] { return SolveAgain(Task::kPosture, &posture_); });
+    if (findings_.back().passed) Try("posture", [this] { return SolvePosture(); });
     if (findings_.back().passed) Try("repeats", [this] { return Repeats(); });
-    if (findings_.back().passed) Try("motion", [this] { return SolveAgain(Task::kMotion, &motion_); });
+    if (findings_.back().passed) Try("motion", [this] { return SolveWindow(); });
     if (findings_.back().passed) Try("cancel", [this] { return ObeysCancel(); });
     return std::move(findings_);
   }
@@ -115,19 +147,32 @@ class Checker {
     return {true, "'" + hello->name + "', version '" + hello->version + "', after " + after};
   }
 
-  JobResult Solve(Task task, std::int64_t effort_limit) {
+  JobResult Solve(Task task, std::int64_t effort_limit, const JobHooks& hooks = {}) {
     talk_ = {};
     Job job;
     job.task = task;
     job.problem_id = Shortest(runner_.dataset(), task).id;
     job.method = Method::Of(solvers_.declarations().front().name, registry_);
     job.effort_limit = effort_limit;
-    return runner_.Run(job);
+    return runner_.Run(job, hooks);
   }
 
-  Outcome SolveAgain(Task task, JobResult* result) {
-    *result = Solve(task, 0);
-    return {true, Describe(*result, talk_)};
+  Outcome SolvePosture() {
+    posture_ = Solve(Task::kPosture, 0);
+    return {true, Describe(posture_, talk_)};
+  }
+
+  /// The first window of a motion: all of them may take hours.
+  Outcome SolveWindow() {
+    bool solved = false;
+    JobHooks hooks;
+    hooks.progress = [&solved](int done, int /*total*/) { solved = done > 0; };
+    hooks.cancelled = [&solved] { return solved; };
+    motion_ = Solve(Task::kMotion, 0, hooks);
+    const std::string evaluations =
+        std::to_string(talk_.evaluations) + (talk_.evaluations == 1 ? " evaluation" : " evaluations");
+    return {true, (solved ? "the first window is solved after " + evaluations : Describe(motion_, talk_)) + "; " +
+                      DescribeTime(motion_, runner_.dataset())};
   }
 
   Outcome Repeats() {

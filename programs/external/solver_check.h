@@ -16,8 +16,9 @@ struct SolverFinding {
   std::string detail;  ///< for people
 };
 
-/// Tries the first of the declared solvers on the dataset's first posture and its shortest motion: it says hello, keeps
-/// to the protocol, finds the same bits again, and obeys `cancel`. Whether it solves anything is told and not demanded.
+/// Tries the first of the declared solvers on the dataset's shortest posture and the first window of its shortest
+/// motion: it says hello, keeps to the protocol, finds the same bits again, and obeys `cancel`. The time of a whole
+/// motion is estimated from that window. Whether it solves anything is told and not demanded.
 /// What cannot be tried after a failure is left out. Throws InputError when the dataset has no problem of a task.
 std::vector<SolverFinding> CheckSolver(ExternalSolvers& solvers, const std::shared_ptr<const Dataset>& dataset);
 

@@ -146,6 +146,19 @@ class Database:
                                 "'legopt doctor --db FILE' checks the database")
         return Waypoints(job, x, names, times)
 
+    def unsolved_window(self, job: int) -> Waypoints | None:
+        """The best point of the window of a motion at which the solver ended, no part of the solution; `first_waypoint` is
+        the number of its first row in the motion. None: all windows are solved, the window was not begun, or the result
+        was made before schema version 11. RequestError: no such job, or it has no result."""
+        facts = self._job(job, "d.joint_names FROM jobs AS j JOIN problems AS p USING (problem_key) "
+                               "JOIN datasets AS d USING (dataset_id) LEFT JOIN results AS r ON r.job_id = j.job_id")
+        stored = self._file.select("SELECT waypoint, x FROM unsolved_waypoints WHERE job_id = ? ORDER BY waypoint", [job])
+        if not stored:
+            return None
+        x = [decode_waypoint(row["x"], f"{self.path}: job {job}") for row in stored]
+        names = json.loads(facts["joint_names"]) if facts["joint_names"] else None
+        return Waypoints(job, x, names, first_waypoint=stored[0]["waypoint"])
+
     def trace(self, job: int) -> Rows:
         """How its solve converged, one row per step that is kept, as `legopt trace`: step, window, restart, start,
         penalty, trust_box, accepted, evaluations, elapsed_us, cost, violation. Of results before schema version 7 a row

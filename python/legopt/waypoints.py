@@ -30,6 +30,7 @@ class Waypoints:
     #: of paths, the solutions of continuous and balanced motions: each row's time in steps from waypoint to waypoint, so
     #: that waypoint w is the row at time w; None: every row is a waypoint
     times: list[float] | None = None
+    first_waypoint: int = 0  #: number of the first row in its motion
 
     def __len__(self) -> int:
         return len(self.x)
@@ -62,7 +63,8 @@ class Waypoints:
     def rows(self) -> Rows:
         """One row per waypoint, a column for each of `names`, and its number; of a path its time in place of that."""
         columns = ["waypoint" if self.times is None else "time", *self.names]
-        places = range(len(self.x)) if self.times is None else self.times
+        first = self.first_waypoint
+        places = range(first, first + len(self.x)) if self.times is None else self.times
         return Rows(columns, (dict(zip(columns, [at, *row], strict=True)) for at, row in zip(places, self.x, strict=True)))
 
     def frame(self) -> pandas.DataFrame:

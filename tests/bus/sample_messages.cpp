@@ -18,6 +18,8 @@ void Agree(legopt_msg::result_request& message) {
   message.waypoints = {1, -2, 3.5, 0, -0.0, 1e300};
   message.num_waypoints = 2;
   message.waypoint_size = 3;
+  message.unsolved = {4, 5.5, -6, 7};
+  message.num_unsolved = 2;
 }
 
 void Agree(legopt_msg::control_request& message) {

@@ -298,7 +298,7 @@ TEST(BenchmarkTable, WhatTheClockEndedIsToldBelow) {
   BenchmarkTable table = Broken();
   table.rows[0].cells[kPostureGood].clock_stopped = 2;
   for (const TableFormat format : {TableFormat::kText, TableFormat::kMarkdown, TableFormat::kLatex}) {
-    EXPECT_THAT(RenderBenchmarkTable(table, format), HasSubstr("\nThe clock ended 2 jobs before the method did"));
+    EXPECT_THAT(RenderBenchmarkTable(table, format), HasSubstr("\nThe clock ended 2 jobs (the wall-time limit"));
     EXPECT_THAT(RenderBenchmarkTable(table, format), HasSubstr("legopt retry 3 "));
     EXPECT_THAT(RenderBenchmarkTable(Broken(), format), Not(HasSubstr("clock")));
   }

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -125,7 +126,12 @@ TEST(ExportedMotions, KeepEveryBitAndArePartlyExportedWhenPartlySolved) {
   experiment.num_waypoints = static_cast<int>(whole.size());
   experiment.methods = {{"SQP", 0, "solid"}, {"SQP", 0, "surface"}};
   experiment.results = {{.method = 0, .problem = problem.id, .verdict = "foot_pose", .waypoints = whole},
-                        {.method = 1, .problem = problem.id, .verdict = "wrong_waypoint_count", .waypoints = part}};
+                        {.method = 1,
+                         .problem = problem.id,
+                         .verdict = "window_unsolved",
+                         .waypoints = part,
+                         .unsolved = {whole.begin() + 10, whole.begin() + 22},
+                         .first_unsolved = 10}};
   TemporaryFolder folder;
   WriteTestDatabase(folder.path() / "test.sqlite", experiment);
   const auto source = OpenResults({(folder.path() / "test.sqlite").string(), {}});
@@ -144,7 +150,12 @@ TEST(ExportedMotions, KeepEveryBitAndArePartlyExportedWhenPartlySolved) {
   const auto report = EvaluateSolutions(file, judge, Rule::kLiteral);
   ASSERT_EQ(report.rows.size(), 2U);
   EXPECT_EQ(report.rows[0].evaluation.literal, Verdict::kFootPose);
-  EXPECT_EQ(report.rows[1].evaluation.literal, Verdict::kWrongWaypointCount);
+  EXPECT_EQ(report.rows[1].evaluation.literal, Verdict::kWrongWaypointCount) << "the unsolved window is no part of it";
+  const auto written = nlohmann::json::parse(std::ifstream(folder.path() / "out.json"));
+  const auto& window = written.at("problems").at(0).at("solution").at(1).at("unsolvedWindow");
+  EXPECT_EQ(window.at("firstWaypoint"), 10);
+  EXPECT_EQ(window.at("x").size(), 12U);
+  EXPECT_FALSE(written.at("problems").at(0).at("solution").at(0).contains("unsolvedWindow"));
   EXPECT_THAT(RenderEvaluation(report, TableFormat::kText), testing::HasSubstr("Between waypoints"));
   ExportFilter surface;
   surface.methods.collision = SceneRepresentation::kSurface;

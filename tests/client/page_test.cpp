@@ -16,8 +16,10 @@
 #include "client/report/reading.h"
 #include "client/report/replaced_file.h"
 #include "legopt/robot/kinematics.h"
+#include "legopt/terms/initial_guess.h"
 #include "page_fixture.h"
 #include "tests/dataset/synthetic_dataset.h"
+#include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
@@ -139,6 +141,57 @@ TEST_F(PageTest, WhatCannotBeWrittenLeavesTheOldFile) {
   EXPECT_EQ(CodeOf([&] { ReplaceFile(folder_.path() / std::string(300, 'p'), "new"); }), ExitCode::kUsage);
   EXPECT_EQ(Read(page), "old");
   EXPECT_EQ(CodeOf([&] { ReplaceFile(folder_.path() / "none" / "page.html", "new"); }), ExitCode::kUsage);
+}
+
+// Two windows of a motion on the embedded dataset, of which the first is solved; and a motion that lost its first one.
+TEST(PageMotions, ShowTheWindowThatWasNotSolvedBehindTheSolvedOnes) {
+  const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
+  const ProblemDefinition& problem = dataset->problems(Task::kMotion).at(0);
+  for (const char* task : {"motion", "continuous"}) {
+    std::vector<Eigen::VectorXd> solved, unsolved;
+    for (int w = 0; w < 22; ++w) {
+      const Stance& stance = problem.stances.at(static_cast<std::size_t>(w / 2));
+      Eigen::VectorXd x = InitialGuess(*dataset, stance, Initialization::kInCollision);
+      if (w >= 10) unsolved.push_back(x);
+      if (IsTimed(ParseWord<Task>(task).value())) {
+        x.conservativeResize(x.size() + 1);
+        x[x.size() - 1] = w;
+      }
+      if (w < 12) solved.push_back(x);
+    }
+    TestExperiment experiment;
+    experiment.dataset_name = dataset->name();
+    experiment.dataset_hash = dataset->content_hash();
+    experiment.task = task;
+    experiment.num_waypoints = 30;
+    experiment.methods = {{"A"}, {"B"}};
+    experiment.results = {{.method = 0,
+                           .problem = problem.id,
+                           .verdict = "window_unsolved",
+                           .waypoints = solved,
+                           .unsolved = unsolved,
+                           .first_unsolved = 10},
+                          {.method = 1, .problem = problem.id, .verdict = "window_unsolved", .unsolved = unsolved}};
+    TemporaryFolder folder;
+    WriteTestDatabase(folder.path() / "results.sqlite", experiment);
+    for (const std::int64_t job : {1, 2}) {
+      ViewRequest request;
+      request.source = {(folder.path() / "results.sqlite").string(), {}};
+      request.job = job;
+      request.dataset = dataset;
+      const std::string text = MakeView(request).text;
+      const Json solution = Json::parse(Block(text, "solutions-0"))[0];
+      EXPECT_EQ(solution["unsolved"]["from"], job == 1 ? 10 : 0) << task;
+      EXPECT_EQ(solution["unsolved"]["waypoints_per_stance"], 2);
+      EXPECT_EQ(solution["waypoints"], job == 1 ? 22 : 12) << "none of them twice";
+      EXPECT_EQ(solution["findings"].size(), job == 1 ? 22U : 12U);
+      const auto x = UnpackWaypoints(Block(text, "motion-0").substr(solution["offset"], solution["bytes"]));
+      for (std::size_t w = 0; w < x.size(); ++w) {
+        const Eigen::VectorXd& stored = job == 1 && w < 10 ? solved[w] : unsolved[job == 1 ? w - 10 : w];
+        EXPECT_LT((x[w] - stored.head(x[w].size())).cwiseAbs().maxCoeff(), 1e-6) << w;
+      }
+    }
+  }
 }
 
 TEST(PageBlock, WaypointsComeBackToHalfATenMillionth) {

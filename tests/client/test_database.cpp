@@ -37,6 +37,13 @@ db::ResultRecord RecordOf(const TestResult& result, int num_waypoints) {
     for (const auto& x : result.waypoints)
       record.waypoints.insert(record.waypoints.end(), x.data(), x.data() + x.size());
   }
+  if (verdict != Verdict::kWindowUnsolved) return record;
+  record.windows = 3;
+  record.windows_solved = 1;
+  record.window_verdict = Verdict::kFootPose;
+  record.first_unsolved = result.first_unsolved;
+  record.num_unsolved = static_cast<int>(result.unsolved.size());
+  for (const auto& x : result.unsolved) record.unsolved.insert(record.unsolved.end(), x.begin(), x.end());
   return record;
 }
 

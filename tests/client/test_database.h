@@ -26,9 +26,11 @@ struct TestResult {
   std::vector<std::uint8_t> trace = {};
   bool dead = false;  ///< its one attempt ended its process by signal 11 instead
   int repetition = 0;
-  std::int64_t cpu_us = -1;                   ///< negative: as wall_us
-  std::int64_t switches = 0;                  ///< involuntary ones of context
-  SolveStatus status = SolveStatus::kNotRun;  ///< kNotRun: what the verdict suggests
+  std::int64_t cpu_us = -1;                    ///< negative: as wall_us
+  std::int64_t switches = 0;                   ///< involuntary ones of context
+  SolveStatus status = SolveStatus::kNotRun;   ///< kNotRun: what the verdict suggests
+  std::vector<Eigen::VectorXd> unsolved = {};  ///< best point of a second window, with verdict "window_unsolved"
+  int first_unsolved = 0;                      ///< number of its first waypoint
 };
 
 struct TestMethod {

@@ -53,6 +53,10 @@ const std::vector<Planted>& Plants() {
       {"results_are_counted", "UPDATE result_workers SET results = results + 1", "experiment 1"},
       {"taken_result_is_of_an_equal_job", "UPDATE jobs SET taken_from = 2 WHERE job_id = 1", "job 1"},
       {"taken_result_is_that_of_the_solve", "UPDATE jobs SET taken_from = 2 WHERE job_id = 1", "job 1"},
+      {"unsolved_waypoints_have_no_gaps",
+       "INSERT INTO unsolved_waypoints VALUES (1, 5, x'0000000000000000'), (1, 7, x'0000000000000000')", "job 1"},
+      {"unsolved_waypoints_are_of_an_unsolved_window",
+       "INSERT INTO unsolved_waypoints VALUES (1, 5, x'0000000000000000')", "job 1"},
       {"times_are_in_order", "UPDATE attempts SET ended_at_us = 1 WHERE job_id = 1", "job 1"},
   };
   return plants;

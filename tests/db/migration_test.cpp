@@ -18,7 +18,7 @@
 namespace legopt::db {
 namespace {
 
-constexpr int kReleased[] = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+constexpr int kReleased[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
 
 std::string Schema(const std::filesystem::path& path) {
   Connection connection(path, Connection::Mode::kReadOnly);

@@ -27,21 +27,22 @@ ResultRecord DistinctValues() {
       member.assign(3, static_cast<std::uint8_t>(next++));
     } else if constexpr (std::is_same_v<Value, double>) {
       member = 1.0 / next++;
-    } else if constexpr (!std::is_enum_v<Value>) {
+    } else if constexpr (!std::is_enum_v<Value> && !std::is_same_v<Value, std::optional<Verdict>>) {
       member = next++;
     }
   });
   record.solver_status = SolveStatus::kNumericalFailure;
-  record.verdict_literal = Verdict::kSelfCollision;
-  record.verdict_strict = Verdict::kJointLimit;
-  record.verdict_solid = Verdict::kStep;
+  record.verdict_literal = record.verdict_strict = record.verdict_solid = Verdict::kWindowUnsolved;
+  record.window_verdict = Verdict::kStep;
   std::swap(record.windows, record.windows_solved);  // the larger one is the whole
   return record;
 }
 
 template <class Member>
 Value Stored(const Member& member) {
-  if constexpr (std::is_enum_v<Member>) {
+  if constexpr (std::is_same_v<Member, std::optional<Verdict>>) {
+    return std::string(ToString(*member));
+  } else if constexpr (std::is_enum_v<Member>) {
     return std::string(ToString(member));
   } else if constexpr (std::is_integral_v<Member>) {
     return std::int64_t{member};
@@ -104,7 +105,7 @@ TEST_F(ResultColumns, AreNullWhereThereIsNothing) {
   EXPECT_EQ(null, (std::set<std::string>{"solver_cost", "failed_waypoint", "windows", "windows_solved",
                                          "interpolation_environment_depth_m", "interpolation_self_depth_m",
                                          "interpolation_free_share", "trace", "starts", "term_evaluations",
-                                         "collision_queries"}));
+                                         "collision_queries", "window_verdict"}));
 }
 
 TEST_F(ResultColumns, AreKeptOfALateResult) {
@@ -136,7 +137,7 @@ TEST_F(ResultColumns, AreShownInTheirOrder) {
             "cost, time_s, wall_us, cpu_us, "
             "involuntary_context_switches, peak_memory_bytes, foot_violation, com_violation_m, limit_violation, "
             "environment_depth_m, self_depth_literal_m, self_depth_strict_m, solid_depth_m, longest_step_m, windows, "
-            "windows_solved, "
+            "windows_solved, window_verdict, "
             "interpolation_environment_depth_m, interpolation_self_depth_m, interpolation_free_share, attempt, "
             "length(trace) AS trace_bytes");
 }
@@ -164,6 +165,47 @@ TEST(ResultFault, NamesTheColumnAndItsRange) {
   EXPECT_EQ(fault(&ResultRecord::windows_solved, 3), "windows_solved (3) is not within 0 .. windows (0)");
   EXPECT_EQ(fault(&ResultRecord::waypoint_size, 2),
             "the number of waypoint values (3) is not a multiple of waypoint_size (2)");
+}
+
+ResultRecord UnsolvedResult() {
+  ResultRecord record = SampleResult();
+  record.verdict_literal = record.verdict_strict = record.verdict_solid = Verdict::kWindowUnsolved;
+  record.window_verdict = Verdict::kFootPose;
+  record.windows = 3;
+  record.windows_solved = 1;
+  record.first_unsolved = 10;
+  record.num_unsolved = 2;
+  record.unsolved = {1, 2, 3, 4};
+  return record;
+}
+
+TEST(ResultFault, AnUnsolvedWindowIsOneByAllRulesAndLacksAWindow) {
+  const auto fault = [](auto member, auto value) {
+    ResultRecord record = UnsolvedResult();
+    record.*member = value;
+    return FaultOf(record);
+  };
+  EXPECT_EQ(FaultOf(UnsolvedResult()), "");
+  EXPECT_EQ(fault(&ResultRecord::window_verdict, std::optional<Verdict>()), "") << "the window was not begun";
+  EXPECT_EQ(fault(&ResultRecord::verdict_strict, Verdict::kCom), "verdict 'window_unsolved' by some rules only");
+  EXPECT_EQ(fault(&ResultRecord::windows_solved, 3), "verdict 'window_unsolved' with all windows solved");
+  EXPECT_EQ(fault(&ResultRecord::num_unsolved, 3),
+            "the number of unsolved values (4) is not a multiple of num_unsolved (3)");
+  ResultRecord record = SampleResult();
+  record.window_verdict = Verdict::kSuccess;
+  EXPECT_EQ(FaultOf(record), "a window without a solution, but no verdict 'window_unsolved'");
+}
+
+TEST_F(ResultColumns, KeepTheUnsolvedWindowApartFromTheSolution) {
+  Accept(UnsolvedResult());
+  EXPECT_EQ(RowOf("waypoints", "count(*)").at(0), Value(std::int64_t{1}));
+  EXPECT_EQ(RowOf("unsolved_waypoints", "group_concat(waypoint || ':' || hex(x))").at(0),
+            Value(std::string("10:000000000000F03F0000000000000040,11:00000000000008400000000000001040")));
+  EXPECT_EQ(RowOf("experiment_list", "solved").at(0), Value(std::int64_t{0}));
+  EXPECT_EQ(RowOf("benchmark_cells", "solved || '/' || n || coalesce(cost, '-') || coalesce(time_s, '-')").at(0),
+            Value(std::string("0/2--")))
+      << "in no average";
+  EXPECT_EQ(RowOf("failures", "verdict_literal").at(0), Value(std::string("window_unsolved")));
 }
 
 }  // namespace

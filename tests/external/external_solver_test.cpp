@@ -5,9 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <deque>
 #include <limits>
 #include <random>
+#include <thread>
 
 #include "tests/external/scripted_channel.h"
 #include "tests/optimize/analytic_program.h"
@@ -50,8 +52,9 @@ class ExternalSolverTest : public ::testing::Test {
   /// Plays the script to a solver about `program` from x_.
   SolverResult Solve(AnalyticProgram& program, std::deque<ScriptedChannel::Line> script, bool ends = false) {
     ExternalSolver solver(
-        {.declaration = std::string(64, '0')},
-        {.name = "played", .settings = {{"ftol", 1e-6}}, .silence_s = silence_s_, .cancel_grace_s = 0.02}, [&] {
+        {.declaration = std::string(64, '0'), .budget_s = budget_s_},
+        {.name = "played", .settings = {{"ftol", 1e-6}}, .silence_s = silence_s_, .cancel_grace_s = cancel_grace_s_},
+        [&] {
           ++starts_;
           return std::make_unique<ScriptedChannel>(script, &heard_, ends);
         });
@@ -74,7 +77,7 @@ class ExternalSolverTest : public ::testing::Test {
   VectorXd x_ = Vector2d(0.0, 0.0);
   SolverContext context_;
   std::vector<json> heard_;
-  double silence_s_ = 5.0;
+  double silence_s_ = 5.0, cancel_grace_s_ = 0.02, budget_s_ = 0.0;
   int starts_ = 0, solves_ = 1;
 };
 
@@ -219,6 +222,40 @@ TEST_F(ExternalSolverTest, KeepsItsHistory) {
   EXPECT_EQ(history[0].cost, 4.5);
   EXPECT_EQ(history[0].violation, 0.25);
   EXPECT_DOUBLE_EQ(history[1].cost, 2.5) << "the returned point";
+}
+
+TEST_F(ExternalSolverTest, HasAHistoryWithoutReportsOfProgress) {
+  Nearest program;
+  std::vector<IterationRecord> history;
+  context_.history = &history;
+  Solve(program,
+        {Say(kHello), Say(Ask({0, 0})), Say(Ask({0.25, 0.5})), Say(Ask({0.25, 0.25})), Say(End({0, 0}, "failed"))});
+  ASSERT_THAT(history, SizeIs(3));
+  EXPECT_DOUBLE_EQ(history[0].violation, 1.0) << "the first one";
+  EXPECT_DOUBLE_EQ(history[1].violation, 0.25) << "a better one";
+  EXPECT_TRUE(history[2].accepted) << "the returned point";
+}
+
+TEST_F(ExternalSolverTest, IsAskedForItsBestPointAtTheEndOfItsBudget) {
+  Nearest program;
+  budget_s_ = 0.01;
+  cancel_grace_s_ = 60.0;
+  const auto ask_late = [this](const json&) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(2 * budget_s_));
+    return Ask({0, 0});
+  };
+  const SolverResult result = Solve(program, {Say(kHello), ask_late, Say(End({0.5, 0.5}, "limit"))});
+  EXPECT_EQ(heard_.back(), (json{{"type", "cancel"}}));
+  EXPECT_EQ(result.status, SolveStatus::kTimeLimit);
+  EXPECT_TRUE(result.budget_spent);
+  EXPECT_TRUE(result.feasible) << "the point that it sent is evaluated and kept";
+  EXPECT_EQ(x_, Vector2d(0.5, 0.5));
+}
+
+TEST_F(ExternalSolverTest, AWallTimeLimitIsNoBudget) {
+  Nearest program;
+  context_.stop = [&] { return heard_.empty() ? std::nullopt : std::optional(SolveStatus::kTimeLimit); };
+  EXPECT_FALSE(Solve(program, {Say(kHello), Say(End({0.5, 0.5}))}).budget_spent);
 }
 
 // A row that appears only at x0 > 1, and has no slot at the start.

@@ -166,7 +166,7 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
 
     async def register(self, endpoint):
         dataset = {"kind": "dataset", "name": "any", "hash": self._hash}
-        hello = await endpoint.call("hello", protocol_version=5, worker_name="test", pid=1, slots=1,
+        hello = await endpoint.call("hello", protocol_version=6, worker_name="test", pid=1, slots=1,
                                     build_id="test", processors=1, capabilities=[dataset])
         self.assertEqual(hello.status, 0, hello.message)
         return {"worker_id": hello.worker_id, "server_instance": hello.server_instance}

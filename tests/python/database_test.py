@@ -140,6 +140,17 @@ class OlderAndOtherResults(unittest.TestCase):
             with self.assertRaisesRegex(legopt.RequestError, "job 2 has a result without a trace"):
                 db.trace(2)
 
+    def test_the_unsolved_window_of_a_motion_is_apart(self):
+        self.assertIsNone(self.db.unsolved_window(1))
+        path = self.changed(
+            "UPDATE results SET verdict_literal = 'window_unsolved', verdict_strict = 'window_unsolved', verdict_solid = "
+            "'window_unsolved', cost = NULL, window_verdict = 'foot_pose' WHERE job_id = 1",
+            "INSERT INTO unsolved_waypoints SELECT 1, 10, x FROM waypoints WHERE job_id = 1 AND waypoint = 0")
+        with legopt.open(path) as db:
+            window = db.unsolved_window(1)
+            self.assertEqual(window.x, db.waypoints(1).x[:1])
+            self.assertEqual(window.rows()[0]["waypoint"], 10)
+
     def test_damaged_traces_and_waypoints_are_named(self):
         path = self.changed(
             "UPDATE results SET trace = CAST(substr(trace, 1, 3) AS BLOB) WHERE job_id = 1",

@@ -27,13 +27,14 @@ WorkLeft TwoMethods() {
 TEST(SecondsPerWaypoint, IsTimeOverWaypointsDealtWith) {
   WorkLeft left = TwoMethods();
   left.kinds[0] = {0, Task::kPosture, 6, 12};
+  left.kinds[1] = {0, Task::kMotion, 30, 50};
   left.running = {{0, 1, 2.0, 0, 0, kLimit_s}, {1, 50, 10.0, 2, 10, kLimit_s}};
   const auto rates = SecondsPerWaypoint(left);
   EXPECT_DOUBLE_EQ(*rates[0], 7.5 / 12) << "a running job adds what it takes longer than expected";
-  EXPECT_DOUBLE_EQ(*rates[1], 10 / 12.5) << "windows count";
+  EXPECT_DOUBLE_EQ(*rates[1], 40 / 62.5) << "windows count";
 }
 
-TEST(SecondsPerWaypoint, BorrowsFromKinButNotFromAnotherTask) {
+TEST(SecondsPerWaypoint, BorrowsFromTheOtherStartAndFromNoOtherMethodOrTask) {
   WorkLeft left;
   left.kinds = {{0, Task::kPosture, 4, 2},
                 {0, Task::kPosture, 0, 0},
@@ -43,8 +44,8 @@ TEST(SecondsPerWaypoint, BorrowsFromKinButNotFromAnotherTask) {
   left.kinds.push_back({3, Task::kPosture, 9, 3});
   const auto rates = SecondsPerWaypoint(left);
   EXPECT_DOUBLE_EQ(*rates[1], 2) << "the same method from the other start";
-  EXPECT_DOUBLE_EQ(*rates[3], 3) << "the other methods took 2, 10 and 3";
-  EXPECT_FALSE(rates[4].has_value());
+  EXPECT_FALSE(rates[3].has_value()) << "another method";
+  EXPECT_FALSE(rates[4].has_value()) << "another task";
 }
 
 TEST(EstimateRemaining, IsNoneWhileNothingRuns) {
@@ -59,8 +60,12 @@ TEST(EstimateRemaining, IsNoneWhileAKindIsUnknown) {
   left.kinds[0] = {0, Task::kPosture, 6, 12};
   left.running = {{0, 1, 0.1, 0, 0, kLimit_s}};
   left.queued = {{0, 1, 10}, {1, 24, 1}};
-  EXPECT_FALSE(EstimateRemaining_s(left).has_value()) << "no motion was ever seen";
+  EXPECT_FALSE(EstimateRemaining_s(left).has_value()) << "no motion has ended";
   left.kinds[3] = {1, Task::kMotion, 48, 24};
+  EXPECT_FALSE(EstimateRemaining_s(left).has_value()) << "only one of the other method";
+  left.running.push_back({1, 24, 10.0, 2, 10, kLimit_s});
+  EXPECT_FALSE(EstimateRemaining_s(left).has_value()) << "windows of a motion that runs are no motion that has ended";
+  left.kinds[1] = {0, Task::kMotion, 48, 24};
   EXPECT_TRUE(EstimateRemaining_s(left).has_value());
 }
 
@@ -76,6 +81,8 @@ TEST(EstimateRemaining, DividesShortJobsBySlots) {
 
 TEST(EstimateRemaining, DoesNotDivideAJob) {
   WorkLeft left = TwoMethods();
+  const double rate = 10.0 / 49.5 * 77 / 100;
+  left.kinds[1] = {0, Task::kMotion, 100 * rate, 100};
   left.running = {{1, 100, 10, 49, 77, kLimit_s}};
   EXPECT_NEAR(*EstimateRemaining_s(left), 10.0 / 49.5 * 27.5, 1e-9) << "one motion, 49 of 77 windows, two slots";
 }

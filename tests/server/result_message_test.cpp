@@ -24,7 +24,9 @@ legopt_msg::result_request DistinctReport() {
   request.verdict_literal = "success";
   request.verdict_strict = "self_collision";
   request.verdict_solid = "containment";
+  request.window_verdict = "joint_limit";
   request.waypoints = {1, 2};
+  request.unsolved = {3, 4};
   request.trace = {3, 4, 5};
   return request;
 }
@@ -64,6 +66,10 @@ TEST(ResultMessage, EveryColumnComesFromTheFieldOfItsName) {
   EXPECT_EQ(record.interpolation_free_share, request.interpolation_free_share);
   EXPECT_EQ(record.windows, request.windows);
   EXPECT_EQ(record.windows_solved, request.windows_solved);
+  EXPECT_EQ(record.window_verdict, Verdict::kJointLimit);
+  EXPECT_EQ(record.first_unsolved, request.first_unsolved);
+  EXPECT_EQ(record.num_unsolved, request.num_unsolved);
+  EXPECT_EQ(record.unsolved, request.unsolved);
   EXPECT_EQ(record.trace, request.trace);
   EXPECT_EQ(record.num_waypoints, request.num_waypoints);
   EXPECT_EQ(record.waypoint_size, request.waypoint_size);

@@ -89,8 +89,7 @@ TEST_F(SchedulerUpkeep, ASuccessThatTheClockStoppedIsCountedOnce) {
 TEST_F(SchedulerUpkeep, FailedAndStoppedJobsAreTriedAgainTogetherAlsoByAnotherServer) {
   Submit(SampleSpec(3));
   Hello(kFirst);
-  for (int attempt = 1; attempt <= 3; ++attempt)
-    Finish(kFirst, LeaseOne(kFirst), ReportedOutcome::kTimeLimit);  // killed at the limit
+  Finish(kFirst, LeaseOne(kFirst), ReportedOutcome::kTimeLimit);  // killed at the limit
   EXPECT_EQ(StateOf(1), JobState::kDead);
   FinishStopped(LeaseOne(kFirst));
   Finish(kFirst, LeaseOne(kFirst));

@@ -104,7 +104,7 @@ TEST_F(UpkeepTest, WhatTheClockStopsAtEveryAttemptIsFlaggedAndTakenUpAgain) {
   EXPECT_EQ(Number("SELECT group_concat(outcome) FROM attempts WHERE job_id = 2"), "time_limit,time_limit");
   EXPECT_EQ(Number("SELECT count(*) FROM results"), "2");
   EXPECT_EQ(Number("SELECT group_concat(job_id) FROM clock_stopped"), "2");
-  ExpectDone(Legopt({"table", id}), "The clock ended 1 job before the method did");
+  ExpectDone(Legopt({"table", id}), "The clock ended 1 job (the wall-time limit");
   ExpectDone(Legopt({"table", id, "--format", "json"}), "\"clock_stopped\": 1");
   EXPECT_THAT(Legopt({"list", id, "--unsolved"}).err, HasSubstr("The clock ended 1 job"));
   ExpectDone(Legopt({"retry", id}), "1 job queued again");

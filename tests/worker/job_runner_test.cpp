@@ -80,19 +80,68 @@ TEST_F(JobRunnerTest, CancellingEndsTheSolve) {
   EXPECT_EQ(RunJob(dataset_, job_, hooks).solve.status, SolveStatus::kCancelled);
 }
 
-TEST_F(JobRunnerTest, AMotionThatLacksWaypointsTellsHowFarItCame) {
-  JobResult result;
-  result.evaluation.literal = Verdict::kWrongWaypointCount;
-  result.evaluation.detail = "20 waypoints instead of 30";
-  result.solve.windows = 3;
-  result.solve.windows_solved = 2;
-  DescribeWindows(&result);
-  EXPECT_EQ(result.evaluation.detail, "20 waypoints instead of 30; 2 of 3 windows solved");
-  EXPECT_EQ(ToMessage(result).windows_solved, 2);
-  EXPECT_EQ(ToMessage(result).windows, 3);
-  result.evaluation.literal = Verdict::kCom;
-  DescribeWindows(&result);
-  EXPECT_EQ(result.evaluation.detail, "20 waypoints instead of 30; 2 of 3 windows solved");
+TEST_F(JobRunnerTest, TheFirstWindowWithoutASolutionIsKeptJudgedAndNamed) {
+  for (const Task task : {Task::kMotion, Task::kContinuous, Task::kBalanced}) {
+    job_.task = task;
+    job_.problem_id = 0;
+    job_.initialization = Initialization::kInCollision;
+    std::get<SqpOptions>(job_.method.options).max_iterations = 1;
+    std::get<SqpOptions>(job_.method.options).max_penalty_iterations = 1;
+    const JobResult result = RunJob(dataset_, job_);
+    const Evaluation& evaluation = result.evaluation;
+    for (const Verdict verdict : {evaluation.literal, evaluation.strict, evaluation.solid}) {
+      EXPECT_EQ(verdict, Verdict::kWindowUnsolved);
+    }
+    ASSERT_TRUE(evaluation.window.has_value());
+    EXPECT_EQ(*evaluation.window, Verdict::kFootPose) << evaluation.detail;
+    EXPECT_TRUE(evaluation.detail.starts_with("window 0 of 3 (stances 0 to 5) unsolved: waypoint "))
+        << evaluation.detail;
+    EXPECT_NE(evaluation.detail.find("off by "), std::string::npos) << "the amount: " << evaluation.detail;
+    EXPECT_NE(evaluation.detail.find("; largest violation in the solver: "), std::string::npos) << evaluation.detail;
+    EXPECT_TRUE(std::isnan(evaluation.cost));
+    EXPECT_GT(evaluation.foot_violation, kPoseTolerance) << "figures of the window's best point";
+    EXPECT_TRUE(result.solve.waypoints.empty()) << "no part of a solution";
+    EXPECT_FALSE(result.solve.history.empty());
+    const auto message = ToMessage(result);
+    EXPECT_EQ(message.verdict_literal, "window_unsolved");
+    EXPECT_EQ(message.window_verdict, "foot_pose");
+    EXPECT_EQ(message.first_unsolved, 0);
+    EXPECT_EQ(message.num_unsolved, 12);
+    EXPECT_EQ(std::ssize(message.unsolved), 12 * dataset_->robot().configuration_size());
+    EXPECT_FALSE(message.trace.empty());
+  }
+}
+
+TEST_F(JobRunnerTest, ALaterWindowIsNumberedAsInTheWholeMotion) {
+  job_.task = Task::kMotion;
+  job_.problem_id = 0;
+  const JobResult whole = RunJob(dataset_, job_);
+  ASSERT_EQ(whole.solve.windows_solved, 3);
+  // Stopped by its effort within the second window, which begins with the last stance of the first one.
+  JobResult part;
+  for (job_.effort_limit = whole.solve.term_evaluations / 2; job_.effort_limit > 0; job_.effort_limit /= 2) {
+    part = RunJob(dataset_, job_);
+    if (part.solve.windows_solved == 1 && part.evaluation.window) break;
+  }
+  ASSERT_EQ(part.solve.windows_solved, 1) << "no such limit";
+  ASSERT_TRUE(part.solve.unsolved.has_value());
+  EXPECT_EQ(part.solve.unsolved->first_stance, 5);
+  EXPECT_EQ(part.solve.unsolved->waypoints.front(), part.solve.waypoints[10]) << "where the first window ended";
+  EXPECT_EQ(part.evaluation.literal, Verdict::kWindowUnsolved);
+  EXPECT_TRUE(part.evaluation.detail.starts_with("window 1 of 3 (stances 5 to 10) unsolved: "))
+      << part.evaluation.detail;
+  if (part.evaluation.failed_waypoint >= 0) EXPECT_GE(part.evaluation.failed_waypoint, 10);
+  EXPECT_EQ(ToMessage(part).first_unsolved, 10);
+  EXPECT_EQ(ToMessage(part).num_waypoints, 12);
+}
+
+TEST_F(JobRunnerTest, ABudgetThatIsSpentIsAResultAndATimeLimitIsNone) {
+  JobResult result = RunJob(dataset_, job_);
+  result.solve.status = SolveStatus::kTimeLimit;
+  EXPECT_EQ(ToMessage(result).outcome, NumberOf(ReportedOutcome::kTimeLimit));
+  result.solve.budget_spent = true;
+  EXPECT_EQ(ToMessage(result).outcome, NumberOf(ReportedOutcome::kFinished));
+  EXPECT_EQ(ToMessage(result).solver_status, "time_limit") << "its mark";
 }
 
 TEST_F(JobRunnerTest, AMotionTellsItsWindowsAndHasItsInterpolationScored) {
@@ -121,8 +170,9 @@ TEST_F(JobRunnerTest, AMotionOutOfTimeKeepsTheWindowsItSolved) {
   const JobResult result = RunJob(dataset_, job_, hooks);
   ASSERT_EQ(result.solve.windows_solved, 1);
   EXPECT_EQ(result.solve.waypoints.size(), 12U);
-  EXPECT_EQ(result.evaluation.literal, Verdict::kWrongWaypointCount);
-  EXPECT_EQ(result.evaluation.detail, "12 waypoints instead of 30; 1 of 3 windows solved");
+  EXPECT_EQ(result.evaluation.literal, Verdict::kWindowUnsolved);
+  EXPECT_EQ(result.evaluation.detail, "window 1 of 3 (stances 5 to 10) not begun: cancelled");
+  EXPECT_FALSE(result.evaluation.window.has_value());
 }
 
 TEST_F(JobRunnerTest, AProblemThatDoesNotExistIsAnInputError) {

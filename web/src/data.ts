@@ -97,7 +97,7 @@ export interface Trace {
 }
 export interface Solution {
   experiment: number; job: number; waypoints: number; encoding: 'd32' | 'f64'; offset: number; bytes: number;
-  malformed?: boolean; failed_waypoint?: number; findings?: Findings[];
+  malformed?: boolean; unsolved?: { from: number; waypoints_per_stance: number }; failed_waypoint?: number; findings?: Findings[];
   between?: [number, number, Overlap[]][]; trace: Trace | null;
   times?: number[];  // of paths: of each configuration, in steps from waypoint to waypoint
   x: Float64Array[];

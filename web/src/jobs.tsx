@@ -92,7 +92,7 @@ export function JobsView({ page, experiment, e, state }: { page: Page; experimen
                   <td>{jobs.problem[i]}{jobs.repetition[i] > 0 && <small> rep {jobs.repetition[i]}</small>}</td>
                   <td>{verdict === 'success' ? '\u2713 success' : MISSING.includes(verdict) ? `\u2026 ${words(verdict)}` : `\u2715 ${words(verdict)}`}</td>
                   <td>{number(jobs.cost[i])}</td>
-                  <td>{jobs.wall_us[i] === null ? '\u2013' : time(jobs.wall_us[i]! / 1e3)}{jobs.contended[i] && <span class="flag" title="others disturbed this run">c</span>}</td>
+                  <td>{jobs.wall_us[i] === null ? '\u2013' : time(jobs.wall_us[i]! / 1e3)}{jobs.contended[i] && <span class="flag" title="others disturbed this run">c</span>}{jobs.status[i] === 'time_limit' && <span class="flag" title="limited by the clock: the solver was asked for its best point when its time was over">time limit</span>}</td>
                   <td>{number(jobs.iterations[i])}</td>
                   <td class="detail" title={jobs.detail[i] ?? ''}>{jobs.detail[i]}</td>
                 </tr>);

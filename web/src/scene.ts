@@ -12,6 +12,7 @@ export interface Layers { convex: boolean; scene: boolean; findings: boolean; st
 
 const TURN = Math.PI / 24, STEEPEST = 1.5, ZOOM = 1.15, MOVE = 0.05;  // effect of one key press; radians, factors
 
+const ATTEMPT = 0xcc79a7;  // the robot in a window that was not solved
 const RED = 0xd55e00, BLUE = 0x0072b2, GREEN = 0x009e73, SKY = 0x56b4e9, YELLOW = 0xe6b800;
 
 const vector = (p: number[]) => new Vector3(p[0], p[1], p[2]);
@@ -252,13 +253,14 @@ export class View {
     });
   }
 
-  drawFindings(findings: Findings | null, overlaps: Overlap[], collides: (o: Overlap) => boolean, x: Float64Array | null): void {
+  /** `attempt`: the robot is at the best point of a window that was not solved. */
+  drawFindings(findings: Findings | null, overlaps: Overlap[], collides: (o: Overlap) => boolean, x: Float64Array | null, attempt: boolean): void {
     this.clear(this.found);
     const paintLink = (index: number, colour: number) => this.links[index]?.exact.concat(this.links[index].convex)
       .forEach((mesh) => (mesh.material as MeshStandardMaterial).color.set(colour));
     this.links.forEach((link) => {
-      link.exact.forEach((mesh) => (mesh.material as MeshStandardMaterial).color.set(0xe4e6ea));
-      link.convex.forEach((mesh) => (mesh.material as MeshStandardMaterial).color.set(0x9fb7c9));
+      link.exact.forEach((mesh) => (mesh.material as MeshStandardMaterial).color.set(attempt ? ATTEMPT : 0xe4e6ea));
+      link.convex.forEach((mesh) => (mesh.material as MeshStandardMaterial).color.set(attempt ? ATTEMPT : 0x9fb7c9));
     });
     for (const overlap of overlaps) {
       const failed = collides(overlap);

@@ -34,9 +34,10 @@ function decisiveViolation(verdict: string | null, findings: Findings | null, co
   const largest = <T,>(list: T[], size: (item: T) => number) => list.reduce<T | null>((best, item) => (best === null || size(item) > size(best) ? item : best), null);
   const depth = (o: Overlap) => o.depth_m ?? o.inside_m;
   const overlapOf = (list: Overlap[]) => { const o = largest(list, depth); return o && (o.points ? { point: o.points[0] } : { link: o.link }); };
-  if (verdict === 'foot_pose') { const foot = largest((findings?.feet ?? []).filter((f) => f.violated), (f) => f.error); if (foot) return { link: foot.link }; }
-  if (verdict === 'com' && findings?.com_violated) return { point: findings.com };
-  if (verdict === 'joint_limit') { const limit = largest((findings?.limits ?? []).filter((l) => l.violated), (l) => l.excess); if (limit) return { link: limit.link }; }
+  const any = verdict === 'window_unsolved';  // which of them, the detail says
+  if (verdict === 'foot_pose' || any) { const foot = largest((findings?.feet ?? []).filter((f) => f.violated), (f) => f.error); if (foot) return { link: foot.link }; }
+  if ((verdict === 'com' || any) && findings?.com_violated) return { point: findings.com };
+  if (verdict === 'joint_limit' || any) { const limit = largest((findings?.limits ?? []).filter((l) => l.violated), (l) => l.excess); if (limit) return { link: limit.link }; }
   if (verdict === 'step' && findings?.step_link) return { link: findings.step_link };
   if (verdict === 'self_collision') return overlapOf(colliding.filter((o) => o.other !== undefined));
   if (verdict === 'environment_collision') return overlapOf(colliding.filter((o) => o.object !== undefined));
@@ -151,7 +152,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
     readSolution(page, subject.experiment, subject.job).then((found) => {
       if (left) return;
       setSolution(found);
-      setAt(state.w !== undefined ? Number(state.w) : found?.failed_waypoint ?? 0);
+      setAt(state.w !== undefined ? Number(state.w) : found?.failed_waypoint ?? found?.unsolved?.from ?? 0);
     }).catch((error) => { if (!left) setFailure(reasonOf(error)); });
     return () => { left = true; };
   }, [subject.experiment, subject.job]);
@@ -193,7 +194,9 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
 
   const x = solution?.x ?? [], last = solution ? lastOf(solution) : 0, place = Math.min(at, last);
   const stances = subject.dataset.problems[subject.task]?.[String(subject.problem)] ?? [];
-  const present = x.length > 0 ? Math.min(stances.length - 1, Math.floor(Math.floor(place + 1e-9) * stances.length / (last + 1))) : 0;
+  const unsolved = solution?.unsolved, attempt = unsolved !== undefined && Math.floor(place + 1e-9) >= unsolved.from;
+  const perStance = unsolved?.waypoints_per_stance ?? (last + 1) / Math.max(1, stances.length);
+  const present = x.length > 0 ? Math.min(stances.length - 1, Math.floor(Math.floor(place + 1e-9) / perStance)) : 0;
   const fraction = place - Math.floor(place + 1e-9) > 1e-6;
   const findings = !fraction ? solution?.findings?.[Math.floor(place + 1e-9)] ?? null : null;
   const overlaps = useMemo(() => (solution ? overlapsAt(solution, place) : []), [solution, place]);
@@ -205,7 +208,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
     const now = solution && x.length > 0 ? configuration(solution, place) : null;
     shown.show(now, ghost && ghost.x.length > 0 ? configuration(ghost, Math.min(place, lastOf(ghost))) : null);
     shown.drawTargets(stances, present);
-    shown.drawFindings(findings, overlaps, failsBy(rule), now);
+    shown.drawFindings(findings, overlaps, failsBy(rule), now, attempt);
     shown.apply();
   }, [ready, solution, ghost, place, layers, rule]);
   useEffect(() => {
@@ -246,6 +249,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
       <h2>{subject.title}</h2>
       <table class="lines facts"><tbody>{subject.facts.map(([name, value]) => <tr key={name}><th scope="row">{name}</th><td>{value}</td></tr>)}</tbody></table>
       {subject.job !== null && solution === null && <p class="note">This file does not hold the solution of job {subject.job}: left out for size, or it has none. <code>legopt view {subject.job}</code> draws it.</p>}
+      {unsolved && <p class="note">{unsolved.from > 0 ? `The motion is solved before waypoint ${unsolved.from}. ` : ''}From waypoint {unsolved.from} on, the robot (in purple) is at the best point that the solver found for the window that it did not solve.</p>}
       {solution?.malformed && <p class="note">Its waypoints have not the robot's size and cannot be drawn.</p>}
       {problem && <p class="note" role="alert">{problem}</p>}
       {ghostFailure && <p class="note" role="alert">Job {ghostJob} cannot be loaded: {ghostFailure}</p>}
@@ -257,12 +261,13 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
           {x.length > 1 && <div class="bar player">
             <button onClick={() => { if (place >= last) setAt(0); setPlaying(!playing); }} aria-label={playing ? 'pause' : 'play'}>{playing ? '\u275a\u275a' : '\u25b6'}</button>
             <input type="range" aria-label="waypoint" min={0} max={last} step={solution?.between || solution?.times ? 1 / SAMPLES : 1} value={place} onInput={(e) => moveTo(Number(e.currentTarget.value))} />
-            <output>waypoint {String(Math.round(place * 100) / 100)} of {last}</output>
+            <output>waypoint {String(Math.round(place * 100) / 100)} of {last}{attempt && ', not solved'}</output>
             <label>speed <select value={speed} onChange={(e) => setSpeed(Number(e.currentTarget.value))}>{[0.25, 0.5, 1, 2, 5].map((s) => <option key={s} value={s}>{s}</option>)}</select></label>
           </div>}
           <div class="bar">
             {solution?.failed_waypoint !== undefined && x.length > 1 && <button onClick={() => moveTo(solution.failed_waypoint!)}>failed waypoint {solution.failed_waypoint}</button>}
             {x.length > 1 && collidingAt.length > 0 && <button onClick={() => moveTo(collidingAt.find((p) => p > place + 1e-3) ?? collidingAt[0])}>next of {collidingAt.length} violations</button>}
+            {unsolved && x.length > 1 && <button onClick={() => moveTo(unsolved.from)}>unsolved window, from waypoint {unsolved.from}</button>}
             <button onClick={() => view.current?.look()}>whole robot</button>
             {x.length > 0 && <button onClick={() => geometryOf(subject.dataset).then((m) => exportMotion(subject.dataset, m, x, solution?.times)).then((glb) => save(`job-${subject.job}.glb`, glb, 'model/gltf-binary'))}>glTF</button>}
             <label>Rule <select value={rule} onChange={(e) => go({ rule: e.currentTarget.value }, true)}>{RULES.map((r) => <option key={r}>{r}</option>)}</select></label>
