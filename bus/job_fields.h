@@ -106,10 +106,12 @@ struct Description<legopt_msg::lease_state> {
 template <>
 struct Description<legopt_msg::heartbeat_request> {
   using M = legopt_msg::heartbeat_request;
-  static constexpr std::tuple kRows{
-      Field{"worker_id", &M::worker_id, AtLeast{1}}, Field{"server_instance", &M::server_instance, AtLeast{1}},
-      Field{"load", &M::load, NanOrFinite{}, &LoadIsPossible<M>},
-      Field{"num_leases", &M::num_leases, CountOf{&M::leases, kMostLeases}}, Field{"leases", &M::leases}};
+  static constexpr std::tuple kRows{Field{"worker_id", &M::worker_id, AtLeast{1}},
+                                    Field{"server_instance", &M::server_instance, AtLeast{1}},
+                                    Field{"load", &M::load, NanOrFinite{}, &LoadIsPossible<M>},
+                                    Field{"leaving", &M::leaving, Range{0, 1}},
+                                    Field{"num_leases", &M::num_leases, CountOf{&M::leases, kMostLeases}},
+                                    Field{"leases", &M::leases}};
 };
 
 template <>

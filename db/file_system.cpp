@@ -47,4 +47,11 @@ std::optional<std::int64_t> FileSystemOf(const std::filesystem::path& file) {
   return static_cast<std::int64_t>(system.f_type) & kWord;
 }
 
+std::optional<DiskSpace> SpaceAt(const std::filesystem::path& file) {
+  std::error_code error;
+  const std::filesystem::space_info space = std::filesystem::space(file, error);
+  if (error) return std::nullopt;
+  return DiskSpace{static_cast<std::int64_t>(space.available), static_cast<std::int64_t>(space.capacity)};
+}
+
 }  // namespace legopt::db

@@ -44,6 +44,15 @@ std::filesystem::path DataFolder() {
                     "set LEGOPT_DATA to it, or give --dataset"});
 }
 
+std::filesystem::path PythonFolder() {
+  std::error_code ignored;
+  for (const char* place : {"../share/legopt/python", "legopt-data/../python", "../legopt-data/../python"}) {
+    const auto folder = std::filesystem::canonical(ProgramFolder() / place, ignored);
+    if (!folder.empty() && std::filesystem::is_regular_file(folder / "legopt" / "solver.py", ignored)) return folder;
+  }
+  return {};
+}
+
 std::filesystem::path DefaultDatasetFolder() { return DataFolder() / kDefaultDataset; }
 
 std::vector<std::filesystem::path> EmbeddedDatasetFolders() {

@@ -13,6 +13,10 @@ std::filesystem::path ProgramFolder();
 /// Throws InputError when none exists. `legopt --help` and `legopt doctor` tell which one it is.
 std::filesystem::path DataFolder();
 
+/// The folder of legopt's Python package, as PYTHONPATH takes it, beside DataFolder(); empty where it was not
+/// installed.
+std::filesystem::path PythonFolder();
+
 /// The embedded default dataset, inside DataFolder(). Throws as it does.
 std::filesystem::path DefaultDatasetFolder();
 

@@ -26,6 +26,7 @@ enum class ExitCode : int {
   kOtherResult = 12,      ///< `replay`: another status or verdict, or none
   kCertificateMismatch = 13,  ///< a certificate of feasibility is about another dataset, or another state of it
   kEngineRefused = 14,        ///< the batch system refuses a pool, does not answer, or has ended all of its workers
+  kNoProgress = 15,           ///< waiting ended by --give-up: nothing moved for so long
   kInternal = 70,             ///< a defect of legopt; please report it
   kMachine = 71,  ///< this machine gave out: no memory, no more processes, or one of the programs is not there
 };
@@ -38,7 +39,7 @@ struct ExitCodeText {
   std::string_view text;
 };
 
-inline constexpr std::array<ExitCodeText, 16> kExitCodeTexts{{
+inline constexpr std::array<ExitCodeText, 17> kExitCodeTexts{{
     {ExitCode::kOk, "done"},
     {ExitCode::kUsage, "wrong usage, bad input file, or output that cannot be written"},
     {ExitCode::kUnreachable, "server unreachable or time-out"},
@@ -53,6 +54,7 @@ inline constexpr std::array<ExitCodeText, 16> kExitCodeTexts{{
     {ExitCode::kOtherResult, "replay: another result"},
     {ExitCode::kCertificateMismatch, "certificate of another dataset"},
     {ExitCode::kEngineRefused, "the batch system refuses or ended the pool"},
+    {ExitCode::kNoProgress, "gave up: nothing moved for the time of --give-up"},
     {ExitCode::kInternal, "a defect of legopt"},
     {ExitCode::kMachine, "out of memory or processes, or a program is missing"},
 }};

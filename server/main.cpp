@@ -15,6 +15,7 @@
 
 #include "bus/field_limits.h"
 #include "bus/lcm_transport.h"
+#include "db/file_system.h"
 #include "db/sqlite_store.h"
 #include "programs/arguments.h"
 #include "programs/build_identity.h"
@@ -26,6 +27,7 @@
 #include "programs/printable.h"
 #include "programs/program_main.h"
 #include "programs/stop_signals.h"
+#include "server/event_outlets.h"
 #include "server/listening.h"
 #include "server/port_claim.h"
 #include "server/server.h"
@@ -46,6 +48,7 @@ struct Arguments {
   programs::NetworkFlags network;
   ListenFlags listen;
   std::optional<std::string> datasets;
+  std::optional<std::string> notify;
   bool verbose = false;
   pid_t owner = 0;
 };
@@ -80,11 +83,13 @@ void WarnAboutNetwork(const bus::LcmTransport& transport) {
 
 // Until a signal or a client stops it; then answers repeats of its last requests for a moment. Before another server
 // of the deployment it stops at once, as in a crash: what was acknowledged is on disk, and its leases run out.
-ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, programs::StopSignals& stop) {
+ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, programs::StopSignals& stop,
+                           EventOutlets& outlets) {
   bool foreign_reported = false;
   const std::array<pollfd, 1> extra{pollfd{stop.descriptor(), POLLIN, 0}};
   while (!server.shutdown_requested() && !stop.Take()) {
     server.Round(kLongestWait, extra);
+    outlets.Work();
     rivals.Look();
     if (!rivals.rival().empty()) {
       spdlog::error("another server answers on this port ({}): stopping before it takes or spoils any more work",
@@ -142,6 +147,9 @@ ExitCode Serve(const Arguments& arguments) {
   options.find_dataset = [&offered](const std::string& hash) {
     return offered.Find(hash, bus::fields::kMostArchiveBytes);
   };
+  EventOutlets outlets(arguments.notify);
+  options.on_event = [&outlets](const db::RecordEvent& event) { outlets.Take(event); };
+  options.disk_space = [database = arguments.database] { return db::SpaceAt(database); };
   Server server(endpoint, *store, &queries, options, WallClock, bus::RandomEndpointId);
   RivalWatch rivals(endpoint, options.scheduler.server_instance);
   server.Work();
@@ -149,7 +157,7 @@ ExitCode Serve(const Arguments& arguments) {
   const auto hub = listener ? Listen(std::move(*listener), network, transport.deployment(), access_file) : nullptr;
   std::cout << "legopt-server ready on " << address << " with database " << programs::Printable(options.database)
             << " (pid " << getpid() << ")" << std::endl;
-  return ServeUntilStopped(server, endpoint, rivals, stop);
+  return ServeUntilStopped(server, endpoint, rivals, stop, outlets);
 }
 
 int Run(int argc, char** argv) {
@@ -166,6 +174,11 @@ int Run(int argc, char** argv) {
       .AddOption("--datasets", arguments.datasets,
                  "Folder of packed datasets ('legopt dataset pack') for workers that do not have them")
       .ValueName("FOLDER");
+  program
+      .AddOption("--notify", arguments.notify,
+                 "Program to start for events that need a person (docs/monitoring.md), with the event as JSON on its "
+                 "standard input; no shell, at most one a second")
+      .ValueName("COMMAND");
   program.AddFlag("-v,--verbose", arguments.verbose, "Log what happens to stderr");
   // For a program that has started us as a part of itself ('legopt run'); not for people.
   program.AddOption("--owner", arguments.owner, "Process whose orders to stop count; no others do").Group("");

@@ -77,6 +77,14 @@ Outlook Outlooks::Of(std::int64_t experiment_id) const {
   return outlook;
 }
 
+std::string Outlooks::Standstill(std::int64_t experiment_id) const {
+  const Experiment* experiment = scheduler_.InMemory(experiment_id);
+  const db::ExperimentSummary& summary = scheduler_.experiments().at(experiment_id);
+  if (experiment == nullptr || summary.state != db::ExperimentState::kActive) return {};
+  const std::string reason = WaitingFor(summary, *experiment);
+  return busy_slots_ > 0 && !reason.empty() && reason == OtherWork(*experiment) ? std::string() : reason;
+}
+
 // --- Why it stands still ---------------------------------------------------------------------------------------------
 
 std::string Outlooks::WaitingFor(const db::ExperimentSummary& summary, const Experiment& experiment) const {

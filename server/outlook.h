@@ -37,6 +37,9 @@ class Outlooks {
   Outlooks(const Scheduler& scheduler, const Instant& now, std::string store_error);
 
   Outlook Of(std::int64_t experiment_id) const;
+  /// Why an active experiment stands still although the service works on no other in its place; empty: it moves, waits
+  /// for its turn, or is over. Cheaper than Of.
+  std::string Standstill(std::int64_t experiment_id) const;
 
  private:
   using Leases = std::vector<LeaseView>;

@@ -42,6 +42,7 @@ Scheduler::Scheduler(const SchedulerOptions& options, db::OpenState state, Token
   }
   for (const db::OpenExperiment& open : state.open) Open(now, open);
   next_scan_ = now.steady + options_.expiry_scan;
+  wall_us_ = now.wall_us;
 }
 
 // Takes an experiment up as the store has it.
@@ -225,6 +226,7 @@ Scheduler::Worker* Scheduler::FindWorker(std::int64_t worker_id, bus::EndpointId
 void Scheduler::Hear(Worker& worker, const Instant& now) {
   worker.last_seen = now.steady;
   worker.record.seen_at_us = now.wall_us;
+  wall_us_ = now.wall_us;
   worker.charged = 0;
 }
 
@@ -282,16 +284,6 @@ void Scheduler::DropLease(const Instant& now, const JobRef& ref) {
   if (ref.experiment->job(ref.index).outcome == db::AttemptOutcome::kFinished) {
     ref.experiment->NoteUse(ref.index, used_us);
   }
-}
-
-std::vector<WorkerStatus> Scheduler::workers() const {
-  std::vector<WorkerStatus> list;
-  for (const auto& [id, worker] : workers_) {
-    if (worker.online || worker.leases > 0) {
-      list.push_back({worker.record, worker.online, worker.last_seen, worker.leases, worker.profile});
-    }
-  }
-  return list;
 }
 
 std::vector<std::pair<std::string_view, std::uint64_t>> SchedulerCounters::Listing() const {

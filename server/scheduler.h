@@ -41,18 +41,20 @@ struct Instant {
 };
 
 struct SchedulerOptions {
-  std::int64_t server_instance = 0;        ///< random, of this server process
-  microseconds lease{10'000'000};          ///< renewed by every heartbeat that lists it
-  microseconds grace{1'500'000};           ///< waited beyond the lease: the worker stops itself first
-  microseconds heartbeat{500'000};         ///< asked of workers; a cancelled job runs on for as long
-  microseconds expiry_scan{100'000};       ///< how often Tick looks for expired leases
-  microseconds sighting{60'000'000};       ///< between writes of a living worker's last sighting
-  microseconds retention{60'000'000};      ///< closed experiments stay in memory for late messages
-  microseconds min_retry{50'000};          ///< told to a worker for which there is no job now
-  microseconds retry_per_worker{2'000};    ///< times the number of workers: bounds the rate of idle requests
-  int max_leases_per_request = 64;         ///< whatever the worker asks for
-  int max_returns_per_job = 16;            ///< attempts given back without charge; further ones are charged
-  std::int64_t max_open_jobs = 4'000'000;  ///< of all active experiments; more is refused at submission
+  std::int64_t server_instance = 0;            ///< random, of this server process
+  microseconds lease{10'000'000};              ///< renewed by every heartbeat that lists it
+  microseconds grace{1'500'000};               ///< waited beyond the lease: the worker stops itself first
+  microseconds heartbeat{500'000};             ///< asked of workers; a cancelled job runs on for as long
+  microseconds expiry_scan{100'000};           ///< how often Tick looks for expired leases
+  microseconds sighting{60'000'000};           ///< between writes of a living worker's last sighting
+  microseconds retention{60'000'000};          ///< closed experiments stay in memory for late messages
+  microseconds min_retry{50'000};              ///< told to a worker for which there is no job now
+  microseconds retry_per_worker{2'000};        ///< times the number of workers: bounds the rate of idle requests
+  microseconds offline_shown{86'400'000'000};  ///< a worker that is gone is listed for as long
+  std::size_t most_offline_shown = 100;        ///< number of such workers
+  int max_leases_per_request = 64;             ///< whatever the worker asks for
+  int max_returns_per_job = 16;                ///< attempts given back without charge; further ones are charged
+  std::int64_t max_open_jobs = 4'000'000;      ///< of all active experiments; more is refused at submission
 };
 
 /// What the scheduler has seen since it was made.
@@ -72,7 +74,8 @@ struct WorkerProfile {
   using Refused = std::map<std::pair<std::string, Task>, std::string>;
 
   Abilities abilities;
-  Refused refused;  ///< (method hash, task) of jobs that it has refused since its hello -> why
+  bool draining = false;  ///< a person has asked it to leave: it gets no more jobs
+  Refused refused;        ///< (method hash, task) of jobs that it has refused since its hello -> why
 
   bool operator==(const WorkerProfile&) const = default;
 };
@@ -80,7 +83,7 @@ struct WorkerProfile {
 struct WorkerStatus {
   db::WorkerRecord record;
   bool online = false;
-  microseconds last_seen{0};
+  microseconds last_seen{0};  ///< steady; 0: not since this server started
   std::int64_t leases = 0;
   WorkerProfile profile;
 };
@@ -167,10 +170,13 @@ class Scheduler {
 
   /// All experiments, by id.
   const std::map<std::int64_t, db::ExperimentSummary>& experiments() const { return summaries_; }
-  /// Workers that were heard of within a lease, and those that still hold leases, by id.
+  /// Workers that were heard of within a lease, those that still hold leases, and of the others the latest ones that
+  /// were heard of within `offline_shown`, by id.
   std::vector<WorkerStatus> workers() const;
   /// Running jobs of an experiment that have told their progress, by job id; at most `most`.
   std::vector<JobProgress> Progress(std::int64_t experiment_id, std::size_t most) const;
+  /// When the oldest lease was given, or taken up by this server; steady. Empty: nothing is leased.
+  std::optional<microseconds> oldest_lease() const;
   /// All leases, in the order in which they were given.
   std::vector<LeaseView> LeasesInOrder() const;
   /// What the jobs of a group need of their worker, the build included.
@@ -202,6 +208,7 @@ class Scheduler {
     microseconds last_seen{0};
     microseconds stored_seen{0};           ///< last_seen when it was last written
     bool online = false;                   ///< set by SetOnline only
+    bool leaving = false;                  ///< it has said that it ends
     int online_slots = 0;                  ///< its part of online_slots_
     std::optional<WorkerProfile> counted;  ///< as which it is counted among the able workers of groups
     std::int64_t leases = 0;
@@ -232,6 +239,7 @@ class Scheduler {
   std::int64_t QueueAgain(Experiment& experiment, bool time_limited);
   legopt_msg::control_reply Rename(const Instant& now, const legopt_msg::control_request& request, Ops& ops);
   legopt_msg::control_reply SetTag(const legopt_msg::control_request& request, Ops& ops);
+  legopt_msg::control_reply DrainWorker(const Instant& now, std::int64_t worker_id, Ops& ops);
   legopt_msg::control_reply Delete(const Instant& now, std::int64_t experiment_id, Ops& ops);
   std::int64_t GiveBackRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops);
   // scheduler_capabilities.cpp
@@ -286,6 +294,7 @@ class Scheduler {
   std::int64_t online_workers_ = 0, online_slots_ = 0;
   microseconds next_scan_{0};
   bool draining_ = false;
+  std::int64_t wall_us_ = 0;  ///< at the last message or tick
   SchedulerCounters counters_;
 };
 

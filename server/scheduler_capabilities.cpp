@@ -47,7 +47,7 @@ bool Scheduler::Admits(const WorkerProfile& worker, const Experiment& experiment
   const auto has = [&worker](const Need& need) { return worker.abilities.Has(need); };
   const db::ExperimentControl& control = summaries_.at(experiment.experiment_id()).control;
   const bool bound = control.builds == BuildRule::kOne && !control.build_id.empty();
-  return std::all_of(group.needs.begin(), group.needs.end(), has) &&
+  return !worker.draining && std::all_of(group.needs.begin(), group.needs.end(), has) &&
          (!bound || has({Need::Kind::kBuild, {}, control.build_id})) &&
          (worker.refused.empty() || !worker.refused.contains({group.method_hash, group.task}));
 }

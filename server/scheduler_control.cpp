@@ -68,6 +68,7 @@ const char* EventOf(ControlAction action) {
 
 legopt_msg::control_reply Scheduler::Control(const Instant& now, const legopt_msg::control_request& request, Ops& ops) {
   const auto action = ControlAction{request.action};
+  if (action == ControlAction::kDrainWorker) return DrainWorker(now, request.experiment_id, ops);
   const auto found = summaries_.find(request.experiment_id);
   if (found == summaries_.end()) {
     // Numbers are given one after the other and never again: this one was there.
@@ -233,6 +234,24 @@ legopt_msg::control_reply Scheduler::SetTag(const legopt_msg::control_request& r
   }
   ops.emplace_back(db::TagExperiment{summary.experiment_id, tag, set});
   return Answer(ControlStatus::kOk, "");
+}
+
+// It learns it from its next heartbeat. Jobs that run there may end.
+legopt_msg::control_reply Scheduler::DrainWorker(const Instant& now, std::int64_t worker_id, Ops& ops) {
+  const auto found = workers_.find(worker_id);
+  const std::string name = "worker " + std::to_string(worker_id);
+  if (found == workers_.end()) return Answer(ControlStatus::kUnknownExperiment, "there is no " + name);
+  Worker& worker = found->second;
+  if (!worker.online) return Answer(ControlStatus::kRefused, name + " is not connected");
+  legopt_msg::control_reply reply = Answer(ControlStatus::kOk, "");
+  reply.num_jobs = worker.leases;
+  if (std::exchange(worker.profile.draining, true)) {
+    reply.message = name + " drains already";
+    return reply;
+  }
+  SetOnline(worker, true);
+  ops.emplace_back(db::RecordEvent{"worker_draining", now.wall_us, {}, {}, worker_id, worker.record.name});
+  return reply;
 }
 
 // Nothing of it is leased. Late reports find nothing; its numbers are never given again.

@@ -36,7 +36,9 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
       now.wall_us};
   // What it has refused stays refused until it announces something else: it would refuse it again.
   Abilities abilities(request);
-  if (!(abilities == worker.profile.abilities)) worker.profile = {std::move(abilities), {}};
+  const bool draining = worker.profile.draining;
+  if (!(abilities == worker.profile.abilities)) worker.profile = {std::move(abilities), draining, {}};
+  worker.leaving = false;
   Hear(worker, now);
   StoreSighting(worker, ops);
   if (!worker.online) {
@@ -72,6 +74,11 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   if (draining_) {
     reply.status = NumberOf(LeaseStatus::kNoMoreWork);
     reply.message = "the server is stopping";
+    return reply;
+  }
+  if (worker->profile.draining) {
+    reply.status = NumberOf(LeaseStatus::kNoneNow);
+    reply.message = "this worker was asked to leave: 'legopt drain'";
     return reply;
   }
   const int wanted = BatchSize(request.max_jobs);
@@ -190,8 +197,10 @@ legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::Endpoi
   if (worker != nullptr) {
     Hear(*worker, now);
     worker->record.load = request.load;
+    worker->leaving = request.leaving != 0;
   }
-  reply.status = NumberOf(registered ? HeartbeatStatus::kOk : HeartbeatStatus::kUnknownWorker);
+  const HeartbeatStatus known = registered && worker->profile.draining ? HeartbeatStatus::kDrain : HeartbeatStatus::kOk;
+  reply.status = NumberOf(registered ? known : HeartbeatStatus::kUnknownWorker);
   for (const legopt_msg::lease_state& held : request.leases) {
     const JobRef ref = FindJob(held.job_id);
     const Job* job = ref.experiment == nullptr ? nullptr : &ref.experiment->job(ref.index);
@@ -226,6 +235,7 @@ std::optional<microseconds> Scheduler::next_deadline() const {
 }
 
 void Scheduler::Tick(const Instant& now, Ops& ops) {
+  wall_us_ = now.wall_us;
   if (now.steady < next_scan_) return;
   CountWork(now.steady - next_scan_ + options_.expiry_scan);
   next_scan_ = now.steady + options_.expiry_scan;
@@ -233,12 +243,13 @@ void Scheduler::Tick(const Instant& now, Ops& ops) {
   const microseconds silence = options_.lease + options_.grace;
   for (auto& [id, worker] : workers_) {
     if (!worker.online) continue;
-    const bool lost = worker.last_seen + silence <= now.steady;
+    const bool lost = worker.leaving || worker.last_seen + silence <= now.steady;
     const bool due = draining_ || lost || worker.stored_seen + options_.sighting <= now.steady;
     if (due && worker.stored_seen != worker.last_seen) StoreSighting(worker, ops);
     if (!lost) continue;
     SetOnline(worker, false);
-    ops.emplace_back(db::RecordEvent{"worker_lost", now.wall_us, {}, {}, id, worker.record.name});
+    const char* kind = worker.leaving ? "worker_left" : "worker_lost";
+    ops.emplace_back(db::RecordEvent{kind, now.wall_us, {}, {}, id, worker.record.name});
   }
   // Closed experiments are forgotten after a while. Their rows are committed long since: late results look there.
   for (auto open = open_.begin(); open != open_.end();) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <set>
 
 #include "server/scheduler.h"
 
@@ -35,6 +36,34 @@ std::vector<LeaseView> Scheduler::LeasesInOrder() const {
         {job_id, experiment->experiment_id(), lease.worker_id, lease.since, lease.progress_done, lease.progress_total});
   }
   return views;
+}
+
+// Workers draw another identity at every start, so that those that are gone add up.
+std::vector<WorkerStatus> Scheduler::workers() const {
+  std::vector<std::pair<std::int64_t, std::int64_t>> gone;  // last seen, id
+  std::set<std::int64_t> shown;
+  for (const auto& [id, worker] : workers_) {
+    if (worker.online || worker.leases > 0) {
+      shown.insert(id);
+    } else if (worker.record.seen_at_us > wall_us_ - options_.offline_shown.count()) {
+      gone.emplace_back(worker.record.seen_at_us, id);
+    }
+  }
+  std::sort(gone.rbegin(), gone.rend());
+  gone.resize(std::min(gone.size(), options_.most_offline_shown));
+  for (const auto& [seen, id] : gone) shown.insert(id);
+  std::vector<WorkerStatus> list;
+  for (const std::int64_t id : shown) {
+    const Worker& worker = workers_.at(id);
+    list.push_back({worker.record, worker.online, worker.last_seen, worker.leases, worker.profile});
+  }
+  return list;
+}
+
+std::optional<microseconds> Scheduler::oldest_lease() const {
+  std::optional<microseconds> oldest;
+  for (const auto& [job_id, lease] : leases_) oldest = oldest ? std::min(*oldest, lease.since) : lease.since;
+  return oldest;
 }
 
 const Experiment* Scheduler::InMemory(std::int64_t experiment_id) const {

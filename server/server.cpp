@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 
 #include "bus/codec.h"
 #include "bus/field_limits.h"
@@ -36,7 +37,8 @@ Server::Server(bus::Endpoint& endpoint, db::Store& store, QueryService* queries,
                   [&store](const db::ResultSearch& search) { return store.FindKnownResults(search); }},
                  Instant{endpoint.now(), wall_clock_()}),
       started_(endpoint.now()),
-      last_commit_(endpoint.now() - options_.commit_interval) {
+      last_commit_(endpoint.now() - options_.commit_interval),
+      watch_(options_.conditions, options_.disk_space) {
   ops_.emplace_back(db::RecordEvent{"server_started", wall_clock_(), {}, {}, {}, options_.version});
   for (const auto& [id, experiment] : scheduler_.experiments()) {
     if (experiment.state == db::ExperimentState::kActive) health_.Begin(id, Counters());
@@ -179,6 +181,7 @@ void Server::ServeStatus() {
         nlohmann::json transport = nlohmann::json::object();
         for (const auto& [name, value] : endpoint_.counters().Listing()) transport[std::string(name)] = value;
         status["server"]["transport"] = std::move(transport);
+        status["server"].update(Figures());
         legopt_msg::status_reply reply{};
         reply.json = Dump(status);
         responder.Reply(EncodeReply(reply));
@@ -250,6 +253,7 @@ void Server::Work() {
   CheckPlace();
   if (store_healthy()) {
     scheduler_.Tick(Now(), ops_);
+    watch_.Look(scheduler_, Now(), store_error_, ops_);
     CommitRound();
   } else if (endpoint_.now() >= store_retry_at_) {
     Commit();
@@ -289,6 +293,7 @@ void Server::Commit() {
     health_.Watch(
         watched_ops_, [this] { return Counters(); }, wall_clock_(), ops_);
   watched_ops_ = ops_.size();
+  const auto begin = std::chrono::steady_clock::now();
   try {
     store_.Apply(ops_);
   } catch (const db::StoreError& error) {
@@ -297,7 +302,12 @@ void Server::Commit() {
     return;
   }
   if (!store_healthy()) spdlog::warn("the database can be used again");
+  const auto took = std::chrono::duration_cast<microseconds>(std::chrono::steady_clock::now() - begin);
+  ++commits_.count;
+  commits_.total += took;
+  commits_.longest = std::max(commits_.longest, took);
   store_error_.clear();
+  PublishEvents();
   ops_.clear();
   watched_ops_ = 0;
   if (ops_.capacity() > kMaxOpsPerCommit) ops_.shrink_to_fit();
@@ -305,6 +315,30 @@ void Server::Commit() {
   tidy_ = false;
   for (Pending& pending : replies_) pending.responder.Reply(std::move(pending.body));
   replies_.clear();
+}
+
+void Server::PublishEvents() const {
+  if (!options_.on_event) return;
+  for (const db::StoreOp& op : ops_) {
+    if (const auto* event = std::get_if<db::RecordEvent>(&op)) options_.on_event(*event);
+  }
+}
+
+// Of this process, for monitoring.
+nlohmann::json Server::Figures() const {
+  const auto seconds = [](microseconds duration) { return std::chrono::duration<double>(duration).count(); };
+  nlohmann::json figures = {{"uptime_s", seconds(endpoint_.now() - started_)},
+                            {"commits", commits_.count},
+                            {"commit_s", seconds(commits_.total)},
+                            {"longest_commit_s", seconds(commits_.longest)},
+                            {"disk_low", watch_.disk_is_low()},
+                            {"disk_free_bytes", nullptr},
+                            {"disk_bytes", nullptr}};
+  if (watch_.disk()) {
+    figures["disk_free_bytes"] = watch_.disk()->free_bytes;
+    figures["disk_bytes"] = watch_.disk()->total_bytes;
+  }
+  return figures;
 }
 
 TransportHealth::Listing Server::Counters() const {

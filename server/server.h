@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "db/store.h"
 #include "legopt_msg/dataset_reply.hpp"
 #include "legopt_msg/dataset_request.hpp"
+#include "server/condition_watch.h"
 #include "server/query_service.h"
 #include "server/scheduler.h"
 #include "server/transport_health.h"
@@ -35,7 +37,11 @@ struct ServerOptions {
   microseconds max_store_retry{2'000'000};
   /// Archive of the dataset with this content hash; null: not handed out. Valid until the next call. Empty: none is.
   std::function<const std::string*(const std::string& hash)> find_dataset = {};
-  std::size_t max_deferred = 4096;  ///< requests kept while the store fails; more are left to their callers
+  /// Each event when it is on disk, in order. Must not wait. Empty: nobody listens.
+  std::function<void(const db::RecordEvent&)> on_event = {};
+  ConditionLimits conditions;                 ///< of which events are made
+  ConditionWatch::DiskSpace disk_space = {};  ///< where the database is; empty: not watched
+  std::size_t max_deferred = 4096;            ///< requests kept while the store fails; more are left to their callers
 };
 
 /// The scheduler on the bus, over a store: messages in, one transaction per round, then the replies.
@@ -107,6 +113,8 @@ class Server {
   void Commit();
   void CheckPlace();
   void StoreFailed(const db::StoreError& error);
+  void PublishEvents() const;
+  nlohmann::json Figures() const;
   TransportHealth::Listing Counters() const;
   void ResumeDeferred();
   Instant Now() const;
@@ -127,6 +135,11 @@ class Server {
   microseconds store_retry_at_{0}, store_retry_after_{0};
   std::deque<Deferred> deferred_;
   microseconds last_commit_{0};
+  struct Commits {
+    std::uint64_t count = 0;
+    microseconds total{0}, longest{0};
+  } commits_;
+  ConditionWatch watch_;
   microseconds next_place_check_{0};
   bool tidy_ = true;
   std::map<std::int64_t, bus::Responder> open_queries_;

@@ -94,9 +94,13 @@ std::string Joined(const std::vector<std::string>& names) {
   return list;
 }
 
+double SecondsOf(microseconds duration) { return static_cast<double>(duration.count()) * kSecondsPerMicrosecond; }
+
 Json WorkerJson(const WorkerStatus& worker, const Instant& now) {
   const Abilities& abilities = worker.profile.abilities;
-  const double silent_s = static_cast<double>((now.steady - worker.last_seen).count()) * kSecondsPerMicrosecond;
+  const std::int64_t silent_us =
+      worker.online ? (now.steady - worker.last_seen).count() : now.wall_us - worker.record.seen_at_us;
+  const double silent_s = static_cast<double>(std::max<std::int64_t>(silent_us, 0)) * kSecondsPerMicrosecond;
   return {{"id", worker.record.worker_id},
           {"name", worker.record.name},
           {"hostname", worker.record.hostname},
@@ -104,7 +108,8 @@ Json WorkerJson(const WorkerStatus& worker, const Instant& now) {
           {"slots", worker.record.slots},
           {"leases", worker.leases},
           {"online", worker.online},
-          {"silent_s", worker.online ? Json(silent_s) : Json()},
+          {"draining", worker.profile.draining},
+          {"silent_s", silent_s},
           {"datasets", Joined(abilities.Names(CapabilityKind::kDataset))},
           {"solvers", Joined(abilities.Names(CapabilityKind::kSolver))},
           {"build", worker.record.build},
@@ -129,8 +134,10 @@ Json StatusJson(const Scheduler& scheduler, std::int64_t experiment_id, const In
   for (const WorkerStatus& worker : scheduler.workers()) workers.push_back(WorkerJson(worker, now));
   Json counters = Json::object();
   for (const auto& [name, value] : scheduler.counters().Listing()) counters[std::string(name)] = value;
+  const auto oldest = scheduler.oldest_lease();
   Json server{{"queued", scheduler.num_queued()},
               {"leased", scheduler.num_leases()},
+              {"oldest_lease_s", oldest ? Json(SecondsOf(now.steady - *oldest)) : Json()},
               {"store_error", store_error},
               {"scheduler", std::move(counters)}};
   return {{"experiments", std::move(experiments)}, {"workers", std::move(workers)}, {"server", std::move(server)}};

@@ -58,16 +58,16 @@ template <>
 inline constexpr auto kWords<DatasetStatus> = Words<DatasetStatus>({{DatasetStatus::kFound, "found"},
                                                                     {DatasetStatus::kUnknown, "unknown"}});
 
-/// heartbeat_reply.status; 1 is not used.
+/// heartbeat_reply.status.
 enum class HeartbeatStatus : std::int32_t {
   kOk,             ///< the worker is registered
-  kUnused,         ///< stands for the number that has no meaning
+  kDrain,          ///< finish what runs, take no more jobs, leave
   kUnknownWorker,  ///< say hello again
 };
 
 template <>
 inline constexpr auto kWords<HeartbeatStatus> = Words<HeartbeatStatus>({{HeartbeatStatus::kOk, "ok"},
-                                                                        {HeartbeatStatus::kUnused, "unused"},
+                                                                        {HeartbeatStatus::kDrain, "drain"},
                                                                         {HeartbeatStatus::kUnknownWorker,
                                                                          "unknown_worker"}});
 
@@ -158,6 +158,7 @@ enum class ControlAction : std::int8_t {
   kUntag,            ///< takes a tag away
   kDelete,           ///< with all its results
   kResumeAnyBuild,   ///< resume, and let workers of any build finish it
+  kDrainWorker,      ///< of a worker: finish what runs, and leave
 };
 
 template <>
@@ -173,6 +174,7 @@ inline constexpr auto kWords<ControlAction> =
                           {ControlAction::kTag, "tag"},
                           {ControlAction::kUntag, "untag"},
                           {ControlAction::kDelete, "delete"},
-                          {ControlAction::kResumeAnyBuild, "resume_any_build"}});
+                          {ControlAction::kResumeAnyBuild, "resume_any_build"},
+                          {ControlAction::kDrainWorker, "drain_worker"}});
 
 }  // namespace legopt

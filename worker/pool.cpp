@@ -417,10 +417,11 @@ void Pool::OnHeartbeatReply(microseconds now, const legopt_msg::heartbeat_reply*
   heartbeat_in_flight_ = false;
   if (reply == nullptr) {
     ServerSilent(now, error);
-  } else if (HeardServer(now); !registration_ || HeartbeatStatus{reply->status} != HeartbeatStatus::kOk ||
+  } else if (HeardServer(now); !registration_ || HeartbeatStatus{reply->status} == HeartbeatStatus::kUnknownWorker ||
                                reply->server_instance != registration_->server_instance) {
     ForgetRegistration(now, "the server has restarted");
   } else if (reply->verdicts.size() == heartbeat_keys_.size()) {
+    if (HeartbeatStatus{reply->status} == HeartbeatStatus::kDrain) DrainForServer(now);
     for (std::size_t i = 0; i < heartbeat_keys_.size(); ++i) {
       const auto it = leases_.find(heartbeat_keys_[i]);
       if (it == leases_.end() || it->second.phase == Phase::kDelivering) continue;  // the result's answer decides

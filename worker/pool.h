@@ -191,7 +191,9 @@ class Pool {
   void Drain(microseconds now, ExitCode exit_code);
   void EndDrain(microseconds now);
   void GiveBackRunning();
+  void SayGoodbye();
   void Finish(ExitCode exit_code);
+  void DrainForServer(microseconds now);
   std::string CausesOfSilence() const;
 
   // pool_jobs.cpp: slots, results

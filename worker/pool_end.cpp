@@ -37,6 +37,14 @@ void Pool::Stop(microseconds now) {
   Advance(now);
 }
 
+// Somebody has asked for it at the server, who is in no hurry: running jobs end by themselves.
+void Pool::DrainForServer(microseconds now) {
+  if (draining_) return;
+  Log(LogLevel::kWarning,
+      "asked to leave by 'legopt drain': " + std::to_string(num_running()) + " running job(s) may finish");
+  Drain(now, ExitCode::kOk);
+}
+
 void Pool::Drain(microseconds now, ExitCode exit_code) {
   if (draining_) return;
   draining_ = true;
@@ -63,9 +71,21 @@ void Pool::GiveBackRunning() {
   }
 }
 
+// Nobody waits for an answer: where it is lost, the server finds the worker lost a lease later.
+void Pool::SayGoodbye() {
+  if (!registration_) return;
+  legopt_msg::heartbeat_request request{};
+  request.load = options_.load();
+  request.worker_id = registration_->worker_id;
+  request.server_instance = registration_->server_instance;
+  request.leaving = 1;
+  actions_.emplace_back(CallHeartbeat{std::move(request)});
+}
+
 void Pool::Finish(ExitCode exit_code) {
   if (finished_) return;
   finished_ = true;
+  SayGoodbye();
   actions_.emplace_back(ExitWorker{exit_code});
 }
 

@@ -88,6 +88,7 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddShowCommand(program, invocation);
   AddTraceCommand(program, invocation);
   AddLogsCommand(program, invocation);
+  AddEventsCommand(program, invocation);
   AddCancelCommand(program, invocation);
   AddControlCommands(program, invocation);
   AddDeleteCommand(program, invocation);
@@ -106,6 +107,7 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddImportCommand(program, invocation);
   AddSolverCommand(program, invocation);
   AddDoctorCommand(program, invocation);
+  AddDrainCommand(program, invocation);
   AddPoolCommand(program, invocation);
   AddTapCommand(program, invocation);
   AddKeygenCommand(program, invocation);

@@ -33,6 +33,8 @@ void AddCompareCommand(const programs::Command& program, Invocation* invocation)
 void AddReplayCommand(const programs::Command& program, Invocation* invocation);
 void AddReportCommand(const programs::Command& program, Invocation* invocation);
 void AddViewCommand(const programs::Command& program, Invocation* invocation);
+void AddEventsCommand(const programs::Command& program, Invocation* invocation);
+void AddDrainCommand(const programs::Command& program, Invocation* invocation);
 void AddServeCommand(const programs::Command& program, Invocation* invocation);
 void AddLogsCommand(const programs::Command& program, Invocation* invocation);
 void AddQueryCommand(const programs::Command& program, Invocation* invocation);

@@ -146,6 +146,19 @@ void AddPatienceOption(const programs::Command& command, double* patience_s) {
       .Check(programs::Number(0, kLongest_s));
 }
 
+void AddGiveUpOption(const programs::Command& command, std::optional<double>* give_up_s) {
+  constexpr double kShortest_s = 0.1, kLongest_s = 1e8;
+  command
+      .AddOption("--give-up", *give_up_s,
+                 "Seconds in which nothing moves after which to end with code 15 and the reason (default: wait on)")
+      .ValueName("SECONDS")
+      .Check(programs::Number(kShortest_s, kLongest_s));
+}
+
+std::optional<std::chrono::duration<double>> GiveUpOf(const std::optional<double>& give_up_s) {
+  return give_up_s ? std::optional(std::chrono::duration<double>(*give_up_s)) : std::nullopt;
+}
+
 void AddChargeOption(const programs::Command& command, std::optional<double>* charge_s) {
   constexpr double kLeast_s = 1e-6, kMost_s = 1e9;
   command

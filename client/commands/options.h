@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -44,6 +45,10 @@ void AddTableFormatOption(const programs::Command& command, TableFormat* format)
 void AddTextOrJsonOption(const programs::Command& command, bool* json);
 /// --patience: for who waits for an experiment
 void AddPatienceOption(const programs::Command& command, double* patience_s);
+/// --give-up: for who waits for anything
+void AddGiveUpOption(const programs::Command& command, std::optional<double>* give_up_s);
+/// As a duration.
+std::optional<std::chrono::duration<double>> GiveUpOf(const std::optional<double>& give_up_s);
 /// Where figures go.
 struct PlotOptions {
   bool text = false;

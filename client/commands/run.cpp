@@ -43,6 +43,7 @@ struct RunOptions {
   std::optional<std::string> db;
   bool dry_run = false;
   bool any_build = false;
+  std::optional<double> give_up_s;
   std::optional<std::string> slurm;  // pool file
   std::optional<PoolFile> pool;      // its content
   programs::BuildFacts build;
@@ -131,8 +132,9 @@ Outcome RunExperiment(const Submission& submission, const RunOptions& options, O
       std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers") << options.workers_reason << "; ";
     }
     std::cerr << "Ctrl-C stops and keeps what is done\n";
-    outcome.status = WatchOnTerminal(server, reply.experiment_id,
-                                     {kServerPatience, true, [&pool] { pool.Supervise(); }, !options.pool});
+    outcome.status = WatchOnTerminal(
+        server, reply.experiment_id,
+        {kServerPatience, true, [&pool] { pool.Supervise(); }, !options.pool, GiveUpOf(options.give_up_s)});
   } catch (const ClientError& error) {
     if (error.code() != ExitCode::kInterrupted) throw;
     trouble.ThrowIfAny();
@@ -157,6 +159,7 @@ void PrintNextSteps(const std::string& db, const std::filesystem::path& dataset,
   const std::string dataset_flag = programs::Printable(DatasetFlag(dataset));
   std::cerr << "\nResults: " << programs::Printable(db) << "\n"
             << "  legopt table " << id << flags << " --format latex\n"
+            << "  legopt report " << id << flags << dataset_flag << " --out report.html\n"
             << "  legopt list " << id << flags << " --unsolved\n"
             << "  legopt query \"SELECT * FROM benchmark_table\"" << flags << "\n"
             << "  legopt export " << id << flags << dataset_flag << " --out solutions.json\n";
@@ -277,6 +280,7 @@ void AddRunCommand(const programs::Command& program, Invocation* invocation) {
   command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but start nothing");
   command.AddFlag("--any-build", options->any_build,
                   "Go on with an experiment that another build began; tables then name both");
+  AddGiveUpOption(command, &options->give_up_s);
   AddTableFormatOption(command, &options->format);
   AddRuleOption(command, &options->rule);
   AddTimeUnitOption(command, &options->time_unit);

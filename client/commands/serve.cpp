@@ -9,6 +9,7 @@
 #include "client/serve/http_server.h"
 #include "client/serve/live_blocks.h"
 #include "client/serve/live_state.h"
+#include "client/serve/monitoring.h"
 #include "client/service/interrupt.h"
 #include "client/suite/chosen_files.h"
 #include "programs/checks.h"
@@ -104,7 +105,9 @@ ExitCode Serve(const ServeOptions& options) {
       [&](const HttpRequest& request) {
         return request.path == kState ? std::optional(StateReply(state)) : blocks.AtHand(request);
       },
-      [&](const HttpRequest& request) { return blocks.Make(request); });
+      [&](const HttpRequest& request) {
+        return Monitoring::Answers(request.path) ? Monitoring(options.source).Answer(request) : blocks.Make(request);
+      });
   server.Publish(state.version(), *state.text());
   std::cout << server.url() << std::endl;
   std::cerr << "legopt: serves " << (options.source.db ? programs::Printable(*options.source.db) : "the server")
@@ -139,7 +142,9 @@ void AddServeCommand(const programs::Command& program, Invocation* invocation) {
       .CommaSeparated();
   AddRuleOption(command, &options->rule);
   AddSourceOptions(command, &options->source);
-  command.SetFooter("Prints its address, and ends with 0 when it is interrupted. How to read the page: docs/page.md");
+  command.SetFooter(
+      "Prints its address, and ends with 0 when it is interrupted. How to read the page: docs/page.md. /healthz and "
+      "/metrics are for monitoring: docs/monitoring.md");
   command.WhenChosen([=] {
     options->build = invocation->build;
     invocation->body = [options] { return Serve(*options); };

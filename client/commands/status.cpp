@@ -106,6 +106,11 @@ ExitCode StatusOfServer(const StatusOptions& options) {
   if (const std::string error = StoreError(status); !error.empty()) {
     std::cerr << "legopt: warning: the server cannot write its database: " << programs::Printable(error) << "\n";
   }
+  if (status.value(nlohmann::json::json_pointer("/server/disk_low"), false)) {
+    constexpr std::int64_t kMegabyte = 1'000'000;
+    const auto free = status.at("server").value("disk_free_bytes", std::int64_t{0}) / kMegabyte;
+    std::cerr << "legopt: warning: the disk with the server's database is nearly full: " << free << " MB are free\n";
+  }
   switch (options.format) {
     case ListingFormat::kJson:
       std::cout << JsonText(status) << "\n";

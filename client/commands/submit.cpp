@@ -23,13 +23,15 @@ struct SubmitOptions {
   bool dry_run = false;
   bool wait = false;
   double patience_s = WatchOptions::kDefaultPatience_s;
+  std::optional<double> give_up_s;
   bool json = false;
 };
 
-ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, Seconds patience) {
+ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, const SubmitOptions& options) {
   const InterruptGuard guard;
   try {
-    const auto status = WatchOnTerminal(server, experiment_id, {patience, true, {}, false});
+    const auto status = WatchOnTerminal(server, experiment_id,
+                                        {Seconds(options.patience_s), true, {}, false, GiveUpOf(options.give_up_s)});
     if (const auto hint = FailureHint(status, ""); !hint.empty()) std::cerr << "legopt: " << hint << "\n";
     return OutcomeOf(status);
   } catch (const ClientError& error) {
@@ -102,7 +104,7 @@ ExitCode Submit(const SubmitOptions& options) {
   } else {
     std::cerr << DescribeJobs(submission.spec) << "\n";
   }
-  return options.wait ? Wait(server, reply.experiment_id, Seconds(options.patience_s)) : ExitCode::kOk;
+  return options.wait ? Wait(server, reply.experiment_id, options) : ExitCode::kOk;
 }
 
 }  // namespace
@@ -114,6 +116,7 @@ void AddSubmitCommand(const programs::Command& program, Invocation* invocation) 
   command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but submit nothing");
   command.AddFlag("--wait", options->wait, "Show progress until the experiment is over; its end decides the exit code");
   AddPatienceOption(command, &options->patience_s);
+  AddGiveUpOption(command, &options->give_up_s);
   AddTextOrJsonOption(command, &options->json);
   AddNetworkOptions(command, &options->network);
   command.WhenChosen([=] { invocation->body = [options] { return Submit(*options); }; });

@@ -20,6 +20,7 @@ struct WatchCommandOptions {
   std::optional<std::int64_t> experiment;
   double patience_s = WatchOptions::kDefaultPatience_s;
   double interval_s = 1;
+  std::optional<double> give_up_s;
   bool json = false;
   NetworkOptions network;
 };
@@ -40,7 +41,7 @@ std::int64_t DefaultExperiment(ServerConnection& server) {
 }
 
 WatchOptions HowToWatch(const WatchCommandOptions& options) {
-  return {Seconds(options.patience_s), !options.experiment, {}, false};
+  return {Seconds(options.patience_s), !options.experiment, {}, false, GiveUpOf(options.give_up_s)};
 }
 
 ExitCode WatchAsText(ServerConnection& server, std::int64_t id, const WatchCommandOptions& options) {
@@ -89,13 +90,14 @@ void AddWatchCommand(const programs::Command& program, Invocation* invocation) {
   command.AddOption("ID", options->experiment, "Experiment (default: the newest that runs)")
       .Check(programs::WholeNumber(1));
   AddPatienceOption(command, &options->patience_s);
+  AddGiveUpOption(command, &options->give_up_s);
   AddTextOrJsonOption(command, &options->json);
   command.AddOption("--interval", options->interval_s, "With --format json: seconds between two lines (default 1)")
       .Check(programs::Number(kShortestInterval_s, kLongestInterval_s));
   AddNetworkOptions(command, &options->network);
   command.SetFooter(
       "The exit code tells how it ended: 0 done, 3 the server did not come back, 4 jobs died or could not run, "
-      "6 it came back with another database, 8 cancelled or interrupted.\n"
+      "6 it came back with another database, 8 cancelled or interrupted, 15 nothing moved for --give-up seconds.\n"
       "--format json writes one object per line; the last one has the event \"end\". Fields: "
       "docs/watching.md");
   command.WhenChosen([=] { invocation->body = [options] { return Watch(*options); }; });

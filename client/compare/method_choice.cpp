@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <functional>
 #include <sstream>
 #include <utility>
 
 #include "client/client_error.h"
 #include "legopt/nearest_name.h"
+#include "words/method_name.h"
 
 namespace legopt::client {
 namespace {
@@ -68,8 +70,11 @@ NamedFigures ReadChoice(const std::string& text) {
 std::vector<MethodIdentity> OfName(const std::string& name, std::span<const MethodIdentity> methods) {
   std::vector<MethodIdentity> found;
   for (const MethodIdentity& method : methods) {
-    if (EqualNames(method.name, name)) found.push_back(method);
+    if (IsMethodName(method.name, name)) found.push_back(method);
   }
+  // A method of exactly this name comes before one that has the mark besides.
+  const auto exact = [&name](const MethodIdentity& method) { return EqualNames(method.name, name); };
+  if (std::any_of(found.begin(), found.end(), exact)) std::erase_if(found, std::not_fn(exact));
   return found;
 }
 

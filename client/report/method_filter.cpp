@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cctype>
 #include <set>
+#include <string_view>
 
 #include "client/client_error.h"
 #include "legopt/input/json.h"
 #include "legopt/nearest_name.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
+#include "words/method_name.h"
 
 namespace legopt::client {
 namespace {
@@ -76,7 +78,8 @@ std::string ExperimentMethods::Condition(const MethodFilter& filter) const {
     for (const std::size_t row : kept) {
       const std::string text = TextOf(methods_.At(row, column));
       if (std::find(known.begin(), known.end(), text) == known.end()) known.push_back(text);
-      if (Lower(text) == Lower(*value)) fitting.push_back(row);
+      const bool is_name = std::string_view(column) == "method";
+      if (is_name ? IsMethodName(text, *value) : Lower(text) == Lower(*value)) fitting.push_back(row);
     }
     if (fitting.empty()) {
       throw ClientError(ExitCode::kUsage, std::string(flag) + " " + *value + ": experiment " +

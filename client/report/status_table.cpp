@@ -173,11 +173,16 @@ std::string Field(const nlohmann::json& worker, const char* key) {
 
 std::string WorkerState(const nlohmann::json& worker) {
   constexpr double kUsualSilence_s = 3;
-  if (!worker.value("online", false)) return "offline";
   const auto silent = worker.find("silent_s");
+  if (!worker.value("online", false)) {
+    return silent != worker.end() && silent->is_number()
+               ? "offline, heard " + FormatDuration(Seconds(silent->get<double>())) + " ago"
+               : "offline";
+  }
   if (silent != worker.end() && silent->is_number() && silent->get<double>() > kUsualSilence_s) {
     return "silent for " + FormatDuration(Seconds(silent->get<double>()));
   }
+  if (worker.value("draining", false)) return "draining";
   return Field(worker, "datasets").empty() ? "loads its dataset" : "online";
 }
 

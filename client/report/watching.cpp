@@ -65,6 +65,17 @@ void ServerPatience::Silent(Seconds now, const ClientError& error, WatchView& vi
   if (!std::exchange(silent_, true)) view.ServerSilent(silence, patience_);
 }
 
+void ProgressDeadline::Look(Seconds now, const ExperimentStatus& status) {
+  const bool moves = status.over() || status.waiting_for.empty() || status.finished() != finished_;
+  finished_ = status.finished();
+  if (moves || !moved_) moved_ = now;
+  if (!give_up_ || now - *moved_ < *give_up_) return;
+  const std::string id = std::to_string(status.id);
+  throw ClientError(ExitCode::kNoProgress, "experiment " + id + " has not moved for " + FormatDuration(now - *moved_) +
+                                               ": " + status.waiting_for + ". It stays as it is; 'legopt watch " + id +
+                                               "' returns to it, 'legopt cancel " + id + "' ends it");
+}
+
 ExperimentStatus WatchedExperiment::Find(const nlohmann::json& reply) {
   const auto refuse = [this](const std::string& what) {
     return ClientError(ExitCode::kDatabaseUnusable,
@@ -98,7 +109,9 @@ ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experime
                                  const WatchOptions& options) {
   StoreTrouble trouble;
   WatchedExperiment watched(experiment_id, server.address());
-  ServerPatience patience(options.patience, options.has_answered ? std::optional(Now()) : std::nullopt);
+  ProgressDeadline deadline(options.give_up);
+  ServerPatience patience(std::min(options.patience, options.give_up.value_or(options.patience)),
+                          options.has_answered ? std::optional(Now()) : std::nullopt);
   for (int interval_ms = kFirstInterval_ms;; interval_ms = std::min(interval_ms * 2, kInterval_ms)) {
     if (Interrupted()) trouble.ThrowIfAny();
     if (Interrupted()) throw ClientError(ExitCode::kInterrupted, "interrupted");
@@ -118,6 +131,7 @@ ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experime
     trouble.Look(reply, &view);
     view.Show(status);
     if (status.over()) return status;
+    deadline.Look(Now(), status);
     ::poll(nullptr, 0, interval_ms);
   }
 }

@@ -48,6 +48,22 @@ class ServerPatience {
   bool silent_ = false;
 };
 
+/// Ends a wait in which nothing moves. An experiment moves while a slot works on it or a job of it ends; pauses, holds
+/// and a database that cannot be written count as standing still. Times as of ServerPatience.
+class ProgressDeadline {
+ public:
+  /// Throws after `give_up` without progress; empty: never.
+  explicit ProgressDeadline(std::optional<Seconds> give_up) : give_up_(give_up) {}
+
+  /// Takes a look at the experiment. Throws ClientError (kNoProgress) with the reason for which it stands still.
+  void Look(Seconds now, const ExperimentStatus& status);
+
+ private:
+  std::optional<Seconds> give_up_;
+  std::optional<Seconds> moved_;  // last time
+  std::int64_t finished_ = -1;
+};
+
 /// Takes care that a server that comes back still means the same experiment by its id.
 class WatchedExperiment {
  public:
@@ -70,15 +86,16 @@ struct WatchOptions {
   bool has_answered = false;             ///< it has, just now
   std::function<void()> tick = {};       ///< called between two looks, e.g. to see after children
   bool own_workers = false;              ///< the workers are children of ours: while none is connected, they load
+  std::optional<Seconds> give_up = {};   ///< time without progress, or without an answer, after which to end
 };
 
 /// The reason why an experiment waits, for somebody whose own workers are starting: they load the dataset.
 std::string ReasonWithOwnWorkers(const ExperimentStatus& status, const nlohmann::json& reply);
 
 /// Looks at an experiment until it is over and shows it. Returns its last status. Survives a server that is restarted
-/// (ServerPatience, WatchedExperiment: their errors end it). Under an InterruptGuard an interruption throws ClientError
-/// (kInterrupted) at once. Shows a database that the server cannot write; then an interruption, or ten minutes of it,
-/// throw kDatabaseUnusable.
+/// (ServerPatience, WatchedExperiment, ProgressDeadline: their errors end it). Under an InterruptGuard an interruption
+/// throws ClientError (kInterrupted) at once. Shows a database that the server cannot write; then an interruption, or
+/// ten minutes of it, throw kDatabaseUnusable.
 ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experiment_id, WatchView& view,
                                  const WatchOptions& options = {});
 

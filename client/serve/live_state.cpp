@@ -37,13 +37,23 @@ Json ExperimentsOfServer(const nlohmann::json& status) {
   return list;
 }
 
+// Coarse, so that a state in which nothing happens stays the same: null for a worker that is heard as usual.
+Json CoarseAge(const Json& silent_s) {
+  constexpr double kUsual_s = 5, kMinute_s = 60;
+  if (!silent_s.is_number() || silent_s.get<double>() < kUsual_s) return {};
+  const double step_s = silent_s.get<double>() < kMinute_s ? kUsual_s : kMinute_s;
+  return std::floor(silent_s.get<double>() / step_s) * step_s;
+}
+
 Json WorkersOfServer(const nlohmann::json& status) {
   Json list = Json::array();
   for (const auto& worker : status.value("workers", nlohmann::json::array())) {
     Json row;
-    for (const char* member : {"id", "name", "hostname", "slots", "leases", "online", "load", "build_id"}) {
+    for (const char* member :
+         {"id", "name", "hostname", "slots", "leases", "online", "draining", "silent_s", "load", "build_id"}) {
       row[member] = worker.contains(member) ? Json(worker.at(member)) : Json();
     }
+    row["silent_s"] = CoarseAge(row.at("silent_s"));
     list.push_back(std::move(row));
   }
   return list;
@@ -107,6 +117,7 @@ Json LiveState::ReadAll(double now_s) {
   AddRates(now_s, &json["experiments"]);
   ReadFailures();
   json["failures"] = failures_;
+  json["events"] = ReadEvents();
   return json;
 }
 
@@ -119,10 +130,11 @@ Json LiveState::ExperimentsOfFile() {
 
 // Those that have a job: whether others are there, only the server knows.
 Json LiveState::WorkersOfFile() {
-  return RowsOf(
-      source_->Query("SELECT w.worker_id AS id, w.name, w.hostname, w.slots, count(*) AS leases, 1 AS online, NULL AS "
-                     "load, w.build_id FROM attempts AS a JOIN workers AS w USING (worker_id) WHERE a.outcome = "
-                     "'running' GROUP BY w.worker_id ORDER BY w.worker_id"));
+  return RowsOf(source_->Query(
+      "SELECT w.worker_id AS id, w.name, w.hostname, w.slots, count(*) AS leases, 1 AS online, 0 AS draining, "
+      "NULL AS silent_s, NULL AS load, w.build_id FROM attempts AS a JOIN workers AS w USING (worker_id) WHERE "
+      "a.outcome = "
+      "'running' GROUP BY w.worker_id ORDER BY w.worker_id"));
 }
 
 void LiveState::ReadFailures() {
@@ -143,6 +155,17 @@ void LiveState::ReadFailures() {
     if (all.size() < kMostFailures) all.push_back(std::move(old));
   }
   failures_ = std::move(all);
+}
+
+// The newest of those that may change what a person plans.
+Json LiveState::ReadEvents() {
+  constexpr int kMost = 20;
+  return RowsOf(source_->Query(
+      "SELECT at_us, kind, experiment_id AS experiment, job_id AS job, worker_id AS worker, detail FROM events WHERE "
+      "kind "
+      "IN ('worker_lost', 'job_dead', 'job_failed', 'jobs_refused', 'disk_low', 'no_progress', 'experiment_finished') "
+      "ORDER BY event_id DESC LIMIT " +
+      std::to_string(kMost)));
 }
 
 // Jobs that ended in the last minute, or since we look.

@@ -39,6 +39,7 @@ class LiveState {
   nlohmann::ordered_json ExperimentsOfFile();
   nlohmann::ordered_json WorkersOfFile();
   void ReadFailures();
+  nlohmann::ordered_json ReadEvents();
   void AddRates(double now_s, nlohmann::ordered_json* experiments);
 
   SourceOptions options_;

@@ -263,7 +263,7 @@ void KeepMethods(std::vector<std::string> wanted, Suite* suite) {
                        [&](const Method& method) { return LowerCase(method.name) == LowerCase(name); });
   };
   for (std::string& name : wanted) {
-    if (!has(name) && has(name + external::kExternalMark)) name += external::kExternalMark;
+    if (!has(name) && has(name + kExternalMark)) name += kExternalMark;
   }
   Keep(wanted, "--methods", suite->file, &suite->methods, [](const Method& method) { return method.name; });
 }

@@ -12,11 +12,9 @@
 #include "programs/external/declaration.h"
 #include "programs/external/line_channel.h"
 #include "programs/external/solver_launcher.h"
+#include "words/method_name.h"
 
 namespace legopt::external {
-
-/// What stands behind the names of methods with such solvers.
-inline constexpr char kExternalMark[] = " (external)";
 
 /// This machine does not have the solver that a method names: another declaration, other files, or none.
 class SolverUnavailable : public InputError {

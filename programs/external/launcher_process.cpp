@@ -19,6 +19,7 @@
 #include <string>
 #include <utility>
 
+#include "programs/data_folder.h"
 #include "programs/external/launcher_messages.h"
 #include "programs/external/solver_confinement.h"
 #include "programs/process_start.h"
@@ -212,6 +213,15 @@ void AnswerStart(const LaunchRequest& request, std::span<const LaunchCommand> co
   Reply(reply, reply.error == 0 ? &streams : nullptr, process.get());
 }
 
+// Solvers in Python can import legopt.solver. The user's own path comes first.
+void OfferPythonPackage() {
+  const std::string folder = programs::PythonFolder().string();
+  if (folder.empty()) return;
+  const char* path = std::getenv("PYTHONPATH");
+  const std::string before = path == nullptr || *path == '\0' ? std::string() : std::string(path) + ":";
+  ::setenv("PYTHONPATH", (before + folder).c_str(), 1);
+}
+
 // Gives up what belongs to the owner: its handlers, its descriptors but for standard error, its process group.
 void BecomeLauncher(int socket) {
   ::setpgid(0, 0);
@@ -222,6 +232,7 @@ void BecomeLauncher(int socket) {
   ::dup2(nowhere, STDOUT_FILENO);
   if (socket != kLaunchSocket) ::dup3(socket, kLaunchSocket, O_CLOEXEC);
   ::close_range(kLaunchSocket + 1, ~0U, 0);
+  OfferPythonPackage();
   ::setenv("OMP_NUM_THREADS", "1", 1);
   ::setenv("OPENBLAS_NUM_THREADS", "1", 1);
   HideFromOtherProcesses();

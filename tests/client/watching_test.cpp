@@ -64,6 +64,37 @@ TEST(ServerPatience, AServerThatNeverAnsweredIsNotWaitedFor) {
   EXPECT_THAT(view.words, testing::IsEmpty());
 }
 
+ExperimentStatus Waiting(const std::string& reason, std::int64_t done = 0) {
+  ExperimentStatus status;
+  status.id = 3;
+  status.total = 9;
+  status.done = done;
+  status.waiting_for = reason;
+  return status;
+}
+
+TEST(ProgressDeadline, CountsTheTimeInWhichNothingMovesAndNamesTheReason) {
+  ProgressDeadline deadline(Seconds(10));
+  deadline.Look(Seconds(0), Waiting("no worker is connected"));
+  deadline.Look(Seconds(9), Waiting("no worker is connected"));
+  deadline.Look(Seconds(100), Waiting(""));  // a long job runs
+  deadline.Look(Seconds(109), Waiting("no worker has dataset 'x'"));
+  deadline.Look(Seconds(118), Waiting("no worker has dataset 'x'", 1));  // a job has ended in between
+  deadline.Look(Seconds(127), Waiting("no worker has dataset 'x'", 1));
+  try {
+    deadline.Look(Seconds(128), Waiting("no worker has dataset 'x'", 1));
+    FAIL() << "it goes on waiting";
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.code(), ExitCode::kNoProgress);
+    EXPECT_THAT(error.what(), HasSubstr("experiment 3 has not moved for 0:10: no worker has dataset 'x'"));
+  }
+}
+
+TEST(ProgressDeadline, WithoutALimitItWaitsOn) {
+  ProgressDeadline deadline(std::nullopt);
+  for (int i = 0; i < 100; ++i) deadline.Look(Seconds(1e6 * i), Waiting("no worker is connected"));
+}
+
 nlohmann::json Reply(std::int64_t id, const std::string& hash, std::int64_t submitted_at_us) {
   return {
       {"experiments",

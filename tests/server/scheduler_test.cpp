@@ -505,11 +505,12 @@ TEST_F(SchedulerTest, StatusHasTheDocumentedKeys) {
   EXPECT_EQ(keys(alone["kinds"].at(0)), "initialization method queued s_per_waypoint task ");
   EXPECT_EQ(keys(experiment["jobs"]), "cancelled dead done failed leased queued total ");
   EXPECT_EQ(keys(experiment["running"].at(0)), "job progress_done progress_total task worker ");
-  EXPECT_EQ(keys(status["workers"].at(0)),
-            "build build_id datasets hostname id leases load memory_bytes name online pid processor processors "
-            "silent_s slots solvers ");
+  EXPECT_EQ(
+      keys(status["workers"].at(0)),
+      "build build_id datasets draining hostname id leases load memory_bytes name online pid processor processors "
+      "silent_s slots solvers ");
   EXPECT_EQ(keys(status["server"]),
-            "leased queued scheduler store_error ");  // the server adds store_error and transport
+            "leased oldest_lease_s queued scheduler store_error ");  // the server adds store_error and transport
 }
 
 }  // namespace

@@ -10,7 +10,8 @@ export interface LiveExperiment {
 }
 export interface LiveState {
   version: number; source: string; rule: string; error?: string; experiments: LiveExperiment[];
-  workers: { id: number; name: string; hostname: string; slots: number; leases: number; online: boolean | number; load: number | null; build_id: string | null }[];
+  workers: { id: number; name: string; hostname: string; slots: number; leases: number; online: boolean | number; draining?: boolean | number; silent_s?: number | null; load: number | null; build_id: string | null }[];
+  events?: { at_us: number; kind: string; experiment: number | null; job: number | null; worker: number | null; detail: string }[];
   failures: { job: number; experiment: number; method: string; task: string; initialization: string; problem: number; outcome: string; at_us: number }[];
 }
 
@@ -85,6 +86,23 @@ export function useLive(first: Page): { page: Page; live: LiveState | null; lost
 
 const duration = (s: number) => (s >= 5400 ? `${(s / 3600).toFixed(1)} h` : s >= 90 ? `${Math.round(s / 60)} min` : `${Math.round(s)} s`);
 
+/** Behind a worker's name: how it is, when that is not as usual. */
+function workerState(w: LiveState['workers'][number]): string {
+  const heard = w.silent_s ? duration(w.silent_s) : null;
+  if (!w.online) return heard ? ` (offline, heard ${heard} ago)` : ' (offline)';
+  if (heard) return ` (silent for ${heard})`;
+  return w.draining ? ' (draining)' : '';
+}
+
+function EventList({ events }: { events: NonNullable<LiveState['events']> }) {
+  if (events.length === 0) return <p class="none">none</p>;
+  return (
+    <ul class="newest">{events.map((e, i) => (
+      <li key={i}>{new Date(e.at_us / 1000).toLocaleTimeString([], { hour12: false })} <strong class={e.kind === 'experiment_finished' ? '' : 'bad'}>{words(e.kind)}</strong>
+        {e.experiment !== null && `, experiment ${e.experiment}`}{e.job !== null && `, job ${e.job}`}{e.worker !== null && `, worker ${e.worker}`}{e.detail && `: ${e.detail}`}</li>))}</ul>
+  );
+}
+
 /** One line above every view. */
 export function LiveLine({ live, lost, stale, page }: { live: LiveState | null; lost: boolean; stale: string; page: Page }) {
   if (!isLive) return null;
@@ -117,7 +135,8 @@ export function LiveView({ live, page }: { live: LiveState | null; page: Page })
       <h3>Workers ({live.workers.length})</h3>
       {live.workers.length === 0 ? <p class="none">none at work</p>
         : <div class="scroll"><table class="lines"><thead><tr>{['worker', 'host', 'slots', 'jobs', 'load', 'build'].map((h) => <th scope="col" key={h}>{h}</th>)}</tr></thead>
-          <tbody>{live.workers.map((w) => <tr key={w.id} class={w.online ? '' : 'bad'}><th scope="row">{w.name}{w.online ? '' : ' (silent)'}</th><td>{w.hostname}</td><td>{w.slots}</td><td>{w.leases}</td><td>{w.load ?? DASH}</td><td>{w.build_id ?? DASH}</td></tr>)}</tbody></table></div>}
+          <tbody>{live.workers.map((w) => <tr key={w.id} class={w.online && !w.silent_s ? '' : 'bad'}><th scope="row">{w.name}{workerState(w)}</th><td>{w.hostname}</td><td>{w.slots}</td><td>{w.leases}</td><td>{w.load ?? DASH}</td><td>{w.build_id ?? DASH}</td></tr>)}</tbody></table></div>}
+      {live.events && <><h3>Events</h3><EventList events={live.events} /></>}
       <h3>Newest jobs that are not solved, {live.rule} rule</h3>
       {live.failures.length === 0 ? <p class="none">none</p>
         : <ul class="newest">{live.failures.map((f) => (
