@@ -222,7 +222,7 @@ class Scheduler {
   // scheduler.cpp
   void AddExperiment(const db::NewExperiment& rows, ExperimentSpec spec);
   Worker* FindWorker(std::int64_t worker_id, bus::EndpointId sender);
-  static void Hear(Worker& worker, const Instant& now);
+  void Hear(Worker& worker, const Instant& now);
   JobRef FindJob(std::int64_t job_id);
   void SetJobState(Experiment& experiment, std::int64_t index, db::JobState state);
   void Close(const Instant& now, Experiment& experiment, db::ExperimentState state);
