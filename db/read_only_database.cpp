@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <string_view>
+#include <utility>
 
 #include "db/connection.h"
 #include "db/file_state.h"
@@ -166,37 +167,56 @@ class ReadOnlyDatabase::Impl {
   }
 
   QueryResult Query(const std::string& sql, std::span<const Value> parameters, const QueryLimits& limits) {
-    const char* tail = nullptr;
-    const bool limited = limits.time_limit > limits.time_limit.zero();
-    deadline_ = limited ? Clock::now() + limits.time_limit : Clock::time_point::max();
-    RequireOneStatement(sql, &tail);
-    Statement statement(*connection_, sql, false);
-    if (!statement.read_only()) throw StoreError(StoreErrorCode::kBadQuery, kOnlySelect);
-    int parameter = 0;
-    for (const Value& value : parameters) BindValue(statement, ++parameter, value);
     QueryResult result;
-    for (int column = 0; column < statement.num_columns(); ++column) {
-      result.columns.push_back(statement.column_name(column));
-    }
     std::size_t bytes = 0;
-    while (Step(statement, limits)) {
-      if (static_cast<std::int64_t>(result.rows.size()) >= limits.max_rows || bytes > limits.max_bytes) {
-        result.truncated = true;
-        break;
-      }
-      std::vector<Value>& row = result.rows.emplace_back();
-      row.reserve(result.columns.size());
-      for (int column = 0; column < statement.num_columns(); ++column) {
-        row.push_back(ValueOf(statement, column));
-        bytes += BytesOf(row.back());
-      }
-    }
+    const auto begin = [&](std::vector<std::string> columns) { result.columns = std::move(columns); };
+    const auto take = [&](std::vector<Value> row) {
+      for (const Value& value : row) bytes += BytesOf(value);
+      result.rows.push_back(std::move(row));
+    };
+    result.truncated = ForEachRow(sql, parameters, limits, begin, take, [&] { return bytes <= limits.max_bytes; });
     return result;
+  }
+
+  bool Stream(const std::string& sql, const QueryLimits& limits, RowSink& sink) {
+    return ForEachRow(
+        sql, {}, limits, [&](const std::vector<std::string>& columns) { sink.Begin(columns); },
+        [&](std::vector<Value> row) { sink.Row(std::move(row)); }, [] { return true; });
   }
 
   void Interrupt() { connection_->Interrupt(); }
 
  private:
+  // True: there is a row more than the limits, or `has_room`, allow.
+  template <class Begin, class Take, class HasRoom>
+  bool ForEachRow(const std::string& sql, std::span<const Value> parameters, const QueryLimits& limits, Begin begin,
+                  Take take, HasRoom has_room) {
+    StartClock(limits);
+    const char* tail = nullptr;
+    RequireOneStatement(sql, &tail);
+    Statement statement(*connection_, sql, false);
+    if (!statement.read_only()) throw StoreError(StoreErrorCode::kBadQuery, kOnlySelect);
+    int parameter = 0;
+    for (const Value& value : parameters) BindValue(statement, ++parameter, value);
+    std::vector<std::string> columns;
+    for (int column = 0; column < statement.num_columns(); ++column) columns.push_back(statement.column_name(column));
+    begin(std::move(columns));
+    for (std::int64_t rows = 0; Step(statement, limits); ++rows) {
+      if (rows >= limits.max_rows || !has_room()) return true;
+      std::vector<Value> row;
+      row.reserve(static_cast<std::size_t>(statement.num_columns()));
+      for (int column = 0; column < statement.num_columns(); ++column) row.push_back(ValueOf(statement, column));
+      take(std::move(row));
+      if (limits.time_is_per_row) StartClock(limits);
+    }
+    return false;
+  }
+
+  void StartClock(const QueryLimits& limits) {
+    const bool limited = limits.time_limit > limits.time_limit.zero();
+    deadline_ = limited ? Clock::now() + limits.time_limit : Clock::time_point::max();
+  }
+
   bool Step(Statement& statement, const QueryLimits& limits) const {
     try {
       return statement.Step();
@@ -268,6 +288,10 @@ ReadOnlyDatabase& ReadOnlyDatabase::operator=(ReadOnlyDatabase&&) noexcept = def
 QueryResult ReadOnlyDatabase::Query(const std::string& sql, std::span<const Value> parameters,
                                     const QueryLimits& limits) {
   return impl_->Query(sql, parameters, limits);
+}
+
+bool ReadOnlyDatabase::Stream(const std::string& sql, const QueryLimits& limits, RowSink& sink) {
+  return impl_->Stream(sql, limits, sink);
 }
 
 QueryResult ReadOnlyDatabase::Query(const std::string& sql, std::int64_t max_rows) {

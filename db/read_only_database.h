@@ -33,6 +33,16 @@ struct QueryLimits {
   std::int64_t max_rows = 1'000'000;
   std::size_t max_bytes = std::size_t{256} << 20U;  ///< of values held in memory
   std::chrono::milliseconds time_limit{60'000};     ///< 0: none
+  bool time_is_per_row = false;  ///< the time limit is that of each row, so that a long answer takes as long as it needs
+};
+
+/// Takes the rows of a query one after the other.
+class RowSink {
+ public:
+  virtual ~RowSink() = default;
+  /// Called once, before the first row.
+  virtual void Begin(const std::vector<std::string>& columns) = 0;
+  virtual void Row(std::vector<Value> row) = 0;
 };
 
 class Connection;
@@ -68,6 +78,9 @@ class ReadOnlyDatabase {
   /// Runs one SELECT; `parameters` are bound to ?1, ?2, ...
   /// Throws StoreError: kBadQuery (with SQLite's message), kInterrupted, kBusy, kIo, kCorrupt.
   QueryResult Query(const std::string& sql, std::span<const Value> parameters = {}, const QueryLimits& limits = {});
+
+  /// The same, row by row: no row is kept. True: more rows existed than `limits.max_rows`; its bytes do not count.
+  bool Stream(const std::string& sql, const QueryLimits& limits, RowSink& sink);
 
   /// The same with a row limit only.
   QueryResult Query(const std::string& sql, std::int64_t max_rows);

@@ -43,7 +43,7 @@ ExitCode CodeOf(const db::StoreError& error) {
     case db::StoreErrorCode::kBadQuery:
       return ExitCode::kUsage;
     case db::StoreErrorCode::kInterrupted:
-      return ExitCode::kUnreachable;
+      return ExitCode::kCutShort;
     case db::StoreErrorCode::kNewerSchema:
       return ExitCode::kNewerDatabase;
     case db::StoreErrorCode::kShortage:

@@ -1,9 +1,14 @@
 #include <iostream>
+#include <limits>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
+#include "client/report/listing_writer.h"
+#include "client/report/terminal.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 
@@ -16,8 +21,8 @@ struct QueryOptions {
   std::string sql;
   SourceOptions source;
   ListingOptions listing;
-  int max_rows = kDefaultMaxRows;
-  double limit_s = ResultSource::kDefaultLimit_s;
+  std::optional<int> max_rows;
+  std::optional<double> limit_s;
 };
 
 void RequireStatement(const std::string& sql) {
@@ -31,18 +36,53 @@ void RequireStatement(const std::string& sql) {
   }
 }
 
+// A file's rows go to a program or file as they are read; everything else is laid out as a whole, in memory.
+bool Streams(const QueryOptions& options) {
+  const ListingFormat format = options.listing.format;
+  return options.source.db && (format == ListingFormat::kCsv || format == ListingFormat::kJson) &&
+         !StandardOutput().is_terminal;
+}
+
+ExitCode ReportRowLimit(std::int64_t rows) {
+  std::cerr << "legopt: cut after " << rows << " rows: --max-rows; raise it\n";
+  return ExitCode::kCutShort;
+}
+
+// Bytes are limited where rows are held in memory, and in a server's answer.
+ExitCode ReportByteLimit(const QueryOptions& options, std::size_t rows) {
+  std::cerr << "legopt: cut after " << rows << " rows: "
+            << (options.source.db ? "the 256 MiB that a result may take in memory; write it with --format csv or json "
+                                    "into a file or pipe, which has no limit\n"
+                                  : "the 48 MiB of a server's answer; ask for fewer rows or columns, or read the "
+                                    "file with --db\n");
+  return ExitCode::kCutShort;
+}
+
+ExitCode StreamRows(const QueryOptions& options, ResultSource& source) {
+  ResultSource::StreamLimits limits;
+  limits.max_rows = options.max_rows ? *options.max_rows : std::numeric_limits<std::int64_t>::max();
+  limits.limit_s = options.limit_s.value_or(ResultSource::kDefaultLimit_s);
+  limits.time_is_per_row = !options.limit_s;
+  const bool csv = options.listing.format == ListingFormat::kCsv;
+  ListingWriter writer(csv ? ListingWriter::Format::kCsv : ListingWriter::Format::kJson, options.listing.columns);
+  return source.Stream(options.sql, limits, writer) ? ReportRowLimit(limits.max_rows) : ExitCode::kOk;
+}
+
 ExitCode Query(const QueryOptions& options) {
   RequireStatement(options.sql);
-  if (options.limit_s == 0 && !options.source.db) {
+  if (options.limit_s == 0.0 && !options.source.db) {
     throw ClientError(ExitCode::kUsage, "--limit 0 (no limit) is for a file, --db; a server runs a query for at most " +
                                             std::to_string(static_cast<int>(ResultSource::kLongestLimit_s)) + " s");
   }
-  const Listing listing = OpenResults(options.source)->Query(options.sql, options.max_rows, options.limit_s);
+  const auto source = OpenResults(options.source);
+  if (Streams(options)) return StreamRows(options, *source);
+  const int max_rows = options.max_rows.value_or(kDefaultMaxRows);
+  const Listing listing =
+      source->Query(options.sql, max_rows, options.limit_s.value_or(ResultSource::kDefaultLimit_s));
   PrintListing(listing, options.listing);
-  if (listing.truncated) {
-    std::cerr << "legopt: only the first " << listing.rows.size() << " rows are shown; raise --max-rows\n";
-  }
-  return ExitCode::kOk;
+  if (!listing.truncated) return ExitCode::kOk;
+  const std::size_t rows = listing.rows.size();
+  return std::cmp_greater_equal(rows, max_rows) ? ReportRowLimit(max_rows) : ReportByteLimit(options, rows);
 }
 
 }  // namespace
@@ -51,11 +91,14 @@ void AddQueryCommand(const programs::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("query", "Run a read-only SQL statement on the results");
   const auto options = std::make_shared<QueryOptions>();
   command.AddOption("SQL", options->sql, "One SELECT, e.g. \"SELECT * FROM benchmark_table\"").Required();
-  command.AddOption("--max-rows", options->max_rows, "Most rows to read (default 100000)")
+  command
+      .AddOption("--max-rows", options->max_rows,
+                 "Maximum number of rows (default 100000; CSV and JSON from --db into a file or pipe: no limit)")
       .Check(programs::WholeNumber(1, ResultSource::kAllRows));
   command
       .AddOption("--limit", options->limit_s,
-                 "Seconds after which the query is stopped (default 30); 0 with --db: never")
+                 "Seconds after which the query is stopped (default 30; CSV and JSON from --db into a file or pipe: 30 "
+                 "for each row); 0 with --db: never")
       .Check(programs::Number(0, ResultSource::kLongestLimit_s));
   AddListingOptions(command, &options->listing);
   AddSourceOptions(command, &options->source);

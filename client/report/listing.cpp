@@ -1,8 +1,9 @@
 #include "client/report/listing.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <map>
+#include <set>
 #include <stdexcept>
 
 #include "client/client_error.h"
@@ -15,9 +16,25 @@
 namespace legopt::client {
 namespace {
 
+// "inf" or "-inf"; empty for every other value. JSON has no number for it, and its "null" would read as SQL's NULL.
+std::string InfinityText(const nlohmann::json& value) {
+  if (!value.is_number_float() || !std::isinf(value.get<double>())) return {};
+  return value.get<double>() > 0 ? "inf" : "-inf";
+}
+
 std::string CsvCell(const nlohmann::json& value) {
   if (value.is_null()) return {};
+  if (const std::string infinity = InfinityText(value); !infinity.empty()) return infinity;
   return CsvField(value.is_string() ? value.get<std::string>() : Dump(value));
+}
+
+nlohmann::ordered_json JsonRow(const std::vector<std::string>& names, const std::vector<nlohmann::json>& cells) {
+  auto object = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::string infinity = InfinityText(cells[i]);
+    object[names[i]] = infinity.empty() ? cells[i] : nlohmann::json(infinity);
+  }
+  return object;
 }
 
 std::string RenderMarkdown(const Listing& listing) {
@@ -40,13 +57,8 @@ std::string RenderMarkdown(const Listing& listing) {
 }
 
 std::string RenderCsv(const Listing& listing) {
-  std::string text;
-  for (std::size_t i = 0; i < listing.columns.size(); ++i) text += (i == 0 ? "" : ",") + CsvField(listing.columns[i]);
-  text += "\n";
-  for (const auto& row : listing.rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) text += (i == 0 ? "" : ",") + CsvCell(row[i]);
-    text += "\n";
-  }
+  std::string text = CsvHeader(DistinctNames(listing.columns));
+  for (const auto& row : listing.rows) text += CsvRow(row);
   return text;
 }
 
@@ -104,19 +116,61 @@ std::string RenderListing(const Listing& listing, ListingFormat format, const Te
   return {};
 }
 
+std::vector<std::string> DistinctNames(const std::vector<std::string>& columns) {
+  std::set<std::string> taken(columns.begin(), columns.end()), used;
+  std::vector<std::string> names;
+  for (const std::string& column : columns) {
+    std::string name = column;
+    for (int count = 2; used.contains(name) || (name != column && taken.contains(name)); ++count) {
+      name = column + "_" + std::to_string(count);
+    }
+    used.insert(name);
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+std::vector<std::size_t> ColumnPositions(const std::vector<std::string>& columns,
+                                         const std::vector<std::string>& kept) {
+  const std::vector<std::string> names = DistinctNames(columns);
+  std::vector<std::size_t> positions;
+  for (const std::string& column : kept) {
+    const auto found = std::find(names.begin(), names.end(), column);
+    if (found == names.end()) {
+      throw ClientError(ExitCode::kUsage,
+                        "--columns: there is no column '" + column + "'; " + SuggestName(column, names));
+    }
+    positions.push_back(static_cast<std::size_t>(found - names.begin()));
+  }
+  return positions;
+}
+
+std::string CsvHeader(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) text += (i == 0 ? "" : ",") + CsvField(names[i]);
+  return text + "\n";
+}
+
+std::string CsvRow(const std::vector<nlohmann::json>& cells) {
+  std::string text;
+  for (std::size_t i = 0; i < cells.size(); ++i) text += (i == 0 ? "" : ",") + CsvCell(cells[i]);
+  return text + "\n";
+}
+
+std::string IndentedJsonRow(const std::vector<std::string>& names, const std::vector<nlohmann::json>& cells) {
+  std::string text = "  ";
+  for (const char c : JsonText(JsonRow(names, cells))) {
+    text += c;
+    if (c == '\n') text += "  ";
+  }
+  return text;
+}
+
 Listing KeepColumns(const Listing& listing, const std::vector<std::string>& columns) {
   Listing kept;
   kept.columns = columns;
   kept.truncated = listing.truncated;
-  std::vector<std::size_t> sources;
-  for (const auto& column : columns) {
-    const auto found = std::find(listing.columns.begin(), listing.columns.end(), column);
-    if (found == listing.columns.end()) {
-      throw ClientError(ExitCode::kUsage,
-                        "--columns: there is no column '" + column + "'; " + SuggestName(column, listing.columns));
-    }
-    sources.push_back(static_cast<std::size_t>(found - listing.columns.begin()));
-  }
+  const std::vector<std::size_t> sources = ColumnPositions(listing.columns, columns);
   for (const auto& row : listing.rows) {
     auto& line = kept.rows.emplace_back();
     for (const std::size_t source : sources) line.push_back(row[source]);
@@ -125,18 +179,9 @@ Listing KeepColumns(const Listing& listing, const std::vector<std::string>& colu
 }
 
 nlohmann::ordered_json ListingToJson(const Listing& listing) {
-  std::vector<std::string> keys;
-  std::map<std::string, int> seen;
-  for (const auto& column : listing.columns) {
-    const int count = ++seen[column];
-    keys.push_back(count == 1 ? column : column + "_" + std::to_string(count));
-  }
+  const std::vector<std::string> names = DistinctNames(listing.columns);
   auto array = nlohmann::ordered_json::array();
-  for (const auto& row : listing.rows) {
-    auto object = nlohmann::ordered_json::object();
-    for (std::size_t i = 0; i < row.size(); ++i) object[keys[i]] = row[i];
-    array.push_back(std::move(object));
-  }
+  for (const auto& row : listing.rows) array.push_back(JsonRow(names, row));
   return array;
 }
 

@@ -49,8 +49,9 @@ Enum Listing::WordAt(std::size_t row, std::string_view column) const {
 ///   stands in a line of its own. Numbers are never broken, nothing is left out. With colour, jobs that are dead or
 ///   failed, and counts of them, are red;
 /// * Markdown: the same cells as a pipe table;
-/// * CSV: RFC 4180 with a header line, full precision, empty for null;
-/// * JSON: an array of objects, full precision; a column name that occurs twice gets the suffix "_2".
+/// * CSV: RFC 4180 with a header line, full precision, empty for null, "inf" or "-inf" for an infinite number;
+/// * JSON: an array of objects, full precision, the texts "inf" and "-inf" for infinite numbers.
+/// In CSV and JSON, columns are named by DistinctNames.
 std::string RenderListing(const Listing& listing, ListingFormat format, const TextLayout& layout = {});
 
 /// One row as lines "name  value", values of several lines indented; null and empty values are left out.
@@ -58,6 +59,18 @@ std::string RenderFields(const Listing& listing, std::size_t row, const TextLayo
 
 /// Only these columns, in this order. Throws ClientError (kUsage) that names one that does not exist and its nearest.
 Listing KeepColumns(const Listing& listing, const std::vector<std::string>& columns);
+
+/// The names with a number behind those that occur again: x, x_2, x_3.
+std::vector<std::string> DistinctNames(const std::vector<std::string>& columns);
+
+/// Where the columns `kept` are among `columns`, by distinct name. Throws ClientError (kUsage) as KeepColumns.
+std::vector<std::size_t> ColumnPositions(const std::vector<std::string>& columns, const std::vector<std::string>& kept);
+
+/// One line of CSV, with its end.
+std::string CsvHeader(const std::vector<std::string>& names);
+std::string CsvRow(const std::vector<nlohmann::json>& cells);
+/// One row as it stands in the JSON array of RenderListing, without the comma and line end behind it.
+std::string IndentedJsonRow(const std::vector<std::string>& names, const std::vector<nlohmann::json>& cells);
 
 /// The rows as an array of JSON objects, as RenderListing prints them.
 nlohmann::ordered_json ListingToJson(const Listing& listing);

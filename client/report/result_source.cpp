@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 #include <utility>
 
 #include "client/client_error.h"
@@ -15,6 +16,24 @@ namespace {
 
 Listing ListingOf(db::JsonRows result) { return {std::move(result.columns), std::move(result.rows), result.truncated}; }
 
+// Rows of a database as those of a listing.
+class WriterSink final : public db::RowSink {
+ public:
+  explicit WriterSink(ListingWriter& writer) : writer_(writer) {}
+  void Begin(const std::vector<std::string>& columns) override {
+    row_.columns = columns;
+    writer_.Begin(db::ToJsonRows(row_).columns);
+  }
+  void Row(std::vector<db::Value> row) override {
+    row_.rows = {std::move(row)};
+    writer_.Row(db::ToJsonRows(row_).rows.front());
+  }
+
+ private:
+  ListingWriter& writer_;
+  db::QueryResult row_;
+};
+
 class FileSource final : public ResultSource {
  public:
   explicit FileSource(const std::string& file) : file_(file), database_(file) {}
@@ -25,6 +44,22 @@ class FileSource final : public ResultSource {
     limits.max_rows = max_rows;
     limits.time_limit = std::chrono::milliseconds(std::llround(limit_s * 1e3));
     return ListingOf(db::ToJsonRows(database_.Query(sql, {}, limits)));
+  }
+
+  bool Stream(const std::string& sql, const StreamLimits& stream_limits, ListingWriter& writer) override {
+    db::QueryLimits limits;
+    limits.max_rows = stream_limits.max_rows;
+    limits.time_limit = std::chrono::milliseconds(std::llround(stream_limits.limit_s * 1e3));
+    limits.time_is_per_row = stream_limits.time_is_per_row;
+    WriterSink sink(writer);
+    try {
+      const bool truncated = database_.Stream(sql, limits, sink);
+      writer.End();
+      return truncated;
+    } catch (const db::StoreError&) {
+      writer.End();
+      throw;
+    }
   }
 
   std::string flags() const override { return " --db " + file_; }
@@ -59,6 +94,10 @@ class ServerSource final : public ResultSource {
 std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options) {
   if (options.db) return std::make_unique<FileSource>(*options.db);
   return std::make_unique<ServerSource>(options.network);
+}
+
+bool ResultSource::Stream(const std::string& /*sql*/, const StreamLimits& /*limits*/, ListingWriter& /*writer*/) {
+  throw std::logic_error("a server's answer is not read row by row");
 }
 
 std::optional<std::string> BlobAt(const Listing& listing, std::size_t row, std::string_view column) {

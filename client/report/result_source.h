@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "client/report/listing.h"
+#include "client/report/listing_writer.h"
 #include "client/service/server_connection.h"
 #include "words/job.h"
 #include "words/split.h"
@@ -30,6 +31,16 @@ class ResultSource {
   virtual Listing Query(const std::string& sql, int max_rows, double limit_s) = 0;
   Listing Query(const std::string& sql, int max_rows) { return Query(sql, max_rows, kDefaultLimit_s); }
   Listing Query(const std::string& sql) { return Query(sql, kAllRows); }
+
+  /// How much Stream reads.
+  struct StreamLimits {
+    std::int64_t max_rows = 0;
+    double limit_s = kDefaultLimit_s;  ///< 0: none
+    bool time_is_per_row = false;      ///< `limit_s` is that of each row
+  };
+  /// Writes the result of one SELECT row by row, and completes the text also where an error ends it. Only for a file:
+  /// a server's answer is one message. True: more rows exist than were written.
+  virtual bool Stream(const std::string& sql, const StreamLimits& limits, ListingWriter& writer);
 
   /// How to name this source in a follow-up command: " --db FILE", or empty for the server.
   virtual std::string flags() const = 0;

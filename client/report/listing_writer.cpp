@@ -1,0 +1,35 @@
+#include "client/report/listing_writer.h"
+
+#include <iostream>
+
+#include "client/client_error.h"
+#include "client/report/json_text.h"
+#include "client/report/listing.h"
+
+namespace legopt::client {
+
+void ListingWriter::Begin(const std::vector<std::string>& columns) {
+  names_ = kept_.empty() ? DistinctNames(columns) : kept_;
+  positions_ = ColumnPositions(columns, names_);
+  begun_ = true;
+  if (format_ == Format::kCsv) std::cout << CsvHeader(names_);
+}
+
+void ListingWriter::Row(const std::vector<nlohmann::json>& row) {
+  if (!std::cout) throw ClientError(ExitCode::kUsage, "standard output cannot be written; is the disk full?");
+  std::vector<nlohmann::json> cells;
+  for (const std::size_t position : positions_) cells.push_back(row[position]);
+  if (format_ == Format::kCsv) {
+    std::cout << CsvRow(cells);
+    return;
+  }
+  std::cout << (any_row_ ? ",\n" : "[\n") << IndentedJsonRow(names_, cells);
+  any_row_ = true;
+}
+
+void ListingWriter::End() {
+  if (!begun_ || format_ == Format::kCsv) return;
+  std::cout << (any_row_ ? "\n]\n" : "[]\n");
+}
+
+}  // namespace legopt::client

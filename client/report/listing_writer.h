@@ -1,0 +1,33 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace legopt::client {
+
+/// Writes a listing as CSV or JSON row by row to standard output, in the bytes of RenderListing, so that its length is
+/// not limited by memory.
+class ListingWriter {
+ public:
+  enum class Format { kCsv, kJson };
+  /// `columns`: only these, in this order; empty: all.
+  ListingWriter(Format format, std::vector<std::string> columns) : format_(format), kept_(std::move(columns)) {}
+
+  /// Throws ClientError (kUsage) for a column to keep that is not among `columns`.
+  void Begin(const std::vector<std::string>& columns);
+  /// Throws ClientError (kUsage) when standard output cannot be written.
+  void Row(const std::vector<nlohmann::json>& row);
+  /// Completes the text; also that of a listing which was cut.
+  void End();
+
+ private:
+  Format format_;
+  std::vector<std::string> kept_;
+  std::vector<std::string> names_;     // as the text names the columns
+  std::vector<std::size_t> positions_;  // of the kept columns in a row
+  bool begun_ = false, any_row_ = false;
+};
+
+}  // namespace legopt::client
