@@ -261,6 +261,9 @@ void MemoryStore::Tables::Do(const PutWorker& op) {
   }
 }
 
+// Nobody reads it here.
+void MemoryStore::Tables::Do(const StoreDataset& op) { RequireLegal(!op.archive.empty(), "empty archive"); }
+
 void MemoryStore::Tables::Do(const RecordEvent& op) {
   RequireLegal(!op.kind.empty() && op.kind.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") == std::string::npos,
                "bad event");

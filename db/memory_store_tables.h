@@ -119,6 +119,7 @@ struct MemoryStore::Tables {
   void Do(const TagExperiment& op);
   void Do(const FinishExperiment& op);
   void Do(const PutWorker& op);
+  void Do(const StoreDataset& op);
   void Do(const RecordEvent& op);
   void Close(std::int64_t experiment_id, ExperimentState state, std::int64_t at_us);
   KnownResult Known(const ResultSearch& search, const ResultSearch::Problem& problem) const;

@@ -185,7 +185,8 @@ inline constexpr const char* kDeleteOfJobs[] = {"DELETE FROM events WHERE job_id
                                                 "DELETE FROM jobs WHERE job_id >= ?1 AND job_id < ?2"};
 inline constexpr const char* kDeleteOfExperiment[] = {
     "DELETE FROM cells WHERE experiment_id = ?1", "DELETE FROM experiment_tags WHERE experiment_id = ?1",
-    "DELETE FROM result_workers WHERE experiment_id = ?1", "DELETE FROM events WHERE experiment_id = ?1"};
+    "DELETE FROM result_workers WHERE experiment_id = ?1", "DELETE FROM events WHERE experiment_id = ?1",
+    "DELETE FROM dataset_archives WHERE ?1 > 0 AND dataset_id NOT IN (SELECT dataset_id FROM experiments)"};
 
 inline constexpr char kRenameExperiment[] = "UPDATE experiments SET name = ?2 WHERE experiment_id = ?1";
 
@@ -212,6 +213,10 @@ inline constexpr char kPutWorker[] =
 inline constexpr char kInsertEvent[] =
     "INSERT INTO events (kind, at_us, experiment_id, job_id, worker_id, detail) "
     "VALUES (?1, ?2, ?3, ?4, ?5, ?6)";
+
+inline constexpr char kInsertArchive[] =
+    "INSERT INTO dataset_archives (dataset_id, archive) SELECT dataset_id, ?2 FROM datasets WHERE hash = ?1 "
+    "ON CONFLICT (dataset_id) DO NOTHING";
 
 // See db/file_state.h.
 inline constexpr char kCountCommit[] = "UPDATE file_state SET commits = commits + 1";

@@ -254,6 +254,11 @@ void SqliteStore::Do(const PutWorker& op) {
                               w.build_id, w.processor, w.processors, w.memory_bytes, w.load);
 }
 
+void SqliteStore::Do(const StoreDataset& op) {
+  Statement insert(connection_, sql::kInsertArchive, false);
+  insert.BindAll(op.hash).BindBlob(2, op.archive.data(), op.archive.size()).RunBound();
+}
+
 void SqliteStore::Do(const RecordEvent& op) {
   statements_->insert_event.Run(op.kind, op.at_us, op.experiment_id, op.job_id, op.worker_id, op.detail);
 }

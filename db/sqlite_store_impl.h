@@ -54,6 +54,7 @@ class SqliteStore final : public Store {
   void Do(const TagExperiment& op);
   void Do(const FinishExperiment& op);
   void Do(const PutWorker& op);
+  void Do(const StoreDataset& op);
   void Do(const RecordEvent& op);
   void InsertWaypoints(std::int64_t job_id, const ResultRecord& result);
   std::int64_t RequeueTimeLimited(const RetryExperiment& op);

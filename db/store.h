@@ -127,6 +127,13 @@ struct PutWorker {
   WorkerRecord worker;
 };
 
+/// Keeps the files of a dataset that an experiment has (docs/datasets.md, "Archives"). Nothing happens to one that is
+/// stored already.
+struct StoreDataset {
+  std::string hash;
+  std::string archive;  ///< not empty
+};
+
 /// A line of the log that people read: "server_started", "lease_expired", "job_dead", ...
 struct RecordEvent {
   std::string kind;  ///< lower_snake word
@@ -137,7 +144,7 @@ struct RecordEvent {
 
 using StoreOp = std::variant<CreateExperiment, LeaseJob, EndAttempt, AcceptResult, TakeResult, RecordStaleResult,
                              CancelExperiment, ControlExperiment, RetryExperiment, DeleteExperiment, RenameExperiment,
-                             TagExperiment, FinishExperiment, PutWorker, RecordEvent>;
+                             TagExperiment, FinishExperiment, PutWorker, StoreDataset, RecordEvent>;
 
 // --- What is read back. ----------------------------------------------------------------------------------------------
 

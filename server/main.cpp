@@ -49,6 +49,7 @@ struct Arguments {
   ListenFlags listen;
   std::optional<std::string> datasets;
   std::optional<std::string> notify;
+  bool no_dataset = false;
   bool verbose = false;
   pid_t owner = 0;
 };
@@ -150,6 +151,7 @@ ExitCode Serve(const Arguments& arguments) {
   EventOutlets outlets(arguments.notify);
   options.on_event = [&outlets](const db::RecordEvent& event) { outlets.Take(event); };
   options.disk_space = [database = arguments.database] { return db::SpaceAt(database); };
+  options.store_datasets = !arguments.no_dataset;
   Server server(endpoint, *store, &queries, options, WallClock, bus::RandomEndpointId);
   RivalWatch rivals(endpoint, options.scheduler.server_instance);
   server.Work();
@@ -179,6 +181,8 @@ int Run(int argc, char** argv) {
                  "Program to start for events that need a person (docs/monitoring.md), with the event as JSON on its "
                  "standard input; no shell, at most one a second")
       .ValueName("COMMAND");
+  program.AddFlag("--no-dataset", arguments.no_dataset,
+                  "Do not store the datasets of that folder in the database with their results");
   program.AddFlag("-v,--verbose", arguments.verbose, "Log what happens to stderr");
   // For a program that has started us as a part of itself ('legopt run'); not for people.
   program.AddOption("--owner", arguments.owner, "Process whose orders to stop count; no others do").Group("");

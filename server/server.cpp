@@ -15,6 +15,7 @@ namespace legopt::server {
 namespace {
 
 constexpr std::size_t kMaxOpsPerCommit = 20'000;
+constexpr std::size_t kMostStoredDatasetBytes = std::size_t{16} << 20;  // a query's answer holds it as text
 
 template <class Message>
 std::string EncodeReply(Message message) {
@@ -97,7 +98,9 @@ void Server::RegisterHandlers() {
     Later(responder, EncodeReply(scheduler_.Result(Now(), request, ops_)));
   });
   Serve<legopt_msg::submit_request>(MessageType::kSubmit, false, [this](Sender, const auto& request, auto responder) {
+    const std::size_t first = ops_.size();
     const auto reply = scheduler_.Submit(Now(), request, ops_);
+    StoreDatasets(first);
     spdlog::info("submission {}: status {}, experiment {}, {} jobs {}", request.submission_id, reply.status,
                  reply.experiment_id, reply.num_jobs, reply.message);
     Later(responder, EncodeReply(reply));
@@ -133,6 +136,23 @@ void Server::RegisterHandlers() {
   ServeLease();
   ServeStatus();
   ServeQuery();
+}
+
+void Server::StoreDatasets(std::size_t first) {
+  if (!options_.store_datasets || !options_.find_dataset) return;
+  for (std::size_t i = first, end = ops_.size(); i < end; ++i) {
+    const auto* created = std::get_if<db::CreateExperiment>(&ops_[i]);
+    if (created == nullptr) continue;
+    const std::string hash = created->experiment.dataset.hash;
+    const std::string* archive = options_.find_dataset(hash);
+    if (archive == nullptr || archive->empty()) continue;
+    if (archive->size() > kMostStoredDatasetBytes) {
+      spdlog::warn("dataset {} is not stored with its results: its archive has {} bytes, more than {}", hash,
+                   archive->size(), kMostStoredDatasetBytes);
+      continue;
+    }
+    ops_.emplace_back(db::StoreDataset{hash, *archive});
+  }
 }
 
 legopt_msg::dataset_reply Server::PieceOfDataset(const legopt_msg::dataset_request& request) const {

@@ -41,7 +41,8 @@ struct ServerOptions {
   std::function<void(const db::RecordEvent&)> on_event = {};
   ConditionLimits conditions;                 ///< of which events are made
   ConditionWatch::DiskSpace disk_space = {};  ///< where the database is; empty: not watched
-  std::size_t max_deferred = 4096;            ///< requests kept while the store fails; more are left to their callers
+  bool store_datasets = true;  ///< those that find_dataset has, with the first experiment that was made with them
+  std::size_t max_deferred = 4096;  ///< requests kept while the store fails; more are left to their callers
 };
 
 /// The scheduler on the bus, over a store: messages in, one transaction per round, then the replies.
@@ -100,6 +101,8 @@ class Server {
   template <class Message, class Handler>
   void Serve(bus::MessageType type, bool always, Handler handler);
   void ServeProbe();
+  /// Stores the datasets of the experiments that the operations from `first` on create.
+  void StoreDatasets(std::size_t first);
   legopt_msg::dataset_reply PieceOfDataset(const legopt_msg::dataset_request& request) const;
   void ServeQuery();
   void ServeLease();

@@ -5,6 +5,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/exported_solutions.h"
+#include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
 #include "files/written_file.h"
 #include "programs/checks.h"
@@ -24,7 +25,11 @@ struct ExportOptions {
   SourceOptions source;
 };
 
-std::shared_ptr<const Dataset> LoadDatasetOf(const ExperimentInfo& experiment, const ExportOptions& options) {
+std::shared_ptr<const Dataset> LoadDatasetOf(ResultSource& source, const ExperimentInfo& experiment,
+                                             const ExportOptions& options) {
+  if (!options.dataset) {
+    if (auto found = FindResultDataset(source, experiment.dataset_hash)) return found;
+  }
   const auto folder = ChooseDatasetFolder(options.dataset, nullptr);
   auto dataset = Dataset::Load(folder, CallIsolated);
   if (dataset->content_hash() != experiment.dataset_hash) {
@@ -69,7 +74,7 @@ std::string AllTasks() {
 ExitCode Export(const ExportOptions& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
-  const auto dataset = LoadDatasetOf(experiment, options);
+  const auto dataset = LoadDatasetOf(*source, experiment, options);
   const auto exported =
       ReadSolutionsOf(*source, experiment.id, *dataset, {options.methods, options.initialization, options.task});
   if (exported.num_solutions == 0) {

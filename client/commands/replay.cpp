@@ -8,6 +8,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/json_text.h"
+#include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
 #include "client/suite/input_files.h"
 #include "programs/build_identity.h"
@@ -67,7 +68,11 @@ void RequireSameBuild(const std::vector<StoredJob>& jobs, const ReplayOptions& o
   std::cerr << "legopt: warning: " << text << ": bits may differ\n";
 }
 
-std::shared_ptr<const Dataset> LoadStoredDataset(const StoredJob& job, const ReplayOptions& options) {
+std::shared_ptr<const Dataset> LoadStoredDataset(ResultSource& source, const StoredJob& job,
+                                                 const ReplayOptions& options) {
+  if (!options.dataset) {
+    if (auto found = FindResultDataset(source, job.dataset_hash)) return found;
+  }
   const auto folder = ChooseDatasetFolder(options.dataset, nullptr);
   auto dataset = Dataset::Load(folder, CallIsolated);
   if (dataset->content_hash() == job.dataset_hash) return dataset;
@@ -136,7 +141,7 @@ ExitCode ReplayStored(const ReplayOptions& options) {
   const SolverRegistry registry = external::RegistryForForks(external::ReadDeclarations(solvers));
   const std::vector<StoredJob> jobs = ChosenJobs(options, registry);
   RequireSameBuild(jobs, options);
-  JobRunner runner(LoadStoredDataset(jobs.front(), options), registry);
+  JobRunner runner(LoadStoredDataset(*OpenResults(options.source), jobs.front(), options), registry);
   std::size_t done = 0;
   const auto tell = [&](const Replay& replay) {
     ++done;

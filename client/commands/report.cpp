@@ -7,6 +7,7 @@
 #include "client/commands/options.h"
 #include "client/page/page_report.h"
 #include "client/report/replaced_file.h"
+#include "client/commands/page_datasets.h"
 #include "client/suite/chosen_files.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
@@ -49,10 +50,7 @@ ExitCode Report(const ReportOptions& options) {
   request.most_bytes = static_cast<std::size_t>(options.max_megabytes * kBytesPerMegabyte);
   request.build = options.build;
   request.tell = Say;
-  std::vector<std::optional<std::string>> folders(options.datasets.begin(), options.datasets.end());
-  if (folders.empty()) folders.emplace_back();
-  for (const auto& folder : folders)
-    request.datasets.push_back(Dataset::Load(ChooseDatasetFolder(folder, nullptr), CallIsolated));
+  request.datasets = LoadPageDatasets(request.sources, options.datasets);
   const Page page = MakeReport(request);
   ReplaceFile(options.out, page.text);
   for (const std::string& note : page.notes) Say("note: " + note);

@@ -9,6 +9,7 @@
 #include "client/commands/dry_run.h"
 #include "client/commands/new_database.h"
 #include "client/commands/submission.h"
+#include "client/pool/packed_dataset.h"
 #include "client/pool/slurm_pool.h"
 #include "client/report/certified_counts.h"
 #include "client/report/reading.h"
@@ -17,6 +18,7 @@
 #include "client/service/local_pool.h"
 #include "client/suite/input_files.h"
 #include "legopt/input/json.h"
+#include "legopt/input_error.h"
 #include "programs/build_identity.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
@@ -44,6 +46,7 @@ struct RunOptions {
   bool dry_run = false;
   bool any_build = false;
   std::optional<double> give_up_s;
+  bool no_dataset = false;
   std::optional<std::string> slurm;  // pool file
   std::optional<PoolFile> pool;      // its content
   programs::BuildFacts build;
@@ -214,8 +217,20 @@ ExitCode DryRun(const Submission& submission, const RunOptions& options, const s
   return ExitCode::kOk;
 }
 
+// The server stores the dataset with the results, so that the database is complete. Null: it shall not, or cannot.
+std::unique_ptr<OfferedFolder> OfferDataset(const RunOptions& options, const Submission& submission) {
+  if (options.no_dataset || options.pool) return nullptr;
+  try {
+    return std::make_unique<OfferedFolder>(submission.dataset_folder);
+  } catch (const InputError& error) {
+    std::cerr << "legopt: warning: the dataset is not stored with the results: " << error.what() << "\n";
+    return nullptr;
+  }
+}
+
 std::unique_ptr<OwnPool> StartPool(const RunOptions& options, const Submission& submission,
-                                   const std::filesystem::path& db, bool verbose) {
+                                   const std::filesystem::path& db, const std::filesystem::path& offered,
+                                   bool verbose) {
   const std::filesystem::path& dataset = submission.dataset_folder;
   if (options.pool) {
     SlurmPoolOptions pool = PoolOptionsOf(options, submission, db);
@@ -223,7 +238,7 @@ std::unique_ptr<OwnPool> StartPool(const RunOptions& options, const Submission& 
     return std::make_unique<SlurmPool>(std::move(pool));
   }
   return std::make_unique<LocalPool>(
-      LocalPoolOptions{db, dataset, options.workers, options.network, options.suite.solvers, verbose});
+      LocalPoolOptions{db, dataset, options.workers, options.network, options.suite.solvers, offered, verbose});
 }
 
 ExitCode Run(RunOptions& options, bool verbose) {
@@ -238,7 +253,9 @@ ExitCode Run(RunOptions& options, bool verbose) {
   const InterruptGuard guard;
   Outcome outcome;
   {
-    const std::unique_ptr<OwnPool> pool = StartPool(options, submission, db, verbose);
+    const std::unique_ptr<OfferedFolder> offered = OfferDataset(options, submission);
+    const std::unique_ptr<OwnPool> pool =
+        StartPool(options, submission, db, offered ? offered->path() : std::filesystem::path(), verbose);
     outcome = RunExperiment(submission, options, *pool, db);
     pool->Stop(kStopPatience);
   }
@@ -278,6 +295,8 @@ void AddRunCommand(const programs::Command& program, Invocation* invocation) {
       .ValueName("FILE")
       .Excludes(workers);
   command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but start nothing");
+  command.AddFlag("--no-dataset", options->no_dataset,
+                  "Do not store the dataset in the database (default: stored if its archive has up to 16 MiB)");
   command.AddFlag("--any-build", options->any_build,
                   "Go on with an experiment that another build began; tables then name both");
   AddGiveUpOption(command, &options->give_up_s);

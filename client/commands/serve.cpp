@@ -11,6 +11,7 @@
 #include "client/serve/live_state.h"
 #include "client/serve/monitoring.h"
 #include "client/service/interrupt.h"
+#include "client/commands/page_datasets.h"
 #include "client/suite/chosen_files.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
@@ -42,11 +43,7 @@ FigureRequest FiguresOf(const ServeOptions& options) {
     request.sources.push_back({options.source, std::stoll(experiment)});
   }
   if (request.sources.empty()) request.sources.push_back({options.source, std::nullopt});
-  std::vector<std::optional<std::string>> folders(options.datasets.begin(), options.datasets.end());
-  if (folders.empty()) folders.emplace_back();
-  for (const auto& folder : folders) {
-    request.datasets.push_back(Dataset::Load(ChooseDatasetFolder(folder, nullptr), CallIsolated));
-  }
+  request.datasets = LoadPageDatasets(request.sources, options.datasets);
   return request;
 }
 

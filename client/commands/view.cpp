@@ -11,6 +11,7 @@
 #include "client/commands/options.h"
 #include "client/page/page_view.h"
 #include "client/report/replaced_file.h"
+#include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
@@ -48,6 +49,21 @@ void Open(const std::string& file) {
   throw ClientError(ExitCode::kMachine, "xdg-open could not show " + file + "; open it in a browser");
 }
 
+// That of the job's results where no folder is named.
+std::shared_ptr<const Dataset> DatasetToShow(const ViewOptions& options) {
+  if (options.job && !options.dataset) {
+    const auto source = OpenResults(options.source);
+    const Listing found = source->Query(
+        "SELECT d.hash FROM jobs JOIN cells USING (cell_id) JOIN experiments USING (experiment_id) JOIN datasets AS d "
+        "USING (dataset_id) WHERE job_id = " +
+        std::to_string(*options.job));
+    if (!found.rows.empty()) {
+      if (auto dataset = FindResultDataset(*source, found.Text(0, "hash"))) return dataset;
+    }
+  }
+  return Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated);
+}
+
 ExitCode View(const ViewOptions& options) {
   if (options.job.has_value() == options.problem.has_value()) {
     throw ClientError(ExitCode::kUsage, "name a job or a problem: 'legopt view 12' or 'legopt view --problem 3'");
@@ -59,7 +75,7 @@ ExitCode View(const ViewOptions& options) {
   request.task = options.task;
   request.problem = options.problem;
   request.build = options.build;
-  request.dataset = Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated);
+  request.dataset = DatasetToShow(options);
   const Page page = MakeView(request);
   const std::string out = options.out.value_or(DefaultName(options));
   ReplaceFile(out, page.text);

@@ -1,7 +1,10 @@
 #include "client/pool/packed_dataset.h"
 
+#include <cerrno>
+#include <cstdlib>
 #include <system_error>
 
+#include "client/client_error.h"
 #include "files/written_file.h"
 #include "legopt/dataset/dataset_archive.h"
 #include "programs/isolated_call.h"
@@ -19,6 +22,27 @@ PackedDataset PackInto(const fs::path& folder, const fs::path& out) {
   fs::create_directories(out, error);
   files::ReplaceFile(packed.archive, bytes);
   return packed;
+}
+
+OfferedFolder::OfferedFolder(const fs::path& dataset) {
+  std::string name = (fs::temp_directory_path() / "legopt-datasets-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) {
+    throw ClientError(ExitCode::kUsage, name + ": cannot be created: " + std::generic_category().message(errno) +
+                                            "; set TMPDIR to a folder with room");
+  }
+  path_ = name;
+  try {
+    PackInto(dataset, path_);
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+    throw;
+  }
+}
+
+OfferedFolder::~OfferedFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
 }
 
 }  // namespace legopt::client

@@ -16,4 +16,18 @@ struct PackedDataset {
 /// folder that cannot be written.
 PackedDataset PackInto(const std::filesystem::path& folder, const std::filesystem::path& out);
 
+/// A temporary folder with one packed dataset, for a server of our own; removed by the destructor.
+class OfferedFolder {
+ public:
+  /// Throws as PackInto.
+  explicit OfferedFolder(const std::filesystem::path& dataset);
+  ~OfferedFolder();
+  OfferedFolder(const OfferedFolder&) = delete;
+  OfferedFolder& operator=(const OfferedFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 }  // namespace legopt::client

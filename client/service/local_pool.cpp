@@ -4,6 +4,7 @@
 #include <csignal>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "bus/message_key.h"
 #include "client/service/interrupt.h"
@@ -25,7 +26,12 @@ NetworkOptions WithKey(NetworkOptions network, const programs::Descriptor& key) 
 LocalPool::LocalPool(LocalPoolOptions options)
     : options_(std::move(options)),
       key_(bus::MessageKey::CreateInMemory()),
-      server_({options_.database, WithKey(options_.network, key_), {}, options_.verbose, {key_.get()}}),
+      server_({options_.database,
+               WithKey(options_.network, key_),
+               options_.offered.empty() ? std::vector<std::string>()
+                                        : std::vector<std::string>{"--datasets", options_.offered.string()},
+               options_.verbose,
+               {key_.get()}}),
       worker_("legopt-worker", options_.verbose) {
   StartWorker();
 }

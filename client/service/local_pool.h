@@ -16,6 +16,7 @@ struct LocalPoolOptions {
   int slots = 2;
   NetworkOptions network;                           ///< without a port, a free pair is chosen; its key does not count
   std::vector<std::filesystem::path> solvers = {};  ///< declarations that the worker is given
+  std::filesystem::path offered = {};               ///< folder of packed datasets for the server; empty: none
   bool verbose = false;                             ///< let the children write to our standard error
 };
 

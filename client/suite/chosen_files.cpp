@@ -59,7 +59,12 @@ std::filesystem::path FindSuite(const std::string& name) {
 }
 
 std::filesystem::path ChooseDatasetFolder(const std::optional<std::string>& flag, const Suite* suite) {
-  if (flag) return *flag;
+  if (flag) {
+    const bool bare = !flag->empty() && flag->find('/') == std::string::npos && *flag != "." && *flag != "..";
+    if (!bare || IsFolder(*flag)) return *flag;
+    const std::filesystem::path embedded = programs::DataFolder() / *flag;
+    return IsFile(embedded / "dataset.yaml") ? embedded : std::filesystem::path(*flag);
+  }
   if (suite != nullptr && suite->dataset) return *suite->dataset;
   return programs::DefaultDatasetFolder();
 }

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/page/page_figures.h"
+#include "legopt/dataset/dataset.h"
+
+namespace legopt::client {
+
+/// The datasets that a page draws: those of `folders` (or embedded names), and without any the datasets of the shown
+/// results, embedded or stored with them. Where a source cannot be read now, or has no experiment yet, the embedded
+/// default stands for its dataset. Throws InputError for a folder that is no dataset.
+std::vector<std::shared_ptr<const Dataset>> LoadPageDatasets(const std::vector<PageSource>& sources,
+                                                             const std::vector<std::string>& folders);
+
+}  // namespace legopt::client
