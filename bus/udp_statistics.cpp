@@ -10,7 +10,7 @@ namespace legopt::bus {
 namespace {
 
 std::vector<std::string> Words(const std::string& line) {
-  std::istringstream stream(line);
+  std::istringstream stream(line);  // reader: words
   std::vector<std::string> words;
   for (std::string word; stream >> word;) words.push_back(word);
   return words;

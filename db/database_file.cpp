@@ -8,13 +8,13 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 #include <system_error>
 
 #include "db/file_system.h"
 #include "db/store_error.h"
 #include "files/file_error.h"
 #include "files/written_file.h"
+#include "legopt/classic_stream.h"
 
 namespace legopt::db {
 namespace {
@@ -42,7 +42,7 @@ std::string HolderOf(ino_t inode) {
   std::ifstream locks("/proc/locks");
   if (!locks) return std::string("an unknown process on ") + host.data();
   for (std::string line; std::getline(locks, line);) {
-    std::istringstream words(line);
+    ClassicInput words(line);
     std::string number, kind, advisory, mode, file;
     long pid = 0;
     if (!(words >> number >> kind >> advisory >> mode >> pid >> file) || kind != "FLOCK" || pid <= 0) continue;

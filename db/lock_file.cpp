@@ -9,13 +9,13 @@
 #include <cerrno>
 #include <cstring>
 #include <iterator>
-#include <sstream>
 #include <string>
 #include <string_view>
 
 #include "db/store_error.h"
 #include "files/file_error.h"
 #include "files/lock_file.h"
+#include "legopt/classic_stream.h"
 
 namespace legopt::db {
 namespace {
@@ -25,7 +25,7 @@ constexpr std::string_view kSession = "session ";
 std::vector<std::string> LinesOf(int descriptor) {
   std::array<char, 1000> text{};
   const ssize_t size = pread(descriptor, text.data(), text.size(), 0);
-  std::istringstream stream(std::string(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0));
+  ClassicInput stream(std::string(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0));
   std::vector<std::string> lines;
   for (std::string line; std::getline(stream, line);) lines.push_back(line);
   return lines;

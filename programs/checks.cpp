@@ -1,12 +1,11 @@
 #include "programs/checks.h"
 
-#include <array>
 #include <charconv>
-#include <cstdio>
 #include <optional>
 #include <utility>
 
 #include "legopt/nearest_name.h"
+#include "legopt/number_text.h"
 
 namespace legopt::programs {
 namespace {
@@ -22,11 +21,7 @@ std::optional<Value> Parse(const std::string& word) {
   return value;
 }
 
-std::string Text(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.10g", value);
-  return text.data();
-}
+std::string Text(double value) { return FormatGeneral(value, 10); }
 
 std::string Got(const std::string& word) { return word.empty() ? " (got nothing)" : " (got '" + word + "')"; }
 

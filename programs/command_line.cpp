@@ -29,8 +29,8 @@ Option Option::ValueName(const std::string& name) const {
   return *this;
 }
 
-Option Option::CommaSeparated() const {
-  option_->delimiter(',')->allow_extra_args(false)->type_name("LIST");
+Option Option::OneArgumentEach() const {
+  option_->allow_extra_args(false)->type_name("LIST");
   return *this;
 }
 
@@ -75,6 +75,21 @@ template Option Command::AddOption<std::vector<std::filesystem::path>>(const std
 
 Option Command::AddOption(const std::string& name, const std::string& help) const {
   return Option(app_->add_option(name, help));
+}
+
+Option Command::AddList(const std::string& name, std::vector<std::string>& values, const std::string& help,
+                        const IsWholeValue& is_whole, const ValueCheck& check) const {
+  const auto take = [&values, name, is_whole, fault_of = check.fault](const std::vector<std::string>& arguments) {
+    values.clear();
+    for (const std::string& argument : arguments) {
+      for (std::string& value : SplitValues(argument, is_whole)) {
+        const std::string fault = fault_of ? fault_of(value) : "";
+        if (!fault.empty()) throw CLI::ValidationError(name, fault);
+        values.push_back(std::move(value));
+      }
+    }
+  };
+  return Option(app_->add_option_function<std::vector<std::string>>(name, take, help)).OneArgumentEach();
 }
 
 Option Command::AddFlag(const std::string& name, bool& value, const std::string& help) const {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "programs/checks.h"
+#include "programs/value_list.h"
 #include "words/words.h"
 
 namespace CLI {
@@ -33,8 +34,8 @@ class Option {
   Option Group(const std::string& heading) const;
   /// What the help shows for its value, e.g. "WORD".
   Option ValueName(const std::string& name) const;
-  /// Takes one argument, a list of values with commas between them, so that it does not swallow what follows.
-  Option CommaSeparated() const;
+  /// Of several values: each use of the flag takes one argument, so that it does not swallow the next ones.
+  Option OneArgumentEach() const;
   /// Its value may be left out and is `value` then.
   Option ValueMayBeLeftOut(const std::string& value) const;
   /// The help shows the value that the variable has now.
@@ -56,6 +57,10 @@ class Command {
   /// instantiates it).
   template <class Value>
   Option AddOption(const std::string& name, Value& value, const std::string& help) const;
+  /// A list: values with commas between them (value_list.h), in one use of the flag or several. `check` tests each
+  /// value.
+  Option AddList(const std::string& name, std::vector<std::string>& values, const std::string& help,
+                 const IsWholeValue& is_whole = {}, const ValueCheck& check = {}) const;
   /// One whose value nobody wants.
   Option AddOption(const std::string& name, const std::string& help) const;
   Option AddFlag(const std::string& name, bool& value, const std::string& help) const;

@@ -8,10 +8,10 @@
 #include <cstdlib>
 #include <fstream>
 #include <map>
-#include <sstream>
 #include <string_view>
 #include <vector>
 
+#include "legopt/classic_stream.h"
 #include "programs/affinity.h"
 
 namespace legopt::programs {
@@ -29,7 +29,7 @@ std::optional<int> PositiveNumber(const char* text) {
 // --- Control groups --------------------------------------------------------------------------------------------------
 
 bool ListHas(const std::string& list, std::string_view word) {
-  std::istringstream words(list);
+  ClassicInput words(list);
   for (std::string each; std::getline(words, each, ',');) {
     if (each == word) return true;
   }
@@ -64,8 +64,8 @@ std::vector<GroupMount> GroupMounts(const std::filesystem::path& root) {
   for (std::string line; std::getline(file, line);) {
     const auto separator = line.find(" - ");
     if (separator == std::string::npos) continue;
-    std::istringstream before(line.substr(0, separator));
-    std::istringstream after(line.substr(separator + 3));
+    ClassicInput before(line.substr(0, separator));
+    ClassicInput after(line.substr(separator + 3));
     std::string skipped;
     std::string type;
     std::string options;

@@ -1,8 +1,9 @@
 #include "programs/host_facts.h"
 
 #include <fstream>
-#include <sstream>
 #include <string_view>
+
+#include "legopt/classic_stream.h"
 
 namespace legopt::programs {
 namespace {
@@ -26,7 +27,7 @@ HostFacts ReadHostFacts(const std::filesystem::path& root) {
   facts.processor = ValueOf(root / "proc/cpuinfo", "model name");
   if (facts.processor.empty()) facts.processor = "unknown";
   std::int64_t kibibytes = 0;
-  std::istringstream(ValueOf(root / "proc/meminfo", "MemTotal")) >> kibibytes;
+  ClassicInput(ValueOf(root / "proc/meminfo", "MemTotal")) >> kibibytes;
   facts.memory_bytes = kibibytes * kKibibyte;
   return facts;
 }

@@ -9,9 +9,9 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <sstream>
 #include <utility>
 
+#include "legopt/classic_stream.h"
 #include "legopt/input_error.h"
 
 extern char** environ;
@@ -24,7 +24,7 @@ constexpr std::size_t kMostBytes = 4096;  // a pipe takes as many without waitin
 std::vector<std::string> WordsOfCommand(const std::string& command) {
   if (IsExecutable(command)) return {std::filesystem::absolute(command).string()};
   std::vector<std::string> words;
-  std::istringstream stream(command);
+  ClassicInput stream(command);
   for (std::string word; stream >> word;) words.push_back(word);
   if (words.empty()) return words;
   const std::filesystem::path program = words.front().find('/') == std::string::npos

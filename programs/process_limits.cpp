@@ -16,7 +16,7 @@ rlim_t AddressSpaceBytes() {
   long pages = 0;  // first field of statm
   std::FILE* const statm = std::fopen("/proc/self/statm", "re");
   if (statm == nullptr) return kUnknown;
-  const bool read = std::fscanf(statm, "%ld", &pages) == 1;
+  const bool read = std::fscanf(statm, "%ld", &pages) == 1;  // reader: a whole number
   std::fclose(statm);
   return read ? static_cast<rlim_t>(pages) * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) : kUnknown;
 }

@@ -9,7 +9,8 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
-#include <sstream>
+
+#include "legopt/classic_stream.h"
 
 namespace legopt::programs {
 
@@ -26,7 +27,7 @@ bool IsExecutable(const std::filesystem::path& file) {
 
 std::filesystem::path FindProgram(const std::string& name) {
   const char* variable = std::getenv("PATH");
-  std::istringstream folders(variable == nullptr ? "" : variable);
+  ClassicInput folders(variable == nullptr ? "" : variable);
   for (std::string folder; std::getline(folders, folder, ':');) {
     const std::filesystem::path file = std::filesystem::path(folder) / name;
     if (!folder.empty() && IsExecutable(file)) return std::filesystem::absolute(file);

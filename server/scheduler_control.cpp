@@ -2,11 +2,19 @@
 
 #include <utility>
 
+#include "legopt/input/name.h"
 #include "server/scheduler.h"
 #include "words/reply.h"
 
 namespace legopt::server {
 namespace {
+
+// The fault of the stored form, else that of the rule for names.
+std::string FaultOfGiven(const std::string& name, const std::string& fault) {
+  if (!fault.empty()) return fault;
+  const auto unfit = FindNameFault(name);
+  return unfit ? unfit->message : "";
+}
 
 constexpr std::size_t kMostTags = 100;  // of an experiment
 
@@ -204,7 +212,7 @@ std::int64_t Scheduler::QueueAgain(Experiment& experiment, bool time_limited) {
 
 legopt_msg::control_reply Scheduler::Rename(const Instant& now, const legopt_msg::control_request& request, Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
-  if (const std::string fault = db::FaultOfName(request.reason); !fault.empty()) {
+  if (const std::string fault = FaultOfGiven(request.reason, db::FaultOfName(request.reason)); !fault.empty()) {
     return Answer(ControlStatus::kRefused, "the name of an experiment " + fault);
   }
   if (summary.name == request.reason) return Answer(ControlStatus::kOk, NameOf(request) + " has this name already");
@@ -218,7 +226,7 @@ legopt_msg::control_reply Scheduler::SetTag(const legopt_msg::control_request& r
   db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
   const bool set = ControlAction{request.action} == ControlAction::kTag;
   const std::string& tag = request.reason;
-  if (const std::string fault = db::FaultOfTag(tag); !fault.empty())
+  if (const std::string fault = set ? FaultOfGiven(tag, db::FaultOfTag(tag)) : db::FaultOfTag(tag); !fault.empty())
     return Answer(ControlStatus::kRefused, "a tag " + fault);
   if (summary.tags.contains(tag) == set) {
     return Answer(ControlStatus::kOk, NameOf(request) + (set ? " has this tag already" : " does not have this tag"));

@@ -9,6 +9,7 @@
 #include "bus/spec_limits.h"
 #include "legopt/blake2b.h"
 #include "legopt/input/json.h"
+#include "legopt/input/name.h"
 #include "legopt/input_error.h"
 #include "words/split.h"
 
@@ -84,6 +85,12 @@ std::string Text(const Json& json, const std::string& key) {
   return text;
 }
 
+std::string Name(const Json& json, const std::string& key) {
+  std::string name = Text(json, key);
+  if (const auto fault = FindNameFault(name)) Refuse(key, fault->message + "; " + fault->fix);
+  return name;
+}
+
 // "neither 'a' nor 'b'", "neither 'a', 'b' nor 'c'"
 template <Worded Enum>
 std::string NoneOfTheWords() {
@@ -117,7 +124,7 @@ db::DatasetRecord ParseDataset(const Json& json) {
   constexpr std::size_t kMostJoints = 1000;
   RequireObject(json, "dataset", {"name", "hash", "joint_names"});
   db::DatasetRecord dataset;
-  dataset.name = Text(Member(json, "dataset", "name"), "dataset.name");
+  dataset.name = Name(Member(json, "dataset", "name"), "dataset.name");
   dataset.hash = Hash(Member(json, "dataset", "hash"), "dataset.hash");
   if (!json.contains("joint_names")) return dataset;
   for (const Json& name : Array(json.at("joint_names"), "dataset.joint_names", kMostJoints)) {
@@ -149,7 +156,7 @@ ExperimentSpec::TaskProblems ParseTask(const Json& json, const std::string& key)
 db::MethodRecord ParseMethod(const Json& json, const std::string& key) {
   RequireObject(json, key, {"name", "hash", "options", "multi_starts", "sample_size", "incremental"});
   db::MethodRecord method;
-  method.name = Text(Member(json, key, "name"), key + ".name");
+  method.name = Name(Member(json, key, "name"), key + ".name");
   method.hash = Hash(Member(json, key, "hash"), key + ".hash");
   const Json& options = Member(json, key, "options");
   if (!options.is_object()) Refuse(key + ".options", "must be an object");
@@ -253,8 +260,8 @@ ExperimentSpec ParseSpec(std::string_view text) {
                  "limits", "max_attempts", "submitter", "builds", "again", "split"});
   Integer(Member(json, "", "spec_version"), "spec_version", kSpecVersion, kSpecVersion);
   ExperimentSpec spec;
-  spec.name = Text(Member(json, "", "name"), "name");
-  if (json.contains("submitter")) spec.submitter = Text(json.at("submitter"), "submitter");
+  spec.name = Name(Member(json, "", "name"), "name");
+  if (json.contains("submitter")) spec.submitter = Name(json.at("submitter"), "submitter");
   if (json.contains("builds")) spec.builds = Choice<BuildRule>(json.at("builds"), "builds");
   if (json.contains("again")) spec.again = Boolean(json.at("again"), "again");
   spec.seed = Integer(Member(json, "", "seed"), "seed", 0, INT64_MAX);

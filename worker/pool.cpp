@@ -1,11 +1,10 @@
 #include "worker/pool.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <cstdlib>
 #include <utility>
 
+#include "legopt/number_text.h"
 #include "programs/exit_codes.h"
 #include "words/reply.h"
 #include "worker/child_protocol.h"
@@ -36,9 +35,7 @@ constexpr int kStopMarginDivisor = 10;
 }  // namespace
 
 std::string Pool::Seconds(microseconds duration) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1f s", std::chrono::duration<double>(duration).count());
-  return text.data();
+  return FormatFixed(std::chrono::duration<double>(duration).count(), 1) + " s";
 }
 
 Pool::Pool(PoolOptions options, microseconds now)

@@ -10,6 +10,7 @@
 
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
 #include "legopt/solve/trace.h"
 #include "legopt/word_input.h"
 #include "programs/isolated_call.h"
@@ -47,14 +48,12 @@ ReportedOutcome OutcomeOf(const SolveOutcome& solve) {
 }
 
 std::string StoppedByTheClock(const SolveOutcome& solve) {
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(),
-                "stopped by the clock: the limit of wall time came before that of effort, after %.3g s (%.3g s of CPU "
-                "time) and %lld term evaluations",
-                static_cast<double>(solve.wall_us) / kMicrosecondsPerSecond,
-                static_cast<double>(solve.cpu_us) / kMicrosecondsPerSecond,
-                static_cast<long long>(solve.term_evaluations));
-  return text.data();
+  const auto seconds = [](std::int64_t time_us) {
+    return FormatGeneral(static_cast<double>(time_us) / kMicrosecondsPerSecond, 3) + " s";
+  };
+  return "stopped by the clock: the limit of wall time came before that of effort, after " + seconds(solve.wall_us) +
+         " (" + seconds(solve.cpu_us) + " of CPU time) and " + std::to_string(solve.term_evaluations) +
+         " term evaluations";
 }
 
 // A solver that fails may leave anything; the judge has said so, and what has no shape is not sent.

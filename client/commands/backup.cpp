@@ -1,7 +1,6 @@
 #include "db/backup.h"
 
 #include <chrono>
-#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -11,6 +10,7 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "db/restore.h"
+#include "legopt/number_text.h"
 #include "programs/command_line.h"
 #include "programs/printable.h"
 
@@ -31,8 +31,8 @@ struct RestoreOptions {
 // "3 experiments, 20 jobs, 12 results (schema 10); 1.5 MiB in 0.02 s, integrity and foreign keys checked"
 std::string Described(const db::BackupReport& report, Seconds took) {
   constexpr double kMebibyte = 1 << 20;
-  char size[64];
-  std::snprintf(size, sizeof(size), "%.1f MiB in %.2f s", static_cast<double>(report.bytes) / kMebibyte, took.count());
+  const std::string size =
+      FormatFixed(static_cast<double>(report.bytes) / kMebibyte, 1) + " MiB in " + FormatFixed(took.count(), 2) + " s";
   return std::to_string(report.experiments) + " experiments, " + std::to_string(report.jobs) + " jobs, " +
          std::to_string(report.results) + " results (schema " + std::to_string(report.schema_version) + "); " + size +
          ", integrity and foreign keys checked";

@@ -81,7 +81,8 @@ ExitCode Certify(const CertifyFlags& flags) {
     throw ClientError(ExitCode::kInterrupted,
                       "interrupted; the same command goes on with what is known, in " + out.string());
   }
-  Print(RenderFeasibility(certificate, catalogue, *dataset, flags.format, LayoutOf(flags.output)), flags.output);
+  const std::string text = RenderFeasibility(certificate, catalogue, *dataset, flags.format, LayoutOf(flags.output));
+  Print(flags.format == ListingFormat::kCsv ? CsvFor(StandardOutput(), text) : text, flags.output);
   return ExitCode::kOk;
 }
 

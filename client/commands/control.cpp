@@ -9,6 +9,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "db/records.h"
+#include "legopt/input/name.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/printable.h"
@@ -66,10 +67,15 @@ std::string Done(const ControlOptions& options, std::int64_t num_jobs) {
 
 // Before it is sent: what would not be text is not changed silently into another name.
 void CheckText(const ControlOptions& options) {
+  if (options.action == ControlAction::kHold && !bus::IsText(options.reason)) {
+    throw ClientError(ExitCode::kUsage, "TEXT: must be UTF-8; write it in UTF-8");
+  }
   const bool name = options.action == ControlAction::kRename;
   if (!name && options.action != ControlAction::kTag && options.action != ControlAction::kUntag) return;
   std::string fault = name ? db::FaultOfName(options.reason) : db::FaultOfTag(options.reason);
   if (fault.empty() && !bus::IsText(options.reason)) fault = "must be UTF-8";
+  const auto unfit = options.action == ControlAction::kUntag ? std::nullopt : FindNameFault(options.reason);
+  if (fault.empty() && unfit) fault = unfit->message + "; " + unfit->fix;
   if (!fault.empty()) throw ClientError(ExitCode::kUsage, (name ? "NAME: " : "TAG: ") + fault);
 }
 

@@ -54,7 +54,7 @@ ExitCode CheckHashes(const std::filesystem::path& folder, const DatasetOptions& 
     ++faults;
     listing.rows.push_back({path, "not used by the dataset", hash});
   }
-  std::cout << RenderListing(listing, options.format) << std::flush;
+  PrintPlain(listing, options.format);
   if (faults == 0) return ExitCode::kOk;
   throw ClientError(ExitCode::kDatasetMismatch, (folder / kDatasetFileName).string() + ": " + std::to_string(faults) +
                                                     " hashes do not fit the files; 'legopt dataset hash " +
@@ -67,7 +67,7 @@ ExitCode Hash(const DatasetOptions& options) {
   Listing listing;
   listing.columns = {"file", "hash"};
   for (const auto& file : WriteManifestHashes(folder, CallIsolated)) listing.rows.push_back({file.path, file.hash});
-  std::cout << RenderListing(listing, options.format) << std::flush;
+  PrintPlain(listing, options.format);
   std::cerr << "dataset " << Dataset::Load(folder, CallIsolated)->content_hash() << "\n";
   return ExitCode::kOk;
 }
@@ -95,7 +95,7 @@ std::string OrderNote(const RobotModel& robot) {
 
 // One table in CSV, as every command; the joints, too, in the other formats.
 std::string RenderInfo(const Listing& listing, const RobotModel& robot, ListingFormat format) {
-  if (format == ListingFormat::kCsv) return RenderListing(listing, format);
+  if (format == ListingFormat::kCsv) return CsvFor(StandardOutput(), RenderListing(listing, format));
   const Listing joints = JointListing(robot);
   if (format == ListingFormat::kJson) {
     nlohmann::ordered_json json = ListingToJson(listing);

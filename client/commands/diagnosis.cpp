@@ -18,6 +18,7 @@
 #include "db/read_only_database.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
 #include "programs/data_folder.h"
 #include "programs/isolated_call.h"
 #include "programs/printable.h"
@@ -133,9 +134,7 @@ Finding CheckClock(const std::optional<legopt_msg::probe_reply>& probe) {
   }
   if (probe) {
     const double difference_s = static_cast<double>(now.count() - probe->wall_clock_us) * 1e-6;
-    char words[64];
-    std::snprintf(words, sizeof(words), ", %.3f s from the server's", difference_s);
-    detail += words;
+    detail += ", " + FormatFixed(difference_s, 3) + " s from the server's";
     if (std::abs(difference_s) > kToleratedDifference_s) {
       return {
           "clock", State::kWarn, detail, "synchronise the clocks (NTP); times in the database are the server's", {}};

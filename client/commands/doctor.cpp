@@ -17,7 +17,8 @@ struct DoctorOptions {
 
 ExitCode Doctor(const DoctorOptions& options) {
   const auto findings = Diagnose(options.diagnosis);
-  std::cout << RenderFindings(findings, options.format, LayoutOf({}));
+  const std::string text = RenderFindings(findings, options.format, LayoutOf({}));
+  std::cout << (options.format == ListingFormat::kCsv ? CsvFor(StandardOutput(), text) : text);
   return WorstOf(findings);
 }
 

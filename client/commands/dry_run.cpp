@@ -1,7 +1,6 @@
 #include "client/commands/dry_run.h"
 
 #include <cstdint>
-#include <cstdio>
 #include <iostream>
 
 #include "client/commands/known_costs.h"
@@ -9,6 +8,7 @@
 #include "client/report/json_text.h"
 #include "client/report/progress.h"
 #include "client/suite/experiment_spec.h"
+#include "legopt/number_text.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -34,9 +34,7 @@ Seconds LongestSolving(const nlohmann::json& spec) {
 std::string CpuTime(double seconds) {
   constexpr double kMinute = 60.0;
   if (seconds >= kMinute) return FormatDuration(Seconds(seconds));
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.2g s", seconds);
-  return text;
+  return FormatGeneral(seconds, 2) + " s";
 }
 
 // "posture 100 jobs, about 21 s of CPU time (on other datasets)".

@@ -110,14 +110,11 @@ void AddImportCommand(const programs::Command& program, Invocation* invocation) 
     command.AddOption("--" + std::string(ToString(task.task)), options.files.problems[task.task],
                       std::string(task.short_title) + " problems (default: problems*.json of that task)");
   }
-  command.AddOption("--feet", options.feet, "Links that may stand (default: those that the problems name)")
-      .CommaSeparated();
+  command.AddList("--feet", options.feet, "Links that may stand (default: those that the problems name)");
   command.AddOption("--sole-offset", options.sole_offset_m,
                     "Height of a foot's link frame above its pose, m (default: lowest point of the feet, and 1 mm)");
-  command
-      .AddOption("--nominal", flags->nominal,
-                 "Start of every solve, JOINT=RADIANS, comma separated (default: all joints 0)")
-      .CommaSeparated();
+  command.AddList("--nominal", flags->nominal,
+                  "Start of every solve, JOINT=RADIANS, comma separated (default: all joints 0)");
   command.AddFlag("--fix-winding", options.fix_winding, "Turn bodies of the scene round that are inside out");
   AddTextOrJsonOption(command, &flags->json);
   command.SetFooter(

@@ -1,6 +1,7 @@
 #include "client/commands/options.h"
 
 #include <cstdint>
+#include <iostream>
 #include <limits>
 #include <string>
 #include <vector>
@@ -24,12 +25,6 @@ std::string LongTasks() {
     if (description.most_stances > 1) words.emplace_back(ToString(description.task));
   }
   return programs::Alternatives(words);
-}
-
-// A comma-separated list that takes one argument, so that it does not swallow what follows.
-void AddList(const programs::Command& command, const std::string& flag, std::vector<std::string>* target,
-             const std::string& help) {
-  command.AddOption(flag, *target, help).CommaSeparated();
 }
 
 }  // namespace
@@ -77,7 +72,8 @@ void AddOutputOptions(const programs::Command& command, OutputOptions* options) 
 
 void AddListingOptions(const programs::Command& command, ListingOptions* options) {
   AddFormatOption(command, &options->format);
-  AddList(command, "--columns", &options->columns, "Show only these columns, in this order");
+  // Split when the columns are known: a column of a query may have a comma in its name.
+  command.AddOption("--columns", options->columns, "Show only these columns, in this order").OneArgumentEach();
   AddOutputOptions(command, &options->output);
 }
 
@@ -92,6 +88,11 @@ void PrintListing(const Listing& listing, const ListingOptions& options) {
                                ? RenderListing(listing, options.format, layout)
                                : RenderListing(KeepColumns(listing, options.columns), options.format, layout);
   Print(options.format == ListingFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
+}
+
+void PrintPlain(const Listing& listing, ListingFormat format) {
+  const std::string text = RenderListing(listing, format);
+  std::cout << (format == ListingFormat::kCsv ? CsvFor(StandardOutput(), text) : text) << std::flush;
 }
 
 void AddPlotOptions(const programs::Command& command, const std::string& what, PlotOptions* options) {
@@ -187,16 +188,16 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
   command.AddOption("--solver", options->solvers,
                     "Declaration of a solver of others that methods of the suite name; may be repeated "
                     "(docs/solvers.md)");
-  AddList(command, "--methods", &options->filter.methods, "Keep only these methods, by name");
-  AddList(command, "--multi-starts", &options->filter.multi_starts, "Keep only methods with these numbers of restarts");
-  AddList(command, "--sample-size", &options->filter.sample_sizes,
-          "Keep only methods with these sample sizes, percent");
-  AddList(command, "--tasks", &options->filter.tasks, "Keep only these tasks: " + Joined(WordsOf<Task>()));
-  AddList(command, "--problems", &options->filter.problems, "Keep only these problems: ids and ranges, e.g. 0-9,12");
-  AddList(command, "--initializations", &options->filter.initializations,
-          "Keep only these: " + Joined(WordsOf<Initialization>()));
-  AddList(command, "--collision", &options->filter.collision,
-          "Keep only methods with these models: " + Joined(WordsOf<SceneRepresentation>()));
+  // Split when the suite is read: a method may have a comma in its name.
+  command.AddOption("--methods", options->filter.methods, "Keep only these methods, by name").OneArgumentEach();
+  command.AddList("--multi-starts", options->filter.multi_starts, "Keep only methods with these numbers of restarts");
+  command.AddList("--sample-size", options->filter.sample_sizes, "Keep only methods with these sample sizes, percent");
+  command.AddList("--tasks", options->filter.tasks, "Keep only these tasks: " + Joined(WordsOf<Task>()));
+  command.AddList("--problems", options->filter.problems, "Keep only these problems: ids and ranges, e.g. 0-9,12");
+  command.AddList("--initializations", options->filter.initializations,
+                  "Keep only these: " + Joined(WordsOf<Initialization>()));
+  command.AddList("--collision", options->filter.collision,
+                  "Keep only methods with these models: " + Joined(WordsOf<SceneRepresentation>()));
   command.AddOption("--max-stances", options->filter.max_stances, "Leave longer " + LongTasks() + " problems out")
       .Check(programs::WholeNumber(2, bus::spec_limits::kMostWaypoints));
   command.AddWord<Split>("--split", options->filter.split,

@@ -76,6 +76,9 @@ void AddDatasetOption(const programs::Command& command, std::optional<std::strin
 /// a column that it does not have.
 void PrintListing(const Listing& listing, const ListingOptions& options);
 
+/// A listing on standard output, without layout; CSV on a terminal has its control characters escaped.
+void PrintPlain(const Listing& listing, ListingFormat format);
+
 /// What `run` and `submit` share: the suite, what to keep of it, and the dataset.
 struct SuiteOptions {
   std::string suite;

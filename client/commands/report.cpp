@@ -9,6 +9,7 @@
 #include "client/report/replaced_file.h"
 #include "client/commands/page_datasets.h"
 #include "client/suite/chosen_files.h"
+#include "legopt/number_text.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/isolated_call.h"
@@ -37,7 +38,8 @@ std::vector<PageSource> SourcesOf(const ReportOptions& options) {
   if (places.empty()) places.push_back({std::nullopt, options.network});
   std::vector<PageSource> sources;
   for (const SourceOptions& place : places) {
-    for (const std::string& experiment : options.experiments) sources.push_back({place, std::stoll(experiment)});
+    for (const std::string& experiment : options.experiments)
+      sources.push_back({place, *ParseInteger<std::int64_t>(experiment)});
     if (options.experiments.empty()) sources.push_back({place, std::nullopt});
   }
   return sources;
@@ -69,14 +71,12 @@ void AddReportCommand(const programs::Command& program, Invocation* invocation) 
   command.AddOption("EXPERIMENT", options->experiments, "Experiments, beside each other (default: the newest)")
       .Check(programs::WholeNumber(1));
   command.AddOption("--out", options->out, "File to write, e.g. report.html").Required();
-  command
-      .AddOption("--db", options->databases,
-                 "Read these database files (read-only), with commas between them, instead of asking the server")
-      .CommaSeparated();
-  command
-      .AddOption("--dataset", options->datasets,
-                 "Dataset folders, with commas between them, for the 3D view (default: the embedded one)")
-      .CommaSeparated();
+  command.AddList("--db", options->databases,
+                  "Read this database file (read-only) instead of asking the server; several: repeat it, or use commas",
+                  programs::IsExistingPath);
+  command.AddList("--dataset", options->datasets,
+                  "Dataset folder for the 3D view (default: the embedded one); several: repeat it, or use commas",
+                  programs::IsExistingPath);
   command
       .AddOption("--max-size", options->max_megabytes,
                  "MB that the file may have; what goes beyond is left out, and said (default 25)")

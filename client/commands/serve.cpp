@@ -13,6 +13,7 @@
 #include "client/service/interrupt.h"
 #include "client/commands/page_datasets.h"
 #include "client/suite/chosen_files.h"
+#include "legopt/number_text.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/isolated_call.h"
@@ -40,7 +41,7 @@ FigureRequest FiguresOf(const ServeOptions& options) {
   request.rule = options.rule;
   request.build = options.build;
   for (const std::string& experiment : options.experiments) {
-    request.sources.push_back({options.source, std::stoll(experiment)});
+    request.sources.push_back({options.source, *ParseInteger<std::int64_t>(experiment)});
   }
   if (request.sources.empty()) request.sources.push_back({options.source, std::nullopt});
   request.datasets = LoadPageDatasets(request.sources, options.datasets);
@@ -129,14 +130,12 @@ void AddServeCommand(const programs::Command& program, Invocation* invocation) {
       .Check(programs::WholeNumber(0, kLargestPort));
   command.AddOption("--http-address", options->address,
                     "Listen there (default 127.0.0.1: this machine alone). Whoever can reach it can read all results");
-  command
-      .AddOption("--http-host", options->hosts,
-                 "Host names under which browsers may ask, with commas between them, beside the address and localhost")
-      .CommaSeparated();
-  command
-      .AddOption("--dataset", options->datasets,
-                 "Dataset folders, with commas between them, for the 3D view (default: the embedded one)")
-      .CommaSeparated();
+  command.AddList(
+      "--http-host", options->hosts,
+      "Host names under which browsers may ask, beside the address and localhost; repeat it, or use commas");
+  command.AddList("--dataset", options->datasets,
+                  "Dataset folder for the 3D view (default: the embedded one); several: repeat it, or use commas",
+                  programs::IsExistingPath);
   AddRuleOption(command, &options->rule);
   AddSourceOptions(command, &options->source);
   command.SetFooter(

@@ -42,7 +42,7 @@ ExitCode CheckDeclared(const SolverFlags& flags) {
   if (flags.format == ListingFormat::kText) {
     std::cout << "solver '" << declaration.name << "', hash " << declaration.hash << "\n\n";
   }
-  std::cout << RenderListing(listing, flags.format) << std::flush;
+  PrintPlain(listing, flags.format);
   if (passed) return ExitCode::kOk;
   throw ClientError(ExitCode::kJobsFailed, flags.declaration +
                                                ": the solver does not keep to the protocol (marked "

@@ -13,6 +13,7 @@
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/import/plausibility.h"
 #include "legopt/input/json.h"
+#include "legopt/input/name.h"
 #include "legopt/input_error.h"
 #include "programs/external/declaration.h"
 #include "programs/external/external_solvers.h"
@@ -40,7 +41,8 @@ void WarnAbout(const Dataset& dataset) {
 
 // A suite checks its own names; a name may also be that of a file or folder.
 void CheckName(const std::string& name, const std::string& file, const std::string& fix) {
-  if (!name.empty() && name.size() <= limits::kMostNameBytes && bus::IsText(name)) return;
+  if (const auto fault = FindNameFault(name)) throw InputError({file, "name", name, fault->message, fix});
+  if (name.size() <= limits::kMostNameBytes) return;
   throw InputError({file, "name", name,
                     "must be UTF-8 of 1 to " + std::to_string(limits::kMostNameBytes) + " bytes, it has " +
                         std::to_string(name.size()),

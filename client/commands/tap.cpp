@@ -262,9 +262,7 @@ void AddTapCommand(const programs::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("tap", "Show the traffic of a deployment as it passes, one JSON object per line");
   const auto options = std::make_shared<TapOptions>();
-  command.AddOption("--type", options->types, "Only these message types, e.g. lease,result")
-      .CommaSeparated()
-      .Check({CheckType, ""});
+  command.AddList("--type", options->types, "Only these message types, e.g. lease,result", {}, {CheckType, ""});
   command.AddOption("--from", options->from, "Only what this party sends: server, or an address")
       .Check({CheckSender, ""});
   const auto rates = command.AddOption("--rates", options->rates,

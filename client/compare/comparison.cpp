@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <map>
 
 #include "client/client_error.h"
+#include "legopt/number_text.h"
 #include "legopt/statistics/bootstrap.h"
 #include "legopt/statistics/charged_times.h"
 #include "legopt/statistics/checks.h"
@@ -102,9 +102,8 @@ double TrustedDifference(double b, double a) {
   constexpr double kNoise = 1e-9;
   const double difference = b - a;
   if (std::abs(difference) <= kNoise * std::max(std::abs(a), std::abs(b))) return 0.0;
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.9g", difference);
-  return std::strtod(text, nullptr);
+  constexpr int kTrustedDigits = 9;
+  return *ParseNumber(FormatGeneral(difference, kTrustedDigits));
 }
 
 // The middle of the ratios; none of more problems than would be waited for: it takes their number squared.

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 #include <vector>
 
@@ -10,6 +9,7 @@
 #include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
+#include "legopt/number_text.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -19,15 +19,8 @@ constexpr double kPerSecond_ms = 1e3, kPercent = 100.0;
 
 using Line = std::vector<std::string>;  // label, text
 
-std::string Printed(const char* format, double value) {
-  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-  char text[48];
-  std::snprintf(text, sizeof(text), format, value);
-  return text;
-}
-
-std::string Ratio(double value) { return Printed("%.3g", value); }
-std::string Percent(double share) { return Printed("%.1f", kPercent * share); }
+std::string Ratio(double value) { return FormatGeneral(value, 3); }
+std::string Percent(double share) { return FormatFixed(kPercent * share, 1); }
 
 std::string TimeText(double time_ms, const TimeUnit& unit) {
   return FormatTime(time_ms / kPerSecond_ms, unit) + " " + unit.name;
@@ -36,7 +29,7 @@ std::string TimeText(double time_ms, const TimeUnit& unit) {
 // "0.012, adjusted 0.048"; a dash without anything to test.
 std::string P(double p, double adjusted, int informative) {
   if (informative == 0) return "-";
-  return Printed("%.2g", p) + ", adjusted " + Printed("%.2g", adjusted);
+  return FormatGeneral(p, 2) + ", adjusted " + FormatGeneral(adjusted, 2);
 }
 
 bool SeveralMethods(const Comparison& comparison) {

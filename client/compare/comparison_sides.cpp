@@ -8,6 +8,7 @@
 
 #include "client/client_error.h"
 #include "client/compare/method_choice.h"
+#include "legopt/number_text.h"
 
 namespace legopt::client {
 namespace {
@@ -46,7 +47,7 @@ Side FileSide(const std::string& file, const ComparisonRequest& request) {
 std::optional<std::int64_t> ExperimentOf(const std::string& text, ResultSource& source) {
   const bool number = !text.empty() && text.size() < 18 &&
                       std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
-  if (number) return std::stoll(text);
+  if (number) return ParseInteger<std::int64_t>(text);
   const Listing found = source.Query("SELECT max(experiment_id) AS id FROM experiments WHERE name = " + SqlText(text));
   const nlohmann::json& id = found.At(0, "id");
   return id.is_null() ? std::nullopt : std::optional(id.get<std::int64_t>());

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "client/compare/comparison_report.h"
 #include "client/report/grouped_table.h"
 #include "client/report/inner_starts.h"
+#include "legopt/number_text.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -31,11 +31,7 @@ std::string NameOf(const StatisticsTable& table, const StatisticsRow& row) {
   return programs::Printable(name);
 }
 
-std::string Percents(double share) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.4g %%", kPercent * share);
-  return text;
-}
+std::string Percents(double share) { return FormatGeneral(kPercent * share, 4) + " %"; }
 
 PlotSeries CurveOf(std::size_t entry, const statistics::StepCurve& curve) {
   PlotSeries series{entry, {}, {}};

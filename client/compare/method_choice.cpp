@@ -1,15 +1,13 @@
 #include "client/compare/method_choice.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <functional>
-#include <sstream>
 #include <utility>
 
 #include "client/client_error.h"
 #include "legopt/nearest_name.h"
 #include "words/method_name.h"
+#include "programs/value_list.h"
 
 namespace legopt::client {
 namespace {
@@ -55,8 +53,7 @@ struct NamedFigures {
 NamedFigures ReadChoice(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   NamedFigures read{text.substr(0, colon), {}};
-  std::istringstream rest(text.substr(colon + 1));
-  for (std::string figure; std::getline(rest, figure, ',');) {
+  for (const std::string& figure : programs::SplitValues(text.substr(colon + 1))) {
     const std::size_t equals = figure.find('=');
     if (equals == std::string::npos) {
       throw ClientError(ExitCode::kUsage,

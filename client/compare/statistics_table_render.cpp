@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "client/client_error.h"
 #include "client/compare/statistics_table.h"
@@ -8,17 +7,14 @@
 #include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
+#include "legopt/number_text.h"
 
 namespace legopt::client {
 namespace {
 
 constexpr double kMsPerSecond = 1e3, kHundred = 100.0;
 
-std::string Decimal(double value, int decimals) {
-  char text[48];
-  std::snprintf(text, sizeof(text), "%.*f", decimals, value);
-  return text;
-}
+std::string Decimal(double value, int decimals) { return FormatFixed(value, decimals); }
 
 std::string ShownTime(const std::optional<double>& time_ms, const TimeUnit& unit) {
   if (!time_ms) return "-";
@@ -107,11 +103,7 @@ std::string Note(const TimeUnit& unit) {
          "ended.";
 }
 
-std::string ShownP(double p) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "p = %.2g", p);
-  return text;
-}
+std::string ShownP(double p) { return "p = " + FormatGeneral(p, 2); }
 
 std::string SuccessNote(const ColumnStatistics& column) {
   if (!column.success) return {};

@@ -4,7 +4,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <sstream>
+
+#include "legopt/classic_stream.h"
 
 namespace legopt::client {
 namespace {
@@ -78,7 +79,7 @@ void Drawing::Text(const std::string& text, double x, double y, Align align) {
 
 std::vector<std::string> Drawing::Wrapped(const std::string& text, double width) {
   std::vector<std::string> lines;
-  std::istringstream words(text);
+  ClassicInput words(text);
   for (std::string word; words >> word;) {
     if (lines.empty() || WidthOf(lines.back() + " " + word) > width) {
       lines.push_back(word);

@@ -3,18 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+
+#include "legopt/number_text.h"
 
 namespace legopt::client {
 namespace {
 
 constexpr double kTen = 10.0, kTiny = 1e-9;
 
-PlotTick TickAt(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.6g", value);
-  return {value, text};
-}
+PlotTick TickAt(double value) { return {value, FormatGeneral(value)}; }
 
 bool Within(const PlotAxis& axis, double value) {
   const double slack = kTiny * std::max(std::abs(axis.from), std::abs(axis.to));

@@ -1,6 +1,5 @@
 #include <array>
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,6 +7,7 @@
 #include "client/pool/engine_words.h"
 #include "client/pool/pool_script.h"
 #include "client/pool/worker_command.h"
+#include "legopt/classic_stream.h"
 #include "legopt/input_error.h"
 
 namespace legopt::client {
@@ -19,7 +19,7 @@ constexpr std::array<std::string_view, 4> kGridEngineOptions = {"pe", "wd", "ar"
 // A parallel environment is named by two words: its name and the number of slots.
 std::string QsubValue(const EngineOption& option) {
   if (option.key != "pe") return QsubWord(option.value.value_or(""));
-  std::istringstream words(option.value.value_or(""));
+  ClassicInput words(option.value.value_or(""));
   std::string text;
   for (std::string word; words >> word;) text += (text.empty() ? "" : " ") + QsubWord(word);
   return text;

@@ -4,10 +4,10 @@
 #include <array>
 #include <filesystem>
 #include <set>
-#include <sstream>
 #include <string_view>
 
 #include "client/suite/yaml_map.h"
+#include "legopt/classic_stream.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/yaml.h"
 #include "legopt/input_error.h"
@@ -89,11 +89,11 @@ std::string HostName(const std::string& text, const InputError::Fault& place) {
 // A host on each line; '#' begins a comment.
 std::vector<std::string> ReadHostsFile(const std::string& file) {
   std::vector<std::string> hosts;
-  std::istringstream lines(ReadFileText(file, kShortYaml.bytes));
+  ClassicInput lines(ReadFileText(file, kShortYaml.bytes));
   int number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++number;
-    std::istringstream words(line.substr(0, line.find('#')));
+    ClassicInput words(line.substr(0, line.find('#')));
     std::string host, more;
     words >> host;
     const InputError::Fault place{file + ":" + std::to_string(number), "", "", "", ""};

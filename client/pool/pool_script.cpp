@@ -78,7 +78,7 @@ std::string SlurmHeader(const PoolFile& pool, const PoolAccess& access) {
   options.Set("signal", "B:USR1@" + std::to_string(pool.worker.drain_s + kSlurmEarly_s));
   options.Flag(pool.requeue ? "requeue" : "no-requeue");
   options.Set("open-mode", "append");
-  options.Set("output", SlurmPatternOf(access.logs) + "/%A_%a.log");
+  options.Set("output", SlurmPatternOf(access.logs) + "/%A_%a.log");  // reader: a pattern of Slurm
   options.Set("export", "NONE");
   return options.text();
 }

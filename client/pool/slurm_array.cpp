@@ -1,14 +1,13 @@
 #include "client/pool/slurm_array.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cstdio>
 #include <map>
-#include <sstream>
 #include <thread>
 
 #include "client/client_error.h"
+#include "legopt/classic_stream.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -73,9 +72,9 @@ void Cancel(std::vector<std::string> arguments) {
 
 std::vector<SlurmElement> ParseElements(const std::string& lines) {
   std::vector<SlurmElement> elements;
-  std::istringstream stream(lines);
+  ClassicInput stream(lines);
   for (std::string line; std::getline(stream, line);) {
-    std::istringstream fields(line);
+    ClassicInput fields(line);
     SlurmElement element;
     std::getline(fields, element.id, '|');
     std::getline(fields, element.state, '|');

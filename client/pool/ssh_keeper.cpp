@@ -7,12 +7,13 @@
 #include <cerrno>
 #include <fstream>
 #include <iterator>
-#include <sstream>
 #include <system_error>
 #include <thread>
 
 #include "files/file_error.h"
 #include "files/written_file.h"
+#include "legopt/classic_stream.h"
+#include "legopt/number_text.h"
 
 namespace legopt::client {
 namespace {
@@ -31,7 +32,7 @@ std::uint64_t StartOf(int pid) {
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   const auto name_end = text.rfind(')');  // the name may hold anything
   if (name_end == std::string::npos) return 0;
-  std::istringstream fields(text.substr(name_end + 1));
+  ClassicInput fields(text.substr(name_end + 1));
   constexpr int kFieldsBefore = 19;  // from the third on
   std::string skipped;
   for (int i = 0; i < kFieldsBefore; ++i) fields >> skipped;
@@ -45,7 +46,7 @@ std::uint64_t StartOf(int pid) {
 Keeper Keeper::ThisProcess() { return {::getpid(), StartOf(::getpid())}; }
 
 std::optional<Keeper> Keeper::FromId(const std::string& id) {
-  std::istringstream words(id);
+  ClassicInput words(id);
   int pid = 0;
   std::uint64_t started = 0;
   if (!(words >> pid >> started) || pid <= 0) return std::nullopt;
@@ -76,7 +77,7 @@ void Keeper::Stop(milliseconds patience, bool (*give_up)()) const {
 }
 
 void TellHosts(const fs::path& folder, const std::vector<SshPool::Host>& hosts) {
-  std::ostringstream text;
+  ClassicOutput text;
   for (const SshPool::Host& host : hosts) {
     text << host.name << '\t' << system_clock::to_time_t(host.since) << '\t' << host.state << '\n';
   }
@@ -93,7 +94,7 @@ std::vector<SshPool::Host> ToldHosts(const fs::path& folder) {
   SshPool::Host host;
   for (std::string since; std::getline(stream, host.name, '\t') && std::getline(stream, since, '\t') &&
                           std::getline(stream, host.state);) {
-    host.since = system_clock::from_time_t(std::strtoll(since.c_str(), nullptr, 10));
+    host.since = system_clock::from_time_t(ParseInteger<std::time_t>(since).value_or(0));
     hosts.push_back(host);
   }
   return hosts;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
@@ -11,6 +10,7 @@
 #include <thread>
 
 #include "legopt/input/json.h"
+#include "legopt/number_text.h"
 #include "legopt/read_guard.h"
 #include "legopt/solve/trace.h"
 #include "programs/isolated_call.h"
@@ -21,11 +21,7 @@ namespace {
 std::string TextOf(std::int64_t value) { return std::to_string(value); }
 std::string TextOf(SolveStatus value) { return std::string(ToString(value)); }
 std::string TextOf(Verdict value) { return std::string(ToString(value)); }
-std::string TextOf(double value) {
-  char text[40];
-  std::snprintf(text, sizeof(text), "%.17g", value);
-  return text;
-}
+std::string TextOf(double value) { return FormatGeneral(value, 17); }
 
 // What differs, as sentences.
 class Differences {

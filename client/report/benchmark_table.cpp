@@ -7,15 +7,20 @@
 #include <set>
 
 #include "client/report/inner_starts.h"
+#include "legopt/number_text.h"
 #include "words/job.h"
 
 namespace legopt::client {
 namespace {
 
-std::string Print(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof(text), format, value);
-  return text;
+// Three significant digits, trailing zeros kept.
+std::string ThreeDigits(double value) {
+  constexpr int kDigits = 3, kSmallestExponent = -4;
+  std::string scientific = FormatScientific(value, kDigits - 1);
+  std::string exponent = scientific.substr(scientific.find('e') + 1);
+  if (exponent.starts_with('+')) exponent.erase(0, 1);
+  const int power = ParseInteger<int>(exponent).value_or(0);
+  return power < kSmallestExponent ? scientific : FormatFixed(value, kDigits - 1 - power);
 }
 
 std::optional<double> FiniteNumber(const nlohmann::json& value) {
@@ -188,9 +193,9 @@ BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment
 std::string FormatCost(const std::optional<double>& cost) {
   if (!cost) return "-";
   constexpr double kSmallestWithTwoDecimals = 0.005;
-  if (*cost >= 1.0) return Print("%.0f", *cost);
-  if (*cost >= kSmallestWithTwoDecimals || *cost == 0.0) return Print("%.2f", *cost);
-  return Print("%.1e", *cost);
+  if (*cost >= 1.0) return FormatFixed(*cost, 0);
+  if (*cost >= kSmallestWithTwoDecimals || *cost == 0.0) return FormatFixed(*cost, 2);
+  return FormatScientific(*cost, 1);
 }
 
 std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit) {
@@ -198,9 +203,9 @@ std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit
   const double value = *time_s / unit.seconds;
   // The boundaries are where rounding would add a digit: 0.9995 reads 1.00, 9.995 reads 10.0, 99.95 reads 100.
   constexpr double kAllDecimals = 0.9995, kTwoDecimals = 9.995, kOneDecimal = 99.95;
-  if (value < kAllDecimals && value > 0) return Print("%#.3g", value);
-  if (value < kTwoDecimals) return Print("%.2f", value);
-  return Print(value < kOneDecimal ? "%.1f" : "%.0f", value);
+  if (value < kAllDecimals && value > 0) return ThreeDigits(value);
+  if (value < kTwoDecimals) return FormatFixed(value, 2);
+  return FormatFixed(value, value < kOneDecimal ? 1 : 0);
 }
 
 std::string ClockWarning(std::int64_t clock_stopped, std::int64_t experiment_id) {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <sstream>
 
 #include "client/report/grouped_table.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
+#include "legopt/classic_stream.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -128,7 +128,7 @@ Listing MissingListing(const EvaluationReport& report) {
 
 std::string RenderShown(const EvaluationReport& report, ListingFormat format, const TableStyle& style) {
   std::string text;
-  std::istringstream caption(EvaluationCaption(report));
+  ClassicInput caption(EvaluationCaption(report));
   for (std::string line; std::getline(caption, line);) text += Paragraph(programs::Printable(line), style.layout);
   const auto add = [&](const std::string& title, const Listing& listing) {
     if (listing.rows.empty()) return;

@@ -4,9 +4,9 @@
 
 #include <iomanip>
 #include <iostream>
-#include <sstream>
 
 #include "client/report/progress.h"
+#include "legopt/classic_stream.h"
 
 namespace legopt::client {
 
@@ -33,7 +33,7 @@ void GenerationProgress::Show(const std::string& stage, double done, double tota
   const Clock::duration period = terminal_ ? Clock::duration(kTerminalPeriod) : Clock::duration(kQuietPeriod);
   if (!fresh && !last && now - shown_ < period) return;
   shown_ = now;
-  std::ostringstream line;
+  ClassicOutput line;
   line << stage << " " << std::setprecision(4) << done << " of " << total << " " << unit;
   const Seconds elapsed = now - stage_start_;
   line << ", " << FormatDuration(elapsed);

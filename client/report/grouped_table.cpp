@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "client/report/listing.h"
+#include "client/report/markup_text.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -33,14 +33,9 @@ std::vector<std::string> FullTexts(const std::vector<TableText>& row) {
   return texts;
 }
 
-std::string EscapeMarkdown(std::string text) {
-  for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos; at += 2) text.insert(at, 1, '\\');
-  return text;
-}
-
 std::string MarkdownLine(const std::vector<std::string>& cells) {
   std::string text = "|";
-  for (const auto& cell : cells) text += " " + EscapeMarkdown(cell) + " |";
+  for (const auto& cell : cells) text += " " + MarkdownText(cell) + " |";
   return text + "\n";
 }
 
@@ -49,35 +44,6 @@ std::string Uncapitalized(std::string text) {
   if (text.size() > 1 && std::isupper(static_cast<unsigned char>(text[1])) != 0) return text;
   if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
   return text;
-}
-
-std::string EscapeLatex(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '\\':
-        escaped += "\\textbackslash{}";
-        break;
-      case '~':
-        escaped += "\\textasciitilde{}";
-        break;
-      case '^':
-        escaped += "\\textasciicircum{}";
-        break;
-      case '&':
-      case '%':
-      case '$':
-      case '#':
-      case '_':
-      case '{':
-      case '}':
-        escaped += '\\';
-        [[fallthrough]];
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
 }
 
 std::string LatexLine(const std::vector<std::string>& cells) {
@@ -92,7 +58,7 @@ std::string LatexGroups(const GroupedTable& table) {
   std::vector<std::string> groups = {"\\multicolumn{" + std::to_string(keys) + "}{c}{}"};
   std::string rules;
   for (std::size_t group = 0; group < table.groups.size(); ++group) {
-    groups.push_back("\\multicolumn{" + std::to_string(columns) + "}{c}{" + EscapeLatex(TitleOf(table.groups[group])) +
+    groups.push_back("\\multicolumn{" + std::to_string(columns) + "}{c}{" + LatexText(TitleOf(table.groups[group])) +
                      "}");
     const std::size_t first = keys + group * columns + 1;
     rules += "\\cmidrule(lr){" + std::to_string(first) + "-" + std::to_string(first + columns - 1) + "}";
@@ -110,28 +76,29 @@ std::string RenderMarkdown(const GroupedTable& table) {
       titles.push_back(i == 0 ? TitleOf(group) + ": " + title : title);
     }
   }
-  std::string text = table.caption.empty() ? "" : "**" + EscapeMarkdown(table.caption) + "**\n\n";
+  std::string text = table.caption.empty() ? "" : "**" + MarkdownText(table.caption) + "**\n\n";
   text += MarkdownLine(titles) + "|";
   for (std::size_t i = 0; i < titles.size(); ++i) text += i == 0 ? " --- |" : " ---: |";
   text += "\n";
   for (const auto& row : table.rows) text += MarkdownLine(FullTexts(row));
-  text += "\n" + table.note + "\n";
-  return text + (table.warning.empty() ? "" : "\n" + table.warning + "\n");
+  text += "\n" + MarkdownText(table.note) + "\n";
+  return text + (table.warning.empty() ? "" : "\n" + MarkdownText(table.warning) + "\n");
 }
 
 std::string RenderLatex(const GroupedTable& table) {
   const std::size_t columns = Titles(table).size();
-  std::string text = "% needs \\usepackage{booktabs}\n\\begin{table*}\n\\centering\n\\caption{" +
-                     EscapeLatex(table.caption) + "}\n\\begin{tabular}{l" + std::string(columns - 1, 'r') +
-                     "}\n\\toprule\n" + LatexGroups(table) + LatexLine(Titles(table)) + "\\midrule\n";
+  std::string text = "\\begin{table*}\n\\centering\n\\caption{" + LatexText(table.caption) + "}\n\\begin{tabular}{l" +
+                     std::string(columns - 1, 'r') + "}\n\\toprule\n" + LatexGroups(table) + LatexLine(Titles(table)) +
+                     "\\midrule\n";
   for (const auto& row : table.rows) {
     auto cells = FullTexts(row);
-    for (auto& cell : cells) cell = cell == "-" ? "--" : EscapeLatex(cell);
+    for (auto& cell : cells) cell = cell == "-" ? "--" : LatexText(cell);
     text += LatexLine(cells);
   }
-  text += "\\bottomrule\n\\end{tabular}\n\n\\smallskip\nNote: " + EscapeLatex(table.note) + "\n";
-  if (!table.warning.empty()) text += "\n\\smallskip\n" + EscapeLatex(table.warning) + "\n";
-  return text + "\\end{table*}\n";
+  text += "\\bottomrule\n\\end{tabular}\n\n\\smallskip\nNote: " + LatexText(table.note) + "\n";
+  if (!table.warning.empty()) text += "\n\\smallskip\n" + LatexText(table.warning) + "\n";
+  text += "\\end{table*}\n";
+  return LatexNeeds(text) + text;
 }
 
 GroupedTable MakePrintable(GroupedTable table) {

@@ -1,12 +1,12 @@
 #include "client/report/interpolation_table.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
 #include "client/report/grouped_table.h"
 #include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
+#include "legopt/number_text.h"
 
 namespace legopt::client {
 namespace {
@@ -29,9 +29,7 @@ nlohmann::json NumberOrNull(const std::optional<double>& value) {
 // A scaled figure, or a dash.
 std::string Shown(const std::optional<double>& value, double unit) {
   if (!value) return "-";
-  char text[48];
-  std::snprintf(text, sizeof(text), "%.1f", *value / unit);
-  return text;
+  return FormatFixed(*value / unit, 1);
 }
 
 std::vector<TableText> ShownLine(const InterpolationTable& table, const InterpolationRow& row) {

@@ -3,15 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <set>
 #include <stdexcept>
 
 #include "client/client_error.h"
 #include "client/report/json_text.h"
 #include "client/report/listing_text.h"
+#include "client/report/markup_text.h"
 #include "legopt/input/json.h"
 #include "legopt/nearest_name.h"
+#include "legopt/number_text.h"
 #include "programs/printable.h"
+#include "programs/value_list.h"
 
 namespace legopt::client {
 namespace {
@@ -38,19 +42,15 @@ nlohmann::ordered_json JsonRow(const std::vector<std::string>& names, const std:
 }
 
 std::string RenderMarkdown(const Listing& listing) {
-  const auto escape = [](std::string text) {
-    for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos; at += 2) text.insert(at, 1, '\\');
-    return text;
-  };
   const auto numeric = NumericColumns(listing);
   std::string text = "|";
-  for (const auto& column : listing.columns) text += " " + escape(programs::Printable(column)) + " |";
+  for (const auto& column : listing.columns) text += " " + MarkdownText(programs::Printable(column)) + " |";
   text += "\n|";
   for (const bool right : numeric) text += right ? " ---: |" : " --- |";
   text += "\n";
   for (const auto& row : listing.rows) {
     text += "|";
-    for (const auto& value : row) text += " " + escape(ShownValue(value)) + " |";
+    for (const auto& value : row) text += " " + MarkdownText(ShownValue(value)) + " |";
     text += "\n";
   }
   return text;
@@ -67,9 +67,7 @@ std::string RenderCsv(const Listing& listing) {
 std::string ShownValue(const nlohmann::json& value) {
   if (value.is_null()) return "-";
   if (value.is_number_float()) {
-    char text[32];
-    std::snprintf(text, sizeof(text), "%.6g", value.get<double>());
-    return text;
+    return FormatGeneral(value.get<double>());
   }
   // One row is one line, and a terminal must not act on what others wrote.
   return programs::Printable(value.is_string() ? value.get<std::string>() : Dump(value));
@@ -167,10 +165,15 @@ std::string IndentedJsonRow(const std::vector<std::string>& names, const std::ve
 }
 
 Listing KeepColumns(const Listing& listing, const std::vector<std::string>& columns) {
+  const auto is_column = [&listing](const std::string& text) {
+    return std::find(listing.columns.begin(), listing.columns.end(), text) != listing.columns.end();
+  };
   Listing kept;
-  kept.columns = columns;
   kept.truncated = listing.truncated;
-  const std::vector<std::size_t> sources = ColumnPositions(listing.columns, columns);
+  for (const std::string& list : columns) {
+    for (std::string& column : programs::SplitValues(list, is_column)) kept.columns.push_back(std::move(column));
+  }
+  const std::vector<std::size_t> sources = ColumnPositions(listing.columns, kept.columns);
   for (const auto& row : listing.rows) {
     auto& line = kept.rows.emplace_back();
     for (const std::size_t source : sources) line.push_back(row[source]);

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "legopt/number_text.h"
+
 namespace legopt::client {
 namespace {
 
@@ -14,15 +16,9 @@ constexpr Seconds kMinEvidence{0.2};  // a shorter stretch gives no honest rate
 
 std::string FormatRate(double jobs_per_s) {
   constexpr double kSecondsPerMinute = 60;
-  char text[48];
-  if (jobs_per_s >= 100) {
-    std::snprintf(text, sizeof(text), "%.0f jobs/s", jobs_per_s);
-  } else if (jobs_per_s >= 1) {
-    std::snprintf(text, sizeof(text), "%.1f jobs/s", jobs_per_s);
-  } else {
-    std::snprintf(text, sizeof(text), "%.1f jobs/min", jobs_per_s * kSecondsPerMinute);
-  }
-  return text;
+  if (jobs_per_s >= 100) return FormatFixed(jobs_per_s, 0) + " jobs/s";
+  if (jobs_per_s >= 1) return FormatFixed(jobs_per_s, 1) + " jobs/s";
+  return FormatFixed(jobs_per_s * kSecondsPerMinute, 1) + " jobs/min";
 }
 
 std::string Counts(const ExperimentStatus& status) {
@@ -63,9 +59,7 @@ bool HadLongBreaks(const ExperimentStatus& status) {
 std::string WithTenths(Seconds duration) {
   constexpr Seconds kMinute{60};
   if (duration >= kMinute) return FormatDuration(duration);
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.1f s", duration.count());
-  return text;
+  return FormatFixed(duration.count(), 1) + " s";
 }
 
 std::string Bar(std::int64_t finished, std::int64_t total, int width) {

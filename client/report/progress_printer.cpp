@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "legopt/number_text.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -61,8 +62,8 @@ void ProgressPrinter::Show(const ExperimentStatus& status) {
 
 void ProgressPrinter::ServerSilent(Seconds silence, Seconds patience) {
   Break();
-  std::fprintf(stderr, "legopt: no answer for %.0f s; waiting for the server to come back, for up to %s\n",
-               silence.count(), FormatDuration(patience).c_str());
+  std::fprintf(stderr, "legopt: no answer for %s s; waiting for the server to come back, for up to %s\n",
+               FormatFixed(silence.count(), 0).c_str(), FormatDuration(patience).c_str());
 }
 
 void ProgressPrinter::ServerBack() {

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "legopt/number_text.h"
 
 namespace legopt::client {
 namespace {
@@ -41,11 +42,7 @@ std::string MachineOf(const ResultOrigin& origin) {
   if (origin.memory_bytes) {
     text += ", " + std::to_string(std::lround(static_cast<double>(*origin.memory_bytes) / kGibibyte)) + " GiB";
   }
-  if (origin.load) {
-    char load[32];
-    std::snprintf(load, sizeof(load), ", load %.1f", *origin.load);
-    text += load;
-  }
+  if (origin.load) text += ", load " + FormatFixed(*origin.load, 1);
   return text;
 }
 

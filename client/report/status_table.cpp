@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "client/report/progress.h"
 #include "client/report/text_layout.h"
 #include "legopt/input/json.h"
+#include "legopt/number_text.h"
 #include "programs/printable.h"
 
 namespace legopt::client {
@@ -189,9 +189,7 @@ std::string WorkerState(const nlohmann::json& worker) {
 std::string Load(const nlohmann::json& worker) {
   const auto load = worker.find("load");
   if (load == worker.end() || !load->is_number()) return "-";
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.1f", load->get<double>());
-  return text;
+  return FormatFixed(load->get<double>(), 1);
 }
 
 // "2 x AMD EPYC 7B13"

@@ -6,10 +6,10 @@
 #include <csignal>
 #include <cstdio>
 #include <optional>
-#include <sstream>
 
 #include "client/client_error.h"
 #include "files/file_error.h"
+#include "legopt/classic_stream.h"
 #include "programs/data_folder.h"
 
 namespace legopt::client {
@@ -49,7 +49,7 @@ void ThrowIfToldToStop(const std::string& program, const ChildExit& exit) {
 
 std::string LastWords(const std::string& program, const std::string& tail) {
   std::string words;
-  std::istringstream lines(tail);
+  ClassicInput lines(tail);
   for (std::string line; std::getline(lines, line);) {
     if (const auto error = ErrorIn(line, program)) words = *error;
   }

@@ -14,6 +14,7 @@
 #include "legopt/blake2b.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/input/json.h"
+#include "legopt/input/name.h"
 #include "legopt/input_error.h"
 
 namespace legopt::client {
@@ -198,6 +199,7 @@ std::string SubmitterName() {
     throw InputError({"LEGOPT_SUBMITTER", "", name.substr(0, kMostBytes), "is not UTF-8 of at most 200 bytes",
                       "set it to who submits, or unset it"});
   }
+  if (!name.empty()) RequireName(name, "LEGOPT_SUBMITTER", "");
   return name;
 }
 

@@ -11,10 +11,12 @@
 #include "client/suite/yaml_map.h"
 #include "files/written_file.h"
 #include "legopt/input/file_text.h"
+#include "legopt/input/name.h"
 #include "legopt/input/yaml.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
 #include "programs/external/external_solvers.h"
+#include "programs/value_list.h"
 
 namespace legopt::client {
 namespace {
@@ -256,14 +258,20 @@ void Keep(const std::vector<std::string>& wanted, const std::string& flag, const
                 [&](const Item& item) { return std::count(keep.begin(), keep.end(), LowerCase(key(item))) == 0; });
 }
 
-// A method by its name, with or without the mark that tables put behind those of others.
-void KeepMethods(std::vector<std::string> wanted, Suite* suite) {
+// A method by its name, with or without the mark that tables put behind those of others. `lists`: names with commas
+// between them, which a name may hold as well.
+void KeepMethods(const std::vector<std::string>& lists, Suite* suite) {
   const auto has = [&](const std::string& name) {
     return std::any_of(suite->methods.begin(), suite->methods.end(),
                        [&](const Method& method) { return LowerCase(method.name) == LowerCase(name); });
   };
-  for (std::string& name : wanted) {
-    if (!has(name) && has(name + kExternalMark)) name += kExternalMark;
+  const auto is_method = [&](const std::string& name) { return has(name) || has(name + kExternalMark); };
+  std::vector<std::string> wanted;
+  for (const std::string& list : lists) {
+    for (const std::string& name : programs::SplitValues(list, is_method)) {
+      const bool marked = !has(name) && has(name + kExternalMark);
+      wanted.push_back(marked ? name + kExternalMark : name);
+    }
   }
   Keep(wanted, "--methods", suite->file, &suite->methods, [](const Method& method) { return method.name; });
 }
@@ -313,7 +321,8 @@ Suite ParseSuite(const std::string& text, const std::string& file, const SolverR
   suite.file = file;
   // A pipe has no name, and no folder of its own.
   const bool is_stream = files::IsStream(file);
-  suite.name = map.Has("name") ? map.Name("name") : is_stream ? "stdin" : std::filesystem::path(file).stem().string();
+  const auto stem = [&file] { return Composed(std::filesystem::path(file).stem().string()); };
+  suite.name = map.Has("name") ? map.Name("name") : is_stream ? "stdin" : stem();
   if (map.Has("dataset")) {
     // Also right for an absolute path: operator/ then drops the left side.
     const auto folder = is_stream ? std::filesystem::path() : std::filesystem::path(file).parent_path();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bus/spec_limits.h"
+#include "legopt/input/name.h"
 #include "legopt/nearest_name.h"
 #include "legopt/number_text.h"
 
@@ -38,7 +39,7 @@ std::string Describe(const YAML::Node& node) {
   }
 }
 
-// from_chars, because stream conversion depends on the locale and accepts trailing text.
+// Of all of the text; "+1" is a number as well.
 template <class Number>
 std::optional<Number> Parse(const std::string& text) {
   Number value{};
@@ -155,7 +156,7 @@ std::string YamlMap::Name(const std::string& key) const {
         "is " + std::to_string(name.size()) + " bytes long, at most " + std::to_string(kMost) + " are possible",
         "choose a shorter one");
   }
-  if (name.find('\0') != std::string::npos) throw YamlFault(file_, Get(key), Path(key), "must not hold NUL", "");
+  if (const auto fault = FindNameFault(name)) throw YamlFault(file_, Get(key), Path(key), fault->message, fault->fix);
   return name;
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "legopt/blake2b.h"
+#include "legopt/number_text.h"
 #include "legopt/optimize/best_options.h"
 #include "legopt/random_draws.h"
 #include "legopt/terms/initial_guess.h"
@@ -51,7 +52,7 @@ std::mt19937_64 GeneratorOfStart(const Stance& stance, int number) {
   constexpr std::size_t kDigits = 16;
   constexpr int kHexadecimal = 16;
   const std::string identity = "certify/" + FormatStance(stance) + "/" + std::to_string(number);
-  return std::mt19937_64(std::stoull(Blake2bHex(identity).substr(0, kDigits), nullptr, kHexadecimal));
+  return std::mt19937_64(*ParseInteger<std::uint64_t>(Blake2bHex(identity).substr(0, kDigits), kHexadecimal));
 }
 
 void ScatterBase(double height_m, std::mt19937_64& generator, Eigen::Ref<VectorXd> base) {

@@ -14,6 +14,7 @@
 #include "legopt/collision/scene_solids.h"
 #include "legopt/collision/trimesh_world.h"
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
 
 namespace legopt {
 namespace {
@@ -21,7 +22,7 @@ namespace {
 using Impl = CollisionModel::Impl;
 
 void Check(bool good, const char* field, double value, const char* rule) {
-  if (!good) throw InputError({"collision options", field, std::to_string(value), rule, "see CollisionOptions"});
+  if (!good) throw InputError({"collision options", field, FormatFixed(value, 6), rule, "see CollisionOptions"});
 }
 
 void Validate(const CollisionOptions& options) {

@@ -10,6 +10,7 @@
 #include "legopt/collision/mesh_reader.h"
 #include "legopt/input_error.h"
 #include "legopt/isolated_answer.h"
+#include "legopt/number_text.h"
 
 namespace legopt {
 namespace {
@@ -83,7 +84,7 @@ TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale, con
   }
   if (!scale.allFinite() || (scale.array() == 0.0).any()) {
     const std::string factors =
-        std::to_string(scale.x()) + " " + std::to_string(scale.y()) + " " + std::to_string(scale.z());
+        FormatFixed(scale.x(), 6) + " " + FormatFixed(scale.y(), 6) + " " + FormatFixed(scale.z(), 6);
     throw InputError({path, "scale", factors, "mesh scale must be finite and not zero",
                       "give three factors such as 0.001 0.001 0.001"});
   }

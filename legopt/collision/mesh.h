@@ -21,10 +21,10 @@ struct TriangleMesh {
 ///
 /// `scale` multiplies each axis; an odd number of negative factors also turns the winding round, so that outside stays
 /// outside. Vertices with identical coordinates are welded; triangles with two equal corners after that are dropped.
-/// DAE files: lengths are converted to metres by the file's unit; axes are taken as authored (no up-axis turn, as in
-/// ROS). assimp runs under `guard`, with limits by the size of the file: damaged files crash it or keep it for ever.
-/// Prints nothing. Thread-safe. Throws InputError: file missing, unreadable or of another format, no triangles, a
-/// coordinate or scale that is not finite, a guard that gave no answer (crash, limit).
+/// DAE files: lengths are converted to metres by the file's unit; axes stay those of the file (collada_up_axis.h).
+/// assimp runs under `guard`, with limits by the size of the file: damaged files crash it or keep it for ever. Prints
+/// nothing. Thread-safe. Throws InputError: file missing, unreadable or of another format, no triangles, a coordinate
+/// or scale that is not finite, a guard that gave no answer (crash, limit).
 TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale = Eigen::Vector3d::Ones(),
                       const ReadGuard& guard = {});
 

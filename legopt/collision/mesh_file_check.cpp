@@ -12,10 +12,10 @@
 #include <fstream>
 #include <iterator>
 #include <set>
-#include <sstream>
 #include <string_view>
 #include <vector>
 
+#include "legopt/classic_stream.h"
 #include "legopt/input_error.h"
 
 namespace legopt {
@@ -45,7 +45,7 @@ class PlyHeaderCheck {
         return;
       }
       std::vector<std::string> words;
-      std::istringstream stream(line);
+      ClassicInput stream(line);
       for (std::string word; stream >> word;) words.push_back(word);
       const std::string keyword = words.empty() ? "" : words.front();
       if (keyword == "comment" || keyword == "obj_info") continue;
@@ -174,7 +174,8 @@ void CheckCollada(const std::string& path) {
   document.Accept(&check);
 }
 
-/// Assimp goes by the mark as well as by the suffix.
+}  // namespace
+
 bool LooksLikeCollada(const std::string& path) {
   constexpr std::size_t kMarkWithin = 1000;  // assimp looks at fewer bytes for its mark
   std::string start(kMarkWithin, '\0');
@@ -185,8 +186,6 @@ bool LooksLikeCollada(const std::string& path) {
   std::transform(suffix.begin(), suffix.end(), suffix.begin(), lower);
   return suffix == ".dae" || start.find("<collada") != std::string::npos;
 }
-
-}  // namespace
 
 void CheckMeshFile(const std::string& path) {
   CheckPlyHeader(path);

@@ -11,4 +11,7 @@ namespace legopt {
 /// Throws InputError that names the file, the element and its value. Thread-safe; reads a COLLADA file once.
 void CheckMeshFile(const std::string& path);
 
+/// Whether assimp would read the file as COLLADA: by its suffix, or by the mark at its start.
+bool LooksLikeCollada(const std::string& path);
+
 }  // namespace legopt

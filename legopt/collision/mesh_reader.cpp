@@ -11,12 +11,16 @@
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
+#include "legopt/collision/stl_content.h"
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
+#include "legopt/numeric_locale.h"
 
 namespace legopt {
 namespace {
@@ -126,7 +130,7 @@ class MeshBuilder {
   int AddVertex(const aiVector3D& v) {
     const Eigen::Vector3d point = scale_.cwiseProduct(Eigen::Vector3d(v.x, v.y, v.z));
     if (!point.allFinite()) {
-      Refuse(path_, "vertex", std::to_string(v.x) + " " + std::to_string(v.y) + " " + std::to_string(v.z),
+      Refuse(path_, "vertex", FormatFixed(v.x, 6) + " " + FormatFixed(v.y, 6) + " " + FormatFixed(v.z, 6),
              "coordinate is not a finite number", kExportAgain);
     }
     const VertexKey key{{point.x() + 0.0, point.y() + 0.0, point.z() + 0.0}};
@@ -147,14 +151,16 @@ constexpr const char* kFormats = "give an STL, OBJ, DAE or PLY file with triangl
 }  // namespace
 
 TriangleMesh ReadMesh(const std::string& path, const Eigen::Vector3d& scale) {
+  const ClassicNumericLocale point;
   Assimp::Importer importer;
   KeepNeededReaders(importer);
-  // As in ROS tools: vertices are taken in the axes they were authored in; units are converted to metres.
+  // Vertices stay in the file's axes, and units are converted to metres. Scenes are turned by collada_up_axis.h.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = nullptr;
   std::string reason;
   try {
-    scene = importer.ReadFile(path, 0);
+    const std::optional<std::string> stl = MendedStl(path);
+    scene = stl ? importer.ReadFileFromMemory(stl->data(), stl->size(), 0, "stl") : importer.ReadFile(path, 0);
     if (scene != nullptr) scene = Triangulate(importer, path);
     reason = importer.GetErrorString();
   } catch (const InputError&) {

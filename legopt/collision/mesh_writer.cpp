@@ -2,8 +2,8 @@
 
 #include <bit>
 #include <cstdint>
-#include <sstream>
 
+#include "legopt/classic_stream.h"
 #include "legopt/output_file.h"
 
 namespace legopt {
@@ -28,7 +28,7 @@ bool BeginsWithLineEnd(const TriangleMesh& mesh) {
 
 void WritePly(const std::filesystem::path& path, const TriangleMesh& mesh) {
   const bool guarded = BeginsWithLineEnd(mesh);
-  std::ostringstream stream;
+  ClassicOutput stream;
   stream << "ply\nformat binary_little_endian 1.0\ncomment metres, z up\nelement vertex " << mesh.vertices.size()
          << (guarded ? "\nproperty uchar guard" : "")
          << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << mesh.triangles.size()

@@ -3,6 +3,7 @@
 
 #include "legopt/collision/mesh.h"
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
 
 namespace legopt {
 namespace {
@@ -14,7 +15,7 @@ void CheckSize(const ShapeSpec& shape, const char* kind, std::initializer_list<i
   for (int axis : used) {
     const double value = shape.size[axis];
     if (!(std::isfinite(value) && value > 0.0)) {
-      throw InputError({"shape", std::string(kind) + " size", std::to_string(value), "size must be positive and finite",
+      throw InputError({"shape", std::string(kind) + " size", FormatFixed(value, 6), "size must be positive and finite",
                         "give metres, e.g. 0.1"});
     }
   }

@@ -13,6 +13,7 @@
 #include "legopt/dataset/scene_file.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
+#include "legopt/number_text.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
@@ -58,7 +59,7 @@ const Eigen::AlignedBox3d& Near(const Eigen::AlignedBox3d& box, const std::strin
   if (furthest_m <= kFurthest_m) return box;
   throw InputError({.file = file.string(),
                     .field = user,
-                    .value = std::to_string(furthest_m) + " m from the origin",
+                    .value = FormatFixed(furthest_m, 6) + " m from the origin",
                     .message = "lengths of 1 mm cannot be told apart beyond 8192 m",
                     .fix = "is it in millimetres? Scale it to metres (scale: 0.001), or move it to the origin"});
 }

@@ -5,8 +5,10 @@
 
 #include "legopt/dataset/legopt_folder.h"
 #include "legopt/dataset/yaml_fields.h"
+#include "legopt/input/name.h"
 #include "legopt/input/yaml.h"
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
 
 namespace legopt {
 namespace {
@@ -106,18 +108,19 @@ DatasetDescription ReadDatasetFile(const fs::path& folder) {
   }
   DatasetDescription description;
   description.name = fields.RequireText("name");
+  RequireName(description.name, file, "name");
   description.robot_file = CheckPath(fields, "robot", fields.RequireText("robot"));
   description.scene_file = CheckPath(fields, "scene", fields.RequireText("scene"));
   ReadProblemNames(fields, &description);
   description.feet = ReadFeet(fields);
   description.sole_offset_m = fields.RequireNumber("sole_offset_m");
   if (description.sole_offset_m < 0) {
-    fields.Fail("sole_offset_m", std::to_string(description.sole_offset_m), "must not be negative",
+    fields.Fail("sole_offset_m", FormatFixed(description.sole_offset_m, 6), "must not be negative",
                 "write the height of the foot's link frame above its sole target");
   }
   description.gravity_m_s2 = fields.Number("gravity_m_s2").value_or(DatasetDescription::kBenchmarkGravity_m_s2);
   if (!(description.gravity_m_s2 > 0)) {
-    fields.Fail("gravity_m_s2", std::to_string(description.gravity_m_s2), "must be greater than 0", "write 9.81");
+    fields.Fail("gravity_m_s2", FormatFixed(description.gravity_m_s2, 6), "must be greater than 0", "write 9.81");
   }
   description.nominal_posture = ReadJointValues(fields, "nominal_posture");
   description.self_collision_reference = ReadJointValues(fields, "self_collision_reference");

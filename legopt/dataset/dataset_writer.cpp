@@ -4,10 +4,10 @@
 #include <array>
 #include <cctype>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string_view>
 #include <system_error>
 
+#include "legopt/classic_stream.h"
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/output_file.h"
@@ -66,7 +66,7 @@ std::string FormatProblems(std::span<const ProblemDefinition> problems, Task tas
 
 std::string FormatDatasetFile(const DatasetDescription& description, const std::string& comment) {
   std::string text;
-  std::istringstream lines(comment);
+  ClassicInput lines(comment);
   for (std::string line; std::getline(lines, line);) text += "# " + line + "\n";
   text += std::string("format: ") + kDatasetFormat + "\nname: " + Text(description.name) +
           "\nrobot: " + Text(description.robot_file) + "\nscene: " + Text(description.scene_file) + "\nproblems:\n";

@@ -8,9 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "legopt/collision/collada_up_axis.h"
 #include "legopt/dataset/yaml_fields.h"
 #include "legopt/input/yaml.h"
 #include "legopt/nearest_name.h"
+#include "legopt/number_text.h"
 
 namespace legopt {
 namespace {
@@ -41,7 +43,7 @@ std::string ReadShapeName(const YAML::Node& node, const std::string& file, const
 
 double RequirePositive(const YamlFields& fields, const std::string& key) {
   const double value = fields.RequireNumber(key);
-  if (!(value > 0)) fields.Fail(key, std::to_string(value), "must be greater than 0", "write a length in metres");
+  if (!(value > 0)) fields.Fail(key, FormatFixed(value, 6), "must be greater than 0", "write a length in metres");
   return value;
 }
 
@@ -56,6 +58,14 @@ void ReadMesh(const YamlFields& fields, const fs::path& folder, ShapeSpec* shape
   if (!scale.IsDefined()) return;
   shape->scale = scale.IsScalar() ? Eigen::Vector3d::Constant(*fields.Number("scale")) : *fields.Vector3("scale");
   if (shape->scale.minCoeff() <= 0) fields.Fail("scale", "", "must be greater than 0", "write a positive factor");
+}
+
+/// A COLLADA mesh whose up axis is not z is turned so that it is. The scale multiplies the turned axes.
+void TurnMeshUp(ShapeSpec* shape) {
+  const Eigen::Matrix3d turn = TurnToZUp(shape->mesh_file);
+  if (turn.isIdentity()) return;
+  shape->scale = (turn.transpose() * shape->scale.asDiagonal() * turn).diagonal();
+  shape->pose.linear() = shape->pose.linear() * turn;
 }
 
 SceneObject ReadObject(const YAML::Node& node, const fs::path& path, const std::string& place) {
@@ -86,6 +96,7 @@ SceneObject ReadObject(const YAML::Node& node, const fs::path& path, const std::
                Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
                Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
                Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX());
+  if (shape.kind == ShapeSpec::Kind::kMesh) TurnMeshUp(&shape);
   return object;
 }
 
@@ -94,6 +105,7 @@ Scene SceneOfOneMesh(const fs::path& path, const ReadGuard& guard) {
   object.name = path.stem().string();
   object.shape.kind = ShapeSpec::Kind::kMesh;
   object.shape.mesh_file = path.string();
+  TurnMeshUp(&object.shape);
   return {.objects = {std::move(object)}, .read_guard = guard};
 }
 

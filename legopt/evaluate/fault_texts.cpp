@@ -1,15 +1,12 @@
 #include "legopt/evaluate/fault_texts.h"
 
-#include <array>
-#include <cstdio>
+#include "legopt/number_text.h"
 
 namespace legopt {
 
 std::string NumberText(double value) {
   constexpr int kDigits = 4;
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.*g", kDigits, value);
-  return buffer.data();
+  return FormatGeneral(value, kDigits);
 }
 
 std::string LengthText(double value_m) {

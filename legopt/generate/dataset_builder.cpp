@@ -1,9 +1,7 @@
 #include "legopt/generate/dataset_builder.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <map>
 #include <memory>
@@ -14,6 +12,7 @@
 #include "legopt/certify/dataset_certifier.h"
 #include "legopt/certify/stance_catalogue.h"
 #include "legopt/certify/stance_certifier.h"
+#include "legopt/classic_stream.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset_writer.h"
 #include "legopt/dataset/problem_file.h"
@@ -26,6 +25,7 @@
 #include "legopt/generate/source_check.h"
 #include "legopt/generate/stance_features.h"
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
 #include "legopt/parallel.h"
 
 namespace legopt::generate {
@@ -239,12 +239,12 @@ void Builder::Plan(const std::vector<Stance>& stances) {
 void Builder::DescribePlans(const std::vector<std::pair<FloorChange, PlannedPair>>& tried) const {
   std::string text = "floor,pair,start,goal,found,counts,steps,cost,bound,expansions\n";
   for (const auto& [change, pair] : tried) {
-    std::array<char, 160> line{};
-    std::snprintf(line.data(), line.size(), "%s,%d,%d,%d,%d,%d,%d,%.4f,%.4f,%lld\n",
-                  std::string(ToString(change)).c_str(), pair.pair, pair.start, pair.goal, pair.found() ? 1 : 0,
-                  pair.counts ? 1 : 0, pair.plan.steps, pair.plan.cost, pair.plan.bound,
-                  static_cast<long long>(pair.plan.expansions));
-    text += line.data();
+    ClassicOutput line;
+    line << ToString(change) << ',' << pair.pair << ',' << pair.start << ',' << pair.goal << ','
+         << (pair.found() ? 1 : 0) << ',' << (pair.counts ? 1 : 0) << ',' << pair.plan.steps << ','
+         << FormatFixed(pair.plan.cost, 4) << ',' << FormatFixed(pair.plan.bound, 4) << ',' << pair.plan.expansions
+         << '\n';
+    text += line.str();
   }
   WriteTextFile(folder_ / "plans.csv", text);
 }
@@ -310,10 +310,9 @@ void Builder::Describe() {
     return result;
   };
   const auto list = [&](Task task, int id, int stance, const StanceFeatures& f) {
-    std::array<char, 160> line{};
-    std::snprintf(line.data(), line.size(), "%s,%d,%d,%.4f,%.4f,%.3f,%.4f\n", std::string(ToString(task)).c_str(), id,
-                  stance, f.length_m, f.height_m, kDegrees * f.tilt_rad, f.trunk_distance_m);
-    csv += line.data();
+    csv += std::string(ToString(task)) + "," + std::to_string(id) + "," + std::to_string(stance) + "," +
+           FormatFixed(f.length_m, 4) + "," + FormatFixed(f.height_m, 4) + "," + FormatFixed(kDegrees * f.tilt_rad, 3) +
+           "," + FormatFixed(f.trunk_distance_m, 4) + "\n";
   };
   std::vector<Stance> stances;
   for (const Proven& posture : postures_) stances.push_back(posture.stance);
@@ -394,8 +393,8 @@ std::string DatasetOptions::StancesIdentity() const {
             ", scenario seed " + std::to_string(scenario->seed);
   }
   text += ", seed " + std::to_string(seed) + ", stances " + std::to_string(stances);
-  if (radius_m) text += ", radius " + std::to_string(*radius_m);
-  if (slope_rad) text += ", slope " + std::to_string(*slope_rad);
+  if (radius_m) text += ", radius " + FormatFixed(*radius_m, 6);
+  if (slope_rad) text += ", slope " + FormatFixed(*slope_rad, 6);
   if (proven) text += ", proven stances " + HashFile(*proven);
   return text;
 }

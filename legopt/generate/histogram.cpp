@@ -1,10 +1,10 @@
 #include "legopt/generate/histogram.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
+
+#include "legopt/number_text.h"
 
 namespace legopt::generate {
 namespace {
@@ -18,11 +18,12 @@ double RoundWidth(double least) {
   return 10.0 * power;
 }
 
-std::string Text(const char* format, double value) {
-  std::array<char, 48> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), format, value);
-  return buffer.data();
+/// With blanks before it, `width` characters at least.
+std::string Padded(const std::string& text, std::size_t width) {
+  return text.size() < width ? std::string(width - text.size(), ' ') + text : text;
 }
+
+std::string FourDigits(double value) { return FormatGeneral(value, 4); }
 
 std::string Heading(const Histogram& histogram) {
   return histogram.title + (histogram.unit.empty() ? "" : " [" + histogram.unit + "]") +
@@ -36,7 +37,7 @@ constexpr int kHead = 60;
 
 void DrawOne(const Histogram& histogram, int x, int y, std::string& svg) {
   const auto line = [&](const std::string& text) { svg += text + "\n"; };
-  const auto at = [](double value) { return Text("%.1f", value); };
+  const auto at = [](double value) { return FormatFixed(value, 1); };
   line("<text x='" + at(x) + "' y='" + at(y - 8) + "'>" + Heading(histogram) + "</text>");
   const int most =
       std::max(1, histogram.counts.empty() ? 1 : *std::max_element(histogram.counts.begin(), histogram.counts.end()));
@@ -49,9 +50,9 @@ void DrawOne(const Histogram& histogram, int x, int y, std::string& svg) {
   }
   line("<path d='M" + at(x) + " " + at(y) + "v" + at(kPlotHeight) + "h" + at(kPlotWidth) + "'/>");
   const double high = histogram.low + histogram.width * static_cast<double>(histogram.counts.size());
-  line("<text x='" + at(x) + "' y='" + at(y + kPlotHeight + 16) + "'>" + Text("%.4g", histogram.low) + "</text>");
+  line("<text x='" + at(x) + "' y='" + at(y + kPlotHeight + 16) + "'>" + FourDigits(histogram.low) + "</text>");
   line("<text x='" + at(x + kPlotWidth) + "' y='" + at(y + kPlotHeight + 16) + "' text-anchor='end'>" +
-       Text("%.4g", high) + "</text>");
+       FourDigits(high) + "</text>");
   line("<text x='" + at(x - 4) + "' y='" + at(y + 10) + "' text-anchor='end'>" + std::to_string(most) + "</text>");
 }
 
@@ -82,8 +83,8 @@ std::string FormatHistogram(const Histogram& histogram) {
     const int count = histogram.counts[k];
     const int length =
         most > kLongest ? static_cast<int>(std::lround(static_cast<double>(count) * kLongest / most)) : count;
-    text += Text("  %8.4g", low) + " .." + Text(" %8.4g", low + histogram.width) + " |" + Text("%5.0f ", count) +
-            std::string(static_cast<size_t>(length), '#') + "\n";
+    text += "  " + Padded(FourDigits(low), 8) + " .." + " " + Padded(FourDigits(low + histogram.width), 8) + " |" +
+            Padded(FormatFixed(count, 0), 5) + " " + std::string(static_cast<size_t>(length), '#') + "\n";
   }
   return text;
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -16,6 +15,7 @@
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
+#include "legopt/number_text.h"
 
 namespace legopt::generate {
 namespace {
@@ -109,12 +109,12 @@ std::string ListMembers(const Building& building) {
   for (const Member& member : building.members) {
     Eigen::AlignedBox3d box;
     for (const Eigen::Vector3d& corner : member.corners) box.extend(corner);
-    std::array<char, 256> line{};
-    std::snprintf(line.data(), line.size(), "%s,%s,%g,%zu,%d,%d,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", member.name.c_str(),
-                  std::string(FactsOf(member.material).name).c_str(), member.cell_m, member.corners.size(),
-                  member.fixed ? 1 : 0, member.fails ? 1 : 0, box.min().x(), box.min().y(), box.min().z(),
-                  box.max().x(), box.max().y(), box.max().z());
-    text += line.data();
+    text += member.name + "," + std::string(FactsOf(member.material).name) + "," + FormatGeneral(member.cell_m) + "," +
+            std::to_string(member.corners.size()) + (member.fixed ? ",1" : ",0") + (member.fails ? ",1" : ",0");
+    for (const Eigen::Vector3d& corner : {box.min(), box.max()}) {
+      for (const double coordinate : corner) text += "," + FormatGeneral(coordinate);
+    }
+    text += "\n";
   }
   return text;
 }

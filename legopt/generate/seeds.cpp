@@ -1,13 +1,15 @@
 #include "legopt/generate/seeds.h"
 
 #include "legopt/blake2b.h"
+#include "legopt/number_text.h"
 
 namespace legopt::generate {
 
 std::uint64_t DeriveSeed(std::uint64_t seed, const std::string& purpose) {
   constexpr std::size_t kDigits = 16;
   constexpr int kHexadecimal = 16;
-  return std::stoull(Blake2bHex(std::to_string(seed) + "/" + purpose).substr(0, kDigits), nullptr, kHexadecimal);
+  return *ParseInteger<std::uint64_t>(Blake2bHex(std::to_string(seed) + "/" + purpose).substr(0, kDigits),
+                                      kHexadecimal);
 }
 
 }  // namespace legopt::generate

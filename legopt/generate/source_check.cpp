@@ -1,8 +1,8 @@
 #include "legopt/generate/source_check.h"
 
-#include <sstream>
 #include <string>
 
+#include "legopt/classic_stream.h"
 #include "legopt/collision/mesh.h"
 #include "legopt/collision/mesh_faults.h"
 #include "legopt/input_error.h"
@@ -28,7 +28,7 @@ void RequireMappableScene(const Dataset& dataset) {
   constexpr double kCell_m = 0.2, kMostCells = 4e6;
   const Eigen::Vector3d size = dataset.scene_bounds().sizes();
   if (size.x() * size.y() <= kMostCells * kCell_m * kCell_m) return;
-  std::ostringstream text;
+  ClassicOutput text;
   text << size.x() << " m x " << size.y() << " m";
   throw InputError({(dataset.folder() / kDatasetFileName).string(), "scene", text.str(),
                     "is too wide for the map that guides footstep plans, which has at most 4 million squares of 20 cm",

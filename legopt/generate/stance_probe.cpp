@@ -7,6 +7,7 @@
 
 #include "legopt/collision/scene_solids.h"
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
 
 namespace legopt::generate {
 namespace {
@@ -15,7 +16,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 void Check(bool good, const char* field, double value, const std::string& message, const std::string& fix) {
-  if (!good) throw InputError({"", field, std::to_string(value), message, fix});
+  if (!good) throw InputError({"", field, FormatFixed(value, 6), message, fix});
 }
 
 RobotModel MakeParts(const Dataset& dataset, const ProbeOptions& options) {

@@ -13,6 +13,7 @@
 
 #include "legopt/import/degree.h"
 #include "legopt/input_error.h"
+#include "legopt/numeric_locale.h"
 
 namespace legopt {
 namespace {
@@ -121,6 +122,7 @@ ColladaDocument::ColladaDocument(const fs::path& path) : path_(path) {
   }
   const XMLElement* unit = asset->FirstChildElement("unit");
   if (unit == nullptr) return;
+  const ClassicNumericLocale point;
   unit_m_ = unit->DoubleAttribute("meter", 1.0);
   if (!(unit_m_ > 0.0) || !std::isfinite(unit_m_)) {
     Fail(*unit, unit->Attribute("meter"), "the unit of length must be positive", "write meter=\"1\"");

@@ -1,14 +1,13 @@
 // Checks of single footholds: where they are, what the sole rests on, what the foot touches.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "legopt/collision/collision_query.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/import/ground.h"
+#include "legopt/number_text.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
@@ -18,17 +17,9 @@ using Severity = DatasetFinding::Severity;
 
 constexpr double kOnSurface_m = 2e-3;
 
-std::string Millimetres(double length_m) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1f mm", 1e3 * length_m);
-  return text.data();
-}
+std::string Millimetres(double length_m) { return FormatFixed(1e3 * length_m, 1) + " mm"; }
 
-std::string Degrees(double angle_rad) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1f deg", angle_rad * 180.0 / std::numbers::pi);
-  return text.data();
-}
+std::string Degrees(double angle_rad) { return FormatFixed(angle_rad * 180.0 / std::numbers::pi, 1) + " deg"; }
 
 /// Some of all footholds, the problems that use them, and a quantity of each.
 struct Group {

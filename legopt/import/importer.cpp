@@ -24,6 +24,7 @@
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/output_file.h"
+#include "legopt/number_text.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
@@ -304,7 +305,7 @@ void ImportOptions::Validate() const {
   });
   if (!plain) refuse("--name", name, "must consist of letters, digits, '-' and '_'", "e.g. my-biped");
   if (sole_offset_m && !(*sole_offset_m >= 0.0 && std::isfinite(*sole_offset_m))) {
-    refuse("--sole-offset", std::to_string(*sole_offset_m), "must not be negative", "leave it out");
+    refuse("--sole-offset", FormatFixed(*sole_offset_m, 6), "must not be negative", "leave it out");
   }
 }
 

@@ -1,14 +1,16 @@
 // Checks of the scene's meshes, of the robot, and of the robot over the stances.
 
 #include <algorithm>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <set>
 
+#include "legopt/collision/collada_up_axis.h"
 #include "legopt/collision/collision_query.h"
 #include "legopt/collision/mesh_faults.h"
 #include "legopt/import/dataset_check.h"
-#include "legopt/import/rounded.h"
+#include "legopt/number_text.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/terms/initial_guess.h"
 
@@ -143,17 +145,17 @@ std::vector<DatasetFinding> CheckRobot(const Dataset& dataset) {
   }
   std::string feet;
   for (const Dataset::Foot& foot : dataset.feet()) feet += (feet.empty() ? "" : ", ") + foot.link;
-  std::vector<DatasetFinding> findings = {{.severity = Severity::kInfo,
-                                           .check = "robot",
-                                           .file = "",
-                                           .field = "",
-                                           .value = "'" + robot.name() + "', " + std::to_string(robot.num_dofs()) +
-                                                    " degrees of freedom, " + Rounded("%.3f kg", robot.total_mass()),
-                                           .message = std::to_string(robot.links().size()) + " links, " +
-                                                      std::to_string(shaped) + " with collision geometry; feet " +
-                                                      feet + ", sole offset " +
-                                                      Rounded("%.6f m", dataset.sole_offset_m()),
-                                           .fix = ""}};
+  std::vector<DatasetFinding> findings = {
+      {.severity = Severity::kInfo,
+       .check = "robot",
+       .file = "",
+       .field = "",
+       .value = "'" + robot.name() + "', " + std::to_string(robot.num_dofs()) + " degrees of freedom, " +
+                FormatFixed(robot.total_mass(), 3) + " kg",
+       .message = std::to_string(robot.links().size()) + " links, " + std::to_string(shaped) +
+                  " with collision geometry; feet " + feet + ", sole offset " +
+                  FormatFixed(dataset.sole_offset_m(), 6) + " m",
+       .fix = ""}};
   if (!inverted.empty() || open > 0) {
     findings.push_back(
         {.severity = inverted.empty() ? Severity::kInfo : Severity::kWarning,
@@ -165,6 +167,64 @@ std::vector<DatasetFinding> CheckRobot(const Dataset& dataset) {
                                      : "have bodies that are wound inside out: the judge may measure wrong depths",
          .fix = inverted.empty() ? "" : "turn the triangles of these links' meshes round"});
   }
+  return findings;
+}
+
+/// Meshes of one part of the dataset: the size of each, in the frame of its owner, and the up axes that are not z.
+class MeshSizes {
+ public:
+  explicit MeshSizes(const Dataset& dataset) : dataset_(dataset) {}
+
+  void Add(const std::string& owner, const ShapeSpec& shape, const ReadGuard& guard) {
+    if (shape.kind != ShapeSpec::Kind::kMesh) return;
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& vertex : Tessellate(shape, guard).vertices) box.extend(vertex);
+    const Eigen::Vector3d size = box.sizes();
+    sizes_ += (sizes_.empty() ? "" : "; ") + owner + " " + FormatGeneral(size.x(), 4) + " x " +
+              FormatGeneral(size.y(), 4) + " x " + FormatGeneral(size.z(), 4);
+    const std::string file = std::filesystem::path(shape.mesh_file).lexically_relative(dataset_.folder()).string();
+    if (!TurnToZUp(shape.mesh_file).isIdentity()) not_z_up_ += (not_z_up_.empty() ? "" : ", ") + file;
+    ++meshes_;
+  }
+
+  void Report(const std::string& part, const std::string& about_axis, std::vector<DatasetFinding>* findings) const {
+    if (meshes_ == 0) return;
+    findings->push_back({.severity = Severity::kInfo,
+                         .check = "mesh sizes",
+                         .file = "",
+                         .field = part,
+                         .value = std::to_string(meshes_) + (meshes_ == 1 ? " mesh" : " meshes"),
+                         .message = "extents along x, y and z in metres: " + sizes_,
+                         .fix = ""});
+    if (not_z_up_.empty()) return;
+    findings->push_back({.severity = Severity::kInfo,
+                         .check = "up axis",
+                         .file = "",
+                         .field = part,
+                         .value = not_z_up_,
+                         .message = about_axis,
+                         .fix = ""});
+  }
+
+ private:
+  const Dataset& dataset_;
+  std::string sizes_, not_z_up_;
+  int meshes_ = 0;
+};
+
+std::vector<DatasetFinding> CheckMeshSizes(const Dataset& dataset) {
+  MeshSizes of_scene(dataset), of_robot(dataset);
+  for (const SceneObject& object : dataset.scene().objects) {
+    of_scene.Add(object.name, object.shape, dataset.scene().read_guard);
+  }
+  for (const Link& link : dataset.robot().links()) {
+    for (const ShapeSpec& shape : link.collision) of_robot.Add(link.name, shape, dataset.robot().read_guard());
+  }
+  std::vector<DatasetFinding> findings;
+  of_scene.Report("scene", "another axis than z points up in the file: the mesh is turned so that z does", &findings);
+  of_robot.Report("robot",
+                  "another axis than z points up in the file: link meshes keep the file's axes, as in other URDF tools",
+                  &findings);
   return findings;
 }
 
@@ -200,7 +260,8 @@ std::vector<DatasetFinding> CheckTrunk(const Dataset& dataset) {
     finding.message = "have trunk, arms or head in the scene in the nominal posture over a stance";
     if (by_link.empty()) continue;
     finding.severity = Severity::kWarning;
-    finding.message += Rounded(", at most %.2f m deep; deepest link ", deepest_m) + CountByLink(dataset, by_link);
+    finding.message +=
+        ", at most " + FormatFixed(deepest_m, 2) + " m deep; deepest link " + CountByLink(dataset, by_link);
     finding.fix = "that makes them hard, not wrong; look at them if nobody solves them";
   }
   return findings;

@@ -5,15 +5,15 @@
 #include <string>
 #include <utility>
 
-#include "legopt/import/rounded.h"
+#include "legopt/number_text.h"
 #include "legopt/robot/urdf_review.h"
 
 namespace legopt {
 namespace {
 
 std::string Size(const Eigen::AlignedBox3d& box) {
-  return Rounded("%.4g", box.sizes().x()) + " x " + Rounded("%.4g", box.sizes().y()) + " x " +
-         Rounded("%.4g m", box.sizes().z());
+  return FormatGeneral(box.sizes().x(), 4) + " x " + FormatGeneral(box.sizes().y(), 4) + " x " +
+         FormatGeneral(box.sizes().z(), 4) + " m";
 }
 
 class PlausibilityCheck {
@@ -58,7 +58,7 @@ class PlausibilityCheck {
       }
     }
     if (furthest == nullptr) return "";
-    return " The joint '" + furthest->name + "' is " + Rounded("%.4g m", furthest->origin.translation().norm()) +
+    return " The joint '" + furthest->name + "' is " + FormatGeneral(furthest->origin.translation().norm(), 4) + " m" +
            " from the link before it";
   }
 
@@ -68,7 +68,7 @@ class PlausibilityCheck {
     for (const Joint& joint : dataset_.robot().joints()) {
       if (joint.type != JointType::kRevolute && joint.type != JointType::kPrismatic) continue;
       const std::string range =
-          joint.name + " (" + Rounded("%.4g", joint.lower) + " .. " + Rounded("%.4g)", joint.upper);
+          joint.name + " (" + FormatGeneral(joint.lower, 4) + " .. " + FormatGeneral(joint.upper, 4) + ")";
       const bool turns = joint.lower < -kTurn_rad || joint.upper > kTurn_rad;
       if (joint.type == JointType::kRevolute && turns) degrees += (degrees.empty() ? "" : ", ") + range;
       if (joint.lower == joint.upper) equal += (equal.empty() ? "" : ", ") + range;

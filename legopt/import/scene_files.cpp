@@ -4,6 +4,7 @@
 #include <cctype>
 #include <map>
 
+#include "legopt/collision/collada_up_axis.h"
 #include "legopt/collision/mesh_faults.h"
 #include "legopt/collision/mesh_writer.h"
 #include "legopt/dataset/scene_file.h"
@@ -83,11 +84,13 @@ class SceneCopy {
     return mesh;
   }
 
-  /// Writes a mesh with all bodies wound outwards, in the frame of its file; false when they are already.
+  /// Writes a mesh with all bodies wound outwards, z up; false when they are already.
   bool WriteTurned(const fs::path& mesh_file, const fs::path& to) {
-    const TriangleMesh mesh = LoadMesh(mesh_file.string(), Eigen::Vector3d::Ones(), options_.read_guard);
+    TriangleMesh mesh = LoadMesh(mesh_file.string(), Eigen::Vector3d::Ones(), options_.read_guard);
     const int inverted = FindMeshFaults(mesh).inverted_components;
     if (inverted == 0) return false;
+    const Eigen::Matrix3d turn = TurnToZUp(mesh_file.string());  // PLY has no up axis
+    for (Eigen::Vector3d& vertex : mesh.vertices) vertex = turn * vertex;
     fs::create_directories((folder_ / to).parent_path());
     WritePly(folder_ / to, TurnInvertedComponents(mesh));
     copied_.findings.push_back(

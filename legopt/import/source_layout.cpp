@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <functional>
-#include <sstream>
 #include <system_error>
 #include <vector>
 
+#include "legopt/classic_stream.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/dataset/problem_file.h"
 #include "legopt/dataset/scene_file.h"
@@ -140,7 +140,7 @@ class Finder {
       const tinyxml2::XMLElement* render = ColladaDocument::FindFirst(*document.RootElement(), "Render");
       if (render == nullptr || render->GetText() == nullptr) continue;
       std::string name;
-      std::istringstream(render->GetText()) >> name;  // a scale may follow
+      ClassicInput(render->GetText()) >> name;  // a scale may follow
       if (fs::is_regular_file(folder_ / name)) return folder_ / name;
       throw InputError({file.string(), "<Render>", name, "the scene that the environment shows does not exist",
                         "fetch it with 'git submodule update --init', or name another with --scene FILE"});

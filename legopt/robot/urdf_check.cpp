@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "legopt/input/utf8.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
 #include "legopt/robot/urdf_rules.h"
@@ -77,6 +78,9 @@ class UrdfWalk {
       Fail(element, place, "", "<" + std::string(element.Name()) + "> without '" + name + "'", "add the attribute");
     }
     if (!rule.refusal.empty()) Fail(element, place, text, "the attribute is not supported", rule.refusal);
+    if (FirstInvalidByte(text) != std::string_view::npos) {
+      Fail(element, place, text, "is not UTF-8", "save the file as UTF-8, for example with 'iconv -f latin1 -t utf-8'");
+    }
     const UrdfValueText checked = CheckUrdfValue(text, rule.value);
     if (checked.fault) Fail(element, place, text, checked.fault->message, checked.fault->fix);
     if (copy != nullptr && rule.read) copy->SetAttribute(name.c_str(), checked.text.c_str());

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "legopt/numeric_locale.h"
 #include "legopt/robot/urdf_values.h"
 
 namespace legopt {
@@ -32,6 +33,7 @@ Eigen::Vector3d PrincipalMoments(const XMLElement& inertia) {
 
 std::vector<UrdfRemark> ReviewUrdf(const CheckedUrdf& urdf) {
   constexpr double kRounding = 0.99;  // of tensors that were written with few digits
+  const ClassicNumericLocale point;
   tinyxml2::XMLDocument document;
   document.Parse(urdf.text.c_str(), urdf.text.size());  // has just been written
   const XMLElement& robot = *document.RootElement();

@@ -12,6 +12,7 @@
 
 #include "legopt/input_error.h"
 #include "legopt/isolated_answer.h"
+#include "legopt/numeric_locale.h"
 
 namespace legopt {
 namespace {
@@ -119,6 +120,7 @@ urdf::ModelInterfaceSharedPtr Parse(const CheckedUrdf& urdf) {
   LogCapture log;
   urdf::ModelInterfaceSharedPtr model;
   try {
+    const ClassicNumericLocale point;
     model = urdf::parseURDF(urdf.text);
   } catch (const std::exception& error) {
     Refuse(urdf, "<robot>", std::string("urdfdom: ") + error.what());

@@ -11,6 +11,7 @@
 
 #include "legopt/blake2b.h"
 #include "legopt/evaluate/timed_path.h"
+#include "legopt/number_text.h"
 #include "legopt/solve/multi_start.h"
 #include "legopt/solve/path_solver.h"
 #include "legopt/solve/solve_timer.h"
@@ -25,7 +26,7 @@ constexpr double kRadiansPerDegree = M_PI / 180.0;
 std::mt19937_64 GeneratorOf(const std::string& identity) {
   constexpr size_t kSeedDigits = 16;
   constexpr int kHexadecimal = 16;
-  return std::mt19937_64(std::stoull(Blake2bHex(identity).substr(0, kSeedDigits), nullptr, kHexadecimal));
+  return std::mt19937_64(*ParseInteger<std::uint64_t>(Blake2bHex(identity).substr(0, kSeedDigits), kHexadecimal));
 }
 
 }  // namespace

@@ -1,15 +1,15 @@
 #include "legopt/statistics/checks.h"
 
 #include <cmath>
-#include <sstream>
 
+#include "legopt/classic_stream.h"
 #include "legopt/input_error.h"
 
 namespace legopt::statistics {
 namespace {
 
 std::string TextOf(double value) {
-  std::ostringstream text;
+  ClassicOutput text;
   text << value;
   return text.str();
 }

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <fstream>
-#include <sstream>
 #include <string_view>
 #include <system_error>
 
 #include "files/written_file.h"
 #include "legopt/blake2b.h"
+#include "legopt/classic_stream.h"
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/methods/option_visitors.h"
@@ -26,7 +26,7 @@ constexpr std::size_t kMaxWordBytes = 60;
 
 std::string ContentOf(const fs::path& file, const std::string& source, const std::string& field) {
   std::ifstream stream(file, std::ios::binary);
-  std::ostringstream content;
+  ClassicOutput content;
   if (!(stream && fs::is_regular_file(file) && content << stream.rdbuf())) {
     throw InputError({source, field, file.string(), "cannot be read", "give a file that this user may read"});
   }

@@ -7,12 +7,12 @@
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <system_error>
 #include <utility>
 
 #include "files/file_error.h"
 #include "files/written_file.h"
+#include "legopt/classic_stream.h"
 #include "legopt/input/json.h"
 #include "programs/external/protocol.h"
 
@@ -29,7 +29,7 @@ std::string ReadSolutionFile(const fs::path& file) {
     throw SolverFault("left a solution file of more than " + std::to_string(kMaxLineBytes >> 20) + " MiB");
   }
   std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
+  ClassicOutput text;
   text << stream.rdbuf();
   return text.str();
 }

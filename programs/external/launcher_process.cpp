@@ -110,7 +110,8 @@ pid_t ParentOf(const char* pid) {
   const char* behind_name = std::strrchr(text.data(), ')');
   int parent = -1;
   char state = 0;
-  if (behind_name == nullptr || std::sscanf(behind_name + 1, " %c %d", &state, &parent) != 2) return -1;
+  if (behind_name == nullptr) return -1;
+  if (std::sscanf(behind_name + 1, " %c %d", &state, &parent) != 2) return -1;  // reader: whole numbers
   return parent;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -11,6 +10,7 @@
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/methods/method.h"
+#include "legopt/number_text.h"
 #include "legopt/solve/job_runner.h"
 #include "legopt/terms/task_program.h"
 #include "programs/external/line_channel.h"
@@ -66,15 +66,9 @@ const ProblemDefinition& Shortest(const Dataset& dataset, Task task) {
 /// "3.2 s" or "40 minutes".
 std::string DurationText(double duration_s) {
   constexpr double kMinute_s = 60.0, kHour_s = 3600.0, kMany = 2.0;
-  char text[32];
-  if (duration_s >= kMany * kHour_s) {
-    std::snprintf(text, sizeof(text), "%.0f hours", duration_s / kHour_s);
-  } else if (duration_s >= kMany * kMinute_s) {
-    std::snprintf(text, sizeof(text), "%.0f minutes", duration_s / kMinute_s);
-  } else {
-    std::snprintf(text, sizeof(text), "%.2g s", duration_s);
-  }
-  return text;
+  if (duration_s >= kMany * kHour_s) return FormatFixed(duration_s / kHour_s, 0) + " hours";
+  if (duration_s >= kMany * kMinute_s) return FormatFixed(duration_s / kMinute_s, 0) + " minutes";
+  return FormatGeneral(duration_s, 2) + " s";
 }
 
 /// Mean number of windows of the dataset's motions.
@@ -142,8 +136,7 @@ class Checker {
     const SolverMessage message = ReadMessage(*line, 0);
     const auto* hello = std::get_if<Hello>(&message);
     if (hello == nullptr) return {false, "began with another message"};
-    char after[32];
-    std::snprintf(after, sizeof(after), "%.2f s", std::chrono::duration<double>(Clock::now() - begin).count());
+    const std::string after = FormatFixed(std::chrono::duration<double>(Clock::now() - begin).count(), 2) + " s";
     return {true, "'" + hello->name + "', version '" + hello->version + "', after " + after};
   }
 

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <sstream>
 
 #include "legopt/input_error.h"
 #include "programs/isolated_call.h"
@@ -101,6 +102,33 @@ TEST_F(MeshFile, ObjPlyAndDaeGiveTheSameTetrahedron) {
     EXPECT_EQ(mesh.triangles.size(), 4U) << name;
     EXPECT_NEAR(SignedVolume(mesh), 1.0 / 6.0, 1e-6) << name;
     for (const Eigen::Vector3d& v : mesh.vertices) EXPECT_LT(v.norm(), 1.0 + 1e-6) << name;
+  }
+}
+
+TEST_F(MeshFile, TextStlMayBeInCapitals) {
+  std::string text = "SOLID A\n";
+  for (const char* corners : {"0 0 0 0 1 0 1 0 0", "0 0 0 1 0 0 0 0 1", "0 0 0 0 0 1 0 1 0", "1 0 0 0 1 0 0 0 1"}) {
+    std::istringstream words(corners);
+    text += "FACET NORMAL 0 0 0\nOUTER LOOP\n";
+    for (std::string x, y, z; words >> x >> y >> z;) text += "VERTEX " + x + " " + y + " " + z + "\n";
+    text += "ENDLOOP\nENDFACET\n";
+  }
+  const TriangleMesh mesh = LoadMesh(Write("capitals.stl", text + "ENDSOLID A\n"));
+  EXPECT_EQ(mesh.vertices.size(), 4U);
+  EXPECT_NEAR(SignedVolume(mesh), 1.0 / 6.0, 1e-12);
+}
+
+TEST_F(MeshFile, BytesBehindTheLastTriangleOfAnStlAreLeftOut) {
+  const TriangleMesh mesh = LoadMesh(Write("tail.stl", BinaryStl(kTetrahedron) + "made by X"));
+  EXPECT_EQ(mesh.triangles.size(), 4U);
+  EXPECT_NEAR(SignedVolume(mesh), 1.0 / 6.0, 1e-12);
+}
+
+TEST_F(MeshFile, AnStlOfAnotherNumberOfTrianglesIsRefusedWithTheCause) {
+  for (const int count : {3, 5, 1'000'000}) {
+    std::string bytes = BinaryStl(kTetrahedron);
+    for (int i = 0; i < 4; ++i) bytes[80 + static_cast<std::size_t>(i)] = static_cast<char>((count >> (8 * i)) & 0xFF);
+    EXPECT_NE(ErrorOf(Write("count.stl", bytes)).find("number of triangles"), std::string::npos) << count;
   }
 }
 

@@ -80,5 +80,31 @@ TEST_F(SceneFileTest, FaultsNameObjectKeyAndFix) {
   EXPECT_THAT(MessageOf([&] { ReadSceneFile(folder_.path() / "none.yaml"); }), HasSubstr("cannot be read"));
 }
 
+std::string ColladaWith(const std::string& axis) {
+  return "<COLLADA><asset>" + (axis.empty() ? "" : "<up_axis>" + axis + "</up_axis>") + "</asset></COLLADA>";
+}
+
+TEST_F(SceneFileTest, TheUpAxisOfAColladaMeshIsTurnedToZ) {
+  for (const auto& [axis, up] :
+       {std::pair("X_UP", Eigen::Vector3d::UnitX()), std::pair(" Y_UP\n", Eigen::Vector3d::UnitY()),
+        std::pair("Z_UP", Eigen::Vector3d::UnitZ()), std::pair("", Eigen::Vector3d::UnitZ())}) {
+    WriteText(folder_.path() / "slab.dae", ColladaWith(axis));
+    const Scene listed =
+        Read("objects:\n  - {name: a, shape: mesh, file: slab.dae, scale: [2, 3, 4], position: [1, 1, 1]}\n");
+    const ShapeSpec& shape = listed.objects[0].shape;
+    const Eigen::Vector3d scaled = shape.pose.linear() * shape.scale.cwiseProduct(Eigen::Vector3d(up));
+    EXPECT_EQ(scaled, Eigen::Vector3d(0, 0, 4)) << axis << ": the scale multiplies the turned axes";
+    EXPECT_EQ(shape.pose.linear().determinant(), 1.0) << axis;
+    const Scene alone = ReadSceneFile(folder_.path() / "slab.dae");
+    EXPECT_EQ(alone.objects[0].shape.pose.linear() * Eigen::Vector3d(up), Eigen::Vector3d::UnitZ()) << axis;
+  }
+}
+
+TEST_F(SceneFileTest, AnUnknownUpAxisIsRefused) {
+  WriteText(folder_.path() / "slab.dae", ColladaWith("W_UP"));
+  EXPECT_THAT(MessageOf([&] { ReadSceneFile(folder_.path() / "slab.dae"); }),
+              AllOf(HasSubstr("slab.dae"), HasSubstr("<up_axis>"), HasSubstr("W_UP"), HasSubstr("Y_UP")));
+}
+
 }  // namespace
 }  // namespace legopt

@@ -35,6 +35,17 @@ class ReadersTest(unittest.TestCase):
         self.assertEqual(self.faults_of("YAML::Load(text);", "legopt/input/yaml.cpp"), "")
         self.assertIn("yaml.cpp:2", self.faults_of("json::parse(text);", "legopt/input/yaml.cpp"))
 
+    def test_numbers_that_follow_the_locale_are_named(self):
+        for line in ("std::stod(text)", "::strtod(text, nullptr)", "std::sscanf(a, b)", "atof(x)", 'std::snprintf(a, n, "%.3f s", x);', 'Print("%g", x)', 'Print("%8.4g", x)', 'Print("%.1e", x)',
+                     'Print("%.*g", 3, x)', "std::ostringstream text;", "std::istringstream in(text);",
+                     "std::stringstream both;"):
+            self.assertIn("client/a.cpp:2: ", self.faults_of(line), line)
+
+    def test_what_depends_on_no_locale_passes(self):
+        for line in ('Pattern("%H:%M:%S.%e")', 'std::snprintf(a, n, "%d %s %zu", x)', '"100 %"',
+                     "FormatFixed(x, 3)", "std::to_string(count)", "std::stoll(x)", "atoi(x)", "std::string dump(text);"):
+            self.assertEqual(self.faults_of(line), "", line)
+
     def test_a_line_with_a_reason_passes(self):
         self.assertEqual(self.faults_of("a.dump();  // reader: the value was made here"), "")
 

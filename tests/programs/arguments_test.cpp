@@ -41,7 +41,7 @@ class Arguments : public testing::Test {
     run.AddOption("--methods", methods_, "Methods");
     run.AddOption("--workers", workers_, "Workers").Check(WholeNumber(1, 16));
     run.AddOption("--ratio", ratio_, "Ratio");
-    run.AddOption("--names", names_, "Names").CommaSeparated();
+    run.AddList("--names", names_, "Names");
     run.AddOption("--every", every_, "Seconds").ValueMayBeLeftOut("2");
     run.AddWord<Task>("--task", task_, "Task");
     run.AddChoice<int>("--unit", unit_, "Unit", {{"s", 1}, {"min", 60}});

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "legopt/input/json.h"
 #include "server/experiment.h"
 #include "tests/server/scheduler_fixture.h"
 
@@ -124,6 +125,9 @@ TEST(Spec, EffortMayBeLimitedAndDifferByTask) {
 TEST(Spec, FaultsNameTheKey) {
   EXPECT_THROW(ParseSpec("{"), SpecError);
   EXPECT_THROW(ParseSpec("[]"), SpecError);
+  std::string twice = Dump(SampleSpec());
+  twice.insert(1, "\"name\": \"first\", ");
+  EXPECT_THROW(ParseSpec(twice), SpecError) << "a key that is given twice";
   const auto with = [](const char* pointer, const Json& value) {
     Json spec = SampleSpec();
     spec[Json::json_pointer(pointer)] = value;
@@ -144,6 +148,12 @@ TEST(Spec, FaultsNameTheKey) {
   ExpectRefused(with("/repetitions", 0), "repetitions");
   ExpectRefused(with("/name", ""), "name");
   ExpectRefused(with("/name", std::string(201, 'x')), "name");
+  for (const char* alike : {"a ", "\u202ea", "e\u0301", "a\nb"}) {
+    ExpectRefused(with("/name", alike), "name");
+    ExpectRefused(with("/methods/0/name", alike), "methods[0].name");
+    ExpectRefused(with("/dataset/name", alike), "dataset.name");
+    ExpectRefused(with("/submitter", alike), "submitter");
+  }
   ExpectRefused(with("/dataset/hash", "abc"), "dataset.hash");
   ExpectRefused(with("/tasks", Json::array()), "tasks");
   ExpectRefused(with("/tasks/0/task", "dance"), "tasks[0].task");
