@@ -40,7 +40,7 @@ struct ExitCodeText {
   std::string_view text;
 };
 
-inline constexpr std::array<ExitCodeText, 17> kExitCodeTexts{{
+inline constexpr std::array<ExitCodeText, 18> kExitCodeTexts{{
     {ExitCode::kOk, "done"},
     {ExitCode::kUsage, "wrong usage, bad input file, or output that cannot be written"},
     {ExitCode::kUnreachable, "server unreachable or time-out"},
