@@ -59,7 +59,8 @@ std::string Done(const ControlOptions& options, std::int64_t num_jobs) {
       return "tagged so no longer";
     case ControlAction::kRetry:
     case ControlAction::kRetryTimeLimits:
-    case ControlAction::kDelete:  // another command's
+    case ControlAction::kDrainWorker:  // other commands'
+    case ControlAction::kDelete:
       break;
   }
   return jobs + " queued again";
