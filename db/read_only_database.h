@@ -33,7 +33,8 @@ struct QueryLimits {
   std::int64_t max_rows = 1'000'000;
   std::size_t max_bytes = std::size_t{256} << 20U;  ///< of values held in memory
   std::chrono::milliseconds time_limit{60'000};     ///< 0: none
-  bool time_is_per_row = false;  ///< the time limit is that of each row, so that a long answer takes as long as it needs
+  bool time_is_per_row =
+      false;  ///< the time limit is that of each row, so that a long answer takes as long as it needs
 };
 
 /// Takes the rows of a query one after the other.

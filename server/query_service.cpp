@@ -22,6 +22,7 @@
 namespace legopt::server {
 namespace {
 
+constexpr std::chrono::milliseconds kQuickSlice{250};
 constexpr std::size_t kMaxAnswerBytes = std::size_t{48} << 20;  // query_reply.json
 
 // What the statement asks for by its first comment, the default else.
@@ -79,7 +80,7 @@ class QueryService::Impl {
   bool Start(std::int64_t ticket, legopt_msg::query_request request) {
     const std::lock_guard lock(mutex_);
     const std::chrono::milliseconds limit = LimitOf(request.sql);
-    Lane& lane = lanes_[limit > kDefaultLimit ? 1 : 0];
+    Lane& lane = lanes_[limit > kDefaultLimit ? kLong : kQuick];
     if (lane.waiting.size() >= kMaxWaiting) return false;
     lane.waiting.push_back({ticket, std::move(request), limit});
     wake_.notify_all();
@@ -108,6 +109,18 @@ class QueryService::Impl {
     std::thread thread;
   };
 
+  enum LaneIndex : std::size_t { kQuick, kUsual, kLong, kNumLanes };
+
+  // Takes the query up again behind those that are not quick either. False: too many wait there.
+  bool PutOff(Waiting&& query) {
+    const std::lock_guard lock(mutex_);
+    Lane& usual = lanes_[kUsual];
+    if (stopping_ || usual.waiting.size() >= kMaxWaiting) return false;
+    usual.waiting.push_back(std::move(query));
+    wake_.notify_all();
+    return true;
+  }
+
   void Read(Lane& lane) {
     std::optional<db::ReadOnlyDatabase> database;
     while (true) {
@@ -120,7 +133,14 @@ class QueryService::Impl {
         next = std::move(lane.waiting.front());
         lane.waiting.pop_front();
       }
-      legopt_msg::query_reply reply = Run(lane, database, next);
+      const bool sliced = &lane == &lanes_[kQuick] && next.limit > kQuickSlice;
+      legopt_msg::query_reply reply = Run(lane, database, next, sliced ? kQuickSlice : next.limit);
+      if (sliced && QueryStatus{reply.status} == QueryStatus::kStopped) {
+        const std::int64_t ticket = next.ticket;
+        if (PutOff(std::move(next))) continue;
+        next.ticket = ticket;
+        reply = Failure("too many queries wait; try again");
+      }
       const std::lock_guard lock(mutex_);
       finished_.push_back({next.ticket, std::move(reply)});
       const std::uint64_t one = 1;
@@ -129,7 +149,8 @@ class QueryService::Impl {
     }
   }
 
-  legopt_msg::query_reply Run(Lane& lane, std::optional<db::ReadOnlyDatabase>& database, const Waiting& query) {
+  legopt_msg::query_reply Run(Lane& lane, std::optional<db::ReadOnlyDatabase>& database, const Waiting& query,
+                              std::chrono::milliseconds limit) {
     try {
       if (!database) database.emplace(path_, db::Log::kTrusted);
       {
@@ -140,7 +161,7 @@ class QueryService::Impl {
       db::QueryLimits limits;
       limits.max_rows = query.request.max_rows;
       limits.max_bytes = kMaxAnswerBytes;
-      limits.time_limit = query.limit;
+      limits.time_limit = limit;
       return Answer(database->Query(query.request.sql, {}, limits));
     } catch (const db::StoreError& error) {
       return Failure(error.what(),
@@ -156,7 +177,7 @@ class QueryService::Impl {
   std::condition_variable wake_;
   bool stopping_ = false;
   std::vector<Finished> finished_;
-  std::array<Lane, 2> lanes_;  // short, long; last: their threads use everything above
+  std::array<Lane, kNumLanes> lanes_;  // last: their threads use everything above
 };
 
 QueryService::QueryService(std::filesystem::path database) : impl_(std::make_unique<Impl>(std::move(database))) {}

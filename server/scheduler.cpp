@@ -1,6 +1,7 @@
 #include "server/scheduler.h"
 
 #include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -88,6 +89,29 @@ void Scheduler::AddOpen(std::unique_ptr<Experiment> experiment) {
 
 // --- Experiments -----------------------------------------------------------------------------------------------------
 
+// Which limit on what submissions make last this one would exceed; empty: none.
+std::string Scheduler::OverBudget(const ExperimentSpec& spec) const {
+  if (std::ssize(summaries_) >= options_.max_experiments) {
+    return "the server stores " + std::to_string(summaries_.size()) + " experiments and takes at most " +
+           std::to_string(options_.max_experiments) + "; delete some ('legopt delete')";
+  }
+  const std::int64_t open_jobs = num_queued() + num_leases();
+  if (open_jobs + spec.num_jobs() > options_.max_open_jobs) {
+    return "the server has " + std::to_string(open_jobs) + " open jobs and takes at most " +
+           std::to_string(options_.max_open_jobs) + "; submit again later";
+  }
+  std::int64_t own_jobs = 0;
+  for (const auto& [id, experiment] : open_) {
+    const db::ExperimentSummary& summary = summaries_.at(id);
+    if (summary.state != db::ExperimentState::kActive || summary.submitter != spec.submitter) continue;
+    own_jobs += summary.jobs_by_state[db::JobState::kQueued] + summary.jobs_by_state[db::JobState::kLeased];
+  }
+  if (own_jobs + spec.num_jobs() <= options_.max_open_jobs_per_submitter) return {};
+  return "submitter '" + spec.submitter + "' has " + std::to_string(own_jobs) +
+         " open jobs, and the server takes at most " + std::to_string(options_.max_open_jobs_per_submitter) +
+         " of one submitter; submit again later";
+}
+
 legopt_msg::submit_reply Scheduler::Submit(const Instant& now, const legopt_msg::submit_request& request, Ops& ops) {
   legopt_msg::submit_reply reply{};
   const auto refuse = [&](const std::string& why) {
@@ -120,11 +144,7 @@ legopt_msg::submit_reply Scheduler::Submit(const Instant& now, const legopt_msg:
       return refuse("method '" + method.name + "': hash " + method.hash + " stands for other options already");
     }
   }
-  std::int64_t open_jobs = num_queued() + num_leases();
-  if (open_jobs + spec.num_jobs() > options_.max_open_jobs) {
-    return refuse("the server has " + std::to_string(open_jobs) + " open jobs and takes at most " +
-                  std::to_string(options_.max_open_jobs) + "; submit again later");
-  }
+  if (const std::string why = OverBudget(spec); !why.empty()) return refuse(why);
   db::NewExperiment rows = MakeNewExperiment(spec, next_experiment_id_++, next_job_id_, next_cell_id_);
   rows.submission_id = request.submission_id;
   rows.submitted_at_us = now.wall_us;

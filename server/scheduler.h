@@ -55,6 +55,8 @@ struct SchedulerOptions {
   int max_leases_per_request = 64;             ///< whatever the worker asks for
   int max_returns_per_job = 16;                ///< attempts given back without charge; further ones are charged
   std::int64_t max_open_jobs = 4'000'000;      ///< of all active experiments; more is refused at submission
+  std::int64_t max_open_jobs_per_submitter = 2'000'000;  ///< of those that one submitter's active experiments have
+  std::int64_t max_experiments = 100'000;                ///< stored, active or not
 };
 
 /// What the scheduler has seen since it was made.
@@ -220,6 +222,7 @@ class Scheduler {
   };
 
   // scheduler.cpp
+  std::string OverBudget(const ExperimentSpec& spec) const;
   void AddExperiment(const db::NewExperiment& rows, ExperimentSpec spec);
   Worker* FindWorker(std::int64_t worker_id, bus::EndpointId sender);
   void Hear(Worker& worker, const Instant& now);

@@ -41,7 +41,7 @@ struct ServerOptions {
   std::function<void(const db::RecordEvent&)> on_event = {};
   ConditionLimits conditions;                 ///< of which events are made
   ConditionWatch::DiskSpace disk_space = {};  ///< where the database is; empty: not watched
-  bool store_datasets = true;  ///< those that find_dataset has, with the first experiment that was made with them
+  bool store_datasets = true;       ///< those that find_dataset has, with the first experiment that was made with them
   std::size_t max_deferred = 4096;  ///< requests kept while the store fails; more are left to their callers
 };
 

@@ -13,6 +13,7 @@
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/printable.h"
+#include "programs/value_list.h"
 
 namespace legopt::client {
 namespace {
@@ -33,7 +34,9 @@ std::string Condition(const EventsOptions& options) {
   std::string condition;
   if (options.experiment) condition += " AND experiment_id = " + std::to_string(*options.experiment);
   std::string kinds;
-  for (const std::string& kind : options.kinds) kinds += (kinds.empty() ? "'" : ", '") + kind + "'";
+  for (const std::string& list : options.kinds) {
+    for (const std::string& kind : programs::SplitValues(list)) kinds += (kinds.empty() ? "'" : ", '") + kind + "'";
+  }
   if (!kinds.empty()) condition += " AND kind IN (" + kinds + ")";
   return condition;
 }
@@ -121,7 +124,6 @@ void AddEventsCommand(const programs::Command& program, Invocation* invocation) 
   const auto options = std::make_shared<EventsOptions>();
   command.AddOption("ID", options->experiment, "Only events of this experiment").Check(programs::WholeNumber(1));
   command.AddOption("--kind", options->kinds, "Only these kinds, with commas between them: docs/monitoring.md")
-      .CommaSeparated()
       .Check({CheckKind, ""});
   command.AddOption("--limit", options->limit, "Number of events, the newest ones (default 20)")
       .Check(programs::WholeNumber(0, kMost));

@@ -77,8 +77,7 @@ ExitCode Query(const QueryOptions& options) {
   const auto source = OpenResults(options.source);
   if (Streams(options)) return StreamRows(options, *source);
   const int max_rows = options.max_rows.value_or(kDefaultMaxRows);
-  const Listing listing =
-      source->Query(options.sql, max_rows, options.limit_s.value_or(ResultSource::kDefaultLimit_s));
+  const Listing listing = source->Query(options.sql, max_rows, options.limit_s.value_or(ResultSource::kDefaultLimit_s));
   PrintListing(listing, options.listing);
   if (!listing.truncated) return ExitCode::kOk;
   const std::size_t rows = listing.rows.size();

@@ -13,8 +13,8 @@ namespace legopt::client {
 /// suites.
 std::filesystem::path FindSuite(const std::string& name);
 
-/// The dataset to use: the flag if given (a folder, or the bare name of an embedded dataset such as "garage-hard"), else
-/// the suite's, else the embedded default.
+/// The dataset to use: the flag if given (a folder, or the bare name of an embedded dataset such as "garage-hard"),
+/// else the suite's, else the embedded default.
 std::filesystem::path ChooseDatasetFolder(const std::optional<std::string>& flag, const Suite* suite);
 
 }  // namespace legopt::client

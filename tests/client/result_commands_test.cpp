@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "command_line_fixture.h"
@@ -48,6 +49,62 @@ TEST_F(ResultCommands, AQueryIsStoppedWhenItsTimeIsOver) {
   ExpectError(Run({"query", "SELECT 1", "--limit", "0"}), 2, "--db");
 }
 
+// CSV and JSON of a file are written as the rows come; a limit that cuts is named and has an exit code of its own.
+TEST_F(ResultCommands, AQueryIsWholeOrSaysWhatCutIt) {
+  const auto file = Database();
+  const std::string rows =
+      "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 150000) SELECT i, zeroblob(i % 3) AS b "
+      "FROM n";
+  const auto csv = Run({"query", rows, "--db", file, "--format", "csv"});
+  EXPECT_EQ(csv.exit_code, 0) << csv.err;
+  EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n'), 150'001);
+  const auto json = Run({"query", rows, "--db", file, "--format", "json"});
+  EXPECT_EQ(json.exit_code, 0) << json.err;
+  EXPECT_EQ(nlohmann::json::parse(json.out).size(), 150'000U);
+  for (const char* format : {"csv", "json", "text", "markdown"}) {
+    const auto cut = Run({"query", "SELECT job_id FROM jobs", "--db", file, "--max-rows", "1", "--format", format});
+    EXPECT_EQ(cut.exit_code, 15) << format;
+    EXPECT_THAT(cut.err, HasSubstr("cut after 1 rows: --max-rows"));
+  }
+  const auto text = Run({"query", rows, "--db", file});
+  EXPECT_EQ(text.exit_code, 15);
+  EXPECT_THAT(text.err, HasSubstr("cut after 100000 rows"));
+}
+
+TEST_F(ResultCommands, ATimeLimitLeavesJsonThatCanBeRead) {
+  const auto cut = Run({"query",
+                        "SELECT 1 AS a UNION ALL SELECT count(*) FROM (WITH RECURSIVE n(i) AS (SELECT 1 UNION "
+                        "ALL SELECT i + 1 FROM n) SELECT i FROM n)",
+                        "--db", Database(), "--format", "json", "--limit", "0.2"});
+  EXPECT_EQ(cut.exit_code, 15);
+  EXPECT_THAT(cut.err, HasSubstr("stopped after 0.2 s"));
+  EXPECT_EQ(nlohmann::json::parse(cut.out), nlohmann::json::parse(R"([{"a": 1}])"));
+}
+
+TEST_F(ResultCommands, InfinitiesAreNotNullAndColumnsAreNamedAlike) {
+  const auto file = Database();
+  const std::string sql = "SELECT 9e999 AS x, -9e999 AS x, NULL AS x, 1 AS x_2";
+  EXPECT_EQ(Run({"query", sql, "--db", file, "--format", "csv"}).out, "x,x_3,x_4,x_2\ninf,-inf,,1\n");
+  EXPECT_EQ(nlohmann::json::parse(Run({"query", sql, "--db", file, "--format", "json"}).out),
+            nlohmann::json::parse(R"([{"x": "inf", "x_3": "-inf", "x_4": null, "x_2": 1}])"));
+  EXPECT_THAT(Run({"query", sql, "--db", file}).out, HasSubstr("inf"));
+  EXPECT_EQ(Run({"query", sql, "--db", file, "--format", "csv", "--columns", "x_2,x_3"}).out, "x_2,x_3\n1,-inf\n");
+}
+
+TEST_F(ResultCommands, ABackupIsMadeAndRestored) {
+  const auto file = Database();
+  const std::string copy = file + ".copy";
+  EXPECT_EQ(Run({"backup", file, copy}).exit_code, 0);
+  ExpectError(Run({"backup", file, copy}), 6, "not overwritten");
+  ExpectError(Run({"backup", file}), 2, "legopt backup DATABASE COPY");
+  ExpectError(Run({"backup", "--db", file, copy, copy}), 2, "legopt backup --db DATABASE COPY");
+  const auto restored = Run({"restore", copy, "--db", file});
+  EXPECT_EQ(restored.exit_code, 0) << restored.err;
+  EXPECT_THAT(restored.out, HasSubstr("The former file is " + file + ".replaced-"));
+  EXPECT_EQ(Run({"table", "--db", file}).exit_code, 0);
+  ExpectError(Run({"restore", "/nowhere/copy", "--db", file}), 6, "/nowhere/copy");
+}
+
 TEST_F(ResultCommands, ListOfWhatIsNotThereSaysWhatIs) {
   const auto file = Database();
   ExpectError(Run({"list", "--db", file, "--method", "SQQ"}), 2, "did you mean 'SQP'");
@@ -65,7 +122,7 @@ TEST_F(ResultCommands, AnAlteredDatabaseIsTheUsersFileAndUnusable) {
   ExpectError(Run({"table", "--db", file}), 6, "table 'waypoints' is missing; restore a backup");
   const auto doctor = Run({"doctor", "--db", file});
   EXPECT_NE(doctor.exit_code, 0);
-  EXPECT_THAT(doctor.out, HasSubstr("missing or changed: table waypoints"));
+  EXPECT_THAT(doctor.out, HasSubstr("missing or changed: table 'waypoints'"));
   EXPECT_THAT(doctor.out + doctor.err, testing::Not(HasSubstr("legopt-audit")));
 }
 

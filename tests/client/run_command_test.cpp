@@ -197,6 +197,31 @@ TEST_F(RunCommand, ExportAndEvaluateAgree) {
   EXPECT_EQ(solved, Count("results WHERE verdict_literal = 'success'"));
 }
 
+// The file alone is the complete result; another machine has no folder of its dataset.
+TEST_F(RunCommand, AResultCarriesItsDataset) {
+  const auto dataset = folder_.path() / "mine";
+  std::filesystem::copy(programs::DataFolder() / "garage-small", dataset);
+  ASSERT_EQ(Run({Suite(1), "--dataset", "mine", "--db", Db()}).exit_code, 0);
+  ASSERT_EQ(Run({Suite(1), "--dataset", "mine", "--db", "bare.sqlite", "--no-dataset"}).exit_code, 0);
+  std::filesystem::remove_all(dataset);
+  EXPECT_EQ(Count("dataset_archives"), 1);
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"export", "1", "--out", "out.json"},
+                                                  {"replay", "1"},
+                                                  {"view", "1", "--out", "v.html"}}) {
+    auto arguments = command;
+    arguments.insert(arguments.end(), {"--db", Db()});
+    const auto whole = RunLegopt(arguments, folder_.path());
+    EXPECT_EQ(whole.exit_code, 0) << command.front() << ": " << whole.err;
+    arguments.back() = "bare.sqlite";
+    EXPECT_EQ(RunLegopt(arguments, folder_.path()).exit_code, 5) << command.front();
+    arguments.insert(arguments.end(), {"--dataset", "garage-small"});
+    EXPECT_EQ(RunLegopt(arguments, folder_.path()).exit_code, 0) << command.front() << " with an embedded name";
+  }
+  const auto report = RunLegopt({"report", "--db", Db(), "--out", "r.html"}, folder_.path());
+  EXPECT_EQ(report.exit_code, 0) << report.err;
+  EXPECT_THAT(report.err, Not(HasSubstr("not at hand")));
+}
+
 TEST_F(RunCommand, AFullStandardOutputIsOneFaultWhateverTheCommand) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   ASSERT_EQ(Run({Suite(1), "--db", Db()}).exit_code, 0);

@@ -72,6 +72,18 @@ TEST_F(SqliteStoreFile, ADamagedPageIsNoticedBeforeAnythingIsWritten) {
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(after_file), {}), before);
 }
 
+TEST_F(SqliteStoreFile, ADatasetIsStoredOnceAndGoesWithItsLastExperiment) {
+  const auto store = OpenSqliteStore(path_);
+  const NewExperiment experiment = SampleExperiment(1, 1, 1);
+  const StoreDataset dataset{experiment.dataset.hash, std::string("\0archive", 8)};
+  store->Apply(std::vector<StoreOp>{CreateExperiment{experiment}, dataset, StoreDataset{HashOf('0'), "unknown"}});
+  store->Apply(std::vector<StoreOp>{StoreDataset{dataset.hash, "another"}});
+  EXPECT_EQ(QueryInt("SELECT count(*) FROM dataset_archives"), 1);
+  EXPECT_EQ(QueryInt("SELECT archive = x'0061726368697665' FROM dataset_archives"), 1);
+  store->Apply(std::vector<StoreOp>{CancelExperiment{1, 2}, DeleteExperiment{1}});
+  EXPECT_EQ(QueryInt("SELECT count(*) FROM dataset_archives"), 0);
+}
+
 TEST_F(SqliteStoreFile, PathMayHoldAnyCharacter) {
   const auto odd = folder_ / "a b?c#d%41é.sqlite";
   OpenSqliteStore(odd);

@@ -110,6 +110,22 @@ TEST_F(Queries, TheStatementMayAskForItsTime) {
   }
 }
 
+// Sixteen clients that ask without end do not keep a quick question waiting.
+TEST_F(Queries, AQuickQueryWaitsForQuickOnesOnly) {
+  const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n";
+  constexpr std::int64_t kEndless = 16, kQuick = 2000;
+  for (std::int64_t i = 0; i < kEndless; ++i) EXPECT_TRUE(service_.Start(3000 + i, Request(endless)));
+  EXPECT_TRUE(service_.Start(kQuick, Request("SELECT 1")));
+  std::vector<QueryService::Finished> finished;
+  while (finished.empty()) {
+    pollfd ready{service_.descriptor(), POLLIN, 0};
+    poll(&ready, 1, -1);
+    finished = service_.TakeFinished();
+  }
+  EXPECT_EQ(finished.front().ticket, kQuick) << "it came before the end of any other";
+  EXPECT_EQ(StatusOf(finished.front().reply), QueryStatus::kOk);
+}
+
 TEST_F(Queries, DestructorInterruptsAndTooManyAreRefused) {
   const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n";
   std::size_t started = 0;

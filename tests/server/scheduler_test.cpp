@@ -70,6 +70,28 @@ TEST_F(SchedulerTest, TooManyOpenJobsArePushedBack) {
   EXPECT_EQ(StatusOf(Submit(SampleSpec(2), "c")), SubmitStatus::kCreated);
 }
 
+TEST_F(SchedulerTest, ASubmitterHasABudgetOfOpenJobs) {
+  options_.max_open_jobs_per_submitter = 4;
+  Restart();
+  auto ada = SampleSpec(4), bob = SampleSpec(4);
+  ada["submitter"] = "ada";
+  bob["submitter"] = "bob";
+  EXPECT_EQ(StatusOf(Submit(ada, "a")), SubmitStatus::kCreated);
+  const auto refused = Submit(ada, "a2");
+  EXPECT_EQ(StatusOf(refused), SubmitStatus::kRefused);
+  EXPECT_NE(refused.message.find("submitter 'ada' has 4 open jobs"), std::string::npos) << refused.message;
+  EXPECT_EQ(StatusOf(Submit(bob, "b")), SubmitStatus::kCreated);
+}
+
+TEST_F(SchedulerTest, ExperimentsAreCounted) {
+  options_.max_experiments = 1;
+  Restart();
+  EXPECT_EQ(StatusOf(Submit(SampleSpec(1), "a")), SubmitStatus::kCreated);
+  const auto refused = Submit(SampleSpec(1), "b");
+  EXPECT_EQ(StatusOf(refused), SubmitStatus::kRefused);
+  EXPECT_NE(refused.message.find("takes at most 1; delete some"), std::string::npos) << refused.message;
+}
+
 // --- Leases ----------------------------------------------------------------------------------------------------------
 
 TEST_F(SchedulerTest, LeaseTellsEverythingAboutTheJob) {
