@@ -10,9 +10,9 @@ class Connection;
 class LockFile;
 
 /// @file
-/// The session of a database: an id in the table `file_state` that is new each time a server opens the file, and in each
-/// backup. It tells whether the write-ahead log beside a file was written for that file. SQLite cannot tell: it would
-/// put the log's pages in place of the file's.
+/// The session of a database: an id in the table `file_state` that is new each time a server opens the file, and in
+/// each backup. It tells whether the write-ahead log beside a file was written for that file. SQLite cannot tell: it
+/// would put the log's pages in place of the file's.
 
 /// The session as this connection sees it; empty before schema version 10.
 std::optional<std::string> SessionOf(Connection& connection);

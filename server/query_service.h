@@ -15,10 +15,10 @@ namespace legopt::server {
 /// Runs the SQL of clients on a read-only connection in a thread of its own, so that no query delays a lease.
 ///
 /// Each query is bounded in rows, bytes and time: 30 s, unless its SQL begins with the comment
-/// "/*+ MAX_EXECUTION_TIME(N) */" (N milliseconds, 1 .. 3,600,000). Three run at a time. One has a quarter of a second; a
-/// query that needs more begins again behind the other slow ones, so that quick queries wait for quick ones only. One has
-/// up to 30 s, and one the time that it asked for. At most `kMaxWaiting` of each kind wait.
-/// Thread rule: all functions belong to the thread that made the service.
+/// "/*+ MAX_EXECUTION_TIME(N) */" (N milliseconds, 1 .. 3,600,000). Three run at a time. One has a quarter of a second;
+/// a query that needs more begins again behind the other slow ones, so that quick queries wait for quick ones only. One
+/// has up to 30 s, and one the time that it asked for. At most `kMaxWaiting` of each kind wait. Thread rule: all
+/// functions belong to the thread that made the service.
 class QueryService {
  public:
   static constexpr std::size_t kMaxWaiting = 64;

@@ -25,7 +25,7 @@ class ListingWriter {
  private:
   Format format_;
   std::vector<std::string> kept_;
-  std::vector<std::string> names_;      // as the text names the columns
+  std::vector<std::string> names_;      // column names in the text
   std::vector<std::size_t> positions_;  // of the kept columns in a row
   bool begun_ = false, any_row_ = false;
 };

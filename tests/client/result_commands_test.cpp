@@ -45,7 +45,7 @@ TEST_F(ResultCommands, EmptyOrMisspeltSqlIsTheUsersToMend) {
 
 TEST_F(ResultCommands, AQueryIsStoppedWhenItsTimeIsOver) {
   const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n";
-  ExpectError(Run({"query", endless, "--db", Database(), "--limit", "0.2"}), 15, "stopped after 0.2 s");
+  ExpectError(Run({"query", endless, "--db", Database(), "--limit", "0.2"}), 16, "stopped after 0.2 s");
   ExpectError(Run({"query", "SELECT 1", "--limit", "0"}), 2, "--db");
 }
 
@@ -63,11 +63,11 @@ TEST_F(ResultCommands, AQueryIsWholeOrSaysWhatCutIt) {
   EXPECT_EQ(nlohmann::json::parse(json.out).size(), 150'000U);
   for (const char* format : {"csv", "json", "text", "markdown"}) {
     const auto cut = Run({"query", "SELECT job_id FROM jobs", "--db", file, "--max-rows", "1", "--format", format});
-    EXPECT_EQ(cut.exit_code, 15) << format;
+    EXPECT_EQ(cut.exit_code, 16) << format;
     EXPECT_THAT(cut.err, HasSubstr("cut after 1 rows: --max-rows"));
   }
   const auto text = Run({"query", rows, "--db", file});
-  EXPECT_EQ(text.exit_code, 15);
+  EXPECT_EQ(text.exit_code, 16);
   EXPECT_THAT(text.err, HasSubstr("cut after 100000 rows"));
 }
 
@@ -76,7 +76,7 @@ TEST_F(ResultCommands, ATimeLimitLeavesJsonThatCanBeRead) {
                         "SELECT 1 AS a UNION ALL SELECT count(*) FROM (WITH RECURSIVE n(i) AS (SELECT 1 UNION "
                         "ALL SELECT i + 1 FROM n) SELECT i FROM n)",
                         "--db", Database(), "--format", "json", "--limit", "0.2"});
-  EXPECT_EQ(cut.exit_code, 15);
+  EXPECT_EQ(cut.exit_code, 16);
   EXPECT_THAT(cut.err, HasSubstr("stopped after 0.2 s"));
   EXPECT_EQ(nlohmann::json::parse(cut.out), nlohmann::json::parse(R"([{"a": 1}])"));
 }
