@@ -6,8 +6,8 @@
 
 #include "client/client_error.h"
 #include "legopt/nearest_name.h"
-#include "words/method_name.h"
 #include "programs/value_list.h"
+#include "words/method_name.h"
 
 namespace legopt::client {
 namespace {

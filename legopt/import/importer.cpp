@@ -23,8 +23,8 @@
 #include "legopt/import/scene_files.h"
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
-#include "legopt/output_file.h"
 #include "legopt/number_text.h"
+#include "legopt/output_file.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
