@@ -94,7 +94,9 @@ TEST_F(RunCommand, NobodyElseCommandsIt) {
         std::ifstream stream("/proc/" + std::to_string(pid) + "/" + file, std::ios::binary);
         const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
         EXPECT_THAT(text, Not(testing::ContainsRegex("[0-9a-f]{64}"))) << child << " " << file;
-        if (std::string(file) == "cmdline") EXPECT_THAT(text, HasSubstr("/dev/fd/"));
+        if (std::string(file) == "cmdline") {
+          EXPECT_THAT(text, HasSubstr("/dev/fd/"));
+        }
       }
     }
   }

@@ -60,7 +60,8 @@ class ExternalPoolTest : public testing::Test {
   }
   // What `status` reports as missing for the experiment, one a line.
   std::string MissingOf(std::int64_t experiment) const {
-    const auto result = client::RunLegopt(Words({"status", std::to_string(experiment), "--format", "json"}));
+    const auto result =
+        client::RunLegopt(Words({"status", std::to_string(experiment), "--format", "json"}), folder_.path());
     std::string lines;
     for (const auto& line : nlohmann::json::parse(result.out)["experiments"][0]["missing"]) {
       lines += (lines.empty() ? "" : "\n") + line.get<std::string>();
@@ -121,7 +122,8 @@ TEST_F(ExternalPoolTest, AWorkerWhoseSolverHasChangedRefuses) {
   const auto first =
       deployment_->StartWorker("legopt-worker", {"--slots", "1", "--solver", (changed / "stay.json").string()});
   EXPECT_TRUE(Eventually([this] {
-    const auto workers = nlohmann::json::parse(client::RunLegopt(Words({"status", "--format", "json"})).out)["workers"];
+    const auto workers =
+        nlohmann::json::parse(client::RunLegopt(Words({"status", "--format", "json"}), folder_.path()).out)["workers"];
     return workers.size() == 1 && workers[0]["solvers"] == "stay";
   }));
   std::ofstream(changed / "stay.sh", std::ios::app) << "# changed\n";

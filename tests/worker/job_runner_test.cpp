@@ -130,7 +130,9 @@ TEST_F(JobRunnerTest, ALaterWindowIsNumberedAsInTheWholeMotion) {
   EXPECT_EQ(part.evaluation.literal, Verdict::kWindowUnsolved);
   EXPECT_TRUE(part.evaluation.detail.starts_with("window 1 of 3 (stances 5 to 10) unsolved: "))
       << part.evaluation.detail;
-  if (part.evaluation.failed_waypoint >= 0) EXPECT_GE(part.evaluation.failed_waypoint, 10);
+  if (part.evaluation.failed_waypoint >= 0) {
+    EXPECT_GE(part.evaluation.failed_waypoint, 10);
+  }
   EXPECT_EQ(ToMessage(part).first_unsolved, 10);
   EXPECT_EQ(ToMessage(part).num_waypoints, 12);
 }
