@@ -122,7 +122,7 @@ void WriteAll(const std::string& file, int fd, std::span<const char> text) {
   while (!text.empty()) {
     const ssize_t put = ::write(fd, text.data(), text.size());
     if (put < 0 && errno == EINTR) continue;
-    if (put <= 0) Refuse(file, "cannot be written: " + Reason());
+    if (put <= 0) Refuse(file, "cannot be written: " + files::Explain(errno));
     text = text.subspan(static_cast<std::size_t>(put));
   }
 }

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "db/store_error.h"
+#include "files/file_error.h"
 
 namespace legopt::db {
 namespace {
@@ -38,7 +39,8 @@ std::array<FileStamp, kCopied.size()> StampsOf(const fs::path& file) {
                    file.string() +
                        ": its log can only be read in a copy, because its folder cannot be written, and the "
                        "copy in " +
-                       folder.string() + " failed: " + error.message() + "; set TMPDIR to a folder with room");
+                       folder.string() + " failed: " + files::Explain(error.value()) +
+                       ", or set TMPDIR to a folder with room");
 }
 
 fs::path CopyIn(const fs::path& folder) { return folder / "copy.sqlite"; }
