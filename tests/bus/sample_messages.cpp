@@ -5,6 +5,11 @@
 
 namespace legopt::bus::sample_internal {
 
+void Agree(legopt_msg::capability& message) {
+  constexpr std::size_t kDigits = 64;
+  message.hash = std::string(kDigits, 'c');
+}
+
 void Agree(legopt_msg::chunk& message) {
   message.total_bytes = static_cast<std::int64_t>(kChunkBytes + message.data.size());
   message.index = 1;

@@ -25,6 +25,7 @@ namespace sample_internal {
 // What rules of single fields do not tell: values that belong together.
 template <class Message>
 void Agree(Message& /*message*/) {}
+void Agree(legopt_msg::capability& message);
 void Agree(legopt_msg::chunk& message);
 void Agree(legopt_msg::lease_reply& message);
 void Agree(legopt_msg::lease_state& message);

@@ -201,7 +201,7 @@ def all_surroundings(clock_library):
                 Mounted("read_only_folder", 'mount --bind "$PWD" "$PWD" && mount -o remount,ro,bind "$PWD" && cd "$PWD"',
                         "[Rr]ead-only|readonly|unable to open|cannot be (written|created|made)|cannot open", (2, 6))]
     list_of += [Variables("no_home", {"HOME": None}), Variables("empty_environment", {}, keep=False),
-                Variables("home_is_missing", {"HOME": "/nonexistent"}), Variables("home_is_a_file", {"HOME": "/dev/null"}),
+                Variables("home_is_missing", {"HOME": "/dev/null/missing"}), Variables("home_is_a_file", {"HOME": "/dev/null"}),
                 Variables("foreign_locale", {"LC_ALL": "de_DE.UTF-8", "LANG": "tr_TR.UTF-8"}),
                 Variables("unknown_locale", {"LC_ALL": "xx_YY.nonsense"}), Variables("dumb_terminal", {"TERM": "dumb"}),
                 Variables("large_environment", {f"FILLER_{i}": "x" * 4000 for i in range(100)})]
