@@ -98,6 +98,7 @@ void Scheduler::SetOnline(Worker& worker, bool online) {
 std::string Scheduler::MismatchOf(const Worker& worker, bool* same_name) const {
   std::string text;
   *same_name = false;
+  if (worker.profile.draining) return "this worker is drained and gets no more jobs";
   const Abilities& abilities = worker.profile.abilities;
   for (const auto& [id, open] : open_) {
     const Experiment& experiment = *open;
@@ -111,6 +112,7 @@ std::string Scheduler::MismatchOf(const Worker& worker, bool* same_name) const {
       const std::vector<Need> lacks = abilities.LacksOf(NeedsOf(experiment, group));
       if (lacks.empty()) {
         const auto refused = worker.profile.refused.find({group.method_hash, group.task});
+        if (refused == worker.profile.refused.end()) continue;
         if (text.empty()) text = "this worker has refused jobs of " + NameOf(experiment) + ": " + refused->second;
         continue;
       }

@@ -165,8 +165,8 @@ std::string IndentedJsonRow(const std::vector<std::string>& names, const std::ve
 }
 
 Listing KeepColumns(const Listing& listing, const std::vector<std::string>& columns) {
-  const auto is_column = [&listing](const std::string& text) {
-    return std::find(listing.columns.begin(), listing.columns.end(), text) != listing.columns.end();
+  const auto is_column = [names = DistinctNames(listing.columns)](const std::string& text) {
+    return std::ranges::find(names, text) != names.end();
   };
   Listing kept;
   kept.truncated = listing.truncated;

@@ -1,15 +1,25 @@
 #include "client/report/listing_writer.h"
 
+#include <algorithm>
 #include <iostream>
+#include <utility>
 
 #include "client/client_error.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
+#include "programs/value_list.h"
 
 namespace legopt::client {
 
 void ListingWriter::Begin(const std::vector<std::string>& columns) {
-  names_ = kept_.empty() ? DistinctNames(columns) : kept_;
+  names_ = DistinctNames(columns);
+  if (!kept_.empty()) {
+    const auto is_column = [all = names_](const std::string& text) { return std::ranges::find(all, text) != all.end(); };
+    names_.clear();
+    for (const std::string& list : kept_) {
+      for (std::string& name : programs::SplitValues(list, is_column)) names_.push_back(std::move(name));
+    }
+  }
   positions_ = ColumnPositions(columns, names_);
   begun_ = true;
   if (format_ == Format::kCsv) std::cout << CsvHeader(names_);

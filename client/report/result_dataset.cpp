@@ -66,6 +66,7 @@ std::shared_ptr<const Dataset> FindResultDataset(ResultSource& source, const std
   const std::optional<std::string> archive = BlobAt(found, 0, "archive");
   if (!archive) return nullptr;
   auto unpacked = std::make_shared<const UnpackedDataset>(*archive);
+  if (unpacked->dataset().content_hash() != hash) return nullptr;  // altered: of another dataset
   return {unpacked, &unpacked->dataset()};
 }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "command_line_fixture.h"
+#include "test_database.h"
 
 namespace legopt::client {
 namespace {
@@ -120,13 +121,13 @@ TEST_F(CommandLine, DoctorTellsTheEmbeddedDataFolder) {
 }
 
 TEST_F(CommandLine, OutOfMemoryIsNoDefect) {
-  constexpr std::size_t kFileBytes = std::size_t{80} << 20;
-  const auto suite = Write("huge.yaml", "name: " + std::string(kFileBytes, 'x') + "\n");
-  const auto result =
-      RunningProgram("/bin/sh",
-                     {"-c", "ulimit -v 450000; exec " + BuiltProgram("legopt").string() + " submit --dry-run " + suite},
-                     folder_.path())
-          .Wait();
+  const auto db = (folder_.path() / "test.sqlite").string();
+  WriteTestDatabase(db, TestExperiment());
+  const std::string query = "query \"SELECT hex(zeroblob(300000000))\" --format csv --db " + db;
+  const auto result = RunningProgram("/bin/sh",
+                                     {"-c", "ulimit -v 450000; exec " + BuiltProgram("legopt").string() + " " + query},
+                                     folder_.path())
+                          .Wait();
   EXPECT_EQ(result.exit_code, 71) << result.err;
   EXPECT_THAT(result.err, HasSubstr("out of memory"));
 }

@@ -25,6 +25,8 @@ using testing::HasSubstr;
 const std::string kHostile =
     "Try \x1b[31mred\x1b]0;pwn\x07\nnew\r\xC2\x9B"
     "2J\xE2\x80\xAEtxt\x7f";
+// A name that suites may have, which means something to a terminal, to Markdown and to HTML.
+constexpr char kMarkupYaml[] = R"("Try <b onclick=x>red</b> | `id` $(id) %s & _x_")";
 constexpr char kHostileYaml[] = R"("Try \e[31mred\e]0;pwn\a\nnew\r\x9b2J\u202Etxt\x7f")";
 
 // Where the first unprintable character stands, with what is around it; empty: nowhere.
@@ -62,10 +64,10 @@ class HostileText : public testing::Test {
     return file.string();
   }
 
-  std::string Suite(const std::string& more = "") {
-    return Write("suite.yaml", "name: " + std::string(kHostileYaml) +
-                                   "\ntasks: posture\nproblems: [0-2]\nmethods: [{solver: sqp, name: " + kHostileYaml +
-                                   "}]\n" + more);
+  std::string Suite(const std::string& more = "", const std::string& name = kMarkupYaml) {
+    return Write("suite.yaml", "name: " + name +
+                                   "\ntasks: posture\nproblems: [0-2]\nmethods: [{solver: sqp, name: " + name + "}]\n" +
+                                   more);
   }
 
   TemporaryFolder folder_;
@@ -224,6 +226,12 @@ TEST_F(HostilePool, EveryCommandOnAServerAndTheLogs) {
   Ask({"cancel", "2"});
   ::kill(server.pid(), SIGTERM);
   ExpectHarmless(server.Wait(), "log of the server");
+}
+
+TEST_F(HostilePool, NamesWithControlCharactersAreRefused) {
+  const auto result = Run({"submit", Suite("", kHostileYaml), "--dry-run"});
+  EXPECT_EQ(result.exit_code, 2) << result.err;
+  ExpectHarmless(result, "submit");
 }
 
 TEST_F(HostilePool, Run) {

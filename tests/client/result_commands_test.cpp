@@ -224,11 +224,10 @@ TEST_F(TraceCommand, DamageIsTheDatabases) {
   const std::string file = Traced();
   {
     db::Connection connection(file, db::Connection::Mode::kReadWriteCreate);
+    const std::string trigger =
+        connection.QueryText("SELECT sql FROM sqlite_schema WHERE name = 'results_are_final'");
     connection.Execute("DROP TRIGGER results_are_final; UPDATE results SET trace = x'5a5a5a5a5a5a' WHERE job_id = 1");
-    connection.Execute(
-        "CREATE TRIGGER results_are_final BEFORE UPDATE ON results BEGIN SELECT RAISE(ABORT, 'an accepted result "
-        "cannot "
-        "change'); END");
+    connection.Execute(trigger);
   }
   ExpectError(Run({"trace", "1", "--db", file}), 6, "job 1: trace");
 }
@@ -238,13 +237,12 @@ TEST_F(TraceCommand, OlderResultsShowTheHistoryThatTheyHave) {
   const std::string file = Traced();
   {
     db::Connection connection(file, db::Connection::Mode::kReadWriteCreate);
+    const std::string trigger =
+        connection.QueryText("SELECT sql FROM sqlite_schema WHERE name = 'results_are_final'");
     connection.Execute(
         "DROP TRIGGER results_are_final; UPDATE results SET trace = NULL, history_json = "
         "'{\"columns\":[\"penalty\",\"steps\",\"violation\"],\"rows\":[[100,7,0.25],[1000,2,1e-5]]}' WHERE job_id = 1");
-    connection.Execute(
-        "CREATE TRIGGER results_are_final BEFORE UPDATE ON results BEGIN SELECT RAISE(ABORT, 'an accepted result "
-        "cannot "
-        "change'); END");
+    connection.Execute(trigger);
   }
   const auto result = Run({"trace", "1", "--db", file, "--format", "json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;

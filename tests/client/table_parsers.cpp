@@ -59,7 +59,12 @@ ParsedTable ParseMarkdownTable(const std::string& text) {
     if (++line_number <= 2) continue;
     std::string cells = std::regex_replace(line.substr(1, line.size() - 2), std::regex(R"(\\\|)"), "\x01");
     auto row = SplitLine(cells, std::regex(R"(\|)"));
-    for (auto& cell : row) cell = std::regex_replace(cell, std::regex("\x01"), "|");
+    for (auto& cell : row) {
+      cell = std::regex_replace(cell, std::regex("\x01"), "|");
+      for (const auto& [entity, letter] : {std::pair("&lt;", "<"), {"&gt;", ">"}, {"&amp;", "&"}}) {
+        cell = std::regex_replace(cell, std::regex(entity), letter);
+      }
+    }
     table.rows.push_back(row);
   }
   return table;
@@ -80,6 +85,7 @@ ParsedTable ParseLatexTable(const std::string& text) {
       auto row = SplitLine(cells, std::regex("&"));
       for (auto& cell : row) {
         cell = std::regex_replace(cell, std::regex("\x01"), "&");
+        cell = std::regex_replace(cell, std::regex(R"(\\textbar\{\})"), "|");
         cell = std::regex_replace(cell, std::regex(R"(\\([%$#_{}]))"), "$1");
         if (cell == "--") cell = "-";
       }
