@@ -150,6 +150,9 @@ ExitCode Serve(const Arguments& arguments) {
   };
   EventOutlets outlets(arguments.notify);
   options.on_event = [&outlets](const db::RecordEvent& event) { outlets.Take(event); };
+  options.stopwatch = [] {
+    return std::chrono::duration_cast<microseconds>(std::chrono::steady_clock::now().time_since_epoch());
+  };
   options.disk_space = [database = arguments.database] { return db::SpaceAt(database); };
   options.store_datasets = !arguments.no_dataset;
   Server server(endpoint, *store, &queries, options, WallClock, bus::RandomEndpointId);

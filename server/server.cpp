@@ -53,6 +53,7 @@ Server::~Server() {
   }
 }
 
+microseconds Server::Stopwatch() const { return options_.stopwatch ? options_.stopwatch() : microseconds(0); }
 Instant Server::Now() const { return {endpoint_.now(), wall_clock_()}; }
 
 // --- Handlers --------------------------------------------------------------------------------------------------------
@@ -313,7 +314,7 @@ void Server::Commit() {
     health_.Watch(
         watched_ops_, [this] { return Counters(); }, wall_clock_(), ops_);
   watched_ops_ = ops_.size();
-  const auto begin = std::chrono::steady_clock::now();
+  const microseconds begin = Stopwatch();
   try {
     store_.Apply(ops_);
   } catch (const db::StoreError& error) {
@@ -322,7 +323,7 @@ void Server::Commit() {
     return;
   }
   if (!store_healthy()) spdlog::warn("the database can be used again");
-  const auto took = std::chrono::duration_cast<microseconds>(std::chrono::steady_clock::now() - begin);
+  const auto took = Stopwatch() - begin;
   ++commits_.count;
   commits_.total += took;
   commits_.longest = std::max(commits_.longest, took);

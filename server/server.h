@@ -39,8 +39,9 @@ struct ServerOptions {
   std::function<const std::string*(const std::string& hash)> find_dataset = {};
   /// Each event when it is on disk, in order. Must not wait. Empty: nobody listens.
   std::function<void(const db::RecordEvent&)> on_event = {};
-  ConditionLimits conditions;                 ///< of which events are made
-  ConditionWatch::DiskSpace disk_space = {};  ///< where the database is; empty: not watched
+  ConditionLimits conditions;                    ///< of which events are made
+  std::function<microseconds()> stopwatch = {};  ///< steady time that commits are measured with; empty: they take 0
+  ConditionWatch::DiskSpace disk_space = {};     ///< where the database is; empty: not watched
   bool store_datasets = true;       ///< those that find_dataset has, with the first experiment that was made with them
   std::size_t max_deferred = 4096;  ///< requests kept while the store fails; more are left to their callers
 };
@@ -120,6 +121,7 @@ class Server {
   nlohmann::json Figures() const;
   TransportHealth::Listing Counters() const;
   void ResumeDeferred();
+  microseconds Stopwatch() const;
   Instant Now() const;
 
   bus::Endpoint& endpoint_;

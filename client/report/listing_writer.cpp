@@ -14,7 +14,9 @@ namespace legopt::client {
 void ListingWriter::Begin(const std::vector<std::string>& columns) {
   names_ = DistinctNames(columns);
   if (!kept_.empty()) {
-    const auto is_column = [all = names_](const std::string& text) { return std::ranges::find(all, text) != all.end(); };
+    const auto is_column = [all = names_](const std::string& text) {
+      return std::ranges::find(all, text) != all.end();
+    };
     names_.clear();
     for (const std::string& list : kept_) {
       for (std::string& name : programs::SplitValues(list, is_column)) names_.push_back(std::move(name));

@@ -312,7 +312,8 @@ TEST(BenchmarkTable, WhatTheClockEndedIsToldBelow) {
   cell.n = 5;
   cell.clock_stopped = 1;
   between.rows = {{"SQP", 0, 100, SceneRepresentation::kSolid, {{Initialization::kGood, cell}}}};
-  EXPECT_THAT(RenderInterpolationTable(between, TableFormat::kText), HasSubstr("\nThe clock ended 1 job (the wall-time limit"));
+  EXPECT_THAT(RenderInterpolationTable(between, TableFormat::kText),
+              HasSubstr("\nThe clock ended 1 job (the wall-time limit"));
   EXPECT_THAT(RenderInterpolationTable(between, TableFormat::kCsv), HasSubstr("clock_stopped"));
 }
 

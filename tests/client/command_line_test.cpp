@@ -122,12 +122,14 @@ TEST_F(CommandLine, DoctorTellsTheEmbeddedDataFolder) {
 
 TEST_F(CommandLine, OutOfMemoryIsNoDefect) {
   const auto db = (folder_.path() / "test.sqlite").string();
-  WriteTestDatabase(db, TestExperiment());
-  const std::string query = "query \"SELECT hex(zeroblob(300000000))\" --format csv --db " + db;
-  const auto result = RunningProgram("/bin/sh",
-                                     {"-c", "ulimit -v 450000; exec " + BuiltProgram("legopt").string() + " " + query},
-                                     folder_.path())
-                          .Wait();
+  TestExperiment experiment;
+  experiment.results = {{.problem = 0}};
+  WriteTestDatabase(db, experiment);
+  const std::string query = "query \"SELECT hex(zeroblob(120000000))\" --format csv --db " + db;
+  const auto result =
+      RunningProgram("/bin/sh", {"-c", "ulimit -v 300000; exec " + BuiltProgram("legopt").string() + " " + query},
+                     folder_.path())
+          .Wait();
   EXPECT_EQ(result.exit_code, 71) << result.err;
   EXPECT_THAT(result.err, HasSubstr("out of memory"));
 }

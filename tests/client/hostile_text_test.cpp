@@ -65,9 +65,8 @@ class HostileText : public testing::Test {
   }
 
   std::string Suite(const std::string& more = "", const std::string& name = kMarkupYaml) {
-    return Write("suite.yaml", "name: " + name +
-                                   "\ntasks: posture\nproblems: [0-2]\nmethods: [{solver: sqp, name: " + name + "}]\n" +
-                                   more);
+    return Write("suite.yaml", "name: " + name + "\ntasks: posture\nproblems: [0-2]\nmethods: [{solver: sqp, name: " +
+                                   name + "}]\n" + more);
   }
 
   TemporaryFolder folder_;

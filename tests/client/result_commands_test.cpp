@@ -224,8 +224,7 @@ TEST_F(TraceCommand, DamageIsTheDatabases) {
   const std::string file = Traced();
   {
     db::Connection connection(file, db::Connection::Mode::kReadWriteCreate);
-    const std::string trigger =
-        connection.QueryText("SELECT sql FROM sqlite_schema WHERE name = 'results_are_final'");
+    const std::string trigger = connection.QueryText("SELECT sql FROM sqlite_schema WHERE name = 'results_are_final'");
     connection.Execute("DROP TRIGGER results_are_final; UPDATE results SET trace = x'5a5a5a5a5a5a' WHERE job_id = 1");
     connection.Execute(trigger);
   }
@@ -237,8 +236,7 @@ TEST_F(TraceCommand, OlderResultsShowTheHistoryThatTheyHave) {
   const std::string file = Traced();
   {
     db::Connection connection(file, db::Connection::Mode::kReadWriteCreate);
-    const std::string trigger =
-        connection.QueryText("SELECT sql FROM sqlite_schema WHERE name = 'results_are_final'");
+    const std::string trigger = connection.QueryText("SELECT sql FROM sqlite_schema WHERE name = 'results_are_final'");
     connection.Execute(
         "DROP TRIGGER results_are_final; UPDATE results SET trace = NULL, history_json = "
         "'{\"columns\":[\"penalty\",\"steps\",\"violation\"],\"rows\":[[100,7,0.25],[1000,2,1e-5]]}' WHERE job_id = 1");

@@ -57,11 +57,11 @@ class ArrowsTest(unittest.TestCase):
         self.assertIn("no row for `utils/`", self.check())
 
     def test_a_circle_of_arrows_is_named(self):
-        self.edit_table("| `legopt/robot/` | `legopt/` |", "| `legopt/robot/` | `legopt/solve/` |")
+        self.edit_table("| `legopt/robot/` | `legopt/input/` |", "| `legopt/robot/` | `legopt/solve/` |")
         self.assertIn("in a circle", self.check())
 
     def test_a_row_that_leads_nowhere_is_named(self):
-        self.edit_table("| `legopt/robot/` | `legopt/` |", "| `legopt/robot/` | `legopt/nowhere/` |")
+        self.edit_table("| `legopt/robot/` | `legopt/input/` |", "| `legopt/robot/` | `legopt/nowhere/` |")
         self.assertIn("which has no row", self.check())
 
 

@@ -166,8 +166,9 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
 
     async def register(self, endpoint):
         dataset = {"kind": "dataset", "name": "any", "hash": self._hash}
+        collision = {"kind": "collision", "name": "solid", "hash": ""}
         hello = await endpoint.call("hello", protocol_version=6, worker_name="test", pid=1, slots=1,
-                                    build_id="test", processors=1, capabilities=[dataset])
+                                    build_id="test", processors=1, capabilities=[dataset, collision])
         self.assertEqual(hello.status, 0, hello.message)
         return {"worker_id": hello.worker_id, "server_instance": hello.server_instance}
 
@@ -206,7 +207,7 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
         await self.expect_refusal(MALFORMED, "", endpoint.call_with(result, body[:-1]))
         await self.expect_refusal(MALFORMED, "", endpoint.call_with(result, body + b"\0"))
         await self.expect_refusal(MALFORMED, "", endpoint.call_with(result, b"?" + body[1:]))
-        for field, value in {"outcome": 6, "attempt": 0, "cost": float("inf"), "exit_signal": 65}.items():
+        for field, value in {"outcome": 7, "attempt": 0, "cost": float("inf"), "exit_signal": 65}.items():
             fields = {"worker_id": 1, "job_id": 1, "attempt": 1, "token": 1, field: value}
             await self.expect_refusal(MALFORMED, field, endpoint.call("result", **fields))
         await self.expect_refusal(UNKNOWN_TYPE, "", endpoint.call_with(99, body))

@@ -141,7 +141,8 @@ class OlderAndOtherResults(unittest.TestCase):
                 db.trace(2)
 
     def test_the_unsolved_window_of_a_motion_is_apart(self):
-        self.assertIsNone(self.db.unsolved_window(1))
+        with legopt.open(self.changed()) as db:
+            self.assertIsNone(db.unsolved_window(1))
         path = self.changed(
             "UPDATE results SET verdict_literal = 'window_unsolved', verdict_strict = 'window_unsolved', verdict_solid = "
             "'window_unsolved', cost = NULL, window_verdict = 'foot_pose' WHERE job_id = 1",

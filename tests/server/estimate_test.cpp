@@ -154,8 +154,8 @@ void ExpectForeseen(const char* file, const Judgement& bound) {
   }
 }
 
-// 500 postures and 40 motions by five methods one after the other: there is no estimate before the last method has ended
-// a motion, and then little is left.
+// 500 postures and 40 motions by five methods one after the other: there is no estimate before the last method has
+// ended a motion, and then little is left.
 TEST(RecordedHistories, ManyPosturesAndMotionsByMethods) { ExpectForeseen("quick.csv", {0.08, 0.4, 1.3}); }
 
 TEST(RecordedHistories, OneMotionHasNoEstimateAsNoMotionHasEnded) {

@@ -9,6 +9,7 @@ using db::AttemptOutcome;
 using db::JobState;
 
 constexpr int kMaxAttempts = 3;  // as in ExperimentText
+constexpr int kEqualCrashes = 2;  // in a row, after which the scheduler ends a job
 
 AttemptOutcome OutcomeOf(ReportedOutcome reported) {
   constexpr Per<ReportedOutcome, AttemptOutcome> kOutcomes{
@@ -72,7 +73,9 @@ class Checker {
     }
     const int charged = job.attempts - job.returned;
     const bool used_up = job.state == JobState::kDead || job.state == JobState::kFailed;
-    if (used_up ? charged != kMaxAttempts : charged > kMaxAttempts) {
+    // Two equal crashes in a row end a job before its last attempt.
+    const bool by_repetition = job.state == JobState::kDead && charged == kEqualCrashes && IsPoison(manners_, id);
+    if (used_up ? charged != kMaxAttempts && !by_repetition : charged > kMaxAttempts) {
       Fault("wrong state: " + name + " is " + std::string(ToString(job.state)) + " after " + std::to_string(charged) +
             " charged attempts");
     }
