@@ -125,9 +125,12 @@ TEST_F(CommandLine, OutOfMemoryIsNoDefect) {
   TestExperiment experiment;
   experiment.results = {{.problem = 0}};
   WriteTestDatabase(db, experiment);
-  const std::string query = "query \"SELECT hex(zeroblob(120000000))\" --format csv --db " + db;
+  const std::string query =
+      "query \"WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 1000000) SELECT i, "
+      "printf('%0150d', i) FROM n\" --max-rows 1000000 --db " +
+      db;
   const auto result =
-      RunningProgram("/bin/sh", {"-c", "ulimit -v 300000; exec " + BuiltProgram("legopt").string() + " " + query},
+      RunningProgram("/bin/sh", {"-c", "ulimit -v 220000; exec " + BuiltProgram("legopt").string() + " " + query},
                      folder_.path())
           .Wait();
   EXPECT_EQ(result.exit_code, 71) << result.err;

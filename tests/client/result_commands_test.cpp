@@ -72,10 +72,10 @@ TEST_F(ResultCommands, AQueryIsWholeOrSaysWhatCutIt) {
 }
 
 TEST_F(ResultCommands, ATimeLimitLeavesJsonThatCanBeRead) {
-  const auto cut = Run({"query",
-                        "SELECT 1 AS a UNION ALL SELECT count(*) FROM (WITH RECURSIVE n(i) AS (SELECT 1 UNION "
-                        "ALL SELECT i + 1 FROM n) SELECT i FROM n)",
-                        "--db", Database(), "--format", "json", "--limit", "0.2"});
+  constexpr char kEndless[] =
+      "SELECT 1 AS a UNION ALL SELECT count(*) FROM (WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
+      "SELECT i FROM n)";
+  const auto cut = Run({"query", kEndless, "--db", Database(), "--format", "json", "--limit", "0.2"});
   EXPECT_EQ(cut.exit_code, 16);
   EXPECT_THAT(cut.err, HasSubstr("stopped after 0.2 s"));
   EXPECT_EQ(nlohmann::json::parse(cut.out), nlohmann::json::parse(R"([{"a": 1}])"));

@@ -86,8 +86,11 @@ TEST_F(RunCommand, NobodyElseCommandsIt) {
   RunningProgram program(BuiltProgram("legopt"),
                          std::vector<std::string>{"run", Suite(300), "--db", Db(), "--port", port}, folder_.path());
   ASSERT_TRUE(program.WaitForError("Ctrl-C stops"));
-  EXPECT_EQ(RunLegopt({"status", "--port", port, "--timeout", "1"}, folder_.path()).exit_code, 3);
-  EXPECT_EQ(RunLegopt({"cancel", "1", "--port", port, "--timeout", "1"}, folder_.path()).exit_code, 3);
+  for (const char* command : {"status", "cancel"}) {
+    const auto result = RunLegopt({command, "1", "--port", port, "--timeout", "1"}, folder_.path());
+    // A request without the key is refused (2) or, where its datagram is lost, not answered (3).
+    EXPECT_THAT(result.exit_code, testing::AnyOf(2, 3)) << command << ": " << result.err;
+  }
   for (const char* child : {"legopt-server", "legopt-worker"}) {
     for (const pid_t pid : WaitForChildren(program.pid(), child)) {
       for (const char* file : {"cmdline", "environ"}) {

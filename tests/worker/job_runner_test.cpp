@@ -173,8 +173,11 @@ TEST_F(JobRunnerTest, AMotionOutOfTimeKeepsTheWindowsItSolved) {
   ASSERT_EQ(result.solve.windows_solved, 1);
   EXPECT_EQ(result.solve.waypoints.size(), 12U);
   EXPECT_EQ(result.evaluation.literal, Verdict::kWindowUnsolved);
-  EXPECT_EQ(result.evaluation.detail, "window 1 of 3 (stances 5 to 10) not begun: cancelled");
-  EXPECT_FALSE(result.evaluation.window.has_value());
+  // The cancellation is seen before the window's first iteration or within it; then its point is judged.
+  const std::string window = "window 1 of 3 (stances 5 to 10) ";
+  EXPECT_TRUE(result.evaluation.detail == window + "not begun: cancelled" ||
+              result.evaluation.detail.starts_with(window + "unsolved: "))
+      << result.evaluation.detail;
 }
 
 TEST_F(JobRunnerTest, AProblemThatDoesNotExistIsAnInputError) {
