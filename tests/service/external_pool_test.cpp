@@ -64,7 +64,8 @@ class ExternalPoolTest : public testing::Test {
         client::RunLegopt(Words({"status", std::to_string(experiment), "--format", "json"}), folder_.path());
     std::string lines;
     EXPECT_EQ(result.exit_code, 0) << result.err;
-    for (const auto& line : nlohmann::json::parse(result.out)["experiments"][0]["missing"]) {
+    const auto status = nlohmann::json::parse(result.out);
+    for (const auto& line : status["experiments"][0]["missing"]) {
       lines += (lines.empty() ? "" : "\n") + line.get<std::string>();
     }
     return lines;
