@@ -111,9 +111,11 @@ void WriteServer(const json& server, MetricsWriter& metrics) {
                    json(!error.get_ref<const std::string&>().empty()));
   }
   metrics.Begin("scheduler_total", "counter", "What the scheduler has counted since the server started.");
-  for (const auto& [name, value] : Member(server, "scheduler").items()) metrics.Sample(value, {{"what", name}});
+  const json scheduler = Member(server, "scheduler");
+  const json transport = Member(server, "transport");
+  for (const auto& [name, value] : scheduler.items()) metrics.Sample(value, {{"what", name}});
   metrics.Begin("rejected_datagrams_total", "counter", "Datagrams rejected, by cause.");
-  for (const auto& [name, value] : Member(server, "transport").items()) {
+  for (const auto& [name, value] : transport.items()) {
     constexpr std::string_view kRejected = "rejected_";
     if (name.starts_with(kRejected)) metrics.Sample(value, {{"cause", name.substr(kRejected.size())}});
   }
