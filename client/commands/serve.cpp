@@ -101,6 +101,7 @@ ExitCode Serve(const ServeOptions& options) {
   HttpServer server(
       http,
       [&](const HttpRequest& request) {
+        if (Monitoring::Answers(request.path)) return std::optional<HttpReply>();  // asks the server: takes time
         return request.path == kState ? std::optional(StateReply(state)) : blocks.AtHand(request);
       },
       [&](const HttpRequest& request) {

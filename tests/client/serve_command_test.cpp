@@ -28,6 +28,9 @@ TEST_F(ServeCommand, ServesUntilItIsInterrupted) {
   const std::uint16_t port = test::PortOf(url);
   EXPECT_THAT(test::Fetch(port, "/"), HasSubstr("page.js"));
   EXPECT_THAT(test::Fetch(port, "/state"), HasSubstr("\"jobs\":2"));
+  EXPECT_THAT(test::Fetch(port, "/healthz"), testing::AllOf(HasSubstr("200 OK"), HasSubstr("\r\n\r\nok")));
+  EXPECT_THAT(test::Fetch(port, "/metrics"),
+              testing::AllOf(HasSubstr("version=0.0.4"), HasSubstr("legopt_jobs{state=")));
   test::RawHttp stream(port);
   stream.Get("/events");
   EXPECT_THAT(stream.Receive("\"jobs\":2"), HasSubstr("data: {"));
