@@ -8,7 +8,7 @@ namespace {
 using db::AttemptOutcome;
 using db::JobState;
 
-constexpr int kMaxAttempts = 3;  // as in ExperimentText
+constexpr int kMaxAttempts = 3;   // as in ExperimentText
 constexpr int kEqualCrashes = 2;  // in a row, after which the scheduler ends a job
 
 AttemptOutcome OutcomeOf(ReportedOutcome reported) {
