@@ -73,8 +73,14 @@ class Checker {
     }
     const int charged = job.attempts - job.returned;
     const bool used_up = job.state == JobState::kDead || job.state == JobState::kFailed;
-    // Two equal crashes in a row end a job before its last attempt.
-    const bool by_repetition = job.state == JobState::kDead && charged == kEqualCrashes && IsPoison(manners_, id);
+    // A job whose attempt met its time limit, or that crashed twice alike, is not started again.
+    const auto outcome_of = [&](int attempt) {
+      const auto found = state_.attempts.find({id, attempt});
+      return found == state_.attempts.end() ? std::optional<AttemptOutcome>() : found->second.outcome;
+    };
+    const bool by_repetition = job.state == JobState::kDead &&
+                               (outcome_of(job.attempts) == AttemptOutcome::kTimeLimit ||
+                                (charged == kEqualCrashes && outcome_of(job.attempts) == AttemptOutcome::kCrashed));
     if (used_up ? charged != kMaxAttempts && !by_repetition : charged > kMaxAttempts) {
       Fault("wrong state: " + name + " is " + std::string(ToString(job.state)) + " after " + std::to_string(charged) +
             " charged attempts");
