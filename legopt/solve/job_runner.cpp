@@ -18,8 +18,9 @@ std::string DescribeUnsolved(const SolveOutcome& solve, const std::string& judge
   const std::string term = window.worst_term.empty() ? ""
                                                      : "; largest violation in the solver: " + window.worst_term +
                                                            ", " + NumberText(window.max_violation);
-  return name + "unsolved: " + (judged.empty() ? "every constraint holds within the judge's tolerances" : judged) +
-         term;
+  const std::string ended = IsStopped(solve.status) ? ", ended by " + std::string(ToString(solve.status)) : "";
+  return name + "unsolved" + ended + ": " +
+         (judged.empty() ? "every constraint holds within the judge's tolerances" : judged) + term;
 }
 
 }  // namespace

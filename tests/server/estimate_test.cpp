@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "tests/server/recorded_history.h"
 
@@ -122,6 +123,18 @@ struct Judgement {
   double worst_error = 0;
 };
 
+// Whether a job of each method and task that has jobs left has ended.
+bool EveryKindHasEnded(const WorkLeft& left) {
+  std::set<std::size_t> open;
+  for (const RunningWork& job : left.running) open.insert(job.kind);
+  for (const QueuedWork& job : left.queued) open.insert(job.kind);
+  return std::ranges::all_of(open, [&](std::size_t kind) {
+    return std::ranges::any_of(left.kinds, [&](const JobKind& other) {
+      return other.method == left.kinds[kind].method && other.task == left.kinds[kind].task && other.waypoints > 0;
+    });
+  });
+}
+
 // Deals the recorded jobs to slots in their order and asks twice per second of virtual time.
 Judgement Replay(const RecordedHistory& history, int slots) {
   constexpr double kStep_s = 0.5, kAllowance_s = 2;
@@ -132,7 +145,9 @@ Judgement Replay(const RecordedHistory& history, int slots) {
   int asked = 0, answered = 0;
   for (double now_s = kStep_s; now_s < end_s; now_s += kStep_s) {
     ++asked;
-    const auto estimate_s = EstimateRemaining_s(LeftAt(history, jobs, now_s, slots));
+    const WorkLeft left = LeftAt(history, jobs, now_s, slots);
+    const auto estimate_s = EstimateRemaining_s(left);
+    EXPECT_EQ(estimate_s.has_value(), EveryKindHasEnded(left)) << now_s << " s";
     if (!estimate_s) continue;
     ++answered;
     const double truth_s = end_s - now_s;
