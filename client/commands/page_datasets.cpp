@@ -27,7 +27,6 @@ std::vector<std::shared_ptr<const Dataset>> LoadPageDatasets(const std::vector<P
   for (const std::string& folder : folders) {
     datasets.push_back(Dataset::Load(ChooseDatasetFolder(folder, nullptr), CallIsolated));
   }
-  if (!folders.empty()) return datasets;
   for (const PageSource& source : sources) {
     const auto found = DatasetOf(source);
     const bool known = !found || std::any_of(datasets.begin(), datasets.end(), [&](const auto& dataset) {

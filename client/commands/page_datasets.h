@@ -9,9 +9,9 @@
 
 namespace legopt::client {
 
-/// The datasets that a page draws: those of `folders` (or embedded names), and without any the datasets of the shown
-/// results, embedded or stored with them. Where a source cannot be read now, or has no experiment yet, the embedded
-/// default stands for its dataset. Throws InputError for a folder that is no dataset.
+/// The datasets that a page draws: those of `folders` (or embedded names), and those of the shown results that are
+/// embedded or stored with them. With neither, because a source cannot be read now or has no experiment yet, the
+/// embedded default. Throws InputError for a folder that is no dataset.
 std::vector<std::shared_ptr<const Dataset>> LoadPageDatasets(const std::vector<PageSource>& sources,
                                                              const std::vector<std::string>& folders);
 
