@@ -33,14 +33,19 @@ std::array<FileStamp, kCopied.size()> StampsOf(const fs::path& file) {
   return stamps;
 }
 
+// A copy that stops at the limit on file sizes ends with "Input/output error" where the limit allowed a part of it.
+std::string CauseOf(const std::error_code& error) {
+  if (error != std::errc::io_error) return files::Explain(error.value());
+  return error.message() + "; " + files::WriteAdvice("check the disk: its space and quota, its kernel messages");
+}
+
 [[noreturn]] void ThrowUncopied(const fs::path& file, const fs::path& folder, const std::error_code& error) {
   const bool full = error == std::errc::no_space_on_device || error == std::errc::file_too_large;
   throw StoreError(full ? StoreErrorCode::kFull : StoreErrorCode::kUnwritable,
                    file.string() +
                        ": its log can only be read in a copy, because its folder cannot be written, and the "
                        "copy in " +
-                       folder.string() + " failed: " + files::Explain(error.value()) +
-                       ", or set TMPDIR to a folder with room");
+                       folder.string() + " failed: " + CauseOf(error) + ", or set TMPDIR to a folder with room");
 }
 
 fs::path CopyIn(const fs::path& folder) { return folder / "copy.sqlite"; }

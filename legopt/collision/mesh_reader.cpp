@@ -11,6 +11,7 @@
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <new>
 #include <optional>
 #include <set>
 #include <string>
@@ -164,6 +165,8 @@ TriangleMesh ReadMesh(const std::string& path, const Eigen::Vector3d& scale) {
     if (scene != nullptr) scene = Triangulate(importer, path);
     reason = importer.GetErrorString();
   } catch (const InputError&) {
+    throw;
+  } catch (const std::bad_alloc&) {  // a shortage of the machine, no fault of the file
     throw;
   } catch (const std::exception& e) {  // assimp lets a few through on damaged files
     scene = nullptr;

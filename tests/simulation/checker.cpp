@@ -8,8 +8,7 @@ namespace {
 using db::AttemptOutcome;
 using db::JobState;
 
-constexpr int kMaxAttempts = 3;   // as in ExperimentText
-constexpr int kEqualCrashes = 2;  // in a row, after which the scheduler ends a job
+constexpr int kMaxAttempts = 3;  // as in ExperimentText
 
 AttemptOutcome OutcomeOf(ReportedOutcome reported) {
   constexpr Per<ReportedOutcome, AttemptOutcome> kOutcomes{
@@ -60,6 +59,24 @@ class Checker {
     }
   }
 
+  std::vector<AttemptOutcome> ChargedOutcomes(std::int64_t job, int attempts) const {
+    std::vector<AttemptOutcome> outcomes;
+    for (int attempt = 1; attempt <= attempts; ++attempt) {
+      const auto found = state_.attempts.find({job, attempt});
+      if (found == state_.attempts.end() || found->second.outcome == AttemptOutcome::kReturned) continue;
+      outcomes.push_back(found->second.outcome);
+    }
+    return outcomes;
+  }
+
+  // A job at its time limit, or that crashed twice in a row, is not started again.
+  static bool EndsEarly(const std::vector<AttemptOutcome>& charged) {
+    if (charged.empty()) return false;
+    if (charged.back() == AttemptOutcome::kTimeLimit) return true;
+    return charged.size() > 1 && charged.back() == AttemptOutcome::kCrashed &&
+           charged[charged.size() - 2] == AttemptOutcome::kCrashed;
+  }
+
   void CheckJob(std::int64_t id, const StoredState::Job& job) {
     const std::string name = "job " + std::to_string(id);
     if ((job.state == JobState::kDone) != job.accepted.has_value()) Fault("wrong state: " + name + ": done or not");
@@ -73,15 +90,8 @@ class Checker {
     }
     const int charged = job.attempts - job.returned;
     const bool used_up = job.state == JobState::kDead || job.state == JobState::kFailed;
-    // A job whose attempt met its time limit, or that crashed twice alike, is not started again.
-    const auto outcome_of = [&](int attempt) {
-      const auto found = state_.attempts.find({id, attempt});
-      return found == state_.attempts.end() ? std::optional<AttemptOutcome>() : found->second.outcome;
-    };
-    const bool by_repetition = job.state == JobState::kDead &&
-                               (outcome_of(job.attempts) == AttemptOutcome::kTimeLimit ||
-                                (charged == kEqualCrashes && outcome_of(job.attempts) == AttemptOutcome::kCrashed));
-    if (used_up ? charged != kMaxAttempts && !by_repetition : charged > kMaxAttempts) {
+    const bool ended_early = job.state == JobState::kDead && EndsEarly(ChargedOutcomes(id, job.attempts));
+    if (used_up ? (charged != kMaxAttempts && !ended_early) : charged > kMaxAttempts) {
       Fault("wrong state: " + name + " is " + std::string(ToString(job.state)) + " after " + std::to_string(charged) +
             " charged attempts");
     }
@@ -170,6 +180,9 @@ class Checker {
         Fault("unexpected: experiment " + std::to_string(id) + " is cancelled");
       }
       if (told == record_.results_at_cancel.end()) continue;
+      if (experiment.state != db::ExperimentState::kCancelled) {
+        Fault("wrong state: experiment " + std::to_string(id) + " was cancelled and is not any more");
+      }
       if (AcceptedOf(state_, id) != told->second) {
         Fault("unexpected: results of experiment " + std::to_string(id) + " after it was cancelled");
       }

@@ -46,6 +46,9 @@ void Record::OnGoOn(std::int64_t experiment_id, const StoredState& state) {
 }
 
 void Record::OnCancelled(std::int64_t experiment_id, const StoredState& state) {
+  // A cancellation that came too late changes nothing: a retry may still add results.
+  const auto experiment = state.experiments.find(experiment_id);
+  if (experiment == state.experiments.end() || experiment->second.state != db::ExperimentState::kCancelled) return;
   results_at_cancel.emplace(experiment_id, AcceptedOf(state, experiment_id));
 }
 
