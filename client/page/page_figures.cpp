@@ -96,6 +96,15 @@ std::shared_ptr<const Dataset> FindDataset(const FigureRequest& request, const P
 
 }  // namespace
 
+Rule PageRule(const std::vector<PageSource>& sources, std::optional<Rule> asked) {
+  if (asked) return *asked;
+  Rule strongest = Rule::kLiteral;
+  for (const PageSource& place : sources) {
+    strongest = std::max(strongest, FindExperiment(*OpenResults(place.source), place.experiment).rule);
+  }
+  return strongest;
+}
+
 Json PageHead(const std::string& kind, const std::string& title, const programs::BuildFacts& build) {
   return {{"format", kFormat},
           {"kind", kind},

@@ -23,6 +23,9 @@ struct PageSource {
   std::optional<std::int64_t> experiment;
 };
 
+/// The rule asked for, else the strongest of the experiments' rules. Errors as of FindExperiment.
+Rule PageRule(const std::vector<PageSource>& sources, std::optional<Rule> asked);
+
 /// Of what a page with figures is made.
 struct FigureRequest {
   std::vector<PageSource> sources;  ///< not empty

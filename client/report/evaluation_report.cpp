@@ -257,9 +257,33 @@ std::string RenderJson(const EvaluationReport& report) {
 
 }  // namespace
 
+namespace {
+
+// Counts under the solid rule beside those of a weaker one.
+std::string SolidLine(const EvaluationReport& report) {
+  if (report.rule == Rule::kSolid || report.rows.empty()) return {};
+  std::map<std::string, std::pair<int, int>> counts;
+  std::vector<std::string> order;
+  for (const auto& row : report.rows) {
+    if (!counts.contains(row.method)) order.push_back(row.method);
+    auto& [solved, judged] = counts[row.method];
+    solved += row.evaluation.solid == Verdict::kSuccess ? 1 : 0;
+    ++judged;
+  }
+  std::string text;
+  for (const std::string& method : order) {
+    const auto& [solved, judged] = counts[method];
+    text += (text.empty() ? "" : "; ") + method + " " + std::to_string(solved) + "/" + std::to_string(judged);
+  }
+  return "Solved by the solid rule, of the file's solutions: " + text + ".\n";
+}
+
+}  // namespace
+
 std::string EvaluationCaption(const EvaluationReport& report) {
   return report.file + ": " + std::string(ToString(report.task)) + ", dataset " + report.dataset + ", " +
-         std::string(ToString(report.rule)) + " rule.\n" + ProblemsLine(report) + "\n" + DefinitionsLine(report) + "\n";
+         std::string(ToString(report.rule)) + " rule.\n" + ProblemsLine(report) + "\n" + DefinitionsLine(report) +
+         "\n" + SolidLine(report) + OdeLine(report);
 }
 
 std::string RenderEvaluation(const EvaluationReport& report, TableFormat format, const TableStyle& style) {

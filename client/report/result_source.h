@@ -10,6 +10,7 @@
 #include "client/report/listing.h"
 #include "client/service/server_connection.h"
 #include "words/job.h"
+#include "words/result.h"
 #include "words/split.h"
 
 namespace legopt::client {
@@ -64,8 +65,12 @@ struct ExperimentInfo {
   ExperimentState state{};
   std::string dataset_name;
   std::string dataset_hash;
-  Split split = Split::kAll;  ///< which of its problems
+  Split split = Split::kAll;   ///< which of its problems
+  Rule rule = Rule::kLiteral;  ///< whose success counts, by its suite
 };
 ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> id);
+
+/// The rule asked for, else the experiment's. Errors as of FindExperiment.
+Rule RuleFor(ResultSource& source, std::optional<std::int64_t> experiment, std::optional<Rule> asked);
 
 }  // namespace legopt::client
