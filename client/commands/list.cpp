@@ -78,9 +78,7 @@ std::string Sql(const ListOptions& options, const ExperimentInfo& experiment, co
   std::string telling;
   for (const std::string& column : methods.TellingColumns()) telling += column + ", ";
   std::string sql = "SELECT job_id AS job, method, " + telling +
-                    "task, initialization, problem_id AS problem, repetition, state, attempts, "
-                    " +
-                    verdict +
+                    "task, initialization, problem_id AS problem, repetition, state, attempts, " + verdict +
                     " AS verdict, solver_status, cost, time_s, worker FROM job_list WHERE "
                     "experiment_id = " +
                     std::to_string(experiment.id);
