@@ -257,12 +257,13 @@ ExperimentSpec ParseSpec(std::string_view text) {
   const Json json = ReadSpecJson(text);
   RequireObject(json, "",
                 {"spec_version", "name", "seed", "repetitions", "dataset", "tasks", "initializations", "methods",
-                 "limits", "max_attempts", "submitter", "builds", "again", "split"});
+                 "limits", "max_attempts", "submitter", "builds", "again", "split", "rule"});
   Integer(Member(json, "", "spec_version"), "spec_version", kSpecVersion, kSpecVersion);
   ExperimentSpec spec;
   spec.name = Name(Member(json, "", "name"), "name");
   if (json.contains("submitter")) spec.submitter = Name(json.at("submitter"), "submitter");
   if (json.contains("builds")) spec.builds = Choice<BuildRule>(json.at("builds"), "builds");
+  if (json.contains("rule")) static_cast<void>(Choice<Rule>(json.at("rule"), "rule"));  // clients use it
   if (json.contains("again")) spec.again = Boolean(json.at("again"), "again");
   spec.seed = Integer(Member(json, "", "seed"), "seed", 0, INT64_MAX);
   spec.repetitions =

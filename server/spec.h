@@ -49,8 +49,8 @@ class SpecError : public std::runtime_error {
 /// Most jobs that one experiment may have.
 inline constexpr std::int64_t kMaxJobsPerExperiment = bus::spec_limits::kMostJobs;
 
-/// Throws SpecError. Every key is required but "max_attempts", "submitter", "builds", "again", "split", "joint_names"
-/// and "limits.effort_limit"; an unknown key is an error.
+/// Throws SpecError. Every key is required but "max_attempts", "submitter", "builds", "again", "split", "rule",
+/// "joint_names" and "limits.effort_limit"; an unknown key is an error.
 ExperimentSpec ParseSpec(std::string_view text);
 
 /// What one job is, from its index in the experiment's order (0 <= index < num_jobs()).

@@ -102,7 +102,7 @@ const Method& SolveExecutor::ReadMethod(const std::string& hash, std::string_vie
   if (const auto known = methods_.find(hash); known != methods_.end()) return known->second;
   const std::string source = "method " + hash;
   const nlohmann::json options = ParseJson(options_json, source);
-  Method method = Method::FromJson(options, source, registry_);
+  Method method = Method::FromCanonical(options, source, registry_);
   if (const std::string actual = method.Hash(); actual != hash) {
     throw InputError({source, "hash", actual, "the options do not have the hash that names them",
                       "run server, client and workers of the same release"});

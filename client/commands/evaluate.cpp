@@ -19,7 +19,7 @@ namespace {
 struct EvaluateOptions {
   std::string file;
   std::optional<std::string> dataset;
-  Rule rule = Rule::kLiteral;
+  std::optional<Rule> rule;
   Definitions definitions = Definitions::kFile;
   bool exhaustive = false;
   TableFormat format = TableFormat::kText;
@@ -31,7 +31,7 @@ ExitCode Evaluate(const EvaluateOptions& options) {
   const SolutionFile file = ReadSolutions(InputFile(options.file));
   Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated),
               options.exhaustive ? Culling::kOff : Culling::kOn);
-  const auto report = EvaluateSolutions(file, judge, options.rule, options.definitions);
+  const auto report = EvaluateSolutions(file, judge, options.rule.value_or(Rule::kLiteral), options.definitions);
   if (report.rows.empty()) {
     throw ClientError(ExitCode::kUsage, options.file + ": no problem has a 'solution'; is it a problem file?");
   }
@@ -57,7 +57,7 @@ void AddEvaluateCommand(const programs::Command& program, Invocation* invocation
   command.AddWord<Definitions>(
       "--definitions", options->definitions,
       "Whose problem definitions count: file (default), as in the original evaluator, or dataset");
-  AddRuleOption(command, &options->rule);
+  AddRuleOption(command, &options->rule, "literal");
   command.AddFlag(
       "--exhaustive", options->exhaustive,
       "Compare all meshes exactly, without telling early what cannot touch: slow, must not change anything");

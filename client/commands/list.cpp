@@ -30,6 +30,7 @@ struct ListOptions {
   MethodFilter methods;
   std::optional<int> problem;
   bool unsolved = false;
+  std::optional<Rule> rule;
   int limit = kDefaultLimit;
   SourceOptions source;
   ListingOptions listing;
@@ -66,28 +67,35 @@ void RequireProblem(ResultSource& source, std::int64_t experiment_id, int proble
                                           std::to_string(experiment_id) + " has no such problem" + text);
 }
 
-std::string Sql(const ListOptions& options, std::int64_t experiment_id, const ExperimentMethods& methods) {
+// The verdict of a job by a rule. Releases before the solid rule left none by it: the strict one stands in.
+std::string VerdictSql(Rule rule) {
+  const std::string column = "verdict_" + std::string(ToString(rule));
+  return rule == Rule::kSolid ? "coalesce(" + column + ", verdict_strict)" : column;
+}
+
+std::string Sql(const ListOptions& options, const ExperimentInfo& experiment, const ExperimentMethods& methods) {
+  const std::string verdict = VerdictSql(options.rule.value_or(experiment.rule));
   std::string telling;
   for (const std::string& column : methods.TellingColumns()) telling += column + ", ";
   std::string sql = "SELECT job_id AS job, method, " + telling +
-                    "task, initialization, problem_id AS problem, repetition, state, attempts, "
-                    "verdict_literal AS verdict, solver_status, cost, time_s, worker FROM job_list WHERE "
+                    "task, initialization, problem_id AS problem, repetition, state, attempts, " + verdict +
+                    " AS verdict, solver_status, cost, time_s, worker FROM job_list WHERE "
                     "experiment_id = " +
-                    std::to_string(experiment_id);
-  const auto restrict = [&sql](const char* column, const auto& value) {
-    if (value) sql += " AND " + std::string(column) + " = " + SqlWord(*value);
+                    std::to_string(experiment.id);
+  const auto restrict = [&sql](const std::string& column, const auto& value) {
+    if (value) sql += " AND " + column + " = " + SqlWord(*value);
   };
   restrict("state", options.state);
   restrict("task", options.task);
   restrict("initialization", options.initialization);
-  restrict("verdict_literal", options.verdict);
+  restrict(verdict, options.verdict);
   if (const std::string condition = methods.Condition(options.methods); !condition.empty()) {
     sql += " AND job_id IN (SELECT job_id FROM jobs JOIN cells USING (cell_id) WHERE " + condition + ")";
   }
   if (options.problem) sql += " AND problem_id = " + std::to_string(*options.problem);
   if (options.unsolved) {
-    sql += " AND (state IN (" + SqlWord(JobState::kFailed) + ", " + SqlWord(JobState::kDead) +
-           ") OR verdict_literal <> " + SqlWord(Verdict::kSuccess) + ")";
+    sql += " AND (state IN (" + SqlWord(JobState::kFailed) + ", " + SqlWord(JobState::kDead) + ") OR " + verdict +
+           " <> " + SqlWord(Verdict::kSuccess) + ")";
   }
   return sql + " ORDER BY job_id";
 }
@@ -121,7 +129,7 @@ ExitCode List(const ListOptions& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
   if (options.problem) RequireProblem(*source, experiment.id, *options.problem);
-  Listing jobs = source->Query(Sql(options, experiment.id, {*source, experiment.id}), options.limit);
+  Listing jobs = source->Query(Sql(options, experiment, {*source, experiment.id}), options.limit);
   if (!options.source.db) AddProgress(options, experiment.id, &jobs);
   PrintListing(jobs, options.listing);
   if (jobs.truncated) std::cerr << "legopt: only the first " << jobs.rows.size() << " jobs are shown; raise --limit\n";
@@ -145,6 +153,7 @@ void AddListCommand(const programs::Command& program, Invocation* invocation) {
   command.AddWord<Verdict>("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose",
                            {FaultOfVerdict, ""});
   command.AddFlag("--unsolved", options->unsolved, "Only jobs that ended without success");
+  AddRuleOption(command, &options->rule);
   command.AddOption("--limit", options->limit, "Most jobs to list (default 1000)")
       .Check(programs::WholeNumber(1, ResultSource::kAllRows));
   AddListingOptions(command, &options->listing);

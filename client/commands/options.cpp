@@ -127,12 +127,11 @@ void AddTableFormatOption(const programs::Command& command, TableFormat* format)
                                   {"json", TableFormat::kJson}});
 }
 
-void AddRuleOption(const programs::Command& command, Rule* rule) {
-  command.AddChoice<Rule>("--rule", *rule,
-                          "Whose success counts: literal, as the original evaluator (default), strict, every colliding "
-                          "pair, or solid, what "
-                          "a robot could do",
-                          programs::WordChoicesOf<Rule>());
+void AddRuleOption(const programs::Command& command, std::optional<Rule>* rule, const std::string& by_default) {
+  command.AddWord<Rule>("--rule", *rule,
+                        "Count success by this rule: literal (original evaluator), strict (every listed link pair) or "
+                        "solid (physical rule) (default: " +
+                            by_default + ")");
 }
 
 void AddTextOrJsonOption(const programs::Command& command, bool* json) {

@@ -67,8 +67,9 @@ std::string DrawPlot(const Plot& plot, const PlotOptions& options, const TextLay
 void AddChargeOption(const programs::Command& command, std::optional<double>* charge_s);
 /// In ms.
 std::optional<double> ChargeMs(const std::optional<double>& charge_s);
-/// --rule literal|strict|solid
-void AddRuleOption(const programs::Command& command, Rule* rule);
+/// --rule literal|strict|solid, with its default in words.
+void AddRuleOption(const programs::Command& command, std::optional<Rule>* rule,
+                   const std::string& by_default = "the experiment's own");
 /// --dataset
 void AddDatasetOption(const programs::Command& command, std::optional<std::string>* dataset);
 

@@ -24,7 +24,7 @@ struct ReportOptions {
   std::vector<std::string> experiments, databases, datasets;
   std::string out;
   double max_megabytes = 25.0;
-  Rule rule = Rule::kLiteral;
+  std::optional<Rule> rule;
   NetworkOptions network;
   programs::BuildFacts build;
 };
@@ -48,7 +48,7 @@ std::vector<PageSource> SourcesOf(const ReportOptions& options) {
 ExitCode Report(const ReportOptions& options) {
   ReportRequest request;
   request.sources = SourcesOf(options);
-  request.rule = options.rule;
+  request.rule = PageRule(request.sources, options.rule);
   request.most_bytes = static_cast<std::size_t>(options.max_megabytes * kBytesPerMegabyte);
   request.build = options.build;
   request.tell = Say;

@@ -31,20 +31,20 @@ struct ServeOptions {
   std::string address = "127.0.0.1";
   int port = kDefaultPort;
   std::vector<std::string> hosts;
-  Rule rule = Rule::kLiteral;
+  std::optional<Rule> rule;
   SourceOptions source;
   programs::BuildFacts build;
 };
 
 FigureRequest FiguresOf(const ServeOptions& options) {
   FigureRequest request;
-  request.rule = options.rule;
   request.build = options.build;
   for (const std::string& experiment : options.experiments) {
     request.sources.push_back({options.source, *ParseInteger<std::int64_t>(experiment)});
   }
   if (request.sources.empty()) request.sources.push_back({options.source, std::nullopt});
   request.datasets = LoadPageDatasets(request.sources, options.datasets);
+  request.rule = PageRule(request.sources, options.rule);
   return request;
 }
 
@@ -91,9 +91,10 @@ class Watching {
 ExitCode Serve(const ServeOptions& options) {
   using namespace std::chrono_literals;
   const InterruptGuard guard;
-  LiveState state(options.source, options.rule);
+  const FigureRequest figures = FiguresOf(options);
+  LiveState state(options.source, figures.rule);
   state.Read(0);
-  LiveBlocks blocks(FiguresOf(options));
+  LiveBlocks blocks(figures);
   HttpOptions http;
   http.address = options.address;
   http.port = static_cast<std::uint16_t>(options.port);

@@ -20,6 +20,7 @@ namespace {
 
 struct TableOptions {
   TableSelection selection;
+  std::optional<Rule> rule;
   SourceOptions source;
   TableFormat format = TableFormat::kText;
   TimeUnit time_unit = kMilliseconds;
@@ -72,8 +73,9 @@ std::string RenderPlot(const TableOptions& options, ResultSource* source) {
   return DrawPlot(ProfilePlot(table), options.plot, LayoutOf(options.output));
 }
 
-ExitCode Table(const TableOptions& options) {
+ExitCode Table(TableOptions options) {
   const auto source = OpenResults(options.source);
+  options.selection.rule = RuleFor(*source, options.selection.experiment, options.rule);
   const std::string drawn = RenderPlot(options, source.get());
   const std::string text = RenderTable(options, source.get()) + drawn;
   Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
@@ -88,7 +90,7 @@ void AddTableCommand(const programs::Command& program, Invocation* invocation) {
   command.AddOption("ID", options->selection.experiment, "Experiment (default: the newest)")
       .Check(programs::WholeNumber(1));
   AddTableFormatOption(command, &options->format);
-  AddRuleOption(command, &options->selection.rule);
+  AddRuleOption(command, &options->rule);
   AddCollisionOption(command, &options->selection.collision);
   const auto paper = command.AddFlag("--paper", options->paper, "Show the paper's Table I beside it");
   const auto interpolation =

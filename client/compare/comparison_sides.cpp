@@ -179,6 +179,10 @@ std::vector<SolveCell> CellsOf(const std::vector<CellPair>& pairs) {
   return cells;
 }
 
+Rule RuleOf(const Sides& sides, const ComparisonRequest& request) {
+  return request.rule.value_or(std::max(sides.a.experiment.info.rule, sides.b.experiment.info.rule));
+}
+
 // The cells that can be compared, with their solves; the others are not read.
 std::vector<CellPair> PairCells(Sides& sides, const std::vector<MethodPair>& methods,
                                 const ComparisonRequest& request) {
@@ -196,7 +200,7 @@ std::vector<CellPair> PairCells(Sides& sides, const std::vector<MethodPair>& met
     SolvedExperiment chosen = side.experiment;
     chosen.cells.clear();
     for (CellPair& pair : pairs) chosen.cells.push_back(std::move(pair.*cell));
-    ReadSolves(*side.source, request.rule, &chosen);
+    ReadSolves(*side.source, RuleOf(sides, request), &chosen);
     for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i].*cell = std::move(chosen.cells[i]);
   };
   read(sides.a, &CellPair::a);
@@ -313,7 +317,7 @@ Comparison ReadComparison(const ComparisonRequest& request) {
   comparison.a = told(sides.a);
   comparison.b = told(sides.b);
   comparison.dataset = sides.a.experiment.info.dataset_name;
-  comparison.rule = request.rule;
+  comparison.rule = RuleOf(sides, request);
   comparison.options = request.options;
   NoteOrigins(sides, &comparison.notes);
   NoteSettings(sides, pairs, &comparison.notes);

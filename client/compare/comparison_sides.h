@@ -18,7 +18,7 @@ struct ComparisonRequest {
   std::optional<std::string> method;       ///< of experiments and files: only this one
   std::optional<Task> task;
   std::optional<Initialization> initialization;
-  Rule rule = Rule::kLiteral;
+  std::optional<Rule> rule;         ///< default: the stronger of the rules of A and B
   std::optional<double> charge_ms;  ///< of a failed run, as of ChargesOf
   SourceOptions source;
   ComparisonOptions options;
@@ -36,7 +36,7 @@ struct ComparedSide {
 struct Comparison {
   ComparedSide a, b;
   std::string dataset;  ///< name
-  Rule rule = Rule::kLiteral;
+  Rule rule = Rule::kSolid;
   ComparisonOptions options;
   std::vector<CellComparison> cells;  ///< in the order of A's table
   std::vector<std::string> notes;     ///< what a reader must know to believe it: other builds, machines, seeds

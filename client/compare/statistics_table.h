@@ -68,7 +68,7 @@ struct StatisticsTable {
   ExperimentInfo experiment;
   std::int64_t seed = 0;
   std::int64_t repetitions = 1;
-  Rule rule = Rule::kLiteral;
+  Rule rule = Rule::kSolid;
   std::map<BenchmarkColumn, ColumnStatistics> columns;
   std::vector<StatisticsRow> rows;  ///< in the experiment's order
   std::vector<ResultOrigin> origins;

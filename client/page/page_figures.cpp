@@ -96,6 +96,18 @@ std::shared_ptr<const Dataset> FindDataset(const FigureRequest& request, const P
 
 }  // namespace
 
+Rule PageRule(const std::vector<PageSource>& sources, std::optional<Rule> asked) {
+  if (asked) return *asked;
+  std::optional<Rule> strongest;
+  for (const PageSource& place : sources) {
+    const auto source = OpenResults(place.source);
+    const bool none_yet = !place.experiment && source->Query("SELECT 1 FROM experiments LIMIT 1").rows.empty();
+    if (none_yet) continue;
+    strongest = std::max(strongest.value_or(Rule::kLiteral), FindExperiment(*source, place.experiment).rule);
+  }
+  return strongest.value_or(Rule::kSolid);
+}
+
 Json PageHead(const std::string& kind, const std::string& title, const programs::BuildFacts& build) {
   return {{"format", kFormat},
           {"kind", kind},

@@ -23,10 +23,13 @@ struct PageSource {
   std::optional<std::int64_t> experiment;
 };
 
+/// The rule asked for, else the strongest of the experiments' rules. Errors as of FindExperiment.
+Rule PageRule(const std::vector<PageSource>& sources, std::optional<Rule> asked);
+
 /// Of what a page with figures is made.
 struct FigureRequest {
   std::vector<PageSource> sources;  ///< not empty
-  Rule rule = Rule::kLiteral;
+  Rule rule = Rule::kSolid;
   /// At hand, for the 3D view; experiments on others have none, and it is said.
   std::vector<std::shared_ptr<const Dataset>> datasets;
   programs::BuildFacts build;

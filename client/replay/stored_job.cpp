@@ -57,7 +57,7 @@ Method ReadMethod(const Listing& row, std::int64_t job_id, const SolverRegistry&
   const std::string source = "job " + std::to_string(job_id);
   const nlohmann::json options = ParseJson(row.Text(0, "options_json"), source + ", options_json");
   RequireSolver(options, source, registry);
-  Method method = Method::FromJson(options, source, registry);
+  Method method = Method::FromCanonical(options, source, registry);
   if (const std::string hash = method.Hash(); hash != row.Text(0, "method_hash")) {
     throw ClientError(ExitCode::kUsage, source + ": method '" + row.Text(0, "method") + "' is stored with hash " +
                                             row.Text(0, "method_hash") + ", and this build gives its options hash " +

@@ -75,6 +75,7 @@ struct BenchmarkCell {
   /// Ended by the clock, at every attempt or before there were limits of effort: they say nothing about the method.
   std::int64_t clock_stopped = 0;
   std::int64_t taken_over = 0;  ///< of the finished jobs: with the result of an equal job of another experiment
+  std::int64_t solved_by_other_rule = 0;            ///< successes under BenchmarkTable::other_rule, if there is one
   Per<Feasibility, JobCounts> by_feasibility = {};  ///< of their problems, in a table that counts by a certificate
 
   bool operator==(const BenchmarkCell&) const = default;
@@ -97,12 +98,13 @@ struct BenchmarkTable {
   std::string experiment;
   std::string dataset;        ///< name; empty: not known
   Split split = Split::kAll;  ///< which of its problems
-  Rule rule = Rule::kLiteral;
+  Rule rule = Rule::kSolid;
   std::vector<BenchmarkColumn> columns;  ///< in the paper's order, only those that the experiment has
   std::vector<BenchmarkRow> rows;        ///< in the experiment's order
   bool compared = false;                 ///< the paper's figures were asked for
   std::vector<ResultOrigin> origins;     ///< builds and machines of the results
   bool certified = false;                ///< counts by a certificate: BenchmarkCell::by_feasibility
+  std::optional<Rule> other_rule = {};   ///< rule of BenchmarkCell::solved_by_other_rule; none: not known
 
   /// Jobs that success is counted over: all, or those of certified problems.
   JobCounts Counted(const BenchmarkCell& cell) const;

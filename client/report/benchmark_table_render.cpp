@@ -146,6 +146,31 @@ std::vector<TableText> ShownLine(const BenchmarkTable& table, const BenchmarkRow
   return line;
 }
 
+// "Solved by the solid rule: SQP 49/50, 4/4; Adam 48/50, 4/4." in the order of rows and columns; empty where not known.
+std::string OtherRuleNote(const BenchmarkTable& table) {
+  if (!table.other_rule) return {};
+  std::map<std::string, int> rows_of_name;
+  for (const BenchmarkRow& row : table.rows) ++rows_of_name[row.method];
+  std::string text;
+  for (const BenchmarkRow& row : table.rows) {
+    text += (text.empty() ? "" : "; ") + row.method;
+    if (rows_of_name[row.method] > 1) {
+      text += " (" + std::to_string(row.multi_starts) + ", " + std::to_string(row.sample_size) + " %" +
+              (table.shows_collision() ? ", " + std::string(ToString(row.collision)) : "") + ")";
+    }
+    const char* separator = " ";
+    for (const BenchmarkColumn& column : table.columns) {
+      const auto cell = row.cells.find(column);
+      text += separator;
+      text += cell == row.cells.end()
+                  ? "-"
+                  : std::to_string(cell->second.solved_by_other_rule) + "/" + std::to_string(cell->second.n);
+      separator = ", ";
+    }
+  }
+  return " Solved by the " + std::string(ToString(*table.other_rule)) + " rule: " + text + ".";
+}
+
 GroupedTable Group(const BenchmarkTable& table, const TimeUnit& unit, const std::string& time_title) {
   GroupedTable grouped;
   grouped.caption = Caption(table);
@@ -170,6 +195,7 @@ GroupedTable Group(const BenchmarkTable& table, const TimeUnit& unit, const std:
   const bool matched =
       std::any_of(table.rows.begin(), table.rows.end(), [](const auto& r) { return !r.paper.empty(); });
   if (table.compared) grouped.note += matched ? kPaperNote : kNoPaperNote;
+  grouped.note += OtherRuleNote(table);
   grouped.warning = ClockWarning(sum.clock_stopped, table.experiment_id);
   return MakePrintable(std::move(grouped));
 }
@@ -283,6 +309,18 @@ std::string RenderCsv(const BenchmarkTable& table) {
   return RenderListing(listing, ListingFormat::kCsv);
 }
 
+// Solved jobs by the other rule: per row, in the order of "rows", a number for each column.
+nlohmann::ordered_json OtherRuleJson(const BenchmarkTable& table) {
+  nlohmann::ordered_json json = {{"rule", ToString(*table.other_rule)}};
+  json["solved"] = nlohmann::ordered_json::array();
+  for (const BenchmarkRow& row : table.rows) {
+    nlohmann::ordered_json line = nlohmann::ordered_json::object();
+    for (const auto& [column, cell] : row.cells) line[ColumnName(column)] = cell.solved_by_other_rule;
+    json["solved"].push_back(std::move(line));
+  }
+  return json;
+}
+
 }  // namespace
 
 nlohmann::ordered_json BenchmarkTableJson(const BenchmarkTable& table) {
@@ -311,6 +349,7 @@ nlohmann::ordered_json BenchmarkTableJson(const BenchmarkTable& table) {
     if (!row.paper.empty()) AddCells(table, row.paper, kPaperFigures, &line["paper"]);
     json["rows"].push_back(std::move(line));
   }
+  if (table.other_rule) json["other_rule"] = OtherRuleJson(table);
   return json;
 }
 

@@ -255,11 +255,28 @@ std::string RenderJson(const EvaluationReport& report) {
   return JsonText(json) + "\n";
 }
 
+// Counts by the solid rule beside those by a weaker one.
+std::string SolidLine(const EvaluationReport& report) {
+  if (report.rule == Rule::kSolid || report.rows.empty()) return {};
+  std::string text;
+  for (const auto& summary : report.summaries) {
+    int judged = 0, solved = 0;
+    for (const auto& row : report.rows) {
+      if (row.method != summary.method) continue;
+      ++judged;
+      solved += row.evaluation.solid == Verdict::kSuccess ? 1 : 0;
+    }
+    text += (text.empty() ? "" : "; ") + summary.method + " " + std::to_string(solved) + "/" + std::to_string(judged);
+  }
+  return "Solved by the solid rule: " + text + ".\n";
+}
+
 }  // namespace
 
 std::string EvaluationCaption(const EvaluationReport& report) {
   return report.file + ": " + std::string(ToString(report.task)) + ", dataset " + report.dataset + ", " +
-         std::string(ToString(report.rule)) + " rule.\n" + ProblemsLine(report) + "\n" + DefinitionsLine(report) + "\n";
+         std::string(ToString(report.rule)) + " rule.\n" + ProblemsLine(report) + "\n" + DefinitionsLine(report) +
+         "\n" + SolidLine(report);
 }
 
 std::string RenderEvaluation(const EvaluationReport& report, TableFormat format, const TableStyle& style) {

@@ -45,7 +45,7 @@ struct InterpolationTable {
   std::string experiment;
   std::string dataset;        ///< name; empty: not known
   Split split = Split::kAll;  ///< which of its problems
-  Rule rule = Rule::kLiteral;
+  Rule rule = Rule::kSolid;
   std::vector<InterpolationRow> rows;
   std::vector<ResultOrigin> origins;  ///< builds and machines of the results
   std::int64_t taken_over = 0;        ///< results of the experiment, other tasks included, that others made

@@ -12,15 +12,39 @@ void KeepCollision(const TableSelection& selection, const ExperimentInfo& experi
   throw NoSuchCollision(experiment.id, *selection.collision);
 }
 
+bool HasVerdicts(ResultSource& source, std::int64_t experiment_id, Rule rule) {
+  if (rule != Rule::kSolid) return true;
+  return source
+      .Query("SELECT job_id FROM results JOIN cells USING (cell_id) WHERE experiment_id = " +
+             std::to_string(experiment_id) + " AND verdict_solid IS NULL LIMIT 1")
+      .rows.empty();
+}
+
+// Counts by the strongest rule beside a weaker one, by the original evaluator's beside the strongest.
+void AddOtherRule(ResultSource& source, BenchmarkTable* table) {
+  const Rule other = table->rule == Rule::kSolid ? Rule::kLiteral : Rule::kSolid;
+  if (!HasVerdicts(source, table->experiment_id, other)) return;
+  const Listing counts = source.Query(
+      "SELECT method_id, task, initialization, solved FROM benchmark_cells WHERE "
+      "experiment_id = " +
+      std::to_string(table->experiment_id) + " AND rule = " + SqlText(std::string(ToString(other))));
+  for (std::size_t i = 0; i < counts.rows.size(); ++i) {
+    const BenchmarkColumn column{counts.WordAt<Task>(i, "task"), counts.WordAt<Initialization>(i, "initialization")};
+    const auto method_id = counts.At(i, "method_id").get<std::int64_t>();
+    for (BenchmarkRow& row : table->rows) {
+      const auto cell = row.cells.find(column);
+      if (row.method_id != method_id || cell == row.cells.end()) continue;
+      cell->second.solved_by_other_rule = counts.At(i, "solved").get<std::int64_t>();
+    }
+  }
+  table->other_rule = other;
+}
+
 }  // namespace
 
 void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rule rule) {
-  if (rule != Rule::kSolid) return;
+  if (HasVerdicts(source, experiment.id, rule)) return;
   const std::string id = std::to_string(experiment.id);
-  const Listing without =
-      source.Query("SELECT job_id FROM results JOIN cells USING (cell_id) WHERE experiment_id = " + id +
-                   " AND verdict_solid IS NULL LIMIT 1");
-  if (without.rows.empty()) return;
   throw ClientError(ExitCode::kUsage, "experiment " + id + " has results of a release without the solid rule; judge " +
                                           "their solutions again: 'legopt export " + id + " --out FILE" +
                                           source.flags() + "', then 'legopt evaluate FILE --rule solid'");
@@ -40,6 +64,7 @@ BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& se
   table.split = experiment.split;
   table.origins = ReadOrigins(source, experiment.id);
   KeepCollision(selection, experiment, &table);
+  AddOtherRule(source, &table);
   return table;
 }
 

@@ -14,7 +14,7 @@ namespace legopt::client {
 /// Which table to read.
 struct TableSelection {
   std::optional<std::int64_t> experiment;  ///< default: the newest
-  Rule rule = Rule::kLiteral;
+  Rule rule = Rule::kSolid;
   std::optional<SceneRepresentation> collision;  ///< only methods with this collision model
 };
 

@@ -153,16 +153,26 @@ ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> 
   const std::string where = id ? " WHERE e.experiment_id = " + std::to_string(*id) : "";
   const Listing found = source.Query(
       "SELECT e.experiment_id, e.name, e.state, d.name AS dataset, d.hash, coalesce(json_extract(e.spec_json, "
-      "'$.split'), 'all') AS split FROM experiments AS e JOIN datasets AS d USING (dataset_id)" +
+      "'$.split'), 'all') AS split, coalesce(json_extract(e.spec_json, '$.rule'), CASE WHEN EXISTS (SELECT "
+      "1 FROM results JOIN cells USING (cell_id) WHERE experiment_id = e.experiment_id AND verdict_solid IS NULL) THEN "
+      "'literal' ELSE 'solid' END) AS rule FROM experiments AS e JOIN datasets AS d USING (dataset_id)" +
       where + " ORDER BY e.experiment_id DESC LIMIT 1");
   if (found.rows.empty()) {
     throw ClientError(ExitCode::kUsage, id ? "there is no experiment " + std::to_string(*id) + "; 'legopt status" +
                                                  source.flags() + "' lists them"
                                            : "there is no experiment yet; submit one with 'legopt submit SUITE'");
   }
-  return {found.At(0, "experiment_id").get<std::int64_t>(), found.At(0, "name").get<std::string>(),
-          found.WordAt<ExperimentState>(0, "state"),        found.At(0, "dataset").get<std::string>(),
-          found.At(0, "hash").get<std::string>(),           found.WordAt<Split>(0, "split")};
+  return {found.At(0, "experiment_id").get<std::int64_t>(),
+          found.At(0, "name").get<std::string>(),
+          found.WordAt<ExperimentState>(0, "state"),
+          found.At(0, "dataset").get<std::string>(),
+          found.At(0, "hash").get<std::string>(),
+          found.WordAt<Split>(0, "split"),
+          found.WordAt<Rule>(0, "rule")};
+}
+
+Rule RuleFor(ResultSource& source, std::optional<std::int64_t> experiment, std::optional<Rule> asked) {
+  return asked ? *asked : FindExperiment(source, experiment).rule;
 }
 
 }  // namespace legopt::client

@@ -11,6 +11,7 @@
 #include "client/report/listing_writer.h"
 #include "client/service/server_connection.h"
 #include "words/job.h"
+#include "words/result.h"
 #include "words/split.h"
 
 namespace legopt::client {
@@ -84,8 +85,14 @@ struct ExperimentInfo {
   ExperimentState state{};
   std::string dataset_name;
   std::string dataset_hash;
-  Split split = Split::kAll;  ///< which of its problems
+  Split split = Split::kAll;   ///< which of its problems
+  /// Whose success counts: that of its suite; without one solid, and literal where results of an old release have no
+  /// verdict by the solid rule.
+  Rule rule = Rule::kSolid;
 };
 ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> id);
+
+/// The rule asked for, else the experiment's. Errors as of FindExperiment.
+Rule RuleFor(ResultSource& source, std::optional<std::int64_t> experiment, std::optional<Rule> asked);
 
 }  // namespace legopt::client

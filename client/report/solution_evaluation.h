@@ -48,7 +48,7 @@ struct EvaluationReport {
   std::string file;
   std::string dataset;
   Task task{};
-  Rule rule = Rule::kLiteral;
+  Rule rule = Rule::kSolid;
   Definitions definitions = Definitions::kFile;
   int num_posed = 0;                     ///< the dataset's problems of the task
   std::vector<int> in_file;              ///< ids of those for which the file has a solution, in file order

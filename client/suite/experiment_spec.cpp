@@ -183,6 +183,7 @@ nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset, std::v
                          {"max_attempts", suite.max_attempts}};
   // Left out where they say nothing: ids stay as they were.
   if (suite.builds != BuildRule::kOne) spec["builds"] = ToString(suite.builds);
+  if (suite.rule != Rule::kSolid) spec["rule"] = ToString(suite.rule);
   if (suite.split != Split::kAll) spec["split"] = ToString(suite.split);
   return spec;
 }

@@ -23,7 +23,7 @@ namespace {
 
 const std::vector<std::string> kSuiteKeys = {
     "name",        "dataset", "seed",         "repetitions", "tasks",  "problems", "methods", "initializations",
-    "max_stances", "limits",  "max_attempts", "collision",   "builds", "split"};
+    "max_stances", "limits",  "max_attempts", "collision",   "builds", "split",    "rule",    "pairs"};
 const std::vector<std::string> kMethodKeys = {"name",        "solver",    "multi_starts", "sample_size",
                                               "incremental", "collision", "options"};
 
@@ -84,6 +84,19 @@ Split ReadSplit(const YamlMap& map) {
   if (const auto split = ParseWord<Split>(word)) return *split;
   throw YamlFault(map.file(), map.Get("split"), "split", "must be " + WordChoices<Split>(),
                   "write tuning for the problems with an even id, test for those with an odd one");
+}
+
+Rule ReadRule(const YamlMap& map) {
+  if (const auto rule = ParseWord<Rule>(map.String("rule"))) return *rule;
+  throw YamlFault(map.file(), map.Get("rule"), "rule", "must be " + WordChoices<Rule>(),
+                  "write solid, or literal to count as the original evaluator does");
+}
+
+std::optional<PairSelection> ReadPairs(const YamlMap& map) {
+  if (!map.Has("pairs")) return std::nullopt;
+  if (const auto pairs = ParseWord<PairSelection>(map.String("pairs"))) return *pairs;
+  throw YamlFault(map.file(), map.Get("pairs"), "pairs", "must be " + WordChoices<PairSelection>(),
+                  "write all, or reference to compare the original evaluator's pairs");
 }
 
 BuildRule ReadBuildRule(const YamlMap& map) {
@@ -176,8 +189,16 @@ std::vector<Collision> CollisionsOf(const YamlMap& map, const Collision& shared,
   return shared ? std::vector<Collision>{shared} : ReadCollisions(map);
 }
 
-void ReadMethod(const YamlMap& map, const Collision& shared, const SolverRegistry& registry, Suite* suite) {
-  const nlohmann::json base = ReadPlainKeys(map);
+// For a method whose options name no pairs; options that are no map are refused later.
+void SetPairs(PairSelection pairs, nlohmann::json* method) {
+  nlohmann::json& options = method->emplace("options", nlohmann::json::object()).first.value();
+  if (options.is_object()) options.emplace("pairs", ToString(pairs));
+}
+
+void ReadMethod(const YamlMap& map, const Collision& shared, std::optional<PairSelection> pairs,
+                const SolverRegistry& registry, Suite* suite) {
+  nlohmann::json base = ReadPlainKeys(map);
+  if (pairs) SetPairs(*pairs, &base);
   std::vector<std::optional<std::int64_t>> multi_starts{std::nullopt}, sample_sizes{std::nullopt};
   if (map.Has("multi_starts")) multi_starts = ReadMatrix(map, "multi_starts", 0, limits::kMostMultiStarts);
   if (map.Has("sample_size")) sample_sizes = ReadMatrix(map, "sample_size", 1, 100);
@@ -196,9 +217,10 @@ void ReadMethod(const YamlMap& map, const Collision& shared, const SolverRegistr
 
 void ReadMethods(const YamlMap& map, const SolverRegistry& registry, Suite* suite) {
   const auto nodes = map.List("methods");
+  const std::optional<PairSelection> pairs = ReadPairs(map);
   for (const auto& collision : ReadCollisions(map)) {
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      ReadMethod(YamlMap(nodes[i], map.file(), map.Path("methods", i), kMethodKeys), collision, registry, suite);
+      ReadMethod(YamlMap(nodes[i], map.file(), map.Path("methods", i), kMethodKeys), collision, pairs, registry, suite);
     }
   }
 }
@@ -340,6 +362,7 @@ Suite ParseSuite(const std::string& text, const std::string& file, const SolverR
   if (map.Has("max_attempts"))
     suite.max_attempts = static_cast<int>(map.Integer("max_attempts", 1, limits::kMostAttempts));
   if (map.Has("split")) suite.split = ReadSplit(map);
+  if (map.Has("rule")) suite.rule = ReadRule(map);
   if (map.Has("builds")) suite.builds = ReadBuildRule(map);
   return suite;
 }

@@ -9,6 +9,7 @@
 #include "legopt/methods/method.h"
 #include "legopt/methods/registry.h"
 #include "words/job.h"
+#include "words/result.h"
 #include "words/split.h"
 #include "words/task.h"
 
@@ -49,6 +50,9 @@ constexpr Per<Task, Value> DefaultLimits(Value TaskDescription::*member) {
 ///         options: {}                  # of the solver, see legopt/methods/method.h
 ///     limits: {effort_limit: 1000000, memory_mb: 1024}   # per job; or effort_limit: {posture: 1000000, ...}
 ///     max_attempts: 3                  # how often a job is started before it counts as dead
+///     rule: solid                      # whose success tables count (default), strict or literal
+///     pairs: all                       # link pairs that the methods compare (default), or reference; a method's
+///                                      # options may say otherwise
 ///     split: test                      # tuning: problems with an even id, test: with an odd one; default: all
 ///     builds: one                      # one: the build that begins it finishes it; any: workers of all builds may
 struct Suite {
@@ -68,6 +72,7 @@ struct Suite {
   int memory_mb = 1024;
   int max_attempts = 3;
   Split split = Split::kAll;  ///< other problems are left out
+  Rule rule = Rule::kSolid;   ///< whose success tables, figures and pages count unless asked otherwise
   BuildRule builds = BuildRule::kOne;
 };
 

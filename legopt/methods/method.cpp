@@ -70,11 +70,21 @@ Method Method::Of(const std::string& solver, const SolverRegistry& registry) {
 }
 
 Method Method::FromJson(const json& description, const std::string& source, const SolverRegistry& registry) {
+  return Read(description, source, registry, Method().pairs);
+}
+
+Method Method::FromCanonical(const json& canonical, const std::string& source, const SolverRegistry& registry) {
+  return Read(canonical, source, registry, PairSelection::kReference);
+}
+
+Method Method::Read(const json& description, const std::string& source, const SolverRegistry& registry,
+                    PairSelection pairs_if_absent) {
   OptionFaults faults(source);
   if (!OptionReader::IsMap(description, "", faults)) faults.ThrowIfAny();
   OptionReader reader(description, "", faults);
   const SolverEntry* entry = ReadSolver(reader, registry, faults);
   Method method = entry == nullptr ? Method() : DefaultsOf(*entry);
+  method.pairs = pairs_if_absent;
   VisitHead(method, reader);
   if (method.incremental) method.name = "I-" + method.name;
   reader.Text("name", method.name);

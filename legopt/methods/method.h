@@ -33,7 +33,7 @@ struct Method {
   // Options of every method: how the problem is posed to the solver.
   double restart_noise_deg = 5.0;  ///< half width of the uniform noise on every joint at a restart, [0, 180]
   SceneRepresentation collision = SceneRepresentation::kSolid;  ///< obstacles (docs/readings.md#two-sided-triangles)
-  PairSelection pairs = PairSelection::kReference;  ///< links that are compared (docs/readings.md#ignored-link-pairs)
+  PairSelection pairs = PairSelection::kAll;  ///< compared link pairs (docs/readings.md#ignored-link-pairs)
   double collision_margin_m = 5e-4;  ///< distance kept from obstacles, [0, 0.1] (guards against ODE's triangle depths)
   double contact_range_m = 0.03;     ///< pairs closer than this enter the problem, (collision_margin_m, 1]
   /// Motions: collision between consecutive waypoints (paper, section V).
@@ -53,11 +53,17 @@ struct Method {
   static Method FromJson(const nlohmann::json& description, const std::string& source,
                          const SolverRegistry& registry = {});
 
+  /// Reads the canonical form (ToJson), for example of a database: an absent `pairs` is `reference` there, which was the
+  /// only selection when the form was defined. Errors as of FromJson.
+  static Method FromCanonical(const nlohmann::json& canonical, const std::string& source,
+                              const SolverRegistry& registry = {});
+
   /// Throws one InputError of all faults, a line for each: an unknown solver, options of another one, values out of
   /// range or not finite, and conditions between fields that do not hold.
   void Validate(const SolverRegistry& registry = {}) const;
 
-  /// Canonical form: every option that applies, defaults included. Throws one InputError of all values that cannot be;
+  /// Canonical form, read by FromCanonical: every option that applies, defaults included, `pairs: reference` alone left
+  /// out (the hashes of older releases stay). Throws one InputError of all values that cannot be;
   /// whether there is such a solver is not asked, as it takes none to name it.
   nlohmann::json ToJson() const;
 
@@ -68,6 +74,8 @@ struct Method {
   bool draws(const SolverRegistry& registry = {}) const;
 
  private:
+  static Method Read(const nlohmann::json& description, const std::string& source, const SolverRegistry& registry,
+                     PairSelection pairs_if_absent);
   void CheckValues(OptionFaults& faults) const;
   void CheckSolver(const SolverRegistry& registry, OptionFaults& faults) const;
 };

@@ -18,6 +18,12 @@ from .waypoints import TIMED_TASKS, Waypoints, decode_waypoint
 
 RULES = ["literal", "strict", "solid"]
 
+# Without a rule in the suite it is solid, and literal where results of an old release have no verdict by it.
+_RULE = """
+SELECT coalesce(json_extract(spec_json, '$.rule'), CASE WHEN EXISTS (SELECT 1 FROM results JOIN cells USING (cell_id)
+  WHERE experiment_id = e.experiment_id AND verdict_solid IS NULL) THEN 'literal' ELSE 'solid' END) AS rule
+FROM experiments AS e WHERE :id IS NULL OR experiment_id = :id"""
+
 # One row per job: the view job_list, and around it what the tables have besides. solve_ms and contended are the rule of
 # docs/statistics.md, "What is counted".
 _CONTENDED = "(r.involuntary_context_switches > 0 OR r.wall_us > 1.2 * r.cpu_us)"
@@ -84,18 +90,19 @@ class Database:
         compare() and paired() know it."""
         return read_methods(self._file, self._experiment(experiment))
 
-    def jobs(self, experiment: int | str | None = None, rule: str = "literal") -> Rows:
+    def jobs(self, experiment: int | str | None = None, rule: str | None = None) -> Rows:
         """One row per job of an experiment (number or name; default: of all), with the names of the view job_list and
         of the tables, and besides
 
         * `choice`: the method as compare() names it
-        * `rule`, `solved`: whether the judge accepts its solution by the rule; None: never run to its end
+        * `rule`, `solved`: whether the judge accepts its solution by the rule (default: that of the experiment, the
+          weakest one where jobs of all are asked for); None: never run to its end
         * `contended`: whether others had its processor
         * `solve_ms`: time of the whole solve, its wall time, or its CPU time where contended
 
         RequestError: no such experiment or rule, or results without a verdict by it."""
-        self._require_rule(rule)
         number = None if experiment is None else self._experiment(experiment)
+        rule = self._rule(rule, number)
         if rule == "solid":
             self._require_solid_verdicts(number)
         jobs = self._file.select(_JOBS.format(rule=rule, results=self._result_columns()), {"experiment": number})
@@ -112,7 +119,7 @@ class Database:
         return jobs
 
     def paired(self, a: int | str, b: int | str, experiment: int | str | None = None, *, method: str | None = None,
-               task: str | None = None, initialization: str | None = None, rule: str = "literal") -> Rows:
+               task: str | None = None, initialization: str | None = None, rule: str | None = None) -> Rows:
         """One row per problem that both were asked to solve, as `legopt compare A B` pairs them: A and B are methods of
         an experiment (default: the newest), or experiments (number or name) whose methods of equal name and figures are
         paired. Repetitions are averaged first. Columns:
@@ -124,10 +131,11 @@ class Database:
         * `outcome`: both, only_a, only_b, neither, or missing where one of them has never been run to its end
 
         RequestError: no such method, experiment, rule, or not one dataset."""
-        self._require_rule(rule)
         number = None if experiment is None else self._experiment(experiment)
         found = pairs.find_cells(self._file, str(a), str(b), number, method)
-        for side in {found.experiment_a, found.experiment_b}:
+        sides = {found.experiment_a, found.experiment_b}
+        rule = max((self._rule(rule, side) for side in sides), key=RULES.index)
+        for side in sides:
             if rule == "solid":
                 self._require_solid_verdicts(side)
         return pairs.read_pairs(self._file, found, task, initialization, rule)
@@ -178,7 +186,7 @@ class Database:
         return run_program([command, *map(str, arguments), "--db", os.path.abspath(self.path)], program)
 
     def compare(self, a: int | str, b: int | str, experiment: int | str | None = None, *, method: str | None = None,
-                task: str | None = None, initialization: str | None = None, rule: str = "literal", margin: float = 0.0,
+                task: str | None = None, initialization: str | None = None, rule: str | None = None, margin: float = 0.0,
                 charge_s: float | None = None, program: str | os.PathLike[str] | None = None) -> dict[str, Any]:
         """What `legopt compare A B --format json` says, number for number, because it is asked; docs/statistics.md
         defines each. A and B as for paired(); `margin`: percent by which times and costs must differ; `charge_s`:
@@ -190,7 +198,7 @@ class Database:
 
     def compare_with(self, other: Database | str | os.PathLike[str], experiment: int | None = None, *,
                      method: str | None = None, task: str | None = None, initialization: str | None = None,
-                     rule: str = "literal", margin: float = 0.0, charge_s: float | None = None,
+                     rule: str | None = None, margin: float = 0.0, charge_s: float | None = None,
                      program: str | os.PathLike[str] | None = None) -> dict[str, Any]:
         """The same of two database files, this one being A: of the newest experiment of each, or of `experiment`."""
         path = other.path if isinstance(other, Database) else os.fspath(other)
@@ -219,9 +227,14 @@ class Database:
         return ", ".join("r." + name for name in names
                          if name not in known | _LEFT_OUT and not name.startswith("solved_"))
 
-    def _require_rule(self, rule: str) -> None:
+    def _rule(self, rule: str | None, experiment: int | None) -> str:
+        """The rule asked for, else the experiment's, as `legopt table` chooses it."""
+        if rule is None:
+            found = self._file.select(_RULE, {"id": experiment}).column("rule")
+            return min(found, key=RULES.index, default="solid")
         if rule not in RULES:
             raise RequestError(f"'{rule}' is no rule; {suggest(rule, RULES)}")
+        return rule
 
     def _require_solid_verdicts(self, experiment: int | None) -> None:
         without = self._file.select("SELECT experiment_id FROM results JOIN cells USING (cell_id) WHERE "

@@ -152,6 +152,23 @@ TEST(BenchmarkTable, CaptionTellsExperimentRuleAndProgress) {
   }
 }
 
+// A weaker rule never stands alone.
+TEST(BenchmarkTable, CountsByTheOtherRuleStandBelow) {
+  BenchmarkTable table = ExampleTable();
+  table.other_rule = Rule::kSolid;
+  table.rows[0].cells[kPostureGood].solved_by_other_rule = 6;
+  table.rows[1].cells[kPostureGood].solved_by_other_rule = 0;
+  for (const auto format : {TableFormat::kText, TableFormat::kMarkdown}) {
+    EXPECT_THAT(RenderBenchmarkTable(table, format),
+                HasSubstr("Solved by the solid rule: SQP 6/35, 0/35, 0/35; I-SQP"));
+  }
+  EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kLatex), HasSubstr("Solved by the solid rule: SQP 6/35"));
+  const auto json = nlohmann::json::parse(RenderBenchmarkTable(table, TableFormat::kJson));
+  EXPECT_EQ(json.at("other_rule").at("rule"), "solid");
+  EXPECT_EQ(json.at("other_rule").at("solved")[0].at("posture_good"), 6);
+  EXPECT_THAT(RenderBenchmarkTable(ExampleTable(), TableFormat::kText), testing::Not(HasSubstr("Solved by the")));
+}
+
 TEST(BenchmarkTable, GroupsAreNamedInThePapersWords) {
   const std::string text = RenderBenchmarkTable(ExampleTable(), TableFormat::kText);
   EXPECT_THAT(text, HasSubstr("Posture generation, good init"));

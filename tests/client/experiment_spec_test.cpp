@@ -42,7 +42,17 @@ TEST(ExperimentSpec, HoldsTheContractsKeys) {
   EXPECT_EQ(method.at("multi_starts"), 10);
   EXPECT_EQ(method.at("sample_size"), 100);
   EXPECT_EQ(method.at("incremental"), false);
-  EXPECT_TRUE(method.at("options").is_object());
+  EXPECT_EQ(method.at("options").at("pairs"), "all");
+  EXPECT_EQ(spec.at("rule"), "solid");
+}
+
+// The original evaluator's rule and pairs leave no key: specifications and method hashes of earlier releases stay.
+TEST(ExperimentSpec, TheOriginalEvaluatorsRuleAndPairsLeaveTheIdentityAsItWas) {
+  const auto spec =
+      BuildSpec(SuiteOf("tasks: posture\nrule: literal\npairs: reference\nmethods: [{solver: sqp}]\n"), kTinyDataset);
+  EXPECT_FALSE(spec.contains("rule"));
+  EXPECT_FALSE(spec.at("methods")[0].at("options").contains("pairs"));
+  EXPECT_EQ(spec.at("methods")[0].at("hash"), Method::Of("sqp").Hash());
 }
 
 TEST(ExperimentSpec, WhatIsLeftOutIsTold) {

@@ -40,10 +40,18 @@ TEST_F(ResultSourceTest, ReadsTheBenchmarkTable) {
   ASSERT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.rows[0].multi_starts, 0);
   EXPECT_EQ(table.rows[0].cells.at({Task::kPosture, Initialization::kGood}),
-            (BenchmarkCell{3, 3, 2, 400.0, 0.002, 0, 0, 0, 3, 1}));
+            (BenchmarkCell{3, 3, 2, 400.0, 0.002, 0, 0, 0, 3, 1, 0, 0, 2}));
+  EXPECT_EQ(table.other_rule, Rule::kSolid);
   EXPECT_EQ(table.rows[1].multi_starts, 10);
   EXPECT_EQ(table.rows[1].cells.at({Task::kPosture, Initialization::kInCollision}),
             (BenchmarkCell{2, 1, 0, std::nullopt, std::nullopt, 0, 0, 0, 2, 1}));
+}
+
+TEST_F(ResultSourceTest, TheExperimentsRuleIsTheDefault) {
+  EXPECT_EQ(RuleFor(*source_, std::nullopt, std::nullopt), Rule::kLiteral) << "a release without the key";
+  AlterDatabase(file_, "results_are_final", R"(UPDATE experiments SET spec_json = '{"rule":"solid"}')");
+  EXPECT_EQ(RuleFor(*source_, std::nullopt, std::nullopt), Rule::kSolid);
+  EXPECT_EQ(RuleFor(*source_, std::nullopt, Rule::kStrict), Rule::kStrict);
 }
 
 TEST_F(ResultSourceTest, ATableByTheSolidRuleNeedsItsVerdictOfEveryResult) {
@@ -52,6 +60,7 @@ TEST_F(ResultSourceTest, ATableByTheSolidRuleNeedsItsVerdictOfEveryResult) {
   // As results of an older release are.
   AlterDatabase(file_, "results_are_final", "UPDATE results SET verdict_solid = NULL WHERE job_id = 2");
   EXPECT_EQ(ReadBenchmarkTable(*source_, {}).rows.size(), 2U);
+  EXPECT_EQ(ReadBenchmarkTable(*source_, {}).other_rule, std::nullopt) << "not known of all results";
   try {
     ReadBenchmarkTable(*source_, solid);
     FAIL();
