@@ -85,7 +85,7 @@ struct ExperimentInfo {
   ExperimentState state{};
   std::string dataset_name;
   std::string dataset_hash;
-  Split split = Split::kAll;   ///< which of its problems
+  Split split = Split::kAll;  ///< which of its problems
   /// Whose success counts: that of its suite; without one solid, and literal where results of an old release have no
   /// verdict by the solid rule.
   Rule rule = Rule::kSolid;

@@ -53,8 +53,8 @@ struct Method {
   static Method FromJson(const nlohmann::json& description, const std::string& source,
                          const SolverRegistry& registry = {});
 
-  /// Reads the canonical form (ToJson), for example of a database: an absent `pairs` is `reference` there, which was the
-  /// only selection when the form was defined. Errors as of FromJson.
+  /// Reads the canonical form (ToJson), for example of a database: an absent `pairs` is `reference` there, which was
+  /// the only selection when the form was defined. Errors as of FromJson.
   static Method FromCanonical(const nlohmann::json& canonical, const std::string& source,
                               const SolverRegistry& registry = {});
 

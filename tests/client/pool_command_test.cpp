@@ -132,7 +132,7 @@ TEST_F(PoolCommand, ADryRunShowsTheScriptAndStartsNothing) {
   Write("pool.yaml", "slurm: {nodes: 2, partition: long}\n");
   const ProgramResult result = Run({"run", "quick", "--slurm", "pool.yaml", "--db", "run.sqlite", "--dry-run"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, AllOf(HasSubstr("540 jobs"), HasSubstr("#SBATCH --partition=long\n"), HasSubstr("(the key)"),
+  EXPECT_THAT(result.out, AllOf(HasSubstr("550 jobs"), HasSubstr("#SBATCH --partition=long\n"), HasSubstr("(the key)"),
                                 HasSubstr("nothing was started")));
   EXPECT_FALSE(fs::exists(folder_ / "run.sqlite.pool"));
 }

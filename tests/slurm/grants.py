@@ -76,7 +76,7 @@ def masked_processor(cluster, folder):
     expect(status == 0, run.errors())
     check_bits(run)
     check_nothing_left(cluster)
-    return "540 jobs, the same bits"
+    return "550 jobs, the same bits"
 
 
 SCENARIOS = (part_of_a_node, whole_node, two_pools_on_a_node, masked_processor)
