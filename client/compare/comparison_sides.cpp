@@ -8,6 +8,7 @@
 
 #include "client/client_error.h"
 #include "client/compare/method_choice.h"
+#include "client/report/reading.h"
 #include "legopt/number_text.h"
 
 namespace legopt::client {
@@ -179,8 +180,13 @@ std::vector<SolveCell> CellsOf(const std::vector<CellPair>& pairs) {
   return cells;
 }
 
+// The stronger of both experiments' rules, or literal where results of one have no verdict by the solid rule.
 Rule RuleOf(const Sides& sides, const ComparisonRequest& request) {
-  return request.rule.value_or(std::max(sides.a.experiment.info.rule, sides.b.experiment.info.rule));
+  if (request.rule) return *request.rule;
+  for (const Side* side : {&sides.a, &sides.b}) {
+    if (!HasVerdicts(*side->source, side->experiment.info.id, Rule::kSolid)) return Rule::kLiteral;
+  }
+  return std::max(sides.a.experiment.info.rule, sides.b.experiment.info.rule);
 }
 
 // The cells that can be compared, with their solves; the others are not read.

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "client/client_error.h"
+#include "client/report/reading.h"
 
 namespace legopt::client {
 namespace {
@@ -103,7 +104,9 @@ Rule PageRule(const std::vector<PageSource>& sources, std::optional<Rule> asked)
     const auto source = OpenResults(place.source);
     const bool none_yet = !place.experiment && source->Query("SELECT 1 FROM experiments LIMIT 1").rows.empty();
     if (none_yet) continue;
-    strongest = std::max(strongest.value_or(Rule::kLiteral), FindExperiment(*source, place.experiment).rule);
+    const ExperimentInfo experiment = FindExperiment(*source, place.experiment);
+    if (!HasVerdicts(*source, experiment.id, Rule::kSolid)) return Rule::kLiteral;
+    strongest = std::max(strongest.value_or(Rule::kLiteral), experiment.rule);
   }
   return strongest.value_or(Rule::kSolid);
 }

@@ -260,13 +260,11 @@ std::string SolidLine(const EvaluationReport& report) {
   if (report.rule == Rule::kSolid || report.rows.empty()) return {};
   std::string text;
   for (const auto& summary : report.summaries) {
-    int judged = 0, solved = 0;
-    for (const auto& row : report.rows) {
-      if (row.method != summary.method) continue;
-      ++judged;
-      solved += row.evaluation.solid == Verdict::kSuccess ? 1 : 0;
-    }
-    text += (text.empty() ? "" : "; ") + summary.method + " " + std::to_string(solved) + "/" + std::to_string(judged);
+    const auto solved = std::ranges::count_if(report.rows, [&](const auto& row) {
+      return row.method == summary.method && row.posed && row.evaluation.solid == Verdict::kSuccess;
+    });
+    text += (text.empty() ? "" : "; ") + summary.method + " " + std::to_string(solved) + "/" +
+            std::to_string(summary.num_problems);
   }
   return "Solved by the solid rule: " + text + ".\n";
 }

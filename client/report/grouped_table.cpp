@@ -107,6 +107,7 @@ GroupedTable MakePrintable(GroupedTable table) {
     text.brief = programs::Printable(text.brief);
   };
   table.caption = programs::Printable(table.caption);
+  table.note = programs::Printable(table.note);
   for (auto& group : table.groups) {
     mend(group.section);
     mend(group.title);

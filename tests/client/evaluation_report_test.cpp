@@ -34,6 +34,7 @@ EvaluationReport ExampleReport() {
   EvaluationReport report;
   report.file = "s.json";
   report.dataset = "yard";
+  report.rule = Rule::kLiteral;
   report.num_posed = 2;
   report.in_file = {0, 1};
   report.defines = true;

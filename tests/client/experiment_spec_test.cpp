@@ -42,17 +42,19 @@ TEST(ExperimentSpec, HoldsTheContractsKeys) {
   EXPECT_EQ(method.at("multi_starts"), 10);
   EXPECT_EQ(method.at("sample_size"), 100);
   EXPECT_EQ(method.at("incremental"), false);
-  EXPECT_EQ(method.at("options").at("pairs"), "all");
-  EXPECT_EQ(spec.at("rule"), "solid");
+  EXPECT_EQ(method.at("options").at("options").at("pairs"), "all");
+  EXPECT_FALSE(spec.contains("rule")) << "solid";
 }
 
-// The original evaluator's rule and pairs leave no key: specifications and method hashes of earlier releases stay.
-TEST(ExperimentSpec, TheOriginalEvaluatorsRuleAndPairsLeaveTheIdentityAsItWas) {
+// Pairs of the original evaluator leave no key: the hashes of methods in earlier releases stay.
+TEST(ExperimentSpec, RuleAndPairsOfTheOriginalEvaluator) {
   const auto spec =
       BuildSpec(SuiteOf("tasks: posture\nrule: literal\npairs: reference\nmethods: [{solver: sqp}]\n"), kTinyDataset);
-  EXPECT_FALSE(spec.contains("rule"));
-  EXPECT_FALSE(spec.at("methods")[0].at("options").contains("pairs"));
-  EXPECT_EQ(spec.at("methods")[0].at("hash"), Method::Of("sqp").Hash());
+  EXPECT_EQ(spec.at("rule"), "literal");
+  EXPECT_FALSE(spec.at("methods")[0].at("options").at("options").contains("pairs"));
+  Method method = Method::Of("sqp");
+  method.pairs = PairSelection::kReference;
+  EXPECT_EQ(spec.at("methods")[0].at("hash"), method.Hash());
 }
 
 TEST(ExperimentSpec, WhatIsLeftOutIsTold) {

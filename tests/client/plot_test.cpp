@@ -97,7 +97,7 @@ x: time over that of the best method
   c  C: best on 20 %, solves 60 %
 
 Performance profiles of experiment 1 'test',
-dataset tiny, literal rule, seed 1, one run
+dataset tiny, solid rule, seed 1, one run
 per problem. Build 0123456789ab (build) on
 processor, 2 processors, 1 GiB, load 0.5.
 )");

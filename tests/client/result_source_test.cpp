@@ -41,16 +41,16 @@ TEST_F(ResultSourceTest, ReadsTheBenchmarkTable) {
   EXPECT_EQ(table.rows[0].multi_starts, 0);
   EXPECT_EQ(table.rows[0].cells.at({Task::kPosture, Initialization::kGood}),
             (BenchmarkCell{3, 3, 2, 400.0, 0.002, 0, 0, 0, 3, 1, 0, 0, 2}));
-  EXPECT_EQ(table.other_rule, Rule::kSolid);
+  EXPECT_EQ(table.other_rule, Rule::kLiteral);
   EXPECT_EQ(table.rows[1].multi_starts, 10);
   EXPECT_EQ(table.rows[1].cells.at({Task::kPosture, Initialization::kInCollision}),
             (BenchmarkCell{2, 1, 0, std::nullopt, std::nullopt, 0, 0, 0, 2, 1}));
 }
 
 TEST_F(ResultSourceTest, TheExperimentsRuleIsTheDefault) {
-  EXPECT_EQ(RuleFor(*source_, std::nullopt, std::nullopt), Rule::kLiteral) << "a release without the key";
-  AlterDatabase(file_, "results_are_final", R"(UPDATE experiments SET spec_json = '{"rule":"solid"}')");
-  EXPECT_EQ(RuleFor(*source_, std::nullopt, std::nullopt), Rule::kSolid);
+  EXPECT_EQ(RuleFor(*source_, std::nullopt, std::nullopt), Rule::kSolid) << "a suite that names none";
+  AlterDatabase(file_, "results_are_final", R"(UPDATE experiments SET spec_json = '{"rule":"literal"}')");
+  EXPECT_EQ(RuleFor(*source_, std::nullopt, std::nullopt), Rule::kLiteral);
   EXPECT_EQ(RuleFor(*source_, std::nullopt, Rule::kStrict), Rule::kStrict);
 }
 
@@ -59,8 +59,11 @@ TEST_F(ResultSourceTest, ATableByTheSolidRuleNeedsItsVerdictOfEveryResult) {
   EXPECT_EQ(ReadBenchmarkTable(*source_, solid).rows[0].cells.at({Task::kPosture, Initialization::kGood}).solved, 2);
   // As results of an older release are.
   AlterDatabase(file_, "results_are_final", "UPDATE results SET verdict_solid = NULL WHERE job_id = 2");
-  EXPECT_EQ(ReadBenchmarkTable(*source_, {}).rows.size(), 2U);
-  EXPECT_EQ(ReadBenchmarkTable(*source_, {}).other_rule, std::nullopt) << "not known of all results";
+  const Rule usual = RuleFor(*source_, std::nullopt, std::nullopt);
+  EXPECT_EQ(usual, Rule::kLiteral);
+  const auto table = ReadBenchmarkTable(*source_, {.experiment = {}, .rule = usual, .collision = {}});
+  EXPECT_EQ(table.rows.size(), 2U);
+  EXPECT_EQ(table.other_rule, std::nullopt) << "not known of all results";
   try {
     ReadBenchmarkTable(*source_, solid);
     FAIL();
@@ -94,11 +97,11 @@ TEST(BrokenJobs, AreCountedInTheirCells) {
   const auto cells = [&](Initialization start) {
     return ReadBenchmarkTable(*OpenResults({file.string(), {}}), {}).rows[0].cells.at({Task::kPosture, start});
   };
-  EXPECT_EQ(cells(Initialization::kGood), (BenchmarkCell{4, 3, 1, 400.0, 0.0015, 1, 1, 0, 4, 1}));
-  EXPECT_EQ(cells(Initialization::kInCollision), (BenchmarkCell{2, 1, 1, 400.0, 0.0015, 0, 0, 0, 2, 1}));
+  EXPECT_EQ(cells(Initialization::kGood), (BenchmarkCell{4, 3, 1, 400.0, 0.0015, 1, 1, 0, 4, 1, 0, 0, 1}));
+  EXPECT_EQ(cells(Initialization::kInCollision), (BenchmarkCell{2, 1, 1, 400.0, 0.0015, 0, 0, 0, 2, 1, 0, 0, 1}));
   db::OpenSqliteStore(file)->Apply(std::vector<db::StoreOp>{db::CancelExperiment{1, at_us}});
-  EXPECT_EQ(cells(Initialization::kGood), (BenchmarkCell{4, 4, 1, 400.0, 0.0015, 1, 1, 1, 4, 1}));
-  EXPECT_EQ(cells(Initialization::kInCollision), (BenchmarkCell{2, 2, 1, 400.0, 0.0015, 0, 0, 1, 2, 1}));
+  EXPECT_EQ(cells(Initialization::kGood), (BenchmarkCell{4, 4, 1, 400.0, 0.0015, 1, 1, 1, 4, 1, 0, 0, 1}));
+  EXPECT_EQ(cells(Initialization::kInCollision), (BenchmarkCell{2, 2, 1, 400.0, 0.0015, 0, 0, 1, 2, 1, 0, 0, 1}));
 }
 
 TEST_F(ResultSourceTest, FindsTheNewestExperiment) {

@@ -448,10 +448,10 @@ TEST_P(BrokenLink, IsAnError) {
 
 constexpr const char* kOrigin = R"(<origin xyz="0.0111 0 0.0271"/>)";
 constexpr const char* kMass = R"(<mass value="14.2529"/>)";
-constexpr const char* kVisual = R"(<geometry><box size="0.26 0.09 0.12"/></geometry>
+constexpr const char* kVisual = R"(<geometry><box size="0.26 0.09 0.08"/></geometry>
     </visual>)";
-constexpr const char* kCollision = R"(<origin xyz="0 0.115 0.1"/>
-      <geometry><box size="0.26 0.09 0.12"/></geometry>
+constexpr const char* kCollision = R"(<origin xyz="0 0.115 0.08"/>
+      <geometry><box size="0.26 0.09 0.08"/></geometry>
     </collision>)";
 
 INSTANTIATE_TEST_SUITE_P(

@@ -32,6 +32,8 @@ export interface TableCell {
   clock_stopped: number; cost: number | null; time_s: number | null;
   by_feasibility?: Record<'certified' | 'infeasible' | 'open', { n: number; solved: number }>;
 }
+/** Successes by another rule than the table's: for each of its rows, by the name of the column. */
+export interface OtherRule { rule: string; solved: Record<string, number>[] }
 export interface TableRow { method: string; [task: string]: unknown }
 export interface Ratio { n: number; ratio: number | null; interval: (number | null)[]; wilcoxon_p: number; adjusted_p: number; lower: number; change: string }
 export interface CellComparison {
@@ -60,7 +62,7 @@ export interface Experiment {
   place: string; newest_result_utc?: string | null; id: number; name: string; state: string; unfinished: number;
   dataset: { name: string; hash: string; split: string }; rule: 'literal' | 'strict' | 'solid'; seed: number; repetitions: number;
   submitted_utc: string; origin: string; build_ids: string;
-  table: { rows: TableRow[]; jobs: number; finished: number; origins: Record<string, unknown>[] };
+  table: { rows: TableRow[]; jobs: number; finished: number; origins: Record<string, unknown>[]; other_rule?: OtherRule };
   statistics: { columns: { task: string; initialization: string; common: number; complete: number; left_out?: string[]; reference?: string | null; informative?: number | null; cochran_q: number | null; cochran_p: number | null }[]; rows: Statistics[] };
   methods: Method[]; columns: Column[]; pairs: Pair[]; jobs: Jobs; dataset_index: number | null;
 }

@@ -1,5 +1,5 @@
 // The benchmark table: what the page opens with.
-import type { Experiment, Statistics, TableCell } from './data';
+import type { Experiment, OtherRule, Statistics, TableCell } from './data';
 import { go, href, type State } from './state';
 import { DASH, INFINITY, MISSING, csv, number, save, time, words } from './text';
 import { SIGNS, colour } from './marks';
@@ -146,11 +146,21 @@ export function TableView({ experiments, state }: { experiments: Experiment[]; s
         <section key={e}>
           {experiments.length > 1 && <h2>{experiment.id} {experiment.name} <span class="setting">{experiment.place}</span></h2>}
           <div class="groups">{experiment.columns.map((_, c) => <Group key={c} experiment={experiment} index={e} column={c} charge={charge} />)}</div>
+          {experiment.table.other_rule && <p class="below" data-other-rule>{otherRuleText(experiment, experiment.table.other_rule)}</p>}
           <p class="caption">{captionOf(experiment)} <button onClick={() => save('table.csv', tableCsv(experiment, charge), 'text/csv')}>CSV</button></p>
         </section>
       ))}
     </>
   );
+}
+
+/** Counts by another rule than the table's, in the order of its rows and columns. */
+function otherRuleText(e: Experiment, other: OtherRule): string {
+  const rows = e.methods.map((method, m) => {
+    const counts = e.columns.map((column, c) => `${other.solved[m]?.[`${column.task}_${column.initialization}`] ?? DASH}/${cellOf(e, m, c)?.n ?? DASH}`);
+    return `${method.title}${method.multi_starts > 0 ? ` ${method.multi_starts}\u00d7` : ''} ${counts.join(', ')}`;
+  });
+  return `Solved by the ${other.rule} rule: ${rows.join('; ')}.`;
 }
 
 export function captionOf(e: Experiment): string {
