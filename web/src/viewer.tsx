@@ -221,9 +221,9 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
   }, [ready, solution]);
   useEffect(() => {
     if (!playing) return;
-    let frame = 0, before = performance.now();
+    let frame = 0, before = performance.now();  // a frame may bear an earlier time
     const step = (now: number) => {
-      setAt((a) => { const next = a + (now - before) / 1000 * RATE * speed; before = now; if (next >= last) { setPlaying(false); return last; } return next; });
+      setAt((a) => { const next = a + Math.max(0, now - before) / 1000 * RATE * speed; before = now; if (next >= last) { setPlaying(false); return last; } return next; });
       frame = requestAnimationFrame(step);
     };
     frame = requestAnimationFrame(step);
