@@ -147,6 +147,17 @@ class MeshBuilder {
   std::unordered_map<VertexKey, int, VertexHash> index_;
 };
 
+// Assimp catches what its readers throw. A shortage of the machine is no fault of the file.
+void PassShortageOn(const Assimp::Importer& importer) {
+  if (importer.GetException() == nullptr) return;
+  try {
+    std::rethrow_exception(importer.GetException());
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (...) {  // a fault of the file: GetErrorString tells it
+  }
+}
+
 constexpr const char* kFormats = "give an STL, OBJ, DAE or PLY file with triangles";
 
 }  // namespace
@@ -163,10 +174,11 @@ TriangleMesh ReadMesh(const std::string& path, const Eigen::Vector3d& scale) {
     const std::optional<std::string> stl = MendedStl(path);
     scene = stl ? importer.ReadFileFromMemory(stl->data(), stl->size(), 0, "stl") : importer.ReadFile(path, 0);
     if (scene != nullptr) scene = Triangulate(importer, path);
+    if (scene == nullptr) PassShortageOn(importer);
     reason = importer.GetErrorString();
   } catch (const InputError&) {
     throw;
-  } catch (const std::bad_alloc&) {  // a shortage of the machine, no fault of the file
+  } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& e) {  // assimp lets a few through on damaged files
     scene = nullptr;

@@ -145,8 +145,10 @@ class Checker {
     }
     for (const ResultStatus answer : report.answers) {
       if (report.outcome == ReportedOutcome::kRefused && answer == ResultStatus::kAccepted) {
-        if (stored->second.outcome != AttemptOutcome::kReturned)
-          Fault("wrong state: the " + name + ", refused, counts");
+        const bool cancelled = stored->second.outcome == AttemptOutcome::kCancelled &&
+                               state_.jobs.at(job_id).state == JobState::kCancelled;
+        if (stored->second.outcome != AttemptOutcome::kReturned && !cancelled)
+          Fault("wrong state: the " + name + ", refused, counts as " + std::string(ToString(stored->second.outcome)));
       } else if (report.outcome == ReportedOutcome::kCancelled || report.outcome == ReportedOutcome::kRefused) {
         const bool settled = answer == ResultStatus::kAccepted || answer == ResultStatus::kDuplicate;
         if (!settled || stored->second.outcome == AttemptOutcome::kFinished) {
