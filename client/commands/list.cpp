@@ -67,7 +67,7 @@ void RequireProblem(ResultSource& source, std::int64_t experiment_id, int proble
                                           std::to_string(experiment_id) + " has no such problem" + text);
 }
 
-// The verdict of a job by a rule. Releases before the solid rule left none by it: the strict one stands in.
+// The verdict of a job by a rule. Results of old releases have no solid verdict: their strict one is shown.
 std::string VerdictSql(Rule rule) {
   const std::string column = "verdict_" + std::string(ToString(rule));
   return rule == Rule::kSolid ? "coalesce(" + column + ", verdict_strict)" : column;

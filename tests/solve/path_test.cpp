@@ -263,7 +263,7 @@ TEST(LegOptPaths, TheShortMotionsAreContinuousAndBalanced) {
   ProblemSolver solver(dataset);
   Judge judge(dataset);
   Method method;
-  method.pairs = PairSelection::kReference;  // of all pairs, SQP fails in the first window of balanced motion 33
+  method.pairs = PairSelection::kReference;  // with all pairs, SQP fails in the first window of balanced motion 33
   int tried = 0;
   for (const ProblemDefinition& problem : dataset->problems(Task::kMotion)) {
     if (problem.stances.size() > kMostStances) continue;
