@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <system_error>
 
@@ -62,6 +63,10 @@ std::string ListOf(const std::vector<LinkAddress>& addresses) {
 }
 
 void WriteAccessFile(const std::string& file, const Access& access) {
+  std::error_code ignored;
+  if (std::filesystem::is_symlink(file, ignored) && !files::IsStream(file)) {
+    Refuse(file, "is a symbolic link, which may lead to a file of another program; remove it or name another file");
+  }
   try {
     files::ReplaceFile(file, TextOf(access), {files::kReadableByOwner, files::Durability::kSynced});
   } catch (const files::FileError& error) {

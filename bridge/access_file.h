@@ -26,7 +26,8 @@ struct Access {
 /// "192.168.1.2:7669, 127.0.0.1:7669", for messages.
 std::string ListOf(const std::vector<LinkAddress>& addresses);
 
-/// Replaces `file` at once by one of mode 0600. Throws bus::BusError (kInvalidOption) when that cannot be done.
+/// Replaces `file` at once by one of mode 0600; streams are written into. Throws bus::BusError (kInvalidOption): it
+/// cannot be replaced, or is a symbolic link.
 void WriteAccessFile(const std::string& file, const Access& access);
 /// Throws bus::BusError (kInvalidOption) naming the file, the line and the fault.
 Access ReadAccessFile(const std::string& file);

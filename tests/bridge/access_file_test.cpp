@@ -1,0 +1,45 @@
+// Access files: what is written is read again, and a link that another user planted is not followed.
+#include "bridge/access_file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "bridge/link_socket.h"
+#include "bus/bus_error.h"
+#include "tests/temporary_folder.h"
+
+namespace legopt::bridge {
+namespace {
+
+TEST(AccessFile, WhatIsWrittenIsReadAgain) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.path() / "lab.access";
+  for (const std::int64_t deployment : {7, 8}) {  // the second one replaces the first
+    const Access written{deployment, {ParseLinkAddress("192.168.1.2:7669"), ParseLinkAddress("127.0.0.1:7669")}};
+    WriteAccessFile(file, written);
+    const Access access = ReadAccessFile(file);
+    EXPECT_EQ(access.deployment, deployment);
+    EXPECT_EQ(access.addresses, written.addresses);
+  }
+  EXPECT_EQ(std::filesystem::status(file).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+}
+
+TEST(AccessFile, APlantedLinkIsRefused) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path other = folder.path() / "other", link = folder.path() / "lab.access";
+  std::ofstream(other) << "of another program";
+  std::filesystem::create_symlink(other, link);
+  EXPECT_THROW(WriteAccessFile(link, {7, {ParseLinkAddress("127.0.0.1:7669")}}), bus::BusError);
+  std::stringstream text;
+  text << std::ifstream(other).rdbuf();
+  EXPECT_EQ(text.str(), "of another program");
+  EXPECT_TRUE(std::filesystem::is_symlink(link));
+}
+
+}  // namespace
+}  // namespace legopt::bridge
