@@ -39,7 +39,7 @@ struct ServerOptions {
   std::function<const std::string*(const std::string& hash)> find_dataset = {};
   /// Each event when it is on disk, in order. Must not wait. Empty: nobody listens.
   std::function<void(const db::RecordEvent&)> on_event = {};
-  ConditionLimits conditions;                    ///< of which events are made
+  ConditionLimits conditions;                    ///< limits beyond which events are recorded
   std::function<microseconds()> stopwatch = {};  ///< steady time that commits are measured with; empty: they take 0
   ConditionWatch::DiskSpace disk_space = {};     ///< where the database is; empty: not watched
   bool store_datasets = true;       ///< those that find_dataset has, with the first experiment that was made with them

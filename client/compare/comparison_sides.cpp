@@ -8,7 +8,6 @@
 
 #include "client/client_error.h"
 #include "client/compare/method_choice.h"
-#include "client/report/reading.h"
 #include "legopt/number_text.h"
 
 namespace legopt::client {
@@ -180,13 +179,9 @@ std::vector<SolveCell> CellsOf(const std::vector<CellPair>& pairs) {
   return cells;
 }
 
-// The stronger of both experiments' rules, or literal where results of one have no verdict by the solid rule.
+// The weaker of both experiments' rules: both have verdicts by that one.
 Rule RuleOf(const Sides& sides, const ComparisonRequest& request) {
-  if (request.rule) return *request.rule;
-  for (const Side* side : {&sides.a, &sides.b}) {
-    if (!HasVerdicts(*side->source, side->experiment.info.id, Rule::kSolid)) return Rule::kLiteral;
-  }
-  return std::max(sides.a.experiment.info.rule, sides.b.experiment.info.rule);
+  return request.rule.value_or(std::min(sides.a.experiment.info.rule, sides.b.experiment.info.rule));
 }
 
 // The cells that can be compared, with their solves; the others are not read.

@@ -6,7 +6,6 @@
 #include <set>
 
 #include "client/client_error.h"
-#include "client/report/reading.h"
 
 namespace legopt::client {
 namespace {
@@ -99,16 +98,13 @@ std::shared_ptr<const Dataset> FindDataset(const FigureRequest& request, const P
 
 Rule PageRule(const std::vector<PageSource>& sources, std::optional<Rule> asked) {
   if (asked) return *asked;
-  std::optional<Rule> strongest;
+  Rule weakest = Rule::kSolid;
   for (const PageSource& place : sources) {
     const auto source = OpenResults(place.source);
     const bool none_yet = !place.experiment && source->Query("SELECT 1 FROM experiments LIMIT 1").rows.empty();
-    if (none_yet) continue;
-    const ExperimentInfo experiment = FindExperiment(*source, place.experiment);
-    if (!HasVerdicts(*source, experiment.id, Rule::kSolid)) return Rule::kLiteral;
-    strongest = std::max(strongest.value_or(Rule::kLiteral), experiment.rule);
+    if (!none_yet) weakest = std::min(weakest, FindExperiment(*source, place.experiment).rule);
   }
-  return strongest.value_or(Rule::kSolid);
+  return weakest;
 }
 
 Json PageHead(const std::string& kind, const std::string& title, const programs::BuildFacts& build) {

@@ -23,8 +23,8 @@ struct PageSource {
   std::optional<std::int64_t> experiment;
 };
 
-/// The rule asked for, else the strongest of the experiments' rules, or literal where results of one have no verdict by
-/// the solid rule. Errors as of FindExperiment.
+/// The rule asked for, else the weakest of the experiments' rules: every experiment has verdicts by that one. Solid
+/// where there is no experiment yet. Errors as of FindExperiment.
 Rule PageRule(const std::vector<PageSource>& sources, std::optional<Rule> asked);
 
 /// Of what a page with figures is made.

@@ -12,6 +12,15 @@ void KeepCollision(const TableSelection& selection, const ExperimentInfo& experi
   throw NoSuchCollision(experiment.id, *selection.collision);
 }
 
+// Whether all results of an experiment have a verdict by the rule.
+bool HasVerdicts(ResultSource& source, std::int64_t experiment_id, Rule rule) {
+  if (rule != Rule::kSolid) return true;
+  return source
+      .Query("SELECT job_id FROM results JOIN cells USING (cell_id) WHERE experiment_id = " +
+             std::to_string(experiment_id) + " AND verdict_solid IS NULL LIMIT 1")
+      .rows.empty();
+}
+
 // Counts by the strongest rule beside a weaker one, by the original evaluator's beside the strongest.
 void AddOtherRule(ResultSource& source, BenchmarkTable* table) {
   const Rule other = table->rule == Rule::kSolid ? Rule::kLiteral : Rule::kSolid;
@@ -33,14 +42,6 @@ void AddOtherRule(ResultSource& source, BenchmarkTable* table) {
 }
 
 }  // namespace
-
-bool HasVerdicts(ResultSource& source, std::int64_t experiment_id, Rule rule) {
-  if (rule != Rule::kSolid) return true;
-  return source
-      .Query("SELECT job_id FROM results JOIN cells USING (cell_id) WHERE experiment_id = " +
-             std::to_string(experiment_id) + " AND verdict_solid IS NULL LIMIT 1")
-      .rows.empty();
-}
 
 void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rule rule) {
   if (HasVerdicts(source, experiment.id, rule)) return;

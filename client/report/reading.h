@@ -18,9 +18,6 @@ struct TableSelection {
   std::optional<SceneRepresentation> collision;  ///< only methods with this collision model
 };
 
-/// Whether all results of an experiment have a verdict by the rule.
-bool HasVerdicts(ResultSource& source, std::int64_t experiment_id, Rule rule);
-
 /// Releases before the solid rule left no verdict by it: that is missing, not a failure. Throws ClientError (kUsage)
 /// where the experiment has such results.
 void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rule rule);

@@ -72,7 +72,7 @@ struct Suite {
   int memory_mb = 1024;
   int max_attempts = 3;
   Split split = Split::kAll;  ///< other problems are left out
-  Rule rule = Rule::kSolid;   ///< whose success tables, figures and pages count unless asked otherwise
+  Rule rule = Rule::kSolid;   ///< default rule of its tables, figures and pages
   BuildRule builds = BuildRule::kOne;
 };
 

@@ -134,7 +134,7 @@ class Database:
         number = None if experiment is None else self._experiment(experiment)
         found = pairs.find_cells(self._file, str(a), str(b), number, method)
         sides = {found.experiment_a, found.experiment_b}
-        rule = max((self._rule(rule, side) for side in sides), key=RULES.index)
+        rule = min((self._rule(rule, side) for side in sides), key=RULES.index)
         for side in sides:
             if rule == "solid":
                 self._require_solid_verdicts(side)

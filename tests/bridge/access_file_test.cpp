@@ -1,4 +1,4 @@
-// Access files: what is written is read again, and a link that another user planted is not followed.
+// Access files: the reader understands the writer, and the writer does not follow a link that another user planted.
 #include "bridge/access_file.h"
 
 #include <gtest/gtest.h>

@@ -179,6 +179,8 @@ class OlderAndOtherResults(unittest.TestCase):
         path = self.changed("UPDATE results SET verdict_solid = NULL WHERE job_id = 1")
         with legopt.open(path) as db:
             self.assertTrue(db.jobs(1, rule="strict"))
+            self.assertEqual({job["rule"] for job in db.jobs()}, {"literal"}, "the weakest of both experiments")
+            self.assertEqual({job["rule"] for job in db.jobs(2)}, {"solid"})
             self.assertTrue(db.jobs(2, rule="solid"))
             for ask in (lambda: db.jobs(1, rule="solid"), lambda: db.jobs(rule="solid"),
                         lambda: db.paired("LegOpt-best", "SQP:multi_starts=0", 1, rule="solid")):
