@@ -1,7 +1,6 @@
 #include "bus/port_link.h"
 
 #include <arpa/inet.h>
-#include <dirent.h>
 #include <fcntl.h>
 #include <pthread.h>
 #include <sys/socket.h>
@@ -12,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
-#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <string_view>
@@ -21,6 +19,7 @@
 
 #include "bus/bus_error.h"
 #include "bus/multicast_probe.h"
+#include "bus/open_files.h"
 #include "bus/reach.h"
 #include "bus/socket_filter.h"
 #include "bus/udp_statistics.h"
@@ -36,31 +35,6 @@ constexpr std::string_view kShortFormMagic = "LC02";
 constexpr std::size_t kShortFormBytes = kShortFormMagic.size() + sizeof(std::uint32_t) + sizeof kChannelName;
 // Packets that were queued before the filter was attached are gone by then, whatever the wall clock does.
 constexpr std::chrono::seconds kSettling(2);
-
-// Without /proc: descriptors are the lowest free numbers, so all open ones lie below a new one, but for gaps.
-std::set<int> OpenDescriptorsByTrial() {
-  constexpr int kGaps = 64;
-  std::set<int> descriptors;
-  const int lowest_free = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-  if (lowest_free < 0) return descriptors;
-  ::close(lowest_free);
-  for (int fd = 0; fd < lowest_free + kGaps; ++fd) {
-    if (::fcntl(fd, F_GETFD) >= 0) descriptors.insert(fd);
-  }
-  return descriptors;
-}
-
-std::set<int> OpenDescriptors() {
-  DIR* folder = ::opendir("/proc/self/fd");
-  if (folder == nullptr) return OpenDescriptorsByTrial();
-  std::set<int> descriptors;
-  while (const dirent* entry = ::readdir(folder)) {
-    const int fd = std::atoi(entry->d_name);
-    if (entry->d_name[0] != '.' && fd != ::dirfd(folder)) descriptors.insert(fd);
-  }
-  ::closedir(folder);
-  return descriptors;
-}
 
 bool IsBoundTo(int fd, int port) {
   sockaddr_in address{};
@@ -158,7 +132,7 @@ void PortLink::OpenLcm() {
                    std::string("LCM cannot ") + step + " " + url + "; see the lines before this one");
   };
   const LoopbackMembership membership(group_);
-  const std::set<int> before = OpenDescriptors();
+  const OpenFilesBefore before;
   const SignalsBlocked guard;
   lcm_ = lcm_create(url.c_str());
   require(lcm_ != nullptr, "open");
@@ -177,10 +151,10 @@ void PortLink::OpenLcm() {
 }
 
 // Before LCM opens its receiving socket it has one socket, with which it sends.
-void PortLink::BindSendersToLoopback(const std::set<int>& before) {
+void PortLink::BindSendersToLoopback(const OpenFilesBefore& before) {
   bool bound = false;
-  for (const int fd : OpenDescriptors()) {
-    if (before.contains(fd) || !IsUdpSocket(fd)) continue;
+  for (const int fd : before.OpenedSince()) {
+    if (!IsUdpSocket(fd)) continue;
     LeaveGroup(fd, group_, 0);  // LCM joins with this socket as well
     bound = SendThrough(fd, LoopbackIndex()) || bound;
   }
@@ -192,9 +166,8 @@ void PortLink::BindSendersToLoopback(const std::set<int>& before) {
 }
 
 // Finds what LCM has opened and keeps to itself.
-void PortLink::Inspect(const std::set<int>& before) {
-  for (const int fd : OpenDescriptors()) {
-    if (before.contains(fd)) continue;
+void PortLink::Inspect(const OpenFilesBefore& before) {
+  for (const int fd : before.OpenedSince()) {
     ::fcntl(fd, F_SETFD, FD_CLOEXEC);  // job processes must not inherit the socket
     if (IsBoundTo(fd, udp_port_)) TakeReceiver(fd);
   }

@@ -7,10 +7,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <set>
 #include <span>
 
 #include "bus/lcm_transport.h"
+#include "bus/open_files.h"
 
 /// @file
 /// One UDP port of LcmTransport. Private to bus.
@@ -50,8 +50,8 @@ class PortLink {
   bool hears_locally() const { return options_.ttl == 0 && !options_.hear_all_hosts; }
   void OpenLcm();
   void OpenLoopbackSocket();
-  void BindSendersToLoopback(const std::set<int>& before);
-  void Inspect(const std::set<int>& before);
+  void BindSendersToLoopback(const OpenFilesBefore& before);
+  void Inspect(const OpenFilesBefore& before);
   void MoveMembershipToLoopback();
   void TakeReceiver(int fd);
   void HandleLoopbackSocket();

@@ -9,10 +9,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "bus/bus_error.h"
 #include "bus/endpoint.h"
@@ -90,6 +94,30 @@ TEST_F(Udp, APortHeldByAnotherProgramIsUnusable) {
     ::close(holder);
     EXPECT_EQ(CodeOf(options), std::nullopt);
   }
+}
+
+// LCM's sockets are found by what was opened meanwhile; a number that another thread gives up must not hide one.
+TEST_F(Udp, OtherThreadsMayOpenAndCloseFilesMeanwhile) {
+  std::atomic<bool> stop{false};
+  std::vector<std::thread> busy;
+  for (const int type : {SOCK_DGRAM, SOCK_STREAM}) {
+    busy.emplace_back([&stop, type] {
+      while (!stop) {
+        std::array<int, 2> pair{-1, -1};
+        if (::socketpair(AF_UNIX, type, 0, pair.data()) != 0) continue;
+        std::this_thread::sleep_for(std::chrono::microseconds(50));
+        for (const int fd : pair) ::close(fd);
+      }
+    });
+  }
+  const LcmOptions options = FreshOptions();
+  constexpr int kTransports = 50;
+  std::string message;
+  int failures = 0;
+  for (int i = 0; i < kTransports; ++i) failures += CodeOf(options, &message) ? 1 : 0;
+  stop = true;
+  for (std::thread& thread : busy) thread.join();
+  EXPECT_EQ(failures, 0) << message;
 }
 
 TEST(LcmOptionsTest, BadValuesAreNamed) {
