@@ -126,7 +126,7 @@ LcmTransport::LcmTransport(const LcmOptions& options) : impl_(std::make_unique<I
   if (impl_->key == nullptr && !options.key_file.empty()) impl_->key = MessageKey::Load(options.key_file);
   impl_->buffer_errors_at_start = ReceiveBufferErrors();
   if (options.ttl > 0) impl_->watch.emplace();
-  // LCM's sockets are found by what is new; two transports must not be made at the same instant.
+  // New sockets are taken for LCM's, so two transports must not be opened at the same time.
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
   impl_->Open(Port::kControl);

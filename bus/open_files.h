@@ -15,11 +15,11 @@ namespace legopt::bus {
 /// soon after a close, so other threads may open and close files while a library is observed.
 using FileIdentity = std::pair<dev_t, ino_t>;
 
-/// The open descriptors of this process that are sockets or pipes, with what they refer to. Without /proc, descriptors
-/// more than 64 above the lowest free one are not found. Thread-safe.
+/// Descriptors of this process's open sockets and pipes, with the identity of each. Without /proc, descriptors more
+/// than 64 above the lowest free one are not found. Thread-safe.
 std::map<int, FileIdentity> OpenSocketsAndPipes();
 
-/// Remembers what was open when it was made. Thread rule: none needed, it is constant.
+/// The sockets and pipes that were open at construction. Thread-safe: constant.
 class OpenFilesBefore {
  public:
   OpenFilesBefore();

@@ -108,7 +108,7 @@ class Connection {
 
   /// Throws StoreError (kUnwritable when the file cannot be opened that way).
   Connection(const std::filesystem::path& path, Mode mode) : Connection(path, mode, path) {}
-  /// The same for a copy: path() is that of the file which people know.
+  /// The same for a copy: path() returns `shown`, the path of the original.
   Connection(const std::filesystem::path& path, Mode mode, std::filesystem::path shown);
   ~Connection();
   Connection(const Connection&) = delete;

@@ -11,8 +11,8 @@ class LockFile;
 
 /// @file
 /// The session of a database: an id in the table `file_state` that is new each time a server opens the file, and in
-/// each backup. It tells whether the write-ahead log beside a file was written for that file. SQLite cannot tell: it
-/// would put the log's pages in place of the file's.
+/// each backup. It shows whether the write-ahead log beside a file was written for that file. SQLite does not check
+/// this: it would replace the file's pages by the log's.
 
 /// The session as this connection sees it; empty before schema version 10.
 std::optional<std::string> SessionOf(Connection& connection);
@@ -21,8 +21,8 @@ std::optional<std::string> SessionOf(Connection& connection);
 /// copied over a database whose server was killed. Nothing is changed.
 void RequireOwnLog(const std::filesystem::path& file);
 
-/// Gives the database a new session, which is in the file itself and in its lock file afterwards; while a reader keeps
-/// the log from being moved into the file, the session before goes on. The connection is the only writer, and in no
+/// Gives the database a new session and writes it to the file and to its lock file. If a reader prevents the log from
+/// being moved into the file, the previous session is kept. The connection must be the only writer, and in no
 /// transaction.
 void BeginSession(Connection& connection, LockFile& lock);
 

@@ -99,7 +99,7 @@ LockFile::LockFile(const std::filesystem::path& database) : database_(database),
     close(descriptor_);
   }
   sessions_ = ReadSessions(descriptor_);
-  // For people only: the lock does not depend on it.
+  // Information for the user: the lock does not depend on it.
   [[maybe_unused]] const bool written = WriteContent(descriptor_, sessions_);
 }
 

@@ -31,6 +31,7 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
   row.summary.submitted_at_us = e.submitted_at_us;
   row.summary.submitter = e.submitter;
   row.summary.control.builds = e.builds;
+  row.summary.rule = e.rule;
   const auto [dataset, is_new] = dataset_names.emplace(e.dataset.hash, e.dataset.name);
   if (is_new) undo.push_back([this, hash = e.dataset.hash] { dataset_names.erase(hash); });
   row.summary.dataset = dataset->second;  // the same content under another name is the same dataset
@@ -279,7 +280,7 @@ ExperimentSummary MemoryStore::Tables::Summarize(const MemoryExperiment& row) co
     ++summary.jobs_by_state[jobs.at(id).state];
     summary.taken_over += jobs.at(id).taken_from > 0 ? 1 : 0;
     const auto result = results.find(id);
-    if (result != results.end() && result->second.result.verdict_literal == Verdict::kSuccess) ++summary.solved;
+    if (result != results.end() && result->second.result.SolvedBy(summary.rule)) ++summary.solved;
   }
   return summary;
 }
@@ -299,7 +300,7 @@ KnownResult MemoryStore::Tables::Known(const ResultSearch& search, const ResultS
         status != SolveStatus::kNotRun && status != SolveStatus::kTimeLimit && status != SolveStatus::kCancelled;
     const bool within = result.wall_us <= search.wall_limit_us && result.peak_memory_bytes <= search.memory_limit_bytes;
     if (!ended_itself || !within || build.empty() || (search.build_id && *search.build_id != build)) continue;
-    return {job_id, result.wall_us, result.verdict_literal == Verdict::kSuccess};
+    return {job_id, result.wall_us, result.SolvedBy(search.rule)};
   }
   return {};
 }
@@ -324,7 +325,7 @@ OpenExperiment MemoryStore::Tables::Open(const MemoryExperiment& row) const {
     const auto result = results.find(id);
     if (result == results.end()) continue;
     open_job.time_limited = result->second.result.solver_status == SolveStatus::kTimeLimit;
-    open_job.solved = result->second.result.verdict_literal == Verdict::kSuccess;
+    open_job.solved = result->second.result.SolvedBy(row.summary.rule);
     open.cell_times[job.cell].wall_us += result->second.result.wall_us;
     open.cell_times[job.cell].waypoints += result->second.result.num_waypoints;
   }

@@ -52,7 +52,7 @@ fs::path CopyIn(const fs::path& folder) { return folder / "copy.sqlite"; }
 
 constexpr fs::copy_options kOverwrite = fs::copy_options::overwrite_existing;
 
-// False: somebody wrote meanwhile.
+// Returns false if another process wrote meanwhile.
 bool CopyOnce(const fs::path& file, const fs::path& folder) {
   std::error_code error;
   const fs::path source = fs::canonical(file, error);

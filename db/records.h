@@ -89,6 +89,7 @@ struct NewExperiment {
   std::string spec_hash;  ///< 64 hex digits, of spec_json
   std::string submitter;  ///< at most 200 bytes; may be empty
   BuildRule builds = BuildRule::kOne;
+  Rule rule = Rule::kSolid;  ///< rule by which its results are counted
   std::int64_t seed = 0;
   int repetitions = 1;
   int max_attempts = 3;

@@ -67,7 +67,7 @@ RestoreReport Restore(const fs::path& backup, const fs::path& database) {
   report.content = BackUp(backup, copy);
   try {
     const bool existed = fs::exists(database, error) && !fs::is_empty(database, error);
-    const DatabaseFile former(database);  // nobody else writes it until we are done
+    const DatabaseFile former(database);  // locks out other writers until the end of this block
     const fs::path away = FreeName(former.path());
     Exchange(copy, former.path(), away);
     MoveSideFiles(former.path(), away);

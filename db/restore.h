@@ -7,14 +7,14 @@
 namespace legopt::db {
 
 struct RestoreReport {
-  BackupReport content;              ///< what the restored file holds
+  BackupReport content;              ///< contents of the restored file
   std::filesystem::path moved_away;  ///< where the former file is, with its log beside it; empty: there was none
 };
 
 /// Puts a copy of `backup` in the place of `database`. The copy is checked as by BackUp and synced, and takes the name
-/// in one step; the former file and its -wal and -shm are moved to `<database>.replaced-TIME`, so that its log is never
-/// read beside the copy. A process that is killed in between leaves one file or the other, whole; should the former log
-/// still lie there, RequireOwnLog refuses it, and a second call moves it away.
+/// in one step. The former file, its -wal and its -shm are moved to `<database>.replaced-TIME`, so that its log is
+/// never applied to the copy. If the process is killed in between, one of the two files is there and complete; if the
+/// former log is still there, RequireOwnLog refuses it, and a second call moves it away.
 ///
 /// Throws StoreError as BackUp, and kLocked (naming the server that works on `database`). Thread rule: any thread; not
 /// across fork().

@@ -65,6 +65,18 @@ std::string FaultOfWindows(const ResultRecord& result) {
 
 }  // namespace
 
+bool ResultRecord::SolvedBy(Rule rule) const {
+  switch (rule) {
+    case Rule::kLiteral:
+      return verdict_literal == Verdict::kSuccess;
+    case Rule::kStrict:
+      return verdict_strict == Verdict::kSuccess;
+    case Rule::kSolid:
+      return verdict_solid == Verdict::kSuccess;
+  }
+  return false;
+}
+
 std::string FaultOf(const ResultRecord& result) {
   std::string fault;
   ForEachResultColumn([&](const auto& column) {

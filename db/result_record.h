@@ -61,6 +61,8 @@ struct ResultRecord {
   int num_unsolved = 0;             ///< number of waypoints in `unsolved`
   std::vector<double> unsolved;     ///< best point of the window without a solution, row by row; may be empty
   std::vector<std::uint8_t> trace;  ///< as the worker sent it (docs/database.md#traces); empty: there is none
+
+  bool SolvedBy(Rule rule) const;  ///< whether the verdict by `rule` is kSuccess
 };
 
 /// A column that holds a member of the record. Made with its name and member, then told what else is so:

@@ -109,7 +109,8 @@ inline constexpr char kFindEqualExperiments[] =
     "AND ?8 IN ('', w.build_id)) ORDER BY e.experiment_id";
 
 inline constexpr char kFindKnownResult[] =
-    "SELECT job_id, wall_us, solved_literal FROM reusable_results WHERE experiment_id = ?1 AND method_hash = ?2 "
+    "SELECT job_id, wall_us, CASE ?11 WHEN 'literal' THEN verdict_literal WHEN 'strict' THEN verdict_strict "
+    "ELSE verdict_solid END = 'success' FROM reusable_results WHERE experiment_id = ?1 AND method_hash = ?2 "
     "AND task = ?3 AND initialization = ?4 AND effort_limit IS nullif(?5, 0) AND wall_us <= ?6 "
     "AND peak_memory_bytes <= ?7 AND ?8 IN ('', build_id) AND problem_id = ?9 AND repetition = ?10 "
     "ORDER BY job_id LIMIT 1";
@@ -238,8 +239,8 @@ inline constexpr char kFindProblems[] = "SELECT task, problem_id, problem_key FR
 inline constexpr char kInsertExperiment[] =
     "INSERT INTO experiments (experiment_id, submission_id, name, dataset_id, seed, repetitions, "
     "max_attempts, wall_limit_us, memory_limit_bytes, first_job_id, num_jobs, spec_json, "
-    "spec_hash, submitted_at_us, submitter, builds) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, "
-    "?14, ?15, ?16)";
+    "spec_hash, submitted_at_us, submitter, builds, rule) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, "
+    "?13, ?14, ?15, ?16, ?17)";
 
 inline constexpr char kInsertCell[] =
     "INSERT INTO cells (cell_id, experiment_id, method_id, task, initialization, num_jobs, wall_limit_us, "
@@ -276,7 +277,7 @@ inline constexpr char kCountByCell[] =
     "AND +j.state = 'leased')), dead, done, "
     "iif(open + dead + done = num_jobs, 0, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id "
     "AND j.state = 'failed')), "
-    "(SELECT count(*) FROM results AS r WHERE r.cell_id = s.cell_id AND r.solved_literal = 1), "
+    "(SELECT solved FROM rule_scores AS u WHERE u.cell_id = s.cell_id), "
     "(SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.taken_from IS NOT NULL) FROM s";
 
 inline constexpr char kFindAttempt[] =

@@ -109,7 +109,7 @@ void SqliteStore::Do(const CreateExperiment& op) {
   statements_->insert_experiment.Run(e.experiment_id, e.submission_id, e.name, dataset_id, e.seed, e.repetitions,
                                      e.max_attempts, e.wall_limit_us, e.memory_limit_bytes, first_job_id,
                                      static_cast<std::int64_t>(e.jobs.size()), e.spec_json, e.spec_hash,
-                                     e.submitted_at_us, e.submitter, e.builds);
+                                     e.submitted_at_us, e.submitter, e.builds, e.rule);
   for (const CellRecord& cell : e.cells) {
     statements_->insert_cell.Run(cell.cell_id, e.experiment_id, At(method_ids, cell.method_index, "method"), cell.task,
                                  cell.initialization, cell.num_jobs,

@@ -70,7 +70,7 @@ class SqliteStore final : public Store {
   void LoadDescriptions(std::map<std::int64_t, ExperimentSummary>& by_id);
   void LoadCounts(std::map<std::int64_t, ExperimentSummary>& by_id);
   void LoadOpenJobs(OpenState& state);
-  void LoadJobs(std::int64_t first_job_id, std::int64_t num_jobs, OpenExperiment& open);
+  void LoadJobs(std::int64_t first_job_id, std::int64_t num_jobs, Rule rule, OpenExperiment& open);
   void LoadWorkers(OpenState& state);
 
   bool CheckpointAll();

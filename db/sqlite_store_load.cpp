@@ -46,7 +46,7 @@ std::vector<KnownResult> SqliteStore::FindKnownResults(const ResultSearch& searc
       if (found[i].job_id != 0) continue;
       s.BindAll(experiment, search.method_hash, search.task, search.initialization, search.effort_limit,
                 search.wall_limit_us, search.memory_limit_bytes, search.build_id.value_or(""),
-                search.problems[i].number, search.problems[i].repetition);
+                search.problems[i].number, search.problems[i].repetition, search.rule);
       if (s.Step()) {
         found[i] = {s.column_int(0), s.column_int(1), s.column_int(2) != 0};
         --left;
@@ -79,11 +79,12 @@ std::int64_t SqliteStore::NextId(const char* kind, const char* table) {
 
 void SqliteStore::LoadSummaries(OpenState& state) {
   std::map<std::int64_t, ExperimentSummary> by_id;
-  Statement experiments(connection_,
-                        "SELECT experiment_id, submission_id, name, spec_hash, state, first_job_id, num_jobs, "
-                        "submitted_at_us, coalesce(finished_at_us, 0), hold, hold_reason, priority, submitter, builds, "
-                        "coalesce(build_id, ''), "
-                        "(SELECT name FROM datasets AS d WHERE d.dataset_id = e.dataset_id) FROM experiments AS e");
+  Statement experiments(
+      connection_,
+      "SELECT experiment_id, submission_id, name, spec_hash, state, first_job_id, num_jobs, "
+      "submitted_at_us, coalesce(finished_at_us, 0), hold, hold_reason, priority, submitter, builds, "
+      "coalesce(build_id, ''), "
+      "(SELECT name FROM datasets AS d WHERE d.dataset_id = e.dataset_id), rule FROM experiments AS e");
   while (experiments.Step()) {
     ExperimentSummary& summary = by_id[experiments.column_int(0)];
     summary.experiment_id = experiments.column_int(0);
@@ -100,6 +101,7 @@ void SqliteStore::LoadSummaries(OpenState& state) {
                        experiments.column_text(14)};
     summary.submitter = experiments.column_text(12);
     summary.dataset = experiments.column_text(15);
+    summary.rule = experiments.column_word<Rule>(16);
   }
   LoadDescriptions(by_id);
   LoadCounts(by_id);
@@ -143,26 +145,28 @@ void SqliteStore::LoadOpenJobs(OpenState& state) {
 
 std::optional<OpenExperiment> SqliteStore::LoadExperiment(std::int64_t experiment_id) {
   Statement experiment(connection_,
-                       "SELECT spec_json, first_job_id, num_jobs FROM experiments WHERE experiment_id = ?1");
+                       "SELECT spec_json, first_job_id, num_jobs, rule FROM experiments WHERE experiment_id = ?1");
   if (!experiment.BindAll(experiment_id).Step()) return std::nullopt;
   OpenExperiment open;
   open.experiment_id = experiment_id;
   open.spec_json = experiment.column_text(0);
-  LoadJobs(experiment.column_int(1), experiment.column_int(2), open);
+  LoadJobs(experiment.column_int(1), experiment.column_int(2), experiment.column_word<Rule>(3), open);
   return open;
 }
 
-void SqliteStore::LoadJobs(std::int64_t first_job_id, std::int64_t num_jobs, OpenExperiment& open) {
-  Statement jobs(connection_,
-                 "SELECT j.state, j.attempts, j.returned, coalesce(a.token, 0), coalesce(a.worker_id, 0), "
-                 "coalesce(a.outcome, 'running'), coalesce(r.solver_status = 'time_limit', 0), "
-                 "coalesce(r.solved_literal, 0), coalesce(a.leased_at_us, 0), coalesce(a.ended_at_us, 0), j.cell_id, "
-                 "coalesce(r.wall_us, 0), coalesce(r.num_waypoints, 0) FROM jobs AS j "
-                 "LEFT JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts "
-                 "LEFT JOIN results AS r ON r.job_id = j.job_id "
-                 "WHERE j.job_id >= ?1 AND j.job_id < ?2 ORDER BY j.job_id");
+void SqliteStore::LoadJobs(std::int64_t first_job_id, std::int64_t num_jobs, Rule rule, OpenExperiment& open) {
+  Statement jobs(
+      connection_,
+      "SELECT j.state, j.attempts, j.returned, coalesce(a.token, 0), coalesce(a.worker_id, 0), "
+      "coalesce(a.outcome, 'running'), coalesce(r.solver_status = 'time_limit', 0), "
+      "coalesce(CASE ?3 WHEN 'literal' THEN r.solved_literal WHEN 'strict' THEN r.solved_strict "
+      "ELSE r.verdict_solid = 'success' END, 0), coalesce(a.leased_at_us, 0), coalesce(a.ended_at_us, 0), j.cell_id, "
+      "coalesce(r.wall_us, 0), coalesce(r.num_waypoints, 0) FROM jobs AS j "
+      "LEFT JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts "
+      "LEFT JOIN results AS r ON r.job_id = j.job_id "
+      "WHERE j.job_id >= ?1 AND j.job_id < ?2 ORDER BY j.job_id");
   open.jobs.reserve(static_cast<std::size_t>(num_jobs));
-  jobs.BindAll(first_job_id, first_job_id + num_jobs);
+  jobs.BindAll(first_job_id, first_job_id + num_jobs, rule);
   for (std::int64_t last_cell = 0; jobs.Step(); last_cell = jobs.column_int(10)) {
     if (jobs.column_int(10) != last_cell) open.cell_times.emplace_back();  // the jobs of a cell follow each other
     open.cell_times.back().wall_us += jobs.column_int(11);

@@ -157,7 +157,7 @@ struct OpenJob {
   std::int64_t worker_id = 0;
   AttemptOutcome outcome = AttemptOutcome::kRunning;  ///< of the latest attempt; meaningless when there was none
   bool time_limited = false;                          ///< done, and its result has the solver status kTimeLimit
-  bool solved = false;                                ///< done, and its literal verdict is kSuccess
+  bool solved = false;                                ///< done, and a success by the experiment's rule
   std::int64_t leased_at_us = 0;                      ///< of the latest attempt; 0 when there was none
   std::int64_t ended_at_us = 0;                       ///< of the latest attempt; 0 while it runs
 };
@@ -177,7 +177,8 @@ struct ExperimentSummary {
   std::int64_t first_job_id = 0;
   std::int64_t num_jobs = 0;
   Per<JobState, std::int64_t> jobs_by_state;
-  std::int64_t solved = 0;      ///< results whose literal verdict is kSuccess
+  Rule rule = Rule::kSolid;     ///< rule by which its results are counted
+  std::int64_t solved = 0;      ///< successes by `rule`
   std::int64_t taken_over = 0;  ///< results that jobs of other experiments made
   std::int64_t submitted_at_us = 0;
   std::int64_t finished_at_us = 0;  ///< 0 while active
@@ -228,6 +229,7 @@ struct ResultSearch {
   std::int64_t effort_limit = 0;        ///< equal; 0: none
   std::int64_t wall_limit_us = 0;       ///< the solve took no longer
   std::int64_t memory_limit_bytes = 0;  ///< its process never had more
+  Rule rule = Rule::kSolid;             ///< rule of the searching experiment; sets KnownResult::solved only
   std::optional<std::string> build_id;  ///< of the worker that made it; empty: of any that told its build
   std::vector<Problem> problems;
 };
@@ -236,7 +238,7 @@ struct ResultSearch {
 struct KnownResult {
   std::int64_t job_id = 0;  ///< whose result it is; 0: there is none
   std::int64_t wall_us = 0;
-  bool solved = false;  ///< its literal verdict is kSuccess
+  bool solved = false;  ///< success by the searching experiment's rule
 };
 
 /// The durable memory of the server. Implementations: OpenSqliteStore (db/sqlite_store.h) and MemoryStore

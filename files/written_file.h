@@ -50,8 +50,8 @@ class NewFile {
 void CreateFile(const std::filesystem::path& path, std::string_view bytes, const WriteOptions& options = {});
 
 /// Writes a file. A regular file, or none, is replaced in one step by a temporary file of the same folder, so that a
-/// failure changes nothing; symbolic links in `path` are followed and stay. What is a stream (IsStream) is written
-/// into. Throws FileError.
+/// failure changes nothing; symbolic links in `path` are followed and stay. Streams (IsStream) are
+/// written to directly. Throws FileError.
 void ReplaceFile(const std::filesystem::path& path, std::string_view bytes, const WriteOptions& options = {});
 
 /// Creates an empty file; false if something has that name already. The file reserves the name for this process. Throws

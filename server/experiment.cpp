@@ -175,6 +175,7 @@ db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t exp
   rows.spec_hash = spec.hash;
   rows.submitter = spec.submitter;
   rows.builds = spec.builds;
+  rows.rule = spec.rule;
   rows.seed = spec.seed;
   rows.repetitions = spec.repetitions;
   rows.max_attempts = spec.max_attempts;

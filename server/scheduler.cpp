@@ -167,6 +167,7 @@ void Scheduler::AddExperiment(const db::NewExperiment& rows, ExperimentSpec spec
   summary.name = spec.name;
   summary.spec_hash = spec.hash;
   summary.submitter = spec.submitter;
+  summary.rule = spec.rule;
   summary.control.builds = spec.builds;
   summary.dataset = spec.dataset.name;
   for (const db::MethodRecord& method : spec.methods) {

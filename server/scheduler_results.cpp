@@ -127,8 +127,9 @@ legopt_msg::result_reply Scheduler::AcceptCurrent(const Instant& now, const JobR
   Job& job = ref.experiment->job(ref.index);
   job.outcome = db::AttemptOutcome::kFinished;
   job.time_limited = record.solver_status == SolveStatus::kTimeLimit;
-  job.solved = record.verdict_literal == Verdict::kSuccess;
-  if (job.solved) ++summaries_.at(ref.experiment->experiment_id()).solved;
+  db::ExperimentSummary& summary = summaries_.at(ref.experiment->experiment_id());
+  job.solved = record.SolvedBy(summary.rule);
+  if (job.solved) ++summary.solved;
   ref.experiment->AddTime(ref.index, record.wall_us);
   DropLease(now, ref);
   SetJobState(*ref.experiment, ref.index, db::JobState::kDone);

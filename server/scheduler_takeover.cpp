@@ -46,6 +46,7 @@ std::vector<db::KnownResult> Scheduler::KnownResultsOf(const Experiment& experim
   search.effort_limit = task.effort_limit;
   search.wall_limit_us = task.wall_limit_us;
   search.memory_limit_bytes = spec.memory_limit_bytes;
+  search.rule = summaries_.at(experiment.experiment_id()).rule;
   for (std::int64_t index = range.first; index < range.end; ++index) {
     const JobCoordinates at = CoordinatesOf(spec, index);
     search.problems.push_back({task.problems[at.problem], static_cast<int>(at.repetition)});

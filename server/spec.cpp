@@ -263,7 +263,7 @@ ExperimentSpec ParseSpec(std::string_view text) {
   spec.name = Name(Member(json, "", "name"), "name");
   if (json.contains("submitter")) spec.submitter = Name(json.at("submitter"), "submitter");
   if (json.contains("builds")) spec.builds = Choice<BuildRule>(json.at("builds"), "builds");
-  if (json.contains("rule")) static_cast<void>(Choice<Rule>(json.at("rule"), "rule"));  // clients use it
+  if (json.contains("rule")) spec.rule = Choice<Rule>(json.at("rule"), "rule");
   if (json.contains("again")) spec.again = Boolean(json.at("again"), "again");
   spec.seed = Integer(Member(json, "", "seed"), "seed", 0, INT64_MAX);
   spec.repetitions =

@@ -30,6 +30,7 @@ struct ExperimentSpec {
   std::vector<TaskProblems> tasks;
   std::vector<Initialization> initializations;
   BuildRule builds = BuildRule::kOne;  ///< who may finish it
+  Rule rule = Rule::kSolid;            ///< rule by which its results are counted
   bool again = false;                  ///< all is solved, whatever finished results of equal jobs there are
   std::vector<db::MethodRecord> methods;
   std::int64_t memory_limit_bytes = 0;  ///< of one job child; [64 MiB, 1 TiB]

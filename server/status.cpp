@@ -77,6 +77,7 @@ Json ExperimentJson(const db::ExperimentSummary& summary, const Scheduler& sched
             {"build_id", summary.control.build_id},
             {"jobs", std::move(jobs)},
             {"running", RunningJson(scheduler.Progress(summary.experiment_id, kMostRunningShown))},
+            {"rule", ToString(summary.rule)},
             {"solved", summary.solved},
             {"taken_over", summary.taken_over},
             {"share", outlook.share},

@@ -158,7 +158,7 @@ enum class ControlAction : std::int8_t {
   kUntag,            ///< takes a tag away
   kDelete,           ///< with all its results
   kResumeAnyBuild,   ///< resume, and let workers of any build finish it
-  kDrainWorker,      ///< of a worker: finish what runs, and leave
+  kDrainWorker,      ///< the worker finishes its running jobs and leaves
 };
 
 template <>

@@ -120,7 +120,8 @@ ExitCode Events(const EventsOptions& options) {
 
 void AddEventsCommand(const programs::Command& program, Invocation* invocation) {
   constexpr std::int64_t kMost = 1'000'000;
-  const auto command = program.AddCommand("events", "Show what has happened: workers lost, jobs dead, disk low, ends");
+  const auto command =
+      program.AddCommand("events", "List events: workers lost, jobs dead, disk low, experiments finished");
   const auto options = std::make_shared<EventsOptions>();
   command.AddOption("ID", options->experiment, "Only events of this experiment").Check(programs::WholeNumber(1));
   command.AddOption("--kind", options->kinds, "Only these kinds, with commas between them: docs/monitoring.md")

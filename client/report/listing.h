@@ -69,7 +69,7 @@ std::vector<std::size_t> ColumnPositions(const std::vector<std::string>& columns
 /// One line of CSV, with its end.
 std::string CsvHeader(const std::vector<std::string>& names);
 std::string CsvRow(const std::vector<nlohmann::json>& cells);
-/// One row as it stands in the JSON array of RenderListing, without the comma and line end behind it.
+/// One row of the JSON array of RenderListing, without the comma and line end behind it.
 std::string IndentedJsonRow(const std::vector<std::string>& names, const std::vector<nlohmann::json>& cells);
 
 /// The rows as an array of JSON objects, as RenderListing prints them.

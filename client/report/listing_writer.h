@@ -26,7 +26,7 @@ class ListingWriter {
   Format format_;
   std::vector<std::string> kept_;
   std::vector<std::string> names_;      // column names in the text
-  std::vector<std::size_t> positions_;  // of the kept columns in a row
+  std::vector<std::size_t> positions_;  // index of each kept column in a row
   bool begun_ = false, any_row_ = false;
 };
 

@@ -21,9 +21,15 @@ std::string FormatRate(double jobs_per_s) {
   return FormatFixed(jobs_per_s * kSecondsPerMinute, 1) + " jobs/min";
 }
 
+// Names the rule if it is not the default.
+std::string Solved(const ExperimentStatus& status) {
+  const std::string rule = status.rule == Rule::kSolid ? "" : " (" + std::string(ToString(status.rule)) + " rule)";
+  return std::to_string(status.solved) + " solved" + rule;
+}
+
 std::string Counts(const ExperimentStatus& status) {
   std::string text = std::to_string(status.finished()) + "/" + std::to_string(status.total);
-  text += "  " + std::to_string(status.solved) + " solved";
+  text += "  " + Solved(status);
   if (status.taken_over > 0) text += "  " + std::to_string(status.taken_over) + " taken over";
   if (status.dead > 0) text += "  " + std::to_string(status.dead) + " dead";
   if (status.failed > 0) text += "  " + std::to_string(status.failed) + " cannot run";
@@ -164,8 +170,7 @@ std::string RenderSummary(const ExperimentStatus& status) {
   std::string text = std::to_string(status.finished()) + " of " + std::to_string(status.total) + " jobs in " +
                      WithTenths(Seconds(status.elapsed_s));
   if (HadLongBreaks(status)) text += " (" + WithTenths(Seconds(*status.worked_s)) + " of work)";
-  text +=
-      ": " + std::to_string(status.solved) + " solved, " + std::to_string(status.done - status.solved) + " not solved";
+  text += ": " + Solved(status) + ", " + std::to_string(status.done - status.solved) + " not solved";
   if (status.taken_over > 0) text += ", " + std::to_string(status.taken_over) + " taken over from other experiments";
   if (status.dead > 0) text += ", " + std::to_string(status.dead) + " dead";
   if (status.failed > 0) text += ", " + std::to_string(status.failed) + " could not run";

@@ -153,9 +153,7 @@ ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> 
   const std::string where = id ? " WHERE e.experiment_id = " + std::to_string(*id) : "";
   const Listing found = source.Query(
       "SELECT e.experiment_id, e.name, e.state, d.name AS dataset, d.hash, coalesce(json_extract(e.spec_json, "
-      "'$.split'), 'all') AS split, coalesce(json_extract(e.spec_json, '$.rule'), CASE WHEN EXISTS (SELECT "
-      "1 FROM results JOIN cells USING (cell_id) WHERE experiment_id = e.experiment_id AND verdict_solid IS NULL) THEN "
-      "'literal' ELSE 'solid' END) AS rule FROM experiments AS e JOIN datasets AS d USING (dataset_id)" +
+      "'$.split'), 'all') AS split, e.rule FROM experiments AS e JOIN datasets AS d USING (dataset_id)" +
       where + " ORDER BY e.experiment_id DESC LIMIT 1");
   if (found.rows.empty()) {
     throw ClientError(ExitCode::kUsage, id ? "there is no experiment " + std::to_string(*id) + "; 'legopt status" +

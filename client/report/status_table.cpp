@@ -126,6 +126,11 @@ bool Fit(const std::vector<std::string>& lines, std::size_t width) {
                                    [width](const std::string& line) { return DisplayWidth(line) <= width; });
 }
 
+// Empty for the default rule, so that the column appears only where it says something.
+std::string WeakerRule(const ExperimentStatus& status) {
+  return status.rule == Rule::kSolid ? "" : std::string(ToString(status.rule));
+}
+
 std::vector<std::string> WideExperiments(std::span<const ExperimentStatus> list) {
   using S = const ExperimentStatus&;
   return Lines({MakeColumn("ID", true, list, [](S s) { return std::to_string(s.id); }),
@@ -138,8 +143,9 @@ std::vector<std::string> WideExperiments(std::span<const ExperimentStatus> list)
                            [](S s) { return s.priority == 0 ? std::string() : std::to_string(s.priority); }),
                 MakeColumn("JOBS", true, list, Jobs),
                 MakeColumn("SOLVED", true, list, [](S s) { return std::to_string(s.solved); }),
-                MakeColumn("TAKEN", true, list, TakenOver), MakeColumn("SHARE", true, list, Share),
-                MakeColumn("ETA", true, list, Eta), MakeColumn("STATE", false, list, StateOrReason)});
+                MakeColumn("RULE", false, list, WeakerRule), MakeColumn("TAKEN", true, list, TakenOver),
+                MakeColumn("SHARE", true, list, Share), MakeColumn("ETA", true, list, Eta),
+                MakeColumn("STATE", false, list, StateOrReason)});
 }
 
 // What the narrow line of an experiment has no room for.
@@ -161,8 +167,9 @@ std::vector<std::string> NarrowExperiments(std::span<const ExperimentStatus> lis
                 MakeColumn("BY", false, list, [](S s) { return Cut(s.submitter, kLongestSubmitter); }),
                 MakeColumn("JOBS", true, list, Jobs),
                 MakeColumn("SOLVED", true, list, [](S s) { return std::to_string(s.solved); }),
-                MakeColumn("TAKEN", true, list, TakenOver), MakeColumn("SHARE", true, list, Share),
-                MakeColumn("ETA", true, list, Eta), MakeColumn("STATE", false, list, StateOrReason)});
+                MakeColumn("RULE", false, list, WeakerRule), MakeColumn("TAKEN", true, list, TakenOver),
+                MakeColumn("SHARE", true, list, Share), MakeColumn("ETA", true, list, Eta),
+                MakeColumn("STATE", false, list, StateOrReason)});
 }
 
 std::string Field(const nlohmann::json& worker, const char* key) {
@@ -221,17 +228,32 @@ std::string RenderExperiments(std::span<const ExperimentStatus> experiments, std
 
 Listing ExperimentListing(std::span<const ExperimentStatus> experiments) {
   Listing listing;
-  listing.columns = {"experiment", "name",   "state", "priority",  "jobs",      "queued",      "leased",
-                     "done",       "failed", "dead",  "cancelled", "solved",    "submitter",   "dataset",
-                     "methods",    "tags",   "share", "eta_s",     "elapsed_s", "waiting_for", "taken_over"};
+  listing.columns = {"experiment", "name",  "state",     "priority",    "jobs",       "queued",  "leased",  "done",
+                     "failed",     "dead",  "cancelled", "solved",      "submitter",  "dataset", "methods", "tags",
+                     "share",      "eta_s", "elapsed_s", "waiting_for", "taken_over", "rule"};
   for (const auto& e : experiments) {
-    listing.rows.push_back({e.id,           e.name,        StateText(e),
-                            e.priority,     e.total,       e.queued,
-                            e.leased,       e.done,        e.failed,
-                            e.dead,         e.cancelled,   e.solved,
-                            e.submitter,    e.dataset,     Joined(e.methods),
-                            Joined(e.tags), e.share,       e.eta_s ? nlohmann::json(*e.eta_s) : nlohmann::json(),
-                            e.elapsed_s,    e.waiting_for, e.taken_over});
+    listing.rows.push_back({e.id,
+                            e.name,
+                            StateText(e),
+                            e.priority,
+                            e.total,
+                            e.queued,
+                            e.leased,
+                            e.done,
+                            e.failed,
+                            e.dead,
+                            e.cancelled,
+                            e.solved,
+                            e.submitter,
+                            e.dataset,
+                            Joined(e.methods),
+                            Joined(e.tags),
+                            e.share,
+                            e.eta_s ? nlohmann::json(*e.eta_s) : nlohmann::json(),
+                            e.elapsed_s,
+                            e.waiting_for,
+                            e.taken_over,
+                            ToString(e.rule)});
   }
   return listing;
 }

@@ -35,6 +35,7 @@ void AddProgress(const ExperimentStatus& status, Json* line) {
                     {"dead", status.dead},
                     {"cancelled", status.cancelled},
                     {"solved", status.solved},
+                    {"rule", ToString(status.rule)},
                     {"taken_over", status.taken_over},
                     {"elapsed_s", status.elapsed_s},
                     {"worked_s", OrNull(status.worked_s)},

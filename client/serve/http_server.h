@@ -44,8 +44,8 @@ struct HttpOptions {
 /// Serves HTTP/1.1 in a thread of its own, with two more for answers that take time. Only GET and HEAD; a request with
 /// a body, or for a host that is not ours (a page of another site that resolves to this machine), is refused. Every
 /// answer forbids other sites to frame or sniff it, and scripts that are not its own. The limits of connections are
-/// lowered to what the process's limit of open files allows. Thread rule: one thread makes and
-/// destroys it; Publish and the counts may be called from any.
+/// lowered if the process may not open as many files. Thread rule: one thread makes and destroys it; Publish and the
+/// counts may be called from any thread.
 class HttpServer {
  public:
   /// Answers at once, in the network's thread: must not wait. Empty: the slow handler is to be asked.

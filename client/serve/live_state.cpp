@@ -157,7 +157,7 @@ void LiveState::ReadFailures() {
   failures_ = std::move(all);
 }
 
-// The newest of those that may change what a person plans.
+// The newest events that may change a user's plans.
 Json LiveState::ReadEvents() {
   constexpr int kMost = 20;
   return RowsOf(source_->Query(

@@ -110,7 +110,7 @@ void WriteServer(const json& server, MetricsWriter& metrics) {
     metrics.Figure("store_error", "gauge", "1 while the database cannot be written.",
                    json(!error.get_ref<const std::string&>().empty()));
   }
-  metrics.Begin("scheduler_total", "counter", "What the scheduler has counted since the server started.");
+  metrics.Begin("scheduler_total", "counter", "Totals since the server started.");
   const json scheduler = Member(server, "scheduler");
   const json transport = Member(server, "transport");
   for (const auto& [name, value] : scheduler.items()) metrics.Sample(value, {{"what", name}});

@@ -11,7 +11,7 @@ namespace legopt::client {
 /// Figures of a status reply in the text format of Prometheus, version 0.0.4.
 std::string MetricsText(const nlohmann::json& status);
 
-/// What is wrong with the service behind a status reply, for /healthz; empty: nothing.
+/// The fault of the service that sent this status reply, for /healthz; empty if it is healthy.
 std::string HealthFault(const nlohmann::json& status);
 
 /// Answers of /healthz (200 "ok", else 503 with the reason) and /metrics, asked of the server or of a database file.

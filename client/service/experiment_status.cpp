@@ -66,6 +66,7 @@ ExperimentStatus ParseExperiment(const Json& entry) {
   status.failed = count("failed");
   status.dead = count("dead");
   status.cancelled = count("cancelled");
+  status.rule = ReadWord<Rule>(entry.at("rule"), "rule");
   status.solved = entry.at("solved").get<std::int64_t>();
   for (const Json& job : entry.value("running", Json::array())) {
     status.running.push_back({job.at("job").get<std::int64_t>(), ReadWord<Task>(job.at("task"), "task"),

@@ -33,7 +33,8 @@ struct ExperimentStatus {
   std::int64_t failed = 0;      ///< cannot run
   std::int64_t dead = 0;        ///< used up their attempts
   std::int64_t cancelled = 0;   ///< withdrawn
-  std::int64_t solved = 0;      ///< of `done`: successes by the judge's literal rule
+  Rule rule = Rule::kSolid;     ///< rule by which results are counted
+  std::int64_t solved = 0;      ///< successes by `rule`, among `done`
   std::int64_t taken_over = 0;  ///< of `done`: results that jobs of other experiments made
 
   Hold hold = Hold::kNone;
@@ -52,7 +53,7 @@ struct ExperimentStatus {
   std::optional<double> eta_s;  ///< seconds until its end; none while it stands still or too little is known
   std::string waiting_for;      ///< why an active one stands still; empty: it moves
 
-  std::vector<std::string> missing;  ///< what its queued jobs need and no worker has, for people
+  std::vector<std::string> missing;  ///< messages about capabilities that every worker lacks
 
   std::string spec_hash;             ///< of its content
   std::int64_t submitted_at_us = 0;  ///< since 1970, by the server's clock

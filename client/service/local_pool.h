@@ -20,11 +20,10 @@ struct LocalPoolOptions {
   bool verbose = false;                             ///< let the children write to our standard error
 };
 
-/// An OwnPool on this machine: the programs beside this one, as child processes. It has a key of its own, which exists
-/// in memory only and reaches the children through an inherited descriptor, so that no other user can command it. A
-/// child that a signal killed is
-/// started again (the database and the leases make that safe); one that gave up by itself is an error, kInterrupted
-/// when it ended in good order because somebody else told it to. The destructor stops both.
+/// An OwnPool on this machine: the programs beside this one, as child processes. Its key exists in memory only and
+/// reaches the children through an inherited descriptor, so no other user can command the pool. A child that a signal
+/// killed is started again (the database and the leases make that safe). A child that exited by itself is an error:
+/// kInterrupted if another process ordered it to stop. The destructor stops both children.
 class LocalPool final : public OwnPool {
  public:
   /// Starts the server, waits until it serves, and starts the worker. Throws as OwnServer.

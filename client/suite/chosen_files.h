@@ -8,9 +8,8 @@
 
 namespace legopt::client {
 
-/// A suite as the user names it: anything that can be read (a file, a pipe, "-" for standard input), or the bare name
-/// of an embedded suite ("quick" for data/suites/quick.yaml). Throws ClientError (kUsage) that lists the embedded
-/// suites.
+/// Path of the suite that the user named: a readable file or pipe, "-" for standard input, or the bare name of an
+/// embedded suite ("quick" for data/suites/quick.yaml). Throws ClientError (kUsage) that lists the embedded suites.
 std::filesystem::path FindSuite(const std::string& name);
 
 /// The dataset to use: the flag if given (a folder, or the bare name of an embedded dataset such as "garage-hard"),

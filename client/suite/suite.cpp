@@ -280,8 +280,8 @@ void Keep(const std::vector<std::string>& wanted, const std::string& flag, const
                 [&](const Item& item) { return std::count(keep.begin(), keep.end(), LowerCase(key(item))) == 0; });
 }
 
-// A method by its name, with or without the mark that tables put behind those of others. `lists`: names with commas
-// between them, which a name may hold as well.
+// Keeps the named methods; the mark that tables put behind external solvers is optional. `lists`: names separated by
+// commas; a name may contain commas as well.
 void KeepMethods(const std::vector<std::string>& lists, Suite* suite) {
   const auto has = [&](const std::string& name) {
     return std::any_of(suite->methods.begin(), suite->methods.end(),

@@ -32,7 +32,7 @@ constexpr std::size_t kMostPathBytes = 1024;
 constexpr int kMostPathDepth = 32;
 constexpr std::size_t kAlwaysUnpackedBytes = std::size_t{64} << 20;  // so much may come of any archive
 constexpr std::size_t kMostExpansion = 100;  // beyond that: bytes of content for each packed byte
-constexpr int kMostWindowLog = 24;           // of memory that decompression takes: 16 MiB
+constexpr int kMostWindowLog = 24;           // logarithm of the memory for decompression: 16 MiB
 
 [[noreturn]] void Refuse(const std::string& message, const std::string& value = {}, const std::string& fix = {}) {
   throw InputError({"dataset archive", "", value, message, fix});
@@ -98,7 +98,7 @@ class ArchiveStream {
   std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context_;
   ZSTD_inBuffer packed_;
   std::string buffer_;
-  std::string_view rest_;  // of the buffer
+  std::string_view rest_;  // unread part of the buffer
   std::size_t bytes_left_ = 0;
   bool complete_ = false;
 };

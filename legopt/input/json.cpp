@@ -139,7 +139,7 @@ class JsonBuilder : public nlohmann::json_sax<Json> {
   const char* reached_;  // behind the last character that the parser has read
   Json root_;
   std::vector<Json*> open_;  // the lists and objects that have not ended, outermost first
-  Json* member_ = nullptr;   // of the innermost object, for the value behind the key
+  Json* member_ = nullptr;   // member of the innermost object that awaits its value
   std::size_t values_ = 0;
 };
 

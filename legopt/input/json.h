@@ -36,6 +36,6 @@ nlohmann::json ReadJsonFile(const std::filesystem::path& path, const JsonLimits&
 
 /// JSON text, on one line when `indent` is negative. Invalid UTF-8 becomes U+FFFD; it never throws.
 std::string Dump(const nlohmann::json& json, int indent = -1);
-std::string Dump(const nlohmann::ordered_json& json, int indent = -1);  ///< as above
+std::string Dump(const nlohmann::ordered_json& json, int indent = -1);  ///< overload for ordered objects
 
 }  // namespace legopt

@@ -8,8 +8,8 @@ namespace legopt {
 
 /// Why a text cannot be a name.
 struct NameFault {
-  std::string message;  ///< what is wrong
-  std::string fix;      ///< what the user can do
+  std::string message;  ///< the rule that it breaks
+  std::string fix;      ///< advice to the user
 };
 
 /// The one rule for names of experiments, methods, tags, datasets and submitters: names that look the same are the

@@ -19,8 +19,8 @@ namespace {
 
 constexpr const char* kSyntaxFix = "check indentation, brackets and quotes";
 
-/// Checks a document while it is read, before any node is made. The bounds count what aliases stand for, so that a few
-/// lines cannot stand for billions of values.
+/// Checks a document while it is read, before any node is made. Aliases are counted as their expansion, so that a few
+/// lines cannot expand to billions of values.
 class DocumentCheck : public YAML::EventHandler {
  public:
   DocumentCheck(const std::string& source, const YamlLimits& limits) : source_(source), limits_(limits) {}
@@ -47,7 +47,7 @@ class DocumentCheck : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto found = anchors_.find(anchor);
     if (found == anchors_.end()) {
-      Refuse(mark, "the alias stands inside of the value that it stands for", "write the value out");
+      Refuse(mark, "the alias is inside of the value that it refers to", "write the value out");
     }
     const Anchored& target = found->second;
     if (target.depth + open_.size() > limits_.depth) RefuseDepth(mark);
@@ -73,10 +73,10 @@ class DocumentCheck : public YAML::EventHandler {
     std::size_t level = 0;          ///< number of lists and maps around it
     std::size_t depth = 1;          ///< nesting inside of it, itself included
     bool is_map = false;
-    bool awaits_key = true;      ///< of a map: the next node is a key
-    std::set<std::string> keys;  ///< of a map
+    bool awaits_key = true;      ///< the next node of this map is a key
+    std::set<std::string> keys;  ///< the map's keys so far
   };
-  /// What an alias stands for.
+  /// A value with an anchor.
   struct Anchored {
     std::size_t values = 0;
     std::size_t depth = 0;
@@ -98,7 +98,7 @@ class DocumentCheck : public YAML::EventHandler {
     RequireFirstDocument(mark);
     values_ += values;
     if (values_ > limits_.values) {
-      Refuse(mark, "holds more than " + std::to_string(limits_.values) + " values, counting what aliases stand for",
+      Refuse(mark, "holds more than " + std::to_string(limits_.values) + " values, aliases expanded",
              "write less, or fewer aliases");
     }
     if (open_.empty() || !open_.back().is_map) return;

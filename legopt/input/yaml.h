@@ -18,12 +18,12 @@ struct YamlLimits {
   std::size_t values = 1'000'000;             ///< number of values, lists and maps, aliases resolved
 };
 
-/// Limits of files that people write: suites and pool files.
+/// Limits of files written by hand: suites and pool files.
 inline constexpr YamlLimits kShortYaml{.bytes = std::size_t{1} << 20, .depth = 64, .values = 100'000};
 
 /// Parses the one document of a YAML text. Throws InputError with line and fix: text beyond `limits`, text that is not
 /// UTF-8, invalid syntax, a second document, a key that a map has twice, a key that is no scalar, a merge key (`<<`),
-/// and an alias inside of the value that it stands for. `source` is the file's name, or says where the text comes from.
+/// and an alias inside of the value that it refers to. `source` is the name of the file, or of the text's origin.
 YAML::Node ParseYaml(const std::string& text, const std::string& source, const YamlLimits& limits = {});
 
 /// Parses a YAML file. Throws InputError as ParseYaml does, and for a file that cannot be read.

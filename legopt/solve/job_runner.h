@@ -37,9 +37,9 @@ struct JobHooks {
 };
 
 /// The solver's outcome and the judge's verdict; of a motion with an unsolved window, the verdict is
-/// Verdict::kWindowUnsolved by every rule, and the figures are those of the best point of that window. Bit-identical
-/// for equal (dataset content, job) on every worker of one build, except the measured times, unless a clock or a person
-/// stopped it.
+/// Verdict::kWindowUnsolved by every rule, and the figures are those of the best point of that window. Except for the
+/// measured times, equal (dataset content, job) give identical bits on every worker of one build, unless the clock or a
+/// user stopped the job.
 struct JobResult {
   Task task{};            ///< task of the job
   SolveOutcome solve;     ///< by the solver's own word

@@ -18,11 +18,7 @@ from .waypoints import TIMED_TASKS, Waypoints, decode_waypoint
 
 RULES = ["literal", "strict", "solid"]
 
-# Without a rule in the suite it is solid, and literal where results of an old release have no verdict by it.
-_RULE = """
-SELECT coalesce(json_extract(spec_json, '$.rule'), CASE WHEN EXISTS (SELECT 1 FROM results JOIN cells USING (cell_id)
-  WHERE experiment_id = e.experiment_id AND verdict_solid IS NULL) THEN 'literal' ELSE 'solid' END) AS rule
-FROM experiments AS e WHERE :id IS NULL OR experiment_id = :id"""
+_RULE = "SELECT rule FROM experiments WHERE :id IS NULL OR experiment_id = :id"
 
 # One row per job: the view job_list, and around it what the tables have besides. solve_ms and contended are the rule of
 # docs/statistics.md, "What is counted".

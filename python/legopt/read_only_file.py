@@ -19,7 +19,7 @@ from .rows import Rows
 from .schema_digests import SCHEMA_DIGESTS
 
 APPLICATION_ID = 0x4C474F50  # "LGOP"
-SCHEMA_VERSION = 11
+SCHEMA_VERSION = 12
 _OLDEST_SQLITE = (3, 37)  # the first that knows STRICT tables; others call the schema malformed
 
 _INSTRUCTIONS_PER_CHECK = 10_000

@@ -96,7 +96,7 @@ TEST_F(Udp, APortHeldByAnotherProgramIsUnusable) {
   }
 }
 
-// LCM's sockets are found by what was opened meanwhile; a number that another thread gives up must not hide one.
+// A descriptor number that another thread closes while LCM opens its sockets must not hide one of them.
 TEST_F(Udp, OtherThreadsMayOpenAndCloseFilesMeanwhile) {
   std::atomic<bool> stop{false};
   std::vector<std::thread> busy;

@@ -28,7 +28,7 @@ struct TestResult {
   int repetition = 0;
   std::int64_t cpu_us = -1;                    ///< negative: as wall_us
   std::int64_t switches = 0;                   ///< involuntary ones of context
-  SolveStatus status = SolveStatus::kNotRun;   ///< kNotRun: what the verdict suggests
+  SolveStatus status = SolveStatus::kNotRun;   ///< kNotRun: derived from the verdict
   std::vector<Eigen::VectorXd> unsolved = {};  ///< best point of a second window, with verdict "window_unsolved"
   int first_unsolved = 0;                      ///< number of its first waypoint
 };

@@ -16,6 +16,7 @@ namespace {
 // both initialisations, 1 repetition: 12 jobs. Submitted in the order restarts 10, restarts 0.
 NewExperiment TwoMethods() {
   NewExperiment e = SampleExperiment(1, 1, 1);
+  e.rule = Rule::kLiteral;
   e.methods = {{"SQP", HashOf('a'), R"({"multi_starts":10})", 10, 100, false, SceneRepresentation::kSurface},
                {"SQP", HashOf('b'), R"({"multi_starts":0})", 0, 80, true}};
   e.problems = {{Task::kPosture, 3, 1}, {Task::kPosture, 5, 1}, {Task::kMotion, 0, 4}};
@@ -84,22 +85,24 @@ TEST_F(BenchmarkTable, MeansOverSolvedPerWaypointAndNullWithoutSuccess) {
   Finish(5, Verdict::kSuccess, Verdict::kSuccess, 0.125, 8'000, 4);  // method 1, motion, good
 
   const QueryResult table = Query("SELECT * FROM benchmark_table WHERE experiment_id = 1");
-  ASSERT_EQ(table.columns.size(), 22U);
+  ASSERT_EQ(table.columns.size(), 23U);
   EXPECT_EQ(table.columns[4], "incremental");
   EXPECT_EQ(table.columns[5], "collision");
-  EXPECT_EQ(table.columns[6], "posture_good_n");
-  EXPECT_EQ(table.columns[13], "posture_in_collision_time_s");
-  EXPECT_EQ(table.columns[21], "motion_in_collision_time_s");
+  EXPECT_EQ(table.columns[6], "rule");
+  EXPECT_EQ(table.columns[7], "posture_good_n");
+  EXPECT_EQ(table.columns[14], "posture_in_collision_time_s");
+  EXPECT_EQ(table.columns[22], "motion_in_collision_time_s");
   ASSERT_EQ(table.rows.size(), 2U);
-  const Row restarts{Int(1), Text("SQP"),     Int(10), Int(100),
-                     Int(0), Text("surface"),                            //
-                     Int(2), Int(2),          450.0,   0.002,            // mean of 400 and 500; of 1 and 3 ms
-                     Int(2), Int(0),          kNull,   kNull,            // a dash, not 0
-                     Int(1), Int(1),          0.125,   8'000 / 1e6 / 4,  // per waypoint
-                     Int(1), Int(0),          kNull,   kNull};
+  const Row restarts{Int(1), Text("SQP"),     Int(10),         Int(100),
+                     Int(0), Text("surface"), Text("literal"),                   //
+                     Int(2), Int(2),          450.0,           0.002,            // mean of 400 and 500; of 1 and 3 ms
+                     Int(2), Int(0),          kNull,           kNull,            // a dash, not 0
+                     Int(1), Int(1),          0.125,           8'000 / 1e6 / 4,  // per waypoint
+                     Int(1), Int(0),          kNull,           kNull};
   EXPECT_EQ(table.rows[0], restarts);
-  const Row plain{Int(1), Text("SQP"), Int(0), Int(80), Int(1), Text("solid"), Int(2), Int(0), kNull,  kNull, Int(2),
-                  Int(0), kNull,       kNull,  Int(1),  Int(0), kNull,         kNull,  Int(1), Int(0), kNull, kNull};
+  const Row plain{Int(1), Text("SQP"), Int(0), Int(80), Int(1), Text("solid"), Text("literal"), Int(2), Int(0),
+                  kNull,  kNull,       Int(2), Int(0),  kNull,  kNull,         Int(1),          Int(0), kNull,
+                  kNull,  Int(1),      Int(0), kNull,   kNull};
   EXPECT_EQ(table.rows[1], plain);
 }
 

@@ -18,7 +18,7 @@
 namespace legopt::db {
 namespace {
 
-constexpr int kReleased[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
+constexpr int kReleased[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
 
 std::string Schema(const std::filesystem::path& path) {
   Connection connection(path, Connection::Mode::kReadOnly);
@@ -130,6 +130,15 @@ TEST_P(Released, DeathAnywhereInAnUpgradeLeavesOldOrNew) {
 
 INSTANTIATE_TEST_SUITE_P(Versions, Released, testing::ValuesIn(kReleased),
                          [](const auto& parameter) { return "Version" + std::to_string(parameter.param); });
+
+// The fixtures' first experiment has a result without a verdict by the solid rule, which version 7 introduced.
+TEST_P(Released, ExperimentsWithoutSolidVerdictsKeepTheOriginalRule) {
+  const auto store = OpenSqliteStore(path_);
+  const OpenState state = store->LoadOpenState();
+  EXPECT_EQ(state.experiments.at(0).rule, Rule::kLiteral);
+  EXPECT_EQ(state.experiments.at(0).solved, 1);
+  EXPECT_EQ(state.experiments.at(1).rule, Rule::kSolid) << "no results yet";
+}
 
 TEST(Migrations, EveryVersionBeforeThisOneHasAFixture) {
   EXPECT_GE(std::size(kReleased) + 1, static_cast<std::size_t>(SchemaVersion()))

@@ -1,5 +1,5 @@
 // Policy: JSON is read in full or refused with line, byte and cause; nothing in it is ignored, and no text of a few
-// bytes takes memory out of proportion. What is written is valid UTF-8.
+// bytes takes memory out of proportion. Output is valid UTF-8.
 #include "legopt/input/json.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // Policy: a YAML file is read in full or refused with its line and what to do; nothing in it is ignored, and a few
-// lines cannot stand for billions of values.
+// lines cannot expand to billions of values.
 #include "legopt/input/yaml.h"
 
 #include <gmock/gmock.h>
@@ -76,7 +76,7 @@ TEST(Yaml, AliasesCannotMultiply) {
 
 TEST(Yaml, CyclesAreRefused) {
   for (const char* text : {"a: &a [*a]\n", "&a\nb: {c: *a}\n", "a: &a {b: [1, *a]}\n"}) {
-    EXPECT_THAT(YamlFault(text), HasSubstr("inside of the value that it stands for")) << text;
+    EXPECT_THAT(YamlFault(text), HasSubstr("inside of the value that it refers to")) << text;
   }
 }
 

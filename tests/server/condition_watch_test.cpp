@@ -1,5 +1,5 @@
-// Policy: a condition that nobody reports by a message makes one event when it begins, and another one only after it
-// was over.
+// Policy: a condition that no message reports is recorded as one event when it begins, and again only if it ended in
+// between.
 
 #include "server/condition_watch.h"
 

@@ -1,5 +1,5 @@
-// Policy: a job is leased only to a worker that has what it needs. Whoever lacks something, or refuses, costs no
-// attempt, and people are told what nobody has.
+// Policy: a job is leased only to a worker with the capabilities that it needs. A missing capability or a refusal costs
+// no attempt, and the status names capabilities that every worker lacks.
 
 #include <gmock/gmock.h>
 
@@ -102,7 +102,7 @@ TEST_F(SchedulerCapabilityTest, ARefusalIsNeverCharged) {
   Submit(ExternalSpec(1));
   std::vector<legopt_msg::capability> announced = {Solid(), Mine()};
   HelloWith(kFirst, announced);
-  // Far more often than a job may be given back.
+  // Far more often than a job may be released.
   for (int i = 0; i < 3 * options_.max_returns_per_job; ++i) {
     const auto lease = LeaseOne(kFirst);
     EXPECT_EQ(StatusOf(Finish(kFirst, lease, ReportedOutcome::kRefused)), ResultStatus::kAccepted);

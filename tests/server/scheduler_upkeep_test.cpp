@@ -40,6 +40,7 @@ class SchedulerUpkeep : public SchedulerTest {
       for (const auto& [state, word] : kWords<JobState>) {
         EXPECT_EQ(stored.jobs_by_state[state], known.jobs_by_state[state]) << word;
       }
+      EXPECT_EQ(stored.rule, known.rule);
       EXPECT_EQ(stored.solved, known.solved);
       EXPECT_EQ(stored.name, known.name);
       EXPECT_EQ(stored.tags, known.tags);
@@ -50,6 +51,30 @@ class SchedulerUpkeep : public SchedulerTest {
     EXPECT_EQ(store_.LoadOpenState().experiments.size(), scheduler_->experiments().size());
   }
 };
+
+TEST_F(SchedulerUpkeep, TheSpecsRuleDecidesWhatIsSolved) {
+  const std::pair<const char*, int> solved_by_rule[] = {{"literal", 3}, {"strict", 2}, {"solid", 1}};
+  std::int64_t experiment = 0;
+  Hello(kFirst);
+  for (const auto& [rule, solved] : solved_by_rule) {
+    nlohmann::json spec = SampleSpec(3);
+    spec["name"] = rule;
+    spec["rule"] = rule;
+    spec["seed"] = ++experiment;  // else results would be reused
+    Submit(spec, rule);
+    for (int i = 0; i < 3; ++i) {
+      auto result = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst));
+      if (i >= 1) result.verdict_solid = "containment";
+      if (i == 2) result.verdict_strict = result.verdict_solid = "self_collision";
+      EXPECT_EQ(StatusOf(Deliver(result)), ResultStatus::kAccepted);
+    }
+    EXPECT_EQ(ToString(Summary(experiment).rule), rule);
+    EXPECT_EQ(Summary(experiment).solved, solved) << rule;
+  }
+  ExpectAccountsAgree();
+  Restart();
+  ExpectAccountsAgree();
+}
 
 TEST_F(SchedulerUpkeep, WhatTheClockStoppedIsTriedAgainWhenAskedFor) {
   const auto stopped = RunTwoJobs();

@@ -97,8 +97,8 @@ TEST_F(ExternalPoolTest, WhatIsSubmittedWithDeclarationsIsSolvedByWorkersThatHav
               ElementsAre("0"));
 }
 
-// Three workers without the solver ask all the time; nobody is charged, people are told what is missing, and the job
-// ends when a worker with the solver comes.
+// Three workers without the solver keep requesting jobs: no attempt is charged, the status names the missing solver,
+// and the job ends when a worker with the solver joins.
 TEST_F(ExternalPoolTest, WorkersWithoutTheSolverCostNoAttempt) {
   std::vector<std::unique_ptr<client::ChildProcess>> without;
   without.push_back(deployment_->StartWorker("legopt-worker", {"--slots", "1"}));
@@ -116,7 +116,7 @@ TEST_F(ExternalPoolTest, WorkersWithoutTheSolverCostNoAttempt) {
   EXPECT_EQ(MissingOf(1), "");
 }
 
-// Its files change after it was started: it refuses each such job, which costs nobody an attempt.
+// The solver's files change after the worker's start: the worker refuses each such job without using an attempt.
 TEST_F(ExternalPoolTest, AWorkerWhoseSolverHasChangedRefuses) {
   const std::filesystem::path changed = folder_ / "changed";
   std::filesystem::create_directory(changed);

@@ -4,7 +4,7 @@
 
 namespace legopt::simulation {
 
-/// The external solver that some methods name, and what stands for the hash of such a method.
+/// Name of the external solver of some methods, and the digits that stand in for its and such a method's hash.
 inline constexpr char kExternalSolver[] = "mine";
 inline constexpr char kSolverDigit = 'e', kExternalMethodDigit = 'b';
 

@@ -25,12 +25,12 @@ struct JobManners {
   std::int64_t poison_every = 8;  ///< one job id in so many crashes its process each time; 0: none
 };
 
-/// What a worker has of the external solver.
+/// State of the external solver on a worker.
 enum class SolverOwned {
   kNone,     ///< not declared
   kOther,    ///< declared, with other files
   kChanged,  ///< declared as the jobs want it, but its files have changed since: such jobs are refused
-  kRight     ///< what the jobs want
+  kRight     ///< declared, with the files that the jobs name
 };
 
 /// Whether the job is one that crashes whoever runs it.

@@ -1,0 +1,97 @@
+// The rule of an experiment decides which results count as solved: in both stores' totals, in the scheduler's view of
+// its open jobs, and in the views of the database.
+#include "db/read_only_database.h"
+#include "tests/db/store_conformance.h"
+
+namespace legopt::db {
+namespace {
+
+using Row = std::vector<Value>;
+
+ResultRecord ResultWith(Verdict literal, Verdict strict, Verdict solid) {
+  ResultRecord result = SampleResult();
+  result.verdict_literal = literal;
+  result.verdict_strict = strict;
+  result.verdict_solid = solid;
+  return result;
+}
+
+// Three problems of which the rules count three, two and one as solved; the fourth is not solved by any.
+std::vector<StoreOp> ExperimentOf(Rule rule) {
+  NewExperiment experiment = SampleExperiment(1, 1, 1, 4);
+  experiment.rule = rule;
+  const ResultRecord results[] = {
+      ResultWith(Verdict::kSuccess, Verdict::kSuccess, Verdict::kSuccess),
+      ResultWith(Verdict::kSuccess, Verdict::kSuccess, Verdict::kContainment),
+      ResultWith(Verdict::kSuccess, Verdict::kSelfCollision, Verdict::kSelfCollision),
+      ResultWith(Verdict::kCom, Verdict::kCom, Verdict::kCom),
+  };
+  std::vector<StoreOp> ops{CreateExperiment{experiment}, PutWorker{SampleWorker(1)}};
+  for (std::int64_t job = 1; job <= 4; ++job) {
+    ops.emplace_back(LeaseJob{job, 1, 700 + job, 1, 10});
+    ops.emplace_back(AcceptResult{job, 1, results[job - 1], "", "", 20});
+  }
+  return ops;
+}
+
+constexpr std::pair<Rule, std::int64_t> kSolvedByRule[] = {{Rule::kLiteral, 3}, {Rule::kStrict, 2}, {Rule::kSolid, 1}};
+
+class ExperimentRule : public StoreConformance {};
+
+TEST_P(ExperimentRule, DecidesWhichResultsAreSolved) {
+  for (const auto& [rule, solved] : kSolvedByRule) {
+    SetUp();
+    Apply(ExperimentOf(rule));
+    Reopen();
+    const OpenState state = store().LoadOpenState();
+    EXPECT_EQ(state.experiments.at(0).rule, rule);
+    EXPECT_EQ(state.experiments.at(0).solved, solved) << ToString(rule);
+    const auto& jobs = state.open.at(0).jobs;
+    EXPECT_EQ(std::ranges::count_if(jobs, &OpenJob::solved), solved) << ToString(rule);
+  }
+}
+
+TEST_P(ExperimentRule, OfTheReusingExperimentCountsForAReusedResult) {
+  Apply(ExperimentOf(Rule::kLiteral));
+  ResultSearch search;
+  search.experiment_id = 2;
+  search.dataset_hash = HashOf('d');
+  search.method_hash = HashOf('a');
+  search.task = Task::kPosture;
+  search.initialization = Initialization::kGood;
+  search.seed = 1;
+  search.wall_limit_us = 60'000'000;
+  search.memory_limit_bytes = 1 << 30;
+  for (int problem = 0; problem < 4; ++problem) search.problems.push_back({problem, 0});
+  for (const auto& [rule, solved] : kSolvedByRule) {
+    search.rule = rule;
+    EXPECT_EQ(std::ranges::count_if(store().FindKnownResults(search), &KnownResult::solved), solved) << ToString(rule);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Stores, ExperimentRule, testing::Values(StoreKind::kSqlite, StoreKind::kMemory),
+                         [](const auto& kind) { return kind.param == StoreKind::kSqlite ? "Sqlite" : "Memory"; });
+
+TEST(ExperimentRuleViews, CountByTheExperimentsRule) {
+  for (const auto& [rule, solved] : kSolvedByRule) {
+    const TemporaryFolder folder;
+    const auto path = folder / "results.sqlite";
+    OpenSqliteStore(path)->Apply(ExperimentOf(rule));
+    ReadOnlyDatabase database(path);
+    const std::string word(ToString(rule));
+    EXPECT_EQ(database.Query("SELECT rule, posture_good_n, posture_good_solved FROM benchmark_table").rows,
+              (std::vector<Row>{{word, std::int64_t{4}, solved}}));
+    EXPECT_EQ(database.Query("SELECT rule, solved FROM experiment_list").rows, (std::vector<Row>{{word, solved}}));
+    EXPECT_EQ(database.Query("SELECT rule, count(*) FROM failures GROUP BY 1").rows,
+              (std::vector<Row>{{word, 4 - solved}}));
+    EXPECT_EQ(database
+                  .Query("SELECT b.rule FROM benchmark_table AS t JOIN benchmark_cells AS b ON b.rule = t.rule AND "
+                         "b.initialization = 'good' AND b.solved = t.posture_good_solved AND b.cost IS "
+                         "t.posture_good_cost AND b.time_s IS t.posture_good_time_s")
+                  .rows,
+              (std::vector<Row>{{word}}));
+  }
+}
+
+}  // namespace
+}  // namespace legopt::db
