@@ -32,7 +32,7 @@ class QueryService {
   static constexpr std::size_t kMostWaiting = 64;         ///< queries waiting in one lane
   static constexpr std::size_t kMostOfSender = 16;        ///< queries of one sender, waiting and running
   static constexpr std::size_t kMostRunningOfSender = 2;  ///< queries of one sender that run at once
-  static constexpr std::size_t kMostWaitingBytes = std::size_t{16} << 20;  ///< SQL of all queries, waiting and running
+  static constexpr std::size_t kMostWaitingBytes = std::size_t{4} << 20;  ///< SQL of all queries, waiting and running
   static constexpr std::chrono::milliseconds kDefaultLimit{30'000};
   static constexpr std::chrono::milliseconds kLongestLimit{3'600'000};
 

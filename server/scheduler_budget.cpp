@@ -36,10 +36,13 @@ std::size_t SummaryBytes(const db::ExperimentSummary& summary) {
 
 // Which limit the submission would exceed, with the numbers; empty: none.
 std::string Scheduler::OverBudget(const ExperimentSpec& spec) const {
-  if (std::ssize(summaries_) >= options_.max_experiments || summary_bytes_ >= options_.max_summary_bytes) {
+  if (std::ssize(summaries_) >= options_.max_experiments) {
     return "the server stores " + std::to_string(summaries_.size()) + " experiments and takes at most " +
-           std::to_string(options_.max_experiments) + ", and " + MebibytesOf(options_.max_summary_bytes) +
-           " of names, methods and tags; delete some ('legopt delete')";
+           std::to_string(options_.max_experiments) + "; delete some ('legopt delete')";
+  }
+  if (summary_bytes_ >= options_.max_summary_bytes) {
+    return "the names, methods and tags of " + std::to_string(summaries_.size()) + " stored experiments take " +
+           MebibytesOf(options_.max_summary_bytes) + ", which is the most; delete some ('legopt delete')";
   }
   const std::int64_t open_jobs = num_queued() + num_leases();
   if (open_jobs + spec.num_jobs() > options_.max_open_jobs) {

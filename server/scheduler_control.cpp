@@ -172,6 +172,7 @@ legopt_msg::control_reply Scheduler::Retry(const Instant& now, std::int64_t expe
   if (summary.state == db::ExperimentState::kCancelled) {
     return Answer(ControlStatus::kRefused, name + " was cancelled; submit it as a new one");
   }
+  if (const std::string why = OverControlRate(now); !why.empty()) return Answer(ControlStatus::kRefused, why);
   legopt_msg::control_reply reply = Answer(ControlStatus::kOk, "");
   const auto count = [&summary](db::JobState state) { return summary.jobs_by_state[state]; };
   const bool none_failed = count(db::JobState::kFailed) + count(db::JobState::kDead) == 0;
@@ -298,6 +299,7 @@ legopt_msg::control_reply Scheduler::Delete(const Instant& now, std::int64_t id,
   const std::string name = "experiment " + std::to_string(id);
   if (summary.state == db::ExperimentState::kActive)
     return Answer(ControlStatus::kRefused, name + " is active; cancel it first");
+  if (const std::string why = OverControlRate(now); !why.empty()) return Answer(ControlStatus::kRefused, why);
   legopt_msg::control_reply reply = Answer(ControlStatus::kOk, "");
   reply.num_jobs = summary.num_jobs;
   counters_.jobs_deleted += static_cast<std::uint64_t>(summary.num_jobs);

@@ -82,9 +82,9 @@ std::vector<Kind> KindsOf(bus::MessageList<Request...> /*list*/) {
   return {{bus::CallOf<Request>::kType, [](int i) { return bus::Encode(RequestOf<Request>(i)); }}...};
 }
 
-class Flood : public testing::TestWithParam<Kind> {
+class FloodBed : public testing::Test {
  protected:
-  Flood() : store_(db::OpenSqliteStore(path_)), queries_(path_) {
+  FloodBed() : store_(db::OpenSqliteStore(path_)), queries_(path_) {
     spdlog::set_level(spdlog::level::off);
     bus::EndpointOptions limits;
     limits.max_cached_bytes = 64 << 10;
@@ -101,7 +101,17 @@ class Flood : public testing::TestWithParam<Kind> {
     server_ = std::make_unique<Server>(
         *endpoint_, *store_, &queries_, options, [this] { return network_.now().count(); },
         [this] { return ++token_; });
-    Call(1, bus::MessageType::kSubmit, bus::Encode(RequestOf<legopt_msg::submit_request>(-1)));
+    Call(-1, bus::MessageType::kSubmit, bus::Encode(RequestOf<legopt_msg::submit_request>(-1)));
+  }
+
+  // The second half of the calls must add nothing to what the first half has left.
+  void ExpectFlat(const std::function<void(int)>& call, int half) {
+    constexpr std::size_t kMostGrowth = 32;  // bytes a call; whatever is kept of one takes more
+    for (int i = 0; i < half; ++i) call(i);
+    const std::size_t file = FileBytes(), heap = HeapBytes();
+    for (int i = half; i < 2 * half; ++i) call(i);
+    EXPECT_LE(FileBytes(), file + kMostGrowth * static_cast<std::size_t>(half));
+    EXPECT_LE(HeapBytes(), heap + kMostGrowth * static_cast<std::size_t>(half));
   }
 
   // One call of a sender of its own, until it is answered.
@@ -147,15 +157,28 @@ class Flood : public testing::TestWithParam<Kind> {
   std::int64_t token_ = 0;
 };
 
+class Flood : public FloodBed, public testing::WithParamInterface<Kind> {};
+
 TEST_P(Flood, ManySendersLeaveMemoryAndFileFlat) {
-  constexpr int kHalf = 2000;
-  constexpr std::size_t kMostGrowth = 64 << 10;  // 32 bytes a sender
   if (HeapBytes() == 0) GTEST_SKIP() << "the heap cannot be measured (sanitizer)";
-  for (int i = 0; i < kHalf; ++i) Call(i, GetParam().type, GetParam().body(i));
-  const std::size_t file = FileBytes(), heap = HeapBytes();
-  for (int i = kHalf; i < 2 * kHalf; ++i) Call(i, GetParam().type, GetParam().body(i));
-  EXPECT_LE(FileBytes(), file + kMostGrowth);
-  EXPECT_LE(HeapBytes(), heap + kMostGrowth);
+  constexpr int kHalf = 2000;
+  ExpectFlat([this](int i) { Call(i, GetParam().type, GetParam().body(i)); }, kHalf);
+}
+
+// What is deleted leaves nothing, whoever submits and deletes.
+TEST_F(FloodBed, ExperimentsThatAreDeletedLeaveMemoryAndFileFlat) {
+  if (HeapBytes() == 0) GTEST_SKIP() << "the heap cannot be measured (sanitizer)";
+  const auto cycle = [this](int i) {
+    Call(3 * i, bus::MessageType::kSubmit, bus::Encode(RequestOf<legopt_msg::submit_request>(i)));
+    legopt_msg::cancel_request cancel{};
+    legopt_msg::control_request removal{};
+    cancel.experiment_id = removal.experiment_id = i + 2;  // after the first one
+    removal.action = NumberOf(ControlAction::kDelete);
+    Call(3 * i + 1, bus::MessageType::kCancel, bus::Encode(cancel));
+    Call(3 * i + 2, bus::MessageType::kControl, bus::Encode(removal));
+  };
+  constexpr int kHalf = 600;
+  ExpectFlat(cycle, kHalf);
 }
 
 INSTANTIATE_TEST_SUITE_P(Types, Flood, testing::ValuesIn(KindsOf(bus::Requests())),
