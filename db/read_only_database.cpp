@@ -162,7 +162,7 @@ class ReadOnlyDatabase::Impl {
       connection_->QueryText("SELECT 1 FROM " + std::string(function) + "('[]')");
     }
     sqlite3_set_authorizer(connection_->handle(), Authorize, nullptr);
-    constexpr int kInstructionsPerCheck = 10'000;
+    constexpr int kInstructionsPerCheck = 100;  // one instruction may take milliseconds: hex() of a large value
     sqlite3_progress_handler(connection_->handle(), kInstructionsPerCheck, OnProgress, this);
   }
 

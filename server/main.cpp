@@ -41,6 +41,7 @@ using programs::ExitCode;
 constexpr char kProgram[] = "legopt-server";
 constexpr microseconds kProbePatience{400'000};
 constexpr microseconds kLongestWait{1'000'000};
+constexpr std::int64_t kBytesPerMegabyte = 1'000'000;
 constexpr microseconds kLinger{200'000};  // answers repeats of the last requests before leaving
 
 struct Arguments {
@@ -49,6 +50,7 @@ struct Arguments {
   ListenFlags listen;
   std::optional<std::string> datasets;
   std::optional<std::string> notify;
+  std::int64_t disk_reserve_mb = 1000;
   bool no_dataset = false;
   bool verbose = false;
   pid_t owner = 0;
@@ -155,6 +157,7 @@ ExitCode Serve(const Arguments& arguments) {
   };
   options.disk_space = [database = arguments.database] { return db::SpaceAt(database); };
   options.store_datasets = !arguments.no_dataset;
+  options.scheduler.disk_reserve_bytes = arguments.disk_reserve_mb * kBytesPerMegabyte;
   Server server(endpoint, *store, &queries, options, WallClock, bus::RandomEndpointId);
   RivalWatch rivals(endpoint, options.scheduler.server_instance);
   server.Work();
@@ -184,6 +187,12 @@ int Run(int argc, char** argv) {
                  "Program to start for events that need a person (docs/monitoring.md), with the event as JSON on its "
                  "standard input; no shell, at most one a second")
       .ValueName("COMMAND");
+  program
+      .AddOption("--disk-reserve", arguments.disk_reserve_mb,
+                 "Refuse experiments that would leave less free where the database is; at most 5 % of that disk")
+      .ValueName("MB")
+      .Check(programs::WholeNumber(0, 1'000'000'000))
+      .ShowDefault();
   program.AddFlag("--no-dataset", arguments.no_dataset,
                   "Do not store the datasets of that folder in the database with their results");
   program.AddFlag("-v,--verbose", arguments.verbose, "Log what happens to stderr");

@@ -7,7 +7,6 @@
 #include <array>
 #include <charconv>
 #include <condition_variable>
-#include <deque>
 #include <mutex>
 #include <optional>
 #include <string_view>
@@ -17,12 +16,17 @@
 
 #include "db/query_json.h"
 #include "db/read_only_database.h"
+#include "server/query_lane.h"
 #include "words/reply.h"
 
 namespace legopt::server {
 namespace {
 
-constexpr std::chrono::milliseconds kQuickSlice{250};
+// Time that a query has in each lane before it starts again in the next one. The last two lanes give each query its
+// limit. Each lane gives ten times as much as the one before: starting again costs a query a ninth of its time.
+constexpr std::array<std::chrono::milliseconds, 3> kSlices{
+    std::chrono::milliseconds(10), std::chrono::milliseconds(100), std::chrono::milliseconds(1000)};
+constexpr std::size_t kUsualLane = kSlices.size(), kLongLane = kUsualLane + 1, kNumLanes = kLongLane + 1;
 constexpr std::size_t kMaxAnswerBytes = std::size_t{48} << 20;  // query_reply.json
 
 // What the statement asks for by its first comment, the default else.
@@ -61,7 +65,9 @@ class QueryService::Impl {
   explicit Impl(std::filesystem::path database)
       : path_(std::move(database)), event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
     if (event_ < 0) throw std::system_error(errno, std::generic_category(), "eventfd");
-    for (Lane& lane : lanes_) lane.thread = std::thread([this, &lane] { Read(lane); });
+    for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
+      lanes_[lane].thread = std::thread([this, lane] { Read(lane); });
+    }
   }
 
   ~Impl() {
@@ -77,14 +83,21 @@ class QueryService::Impl {
     close(event_);
   }
 
-  bool Start(std::int64_t ticket, legopt_msg::query_request request) {
+  std::string Start(std::int64_t ticket, bus::EndpointId sender, legopt_msg::query_request request) {
     const std::lock_guard lock(mutex_);
+    if (counts_.Of(sender).held >= kMostOfSender) {
+      return "this sender has " + std::to_string(kMostOfSender) +
+             " unanswered queries, which is the most; wait for their answers";
+    }
+    if (lanes_[0].waiting.size() >= kMostWaiting || counts_.bytes() + request.sql.size() > kMostWaitingBytes) {
+      return kTooMany;
+    }
     const std::chrono::milliseconds limit = LimitOf(request.sql);
-    Lane& lane = lanes_[limit > kDefaultLimit ? kLong : kQuick];
-    if (lane.waiting.size() >= kMaxWaiting) return false;
-    lane.waiting.push_back({ticket, std::move(request), limit});
+    WaitingQuery query{ticket, sender, std::move(request), limit};
+    counts_.Add(query);
+    lanes_[0].waiting.Put(std::move(query));
     wake_.notify_all();
-    return true;
+    return {};
   }
 
   int descriptor() const { return event_; }
@@ -97,59 +110,68 @@ class QueryService::Impl {
   }
 
  private:
-  struct Waiting {
-    std::int64_t ticket = 0;
-    legopt_msg::query_request request;
-    std::chrono::milliseconds limit{};
-  };
+  static constexpr const char* kTooMany = "too many queries wait; try again";
+
   // A reader with a connection of its own.
   struct Lane {
-    std::deque<Waiting> waiting;
-    db::ReadOnlyDatabase* running = nullptr;  // what Interrupt may reach, under the mutex
+    QueryLane waiting;
+    db::ReadOnlyDatabase* running = nullptr;  // reachable by Interrupt, under the mutex
     std::thread thread;
   };
 
-  enum LaneIndex : std::size_t { kQuick, kUsual, kLong, kNumLanes };
+  bool MayRun(bus::EndpointId sender) const { return counts_.Of(sender).running < kMostRunningOfSender; }
 
-  // Takes the query up again behind those that are not quick either. False: too many wait there.
-  bool PutOff(Waiting&& query) {
-    const std::lock_guard lock(mutex_);
-    Lane& usual = lanes_[kUsual];
-    if (stopping_ || usual.waiting.size() >= kMaxWaiting) return false;
-    usual.waiting.push_back(std::move(query));
+  // Execution time of a query in this lane.
+  static std::chrono::milliseconds TimeIn(std::size_t lane, const WaitingQuery& query) {
+    return lane < kSlices.size() ? std::min(kSlices[lane], query.limit) : query.limit;
+  }
+
+  // The next query of the lane; empty: the service stops.
+  std::optional<WaitingQuery> Next(Lane& lane) {
+    const auto may_run = [this](bus::EndpointId sender) { return MayRun(sender); };
+    std::unique_lock lock(mutex_);
+    wake_.wait(lock, [&] { return stopping_ || lane.waiting.HasNext(may_run); });
+    if (stopping_) return std::nullopt;
+    std::optional<WaitingQuery> query = lane.waiting.Take(may_run);
+    counts_.Begin(query->sender);
+    return query;
+  }
+
+  void Read(std::size_t lane) {
+    std::optional<db::ReadOnlyDatabase> database;
+    while (std::optional<WaitingQuery> query = Next(lanes_[lane])) {
+      const std::chrono::milliseconds time = TimeIn(lane, *query);
+      legopt_msg::query_reply reply = Run(lanes_[lane], database, *query, time);
+      const bool unfinished = QueryStatus{reply.status} == QueryStatus::kStopped && time < query->limit;
+      const std::lock_guard lock(mutex_);
+      lanes_[lane].running = nullptr;
+      counts_.End(query->sender);
+      if (unfinished && PutOff(lane, *query)) continue;
+      Finish(*query, unfinished ? Failure(kTooMany) : std::move(reply));
+    }
+  }
+
+  // Under the mutex. Moves the query to the lane that gives it more time. False: too many wait there.
+  bool PutOff(std::size_t lane, WaitingQuery& query) {
+    const std::size_t last = query.limit > kDefaultLimit ? kLongLane : kUsualLane;
+    QueryLane& next = lanes_[lane + 1 < kSlices.size() ? lane + 1 : last].waiting;
+    if (next.size() >= kMostWaiting) return false;
+    next.Put(std::move(query));
     wake_.notify_all();
     return true;
   }
 
-  void Read(Lane& lane) {
-    std::optional<db::ReadOnlyDatabase> database;
-    while (true) {
-      Waiting next;
-      {
-        std::unique_lock lock(mutex_);
-        lane.running = nullptr;
-        wake_.wait(lock, [&] { return stopping_ || !lane.waiting.empty(); });
-        if (stopping_) return;
-        next = std::move(lane.waiting.front());
-        lane.waiting.pop_front();
-      }
-      const bool sliced = &lane == &lanes_[kQuick] && next.limit > kQuickSlice;
-      legopt_msg::query_reply reply = Run(lane, database, next, sliced ? kQuickSlice : next.limit);
-      if (sliced && QueryStatus{reply.status} == QueryStatus::kStopped) {
-        const std::int64_t ticket = next.ticket;
-        if (PutOff(std::move(next))) continue;
-        next.ticket = ticket;
-        reply = Failure("too many queries wait; try again");
-      }
-      const std::lock_guard lock(mutex_);
-      finished_.push_back({next.ticket, std::move(reply)});
-      const std::uint64_t one = 1;
-      // Fails only when the counter is full: then the descriptor is readable already.
-      [[maybe_unused]] const ssize_t written = write(event_, &one, sizeof(one));
-    }
+  // Under the mutex.
+  void Finish(const WaitingQuery& query, legopt_msg::query_reply reply) {
+    counts_.Remove(query);
+    finished_.push_back({query.ticket, std::move(reply)});
+    const std::uint64_t one = 1;
+    // Fails only when the counter is full: then the descriptor is readable already.
+    [[maybe_unused]] const ssize_t written = write(event_, &one, sizeof(one));
+    wake_.notify_all();  // other lanes may have waiting queries of the same sender
   }
 
-  legopt_msg::query_reply Run(Lane& lane, std::optional<db::ReadOnlyDatabase>& database, const Waiting& query,
+  legopt_msg::query_reply Run(Lane& lane, std::optional<db::ReadOnlyDatabase>& database, const WaitingQuery& query,
                               std::chrono::milliseconds limit) {
     try {
       if (!database) database.emplace(path_, db::Log::kTrusted);
@@ -177,13 +199,14 @@ class QueryService::Impl {
   std::condition_variable wake_;
   bool stopping_ = false;
   std::vector<Finished> finished_;
+  QueryCounts counts_;
   std::array<Lane, kNumLanes> lanes_;  // last: their threads use everything above
 };
 
 QueryService::QueryService(std::filesystem::path database) : impl_(std::make_unique<Impl>(std::move(database))) {}
 QueryService::~QueryService() = default;
-bool QueryService::Start(std::int64_t ticket, legopt_msg::query_request request) {
-  return impl_->Start(ticket, std::move(request));
+std::string QueryService::Start(std::int64_t ticket, bus::EndpointId sender, legopt_msg::query_request request) {
+  return impl_->Start(ticket, sender, std::move(request));
 }
 int QueryService::descriptor() const { return impl_->descriptor(); }
 std::vector<QueryService::Finished> QueryService::TakeFinished() { return impl_->TakeFinished(); }

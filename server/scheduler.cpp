@@ -32,16 +32,21 @@ Scheduler::Scheduler(const SchedulerOptions& options, db::OpenState state, Token
       next_experiment_id_(state.next_experiment_id),
       next_job_id_(state.next_job_id),
       next_cell_id_(state.next_cell_id),
-      next_worker_id_(state.next_worker_id) {
+      next_worker_id_(state.next_worker_id),
+      controls_(options.control_burst, options.controls_per_s) {
   for (db::ExperimentSummary& summary : state.experiments) {
     submissions_.emplace(summary.submission_id, summary.experiment_id);
+    summary_bytes_ += SummaryBytes(summary);
     summaries_.emplace(summary.experiment_id, std::move(summary));
   }
   for (auto& [id, record] : state.workers) {
     worker_of_endpoint_.emplace(record.endpoint, id);
-    workers_[id].record = std::move(record);
+    Worker& worker = workers_[id];
+    worker.record = std::move(record);
+    worker.stored = true;
   }
   for (const db::OpenExperiment& open : state.open) Open(now, open);
+  ForgetGoneWorkers();
   next_scan_ = now.steady + options_.expiry_scan;
   wall_us_ = now.wall_us;
 }
@@ -88,29 +93,6 @@ void Scheduler::AddOpen(std::unique_ptr<Experiment> experiment) {
 }
 
 // --- Experiments -----------------------------------------------------------------------------------------------------
-
-// Which limit on what submissions make last this one would exceed; empty: none.
-std::string Scheduler::OverBudget(const ExperimentSpec& spec) const {
-  if (std::ssize(summaries_) >= options_.max_experiments) {
-    return "the server stores " + std::to_string(summaries_.size()) + " experiments and takes at most " +
-           std::to_string(options_.max_experiments) + "; delete some ('legopt delete')";
-  }
-  const std::int64_t open_jobs = num_queued() + num_leases();
-  if (open_jobs + spec.num_jobs() > options_.max_open_jobs) {
-    return "the server has " + std::to_string(open_jobs) + " open jobs and takes at most " +
-           std::to_string(options_.max_open_jobs) + "; submit again later";
-  }
-  std::int64_t own_jobs = 0;
-  for (const auto& [id, experiment] : open_) {
-    const db::ExperimentSummary& summary = summaries_.at(id);
-    if (summary.state != db::ExperimentState::kActive || summary.submitter != spec.submitter) continue;
-    own_jobs += summary.jobs_by_state[db::JobState::kQueued] + summary.jobs_by_state[db::JobState::kLeased];
-  }
-  if (own_jobs + spec.num_jobs() <= options_.max_open_jobs_per_submitter) return {};
-  return "submitter '" + spec.submitter + "' has " + std::to_string(own_jobs) +
-         " open jobs, and the server takes at most " + std::to_string(options_.max_open_jobs_per_submitter) +
-         " of one submitter; submit again later";
-}
 
 legopt_msg::submit_reply Scheduler::Submit(const Instant& now, const legopt_msg::submit_request& request, Ops& ops) {
   legopt_msg::submit_reply reply{};
@@ -181,6 +163,7 @@ void Scheduler::AddExperiment(const db::NewExperiment& rows, ExperimentSpec spec
   num_queued_ += summary.num_jobs;
   submissions_[summary.submission_id] = rows.experiment_id;
   const std::int64_t first_job_id = summary.first_job_id;
+  summary_bytes_ += SummaryBytes(summary);
   summaries_[rows.experiment_id] = std::move(summary);
   AddOpen(std::make_unique<Experiment>(rows.experiment_id, first_job_id, std::move(spec)));
   UpdateWaiting(*open_.at(rows.experiment_id));
@@ -224,6 +207,7 @@ void Scheduler::Close(const Instant& now, Experiment& experiment, db::Experiment
   summary.state = state;
   summary.finished_at_us = now.wall_us;
   summary.control.hold = db::Hold::kNone;
+  summary_bytes_ -= summary.control.reason.size();
   summary.control.reason.clear();
   experiment.closed_at = now.steady;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bus/transport.h"
+#include "db/file_system.h"
 #include "db/store.h"
 #include "legopt_msg/cancel_reply.hpp"
 #include "legopt_msg/cancel_request.hpp"
@@ -25,9 +26,11 @@
 #include "legopt_msg/result_request.hpp"
 #include "legopt_msg/submit_reply.hpp"
 #include "legopt_msg/submit_request.hpp"
+#include "server/budget.h"
 #include "server/capability.h"
 #include "server/experiment.h"
 #include "server/fair_share.h"
+#include "server/rate_limit.h"
 
 namespace legopt::server {
 
@@ -55,8 +58,22 @@ struct SchedulerOptions {
   int max_leases_per_request = 64;             ///< whatever the worker asks for
   int max_returns_per_job = 16;                ///< attempts given back without charge; further ones are charged
   std::int64_t max_open_jobs = 4'000'000;      ///< of all active experiments; more is refused at submission
-  std::int64_t max_open_jobs_per_submitter = 2'000'000;  ///< of those that one submitter's active experiments have
-  std::int64_t max_experiments = 100'000;                ///< stored, active or not
+  std::int64_t max_open_jobs_per_submitter = 2'000'000;    ///< of those that one submitter's active experiments have
+  std::int64_t max_experiments = 100'000;                  ///< stored, active or not
+  std::size_t max_summary_bytes = std::size_t{256} << 20;  ///< names, methods and tags of stored experiments, in memory
+  std::int64_t max_jobs_in_memory = 8'000'000;  ///< of active experiments and of those closed within `retention`
+  std::int64_t max_open_experiments = 10'000;   ///< active, and closed within `retention`
+  std::int64_t max_open_experiments_per_submitter = 5'000;           ///< those of one submitter
+  std::size_t max_spec_bytes = std::size_t{128} << 20;               ///< specifications of these experiments
+  std::size_t max_spec_bytes_per_submitter = std::size_t{32} << 20;  ///< those of one submitter
+  std::size_t max_new_worker_bytes = std::size_t{8} << 20;  ///< memory of workers that never leased a job; when it is
+                                                            ///< exceeded, the server forgets the longest silent ones
+  microseconds new_worker_kept{600'000'000};        ///< time after which a silent worker that never leased is forgotten
+  std::size_t max_gone_workers = 10'000;            ///< offline workers kept in memory; the database has them all
+  double control_burst = 10'000;                    ///< control requests with an event that are accepted at once
+  double controls_per_s = 10;                       ///< control requests with an event that are accepted for long
+  std::int64_t disk_reserve_bytes = 1'000'000'000;  ///< free disk that submissions leave for results; at most
+                                                    ///< kMostReservedShare of the disk
 };
 
 /// What the scheduler has seen since it was made.
@@ -128,6 +145,9 @@ struct LeaseView {
 ///    that any may;
 ///  - a job for which the store knows the finished result of an equal job when its first lease is due takes that over,
 ///    unless its spec says "again": of the build that finishes the experiment, where one does;
+///  - what requests make last is bounded by `SchedulerOptions`: a submission beyond a limit is refused with the
+///  numbers,
+///    and a worker that never leased a job has no row in the store and is forgotten when it falls silent;
 ///  - among equal priorities submitters share the workers in equal parts of CPU time, and so do the experiments of each
 ///    (fair_share.h), from the start of this process on: what was used before it is forgotten.
 ///
@@ -142,6 +162,8 @@ class Scheduler {
     std::function<std::optional<std::string>(const std::string& method_hash)> method_options;
     std::function<std::optional<db::OpenExperiment>(std::int64_t experiment_id)> experiment;
     std::function<std::vector<db::KnownResult>(const db::ResultSearch&)> known_results;
+    /// Space where the database is; may be empty or return nothing, then there is no reserve.
+    std::function<std::optional<db::DiskSpace>()> disk_space = {};
   };
 
   /// Takes up where the store stands. Leases that were running get nine tenths of a lease from `now` on:
@@ -211,6 +233,8 @@ class Scheduler {
     microseconds stored_seen{0};           ///< last_seen when it was last written
     bool online = false;                   ///< set by SetOnline only
     bool leaving = false;                  ///< it has said that it ends
+    bool stored = false;                   ///< it has a row in the store: it has leased a job
+    std::size_t new_bytes = 0;             ///< its part of new_worker_bytes_, while not stored
     int online_slots = 0;                  ///< its part of online_slots_
     std::optional<WorkerProfile> counted;  ///< as which it is counted among the able workers of groups
     std::int64_t leases = 0;
@@ -221,8 +245,12 @@ class Scheduler {
     std::int64_t index = 0;
   };
 
-  // scheduler.cpp
+  // scheduler_budget.cpp
   std::string OverBudget(const ExperimentSpec& spec) const;
+  std::string OverBudgetInMemory(const ExperimentSpec& spec) const;
+  std::string OverDiskReserve(const ExperimentSpec& spec) const;
+  std::string OverControlRate(const Instant& now);
+  // scheduler.cpp
   void AddExperiment(const db::NewExperiment& rows, ExperimentSpec spec);
   Worker* FindWorker(std::int64_t worker_id, bus::EndpointId sender);
   void Hear(Worker& worker, const Instant& now);
@@ -244,6 +272,7 @@ class Scheduler {
   legopt_msg::control_reply SetTag(const legopt_msg::control_request& request, Ops& ops);
   legopt_msg::control_reply DrainWorker(const Instant& now, std::int64_t worker_id, Ops& ops);
   legopt_msg::control_reply Delete(const Instant& now, std::int64_t experiment_id, Ops& ops);
+  void NoteDeleted(std::int64_t first, std::int64_t end);
   std::int64_t GiveBackRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops);
   // scheduler_capabilities.cpp
   bool Admits(const WorkerProfile& worker, const Experiment& experiment, const Experiment::Group& group) const;
@@ -252,9 +281,17 @@ class Scheduler {
   void SetOnline(Worker& worker, bool online);
   std::string MismatchOf(const Worker& worker, bool* same_name) const;
   void NoteRefusal(const Instant& now, const JobRef& ref, const std::string& why, Ops& ops);
+  // scheduler_workers.cpp
+  Worker& WorkerOf(bus::EndpointId sender);
+  void StoreSighting(Worker& worker, Ops& ops);
+  void Enlist(const Instant& now, Worker& worker, Ops& ops);
+  void CountNew(Worker& worker, std::size_t bytes);
+  void LookAtWorkers(const Instant& now, Ops& ops);
+  void ForgetNewWorker(std::int64_t worker_id);
+  void BoundNewWorkers(std::int64_t newest);
+  void ForgetGoneWorkers();
   // scheduler_leases.cpp
   void Bind(const Instant& now, Experiment& experiment, const Worker& worker, Ops& ops);
-  void StoreSighting(Worker& worker, Ops& ops);
   legopt_msg::lease LeaseFrom(const Instant& now, Experiment& experiment, std::int64_t index, Worker& worker, Ops& ops);
   int BatchSize(int wanted) const;
   void ExpireLeases(const Instant& now, Ops& ops);
@@ -291,7 +328,10 @@ class Scheduler {
   std::int64_t num_queued_ = 0;                        ///< jobs of all experiments
   std::int64_t num_leasable_ = 0;                      ///< of these, not paused or held
   std::map<std::int64_t, Worker> workers_;             ///< by worker id
-  std::map<bus::EndpointId, std::int64_t> worker_of_endpoint_;
+  std::map<bus::EndpointId, std::int64_t> worker_of_endpoint_;  ///< of workers_, and of forgotten stored workers
+  std::size_t new_worker_bytes_ = 0;                            ///< memory of the workers that are not stored
+  std::size_t summary_bytes_ = 0;                               ///< SummaryBytes of summaries_
+  RateLimit controls_;
   std::map<std::int64_t, LeaseState> leases_;  ///< by job id
   std::int64_t next_order_ = 0;
   std::int64_t online_workers_ = 0, online_slots_ = 0;

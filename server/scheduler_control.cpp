@@ -121,7 +121,10 @@ legopt_msg::control_reply Scheduler::SetHold(const Instant& now, const legopt_ms
     reply.message = "experiment " + std::to_string(request.experiment_id) + " is so already";
     return reply;
   }
+  if (const std::string why = OverControlRate(now); !why.empty()) return Answer(ControlStatus::kRefused, why);
+  summary_bytes_ -= SummaryBytes(summary);
   summary.control = *next;
+  summary_bytes_ += SummaryBytes(summary);
   if (action == ControlAction::kResumeAnyBuild) RecountWorkers(*open_.at(summary.experiment_id));
   UpdateWaiting(*open_.at(summary.experiment_id));
   ops.emplace_back(db::ControlExperiment{summary.experiment_id, *next});
@@ -152,6 +155,7 @@ legopt_msg::control_reply Scheduler::SetPriority(const Instant& now, const legop
                                                  Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
   if (summary.control.priority == request.priority) return Answer(ControlStatus::kOk, "it has this priority already");
+  if (const std::string why = OverControlRate(now); !why.empty()) return Answer(ControlStatus::kRefused, why);
   summary.control.priority = request.priority;
   shares_.SetPriority(summary.experiment_id, request.priority);
   ops.emplace_back(db::ControlExperiment{summary.experiment_id, summary.control});
@@ -168,6 +172,7 @@ legopt_msg::control_reply Scheduler::Retry(const Instant& now, std::int64_t expe
   if (summary.state == db::ExperimentState::kCancelled) {
     return Answer(ControlStatus::kRefused, name + " was cancelled; submit it as a new one");
   }
+  if (const std::string why = OverControlRate(now); !why.empty()) return Answer(ControlStatus::kRefused, why);
   legopt_msg::control_reply reply = Answer(ControlStatus::kOk, "");
   const auto count = [&summary](db::JobState state) { return summary.jobs_by_state[state]; };
   const bool none_failed = count(db::JobState::kFailed) + count(db::JobState::kDead) == 0;
@@ -216,9 +221,12 @@ legopt_msg::control_reply Scheduler::Rename(const Instant& now, const legopt_msg
     return Answer(ControlStatus::kRefused, "the name of an experiment " + fault);
   }
   if (summary.name == request.reason) return Answer(ControlStatus::kOk, NameOf(request) + " has this name already");
+  if (const std::string why = OverControlRate(now); !why.empty()) return Answer(ControlStatus::kRefused, why);
   ops.emplace_back(db::RenameExperiment{summary.experiment_id, request.reason});
   ops.emplace_back(db::RecordEvent{"experiment_renamed", now.wall_us, summary.experiment_id, {}, {}, summary.name});
+  summary_bytes_ -= SummaryBytes(summary);
   summary.name = request.reason;
+  summary_bytes_ += SummaryBytes(summary);
   return Answer(ControlStatus::kOk, "");
 }
 
@@ -235,11 +243,18 @@ legopt_msg::control_reply Scheduler::SetTag(const legopt_msg::control_request& r
     return Answer(ControlStatus::kRefused,
                   NameOf(request) + " has " + std::to_string(kMostTags) + " tags, as many as may be");
   }
+  if (set && summary_bytes_ >= options_.max_summary_bytes) {
+    return Answer(ControlStatus::kRefused, "the names, methods and tags of all experiments take " +
+                                               std::to_string(options_.max_summary_bytes >> 20U) +
+                                               " MiB, which is the most; delete experiments ('legopt delete')");
+  }
+  summary_bytes_ -= SummaryBytes(summary);
   if (set) {
     summary.tags.insert(tag);
   } else {
     summary.tags.erase(tag);
   }
+  summary_bytes_ += SummaryBytes(summary);
   ops.emplace_back(db::TagExperiment{summary.experiment_id, tag, set});
   return Answer(ControlStatus::kOk, "");
 }
@@ -258,8 +273,23 @@ legopt_msg::control_reply Scheduler::DrainWorker(const Instant& now, std::int64_
     return reply;
   }
   SetOnline(worker, true);
+  if (!worker.stored) return reply;  // no row that the event could refer to
   ops.emplace_back(db::RecordEvent{"worker_draining", now.wall_us, {}, {}, worker_id, worker.record.name});
   return reply;
+}
+
+// Adjacent ranges become one, so that experiments that are submitted and deleted in turn take no memory.
+void Scheduler::NoteDeleted(std::int64_t first, std::int64_t end) {
+  auto after = deleted_jobs_.upper_bound(first);
+  if (after != deleted_jobs_.end() && after->first == end) {
+    end = after->second;
+    after = deleted_jobs_.erase(after);
+  }
+  if (after != deleted_jobs_.begin() && std::prev(after)->second == first) {
+    std::prev(after)->second = end;
+  } else {
+    deleted_jobs_.emplace(first, end);
+  }
 }
 
 // Nothing of it is leased. Late reports find nothing; its numbers are never given again.
@@ -269,13 +299,15 @@ legopt_msg::control_reply Scheduler::Delete(const Instant& now, std::int64_t id,
   const std::string name = "experiment " + std::to_string(id);
   if (summary.state == db::ExperimentState::kActive)
     return Answer(ControlStatus::kRefused, name + " is active; cancel it first");
+  if (const std::string why = OverControlRate(now); !why.empty()) return Answer(ControlStatus::kRefused, why);
   legopt_msg::control_reply reply = Answer(ControlStatus::kOk, "");
   reply.num_jobs = summary.num_jobs;
   counters_.jobs_deleted += static_cast<std::uint64_t>(summary.num_jobs);
   ops.emplace_back(db::DeleteExperiment{id});
   ops.emplace_back(
       db::RecordEvent{"experiment_deleted", now.wall_us, {}, {}, {}, std::to_string(id) + " " + summary.name});
-  deleted_jobs_[summary.first_job_id] = summary.first_job_id + summary.num_jobs;
+  NoteDeleted(summary.first_job_id, summary.first_job_id + summary.num_jobs);
+  summary_bytes_ -= SummaryBytes(summary);
   by_first_job_.erase(summary.first_job_id);
   shares_.Remove(id);
   open_.erase(id);

@@ -8,11 +8,20 @@
 #include "words/reply.h"
 
 namespace legopt::server {
-// Heartbeats change nothing in the store; for people it is told now and then who is there.
-void Scheduler::StoreSighting(Worker& worker, Ops& ops) {
-  worker.stored_seen = worker.last_seen;
-  ops.emplace_back(db::PutWorker{worker.record});
+namespace {
+
+// Memory that a worker takes: its record, and its profile, which is kept twice.
+std::size_t MemoryOf(const legopt_msg::hello_request& hello) {
+  constexpr std::size_t kFixed = 1000, kCapability = 160;
+  std::size_t bytes = kFixed + hello.worker_name.size() + hello.hostname.size() + hello.build.size() +
+                      3 * hello.build_id.size() + hello.processor.size();
+  for (const legopt_msg::capability& one : hello.capabilities) {
+    bytes += kCapability + 2 * (one.name.size() + one.hash.size());
+  }
+  return bytes;
 }
+
+}  // namespace
 
 legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sender,
                                          const legopt_msg::hello_request& request, Ops& ops) {
@@ -26,10 +35,8 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
                     std::to_string(bus::kProtocolVersion) + "; run the same release on both";
     return reply;
   }
-  const auto known = worker_of_endpoint_.find(sender);
-  const std::int64_t worker_id = known != worker_of_endpoint_.end() ? known->second : next_worker_id_++;
-  worker_of_endpoint_[sender] = worker_id;
-  Worker& worker = workers_[worker_id];
+  Worker& worker = WorkerOf(sender);
+  const std::int64_t worker_id = worker.record.worker_id;
   worker.record = {
       worker_id,     sender,           request.worker_name, request.hostname,   request.pid,          request.slots,
       request.build, request.build_id, request.processor,   request.processors, request.memory_bytes, request.load,
@@ -40,11 +47,13 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
   if (!(abilities == worker.profile.abilities)) worker.profile = {std::move(abilities), draining, {}};
   worker.leaving = false;
   Hear(worker, now);
-  StoreSighting(worker, ops);
-  if (!worker.online) {
+  if (!worker.stored) CountNew(worker, MemoryOf(request));
+  if (worker.stored) StoreSighting(worker, ops);
+  if (worker.stored && !worker.online) {
     ops.emplace_back(db::RecordEvent{"worker_joined", now.wall_us, {}, {}, worker_id, request.worker_name});
   }
   SetOnline(worker, true);
+  BoundNewWorkers(worker_id);
   bool same_name = false;
   // One that loads its datasets comes again with them.
   const std::string mismatch = worker.profile.abilities.HasLoaded() ? MismatchOf(worker, &same_name) : std::string();
@@ -98,6 +107,7 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   while (!full && static_cast<int>(reply.jobs.size()) < wanted) {
     const std::optional<std::int64_t> next = shares_.First(can_do);
     if (!next) break;
+    Enlist(now, *worker, ops);
     Experiment& experiment = *open_.at(*next);
     if (const auto range = experiment.NextUnsearched(kSearchedAtOnce, admits(experiment))) {
       // The store is read, which may fail, and then this is asked again: no lease may have been given before. The rest
@@ -240,17 +250,7 @@ void Scheduler::Tick(const Instant& now, Ops& ops) {
   CountWork(now.steady - next_scan_ + options_.expiry_scan);
   next_scan_ = now.steady + options_.expiry_scan;
   ExpireLeases(now, ops);
-  const microseconds silence = options_.lease + options_.grace;
-  for (auto& [id, worker] : workers_) {
-    if (!worker.online) continue;
-    const bool lost = worker.leaving || worker.last_seen + silence <= now.steady;
-    const bool due = draining_ || lost || worker.stored_seen + options_.sighting <= now.steady;
-    if (due && worker.stored_seen != worker.last_seen) StoreSighting(worker, ops);
-    if (!lost) continue;
-    SetOnline(worker, false);
-    const char* kind = worker.leaving ? "worker_left" : "worker_lost";
-    ops.emplace_back(db::RecordEvent{kind, now.wall_us, {}, {}, id, worker.record.name});
-  }
+  LookAtWorkers(now, ops);
   // Closed experiments are forgotten after a while. Their rows are committed long since: late results look there.
   for (auto open = open_.begin(); open != open_.end();) {
     const Experiment& experiment = *open->second;

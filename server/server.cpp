@@ -31,12 +31,13 @@ Server::Server(bus::Endpoint& endpoint, db::Store& store, QueryService* queries,
       queries_(queries),
       options_(std::move(options)),
       wall_clock_(std::move(wall_clock)),
-      scheduler_(options_.scheduler, store.LoadOpenState(), std::move(tokens),
-                 {[&store](std::int64_t job_id, int attempt) { return store.FindAttempt(job_id, attempt); },
-                  [&store](const std::string& hash) { return store.FindMethodOptions(hash); },
-                  [&store](std::int64_t id) { return store.LoadExperiment(id); },
-                  [&store](const db::ResultSearch& search) { return store.FindKnownResults(search); }},
-                 Instant{endpoint.now(), wall_clock_()}),
+      scheduler_(
+          options_.scheduler, store.LoadOpenState(), std::move(tokens),
+          {[&store](std::int64_t job_id, int attempt) { return store.FindAttempt(job_id, attempt); },
+           [&store](const std::string& hash) { return store.FindMethodOptions(hash); },
+           [&store](std::int64_t id) { return store.LoadExperiment(id); },
+           [&store](const db::ResultSearch& search) { return store.FindKnownResults(search); }, options_.disk_space},
+          Instant{endpoint.now(), wall_clock_()}),
       started_(endpoint.now()),
       last_commit_(endpoint.now() - options_.commit_interval),
       watch_(options_.conditions, options_.disk_space) {
@@ -78,11 +79,13 @@ void Server::Serve(bus::MessageType type, bool always, Handler handler) {
       }
     }
     // Beyond the limit the request stays unanswered: its caller repeats it after a time-out.
-    if (deferred_.size() >= options_.max_deferred) return;
+    const std::size_t bytes = request.body.size();
+    if (deferred_.size() >= options_.max_deferred || deferred_bytes_ + bytes > options_.max_deferred_bytes) return;
+    deferred_bytes_ += bytes;
     deferred_.push_back({[handler, sender = request.sender, kept = std::move(*message), responder] {
                            handler(sender, kept, responder);
                          },
-                         responder});
+                         responder, bytes});
   });
 }
 
@@ -211,16 +214,18 @@ void Server::ServeStatus() {
 
 void Server::ServeQuery() {
   Serve<legopt_msg::query_request>(
-      bus::MessageType::kQuery, true, [this](bus::EndpointId, const auto& request, auto responder) {
+      bus::MessageType::kQuery, true, [this](bus::EndpointId sender, const auto& request, auto responder) {
         CommitNow();
         const std::int64_t ticket = next_query_++;
-        if (queries_ != nullptr && queries_->Start(ticket, request)) {
+        const std::string refusal =
+            queries_ == nullptr ? "this server has no database file" : queries_->Start(ticket, sender, request);
+        if (refusal.empty()) {
           open_queries_.emplace(ticket, responder);
           return;
         }
         legopt_msg::query_reply reply{};
         reply.status = NumberOf(QueryStatus::kRefused);
-        reply.message = queries_ == nullptr ? "this server has no database file" : "too many queries wait; try again";
+        reply.message = refusal;
         responder.Reply(EncodeReply(reply));
       });
 }
@@ -406,6 +411,7 @@ void Server::ResumeDeferred() {
     } catch (const std::exception& error) {
       deferred_.front().responder.Reject(bus::ErrorCode::kHandlerFailed, error.what());
     }
+    deferred_bytes_ -= deferred_.front().bytes;
     deferred_.pop_front();
   }
 }

@@ -44,6 +44,7 @@ struct ServerOptions {
   ConditionWatch::DiskSpace disk_space = {};     ///< where the database is; empty: not watched
   bool store_datasets = true;       ///< those that find_dataset has, with the first experiment that was made with them
   std::size_t max_deferred = 4096;  ///< requests kept while the store fails; more are left to their callers
+  std::size_t max_deferred_bytes = std::size_t{64} << 20;  ///< bodies of these requests
 };
 
 /// The scheduler on the bus, over a store: messages in, one transaction per round, then the replies.
@@ -95,6 +96,7 @@ class Server {
   struct Deferred {
     std::function<void()> handle;
     bus::Responder responder;
+    std::size_t bytes = 0;  ///< of the request
   };
 
   void RegisterHandlers();
@@ -139,6 +141,7 @@ class Server {
   std::string store_error_;  ///< empty: healthy
   microseconds store_retry_at_{0}, store_retry_after_{0};
   std::deque<Deferred> deferred_;
+  std::size_t deferred_bytes_ = 0;
   microseconds last_commit_{0};
   struct Commits {
     std::uint64_t count = 0;

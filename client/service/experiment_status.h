@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "words/job.h"
+#include "words/result.h"
 #include "words/task.h"
 
 namespace legopt::client {

@@ -16,9 +16,12 @@ ResultRecord ResultWith(Verdict literal, Verdict strict, Verdict solid) {
   return result;
 }
 
-// Three problems of which the rules count three, two and one as solved; the fourth is not solved by any.
-std::vector<StoreOp> ExperimentOf(Rule rule) {
-  NewExperiment experiment = SampleExperiment(1, 1, 1, 4);
+// Four finished jobs: the original evaluator's rule counts three of them as solved, the strict one two, the solid one
+// one. Four more are queued.
+std::vector<StoreOp> ExperimentOf(Rule rule, std::int64_t id = 1) {
+  constexpr std::int64_t kJobs = 8, kCells = 2;
+  const std::int64_t first = 1 + kJobs * (id - 1);
+  NewExperiment experiment = SampleExperiment(id, first, 1 + kCells * (id - 1), 4);
   experiment.rule = rule;
   const ResultRecord results[] = {
       ResultWith(Verdict::kSuccess, Verdict::kSuccess, Verdict::kSuccess),
@@ -27,9 +30,9 @@ std::vector<StoreOp> ExperimentOf(Rule rule) {
       ResultWith(Verdict::kCom, Verdict::kCom, Verdict::kCom),
   };
   std::vector<StoreOp> ops{CreateExperiment{experiment}, PutWorker{SampleWorker(1)}};
-  for (std::int64_t job = 1; job <= 4; ++job) {
-    ops.emplace_back(LeaseJob{job, 1, 700 + job, 1, 10});
-    ops.emplace_back(AcceptResult{job, 1, results[job - 1], "", "", 20});
+  for (std::int64_t i = 0; i < 4; ++i) {
+    ops.emplace_back(LeaseJob{first + i, 1, 700 + first + i, 1, 10});
+    ops.emplace_back(AcceptResult{first + i, 1, results[i], "", "", 20});
   }
   return ops;
 }
@@ -39,14 +42,13 @@ constexpr std::pair<Rule, std::int64_t> kSolvedByRule[] = {{Rule::kLiteral, 3}, 
 class ExperimentRule : public StoreConformance {};
 
 TEST_P(ExperimentRule, DecidesWhichResultsAreSolved) {
-  for (const auto& [rule, solved] : kSolvedByRule) {
-    SetUp();
-    Apply(ExperimentOf(rule));
-    Reopen();
-    const OpenState state = store().LoadOpenState();
-    EXPECT_EQ(state.experiments.at(0).rule, rule);
-    EXPECT_EQ(state.experiments.at(0).solved, solved) << ToString(rule);
-    const auto& jobs = state.open.at(0).jobs;
+  for (std::int64_t id = 1; const auto& [rule, solved] : kSolvedByRule) Apply(ExperimentOf(rule, id++));
+  Reopen();
+  const OpenState state = store().LoadOpenState();
+  for (std::size_t i = 0; const auto& [rule, solved] : kSolvedByRule) {
+    EXPECT_EQ(state.experiments.at(i).rule, rule);
+    EXPECT_EQ(state.experiments.at(i).solved, solved) << ToString(rule);
+    const auto& jobs = state.open.at(i++).jobs;
     EXPECT_EQ(std::ranges::count_if(jobs, &OpenJob::solved), solved) << ToString(rule);
   }
 }

@@ -33,7 +33,6 @@ class ConditionWatchTest : public SchedulerTest {
     return kinds;
   }
 
-  std::optional<db::DiskSpace> disk_;
   std::string detail_;
   ConditionWatch watch_{ConditionLimits(), [this] { return disk_; }};
 };

@@ -31,7 +31,7 @@ class Queries : public testing::Test {
 
   // Waits on the descriptor, as the server does.
   legopt_msg::query_reply Ask(const std::string& sql, int max_rows = 100) {
-    EXPECT_TRUE(service_.Start(++ticket_, Request(sql, max_rows)));
+    EXPECT_EQ(service_.Start(++ticket_, kSender, Request(sql, max_rows)), "");
     while (true) {
       pollfd descriptor{service_.descriptor(), POLLIN, 0};
       poll(&descriptor, 1, -1);
@@ -41,6 +41,23 @@ class Queries : public testing::Test {
     }
   }
 
+  QueryService::Finished NextFinished() {
+    while (finished_.empty()) {
+      pollfd descriptor{service_.descriptor(), POLLIN, 0};
+      poll(&descriptor, 1, -1);
+      for (auto& one : service_.TakeFinished()) finished_.push_back(std::move(one));
+    }
+    auto first = std::move(finished_.front());
+    finished_.erase(finished_.begin());
+    return first;
+  }
+
+  static std::string EndlessQuery() {
+    return "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n";
+  }
+
+  static constexpr bus::EndpointId kSender = 7;
+  std::vector<QueryService::Finished> finished_;
   db::TemporaryFolder folder_;
   std::filesystem::path path_ = folder_ / "results.sqlite";
   std::unique_ptr<db::Store> store_;
@@ -87,7 +104,7 @@ TEST_F(Queries, TextThatIsNotUtf8IsReplaced) {
 
 TEST_F(Queries, MissingDatabaseIsAnError) {
   QueryService service(folder_ / "missing.sqlite");
-  EXPECT_TRUE(service.Start(1, Request("SELECT 1")));
+  EXPECT_EQ(service.Start(1, kSender, Request("SELECT 1")), "");
   pollfd descriptor{service.descriptor(), POLLIN, 0};
   poll(&descriptor, 1, -1);
   const auto finished = service.TakeFinished();
@@ -101,7 +118,7 @@ TEST_F(Queries, TheStatementMayAskForItsTime) {
   EXPECT_EQ(StatusOf(reply), QueryStatus::kStopped) << "not the statement's fault, as a refusal would be";
   EXPECT_NE(reply.message.find("stopped after 0.1 s"), std::string::npos) << reply.message;
   // One that may take an hour keeps nobody else waiting.
-  EXPECT_TRUE(service_.Start(1000, Request("/*+ MAX_EXECUTION_TIME(3600000) */ " + endless)));
+  EXPECT_EQ(service_.Start(1000, kSender, Request("/*+ MAX_EXECUTION_TIME(3600000) */ " + endless)), "");
   EXPECT_EQ(StatusOf(Ask("SELECT 1")), QueryStatus::kOk);
   // No number is no wish.
   for (const char* hint :
@@ -110,28 +127,52 @@ TEST_F(Queries, TheStatementMayAskForItsTime) {
   }
 }
 
-// Sixteen clients that ask without end do not keep a quick question waiting.
-TEST_F(Queries, AQuickQueryWaitsForQuickOnesOnly) {
-  const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n";
-  constexpr std::int64_t kEndless = 16, kQuick = 2000;
-  for (std::int64_t i = 0; i < kEndless; ++i) EXPECT_TRUE(service_.Start(3000 + i, Request(endless)));
-  EXPECT_TRUE(service_.Start(kQuick, Request("SELECT 1")));
-  std::vector<QueryService::Finished> finished;
-  while (finished.empty()) {
-    pollfd ready{service_.descriptor(), POLLIN, 0};
-    poll(&ready, 1, -1);
-    finished = service_.TakeFinished();
+// Sixteen clients that ask without end do not keep others waiting, neither for a quick answer nor for one that takes
+// longer than the first lane gives.
+TEST_F(Queries, AQueryWaitsOnlyForQueriesThatTakeAsLong) {
+  constexpr std::int64_t kEndless = 16, kOther = 2000;
+  for (std::int64_t i = 0; i < kEndless; ++i) EXPECT_EQ(service_.Start(3000 + i, 30 + i, Request(EndlessQuery())), "");
+  EXPECT_EQ(service_.Start(kOther, kSender, Request("SELECT 1")), "");
+  EXPECT_EQ(NextFinished().ticket, kOther) << "it came before the end of any other";
+  const std::string longer =
+      "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n LIMIT 30000) SELECT count(*) FROM n";
+  EXPECT_EQ(service_.Start(kOther + 1, kSender, Request(longer)), "");
+  const auto finished = NextFinished();
+  EXPECT_EQ(finished.ticket, kOther + 1);
+  EXPECT_EQ(StatusOf(finished.reply), QueryStatus::kOk);
+}
+
+TEST_F(Queries, OneSenderCannotFillTheQueue) {
+  for (std::size_t i = 0; i < QueryService::kMostOfSender; ++i) {
+    EXPECT_EQ(service_.Start(++ticket_, kSender, Request(EndlessQuery())), "");
   }
-  EXPECT_EQ(finished.front().ticket, kQuick) << "it came before the end of any other";
-  EXPECT_EQ(StatusOf(finished.front().reply), QueryStatus::kOk);
+  const std::string refusal = service_.Start(++ticket_, kSender, Request("SELECT 1"));
+  EXPECT_NE(refusal.find("16 unanswered queries"), std::string::npos) << refusal;
+  EXPECT_EQ(service_.Start(++ticket_, kSender + 1, Request("SELECT 1")), "");
+  EXPECT_EQ(NextFinished().ticket, ticket_);
+}
+
+TEST_F(Queries, WaitingTextHasALimit) {
+  const std::string large = EndlessQuery() + "/*" + std::string(90'000, 'x') + "*/";
+  std::size_t started = 0;
+  for (std::int64_t sender = 1; sender < 60 && service_.Start(++ticket_, sender, Request(large)).empty(); ++sender) {
+    ++started;
+  }
+  EXPECT_LE(started * large.size(), QueryService::kMostWaitingBytes);
+  EXPECT_GE(started, 20U);
 }
 
 TEST_F(Queries, DestructorInterruptsAndTooManyAreRefused) {
-  const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n";
   std::size_t started = 0;
-  while (service_.Start(++ticket_, Request(endless)) && started < 1000) ++started;
-  EXPECT_GE(started, QueryService::kMaxWaiting);
+  std::string refusal;
+  while (refusal.empty() && started < 1000) {
+    ++ticket_;
+    refusal = service_.Start(ticket_, ticket_, Request(EndlessQuery()));
+    ++started;
+  }
+  EXPECT_GE(started, QueryService::kMostWaiting);
   EXPECT_LT(started, 1000U);
+  EXPECT_NE(refusal.find("too many queries wait"), std::string::npos) << refusal;
 }
 
 }  // namespace

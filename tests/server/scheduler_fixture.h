@@ -56,7 +56,8 @@ class SchedulerTest : public testing::Test {
                           [this](const db::ResultSearch& search) {
                             if (reads_fail_) throw db::StoreError(db::StoreErrorCode::kIo, "injected fault");
                             return store_.FindKnownResults(search);
-                          }},
+                          },
+                          [this] { return disk_; }},
         now_);
   }
 
@@ -206,7 +207,8 @@ class SchedulerTest : public testing::Test {
   std::unique_ptr<Scheduler> scheduler_;
   Scheduler::Ops ops_;
   Instant now_{microseconds(1'000'000), 1'700'000'000'000'000};
-  bool reads_fail_ = false;  // of known results
+  bool reads_fail_ = false;            // of known results
+  std::optional<db::DiskSpace> disk_;  // with the database; empty: unknown
   std::int64_t instance_ = 500;
   std::int64_t token_ = 9000;
   std::map<bus::EndpointId, std::int64_t> worker_ids_;

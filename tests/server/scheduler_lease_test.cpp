@@ -300,7 +300,9 @@ TEST_F(SchedulerTest, CancelledStaysCancelledAfterARestart) {
 
 // The store knows when a worker was last heard of: to the minute while it lives, exactly when it is gone.
 TEST_F(SchedulerTest, LastSightingsAreStoredNowAndThen) {
+  Submit(SampleSpec(1));
   Hello(kFirst);
+  Finish(kFirst, LeaseOne(kFirst));
   const auto stored = [this] { return store_.LoadOpenState().workers.at(worker_ids_[kFirst]).seen_at_us; };
   const std::int64_t joined = stored();
   int writes = 0;

@@ -521,7 +521,7 @@ TEST_F(SchedulerTest, StatusHasTheDocumentedKeys) {
   EXPECT_EQ(
       keys(experiment),
       "build_id builds dataset elapsed_s eta_s finished_at_us hold hold_reason id jobs methods missing name priority "
-      "running share solved "
+      "rule running share solved "
       "spec_hash state submitted_at_us submitter tags taken_over waiting_for worked_s ");
   const auto alone = StatusJson(*scheduler_, 1, now_)["experiments"].at(0);
   EXPECT_EQ(keys(alone["kinds"].at(0)), "initialization method queued s_per_waypoint task ");

@@ -36,11 +36,17 @@ class SchedulerWorkerTest : public SchedulerTest {
     }
     return kinds;
   }
+  // A worker that has leased and finished a job, so that the store has it.
+  void WorkOf(bus::EndpointId endpoint) {
+    Submit(SampleSpec(1), "for " + std::to_string(endpoint));
+    Hello(endpoint);
+    Finish(endpoint, LeaseOne(endpoint));
+  }
   nlohmann::json Workers() { return StatusJson(*scheduler_, 0, now_, "").at("workers"); }
 };
 
 TEST_F(SchedulerWorkerTest, OneThatIsGoneStaysVisibleWithTheAgeOfItsLastWord) {
-  Hello(kFirst);
+  WorkOf(kFirst);
   EXPECT_THAT(EventsWithin(60), ElementsAre("worker_lost"));
   ASSERT_EQ(Workers().size(), 1U);
   EXPECT_FALSE(Workers()[0].at("online").get<bool>());
@@ -55,7 +61,7 @@ TEST_F(SchedulerWorkerTest, ManyThatAreGoneDoNotFillTheList) {
   options_.most_offline_shown = 3;
   Restart();
   for (int i = 0; i < 10; ++i) {
-    Hello(2000 + i);
+    WorkOf(2000 + i);
     Advance(seconds(1));
   }
   Advance(seconds(60));
@@ -64,7 +70,7 @@ TEST_F(SchedulerWorkerTest, ManyThatAreGoneDoNotFillTheList) {
 }
 
 TEST_F(SchedulerWorkerTest, AGoodbyeIsNoLoss) {
-  Hello(kFirst);
+  WorkOf(kFirst);
   SayGoodbye(kFirst);
   EXPECT_THAT(EventsWithin(2), ElementsAre("worker_left"));
   EXPECT_FALSE(Workers().at(0).at("online").get<bool>());

@@ -142,6 +142,8 @@ class ServerOnBus : public testing::Test {
     options.scheduler.server_instance = static_cast<std::int64_t>(lives_);
     options.version = "test";
     options.pid = 1;
+    options.disk_space = [this] { return disk_; };
+    options.max_deferred_bytes = kMostDeferredBytes;
     options.find_dataset = [this](const std::string& hash) { return hash == HashOf('a') ? &dataset_ : nullptr; };
     server_ = std::make_unique<Server>(
         *endpoint_, store_, nullptr, options, [this] { return network_.now().count(); }, [this] { return ++token_; });
@@ -190,6 +192,8 @@ class ServerOnBus : public testing::Test {
     });
   }
 
+  static constexpr std::size_t kMostDeferredBytes = 5000;
+  std::optional<db::DiskSpace> disk_;  // with the database; empty: unknown
   bus::SimulatedNetwork network_;
   CountingStore store_;
   std::unique_ptr<bus::SimulatedTransport> transport_;
@@ -331,6 +335,35 @@ TEST_F(ServerOnBus, RequestsWaitWhileReadingFails) {
   ASSERT_TRUE(RunUntil([&] { return submitted_.has_value(); }, 5s));
   EXPECT_EQ(StatusOf(*submitted_), SubmitStatus::kCreated);
   EXPECT_TRUE(server_->store_healthy());
+}
+
+// Requests wait for the store, but not without limit: what is beyond it stays with its callers, who repeat it.
+TEST_F(ServerOnBus, BytesOfWaitingRequestsAreLimited) {
+  store_.FailWith(db::StoreErrorCode::kIo);
+  Submit(SampleSpec(3), "first");
+  EXPECT_FALSE(RunUntil([&] { return submitted_.has_value(); }, 1s));
+  constexpr int kMore = 20;
+  int answered = 0;
+  for (int i = 0; i < kMore; ++i) {
+    legopt_msg::submit_request request{};
+    request.submission_id = "more" + std::to_string(i);
+    request.spec_json = SampleSpec(1).dump();
+    client_.Call<legopt_msg::submit_reply>(bus::MessageType::kSubmit, request, [&](const auto&) { ++answered; });
+  }
+  EXPECT_FALSE(RunUntil([&] { return answered > 0; }, 1s));
+  store_.FailWith({});
+  int at_once = 0;
+  EXPECT_TRUE(RunUntil([&] { return (at_once = answered) > 0; }, 5s));
+  EXPECT_LT(at_once, kMore) << "a specification has about 500 bytes";
+  EXPECT_TRUE(RunUntil([&] { return answered == kMore; }, 60s)) << "nothing is lost";
+}
+
+TEST_F(ServerOnBus, TheDiskOfTheDatabaseHasAReserve) {
+  disk_ = db::DiskSpace{1'000'000, 100'000'000'000};
+  Submit(SampleSpec(3));
+  ASSERT_TRUE(RunUntil([&] { return submitted_.has_value(); }, 5s));
+  EXPECT_EQ(StatusOf(*submitted_), SubmitStatus::kRefused);
+  EXPECT_NE(submitted_->message.find("has 1 MB free"), std::string::npos) << submitted_->message;
 }
 
 TEST_F(ServerOnBus, StoreDefectEndsTheServer) {
