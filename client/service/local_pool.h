@@ -8,6 +8,10 @@
 #include "client/service/own_program.h"
 #include "client/service/own_server.h"
 
+namespace legopt::bus {
+class MessageKey;
+}
+
 namespace legopt::client {
 
 struct LocalPoolOptions {
@@ -21,10 +25,10 @@ struct LocalPoolOptions {
 };
 
 /// An OwnPool on this machine: the programs beside this one, as child processes. It has a key of its own, which exists
-/// in memory only and reaches the children through an inherited descriptor, so that no other user can command it. A
-/// child that a signal killed is
-/// started again (the database and the leases make that safe); one that gave up by itself is an error, kInterrupted
-/// when it ended in good order because somebody else told it to. The destructor stops both.
+/// in memory only and reaches the children through an inherited descriptor, so that no other user can command it; the
+/// worker, which starts external solvers, has the worker's key. A child that a signal killed is started again (the
+/// database and the leases make that safe); one that gave up by itself is an error, kInterrupted when it ended in good
+/// order because somebody else told it to. The destructor stops both.
 class LocalPool final : public OwnPool {
  public:
   /// Starts the server, waits until it serves, and starts the worker. Throws as OwnServer.
@@ -36,10 +40,11 @@ class LocalPool final : public OwnPool {
   void Stop(std::chrono::milliseconds patience) override;
 
  private:
+  LocalPool(LocalPoolOptions options, const bus::MessageKey& key);
   void StartWorker();
 
   LocalPoolOptions options_;
-  programs::Descriptor key_;  // key file in memory
+  programs::Descriptor key_, worker_key_;  // key files in memory
   OwnServer server_;
   OwnProgram worker_;
 };

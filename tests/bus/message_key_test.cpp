@@ -83,13 +83,13 @@ TEST_F(KeyFile, OfSystemdMayBeReadableByAGroup) {
 }
 
 TEST_F(KeyFile, MayExistInMemoryOnly) {
-  const int fd = MessageKey::CreateInMemory();
+  const int fd = MessageKey::Random()->WriteInMemory();
   ASSERT_GE(fd, 3);
   const std::string name = "/dev/fd/" + std::to_string(fd);
   const auto first = MessageKey::Load(name);
   const auto again = MessageKey::Load(name);
   EXPECT_TRUE(std::ranges::equal(first->bytes(), again->bytes()));
-  const int other = MessageKey::CreateInMemory();
+  const int other = MessageKey::Random()->WriteInMemory();
   EXPECT_FALSE(std::ranges::equal(first->bytes(), MessageKey::Load("/dev/fd/" + std::to_string(other))->bytes()));
   ::close(other);
   // Handed over on purpose, but not to programs that are started later.
@@ -138,8 +138,8 @@ TEST_F(KeyFile, MayBeALinkToOne) {
 
 TEST_F(KeyFile, IsMadeFreshPrivateAndOnlyOnce) {
   const std::string file = folder() / "new", second = folder() / "second";
-  MessageKey::CreateFile(file);
-  MessageKey::CreateFile(second);
+  MessageKey::Random()->WriteFile(file);
+  MessageKey::Random()->WriteFile(second);
   struct stat status {};
   ASSERT_EQ(::stat(file.c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777U, 0600U);
@@ -148,8 +148,8 @@ TEST_F(KeyFile, IsMadeFreshPrivateAndOnlyOnce) {
     return std::vector<std::uint8_t>(key->bytes().begin(), key->bytes().end());
   };
   EXPECT_NE(bytes(file), bytes(second));
-  EXPECT_THROW(MessageKey::CreateFile(file), BusError);
-  EXPECT_THROW(MessageKey::CreateFile(folder() / "no" / "folder"), BusError);
+  EXPECT_THROW(MessageKey::Random()->WriteFile(file), BusError);
+  EXPECT_THROW(MessageKey::Random()->WriteFile(folder() / "no" / "folder"), BusError);
 }
 
 TEST_F(KeyFile, IsNeededToLeaveTheHost) {

@@ -156,7 +156,7 @@ TEST_F(TapCommand, RatesAreATableOrObjects) {
 
 TEST_F(TapCommand, AKeyIsCheckedAndNeverShown) {
   const std::string file = (folder_.path() / "key").string();
-  bus::MessageKey::CreateFile(file);
+  bus::MessageKey::Random()->WriteFile(file);
   server_environment_ = {{"LEGOPT_KEY_FILE", file}};
   StartServer(server_environment_);
   const auto with = TapOneStatus({}, ShowsItsAnswer, server_environment_);

@@ -27,7 +27,7 @@ class KeyTest : public testing::Test {
   void SetUp() override {
     if (const std::string why = Deployment::Unavailable(); !why.empty()) GTEST_SKIP() << "NO MULTICAST HERE: " << why;
     key_file_ = (folder_ / "key").string();
-    bus::MessageKey::CreateFile(key_file_);
+    bus::MessageKey::Random()->WriteFile(key_file_);
   }
   void TearDown() override {
     deployment_.reset();
