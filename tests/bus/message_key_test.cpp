@@ -100,6 +100,29 @@ TEST_F(KeyFile, MayExistInMemoryOnly) {
   ExpectFault(name, "cannot be opened");
 }
 
+TEST_F(KeyFile, OfARoleNamesTheRole) {
+  const auto full = MessageKey::Load(Write(kDigits));
+  EXPECT_EQ(full->role(), KeyRole::kOperator);
+  for (const KeyRole role : kDerivedRoles) {
+    const auto derived = MessageKey::Load(Write(full->ForRole(role)->FileText()));
+    EXPECT_EQ(derived->role(), role);
+    EXPECT_TRUE(std::ranges::equal(derived->bytes(), full->ForRole(role)->bytes()));
+    EXPECT_FALSE(std::ranges::equal(derived->bytes(), full->bytes()));
+    for (const KeyRole other : {KeyRole::kOperator, KeyRole::kWorker, KeyRole::kClient}) {
+      EXPECT_EQ(derived->ForRole(other), other == role ? derived.get() : nullptr);
+    }
+    const int fd = derived->WriteInMemory();
+    EXPECT_EQ(MessageKey::Load("/dev/fd/" + std::to_string(fd))->role(), role);
+    ::close(fd);
+  }
+  EXPECT_EQ(MessageKey::Load(Write(full->FileText()))->role(), KeyRole::kOperator);
+  for (const std::string& text : {"operator " + kDigits, "worker" + kDigits, "worker  " + kDigits, "Worker " + kDigits,
+                                  "worker client " + kDigits, std::string("worker "), "worker " + kDigits.substr(1),
+                                  "worker\t" + kDigits, "client " + kDigits + "00", kDigits + " worker"}) {
+    ExpectFault(Write(text), "64 hexadecimal digits");
+  }
+}
+
 TEST_F(KeyFile, MustHoldExactlyOneKey) {
   for (const std::string& text :
        {std::string(), std::string("\n"), kDigits.substr(2), kDigits.substr(1), kDigits + "00", kDigits + "\n\n",
