@@ -76,10 +76,10 @@ TEST_F(LinkRoles, AWorkersKeyMakesALinkForItsOwnFrames) {
   Link(spoke, from_spoke_);
   spoke.OnBus(bus::Port::kControl, Frame(KeyRole::kWorker), now_);
   Exchange(spoke, from_spoke_);
-  EXPECT_EQ(from_hub_.heard, std::vector{Frame(KeyRole::kWorker)});
+  EXPECT_EQ(from_hub_.heard, std::vector<Bytes>{Frame(KeyRole::kWorker)});
   hub_.OnBus(bus::Port::kControl, Frame(KeyRole::kWorker, true), now_);
   Exchange(spoke, from_spoke_);
-  EXPECT_EQ(from_spoke_.heard, std::vector{Frame(KeyRole::kWorker, true)});
+  EXPECT_EQ(from_spoke_.heard, std::vector<Bytes>{Frame(KeyRole::kWorker, true)});
   // Frames of other roles: a process beside the spoke, or one beside the hub.
   for (const KeyRole role : {KeyRole::kOperator, KeyRole::kClient}) {
     spoke.OnBus(bus::Port::kControl, Frame(role), now_);
@@ -134,7 +134,7 @@ TEST_F(LinkRoles, AWorkersLinkDrawsNoRouteOfAnotherRole) {
 
   hub_.OnBus(bus::Port::kControl, Frame(KeyRole::kClient, true), now_);
   Exchange(client, from_client);
-  EXPECT_EQ(from_client.heard, std::vector{Frame(KeyRole::kClient, true)}) << "the route is where it was";
+  EXPECT_EQ(from_client.heard, std::vector<Bytes>{Frame(KeyRole::kClient, true)}) << "the route is where it was";
 }
 
 TEST_F(LinkRoles, ASpokeBelievesNoHubWithAnotherKey) {

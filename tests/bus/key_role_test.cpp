@@ -124,7 +124,7 @@ TEST_F(KeyRoles, EachCallIsOpenToTheRolesOfTheTableAndToNoOthers) {
         EXPECT_EQ(MayCall(role, type), IsListed(role, type)) << what;
         if (IsListed(role, type)) {
           EXPECT_EQ(result.body, "<" + body + ">") << what;
-          EXPECT_EQ(handled_, std::vector{role}) << what;
+          EXPECT_EQ(handled_, std::vector<KeyRole>{role}) << what;
           continue;
         }
         EXPECT_EQ(result.status, CallResult::kRejected) << what;
@@ -220,7 +220,7 @@ TEST_F(KeyRoles, AWorkersKeyDoesNotReachTheSessionOfAClient) {
   handled_.clear();
   Inject(request, 0, KeyRole::kWorker);
   server_.endpoint.Poll(microseconds(0));
-  EXPECT_EQ(handled_, std::vector{KeyRole::kWorker});
+  EXPECT_EQ(handled_, std::vector<KeyRole>{KeyRole::kWorker});
   EXPECT_EQ(Call(*client, MessageType::kSubmit, "b").body, "<b>");
   EXPECT_EQ(server_.endpoint.counters().rejected_replay, 0U);
 }
