@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 
 #include "bus/big_endian.h"
 #include "bus/tag.h"
@@ -41,7 +42,7 @@ std::span<const std::uint8_t> SealEnvelope(const EnvelopeHeader& header, std::sp
       .Put(header.value);
   bus::Writer(writer.at() + bus::kTagBytes).Bytes(frame);
   const std::span<const std::uint8_t> datagram(buffer.data(), kEnvelopeHeaderBytes + frame.size());
-  writer.Bytes(bus::ComputeTag(datagram, kEnvelopeTagOffset, key));
+  writer.Bytes(bus::ComputeTag(datagram, kEnvelopeTagOffset, bus::KeyOfRole(key, header.role)));
   return datagram;
 }
 
@@ -65,7 +66,9 @@ EnvelopeFault OpenEnvelope(std::span<const std::uint8_t> datagram, std::int64_t 
   if (!FieldsAreInRange(header, version, port, zero)) return EnvelopeFault::kMalformed;
   if (envelope.frame.empty() == (header.kind == EnvelopeKind::kFrame)) return EnvelopeFault::kMalformed;
   if (header.deployment != deployment) return EnvelopeFault::kDeployment;
-  return bus::TagIsRight(datagram, kEnvelopeTagOffset, key) ? EnvelopeFault::kNone : EnvelopeFault::kTag;
+  const std::optional<bus::KeyRole> role = bus::RoleOfTag(datagram, kEnvelopeTagOffset, key);
+  header.role = role.value_or(bus::KeyRole::kOperator);
+  return role ? EnvelopeFault::kNone : EnvelopeFault::kTag;
 }
 
 }  // namespace legopt::bridge

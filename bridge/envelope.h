@@ -37,6 +37,8 @@ struct EnvelopeHeader {
   std::int64_t hub = 0;                  ///< downwards: random number of this life of the hub, > 0; upwards 0
   std::int64_t nonce = 0;                ///< counts the sender's envelopes in its life, from 1
   std::int64_t value = 0;                ///< by kind; else 0
+  /// Not a field: role of the key that the tag is made with.
+  bus::KeyRole role = bus::KeyRole::kOperator;
 };
 
 /// An envelope in place.
@@ -56,11 +58,13 @@ enum class EnvelopeFault : std::uint8_t {
 /// Room for any envelope.
 using EnvelopeBuffer = std::array<std::uint8_t, kMaxEnvelopeBytes>;
 
-/// Writes an envelope around a copy of `frame` (at most kMaxDatagramBytes; aborts otherwise); returns the whole of it.
+/// Writes an envelope around a copy of `frame` (at most kMaxDatagramBytes); returns the whole of it. If there is a key,
+/// the tag is made with that of header.role, which must follow from `key`. Aborts otherwise.
 std::span<const std::uint8_t> SealEnvelope(const EnvelopeHeader& header, std::span<const std::uint8_t> frame,
                                            EnvelopeBuffer& buffer, const bus::MessageKey* key);
 
-/// Checks in this order: form, deployment, tag. `envelope` points into `datagram`.
+/// Checks in this order: form, deployment, tag (made with `key` or one derived from it: the header's role says with
+/// which). `envelope` points into `datagram`.
 EnvelopeFault OpenEnvelope(std::span<const std::uint8_t> datagram, std::int64_t deployment, const bus::MessageKey* key,
                            EnvelopeView& envelope);
 

@@ -1,5 +1,6 @@
 #include "bridge/hub.h"
 
+#include <optional>
 #include <random>
 
 #include "bus/wire.h"
@@ -34,12 +35,18 @@ void Hub::OnBus(bus::Port port, std::span<const std::uint8_t> datagram, microsec
     ++counters_.no_route;
     return;
   }
-  if (!MayPass(datagram, membership_, counters_)) return;
+  const std::optional<bus::KeyRole> role = MayPass(datagram, membership_, counters_);
+  if (!role) return;
+  if (*role != route->second.party_role) {
+    ++counters_.rejected_direction;
+    return;
+  }
   ++counters_.forwarded_down;
   EnvelopeHeader header;
   header.kind = EnvelopeKind::kFrame;
   header.port = port;
   header.link = route->second.link;
+  header.role = route->second.link_role;
   SendDown(route->second.address, header, datagram);
 }
 
@@ -65,14 +72,14 @@ void Hub::OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, micro
     return;
   }
   if (header.kind == EnvelopeKind::kProof) {
-    if (guard_.Prove(header.link, header.link, header.nonce, header.value)) {
+    if (guard_.Prove(header.link, header.link, header.nonce, header.value, header.role)) {
       Answer(from, header, EnvelopeKind::kAlive, header.nonce);
     } else {
       ++counters_.rejected_replay;
     }
     return;
   }
-  switch (guard_.Check(header.link, header.link, header.nonce)) {
+  switch (guard_.Check(header.link, header.link, header.nonce, header.role)) {
     case bus::ReplayGuard::Verdict::kUnproven:
       ++counters_.rejected_unproven;
       Answer(from, header, EnvelopeKind::kChallenge, guard_.challenge());
@@ -93,24 +100,34 @@ void Hub::TakeFrame(LinkAddress from, const EnvelopeView& envelope, microseconds
     ++counters_.rejected_direction;
     return;
   }
-  if (!MayPass(envelope.frame, membership_, counters_)) return;
-  Learn(way.party, from, envelope.header.link, now);
+  const std::optional<bus::KeyRole> role = MayPass(envelope.frame, membership_, counters_);
+  if (!role) return;
+  // A spoke with a derived key has frames of that key alone.
+  const bus::KeyRole link_role = envelope.header.role;
+  const bool is_of_link = link_role == bus::KeyRole::kOperator || link_role == *role;
+  if (!is_of_link || !Learn(way.party, {from, envelope.header.link, link_role, *role, now, {}})) {
+    ++counters_.rejected_direction;
+    return;
+  }
   ++counters_.forwarded_up;
   carrier_.ToBus(envelope.header.port, envelope.frame);
 }
 
-void Hub::Learn(bus::EndpointId party, LinkAddress from, std::int64_t link, microseconds now) {
+// False when the address is that of a party with a key of another role.
+bool Hub::Learn(bus::EndpointId party, const Route& route) {
   const auto found = routes_.find(party);
   if (found != routes_.end()) {
-    Route& route = found->second;
-    route.address = from;
-    route.link = link;
-    route.heard = now;
-    recency_.splice(recency_.end(), recency_, route.recency);
-    return;
+    if (found->second.party_role != route.party_role) return false;
+    const auto recency = found->second.recency;
+    found->second = route;
+    found->second.recency = recency;
+    recency_.splice(recency_.end(), recency_, recency);
+    return true;
   }
   while (routes_.size() >= options_.max_routes) ForgetOldest();
-  routes_[party] = {from, link, now, recency_.insert(recency_.end(), party)};
+  const auto learnt = routes_.emplace(party, route).first;
+  learnt->second.recency = recency_.insert(recency_.end(), party);
+  return true;
 }
 
 void Hub::ForgetOldest() {
@@ -122,6 +139,7 @@ void Hub::Answer(LinkAddress to, const EnvelopeHeader& question, EnvelopeKind ki
   EnvelopeHeader header;
   header.kind = kind;
   header.link = question.link;
+  header.role = question.role;
   header.value = value;
   SendDown(to, header, {});
 }

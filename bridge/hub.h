@@ -41,12 +41,14 @@ class Hub final : public LinkEnd {
   struct Route {
     LinkAddress address = 0;
     std::int64_t link = 0;
+    bus::KeyRole link_role{};   // of the spoke's key
+    bus::KeyRole party_role{};  // of the party's key: frames of other roles make and take no route of its address
     microseconds heard{0};
     std::list<bus::EndpointId>::iterator recency;
   };
 
   void TakeFrame(LinkAddress from, const EnvelopeView& envelope, microseconds now);
-  void Learn(bus::EndpointId party, LinkAddress from, std::int64_t link, microseconds now);
+  bool Learn(bus::EndpointId party, const Route& route);
   void ForgetOldest();
   void Answer(LinkAddress to, const EnvelopeHeader& question, EnvelopeKind kind, std::int64_t value);
   void SendDown(LinkAddress to, EnvelopeHeader header, std::span<const std::uint8_t> frame);

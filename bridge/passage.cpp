@@ -33,27 +33,28 @@ Way WayOf(std::span<const std::uint8_t> frame) {
   return {};
 }
 
-bool MayPass(std::span<const std::uint8_t> frame, const Membership& membership, PassageCounters& counters) {
+std::optional<bus::KeyRole> MayPass(std::span<const std::uint8_t> frame, const Membership& membership,
+                                    PassageCounters& counters) {
   bus::FrameView view;
   switch (bus::OpenFrame(frame, membership.deployment, bus::kAnybody, view, membership.key)) {
     case bus::FrameFault::kNone:
     case bus::FrameFault::kVersion:
-      return true;
+      return view.header.role;
     case bus::FrameFault::kSize:
     case bus::FrameFault::kMalformed:
     case bus::FrameFault::kField:
     case bus::FrameFault::kNotForUs:
       ++counters.rejected_malformed;
-      return false;
+      return std::nullopt;
     case bus::FrameFault::kDeployment:
       ++counters.rejected_deployment;
-      return false;
+      return std::nullopt;
     case bus::FrameFault::kTag:
     case bus::FrameFault::kUnsigned:
       ++counters.rejected_tag;
-      return false;
+      return std::nullopt;
   }
-  return false;
+  return std::nullopt;
 }
 
 }  // namespace legopt::bridge

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -38,6 +39,9 @@ class Carrier {
 struct Membership {
   std::int64_t deployment = 0;           ///< whose frames pass; those of others are dropped
   const bus::MessageKey* key = nullptr;  ///< tags envelopes and frames; null: tags find damage only. Outlives its user
+
+  /// Role of the key's holder.
+  bus::KeyRole role() const { return key == nullptr ? bus::KeyRole::kOperator : key->role(); }
 };
 
 /// What happened to datagrams. Each is counted once.
@@ -90,8 +94,9 @@ struct Way {
 /// The way of a datagram that claims to be a frame.
 Way WayOf(std::span<const std::uint8_t> frame);
 
-/// Whether a frame is whole, of the deployment, and tagged as its members do. Counts why not. A frame of another
-/// protocol version passes: the server has to tell its sender.
-bool MayPass(std::span<const std::uint8_t> frame, const Membership& membership, PassageCounters& counters);
+/// Role of the key that a frame is tagged with, if it is whole, of the deployment, and tagged as its members do; empty
+/// else, and the cause is counted. A frame of another protocol version passes: the server has to tell its sender.
+std::optional<bus::KeyRole> MayPass(std::span<const std::uint8_t> frame, const Membership& membership,
+                                    PassageCounters& counters);
 
 }  // namespace legopt::bridge

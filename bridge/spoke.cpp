@@ -52,6 +52,10 @@ void Spoke::OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, mic
       break;
   }
   const EnvelopeHeader& header = envelope.header;
+  if (header.role != membership_.role()) {  // a hub answers under the key of its spoke
+    ++counters_.rejected_tag;
+    return;
+  }
   if (header.hub == 0 || header.link != link_) {
     ++counters_.rejected_direction;
     return;
@@ -149,6 +153,7 @@ void Spoke::SendUp(LinkAddress to, EnvelopeHeader header, std::span<const std::u
   header.deployment = membership_.deployment;
   header.link = link_;
   header.nonce = ++nonce_;
+  header.role = membership_.role();
   EnvelopeBuffer buffer;
   carrier_.ToLink(to, SealEnvelope(header, frame, buffer, membership_.key));
 }

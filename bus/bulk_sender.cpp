@@ -36,9 +36,9 @@ void BulkSender::Start(const ObjectKey& key, std::int16_t type, Body body, micro
   object.body = std::move(body);
   held_bytes_ += object.body->size();
   objects_.emplace(key, std::move(object));
-  Peer& peer = peers_.try_emplace(key.peer, Peer{.credit = kFirstCredit, .waiting = {}}).first->second;
+  Peer& peer = peers_.try_emplace(PeerOf(key), Peer{.credit = kFirstCredit, .waiting = {}}).first->second;
   peer.waiting.push_back(key);
-  Fill(key.peer, now);
+  Fill(PeerOf(key), now);
 }
 
 void BulkSender::Remind(const ObjectKey& key, std::int16_t type, const Body& body) {
@@ -65,14 +65,14 @@ void BulkSender::Cancel(const ObjectKey& key, microseconds now) {
   const auto object = objects_.find(key);
   if (object == objects_.end()) return;
   Remove(object);
-  Fill(key.peer, now);  // others may use the window
+  Fill(PeerOf(key), now);  // others may use the window
 }
 
 void BulkSender::Remove(Objects::iterator object) {
   const ObjectKey key = object->first;
   timers_.erase({object->second.timer, key});
   held_bytes_ -= object->second.body->size();
-  const auto peer = peers_.find(key.peer);
+  const auto peer = peers_.find(PeerOf(key));
   peer->second.in_flight -= object->second.flights.size();
   std::erase(peer->second.waiting, key);
   objects_.erase(object);
@@ -84,7 +84,7 @@ bool BulkSender::HasMore(const Object& object) {
 }
 
 // Shares the peer's window among its bodies, one chunk each in turn.
-void BulkSender::Fill(EndpointId peer_id, microseconds now) {
+void BulkSender::Fill(const PeerKey& peer_id, microseconds now) {
   const auto found = peers_.find(peer_id);
   if (found == peers_.end()) return;
   Peer& peer = found->second;
@@ -128,13 +128,13 @@ bool BulkSender::OnAck(const ObjectKey& key, const ChunkAck& ack, microseconds n
   const auto found = objects_.find(key);
   if (found == objects_.end()) return false;
   Object& object = found->second;
-  Peer& peer = peers_.at(key.peer);
+  Peer& peer = peers_.at(PeerOf(key));
   peer.credit = static_cast<std::size_t>(ack.credit);
   const auto count = static_cast<std::int32_t>(object.acked.size());
   if (ack.complete) {
     Remove(found);
     ++counters_.objects_sent;
-    Fill(key.peer, now);
+    Fill(PeerOf(key), now);
     done_(key, true);
     return true;
   }
@@ -156,7 +156,7 @@ bool BulkSender::OnAck(const ObjectKey& key, const ChunkAck& ack, microseconds n
   }
   DetectLoss(object, peer, now);
   Rearm(key, object, peer);
-  Fill(key.peer, now);
+  Fill(PeerOf(key), now);
   return true;
 }
 
@@ -228,11 +228,11 @@ void BulkSender::OnTimer(microseconds now) {
     const ObjectKey key = timers_.begin()->second;
     const auto found = objects_.find(key);
     Object& object = found->second;
-    Peer& peer = peers_.at(key.peer);
+    Peer& peer = peers_.at(PeerOf(key));
     if (now - object.last_progress >= kPatience) {
       Remove(found);
       ++counters_.objects_expired;
-      Fill(key.peer, now);
+      Fill(PeerOf(key), now);
       done_(key, false);
       continue;
     }
@@ -246,7 +246,7 @@ void BulkSender::OnTimer(microseconds now) {
     });
     if (object.flights.size() < before) object.back_off = std::min(object.back_off + 1, kMostBackOff);
     Rearm(key, object, peer);
-    Fill(key.peer, now);
+    Fill(PeerOf(key), now);
   }
 }
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bus/counters.h"
@@ -30,6 +31,8 @@ struct ObjectKey {
   std::int64_t session = 0;  ///< of the caller
   std::int64_t call_id = 0;  ///< within the session
   bool of_reply = false;     ///< else of the request
+  /// Role of the caller's key.
+  KeyRole role = KeyRole::kOperator;
   auto operator<=>(const ObjectKey&) const = default;
 };
 
@@ -94,7 +97,9 @@ class BulkSender {
   };
   using Objects = std::map<ObjectKey, Object>;
 
-  void Fill(EndpointId peer, microseconds now);
+  using PeerKey = std::pair<EndpointId, KeyRole>;
+  static PeerKey PeerOf(const ObjectKey& key) { return {key.peer, key.role}; }
+  void Fill(const PeerKey& peer, microseconds now);
   bool EmitNext(const ObjectKey& key, Object& object, Peer& peer, microseconds now);
   static bool HasMore(const Object& object);
   void Acknowledge(Object& object, Peer& peer, std::int32_t index, microseconds now);
@@ -110,7 +115,7 @@ class BulkSender {
   Emit emit_;
   Done done_;
   Objects objects_;
-  std::map<EndpointId, Peer> peers_;
+  std::map<PeerKey, Peer> peers_;
   std::set<std::pair<microseconds, ObjectKey>> timers_;
   std::size_t held_bytes_ = 0;
 };

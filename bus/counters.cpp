@@ -4,7 +4,8 @@ namespace legopt::bus {
 
 std::uint64_t Counters::rejected() const {
   return rejected_size + rejected_malformed + rejected_version + rejected_deployment + rejected_tag +
-         rejected_unsigned + rejected_replay + rejected_field + rejected_type + rejected_body + rejected_object;
+         rejected_unsigned + rejected_replay + rejected_field + rejected_type + rejected_role + rejected_body +
+         rejected_object;
 }
 
 std::vector<std::pair<std::string_view, std::uint64_t>> Counters::Listing() const {
@@ -46,6 +47,7 @@ std::vector<std::pair<std::string_view, std::uint64_t>> Counters::Listing() cons
       {"rejected_replay", rejected_replay},
       {"rejected_field", rejected_field},
       {"rejected_type", rejected_type},
+      {"rejected_role", rejected_role},
       {"rejected_body", rejected_body},
       {"rejected_object", rejected_object},
   };

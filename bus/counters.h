@@ -58,6 +58,7 @@ struct Counters {
   std::uint64_t rejected_replay = 0;      ///< with a key: a request or proof seen before, or too old
   std::uint64_t rejected_field = 0;       ///< a field of the frame or chunk out of range
   std::uint64_t rejected_type = 0;        ///< a request that nobody serves
+  std::uint64_t rejected_role = 0;        ///< with a key: a request that the role of its key may not make
   std::uint64_t rejected_body = 0;        ///< body undecodable or a message field out of range
   std::uint64_t rejected_object = 0;      ///< hash mismatch, contradictory chunks, above the limit
 

@@ -26,17 +26,19 @@ std::string_view ToString(ErrorCode code) {
       return "prove_session";
     case ErrorCode::kKeyNeeded:
       return "key_needed";
+    case ErrorCode::kRoleRefused:
+      return "role_refused";
   }
   return "unknown";
 }
 
 void Responder::Reply(std::string body) {
-  if (const auto core = core_.lock()) core->Answer({caller_, session_, call_}, 0, std::move(body));
+  if (const auto core = core_.lock()) core->Answer({caller_, session_, call_, role_}, 0, std::move(body));
 }
 
 void Responder::Reject(ErrorCode code, std::string_view text) {
   if (const auto core = core_.lock()) {
-    core->Answer({caller_, session_, call_}, static_cast<std::int16_t>(code), std::string(text));
+    core->Answer({caller_, session_, call_, role_}, static_cast<std::int16_t>(code), std::string(text));
   }
 }
 

@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "bus/counters.h"
+#include "bus/key_role.h"
 #include "bus/messages.h"
 #include "bus/transport.h"
 
@@ -44,6 +45,7 @@ enum class ErrorCode : std::int16_t {
   kReplyGone = 7,       ///< handled before, but the reply is no longer cached
   kProveSession = 8,    ///< with a key: answered by the bus itself, ends no call
   kKeyNeeded = 9,       ///< the deployment has a key and the request was made without one
+  kRoleRefused = 10,    ///< the caller's key is that of a role which may not make this call
 };
 /// "version_refused", "unknown_type", ...: the enumerator's name; "unknown" for anything else.
 std::string_view ToString(ErrorCode code);
@@ -51,6 +53,7 @@ std::string_view ToString(ErrorCode code);
 /// What a handler is given.
 struct Request {
   EndpointId sender = 0;  ///< who asks; answered by the Responder
+  KeyRole role{};         ///< role of the caller's key, which may make this call; without a key an operator
   MessageType type{};     ///< of the call
   std::string body;       ///< encoded as the sender had it; not checked yet
 };
@@ -70,12 +73,13 @@ class Responder {
 
  private:
   friend class EndpointCore;
-  Responder(std::weak_ptr<EndpointCore> core, EndpointId caller, std::int64_t session, std::int64_t call)
-      : core_(std::move(core)), caller_(caller), session_(session), call_(call) {}
+  Responder(std::weak_ptr<EndpointCore> core, EndpointId caller, std::int64_t session, std::int64_t call, KeyRole role)
+      : core_(std::move(core)), caller_(caller), session_(session), call_(call), role_(role) {}
   std::weak_ptr<EndpointCore> core_;
   EndpointId caller_ = 0;
   std::int64_t session_ = 0;
   std::int64_t call_ = 0;
+  KeyRole role_{};
 };
 
 /// How long and how often a call is tried.
@@ -136,7 +140,8 @@ class Endpoint {
   /// Forgets a call; its callback is destroyed without being run. Unknown or finished ids are ignored.
   void Abandon(CallId call);
 
-  /// Registers the handler of a message type; an empty one unregisters. Exceptions from a handler are caught, counted
+  /// Registers the handler of a message type; an empty one unregisters. Callers whose role may not make the call are
+  /// refused before it (kRoleRefused). Exceptions from a handler are caught, counted
   /// and answered with kHandlerFailed.
   void Serve(MessageType type, RequestHandler handler);
 

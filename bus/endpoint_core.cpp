@@ -18,6 +18,7 @@ constexpr std::size_t kMaxErrorTextBytes = 500;
 EndpointCore::EndpointCore(Transport& transport, EndpointId self, std::uint64_t seed, const EndpointOptions& options)
     : transport_(transport),
       self_(self),
+      role_(transport.key() == nullptr ? KeyRole::kOperator : transport.key()->role()),
       options_(options),
       random_(seed),
       session_(static_cast<std::int64_t>(random_() % static_cast<std::uint64_t>(INT64_MAX)) + 1),
@@ -96,11 +97,11 @@ CallId EndpointCore::Call(EndpointId to, MessageType type, std::string body, con
 
 void EndpointCore::SendRequest(CallId id, const OpenCall& call) {
   if (call.large) {
-    sender_.Start({call.to, session_, id, false}, static_cast<std::int16_t>(call.type), call.body, now());
+    sender_.Start(OwnObject(call.to, id, false), static_cast<std::int16_t>(call.type), call.body, now());
     return;
   }
   FrameHeader header =
-      MakeHeader(FrameKind::kRequest, static_cast<std::int16_t>(call.type), {self_, session_, id}, call.to);
+      MakeHeader(FrameKind::kRequest, static_cast<std::int16_t>(call.type), {self_, session_, id, role_}, call.to);
   header.completed_below = CompletedBelow();
   SendSmall(header, *call.body);
 }
@@ -125,7 +126,7 @@ microseconds EndpointCore::Jittered(microseconds interval) {
 
 void EndpointCore::ArmRetry(CallId id, OpenCall& call) {
   // While a large body is under way its chunks repeat themselves; OnBodyDone arms the retry.
-  if (call.large && sender_.Sending({call.to, session_, id, false})) {
+  if (call.large && sender_.Sending(OwnObject(call.to, id, false))) {
     call.next_retry = call.deadline;
   } else {
     call.next_retry = now() + Jittered(call.interval);
@@ -156,7 +157,7 @@ void EndpointCore::OnCallTimer(CallId id, microseconds now) {
   ++counters_.requests_retried;
   call.repeated = true;
   if (call.large) {
-    sender_.Remind({call.to, session_, id, false}, static_cast<std::int16_t>(call.type), call.body);
+    sender_.Remind(OwnObject(call.to, id, false), static_cast<std::int16_t>(call.type), call.body);
   } else {
     SendRequest(id, call);
   }
@@ -174,14 +175,14 @@ void EndpointCore::OnBodyDone(const ObjectKey& key, bool delivered) {
 void EndpointCore::Finish(Calls::iterator call, CallResult result) {
   if (call->second.large) {
     // Out of calls_ first: cancelling may emit chunks of other calls, which announce what is finished.
-    const ObjectKey key{call->second.to, session_, call->first, false};
+    const ObjectKey key = OwnObject(call->second.to, call->first, false);
     finished_.emplace_back(std::move(call->second.callback), std::move(result));
-    receiver_.Drop({key.peer, session_, key.call_id, true});
+    receiver_.Drop(OwnObject(key.peer, key.call_id, true));
     calls_.erase(call);
     sender_.Cancel(key, now());
     return;
   }
-  receiver_.Drop({call->second.to, session_, call->first, true});
+  receiver_.Drop(OwnObject(call->second.to, call->first, true));
   finished_.emplace_back(std::move(call->second.callback), std::move(result));
   calls_.erase(call);
 }
@@ -189,10 +190,10 @@ void EndpointCore::Finish(Calls::iterator call, CallResult result) {
 void EndpointCore::Abandon(CallId id) {
   const auto call = calls_.find(id);
   if (call == calls_.end()) return;
-  const ObjectKey key{call->second.to, session_, id, false};
+  const ObjectKey key = OwnObject(call->second.to, id, false);
   ++counters_.calls_abandoned;
   calls_.erase(call);
-  receiver_.Drop({key.peer, session_, id, true});
+  receiver_.Drop(OwnObject(key.peer, id, true));
   sender_.Cancel(key, now());
 }
 
@@ -264,11 +265,11 @@ void EndpointCore::PollWith(std::span<pollfd> extra, microseconds max_wait) {
 void EndpointCore::RunHandler(const FrameHeader& header, std::string body) {
   const CallKey key = CallerKey(header);
   const auto handler = handlers_[static_cast<std::size_t>(header.type)];
-  Responder responder(weak_from_this(), key.caller, key.session, key.call_id);
+  Responder responder(weak_from_this(), key.caller, key.session, key.call_id, key.role);
   ++counters_.requests_handled;
   std::string fault;
   try {
-    (*handler)(Request{header.sender, static_cast<MessageType>(header.type), std::move(body)}, responder);
+    (*handler)(Request{header.sender, header.role, static_cast<MessageType>(header.type), std::move(body)}, responder);
     return;
   } catch (const std::exception& error) {
     fault = error.what();
@@ -287,6 +288,7 @@ void EndpointCore::OnRequest(const FrameHeader& header, std::string body) {
               "nobody serves " + std::string(ToString(static_cast<MessageType>(header.type))) + " here");
     return;
   }
+  if (RefuseRole(header)) return;
   const ReplyCache::Lookup lookup = replies_.Open(key, header.type, header.completed_below);
   switch (lookup.verdict) {
     case ReplyCache::Verdict::kNew:
@@ -330,7 +332,7 @@ void EndpointCore::SendReply(const CallKey& key, const ReplyCache::Reply& reply)
   } else if (reply.body->size() <= kMaxPayloadBytes) {
     SendSmall(MakeHeader(FrameKind::kReply, reply.type, key, key.caller), *reply.body);
   } else {
-    const ObjectKey object{key.caller, key.session, key.call_id, true};
+    const ObjectKey object{key.caller, key.session, key.call_id, true, key.role};
     if (!sender_.Sending(object)) sender_.Start(object, reply.type, reply.body, now());
   }
 }

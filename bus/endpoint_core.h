@@ -30,7 +30,13 @@
 namespace legopt::bus {
 
 /// The call that a frame of a caller belongs to.
-inline CallKey CallerKey(const FrameHeader& header) { return {header.sender, header.session, header.call_id}; }
+inline CallKey CallerKey(const FrameHeader& header) {
+  return {header.sender, header.session, header.call_id, header.role};
+}
+/// The body that a frame of its peer belongs to.
+inline ObjectKey PeerObject(const FrameHeader& header, bool of_reply) {
+  return {header.sender, header.session, header.call_id, of_reply, header.role};
+}
 
 /// What an Endpoint is made of.
 class EndpointCore final : public DatagramReceiver, public std::enable_shared_from_this<EndpointCore> {
@@ -85,6 +91,8 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   void SendSmall(const FrameHeader& header, std::string_view payload, Port port = Port::kControl);
   void SendRequest(CallId id, const OpenCall& call);
   void SendReply(const CallKey& key, const ReplyCache::Reply& reply);
+  // A body of one of our calls.
+  ObjectKey OwnObject(EndpointId peer, CallId id, bool of_reply) const { return {peer, session_, id, of_reply, role_}; }
   void SendError(const CallKey& key, std::int16_t type, ErrorCode code, std::string_view text);
   void SendProof(const FrameHeader& challenged, std::int64_t challenge);
   void SendKeyHint(const FrameHeader& header);
@@ -98,6 +106,8 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   void Dispatch(const FrameView& frame);
   void CountFault(FrameFault fault, const FrameView& frame);
   bool Admit(const FrameHeader& header);  // with a key: false when the request is to be dropped
+  bool IsBelieved(const FrameView& frame) const;
+  bool RefuseRole(const FrameHeader& header);
   void OnProof(const FrameView& frame);
   void OnChallenge(Calls::iterator call, const FrameHeader& header, std::span<const std::uint8_t> payload);
   void OnRequest(const FrameHeader& header, std::string body);
@@ -128,6 +138,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
 
   Transport& transport_;
   EndpointId self_;
+  KeyRole role_;  // of our key: of the calls that we make
   EndpointOptions options_;
   std::mt19937_64 random_;
   std::int64_t session_;

@@ -11,7 +11,7 @@ namespace legopt::bus {
 
 bool EndpointCore::Admit(const FrameHeader& header) {
   if (!guard_) return true;
-  switch (guard_->Check(header.sender, header.session, header.nonce)) {
+  switch (guard_->Check(header.sender, header.session, header.nonce, header.role)) {
     case ReplayGuard::Verdict::kFresh:
       return true;
     case ReplayGuard::Verdict::kReplayed:
@@ -33,9 +33,19 @@ void EndpointCore::OnProof(const FrameView& frame) {
   const std::int64_t answer = ReadChallenge(frame.payload);
   if (!guard_ || answer == 0) {
     ++counters_.rejected_field;
-  } else if (!guard_->Prove(header.sender, header.session, header.nonce, answer)) {
+  } else if (!guard_->Prove(header.sender, header.session, header.nonce, answer, header.role)) {
     ++counters_.rejected_replay;
   }
+}
+
+// Answers a caller whose role may not make its call; false when it may.
+bool EndpointCore::RefuseRole(const FrameHeader& header) {
+  const auto type = static_cast<MessageType>(header.type);
+  if (MayCall(header.role, type)) return false;
+  ++counters_.rejected_role;
+  SendError(CallerKey(header), header.type, ErrorCode::kRoleRefused,
+            RoleRefusal(header.role, ToString(type), CallersOf(type)));
+  return true;
 }
 
 // Tells a caller without a key, which could not understand a tagged refusal, what it needs. Rarely enough that a flood
@@ -55,7 +65,7 @@ void EndpointCore::SendKeyHint(const FrameHeader& header) {
 
 void EndpointCore::SendProof(const FrameHeader& challenged, std::int64_t challenge) {
   const FrameHeader proof =
-      MakeHeader(FrameKind::kProof, challenged.type, {self_, session_, challenged.call_id}, challenged.sender);
+      MakeHeader(FrameKind::kProof, challenged.type, {self_, session_, challenged.call_id, role_}, challenged.sender);
   WriteChallenge(challenge, buffer_.data() + kFrameHeaderBytes);
   transport_.Send(Port::kControl, Seal(proof, kChallengeBytes));
 }

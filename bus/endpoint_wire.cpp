@@ -27,6 +27,7 @@ FrameHeader EndpointCore::MakeHeader(FrameKind kind, std::int16_t type, const Ca
   header.session = key.session;
   header.call_id = key.call_id;
   header.nonce = ++nonce_;
+  header.role = key.role;
   return header;
 }
 
@@ -42,14 +43,15 @@ void EndpointCore::SendError(const CallKey& key, std::int16_t type, ErrorCode co
 }
 
 void EndpointCore::SendAck(const ObjectKey& key, std::int16_t type, const ChunkAck& ack) {
-  const FrameHeader header = MakeHeader(FrameKind::kChunkAck, type, {key.peer, key.session, key.call_id}, key.peer);
+  const FrameHeader header =
+      MakeHeader(FrameKind::kChunkAck, type, {key.peer, key.session, key.call_id, key.role}, key.peer);
   const std::size_t bytes = WriteAck(ack, buffer_.data() + kFrameHeaderBytes);
   transport_.Send(Port::kBulk, Seal(header, bytes));
 }
 
 void EndpointCore::EmitChunk(const ObjectKey& key, std::int16_t type, const ChunkView& chunk) {
   const FrameKind kind = key.of_reply ? FrameKind::kReplyChunk : FrameKind::kRequestChunk;
-  FrameHeader header = MakeHeader(kind, type, {key.peer, key.session, key.call_id}, key.peer);
+  FrameHeader header = MakeHeader(kind, type, {key.peer, key.session, key.call_id, key.role}, key.peer);
   if (!key.of_reply) header.completed_below = std::min(CompletedBelow(), key.call_id);
   const std::size_t bytes = WriteChunk(chunk, buffer_.data() + kFrameHeaderBytes);
   transport_.Send(Port::kBulk, Seal(header, bytes));
@@ -103,7 +105,7 @@ void EndpointCore::CountFault(FrameFault fault, const FrameView& frame) {
         SendError(CallerKey(frame.header), frame.header.type, ErrorCode::kVersionRefused,
                   "protocol version " + std::to_string(frame.header.version) + " refused: this party speaks version " +
                       std::to_string(kProtocolVersion) + "; use the same release on both sides");
-      } else if (frame.header.kind == FrameKind::kError &&
+      } else if (frame.header.kind == FrameKind::kError && IsBelieved(frame) &&
                  frame.header.code == static_cast<std::int16_t>(ErrorCode::kVersionRefused)) {
         OnError(frame.header, frame.payload);
       }
@@ -111,7 +113,27 @@ void EndpointCore::CountFault(FrameFault fault, const FrameView& frame) {
   }
 }
 
+// The server answers under the key of its caller. Another role's key, though derived from ours, is no server's.
+bool EndpointCore::IsBelieved(const FrameView& frame) const {
+  switch (frame.header.kind) {
+    case FrameKind::kReply:
+    case FrameKind::kError:
+    case FrameKind::kReplyChunk:
+      return frame.header.role == role_;
+    case FrameKind::kRequest:
+    case FrameKind::kRequestChunk:
+    case FrameKind::kChunkAck:  // OnAck looks further
+    case FrameKind::kProof:
+      return true;
+  }
+  return false;
+}
+
 void EndpointCore::Dispatch(const FrameView& frame) {
+  if (!IsBelieved(frame)) {
+    ++counters_.rejected_tag;
+    return;
+  }
   if (IsRequest(frame.header.kind) && !Admit(frame.header)) return;
   switch (frame.header.kind) {
     case FrameKind::kRequest:
@@ -199,11 +221,15 @@ void EndpointCore::OnChunk(const FrameView& frame) {
 }
 
 void EndpointCore::OnRequestChunk(const FrameHeader& header, const ChunkView& chunk) {
-  const ObjectKey object{header.sender, header.session, header.call_id, false};
+  const ObjectKey object = PeerObject(header, false);
   const CallKey key = CallerKey(header);
   const auto verdict = replies_.Find(key).verdict;
   if (!Serves(header.type)) {
     if (chunk.ack_requested) OnRequest(header, {});  // refuses
+    return;
+  }
+  if (!MayCall(header.role, static_cast<MessageType>(header.type))) {
+    if (chunk.ack_requested) RefuseRole(header);
     return;
   }
   if (verdict != ReplyCache::Verdict::kNew) {
@@ -225,7 +251,7 @@ void EndpointCore::OnRequestChunk(const FrameHeader& header, const ChunkView& ch
 }
 
 void EndpointCore::OnReplyChunk(const FrameHeader& header, const ChunkView& chunk) {
-  const ObjectKey object{header.sender, header.session, header.call_id, true};
+  const ObjectKey object = PeerObject(header, true);
   const auto call = FindOwnCall(header);
   if (call == calls_.end()) {
     const bool ours = header.session == session_ && header.call_id < next_call_;
@@ -246,11 +272,13 @@ void EndpointCore::OnReplyChunk(const FrameHeader& header, const ChunkView& chun
 void EndpointCore::OnAck(const FrameView& frame) {
   const FrameHeader& header = frame.header;
   ChunkAck ack;
-  if (!ReadAck(frame.payload, ack) || (!ack.of_reply && header.session != session_)) {
+  // Bodies of our own calls are acknowledged under our own key.
+  const bool of_own_call = header.session == session_ && header.role == role_;
+  if (!ReadAck(frame.payload, ack) || (!ack.of_reply && !of_own_call)) {
     ++counters_.rejected_field;
     return;
   }
-  const ObjectKey object{header.sender, header.session, header.call_id, ack.of_reply};
+  const ObjectKey object = PeerObject(header, ack.of_reply);
   if (sender_.OnAck(object, ack, now()) || ack.of_reply || ack.complete) return;
   // A reminder met a receiver that has lost the body, e.g. because it was restarted.
   const auto call = calls_.find(header.call_id);

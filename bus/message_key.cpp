@@ -23,7 +23,7 @@ namespace legopt::bus {
 namespace {
 
 constexpr std::size_t kDigits = 2 * MessageKey::kBytes;
-constexpr std::size_t kMostFileBytes = kDigits + 2;  // digits, CR, LF
+constexpr std::size_t kMostFileBytes = sizeof "worker" + kDigits + 2;  // role and blank, digits, CR, LF
 
 [[noreturn]] void Refuse(const std::string& file, const std::string& fault) {
   throw BusError(BusErrorCode::kInvalidOption, "key file \"" + file + "\": " + fault);
@@ -127,26 +127,43 @@ void WriteAll(const std::string& file, int fd, std::span<const char> text) {
   }
 }
 
-// 64 random digits and a line end.
-class FreshKey {
- public:
-  FreshKey() {
-    std::array<std::uint8_t, MessageKey::kBytes> bytes{};
-    randombytes_buf(bytes.data(), bytes.size());
-    sodium_bin2hex(text_.bytes.data(), text_.bytes.size(), bytes.data(), bytes.size());
-    sodium_memzero(bytes.data(), bytes.size());
-    text_.bytes[kDigits] = '\n';
-  }
-  std::span<const char> text() const { return {text_.bytes.data(), kDigits + 1}; }
-
- private:
-  SecretText text_;
+// The role that a key file names before its digits, and the digits.
+struct KeyText {
+  KeyRole role = KeyRole::kOperator;
+  std::string_view digits;
 };
+
+KeyText SplitRole(std::string_view text) {
+  for (const KeyRole role : kDerivedRoles) {
+    const std::string_view word = ToString(role);
+    if (text.starts_with(word) && text.substr(word.size()).starts_with(' '))
+      return {role, text.substr(word.size() + 1)};
+  }
+  return {KeyRole::kOperator, text};
+}
+
+using Bytes = std::array<std::uint8_t, MessageKey::kBytes>;
+
+// Frames have tags of 16 bytes, which BLAKE2b computes with other parameters: no tag tells anything of a derived key.
+Bytes DeriveKey(std::span<const std::uint8_t> full, KeyRole role) {
+  const std::string message = "legopt " + std::string(ToString(role));
+  Bytes derived{};
+  crypto_generichash(derived.data(), derived.size(), reinterpret_cast<const std::uint8_t*>(message.data()),
+                     message.size(), full.data(), full.size());
+  return derived;
+}
 
 }  // namespace
 
-MessageKey::MessageKey(std::span<const std::uint8_t, kBytes> bytes) {
+MessageKey::MessageKey(std::span<const std::uint8_t, kBytes> bytes, KeyRole role) : role_(role) {
   std::copy(bytes.begin(), bytes.end(), bytes_.begin());
+  if (role != KeyRole::kOperator) return;
+  PrepareHashing();
+  for (std::size_t i = 0; i < kDerivedRoles.size(); ++i) {
+    Bytes derived = DeriveKey(bytes_, kDerivedRoles[i]);
+    derived_[i] = std::make_unique<const MessageKey>(derived, kDerivedRoles[i]);
+    sodium_memzero(derived.data(), derived.size());
+  }
 }
 
 MessageKey::~MessageKey() { sodium_memzero(bytes_.data(), bytes_.size()); }
@@ -163,40 +180,63 @@ std::shared_ptr<const MessageKey> MessageKey::Load(const std::string& file) {
   CheckWhoMayRead(file, fd.get());
   SecretText text;
   const std::size_t size = WithoutLineEnd({text.bytes.data(), ReadAll(file, fd.get(), text.bytes)});
-  std::array<std::uint8_t, kBytes> bytes{};
+  const KeyText parts = SplitRole({text.bytes.data(), size});
+  Bytes bytes{};
   std::size_t decoded = 0;
-  const bool legal = size == kDigits && sodium_hex2bin(bytes.data(), bytes.size(), text.bytes.data(), size, nullptr,
-                                                       &decoded, nullptr) == 0;
+  const bool legal =
+      parts.digits.size() == kDigits && sodium_hex2bin(bytes.data(), bytes.size(), parts.digits.data(),
+                                                       parts.digits.size(), nullptr, &decoded, nullptr) == 0;
   if (!legal || decoded != kBytes) {
-    Refuse(file, "must hold exactly 64 hexadecimal digits and a line end; make one: legopt keygen FILE");
+    Refuse(file,
+           "must hold exactly 64 hexadecimal digits and a line end, after \"worker \" or \"client \" for the key of "
+           "a role; make one: legopt keygen FILE");
   }
-  auto key = std::make_shared<const MessageKey>(std::span<const std::uint8_t, kBytes>(bytes));
+  auto key = std::make_shared<const MessageKey>(std::span<const std::uint8_t, kBytes>(bytes), parts.role);
   sodium_memzero(bytes.data(), bytes.size());
   return key;
 }
 
-void MessageKey::CreateFile(const std::string& file) {
+std::shared_ptr<const MessageKey> MessageKey::Random() {
   PrepareHashing();
-  const FreshKey key;
+  Bytes bytes{};
+  randombytes_buf(bytes.data(), bytes.size());
+  auto key = std::make_shared<const MessageKey>(bytes);
+  sodium_memzero(bytes.data(), bytes.size());
+  return key;
+}
+
+const MessageKey* MessageKey::ForRole(KeyRole role) const {
+  if (role == role_) return this;
+  for (const auto& derived : derived_) {
+    if (derived != nullptr && derived->role() == role) return derived.get();
+  }
+  return nullptr;
+}
+
+std::string MessageKey::FileText() const {
+  SecretText digits;
+  sodium_bin2hex(digits.bytes.data(), digits.bytes.size(), bytes_.data(), bytes_.size());
+  const std::string role = role_ == KeyRole::kOperator ? std::string() : std::string(ToString(role_)) + ' ';
+  return role + std::string(digits.bytes.data(), kDigits) + '\n';
+}
+
+void MessageKey::WriteFile(const std::string& file) const {
   try {
-    files::CreateFile(file, {key.text().data(), key.text().size()},
-                      {files::kReadableByOwner, files::Durability::kSynced});
+    files::CreateFile(file, FileText(), {files::kReadableByOwner, files::Durability::kSynced});
   } catch (const files::FileError& error) {
     if (error.shortage()) throw;
     Refuse(file, error.reason());
   }
 }
 
-int MessageKey::CreateInMemory() {
-  PrepareHashing();
+int MessageKey::WriteInMemory() const {
   constexpr int kLowest = 3;  // not a standard stream of a child
   const Descriptor memory(::memfd_create("legopt-key", MFD_CLOEXEC));
   const int fd = memory.get() < 0 ? -1 : ::fcntl(memory.get(), F_DUPFD_CLOEXEC, kLowest);
   if (fd < 0 || ::fchmod(fd, S_IRUSR | S_IWUSR) != 0) {
     throw std::system_error(errno, std::generic_category(), "a key in memory");
   }
-  const FreshKey key;
-  WriteAll("/dev/fd/" + std::to_string(fd), fd, key.text());
+  WriteAll("/dev/fd/" + std::to_string(fd), fd, FileText());
   return fd;
 }
 

@@ -20,7 +20,7 @@ inline constexpr std::int16_t kProtocolVersion = 6;
 /// Message type of a call: what stands in frame.type.
 enum class MessageType : std::int16_t {
 #define LEGOPT_PART(name)
-#define LEGOPT_CALL(number, Name, name) k##Name = number,
+#define LEGOPT_CALL(number, Name, name, callers) k##Name = number,
 #include "lcmtypes/messages.def"
 };
 
@@ -28,7 +28,7 @@ enum class MessageType : std::int16_t {
 template <class Request>
 struct CallOf;
 #define LEGOPT_PART(name)
-#define LEGOPT_CALL(number, Name, name)                        \
+#define LEGOPT_CALL(number, Name, name, callers)               \
   template <>                                                  \
   struct CallOf<legopt_msg::name##_request> {                  \
     static constexpr MessageType kType = MessageType::k##Name; \
@@ -51,7 +51,7 @@ constexpr MessageList<A..., B...> operator+(MessageList<A...> /*a*/, MessageList
 /// The request of every call, by message type: kProbe first.
 using Requests = decltype(MessageList<>()
 #define LEGOPT_PART(name)
-#define LEGOPT_CALL(number, Name, name) +MessageList<legopt_msg::name##_request>()
+#define LEGOPT_CALL(number, Name, name, callers) +MessageList<legopt_msg::name##_request>()
 #include "lcmtypes/messages.def"
 );
 /// The types of calls are 1 .. kLastMessageType.
@@ -60,7 +60,7 @@ inline constexpr auto kLastMessageType = static_cast<std::int16_t>(Requests::kSi
 /// Every message, in the order of messages.def; a request before its reply.
 using AllMessages = decltype(MessageList<>()
 #define LEGOPT_PART(name) +MessageList<legopt_msg::name>()
-#define LEGOPT_CALL(number, Name, name) +MessageList<legopt_msg::name##_request, legopt_msg::name##_reply>()
+#define LEGOPT_CALL(number, Name, name, callers) +MessageList<legopt_msg::name##_request, legopt_msg::name##_reply>()
 #include "lcmtypes/messages.def"
 );
 
@@ -68,8 +68,8 @@ using AllMessages = decltype(MessageList<>()
 constexpr std::string_view ToString(MessageType type) {
   switch (type) {
 #define LEGOPT_PART(name)
-#define LEGOPT_CALL(number, Name, name) \
-  case MessageType::k##Name:            \
+#define LEGOPT_CALL(number, Name, name, callers) \
+  case MessageType::k##Name:                     \
     return #name;
 #include "lcmtypes/messages.def"
   }

@@ -32,16 +32,17 @@ ReplayGuard::ReplayGuard(std::size_t max_sessions, std::uint64_t seed) : max_ses
 
 void ReplayGuard::DrawChallenge() { challenge_ = static_cast<std::int64_t>(random_() >> 1U) | 1; }
 
-ReplayGuard::Verdict ReplayGuard::Check(EndpointId caller, std::int64_t session, std::int64_t nonce) {
-  const auto found = sessions_.find({caller, session});
+ReplayGuard::Verdict ReplayGuard::Check(EndpointId caller, std::int64_t session, std::int64_t nonce, KeyRole role) {
+  const auto found = sessions_.find({caller, session, role});
   if (found == sessions_.end()) return Verdict::kUnproven;
   if (!found->second.window.Take(nonce)) return Verdict::kReplayed;
   recency_.splice(recency_.end(), recency_, found->second.recency);
   return Verdict::kFresh;
 }
 
-bool ReplayGuard::Prove(EndpointId caller, std::int64_t session, std::int64_t nonce, std::int64_t answer) {
-  const Key key{caller, session};
+bool ReplayGuard::Prove(EndpointId caller, std::int64_t session, std::int64_t nonce, std::int64_t answer,
+                        KeyRole role) {
+  const Key key{caller, session, role};
   if (sessions_.contains(key)) return true;  // a repeat must not move the window
   if (answer != challenge_ || nonce < 1) return false;
   while (sessions_.size() >= max_sessions_ && !recency_.empty()) {

@@ -5,8 +5,9 @@
 #include <list>
 #include <map>
 #include <random>
-#include <utility>
+#include <tuple>
 
+#include "bus/key_role.h"
 #include "bus/transport.h"
 
 /// @file
@@ -53,15 +54,16 @@ class ReplayGuard {
   /// Remembers at most `max_sessions`; challenges are drawn from `seed`, which must differ from life to life.
   ReplayGuard(std::size_t max_sessions, std::uint64_t seed);
 
-  /// A request with a good tag arrived.
-  Verdict Check(EndpointId caller, std::int64_t session, std::int64_t nonce);
+  /// A request with a good tag arrived, made with the key of `role`. Sessions of different roles never meet.
+  Verdict Check(EndpointId caller, std::int64_t session, std::int64_t nonce, KeyRole role = KeyRole::kOperator);
   /// What a session that is not known has to return. Positive, unlike that of any other life.
   std::int64_t challenge() const { return challenge_; }
   /// A proof with a good tag arrived; true when the session is admitted now or was before.
-  bool Prove(EndpointId caller, std::int64_t session, std::int64_t nonce, std::int64_t answer);
+  bool Prove(EndpointId caller, std::int64_t session, std::int64_t nonce, std::int64_t answer,
+             KeyRole role = KeyRole::kOperator);
 
  private:
-  using Key = std::pair<EndpointId, std::int64_t>;
+  using Key = std::tuple<EndpointId, std::int64_t, KeyRole>;
   struct Session {
     ReplayWindow window;
     std::list<Key>::iterator recency;

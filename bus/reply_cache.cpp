@@ -15,7 +15,8 @@ std::size_t Cost(const ReplyCache::Reply& reply) { return kEntryBytes + (reply.b
 
 std::size_t ReplyCache::PeerKeyHash::operator()(const PeerKey& key) const {
   constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15ULL;
-  return (static_cast<std::uint64_t>(key.caller) * kOdd) ^ static_cast<std::uint64_t>(key.session);
+  return (static_cast<std::uint64_t>(key.caller) + static_cast<std::uint64_t>(key.role)) * kOdd ^
+         static_cast<std::uint64_t>(key.session);
 }
 
 ReplyCache::Lookup ReplyCache::Describe(const Peer& peer, std::int64_t call_id) {
@@ -30,7 +31,7 @@ ReplyCache::Lookup ReplyCache::Describe(const Peer& peer, std::int64_t call_id) 
 }
 
 ReplyCache::Lookup ReplyCache::Find(const CallKey& key) const {
-  const auto peer = peers_.find({key.caller, key.session});
+  const auto peer = peers_.find({key.caller, key.session, key.role});
   if (peer == peers_.end()) return {Verdict::kNew, {}};
   return Describe(peer->second, key.call_id);
 }
@@ -47,7 +48,7 @@ ReplyCache::Peers::iterator ReplyCache::Touch(const PeerKey& key) {
 }
 
 ReplyCache::Lookup ReplyCache::Open(const CallKey& key, std::int16_t type, std::int64_t completed_below) {
-  Peer& peer = Touch({key.caller, key.session})->second;
+  Peer& peer = Touch({key.caller, key.session, key.role})->second;
   if (completed_below > peer.completed_below) {
     peer.completed_below = completed_below;
     while (!peer.calls.empty() && peer.calls.begin()->first < completed_below) Forget(peer.calls, peer.calls.begin());
@@ -61,7 +62,7 @@ ReplyCache::Lookup ReplyCache::Open(const CallKey& key, std::int16_t type, std::
 }
 
 std::optional<ReplyCache::Reply> ReplyCache::Answer(const CallKey& key, std::int16_t error, Body body) {
-  const auto peer = peers_.find({key.caller, key.session});
+  const auto peer = peers_.find({key.caller, key.session, key.role});
   if (peer == peers_.end()) return std::nullopt;
   const auto call = peer->second.calls.find(key.call_id);
   if (call == peer->second.calls.end() || call->second.answered) return std::nullopt;
@@ -97,7 +98,7 @@ void ReplyCache::ForgetPeer(Peers::iterator peer) {
 void ReplyCache::Evict() {
   while (held_bytes_ > limits_.max_cached_bytes && answered_.size() > 1) {
     const CallKey oldest = answered_.front();
-    Peer& peer = peers_.at({oldest.caller, oldest.session});
+    Peer& peer = peers_.at({oldest.caller, oldest.session, oldest.role});
     peer.evicted_below = std::max(peer.evicted_below, oldest.call_id + 1);
     Forget(peer.calls, peer.calls.find(oldest.call_id));
     ++counters_.replies_evicted;

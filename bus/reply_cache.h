@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "bus/counters.h"
+#include "bus/key_role.h"
 #include "bus/transport.h"
 
 /// @file
@@ -27,6 +28,8 @@ struct CallKey {
   EndpointId caller = 0;     ///< address
   std::int64_t session = 0;  ///< of the caller's endpoint, in this life
   std::int64_t call_id = 0;  ///< within the session
+  /// Role of the caller's key. Calls of different roles never meet, whatever address and session they claim.
+  KeyRole role = KeyRole::kOperator;
 };
 
 /// The calls that others make to this endpoint.
@@ -78,6 +81,7 @@ class ReplyCache {
   struct PeerKey {
     EndpointId caller;
     std::int64_t session;
+    KeyRole role;
     bool operator==(const PeerKey&) const = default;
   };
   struct PeerKeyHash {

@@ -2,6 +2,10 @@
 
 #include <sodium.h>
 
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
 namespace legopt::bus {
 
 Tag ComputeTag(std::span<const std::uint8_t> datagram, std::size_t offset, const MessageKey* key) {
@@ -25,6 +29,27 @@ Tag ComputeTag(std::span<const std::uint8_t> datagram, std::size_t offset, const
 bool TagIsRight(std::span<const std::uint8_t> datagram, std::size_t offset, const MessageKey* key) {
   const Tag right = ComputeTag(datagram, offset, key);
   return sodium_memcmp(right.data(), datagram.subspan(offset).data(), right.size()) == 0;
+}
+
+const MessageKey* KeyOfRole(const MessageKey* key, KeyRole role) {
+  if (key == nullptr) return nullptr;
+  const MessageKey* of_role = key->ForRole(role);
+  if (of_role == nullptr) {
+    std::fprintf(stderr, "legopt bus: broken invariant: no tag of a %s from the key of a %s\n",
+                 std::string(ToString(role)).c_str(), std::string(ToString(key->role())).c_str());
+    std::abort();
+  }
+  return of_role;
+}
+
+std::optional<KeyRole> RoleOfTag(std::span<const std::uint8_t> datagram, std::size_t offset, const MessageKey* key) {
+  if (key == nullptr) return TagIsRight(datagram, offset, nullptr) ? std::optional(KeyRole::kOperator) : std::nullopt;
+  if (TagIsRight(datagram, offset, key)) return key->role();
+  for (const KeyRole role : kDerivedRoles) {
+    const MessageKey* derived = key->ForRole(role);
+    if (derived != nullptr && derived != key && TagIsRight(datagram, offset, derived)) return role;
+  }
+  return std::nullopt;
 }
 
 }  // namespace legopt::bus

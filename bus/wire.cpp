@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 
 #include "bus/big_endian.h"
 #include "bus/bus_error.h"
@@ -73,7 +74,7 @@ std::span<const std::uint8_t> SealFrame(const FrameHeader& header, std::size_t p
       .Put(header.nonce);
   Writer(writer.at() + kTagBytes).Put(static_cast<std::int32_t>(payload_bytes));
   const std::span<const std::uint8_t> datagram(buffer.data(), kFrameHeaderBytes + payload_bytes);
-  writer.Bytes(ComputeTag(datagram, kTagOffset, key));
+  writer.Bytes(ComputeTag(datagram, kTagOffset, KeyOfRole(key, header.role)));
   return datagram;
 }
 
@@ -93,7 +94,9 @@ FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deploy
   frame.payload = datagram.subspan(kFrameHeaderBytes);
   if (frame.header.deployment != deployment) return FrameFault::kDeployment;
   if (self != kAnybody && frame.header.destination != self) return FrameFault::kNotForUs;
-  frame.authentic = TagIsRight(datagram, kTagOffset, key);
+  const std::optional<KeyRole> role = RoleOfTag(datagram, kTagOffset, key);
+  frame.authentic = role.has_value();
+  frame.header.role = role.value_or(KeyRole::kOperator);
   const bool is_unsigned = !frame.authentic && key != nullptr && TagIsRight(datagram, kTagOffset, nullptr);
   if (!frame.authentic && !is_unsigned) return FrameFault::kTag;
   if (!FieldsAreLegal(frame.header)) return FrameFault::kField;

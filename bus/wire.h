@@ -62,6 +62,7 @@ struct FrameHeader {
   std::int64_t call_id = 0;                 ///< within the session, from 1
   std::int64_t completed_below = 0;         ///< of requests and their chunks: calls with smaller ids are over; else 0
   std::int64_t nonce = 0;                   ///< counts the sender's frames in its life, from 1
+  KeyRole role = KeyRole::kOperator;        ///< not a field: role of the key that the tag is made with
 };
 
 /// A frame in place.
@@ -78,7 +79,7 @@ enum class FrameFault {
   kMalformed,   ///< no frame, by its fingerprint or its lengths
   kDeployment,  ///< of another deployment
   kNotForUs,    ///< for another party; no fault of its sender
-  kTag,         ///< damaged, or forged
+  kTag,         ///< damaged, or forged; or made with a key that does not follow from ours
   kUnsigned,    ///< the tag of somebody without the key
   kField,       ///< a field out of range
   kVersion      ///< another protocol version
@@ -88,15 +89,17 @@ enum class FrameFault {
 using DatagramBuffer = std::array<std::uint8_t, kMaxDatagramBytes>;
 
 /// Writes a frame around a payload that already stands at buffer[kFrameHeaderBytes ...]; returns the whole datagram.
-/// `payload_bytes` must be at most kMaxPayloadBytes (aborts otherwise). The tag is made with `key`, if there is one.
+/// `payload_bytes` must be at most kMaxPayloadBytes. If there is a key, the tag is made with that of header.role, which
+/// must follow from `key`. Aborts otherwise.
 std::span<const std::uint8_t> SealFrame(const FrameHeader& header, std::size_t payload_bytes, DatagramBuffer& buffer,
                                         const MessageKey* key = nullptr);
 
 inline constexpr EndpointId kAnybody = 0;  ///< as `self`: frames for every party are for us
 
-/// Checks in this order: size, form, deployment, destination, tag (kUnsigned: the tag of somebody without the key),
-/// fields, version. On kUnsigned and kVersion the header is legal, so that the sender can be told; but for kSize and
-/// kMalformed it is at least filled in. `frame` points into `datagram`.
+/// Checks in this order: size, form, deployment, destination, tag (made with `key` or with one derived from it: the
+/// header's role says with which; kUnsigned: the tag of somebody without the key), fields, version. On kUnsigned and
+/// kVersion the header is legal, so that the sender can be told; but for kSize and kMalformed it is at least filled in.
+/// `frame` points into `datagram`.
 FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deployment, EndpointId self, FrameView& frame,
                      const MessageKey* key = nullptr);
 

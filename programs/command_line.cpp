@@ -49,6 +49,11 @@ Option Option::Excludes(Option other) const {
   return *this;
 }
 
+Option Option::Needs(Option other) const {
+  option_->needs(other.option_);
+  return *this;
+}
+
 template <class Value>
 Option Command::AddOption(const std::string& name, Value& value, const std::string& help) const {
   return Option(app_->add_option(name, value, help));

@@ -41,6 +41,8 @@ class Option {
   /// The help shows the value that the variable has now.
   Option ShowDefault() const;
   Option Excludes(Option other) const;
+  /// The other option has to be given beside it.
+  Option Needs(Option other) const;
 
  private:
   CLI::Option* option_;

@@ -28,6 +28,7 @@ enum class ExitCode : int {
   kEngineRefused = 14,        ///< the batch system refuses a pool, does not answer, or has ended all of its workers
   kNoProgress = 15,           ///< waiting ended by --give-up: nothing moved for so long
   kCutShort = 16,             ///< `query`: a limit (rows, bytes or time) was reached before the end of the result
+  kNotPermitted = 17,         ///< the key is that of a role which may not do this
   kInternal = 70,             ///< a defect of legopt; please report it
   kMachine = 71,  ///< this machine gave out: no memory, no more processes, or one of the programs is not there
 };
@@ -40,7 +41,7 @@ struct ExitCodeText {
   std::string_view text;
 };
 
-inline constexpr std::array<ExitCodeText, 18> kExitCodeTexts{{
+inline constexpr std::array<ExitCodeText, 19> kExitCodeTexts{{
     {ExitCode::kOk, "done"},
     {ExitCode::kUsage, "wrong usage, bad input file, or output that cannot be written"},
     {ExitCode::kUnreachable, "server unreachable or time-out"},
@@ -57,6 +58,7 @@ inline constexpr std::array<ExitCodeText, 18> kExitCodeTexts{{
     {ExitCode::kEngineRefused, "the batch system refuses or ended the pool"},
     {ExitCode::kNoProgress, "gave up: nothing moved for the time of --give-up"},
     {ExitCode::kCutShort, "query: a limit cut the result"},
+    {ExitCode::kNotPermitted, "the role of the key does not permit this"},
     {ExitCode::kInternal, "a defect of legopt"},
     {ExitCode::kMachine, "out of memory or processes, or a program is missing"},
 }};

@@ -111,6 +111,15 @@ ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& 
   return ExitCode::kOk;
 }
 
+// The server checks and makes the tags of every role.
+void RequireFullKey(const bus::LcmTransport& transport, const bus::LcmOptions& network) {
+  if (transport.key() == nullptr || transport.key()->role() == bus::KeyRole::kOperator) return;
+  throw bus::BusError(bus::BusErrorCode::kInvalidOption,
+                      "key file \"" + network.key_file + "\": holds a " +
+                          std::string(ToString(transport.key()->role())) +
+                          "'s key; a server needs the full key, from which that one was derived");
+}
+
 // What keeps us from being the only server on these ports; empty: nothing does. The claim settles it on this machine,
 // the probe with servers on others.
 std::string ObstacleOnPorts(const PortClaim& claim, bus::LcmTransport& transport, const ServerOptions& options) {
@@ -136,6 +145,7 @@ ExitCode Serve(const Arguments& arguments) {
   const bus::LcmOptions network = arguments.network.Resolve();
   auto listener = OpenListener(arguments.listen, network);
   bus::LcmTransport transport(network);
+  RequireFullKey(transport, network);
   WarnAboutNetwork(transport);
   const std::string address = network.group + ":" + std::to_string(network.port);
   ServerOptions options = OptionsFor(arguments);

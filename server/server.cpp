@@ -8,6 +8,7 @@
 #include "bus/codec.h"
 #include "bus/field_limits.h"
 #include "legopt/input/json.h"
+#include "server/permission.h"
 #include "server/status.h"
 #include "words/reply.h"
 
@@ -66,6 +67,10 @@ void Server::Serve(bus::MessageType type, bool always, Handler handler) {
     std::optional<Message> message = bus::Decode<Message>(request.body, &why);
     if (!message) {
       responder.Reject(bus::ErrorCode::kMalformed, why);
+      return;
+    }
+    if (const std::string refusal = RefusalOf(request.role, *message); !refusal.empty()) {
+      responder.Reject(bus::ErrorCode::kRoleRefused, refusal);
       return;
     }
     if (always || store_healthy()) {

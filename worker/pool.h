@@ -102,6 +102,9 @@ class Pool {
   void OnResultReply(microseconds now, const LeaseKey& key, const legopt_msg::result_reply* reply,
                      const std::string& error);
 
+  /// The server refused a call because of the role of this worker's key; before the call's own reply.
+  void OnKeyRefused(microseconds now, const std::string& error);
+
   // --- From outside -----------------------------------------------------------------------------------------------
   /// First call: take no more jobs, give back what has not begun, finish and deliver the rest, what still runs after
   /// `drain` excepted: it is killed and given back. Leave with ExitCode::kOk. Second: kill what runs, give it back,

@@ -25,6 +25,9 @@ void PoolCalls::Ask(const Request& request, microseconds timeout, Handler handle
   link_.Call(bus::CallOf<Request>::kType, bus::Encode(request), timeout,
              [self = self_, handler = std::move(handler)](bus::CallResult&& result) {
                if (*self == nullptr) return;
+               if (result.status == bus::CallResult::kRejected && result.code == bus::ErrorCode::kRoleRefused) {
+                 (*self)->pool_.OnKeyRefused((*self)->link_.now(), result.error);
+               }
                std::string error = result.error;
                std::optional<Reply> reply;
                if (result.status == bus::CallResult::kOk) reply = bus::Decode<Reply>(result.body, &error);

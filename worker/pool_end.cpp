@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "programs/exit_codes.h"
+#include "worker/outcome.h"
 #include "worker/pool.h"
 
 namespace legopt::worker {
@@ -69,6 +70,15 @@ void Pool::GiveBackRunning() {
   for (int i = 0; i < options_.slots; ++i) {
     Carry(i, slots_[static_cast<std::size_t>(i)].machine.Kill(StopReason::kShutdown, ""));
   }
+}
+
+// The server would refuse every further call as well.
+void Pool::OnKeyRefused(microseconds now, const std::string& error) {
+  Log(LogLevel::kError,
+      "the server refuses this worker: " + PrintableText(error, kMaxMessageBytes) +
+          (options_.key_file.empty() ? "" : " (this worker has the key in " + options_.key_file + ")"));
+  Finish(ExitCode::kNotPermitted);
+  Advance(now);
 }
 
 // Nobody waits for an answer: where it is lost, the server finds the worker lost a lease later.

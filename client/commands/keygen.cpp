@@ -1,8 +1,10 @@
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "bus/message_key.h"
+#include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "programs/command_line.h"
 #include "programs/printable.h"
@@ -10,21 +12,66 @@
 namespace legopt::client {
 namespace {
 
-ExitCode Keygen(const std::string& file) {
-  bus::MessageKey::CreateFile(file);
-  std::cout << "new key in " << programs::Printable(file)
-            << "; give every server, worker and client a copy (--key-file or LEGOPT_KEY_FILE)\n";
-  return ExitCode::kOk;
+using bus::KeyRole;
+
+struct KeygenOptions {
+  std::string file;
+  KeyRole role = KeyRole::kOperator;
+  std::optional<std::string> from;
+};
+
+void DeriveKey(const KeygenOptions& options) {
+  const auto key = bus::MessageKey::Load(*options.from);
+  const bus::MessageKey* derived = key->ForRole(options.role);
+  if (derived == nullptr || derived == key.get()) {
+    throw ClientError(ExitCode::kUsage, "--from: \"" + *options.from + "\" holds a " +
+                                            std::string(ToString(key->role())) +
+                                            "'s key; keys of roles are derived from the full key only");
+  }
+  derived->WriteFile(options.file);
+}
+
+ExitCode Keygen(const KeygenOptions& options) {
+  const std::string file = programs::Printable(options.file);
+  switch (options.role) {
+    case KeyRole::kOperator:
+      bus::MessageKey::Random()->WriteFile(options.file);
+      std::cout << "new key in " << file
+                << "; give every server, worker and client a copy (--key-file or LEGOPT_KEY_FILE)\n"
+                << "  legopt keygen FILE --role worker --from " << file
+                << ": a key for hosts that shall only work; --role client: for people who shall only submit\n";
+      return ExitCode::kOk;
+    case KeyRole::kWorker:
+      DeriveKey(options);
+      std::cout << "worker's key in " << file
+                << "; its holder can work, and cannot submit, cancel, delete or read results\n";
+      return ExitCode::kOk;
+    case KeyRole::kClient:
+      DeriveKey(options);
+      std::cout
+          << "client's key in " << file
+          << "; its holder can submit and read, and cannot work, hold, release, rank, delete or stop the server\n";
+      return ExitCode::kOk;
+  }
+  return ExitCode::kInternal;
 }
 
 }  // namespace
 
 void AddKeygenCommand(const programs::Command& program, Invocation* invocation) {
-  const auto command =
-      program.AddCommand("keygen", "Make the shared key of a deployment: a new file that only you may read");
-  const auto file = std::make_shared<std::string>();
-  command.AddOption("FILE", *file, "File to create; an existing one is never overwritten").Required();
-  command.WhenChosen([=] { invocation->body = [file] { return Keygen(*file); }; });
+  const auto command = program.AddCommand(
+      "keygen",
+      "Make the shared key of a deployment, or a key of less power from it: a new file that only you may read");
+  const auto options = std::make_shared<KeygenOptions>();
+  command.AddOption("FILE", options->file, "File to create; an existing one is never overwritten").Required();
+  const auto role = command.AddWord<KeyRole>("--role", options->role,
+                                             "Derive a key from --from: worker (a pool's host) or client (a user)",
+                                             programs::OneOf({"worker", "client"}));
+  const auto from =
+      command.AddOption("--from", options->from, "Full key that the key of the role is derived from").ValueName("FILE");
+  role.Needs(from);
+  from.Needs(role);
+  command.WhenChosen([=] { invocation->body = [options] { return Keygen(*options); }; });
 }
 
 }  // namespace legopt::client

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "bridge/access_file.h"
-#include "bus/message_key.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -20,6 +19,7 @@
 #include "client/pool/slurm_pool.h"
 #include "client/pool/ssh_keeper.h"
 #include "client/pool/ssh_pool.h"
+#include "client/pool/worker_key.h"
 #include "client/report/listing.h"
 #include "client/report/progress.h"
 #include "client/service/interrupt.h"
@@ -46,25 +46,27 @@ struct PoolFlags {
 
 std::string Absolute(const std::string& file) { return fs::absolute(file).lexically_normal().string(); }
 
-// How workers reach the server that the flags name, by files at paths that the nodes know, too.
-PoolAccess AccessByPaths(const PoolFlags& flags, const PoolFile& file, const bus::LcmOptions& network) {
+PoolAccess AccessFor(const PoolFlags& flags, const PoolFile& file) {
   PoolAccess access = AccessLikeOurs(file, flags.folder);
-  access.access_file = Absolute(flags.access);
-  if (access.key_file.empty() && !network.key_file.empty()) access.key_file = Absolute(network.key_file);
   access.job_name = "legopt-" + std::to_string(bridge::ReadAccessFile(flags.access).deployment);
   return access;
 }
 
-// The same, with what the nodes may not have in the script.
-PoolAccess AccessInScript(const PoolFlags& flags, const PoolFile& file, const bus::LcmOptions& network) {
-  PoolAccess access = AccessByPaths(flags, file, network);
-  access.access = ReadWhole(flags.access);
-  access.access_file.clear();
-  if (file.worker.key_file.empty() && !network.key_file.empty()) {
-    bus::MessageKey::Load(network.key_file);  // says what is wrong with it
-    access.key = ReadWhole(network.key_file);
-    access.key_file.clear();
+// How workers reach the server that the flags name, by files at paths that the nodes know, too.
+PoolAccess AccessByPaths(const PoolFlags& flags, const PoolFile& file, const bus::LcmOptions& network) {
+  PoolAccess access = AccessFor(flags, file);
+  access.access_file = Absolute(flags.access);
+  if (access.key_file.empty() && !network.key_file.empty()) {
+    access.key_file = WorkerKeyFile(network.key_file, flags.folder).string();
   }
+  return access;
+}
+
+// The same, with access file and key in the script.
+PoolAccess AccessInScript(const PoolFlags& flags, const PoolFile& file, const bus::LcmOptions& network) {
+  PoolAccess access = AccessFor(flags, file);
+  access.access = ReadWhole(flags.access);
+  if (access.key_file.empty() && !network.key_file.empty()) access.key = WorkerKeyText(network.key_file);
   return access;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bus/endpoint.h"
+#include "bus/message_key.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -211,6 +212,11 @@ class TapRun {
     if (chosen_ == 0) std::cerr << "legopt: none of them passed --type and --from\n";
     if (all_.rejected().contains("tag") && transport_.key() == nullptr) {
       std::cerr << "legopt: tags that are wrong without a key may be right under one; --key-file checks\n";
+    }
+    if (all_.rejected().contains("tag") && transport_.key() != nullptr &&
+        transport_.key()->role() != bus::KeyRole::kOperator) {
+      std::cerr << "legopt: a " << ToString(transport_.key()->role())
+                << "'s key checks the tags of that role only; the full key checks all\n";
     }
     return ExitCode::kOk;
   }

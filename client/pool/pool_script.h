@@ -15,7 +15,7 @@ struct PoolAccess {
   std::string access_file;                     ///< path on the nodes; empty: `access` travels in the script
   std::string access;                          ///< content of an access file
   std::string key_file;                        ///< path on the nodes; empty: `key` travels in the script
-  std::string key;                             ///< content of a key file; empty, and no path: no key
+  std::string key;                             ///< content of a worker's key file; empty, and no path: no key
   std::string program;                         ///< legopt-worker on the nodes
   std::string data_folder;                     ///< LEGOPT_DATA there; empty: what stands beside the program
   std::string logs;                            ///< folder that the engine's logs are written to

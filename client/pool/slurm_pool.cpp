@@ -14,6 +14,7 @@
 #include "client/client_error.h"
 #include "client/pool/packed_dataset.h"
 #include "client/pool/pool_record.h"
+#include "client/pool/worker_key.h"
 #include "client/service/interrupt.h"
 #include "legopt/dataset/dataset_archive.h"
 #include "legopt/input_error.h"
@@ -102,7 +103,7 @@ SlurmPool::SlurmPool(SlurmPoolOptions options)
   if (access_.datasets.empty()) access_.datasets = {OfferDataset()};
   StartServer();
   access_.access = ReadWhole(folder_ / "access");
-  if (access_.key_file.empty()) access_.key = ReadWhole(*options_.network.key_file);
+  if (access_.key_file.empty()) access_.key = WorkerKeyText(*options_.network.key_file);
   access_.job_name = "legopt-" + std::to_string(bridge::ReadAccessFile(folder_ / "access").deployment);
   array_ = SlurmArray::Submit(options_.file, SlurmScript(options_.file, access_));
   AddToRecord(folder_, {Engine::kSlurm, array_->job_id()});
@@ -119,7 +120,7 @@ void SlurmPool::PrepareFolder() {
     const std::string given = options_.network.Resolve().key_file;
     options_.network.key_file = given.empty() ? (folder_ / "key").string() : given;
   }
-  if (!fs::exists(*options_.network.key_file)) bus::MessageKey::CreateFile(*options_.network.key_file);
+  if (!fs::exists(*options_.network.key_file)) bus::MessageKey::Random()->WriteFile(*options_.network.key_file);
 }
 
 std::string SlurmPool::OfferDataset() const {
@@ -184,7 +185,7 @@ void SlurmPool::GiveUpWithoutWorkers() {
   const std::string key = access_.key_file.empty()
                               ? ""
                               : " (or under another key: is " + access_.key_file + ", worker.key_file of " +
-                                    options_.file.file + ", a copy of " + *options_.network.key_file + "?)";
+                                    options_.file.file + ", the worker's key of " + *options_.network.key_file + "?)";
   throw ClientError(ExitCode::kUnreachable, job + ", and none has reached this server at " +
                                                 bridge::ListOf(bridge::ReadAccessFile(folder_ / "access").addresses) +
                                                 key + "; let UDP to one of these pass, or set server.listen of " +

@@ -35,8 +35,8 @@ std::filesystem::path PoolFolder(const std::filesystem::path& database);
 std::string PreviewScript(const SlurmPoolOptions& options);
 
 /// An OwnPool with the server on this machine and workers in an array of Slurm. The server listens for them, under a
-/// key of this run unless there is one already (LEGOPT_KEY_FILE), which travels in the script with all addresses of
-/// this machine. The destructor cancels the array.
+/// key of this run unless there is one already (LEGOPT_KEY_FILE); the worker's key travels in the script with all
+/// addresses of this machine. The destructor cancels the array.
 class SlurmPool final : public OwnPool {
  public:
   /// Starts the server, then has Slurm take the array in. Throws as OwnServer and SlurmArray::Submit.

@@ -16,16 +16,21 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kWorkerLeave{3'000};
 
+std::string NameOf(const programs::Descriptor& file) { return "/dev/fd/" + std::to_string(file.get()); }
+
 NetworkOptions WithKey(NetworkOptions network, const programs::Descriptor& key) {
-  network.key_file = "/dev/fd/" + std::to_string(key.get());
+  network.key_file = NameOf(key);
   return network;
 }
 
 }  // namespace
 
-LocalPool::LocalPool(LocalPoolOptions options)
+LocalPool::LocalPool(LocalPoolOptions options) : LocalPool(std::move(options), *bus::MessageKey::Random()) {}
+
+LocalPool::LocalPool(LocalPoolOptions options, const bus::MessageKey& key)
     : options_(std::move(options)),
-      key_(bus::MessageKey::CreateInMemory()),
+      key_(key.WriteInMemory()),
+      worker_key_(key.ForRole(bus::KeyRole::kWorker)->WriteInMemory()),
       server_({options_.database,
                WithKey(options_.network, key_),
                options_.offered.empty() ? std::vector<std::string>()
@@ -44,12 +49,12 @@ void LocalPool::StartWorker() {
                                         "--group",    *network().group,
                                         "--port",     std::to_string(*network().port),
                                         "--ttl",      "0",
-                                        "--key-file", *network().key_file,
+                                        "--key-file", NameOf(worker_key_),
                                         "--name",     "local"};
   for (const std::filesystem::path& solver : options_.solvers) {
     arguments.insert(arguments.end(), {"--solver", solver.string()});
   }
-  const std::array<int, 1> kept{key_.get()};
+  const std::array<int, 1> kept{worker_key_.get()};
   worker_.Start(std::move(arguments), kept);
 }
 

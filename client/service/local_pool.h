@@ -8,6 +8,10 @@
 #include "client/service/own_program.h"
 #include "client/service/own_server.h"
 
+namespace legopt::bus {
+class MessageKey;
+}
+
 namespace legopt::client {
 
 struct LocalPoolOptions {
@@ -21,9 +25,10 @@ struct LocalPoolOptions {
 };
 
 /// An OwnPool on this machine: the programs beside this one, as child processes. Its key exists in memory only and
-/// reaches the children through an inherited descriptor, so no other user can command the pool. A child that a signal
-/// killed is started again (the database and the leases make that safe). A child that exited by itself is an error:
-/// kInterrupted if another process ordered it to stop. The destructor stops both children.
+/// reaches the children through an inherited descriptor, so no other user can command the pool. The worker, which starts
+/// external solvers, gets the worker's key. A child that a signal killed is started again (the database and the leases
+/// make that safe). A child that exited by itself is an error: kInterrupted if another process ordered it to stop. The
+/// destructor stops both children.
 class LocalPool final : public OwnPool {
  public:
   /// Starts the server, waits until it serves, and starts the worker. Throws as OwnServer.
@@ -35,10 +40,11 @@ class LocalPool final : public OwnPool {
   void Stop(std::chrono::milliseconds patience) override;
 
  private:
+  LocalPool(LocalPoolOptions options, const bus::MessageKey& key);
   void StartWorker();
 
   LocalPoolOptions options_;
-  programs::Descriptor key_;  // key file in memory
+  programs::Descriptor key_, worker_key_;  // key files in memory
   OwnServer server_;
   OwnProgram worker_;
 };

@@ -101,6 +101,9 @@ Reply ServerConnection::Answer(bus::CallOutcome<Reply> outcome) const {
   if (outcome.status == bus::CallResult::kTimeout) {
     throw ClientError(ExitCode::kUnreachable, NobodyAnswers());
   }
+  if (!outcome.ok() && outcome.code == bus::ErrorCode::kRoleRefused) {
+    throw ClientError(ExitCode::kNotPermitted, "the server at " + address_ + " refused the request: " + outcome.error);
+  }
   if (!outcome.ok()) {
     throw ClientError(ExitCode::kUsage, "the server at " + address_ + " refused the request: " + outcome.error);
   }

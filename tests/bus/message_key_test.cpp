@@ -83,13 +83,13 @@ TEST_F(KeyFile, OfSystemdMayBeReadableByAGroup) {
 }
 
 TEST_F(KeyFile, MayExistInMemoryOnly) {
-  const int fd = MessageKey::CreateInMemory();
+  const int fd = MessageKey::Random()->WriteInMemory();
   ASSERT_GE(fd, 3);
   const std::string name = "/dev/fd/" + std::to_string(fd);
   const auto first = MessageKey::Load(name);
   const auto again = MessageKey::Load(name);
   EXPECT_TRUE(std::ranges::equal(first->bytes(), again->bytes()));
-  const int other = MessageKey::CreateInMemory();
+  const int other = MessageKey::Random()->WriteInMemory();
   EXPECT_FALSE(std::ranges::equal(first->bytes(), MessageKey::Load("/dev/fd/" + std::to_string(other))->bytes()));
   ::close(other);
   // Handed over on purpose, but not to programs that are started later.
@@ -98,6 +98,29 @@ TEST_F(KeyFile, MayExistInMemoryOnly) {
   EXPECT_EQ(::fcntl(fd, F_GETFD), FD_CLOEXEC);
   ::close(fd);
   ExpectFault(name, "cannot be opened");
+}
+
+TEST_F(KeyFile, OfARoleNamesTheRole) {
+  const auto full = MessageKey::Load(Write(kDigits));
+  EXPECT_EQ(full->role(), KeyRole::kOperator);
+  for (const KeyRole role : kDerivedRoles) {
+    const auto derived = MessageKey::Load(Write(full->ForRole(role)->FileText()));
+    EXPECT_EQ(derived->role(), role);
+    EXPECT_TRUE(std::ranges::equal(derived->bytes(), full->ForRole(role)->bytes()));
+    EXPECT_FALSE(std::ranges::equal(derived->bytes(), full->bytes()));
+    for (const KeyRole other : {KeyRole::kOperator, KeyRole::kWorker, KeyRole::kClient}) {
+      EXPECT_EQ(derived->ForRole(other), other == role ? derived.get() : nullptr);
+    }
+    const int fd = derived->WriteInMemory();
+    EXPECT_EQ(MessageKey::Load("/dev/fd/" + std::to_string(fd))->role(), role);
+    ::close(fd);
+  }
+  EXPECT_EQ(MessageKey::Load(Write(full->FileText()))->role(), KeyRole::kOperator);
+  for (const std::string& text : {"operator " + kDigits, "worker" + kDigits, "worker  " + kDigits, "Worker " + kDigits,
+                                  "worker client " + kDigits, std::string("worker "), "worker " + kDigits.substr(1),
+                                  "worker\t" + kDigits, "client " + kDigits + "00", kDigits + " worker"}) {
+    ExpectFault(Write(text), "64 hexadecimal digits");
+  }
 }
 
 TEST_F(KeyFile, MustHoldExactlyOneKey) {
@@ -138,8 +161,8 @@ TEST_F(KeyFile, MayBeALinkToOne) {
 
 TEST_F(KeyFile, IsMadeFreshPrivateAndOnlyOnce) {
   const std::string file = folder() / "new", second = folder() / "second";
-  MessageKey::CreateFile(file);
-  MessageKey::CreateFile(second);
+  MessageKey::Random()->WriteFile(file);
+  MessageKey::Random()->WriteFile(second);
   struct stat status {};
   ASSERT_EQ(::stat(file.c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777U, 0600U);
@@ -148,8 +171,8 @@ TEST_F(KeyFile, IsMadeFreshPrivateAndOnlyOnce) {
     return std::vector<std::uint8_t>(key->bytes().begin(), key->bytes().end());
   };
   EXPECT_NE(bytes(file), bytes(second));
-  EXPECT_THROW(MessageKey::CreateFile(file), BusError);
-  EXPECT_THROW(MessageKey::CreateFile(folder() / "no" / "folder"), BusError);
+  EXPECT_THROW(MessageKey::Random()->WriteFile(file), BusError);
+  EXPECT_THROW(MessageKey::Random()->WriteFile(folder() / "no" / "folder"), BusError);
 }
 
 TEST_F(KeyFile, IsNeededToLeaveTheHost) {

@@ -62,6 +62,18 @@ TEST_F(ProtocolVector, RequestWithoutAndWithKey) {
   Expect("request-keyed", Probe(), ProbeBody(), key_.get());
 }
 
+TEST_F(ProtocolVector, KeysOfRoles) {
+  for (const KeyRole role : kDerivedRoles) {
+    const MessageKey& derived = *key_->ForRole(role);
+    EXPECT_EQ(Hex(vectors_["key-" + std::string(ToString(role))]), Hex(derived.bytes()));
+    EXPECT_EQ(derived.FileText(), std::string(ToString(role)) + " " + Hex(derived.bytes()) + "\n");
+  }
+  FrameHeader header = Probe();
+  header.role = KeyRole::kWorker;
+  Expect("request-worker", header, ProbeBody(), key_.get());
+  Expect("request-worker", header, ProbeBody(), key_->ForRole(KeyRole::kWorker));
+}
+
 TEST_F(ProtocolVector, Challenge) {
   FrameHeader header = Probe();
   header.kind = FrameKind::kError;

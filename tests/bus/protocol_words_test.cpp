@@ -8,6 +8,7 @@
 #include <sstream>
 #include <string>
 
+#include "bus/key_role.h"
 #include "bus/message_fields.h"
 #include "tests/folders.h"
 #include "words/result.h"
@@ -104,13 +105,27 @@ TEST(ProtocolWords, ResultsListTheWordsOfTheSolverAndTheJudge) {
   ExpectEveryWordIn<Verdict>(words);
 }
 
+std::string CallersWord(MessageType type) {
+  switch (CallersOf(type)) {
+    case Callers::kAnyone:
+      return "anyone";
+    case Callers::kWorkers:
+      return "worker";
+    case Callers::kClients:
+      return "client";
+    case Callers::kOperator:
+      return "operator";
+  }
+  return "";
+}
+
 template <class... Request>
 void ExpectCallsListed(MessageList<Request...> /*all*/) {
   const std::string protocol = ReadFile("PROTOCOL.md");
   const auto expect = [&](MessageType type, const std::string& request, const std::string& reply) {
     const std::string number = std::to_string(static_cast<int>(type));
-    const std::regex row("\\n\\| " + number + " \\| " + std::string(ToString(type)) + " \\| \\w+ \\| `" + request +
-                         "` \\| `" + reply + "` \\|");
+    const std::regex row("\\n\\| " + number + " \\| " + std::string(ToString(type)) + " \\| " + CallersWord(type) +
+                         " \\| `" + request + "` \\| `" + reply + "` \\|");
     EXPECT_TRUE(std::regex_search(protocol, row)) << request;
     EXPECT_NE(ReadFile(request + ".lcm").find("(type " + number + ", to the server)"), std::string::npos) << request;
   };

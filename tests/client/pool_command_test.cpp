@@ -42,6 +42,10 @@ class PoolCommand : public CommandLine {
     words.insert(words.end(), {"--access", "lab.access", "--key-file", "lab.key"});
     return words;
   }
+  std::string ContentOf(const std::string& name) const {
+    std::ifstream file(folder_ / name);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  }
   std::string Key() const {
     std::ifstream file(folder_ / "lab.key");
     std::string key;
@@ -160,9 +164,64 @@ TEST_F(PoolCommand, OtherEnginesGetAScriptWithPathsAndWithoutTheKey) {
     const ProgramResult result = Run(WithAccess({"pool", "script", "pool.yaml", "--engine", engine}));
     ASSERT_EQ(result.exit_code, 0) << result.err;
     for (const std::string& line : lines) EXPECT_THAT(result.out, HasSubstr(line)) << engine;
-    EXPECT_THAT(result.out, AllOf(HasSubstr("lab.access"), HasSubstr("lab.key"), Not(HasSubstr(Key())))) << engine;
+    EXPECT_THAT(result.out, AllOf(HasSubstr("lab.access"), HasSubstr("worker.key"), Not(HasSubstr("lab.key"))))
+        << engine;
+    EXPECT_THAT(result.out, Not(HasSubstr(Key()))) << engine;
     if (engine != "htcondor") ExpectShellReads(result.out);
   }
+}
+
+// A node is given the worker's key only, however it gets it.
+TEST_F(PoolCommand, NodesGetTheWorkersKeyOnly) {
+  Write("pool.yaml", "slurm: {nodes: 1}\npbs: {nodes: 1}\n");
+  ASSERT_EQ(Run({"keygen", "w.key", "--role", "worker", "--from", "lab.key"}).exit_code, 0);
+  ASSERT_EQ(Run({"keygen", "c.key", "--role", "client", "--from", "lab.key"}).exit_code, 0);
+  const std::string worker_key = ContentOf("w.key");
+  EXPECT_THAT(worker_key, testing::MatchesRegex("worker [0-9a-f]+\n"));
+  // A file that the script names.
+  const auto print = [this](const std::string& key) {
+    return Run({"pool", "script", "pool.yaml", "--engine", "pbs", "--access", "lab.access", "--key-file", key,
+                "--folder", "nodes"});
+  };
+  ProgramResult result = print("lab.key");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr((folder_ / "nodes" / "worker.key").string()));
+  EXPECT_EQ(ContentOf("nodes/worker.key"), worker_key);
+  EXPECT_EQ(fs::status(folder_ / "nodes" / "worker.key").permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  EXPECT_EQ(print("lab.key").exit_code, 0) << "once more";
+  result = print("w.key");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr((folder_ / "w.key").string()));
+  ExpectError(print("c.key"), kUsage,
+              "holds a client's key; workers need the full key of the deployment, or a worker's");
+  ASSERT_EQ(Run({"keygen", "other.key"}).exit_code, 0);
+  ExpectError(print("other.key"), kUsage, "is not the worker's key of \"other.key\"");
+  // The text that travels in a script.
+  const std::vector<std::string> slurm = {"pool", "slurm", "pool.yaml", "--access", "lab.access", "--key-file"};
+  const auto dry_run = [&](const std::string& key) {
+    std::vector<std::string> words = slurm;
+    words.insert(words.end(), {key, "--dry-run"});
+    return Run(words);
+  };
+  for (const char* key : {"lab.key", "w.key"}) {
+    result = dry_run(key);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, AllOf(HasSubstr("(the key)"), Not(HasSubstr(Key())),
+                                  Not(HasSubstr(worker_key.substr(0, worker_key.size() - 1)))));
+  }
+  ExpectError(dry_run("c.key"), kUsage, "holds a client's key");
+}
+
+TEST_F(PoolCommand, KeysOfRolesAreDerivedFromTheFullKeyOnly) {
+  ASSERT_EQ(Run({"keygen", "w.key", "--role", "worker", "--from", "lab.key"}).exit_code, 0);
+  ExpectError(Run({"keygen", "w.key", "--role", "worker", "--from", "lab.key"}), kUsage, "w.key");
+  ExpectError(Run({"keygen", "x.key", "--role", "client", "--from", "w.key"}), kUsage,
+              "\"w.key\" holds a worker's key; keys of roles are derived from the full key only");
+  ExpectError(Run({"keygen", "x.key", "--role", "worker", "--from", "w.key"}), kUsage, "holds a worker's key");
+  EXPECT_EQ(Run({"keygen", "x.key", "--role", "worker"}).exit_code, 2);
+  EXPECT_EQ(Run({"keygen", "x.key", "--from", "lab.key"}).exit_code, 2);
+  EXPECT_EQ(Run({"keygen", "x.key", "--role", "operator", "--from", "lab.key"}).exit_code, 2);
+  EXPECT_FALSE(fs::exists(folder_ / "x.key"));
 }
 
 // Words of a line as /bin/sh takes them, whose quotes are those of sbatch and qsub for these values.

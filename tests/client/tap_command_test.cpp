@@ -156,7 +156,7 @@ TEST_F(TapCommand, RatesAreATableOrObjects) {
 
 TEST_F(TapCommand, AKeyIsCheckedAndNeverShown) {
   const std::string file = (folder_.path() / "key").string();
-  bus::MessageKey::CreateFile(file);
+  bus::MessageKey::Random()->WriteFile(file);
   server_environment_ = {{"LEGOPT_KEY_FILE", file}};
   StartServer(server_environment_);
   const auto with = TapOneStatus({}, ShowsItsAnswer, server_environment_);
@@ -172,6 +172,11 @@ TEST_F(TapCommand, AKeyIsCheckedAndNeverShown) {
     EXPECT_FALSE(line.contains("body"));
   }
   EXPECT_THAT(without.err, HasSubstr("--key-file"));
+  const std::string worker_file = (folder_.path() / "worker.key").string();
+  bus::MessageKey::Load(file)->ForRole(bus::KeyRole::kWorker)->WriteFile(worker_file);
+  const auto of_a_worker =
+      TapOneStatus({"--key-file", worker_file}, [](const std::string& text) { return !WholeLines(text).empty(); });
+  EXPECT_THAT(of_a_worker.err, HasSubstr("a worker's key checks the tags of that role only; the full key checks all"));
 }
 
 TEST_F(TapCommand, SilenceIsSaid) {

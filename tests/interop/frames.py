@@ -20,6 +20,7 @@ FRAME_BYTES = 1200
 PAYLOAD_BYTES = FRAME_BYTES - HEADER_BYTES
 TAG = slice(72, 88)
 VERSION_REFUSED = 1
+ROLES = ("worker", "client")
 RECEIVE_BUFFER_BYTES = 1 << 20
 
 
@@ -28,7 +29,7 @@ class UnusableKey(ValueError):
 
 
 def read_key(path):
-    """The key in a file that only its owner may read."""
+    """The key in a file that only its owner may read, whatever its role."""
     facts = os.stat(path)
     if not stat.S_ISREG(facts.st_mode):
         raise UnusableKey(f"{path}: not a regular file")
@@ -37,9 +38,16 @@ def read_key(path):
     with open(path, encoding="ascii") as file:
         text = file.read()
     digits = text[:-1] if text.endswith("\n") else text
+    for role in ROLES:
+        digits = digits.removeprefix(role + " ")
     if len(digits) != 64 or set(digits) - set("0123456789abcdefABCDEF"):
         raise UnusableKey(f"{path}: not 64 hexadecimal digits")
     return bytes.fromhex(digits)
+
+
+def derived_key(key, role):
+    """The key of a role that follows from the full key."""
+    return hashlib.blake2b(b"legopt " + role.encode("ascii"), digest_size=32, key=key).digest()
 
 
 def deployment_number(group, port):

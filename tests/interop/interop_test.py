@@ -24,7 +24,7 @@ from wire import Messages
 LCMTYPES = SOURCE / "lcmtypes"
 SKIPPED = 77
 MOTION = {"task": "motion", "problems": [0]}
-VERSION_REFUSED, UNKNOWN_TYPE, MALFORMED, KEY_NEEDED = 1, 2, 3, 9
+VERSION_REFUSED, UNKNOWN_TYPE, MALFORMED, KEY_NEEDED, ROLE_REFUSED = 1, 2, 3, 9, 10
 ACCEPTED, DUPLICATE, STALE, REFUSED = range(4)
 FINISHED, CRASHED, GIVEN_BACK = 0, 1, 4
 build = ""
@@ -61,11 +61,14 @@ class ProtocolTest(unittest.TestCase):
                    re.findall(r"^    vector (\S+)\n((?:    [0-9a-f ]+(?:\n|$))+)", text, re.M)}
         key = vectors.pop("key")
         self.expect_envelopes(vectors, key)
-        self.assertEqual(len(vectors), 4)
+        keys = {"request": b"", "request-worker": frames.derived_key(key, "worker")}
+        for role in frames.ROLES:
+            self.assertEqual(vectors.pop("key-" + role), frames.derived_key(key, role))
+        self.assertEqual(len(vectors), 5)
         for name, vector in vectors.items():
             frame = messages.decode("frame", vector)
             self.assertEqual(messages.encode("frame", **vars(frame)), vector, name)
-            self.assertEqual(frame.tag, frames.tag_of(vector, b"" if name == "request" else key), name)
+            self.assertEqual(frame.tag, frames.tag_of(vector, keys.get(name, key)), name)
         request = messages.decode("frame", vectors["request"])
         self.assertEqual(messages.decode("probe_request", request.payload).nonce, 42)
 
@@ -279,6 +282,9 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
         endpoint = self.endpoint(deployment, key)
         await endpoint.call("control", experiment_id=experiment, action=0)
         self.assertEqual(deployment.query("SELECT hold FROM experiment_list"), [("paused",)])
+        worker = self.endpoint(deployment, frames.derived_key(key, "worker"))
+        self.assertEqual((await worker.call("probe", nonce=1)).protocol_version, 6)
+        await self.expect_refusal(ROLE_REFUSED, "worker", worker.call("control", experiment_id=experiment, action=1))
         deployment.call("resume", experiment)
         recorded = list(endpoint.port.sent)
         for restarted in (False, True):

@@ -11,6 +11,7 @@
 #include "bus/codec.h"
 #include "bus/field_limits.h"
 #include "bus/simulated_network.h"
+#include "server/permission.h"
 #include "server/server.h"
 #include "tests/server/scheduler_fixture.h"
 
@@ -442,6 +443,25 @@ TEST_F(ServerOnBus, MalformedBodiesAreRejectedByField) {
   ASSERT_TRUE(RunUntil([&] { return done; }));
   EXPECT_EQ(result.status, bus::CallResult::kRejected);
   EXPECT_EQ(result.code, bus::ErrorCode::kMalformed);
+}
+
+// The table of PROTOCOL.md, section 11, of every action; whether it has something to act on does not matter.
+TEST(Permission, ActionsThatConcernTheWorkOfOthersAreForOperators) {
+  const std::vector<ControlAction> operators_only = {ControlAction::kHold, ControlAction::kRelease,
+                                                     ControlAction::kPriority, ControlAction::kDelete,
+                                                     ControlAction::kDrainWorker};
+  for (const Word<ControlAction>& row : kWords<ControlAction>) {
+    legopt_msg::control_request request{};
+    request.action = NumberOf(row.value);
+    const bool restricted = std::find(operators_only.begin(), operators_only.end(), row.value) != operators_only.end();
+    EXPECT_EQ(RefusalOf(bus::KeyRole::kOperator, request), "") << row.word;
+    EXPECT_EQ(RefusalOf(bus::KeyRole::kClient, request).empty(), !restricted) << row.word;
+    if (restricted) {
+      EXPECT_EQ(
+          RefusalOf(bus::KeyRole::kClient, request),
+          "a client's key does not permit the action '" + std::string(row.word) + "'; give --key-file the full key");
+    }
+  }
 }
 
 TEST_F(ServerOnBus, ShutdownIsAnsweredAndDrains) {

@@ -29,7 +29,7 @@ class BridgeServiceTest : public testing::Test {
   void SetUp() override {
     if (const std::string why = Deployment::Unavailable(); !why.empty()) GTEST_SKIP() << "NO MULTICAST HERE: " << why;
     key_file_ = (folder_ / "key").string();
-    bus::MessageKey::CreateFile(key_file_);
+    bus::MessageKey::Random()->WriteFile(key_file_);
     setenv(kKeyOfTheEnvironment, key_file_.c_str(), 1);
     deployment_.emplace();
     // Any free port of loopback.
@@ -173,7 +173,7 @@ TEST_F(BridgeServiceTest, AServerThatCannotBeReachedIsToldWithAllAddressesThatWe
 TEST_F(BridgeServiceTest, AWorkerWithAnotherKeyIsToldWhatMayBeWrong) {
   deployment_->StartServer();
   const std::string other = (folder_ / "other").string();
-  bus::MessageKey::CreateFile(other);
+  bus::MessageKey::Random()->WriteFile(other);
   const auto worker =
       StartBridged("stub_worker", {"--slots", "1", "--dataset", "stub-d", "--wait-server", "0.5", "--key-file", other});
   ExpectEnd(*worker, ExitCode::kUnreachable, "with the key in " + other);

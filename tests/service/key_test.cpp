@@ -27,7 +27,7 @@ class KeyTest : public testing::Test {
   void SetUp() override {
     if (const std::string why = Deployment::Unavailable(); !why.empty()) GTEST_SKIP() << "NO MULTICAST HERE: " << why;
     key_file_ = (folder_ / "key").string();
-    bus::MessageKey::CreateFile(key_file_);
+    bus::MessageKey::Random()->WriteFile(key_file_);
   }
   void TearDown() override {
     deployment_.reset();
@@ -74,6 +74,66 @@ TEST_F(KeyTest, WorkGoesThroughOverRestartsOfTheServer) {
   ASSERT_TRUE(deployment_->WaitUntilDone(experiment));
   EXPECT_EQ(deployment_->Query("SELECT count(*) FROM results"), std::vector<std::string>{std::to_string(kJobs)});
   EXPECT_EQ(deployment_->server().ErrorTail().find("no key"), std::string::npos);
+}
+
+// A worker with the worker's key, a client with the client's: the experiment is solved, and nobody goes beyond his
+// role.
+TEST_F(KeyTest, RolesDoTheirWorkAndNothingElse) {
+  const auto full = bus::MessageKey::Load(key_file_);
+  const std::string worker_key = (folder_ / "worker.key").string(), client_key = (folder_ / "client.key").string();
+  full->ForRole(bus::KeyRole::kWorker)->WriteFile(worker_key);
+  full->ForRole(bus::KeyRole::kClient)->WriteFile(client_key);
+  UseKey();
+  Start();
+  const auto worker = deployment_->StartStubWorker({"--slots", "2", "--key-file", worker_key});
+  const auto run = [&](const std::string& key, std::vector<std::string> words) {
+    words.insert(words.end(), {"--key-file", key, "--port", std::to_string(deployment_->port()), "--timeout", "30"});
+    auto program = std::make_unique<client::ChildProcess>(Program("legopt"), words, true);
+    const auto exit = program->Wait(kEndPatience);
+    return std::pair(exit ? exit->code : -1, program->ErrorTail());
+  };
+  const auto connection = [&](const std::string& key) {
+    client::NetworkOptions network = Network();
+    network.key_file = key;
+    return std::make_unique<client::ServerConnection>(network);
+  };
+  constexpr int kJobs = 20;
+  const auto client = connection(client_key);
+  EXPECT_EQ(client->Submit("a", StubSpec(kJobs, 10).dump(), {}).num_jobs, kJobs);
+  ASSERT_TRUE(deployment_->WaitUntilDone(1));
+  EXPECT_NE(client->Query("SELECT count(*) FROM results", 1, 10).find(std::to_string(kJobs)), std::string::npos);
+
+  const int refused = StatusOf(ExitCode::kNotPermitted);
+  const auto expect_refused = [&](const std::string& key, const std::vector<std::string>& words,
+                                  const std::string& why) {
+    const auto [code, error] = run(key, words);
+    EXPECT_EQ(code, refused) << words[0] << ": " << error;
+    EXPECT_NE(error.find(why), std::string::npos) << words[0] << ": " << error;
+  };
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{{"cancel", "1"},
+                                                                                     {"pause", "1"},
+                                                                                     {"tag", "1", "x"},
+                                                                                     {"delete", "1", "--yes"},
+                                                                                     {"query", "SELECT 1"},
+                                                                                     {"drain", "1"}}) {
+    expect_refused(worker_key, words, "a worker's key does not permit");
+  }
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"delete", "1", "--yes"}, {"hold", "1", "why"}, {"release", "1"}, {"priority", "1", "5"}, {"drain", "1"}}) {
+    expect_refused(client_key, words, "give --key-file the full key");
+  }
+  EXPECT_EQ(run(client_key, {"tag", "1", "kept"}).first, 0);
+  EXPECT_EQ(run(worker_key, {"status"}).first, 0);
+  EXPECT_EQ(deployment_->Query("SELECT tags FROM experiment_list"), std::vector<std::string>{"kept"});
+
+  const auto stranger = deployment_->StartStubWorker({"--slots", "1", "--key-file", client_key});
+  const auto exit = stranger->Wait(kEndPatience);
+  ASSERT_TRUE(exit.has_value());
+  EXPECT_EQ(exit->code, refused) << stranger->ErrorTail();
+  EXPECT_NE(stranger->ErrorTail().find("a client's key does not permit hello"), std::string::npos)
+      << stranger->ErrorTail();
+  ExpectRefusal({"--key-file", worker_key}, "holds a worker's key; a server needs the full key");
+  EXPECT_EQ(run(key_file_, {"delete", "1", "--yes"}).first, 0) << "the full key still does everything";
 }
 
 TEST_F(KeyTest, WhoeverHasNoKeyIsToldSo) {
