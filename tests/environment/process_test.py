@@ -75,6 +75,14 @@ class ProcessTest(unittest.TestCase):
         self.assertEqual(code, 0, err)
         self.assertEqual([name for name in os.listdir(self.folder) if name.startswith(".legopt")], [])
 
+    def test_a_fault_of_a_piped_text_names_what_the_user_named(self):
+        code, _, err = self.run_to_end(*self.command("run", "s.yaml", "--solver", "-"), text_for_input="{broken")
+        self.assertEqual(code, 2, err)
+        self.assertIn("/dev/stdin:1", err)
+        code, _, err = self.run_to_end(*self.command("run", "-", "--solver", "/dev/stdin"), text_for_input=self.suite())
+        self.assertEqual(code, 2, err)
+        self.assertIn("standard input (-) is named 2 times", err)
+
     def test_runs_that_begin_together_have_files_of_their_own(self):
         runs = [self.start(*self.command("run", "s.yaml", "--workers", "1")) for _ in range(4)]
         for run in runs:
