@@ -189,7 +189,7 @@ class OlderAndOtherResults(unittest.TestCase):
 
     def test_texts_of_the_file_that_are_not_json_are_named(self):
         doubled = '{"columns": ["cost"], "rows": [[1.5]], "rows": []}'
-        path = self.changed("UPDATE datasets SET joint_names = '[\"a\", 1]'",
+        path = self.changed("UPDATE datasets SET joint_names = '[\"a\", 1, \"b\"]'",
                             f"UPDATE results SET trace = NULL, history_json = '{doubled}' WHERE job_id = 1")
         with legopt.open(path) as db:
             for ask in (db.waypoints, db.trace):
