@@ -1,10 +1,12 @@
 #include "bridge/access_file.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 #include <system_error>
 
 #include "bridge/link_socket.h"
@@ -21,6 +23,7 @@ using bus::BusErrorCode;
 constexpr const char* kFirstLine = "legopt-access 1";
 constexpr std::size_t kMostAddresses = 64;
 constexpr std::size_t kLongestLine = 200;
+constexpr std::size_t kMostFileBytes = 2 * kMostAddresses * kLongestLine;
 
 [[noreturn]] void Refuse(const std::string& file, const std::string& why) {
   throw BusError(BusErrorCode::kInvalidOption, "access file " + file + ": " + why);
@@ -38,6 +41,7 @@ std::string TakeLine(const std::string& line, Access& access) {
   const std::string word = line.substr(0, space);
   const std::string value = space == std::string::npos ? "" : line.substr(space + 1);
   if (word == "deployment") {
+    if (access.deployment != 0) return "a second deployment";
     const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), access.deployment);
     if (error != std::errc{} || end != value.data() + value.size() || access.deployment < 1) {
       return "'" + value + "' is no deployment number";
@@ -52,6 +56,26 @@ std::string TakeLine(const std::string& line, Access& access) {
     return error.what();
   }
   return "";
+}
+
+// At most kMostFileBytes, so that an endless file costs no memory.
+std::string ContentOf(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream && files::IsShortage(errno)) throw std::system_error(errno, std::generic_category(), file);
+  if (!stream) Refuse(file, std::string("cannot be read: ") + std::strerror(errno));
+  std::string text(kMostFileBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (text.size() > kMostFileBytes) Refuse(file, "is larger than any access file; check that it is the right one");
+  return text;
+}
+
+// Without its line end. Removes both from `text`.
+std::string_view TakeFirstLine(std::string_view& text) {
+  const std::size_t end = std::min(text.find('\n'), text.size());
+  const std::string_view line = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return line;
 }
 
 }  // namespace
@@ -76,14 +100,14 @@ void WriteAccessFile(const std::string& file, const Access& access) {
 }
 
 Access ReadAccessFile(const std::string& file) {
-  std::ifstream stream(file);
-  if (!stream) Refuse(file, std::string("cannot be read: ") + std::strerror(errno));
-  Access access;
-  std::string line;
-  if (!std::getline(stream, line) || line != kFirstLine) {
+  const std::string text = ContentOf(file);
+  std::string_view rest = text;
+  if (TakeFirstLine(rest) != kFirstLine) {
     Refuse(file, "not an access file of this release; 'legopt-server --listen' writes one");
   }
-  for (int number = 2; std::getline(stream, line); ++number) {
+  Access access;
+  for (int number = 2; !rest.empty(); ++number) {
+    const std::string line(TakeFirstLine(rest));
     if (line.empty() || line[0] == '#') continue;
     const std::string fault = line.size() > kLongestLine ? "too long" : TakeLine(line, access);
     if (!fault.empty()) Refuse(file, "line " + std::to_string(number) + ": " + fault);

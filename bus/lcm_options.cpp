@@ -1,9 +1,13 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 
-#include <cerrno>
+#include <charconv>
+#include <cstdint>
 #include <cstdlib>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <system_error>
 
 #include "bus/bus_error.h"
 #include "bus/lcm_transport.h"
@@ -17,27 +21,33 @@ constexpr int kMaxTtl = 255;
 
 [[noreturn]] void Refuse(const std::string& fault) { throw BusError(BusErrorCode::kInvalidOption, fault); }
 
+// The number that all of `text` names.
+std::optional<std::int64_t> WholeNumber(std::string_view text) {
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
 }  // namespace
 
 LcmOptions LcmOptions::FromEnvironment() {
   LcmOptions options;
   if (const char* group = std::getenv("LEGOPT_GROUP"); group != nullptr && *group != '\0') options.group = group;
   if (const char* text = std::getenv("LEGOPT_PORT"); text != nullptr && *text != '\0') {
-    char* end = nullptr;
-    const long port = std::strtol(text, &end, 10);
-    if (*end != '\0' || port < kLowestPort || port > kHighestPort) {
+    const auto port = WholeNumber(text);
+    if (!port || *port < kLowestPort || *port > kHighestPort) {
       Refuse("LEGOPT_PORT: \"" + std::string(text) + "\": must be a number in 1024 .. 65534");
     }
-    options.port = static_cast<int>(port);
+    options.port = static_cast<int>(*port);
   }
   if (const char* file = std::getenv("LEGOPT_KEY_FILE"); file != nullptr) options.key_file = file;
   if (const char* text = std::getenv("LEGOPT_DEPLOYMENT"); text != nullptr && *text != '\0') {
-    char* end = nullptr;
-    errno = 0;
-    options.deployment = std::strtoll(text, &end, 10);
-    if (*end != '\0' || errno != 0 || options.deployment < 1) {
+    const auto deployment = WholeNumber(text);
+    if (!deployment || *deployment < 1) {
       Refuse("LEGOPT_DEPLOYMENT: \"" + std::string(text) + "\": must be a positive number of 63 bits");
     }
+    options.deployment = *deployment;
   }
   options.Validate();
   return options;

@@ -176,6 +176,7 @@ std::shared_ptr<const MessageKey> MessageKey::Load(const std::string& file) {
                      ", who may not read it; give that user a copy of its own with mode 600, or a systemd unit "
                      "LoadCredential=key:FILE and --key-file ${CREDENTIALS_DIRECTORY}/key");
   }
+  if (fd.get() < 0 && files::IsShortage(errno)) throw std::system_error(errno, std::generic_category(), file);
   if (fd.get() < 0) Refuse(file, "cannot be opened: " + Reason() + "; make one: legopt keygen FILE");
   CheckWhoMayRead(file, fd.get());
   SecretText text;

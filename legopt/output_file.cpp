@@ -1,5 +1,6 @@
 #include "legopt/output_file.h"
 
+#include <cerrno>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -21,6 +22,7 @@ void WriteOutputFile(const std::filesystem::path& path, std::string_view bytes, 
 
 void CopyOutputFile(const std::filesystem::path& from, const std::filesystem::path& to) {
   std::ifstream stream(from, std::ios::binary);
+  if (!stream && files::IsShortage(errno)) throw std::system_error(errno, std::generic_category(), from.string());
   const std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   std::error_code error;
   if (!stream.is_open() || stream.bad() || std::filesystem::is_directory(from, error)) {

@@ -1,12 +1,65 @@
 #include "programs/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <string_view>
+#include <type_traits>
 
 #include "legopt/nearest_name.h"
+#include "legopt/number_text.h"
 
 namespace legopt::programs {
+namespace {
+
+constexpr char kAnyNumber[] = "any number";
+
+template <class Value>
+struct NumberIn {
+  using type = Value;
+};
+template <class Value>
+struct NumberIn<std::optional<Value>> {
+  using type = Value;
+};
+
+std::string_view WithoutPlus(std::string_view word) { return word.substr(word.size() > 1 && word[0] == '+' ? 1 : 0); }
+
+template <class Number>
+std::optional<Number> ReadNumber(std::string_view word) {
+  if constexpr (std::is_integral_v<Number>) {
+    return ParseInteger<Number>(WithoutPlus(word));
+  } else {
+    const std::optional<Number> number = ParseNumber(word);
+    return number && std::isfinite(*number) ? number : std::nullopt;
+  }
+}
+
+template <class Number>
+std::string FaultOfNumber(const std::string& word) {
+  if (ReadNumber<Number>(word)) return {};
+  const std::string kind = std::is_floating_point_v<Number> ? "must be a number"
+                           : std::is_signed_v<Number>       ? "must be a whole number"
+                                                            : "must be a whole number of at least 0";
+  return kind + " (got '" + word + "')";
+}
+
+// CLI11 reads 010 as 8 and takes 0x10, " 1" and, without a sign, -1. It is handed the decimal number that was meant,
+// and no other word. Option::Check replaces the second validator by one that names the range.
+template <class Number>
+void ReadAsDecimal(CLI::Option& option) {
+  const auto normalize = [](std::string& word) {
+    if constexpr (std::is_integral_v<Number>) {
+      if (const auto number = ReadNumber<Number>(word)) word = std::to_string(*number);
+    }
+    return std::string();
+  };
+  option.transform(CLI::Validator(normalize, ""));
+  option.check(CLI::Validator([](const std::string& word) { return FaultOfNumber<Number>(word); }, "", kAnyNumber));
+}
+
+}  // namespace
 
 Option Option::Required() const {
   option_->required();
@@ -15,6 +68,10 @@ Option Option::Required() const {
 
 Option Option::Check(ValueCheck check) const {
   const auto fault = [fault = std::move(check.fault)](const std::string& word) { return fault(word); };
+  try {
+    option_->get_validator(kAnyNumber)->active(false);
+  } catch (const CLI::OptionNotFound&) {  // no number
+  }
   option_->check(CLI::Validator(fault, check.range));
   return *this;
 }
@@ -56,7 +113,10 @@ Option Option::Needs(Option other) const {
 
 template <class Value>
 Option Command::AddOption(const std::string& name, Value& value, const std::string& help) const {
-  return Option(app_->add_option(name, value, help));
+  CLI::Option* option = app_->add_option(name, value, help);
+  using Number = typename NumberIn<Value>::type;
+  if constexpr (std::is_arithmetic_v<Number>) ReadAsDecimal<Number>(*option);
+  return Option(option);
 }
 
 #define LEGOPT_OPTION_OF(...)                                                                                     \

@@ -17,6 +17,7 @@
 #include "bus/lcm_transport.h"
 #include "db/file_system.h"
 #include "db/sqlite_store.h"
+#include "legopt/input/name.h"
 #include "programs/arguments.h"
 #include "programs/build_identity.h"
 #include "programs/command_line.h"
@@ -66,7 +67,7 @@ std::int64_t WallClock() { return std::max<std::int64_t>(0, SystemClock_us()); }
 std::string Hostname() {
   std::array<char, 256> name{};
   gethostname(name.data(), name.size() - 1);
-  return name.data();
+  return FindNameFault(name.data()) ? "unknown" : name.data();
 }
 
 ServerOptions OptionsFor(const Arguments& arguments) {

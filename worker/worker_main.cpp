@@ -18,6 +18,7 @@
 #include "bus/bus_error.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
+#include "legopt/input/name.h"
 #include "legopt/input_error.h"
 #include "programs/affinity.h"
 #include "programs/arguments.h"
@@ -69,8 +70,14 @@ struct CommandLine {
 
 std::string HostName() {
   std::array<char, kMaxNameBytes> name{};
-  if (gethostname(name.data(), name.size() - 1) != 0) return "unknown";
+  if (gethostname(name.data(), name.size() - 1) != 0 || FindNameFault(name.data())) return "unknown";
   return name.data();
+}
+
+std::string FaultOfWorkerName(const std::string& name) {
+  if (name.size() > kMaxNameBytes) return "has more than " + std::to_string(kMaxNameBytes) + " bytes";
+  const auto fault = name.empty() ? std::nullopt : FindNameFault(name);
+  return fault ? fault->message + " (got '" + name + "'); " + fault->fix : "";
 }
 
 void Define(programs::Program& program, CommandLine& line) {
@@ -88,7 +95,8 @@ void Define(programs::Program& program, CommandLine& line) {
       .ValueName("FOLDER|HASH");
   program.AddOption("--solver", line.inputs.solvers,
                     "Declaration of a solver of others that jobs may ask for; may be repeated (docs/solvers.md)");
-  program.AddOption("--name", line.name, "Name in tables and listings (default: the host's)");
+  program.AddOption("--name", line.name, "Name in tables and listings (default: the host's)")
+      .Check({FaultOfWorkerName, ""});
   program.AddFlag("--exit-when-idle", line.exit_when_idle,
                   "Leave when every experiment of the server is over (also when it has none)");
   program
@@ -171,7 +179,7 @@ SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts&
   PoolOptions& pool = options.pool;
   pool.slots = *line.slots;
   pool.hostname = HostName();
-  pool.name = (line.name.empty() ? pool.hostname : line.name).substr(0, kMaxNameBytes);
+  pool.name = line.name.empty() ? pool.hostname : line.name;
   pool.pid = getpid();
   pool.build = programs::BuildName(build);
   pool.build_id = programs::BuildId(build);

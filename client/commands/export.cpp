@@ -11,6 +11,7 @@
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/isolated_call.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -61,7 +62,7 @@ void Write(const std::string& out, const SolutionFile& file, std::size_t num_fil
     WriteSolutions(path, file);
   }
   std::cerr << file.problems.size() << " " << ToString(file.task) << " problems written to "
-            << (out == kStandardOutput ? "standard output" : path.string()) << "\n";
+            << (out == kStandardOutput ? "standard output" : programs::Printable(path.string())) << "\n";
 }
 
 // "both tasks, -a and -b".

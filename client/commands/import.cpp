@@ -59,6 +59,9 @@ void PrintReport(const ImportReport& report, const std::string& out, bool json) 
 
 // Problem files are read, and then copied.
 std::vector<std::unique_ptr<RereadableFile>> MakeProblemsRereadable(ImportOptions& options) {
+  std::vector<std::filesystem::path> names;
+  for (const TaskDescription& task : ProblemTasks()) names.emplace_back(options.files.problems[task.task].value_or(""));
+  RequireOneStandardInput(names);
   std::vector<std::unique_ptr<RereadableFile>> copies;
   for (const TaskDescription& task : ProblemTasks()) {
     auto& file = options.files.problems[task.task];
@@ -82,6 +85,9 @@ ExitCode Import(const Flags& flags) {
   try {
     report = ImportDataset(options, folder.path());
     if (!AnyError(report.findings)) folder.Finish();
+  } catch (const InputError& error) {
+    folder.Discard();
+    throw WithGivenNames(error, copies);
   } catch (...) {
     folder.Discard();
     throw;

@@ -9,6 +9,7 @@
 #include "client/commands/options.h"
 #include "client/report/listing_writer.h"
 #include "client/report/terminal.h"
+#include "legopt/input/utf8.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 
@@ -30,6 +31,7 @@ void RequireStatement(const std::string& sql) {
   if (sql.find_first_not_of(" \t\r\n;") == std::string::npos) {
     throw ClientError(ExitCode::kUsage, "the SQL is empty; give one SELECT, e.g. \"SELECT * FROM benchmark_table\"");
   }
+  RequireUtf8(sql, "the SQL");
   if (sql.size() > kMaxBytes) {
     throw ClientError(ExitCode::kUsage, "the SQL has " + std::to_string(sql.size()) + " bytes, more than the " +
                                             std::to_string(kMaxBytes) + " that one statement may have");

@@ -11,6 +11,7 @@
 #include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
 #include "client/suite/input_files.h"
+#include "legopt/input_error.h"
 #include "programs/build_identity.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
@@ -131,6 +132,15 @@ ExitCode ExitCodeOf(const std::vector<Replay>& replays) {
   return kCodes[worst];
 }
 
+std::vector<external::Declaration> ReadCopied(const std::vector<std::filesystem::path>& files,
+                                              const std::vector<std::unique_ptr<RereadableFile>>& copies) {
+  try {
+    return external::ReadDeclarations(files);
+  } catch (const InputError& error) {
+    throw WithGivenNames(error, copies);
+  }
+}
+
 ExitCode ReplayStored(const ReplayOptions& options) {
   if (options.job.has_value() == options.random.has_value()) {
     throw ClientError(ExitCode::kUsage, "name a job, or let --random N draw some: 'legopt replay 12'");
@@ -138,7 +148,7 @@ ExitCode ReplayStored(const ReplayOptions& options) {
   // Each job is solved in a process of its own, which starts what it needs.
   std::vector<std::filesystem::path> solvers = options.solvers;
   const auto solver_copies = MakeRereadable(solvers);
-  const SolverRegistry registry = external::RegistryForForks(external::ReadDeclarations(solvers));
+  const SolverRegistry registry = external::RegistryForForks(ReadCopied(solvers, solver_copies));
   const std::vector<StoredJob> jobs = ChosenJobs(options, registry);
   RequireSameBuild(jobs, options);
   JobRunner runner(LoadStoredDataset(*OpenResults(options.source), jobs.front(), options), registry);

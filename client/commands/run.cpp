@@ -3,6 +3,7 @@
 #include <ctime>
 #include <iostream>
 #include <memory>
+#include <span>
 
 #include "client/client_error.h"
 #include "client/commands/commands.h"
@@ -241,10 +242,25 @@ std::unique_ptr<OwnPool> StartPool(const RunOptions& options, const Submission& 
       LocalPoolOptions{db, dataset, options.workers, options.network, options.suite.solvers, offered, verbose});
 }
 
+std::vector<std::filesystem::path> InputsOf(const SuiteOptions& options) {
+  std::vector<std::filesystem::path> names = options.solvers;
+  names.emplace_back(options.suite);
+  return names;
+}
+
+Submission PrepareFrom(const SuiteOptions& options, std::span<const std::unique_ptr<RereadableFile>> copies) {
+  try {
+    return PrepareSubmission(options);
+  } catch (const InputError& error) {
+    throw WithGivenNames(error, copies);
+  }
+}
+
 ExitCode Run(RunOptions& options, bool verbose) {
   if (options.slurm) options.pool = ReadPoolFile(*options.slurm, Engine::kSlurm);
+  RequireOneStandardInput(InputsOf(options.suite));
   const auto solver_copies = MakeRereadable(options.suite.solvers);  // workers read them again
-  const Submission submission = PrepareSubmission(options.suite);
+  const Submission submission = PrepareFrom(options.suite, solver_copies);
   WarnOfLosses(submission);
   const std::string stem = options.db ? "" : NewDatabaseStem(submission.spec.at("name").get<std::string>());
   if (options.dry_run) return DryRun(submission, options, options.db.value_or(stem + ".sqlite"));

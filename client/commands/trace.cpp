@@ -8,6 +8,7 @@
 #include "legopt/dataset/text_file.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -25,7 +26,7 @@ ExitCode Trace(const TraceOptions& options) {
   if (options.out) {
     const Listing& kept = options.listing.columns.empty() ? listing : KeepColumns(listing, options.listing.columns);
     WriteTextFile(*options.out, RenderListing(kept, options.listing.format));
-    std::cerr << listing.rows.size() << " records written to " << *options.out << "\n";
+    std::cerr << listing.rows.size() << " records written to " << programs::Printable(*options.out) << "\n";
   } else {
     PrintListing(listing, options.listing);
   }

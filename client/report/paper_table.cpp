@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <fstream>
 
+#include "legopt/classic_stream.h"
+#include "legopt/input/file_text.h"
 #include "legopt/input_error.h"
 
 namespace legopt::client {
@@ -85,7 +86,8 @@ bool SameName(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::vector<BenchmarkRow> ReadPaperTable(const std::filesystem::path& file) {
-  std::ifstream stream(file);
+  constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+  ClassicInput stream(ReadFileText(file, kMostBytes));
   std::vector<BenchmarkRow> rows;
   bool titles_seen = false;
   int number = 0;

@@ -10,6 +10,7 @@
 #include "client/client_error.h"
 #include "db/query_json.h"
 #include "db/read_only_database.h"
+#include "db/store_error.h"
 
 namespace legopt::client {
 namespace {
@@ -94,6 +95,18 @@ class ServerSource final : public ResultSource {
 std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options) {
   if (options.db) return std::make_unique<FileSource>(*options.db);
   return std::make_unique<ServerSource>(options.network);
+}
+
+Listing ResultSource::Query(const std::string& sql) {
+  try {
+    return Query(sql, kAllRows);
+  } catch (const db::StoreError& error) {
+    if (error.code() != db::StoreErrorCode::kBadQuery) throw;
+    const std::string what = error.what();
+    throw db::StoreError(db::StoreErrorCode::kCorrupt,
+                         what.substr(0, what.rfind("; ")) +
+                             "; the file is damaged: restore a backup, 'legopt restore BACKUP --db FILE'");
+  }
 }
 
 bool ResultSource::Stream(const std::string& /*sql*/, const StreamLimits& /*limits*/, ListingWriter& /*writer*/) {

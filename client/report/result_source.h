@@ -31,7 +31,9 @@ class ResultSource {
   /// a server, 0 for none with a file.
   virtual Listing Query(const std::string& sql, int max_rows, double limit_s) = 0;
   Listing Query(const std::string& sql, int max_rows) { return Query(sql, max_rows, kDefaultLimit_s); }
-  Listing Query(const std::string& sql) { return Query(sql, kAllRows); }
+  /// Runs a statement of legopt itself on all rows. Throws db::StoreError with kCorrupt where a file's content makes it
+  /// fail, for example text that should be JSON.
+  Listing Query(const std::string& sql);
 
   /// How much Stream reads.
   struct StreamLimits {

@@ -193,7 +193,8 @@ std::string SubmitterName() {
   const char* given = std::getenv("LEGOPT_SUBMITTER");
   if (given == nullptr) {
     const passwd* user = getpwuid(geteuid());
-    return user == nullptr ? "uid " + std::to_string(geteuid()) : user->pw_name;
+    const std::string name = user == nullptr ? "" : user->pw_name;
+    return FindNameFault(name) ? "uid " + std::to_string(geteuid()) : name;
   }
   std::string name = given;
   if (name.size() > kMostBytes || !bus::IsText(name)) {

@@ -6,17 +6,20 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <vector>
 
 #include "legopt/classic_stream.h"
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
 
 namespace legopt {
 namespace {
@@ -121,11 +124,12 @@ class ColladaCheck : public tinyxml2::XMLVisitor {
     for (const char* name : kSizes) {
       if (const char* value = element.Attribute(name)) CheckSize(element, name, value);
     }
+    const std::string_view name = element.Name();
+    if (const char* meter = name == "unit" ? element.Attribute("meter") : nullptr) CheckUnit(element, meter);
     constexpr std::array<std::string_view, 5> kIndexLists = {"p", "h", "v", "vcount", "int_array"};
     constexpr std::array<std::string_view, 7> kNumberLists = {"float_array", "matrix", "translate", "rotate",
                                                               "scale",       "skew",   "lookat"};
     constexpr std::string_view kNumberLetters = "+.eEinfaINFA";  // also of inf and NaN
-    const std::string_view name = element.Name();
     if (std::find(kIndexLists.begin(), kIndexLists.end(), name) != kIndexLists.end()) CheckText(element, "");
     if (std::find(kNumberLists.begin(), kNumberLists.end(), name) != kNumberLists.end())
       CheckText(element, kNumberLetters);
@@ -135,6 +139,13 @@ class ColladaCheck : public tinyxml2::XMLVisitor {
  private:
   std::string Place(const tinyxml2::XMLElement& element) const {
     return "<" + std::string(element.Name()) + "> in line " + std::to_string(element.GetLineNum());
+  }
+
+  /// Assimp takes 0,01 for 0 and any other text for a number, or for no unit.
+  void CheckUnit(const tinyxml2::XMLElement& element, const std::string& meter) const {
+    const std::optional<double> unit_m = ParseNumber(meter);
+    if (unit_m && *unit_m > 0.0 && std::isfinite(*unit_m)) return;
+    Refuse(path_, Place(element) + ", meter", meter, "the unit of length must be a positive number");
   }
 
   /// An array's elements, an accessor's rows and a primitive's corners take at least a byte each.

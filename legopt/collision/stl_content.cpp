@@ -1,11 +1,13 @@
 #include "legopt/collision/stl_content.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 
 #include "legopt/input/file_text.h"
 #include "legopt/input_error.h"
@@ -24,13 +26,23 @@ std::string LowerCaseOf(std::string text) {
   return text;
 }
 
-/// Text of "solid ... facet ...", in letters of any case. A binary file may begin with "solid" as well.
+/// Text of "solid ... facet ...", in letters of any case. The header of a binary file may have these words as well, but
+/// a text holds no NUL.
 bool IsTextStl(const std::string& content) {
   constexpr std::size_t kNameEnds_bytes = 4096;
   const std::string lower = LowerCaseOf(content.substr(0, kNameEnds_bytes));
+  if (lower.find('\0') != std::string::npos) return false;
   const std::size_t first = lower.find_first_not_of(" \t\r\n");
   return first != std::string::npos && lower.compare(first, 5, "solid") == 0 &&
          lower.find("facet") != std::string::npos;
+}
+
+constexpr std::array<std::string_view, 4> kKeywords = {"solid", "facet", "loop", "vertex"};
+
+std::size_t CountOf(std::string_view keyword, const std::string& content) {
+  std::size_t count = 0;
+  for (std::size_t at = content.find(keyword); at != std::string::npos; at = content.find(keyword, at + 1)) ++count;
+  return count;
 }
 
 [[noreturn]] void RefuseCount(const std::string& path, std::uint64_t count, std::size_t bytes) {
@@ -46,9 +58,10 @@ std::optional<std::string> MendedStl(const std::string& path) {
   if (LowerCaseOf(std::filesystem::path(path).extension().string()) != ".stl") return std::nullopt;
   std::string content = ReadFileText(path, kMostStlBytes);
   if (IsTextStl(content)) {
-    const bool as_expected =
-        content.find("solid") < content.find("facet") && content.find("vertex") != std::string::npos;
-    return as_expected ? std::nullopt : std::optional(LowerCaseOf(std::move(content)));
+    std::string lower = LowerCaseOf(content);
+    const bool as_expected = std::ranges::all_of(
+        kKeywords, [&](std::string_view keyword) { return CountOf(keyword, content) == CountOf(keyword, lower); });
+    return as_expected ? std::nullopt : std::optional(std::move(lower));
   }
   if (content.size() < kHeader_bytes + sizeof(std::uint32_t)) return std::nullopt;
   std::uint32_t count = 0;

@@ -1,13 +1,13 @@
 #include "legopt/dataset/content_hash.h"
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "legopt/blake2b.h"
 #include "legopt/dataset/scene_file.h"
+#include "legopt/input/file_text.h"
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/output_file.h"
@@ -17,6 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kMostBytesOfFile = std::size_t{4} << 30;
 constexpr const char* kPlainCharacters =  // need no quotes in YAML
     "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-";
 
@@ -67,13 +68,7 @@ std::string FormatFilesBlock(const std::vector<FileHash>& manifest) {
 
 }  // namespace
 
-std::string HashFile(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream || fs::is_directory(path)) Fail(path, "cannot be read", "check that the file exists and is readable");
-  const std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (stream.bad()) Fail(path, "reading failed", "check the disk");
-  return Blake2bHex(bytes);
-}
+std::string HashFile(const fs::path& path) { return Blake2bHex(ReadFileText(path, kMostBytesOfFile)); }
 
 std::vector<std::string> UsedFiles(const fs::path& folder, const DatasetDescription& description,
                                    const RobotModel& robot, const Scene& scene) {
@@ -104,9 +99,9 @@ std::vector<FileHash> ComputeManifest(const fs::path& folder, const ReadGuard& g
 
 std::vector<FileHash> WriteManifestHashes(const fs::path& folder, const ReadGuard& guard) {
   const fs::path path = folder / kDatasetFileName;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) Fail(path, "cannot be read", "a bare LegOpt folder has no manifest; write a dataset.yaml first");
-  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  if (!fs::exists(path))
+    Fail(path, "does not exist", "a bare LegOpt folder has no manifest; write a dataset.yaml first");
+  const std::string text = ReadFileText(path, kMostBytesOfFile);
   const std::vector<FileHash> manifest = ComputeManifest(folder, guard);
   size_t position = 0;
   std::string kept = RemoveFilesBlock(text, &position);

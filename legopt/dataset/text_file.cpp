@@ -36,7 +36,12 @@ NewFolder::NewFolder(const fs::path& folder, const std::string& identity)
   }
   fs::create_directories(partial_, error);
   if (error) Refuse(partial_, "cannot be made: " + error.message(), "check the permissions of the folder above it");
-  WriteTextFile(partial_ / kIdentityName, identity);
+  try {
+    WriteTextFile(partial_ / kIdentityName, identity);
+  } catch (...) {
+    Discard();
+    throw;
+  }
 }
 
 void NewFolder::Finish() {

@@ -7,12 +7,12 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <memory>
 
 #include "legopt/import/degree.h"
+#include "legopt/input/file_text.h"
 #include "legopt/input_error.h"
+#include "legopt/number_text.h"
 #include "legopt/numeric_locale.h"
 
 namespace legopt {
@@ -35,11 +35,8 @@ std::string LowerSuffix(const fs::path& path) {
 }
 
 std::string ReadFile(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream || fs::is_directory(path)) {
-    Refuse(path, "", "", "cannot be read", "check that the file exists and is readable");
-  }
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  constexpr std::size_t kMostBytes = std::size_t{1} << 30;
+  return ReadFileText(path, kMostBytes);
 }
 
 struct CloseArchive {
@@ -122,10 +119,11 @@ ColladaDocument::ColladaDocument(const fs::path& path) : path_(path) {
   }
   const XMLElement* unit = asset->FirstChildElement("unit");
   if (unit == nullptr) return;
-  const ClassicNumericLocale point;
-  unit_m_ = unit->DoubleAttribute("meter", 1.0);
+  const char* meter = unit->Attribute("meter");
+  if (meter == nullptr) return;
+  unit_m_ = ParseNumber(meter).value_or(0.0);
   if (!(unit_m_ > 0.0) || !std::isfinite(unit_m_)) {
-    Fail(*unit, unit->Attribute("meter"), "the unit of length must be positive", "write meter=\"1\"");
+    Fail(*unit, meter, "the unit of length must be a positive number", "write meter=\"1\"");
   }
 }
 

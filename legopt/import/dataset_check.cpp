@@ -26,6 +26,7 @@ std::vector<DatasetFinding> CheckDataset(const Dataset& dataset) {
   std::vector<DatasetFinding> findings = CheckRobot(dataset);
   Append(CheckPlausibility(dataset), &findings);
   Append(CheckSceneMeshes(dataset), &findings);
+  Append(CheckMeshSizes(dataset), &findings);
   const FootholdList footholds = FootholdsOf(dataset);
   if (footholds.all().empty()) {
     findings.push_back({.severity = DatasetFinding::Severity::kWarning,

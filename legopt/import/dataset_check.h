@@ -18,6 +18,10 @@ namespace legopt {
 /// judge sees triangles and the solver solids; inverted bodies are an error.
 std::vector<DatasetFinding> CheckSceneMeshes(const Dataset& dataset);
 
+/// Extents of every mesh of scene and robot, which show lengths in another unit and axes that are swapped, and the
+/// COLLADA meshes whose up axis is not z. Empty without meshes.
+std::vector<DatasetFinding> CheckMeshSizes(const Dataset& dataset);
+
 /// The robot: masses, links without geometry, feet that are lowest in the nominal posture, winding of its meshes.
 std::vector<DatasetFinding> CheckRobot(const Dataset& dataset);
 

@@ -143,6 +143,15 @@ class JsonBuilder : public nlohmann::json_sax<Json> {
   std::size_t values_ = 0;
 };
 
+// The library ends the text at NUL, and would not read what follows.
+void RequireNoNul(std::string_view text, const std::string& source) {
+  const std::size_t at = text.find('\0');
+  if (at == std::string_view::npos) return;
+  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+  throw InputError({source + ":" + std::to_string(line), "byte " + std::to_string(at), "",
+                    "not valid JSON: the text holds the character NUL", "remove it; is the file text?"});
+}
+
 template <class Json>
 Json Parse(std::string_view text, const std::string& source, const JsonLimits& limits) {
   if (text.size() > limits.bytes) {
@@ -150,6 +159,7 @@ Json Parse(std::string_view text, const std::string& source, const JsonLimits& l
                       "check that it is the right text"});
   }
   RequireUtf8(text, source);
+  RequireNoNul(text, source);
   return JsonBuilder<Json>(text, source, limits).Build();
 }
 

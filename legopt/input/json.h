@@ -22,8 +22,8 @@ struct JsonLimits {
 };
 
 /// Parses one JSON value. Throws InputError with line and byte: text beyond `limits`, text that is not UTF-8, invalid
-/// syntax, a key that an object has twice, a number beyond the range of double. `source` is the file's name, or says
-/// where the text comes from. A byte order mark is skipped.
+/// syntax, a NUL character, a key that an object has twice, a number beyond the range of double. `source` is the file's
+/// name, or says where the text comes from. A byte order mark is skipped.
 nlohmann::json ParseJson(std::string_view text, const std::string& source, const JsonLimits& limits = {});
 /// As ParseJson; objects keep the order of their keys.
 nlohmann::ordered_json ParseOrderedJson(std::string_view text, const std::string& source,

@@ -2,10 +2,69 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "legopt/input_error.h"
 
 namespace legopt {
+namespace {
+
+constexpr char32_t kFirstHighSurrogate = 0xD800, kFirstLowSurrogate = 0xDC00, kLastSurrogate = 0xDFFF;
+constexpr char32_t kLastCode = 0x10FFFF, kFirstBeyond16Bits = 0x10000;
+constexpr unsigned kTailBits = 6, kSurrogateBits = 10, kByteBits = 8;
+
+bool IsSurrogate(char32_t code) { return code >= kFirstHighSurrogate && code <= kLastSurrogate; }
+
+/// A Unicode encoding of units of two or four bytes.
+struct WideEncoding {
+  std::string_view name;
+  std::string_view mark;
+  std::size_t unit_bytes;
+  bool little_endian;
+};
+// The mark of UTF-32 begins with that of UTF-16.
+constexpr std::array<WideEncoding, 4> kWideEncodings = {{{"UTF-32", {"\xFF\xFE\0\0", 4}, 4, true},
+                                                         {"UTF-32", {"\0\0\xFE\xFF", 4}, 4, false},
+                                                         {"UTF-16", "\xFF\xFE", 2, true},
+                                                         {"UTF-16", "\xFE\xFF", 2, false}}};
+
+/// Takes one character after the other from a text of a wide encoding.
+class WideReader {
+ public:
+  WideReader(std::string_view text, const WideEncoding& encoding) : text_(text), encoding_(encoding) {}
+
+  bool at_end() const { return at_ == text_.size(); }
+  std::size_t at() const { return at_; }
+
+  /// Empty where no valid character stands.
+  std::optional<char32_t> Next() {
+    const std::optional<char32_t> unit = NextUnit();
+    if (!unit || *unit > kLastCode) return std::nullopt;
+    if (!IsSurrogate(*unit)) return unit;
+    if (encoding_.unit_bytes != 2 || *unit >= kFirstLowSurrogate) return std::nullopt;
+    const std::optional<char32_t> low = NextUnit();
+    if (!low || *low < kFirstLowSurrogate || *low > kLastSurrogate) return std::nullopt;
+    return kFirstBeyond16Bits + ((*unit - kFirstHighSurrogate) << kSurrogateBits) + (*low - kFirstLowSurrogate);
+  }
+
+ private:
+  std::optional<char32_t> NextUnit() {
+    if (text_.size() - at_ < encoding_.unit_bytes) return std::nullopt;
+    char32_t unit = 0;
+    for (std::size_t i = 0; i < encoding_.unit_bytes; ++i) {
+      const std::size_t place = encoding_.little_endian ? encoding_.unit_bytes - 1 - i : i;
+      unit = (unit << kByteBits) | static_cast<unsigned char>(text_[at_ + place]);
+    }
+    at_ += encoding_.unit_bytes;
+    return unit;
+  }
+
+  std::string_view text_;
+  const WideEncoding& encoding_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace
 
 Utf8Character FirstCharacter(std::string_view text) {
   const auto lead = static_cast<unsigned char>(text.front());
@@ -31,6 +90,35 @@ std::size_t FirstInvalidByte(std::string_view text) {
     at += bytes;
   }
   return std::string_view::npos;
+}
+
+void AppendUtf8(char32_t code, std::string& text) {
+  constexpr std::array<char32_t, 3> kLimits = {0x80, 0x800, 0x10000};
+  constexpr std::array<unsigned, 4> kLeads = {0, 0xC0, 0xE0, 0xF0};
+  std::size_t tails = 0;
+  while (tails < kLimits.size() && code >= kLimits[tails]) ++tails;
+  text += static_cast<char>(kLeads[tails] | (code >> (kTailBits * tails)));
+  while (tails-- > 0) text += static_cast<char>(0x80U | ((code >> (kTailBits * tails)) & 0x3FU));
+}
+
+std::string FromMarkedEncoding(std::string text, const std::string& source) {
+  const auto* encoding = std::find_if(kWideEncodings.begin(), kWideEncodings.end(),
+                                      [&text](const WideEncoding& each) { return text.starts_with(each.mark); });
+  if (encoding == kWideEncodings.end()) return text;
+  std::string utf8;
+  utf8.reserve(text.size());
+  WideReader reader(std::string_view(text).substr(encoding->mark.size()), *encoding);
+  while (!reader.at_end()) {
+    const std::size_t at = encoding->mark.size() + reader.at();
+    const std::optional<char32_t> code = reader.Next();
+    if (!code) {
+      throw InputError({source, "byte " + std::to_string(at), "",
+                        "the text begins with the mark of " + std::string(encoding->name) + " and is not valid in it",
+                        "save it as UTF-8"});
+    }
+    AppendUtf8(*code, utf8);
+  }
+  return utf8;
 }
 
 void RequireUtf8(std::string_view text, const std::string& source) {

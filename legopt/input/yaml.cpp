@@ -42,6 +42,9 @@ class DocumentCheck : public YAML::EventHandler {
     if (plain && value == "<<" && IsKey()) {
       Refuse(mark, "merge keys (<<) are not supported", "write the keys out");
     }
+    if (value.find('\0') != std::string::npos) {
+      Refuse(mark, "a text holds the character NUL", "remove the escape that stands for it");
+    }
     AddScalar(mark, anchor, value);
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
@@ -163,20 +166,34 @@ void CheckText(const std::string& text, const std::string& source, const YamlLim
   }
 }
 
-// True for UTF-16 and UTF-32 with a byte order mark, which yaml-cpp turns into UTF-8.
-bool HasWideMark(const std::string& text) {
-  return text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") ||
-         text.starts_with(std::string("\0\0\xFE\xFF", 4));
+// YAML allows no control characters. yaml-cpp ends a text at some of them, and takes others for a backslash.
+void RequireNoControls(const std::string& text, const std::string& source) {
+  const auto is_control = [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return (byte < 0x20 && c != '\t' && c != '\n' && c != '\r') || byte == 0x7F;
+  };
+  const auto found = std::find_if(text.begin(), text.end(), is_control);
+  if (found == text.end()) return;
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  const auto byte = static_cast<unsigned char>(*found);
+  const auto line = 1 + std::count(text.begin(), found, '\n');
+  throw InputError({source + ":" + std::to_string(line),
+                    "byte " + std::to_string(found - text.begin()),
+                    {'0', 'x', kDigits[byte >> 4U], kDigits[byte & 0xFU]},
+                    "is not valid YAML: a control character",
+                    "remove it; a file in UTF-16 begins with a byte order mark, or is saved as UTF-8"});
 }
 
 }  // namespace
 
-YAML::Node ParseYaml(const std::string& text, const std::string& source, const YamlLimits& limits) {
-  if (text.size() > limits.bytes) {
+YAML::Node ParseYaml(const std::string& given, const std::string& source, const YamlLimits& limits) {
+  if (given.size() > limits.bytes) {
     throw InputError({source, "", "", "is larger than " + std::to_string(limits.bytes >> 10U) + " KiB",
                       "no file of this kind is that large; check that it is the right one"});
   }
-  if (!HasWideMark(text)) RequireUtf8(text, source);
+  const std::string text = FromMarkedEncoding(given, source);
+  RequireUtf8(text, source);
+  RequireNoControls(text, source);
   try {
     CheckText(text, source, limits);
     return YAML::Load(text);

@@ -21,9 +21,10 @@ struct YamlLimits {
 /// Limits of files written by hand: suites and pool files.
 inline constexpr YamlLimits kShortYaml{.bytes = std::size_t{1} << 20, .depth = 64, .values = 100'000};
 
-/// Parses the one document of a YAML text. Throws InputError with line and fix: text beyond `limits`, text that is not
-/// UTF-8, invalid syntax, a second document, a key that a map has twice, a key that is no scalar, a merge key (`<<`),
-/// and an alias inside of the value that it refers to. `source` is the name of the file, or of the text's origin.
+/// Parses the one document of a YAML text: UTF-8, or UTF-16 or UTF-32 with a byte order mark. Throws InputError with
+/// line and fix: text beyond `limits`, text that is not valid in its encoding, control characters, invalid syntax, a
+/// second document, a key that a map has twice, a key that is no scalar, a merge key (`<<`), and an alias inside of the
+/// value that it refers to. `source` is the name of the file, or of the text's origin.
 YAML::Node ParseYaml(const std::string& text, const std::string& source, const YamlLimits& limits = {});
 
 /// Parses a YAML file. Throws InputError as ParseYaml does, and for a file that cannot be read.

@@ -3,12 +3,12 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <set>
 #include <string_view>
 #include <utility>
 
+#include "legopt/input/file_text.h"
 #include "legopt/input/utf8.h"
 #include "legopt/input_error.h"
 #include "legopt/nearest_name.h"
@@ -257,15 +257,8 @@ class UrdfCheck {
 CheckedUrdf CheckUrdf(const std::string& xml, const std::string& source) { return UrdfCheck(xml, source).Run(); }
 
 std::string ReadUrdfFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text;
-  std::vector<char> block(std::size_t{1} << 16);
-  while (text.size() <= kMostBytes && (file.read(block.data(), std::ssize(block)) || file.gcount() > 0)) {
-    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
-  }
-  if (text.empty()) {
-    throw InputError({path, "", "", "cannot read the robot description", "check the path and its permissions"});
-  }
+  std::string text = ReadFileText(path, kMostBytes);
+  if (text.empty()) throw InputError({path, "", "", "the robot description is empty", "give a URDF"});
   return text;
 }
 

@@ -1,13 +1,12 @@
 #include "programs/external/declaration.h"
 
 #include <algorithm>
-#include <fstream>
 #include <string_view>
 #include <system_error>
 
 #include "files/written_file.h"
 #include "legopt/blake2b.h"
-#include "legopt/classic_stream.h"
+#include "legopt/input/file_text.h"
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/methods/option_visitors.h"
@@ -25,12 +24,12 @@ constexpr double kShortestSilence_s = 0.1, kLongestSilence_s = 86'400;
 constexpr std::size_t kMaxWordBytes = 60;
 
 std::string ContentOf(const fs::path& file, const std::string& source, const std::string& field) {
-  std::ifstream stream(file, std::ios::binary);
-  ClassicOutput content;
-  if (!(stream && fs::is_regular_file(file) && content << stream.rdbuf())) {
-    throw InputError({source, field, file.string(), "cannot be read", "give a file that this user may read"});
+  constexpr std::size_t kMostBytes = std::size_t{2} << 30;
+  try {
+    if (fs::is_regular_file(file)) return ReadFileText(file, kMostBytes);
+  } catch (const InputError&) {  // the fault is one of the declaration
   }
-  return content.str();
+  throw InputError({source, field, file.string(), "cannot be read", "give a file that this user may read"});
 }
 
 // The texts of a list; faults for all else.

@@ -19,6 +19,7 @@
 #include <string>
 #include <utility>
 
+#include "legopt/number_text.h"
 #include "programs/data_folder.h"
 #include "programs/external/launcher_messages.h"
 #include "programs/external/solver_confinement.h"
@@ -144,9 +145,10 @@ bool KillChildren() {
   if (processes == nullptr) return false;
   bool any = false;
   while (const dirent* entry = ::readdir(processes)) {
-    if (entry->d_name[0] < '1' || entry->d_name[0] > '9') continue;
+    const auto process = ParseInteger<pid_t>(entry->d_name);
+    if (!process || *process < 1) continue;
     any = true;
-    if (ParentOf(entry->d_name) == ::getpid()) ::kill(static_cast<pid_t>(std::atol(entry->d_name)), SIGKILL);
+    if (ParentOf(entry->d_name) == ::getpid()) ::kill(*process, SIGKILL);
   }
   ::closedir(processes);
   return any;

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 from typing import Any
 
 from . import pairs
 from .errors import DatabaseError, RequestError, suggest
+from .json_text import read_json
 from .methods import read_methods
 from .program import run_program
 from .read_only_file import ReadOnlyFile
@@ -144,7 +144,7 @@ class Database:
         stored = self._file.select("SELECT x FROM waypoints WHERE job_id = ? ORDER BY waypoint", [job])
         x = [decode_waypoint(row["x"], f"{self.path}: job {job}") for row in stored]
         times = [row.pop() for row in x] if facts["task"] in TIMED_TASKS else None
-        names = json.loads(facts["joint_names"]) if facts["joint_names"] else None
+        names = self._joint_names(facts, job)
         if len({len(row) for row in x}) > 1 or x and names is not None and len(names) != len(x[0]) - 7:
             raise DatabaseError(f"{self.path}: job {job}: waypoints of different lengths, or not of its robot; "
                                 "'legopt doctor --db FILE' checks the database")
@@ -160,7 +160,7 @@ class Database:
         if not stored:
             return None
         x = [decode_waypoint(row["x"], f"{self.path}: job {job}") for row in stored]
-        names = json.loads(facts["joint_names"]) if facts["joint_names"] else None
+        names = self._joint_names(facts, job)
         return Waypoints(job, x, names, first_waypoint=stored[0]["waypoint"])
 
     def trace(self, job: int) -> Rows:
@@ -190,7 +190,7 @@ class Database:
         number = None if experiment is None else self._experiment(experiment)
         flags = _flags(experiment=number, method=method, task=task, initialization=initialization, rule=rule,
                        margin=margin, charge=charge_s)
-        return json.loads(self.run("compare", *flags, "--format", "json", str(a), str(b), program=program))
+        return read_json(self.run("compare", *flags, "--format", "json", str(a), str(b), program=program))
 
     def compare_with(self, other: Database | str | os.PathLike[str], experiment: int | None = None, *,
                      method: str | None = None, task: str | None = None, initialization: str | None = None,
@@ -201,7 +201,7 @@ class Database:
         flags = _flags(experiment=experiment, method=method, task=task, initialization=initialization, rule=rule,
                        margin=margin, charge=charge_s)
         files = [os.path.abspath(self.path), os.path.abspath(path)]
-        return json.loads(run_program(["compare", *flags, "--format", "json", *files], program))
+        return read_json(run_program(["compare", *flags, "--format", "json", *files], program))
 
     # --- below: checks -----------------------------------------------------------------------------------------------
 
@@ -216,6 +216,18 @@ class Database:
             raise RequestError(f"job {job} is {found[0]['state']} and has no result; "
                                f"'legopt show {job} --db {self.path}' tells what happened")
         return found[0]
+
+    def _joint_names(self, facts: dict[str, Any], job: int) -> list[str] | None:
+        if not facts["joint_names"]:
+            return None
+        try:
+            names = read_json(facts["joint_names"])
+            if isinstance(names, list) and all(isinstance(name, str) for name in names):
+                return names
+            raise ValueError("no list of names")
+        except ValueError as error:
+            raise DatabaseError(f"{self.path}: job {job}: the names of the joints cannot be read ({error}); "
+                                "'legopt doctor --db FILE' checks the database") from error
 
     def _result_columns(self) -> str:
         known = {row["name"] for row in self._file.select("SELECT name FROM pragma_table_xinfo('job_list')")}

@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from typing import Any, TextIO
 
 from .errors import LegoptError
+from .json_text import read_json
 
 __all__ = ["Contact", "Evaluation", "Problem", "Row", "Solution", "Stopped", "serve"]
 
@@ -149,7 +150,7 @@ def serve(solve: Callable[[Problem], Solution], name: str, version: str, source:
         line = source.readline()
         if not line:
             raise SystemExit(0)  # legopt is gone
-        return json.loads(line)
+        return read_json(line)
 
     def write(message: dict[str, Any]) -> None:
         sink.write(json.dumps(message, allow_nan=False) + "\n")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import struct
 from typing import Any
 
 from .errors import DatabaseError
+from .json_text import read_json
 from .rows import Rows
 from .zstd import decompress
 
@@ -53,7 +53,7 @@ def decode_trace(packed: bytes, source: str) -> Rows:
 def decode_history(text: str, source: str) -> Rows:
     """What results before schema version 7 have instead: a row per penalty value, in the columns of then."""
     try:
-        history = json.loads(text)
+        history = read_json(text)
         columns, rows = history["columns"], history["rows"]
         return Rows(columns, (dict(zip(columns, row, strict=True)) for row in rows))
     except (ValueError, KeyError, TypeError) as error:

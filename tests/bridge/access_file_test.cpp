@@ -41,5 +41,32 @@ TEST(AccessFile, APlantedLinkIsRefused) {
   EXPECT_TRUE(std::filesystem::is_symlink(link));
 }
 
+std::string FaultOf(const std::string& text) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.path() / "lab.access";
+  std::ofstream(file, std::ios::binary) << text;
+  try {
+    ReadAccessFile(file);
+  } catch (const bus::BusError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(AccessFile, NothingInItIsIgnored) {
+  const std::string first = "legopt-access 1\n", address = "address 127.0.0.1:7669\n";
+  EXPECT_EQ(FaultOf(first + "deployment 7\n# a comment\n\n" + address), "");
+  EXPECT_EQ(FaultOf(first + "deployment 7\naddress 127.0.0.1:7669"), "") << "no line end";
+  EXPECT_NE(FaultOf(first + "deployment 7\n" + address + "deployment 8\n").find("line 4: a second deployment"),
+            std::string::npos);
+  EXPECT_NE(FaultOf(first + "deployment 7 8\n").find("line 2"), std::string::npos);
+  EXPECT_NE(FaultOf("").find("not an access file"), std::string::npos);
+}
+
+TEST(AccessFile, ReadingEndsAtItsLimit) {
+  EXPECT_NE(FaultOf("legopt-access 1\n" + std::string(1'000'000, '#')).find("larger than"), std::string::npos);
+  EXPECT_THROW(ReadAccessFile("/dev/zero"), bus::BusError);
+}
+
 }  // namespace
 }  // namespace legopt::bridge

@@ -141,13 +141,15 @@ TEST(LcmOptionsTest, EnvironmentOverridesDefaults) {
   ::setenv("LEGOPT_GROUP", "239.1.2.3", 1);
   EXPECT_EQ(LcmOptions::FromEnvironment().port, 8123);
   EXPECT_EQ(LcmOptions::FromEnvironment().group, "239.1.2.3");
-  ::setenv("LEGOPT_PORT", "many", 1);
-  EXPECT_THROW(LcmOptions::FromEnvironment(), BusError);
+  for (const char* illegal : {"many", " 8123", "8123 ", "+8123", "0x1fbb"}) {
+    ::setenv("LEGOPT_PORT", illegal, 1);
+    EXPECT_THROW(LcmOptions::FromEnvironment(), BusError) << illegal;
+  }
   ::unsetenv("LEGOPT_PORT");
   ::unsetenv("LEGOPT_GROUP");
   ::setenv("LEGOPT_DEPLOYMENT", "77", 1);
   EXPECT_EQ(LcmOptions::FromEnvironment().deployment, 77);
-  for (const char* illegal : {"0", "-1", "many", "99999999999999999999"}) {
+  for (const char* illegal : {"0", "-1", "many", " 77", "99999999999999999999"}) {
     ::setenv("LEGOPT_DEPLOYMENT", illegal, 1);
     EXPECT_THROW(LcmOptions::FromEnvironment(), BusError) << illegal;
   }

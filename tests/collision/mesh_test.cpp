@@ -1,7 +1,10 @@
 #include "legopt/collision/mesh.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -116,6 +119,42 @@ TEST_F(MeshFile, TextStlMayBeInCapitals) {
   const TriangleMesh mesh = LoadMesh(Write("capitals.stl", text + "ENDSOLID A\n"));
   EXPECT_EQ(mesh.vertices.size(), 4U);
   EXPECT_NEAR(SignedVolume(mesh), 1.0 / 6.0, 1e-12);
+}
+
+// Assimp itself reads keywords in small letters alone, and would leave such facets out.
+TEST_F(MeshFile, CapitalsInAPartOfATextStlAreRead) {
+  std::string text = "solid a\n";
+  const auto add = [&text](const char* corners, bool capitals) {
+    std::string facet = std::string("facet normal 0 0 0\nouter loop\n") + corners + "endloop\nendfacet\n";
+    if (capitals)
+      std::transform(facet.begin(), facet.end(), facet.begin(), [](unsigned char c) { return std::toupper(c); });
+    text += facet;
+  };
+  add("vertex 0 0 0\nvertex 0 1 0\nvertex 1 0 0\n", false);
+  add("vertex 0 0 0\nvertex 1 0 0\nvertex 0 0 1\n", true);
+  EXPECT_EQ(LoadMesh(Write("mixed.stl", text + "endsolid a\n")).triangles.size(), 2U);
+}
+
+TEST_F(MeshFile, AHeaderWithTheWordsOfATextStlIsBinaryAllTheSame) {
+  std::string stl = BinaryStl(kTetrahedron);
+  const std::string words = "solid of 4 facets";
+  stl.replace(0, words.size(), words);
+  const TriangleMesh mesh = LoadMesh(Write("words.stl", stl));
+  EXPECT_EQ(mesh.triangles.size(), 4U);
+  EXPECT_NEAR(SignedVolume(mesh), 1.0 / 6.0, 1e-12);
+  EXPECT_EQ(LoadMesh(Write("words-tail.stl", stl + "made by X")).triangles.size(), 4U);
+}
+
+TEST_F(MeshFile, AColladaUnitIsAPositiveNumber) {
+  std::string dae = TetrahedronDae("count=\"12\"");
+  const std::string unit = "meter=\"0.01\"";
+  for (const char* meter : {"0,01", "-1", "0", "nan", "1e999", "x", ""}) {
+    std::string other = dae;
+    other.replace(other.find(unit), unit.size(), std::string("meter=\"") + meter + "\"");
+    const std::string file = Write("unit.dae", other);
+    EXPECT_THAT([&] { LoadMesh(file); }, testing::ThrowsMessage<InputError>(testing::HasSubstr("unit of length")))
+        << meter;
+  }
 }
 
 TEST_F(MeshFile, BytesBehindTheLastTriangleOfAnStlAreLeftOut) {

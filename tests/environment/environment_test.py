@@ -76,7 +76,7 @@ def commands(dataset):
     absent = [Command(word, word, *arguments, *quick) for word, *arguments in (
         ["status"], ["watch", "1"], ["cancel", "1"], ["pause", "1"], ["resume", "1"], ["hold", "1", "reason"], ["release", "1"],
         ["priority", "1", "2"], ["retry", "1"], ["rename", "1", "name"], ["tag", "1", "label"], ["delete", "1", "--yes"],
-        ["submit", "s.yaml"])]
+        ["submit", "s.yaml"], ["events"], ["drain", "1"])]
     return [
         Command("version", "--version", often=True),
         Command("help", "help", "run"),
@@ -84,6 +84,7 @@ def commands(dataset):
         Command("query", "query", "SELECT * FROM job_list", *stored, "--format", "csv", often=True),
         Command("list", "list", "1", *stored), Command("show", "show", "1", *stored),
         Command("trace", "trace", "1", *stored), Command("logs", "logs", "1", *stored),
+        Command("trace file", "trace", "1", *stored, "--out", "trace.csv", creates=["trace.csv"], writes=True),
         Command("compare", "compare", "1", "1", *stored),
         Command("report", "report", "1", *stored, *of_dataset, "--out", "report.html", creates=["report.html"], writes=True),
         Command("view", "view", "1", *stored, *of_dataset, "--out", "view.html", creates=["view.html"], writes=True),
@@ -100,6 +101,8 @@ def commands(dataset):
         Command("solver check", "solver", "check", "solver.json", *of_dataset),
         Command("doctor", "doctor", *stored, often=True),
         Command("backup", "backup", *stored, "copy.sqlite", creates=["copy.sqlite"], often=True, writes=True),
+        Command("restore", "restore", "small.sqlite", "--db", "restored.sqlite", creates=["restored.sqlite"], writes=True),
+        Command("import files", "import", dataset, "--out", "imported", creates=["imported"], writes=True),
         Command("keygen", "keygen", "new.key", creates=["new.key"], writes=True),
         Command("pool status", "pool", "status", "no-folder"),
         Command("dry run", "run", "s.yaml", "--dry-run"),

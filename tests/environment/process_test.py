@@ -5,6 +5,7 @@ import os
 import resource
 import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -74,6 +75,32 @@ class ProcessTest(unittest.TestCase):
                                        *self.command())
         self.assertEqual(code, 0, err)
         self.assertEqual([name for name in os.listdir(self.folder) if name.startswith(".legopt")], [])
+
+    def test_a_fault_of_a_piped_text_names_what_the_user_named(self):
+        code, _, err = self.run_to_end(*self.command("run", "s.yaml", "--solver", "-"), text_for_input="{broken")
+        self.assertEqual(code, 2, err)
+        self.assertIn("/dev/stdin:1", err)
+        code, _, err = self.run_to_end(*self.command("run", "-", "--solver", "/dev/stdin"), text_for_input=self.suite())
+        self.assertEqual(code, 2, err)
+        self.assertIn("standard input (-) is named 2 times", err)
+
+    def test_damaged_json_of_a_file_is_damage_and_in_a_query_a_mistake(self):
+        database = sqlite3.connect(os.path.join(self.folder, "small.sqlite"))
+        database.executescript("PRAGMA ignore_check_constraints = 1; UPDATE experiments SET spec_json = '{broken';")
+        database.close()
+        code, _, err = self.run_to_end(*self.command("table", "1", "--db", "small.sqlite"))
+        self.assertEqual(code, 6, err)
+        self.assertIn("legopt restore", err)
+        code, _, err = self.run_to_end(*self.command("query", "SELECT json('x')", "--db", "small.sqlite"))
+        self.assertEqual(code, 2, err)
+
+    def test_texts_of_the_command_line_are_utf8_and_names_tell_apart(self):
+        worker = [os.path.join(BUILD, "legopt-worker"), "--slots", "1", "--idle-timeout", "1", "--name"]
+        for command, cause in ((self.command("query", b"SELECT 'm\xfc'", "--db", "small.sqlite"), "UTF-8"), ([*worker, b"m\xfc"], "UTF-8"),
+                               ([*worker, "a "], "blank"), ([*worker, "a\u202eb"], "U\\+202E")):
+            code, _, err = self.run_to_end(*command)
+            self.assertEqual(code, 2, err)
+            self.assertRegex(err, cause)
 
     def test_runs_that_begin_together_have_files_of_their_own(self):
         runs = [self.start(*self.command("run", "s.yaml", "--workers", "1")) for _ in range(4)]

@@ -62,6 +62,16 @@ TEST_F(Checks, NothingIsFoundInADatasetThatIsInOrder) {
   for (const DatasetFinding& f : findings) EXPECT_EQ(f.severity, Severity::kInfo) << f.check << ": " << f.message;
 }
 
+TEST_F(Checks, ExtentsOfEveryMeshAreListed) {
+  WriteRock("f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const std::vector<DatasetFinding> findings = CheckAll();
+  const auto sizes = std::find_if(findings.begin(), findings.end(),
+                                  [](const auto& f) { return f.check == "mesh sizes" && f.field == "scene"; });
+  ASSERT_NE(sizes, findings.end());
+  EXPECT_EQ(sizes->value, "1 mesh");
+  EXPECT_THAT(sizes->message, HasSubstr("in metres: rock "));
+}
+
 TEST_F(Checks, HoveringFeetAreNamedWithTheirHeightAndProblems) {
   const auto findings =
       Of(CheckWith("problems-posture.json", kRightFoot, "r_foot,1 0 0 0 0 -0.1 0.051 ,\"]},"), "hovering feet");

@@ -70,6 +70,14 @@ TEST(Json, BrokenSyntaxIsRefusedWithItsPlace) {
   EXPECT_THAT(JsonFault("[1e400]"), HasSubstr("write numbers below 1.8e308"));
 }
 
+// The library takes NUL for the end of the text.
+TEST(Json, NothingIsReadPastBecauseOfNul) {
+  EXPECT_THAT(JsonFault(std::string("{\"a\": 1}\0\n{\"a\": 2}", 19)),
+              AllOf(HasSubstr("a.json:1: byte 8"), HasSubstr("NUL")));
+  EXPECT_THAT(JsonFault(std::string("[1]\n\0", 5)), HasSubstr("a.json:2: byte 4"));
+  EXPECT_EQ(JsonFault("[\"a\\u0000\"]"), "");
+}
+
 TEST(Json, NestingEndsAtTheLimit) {
   EXPECT_EQ(JsonFault(std::string(64, '[') + std::string(64, ']')), "");
   EXPECT_THAT(JsonFault(std::string(65, '[') + std::string(65, ']')), HasSubstr("nested more than 64 deep"));

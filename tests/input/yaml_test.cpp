@@ -114,6 +114,28 @@ TEST(Yaml, WideEncodingsWithAMarkAreRead) {
   EXPECT_EQ(ParseYaml(wide, "a.yaml")["a"].Scalar(), "ü");
 }
 
+// Without the check, yaml-cpp reads the first of these as the key "\b".
+TEST(Yaml, ControlCharactersAreRefusedWithTheirByte) {
+  const std::string nul("a: 1\n\0b: 2\n", 11);
+  EXPECT_THAT(YamlFault(nul), AllOf(HasSubstr("a.yaml:2: byte 5"), HasSubstr("control character"), HasSubstr("0x00")));
+  EXPECT_THAT(YamlFault("a: 1\nb: x\x04y\nc: 1\n"), AllOf(HasSubstr("a.yaml:2: byte 9"), HasSubstr("0x04")));
+  EXPECT_THAT(YamlFault("a: \x7f\n"), HasSubstr("0x7f"));
+  EXPECT_THAT(YamlFault("a: 1\nb: \"x\\0y\"\n"), AllOf(HasSubstr("a.yaml:2"), HasSubstr("NUL"))) << "as an escape";
+  EXPECT_EQ(YamlFault("a:\t1\r\nb: \"\\x04\\n\"\r\n"), "");
+}
+
+TEST(Yaml, WideEncodingsAreCheckedAsWell) {
+  const std::string mark("\xFF\xFE", 2), key("a\0:\0 \0", 6), key_big("\0a\0:\0 ", 6);
+  EXPECT_THAT(YamlFault(mark + key + "x"), AllOf(HasSubstr("byte 8"), HasSubstr("UTF-16"))) << "half a character";
+  EXPECT_THAT(YamlFault(mark + key + std::string("\x00\xd8\n\0", 4)), HasSubstr("byte 8")) << "half a pair";
+  EXPECT_THAT(YamlFault("\xFE\xFF" + key_big + std::string("\xdc\x00", 2)), HasSubstr("byte 8"));
+  EXPECT_EQ(ParseYaml("\xFE\xFF" + key_big + std::string("\xd8\x3e\xdd\x16", 4), "a.yaml")["a"].Scalar(), "\U0001F916");
+  const std::string wider("\xFF\xFE\0\0a\0\0\0:\0\0\0 \0\0\0\x16\xf9\x01\0", 20);
+  EXPECT_EQ(ParseYaml(wider, "a.yaml")["a"].Scalar(), "\U0001F916");
+  EXPECT_THAT(YamlFault(wider.substr(0, 16) + std::string("\0\xd8\0\0", 4)), HasSubstr("UTF-32")) << "a surrogate";
+  EXPECT_THAT(YamlFault(std::string("a\0:\0 \0x\0", 8)), HasSubstr("byte order mark")) << "without a mark";
+}
+
 TEST(Yaml, BrokenSyntaxIsRefusedWithItsLine) {
   for (const char* text : {"a: [1\n", "a: {b: 1\n", "a: 1\n b: 2\n", ",\n", "a: *b\n", "\ta: 1\n"}) {
     EXPECT_THAT(YamlFault(text), AllOf(HasSubstr("a.yaml:"), HasSubstr("is not valid YAML"))) << text;

@@ -41,6 +41,7 @@ class Arguments : public testing::Test {
     run.AddOption("--methods", methods_, "Methods");
     run.AddOption("--workers", workers_, "Workers").Check(WholeNumber(1, 16));
     run.AddOption("--ratio", ratio_, "Ratio");
+    run.AddOption("--count", count_, "Count");
     run.AddList("--names", names_, "Names");
     run.AddOption("--every", every_, "Seconds").ValueMayBeLeftOut("2");
     run.AddWord<Task>("--task", task_, "Task");
@@ -76,6 +77,7 @@ class Arguments : public testing::Test {
   std::string suite_, methods_;
   int workers_ = 0, id_ = 0;
   double ratio_ = 0;
+  std::uint64_t count_ = 0;
   bool fast_ = false, slow_ = false, verbose_ = false;
   std::vector<std::string> names_;
   std::optional<double> every_;
@@ -83,6 +85,23 @@ class Arguments : public testing::Test {
   int unit_ = 1;
   int runs_ = 0;
 };
+
+// CLI11 alone reads 010 as 8, 0x10 as 16 and, for numbers without a sign, -1 as the largest.
+TEST_F(Arguments, NumbersAreDecimal) {
+  EXPECT_FALSE(Parse({"run", "quick", "--workers", "010", "--ratio", "1e-1"}).status);
+  EXPECT_EQ(workers_, 10);
+  EXPECT_EQ(ratio_, 0.1);
+  EXPECT_FALSE(Parse({"cancel", "+012"}).status);
+  EXPECT_EQ(id_, 12);
+  for (const char* word : {"0x10", " 5", "5 ", "1'0", "1e1", "5.0", "99999999999"}) {
+    Expect({"cancel", word}, std::string("ID: must be a whole number (got '") + word + "')", "prog cancel");
+  }
+  for (const char* word : {"0x1p3", "nan", "inf", "1,5", " 1", "1e999"}) {
+    Expect({"run", "quick", "--ratio", word}, std::string("--ratio: must be a number (got '") + word + "')",
+           "prog run");
+  }
+  Expect({"run", "quick", "--count", "-1"}, "--count: must be a whole number of at least 0 (got '-1')", "prog run");
+}
 
 TEST_F(Arguments, GoodOnesGoOn) {
   const Said said = Parse({"run", "quick", "--methods=SQP", "--workers", "2"});

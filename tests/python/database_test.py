@@ -187,6 +187,15 @@ class OlderAndOtherResults(unittest.TestCase):
                 with self.assertRaisesRegex(legopt.RequestError, "experiment 1 has results .* without the solid rule"):
                     ask()
 
+    def test_texts_of_the_file_that_are_not_json_are_named(self):
+        doubled = '{"columns": ["cost"], "rows": [[1.5]], "rows": []}'
+        path = self.changed("UPDATE datasets SET joint_names = '[\"a\", 1, \"b\"]'",
+                            f"UPDATE results SET trace = NULL, history_json = '{doubled}' WHERE job_id = 1")
+        with legopt.open(path) as db:
+            for ask in (db.waypoints, db.trace):
+                with self.assertRaisesRegex(legopt.DatabaseError, "job 1: .*cannot be read .*'legopt doctor"):
+                    ask(1)
+
     def test_joints_without_names_are_numbered(self):
         path = self.changed("UPDATE datasets SET joint_names = NULL")
         with legopt.open(path) as db:
