@@ -16,6 +16,7 @@
 #include "legopt/input_error.h"
 #include "legopt_msg/dataset_reply.hpp"
 #include "legopt_msg/dataset_request.hpp"
+#include "programs/dataset_cache_folder.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/temporary_folder.h"
 #include "words/reply.h"
@@ -181,10 +182,10 @@ TEST_F(DatasetCacheTest, AFileThatWasChangedOnTheDiskIsNotUsed) {
 }
 
 TEST_F(DatasetCacheTest, HashesAreNoFolders) {
-  EXPECT_TRUE(IsDatasetHash(hash_));
-  EXPECT_FALSE(IsDatasetHash("garage-easier"));
-  EXPECT_FALSE(IsDatasetHash(std::string(64, 'A')));
-  EXPECT_FALSE(IsDatasetHash(std::string(63, 'a')));
+  EXPECT_TRUE(programs::IsDatasetHash(hash_));
+  EXPECT_FALSE(programs::IsDatasetHash("garage-easier"));
+  EXPECT_FALSE(programs::IsDatasetHash(std::string(64, 'A')));
+  EXPECT_FALSE(programs::IsDatasetHash(std::string(63, 'a')));
 }
 
 }  // namespace
