@@ -264,7 +264,7 @@ ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spd
     if (const std::string warning = transport.missing_key_warning(); !warning.empty()) logger.warn(warning);
     bus::Endpoint endpoint(transport, bus::RandomEndpointId(), bus::RandomSeed());
     EndpointLink link(endpoint);
-    return RunPools(line.inputs, std::move(options), cache, link, {stop, logger, options.pool.server_address});
+    return RunPools(line.inputs, options, cache, link, {stop, logger, options.pool.server_address});
   } catch (const bus::BusError& error) {
     logger.error(error.what());
     return programs::CodeOf(error);
