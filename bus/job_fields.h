@@ -59,13 +59,13 @@ struct Description<legopt_msg::lease_reply> {
                   "wanted_dataset: a hash comes with status 1 and with no other");
   }
 
-  static constexpr std::tuple kRows{Field{"status", &M::status, ValueOf<LeaseStatus>{}},
-                                    Field{"retry_after_us", &M::retry_after_us, Range{0, kLongestRetry_us}},
-                                    Field{"message", &M::message, ForHumans(kTextBytes)},
-                                    Field{"num_jobs", &M::num_jobs, CountOf{&M::jobs, kMostJobs}, &JobsComeWithLeased},
-                                    Field{"jobs", &M::jobs},
-                                    Field{"wanted_dataset", &M::wanted_dataset, Text{0, kWordBytes},
-                                          &DatasetIsWantedWithoutJobs}};
+  static constexpr std::tuple kRows{
+      Field{"status", &M::status, ValueOf<LeaseStatus>{}},
+      Field{"retry_after_us", &M::retry_after_us, Range{0, kLongestRetry_us}},
+      Field{"message", &M::message, ForHumans(kTextBytes)},
+      Field{"num_jobs", &M::num_jobs, CountOf{&M::jobs, kMostJobs}, &JobsComeWithLeased},
+      Field{"jobs", &M::jobs},
+      Field{"wanted_dataset", &M::wanted_dataset, Text{0, kWordBytes}, &DatasetIsWantedWithoutJobs}};
 };
 
 template <>

@@ -241,8 +241,8 @@ struct KnownResult {
 
 /// What the store knows of the archive of a dataset.
 struct ArchiveFacts {
-  bool has_experiment = false;   ///< an experiment was made on the dataset
-  bool stored = false;           ///< the archive is there
+  bool has_experiment = false;    ///< an experiment was made on the dataset
+  bool stored = false;            ///< the archive is there
   std::int64_t stored_bytes = 0;  ///< size of all stored archives together, of other datasets too
 };
 

@@ -194,8 +194,8 @@ class Scheduler {
   bool CanGet(const WorkerProfile& worker, const Need& need) const;
   /// The needs that the worker cannot get, in their order.
   std::vector<Need> LacksOf(const WorkerProfile& worker, const std::vector<Need>& needs) const;
-  /// Whether the worker can take jobs of the experiment, after it has fetched the dataset: queued ones, or any when none
-  /// is queued.
+  /// Whether the worker can take jobs of the experiment, after it has fetched the dataset: queued ones, or any when
+  /// none is queued.
   bool CanWorkOn(const WorkerProfile& worker, const Experiment& experiment) const;
   /// Null when the experiment is not in memory: unknown, or closed for longer than `retention`.
   const Experiment* InMemory(std::int64_t experiment_id) const;

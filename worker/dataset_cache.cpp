@@ -76,7 +76,8 @@ fs::path DatasetCache::Add(const std::string& hash, const std::string& archive) 
   UnpackDataset(archive, unpacked.path(), guard_);
   if (const std::string found = HashOfDataset(unpacked.path(), guard_); found != hash) {
     throw InputError({"dataset " + hash, "", found, "what came over the network has another content",
-                      "run 'legopt dataset pack' again beside the server"});
+                      "run 'legopt dataset pack' again for legopt-server --datasets, or delete the experiments of the "
+                      "database that stores it and submit them again"});
   }
   std::error_code error;
   fs::rename(unpacked.path(), folder_ / hash, error);

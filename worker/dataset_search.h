@@ -30,9 +30,9 @@ struct FetchedFolder {
   std::string error;                                            ///< of the others
 };
 
-/// The dataset with this content hash, from the cache, else from the server, whose silence it endures for `wait_server`.
-/// Prints where a dataset from the server was put. Throws InputError for an archive that is no such dataset and for a
-/// cache that cannot be written.
+/// The dataset with this content hash, from the cache, else from the server, whose silence it endures for
+/// `wait_server`. Prints where a dataset from the server was put. Throws InputError for an archive that is no such
+/// dataset and for a cache that cannot be written.
 FetchedFolder FindOrFetch(const std::string& hash, const DatasetCache& cache, ServerLink& link,
                           microseconds wait_server, const SearchSurroundings& around);
 

@@ -11,8 +11,8 @@
 
 namespace legopt::worker {
 
-/// The datasets of a worker that fetches those its jobs need: what it has from the start, and at most kMostFetched more,
-/// of which the one fetched first makes room. Clients decide what is fetched, so none of it may end the worker: a
+/// The datasets of a worker that fetches those its jobs need: what it has from the start, and at most kMostFetched
+/// more, of which the one fetched first makes room. Clients decide what is fetched, so none of it may end the worker: a
 /// dataset that cannot be fetched or loaded is left out. Thread rule: one thread.
 class FetchedDatasets {
  public:

@@ -40,7 +40,7 @@ struct PoolOptions {
   std::string key_file;         ///< for messages; empty: the deployment has no key
   bool fetch_datasets = false;  ///< end without jobs to fetch a dataset that the server wants fetched: see Pool
   std::vector<std::string> unfetched = {};  ///< content hashes of datasets that could not be fetched or loaded
-  bool exit_when_idle = false;  ///< leave when the server says that there is no more work (PROTOCOL.md, 9)
+  bool exit_when_idle = false;              ///< leave when the server says that there is no more work (PROTOCOL.md, 9)
   /// Leave with ExitCode::kUnreachable after this long without any word from the server; max(): keep trying.
   microseconds wait_server = microseconds::max();
   SlotTimes slot_times;

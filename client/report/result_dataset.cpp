@@ -89,8 +89,8 @@ std::shared_ptr<const Dataset> FindStored(ResultSource& source, const std::strin
   } catch (const InputError& error) {
     fault = error.what();
   }
-  std::cerr << "legopt: warning: the archive of dataset " << hash << " that is stored with the results is not used: "
-            << programs::Printable(fault) << "\n";
+  std::cerr << "legopt: warning: the archive of dataset " << hash
+            << " that is stored with the results is not used: " << programs::Printable(fault) << "\n";
   return nullptr;
 }
 

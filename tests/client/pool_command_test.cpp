@@ -148,6 +148,21 @@ TEST_F(PoolCommand, WhatSlurmRefusesIsBlamedOnTheLineThatAsksForIt) {
                                 HasSubstr("Slurm says: sbatch: error: invalid partition specified")));
 }
 
+TEST_F(PoolCommand, NoDatasetHoldsForTheServerOfASlurmRun) {
+  Write("pool.yaml", "slurm: {nodes: 2}\n");
+  const auto seen = folder_ / "server.txt";
+  Play("sbatch",
+       "for child in $(cat /proc/$PPID/task/$PPID/children); do tr '\\0' ' ' < /proc/$child/cmdline; echo; done | "
+       "grep legopt-server > '" +
+           seen.string() + "'\ncat >/dev/null\nexit 1\n");
+  Play("squeue", "exit 0\n");
+  Play("scancel", "exit 0\n");
+  Run({"run", "quick", "--slurm", "pool.yaml", "--db", "run.sqlite"}, Engines());
+  EXPECT_THAT(ReadWhole(seen), AllOf(HasSubstr("--datasets"), Not(HasSubstr("--no-dataset"))));
+  Run({"run", "quick", "--slurm", "pool.yaml", "--db", "bare.sqlite", "--no-dataset"}, Engines());
+  EXPECT_THAT(ReadWhole(seen), AllOf(HasSubstr("--datasets"), HasSubstr("--no-dataset")));
+}
+
 TEST_F(PoolCommand, OtherEnginesGetAScriptWithPathsAndWithoutTheKey) {
   Write("pool.yaml",
         "pbs: {nodes: 4, q: long, walltime: 1:00:00}\nsge: {nodes: 4, at_once: 2, pe: smp 8, h_rt: 3600}\n"
