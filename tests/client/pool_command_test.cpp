@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "command_line_fixture.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt::client {
 namespace {
@@ -158,9 +159,9 @@ TEST_F(PoolCommand, NoDatasetHoldsForTheServerOfASlurmRun) {
   Play("squeue", "exit 0\n");
   Play("scancel", "exit 0\n");
   Run({"run", "quick", "--slurm", "pool.yaml", "--db", "run.sqlite"}, Engines());
-  EXPECT_THAT(ReadWhole(seen), AllOf(HasSubstr("--datasets"), Not(HasSubstr("--no-dataset"))));
+  EXPECT_THAT(test::ReadText(seen), AllOf(HasSubstr("--datasets"), Not(HasSubstr("--no-dataset"))));
   Run({"run", "quick", "--slurm", "pool.yaml", "--db", "bare.sqlite", "--no-dataset"}, Engines());
-  EXPECT_THAT(ReadWhole(seen), AllOf(HasSubstr("--datasets"), HasSubstr("--no-dataset")));
+  EXPECT_THAT(test::ReadText(seen), AllOf(HasSubstr("--datasets"), HasSubstr("--no-dataset")));
 }
 
 TEST_F(PoolCommand, OtherEnginesGetAScriptWithPathsAndWithoutTheKey) {
