@@ -30,6 +30,14 @@ using testing::Not;
 
 constexpr int kDatasetMismatchCode = static_cast<int>(programs::ExitCode::kDatasetMismatch);
 
+// Printable characters, 6 random bits each.
+std::string Noise(std::size_t bytes) {
+  std::string noise(bytes, ' ');
+  std::mt19937 random(1);
+  for (char& c : noise) c = static_cast<char>('?' + random() % 64);
+  return noise;
+}
+
 class DatasetServiceTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -139,14 +147,13 @@ TEST_F(DatasetServiceTest, AServerThatStoresNoneIsAWarning) {
 
 TEST_F(DatasetServiceTest, AnArchiveOverTheLimitIsAWarning) {
   deployment_->StartServer();
-  // A comment that does not shrink.
-  constexpr std::size_t kBytes = std::size_t{24} << 20;
+  // Comments that hardly shrink, in two files of less than 16 MiB each.
+  const std::string noise = Noise(std::size_t{14} << 20);
   std::string robot = test::ReadText(folder_ / "mine" / "robot.urdf");
-  std::string noise(kBytes, ' ');
-  std::mt19937 random(1);
-  for (char& c : noise) c = static_cast<char>('?' + random() % 64);
   robot.insert(robot.rfind("</robot>"), "<!--" + noise + "-->");
   test::WriteText(folder_ / "mine" / "robot.urdf", robot);
+  test::WriteText(folder_ / "mine" / "scene.yaml",
+                  test::ReadText(folder_ / "mine" / "scene.yaml") + "\n# " + Noise(std::size_t{12} << 20));
   ASSERT_EQ(client::RunLegopt({"dataset", "hash", "mine"}, folder_.path()).exit_code, 0);
   const auto submitted = Submit();
   EXPECT_EQ(submitted.exit_code, 0) << submitted.err;
