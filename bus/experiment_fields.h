@@ -7,7 +7,7 @@
 #include "words/reply.h"
 
 /// @file
-/// What clients ask for: the calls submit, status, query, cancel and control. PROTOCOL.md, section 9.
+/// What clients ask for: the calls submit, store_dataset, status, query, cancel and control. PROTOCOL.md, section 9.
 
 namespace legopt::bus::fields {
 
@@ -31,6 +31,21 @@ struct Description<legopt_msg::submit_reply> {
       Field{"status", &M::status, ValueOf<SubmitStatus>{}},
       Field{"experiment_id", &M::experiment_id, AtLeast{If{&M::status, SubmitStatus::kRefused, 0, 1}}},
       Field{"num_jobs", &M::num_jobs, AtLeast{0}}, Field{"message", &M::message, ForHumans(kTextBytes)}};
+};
+
+template <>
+struct Description<legopt_msg::store_dataset_request> {
+  using M = legopt_msg::store_dataset_request;
+  static constexpr std::tuple kRows{Field{"hash", &M::hash, Hash{}},
+                                    Field{"num_bytes", &M::num_bytes, CountOf{&M::archive, kMostStoredArchiveBytes}},
+                                    Field{"archive", &M::archive}};
+};
+
+template <>
+struct Description<legopt_msg::store_dataset_reply> {
+  using M = legopt_msg::store_dataset_reply;
+  static constexpr std::tuple kRows{Field{"status", &M::status, ValueOf<StoreDatasetStatus>{}},
+                                    Field{"message", &M::message, ForHumans(kTextBytes)}};
 };
 
 template <>

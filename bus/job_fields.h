@@ -52,12 +52,20 @@ struct Description<legopt_msg::lease_reply> {
     check.Require((m.status == static_cast<std::int32_t>(LeaseStatus::kLeased)) == (m.num_jobs > 0),
                   "num_jobs: jobs come with status 0 and with no other");
   }
+  static void DatasetIsWantedWithoutJobs(const M& m, FieldCheck& check) {
+    if (m.wanted_dataset.empty()) return;
+    check.Hash("wanted_dataset", m.wanted_dataset);
+    check.Require(m.status == static_cast<std::int32_t>(LeaseStatus::kNoneNow),
+                  "wanted_dataset: a hash comes with status 1 and with no other");
+  }
 
-  static constexpr std::tuple kRows{Field{"status", &M::status, ValueOf<LeaseStatus>{}},
-                                    Field{"retry_after_us", &M::retry_after_us, Range{0, kLongestRetry_us}},
-                                    Field{"message", &M::message, ForHumans(kTextBytes)},
-                                    Field{"num_jobs", &M::num_jobs, CountOf{&M::jobs, kMostJobs}, &JobsComeWithLeased},
-                                    Field{"jobs", &M::jobs}};
+  static constexpr std::tuple kRows{
+      Field{"status", &M::status, ValueOf<LeaseStatus>{}},
+      Field{"retry_after_us", &M::retry_after_us, Range{0, kLongestRetry_us}},
+      Field{"message", &M::message, ForHumans(kTextBytes)},
+      Field{"num_jobs", &M::num_jobs, CountOf{&M::jobs, kMostJobs}, &JobsComeWithLeased},
+      Field{"jobs", &M::jobs},
+      Field{"wanted_dataset", &M::wanted_dataset, Text{0, kWordBytes}, &DatasetIsWantedWithoutJobs}};
 };
 
 template <>

@@ -61,6 +61,20 @@ std::optional<std::string> MemoryStore::FindMethodOptions(const std::string& has
   return options->second;
 }
 
+std::optional<std::string> MemoryStore::FindDatasetArchive(const std::string& hash) {
+  const auto archive = tables_->archives.find(hash);
+  if (archive == tables_->archives.end()) return std::nullopt;
+  return archive->second;
+}
+
+ArchiveFacts MemoryStore::FindArchiveFacts(const std::string& hash) {
+  ArchiveFacts facts;
+  facts.has_experiment = tables_->HasExperimentOn(hash);
+  facts.stored = tables_->archives.contains(hash);
+  for (const auto& [stored, archive] : tables_->archives) facts.stored_bytes += std::ssize(archive);
+  return facts;
+}
+
 std::vector<KnownResult> MemoryStore::FindKnownResults(const ResultSearch& search) {
   std::vector<KnownResult> found;
   for (const ResultSearch::Problem& problem : search.problems) found.push_back(tables_->Known(search, problem));

@@ -19,6 +19,8 @@ class MemoryStore : public Store {
   std::optional<AttemptRecord> FindAttempt(std::int64_t job_id, int attempt) override;
   std::optional<OpenExperiment> LoadExperiment(std::int64_t experiment_id) override;
   std::optional<std::string> FindMethodOptions(const std::string& hash) override;
+  std::optional<std::string> FindDatasetArchive(const std::string& hash) override;
+  ArchiveFacts FindArchiveFacts(const std::string& hash) override;
   std::vector<KnownResult> FindKnownResults(const ResultSearch& search) override;
 
   /// While set, Apply throws this code and changes nothing.

@@ -41,6 +41,7 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
   row.spec_json = e.spec_json;
+  row.dataset_hash = e.dataset.hash;
   row.num_cells = e.cells.size();
   Insert(experiments, e.experiment_id, row, "experiment");
   for (const MethodRecord& method : e.methods) {
@@ -222,7 +223,9 @@ void MemoryStore::Tables::Do(const DeleteExperiment& op) {
   for (const std::int64_t cell : its_cells) Erase(cells, cell);
   submissions.erase(summary.submission_id);
   undo.push_back([this, id = summary.submission_id] { submissions.insert(id); });
+  const std::string dataset = ExperimentOf(op.experiment_id).dataset_hash;
   Erase(experiments, op.experiment_id);
+  if (archives.contains(dataset) && !HasExperimentOn(dataset)) Erase(archives, dataset);
 }
 
 void MemoryStore::Tables::Do(const RenameExperiment& op) {
@@ -262,8 +265,10 @@ void MemoryStore::Tables::Do(const PutWorker& op) {
   }
 }
 
-// Nobody reads it here.
-void MemoryStore::Tables::Do(const StoreDataset& op) { RequireLegal(!op.archive.empty(), "empty archive"); }
+void MemoryStore::Tables::Do(const StoreDataset& op) {
+  RequireLegal(!op.archive.empty(), "empty archive");
+  if (dataset_names.contains(op.hash) && !archives.contains(op.hash)) Insert(archives, op.hash, op.archive, "archive");
+}
 
 void MemoryStore::Tables::Do(const RecordEvent& op) {
   RequireLegal(!op.kind.empty() && op.kind.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") == std::string::npos,

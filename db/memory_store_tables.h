@@ -2,6 +2,7 @@
 
 // Private to the memory_store*.cpp files.
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -46,6 +47,7 @@ struct MemoryJob {
 struct MemoryExperiment {
   ExperimentSummary summary;  // state and times; counts are taken from the jobs
   std::string spec_json;
+  std::string dataset_hash;
   std::size_t num_cells = 0;
 };
 
@@ -54,6 +56,7 @@ struct MemoryStore::Tables {
   std::set<std::string> submissions;
   std::map<std::string, std::string> options;        // by method hash
   std::map<std::string, std::string> dataset_names;  // by hash
+  std::map<std::string, std::string> archives;       // by dataset hash
   std::map<std::int64_t, MemoryJob> jobs;
   std::map<std::int64_t, Accepted> results;
   std::set<std::pair<JobKey, std::int64_t>> jobs_by_key;
@@ -92,6 +95,10 @@ struct MemoryStore::Tables {
     undo.push_back([&set, key] { set.erase(key); });
   }
 
+  bool HasExperimentOn(const std::string& dataset_hash) const {
+    return std::any_of(experiments.begin(), experiments.end(),
+                       [&](const auto& entry) { return entry.second.dataset_hash == dataset_hash; });
+  }
   MemoryJob& JobOf(std::int64_t job_id) {
     const auto job = jobs.find(job_id);
     RequireLegal(job != jobs.end(), "no job " + std::to_string(job_id));

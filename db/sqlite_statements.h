@@ -219,6 +219,14 @@ inline constexpr char kInsertArchive[] =
     "INSERT INTO dataset_archives (dataset_id, archive) SELECT dataset_id, ?2 FROM datasets WHERE hash = ?1 "
     "ON CONFLICT (dataset_id) DO NOTHING";
 
+inline constexpr char kFindArchive[] =
+    "SELECT archive FROM dataset_archives JOIN datasets USING (dataset_id) WHERE hash = ?1";
+
+inline constexpr char kArchiveFacts[] =
+    "SELECT EXISTS (SELECT 1 FROM experiments JOIN datasets USING (dataset_id) WHERE hash = ?1), "
+    "EXISTS (SELECT 1 FROM dataset_archives JOIN datasets USING (dataset_id) WHERE hash = ?1), "
+    "(SELECT coalesce(sum(length(archive)), 0) FROM dataset_archives)";
+
 // See db/file_state.h.
 inline constexpr char kCountCommit[] = "UPDATE file_state SET commits = commits + 1";
 

@@ -27,6 +27,18 @@ std::optional<std::string> SqliteStore::FindMethodOptions(const std::string& has
   return options;
 }
 
+std::optional<std::string> SqliteStore::FindDatasetArchive(const std::string& hash) {
+  Statement find(connection_, sql::kFindArchive, false);
+  if (!find.BindAll(hash).Step()) return std::nullopt;
+  return find.column_text(0);
+}
+
+ArchiveFacts SqliteStore::FindArchiveFacts(const std::string& hash) {
+  Statement find(connection_, sql::kArchiveFacts, false);
+  find.BindAll(hash).Step();
+  return {find.column_int(0) != 0, find.column_int(1) != 0, find.column_int(2)};
+}
+
 std::vector<std::int64_t> SqliteStore::FindEqualExperiments(const ResultSearch& search) {
   Statement& s = statements_->find_equal_experiments;
   std::vector<std::int64_t> experiments;

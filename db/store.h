@@ -241,6 +241,13 @@ struct KnownResult {
   bool solved = false;  ///< success by the searching experiment's rule
 };
 
+/// What the store knows of the archive of a dataset.
+struct ArchiveFacts {
+  bool has_experiment = false;    ///< an experiment was made on the dataset
+  bool stored = false;            ///< the archive is there
+  std::int64_t stored_bytes = 0;  ///< size of all stored archives together, of other datasets too
+};
+
 /// The durable memory of the server. Implementations: OpenSqliteStore (db/sqlite_store.h) and MemoryStore
 /// (db/memory_store.h); tests/db/store_conformance_test.cpp holds both to the same behaviour.
 ///
@@ -263,6 +270,13 @@ class Store {
 
   /// Canonical options of the method with this hash; empty when unknown.
   virtual std::optional<std::string> FindMethodOptions(const std::string& hash) = 0;
+
+  /// The packed dataset with this content hash, as StoreDataset stored it; empty when there is none. Its content may be
+  /// another than the hash says: the reader has to check it.
+  virtual std::optional<std::string> FindDatasetArchive(const std::string& hash) = 0;
+
+  /// Facts about the archive of the dataset with this content hash.
+  virtual ArchiveFacts FindArchiveFacts(const std::string& hash) = 0;
 
   /// For each problem of the search the result that a job may take over, the one with the lowest job id: accepted, not
   /// ended by the clock, judged by all three rules (view reusable_results).

@@ -82,10 +82,16 @@ bool Abilities::Has(const Need& need) const {
   });
 }
 
-std::vector<Need> Abilities::LacksOf(const std::vector<Need>& needs) const {
-  std::vector<Need> lacks;
-  std::copy_if(needs.begin(), needs.end(), std::back_inserter(lacks), [this](const Need& need) { return !Has(need); });
-  return lacks;
+bool Abilities::FetchesDatasets() const {
+  return std::any_of(capabilities_.begin(), capabilities_.end(),
+                     [](const Capability& capability) { return capability.kind == CapabilityKind::kFetch; });
+}
+
+bool Abilities::WouldFetch(const std::string& hash) const {
+  return FetchesDatasets() &&
+         std::none_of(capabilities_.begin(), capabilities_.end(), [&](const Capability& capability) {
+           return capability.kind == CapabilityKind::kUnfetched && capability.hash == hash;
+         });
 }
 
 std::vector<std::string> Abilities::Names(CapabilityKind kind) const {

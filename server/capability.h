@@ -40,8 +40,10 @@ class Abilities {
   explicit Abilities(const legopt_msg::hello_request& hello);
 
   bool Has(const Need& need) const;
-  /// The needs that it does not have, in their order.
-  std::vector<Need> LacksOf(const std::vector<Need>& needs) const;
+  /// Whether the worker fetches datasets that it does not have from the server.
+  bool FetchesDatasets() const;
+  /// Whether the worker would fetch the dataset with this content hash: false after a try that failed.
+  bool WouldFetch(const std::string& hash) const;
 
   /// Names of one kind, in the order in which they were announced.
   std::vector<std::string> Names(CapabilityKind kind) const;

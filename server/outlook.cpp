@@ -148,15 +148,14 @@ std::string Outlooks::MissingFor(const Experiment& experiment, const Experiment:
   std::optional<std::string> refusal;
   for (const auto& [id, worker] : workers_) {
     if (!worker.online) continue;
-    const Abilities& abilities = worker.profile.abilities;
-    const std::vector<Need> lacks = abilities.LacksOf(scheduler_.NeedsOf(experiment, group));
+    const std::vector<Need> lacks = scheduler_.LacksOf(worker.profile, scheduler_.NeedsOf(experiment, group));
     if (lacks.empty()) {
       const auto refused = worker.profile.refused.find({group.method_hash, group.task});
       if (refused != worker.profile.refused.end()) refusal = refused->second;
     }
     if (lacks.size() == 1 && lacks.front().kind == Need::Kind::kBuild) other_builds.insert(worker.record.build_id);
     if (lacks.size() < nearest.size()) nearest = lacks;
-    nobody_has = abilities.LacksOf(nobody_has);
+    nobody_has = scheduler_.LacksOf(worker.profile, nobody_has);
   }
   if (refusal) return "workers refuse its jobs: " + *refusal;
   if (!other_builds.empty()) {

@@ -59,6 +59,7 @@ void Scheduler::Open(const Instant& now, const db::OpenExperiment& open) {
     throw SpecError("experiment " + std::to_string(open.experiment_id) + " is stored with another number of jobs");
   }
   Experiment& experiment = *owned;
+  UpdateOffered(experiment.spec().dataset.hash);
   AddOpen(std::move(owned));
   for (std::int64_t index = 0; index < experiment.num_jobs(); ++index) {
     const db::OpenJob& stored = open.jobs[static_cast<std::size_t>(index)];
@@ -127,6 +128,7 @@ legopt_msg::submit_reply Scheduler::Submit(const Instant& now, const legopt_msg:
     }
   }
   if (const std::string why = OverBudget(spec); !why.empty()) return refuse(why);
+  UpdateOffered(spec.dataset.hash);
   db::NewExperiment rows = MakeNewExperiment(spec, next_experiment_id_++, next_job_id_, next_cell_id_);
   rows.submission_id = request.submission_id;
   rows.submitted_at_us = now.wall_us;

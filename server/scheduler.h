@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -164,6 +165,8 @@ class Scheduler {
     std::function<std::vector<db::KnownResult>(const db::ResultSearch&)> known_results;
     /// Space where the database is; may be empty or return nothing, then there is no reserve.
     std::function<std::optional<db::DiskSpace>()> disk_space = {};
+    /// Whether the server hands out the dataset with this content hash; empty: none.
+    std::function<bool(const std::string& dataset_hash)> dataset_offered = {};
   };
 
   /// Takes up where the store stands. Leases that were running get nine tenths of a lease from `now` on:
@@ -189,6 +192,10 @@ class Scheduler {
   void Tick(const Instant& now, Ops& ops);
   std::optional<microseconds> next_deadline() const;
 
+  /// The server hands out the dataset with this content hash, or no longer does. Workers that fetch datasets count as
+  /// able to take its jobs.
+  void SetDatasetOffered(const std::string& hash, bool offered);
+
   /// While draining no job is leased; workers are told so. Everything else goes on.
   void set_draining(bool draining) { draining_ = draining; }
 
@@ -205,7 +212,12 @@ class Scheduler {
   std::vector<LeaseView> LeasesInOrder() const;
   /// What the jobs of a group need of their worker, the build included.
   std::vector<Need> NeedsOf(const Experiment& experiment, const Experiment::Group& group) const;
-  /// Whether the worker can take jobs of the experiment: queued ones, or any when none is queued.
+  /// Whether the worker can get what is needed: it has that, or would fetch the dataset, which the server hands out.
+  bool CanGet(const WorkerProfile& worker, const Need& need) const;
+  /// The needs that the worker cannot get, in their order.
+  std::vector<Need> LacksOf(const WorkerProfile& worker, const std::vector<Need>& needs) const;
+  /// Whether the worker can take jobs of the experiment, after it has fetched the dataset: queued ones, or any when
+  /// none is queued.
   bool CanWorkOn(const WorkerProfile& worker, const Experiment& experiment) const;
   /// Null when the experiment is not in memory: unknown, or closed for longer than `retention`.
   const Experiment* InMemory(std::int64_t experiment_id) const;
@@ -275,7 +287,11 @@ class Scheduler {
   void NoteDeleted(std::int64_t first, std::int64_t end);
   std::int64_t GiveBackRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops);
   // scheduler_capabilities.cpp
-  bool Admits(const WorkerProfile& worker, const Experiment& experiment, const Experiment::Group& group) const;
+  enum class Datasets : std::uint8_t { kPresent, kPresentOrOffered };
+  bool Admits(const WorkerProfile& worker, const Experiment& experiment, const Experiment::Group& group,
+              Datasets datasets) const;
+  std::string WantedDataset(const WorkerProfile& worker) const;
+  void UpdateOffered(const std::string& hash);
   void CountWorker(const WorkerProfile& worker, int change);
   void RecountWorkers(Experiment& experiment);
   void SetOnline(Worker& worker, bool online);
@@ -325,6 +341,7 @@ class Scheduler {
   std::map<std::int64_t, Experiment*> by_first_job_;
   std::map<std::int64_t, std::int64_t> deleted_jobs_;  ///< first -> after the last, of what this process has deleted
   FairShare shares_;                                   ///< of open_
+  std::set<std::string> offered_datasets_;             ///< content hashes of datasets that the server hands out
   std::int64_t num_queued_ = 0;                        ///< jobs of all experiments
   std::int64_t num_leasable_ = 0;                      ///< of these, not paused or held
   std::map<std::int64_t, Worker> workers_;             ///< by worker id

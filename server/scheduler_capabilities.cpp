@@ -1,6 +1,7 @@
 // Which workers can take which jobs.
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "server/scheduler.h"
@@ -42,9 +43,38 @@ std::vector<Need> Scheduler::NeedsOf(const Experiment& experiment, const Experim
   return needs;
 }
 
-bool Scheduler::Admits(const WorkerProfile& worker, const Experiment& experiment,
-                       const Experiment::Group& group) const {
-  const auto has = [&worker](const Need& need) { return worker.abilities.Has(need); };
+bool Scheduler::CanGet(const WorkerProfile& worker, const Need& need) const {
+  return worker.abilities.Has(need) || (need.kind == Need::Kind::kDataset && worker.abilities.WouldFetch(need.hash) &&
+                                        offered_datasets_.contains(need.hash));
+}
+
+std::vector<Need> Scheduler::LacksOf(const WorkerProfile& worker, const std::vector<Need>& needs) const {
+  std::vector<Need> lacks;
+  std::copy_if(needs.begin(), needs.end(), std::back_inserter(lacks),
+               [&](const Need& need) { return !CanGet(worker, need); });
+  return lacks;
+}
+
+void Scheduler::SetDatasetOffered(const std::string& hash, bool offered) {
+  const bool changed = offered ? offered_datasets_.insert(hash).second : offered_datasets_.erase(hash) > 0;
+  if (!changed) return;
+  for (const auto& [id, experiment] : open_) {
+    if (experiment->spec().dataset.hash != hash) continue;
+    RecountWorkers(*experiment);
+    UpdateWaiting(*experiment);
+  }
+}
+
+// Asks whether the server hands the dataset out. Reads the store, which may fail: to be called before any change.
+void Scheduler::UpdateOffered(const std::string& hash) {
+  if (lookup_.dataset_offered) SetDatasetOffered(hash, lookup_.dataset_offered(hash));
+}
+
+bool Scheduler::Admits(const WorkerProfile& worker, const Experiment& experiment, const Experiment::Group& group,
+                       Datasets datasets) const {
+  const auto has = [&](const Need& need) {
+    return datasets == Datasets::kPresent ? worker.abilities.Has(need) : CanGet(worker, need);
+  };
   const db::ExperimentControl& control = summaries_.at(experiment.experiment_id()).control;
   const bool bound = control.builds == BuildRule::kOne && !control.build_id.empty();
   return !worker.draining && std::all_of(group.needs.begin(), group.needs.end(), has) &&
@@ -57,14 +87,17 @@ bool Scheduler::CanWorkOn(const WorkerProfile& worker, const Experiment& experim
   const bool any_queued =
       std::any_of(groups.begin(), groups.end(), [](const Experiment::Group& group) { return group.queued > 0; });
   return std::any_of(groups.begin(), groups.end(), [&](const Experiment::Group& group) {
-    return (group.queued > 0 || !any_queued) && Admits(worker, experiment, group);
+    return (group.queued > 0 || !any_queued) && Admits(worker, experiment, group, Datasets::kPresentOrOffered);
   });
 }
 
 void Scheduler::CountWorker(const WorkerProfile& worker, int change) {
   for (const auto& [id, open] : open_) {
     Experiment& experiment = *open;
-    experiment.CountWorker([&](const Experiment::Group& group) { return Admits(worker, experiment, group); }, change);
+    const auto admits = [&](const Experiment::Group& group) {
+      return Admits(worker, experiment, group, Datasets::kPresentOrOffered);
+    };
+    experiment.CountWorker(admits, change);
     UpdateWaiting(experiment);
   }
 }
@@ -74,7 +107,10 @@ void Scheduler::RecountWorkers(Experiment& experiment) {
   for (const auto& [id, worker] : workers_) {
     if (!worker.counted) continue;
     const WorkerProfile& profile = *worker.counted;
-    experiment.CountWorker([&](const Experiment::Group& group) { return Admits(profile, experiment, group); }, 1);
+    const auto admits = [&](const Experiment::Group& group) {
+      return Admits(profile, experiment, group, Datasets::kPresentOrOffered);
+    };
+    experiment.CountWorker(admits, 1);
   }
 }
 
@@ -93,8 +129,27 @@ void Scheduler::SetOnline(Worker& worker, bool online) {
   if (before) CountWorker(*before, -1);
 }
 
-// Empty when there is no queued job, or one that the worker can take. Otherwise says what it lacks; `same_name` tells
-// that it has a dataset of the wanted name with other content, which is a mistake rather than another purpose.
+// Content hash of the dataset of queued jobs that the worker could take if it fetched that; empty: there are none. The
+// oldest experiment of the largest priority decides.
+std::string Scheduler::WantedDataset(const WorkerProfile& worker) const {
+  if (!worker.abilities.FetchesDatasets()) return {};
+  const Experiment* wanted = nullptr;
+  const auto priority = [this](const Experiment& e) { return summaries_.at(e.experiment_id()).control.priority; };
+  for (const auto& [id, open] : open_) {
+    const Experiment& experiment = *open;
+    if (summaries_.at(id).control.hold != db::Hold::kNone) continue;
+    const std::vector<Experiment::Group>& groups = experiment.groups();
+    const bool any = std::any_of(groups.begin(), groups.end(), [&](const Experiment::Group& group) {
+      return group.queued > 0 && Admits(worker, experiment, group, Datasets::kPresentOrOffered);
+    });
+    if (any && (wanted == nullptr || priority(experiment) > priority(*wanted))) wanted = &experiment;
+  }
+  return wanted == nullptr ? std::string() : wanted->spec().dataset.hash;
+}
+
+// Empty when there is no queued job, or one that the worker can take, perhaps after it has fetched the dataset.
+// Otherwise says what it lacks; `same_name` reports that it has a dataset of the wanted name with other content and
+// does not fetch any, which is a mistake rather than another purpose.
 std::string Scheduler::MismatchOf(const Worker& worker, bool* same_name) const {
   std::string text;
   *same_name = false;
@@ -105,11 +160,11 @@ std::string Scheduler::MismatchOf(const Worker& worker, bool* same_name) const {
     if (summaries_.at(id).control.hold != db::Hold::kNone) continue;
     for (const Experiment::Group& group : experiment.groups()) {
       if (group.queued == 0) continue;
-      if (Admits(worker.profile, experiment, group)) {
+      if (Admits(worker.profile, experiment, group, Datasets::kPresentOrOffered)) {
         *same_name = false;
         return {};
       }
-      const std::vector<Need> lacks = abilities.LacksOf(NeedsOf(experiment, group));
+      const std::vector<Need> lacks = LacksOf(worker.profile, NeedsOf(experiment, group));
       if (lacks.empty()) {
         const auto refused = worker.profile.refused.find({group.method_hash, group.task});
         if (refused == worker.profile.refused.end()) continue;
@@ -117,8 +172,8 @@ std::string Scheduler::MismatchOf(const Worker& worker, bool* same_name) const {
         continue;
       }
       const Need& lack = lacks.front();
-      const bool twin =
-          lack.kind == Need::Kind::kDataset && !abilities.HashOf(CapabilityKind::kDataset, lack.name).empty();
+      const bool twin = lack.kind == Need::Kind::kDataset && !abilities.FetchesDatasets() &&
+                        !abilities.HashOf(CapabilityKind::kDataset, lack.name).empty();
       if (text.empty() || (twin && !*same_name)) text = TextOfLack(experiment, lack, worker.record, abilities);
       *same_name = *same_name || twin;
     }

@@ -93,7 +93,7 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   const int wanted = BatchSize(request.max_jobs);
   const auto admits = [&](const Experiment& experiment) {
     return [this, worker, &experiment](const Experiment::Group& group) {
-      return Admits(worker->profile, experiment, group);
+      return Admits(worker->profile, experiment, group, Datasets::kPresent);
     };
   };
   const auto can_do = [&](std::int64_t experiment_id) {
@@ -128,6 +128,11 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   }
   if (num_queued() == 0 && num_leases() == 0) {  // a leased job may come back
     reply.status = NumberOf(LeaseStatus::kNoMoreWork);
+    return reply;
+  }
+  reply.wanted_dataset = WantedDataset(worker->profile);
+  if (!reply.wanted_dataset.empty()) {
+    reply.status = NumberOf(LeaseStatus::kNoneNow);
     return reply;
   }
   bool same_name = false;

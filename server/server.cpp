@@ -6,7 +6,6 @@
 #include <chrono>
 
 #include "bus/codec.h"
-#include "bus/field_limits.h"
 #include "legopt/input/json.h"
 #include "server/permission.h"
 #include "server/status.h"
@@ -16,7 +15,6 @@ namespace legopt::server {
 namespace {
 
 constexpr std::size_t kMaxOpsPerCommit = 20'000;
-constexpr std::size_t kMostStoredDatasetBytes = std::size_t{16} << 20;  // a query's answer holds it as text
 
 template <class Message>
 std::string EncodeReply(Message message) {
@@ -32,13 +30,13 @@ Server::Server(bus::Endpoint& endpoint, db::Store& store, QueryService* queries,
       queries_(queries),
       options_(std::move(options)),
       wall_clock_(std::move(wall_clock)),
-      scheduler_(
-          options_.scheduler, store.LoadOpenState(), std::move(tokens),
-          {[&store](std::int64_t job_id, int attempt) { return store.FindAttempt(job_id, attempt); },
-           [&store](const std::string& hash) { return store.FindMethodOptions(hash); },
-           [&store](std::int64_t id) { return store.LoadExperiment(id); },
-           [&store](const db::ResultSearch& search) { return store.FindKnownResults(search); }, options_.disk_space},
-          Instant{endpoint.now(), wall_clock_()}),
+      scheduler_(options_.scheduler, store.LoadOpenState(), std::move(tokens),
+                 {[&store](std::int64_t job_id, int attempt) { return store.FindAttempt(job_id, attempt); },
+                  [&store](const std::string& hash) { return store.FindMethodOptions(hash); },
+                  [&store](std::int64_t id) { return store.LoadExperiment(id); },
+                  [&store](const db::ResultSearch& search) { return store.FindKnownResults(search); },
+                  options_.disk_space, [this](const std::string& hash) { return HandsOut(hash); }},
+                 Instant{endpoint.now(), wall_clock_()}),
       started_(endpoint.now()),
       last_commit_(endpoint.now() - options_.commit_interval),
       watch_(options_.conditions, options_.disk_space) {
@@ -135,6 +133,10 @@ void Server::RegisterHandlers() {
   Serve<legopt_msg::dataset_request>(MessageType::kDataset, true, [this](Sender, const auto& request, auto responder) {
     responder.Reply(EncodeReply(PieceOfDataset(request)));
   });
+  // Always: what cannot be stored is refused, as archives that waited for the store would fill the memory.
+  Serve<legopt_msg::store_dataset_request>(
+      MessageType::kStoreDataset, true,
+      [this](Sender, const auto& request, auto responder) { TakeDataset(request, responder); });
   Serve<legopt_msg::shutdown_request>(MessageType::kShutdown, true, [this](Sender, const auto&, auto responder) {
     spdlog::info("shutdown requested");
     shutdown_requested_ = true;
@@ -145,37 +147,6 @@ void Server::RegisterHandlers() {
   ServeLease();
   ServeStatus();
   ServeQuery();
-}
-
-void Server::StoreDatasets(std::size_t first) {
-  if (!options_.store_datasets || !options_.find_dataset) return;
-  for (std::size_t i = first, end = ops_.size(); i < end; ++i) {
-    const auto* created = std::get_if<db::CreateExperiment>(&ops_[i]);
-    if (created == nullptr) continue;
-    const std::string hash = created->experiment.dataset.hash;
-    const std::string* archive = options_.find_dataset(hash);
-    if (archive == nullptr || archive->empty()) continue;
-    if (archive->size() > kMostStoredDatasetBytes) {
-      spdlog::warn("dataset {} is not stored with its results: its archive has {} bytes, more than {}", hash,
-                   archive->size(), kMostStoredDatasetBytes);
-      continue;
-    }
-    ops_.emplace_back(db::StoreDataset{hash, *archive});
-  }
-}
-
-legopt_msg::dataset_reply Server::PieceOfDataset(const legopt_msg::dataset_request& request) const {
-  legopt_msg::dataset_reply reply{};
-  const std::string* archive = options_.find_dataset ? options_.find_dataset(request.hash) : nullptr;
-  reply.status = NumberOf(archive != nullptr ? DatasetStatus::kFound : DatasetStatus::kUnknown);
-  if (archive == nullptr) return reply;
-  reply.archive_bytes = static_cast<std::int64_t>(archive->size());
-  const auto offset = std::min(static_cast<std::size_t>(request.offset), archive->size());
-  const auto begin = archive->begin() + static_cast<std::ptrdiff_t>(offset);
-  const std::size_t bytes = std::min(archive->size() - offset, static_cast<std::size_t>(bus::fields::kMostPieceBytes));
-  reply.piece.assign(begin, begin + static_cast<std::ptrdiff_t>(bytes));
-  reply.num_bytes = static_cast<std::int32_t>(bytes);
-  return reply;
 }
 
 void Server::ServeProbe() {
@@ -339,6 +310,7 @@ void Server::Commit() {
   commits_.longest = std::max(commits_.longest, took);
   store_error_.clear();
   PublishEvents();
+  OfferStoredDatasets();
   ops_.clear();
   watched_ops_ = 0;
   if (ops_.capacity() > kMaxOpsPerCommit) ops_.shrink_to_fit();

@@ -16,6 +16,8 @@
 #include "db/store.h"
 #include "legopt_msg/dataset_reply.hpp"
 #include "legopt_msg/dataset_request.hpp"
+#include "legopt_msg/store_dataset_reply.hpp"
+#include "legopt_msg/store_dataset_request.hpp"
 #include "server/condition_watch.h"
 #include "server/query_service.h"
 #include "server/scheduler.h"
@@ -35,14 +37,17 @@ struct ServerOptions {
   microseconds idle_checkpoint{1'000'000};  ///< quiet time after which the store may tidy up
   microseconds first_store_retry{50'000};   ///< after a transient store error; doubles up to max_store_retry
   microseconds max_store_retry{2'000'000};
-  /// Archive of the dataset with this content hash; null: not handed out. Valid until the next call. Empty: none is.
+  /// Archive of the dataset with this content hash; null: not there. Valid until the next call. Empty: none is. The
+  /// store's archives are handed out as well.
   std::function<const std::string*(const std::string& hash)> find_dataset = {};
   /// Each event when it is on disk, in order. Must not wait. Empty: nobody listens.
   std::function<void(const db::RecordEvent&)> on_event = {};
   ConditionLimits conditions;                    ///< limits beyond which events are recorded
   std::function<microseconds()> stopwatch = {};  ///< steady time that commits are measured with; empty: they take 0
   ConditionWatch::DiskSpace disk_space = {};     ///< where the database is; empty: not watched
-  bool store_datasets = true;       ///< those that find_dataset has, with the first experiment that was made with them
+  bool store_datasets = true;  ///< those that find_dataset has or clients send, once an experiment was made on them
+  /// Size of all stored datasets from which on none of a client is stored any more.
+  std::int64_t most_dataset_bytes = std::int64_t{1} << 30;
   std::size_t max_deferred = 4096;  ///< requests kept while the store fails; more are left to their callers
   std::size_t max_deferred_bytes = std::size_t{64} << 20;  ///< bodies of these requests
 };
@@ -106,7 +111,13 @@ class Server {
   void ServeProbe();
   /// Stores the datasets of the experiments that the operations from `first` on create.
   void StoreDatasets(std::size_t first);
-  legopt_msg::dataset_reply PieceOfDataset(const legopt_msg::dataset_request& request) const;
+  void TakeDataset(const legopt_msg::store_dataset_request& request, bus::Responder responder);
+  /// Why the archive of this dataset is not stored; empty: it may be. Reads the store.
+  std::string ObstacleToStoring(const db::ArchiveFacts& facts, std::size_t bytes) const;
+  /// The archive of a dataset, from the operator's folder or the store; null: none. Valid until the next call.
+  const std::string* FindArchive(const std::string& hash);
+  bool HandsOut(const std::string& hash);
+  legopt_msg::dataset_reply PieceOfDataset(const legopt_msg::dataset_request& request);
   void ServeQuery();
   void ServeLease();
   void ServeStatus();
@@ -120,6 +131,7 @@ class Server {
   void CheckPlace();
   void StoreFailed(const db::StoreError& error);
   void PublishEvents() const;
+  void OfferStoredDatasets();
   nlohmann::json Figures() const;
   TransportHealth::Listing Counters() const;
   void ResumeDeferred();
@@ -134,6 +146,9 @@ class Server {
   Scheduler scheduler_;
   microseconds started_;
 
+  struct Archive {
+    std::string hash, bytes;
+  } archive_;  ///< the last one that was read from the store
   Scheduler::Ops ops_;
   TransportHealth health_;
   std::size_t watched_ops_ = 0;  ///< of ops_, seen by health_

@@ -11,11 +11,15 @@ enum class CapabilityKind : std::uint8_t {
   kDataset,    ///< name and content hash
   kSolver,     ///< external solver: name, and hash of its declaration and files
   kCollision,  ///< collision model (SceneRepresentation): its word; no hash
+  kFetch,      ///< the worker fetches datasets that its jobs need from the server; no name, no hash
+  kUnfetched,  ///< content hash of a dataset that the worker tried to fetch and cannot use
 };
 
 template <>
 inline constexpr auto kWords<CapabilityKind> = Words<CapabilityKind>({{CapabilityKind::kDataset, "dataset"},
                                                                       {CapabilityKind::kSolver, "solver"},
-                                                                      {CapabilityKind::kCollision, "collision"}});
+                                                                      {CapabilityKind::kCollision, "collision"},
+                                                                      {CapabilityKind::kFetch, "fetch"},
+                                                                      {CapabilityKind::kUnfetched, "unfetched"}});
 
 }  // namespace legopt

@@ -58,6 +58,19 @@ template <>
 inline constexpr auto kWords<DatasetStatus> = Words<DatasetStatus>({{DatasetStatus::kFound, "found"},
                                                                     {DatasetStatus::kUnknown, "unknown"}});
 
+/// store_dataset_reply.status.
+enum class StoreDatasetStatus : std::int32_t {
+  kStored,   ///< the archive is on disk
+  kWanted,   ///< the archive is missing: send it
+  kRefused,  ///< the server does not store the archive; the message says why
+};
+
+template <>
+inline constexpr auto kWords<StoreDatasetStatus> = Words<StoreDatasetStatus>({{StoreDatasetStatus::kStored, "stored"},
+                                                                              {StoreDatasetStatus::kWanted, "wanted"},
+                                                                              {StoreDatasetStatus::kRefused,
+                                                                               "refused"}});
+
 /// heartbeat_reply.status.
 enum class HeartbeatStatus : std::int32_t {
   kOk,             ///< the worker is registered

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <system_error>
@@ -55,25 +56,6 @@ class UnpackFolder {
 
 }  // namespace
 
-bool IsDatasetHash(const std::string& word) {
-  constexpr std::size_t kDigits = 64;
-  return word.size() == kDigits && word.find_first_not_of("0123456789abcdef") == std::string::npos;
-}
-
-fs::path DatasetCache::DefaultFolder() {
-  const auto below = [](const char* variable, const char* folder) -> fs::path {
-    const char* value = std::getenv(variable);
-    return value != nullptr && *value == '/' ? fs::path(value) / folder : fs::path();
-  };
-  if (fs::path folder = below("XDG_CACHE_HOME", "legopt/datasets"); !folder.empty()) return folder;
-  std::error_code error;
-  if (fs::path folder = below("HOME", ".cache/legopt/datasets"); !folder.empty()) {
-    fs::create_directories(folder, error);
-    if (!error && access(folder.c_str(), W_OK) == 0) return folder;
-  }
-  return fs::temp_directory_path() / ("legopt-" + std::to_string(getuid())) / "datasets";
-}
-
 DatasetCache::DatasetCache(fs::path folder, ReadGuard guard) : folder_(std::move(folder)), guard_(std::move(guard)) {}
 
 std::optional<fs::path> DatasetCache::Find(const std::string& hash) const {
@@ -94,7 +76,8 @@ fs::path DatasetCache::Add(const std::string& hash, const std::string& archive) 
   UnpackDataset(archive, unpacked.path(), guard_);
   if (const std::string found = HashOfDataset(unpacked.path(), guard_); found != hash) {
     throw InputError({"dataset " + hash, "", found, "what came over the network has another content",
-                      "run 'legopt dataset pack' again beside the server"});
+                      "run 'legopt dataset pack' again for legopt-server --datasets, or delete the experiments of the "
+                      "database that stores it and submit them again"});
   }
   std::error_code error;
   fs::rename(unpacked.path(), folder_ / hash, error);

@@ -8,19 +8,11 @@
 
 namespace legopt::worker {
 
-/// Whether a word of --dataset is the content hash of a dataset, and no folder.
-bool IsDatasetHash(const std::string& word);
-
 /// Datasets that came over the network, by content: FOLDER/HASH. A full disk or a careless hand may have changed them,
 /// so nothing in it is believed that was not hashed again. Several workers may use one folder at the same time. Thread
 /// rule: one thread.
 class DatasetCache {
  public:
-  /// Where this user's cache is: $XDG_CACHE_HOME/legopt/datasets, else ~/.cache/legopt/datasets; where there is
-  /// neither, legopt-UID/datasets in the folder for temporary files. To be asked before this process leaves its user
-  /// namespace.
-  static std::filesystem::path DefaultFolder();
-
   /// Made when the first dataset comes. `guard` runs the readers of others' libraries.
   DatasetCache(std::filesystem::path folder, ReadGuard guard);
 

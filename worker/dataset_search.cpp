@@ -6,9 +6,9 @@
 #include "legopt/dataset/dataset_archive.h"
 #include "legopt/input_error.h"
 #include "programs/data_folder.h"
+#include "programs/dataset_cache_folder.h"
 #include "programs/isolated_call.h"
 #include "programs/printable.h"
-#include "worker/dataset_fetch.h"
 
 namespace legopt::worker {
 namespace {
@@ -25,13 +25,13 @@ std::optional<fs::path> FindEmbedded(const std::string& hash) {
   return std::nullopt;
 }
 
-ExitCode EndOf(const FetchedDataset& fetched, const PoolOptions& pool, spdlog::logger& logger) {
-  switch (fetched.end) {
+ExitCode EndOf(const FetchedFolder& found, const SearchSurroundings& around) {
+  switch (found.end) {
     case FetchedDataset::End::kUnknown:
-      logger.error(fetched.error);
+      around.logger.error(found.error);
       return ExitCode::kDatasetMismatch;
     case FetchedDataset::End::kUnreachable:
-      logger.error("no answer from a server at {}: {}", pool.server_address, fetched.error);
+      around.logger.error("no answer from a server at {}: {}", around.server_address, found.error);
       return ExitCode::kUnreachable;
     case FetchedDataset::End::kFetched:
     case FetchedDataset::End::kStopped:
@@ -42,29 +42,37 @@ ExitCode EndOf(const FetchedDataset& fetched, const PoolOptions& pool, spdlog::l
 
 }  // namespace
 
-std::optional<ExitCode> FindDatasets(std::vector<fs::path>& datasets, const DatasetCache& cache, ServerLink& link,
-                                     const PoolOptions& pool, const SearchSurroundings& around) {
+FetchedFolder FindOrFetch(const std::string& hash, const DatasetCache& cache, ServerLink& link,
+                          microseconds wait_server, const SearchSurroundings& around) {
+  if (const auto folder = cache.Find(hash)) return {FetchedDataset::End::kFetched, *folder, {}};
   DatasetFetchOptions options;
-  options.wait_server = pool.wait_server;
+  options.wait_server = wait_server;
   options.stop_fd = around.stop.descriptor();
   options.take_order = [&around] { return around.stop.Take(); };
   options.tell = [&](const std::string& error) {
-    around.logger.warn("no answer from a server at {} yet: {}", pool.server_address, error);
+    around.logger.warn("no answer from a server at {} yet: {}", around.server_address, error);
   };
+  const FetchedDataset fetched = FetchDataset(link, hash, options);
+  if (fetched.end != FetchedDataset::End::kFetched) return {fetched.end, {}, fetched.error};
+  const fs::path folder = cache.Add(hash, fetched.archive);
+  std::printf("legopt-worker: dataset %s came from the server: %zu bytes, now in %s\n", hash.c_str(),
+              fetched.archive.size(), programs::Printable(folder.string()).c_str());
+  std::fflush(stdout);
+  return {FetchedDataset::End::kFetched, folder, {}};
+}
+
+std::optional<ExitCode> FindDatasets(std::vector<fs::path>& datasets, const DatasetCache& cache, ServerLink& link,
+                                     const PoolOptions& pool, const SearchSurroundings& around) {
   for (fs::path& dataset : datasets) {
     const std::string hash = dataset.string();
-    if (!IsDatasetHash(hash)) continue;
-    std::optional<fs::path> folder = FindEmbedded(hash);
-    if (!folder) folder = cache.Find(hash);
-    if (!folder) {
-      const FetchedDataset fetched = FetchDataset(link, hash, options);
-      if (fetched.end != FetchedDataset::End::kFetched) return EndOf(fetched, pool, around.logger);
-      folder = cache.Add(hash, fetched.archive);
-      std::printf("legopt-worker: dataset %s came from the server: %zu bytes, now in %s\n", hash.c_str(),
-                  fetched.archive.size(), programs::Printable(folder->string()).c_str());
-      std::fflush(stdout);
+    if (!programs::IsDatasetHash(hash)) continue;
+    if (const auto embedded = FindEmbedded(hash)) {
+      dataset = *embedded;
+      continue;
     }
-    dataset = *folder;
+    const FetchedFolder found = FindOrFetch(hash, cache, link, pool.wait_server, around);
+    if (found.end != FetchedDataset::End::kFetched) return EndOf(found, around);
+    dataset = found.folder;
   }
   return std::nullopt;
 }

@@ -4,11 +4,13 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "programs/exit_codes.h"
 #include "programs/stop_signals.h"
 #include "worker/dataset_cache.h"
+#include "worker/dataset_fetch.h"
 #include "worker/pool.h"
 #include "worker/server_link.h"
 
@@ -18,7 +20,21 @@ namespace legopt::worker {
 struct SearchSurroundings {
   programs::StopSignals& stop;
   spdlog::logger& logger;
+  std::string server_address;  ///< for messages
 };
+
+/// A dataset that was looked for in the cache and at the server.
+struct FetchedFolder {
+  FetchedDataset::End end = FetchedDataset::End::kUnreachable;  ///< kFetched also for one from the cache
+  std::filesystem::path folder;                                 ///< of kFetched
+  std::string error;                                            ///< of the others
+};
+
+/// The dataset with this content hash, from the cache, else from the server, whose silence it endures for
+/// `wait_server`. Prints where a dataset from the server was put. Throws InputError for an archive that is no such
+/// dataset and for a cache that cannot be written.
+FetchedFolder FindOrFetch(const std::string& hash, const DatasetCache& cache, ServerLink& link,
+                          microseconds wait_server, const SearchSurroundings& around);
 
 /// Puts a folder in the place of each content hash among `datasets`: an embedded dataset, the cache's, or what the
 /// server hands out, in this order. How the worker ends when one cannot be had, with the reason logged: kUnreachable,

@@ -114,6 +114,12 @@ void Pool::AskForRegistration(microseconds now) {
   request.memory_bytes = options_.memory_bytes;
   request.load = options_.load();
   for (const Capability& capability : capabilities_) request.capabilities.push_back(ToMessage(capability));
+  if (options_.fetch_datasets && has_loaded()) {
+    request.capabilities.push_back(ToMessage({{}, {}, CapabilityKind::kFetch}));
+    for (const std::string& hash : options_.unfetched) {
+      request.capabilities.push_back(ToMessage({{}, hash, CapabilityKind::kUnfetched}));
+    }
+  }
   hello_in_flight_ = true;
   announced_ = capabilities_.size();
   actions_.emplace_back(CallHello{std::move(request)});
@@ -266,6 +272,7 @@ void Pool::OnLeaseReply(microseconds now, const legopt_msg::lease_reply* reply, 
   }
   HeardServer(now);
   no_more_work_ = false;
+  wanted_dataset_ = options_.fetch_datasets ? reply->wanted_dataset : std::string();
   const microseconds retry = Jittered(std::clamp(microseconds(reply->retry_after_us), kSoonestAsk, kLatestAsk));
   switch (LeaseStatus{reply->status}) {
     case LeaseStatus::kLeased:

@@ -38,7 +38,9 @@ struct PoolOptions {
   std::string server_address;   ///< for messages: "GROUP:PORT", or all addresses that a bridge tries
   bool bridged = false;         ///< for messages: a bridge leads there
   std::string key_file;         ///< for messages; empty: the deployment has no key
-  bool exit_when_idle = false;  ///< leave when the server says that there is no more work (PROTOCOL.md, 9)
+  bool fetch_datasets = false;  ///< end without jobs to fetch a dataset that the server wants fetched: see Pool
+  std::vector<std::string> unfetched = {};  ///< content hashes of datasets that could not be fetched or loaded
+  bool exit_when_idle = false;              ///< leave when the server says that there is no more work (PROTOCOL.md, 9)
   /// Leave with ExitCode::kUnreachable after this long without any word from the server; max(): keep trying.
   microseconds wait_server = microseconds::max();
   SlotTimes slot_times;
@@ -75,7 +77,9 @@ struct PoolOptions {
 ///  - heartbeats cover running jobs, leases held ready, and results under way;
 ///  - jobs begin in the order of their leases; those held ready are few, and are given back when they would wait long;
 ///  - whatever a job process does costs one attempt of the job it had, and nothing else;
-///  - only datasets that a job process has loaded and hashed are announced, and only their jobs are accepted.
+///  - only datasets that a job process has loaded and hashed are announced, and only their jobs are accepted;
+///  - with `fetch_datasets`, a pool without jobs and leases ends when the server names a dataset to fetch. Its
+///  surroundings fetch that and start another pool, for which the server takes it as the same worker.
 ///
 /// One thread.
 class Pool {
@@ -123,6 +127,11 @@ class Pool {
   std::size_t num_leases() const { return leases_.size(); }
   std::size_t num_running() const;
   std::size_t num_undelivered() const;
+
+  /// Content hash of the dataset that the pool ended for, which the next pool should have; empty: it ended otherwise.
+  const std::string& ended_to_fetch() const { return ended_to_fetch_; }
+  /// A job process has loaded its datasets.
+  bool has_loaded() const { return !capabilities_.empty(); }
 
   /// Limits of the calls that the surroundings make for a pool; the heartbeat's is its interval.
   microseconds lease_call_timeout() const;
@@ -237,6 +246,8 @@ class Pool {
   microseconds lease_asked_at_{0};
   microseconds next_lease_{0};
   bool no_more_work_ = false;
+  std::string wanted_dataset_;  // of the last lease reply: content hash; empty: none
+  std::string ended_to_fetch_;
   std::string told_;  // the last message of the server that was logged
   std::minstd_rand random_;
 

@@ -143,6 +143,13 @@ void Pool::CheckEnd(microseconds now) {
     Drain(now, ExitCode::kOk);
   }
   if (draining_) return CheckDrained(now);
+  if (!wanted_dataset_.empty() && leases_.empty() && !lease_in_flight_) {
+    Log(LogLevel::kInfo, "jobs wait for dataset " + wanted_dataset_ + ", which the server hands out");
+    ended_to_fetch_ = wanted_dataset_;
+    finished_ = true;  // without goodbye: the worker stays
+    actions_.emplace_back(ExitWorker{ExitCode::kOk});
+    return;
+  }
   if (options_.exit_when_idle && no_more_work_ && leases_.empty()) {
     Log(LogLevel::kInfo, "no more work");
     Finish(ExitCode::kOk);

@@ -25,6 +25,7 @@
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/data_folder.h"
+#include "programs/dataset_cache_folder.h"
 #include "programs/exit_codes.h"
 #include "programs/external/solver_confinement.h"
 #include "programs/granted_processors.h"
@@ -36,6 +37,7 @@
 #include "programs/program_main.h"
 #include "programs/stop_signals.h"
 #include "worker/dataset_search.h"
+#include "worker/fetched_datasets.h"
 #include "worker/job_process.h"
 #include "worker/supervisor.h"
 
@@ -91,7 +93,7 @@ void Define(programs::Program& program, CommandLine& line) {
       .AddOption("--dataset", line.inputs.datasets,
                  "Dataset whose jobs this worker takes: a folder, or a content hash ('legopt dataset info'), then "
                  "the embedded ones, ~/.cache/legopt and the server are asked for it; may be repeated (default: the "
-                 "embedded ones, garage-easier and garage-hard)")
+                 "embedded ones, garage-easier and garage-hard, and those that the server has stored)")
       .ValueName("FOLDER|HASH");
   program.AddOption("--solver", line.inputs.solvers,
                     "Declaration of a solver of others that jobs may ask for; may be repeated (docs/solvers.md)");
@@ -230,10 +232,32 @@ void SettleSlots(CommandLine& line, spdlog::logger& logger) {
   std::fflush(stdout);
 }
 
+// One pool after the other, each with a dataset more that jobs wait for.
+ExitCode RunPools(WorkerInputs inputs, SupervisorOptions options, const DatasetCache& cache, ServerLink& link,
+                  const SearchSurroundings& around) {
+  options.pool.fetch_datasets = inputs.datasets.empty();
+  if (options.pool.fetch_datasets) inputs.datasets = programs::EmbeddedDatasetFolders();
+  if (const auto end = FindDatasets(inputs.datasets, cache, link, options.pool, around)) return *end;
+  FetchedDatasets datasets(inputs.datasets, cache);
+  for (;;) {
+    options.pool.unfetched = datasets.unfetched();
+    options.child_command = ChildCommand({datasets.folders(), inputs.solvers});
+    Supervisor supervisor(link, options, around.logger);
+    const ExitCode end = supervisor.Run(around.stop.descriptor(), [&around] { return around.stop.Take(); });
+    const Pool& pool = supervisor.pool();
+    const bool failed = end == ExitCode::kUsage || end == ExitCode::kInternal || end == ExitCode::kMachine;
+    if (!pool.ended_to_fetch().empty()) {
+      if (!datasets.Fetch(pool.ended_to_fetch(), link, options.pool, around)) return ExitCode::kOk;
+    } else if (pool.has_loaded() || !failed || !datasets.DropLast(around.logger)) {
+      return end;
+    }
+  }
+}
+
 ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spdlog::logger& logger) {
   programs::StopSignals stop(line.owner);
   SettleSlots(line, logger);
-  const DatasetCache cache(DatasetCache::DefaultFolder(), CallIsolated);
+  const DatasetCache cache(programs::DatasetCacheFolder(), CallIsolated);
   try {
     bridge::Uplink uplink = bridge::FindUplink(line.network.Resolve(), line.access, bridge::BusPlace::kOwnNamespace);
     if (uplink.bridged()) {
@@ -248,10 +272,7 @@ ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spd
     if (const std::string warning = transport.missing_key_warning(); !warning.empty()) logger.warn(warning);
     bus::Endpoint endpoint(transport, bus::RandomEndpointId(), bus::RandomSeed());
     EndpointLink link(endpoint);
-    if (line.inputs.datasets.empty()) line.inputs.datasets = programs::EmbeddedDatasetFolders();
-    if (const auto end = FindDatasets(line.inputs.datasets, cache, link, options.pool, {stop, logger})) return *end;
-    options.child_command = ChildCommand(line.inputs);
-    return Supervisor(link, options, logger).Run(stop.descriptor(), [&stop] { return stop.Take(); });
+    return RunPools(line.inputs, options, cache, link, {stop, logger, options.pool.server_address});
   } catch (const bus::BusError& error) {
     logger.error(error.what());
     return programs::CodeOf(error);

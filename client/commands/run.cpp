@@ -197,7 +197,7 @@ ExitCode Finish(const RunOptions& options, const std::string& db, const std::fil
 
 SlurmPoolOptions PoolOptionsOf(const RunOptions& options, const Submission& submission,
                                const std::filesystem::path& db) {
-  return {*options.pool, db, submission.dataset_folder, options.network, options.suite.solvers};
+  return {*options.pool, db, submission.dataset_folder, options.network, options.suite.solvers, !options.no_dataset};
 }
 
 ExitCode DryRun(const Submission& submission, const RunOptions& options, const std::filesystem::path& db) {

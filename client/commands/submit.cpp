@@ -10,8 +10,12 @@
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
 #include "client/suite/experiment_spec.h"
+#include "legopt/dataset/dataset_archive.h"
 #include "legopt/input/json.h"
+#include "legopt/input_error.h"
 #include "programs/command_line.h"
+#include "programs/isolated_call.h"
+#include "programs/printable.h"
 #include "words/reply.h"
 
 namespace legopt::client {
@@ -22,6 +26,7 @@ struct SubmitOptions {
   NetworkOptions network;
   bool dry_run = false;
   bool wait = false;
+  bool no_dataset = false;
   double patience_s = WatchOptions::kDefaultPatience_s;
   std::optional<double> give_up_s;
   bool json = false;
@@ -51,6 +56,25 @@ legopt_msg::submit_reply Send(ServerConnection& server, const Submission& submis
     if (error.code() == ExitCode::kUnreachable) trouble.ThrowIfAny();
     throw;
   }
+}
+
+// The server stores the dataset, so that its database is complete, and hands it out to workers that lack it. The
+// experiment does not depend on that: what goes wrong is a warning.
+void SendDataset(ServerConnection& server, const Submission& submission) {
+  std::string why;
+  try {
+    why = server.StoreDataset(submission.spec.at("dataset").at("hash").get<std::string>(),
+                              [&] { return PackDataset(submission.dataset_folder, CallIsolated); });
+  } catch (const ClientError& error) {
+    if (error.code() == ExitCode::kInterrupted) throw;
+    why = error.what();
+  } catch (const InputError& error) {
+    why = error.what();
+  }
+  if (why.empty()) return;
+  std::cerr << "legopt: warning: the server does not store the dataset with the results: " << programs::Printable(why)
+            << "; only workers that have the dataset take the jobs, and 'report', 'view', 'replay' and 'export' need "
+               "--dataset\n";
 }
 
 // Nothing is begun twice.
@@ -91,6 +115,7 @@ ExitCode Submit(const SubmitOptions& options) {
   ServerConnection server(options.network);
   const auto reply = Send(server, submission);
   const bool known = SubmitStatus{reply.status} == SubmitStatus::kAlreadyKnown;
+  if (!options.no_dataset) SendDataset(server, submission);
   if (options.json) {
     std::cout << nlohmann::ordered_json{{"experiment_id", reply.experiment_id},
                                         {"jobs", reply.num_jobs},
@@ -114,6 +139,9 @@ void AddSubmitCommand(const programs::Command& program, Invocation* invocation) 
   const auto options = std::make_shared<SubmitOptions>();
   AddSuiteOptions(command, &options->suite);
   command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but submit nothing");
+  command.AddFlag("--no-dataset", options->no_dataset,
+                  "Do not send the dataset to the server (default: sent if the server lacks it and its archive has up "
+                  "to 16 MiB; stored in the database, and handed out to workers that lack it)");
   command.AddFlag("--wait", options->wait, "Show progress until the experiment is over; its end decides the exit code");
   AddPatienceOption(command, &options->patience_s);
   AddGiveUpOption(command, &options->give_up_s);

@@ -137,12 +137,12 @@ void SlurmPool::StartServer() {
   constexpr int kAttempts = 5;
   for (int attempt = 1;; ++attempt) {
     const std::string listen = chosen_port ? FreeListener() : options_.file.listen;
+    std::vector<std::string> arguments = {
+        "--listen", listen, "--access", (folder_ / "access").string(), "--datasets", (folder_ / kDatasets).string()};
+    if (!options_.store_dataset) arguments.emplace_back("--no-dataset");
     try {
-      server_ = std::make_unique<OwnServer>(OwnServerOptions{
-          options_.database,
-          options_.network,
-          {"--listen", listen, "--access", (folder_ / "access").string(), "--datasets", (folder_ / kDatasets).string()},
-          options_.verbose});
+      server_ = std::make_unique<OwnServer>(
+          OwnServerOptions{options_.database, options_.network, std::move(arguments), options_.verbose});
       return;
     } catch (const ClientError& error) {
       if (error.code() != ExitCode::kNetworkUnusable || !chosen_port || attempt == kAttempts) throw;

@@ -20,7 +20,8 @@ struct SlurmPoolOptions {
   std::filesystem::path dataset;
   NetworkOptions network;
   std::vector<std::filesystem::path> solvers = {};  ///< declarations, on the nodes, too
-  bool verbose = false;
+  bool store_dataset = true;                        ///< in the database, with the results
+  bool verbose = false;                             ///< let the server write to our standard error
 };
 
 /// The access of a pool whose workers are started like us: our programs and data at the same paths, logs in `folder`.

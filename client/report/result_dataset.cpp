@@ -3,14 +3,18 @@
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <iostream>
 #include <optional>
 #include <system_error>
 #include <utility>
 
 #include "client/client_error.h"
 #include "legopt/dataset/dataset_archive.h"
+#include "legopt/input_error.h"
 #include "programs/data_folder.h"
+#include "programs/dataset_cache_folder.h"
 #include "programs/isolated_call.h"
+#include "programs/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -56,18 +60,46 @@ std::shared_ptr<const Dataset> FindEmbedded(const std::string& hash) {
   return nullptr;
 }
 
-}  // namespace
+// What a worker of this user has fetched. A damaged one is left alone: the worker replaces it.
+std::shared_ptr<const Dataset> FindCached(const std::string& hash) {
+  std::error_code ignored;
+  const fs::path folder = programs::DatasetCacheFolder() / hash;
+  if (!programs::IsDatasetHash(hash) || !fs::is_directory(folder, ignored)) return nullptr;
+  try {
+    auto dataset = Dataset::Load(folder, CallIsolated);
+    return dataset->content_hash() == hash ? dataset : nullptr;
+  } catch (const InputError&) {
+    return nullptr;
+  }
+}
 
-std::shared_ptr<const Dataset> FindResultDataset(ResultSource& source, const std::string& hash) {
-  if (auto embedded = FindEmbedded(hash)) return embedded;
+// Whoever sent the archive to the server may have sent another one: the content decides.
+std::shared_ptr<const Dataset> FindStored(ResultSource& source, const std::string& hash) {
   const Listing found = source.Query(
       "SELECT archive FROM dataset_archives JOIN datasets USING (dataset_id) WHERE hash = " + SqlText(hash));
   if (found.rows.empty()) return nullptr;
   const std::optional<std::string> archive = BlobAt(found, 0, "archive");
   if (!archive) return nullptr;
-  auto unpacked = std::make_shared<const UnpackedDataset>(*archive);
-  if (unpacked->dataset().content_hash() != hash) return nullptr;  // altered: of another dataset
-  return {unpacked, &unpacked->dataset()};
+  std::string fault;
+  try {
+    auto unpacked = std::make_shared<const UnpackedDataset>(*archive);
+    const std::string& content = unpacked->dataset().content_hash();
+    if (content == hash) return {unpacked, &unpacked->dataset()};
+    fault = "its content is dataset " + content;
+  } catch (const InputError& error) {
+    fault = error.what();
+  }
+  std::cerr << "legopt: warning: the archive of dataset " << hash
+            << " that is stored with the results is not used: " << programs::Printable(fault) << "\n";
+  return nullptr;
+}
+
+}  // namespace
+
+std::shared_ptr<const Dataset> FindResultDataset(ResultSource& source, const std::string& hash) {
+  if (auto embedded = FindEmbedded(hash)) return embedded;
+  if (auto cached = FindCached(hash)) return cached;
+  return FindStored(source, hash);
 }
 
 }  // namespace legopt::client

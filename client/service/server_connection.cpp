@@ -8,10 +8,13 @@
 #include <legopt_msg/query_request.hpp>
 #include <legopt_msg/status_reply.hpp>
 #include <legopt_msg/status_request.hpp>
+#include <legopt_msg/store_dataset_reply.hpp>
+#include <legopt_msg/store_dataset_request.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "bus/field_limits.h"
 #include "bus/typed_calls.h"
 #include "client/client_error.h"
 #include "client/service/experiment_status.h"
@@ -128,6 +131,24 @@ legopt_msg::submit_reply ServerConnection::Submit(const std::string& submission_
     throw ClientError(ExitCode::kUsage, "the server refused the experiment: " + reply.message);
   }
   return reply;
+}
+
+std::string ServerConnection::StoreDataset(const std::string& hash, const std::function<std::string()>& pack) {
+  legopt_msg::store_dataset_request request{};
+  request.hash = hash;
+  auto reply = Ask(request, timeout_);
+  if (StoreDatasetStatus{reply.status} == StoreDatasetStatus::kWanted) {
+    const std::string archive = pack();
+    constexpr auto kMost = static_cast<std::size_t>(bus::fields::kMostStoredArchiveBytes);
+    if (archive.size() > kMost) {
+      return "its archive has " + std::to_string(archive.size()) + " bytes, and a database stores at most " +
+             std::to_string(kMost);
+    }
+    request.archive.assign(archive.begin(), archive.end());
+    reply = Ask(std::move(request), std::max(timeout_, kWorkTimeout));
+  }
+  if (StoreDatasetStatus{reply.status} == StoreDatasetStatus::kStored) return {};
+  return reply.message.empty() ? "the server did not take it" : reply.message;
 }
 
 nlohmann::json ServerConnection::Status(std::int64_t experiment_id) {

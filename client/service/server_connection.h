@@ -38,6 +38,9 @@ class ServerConnection {
   /// called twice per second while the answer is awaited; it may make other calls, and may throw.
   legopt_msg::submit_reply Submit(const std::string& submission_id, const std::string& spec_json,
                                   const std::function<void()>& tick = {});
+  /// Has the server store the packed dataset of an experiment that it has. `pack` is called if the server wants the
+  /// archive. Returns why the archive is not stored, a text for people; empty: it is on disk.
+  std::string StoreDataset(const std::string& hash, const std::function<std::string()>& pack);
   /// Status of one experiment, or of all with 0; the JSON of the contract.
   nlohmann::json Status(std::int64_t experiment_id);
   /// Read-only SQL, stopped by the server after `limit_s`, (0, 3600]. Returns the text that db::ReadJsonRows reads.

@@ -15,7 +15,10 @@ void Agree(legopt_msg::chunk& message) {
   message.index = 1;
 }
 
-void Agree(legopt_msg::lease_reply& message) { message.status = static_cast<std::int32_t>(LeaseStatus::kLeased); }
+void Agree(legopt_msg::lease_reply& message) {
+  message.status = static_cast<std::int32_t>(LeaseStatus::kLeased);
+  message.wanted_dataset.clear();  // comes without jobs
+}
 
 void Agree(legopt_msg::lease_state& message) { message.progress_done = message.progress_total - 1; }
 

@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "command_line_fixture.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt::client {
 namespace {
@@ -150,6 +151,21 @@ TEST_F(PoolCommand, WhatSlurmRefusesIsBlamedOnTheLineThatAsksForIt) {
   EXPECT_EQ(result.exit_code, kRefused) << result.err;
   EXPECT_THAT(result.err, AllOf(HasSubstr("pool.yaml:3: slurm.partition: is refused (got 'nowhere')"),
                                 HasSubstr("Slurm says: sbatch: error: invalid partition specified")));
+}
+
+TEST_F(PoolCommand, NoDatasetHoldsForTheServerOfASlurmRun) {
+  Write("pool.yaml", "slurm: {nodes: 2}\n");
+  const auto seen = folder_ / "server.txt";
+  Play("sbatch",
+       "for child in $(cat /proc/$PPID/task/$PPID/children); do tr '\\0' ' ' < /proc/$child/cmdline; echo; done | "
+       "grep legopt-server > '" +
+           seen.string() + "'\ncat >/dev/null\nexit 1\n");
+  Play("squeue", "exit 0\n");
+  Play("scancel", "exit 0\n");
+  Run({"run", "quick", "--slurm", "pool.yaml", "--db", "run.sqlite"}, Engines());
+  EXPECT_THAT(test::ReadText(seen), AllOf(HasSubstr("--datasets"), Not(HasSubstr("--no-dataset"))));
+  Run({"run", "quick", "--slurm", "pool.yaml", "--db", "bare.sqlite", "--no-dataset"}, Engines());
+  EXPECT_THAT(test::ReadText(seen), AllOf(HasSubstr("--datasets"), HasSubstr("--no-dataset")));
 }
 
 TEST_F(PoolCommand, OtherEnginesGetAScriptWithPathsAndWithoutTheKey) {

@@ -206,6 +206,7 @@ TEST_F(RunCommand, ExportAndEvaluateAgree) {
 
 // The file alone is the complete result; another machine has no folder of its dataset.
 TEST_F(RunCommand, AResultCarriesItsDataset) {
+  ::setenv("XDG_CACHE_HOME", folder_.path().c_str(), 1);  // what this user has in the cache decides nothing
   const auto dataset = folder_.path() / "mine";
   std::filesystem::copy(programs::DataFolder() / "garage-small", dataset);
   ASSERT_EQ(Run({Suite(1), "--dataset", "mine", "--db", Db()}).exit_code, 0);

@@ -33,6 +33,27 @@ TEST_P(StoreConformance, MethodOptionsAreFoundByHash) {
   EXPECT_EQ(store().FindMethodOptions(HashOf('b')), std::nullopt);
 }
 
+TEST_P(StoreConformance, DatasetArchivesAreFoundByHash) {
+  const NewExperiment experiment = SampleExperiment(1, 1, 1);
+  const std::string hash = experiment.dataset.hash;
+  const std::string archive("\0packed", 7);
+  EXPECT_FALSE(store().FindArchiveFacts(hash).has_experiment);
+  Apply({StoreDataset{hash, archive}});
+  EXPECT_EQ(store().FindDatasetArchive(hash), std::nullopt) << "no experiment has the dataset";
+  Apply({CreateExperiment{experiment}});
+  EXPECT_TRUE(store().FindArchiveFacts(hash).has_experiment);
+  EXPECT_FALSE(store().FindArchiveFacts(hash).stored);
+  Apply({StoreDataset{hash, archive}, StoreDataset{hash, "another"}});
+  Reopen();
+  EXPECT_EQ(store().FindDatasetArchive(hash), archive);
+  EXPECT_EQ(store().FindDatasetArchive(HashOf('0')), std::nullopt);
+  EXPECT_TRUE(store().FindArchiveFacts(hash).stored);
+  EXPECT_EQ(store().FindArchiveFacts(HashOf('0')).stored_bytes, 7) << "the size of all archives";
+  Apply({CancelExperiment{1, 2}, DeleteExperiment{1}});
+  EXPECT_EQ(store().FindDatasetArchive(hash), std::nullopt);
+  EXPECT_FALSE(store().FindArchiveFacts(hash).has_experiment);
+}
+
 TEST_P(StoreConformance, MethodsDatasetsAndProblemsAreShared) {
   Prepare();
   Apply({CreateExperiment{SampleExperiment(2, 5, 3)}});

@@ -27,6 +27,9 @@ inline QueryStatus StatusOf(const legopt_msg::query_reply& reply) { return Query
 inline ControlStatus StatusOf(const legopt_msg::control_reply& reply) { return ControlStatus{reply.status}; }
 inline MethodStatus StatusOf(const legopt_msg::method_reply& reply) { return MethodStatus{reply.status}; }
 inline DatasetStatus StatusOf(const legopt_msg::dataset_reply& reply) { return DatasetStatus{reply.status}; }
+inline StoreDatasetStatus StatusOf(const legopt_msg::store_dataset_reply& reply) {
+  return StoreDatasetStatus{reply.status};
+}
 inline ShutdownStatus StatusOf(const legopt_msg::shutdown_reply& reply) { return ShutdownStatus{reply.status}; }
 inline ControlStatus StatusOf(const legopt_msg::cancel_reply& reply) { return ControlStatus{reply.status}; }
 

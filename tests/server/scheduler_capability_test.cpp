@@ -168,5 +168,73 @@ TEST_F(SchedulerCapabilityTest, UnknownKindsAreIgnored) {
   EXPECT_EQ(LeaseOne(kFirst).job_id, 1);
 }
 
+// --- Datasets that workers fetch -------------------------------------------------------------------------------------
+
+class FetchedDatasetsTest : public SchedulerCapabilityTest {
+ protected:
+  // Has another dataset, and fetches.
+  void HelloOfFetcher(bus::EndpointId endpoint, const std::vector<legopt_msg::capability>& more = {},
+                      const std::string& name = "warehouse") {
+    legopt_msg::hello_request request = HelloRequest(endpoint, 1, 'e', name);
+    request.capabilities.push_back(CapabilityOf("fetch", "", ""));
+    request.capabilities.insert(request.capabilities.end(), more.begin(), more.end());
+    const auto reply = scheduler_->Hello(now_, endpoint, request, ops_);
+    Commit();
+    EXPECT_EQ(StatusOf(reply), HelloStatus::kOk) << reply.message;
+    worker_ids_[endpoint] = reply.worker_id;
+  }
+};
+
+TEST_F(FetchedDatasetsTest, AWorkerThatFetchesIsToldWhatJobsWaitForOnceTheServerHasIt) {
+  Submit(SampleSpec());
+  HelloOfFetcher(kFirst);
+  EXPECT_EQ(Lease(kFirst).wanted_dataset, "");
+  EXPECT_THAT(Missing(), ElementsAre(StartsWith("no worker has dataset 'garage'")));
+  scheduler_->SetDatasetOffered(HashOf('d'), true);
+  EXPECT_THAT(Missing(), IsEmpty()) << "the worker can get it";
+  const auto wanted = Lease(kFirst);
+  EXPECT_EQ(StatusOf(wanted), LeaseStatus::kNoneNow);
+  EXPECT_EQ(wanted.wanted_dataset, HashOf('d'));
+  EXPECT_EQ(wanted.message, "");
+  HelloOfFetcher(kFirst, {CapabilityOf("dataset", "garage", HashOf('d'))});
+  EXPECT_EQ(Lease(kFirst).jobs.size(), 1U);
+}
+
+TEST_F(FetchedDatasetsTest, OthersAreNotToldAndAFailureIsNotTriedAgain) {
+  Submit(SampleSpec());
+  scheduler_->SetDatasetOffered(HashOf('d'), true);
+  Hello(kFirst, 1, 'e', "warehouse");
+  EXPECT_EQ(Lease(kFirst).wanted_dataset, "");
+  EXPECT_THAT(Missing(), ElementsAre(StartsWith("no worker has dataset 'garage'")));
+  HelloOfFetcher(kSecond, {CapabilityOf("unfetched", "", HashOf('d'))});
+  EXPECT_EQ(Lease(kSecond).wanted_dataset, "");
+  EXPECT_THAT(Missing(), ElementsAre(StartsWith("no worker has dataset 'garage'")));
+  HelloOfFetcher(kThird, {CapabilityOf("unfetched", "", HashOf('c'))});
+  EXPECT_EQ(Lease(kThird).wanted_dataset, HashOf('d'));
+  scheduler_->SetDatasetOffered(HashOf('d'), false);
+  EXPECT_EQ(Lease(kThird).wanted_dataset, "");
+}
+
+TEST_F(FetchedDatasetsTest, AWorkerThatFetchesMayHaveTheNameWithOtherContent) {
+  Submit(SampleSpec());
+  HelloOfFetcher(kFirst, {}, "garage");
+  EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kNoneNow) << "the archive may come any moment";
+  scheduler_->SetDatasetOffered(HashOf('d'), true);
+  EXPECT_EQ(Lease(kFirst).wanted_dataset, HashOf('d'));
+}
+
+TEST_F(FetchedDatasetsTest, PresentWorkGoesFirstAndAnUnmetNeedBesideTheDatasetIsNoReasonToFetch) {
+  Submit(ExternalSpec());
+  scheduler_->SetDatasetOffered(HashOf('d'), true);
+  HelloOfFetcher(kFirst);
+  EXPECT_EQ(Lease(kFirst).wanted_dataset, "") << "the worker lacks the solver as well";
+  nlohmann::json other = SampleSpec(1);
+  other["dataset"] = {{"name", "warehouse"}, {"hash", HashOf('e')}};
+  Submit(SampleSpec(), "s2");
+  Submit(other, "s3");
+  EXPECT_EQ(Lease(kFirst).jobs.size(), 1U);
+  EXPECT_EQ(Lease(kFirst).wanted_dataset, HashOf('d'));
+}
+
 }  // namespace
 }  // namespace legopt::server

@@ -145,6 +145,8 @@ class ServerOnBus : public testing::Test {
     options.pid = 1;
     options.disk_space = [this] { return disk_; };
     options.max_deferred_bytes = kMostDeferredBytes;
+    options.store_datasets = store_datasets_;
+    options.most_dataset_bytes = most_dataset_bytes_;
     options.find_dataset = [this](const std::string& hash) { return hash == HashOf('a') ? &dataset_ : nullptr; };
     server_ = std::make_unique<Server>(
         *endpoint_, store_, nullptr, options, [this] { return network_.now().count(); }, [this] { return ++token_; });
@@ -206,6 +208,8 @@ class ServerOnBus : public testing::Test {
   std::uint64_t lives_ = 0;
   std::int64_t token_ = 0;
   std::string dataset_ = "archive";  // of hash aaa...
+  bool store_datasets_ = true;
+  std::int64_t most_dataset_bytes_ = 1000;
 };
 
 class ServerOnBadBus : public ServerOnBus {
@@ -421,6 +425,96 @@ TEST_F(ServerOnBus, DatasetsAreHandedOutInPieces) {
   EXPECT_EQ(ask('a', whole).num_bytes, 0);
   EXPECT_EQ(ask('a', bus::fields::kMostArchiveBytes).num_bytes, 0) << "beyond its end";
   EXPECT_EQ(StatusOf(ask('f', 0)), DatasetStatus::kUnknown);
+}
+
+class StoredDatasets : public ServerOnBus {
+ protected:
+  // Without an archive: asks whether the server wants it.
+  legopt_msg::store_dataset_reply Store(const std::string& archive, char digit = 'd') {
+    legopt_msg::store_dataset_request request{};
+    request.hash = HashOf(digit);
+    request.archive.assign(archive.begin(), archive.end());
+    request.num_bytes = static_cast<std::int32_t>(archive.size());
+    std::optional<legopt_msg::store_dataset_reply> answer;
+    client_.Call<legopt_msg::store_dataset_reply>(bus::MessageType::kStoreDataset, request,
+                                                  [&](const auto& reply) { answer = reply; });
+    EXPECT_TRUE(RunUntil([&] { return answer.has_value(); }));
+    return answer.value_or(legopt_msg::store_dataset_reply{});
+  }
+  void SubmitOne(const std::string& id = "s1", char digit = 'd') {
+    submitted_.reset();
+    nlohmann::json spec = SampleSpec(1);
+    spec["dataset"] = {{"name", std::string("set-") + digit}, {"hash", HashOf(digit)}};
+    Submit(spec, id);
+    EXPECT_TRUE(RunUntil([&] { return submitted_.has_value(); }));
+  }
+  // Something to commit, so that the server meets the fault of its store.
+  void SubmitInVain() {
+    Submit(SampleSpec(2), "in vain");
+    RunUntil([] { return false; }, 1s);
+  }
+  std::string HandedOut(char digit = 'd') {
+    legopt_msg::dataset_request request{};
+    request.hash = HashOf(digit);
+    std::optional<std::string> piece;
+    client_.Call<legopt_msg::dataset_reply>(bus::MessageType::kDataset, request, [&](const auto& reply) {
+      piece = std::string(reply.piece.begin(), reply.piece.end());
+    });
+    EXPECT_TRUE(RunUntil([&] { return piece.has_value(); }));
+    return piece.value_or("");
+  }
+};
+
+TEST_F(StoredDatasets, AnArchiveOfAnExperimentIsStoredOnceAndHandedOut) {
+  EXPECT_EQ(StatusOf(Store("packed")), StoreDatasetStatus::kRefused) << "no experiment has the dataset";
+  EXPECT_EQ(store_.FindDatasetArchive(HashOf('d')), std::nullopt);
+  SubmitOne();
+  EXPECT_EQ(StatusOf(Store("")), StoreDatasetStatus::kWanted);
+  EXPECT_EQ(HandedOut(), "");
+  EXPECT_EQ(StatusOf(Store("packed")), StoreDatasetStatus::kStored);
+  EXPECT_EQ(store_.FindDatasetArchive(HashOf('d')), "packed") << "on disk before the answer";
+  EXPECT_EQ(StatusOf(Store("another")), StoreDatasetStatus::kStored);
+  EXPECT_EQ(StatusOf(Store("")), StoreDatasetStatus::kStored);
+  EXPECT_EQ(HandedOut(), "packed");
+  StartServer();
+  EXPECT_EQ(HandedOut(), "packed");
+}
+
+TEST_F(StoredDatasets, StoredArchivesHaveABudgetTogether) {
+  SubmitOne("s1", 'd');
+  SubmitOne("s2", 'e');
+  EXPECT_EQ(StatusOf(Store(std::string(600, 'x'), 'd')), StoreDatasetStatus::kStored);
+  const auto refused = Store(std::string(600, 'x'), 'e');
+  EXPECT_EQ(StatusOf(refused), StoreDatasetStatus::kRefused);
+  EXPECT_NE(refused.message.find("at most 1000"), std::string::npos) << refused.message;
+  EXPECT_EQ(StatusOf(Store(std::string(400, 'x'), 'e')), StoreDatasetStatus::kStored);
+}
+
+TEST_F(StoredDatasets, AServerWithoutDatasetsOrDiskRefusesAndKeepsNothing) {
+  SubmitOne();
+  store_.FailWith(db::StoreErrorCode::kFull);
+  SubmitInVain();
+  const auto unhealthy = Store("packed");
+  EXPECT_EQ(StatusOf(unhealthy), StoreDatasetStatus::kRefused);
+  EXPECT_NE(unhealthy.message.find("cannot be written"), std::string::npos) << unhealthy.message;
+  store_.FailWith(std::nullopt);
+  store_datasets_ = false;
+  StartServer();
+  const auto refused = Store("");
+  EXPECT_EQ(StatusOf(refused), StoreDatasetStatus::kRefused);
+  EXPECT_NE(refused.message.find("--no-dataset"), std::string::npos) << refused.message;
+  EXPECT_EQ(StatusOf(Store("packed")), StoreDatasetStatus::kRefused);
+  EXPECT_EQ(store_.FindDatasetArchive(HashOf('d')), std::nullopt);
+}
+
+TEST_F(StoredDatasets, ArchivesLeaveTheReserveOfTheDisk) {
+  SubmitOne();
+  disk_ = db::DiskSpace{1'000'000'003, 100'000'000'000};
+  const auto refused = Store("packed");
+  EXPECT_EQ(StatusOf(refused), StoreDatasetStatus::kRefused);
+  EXPECT_NE(refused.message.find("1000000000 are reserved"), std::string::npos) << refused.message;
+  disk_->free_bytes = 99'000'000'000;
+  EXPECT_EQ(StatusOf(Store("packed")), StoreDatasetStatus::kStored);
 }
 
 TEST_F(ServerOnBus, QueryWithoutADatabaseFileIsRefusedPolitely) {

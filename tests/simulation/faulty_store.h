@@ -48,6 +48,14 @@ class FaultyStore final : public db::Store {
     CheckReading();
     return inner_.FindMethodOptions(hash);
   }
+  std::optional<std::string> FindDatasetArchive(const std::string& hash) override {
+    CheckReading();
+    return inner_.FindDatasetArchive(hash);
+  }
+  db::ArchiveFacts FindArchiveFacts(const std::string& hash) override {
+    CheckReading();
+    return inner_.FindArchiveFacts(hash);
+  }
   std::vector<db::KnownResult> FindKnownResults(const db::ResultSearch& search) override {
     CheckReading();
     return inner_.FindKnownResults(search);

@@ -33,6 +33,8 @@ class ForgetfulStore final : public db::Store {
     const auto known = options_.find(hash);
     return known == options_.end() ? std::nullopt : std::optional(known->second);
   }
+  std::optional<std::string> FindDatasetArchive(const std::string&) override { return std::nullopt; }
+  db::ArchiveFacts FindArchiveFacts(const std::string&) override { return {}; }
   std::vector<db::KnownResult> FindKnownResults(const db::ResultSearch& search) override {
     return std::vector<db::KnownResult>(search.problems.size());
   }

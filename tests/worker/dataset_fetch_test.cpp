@@ -4,11 +4,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
 #include <unistd.h>
 
 #include <array>
 #include <deque>
 #include <fstream>
+#include <sstream>
 #include <utility>
 
 #include "bus/codec.h"
@@ -16,16 +18,20 @@
 #include "legopt/input_error.h"
 #include "legopt_msg/dataset_reply.hpp"
 #include "legopt_msg/dataset_request.hpp"
+#include "programs/dataset_cache_folder.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/temporary_folder.h"
 #include "words/reply.h"
 #include "worker/dataset_cache.h"
+#include "worker/fetched_datasets.h"
 
 namespace legopt::worker {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using End = FetchedDataset::End;
 
 /// A server that hands out one archive, in pieces, in virtual time.
@@ -181,10 +187,64 @@ TEST_F(DatasetCacheTest, AFileThatWasChangedOnTheDiskIsNotUsed) {
 }
 
 TEST_F(DatasetCacheTest, HashesAreNoFolders) {
-  EXPECT_TRUE(IsDatasetHash(hash_));
-  EXPECT_FALSE(IsDatasetHash("garage-easier"));
-  EXPECT_FALSE(IsDatasetHash(std::string(64, 'A')));
-  EXPECT_FALSE(IsDatasetHash(std::string(63, 'a')));
+  EXPECT_TRUE(programs::IsDatasetHash(hash_));
+  EXPECT_FALSE(programs::IsDatasetHash("garage-easier"));
+  EXPECT_FALSE(programs::IsDatasetHash(std::string(64, 'A')));
+  EXPECT_FALSE(programs::IsDatasetHash(std::string(63, 'a')));
+}
+
+class FetchedDatasetsTest : public DatasetCacheTest {
+ protected:
+  bool Fetch(const std::string& hash) { return datasets_.Fetch(hash, link_, {}, {stop_, *logger_, "nowhere"}); }
+
+  PlayedLink link_;
+  programs::StopSignals stop_;
+  std::ostringstream log_;
+  std::shared_ptr<spdlog::logger> logger_ =
+      std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_st>(log_));
+  FetchedDatasets datasets_{{"own"}, cache_};
+};
+
+TEST_F(FetchedDatasetsTest, WhatTheServerHasIsAddedAndFoundInTheCacheLater) {
+  link_.archive = archive_;
+  EXPECT_TRUE(Fetch(hash_));
+  EXPECT_THAT(datasets_.folders(), ElementsAre("own", folder_ / "cache" / hash_));
+  EXPECT_THAT(datasets_.unfetched(), IsEmpty());
+  FetchedDatasets others({}, cache_);
+  const int calls = link_.calls;
+  EXPECT_TRUE(others.Fetch(hash_, link_, {}, {stop_, *logger_, "nowhere"}));
+  EXPECT_EQ(others.folders().size(), 1U);
+  EXPECT_EQ(link_.calls, calls);
+}
+
+TEST_F(FetchedDatasetsTest, AWrongArchiveOrNoneIsRememberedAndTheWorkerGoesOn) {
+  link_.archive = archive_;
+  EXPECT_TRUE(Fetch(kHash));
+  EXPECT_THAT(log_.str(), HasSubstr("another content"));
+  link_.known = false;
+  EXPECT_TRUE(Fetch(hash_));
+  EXPECT_THAT(datasets_.folders(), ElementsAre("own"));
+  EXPECT_THAT(datasets_.unfetched(), ElementsAre(kHash, hash_));
+  EXPECT_FALSE(datasets_.DropLast(*logger_));
+}
+
+TEST_F(FetchedDatasetsTest, ASilentServerChangesNothing) {
+  link_.silent = 1000;
+  EXPECT_TRUE(Fetch(hash_));
+  EXPECT_THAT(datasets_.folders(), ElementsAre("own"));
+  EXPECT_THAT(datasets_.unfetched(), IsEmpty()) << "it may be tried again";
+}
+
+TEST_F(FetchedDatasetsTest, WhatProcessesCannotLoadIsLeftOut) {
+  link_.archive = archive_;
+  EXPECT_TRUE(Fetch(hash_));
+  EXPECT_TRUE(datasets_.DropLast(*logger_));
+  EXPECT_THAT(datasets_.folders(), ElementsAre("own"));
+  EXPECT_THAT(datasets_.unfetched(), ElementsAre(hash_));
+  FetchedDatasets again({}, cache_);
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE(again.Fetch(hash_, link_, {}, {stop_, *logger_, "nowhere"}));
+  EXPECT_THAT(again.folders(), IsEmpty()) << "asked for again: the processes did not announce it";
+  EXPECT_THAT(again.unfetched(), ElementsAre(hash_));
 }
 
 }  // namespace

@@ -103,11 +103,14 @@ class PoolHarness {
     reply.status = static_cast<std::int32_t>(*status);
     reply.retry_after_us = retry_us;
     reply.message = status == LeaseStatus::kDatasetMismatch ? "jobs need dataset garage " + HexHash('f') : "";
+    reply.wanted_dataset = wanted_dataset;
     reply.jobs = leases;
     reply.num_jobs = static_cast<std::int32_t>(leases.size());
     pool.OnLeaseReply(now, &reply, "");
     Collect();
   }
+
+  std::string wanted_dataset;  // of lease replies
 
   void ReplyMethod(const std::string& hash, MethodStatus status = MethodStatus::kFound) {
     legopt_msg::method_reply reply{};

@@ -156,6 +156,56 @@ TEST(PoolDatasetTest, AnUnusableDatasetEndsTheWorkerWithTheChildsWords) {
   EXPECT_NE(harness.log.find("link 'x' is missing"), std::string::npos);
 }
 
+PoolOptions WithFetching() {
+  PoolOptions options = WithSlots(2);
+  options.fetch_datasets = true;
+  options.unfetched = {HexHash('b')};
+  return options;
+}
+
+TEST(PoolFetchTest, APoolWithoutLeasesEndsForADatasetAndSaysNoGoodbye) {
+  PoolHarness harness(WithFetching());
+  harness.ChildrenReady();
+  const auto hellos = harness.Take<CallHello>();
+  const auto& capabilities = hellos.back().request.capabilities;
+  ASSERT_EQ(capabilities.size(), 3U);
+  EXPECT_EQ(capabilities[1].kind, "fetch");
+  EXPECT_EQ(capabilities[2].kind, "unfetched");
+  EXPECT_EQ(capabilities[2].hash, HexHash('b'));
+  harness.ReplyHello();
+  harness.wanted_dataset = HexHash('f');
+  harness.ReplyLease({});
+  EXPECT_EQ(harness.exit_code, ExitCode::kOk);
+  EXPECT_EQ(harness.pool.ended_to_fetch(), HexHash('f'));
+  EXPECT_TRUE(harness.pool.has_loaded());
+  EXPECT_TRUE(harness.Take<CallHeartbeat>().empty()) << "the worker does not leave";
+}
+
+TEST(PoolFetchTest, WhatRunsIsFinishedBeforeAndNewJobsGoFirst) {
+  PoolHarness harness(WithFetching());
+  harness.StartJobs({SampleLease(1)});
+  harness.wanted_dataset = HexHash('f');
+  harness.Run(seconds(1));
+  harness.ReplyLease({});
+  EXPECT_FALSE(harness.exit_code) << "a job runs";
+  harness.wanted_dataset.clear();
+  harness.Run(seconds(1));
+  harness.ReplyLease({});
+  harness.pool.Stop(harness.now);
+  harness.Run(seconds(20));
+  EXPECT_EQ(harness.pool.ended_to_fetch(), "");
+}
+
+TEST(PoolFetchTest, APoolThatDoesNotFetchGoesOn) {
+  PoolHarness harness;
+  harness.ChildrenReady();
+  EXPECT_EQ(harness.Take<CallHello>().back().request.capabilities.size(), 1U);
+  harness.ReplyHello();
+  harness.wanted_dataset = HexHash('f');
+  harness.ReplyLease({});
+  EXPECT_FALSE(harness.exit_code);
+}
+
 TEST(PoolLeaseTest, AsksForOneJobPerIdleSlotAndNotAheadForLongJobs) {
   PoolHarness harness(WithSlots(3));
   harness.ChildrenReady();
