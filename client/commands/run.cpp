@@ -272,6 +272,7 @@ ExitCode Run(RunOptions& options, bool verbose) {
     const std::unique_ptr<OfferedFolder> offered = OfferDataset(options, submission);
     const std::unique_ptr<OwnPool> pool =
         StartPool(options, submission, db, offered ? offered->path() : std::filesystem::path(), verbose);
+    RecordDataset(submission);
     outcome = RunExperiment(submission, options, *pool, db);
     pool->Stop(kStopPatience);
   }

@@ -8,6 +8,7 @@
 #include "client/suite/chosen_files.h"
 #include "client/suite/experiment_spec.h"
 #include "client/suite/input_files.h"
+#include "client/suite/submitted_datasets.h"
 #include "files/written_file.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/dataset_file.h"
@@ -96,6 +97,10 @@ Submission PrepareSubmission(const SuiteOptions& options) {
   CheckSize(suite, submission);
   submission.id = options.fresh ? RandomSubmissionId() : ContentSubmissionId(submission.spec);
   return submission;
+}
+
+void RecordDataset(const Submission& submission) {
+  RecordDatasetFolder(submission.spec.at("dataset").at("hash").get<std::string>(), submission.dataset_folder);
 }
 
 void WarnOfLosses(const Submission& submission) {

@@ -20,6 +20,9 @@ struct Submission {
   std::filesystem::path dataset_folder;  ///< what workers on this machine need
 };
 
+/// Records where the submission's dataset is, for later commands that read its results (submitted_datasets.h).
+void RecordDataset(const Submission& submission);
+
 /// Says on standard error what was left out, if that is surprising.
 void WarnOfLosses(const Submission& submission);
 

@@ -115,6 +115,7 @@ ExitCode Submit(const SubmitOptions& options) {
   ServerConnection server(options.network);
   const auto reply = Send(server, submission);
   const bool known = SubmitStatus{reply.status} == SubmitStatus::kAlreadyKnown;
+  RecordDataset(submission);
   if (!options.no_dataset) SendDataset(server, submission);
   if (options.json) {
     std::cout << nlohmann::ordered_json{{"experiment_id", reply.experiment_id},

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "client/client_error.h"
+#include "client/suite/submitted_datasets.h"
 #include "legopt/dataset/dataset_archive.h"
 #include "legopt/input_error.h"
 #include "programs/data_folder.h"
@@ -60,11 +61,8 @@ std::shared_ptr<const Dataset> FindEmbedded(const std::string& hash) {
   return nullptr;
 }
 
-// What a worker of this user has fetched. A damaged one is left alone: the worker replaces it.
-std::shared_ptr<const Dataset> FindCached(const std::string& hash) {
-  std::error_code ignored;
-  const fs::path folder = programs::DatasetCacheFolder() / hash;
-  if (!programs::IsDatasetHash(hash) || !fs::is_directory(folder, ignored)) return nullptr;
+// Null if the folder holds no dataset, or one with other content.
+std::shared_ptr<const Dataset> LoadIfContent(const fs::path& folder, const std::string& hash) {
   try {
     auto dataset = Dataset::Load(folder, CallIsolated);
     return dataset->content_hash() == hash ? dataset : nullptr;
@@ -73,7 +71,20 @@ std::shared_ptr<const Dataset> FindCached(const std::string& hash) {
   }
 }
 
-// Whoever sent the archive to the server may have sent another one: the content decides.
+// A dataset that a worker of this user has fetched. A damaged one is not removed: the worker replaces it.
+std::shared_ptr<const Dataset> FindCached(const std::string& hash) {
+  std::error_code ignored;
+  const fs::path folder = programs::DatasetCacheFolder() / hash;
+  if (!programs::IsDatasetHash(hash) || !fs::is_directory(folder, ignored)) return nullptr;
+  return LoadIfContent(folder, hash);
+}
+
+std::shared_ptr<const Dataset> FindSubmitted(const std::string& hash) {
+  const auto folder = RecordedDatasetFolder(hash);
+  return folder ? LoadIfContent(*folder, hash) : nullptr;
+}
+
+// The sender of the archive may have sent another one, so the content is hashed.
 std::shared_ptr<const Dataset> FindStored(ResultSource& source, const std::string& hash) {
   const Listing found = source.Query(
       "SELECT archive FROM dataset_archives JOIN datasets USING (dataset_id) WHERE hash = " + SqlText(hash));
@@ -99,7 +110,8 @@ std::shared_ptr<const Dataset> FindStored(ResultSource& source, const std::strin
 std::shared_ptr<const Dataset> FindResultDataset(ResultSource& source, const std::string& hash) {
   if (auto embedded = FindEmbedded(hash)) return embedded;
   if (auto cached = FindCached(hash)) return cached;
-  return FindStored(source, hash);
+  if (auto stored = FindStored(source, hash)) return stored;
+  return FindSubmitted(hash);
 }
 
 }  // namespace legopt::client

@@ -25,10 +25,10 @@ struct LocalPoolOptions {
 };
 
 /// An OwnPool on this machine: the programs beside this one, as child processes. Its key exists in memory only and
-/// reaches the children through an inherited descriptor, so no other user can command the pool. The worker, which starts
-/// external solvers, gets the worker's key. A child that a signal killed is started again (the database and the leases
-/// make that safe). A child that exited by itself is an error: kInterrupted if another process ordered it to stop. The
-/// destructor stops both children.
+/// reaches the children through an inherited descriptor, so no other user can command the pool. The worker, which
+/// starts external solvers, gets the worker's key. A child that a signal killed is started again (the database and the
+/// leases make that safe). A child that exited by itself is an error: kInterrupted if another process ordered it to
+/// stop. The destructor stops both children.
 class LocalPool final : public OwnPool {
  public:
   /// Starts the server, waits until it serves, and starts the worker. Throws as OwnServer.

@@ -211,6 +211,12 @@ TEST_F(RunCommand, AResultCarriesItsDataset) {
   std::filesystem::copy(programs::DataFolder() / "garage-small", dataset);
   ASSERT_EQ(Run({Suite(1), "--dataset", "mine", "--db", Db()}).exit_code, 0);
   ASSERT_EQ(Run({Suite(1), "--dataset", "mine", "--db", "bare.sqlite", "--no-dataset"}).exit_code, 0);
+  EXPECT_EQ(RunLegopt({"replay", "1", "--db", "bare.sqlite"}, folder_.path()).exit_code, 0)
+      << "the submission's folder";
+  const auto moved = folder_.path() / "moved";
+  std::filesystem::rename(dataset, moved);
+  std::filesystem::copy(programs::DataFolder() / "garage-easier", dataset);
+  EXPECT_EQ(RunLegopt({"replay", "1", "--db", "bare.sqlite"}, folder_.path()).exit_code, 5) << "another dataset there";
   std::filesystem::remove_all(dataset);
   EXPECT_EQ(Count("dataset_archives"), 1);
   for (const std::vector<std::string>& command : {std::vector<std::string>{"export", "1", "--out", "out.json"},

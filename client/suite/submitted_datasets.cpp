@@ -1,0 +1,47 @@
+#include "client/suite/submitted_datasets.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <system_error>
+
+#include "programs/data_folder.h"
+#include "programs/dataset_cache_folder.h"
+
+namespace legopt::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path LinkOf(const std::string& hash) { return programs::DatasetCacheFolder().parent_path() / "submitted" / hash; }
+
+bool IsEmbedded(const fs::path& folder) {
+  std::error_code ignored;
+  return std::ranges::any_of(programs::EmbeddedDatasetFolders(),
+                             [&](const fs::path& embedded) { return fs::equivalent(embedded, folder, ignored); });
+}
+
+}  // namespace
+
+void RecordDatasetFolder(const std::string& hash, const fs::path& folder) {
+  if (!programs::IsDatasetHash(hash) || IsEmbedded(folder)) return;
+  std::error_code error;
+  const fs::path link = LinkOf(hash);
+  if (fs::read_symlink(link, error) == folder) return;
+  fs::create_directories(link.parent_path(), error);
+  // A link of its own name first, so that another process never sees the place empty.
+  const fs::path fresh = link.string() + "." + std::to_string(::getpid());
+  fs::create_symlink(folder, fresh, error);
+  if (!error) fs::rename(fresh, link, error);
+  if (error) fs::remove(fresh, error);
+}
+
+std::optional<fs::path> RecordedDatasetFolder(const std::string& hash) {
+  if (!programs::IsDatasetHash(hash)) return std::nullopt;
+  std::error_code error;
+  const fs::path folder = fs::read_symlink(LinkOf(hash), error);
+  if (error || !fs::is_directory(folder, error)) return std::nullopt;
+  return folder;
+}
+
+}  // namespace legopt::client
