@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "client/client_error.h"
-#include "client/suite/submitted_datasets.h"
+#include "client/report/submitted_datasets.h"
 #include "legopt/dataset/dataset_archive.h"
 #include "legopt/input_error.h"
 #include "programs/data_folder.h"

@@ -1,4 +1,4 @@
-#include "client/suite/submitted_datasets.h"
+#include "client/report/submitted_datasets.h"
 
 #include <unistd.h>
 
