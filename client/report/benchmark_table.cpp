@@ -151,7 +151,7 @@ std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule) {
   return "WITH s AS MATERIALIZED (SELECT b.*, c.cell_id, e.repetitions, (SELECT count(*) FROM results AS r WHERE "
          "r.cell_id = c.cell_id) AS results FROM benchmark_cells AS b JOIN cells AS c USING (experiment_id, method_id, "
          "task, initialization) JOIN experiments AS e USING (experiment_id) WHERE experiment_id = " +
-         std::to_string(experiment_id) + " AND rule = '" + std::string(ToString(rule)) +
+         std::to_string(experiment_id) + " AND b.rule = '" + std::string(ToString(rule)) +
          "') SELECT method_id, method, multi_starts, sample_size, collision, task, initialization, n, finished, "
          "solved, cost, time_s, experiment, " +
          count(JobState::kDead) + count(JobState::kFailed) + count(JobState::kCancelled) +

@@ -126,7 +126,7 @@ std::string InterpolationCellsSql(std::int64_t experiment_id, Rule rule) {
          SqlText(std::string(ToString(kInterpolatedTask.task))) +
          ") AS clock_stopped FROM interpolation_cells AS b JOIN experiments AS e USING (experiment_id) "
          "JOIN methods AS m USING (method_id) WHERE b.experiment_id = " +
-         std::to_string(experiment_id) + " AND rule = '" + std::string(ToString(rule)) +
+         std::to_string(experiment_id) + " AND b.rule = '" + std::string(ToString(rule)) +
          "' ORDER BY (SELECT min(cell_id) FROM cells AS c WHERE c.experiment_id = b.experiment_id AND "
          "c.method_id = b.method_id), initialization";
 }

@@ -31,8 +31,9 @@ constexpr std::array<KeyRole, 3> kRoles = {KeyRole::kOperator, KeyRole::kWorker,
 const std::set<MessageType> kForWorkers = {MessageType::kProbe,  MessageType::kStatus,    MessageType::kHello,
                                            MessageType::kLease,  MessageType::kHeartbeat, MessageType::kResult,
                                            MessageType::kMethod, MessageType::kDataset};
-const std::set<MessageType> kForClients = {MessageType::kProbe, MessageType::kStatus, MessageType::kSubmit,
-                                           MessageType::kQuery, MessageType::kCancel, MessageType::kControl};
+const std::set<MessageType> kForClients = {MessageType::kProbe,       MessageType::kStatus, MessageType::kSubmit,
+                                           MessageType::kQuery,       MessageType::kCancel, MessageType::kControl,
+                                           MessageType::kStoreDataset};
 
 bool IsListed(KeyRole role, MessageType type) {
   if (role == KeyRole::kWorker) return kForWorkers.contains(type);

@@ -198,7 +198,7 @@ TEST(Summary, TellsTheTimesOfTheExperiment) {
 TEST(ExperimentStatus, IsReadFromTheServersReply) {
   const auto experiments =
       ParseExperiments(nlohmann::json::parse(R"({"experiments":[{"id":4,"name":"a","state":"active",
-      "jobs":{"queued":1,"leased":2,"done":3,"failed":4,"dead":5,"cancelled":6,"total":21},"solved":2}],"workers":[]})"));
+      "jobs":{"queued":1,"leased":2,"done":3,"failed":4,"dead":5,"cancelled":6,"total":21},"solved":2,"rule":"solid"}],"workers":[]})"));
   ASSERT_EQ(experiments.size(), 1U);
   EXPECT_EQ(experiments[0].finished(), 18);
   EXPECT_FALSE(experiments[0].over());
@@ -207,7 +207,7 @@ TEST(ExperimentStatus, IsReadFromTheServersReply) {
 
 TEST(ExperimentStatus, TellsTheWindowsOfRunningMotions) {
   const auto status = ParseExperiments(nlohmann::json::parse(R"({"experiments":[{"id":4,"name":"a","state":"active",
-      "jobs":{"queued":1,"leased":2,"done":3,"failed":0,"dead":0,"cancelled":0,"total":6},"solved":2,"running":[
+      "jobs":{"queued":1,"leased":2,"done":3,"failed":0,"dead":0,"cancelled":0,"total":6},"solved":2,"rule":"solid","running":[
       {"job":7,"task":"motion","worker":1,"progress_done":3,"progress_total":40},
       {"job":8,"task":"posture","worker":1,"progress_done":1,"progress_total":11},
       {"job":9,"task":"motion","worker":2,"progress_done":0,"progress_total":61}]}],"workers":[]})"))
@@ -222,14 +222,14 @@ TEST(ExperimentStatus, TellsTheWindowsOfRunningMotions) {
 TEST(ExperimentStatus, StateTextTellsWhatKeepsItBack) {
   const auto status = nlohmann::json::parse(R"({"experiments":[{"id":4,"name":"a","state":"active","hold":"held",
     "hold_reason":"the disk","priority":3,"jobs":{"total":1,"queued":1,"leased":0,"done":0,"failed":0,"dead":0,
-    "cancelled":0},"solved":0}]})");
+    "cancelled":0},"solved":0,"rule":"solid"}]})");
   EXPECT_EQ(StateText(ParseExperiments(status).at(0)), "held: the disk");
   EXPECT_EQ(ParseExperiments(status).at(0).priority, 3);
 }
 
 TEST(ExperimentStatus, TellsWhatTheServerForesees) {
   const auto status = ParseExperiments(nlohmann::json::parse(R"({"experiments":[{"id":4,"name":"a","state":"active",
-    "jobs":{"total":1,"queued":1,"leased":0,"done":0,"failed":0,"dead":0,"cancelled":0},"solved":0,
+    "jobs":{"total":1,"queued":1,"leased":0,"done":0,"failed":0,"dead":0,"cancelled":0},"solved":0,"rule":"solid",
     "submitter":"ann","dataset":"garage","methods":["SQP","Adam"],"tags":["paper"],"share":0.5,"eta_s":7.5,
     "waiting_for":"paused","spec_hash":"ab","submitted_at_us":5,"elapsed_s":9.5,"worked_s":null}]})"))
                           .at(0);

@@ -49,7 +49,7 @@ TEST_F(ResultSourceTest, ReadsTheBenchmarkTable) {
 
 TEST_F(ResultSourceTest, TheExperimentsRuleIsTheDefault) {
   EXPECT_EQ(RuleFor(*source_, std::nullopt, std::nullopt), Rule::kSolid) << "a suite that names none";
-  AlterDatabase(file_, "results_are_final", R"(UPDATE experiments SET spec_json = '{"rule":"literal"}')");
+  AlterDatabase(file_, "results_are_final", "UPDATE experiments SET rule = 'literal'");
   EXPECT_EQ(RuleFor(*source_, std::nullopt, std::nullopt), Rule::kLiteral);
   EXPECT_EQ(RuleFor(*source_, std::nullopt, Rule::kStrict), Rule::kStrict);
 }
@@ -59,9 +59,7 @@ TEST_F(ResultSourceTest, ATableByTheSolidRuleNeedsItsVerdictOfEveryResult) {
   EXPECT_EQ(ReadBenchmarkTable(*source_, solid).rows[0].cells.at({Task::kPosture, Initialization::kGood}).solved, 2);
   // As results of an older release are.
   AlterDatabase(file_, "results_are_final", "UPDATE results SET verdict_solid = NULL WHERE job_id = 2");
-  const Rule usual = RuleFor(*source_, std::nullopt, std::nullopt);
-  EXPECT_EQ(usual, Rule::kLiteral);
-  const auto table = ReadBenchmarkTable(*source_, {.experiment = {}, .rule = usual, .collision = {}});
+  const auto table = ReadBenchmarkTable(*source_, {.experiment = {}, .rule = Rule::kLiteral, .collision = {}});
   EXPECT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.other_rule, std::nullopt) << "not known of all results";
   try {

@@ -67,7 +67,7 @@ TEST(SpecAgreement, OneStepBeyondTheSuiteSaysSo) {
   EXPECT_THAT(Refusal(Yaml("repetitions: 100001")), HasSubstr("from 1 to 100000"));
   EXPECT_THAT(Refusal(Yaml("max_attempts: 101")), HasSubstr("from 1 to 100"));
   EXPECT_THAT(Refusal("tasks: posture\nproblems: [1000001]\nmethods: [{solver: sqp}]\n"), HasSubstr("1000001"));
-  EXPECT_THAT(Refusal(Yaml("name: \"a\\0b\"")), HasSubstr("holds the control character U+0000"));
+  EXPECT_THAT(Refusal(Yaml("name: \"a\\0b\"")), HasSubstr("holds the character NUL"));
   EXPECT_THAT(Refusal(Yaml(
                   "", "solver: sqp, multi_starts: [" +
                           [] {

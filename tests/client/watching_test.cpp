@@ -104,6 +104,7 @@ nlohmann::json Reply(std::int64_t id, const std::string& hash, std::int64_t subm
          {"spec_hash", hash},
          {"submitted_at_us", submitted_at_us},
          {"solved", 0},
+         {"rule", "solid"},
          {"jobs",
           {{"total", 1}, {"queued", 1}, {"leased", 0}, {"done", 0}, {"failed", 0}, {"dead", 0}, {"cancelled", 0}}}}}}};
 }
@@ -197,8 +198,9 @@ TEST_F(WatchJsonTest, EveryLineTellsWhatItIsAndOfWhich) {
   EXPECT_EQ(end.at("exit_code"), 0);
   EXPECT_EQ(end.at("reason"), "");
   EXPECT_EQ(end.at("state"), "done");
-  for (const char* key : {"name", "hold", "hold_reason", "waiting_for", "total", "queued", "leased", "done", "failed",
-                          "dead", "cancelled", "solved", "elapsed_s", "worked_s", "eta_s", "share", "running"}) {
+  for (const char* key :
+       {"name", "hold", "hold_reason", "waiting_for", "total", "queued", "leased", "done", "failed", "dead",
+        "cancelled", "solved", "rule", "elapsed_s", "worked_s", "eta_s", "share", "running"}) {
     EXPECT_TRUE(end.contains(key)) << key;
   }
 }
