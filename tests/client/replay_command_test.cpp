@@ -130,7 +130,7 @@ TEST_F(ReplayCommand, WhatTheClockStoppedCannotBeRepeated) {
 TEST_F(ReplayCommand, WhatIsNotThereIsSaid) {
   ExpectError(Run({"replay", "99", "--db", file_}), 2, "there is no job 99");
   ExpectError(Run({"replay", "--db", file_}), 2, "name a job, or let --random N draw some");
-  Alter("", "UPDATE datasets SET hash = '" + std::string(64, 'a') + "'");
+  Alter("", "DELETE FROM dataset_archives; UPDATE datasets SET hash = '" + std::string(64, 'a') + "'");
   ExpectError(Run({"replay", "1", "--db", file_}), 5, "name the right folder with --dataset");
 }
 
