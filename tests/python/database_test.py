@@ -176,7 +176,8 @@ class OlderAndOtherResults(unittest.TestCase):
             self.assertEqual((len(nothing), nothing.joints, len(nothing.names)), (0, [], 19))
 
     def test_the_solid_rule_needs_its_verdicts(self):
-        path = self.changed("UPDATE results SET verdict_solid = NULL WHERE job_id = 1")
+        path = self.changed("UPDATE results SET verdict_solid = NULL WHERE job_id = 1",
+                            "UPDATE experiments SET rule = 'literal' WHERE experiment_id = 1")
         with legopt.open(path) as db:
             self.assertTrue(db.jobs(1, rule="strict"))
             self.assertEqual({job["rule"] for job in db.jobs()}, {"literal"}, "the weakest of both experiments")
