@@ -65,23 +65,17 @@ class QueryService::Impl {
   explicit Impl(std::filesystem::path database)
       : path_(std::move(database)), event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
     if (event_ < 0) throw std::system_error(errno, std::generic_category(), "eventfd");
-    for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
-      lanes_[lane].thread = std::thread([this, lane] { Read(lane); });
+    try {
+      for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
+        lanes_[lane].thread = std::thread([this, lane] { Read(lane); });
+      }
+    } catch (...) {  // no memory for another thread: the first ones must end before their lanes are destroyed
+      Stop();
+      throw;
     }
   }
 
-  ~Impl() {
-    {
-      const std::lock_guard lock(mutex_);
-      stopping_ = true;
-      for (Lane& lane : lanes_) {
-        if (lane.running != nullptr) lane.running->Interrupt();
-      }
-    }
-    wake_.notify_all();
-    for (Lane& lane : lanes_) lane.thread.join();
-    close(event_);
-  }
+  ~Impl() { Stop(); }
 
   std::string Start(std::int64_t ticket, bus::EndpointId sender, legopt_msg::query_request request) {
     const std::lock_guard lock(mutex_);
@@ -110,6 +104,21 @@ class QueryService::Impl {
   }
 
  private:
+  void Stop() {
+    {
+      const std::lock_guard lock(mutex_);
+      stopping_ = true;
+      for (Lane& lane : lanes_) {
+        if (lane.running != nullptr) lane.running->Interrupt();
+      }
+    }
+    wake_.notify_all();
+    for (Lane& lane : lanes_) {
+      if (lane.thread.joinable()) lane.thread.join();
+    }
+    close(event_);
+  }
+
   static constexpr const char* kTooMany = "too many queries wait; try again";
 
   // A reader with a connection of its own.
