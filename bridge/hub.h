@@ -41,8 +41,8 @@ class Hub final : public LinkEnd {
   struct Route {
     LinkAddress address = 0;
     std::int64_t link = 0;
-    bus::KeyRole link_role{};   // of the spoke's key
-    bus::KeyRole party_role{};  // of the party's key: frames of other roles make and take no route of its address
+    bus::KeyRole link_role{};   // role of the spoke's key
+    bus::KeyRole party_role{};  // role of the party's key; frames of other roles neither set nor use this route
     microseconds heard{0};
     std::list<bus::EndpointId>::iterator recency;
   };

@@ -138,7 +138,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
 
   Transport& transport_;
   EndpointId self_;
-  KeyRole role_;  // of our key: of the calls that we make
+  KeyRole role_;  // role of our own key, used for our calls
   EndpointOptions options_;
   std::mt19937_64 random_;
   std::int64_t session_;

@@ -19,9 +19,9 @@ inline constexpr std::int64_t kNameBytes = 256;                        ///< of a
 inline constexpr std::int64_t kWordBytes = 64;                         ///< of an enumeration, as a text
 inline constexpr std::int64_t kTextBytes = 4096;                       ///< of a text for humans
 inline constexpr std::int64_t kOptionsBytes = std::int64_t{1} << 20;   ///< of a method's options and of a query's SQL
-inline constexpr std::int64_t kMostArchiveBytes = std::int64_t{64} << 20;        ///< of a dataset
-inline constexpr std::int64_t kMostStoredArchiveBytes = std::int64_t{16} << 20;  ///< of a dataset in a database
-inline constexpr std::int64_t kMostPieceBytes = std::int64_t{1} << 20;           ///< of an archive, in one reply
-inline constexpr std::int64_t kJsonBytes = spec_limits::kMostBytes;              ///< of any other JSON
+inline constexpr std::int64_t kMostArchiveBytes = std::int64_t{64} << 20;        ///< size of a dataset's archive
+inline constexpr std::int64_t kMostStoredArchiveBytes = std::int64_t{16} << 20;  ///< size of an archive in a database
+inline constexpr std::int64_t kMostPieceBytes = std::int64_t{1} << 20;  ///< size of a piece of an archive in one reply
+inline constexpr std::int64_t kJsonBytes = spec_limits::kMostBytes;     ///< size of any other JSON text
 
 }  // namespace legopt::bus::fields

@@ -73,8 +73,8 @@ constexpr bool MayCall(KeyRole role, MessageType type) {
   return false;
 }
 
-/// Text of a refusal of a call, or of an action of it, that a role may not make: what was refused, and which key it
-/// takes. `action` is a noun such as "submit" or "delete of an experiment"; `callers` are those that may do it.
+/// Message for a refused call or action: names the action and the key that permits it. `action` is a noun such as
+/// "submit" or "delete of an experiment"; `callers` are the roles with permission.
 std::string RoleRefusal(KeyRole role, std::string_view action, Callers callers);
 
 }  // namespace legopt::bus

@@ -57,7 +57,7 @@ class MessageKey {
  private:
   std::array<std::uint8_t, kBytes> bytes_{};
   KeyRole role_;
-  std::array<std::unique_ptr<const MessageKey>, kDerivedRoles.size()> derived_;  // of a full key
+  std::array<std::unique_ptr<const MessageKey>, kDerivedRoles.size()> derived_;  // empty for a derived key
 };
 
 }  // namespace legopt::bus

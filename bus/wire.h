@@ -96,9 +96,9 @@ std::span<const std::uint8_t> SealFrame(const FrameHeader& header, std::size_t p
 
 inline constexpr EndpointId kAnybody = 0;  ///< as `self`: frames for every party are for us
 
-/// Checks in this order: size, form, deployment, destination, tag (made with `key` or with one derived from it: the
-/// header's role says with which; kUnsigned: the tag of somebody without the key), fields, version. On kUnsigned and
-/// kVersion the header is legal, so that the sender can be told; but for kSize and kMalformed it is at least filled in.
+/// Checks in this order: size, form, deployment, destination, tag, fields, version. The header's role names the key of
+/// the tag: `key` or one derived from it; kUnsigned: the sender does not have that key. On kUnsigned and kVersion the
+/// header is valid, so that an error reply is possible; except for kSize and kMalformed it is at least filled in.
 /// `frame` points into `datagram`.
 FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deployment, EndpointId self, FrameView& frame,
                      const MessageKey* key = nullptr);

@@ -56,7 +56,7 @@ struct MemoryStore::Tables {
   std::set<std::string> submissions;
   std::map<std::string, std::string> options;        // by method hash
   std::map<std::string, std::string> dataset_names;  // by hash
-  std::map<std::string, std::string> archives;       // by dataset hash
+  std::map<std::string, std::string> archives;       // key: dataset hash
   std::map<std::int64_t, MemoryJob> jobs;
   std::map<std::int64_t, Accepted> results;
   std::set<std::pair<JobKey, std::int64_t>> jobs_by_key;

@@ -241,11 +241,11 @@ struct KnownResult {
   bool solved = false;  ///< success by the searching experiment's rule
 };
 
-/// What the store knows of the archive of a dataset.
+/// Facts about the stored archive of a dataset.
 struct ArchiveFacts {
   bool has_experiment = false;    ///< an experiment was made on the dataset
   bool stored = false;            ///< the archive is there
-  std::int64_t stored_bytes = 0;  ///< size of all stored archives together, of other datasets too
+  std::int64_t stored_bytes = 0;  ///< total size of the stored archives of all datasets
 };
 
 /// The durable memory of the server. Implementations: OpenSqliteStore (db/sqlite_store.h) and MemoryStore

@@ -58,7 +58,7 @@ class QueryCounts {
 
   void Add(const WaitingQuery& query);
   void Remove(const WaitingQuery& query);
-  void Begin(bus::EndpointId sender) { ++of_sender_[sender].running; }  ///< of a held query
+  void Begin(bus::EndpointId sender) { ++of_sender_[sender].running; }  ///< counts a waiting query as running
   void End(bus::EndpointId sender) { --of_sender_[sender].running; }
 
  private:

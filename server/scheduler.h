@@ -58,11 +58,11 @@ struct SchedulerOptions {
   std::size_t most_offline_shown = 100;        ///< number of such workers
   int max_leases_per_request = 64;             ///< whatever the worker asks for
   int max_returns_per_job = 16;                ///< attempts given back without charge; further ones are charged
-  std::int64_t max_open_jobs = 4'000'000;      ///< of all active experiments; more is refused at submission
-  std::int64_t max_open_jobs_per_submitter = 2'000'000;    ///< of those that one submitter's active experiments have
+  std::int64_t max_open_jobs = 4'000'000;      ///< open jobs of all active experiments; further submissions are refused
+  std::int64_t max_open_jobs_per_submitter = 2'000'000;    ///< open jobs of one submitter's active experiments
   std::int64_t max_experiments = 100'000;                  ///< stored, active or not
   std::size_t max_summary_bytes = std::size_t{256} << 20;  ///< names, methods and tags of stored experiments, in memory
-  std::int64_t max_jobs_in_memory = 8'000'000;  ///< of active experiments and of those closed within `retention`
+  std::int64_t max_jobs_in_memory = 8'000'000;  ///< jobs of experiments that are active or closed within `retention`
   std::int64_t max_open_experiments = 10'000;   ///< active, and closed within `retention`
   std::int64_t max_open_experiments_per_submitter = 5'000;           ///< those of one submitter
   std::size_t max_spec_bytes = std::size_t{128} << 20;               ///< specifications of these experiments
@@ -212,7 +212,7 @@ class Scheduler {
   std::vector<LeaseView> LeasesInOrder() const;
   /// What the jobs of a group need of their worker, the build included.
   std::vector<Need> NeedsOf(const Experiment& experiment, const Experiment::Group& group) const;
-  /// Whether the worker can get what is needed: it has that, or would fetch the dataset, which the server hands out.
+  /// Whether the worker has the need, or can fetch the needed dataset from the server.
   bool CanGet(const WorkerProfile& worker, const Need& need) const;
   /// The needs that the worker cannot get, in their order.
   std::vector<Need> LacksOf(const WorkerProfile& worker, const std::vector<Need>& needs) const;
@@ -345,9 +345,10 @@ class Scheduler {
   std::int64_t num_queued_ = 0;                        ///< jobs of all experiments
   std::int64_t num_leasable_ = 0;                      ///< of these, not paused or held
   std::map<std::int64_t, Worker> workers_;             ///< by worker id
-  std::map<bus::EndpointId, std::int64_t> worker_of_endpoint_;  ///< of workers_, and of forgotten stored workers
-  std::size_t new_worker_bytes_ = 0;                            ///< memory of the workers that are not stored
-  std::size_t summary_bytes_ = 0;                               ///< SummaryBytes of summaries_
+  std::map<bus::EndpointId, std::int64_t>
+      worker_of_endpoint_;            ///< number of each worker in workers_ and of stored workers no longer in memory
+  std::size_t new_worker_bytes_ = 0;  ///< memory of the workers that are not stored
+  std::size_t summary_bytes_ = 0;     ///< SummaryBytes of summaries_
   RateLimit controls_;
   std::map<std::int64_t, LeaseState> leases_;  ///< by job id
   std::int64_t next_order_ = 0;

@@ -26,7 +26,7 @@ std::string MebibytesOf(std::size_t bytes) {
 
 std::size_t SummaryBytes(const db::ExperimentSummary& summary) {
   constexpr std::size_t kFixed = 640;  // the summary, its submission id and their nodes
-  constexpr std::size_t kNode = 64;    // of a list's element
+  constexpr std::size_t kNode = 64;    // size of a list's element
   std::size_t bytes = kFixed + summary.name.size() + summary.submission_id.size() + summary.submitter.size() +
                       summary.dataset.size() + summary.control.reason.size();
   for (const std::string& method : summary.methods) bytes += kNode + method.size();

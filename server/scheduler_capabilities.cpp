@@ -148,8 +148,8 @@ std::string Scheduler::WantedDataset(const WorkerProfile& worker) const {
 }
 
 // Empty when there is no queued job, or one that the worker can take, perhaps after it has fetched the dataset.
-// Otherwise says what it lacks; `same_name` reports that it has a dataset of the wanted name with other content and
-// does not fetch any, which is a mistake rather than another purpose.
+// Otherwise names the missing capability; `same_name` reports that it has a dataset of the wanted name with other
+// content and does not fetch any, which is a mistake rather than another purpose.
 std::string Scheduler::MismatchOf(const Worker& worker, bool* same_name) const {
   std::string text;
   *same_name = false;

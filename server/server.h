@@ -101,7 +101,7 @@ class Server {
   struct Deferred {
     std::function<void()> handle;
     bus::Responder responder;
-    std::size_t bytes = 0;  ///< of the request
+    std::size_t bytes = 0;  ///< size of the request
   };
 
   void RegisterHandlers();

@@ -108,7 +108,7 @@ legopt_msg::dataset_reply Server::PieceOfDataset(const legopt_msg::dataset_reque
   return reply;
 }
 
-// What is on disk now can be fetched.
+// Committed archives can be fetched from now on.
 void Server::OfferStoredDatasets() {
   for (const db::StoreOp& op : ops_) {
     if (const auto* stored = std::get_if<db::StoreDataset>(&op)) scheduler_.SetDatasetOffered(stored->hash, true);

@@ -20,14 +20,14 @@ namespace legopt::worker {
 struct SearchSurroundings {
   programs::StopSignals& stop;
   spdlog::logger& logger;
-  std::string server_address;  ///< for messages
+  std::string server_address;  ///< shown in messages
 };
 
 /// A dataset that was looked for in the cache and at the server.
 struct FetchedFolder {
   FetchedDataset::End end = FetchedDataset::End::kUnreachable;  ///< kFetched also for one from the cache
-  std::filesystem::path folder;                                 ///< of kFetched
-  std::string error;                                            ///< of the others
+  std::filesystem::path folder;                                 ///< the dataset's folder if `end` is kFetched
+  std::string error;                                            ///< reason of any other `end`
 };
 
 /// The dataset with this content hash, from the cache, else from the server, whose silence it endures for

@@ -33,7 +33,7 @@ void FetchedDatasets::NoteFailure(const std::string& hash) {
 
 bool FetchedDatasets::DropLast(spdlog::logger& logger) {
   if (fetched_.empty()) return false;
-  logger.warn("dataset {} cannot be loaded; the worker goes on without it", fetched_.back().hash);
+  logger.warn("dataset {} cannot be loaded; the worker continues without it", fetched_.back().hash);
   NoteFailure(fetched_.back().hash);
   fetched_.pop_back();
   return true;

@@ -246,7 +246,7 @@ class Pool {
   microseconds lease_asked_at_{0};
   microseconds next_lease_{0};
   bool no_more_work_ = false;
-  std::string wanted_dataset_;  // of the last lease reply: content hash; empty: none
+  std::string wanted_dataset_;  // content hash in the last lease reply; empty: none
   std::string ended_to_fetch_;
   std::string told_;  // the last message of the server that was logged
   std::minstd_rand random_;

@@ -39,7 +39,7 @@ ExitCode Keygen(const KeygenOptions& options) {
       std::cout << "new key in " << file
                 << "; give every server, worker and client a copy (--key-file or LEGOPT_KEY_FILE)\n"
                 << "  legopt keygen FILE --role worker --from " << file
-                << ": a key for hosts that shall only work; --role client: for people who shall only submit\n";
+                << ": makes a key for hosts that only solve jobs; --role client: for users who only submit\n";
       return ExitCode::kOk;
     case KeyRole::kWorker:
       DeriveKey(options);

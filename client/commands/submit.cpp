@@ -59,7 +59,7 @@ legopt_msg::submit_reply Send(ServerConnection& server, const Submission& submis
 }
 
 // The server stores the dataset, so that its database is complete, and hands it out to workers that lack it. The
-// experiment does not depend on that: what goes wrong is a warning.
+// experiment does not depend on that, so a failure is a warning.
 void SendDataset(ServerConnection& server, const Submission& submission) {
   std::string why;
   try {

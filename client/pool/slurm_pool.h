@@ -20,7 +20,7 @@ struct SlurmPoolOptions {
   std::filesystem::path dataset;
   NetworkOptions network;
   std::vector<std::filesystem::path> solvers = {};  ///< declarations, on the nodes, too
-  bool store_dataset = true;                        ///< in the database, with the results
+  bool store_dataset = true;                        ///< the server stores the dataset with the results
   bool verbose = false;                             ///< let the server write to our standard error
 };
 

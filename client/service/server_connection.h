@@ -39,7 +39,7 @@ class ServerConnection {
   legopt_msg::submit_reply Submit(const std::string& submission_id, const std::string& spec_json,
                                   const std::function<void()>& tick = {});
   /// Has the server store the packed dataset of an experiment that it has. `pack` is called if the server wants the
-  /// archive. Returns why the archive is not stored, a text for people; empty: it is on disk.
+  /// archive. Returns the reason for which the archive is not stored; empty: it is on disk.
   std::string StoreDataset(const std::string& hash, const std::function<std::string()>& pack);
   /// Status of one experiment, or of all with 0; the JSON of the contract.
   nlohmann::json Status(std::int64_t experiment_id);

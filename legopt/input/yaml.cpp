@@ -43,7 +43,7 @@ class DocumentCheck : public YAML::EventHandler {
       Refuse(mark, "merge keys (<<) are not supported", "write the keys out");
     }
     if (value.find('\0') != std::string::npos) {
-      Refuse(mark, "a text holds the character NUL", "remove the escape that stands for it");
+      Refuse(mark, "a text holds the character NUL", "remove its escape sequence");
     }
     AddScalar(mark, anchor, value);
   }

@@ -1,5 +1,5 @@
-// Links of spokes that have a derived key only: what the hub carries over them, and whom a spoke believes. PROTOCOL.md,
-// sections 11 and 14.
+// Links of spokes with a derived key: the hub carries only frames of their role, and a spoke accepts only frames made
+// for it. PROTOCOL.md, sections 11 and 14.
 #include <gtest/gtest.h>
 
 #include <utility>

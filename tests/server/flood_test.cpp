@@ -104,7 +104,7 @@ class FloodBed : public testing::Test {
     Call(-1, bus::MessageType::kSubmit, bus::Encode(RequestOf<legopt_msg::submit_request>(-1)));
   }
 
-  // The second half of the calls must add nothing to what the first half has left.
+  // The second half of the calls must not raise memory or file size above their level after the first half.
   void ExpectFlat(const std::function<void(int)>& call, int half) {
     constexpr std::size_t kMostGrowth = 32;  // bytes a call; whatever is kept of one takes more
     for (int i = 0; i < half; ++i) call(i);
@@ -165,7 +165,7 @@ TEST_P(Flood, ManySendersLeaveMemoryAndFileFlat) {
   ExpectFlat([this](int i) { Call(i, GetParam().type, GetParam().body(i)); }, kHalf);
 }
 
-// What is deleted leaves nothing, whoever submits and deletes.
+// Deleted experiments leave nothing behind, independent of submitter and caller.
 TEST_F(FloodBed, ExperimentsThatAreDeletedLeaveMemoryAndFileFlat) {
   if (HeapBytes() == 0) GTEST_SKIP() << "the heap cannot be measured (sanitizer)";
   const auto cycle = [this](int i) {

@@ -342,7 +342,7 @@ TEST_F(ServerOnBus, RequestsWaitWhileReadingFails) {
   EXPECT_TRUE(server_->store_healthy());
 }
 
-// Requests wait for the store, but not without limit: what is beyond it stays with its callers, who repeat it.
+// Requests wait for the store up to a limit; callers repeat the requests beyond it.
 TEST_F(ServerOnBus, BytesOfWaitingRequestsAreLimited) {
   store_.FailWith(db::StoreErrorCode::kIo);
   Submit(SampleSpec(3), "first");

@@ -1,5 +1,5 @@
-// Policy: one file is the complete result, whoever started server and workers. A dataset that only the client has is
-// stored by the server and fetched by workers that were started without --dataset; a wrong archive, one that is too
+// Policy: one file is the complete result, however server and workers were started. A dataset that only the client has
+// is stored by the server and fetched by workers that were started without --dataset; a wrong archive, one that is too
 // large, or a server that stores none costs the warning, never the submission.
 
 #include <gmock/gmock.h>

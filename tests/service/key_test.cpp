@@ -76,8 +76,8 @@ TEST_F(KeyTest, WorkGoesThroughOverRestartsOfTheServer) {
   EXPECT_EQ(deployment_->server().ErrorTail().find("no key"), std::string::npos);
 }
 
-// A worker with the worker's key, a client with the client's: the experiment is solved, and nobody goes beyond his
-// role.
+// With the worker's key in the worker and the client's in the client the experiment is solved, and each call outside
+// of the role is refused.
 TEST_F(KeyTest, RolesDoTheirWorkAndNothingElse) {
   const auto full = bus::MessageKey::Load(key_file_);
   const std::string worker_key = (folder_ / "worker.key").string(), client_key = (folder_ / "client.key").string();

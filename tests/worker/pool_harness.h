@@ -110,7 +110,7 @@ class PoolHarness {
     Collect();
   }
 
-  std::string wanted_dataset;  // of lease replies
+  std::string wanted_dataset;  // sent with each lease reply
 
   void ReplyMethod(const std::string& hash, MethodStatus status = MethodStatus::kFound) {
     legopt_msg::method_reply reply{};
