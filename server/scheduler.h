@@ -67,8 +67,8 @@ struct SchedulerOptions {
   std::int64_t max_open_experiments_per_submitter = 5'000;           ///< those of one submitter
   std::size_t max_spec_bytes = std::size_t{128} << 20;               ///< specifications of these experiments
   std::size_t max_spec_bytes_per_submitter = std::size_t{32} << 20;  ///< those of one submitter
-  std::size_t max_new_worker_bytes = std::size_t{8} << 20;  ///< memory of workers that never leased a job; when it is
-                                                            ///< exceeded, the server forgets the longest silent ones
+  std::size_t max_new_worker_bytes = std::size_t{64} << 20;  ///< memory of workers that never leased a job; when it is
+                                                             ///< exceeded, the server forgets the longest silent ones
   microseconds new_worker_kept{600'000'000};        ///< time after which a silent worker that never leased is forgotten
   std::size_t max_gone_workers = 10'000;            ///< offline workers kept in memory; the database has them all
   double control_burst = 10'000;                    ///< control requests with an event that are accepted at once
