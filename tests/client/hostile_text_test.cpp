@@ -26,6 +26,7 @@ const std::string kHostile =
     "Try \x1b[31mred\x1b]0;pwn\x07\nnew\r\xC2\x9B"
     "2J\xE2\x80\xAEtxt\x7f";
 // A name that suites may have, which means something to a terminal, to Markdown and to HTML.
+constexpr char kMarkup[] = "Try <b onclick=x>red</b> | `id` $(id) %s & _x_";
 constexpr char kMarkupYaml[] = R"("Try <b onclick=x>red</b> | `id` $(id) %s & _x_")";
 constexpr char kHostileYaml[] = R"("Try \e[31mred\e]0;pwn\a\nnew\r\x9b2J\u202Etxt\x7f")";
 
@@ -200,11 +201,17 @@ TEST_F(HostilePool, EveryCommandOnAServerAndTheLogs) {
                         folder_.path());
   ASSERT_TRUE(server.WaitForOutput([](const std::string& out) { return out.find("ready") != std::string::npos; }));
   EXPECT_EQ(Ask({"submit", Suite()}).exit_code, 0);
-  RunningProgram worker(BuiltProgram("legopt-worker"),
-                        {"--slots", "1", "--name", kHostile, "--port", port_, "--verbose", "--exit-when-idle"},
-                        folder_.path());
-  EXPECT_EQ(Ask({"watch", "1"}).exit_code, 0);
-  ExpectHarmless(worker.Wait(), "log of the worker");
+  const auto run_worker = [this](const std::string& name) {
+    RunningProgram worker(BuiltProgram("legopt-worker"),
+                          {"--slots", "1", "--name", name, "--port", port_, "--verbose", "--exit-when-idle"},
+                          folder_.path());
+    const ProgramResult result = worker.Wait();
+    ExpectHarmless(result, "log of the worker");
+    return result.exit_code;
+  };
+  EXPECT_EQ(run_worker(kHostile), 2) << "control characters are refused";
+  ASSERT_EQ(run_worker(kMarkup), 0);
+  EXPECT_EQ(Ask({"watch", "1", "--give-up", "60"}).exit_code, 0);
   Ask({"submit", Suite("seed: 2\n")});
   Ask({"hold", "2", kHostile});
   for (const auto& command : std::vector<std::vector<std::string>>{{"status"},
