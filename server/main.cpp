@@ -87,8 +87,9 @@ void WarnAboutNetwork(const bus::LcmTransport& transport) {
 
 // Until a signal or a client stops it; then answers repeats of its last requests for a moment. Before another server
 // of the deployment it stops at once, as in a crash: what was acknowledged is on disk, and its leases run out.
+// `owned`: by a command, which has ended its workers by then, if need be by SIGKILL.
 ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, programs::StopSignals& stop,
-                           EventOutlets& outlets) {
+                           EventOutlets& outlets, bool owned) {
   bool foreign_reported = false;
   const std::array<pollfd, 1> extra{pollfd{stop.descriptor(), POLLIN, 0}};
   while (!server.shutdown_requested() && !stop.Take()) {
@@ -106,6 +107,7 @@ ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& 
     }
   }
   server.Drain();
+  if (owned) server.GiveBackRunningJobs("the command that ran the workers has ended them");
   const microseconds end = endpoint.now() + kLinger;
   while (endpoint.now() < end) server.Round(end - endpoint.now());
   spdlog::info("stopping");
@@ -176,7 +178,7 @@ ExitCode Serve(const Arguments& arguments) {
   const auto hub = listener ? Listen(std::move(*listener), network, transport.deployment(), access_file) : nullptr;
   std::cout << "legopt-server ready on " << address << " with database " << programs::Printable(options.database)
             << " (pid " << getpid() << ")" << std::endl;
-  return ServeUntilStopped(server, endpoint, rivals, stop, outlets);
+  return ServeUntilStopped(server, endpoint, rivals, stop, outlets, arguments.owner != 0);
 }
 
 int Run(int argc, char** argv) {

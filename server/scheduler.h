@@ -198,6 +198,8 @@ class Scheduler {
 
   /// While draining no job is leased; workers are told so. Everything else goes on.
   void set_draining(bool draining) { draining_ = draining; }
+  /// Takes every running job back from its worker and puts it into the queue, without a charge.
+  void GiveBackAllRunning(const Instant& now, const std::string& why, Ops& ops);
 
   /// All experiments, by id.
   const std::map<std::int64_t, db::ExperimentSummary>& experiments() const { return summaries_; }

@@ -151,6 +151,10 @@ std::int64_t Scheduler::GiveBackRunning(const Instant& now, Experiment& experime
   return given_back;
 }
 
+void Scheduler::GiveBackAllRunning(const Instant& now, const std::string& why, Ops& ops) {
+  for (const auto& [id, experiment] : open_) GiveBackRunning(now, *experiment, why, ops);
+}
+
 legopt_msg::control_reply Scheduler::SetPriority(const Instant& now, const legopt_msg::control_request& request,
                                                  Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(request.experiment_id);

@@ -228,6 +228,8 @@ void Server::Drain() {
   ops_.emplace_back(db::RecordEvent{"server_stopping", wall_clock_(), {}, {}, {}, {}});
 }
 
+void Server::GiveBackRunningJobs(const std::string& why) { scheduler_.GiveBackAllRunning(Now(), why, ops_); }
+
 // --- Rounds ----------------------------------------------------------------------------------------------------------
 
 microseconds Server::WaitTime(microseconds max_wait) const {

@@ -47,9 +47,11 @@ std::string Rows(const std::filesystem::path& path) {
 class Released : public testing::TestWithParam<int> {
  protected:
   void SetUp() override { MakeReleased(GetParam(), path_); }
-  TemporaryFolder folder_;
+  TemporaryFolder folder_{TemporaryFolder::Place::kMemory};  // hundreds of upgrades must not wait for a disk
   std::filesystem::path path_ = folder_ / "results.sqlite";
 };
+
+class DeathInAnUpgrade : public Released {};
 
 TEST_P(Released, SchemaFilesHaveNotChangedSinceTheirRelease) {
   Connection fresh(folder_ / "fresh.sqlite", Connection::Mode::kReadWriteCreate);
@@ -92,11 +94,11 @@ TEST_P(Released, CanBeBackedUpByThisRelease) {
 }
 
 // Every call of the upgrade that changes the disk is the last one once.
-TEST_P(Released, DeathAnywhereInAnUpgradeLeavesOldOrNew) {
+TEST_P(DeathInAnUpgrade, AnywhereLeavesOldOrNew) {
   const std::string before = Rows(path_);
   for (std::int64_t call = 1;; ++call) {
     std::filesystem::path path = folder_ / ("crash" + std::to_string(call) + ".sqlite");
-    MakeReleased(GetParam(), path);
+    std::filesystem::copy_file(path_, path);
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
@@ -129,6 +131,9 @@ TEST_P(Released, DeathAnywhereInAnUpgradeLeavesOldOrNew) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Versions, Released, testing::ValuesIn(kReleased),
+                         [](const auto& parameter) { return "Version" + std::to_string(parameter.param); });
+// From the first version on an upgrade passes every step.
+INSTANTIATE_TEST_SUITE_P(Versions, DeathInAnUpgrade, testing::Values(kReleased[0], kReleased[std::size(kReleased) - 1]),
                          [](const auto& parameter) { return "Version" + std::to_string(parameter.param); });
 
 // The fixtures' first experiment has a result without a verdict by the solid rule, which version 7 introduced.

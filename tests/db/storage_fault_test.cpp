@@ -4,8 +4,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "db/audit.h"
@@ -125,8 +128,27 @@ class JobRun {
 
 class StorageFault : public testing::Test {
  protected:
-  void Fresh() {
+  // The folder holds nothing.
+  void Clear() {
     for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) std::filesystem::remove(entry.path());
+  }
+
+  // The folder holds an empty database: making one takes as many calls as the run, and has tests of its own.
+  void Fresh() {
+    Clear();
+    if (empty_.empty()) {
+      OpenSqliteStore(path_);
+      std::ifstream file(path_, std::ios::binary);
+      empty_.assign(std::istreambuf_iterator<char>(file), {});
+      return;
+    }
+    std::ofstream(path_, std::ios::binary) << empty_;
+  }
+
+  // Also after a death in the making, which the next start completes.
+  void ExpectEmpty(const std::string& when) {
+    EXPECT_TRUE(OpenSqliteStore(path_)->LoadOpenState().experiments.empty()) << when;
+    for (const Defect& defect : Audit(path_)) ADD_FAILURE() << when << ": " << defect.rule << ": " << defect.detail;
   }
 
   void ExpectWhole(const std::string& when) {
@@ -168,6 +190,23 @@ class StorageFault : public testing::Test {
     }
   }
 
+  // The same while the file is made, at every `step`th call.
+  std::int64_t StrikeInTheMaking(Fault fault, std::int64_t length, std::int64_t step) {
+    FaultyVfs vfs;
+    for (std::int64_t call = 1;; call += step) {
+      Clear();
+      const std::string when = "call " + std::to_string(call);
+      vfs.Arm(fault, call, length);
+      JobRun run(path_);
+      EXPECT_NE(run.Open(), nullptr) << when << ": " << run.last();
+      const bool struck = vfs.faults() > 0;
+      vfs.Disarm();
+      ExpectEmpty(when);
+      if (!struck || HasFailure()) return call - 1;
+    }
+  }
+
+  std::string empty_;                                        // bytes of an empty database
   TemporaryFolder folder_{TemporaryFolder::Place::kMemory};  // hundreds of runs must not wait for a disk
   std::filesystem::path path_ = folder_ / "results.sqlite";
 };
@@ -181,6 +220,35 @@ TEST_F(StorageFault, AnIoErrorAtAnyCallPasses) {
 TEST_F(StorageFault, AFullDiskAtAnyCallPassesOnceThereIsSpace) { EXPECT_GT(StrikeEverywhere(Fault::kFull, 6), 100); }
 
 TEST_F(StorageFault, AFailingSyncIsNoCommit) { EXPECT_GT(StrikeEverywhere(Fault::kSyncFailed, 2), 10); }
+
+TEST_F(StorageFault, MakingTheFileOutlivesAFaultAtAnyCall) {
+  constexpr std::int64_t kFullFor = 6, kUnsyncedFor = 2;
+  EXPECT_GT(StrikeInTheMaking(Fault::kIoError, 1, 1), 50);
+  EXPECT_GT(StrikeInTheMaking(Fault::kFull, kFullFor, kFullFor), 50);
+  EXPECT_GT(StrikeInTheMaking(Fault::kSyncFailed, kUnsyncedFor, 1), 5);
+}
+
+TEST_F(StorageFault, DeathWhileTheFileIsMadeLeavesNoHalf) {
+  for (std::int64_t call = 1;; ++call) {
+    Clear();
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      FaultyVfs vfs;
+      vfs.Arm(Fault::kDie, call);
+      _exit(JobRun(path_).Open() != nullptr ? 0 : 2);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status));
+    ASSERT_TRUE(WEXITSTATUS(status) == 9 || WEXITSTATUS(status) == 0) << WEXITSTATUS(status);
+    ExpectEmpty("death before call " + std::to_string(call));
+    if (WEXITSTATUS(status) == 0 || HasFailure()) {
+      EXPECT_GT(call, 50);
+      return;
+    }
+  }
+}
 
 // The process ends before the call, which is half done. Whoever starts next finds what was acknowledged, whole.
 TEST_F(StorageFault, DeathAtAnyCallLosesNothingAcknowledged) {

@@ -18,7 +18,8 @@ using std::chrono::seconds;
 constexpr int kTrials = 20;
 constexpr milliseconds kPatience = seconds(60);
 constexpr double kMicro = 1e-6;
-constexpr char kBetweenJobs[] = "between two jobs";  // what the worker says of a process that dies without a job
+// What the worker says of a process that dies without a job.
+constexpr const char* kIdleDeaths[] = {"between two jobs", "while it loaded its datasets"};
 
 std::int64_t Number(const Deployment& deployment, const std::string& sql) {
   const auto rows = deployment.Query(sql);
@@ -39,10 +40,12 @@ double SlotReturn(const Deployment& deployment, int crash) {
   return static_cast<double>(took_us) * kMicro;
 }
 
-int TimesSaid(const client::ChildProcess& worker, const std::string& words) {
+int IdleDeaths(const client::ChildProcess& worker) {
   const std::string text = worker.ErrorTail();
   int times = 0;
-  for (auto at = text.find(words); at != std::string::npos; at = text.find(words, at + 1)) ++times;
+  for (const std::string words : kIdleDeaths) {
+    for (auto at = text.find(words); at != std::string::npos; at = text.find(words, at + 1)) ++times;
+  }
   return times;
 }
 
@@ -52,12 +55,10 @@ bool KillAtWork(const Deployment& deployment, const client::ChildProcess& worker
   const std::string crashes = "SELECT count(*) FROM attempts WHERE outcome = 'crashed'";
   constexpr int kTries = 20;
   for (int i = 0; i < kTries; ++i) {
-    const int idle_deaths = TimesSaid(worker, kBetweenJobs);
+    const int idle_deaths = IdleDeaths(worker);
     if (!WaitUntil([&] { return !ChildrenOf(worker.pid()).empty(); }, kPatience)) return false;
     kill(ChildrenOf(worker.pid()).at(0), SIGSEGV);
-    const auto ended = [&] {
-      return Number(deployment, crashes) > crash || TimesSaid(worker, kBetweenJobs) > idle_deaths;
-    };
+    const auto ended = [&] { return Number(deployment, crashes) > crash || IdleDeaths(worker) > idle_deaths; };
     if (!WaitUntil(ended, kPatience)) return false;
     if (Number(deployment, crashes) > crash) return true;
   }

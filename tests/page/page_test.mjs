@@ -5,6 +5,8 @@ import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { chromium } from 'playwright-core';
 
+const PATIENCE_MS = 180000; // pictures are drawn by the processor, which other tests may keep busy
+
 const { PAGE, TABLE, VIEW, OLD_PAGE, LARGE_PAGE, BROWSER } = process.env;
 const FLAGS = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
 let browser;
@@ -14,6 +16,7 @@ after(() => browser?.close());
 /** A page with all that must not happen collected. */
 async function open(file, address = '', options = {}) {
   const page = await (options.browser ?? browser).newPage({ viewport: { width: 1280, height: 900 }, ...options.page });
+  page.setDefaultTimeout(PATIENCE_MS);
   page.faults = [];
   page.requests = [];
   page.on('console', (message) => { if (['error', 'warning'].includes(message.type()) && !/GPU stall|GL Driver/.test(message.text())) page.faults.push(message.text()); });
@@ -31,7 +34,7 @@ async function closeClean(page) {
   await page.close();
 }
 
-const filled = (page) => page.waitForFunction(() => window.legopt.view?.filled() > 0.05, null, { timeout: 60000 });
+const filled = (page) => page.waitForFunction(() => window.legopt.view?.filled() > 0.05);
 
 test('the table is that of legopt table, cell by cell', async () => {
   const table = JSON.parse(readFileSync(TABLE, 'utf8'));
@@ -121,7 +124,7 @@ test('a view opens at the violation that decided the verdict', async () => {
   for (const [verdict, job] of tried) {
     await page.evaluate((id) => { location.hash = `#v=job&job=${id}`; }, job);
     await page.locator('.findings').waitFor();
-    await page.waitForFunction((id) => document.querySelector('h2').textContent.startsWith(`Job ${id}:`) && window.legopt.view?.filled() > 0.01, job, { timeout: 60000 });
+    await page.waitForFunction((id) => document.querySelector('h2').textContent.startsWith(`Job ${id}:`) && window.legopt.view?.filled() > 0.01, job);
     const target = await page.evaluate(() => window.legopt.view.cameraState().slice(3));
     if (verdict === 'foot_pose') {
       const link = (await page.locator('.findings li.bad').filter({ hasText: ' off in ' }).first().textContent()).split(':')[0];

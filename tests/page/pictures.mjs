@@ -2,11 +2,14 @@
 // BROWSER; see scripts/check-page.
 import { chromium } from 'playwright-core';
 
+const PATIENCE_MS = 180000; // pictures are drawn by the processor, which other tests may keep busy
+
 const { PAGE, VIEW, PATH_VIEW, BROWSER } = process.env, folder = process.argv[2];
 const browser = await chromium.launch({ executablePath: BROWSER, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] });
 
 async function picture(file, address, name, height, prepare) {
   const page = await browser.newPage({ viewport: { width: 1200, height }, colorScheme: 'light' });
+  page.setDefaultTimeout(PATIENCE_MS);
   await page.goto(`file://${file}${address}`);
   await page.waitForFunction(() => window.legopt?.page);
   await prepare(page);
@@ -17,7 +20,7 @@ async function picture(file, address, name, height, prepare) {
 
 await picture(PAGE, '', 'report', 640, async () => undefined);
 await picture(VIEW, '#rule=solid', 'motion', 700, async (page) => {
-  await page.waitForFunction(() => window.legopt.view?.filled() > 0.05, null, { timeout: 60000 });
+  await page.waitForFunction(() => window.legopt.view?.filled() > 0.05);
   await page.getByRole('button', { name: /next of \d+ violation/ }).click();
   await page.getByRole('button', { name: 'whole robot' }).click();
   await page.evaluate(() => scrollTo(0, 0));
@@ -27,7 +30,7 @@ await picture(VIEW, '#rule=solid', 'motion', 700, async (page) => {
 const FIRST = 8, FRAMES = 16, WAYS = 6;
 const frames = [];
 await picture(PATH_VIEW, '', 'path', 700, async (page) => {
-  await page.waitForFunction(() => window.legopt.view?.filled() > 0.05, null, { timeout: 60000 });
+  await page.waitForFunction(() => window.legopt.view?.filled() > 0.05);
   for (let k = 0; k < FRAMES; ++k) {
     await page.getByLabel('waypoint').evaluate((slider, place) => {
       slider.value = String(place);  // the browser rounds to its step

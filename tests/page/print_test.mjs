@@ -9,6 +9,8 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { chromium } from 'playwright-core';
 
+const PATIENCE_MS = 180000; // pictures are drawn by the processor, which other tests may keep busy
+
 const { PAGE, VIEW, LARGE_PAGE, BROWSER } = process.env;
 const FLAGS = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
 const folder = mkdtempSync(join(tmpdir(), 'print-'));
@@ -20,6 +22,7 @@ const bare = (text) => text.normalize('NFKC').replace(/[\s\u00ad]+/g, '');
 
 async function open(file, address) {
   const page = await browser.newPage({ viewport: { width: 1280, height: 900 } });
+  page.setDefaultTimeout(PATIENCE_MS);
   await page.goto(`file://${file}${address}`);
   await page.waitForFunction(() => window.legopt?.page);
   return page;
@@ -97,7 +100,7 @@ test('a job: its findings are on paper, with the colliding pair', async () => {
   await page.evaluate((id) => { location.hash = `#v=job&job=${id}`; }, job);
   const pair = page.locator('.colliding li').first();
   await pair.waitFor();
-  await page.waitForFunction(() => window.legopt.view?.filled() > 0.05, null, { timeout: 60000 });
+  await page.waitForFunction(() => window.legopt.view?.filled() > 0.05);
   const text = await pair.textContent();
   assert.match(text, /\u2194/);
   const paper = await assertPrinted(page, `job ${job}`);
@@ -107,7 +110,7 @@ test('a job: its findings are on paper, with the colliding pair', async () => {
 
 test('a motion alone is on paper', async () => {
   const page = await open(VIEW, '');
-  await page.waitForFunction(() => window.legopt.view?.filled() > 0.05, null, { timeout: 60000 });
+  await page.waitForFunction(() => window.legopt.view?.filled() > 0.05);
   await assertPrinted(page, 'the view');
   await page.close();
 });

@@ -8,6 +8,8 @@ import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { chromium } from 'playwright-core';
 
+const PATIENCE_MS = 180000; // pictures are drawn by the processor, which other tests may keep busy
+
 const { SERVED, BY_SERVER, GROWING, GROWING_TABLE, GROWING_STATISTICS, RESUME, TABLE, BROWSER } = process.env;
 const SOURCES = [['quick.sqlite', SERVED], ['the server', BY_SERVER]];
 const json = (file) => JSON.parse(readFileSync(file, 'utf8'));
@@ -18,6 +20,7 @@ after(() => browser?.close());
 
 async function open(url, address = '', prepare = async () => undefined) {
   const page = await browser.newPage({ viewport: { width: 1280, height: 900 } });
+  page.setDefaultTimeout(PATIENCE_MS);
   page.faults = [];
   page.strangers = [];
   page.on('console', (message) => { if (['error', 'warning'].includes(message.type()) && !/GPU stall|GL Driver/.test(message.text())) page.faults.push(message.text()); });
@@ -25,7 +28,7 @@ async function open(url, address = '', prepare = async () => undefined) {
   page.on('request', (request) => { if (!request.url().startsWith(url) && !/^(blob|data):/.test(request.url())) page.strangers.push(request.url()); });
   await prepare(page);
   await page.goto(`${url}${address}`);
-  await page.waitForFunction(() => window.legopt?.page, null, { timeout: 60000 });
+  await page.waitForFunction(() => window.legopt?.page);
   return page;
 }
 
@@ -44,7 +47,7 @@ for (const [source, address] of SOURCES) {
     const pair = page.locator('.colliding li[data-fails="literal"]').first();
     await pair.waitFor();
     assert.match(await pair.textContent(), /\u2194.*mm deep/);
-    await page.waitForFunction(() => window.legopt.view?.filled() > 0.05, null, { timeout: 60000 });
+    await page.waitForFunction(() => window.legopt.view?.filled() > 0.05);
     assert.ok((await page.evaluate(() => window.legopt.poseError())) < 1e-6);
     assert.ok((await page.locator('.figure').count()) > 0, 'the trace is drawn');
     await closeClean(page);

@@ -51,6 +51,19 @@ TEST_F(SchedulerTest, ExpiryConsumesAttempts) {
   EXPECT_EQ(StateOf(1), JobState::kDead);
 }
 
+// A command that ends has ended its workers, if need be by force; whoever starts next must not wait for their leases.
+TEST_F(SchedulerTest, RunningJobsAreGivenBackWithoutACharge) {
+  Submit(SampleSpec(2));
+  Hello(kFirst);
+  const auto lease = LeaseOne(kFirst);
+  scheduler_->GiveBackAllRunning(now_, "the workers have ended", ops_);
+  Commit();
+  EXPECT_EQ(StateOf(lease.job_id), JobState::kQueued);
+  EXPECT_EQ(scheduler_->counters().attempts_returned, 1U);
+  EXPECT_EQ(store_.FindAttempt(lease.job_id, 1)->outcome, db::AttemptOutcome::kReturned);
+  EXPECT_EQ(StatusOf(Finish(kFirst, lease)), ResultStatus::kStale) << "a result that comes nevertheless is kept";
+}
+
 TEST_F(SchedulerTest, LateResultAfterExpiryIsStaleAndKept) {
   Submit(SampleSpec(1));
   Hello(kFirst);

@@ -66,12 +66,9 @@ TEST_F(LegOptPostures, SqpWithRestarts) {
 
 TEST_F(LegOptPostures, Ipopt) {
   LEGOPT_SKIP_WITHOUT_TEST_DATA();
-  const Method method = Method::Of("ipopt");
-  for (const Initialization start : {Initialization::kGood, Initialization::kInCollision}) {
-    const Row row = Run(method, start);
-    EXPECT_GE(row.solved, 34);
-    EXPECT_LE(row.mean_cost, kMaxMeanCost);
-  }
+  const Row row = Run(Method::Of("ipopt"), Initialization::kInCollision);  // the harder start; a minute each
+  EXPECT_GE(row.solved, 34);
+  EXPECT_LE(row.mean_cost, kMaxMeanCost);
 }
 
 }  // namespace

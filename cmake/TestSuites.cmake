@@ -1,0 +1,40 @@
+# legopt_add_suites(PROGRAM TIMEOUT LABELS RESULTS APART): read by ctest. One entry per suite of a GoogleTest program, so
+# that a process runs all tests of a fixture: starting 3,600 processes takes longer than most of what they test. If APART
+# is true, one entry per test, for programs whose tests take long and can share the processors. GoogleTest's own account
+# of each test goes to the folder RESULTS, from where scripts/test-summary reads it.
+function(legopt_add_suites program timeout labels results apart)
+  get_filename_component(name ${program} NAME)
+  if(NOT EXISTS ${program})
+    add_test(${name}_NOT_BUILT ${program})
+    return()
+  endif()
+  set(listing ${program}.suites)
+  if(NOT EXISTS ${listing} OR ${program} IS_NEWER_THAN ${listing})
+    execute_process(COMMAND ${program} --gtest_list_tests OUTPUT_FILE ${listing}.new RESULT_VARIABLE code)
+    if(NOT code EQUAL 0)
+      message(FATAL_ERROR "${program} --gtest_list_tests: ${code}")
+    endif()
+    file(RENAME ${listing}.new ${listing})
+  endif()
+  file(READ ${listing} text)
+  string(REGEX REPLACE " *#[^\n]*" "" text "${text}")  # what follows "#" may be the bytes of a parameter
+  string(REPLACE "\n" ";" lines "${text}")
+  foreach(line IN LISTS lines)
+    if(line MATCHES "^[^ ].*\\.$")
+      set(suite "${line}")  # with its dot
+      if(NOT apart)
+        _legopt_add_entry(${program} "${suite}*" ${timeout} "${labels}" ${results})
+      endif()
+    elseif(apart AND line MATCHES "^  (.+)$")
+      _legopt_add_entry(${program} "${suite}${CMAKE_MATCH_1}" ${timeout} "${labels}" ${results})
+    endif()
+  endforeach()
+endfunction()
+
+function(_legopt_add_entry program filter timeout labels results)
+  get_filename_component(name ${program} NAME)
+  string(REGEX REPLACE "\\.\\*$" "" entry "${name}.${filter}")
+  string(REPLACE "/" "_" file "${entry}")
+  add_test(${entry} ${program} --gtest_filter=${filter} --gtest_output=xml:${results}/${file}.xml)
+  set_tests_properties(${entry} PROPERTIES TIMEOUT ${timeout} SKIP_RETURN_CODE 77 LABELS "${labels}")
+endfunction()
