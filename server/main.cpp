@@ -87,7 +87,7 @@ void WarnAboutNetwork(const bus::LcmTransport& transport) {
 
 // Until a signal or a client stops it; then answers repeats of its last requests for a moment. Before another server
 // of the deployment it stops at once, as in a crash: what was acknowledged is on disk, and its leases run out.
-// `owned`: by a command, which has ended its workers by then, if need be by SIGKILL.
+// `owned`: a command started this server, and stops it after its workers; some of them may have been killed.
 ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, programs::StopSignals& stop,
                            EventOutlets& outlets, bool owned) {
   bool foreign_reported = false;

@@ -89,8 +89,8 @@ class Server {
   bool shutdown_requested() const { return shutdown_requested_; }
   /// Leases no more jobs, tells workers so, and notes the end in the events; committed by the next round.
   void Drain();
-  /// For a server whose workers have ended before it: their running jobs are queued again now, instead of when their
-  /// leases would end; committed by the next round.
+  /// Queues all running jobs again, without waiting until their leases expire; committed by the next round. For a
+  /// server whose workers have ended before it.
   void GiveBackRunningJobs(const std::string& why);
 
   bool store_healthy() const { return store_error_.empty(); }

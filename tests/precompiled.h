@@ -1,5 +1,6 @@
 #pragma once
-// What most tests include (tests/CMakeLists.txt, legopt_precompile). Every test includes what it uses all the same.
+// The headers that most tests include (legopt_precompile in tests/CMakeLists.txt). A test must still include every
+// header that it needs.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -133,7 +133,7 @@ class StorageFault : public testing::Test {
     for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) std::filesystem::remove(entry.path());
   }
 
-  // The folder holds an empty database: making one takes as many calls as the run, and has tests of its own.
+  // The folder holds an empty database. Tests of their own strike while one is created, which takes as many calls.
   void Fresh() {
     Clear();
     if (empty_.empty()) {
@@ -145,7 +145,7 @@ class StorageFault : public testing::Test {
     std::ofstream(path_, std::ios::binary) << empty_;
   }
 
-  // Also after a death in the making, which the next start completes.
+  // If the process died while it created the file, opening it completes it.
   void ExpectEmpty(const std::string& when) {
     EXPECT_TRUE(OpenSqliteStore(path_)->LoadOpenState().experiments.empty()) << when;
     for (const Defect& defect : Audit(path_)) ADD_FAILURE() << when << ": " << defect.rule << ": " << defect.detail;

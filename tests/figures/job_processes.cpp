@@ -18,7 +18,7 @@ using std::chrono::seconds;
 constexpr int kTrials = 20;
 constexpr milliseconds kPatience = seconds(60);
 constexpr double kMicro = 1e-6;
-// What the worker says of a process that dies without a job.
+// The worker logs these when a process without a job dies.
 constexpr const char* kIdleDeaths[] = {"between two jobs", "while it loaded its datasets"};
 
 std::int64_t Number(const Deployment& deployment, const std::string& sql) {

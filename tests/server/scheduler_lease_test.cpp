@@ -51,7 +51,7 @@ TEST_F(SchedulerTest, ExpiryConsumesAttempts) {
   EXPECT_EQ(StateOf(1), JobState::kDead);
 }
 
-// A command that ends has ended its workers, if need be by force; whoever starts next must not wait for their leases.
+// A command that ends has stopped its workers. The next command must not wait until their leases expire.
 TEST_F(SchedulerTest, RunningJobsAreGivenBackWithoutACharge) {
   Submit(SampleSpec(2));
   Hello(kFirst);
