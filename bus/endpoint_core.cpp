@@ -285,7 +285,7 @@ void EndpointCore::OnRequest(const FrameHeader& header, std::string body) {
   if (!Serves(header.type)) {
     ++counters_.rejected_type;
     SendError(key, header.type, ErrorCode::kUnknownType,
-              "nobody serves " + std::string(ToString(static_cast<MessageType>(header.type))) + " here");
+              "no program serves " + std::string(ToString(static_cast<MessageType>(header.type))) + " here");
     return;
   }
   if (RefuseRole(header)) return;

@@ -43,7 +43,7 @@ constexpr std::array kRules{
          "0)"},
     // A retry lets all attempts so far count as returned; those that were returned later are added.
     Rule{
-        "returned_attempts_are_counted", "the count of returned attempts is not what is recorded: job ",
+        "returned_attempts_are_counted", "the count of returned attempts differs from the record: job ",
         "SELECT j.job_id FROM jobs AS j LEFT JOIN (SELECT job_id, count(*) AS n FROM attempts WHERE outcome = "
         "'returned' GROUP BY job_id) AS a USING (job_id) WHERE j.returned <> coalesce(a.n, 0) AND NOT EXISTS (SELECT 1 "
         "FROM attempts AS k WHERE k.job_id = j.job_id AND j.returned = k.attempt + (SELECT count(*) FROM attempts AS b "
@@ -80,14 +80,14 @@ constexpr std::array kRules{
          "UNION ALL SELECT c.experiment_id, a.worker_id, count(*) FROM results AS r JOIN cells AS c USING (cell_id) "
          "JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt GROUP BY 1, 2) "
          "GROUP BY experiment_id, worker_id HAVING count(*) <> 2 OR min(results) <> max(results)"},
-    Rule{"taken_result_is_of_an_equal_job", "a result was taken over from a job that is not its equal: job ",
+    Rule{"taken_result_is_of_an_equal_job", "a result was reused from a job that is not identical: job ",
          "SELECT j.job_id FROM jobs AS j JOIN jobs AS s ON s.job_id = j.taken_from JOIN cells AS c ON c.cell_id = "
          "j.cell_id JOIN cells AS k ON k.cell_id = s.cell_id JOIN methods AS m ON m.method_id = c.method_id JOIN "
          "methods AS o ON o.method_id = k.method_id JOIN experiments AS e ON e.experiment_id = c.experiment_id JOIN "
          "experiments AS f ON f.experiment_id = k.experiment_id WHERE s.state <> 'done' OR s.taken_from IS NOT NULL OR "
          "j.problem_key <> s.problem_key OR j.repetition <> s.repetition OR c.initialization <> k.initialization OR "
          "c.effort_limit IS NOT k.effort_limit OR m.hash <> o.hash OR e.seed <> f.seed"},
-    Rule{"taken_result_is_that_of_the_solve", "a result that was taken over is not what was solved: job ",
+    Rule{"taken_result_is_that_of_the_solve", "a reused result differs from the solved one: job ",
          "SELECT j.job_id FROM jobs AS j JOIN results AS r ON r.job_id = j.job_id JOIN results AS s ON s.job_id = "
          "j.taken_from JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt JOIN attempts AS b ON "
          "b.job_id = s.job_id AND b.attempt = s.attempt WHERE a.worker_id <> b.worker_id OR r.wall_us <> s.wall_us OR "

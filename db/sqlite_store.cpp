@@ -137,7 +137,7 @@ void SqliteStore::Apply(std::span<const StoreOp> operations) {
     // Our statements fitted the schema that was here at the start.
     if (error.code() != StoreErrorCode::kBadQuery) throw;
     throw StoreError(StoreErrorCode::kCorrupt, std::string("not an intact legopt database any more: ") + error.what() +
-                                                   "; somebody changed its schema: restore a backup");
+                                                   "; another program changed its schema: restore a backup");
   }
   // Once more, at the last moment before it counts; should the file go right now, the next check saves what it holds.
   if (const auto place = file_.Look(); place != DatabaseFile::Place::kThere) ThrowDisplaced(place, "");
@@ -214,7 +214,7 @@ void SqliteStore::Do(const TakeResult& op) {
   statements_->take_waypoints.Run(op.job_id, op.source_job_id);
   statements_->take_unsolved.Run(op.job_id, op.source_job_id);
   statements_->end_attempt.Run(op.job_id, kAttempt, AttemptOutcome::kFinished, 0,
-                               "taken over from job " + std::to_string(op.source_job_id), "", op.at_us);
+                               "reused from job " + std::to_string(op.source_job_id), "", op.at_us);
   RequireOneChange("TakeResult", op.job_id);
   EndJob(op.job_id, kAttempt, JobState::kDone, false);
 }

@@ -51,11 +51,11 @@ bool SqliteStore::CheckpointAll() {
 std::string SqliteStore::Rescue(Place place) {
   const bool whole = CheckpointAll();
   if (place == Place::kSideFile) {
-    return whole ? "all that was acknowledged stands in the database itself; stop the server and start it again"
+    return whole ? "the database holds all acknowledged results; stop the server and start it again"
                  : "do not stop the server yet: its log is still being written into the database";
   }
   if (place == Place::kElsewhere) {
-    return whole ? "all that was acknowledged is in it; move it back and the server goes on, or stop the server"
+    return whole ? "it holds all acknowledged results; move it back and the server continues, or stop the server"
                  : "do not stop the server yet: its log is still being written into that file";
   }
   try {

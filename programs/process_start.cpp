@@ -83,7 +83,7 @@ void PrepareProcess(ProcessKind kind) {
   throw std::system_error(EMFILE, std::generic_category(),
                           "only " + std::to_string(free) + " of the " + std::to_string(kFewestDescriptors) +
                               " files that this program needs can be opened; raise 'ulimit -n' (now " +
-                              std::to_string(limit.rlim_cur) + ") or close what was inherited");
+                              std::to_string(limit.rlim_cur) + ") or close inherited descriptors");
 }
 
 std::size_t FreeDescriptors(std::size_t most) {

@@ -179,7 +179,7 @@ std::string Outlooks::OtherWork(const Experiment& experiment) const {
     });
     if (able && (other == nullptr || summary.control.priority > other->control.priority)) other = &summary;
   }
-  if (other == nullptr) return "its workers take no jobs at the moment: they begin, or were told to stop";
+  if (other == nullptr) return "its workers take no jobs at the moment: they are starting or stopping";
   if (other->control.priority > priority) {
     return NameOf(*other) + " goes first, by its priority of " + std::to_string(other->control.priority);
   }

@@ -148,7 +148,7 @@ void Scheduler::EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt
   const bool free = charge == Charge::kNever || job.returned < options_.max_returns_per_job;
   if (end.outcome == db::AttemptOutcome::kReturned && !free) {
     end.outcome = db::AttemptOutcome::kError;
-    end.message += "; given back " + std::to_string(job.returned) + " times before, so it counts";
+    end.message += "; released " + std::to_string(job.returned) + " times before, so it counts as an attempt";
   }
   if (end.outcome == db::AttemptOutcome::kReturned) {
     ++job.returned;

@@ -34,7 +34,7 @@ template <class Enum, std::size_t n>
 consteval std::array<Word<Enum>, n> Words(const Word<Enum> (&rows)[n]) {
   std::array<Word<Enum>, n> table{};
   for (std::size_t i = 0; i < n; ++i) {
-    if (static_cast<std::size_t>(rows[i].value) != i) throw "the rows do not stand in the order of the enumerators";
+    if (static_cast<std::size_t>(rows[i].value) != i) throw "the rows are not in the order of the enumerators";
     table[i] = rows[i];
   }
   return table;

@@ -32,7 +32,7 @@ class Fetch {
   FetchedDataset Run() {
     for (;;) {
       const std::optional<Answer> answer = Ask();
-      if (!answer) return {End::kStopped, {}, "told to stop"};
+      if (!answer) return {End::kStopped, {}, "the worker stops"};
       if (answer->reply) {
         heard_ = link_.now();
         if (DatasetStatus{answer->reply->status} == DatasetStatus::kUnknown) return Unknown();

@@ -135,7 +135,7 @@ int ServeJobs(Channel& channel, JobExecutor& executor) {
     legopt_msg::lease lease;
     std::string options_json;
     if (frame->type != FrameType::kJob || !DecodeJob(frame->body, &lease, &options_json)) {
-      std::fprintf(stderr, "supervisor sent what is not a job\n");
+      std::fprintf(stderr, "the supervisor sent an invalid job\n");
       return kChildOrphaned;
     }
     stop_requested = 0;

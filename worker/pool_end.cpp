@@ -30,9 +30,9 @@ void Pool::Stop(microseconds now) {
     drain_end_ = now + options_.drain;
     stop_end_ = std::max(now + kStopLimit, drain_end_ + kLastDelivery);
     if (const std::size_t running = num_running(); running > 0) {
-      Log(LogLevel::kWarning, "told to stop: " + std::to_string(running) + " running job(s) may finish within " +
+      Log(LogLevel::kWarning, "stopping: " + std::to_string(running) + " running job(s) may finish within " +
                                   Seconds(options_.drain) +
-                                  ", then they are given back; a second signal gives them back at once");
+                                  ", then they are released; a second signal releases them at once");
     }
   }
   Advance(now);
@@ -59,7 +59,7 @@ void Pool::EndDrain(microseconds now) {
   if (!draining_ || gave_back_ || now < drain_end_) return;
   if (const std::size_t running = num_running(); running > 0) {
     Log(LogLevel::kWarning, std::to_string(running) + " job(s) still running after " + Seconds(options_.drain) +
-                                ": given back, at no cost to them but the time");
+                                ": released without using an attempt");
     delivering_since_ = now;
   }
   GiveBackRunning();

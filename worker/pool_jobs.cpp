@@ -134,7 +134,7 @@ void Pool::OnChildProgress(microseconds now, int slot, std::uint64_t sequence, i
 
 void Pool::OnChildJudging(microseconds now, int slot, std::uint64_t sequence) {
   if (!slots_[static_cast<std::size_t>(slot)].machine.Judging(now, sequence)) {
-    OnChildGarbage(now, slot, "judging no job");
+    OnChildGarbage(now, slot, "judging without a job");
   }
 }
 
@@ -238,13 +238,12 @@ void Pool::EndStoppedJob(microseconds now, const LeaseKey& key, StopReason reaso
       return KeepResult(now, key, ResultWithoutSolution(ReportedOutcome::kCancelled, "cancelled"));
     case StopReason::kLeaseExpiring:
       return KeepResult(
-          now, key,
-          ResultWithoutSolution(ReportedOutcome::kCancelled, "given back: the lease was not renewed in time"));
+          now, key, ResultWithoutSolution(ReportedOutcome::kCancelled, "released: the lease was not renewed in time"));
     case StopReason::kShutdown:
-      return KeepResult(now, key, ResultWithoutSolution(ReportedOutcome::kCancelled, "given back: the worker stops"));
+      return KeepResult(now, key, ResultWithoutSolution(ReportedOutcome::kCancelled, "released: the worker stops"));
     case StopReason::kWaited:
       return KeepResult(now, key,
-                        ResultWithoutSolution(ReportedOutcome::kCancelled, "given back: no slot was free for it"));
+                        ResultWithoutSolution(ReportedOutcome::kCancelled, "released: no slot was free for it"));
     case StopReason::kNone:
     case StopReason::kTimeLimit:
     case StopReason::kUnknownLease:
@@ -289,7 +288,7 @@ void Pool::EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit
   const JobSlot& machine = slot.machine;
   if (EndedWithTheWorker(machine, exit)) {
     Log(LogLevel::kWarning, JobName(slot.key) + ": its process was ended by " + programs::SignalMeaning(exit.signal) +
-                                " while this worker stops; given back");
+                                " while this worker stops; released");
     return EndStoppedJob(now, slot.key, StopReason::kShutdown);
   }
   legopt_msg::result_request result;
@@ -302,7 +301,7 @@ void Pool::EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit
       result =
           ResultWithoutSolution(ReportedOutcome::kTimeLimit,
                                 "killed: still running " + SecondsText(options_.slot_times.kill_grace) +
-                                    " after the wall-time limit of " + SecondsText(limit) + ", or judging without end");
+                                    " after the wall-time limit of " + SecondsText(limit) + ", or endless judging");
       break;
     }
     case StopReason::kGarbage:

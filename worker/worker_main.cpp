@@ -96,7 +96,7 @@ void Define(programs::Program& program, CommandLine& line) {
                  "embedded ones, garage-easier and garage-hard, and those that the server has stored)")
       .ValueName("FOLDER|HASH");
   program.AddOption("--solver", line.inputs.solvers,
-                    "Declaration of a solver of others that jobs may ask for; may be repeated (docs/solvers.md)");
+                    "Description file of an external solver that jobs may need; may be repeated (docs/solvers.md)");
   program.AddOption("--name", line.name, "Name in tables and listings (default: the host's)")
       .Check({FaultOfWorkerName, ""});
   program.AddFlag("--exit-when-idle", line.exit_when_idle,
@@ -107,7 +107,7 @@ void Define(programs::Program& program, CommandLine& line) {
       .Check(programs::Number(kShortest_s, kLongest_s));
   program
       .AddOption("--drain", line.drain_s,
-                 "Seconds that running jobs may go on after the first signal; then they are given back (default 8)")
+                 "Seconds that running jobs may continue after the first signal; then they are released (default 8)")
       .Check(programs::Number(0, kLongest_s));
   program
       .AddOption("--wait-server", line.wait_server_s,

@@ -31,7 +31,7 @@ ExitCode Cancel(const CancelOptions& options) {
 }  // namespace
 
 void AddCancelCommand(const programs::Command& program, Invocation* invocation) {
-  const auto command = program.AddCommand("cancel", "Cancel an experiment; what is finished is kept");
+  const auto command = program.AddCommand("cancel", "Cancel an experiment; finished jobs are kept");
   const auto options = std::make_shared<CancelOptions>();
   command.AddOption("ID", options->experiment, "Experiment").Required().Check(programs::WholeNumber(1));
   AddNetworkOptions(command, &options->network);

@@ -79,7 +79,7 @@ ExitCode Certify(const CertifyFlags& flags) {
   writer.Write(certificate);
   if (!certificate.IsComplete()) {
     throw ClientError(ExitCode::kInterrupted,
-                      "interrupted; the same command goes on with what is known, in " + out.string());
+                      "interrupted; the same command continues from the known results in " + out.string());
   }
   const std::string text = RenderFeasibility(certificate, catalogue, *dataset, flags.format, LayoutOf(flags.output));
   Print(flags.format == ListingFormat::kCsv ? CsvFor(StandardOutput(), text) : text, flags.output);

@@ -51,7 +51,7 @@ void AddCompareCommand(const programs::Command& program, Invocation* invocation)
                  "A method (SQP, or SQP:multi_starts=10 where there are several), an experiment (number or name), or "
                  "a database file")
       .Required();
-  command.AddOption("B", request.b, "What is judged beside it; of the same kind").Required();
+  command.AddOption("B", request.b, "Second method, experiment or file; of the same kind").Required();
   command
       .AddOption("--experiment", request.experiment, "Experiment of both methods, or of both files (default: newest)")
       .Check(programs::WholeNumber(1));
@@ -62,7 +62,7 @@ void AddCompareCommand(const programs::Command& program, Invocation* invocation)
   AddRuleOption(command, &request.rule);
   command
       .AddOption("--margin", options->margin_percent,
-                 "Percent by which times and costs must differ to be told (default 0)")
+                 "Smallest difference of times and costs to report, percent (default 0)")
       .Check(programs::Number(0, kLargestMargin_percent));
   AddChargeOption(command, &options->charge_s);
   command.AddFlag("--fail-if-worse", options->fail_if_worse,

@@ -42,11 +42,11 @@ std::string Done(const ControlOptions& options, std::int64_t num_jobs) {
     case ControlAction::kPause:
       return "paused; running jobs finish, no other begins until 'legopt resume'";
     case ControlAction::kResume:
-      return "goes on";
+      return "continues";
     case ControlAction::kResumeAnyBuild:
-      return "goes on, by workers of any build";
+      return "continues, by workers of any build";
     case ControlAction::kHold:
-      return "held, " + jobs + " given back; 'legopt release' lets it go on";
+      return "held, " + jobs + " re-queued; 'legopt release' continues it";
     case ControlAction::kRelease:
       return "released";
     case ControlAction::kPriority:
@@ -135,14 +135,15 @@ void AddControlCommands(const programs::Command& program, Invocation* invocation
           "--any-build", [resume] { resume->action = ControlAction::kResumeAnyBuild; },
           "Also let workers of any build finish it, which tables then say; else the build that began it does");
   const auto hold = For(ControlAction::kHold);
-  AddAction(program, invocation, "hold", "Stop an experiment for a reason; running jobs are given back, not charged",
-            hold)
+  AddAction(program, invocation, "hold",
+            "Stop an experiment for a reason; running jobs are re-queued without using an attempt", hold)
       .AddOption("REASON", hold->reason, "Why, for those who see it in 'legopt status'")
       .Required()
       .Check({CheckReason, ""});
   AddAction(program, invocation, "release", "Go on with a held experiment", For(ControlAction::kRelease));
   const auto priority = For(ControlAction::kPriority);
-  AddAction(program, invocation, "priority", "Begin an experiment's jobs before or after those of others", priority)
+  AddAction(program, invocation, "priority", "Start an experiment's jobs before or after other experiments' jobs",
+            priority)
       .AddOption("PRIORITY", priority->priority, "Larger is earlier; experiments begin with 0")
       .Required()
       .Check(programs::WholeNumber(-kMostPriority, kMostPriority));

@@ -177,7 +177,7 @@ void AddDatasetCommand(const programs::Command& program, Invocation* invocation)
   check.WhenChosen([=] { invocation->body = [check_options] { return Check(*check_options); }; });
 
   const auto pack =
-      dataset.AddCommand("pack", "Pack a dataset into one file, for 'legopt-server --datasets' to hand to workers");
+      dataset.AddCommand("pack", "Pack a dataset into one file, which 'legopt-server --datasets' sends to workers");
   const auto pack_options = std::make_shared<PackOptions>();
   pack.AddOption("DIR", pack_options->folder, "Dataset folder").Required();
   pack.AddOption("--out", pack_options->out, "Folder to write it to, as HASH.legopt-dataset").ShowDefault();

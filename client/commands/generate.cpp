@@ -71,7 +71,7 @@ void MakeFolder(const std::filesystem::path& out, const std::string& identity,
     });
   } catch (const ClientError&) {
     progress.Break();
-    throw ClientError(ExitCode::kInterrupted, "interrupted; the same command goes on with what is done, in " +
+    throw ClientError(ExitCode::kInterrupted, "interrupted; the same command continues from the finished part in " +
                                                   folder.path().string() + "; to begin anew, remove it");
   } catch (const InputError& error) {
     progress.Break();
@@ -80,9 +80,9 @@ void MakeFolder(const std::filesystem::path& out, const std::string& identity,
       throw;
     }
     InputError::Fault fault = error.fault();
-    fault.fix += (fault.fix.empty() ? "" : "; ") + std::string("scene and stances are kept in ") +
-                 folder.path().string() + ": with another number of plans or postures the command goes on with them, " +
-                 "for all else remove it";
+    fault.fix +=
+        (fault.fix.empty() ? "" : "; ") + std::string("scene and stances are kept in ") + folder.path().string() +
+        ": with another number of plans or postures the command continues from them, " + "for all else remove it";
     throw InputError(std::move(fault));
   }
   progress.Break();
@@ -219,8 +219,8 @@ void AddGenerateCommand(const programs::Command& program, Invocation* invocation
   AddInstanceFlags(problems, problem_flags.get());
   problems.WhenChosen([=] { invocation->body = [problem_flags] { return MakeDataset(*problem_flags); }; });
 
-  const auto candidates = generate.AddCommand(
-      "candidates", "Stances whose feasibility nobody has checked yet, as posture problems for the worker pool");
+  const auto candidates =
+      generate.AddCommand("candidates", "Stances of unknown feasibility, as posture problems for the worker pool");
   const auto candidate_flags = std::make_shared<DatasetFlags>();
   AddSourceFlags(candidates, candidate_flags.get());
   AddStanceFlags(candidates, candidate_flags.get());

@@ -124,7 +124,7 @@ void AddImportCommand(const programs::Command& program, Invocation* invocation) 
   command.AddFlag("--fix-winding", options.fix_winding, "Turn bodies of the scene round that are inside out");
   AddTextOrJsonOption(command, &flags->json);
   command.SetFooter(
-      "What is not named is looked for in DIR: the files of its dataset.yaml; else the only URDF (else the only "
+      "Files without an option are searched in DIR: those of its dataset.yaml; else the only URDF (else the only "
       "COLLADA\n"
       "robot), the scene of an OpenRAVE environment *.xml, scene.yaml or the only mesh, and problems*.json, one per "
       "task.\n"

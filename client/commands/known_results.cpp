@@ -101,7 +101,7 @@ KnownResults FindKnownResults(const Submission& submission, ResultSource* source
 }
 
 std::string KnownResultsText(const KnownResults& known, std::int64_t num_jobs) {
-  if (known.again) return "nothing is taken over, all jobs are solved anew";
+  if (known.again) return "nothing is reused, all jobs are solved again";
   if (known.experiment) {
     return "this experiment was submitted before, as " + std::to_string(*known.experiment) + ": nothing would be begun";
   }
@@ -114,7 +114,7 @@ std::string KnownResultsText(const KnownResults& known, std::int64_t num_jobs) {
   for (std::size_t i = 1; i < known.builds.size(); ++i) {
     text += ", " + std::to_string(known.builds[i].jobs) + " of build " + known.builds[i].build_id;
   }
-  return text + "; those of the build that takes the first job are taken over";
+  return text + "; those of the build that starts the first job are reused";
 }
 
 nlohmann::ordered_json KnownResultsJson(const KnownResults& known) {

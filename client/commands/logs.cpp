@@ -93,7 +93,7 @@ ExitCode Logs(const LogsOptions& options) {
 }  // namespace
 
 void AddLogsCommand(const programs::Command& program, Invocation* invocation) {
-  const auto command = program.AddCommand("logs", "Show what the attempts of a job left: causes, signals, logs");
+  const auto command = program.AddCommand("logs", "Show the attempts of a job: causes, signals, logs");
   const auto options = std::make_shared<LogsOptions>();
   command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(programs::WholeNumber(1));
   AddTextOrJsonOption(command, &options->json);

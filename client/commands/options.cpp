@@ -185,7 +185,7 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
       .Required();
   AddDatasetOption(command, &options->dataset);
   command.AddOption("--solver", options->solvers,
-                    "Declaration of a solver of others that methods of the suite name; may be repeated "
+                    "Description file of an external solver that the suite names; may be repeated "
                     "(docs/solvers.md)");
   // Split when the suite is read: a method may have a comma in its name.
   command.AddOption("--methods", options->filter.methods, "Keep only these methods, by name").OneArgumentEach();
@@ -204,8 +204,8 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
   command.AddOption("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
       .Check(programs::WholeNumber(0));
   command.AddFlag("--again,--new", options->fresh,
-                  "Solve all anew: another experiment although one of the same content exists, and nothing taken over "
-                  "from results of equal jobs");
+                  "Re-run everything as another experiment, although an identical one exists; no results are reused "
+                  "from identical jobs");
 }
 
 }  // namespace legopt::client

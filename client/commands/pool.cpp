@@ -240,8 +240,7 @@ void AddPoolCommand(const programs::Command& program, Invocation* invocation) {
   const auto ssh = pool.AddCommand("ssh", "Keep workers on hosts that ssh reaches, one each, until Ctrl-C");
   const auto ssh_flags = std::make_shared<PoolFlags>();
   AddStartFlags(ssh, ssh_flags.get());
-  ssh.AddFlag("--dry-run", ssh_flags->dry_run,
-              "Print what each host would be told, without the key, and start nothing");
+  ssh.AddFlag("--dry-run", ssh_flags->dry_run, "Print the commands for each host, without the key, and start nothing");
   ssh.WhenChosen([=] { invocation->body = [ssh_flags] { return StartSsh(*ssh_flags); }; });
 
   const auto script = pool.AddCommand("script", "Print a job script for another batch system, to be submitted by hand");
@@ -260,7 +259,7 @@ void AddPoolCommand(const programs::Command& program, Invocation* invocation) {
   status.WhenChosen([=] { invocation->body = [status_flags] { return Status(*status_flags); }; });
 
   constexpr double kMost_s = 86'400;
-  const auto stop = pool.AddCommand("stop", "Stop the workers of a pool; what they have not finished is given back");
+  const auto stop = pool.AddCommand("stop", "Stop the workers of a pool; their unfinished jobs are re-queued");
   const auto stop_flags = std::make_shared<FolderFlags>();
   stop.AddOption("FOLDER", stop_flags->folder, "The pool's folder").ShowDefault();
   stop.AddOption("--patience", stop_flags->patience_s, "Seconds for running jobs to end (default 0)")

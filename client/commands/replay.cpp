@@ -179,8 +179,9 @@ void AddReplayCommand(const programs::Command& program, Invocation* invocation) 
   command.AddOption("--jobs", options->parallel, "Jobs at the same time (default: the processors granted)")
       .Check(programs::WholeNumber(1, kMostParallel));
   AddDatasetOption(command, &options->dataset);
-  command.AddOption("--solver", options->solvers,
-                    "Declaration of a solver of others whose jobs are replayed; may be repeated (docs/solvers.md)");
+  command.AddOption(
+      "--solver", options->solvers,
+      "Description file of an external solver whose jobs are replayed; may be repeated (docs/solvers.md)");
   command.AddFlag("--any-build", options->any_build, "Although another build has solved it");
   AddTextOrJsonOption(command, &options->json);
   AddSourceOptions(command, &options->source);

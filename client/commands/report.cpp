@@ -79,7 +79,7 @@ void AddReportCommand(const programs::Command& program, Invocation* invocation) 
                   programs::IsExistingPath);
   command
       .AddOption("--max-size", options->max_megabytes,
-                 "MB that the file may have; what goes beyond is left out, and said (default 25)")
+                 "Largest size of the file in MB; the report names whatever was left out for it (default 25)")
       .Check(programs::Number(kSmallest_megabytes, kLargest_megabytes));
   AddRuleOption(command, &options->rule);
   AddNetworkOptions(command, &options->network);

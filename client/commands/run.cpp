@@ -77,7 +77,7 @@ void PrintStart(const Submission& submission, const legopt_msg::submit_reply& re
             << DescribeJobs(submission.spec) << "\n";
   if (SubmitStatus{reply.status} == SubmitStatus::kAlreadyKnown) {
     std::cerr
-        << "this experiment is in the database already: what is done is not done again (--again makes another one)\n";
+        << "this experiment is in the database already: finished jobs are kept (--again makes another experiment)\n";
   }
 }
 
@@ -135,7 +135,7 @@ Outcome RunExperiment(const Submission& submission, const RunOptions& options, O
     if (!options.pool) {
       std::cerr << options.workers << (options.workers == 1 ? " worker" : " workers") << options.workers_reason << "; ";
     }
-    std::cerr << "Ctrl-C stops and keeps what is done\n";
+    std::cerr << "Ctrl-C stops and keeps all results\n";
     outcome.status = WatchOnTerminal(
         server, reply.experiment_id,
         {kServerPatience, true, [&pool] { pool.Supervise(); }, !options.pool, GiveUpOf(options.give_up_s)});
@@ -144,7 +144,7 @@ Outcome RunExperiment(const Submission& submission, const RunOptions& options, O
     trouble.ThrowIfAny();
     outcome.interrupted = true;
     if (!Interrupted()) std::cerr << "\nlegopt: " << error.what() << "\n";
-    std::cerr << "\nlegopt: interrupted; running jobs are given back (again: stop at once)\n";
+    std::cerr << "\nlegopt: interrupted; running jobs are re-queued (again: stop at once)\n";
   }
   return outcome;
 }
@@ -208,7 +208,7 @@ ExitCode DryRun(const Submission& submission, const RunOptions& options, const s
     return ExitCode::kOk;
   }
   const std::string server =
-      "legopt-server --db " + programs::ShellWord(db.string()) + (exists ? " (goes on in it)" : " (new)");
+      "legopt-server --db " + programs::ShellWord(db.string()) + (exists ? " (existing)" : " (new)");
   const std::string workers = options.pool
                                   ? "and have Slurm take in the script below; nothing"
                                   : "legopt-worker --slots " + std::to_string(options.workers) + " --dataset " +

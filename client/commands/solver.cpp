@@ -52,7 +52,7 @@ ExitCode CheckDeclared(const SolverFlags& flags) {
 }  // namespace
 
 void AddSolverCommand(const programs::Command& program, Invocation* invocation) {
-  const auto solver = program.AddCommand("solver", "Look after solvers of others");
+  const auto solver = program.AddCommand("solver", "Check external solvers");
   solver.RequireCommand();
   solver.LetOptionsFollowCommands();
 

@@ -41,7 +41,7 @@ ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, const Submit
     return OutcomeOf(status);
   } catch (const ClientError& error) {
     if (error.code() != ExitCode::kInterrupted) throw;
-    std::cerr << "\nlegopt: experiment " << experiment_id << " goes on; 'legopt watch " << experiment_id
+    std::cerr << "\nlegopt: experiment " << experiment_id << " continues; 'legopt watch " << experiment_id
               << "' returns to it, 'legopt cancel " << experiment_id << "' ends it\n";
     return ExitCode::kInterrupted;
   }

@@ -39,7 +39,8 @@ constexpr char kPaperTable[] = "paper-table1.csv";
 std::string RenderTable(const TableOptions& options, ResultSource* source) {
   const TableStyle style{options.time_unit, LayoutOf(options.output)};
   if (options.charge_s && !options.statistics) {
-    throw ClientError(ExitCode::kUsage, "--charge is what a failed run costs in the means of --statistics; give both");
+    throw ClientError(ExitCode::kUsage,
+                      "--charge sets the cost of a failed run in the means of --statistics; give both");
   }
   if (options.interpolation) {
     return RenderInterpolationTable(ReadInterpolationTable(*source, options.selection), options.format, style.layout);
@@ -96,7 +97,7 @@ void AddTableCommand(const programs::Command& program, Invocation* invocation) {
   const auto interpolation =
       command
           .AddFlag("--interpolation", options->interpolation,
-                   "Instead: what lies between the waypoints of the solved " + std::string(kInterpolatedTask.plural))
+                   "Show collisions between the waypoints of the solved " + std::string(kInterpolatedTask.plural))
           .Excludes(paper);
   const auto statistics =
       command

@@ -282,7 +282,7 @@ void AddTapCommand(const programs::Command& program, Invocation* invocation) {
   programs::AddListeningFlags(command, &options->network);
   command.SetFooter(
       "It only listens: no frame is sent, and no key is printed. --format json concerns --rates. Bodies above one\n"
-      "datagram pass as chunks and are not put together.");
+      "datagram pass as chunks and are not reassembled.");
   command.WhenChosen([=] { invocation->body = [options] { return Tap(*options); }; });
 }
 

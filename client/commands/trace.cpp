@@ -42,7 +42,7 @@ void AddTraceCommand(const programs::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("trace", "Show how the solve of one job converged, step by step");
   const auto options = std::make_shared<TraceOptions>();
   command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(programs::WholeNumber(1));
-  command.AddOption("--out", options->out, "Write it to this file instead, replacing what is there");
+  command.AddOption("--out", options->out, "Write it to this file instead, replacing an existing one");
   AddListingOptions(command, &options->listing);
   AddSourceOptions(command, &options->source);
   command.WhenChosen([=] { invocation->body = [options] { return Trace(*options); }; });

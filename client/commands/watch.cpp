@@ -51,8 +51,7 @@ ExitCode WatchAsText(ServerConnection& server, std::int64_t id, const WatchComma
     return OutcomeOf(status);
   } catch (const ClientError& error) {
     if (error.code() != ExitCode::kInterrupted) throw;
-    std::cerr << "\nlegopt: experiment " << id << " goes on without a watcher; 'legopt watch " << id
-              << "' returns to it\n";
+    std::cerr << "\nlegopt: experiment " << id << " continues unwatched; 'legopt watch " << id << "' returns to it\n";
     return ExitCode::kInterrupted;
   }
 }
@@ -96,7 +95,7 @@ void AddWatchCommand(const programs::Command& program, Invocation* invocation) {
       .Check(programs::Number(kShortestInterval_s, kLongestInterval_s));
   AddNetworkOptions(command, &options->network);
   command.SetFooter(
-      "The exit code tells how it ended: 0 done, 3 the server did not come back, 4 jobs died or could not run, "
+      "Exit codes: 0 done, 3 the server did not come back, 4 jobs died or could not run, "
       "6 it came back with another database, 8 cancelled or interrupted, 15 nothing moved for --give-up seconds.\n"
       "--format json writes one object per line; the last one has the event \"end\". Fields: "
       "docs/watching.md");

@@ -266,7 +266,7 @@ void NoteTakenOver(const Sides& sides, std::vector<std::string>* notes) {
   const std::int64_t a = sides.a.experiment.taken_over, b = sides.b.experiment.taken_over;
   if (a + b == 0) return;
   const bool same = sides.a.place == sides.b.place && sides.a.experiment.info.id == sides.b.experiment.info.id;
-  notes->push_back("Results taken over from other experiments: " +
+  notes->push_back("Results reused from other experiments: " +
                    (same ? std::to_string(a) : "A " + std::to_string(a) + ", B " + std::to_string(b)) +
                    (same ? "." : "; what A and B both have of one solve is equal by its making."));
 }

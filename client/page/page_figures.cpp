@@ -90,7 +90,7 @@ std::shared_ptr<const Dataset> FindDataset(const FigureRequest& request, const P
     if (dataset->content_hash() == info.dataset_hash) return dataset;
   }
   notes->push_back(Named(page) + " ran on dataset '" + info.dataset_name + "' of hash " + info.dataset_hash +
-                   ", which is not at hand: no 3D; name its folder with --dataset");
+                   ", which was not found: no 3D; name its folder with --dataset");
   return nullptr;
 }
 

@@ -109,7 +109,8 @@ void ReadHostList(const YamlMap& map, PoolFile& pool) {
     const std::filesystem::path beside = std::filesystem::path(pool.file).parent_path();
     pool.hosts = ReadHostsFile((beside / map.String("hosts_file")).string());
     if (map.Has("hosts")) {
-      throw YamlFault(pool.file, map.Get("hosts"), map.Path("hosts"), "stands beside hosts_file", "keep one of them");
+      throw YamlFault(pool.file, map.Get("hosts"), map.Path("hosts"), "is given together with hosts_file",
+                      "keep one of them");
     }
     return;
   }
@@ -184,7 +185,7 @@ void ReadWorker(const YamlMap& top, PoolFile& pool) {
     if (!map.Has(key)) return;
     value = map.String(key);
     if (value.front() != '/') {
-      throw YamlFault(pool.file, map.Get(key), map.Path(key), "is relative, and to what is unknown on a node",
+      throw YamlFault(pool.file, map.Get(key), map.Path(key), "is a relative path, which a node cannot resolve",
                       "give a path that begins with '/'");
     }
   };

@@ -57,8 +57,8 @@ std::vector<PoolMember> ReadRecord(const std::filesystem::path& folder) {
   for (std::string line; std::getline(stream, line);) {
     const auto member = ReadLine(line);
     if (!member) {
-      throw ClientError(ExitCode::kUsage, file.string() + ": no line 'ENGINE NUMBER' (got '" + line +
-                                              "'); it is written by legopt, and by nobody else");
+      throw ClientError(ExitCode::kUsage,
+                        file.string() + ": no line 'ENGINE NUMBER' (got '" + line + "'); only legopt writes this file");
     }
     members.push_back(*member);
   }

@@ -119,7 +119,7 @@ std::string SlurmScript(const PoolFile& pool, const PoolAccess& access) {
   return "#!/bin/sh\n" + SlurmHeader(pool, access) + Environment(access) + OpenInlineFiles(access) +
          "# USR1, before the time limit, reaches this shell alone; so does the TERM of 'legopt pool stop'. Preemption "
          "and\n"
-         "# scancel send TERM to the worker, too, which then gives its jobs back at once.\n"
+         "# scancel send TERM to the worker as well, which then releases its jobs at once.\n"
          "trap 'time_is_up=yes; kill -TERM \"$worker\"' USR1\n"
          "trap 'kill -TERM \"$worker\"' TERM\n" +
          WorkerCommand(pool, access, "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID.${SLURM_RESTART_COUNT:-0}") +

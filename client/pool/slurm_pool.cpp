@@ -180,7 +180,7 @@ void SlurmPool::GiveUpWithoutWorkers() {
   const std::string job = "Slurm has ended all workers of job " + array_->job_id();
   if (!workers.empty()) {
     throw ClientError(ExitCode::kEngineRefused,
-                      job + " before the experiment was over; " + log + ". The same command with --db goes on");
+                      job + " before the experiment was over; " + log + ". The same command with --db continues");
   }
   const std::string key = access_.key_file.empty()
                               ? ""

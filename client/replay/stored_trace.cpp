@@ -21,7 +21,7 @@ Listing HistoryOf(const std::string& text, std::int64_t job) {
   Listing listing;
   const bool whole = json.is_object() && json.contains("columns") && json.contains("rows") &&
                      json.at("columns").is_array() && json.at("rows").is_array();
-  if (!whole) RefuseTrace(job, "has a history that nobody can read: " + text.substr(0, 80));
+  if (!whole) RefuseTrace(job, "has an unreadable history: " + text.substr(0, 80));
   for (const auto& column : json.at("columns")) listing.columns.push_back(column.get<std::string>());
   for (const auto& row : json.at("rows")) {
     if (!row.is_array() || row.size() != listing.columns.size()) RefuseTrace(job, "has a history with a damaged row");
@@ -54,7 +54,7 @@ StoredTrace ReadTrace(ResultSource& source, std::int64_t job) {
   if (found.rows.empty()) RefuseTrace(job, "does not exist; 'legopt list" + source.flags() + "' lists those that do");
   if (found.At(0, "job_id").is_null()) {
     RefuseTrace(job, "is " + found.Text(0, "state") + " and has no result; 'legopt show " + id + source.flags() +
-                         "' tells what happened");
+                         "' shows what happened");
   }
   StoredTrace trace;
   const auto& history = found.At(0, "history_json");

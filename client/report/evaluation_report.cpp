@@ -15,7 +15,8 @@ namespace {
 
 constexpr char kNotPosedTitle[] = "Problems that the dataset does not have";
 constexpr char kNote[] =
-    "Costs and times are averaged over successfully solved problems, per waypoint. What the file leaves out counts as "
+    "Costs and times are averaged over successfully solved problems, per waypoint. Problems missing in the file count "
+    "as "
     "not solved.";
 
 nlohmann::json Number(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }

@@ -30,7 +30,7 @@ std::string Solved(const ExperimentStatus& status) {
 std::string Counts(const ExperimentStatus& status) {
   std::string text = std::to_string(status.finished()) + "/" + std::to_string(status.total);
   text += "  " + Solved(status);
-  if (status.taken_over > 0) text += "  " + std::to_string(status.taken_over) + " taken over";
+  if (status.taken_over > 0) text += "  " + std::to_string(status.taken_over) + " reused";
   if (status.dead > 0) text += "  " + std::to_string(status.dead) + " dead";
   if (status.failed > 0) text += "  " + std::to_string(status.failed) + " cannot run";
   if (status.cancelled > 0) text += "  " + std::to_string(status.cancelled) + " cancelled";
@@ -171,7 +171,7 @@ std::string RenderSummary(const ExperimentStatus& status) {
                      WithTenths(Seconds(status.elapsed_s));
   if (HadLongBreaks(status)) text += " (" + WithTenths(Seconds(*status.worked_s)) + " of work)";
   text += ": " + Solved(status) + ", " + std::to_string(status.done - status.solved) + " not solved";
-  if (status.taken_over > 0) text += ", " + std::to_string(status.taken_over) + " taken over from other experiments";
+  if (status.taken_over > 0) text += ", " + std::to_string(status.taken_over) + " reused from other experiments";
   if (status.dead > 0) text += ", " + std::to_string(status.dead) + " dead";
   if (status.failed > 0) text += ", " + std::to_string(status.failed) + " could not run";
   if (status.cancelled > 0) text += ", " + std::to_string(status.cancelled) + " cancelled";

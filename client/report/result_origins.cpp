@@ -81,7 +81,7 @@ std::int64_t ReadTakenOver(ResultSource& source, std::int64_t experiment_id) {
 std::string MentionTakenOver(std::int64_t results) {
   if (results == 0) return {};
   return " " + std::to_string(results) + (results == 1 ? " result was" : " results were") +
-         " taken over from other experiments.";
+         " reused from other experiments.";
 }
 
 nlohmann::ordered_json OriginsJson(const std::vector<ResultOrigin>& origins) {

@@ -32,10 +32,11 @@ void StoreTrouble::Look(const nlohmann::json& status, WatchView* view) {
     if (error.empty()) {
       std::fprintf(stderr, "legopt: the server writes its database again\n");
     } else {
-      std::fprintf(stderr,
-                   "legopt: warning: the server cannot write its database: %s. Nothing is lost: it goes on as soon as "
-                   "it can\n",
-                   programs::Printable(error).c_str());
+      std::fprintf(
+          stderr,
+          "legopt: warning: the server cannot write its database: %s. Nothing is lost: it continues as soon as "
+          "it can\n",
+          programs::Printable(error).c_str());
     }
   }
   error_ = error;
@@ -45,8 +46,8 @@ void StoreTrouble::Look(const nlohmann::json& status, WatchView* view) {
 void StoreTrouble::ThrowIfAny() const {
   if (error_.empty()) return;
   throw ClientError(ExitCode::kDatabaseUnusable, "the server cannot write its database: " + error_ +
-                                                     ". What it acknowledged is kept; once it can write again, the "
-                                                     "same command goes on");
+                                                     ". Acknowledged results are kept; once it can write again, the "
+                                                     "same command continues");
 }
 
 void ServerPatience::Answered(Seconds now, WatchView& view) {
@@ -59,8 +60,8 @@ void ServerPatience::Silent(Seconds now, const ClientError& error, WatchView& vi
   const Seconds silence = now - *answered_;
   if (silence >= patience_) {
     throw ClientError(ExitCode::kUnreachable, "the server has not answered for " + FormatDuration(silence) +
-                                                  ". What it acknowledged is in its database; 'legopt "
-                                                  "watch' goes on watching when it is back");
+                                                  ". Acknowledged results are in its database; 'legopt "
+                                                  "watch' continues when it is back");
   }
   if (!std::exchange(silent_, true)) view.ServerSilent(silence, patience_);
 }

@@ -155,7 +155,7 @@ HttpReply LiveBlocks::MakeSolution(const std::string& block, std::int64_t job) {
   for (const auto& dataset : request_.datasets) {
     if (!lister && dataset->content_hash() == viewed.dataset_hash) lister = std::make_unique<FindingLister>(dataset);
   }
-  if (!lister) return TextReply(kNotFound, "the dataset of job " + std::to_string(job) + " is not at hand");
+  if (!lister) return TextReply(kNotFound, "the dataset of job " + std::to_string(job) + " was not found");
   SolutionChunk chunk;
   chunk.Add(viewed.job, ReadPageMotion(*source_, viewed.job), TraceJson(*source_, job), lister.get(),
             FindingDepth::kBetween);

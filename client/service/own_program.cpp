@@ -41,7 +41,7 @@ void ThrowIfToldToStop(const std::string& program, const ChildExit& exit) {
   const bool orderly =
       exit.code == static_cast<int>(ExitCode::kOk) || exit.code == static_cast<int>(ExitCode::kInterrupted);
   if (exit.signal == 0 && orderly) {
-    throw ClientError(ExitCode::kInterrupted, program + " of this run was told to stop, not by us");
+    throw ClientError(ExitCode::kInterrupted, program + " of this run was stopped by another program");
   }
 }
 

@@ -25,7 +25,7 @@ class Certification {
   }
 
   Certificate Run(const Certificate* known) {
-    if (known != nullptr) ForStances("judging what is known", AllStances(), [&](auto&... a) { Check(*known, a...); });
+    if (known != nullptr) ForStances("judging known solutions", AllStances(), [&](auto&... a) { Check(*known, a...); });
     ForStances("first starts", Unknown(), [this](auto&... a) { TryFirstStarts(a...); });
     PrepareForHardOnes();
     ForStances("further starts", Unknown(), [this](auto&... a) { TryAllElse(a...); });

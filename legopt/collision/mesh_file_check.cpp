@@ -62,8 +62,7 @@ class PlyHeaderCheck {
  private:
   void CheckFirstByte(std::istream& file) const {
     if (!binary_ || (file.peek() != '\n' && file.peek() != '\r')) return;
-    Refuse(path_, field_, "end_header",
-           "the data begin with the byte of a line end, which cannot be told from the header");
+    Refuse(path_, field_, "end_header", "the data begin with the byte of a line end, which could belong to the header");
   }
 
   bool IsFormat(const std::vector<std::string>& words) {

@@ -60,7 +60,7 @@ const Eigen::AlignedBox3d& Near(const Eigen::AlignedBox3d& box, const std::strin
   throw InputError({.file = file.string(),
                     .field = user,
                     .value = FormatFixed(furthest_m, 6) + " m from the origin",
-                    .message = "lengths of 1 mm cannot be told apart beyond 8192 m",
+                    .message = "single precision cannot resolve 1 mm beyond 8192 m",
                     .fix = "is it in millimetres? Scale it to metres (scale: 0.001), or move it to the origin"});
 }
 
@@ -195,7 +195,7 @@ void Dataset::ResolveFeet() {
       throw InputError({.file = file_for_errors(),
                         .field = "feet",
                         .value = name,
-                        .message = "the foot has no collision geometry to stand on",
+                        .message = "the foot has no collision geometry",
                         .fix = "give the link a <collision> element in " + description_.robot_file});
     }
     feet_.push_back({.link = name, .link_index = index, .box = box});

@@ -105,7 +105,8 @@ void PathExaminer::Fail(const Way& way, double s, Verdict verdict, const std::st
   if (findings->verdict != Verdict::kSuccess) return;
   findings->verdict = verdict;
   findings->waypoint = way.waypoint;
-  findings->detail = "on the way to the next, at time " + NumberText(t_from_ + s * (t_to_ - t_from_)) + ": " + detail;
+  findings->detail =
+      "on the segment to the next waypoint, at time " + NumberText(t_from_ + s * (t_to_ - t_from_)) + ": " + detail;
 }
 
 void PathExaminer::ExamineSample(const Way& way, double s, const Kinematics& kinematics, PathFindings* findings) {

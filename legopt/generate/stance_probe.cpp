@@ -84,7 +84,7 @@ void ProbeOptions::Validate(const Dataset& dataset) const {
         "leave it out, or use a larger one");
   const double leg = -dataset.nominal_sole_height_m();
   Check(reach_m < 1.3 * leg, "--radius", reach_m,
-        "is a step that nobody can make (the base stands " + std::to_string(leg) + " m above the soles)",
+        "exceeds the robot's reach (the base is " + std::to_string(leg) + " m above the soles)",
         "leave it out, or use a smaller one");
 }
 

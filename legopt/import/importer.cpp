@@ -267,7 +267,7 @@ class Importer {
     }
     throw InputError({sources_.robot.string(), "feet", "", "no link is named as a foot, by no problem and no flag",
                       "name them with --feet LEFT,RIGHT" +
-                          (ends.empty() ? std::string("; no end of the robot has collision geometry to stand on")
+                          (ends.empty() ? std::string("; no end link of the robot has collision geometry")
                                         : "; ends of the robot: " + ends)});
   }
 

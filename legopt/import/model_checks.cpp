@@ -262,7 +262,7 @@ std::vector<DatasetFinding> CheckTrunk(const Dataset& dataset) {
     finding.severity = Severity::kWarning;
     finding.message +=
         ", at most " + FormatFixed(deepest_m, 2) + " m deep; deepest link " + CountByLink(dataset, by_link);
-    finding.fix = "that makes them hard, not wrong; look at them if nobody solves them";
+    finding.fix = "such problems are hard, not wrong; inspect them if no method solves them";
   }
   return findings;
 }

@@ -66,7 +66,7 @@ DatasetFinding JudgeQuaternionOrder(const QuaternionEvidence& evidence) {
       break;
     case QuaternionEvidence::Verdict::kNeither:
       finding.severity = Severity::kError;
-      finding.message = "in neither order do the feet stand on the surface: the poses do not belong to this scene";
+      finding.message = "in neither order are the feet on the surface: the poses do not belong to this scene";
       finding.fix = "check scene, unit of length and frame; a pose is qw qx qy qz px py pz, z axis along the normal";
       break;
   }

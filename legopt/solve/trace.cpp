@@ -123,7 +123,7 @@ Bytes Compressed(const Compressor& compressor, const Bytes& plain) {
   Bytes packed(ZSTD_compressBound(plain.size()));
   const std::size_t size =
       ZSTD_compressCCtx(compressor.get(), packed.data(), packed.size(), plain.data(), plain.size(), kCompressionLevel);
-  Demand(ZSTD_isError(size) == 0, "what is compressed fits the bound of its compressor");
+  Demand(ZSTD_isError(size) == 0, "compressed data fit the bound of the compressor");
   packed.resize(size);
   return packed;
 }

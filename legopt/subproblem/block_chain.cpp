@@ -34,7 +34,7 @@ void BlockChain<Real>::Reset(int num_blocks, int stride, bool chained) {
 template <typename Real>
 void BlockChain<Real>::SetCoupling(int t, bool tiled, int rows) {
   Demand(linked(t), "a block is coupled with the next one", t, num_blocks_);
-  Demand(!tiled || rows <= kernels::kMostRowsBeside, "few rows stand beside a tiled coupling", rows);
+  Demand(!tiled || rows <= kernels::kMostRowsBeside, "a tiled coupling has few rows", rows);
   links_[static_cast<size_t>(t)] = {tiled, rows, num_rows_};
   num_rows_ += static_cast<size_t>(rows);
   const size_t entries = num_rows_ * static_cast<size_t>(stride_);

@@ -132,7 +132,7 @@ class Checker {
     const auto begin = Clock::now();
     const auto patience = std::chrono::duration<double>(declaration.timeout_s);
     const auto line = solvers_.Start(0)->Receive(begin + std::chrono::duration_cast<Clock::duration>(patience));
-    if (!line) return {false, "nothing was said within the time-out"};
+    if (!line) return {false, "the solver wrote nothing within the time-out"};
     const SolverMessage message = ReadMessage(*line, 0);
     const auto* hello = std::get_if<Hello>(&message);
     if (hello == nullptr) return {false, "began with another message"};

@@ -111,14 +111,14 @@ bool SolverProcess::Write(std::string_view& bytes) {
 
 void SolverProcess::Send(std::string_view line, Clock::time_point deadline) {
   if (line.size() > kMaxLineBytes) {
-    throw SolverFault("cannot be told what it asks for: a line of " + std::to_string(line.size()) +
-                      " bytes is longer than the protocol allows");
+    throw SolverFault("asked for an answer of " + std::to_string(line.size()) +
+                      " bytes, longer than the protocol allows");
   }
   const std::string whole = std::string(line) + "\n";
   std::string_view rest = whole;
   while (!rest.empty() && !ended_) {
     if (Write(rest) || rest.empty()) continue;
-    if (Clock::now() >= deadline) throw SolverFault("did not read what it was sent");
+    if (Clock::now() >= deadline) throw SolverFault("did not read its input");
     Wait(deadline, true);
     RequireShort();
   }

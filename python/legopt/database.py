@@ -214,7 +214,7 @@ class Database:
             raise RequestError(f"job {job} does not exist; jobs() has those that do")
         if found[0]["result"] is None:
             raise RequestError(f"job {job} is {found[0]['state']} and has no result; "
-                               f"'legopt show {job} --db {self.path}' tells what happened")
+                               f"'legopt show {job} --db {self.path}' shows what happened")
         return found[0]
 
     def _joint_names(self, facts: dict[str, Any], job: int) -> list[str] | None:

@@ -1,4 +1,4 @@
-// What a server costs for a large fleet: real server code on a real database file, hundreds of real worker pools, a
+// Load of a server with a large fleet: real server code on a real database file, hundreds of real worker pools, a
 // simulated network in virtual time. Prints the CPU time of the server's part of the work for each result, its share of
 // a core at the rate of the fleet, and the memory of the whole process under way.
 //
@@ -110,15 +110,15 @@ int Main(int argc, char** argv) {
   bool restart = false;
   std::int64_t datagram_us = 25;
   std::int64_t job_ms = options.job_time / std::chrono::milliseconds(1);
-  CLI::App app{"What a server costs for a large fleet"};
+  CLI::App app{"Load of a server with a large fleet"};
   app.add_option("--workers", options.workers)->capture_default_str();
   app.add_option("--slots", options.slots, "Of each worker")->capture_default_str();
   app.add_option("--jobs", options.jobs)->capture_default_str();
   app.add_option("--experiments", options.experiments, "Among which the jobs are divided")->capture_default_str();
-  app.add_option("--job-ms", job_ms, "What a job takes")->capture_default_str();
+  app.add_option("--job-ms", job_ms, "Duration of a job")->capture_default_str();
   app.add_flag("--keyed", options.keyed, "The deployment has a key");
   const auto is_restart = app.add_flag("--restart", restart, "Instead of jobs: a restart of the server");
-  app.add_option("--datagram-us", datagram_us, "What the server takes for one")
+  app.add_option("--datagram-us", datagram_us, "Processing time of the server per datagram")
       ->needs(is_restart)
       ->capture_default_str();
   app.add_option("--buffer", options.receive_buffer, "Datagrams that may wait for a party")->needs(is_restart);

@@ -339,8 +339,8 @@ TEST(BenchmarkTable, WhatWasTakenOverIsTold) {
   table.rows[0].cells[kPostureGood].taken_over = 2;
   table.rows[1].cells[kPostureGood].taken_over = 1;
   for (const auto format : {TableFormat::kText, TableFormat::kMarkdown, TableFormat::kLatex}) {
-    EXPECT_THAT(RenderBenchmarkTable(table, format), HasSubstr("3 results were taken over from other experiments."));
-    EXPECT_THAT(RenderBenchmarkTable(ExampleTable(), format), Not(HasSubstr("taken over")));
+    EXPECT_THAT(RenderBenchmarkTable(table, format), HasSubstr("3 results were reused from other experiments."));
+    EXPECT_THAT(RenderBenchmarkTable(ExampleTable(), format), Not(HasSubstr("reused")));
   }
   EXPECT_EQ(CsvRows(RenderBenchmarkTable(table, TableFormat::kCsv)).at(0).at("posture_good_taken_over"), "2");
   const auto json = nlohmann::json::parse(RenderBenchmarkTable(table, TableFormat::kJson));
@@ -348,7 +348,7 @@ TEST(BenchmarkTable, WhatWasTakenOverIsTold) {
   EXPECT_EQ(json.at("rows")[0].at("posture").at("good").at("taken_over"), 2);
   InterpolationTable between;
   between.taken_over = 1;
-  EXPECT_THAT(RenderInterpolationTable(between, TableFormat::kText), HasSubstr("1 result was taken over"));
+  EXPECT_THAT(RenderInterpolationTable(between, TableFormat::kText), HasSubstr("1 result was reused"));
 }
 
 TEST(BenchmarkTable, RepetitionsAreNotProblems) {

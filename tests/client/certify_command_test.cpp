@@ -73,7 +73,7 @@ TEST_F(CertifyCommand, AnInterruptionLeavesAFileToGoOnWith) {
   ::kill(program.pid(), SIGINT);
   const ProgramResult result = program.Wait();
   EXPECT_EQ(result.exit_code, static_cast<int>(ExitCode::kInterrupted)) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("the same command goes on"));
+  EXPECT_THAT(result.err, HasSubstr("the same command continues"));
   const auto json = nlohmann::json::parse(test::ReadText(folder_.path() / "easier.json"));
   EXPECT_FALSE(json["complete"].get<bool>());
   EXPECT_FALSE(json["stances"].empty());

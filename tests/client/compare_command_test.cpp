@@ -129,7 +129,7 @@ TEST_F(CompareCommand, AFailureIsChargedWhatIsSaid) {
   const auto chosen = Run({"compare", "A", "B", "--db", file, "--charge", "0.05", "--format", "json"});
   EXPECT_DOUBLE_EQ(nlohmann::json::parse(chosen.out).at("comparisons")[0].at("par10_a_ms"), 13.0);
   ExpectError(Run({"compare", "A", "B", "--db", file, "--charge", "0"}), 2, "--charge");
-  ExpectError(Run({"table", "--db", file, "--charge", "1"}), 2, "--charge is what a failed run costs");
+  ExpectError(Run({"table", "--db", file, "--charge", "1"}), 2, "--charge sets the cost of a failed run");
   const auto table = Run({"table", "--db", file, "--statistics", "--charge", "0.05", "--format", "json"});
   EXPECT_DOUBLE_EQ(nlohmann::json::parse(table.out).at("rows")[0].at("par10_ms"), 13.0);
   EXPECT_THAT(Run({"table", "--db", file, "--profile", "--format", "csv"}).out, HasSubstr(",problems,ratio,share"));

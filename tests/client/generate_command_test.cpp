@@ -44,7 +44,7 @@ TEST(GenerateCommand, AnInterruptionKeepsWhatIsDone) {
   ::kill(program.pid(), SIGINT);
   const ProgramResult result = program.Wait();
   EXPECT_EQ(result.exit_code, static_cast<int>(ExitCode::kInterrupted)) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("the same command goes on"));
+  EXPECT_THAT(result.err, HasSubstr("the same command continues"));
   EXPECT_THAT(result.err, HasSubstr("a.partial"));
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "a.partial"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "a"));

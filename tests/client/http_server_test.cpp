@@ -37,7 +37,7 @@ class HttpServerTest : public testing::Test {
         [](const HttpRequest& request) -> std::optional<HttpReply> {
           if (request.path == "/now") return Kept("now " + request.experiment, "tag");
           if (request.path == "/large") return TextReply(200, std::string(8 << 20, 'x'));
-          if (request.path == "/broken") throw std::runtime_error("what is wrong");
+          if (request.path == "/broken") throw std::runtime_error("planted cause");
           if (request.path != "/later") return TextReply(404, "no");
           return std::nullopt;
         },
@@ -88,7 +88,7 @@ TEST_F(HttpServerTest, AnswersWithItsPolicyAndATagThatSavesTheSecondTransfer) {
   EXPECT_TRUE(again.starts_with("HTTP/1.1 304 ")) << again;
   EXPECT_TRUE(again.ends_with("\r\n\r\n")) << again;
   EXPECT_TRUE(Fetch(port_, "/elsewhere").starts_with("HTTP/1.1 404 "));
-  EXPECT_NE(Fetch(port_, "/broken").find("what is wrong"), std::string::npos);
+  EXPECT_NE(Fetch(port_, "/broken").find("planted cause"), std::string::npos);
 }
 
 TEST_F(HttpServerTest, AHeadRequestHasNoBody) {

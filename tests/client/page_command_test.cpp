@@ -35,7 +35,7 @@ TEST_F(PageCommand, AnUnfinishedExperimentOnADatasetThatIsNotAtHandIsReportedAnd
   const auto result = Run({"report", "--db", file_, "--out", "page.html"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("is unfinished: 1 jobs have no end yet"));
-  EXPECT_THAT(result.err, HasSubstr("which is not at hand: no 3D; name its folder with --dataset"));
+  EXPECT_THAT(result.err, HasSubstr("which was not found: no 3D; name its folder with --dataset"));
   EXPECT_THAT(result.err, HasSubstr("page.html written"));
   EXPECT_THAT(Text("page.html"), testing::StartsWith("<!doctype html>"));
 }

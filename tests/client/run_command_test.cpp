@@ -163,7 +163,7 @@ TEST_F(RunCommand, AnOverlappingSuiteTakesResultsOver) {
   const auto table = nlohmann::json::parse(result.out);
   EXPECT_EQ(table.at("finished"), 16);
   EXPECT_EQ(table.at("taken_over"), 6);
-  EXPECT_THAT(result.err, HasSubstr("6 taken over"));
+  EXPECT_THAT(result.err, HasSubstr("6 reused"));
   EXPECT_EQ(Count("jobs WHERE taken_from IS NOT NULL"), 6);
   EXPECT_EQ(Count("attempts"), 6 + 16);
   const std::string same = "jobs AS j JOIN results AS r USING (job_id) JOIN results AS s ON s.job_id = j.taken_from ";
@@ -176,9 +176,9 @@ TEST_F(RunCommand, AnOverlappingSuiteTakesResultsOver) {
   EXPECT_TRUE(shown.at("taken_from").is_number());
   EXPECT_EQ(RunLegopt({"replay", job, "--db", Db()}, folder_.path()).exit_code, 0) << "the same bits";
   EXPECT_THAT(RunLegopt({"table", "2", "--db", Db(), "--statistics"}, folder_.path()).out,
-              HasSubstr("6 results were taken over"));
+              HasSubstr("6 results were reused"));
   EXPECT_THAT(RunLegopt({"compare", "1", "2", "--db", Db()}, folder_.path()).out,
-              HasSubstr("taken over from other experiments"));
+              HasSubstr("reused from other experiments"));
   EXPECT_EQ(RunLegopt({"doctor", "--db", Db()}, folder_.path()).exit_code, 0);
   EXPECT_THAT(Run({larger, "--db", Db(), "--dry-run"}).out, HasSubstr("submitted before, as 2"));
   EXPECT_THAT(Run({larger, "--db", Db(), "--dry-run", "--again"}).out, HasSubstr("all jobs are solved anew"));
@@ -233,7 +233,7 @@ TEST_F(RunCommand, AResultCarriesItsDataset) {
   }
   const auto report = RunLegopt({"report", "--db", Db(), "--out", "r.html"}, folder_.path());
   EXPECT_EQ(report.exit_code, 0) << report.err;
-  EXPECT_THAT(report.err, Not(HasSubstr("not at hand")));
+  EXPECT_THAT(report.err, Not(HasSubstr("was not found")));
 }
 
 TEST_F(RunCommand, AFullStandardOutputIsOneFaultWhateverTheCommand) {

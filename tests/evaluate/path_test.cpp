@@ -89,8 +89,9 @@ TEST_F(PathTest, PlantedFeetStayWithinTwiceTheToleranceOfWaypoints) {
   x[kBaseY] = 0.0021;
   evaluation = By(x);
   ExpectFailure(evaluation, Verdict::kFootPose, 0);
-  EXPECT_THAT(evaluation.detail, AllOf(HasSubstr("waypoint 0: on the way to the next, at time 0.5: planted l_foot"),
-                                       HasSubstr("off by 2.1 mm (tolerance 2 mm)")));
+  EXPECT_THAT(evaluation.detail,
+              AllOf(HasSubstr("waypoint 0: on the segment to the next waypoint, at time 0.5: planted l_foot"),
+                    HasSubstr("off by 2.1 mm (tolerance 2 mm)")));
   EXPECT_NEAR(evaluation.interpolation.free_share, 2.0 / 3.0, 1e-12);
 }
 
@@ -142,8 +143,8 @@ TEST_F(PathTest, ArmInTheColumnOnTheWay) {
   x[kLeftShoulder] = 1.2;
   const Evaluation evaluation = By(x);
   ExpectFailure(evaluation, Verdict::kEnvironmentCollision, 0);
-  EXPECT_THAT(evaluation.detail, AllOf(HasSubstr("on the way to the next, at time 0."), HasSubstr("l_arm is "),
-                                       HasSubstr("deep in 'column' of the scene")));
+  EXPECT_THAT(evaluation.detail, AllOf(HasSubstr("on the segment to the next waypoint, at time 0."),
+                                       HasSubstr("l_arm is "), HasSubstr("deep in 'column' of the scene")));
   EXPECT_GT(evaluation.interpolation.environment_depth_m, 1e-3);
 }
 

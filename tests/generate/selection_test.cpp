@@ -220,7 +220,7 @@ TEST_F(DatasetBuilding, TheSourceIsCheckedFirst) {
   EXPECT_NO_THROW(CheckSource(sound, options_.ProbeFor(*sound), true));
   EXPECT_NE(refusal([](DatasetOptions& o) { o.radius_m = std::nan(""); }).find("--radius: must be a finite"),
             std::string::npos);
-  EXPECT_NE(refusal([](DatasetOptions& o) { o.radius_m = 5.0; }).find("--radius: is a step that nobody"),
+  EXPECT_NE(refusal([](DatasetOptions& o) { o.radius_m = 5.0; }).find("--radius: exceeds the robot's reach"),
             std::string::npos);
   EXPECT_NE(refusal([](DatasetOptions& o) { o.slope_rad = 2.0; }).find("--slope"), std::string::npos);
 

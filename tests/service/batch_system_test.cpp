@@ -138,7 +138,7 @@ TEST_F(BatchSystemTest, KillOfJobProcessesAfterTermChargesNothing) {
   std::vector<pid_t> processes = ProcessesOf(workers);
   SignalAll(processes, {SIGCONT, SIGTERM});
   for (const Worker& worker : workers) {
-    while (worker->ErrorTail().find("told to stop") == std::string::npos) ASSERT_FALSE(worker->Wait(milliseconds(20)));
+    while (worker->ErrorTail().find("stopping: ") == std::string::npos) ASSERT_FALSE(worker->Wait(milliseconds(20)));
   }
   for (const Worker& worker : workers) std::erase(processes, worker->pid());
   SignalAll(processes, {SIGKILL});

@@ -105,7 +105,7 @@ TEST_F(DatasetServiceTest, ADatasetOfTheClientAloneIsSolvedByAWorkerWithoutItAnd
   for (const auto& command : Readers()) {
     const auto read = Read(command, copy);
     EXPECT_EQ(read.exit_code, 0) << command.front() << ": " << read.err;
-    EXPECT_THAT(read.err, Not(HasSubstr("not at hand"))) << command.front();
+    EXPECT_THAT(read.err, Not(HasSubstr("was not found"))) << command.front();
   }
 }
 

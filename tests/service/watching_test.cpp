@@ -108,7 +108,7 @@ TEST_F(WatchingTest, AnInterruptionEndsTheWaitForAServer) {
   ::kill(watcher->pid(), SIGINT);
   const ProgramResult result = watcher->Wait();
   EXPECT_EQ(result.exit_code, 8) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("goes on without a watcher"));
+  EXPECT_THAT(result.err, HasSubstr("continues unwatched"));
 }
 
 TEST_F(WatchingTest, TellsWhyNothingMovesAsLongAsThatIsSo) {

@@ -117,7 +117,7 @@ class Checker {
   void CheckAttempt(const AttemptKey& key, const db::AttemptRecord& attempt) {
     const std::string name = "attempt " + std::to_string(key.second) + " of job " + std::to_string(key.first);
     if (state_.jobs.at(key.first).taken_from > 0) {
-      if (record_.leases.contains(attempt.token)) Fault("duplicated: the " + name + ", taken over, was leased, too");
+      if (record_.leases.contains(attempt.token)) Fault("duplicated: the " + name + ", reused, was leased");
       return;
     }
     if (attempt.outcome == AttemptOutcome::kRunning) Fault("lost: " + name + " runs for ever");
@@ -152,7 +152,7 @@ class Checker {
       } else if (report.outcome == ReportedOutcome::kCancelled || report.outcome == ReportedOutcome::kRefused) {
         const bool settled = answer == ResultStatus::kAccepted || answer == ResultStatus::kDuplicate;
         if (!settled || stored->second.outcome == AttemptOutcome::kFinished) {
-          Fault("wrong state: the " + name + ", given back, was answered with " + std::string(ToString(answer)));
+          Fault("wrong state: the " + name + ", released, was answered with " + std::string(ToString(answer)));
         }
       } else if (answer == ResultStatus::kAccepted || answer == ResultStatus::kDuplicate) {
         if (stored->second.outcome != OutcomeOf(report.outcome)) Fault("lost: the " + name + " was acknowledged");

@@ -64,7 +64,7 @@ void SimulatedServer::Turn() {
     if (life().alive()) server_->Work();
   } catch (const db::StoreError& error) {
     // Only transient errors may be, and these the server takes care of.
-    record_.Violation(std::string("wrong state: the store refuses what the server asks: ") + error.what());
+    record_.Violation(std::string("wrong state: the store refuses an operation of the server: ") + error.what());
     Kill(microseconds(1'000'000));
     return;
   }

@@ -180,7 +180,7 @@ TEST(PoolDrainTest, WhatStillRunsAfterTheDrainIsKilledAndGivenBack) {
   EXPECT_TRUE(harness.Take<KillChild>().empty()) << "it may still finish";
   RunRenewed(harness, milliseconds(200));
   ASSERT_EQ(harness.Take<KillChild>().size(), 1U);
-  EXPECT_NE(harness.log.find("1 job(s) still running after 30.0 s: given back"), std::string::npos) << harness.log;
+  EXPECT_NE(harness.log.find("1 job(s) still running after 30.0 s: released"), std::string::npos) << harness.log;
   harness.Exit(0, {SIGKILL, 0, "", 0});
   const auto results = harness.Take<CallResult>();
   ASSERT_EQ(results.size(), 1U);

@@ -40,7 +40,7 @@ TEST(PoolPrefetchTest, GivesBackWhatWouldWaitLong) {
   for (const CallResult& result : results) {
     EXPECT_GE(result.key.job_id, 3);
     EXPECT_EQ(result.request->outcome, static_cast<int>(ReportedOutcome::kCancelled));
-    EXPECT_EQ(result.request->message, "given back: no slot was free for it");
+    EXPECT_EQ(result.request->message, "released: no slot was free for it");
   }
   EXPECT_EQ(harness.pool.num_running(), 1U);
 }

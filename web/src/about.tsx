@@ -23,7 +23,7 @@ function Options({ experiment, state }: { experiment: Experiment; state: State }
   return (
     <>
       <h3>Options of two methods</h3>
-      <div class="bar">{select('a', a)} {select('b', b)} <label><input type="checkbox" checked={all} onChange={() => go({ all: all ? undefined : '1' })} /> also what is equal</label></div>
+      <div class="bar">{select('a', a)} {select('b', b)} <label><input type="checkbox" checked={all} onChange={() => go({ all: all ? undefined : '1' })} /> equal rows</label></div>
       <div class="scroll"><table class="lines"><thead><tr><th scope="col">Option</th><th scope="col">{experiment.methods[a]?.choice}</th><th scope="col">{experiment.methods[b]?.choice}</th></tr></thead>
         <tbody>{keys.map((key) => <tr key={key}><th scope="row">{key}</th><td>{left.get(key) ?? DASH}</td><td>{right.get(key) ?? DASH}</td></tr>)}
           {keys.length === 0 && <tr><td colSpan={3}>no difference</td></tr>}</tbody></table></div>

@@ -106,7 +106,7 @@ function EventList({ events }: { events: NonNullable<LiveState['events']> }) {
 /** One line above every view. */
 export function LiveLine({ live, lost, stale, page }: { live: LiveState | null; lost: boolean; stale: string; page: Page }) {
   if (!isLive) return null;
-  if (lost) return <p class="flagged" role="alert">Nothing comes from the server of this page any more. What is shown may be old.</p>;
+  if (lost) return <p class="flagged" role="alert">The server of this page no longer answers. These data may be old.</p>;
   if (!live?.experiments) return <p class="says">waiting for the server</p>;
   const shown = live.experiments.filter((e) => page.experiments!.some(({ id }) => id === e.id));
   return (

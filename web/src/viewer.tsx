@@ -276,7 +276,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
           {subject.others.length > 0 && <div class="bar"><label>Ghost: <select value={ghostJob ?? ''} onChange={(e) => go({ ghost: e.currentTarget.value || undefined }, true)}>
             <option value="">none</option>{subject.others.map((o) => <option key={o.job} value={o.job}>{o.label}</option>)}</select></label>
             {ghostJob !== null && <a href={href({ job: ghostJob, ghost: subject.job ?? undefined, w: undefined })}>swap</a>}</div>}
-          <p class="caption">What is drawn is what the judge uses: exact meshes. Orange and yellow: a colliding pair with its witness points; green: footholds and centre of mass, blue: support polygon; light blue balls: joints at limits. {words(subject.dataset.name)}, metres.</p>
+          <p class="caption">The drawing shows the exact meshes that the judge uses. Orange and yellow: a colliding pair with its witness points; green: footholds and centre of mass, blue: support polygon; light blue balls: joints at limits. {words(subject.dataset.name)}, metres.</p>
         </div>
         {solution && (solution.findings || solution.between
           ? <FindingList findings={findings} overlaps={overlaps} fraction={fraction} rule={rule} look={(p) => view.current?.look(p)} />
