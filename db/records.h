@@ -29,7 +29,7 @@ struct ExperimentControl {
   Hold hold = Hold::kNone;
   std::string reason;                  ///< not empty if and only if the experiment is held
   int priority = 0;                    ///< experiments with larger numbers are leased first
-  BuildRule builds = BuildRule::kOne;  ///< as submitted, until a user allows any build
+  BuildRule builds = BuildRule::kOne;  ///< value as submitted, until a user allows any build
   std::string build_id = {};           ///< build of the worker that took the first job; empty until then
 
   /// Returns whether workers of this build may run jobs of the experiment.
@@ -88,7 +88,7 @@ struct NewExperiment {
   std::string name;
   std::string spec_json;  ///< canonical text of the spec
   std::string spec_hash;  ///< 64 hex digits; hash of spec_json
-  std::string submitter;  ///< at most 200 bytes; may be empty
+  std::string submitter;  ///< up to 200 bytes; may be empty
   BuildRule builds = BuildRule::kOne;
   Rule rule = Rule::kSolid;  ///< rule that counts its results
   std::int64_t seed = 0;
@@ -98,7 +98,7 @@ struct NewExperiment {
   std::int64_t memory_limit_bytes = 0;
   std::int64_t submitted_at_us = 0;
   DatasetRecord dataset;
-  std::vector<MethodRecord> methods;    ///< in the row order of the table
+  std::vector<MethodRecord> methods;    ///< ordered as the table's rows
   std::vector<ProblemRecord> problems;  ///< no duplicates
   std::vector<CellRecord> cells;
   std::vector<NewJob> jobs;  ///< consecutive job ids, in execution order
@@ -112,7 +112,7 @@ struct WorkerRecord {
   std::string hostname;
   std::int64_t pid = 0;
   int slots = 1;
-  std::string build;     ///< for display: release, commit, compiler
+  std::string build;     ///< release, commit, compiler; for display
   std::string build_id;  ///< equal ids imply equal bits; empty for workers recorded before schema version 6
   std::string processor;
   int processors = 1;                                      ///< number of granted processors

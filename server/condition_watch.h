@@ -53,7 +53,7 @@ class ConditionWatch {
   microseconds next_look_{0};
   std::optional<db::DiskSpace> disk_;
   bool disk_low_ = false;
-  std::map<std::int64_t, microseconds> still_since_;  ///< by experiment
+  std::map<std::int64_t, microseconds> still_since_;  ///< key: experiment
   std::set<std::int64_t> reported_;                   ///< subset of still_since_ that has been reported
 };
 

@@ -39,7 +39,7 @@ struct QueuedWork {
 struct WorkLeft {
   std::vector<JobKind> kinds;
   std::vector<RunningWork> running;
-  std::vector<QueuedWork> queued;  ///< in execution order
+  std::vector<QueuedWork> queued;  ///< sorted by execution order
   double slots = 0;                ///< average number of slots that will work on it; fractional if slots are shared
 };
 

@@ -68,7 +68,7 @@ class Experiment {
     std::int64_t queued = 0;               ///< number of queued jobs
     int able_workers = 0;                  ///< number of online workers that can run its jobs
     std::int64_t next_fresh = 0;           ///< all earlier jobs have been taken at least once
-    std::int64_t searched = 0;             ///< for all earlier jobs, reusable results have been searched
+    std::int64_t searched = 0;             ///< reusable results have been searched for all earlier jobs
     std::set<std::int64_t> returned = {};  ///< re-queued jobs
   };
   using Admits = std::function<bool(const Group&)>;  ///< whether a worker can run the jobs of a group
@@ -133,7 +133,7 @@ class Experiment {
   std::int64_t first_job_id_;
   ExperimentSpec spec_;
   std::vector<Job> jobs_;
-  std::vector<Group> groups_;      ///< in method order
+  std::vector<Group> groups_;      ///< sorted by method
   std::int64_t takable_ = 0;       ///< total of `queued` over groups with able workers
   std::vector<Mean> use_of_task_;  ///< finished attempts since the server started
   std::vector<Mean> use_of_kind_;  ///< finished attempts since the server started; in method order

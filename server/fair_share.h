@@ -64,7 +64,7 @@ class FairShare {
     Submitter* submitter = nullptr;
     bool waiting = false;
   };
-  using Stands = std::map<std::string, std::int64_t>;  ///< by dataset: used time of the last one that waited for it
+  using Stands = std::map<std::string, std::int64_t>;  ///< used time of the last one that waited; key: dataset
   struct Submitter {
     Account account;
     int num_entries = 0;
@@ -93,8 +93,8 @@ class FairShare {
   static void CeaseToWait(Level& level, Entry& entry);
   void Charge(Entry& entry, std::int64_t used_us, std::int64_t running_us);
 
-  std::map<int, Level, std::greater<>> levels_;  ///< by priority, largest first
-  std::map<std::int64_t, Entry> entries_;        ///< by experiment id
+  std::map<int, Level, std::greater<>> levels_;  ///< key: priority, largest first
+  std::map<std::int64_t, Entry> entries_;        ///< key: experiment id
 };
 
 }  // namespace legopt::server

@@ -128,7 +128,7 @@ void RequireFullKey(const bus::LcmTransport& transport, const bus::LcmOptions& n
 // machine, the probe servers on others.
 std::string ObstacleOnPorts(const PortClaim& claim, bus::LcmTransport& transport, const ServerOptions& options) {
   auto self = ProbeReply(options, microseconds(0), WallClock());
-  // Without the claim, probe only to describe the other server, and give way to all others.
+  // Without the claim, only probe, in order to describe the other server, and yield to all others.
   if (claim.taken()) self.server_instance = std::numeric_limits<std::int64_t>::max();
   const std::string obstacle = FindObstacle(transport, bus::RandomSeed(), self, kProbePatience);
   if (!obstacle.empty() || !claim.taken()) return obstacle;

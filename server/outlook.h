@@ -60,8 +60,8 @@ class Outlooks {
   const Scheduler& scheduler_;
   Instant now_;
   std::string store_error_;
-  std::map<std::int64_t, WorkerStatus> workers_;  // by id
-  std::map<std::int64_t, Leases> worked_on_;      // by experiment: running leases of workers with recent messages
+  std::map<std::int64_t, WorkerStatus> workers_;  // key: worker id
+  std::map<std::int64_t, Leases> worked_on_;      // running leases of workers with recent messages; key: experiment
   std::set<std::int64_t> with_the_silent_;        // experiments with leases of workers without recent messages
   std::size_t busy_slots_ = 0;
 };

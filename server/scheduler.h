@@ -355,13 +355,13 @@ class Scheduler {
   std::set<std::string> offered_datasets_;             ///< content hashes of datasets that the server offers
   std::int64_t num_queued_ = 0;                        ///< queued jobs of all experiments
   std::int64_t num_leasable_ = 0;                      ///< queued jobs that are not paused or held
-  std::map<std::int64_t, Worker> workers_;             ///< by worker id
+  std::map<std::int64_t, Worker> workers_;             ///< key: worker id
   std::map<bus::EndpointId, std::int64_t> worker_of_endpoint_;  ///< worker id of each worker in workers_ and of stored
                                                                 ///< workers no longer in memory
-  std::size_t new_worker_bytes_ = 0;  ///< memory of the workers that are not stored
-  std::size_t summary_bytes_ = 0;     ///< total SummaryBytes of summaries_
+  std::size_t new_worker_bytes_ = 0;                            ///< memory of the workers that are not stored
+  std::size_t summary_bytes_ = 0;                               ///< total SummaryBytes of summaries_
   RateLimit controls_;
-  std::map<std::int64_t, LeaseState> leases_;  ///< by job id
+  std::map<std::int64_t, LeaseState> leases_;  ///< key: job id
   std::int64_t next_order_ = 0;
   std::int64_t online_workers_ = 0, online_slots_ = 0;
   microseconds next_scan_{0};

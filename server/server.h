@@ -28,8 +28,8 @@ namespace legopt::server {
 struct ServerOptions {
   SchedulerOptions scheduler;
   std::string version;                   ///< version of this release
-  std::string hostname;                  ///< for display
-  std::int64_t pid = 0;                  ///< for display
+  std::string hostname;                  ///< shown to users
+  std::int64_t pid = 0;                  ///< shown to users
   std::string database;                  ///< absolute path, for display
   microseconds commit_interval{10'000};  ///< time between commits, unless commit_batch replies wait for one
   std::size_t commit_batch = 64;

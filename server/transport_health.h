@@ -31,7 +31,7 @@ class TransportHealth {
  private:
   std::string GrowthOf(std::int64_t experiment_id, const Listing& counters) const;
 
-  std::map<std::int64_t, std::map<std::string, std::uint64_t>> at_begin_;  ///< by id of open experiments
+  std::map<std::int64_t, std::map<std::string, std::uint64_t>> at_begin_;  ///< key: id of an open experiment
 };
 
 }  // namespace legopt::server

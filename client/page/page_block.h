@@ -30,7 +30,7 @@ std::vector<Eigen::VectorXd> UnpackWaypoints(const std::string& bytes);
 /// Position of a mesh in the bytes of a GeometryBlock.
 struct MeshRange {
   std::size_t vertices = 0, triangles = 0;
-  std::size_t vertex_offset = 0, index_offset = 0;  ///< in bytes
+  std::size_t vertex_offset = 0, index_offset = 0;  ///< offsets in bytes
 };
 
 /// Concatenated meshes: vertices as float32 x y z, m; triangles as three uint32.
@@ -39,7 +39,7 @@ class GeometryBlock {
   /// Appends a mesh; returns its index, starting at 0.
   int Add(const TriangleMesh& mesh);
   const std::string& bytes() const { return bytes_; }
-  const std::vector<MeshRange>& meshes() const { return meshes_; }  ///< in the order of Add
+  const std::vector<MeshRange>& meshes() const { return meshes_; }  ///< ordered by index
 
  private:
   std::string bytes_;

@@ -42,9 +42,9 @@ struct PageFigures {
   nlohmann::ordered_json root;  ///< "page" of docs/page-data.md, without "notes" and "chunks"
   std::string title;
   std::vector<std::string> notes;                        ///< notes for the reader
-  std::vector<PageExperiment> experiments;               ///< in the order of the request
-  std::vector<std::unique_ptr<ResultSource>> sources;    ///< in the same order
-  std::vector<std::shared_ptr<const Dataset>> datasets;  ///< in the same order; null if unavailable
+  std::vector<PageExperiment> experiments;               ///< ordered as in the request
+  std::vector<std::unique_ptr<ResultSource>> sources;    ///< parallel to `experiments`
+  std::vector<std::shared_ptr<const Dataset>> datasets;  ///< parallel to `experiments`; null if unavailable
 };
 
 /// Reads and computes all figures. Throws the errors of ReadBenchmarkTable.

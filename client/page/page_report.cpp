@@ -100,7 +100,7 @@ Page MakeReport(const ReportRequest& request) {
     throw ClientError(ExitCode::kUsage, "--max-size: the tables, robots and scenes alone take " +
                                             std::to_string(alone.size()) + " bytes; allow more");
   }
-  constexpr std::size_t kSpare = 4096;  // for notes
+  constexpr std::size_t kSpare = 4096;  // space for notes
   const std::size_t reserved = std::min(alone.size() - file.size() + kSpare, request.most_bytes);
   SolutionWriter writer(request.most_bytes - reserved, request.tell, &file);
   for (std::size_t i = 0; i < jobs.size(); ++i) {

@@ -22,8 +22,8 @@ struct PlotPoint {
 /// Data of a method or a comparison in a panel.
 struct PlotSeries {
   std::size_t entry = 0;          ///< index of a curve in Plot::entries, which determines its mark in all panels
-  std::vector<PlotPoint> points;  ///< for step curves: the steps, in ascending order of x
-  std::string note;               ///< for curves: figures as text, for the legend in text output
+  std::vector<PlotPoint> points;  ///< ascending x for step curves
+  std::string note;               ///< figures of a curve as text, shown in the legend of text output
 };
 
 enum class PlotKind {

@@ -51,7 +51,6 @@ struct PoolWorker {
   std::string program;                ///< path of legopt-worker on the nodes; empty: path of the local one
 };
 
-///
 /// Contents of a pool file, for one batch system:
 ///
 ///     slurm:                     # pbs, sge, htcondor; or ssh, with `hosts: [a, b]` and options only
@@ -70,7 +69,7 @@ struct PoolFile {
   std::optional<int> at_once;
   bool exclusive = true;
   bool requeue = true;
-  std::vector<EngineOption> options;  ///< in the order of the file
+  std::vector<EngineOption> options;  ///< ordered as in the file
   PoolWorker worker;
   std::string listen;  ///< listening port of legopt-server; empty: any free port
 

@@ -15,7 +15,7 @@ namespace legopt::client {
 
 /// A browser's request.
 struct HttpRequest {
-  std::string path;        ///< as sent, starting with "/", without the query
+  std::string path;        ///< path as sent, starting with "/", without the query
   std::string experiment;  ///< value of the query parameter "experiment"; empty: none
 };
 

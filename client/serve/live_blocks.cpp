@@ -20,7 +20,7 @@ constexpr std::size_t kMostKeptBytes = 64U << 20U;
 constexpr std::size_t kMostExperiments = 8;
 constexpr std::size_t kMostFigures = 8;               // number of cached sets of experiments
 constexpr std::chrono::seconds kShortestInterval{5};  // minimum time between two computations of the same figures
-constexpr int kIntervalPerWork = 10;                  // as a multiple of the computing time
+constexpr int kIntervalPerWork = 10;                  // minimum time as a multiple of the computing time
 constexpr char kBlocks[] = "/blocks/", kMotion[] = "motion-", kSolutions[] = "solutions-";
 
 std::optional<std::int64_t> NumberOf(std::string_view text) {

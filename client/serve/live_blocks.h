@@ -50,7 +50,7 @@ class LiveBlocks {
 
   std::mutex solutions_mutex_;  // held while a solution is judged
   std::unique_ptr<ResultSource> source_;
-  std::map<std::string, std::unique_ptr<FindingLister>> listers_;  // by dataset hash
+  std::map<std::string, std::unique_ptr<FindingLister>> listers_;  // key: dataset hash
 
   std::mutex kept_mutex_;  // held only briefly
   std::map<std::string, HttpReply> kept_;

@@ -46,7 +46,7 @@ class LiveState {
   Rule rule_;
   std::unique_ptr<ResultSource> source_;
   std::unique_ptr<ServerConnection> server_;                           // nullptr if the source is a file
-  std::map<std::int64_t, std::deque<Sample>> seen_;                    // by experiment, samples of the last minute
+  std::map<std::int64_t, std::deque<Sample>> seen_;                    // samples of the last minute; key: experiment
   nlohmann::ordered_json failures_ = nlohmann::ordered_json::array();  // newest first
   std::int64_t failures_until_us_ = 0;
   std::uint64_t version_ = 0;

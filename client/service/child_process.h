@@ -77,7 +77,7 @@ class ChildProcess {
 
   pid_t pid_ = -1;
   programs::Descriptor output_pipe_;
-  programs::Descriptor error_;  // in-memory file
+  programs::Descriptor error_;  // memfd
   std::string output_;
   std::optional<ChildExit> exit_;
 };

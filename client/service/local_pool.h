@@ -44,7 +44,7 @@ class LocalPool final : public OwnPool {
   void StartWorker();
 
   LocalPoolOptions options_;
-  programs::Descriptor key_, worker_key_;  // in-memory key files
+  programs::Descriptor key_, worker_key_;  // key files in memory (memfd)
   OwnServer server_;
   OwnProgram worker_;
 };

@@ -21,7 +21,7 @@ struct DatasetFacts {
   };
   std::string name;
   std::string hash;                           ///< 64 hex digits
-  Per<Task, std::vector<Problem>> problems;   ///< in file order
+  Per<Task, std::vector<Problem>> problems;   ///< ordered as in the file
   std::vector<std::string> joint_names = {};  ///< joint names of the robot, in the order of a solution; empty if
                                               ///< unknown
 };

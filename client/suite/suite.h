@@ -29,7 +29,6 @@ constexpr Per<Task, Value> DefaultLimits(Value TaskDescription::*member) {
   return limits;
 }
 
-///
 /// An experiment file (YAML). The keys use the paper's terms:
 ///
 ///     name: quick                      # text; default: the file's name
@@ -58,7 +57,7 @@ constexpr Per<Task, Value> DefaultLimits(Value TaskDescription::*member) {
 ///     builds: one                      # one: only the build that begins it may finish it; any: all builds may
 struct Suite {
   std::string name;
-  std::string file;                              ///< as given, for error messages
+  std::string file;                              ///< file name as given, shown in error messages
   std::optional<std::filesystem::path> dataset;  ///< resolved against the suite's folder
   std::int64_t seed = 1;
   int repetitions = 1;
