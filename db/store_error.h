@@ -25,7 +25,7 @@ enum class StoreErrorCode {
   kShortage,     ///< out of memory or file descriptors
 };
 
-/// "unwritable", "not_found", "newer_schema", ...
+/// Returns "unwritable", "not_found", "newer_schema", ...
 std::string_view ToString(StoreErrorCode code);
 
 /// Exception of the db module. `what()` names the file, the problem and the remedy, ready to be printed.

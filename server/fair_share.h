@@ -13,11 +13,11 @@ namespace legopt::server {
 /// Order in which experiments are served: by decreasing priority; within a priority, first the submitter with the
 /// smallest virtual time, and of its experiments the one with the smallest virtual time.
 ///
-/// virtual time = CPU time used by ended attempts + expected CPU time of running attempts
+///     virtual time = CPU time used by ended attempts + expected CPU time of running attempts
 ///
-/// in microseconds. Thus submitters get equal shares of the workers, and the experiments of a submitter get equal parts
-/// of its share, independent of the length of their jobs and the number handed out at once. Ties: the older experiment
-/// is served first.
+/// Times are in microseconds. Thus submitters get equal shares of the workers, and the experiments of a submitter get
+/// equal parts of its share, independent of the length of their jobs and the number handed out at once. Ties: the older
+/// experiment is served first.
 ///
 /// An experiment that starts (or resumes) waiting for a dataset starts at the smallest used time of those waiting for
 /// the same dataset, not counting running attempts, or, if there are none, at the used time of the last one that

@@ -347,8 +347,7 @@ class Scheduler {
   std::int64_t next_experiment_id_, next_job_id_, next_cell_id_, next_worker_id_;
   std::map<std::int64_t, db::ExperimentSummary> summaries_;
   std::map<std::string, std::int64_t> submissions_;           ///< submission id -> experiment
-  std::map<std::int64_t, std::unique_ptr<Experiment>> open_;  ///< by experiment id; closed ones until the end of
-                                                              ///< `retention`
+  std::map<std::int64_t, std::unique_ptr<Experiment>> open_;  ///< key: experiment id; closed ones until `retention`
   std::map<std::int64_t, Experiment*> by_first_job_;
   std::map<std::int64_t, std::int64_t> deleted_jobs_;  ///< ranges deleted by this process: first -> one after the last
   FairShare shares_;                                   ///< contains the experiments of open_

@@ -34,7 +34,7 @@ struct ResultKey {
   bool operator==(const ResultKey&) const = default;
 };
 
-/// Returns the method strings of a solution file, one per key: the method's name, followed only by what is needed to
+/// Returns the method strings of a solution file, one per key: the method's name, followed only by the properties that
 /// distinguish the keys, e.g. "SQP", "SQP, 10 multi-starts, in_collision", "SQP, repetition 2".
 std::vector<std::string> MethodStrings(const std::vector<ResultKey>& keys);
 

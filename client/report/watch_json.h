@@ -13,8 +13,8 @@ namespace legopt::client {
 
 /// Progress events as JSON, one object per line, for programs. Every object has
 ///
-///    "event": "progress", "silent" (the server does not answer), "back" (it answers again) or "end" (the last line),
-///    "at_us": microseconds since 1970 by this machine's clock, "experiment": its id
+///     "event": "progress", "silent" (the server does not answer), "back" (it answers again) or "end" (the last line),
+///     "at_us": microseconds since 1970 by this machine's clock, "experiment": its id
 ///
 /// A "progress" event also has "name", "state" ("active", "done", "cancelled"), "hold" ("none", "paused", "held"),
 /// "hold_reason", "waiting_for" (why it stalls; empty while it progresses), the numbers of jobs "total", "queued",
