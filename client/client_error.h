@@ -9,7 +9,7 @@ namespace legopt::client {
 
 using programs::ExitCode;
 
-/// A command cannot go on. `what()` is one line that names the cause and the fix; `main` prints it as
+/// Error that ends a command. `what()` is one line with the cause and the remedy; `main` prints it as
 /// "legopt: error: ..." and exits with `code()`.
 class ClientError : public std::runtime_error {
  public:

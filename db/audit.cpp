@@ -17,10 +17,10 @@
 namespace legopt::db {
 namespace {
 
-// Each statement gives one row per offender: the first column names it.
+// Each statement returns one row per violation; its first column names the offending row.
 struct Rule {
   std::string_view name;
-  std::string_view meaning;  // "... : FIRST"
+  std::string_view meaning;  // message that ends with the first offending row
   std::string_view sql;
 };
 
@@ -41,7 +41,7 @@ constexpr std::array kRules{
          "SELECT j.job_id FROM jobs AS j LEFT JOIN (SELECT job_id, count(*) AS n, max(attempt) AS last FROM attempts "
          "GROUP BY job_id) AS a USING (job_id) WHERE j.attempts <> coalesce(a.n, 0) OR j.attempts <> coalesce(a.last, "
          "0)"},
-    // A retry lets all attempts so far count as returned; those that were returned later are added.
+    // A retry counts all previous attempts as returned; attempts that were returned after it are added.
     Rule{
         "returned_attempts_are_counted", "the count of returned attempts differs from the record: job ",
         "SELECT j.job_id FROM jobs AS j LEFT JOIN (SELECT job_id, count(*) AS n FROM attempts WHERE outcome = "
@@ -168,7 +168,7 @@ void CheckRule(Connection& connection, const Rule& rule, std::vector<Defect>& de
       if (defect.places++ == 0) defect.detail = std::string(rule.meaning) + check.column_text(0);
     }
   } catch (const StoreError& error) {
-    // A table may be missing, which the rule about the schema tells, or pages be damaged.
+    // A table may be missing (the "schema" rule reports that), or pages may be damaged.
     if (error.code() != StoreErrorCode::kCorrupt && error.code() != StoreErrorCode::kBadQuery) throw;
     defect = {defect.rule, "cannot be checked, the file is too damaged", 1};
   }
@@ -194,7 +194,7 @@ namespace {
 
 std::vector<Defect> AuditThrough(const std::filesystem::path& file, const std::filesystem::path& temporary) {
   Connection copy(temporary, Connection::Mode::kReadWriteCreate);
-  // Nobody needs it after a crash.
+  // The copy is discarded after a crash, so durability is not needed.
   copy.Execute("PRAGMA synchronous = OFF; PRAGMA journal_mode = OFF");
   {
     const std::unique_ptr<Connection> live = OpenForReading(file);
@@ -215,7 +215,7 @@ std::vector<Defect> Audit(const std::filesystem::path& file) {
   try {
     return AuditThrough(file, temporary.path());
   } catch (const StoreError& error) {
-    // What people know is their file; but a full temporary folder has to be named.
+    // Report the user's file instead of the temporary copy, except if the temporary folder is full.
     std::string message = error.what();
     const std::string hidden = temporary.path().string();
     if (error.code() == StoreErrorCode::kFull || !message.starts_with(hidden)) throw;

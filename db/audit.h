@@ -9,31 +9,31 @@ namespace legopt::db {
 
 class Connection;
 
-/// One rule that a database breaks.
+/// A violation of one database rule.
 struct Defect {
   std::string rule;         ///< lower_snake name of the rule, e.g. "done_has_result"
-  std::string detail;       ///< a sentence for humans, naming the first offender
-  std::int64_t places = 1;  ///< rows that break it; for "integrity" at most 20 are looked for
+  std::string detail;       ///< a sentence for the user; names the first offending row
+  std::int64_t places = 1;  ///< number of violating rows; the "integrity" check stops after 20
 };
 
 /// Names of all rules, in the order in which they are checked.
 std::vector<std::string> AuditRules();
 
-/// Checks everything that a legopt database promises: the file (SQLite's integrity check, which covers CHECKs, NOT
-/// NULL, types and indexes; foreign keys), the schema (no trigger, view, index or table missing or changed), and what
-/// spans rows: one accepted result per done job and none elsewhere, attempts counted and numbered without gaps, one
-/// owner per leased job, results of finished attempts, closed experiments without open jobs, totals that agree,
-/// waypoints without gaps. Empty when all is well.
+/// Checks all invariants of a legopt database: the file (SQLite's integrity check, which covers CHECKs, NOT NULL, types
+/// and indexes; foreign keys), the schema (no trigger, view, index or table missing or changed), and invariants across
+/// rows: exactly one accepted result per done job and none for other jobs, attempts counted and numbered without gaps,
+/// one owner per leased job, results only of finished attempts, no open jobs in closed experiments, consistent totals,
+/// waypoints without gaps. Returns an empty vector if no rule is violated.
 ///
-/// Looks at a copy in the temporary folder (TMPDIR), gone at the end: a live database is seen at one commit and read
-/// only as long as copying takes, and SQLite does not even parse CHECKs on a read-only connection, so would not check
-/// them.
+/// Checks a temporary copy (in TMPDIR, removed at the end) for two reasons: a live database is seen at a single commit
+/// and read only while it is copied, and SQLite does not parse, and so does not check, CHECKs on a read-only
+/// connection.
 ///
-/// Throws StoreError: as ReadOnlyDatabase, kFull when the copy does not fit, and what SQLite reports when the file is
+/// Throws StoreError: the codes of ReadOnlyDatabase, kFull if the copy does not fit, and SQLite's error if the file is
 /// too damaged to be read.
 std::vector<Defect> Audit(const std::filesystem::path& file);
 
-/// The rules about the file alone; for databases of any schema version.
+/// Checks only the rules about the file; works for databases of any schema version.
 std::vector<Defect> AuditFile(Connection& connection);
 
 }  // namespace legopt::db

@@ -26,7 +26,7 @@ namespace {
 
 std::string LastError() { return std::strerror(errno); }
 
-// The copy while it is made; gone at the end unless it got its name.
+// The copy while it is being written. The destructor removes it unless Finish succeeded.
 class PartialFile {
  public:
   explicit PartialFile(const std::filesystem::path& target)
@@ -49,11 +49,11 @@ class PartialFile {
 
   const std::filesystem::path& path() const { return path_; }
 
-  // Durable, and under its name only if nothing has that name by now.
+  // Syncs the copy and renames it to the target unless that name exists by now.
   void Finish() {
     Sync(path_, O_RDONLY);
     if (::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target_.c_str(), RENAME_NOREPLACE) != 0) {
-      // Some file systems cannot rename so; a hard link never replaces anything either.
+      // Some file systems do not support RENAME_NOREPLACE; a hard link never replaces an existing file either.
       const bool linked = errno != EEXIST && ::link(path_.c_str(), target_.c_str()) == 0;
       if (!linked) Fail(StoreErrorCode::kUnwritable, target_, "cannot be given its name: " + LastError());
     }
@@ -101,7 +101,8 @@ BackupReport BackUp(Connection& source, const std::filesystem::path& target) {
     Connection copy(partial.path(), Connection::Mode::kReadWriteCreate);
     copy.Execute("PRAGMA synchronous = FULL");
     copy.CopyFrom(source);
-    // One file, without side files, readable from read-only folders; a server switches back to write-ahead logging.
+    // Write a single file without side files, which can be read in read-only folders. A server switches back to
+    // write-ahead logging.
     copy.Execute("PRAGMA journal_mode = DELETE");
     RenewSession(copy);
     if (const auto defects = AuditFile(copy); !defects.empty()) {

@@ -9,7 +9,7 @@ namespace legopt::db {
 
 class Connection;
 
-/// What a backup holds, counted in the finished copy.
+/// Contents of a backup, counted in the finished copy.
 struct BackupReport {
   std::int64_t schema_version = 0;
   std::int64_t bytes = 0;
@@ -18,20 +18,20 @@ struct BackupReport {
   std::int64_t results = 0;
 };
 
-/// Copies a legopt database of this or an older schema, also one that a server is writing to, into the new file
-/// `target`: one commit of its history, checked (integrity, foreign keys), synced, and complete when it appears under
-/// its name. The copy has a session of its own (db/file_state.h). Nothing is ever overwritten; a failure leaves nothing
-/// but, after a crash, `<target>.partial-PID`.
+/// Copies a legopt database of this or an older schema to the new file `target`; a server may be writing to the source.
+/// The copy is one commit of the source's history. It is checked (integrity, foreign keys) and synced before it appears
+/// as `target`, and has its own session (db/file_state.h). No file is ever overwritten. A failure leaves no file
+/// behind; a crash may leave `<target>.partial-PID`.
 ///
-/// The source is opened read-only and read in one transaction by SQLite's backup interface, so the server remains the
-/// only writer and the only one that checkpoints, and goes on meanwhile; its log grows until the copy is done. The
-/// server itself makes no backups, because a request for one would have to name a path.
+/// The source is opened read-only and read in one transaction by SQLite's backup interface. The server remains the only
+/// writer and the only process that checkpoints, and it continues to work during the copy; its log grows until the copy
+/// is done. The server makes no backups itself, because a request for one would have to contain a path.
 ///
 /// Throws StoreError: kNotFound, kNotLegopt, kNewerSchema, kCorrupt (the source's damage shows in the copy),
 /// kUnwritable (also when `target` exists), kFull, kIo, kBusy. Thread rule: any thread; not across fork().
 BackupReport BackUp(const std::filesystem::path& source, const std::filesystem::path& target);
 
-/// The same through an open connection to the source, which must be of the present schema and in no transaction.
+/// Copies the database of an open connection, which must have the current schema and no open transaction.
 BackupReport BackUp(Connection& source, const std::filesystem::path& target);
 
 }  // namespace legopt::db

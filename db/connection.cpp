@@ -22,16 +22,16 @@ struct Meaning {
   std::string advice;
 };
 
-// The errno behind a result code, 0 if there is none. Only files fail by one.
+// Returns the errno of a failed file operation; 0 if the error has none.
 int SystemErrorOf(sqlite3* handle, int primary) {
   const bool of_a_file = primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN || primary == SQLITE_FULL;
   return handle != nullptr && of_a_file ? sqlite3_system_errno(handle) : 0;
 }
 
-// SQLite's own rollback overwrites the errno of the write that failed, so the sizes decide: one of the database's files
-// is as large as this process may make it.
+// SQLite's rollback overwrites the errno of the failed write. Therefore this compares file sizes: one of the database's
+// files is as large as the process may make it.
 bool ReachedFileSizeLimit(sqlite3* handle) {
-  constexpr std::uintmax_t kLargestStep = std::uintmax_t{1} << 16U;  // largest extension of a file by SQLite
+  constexpr std::uintmax_t kLargestStep = std::uintmax_t{1} << 16U;  // largest growth of a file by one SQLite write
   rlimit limit{};
   const char* file = handle == nullptr ? nullptr : sqlite3_db_filename(handle, "main");
   if (file == nullptr || ::getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return false;
@@ -43,7 +43,7 @@ bool ReachedFileSizeLimit(sqlite3* handle) {
   return is_at_limit("") || is_at_limit("-wal") || is_at_limit("-shm") || is_at_limit("-journal");
 }
 
-// What the primary result code asks of us. Extended codes share its low byte.
+// Maps a primary result code to a StoreError code. Extended codes share its low byte.
 Meaning MeaningOf(sqlite3* handle, int code) {
   constexpr int kPrimaryMask = 0xff;
   const int system_error = SystemErrorOf(handle, code & kPrimaryMask);
@@ -93,8 +93,8 @@ int FlagsOf(Connection::Mode mode) {
   return kCommon | SQLITE_OPEN_READONLY;
 }
 
-// A URI escapes every character of the path. Its authority is empty: "file:" followed by a path that begins with two
-// slashes would name a host.
+// Builds a file URI with every character of the path escaped. The authority is empty; after "file:" alone, a path that
+// begins with two slashes would name a host.
 std::string UriOf(const std::filesystem::path& path, Connection::Mode mode) {
   if (mode == Connection::Mode::kMemory) return ":memory:";
   constexpr char kHex[] = "0123456789ABCDEF";
@@ -110,7 +110,7 @@ std::string UriOf(const std::filesystem::path& path, Connection::Mode mode) {
   return mode == Connection::Mode::kImmutable ? uri + "?immutable=1" : uri;
 }
 
-// SQLite builds the names of the side files in buffers of 512 bytes.
+// SQLite builds the names of the side files in buffers of 512 bytes, so longer paths are refused.
 void RequireShortPath(const std::filesystem::path& path) {
   constexpr std::size_t kMostBytes = 500;
   const std::size_t bytes = std::filesystem::absolute(path).string().size();
@@ -120,8 +120,8 @@ void RequireShortPath(const std::filesystem::path& path) {
                                                     " that SQLite can open; use a folder with a shorter path");
 }
 
-// SQLite's statistics of its memory, which nobody reads, take a lock of the process at every allocation: an eighth of
-// what a commit costs. They can only be switched off before the first connection; later this changes nothing.
+// Switches off SQLite's unused memory statistics. They take a process-wide lock at every allocation, an eighth of the
+// cost of a commit. This has an effect only before the first connection.
 void StopMemoryStatistics() { [[maybe_unused]] static const int once = sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0); }
 
 }  // namespace
@@ -161,7 +161,7 @@ Statement& Statement::Bind(int parameter, double value) {
 }
 
 Statement& Statement::Bind(int parameter, std::string_view text) {
-  // An empty view may have a null pointer, which SQLite would read as NULL.
+  // An empty view may have a null pointer, which SQLite would bind as NULL.
   const char* data = text.empty() ? "" : text.data();
   Check(sqlite3_bind_text64(statement_, parameter, data, text.size(), SQLITE_TRANSIENT, SQLITE_UTF8), SQLITE_OK);
   return *this;
@@ -186,7 +186,7 @@ bool Statement::Step() {
   const int code = sqlite3_step(statement_);
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;
-  // Reset first, so that the statement can be used again; the message must be read before.
+  // Reset makes the statement usable again but clears the message, so read the message first.
   const std::string message = sqlite3_errmsg(handle_);
   Reset();
   const Meaning meaning = MeaningOf(handle_, code);
@@ -338,7 +338,7 @@ void Connection::Throw(sqlite3* handle, int code, const std::string& doing) {
 Transaction::Transaction(Connection& connection) : connection_(connection) { connection_.Execute("BEGIN IMMEDIATE"); }
 
 Transaction::~Transaction() {
-  // Some errors (FULL, IOERR, NOMEM) have rolled back already; then there is nothing left to do.
+  // Some errors (FULL, IOERR, NOMEM) have already rolled the transaction back.
   if (open_ && sqlite3_get_autocommit(connection_.handle()) == 0) {
     sqlite3_exec(connection_.handle(), "ROLLBACK", nullptr, nullptr, nullptr);
   }

@@ -28,7 +28,7 @@ class Statement {
   Statement(Statement&& other) noexcept;
   Statement& operator=(Statement&& other) noexcept;
 
-  /// Parameters count from 1. Text and blobs are copied. A double that is not finite is bound as NULL.
+  /// Parameters are numbered from 1. Text and blobs are copied. A non-finite double is bound as NULL.
   Statement& Bind(int parameter, std::int64_t value);
   Statement& Bind(int parameter, int value) { return Bind(parameter, static_cast<std::int64_t>(value)); }
   Statement& Bind(int parameter, double value);
@@ -36,7 +36,7 @@ class Statement {
   Statement& Bind(int parameter, const char* text) { return Bind(parameter, std::string_view(text)); }
   Statement& Bind(int parameter, const std::string& text) { return Bind(parameter, std::string_view(text)); }
   Statement& Bind(int parameter, std::optional<std::int64_t> value);
-  /// An enumeration's word; empty: NULL.
+  /// Binds the name of an enumerator; nullopt binds NULL.
   template <Worded Enum>
   Statement& Bind(int parameter, std::optional<Enum> value) {
     return value ? Bind(parameter, ToString(*value)) : BindNull(parameter);
@@ -58,10 +58,10 @@ class Statement {
     return *this;
   }
 
-  /// True: a row is there. False: done.
+  /// Returns true if a row is available, false at the end.
   bool Step();
   void Reset();
-  /// Bind all, run to the end, reset.
+  /// Binds all values, runs the statement to its end and resets it.
   template <class... Values>
   void Run(const Values&... values) {
     BindAll(values...);
@@ -72,11 +72,11 @@ class Statement {
   enum class Type { kNull, kInteger, kReal, kText, kBlob };
   int num_columns() const;
   std::string column_name(int column) const;
-  Type column_type(int column) const;  ///< columns count from 0
+  Type column_type(int column) const;  ///< column numbers start at 0
   std::int64_t column_int(int column) const;
   double column_double(int column) const;
-  std::string column_text(int column) const;  ///< of text and blobs
-  /// The value whose word stands there; throws StoreError (kCorrupt) when no value has it.
+  std::string column_text(int column) const;  ///< valid for text and blobs
+  /// Returns the enumerator with the column's name. Throws StoreError (kCorrupt) if there is none.
   template <Worded Enum>
   Enum column_word(int column) const {
     const std::string text = column_text(column);
@@ -93,22 +93,21 @@ class Statement {
   sqlite3_stmt* statement_ = nullptr;
 };
 
-/// A SQLite connection with the settings every legopt connection has: foreign keys enforced, defensive mode, untrusted
-/// schema, double-quoted strings and extension loading off, no mmap, a busy time-out.
+/// A SQLite connection with the settings that all legopt connections share: foreign keys enforced, defensive mode,
+/// untrusted schema, double-quoted strings off, extension loading off, no mmap, a busy timeout.
 /// Thread rule: one thread at a time, except Interrupt. Never used across fork().
 class Connection {
  public:
   enum class Mode {
     kReadWriteCreate,
     kReadOnly,
-    kImmutable,  ///< read-only, for a file that nobody writes and whose folder cannot be written: no side files are
-                 ///< used
-    kMemory,     ///< a database of its own in memory; the path is a name only
+    kImmutable,  ///< read-only, for a file without writers in a folder without write permission: no side files are used
+    kMemory,     ///< a private in-memory database; the path is only a label
   };
 
-  /// Throws StoreError (kUnwritable when the file cannot be opened that way).
+  /// Throws StoreError (kUnwritable if the file cannot be opened in this mode).
   Connection(const std::filesystem::path& path, Mode mode) : Connection(path, mode, path) {}
-  /// The same for a copy: path() returns `shown`, the path of the original.
+  /// Opens a copy: path() returns `shown`, the path of the original.
   Connection(const std::filesystem::path& path, Mode mode, std::filesystem::path shown);
   ~Connection();
   Connection(const Connection&) = delete;
@@ -119,22 +118,22 @@ class Connection {
 
   /// Runs one or more statements, ignoring rows.
   void Execute(const std::string& sql);
-  /// The same for SQL of our own that may rewrite the text of the schema, which defensive mode forbids.
+  /// Runs trusted SQL that may rewrite the schema text, which defensive mode forbids.
   void ExecuteUndefended(const std::string& sql);
-  /// First column of the first row, 0 without a row.
+  /// Returns the first column of the first row, or 0 without a row.
   std::int64_t QueryInt(const std::string& sql);
   std::string QueryText(const std::string& sql);
-  /// Replaces everything in this database by what is committed in `source`, read in one transaction: a copy in several
-  /// steps would begin again with every commit of a server.
+  /// Replaces the contents of this database by the committed contents of `source`, read in one transaction. Copying in
+  /// several steps would restart with every commit of the server.
   void CopyFrom(Connection& source);
   std::int64_t changes() const;
   bool read_only() const;
   static constexpr std::chrono::milliseconds kBusyTimeout{5'000};
-  /// How long a lock of another connection is waited for; kBusyTimeout unless set.
+  /// Sets how long to wait for the lock of another connection (default: kBusyTimeout).
   void SetBusyTimeout(std::chrono::milliseconds timeout);
   void Interrupt();
 
-  /// Throws the StoreError that corresponds to a SQLite result code; `doing` completes "FILE: cannot ...".
+  /// Throws the StoreError for a SQLite result code; `doing` completes the message "FILE: cannot ...".
   [[noreturn]] static void Throw(sqlite3* handle, int code, const std::string& doing);
 
  private:

@@ -25,7 +25,7 @@ namespace {
 
 std::string Reason() { return std::generic_category().message(errno); }
 
-// Before anything is made there.
+// Called before any file is created.
 void RequireFitFileSystem(const std::filesystem::path& path) {
   const auto type = FileSystemOf(path);
   const auto unfit = type ? UnfitFileSystem(*type) : std::nullopt;
@@ -35,7 +35,8 @@ void RequireFitFileSystem(const std::filesystem::path& path) {
                        "disk (/var/tmp, a scratch disk) and copy it with 'legopt backup'");
 }
 
-// Who has the flock, as the kernel tells: lines "1: FLOCK  ADVISORY  WRITE PID MAJOR:MINOR:INODE ...".
+// Returns the process that holds the flock, from the lines "1: FLOCK  ADVISORY  WRITE PID MAJOR:MINOR:INODE ..." of
+// /proc/locks.
 std::string HolderOf(ino_t inode) {
   std::array<char, 256> host{};
   gethostname(host.data(), host.size() - 1);
@@ -67,7 +68,7 @@ DatabaseFile::DatabaseFile(const std::filesystem::path& path) {
 
 DatabaseFile::~DatabaseFile() { CloseAndRemoveEmpty(); }
 
-// A database that was never begun, for lack of space or of rights, leaves no file.
+// Removes the file if this process created it and never wrote to it, e.g. without disk space or permission.
 void DatabaseFile::CloseAndRemoveEmpty() {
   struct stat status {};
   const bool ours =
@@ -81,7 +82,7 @@ void DatabaseFile::Open(const std::filesystem::path& path) {
   std::error_code unknown;
   created_ = !std::filesystem::exists(path, unknown);
   descriptor_ = files::OpenOrCreate(path);
-  // SQLite says better what is wrong with a file that can only be read.
+  // For a read-only file, let SQLite fail: its error message is better.
   if (descriptor_ < 0 && (errno == EACCES || errno == EROFS)) descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0 && files::IsShortage(errno)) {
     throw StoreError(StoreErrorCode::kShortage, path.string() + ": cannot open the database: " + files::Explain(errno));
@@ -125,7 +126,7 @@ void DatabaseFile::RememberSideFiles() {
 
 DatabaseFile::Place DatabaseFile::Look() const {
   const auto at_path = IdentityOf(path_);
-  // A folder that cannot be searched for the moment says nothing about the file.
+  // A temporarily inaccessible folder does not mean that the file was moved.
   if (!at_path && errno != ENOENT && errno != ENOTDIR) return Place::kThere;
   if (at_path != identity_) {
     struct stat status {};
@@ -141,7 +142,7 @@ std::string DatabaseFile::Describe(Place place) const {
   const bool replaced = IdentityOf(path_).has_value();
   if (place == Place::kNowhere) return replaced ? "the file was replaced by another one" : "the file was removed";
   if (place == Place::kSideFile) return "its side file -wal or -shm was removed or replaced";
-  // The kernel follows renames of what is open.
+  // The kernel updates the link target when an open file is renamed.
   std::error_code error;
   const std::string name = std::filesystem::read_symlink(DescriptorPath(), error).string();
   if (!error && IdentityOf(name) == identity_) {

@@ -12,45 +12,45 @@
 
 namespace legopt::db {
 
-/// A database file in the hands of its one writer: the right to write it, and the knowledge whether its names still
-/// lead to it. A path is only one name of a file: symbolic and hard links, bind mounts and renames make others.
+/// The database file as seen by its single writer. Holds the write locks and detects whether the path still leads to
+/// the opened file; symbolic links, hard links, bind mounts and renames give a file other names.
 ///
-/// The right is two locks, both released by the kernel however the process ends. The first is LockFile beside the real
-/// path, which also tells people who holds it. The second is flock on the file itself, which follows the file whatever
-/// name leads to it. flock belongs to the open file description and on local Linux file systems neither sees nor
-/// disturbs SQLite's POSIX locks. But closing any descriptor of a file drops all POSIX locks that the process has on
-/// it, so this object must outlive every SQLite connection of its process to the file. File systems where
-/// this does not hold are refused (file_system.h).
+/// There are two locks; the kernel releases both however the process ends. The first is a LockFile beside the real
+/// path; it also shows the user which process holds it. The second is a flock on the file itself, which applies
+/// whatever name was used to open it. flock belongs to the open file description; on local Linux file systems it is
+/// independent of SQLite's POSIX locks. But closing any descriptor of a file drops all POSIX locks that the process has
+/// on it, so this object must outlive every SQLite connection of its process to the file. File systems on which this
+/// does not hold are refused (file_system.h).
 ///
 /// Thread rule: one thread at a time.
 class DatabaseFile {
  public:
-  /// Opens the file, creating it empty when it is missing, and takes both locks. Throws StoreError: kLocked (naming the
+  /// Opens the file, creating an empty one if missing, and takes both locks. Throws StoreError: kLocked (with the
   /// holder's host and process id), kUnwritable.
   explicit DatabaseFile(const std::filesystem::path& path);
   ~DatabaseFile();
   DatabaseFile(const DatabaseFile&) = delete;
   DatabaseFile& operator=(const DatabaseFile&) = delete;
 
-  /// The path without symbolic links, as it was when the file was opened.
+  /// Path with all symbolic links resolved when the file was opened.
   const std::filesystem::path& path() const { return path_; }
 
-  /// From now on the side files of the write-ahead log that exist belong to the file: they must stay as well.
+  /// Records the existing side files of the write-ahead log; from now on Look checks them as well.
   void RememberSideFiles();
 
   LockFile& lock() { return *lock_; }
 
   enum class Place {
-    kThere,      ///< path and side files lead to what was opened
+    kThere,      ///< path and side files lead to the opened files
     kElsewhere,  ///< the file has another name now
-    kNowhere,    ///< the file has no name left: it is gone when the process ends
-    kSideFile,   ///< the file is there, but a side file is gone or another one
+    kNowhere,    ///< the file has been unlinked; its contents are lost when the process ends
+    kSideFile,   ///< the file is in place, but a side file was removed or replaced
   };
   Place Look() const;
 
-  /// What happened, for humans: "the file was moved to /x/y.sqlite".
+  /// Returns a sentence for the user, such as "the file was moved to /x/y.sqlite".
   std::string Describe(Place place) const;
-  /// A path through which this process's open file can be read as long as it lives.
+  /// Path through which the open file can be read while this process lives.
   std::string DescriptorPath() const;
 
  private:

@@ -28,8 +28,8 @@ bool HasLog(const std::filesystem::path& file) {
                        "and .lock away");
 }
 
-// The session in the file itself, without its log; "" where it has none. Empty when the file is damaged: the caller,
-// who reads more of it, reports the damage.
+// Returns the session stored in the file itself, ignoring its log; "" if it has none. Returns nullopt if the file is
+// damaged; the caller reads more of the file and reports the damage.
 std::optional<std::string> SessionInFile(const std::filesystem::path& file) {
   try {
     Connection connection(file, Connection::Mode::kImmutable);
@@ -39,7 +39,7 @@ std::optional<std::string> SessionInFile(const std::filesystem::path& file) {
   }
 }
 
-// The session of file and log together. A log of another file makes a database that is malformed in any place.
+// Returns the session of file and log together. A foreign log makes the database malformed in arbitrary places.
 std::optional<std::string> SessionWithLog(const std::filesystem::path& file) {
   try {
     Connection connection(file, Connection::Mode::kReadOnly);
@@ -50,7 +50,7 @@ std::optional<std::string> SessionWithLog(const std::filesystem::path& file) {
   }
 }
 
-// False: a reader needs a part of the log.
+// Returns false if a reader still needs part of the log.
 bool CheckpointAll(Connection& connection) {
   Statement checkpoint(connection, "PRAGMA wal_checkpoint(PASSIVE)", false);
   return checkpoint.Step() && checkpoint.column_int(1) == checkpoint.column_int(2);
@@ -68,16 +68,17 @@ std::optional<std::string> SessionOf(Connection& connection) {
 void RequireOwnLog(const std::filesystem::path& path) {
   std::error_code error;
   const std::filesystem::path canonical = std::filesystem::canonical(path, error);
-  const std::filesystem::path& file = error ? path : canonical;  // side files are beside the real file
+  const std::filesystem::path& file = error ? path : canonical;  // side files are next to the real file
   std::vector<std::string> named = LockFile::SessionsFor(file);
   while (HasLog(file)) {
     const std::optional<std::string> in_file = SessionInFile(file);
     if (!in_file) return;
     const std::vector<std::string> named_before = std::exchange(named, LockFile::SessionsFor(file));
-    if (named != named_before) continue;  // a server starts at this moment
+    if (named != named_before) continue;  // a server is just starting
     if (std::find(named.begin(), named.end(), *in_file) != named.end()) return;
     if (!named.empty()) ThrowForeignLog(file);
-    // The log came without its lock file. A log that has a session names it, for each commit changes its row.
+    // The log has no lock file. If the database has sessions, every commit writes the session's row, so the log
+    // contains it.
     const std::optional<std::string> with_log = SessionWithLog(file);
     if (with_log && !in_file->empty() && with_log != in_file) ThrowForeignLog(file);
     return;
@@ -85,7 +86,7 @@ void RequireOwnLog(const std::filesystem::path& path) {
 }
 
 void BeginSession(Connection& connection, LockFile& lock) {
-  // The lock file names a session only once the file itself has one.
+  // Write the session to the lock file only after it is in the database file.
   if (!CheckpointAll(connection)) return;
   const std::string before = SessionOf(connection).value_or("");
   std::string session;
@@ -96,7 +97,7 @@ void BeginSession(Connection& connection, LockFile& lock) {
     lock.NameSessions({before, session});
     transaction.Commit();
   }
-  // Until all of the log is in the file, the file may have the session before.
+  // Until the whole log is in the file, the file may still contain the previous session.
   if (CheckpointAll(connection)) lock.NameSessions({session});
 }
 

@@ -14,7 +14,7 @@ struct FileSystem {
   std::string_view name;
 };
 
-// Of <linux/magic.h> and, where the kernel has it not, of the file system's own sources.
+// Magic numbers from <linux/magic.h> or, if not listed there, from the file system's sources.
 constexpr std::array<FileSystem, 13> kUnfit = {{
     {0x6969, "NFS"},
     {0x517b, "SMB"},
@@ -43,7 +43,7 @@ std::optional<std::int64_t> FileSystemOf(const std::filesystem::path& file) {
   std::error_code error;
   const std::filesystem::path folder = std::filesystem::absolute(file, error).parent_path();
   if (statfs(file.c_str(), &system) != 0 && statfs(folder.c_str(), &system) != 0) return std::nullopt;
-  constexpr std::int64_t kWord = 0xffffffff;  // some kernels give a signed number
+  constexpr std::int64_t kWord = 0xffffffff;  // some kernels return a signed number
   return static_cast<std::int64_t>(system.f_type) & kWord;
 }
 

@@ -7,20 +7,20 @@
 
 namespace legopt::db {
 
-/// The name of a file system on which a database does not survive, by the kernel's number for its type (statfs(2)):
-/// those of networks and clusters, and those that programs serve (FUSE). SQLite's write-ahead log needs memory that
-/// all who open the file share, and locks that are kept; there is neither, or not for sure. Empty: none of these.
+/// Returns the name of a file system that is not safe for databases, given its type (statfs(2)): network and cluster
+/// file systems and FUSE. SQLite's write-ahead log needs shared memory between all processes that open the file, and
+/// reliable locks; these file systems do not guarantee both. Returns nullopt for all other types.
 std::optional<std::string_view> UnfitFileSystem(std::int64_t type);
 
-/// The type of the file system that a file is on, or, when there is none yet, would be; empty when nobody knows.
+/// Returns the type of the file system of a file (for a new file, of its folder); nullopt if unknown.
 std::optional<std::int64_t> FileSystemOf(const std::filesystem::path& file);
 
-/// Room on a file system, as an unprivileged user sees it.
+/// Disk space of a file system available to an unprivileged user.
 struct DiskSpace {
   std::int64_t free_bytes = 0, total_bytes = 0;
 };
 
-/// Of the file system that a file is on; empty when the system does not tell.
+/// Returns the disk space of a file's file system; nullopt if unknown.
 std::optional<DiskSpace> SpaceAt(const std::filesystem::path& file);
 
 }  // namespace legopt::db

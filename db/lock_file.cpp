@@ -44,7 +44,7 @@ std::string ReadHolder(int descriptor) {
   return lines.empty() || lines.front().empty() ? "unknown process" : lines.front();
 }
 
-// The new content is written over the old one before the rest is cut off: sessions are named at every moment.
+// Overwrites the old content before truncating, so that the file lists sessions at every moment.
 bool WriteContent(int descriptor, const std::vector<std::string>& sessions) {
   std::array<char, 100> host{};
   gethostname(host.data(), host.size() - 1);
@@ -61,7 +61,8 @@ bool HasContent(const std::filesystem::path& file) {
 
 std::filesystem::path LockPath(const std::filesystem::path& database) { return database.string() + ".lock"; }
 
-// The previous holder removes the file when it ends cleanly; a lock on a removed file protects nothing.
+// Returns whether the path still leads to the open file. The previous holder removes the file when it ends cleanly, and
+// a lock on a removed file protects nothing.
 bool IsStillThere(int descriptor, const std::filesystem::path& path) {
   struct stat by_descriptor {};
   struct stat by_name {};
@@ -99,7 +100,7 @@ LockFile::LockFile(const std::filesystem::path& database) : database_(database),
     close(descriptor_);
   }
   sessions_ = ReadSessions(descriptor_);
-  // Information for the user: the lock does not depend on it.
+  // Best effort: the content informs the user, the lock does not depend on it.
   [[maybe_unused]] const bool written = WriteContent(descriptor_, sessions_);
 }
 

@@ -7,8 +7,8 @@
 
 namespace legopt::db {
 
-/// The Store without a disk, for tests and simulations: the same rules (an operation that the schema would refuse is a
-/// kConstraint error and nothing happens), state that outlives the scheduler that wrote it, and faults on demand.
+/// An in-memory Store for tests and simulations. It applies the rules of the schema (an operation that violates them
+/// throws kConstraint and changes nothing), its state outlives the scheduler, and it can inject faults.
 class MemoryStore : public Store {
  public:
   MemoryStore();
@@ -23,7 +23,7 @@ class MemoryStore : public Store {
   ArchiveFacts FindArchiveFacts(const std::string& hash) override;
   std::vector<KnownResult> FindKnownResults(const ResultSearch& search) override;
 
-  /// While set, Apply throws this code and changes nothing.
+  /// While a code is set, Apply throws it and changes nothing.
   void FailWith(std::optional<StoreErrorCode> code) { fault_ = code; }
 
   struct Accepted {
@@ -37,7 +37,7 @@ class MemoryStore : public Store {
   bool has_stale(std::int64_t job_id, int attempt) const;
   std::optional<JobState> job_state(std::int64_t job_id) const;
   int num_attempts(std::int64_t job_id) const;
-  /// The job whose solve made the result of this one; 0: itself, or it has none.
+  /// Returns the job whose solve produced the result of this job; 0 if that is the job itself or there is no result.
   std::int64_t taken_from(std::int64_t job_id) const;
 
  private:

@@ -34,7 +34,7 @@ void MemoryStore::Tables::Do(const CreateExperiment& op) {
   row.summary.rule = e.rule;
   const auto [dataset, is_new] = dataset_names.emplace(e.dataset.hash, e.dataset.name);
   if (is_new) undo.push_back([this, hash = e.dataset.hash] { dataset_names.erase(hash); });
-  row.summary.dataset = dataset->second;  // the same content under another name is the same dataset
+  row.summary.dataset = dataset->second;  // identical content under another name is the same dataset
   for (const CellRecord& cell : e.cells) {
     const std::string& name = e.methods.at(static_cast<std::size_t>(cell.method_index)).name;
     std::vector<std::string>& names = row.summary.methods;
@@ -290,7 +290,7 @@ ExperimentSummary MemoryStore::Tables::Summarize(const MemoryExperiment& row) co
   return summary;
 }
 
-// As the view reusable_results has it.
+// Same rules as the view reusable_results.
 KnownResult MemoryStore::Tables::Known(const ResultSearch& search, const ResultSearch::Problem& problem) const {
   const JobKey key{search.dataset_hash, search.method_hash,    search.seed,    search.effort_limit,
                    search.task,         search.initialization, problem.number, problem.repetition};

@@ -18,7 +18,7 @@
 
 namespace legopt::db {
 
-// Throws StoreError (kConstraint) unless it is so.
+// Throws StoreError (kConstraint) unless `legal`.
 void RequireLegal(bool legal, const std::string& message);
 
 struct MemoryAttempt {
@@ -26,26 +26,26 @@ struct MemoryAttempt {
   std::int64_t worker_id = 0;
   AttemptOutcome outcome = AttemptOutcome::kRunning;
   std::int64_t leased_at_us = 0;
-  std::int64_t ended_at_us = 0;  // 0: runs
+  std::int64_t ended_at_us = 0;  // 0 while it runs
 };
 
-// What decides a result, but for the build: hashes of dataset and method, seed, limit of effort, task, start, number of
-// the problem, repetition.
+// All inputs that determine a result, except the build: hashes of dataset and method, seed, effort limit, task,
+// initialization, problem number, repetition.
 using JobKey = std::tuple<std::string, std::string, std::int64_t, std::int64_t, Task, Initialization, int, int>;
 
 struct MemoryJob {
   std::int64_t experiment_id = 0;
   JobKey key;
-  std::int64_t taken_from = 0;  // 0: not taken over
-  std::size_t cell = 0;         // of the experiment's
+  std::int64_t taken_from = 0;  // 0: result not reused
+  std::size_t cell = 0;         // index of the cell in its experiment
   JobState state = JobState::kQueued;
   int returned = 0;
   int max_attempts = 1;
-  std::deque<MemoryAttempt> attempts;  // undo keeps references to its elements
+  std::deque<MemoryAttempt> attempts;  // the undo log keeps references to its elements
 };
 
 struct MemoryExperiment {
-  ExperimentSummary summary;  // state and times; counts are taken from the jobs
+  ExperimentSummary summary;  // state and times; counts come from the jobs
   std::string spec_json;
   std::string dataset_hash;
   std::size_t num_cells = 0;
@@ -54,8 +54,8 @@ struct MemoryExperiment {
 struct MemoryStore::Tables {
   std::map<std::int64_t, MemoryExperiment> experiments;
   std::set<std::string> submissions;
-  std::map<std::string, std::string> options;        // by method hash
-  std::map<std::string, std::string> dataset_names;  // by hash
+  std::map<std::string, std::string> options;        // key: method hash
+  std::map<std::string, std::string> dataset_names;  // key: dataset hash
   std::map<std::string, std::string> archives;       // key: dataset hash
   std::map<std::int64_t, MemoryJob> jobs;
   std::map<std::int64_t, Accepted> results;
@@ -64,13 +64,13 @@ struct MemoryStore::Tables {
   std::map<std::int64_t, WorkerRecord> workers;
   std::set<std::int64_t> endpoints;
   std::map<std::int64_t, std::int64_t> cells;                              // cell -> experiment
-  std::int64_t deleted_experiment = 0, deleted_job = 0, deleted_cell = 0;  // largest identifiers that are gone
+  std::int64_t deleted_experiment = 0, deleted_job = 0, deleted_cell = 0;  // largest deleted ids
   std::int64_t events = 0;
 
-  // How to take back what the running Apply has done, latest last.
+  // Undo log of the running Apply, latest change last.
   std::vector<std::function<void()>> undo;
 
-  // Sets `place` and remembers the old value. Rows live in maps, so their addresses stay.
+  // Assigns `value` and records the old one in the undo log. Rows are elements of maps, so their addresses are stable.
   template <class T>
   void Set(T& place, T value) {
     undo.push_back([&place, old = place] { place = old; });
@@ -83,7 +83,7 @@ struct MemoryStore::Tables {
     undo.push_back([&map, key] { map.erase(key); });
     return where->second;
   }
-  // Takes the row out. Should it come back, then at the same address: earlier steps may have kept that.
+  // Removes a row. Undo restores the same node, because earlier undo steps may refer to its address.
   template <class Map, class Key>
   void Erase(Map& map, const Key& key) {
     auto node = std::make_shared<typename Map::node_type>(map.extract(key));

@@ -47,10 +47,10 @@ struct Entry {
 
 struct Schema {
   std::vector<Entry> entries;
-  std::vector<std::string> columns;  // "column 'state' of table 'jobs'"
+  std::vector<std::string> columns;  // e.g. "column 'state' of table 'jobs'"
 };
 
-// Without SQLite's own tables and the indexes that it makes for UNIQUE and PRIMARY KEY.
+// Returns all entries except SQLite's own tables and the indexes created for UNIQUE and PRIMARY KEY.
 Schema SchemaOf(Connection& connection) {
   Schema schema;
   Statement entries(connection,
@@ -69,14 +69,14 @@ Schema SchemaOf(Connection& connection) {
   return schema;
 }
 
-// "table 'jobs'", "trigger 'results_stay'"
+// e.g. "table 'jobs'", "trigger 'results_stay'"
 std::string Named(const Entry& entry) { return entry.type + " '" + entry.name + "'"; }
 
-// Whether an entry that the schema does not have changes what legopt reads or writes.
+// Returns whether an entry that is not part of the schema changes legopt's reads or writes.
 bool IsIntrusive(const Entry& entry, const std::vector<Entry>& schema) {
   if (entry.type == "trigger") return true;
   const bool has_its_name = std::any_of(schema.begin(), schema.end(), [&](const Entry& own) {
-    return own.name == entry.name;  // a second entry of this name, which only a changed sqlite_schema can have
+    return own.name == entry.name;  // a duplicate name, possible only in a modified sqlite_schema
   });
   const bool is_on_ours = std::any_of(schema.begin(), schema.end(),
                                       [&](const Entry& own) { return own.type == "table" && own.name == entry.table; });
@@ -87,7 +87,7 @@ bool IsIntrusive(const Entry& entry, const std::vector<Entry>& schema) {
 void Upgrade(Connection& connection, std::span<const Migration> migrations) {
   for (const Migration& migration : migrations) {
     Transaction transaction(connection);
-    // Read again under the write lock: nobody else can be migrating now.
+    // Read again under the write lock: no other process can be migrating now.
     if (connection.QueryInt("PRAGMA user_version") >= migration.version) continue;
     connection.ExecuteUndefended(std::string(migration.sql));
     connection.Execute("PRAGMA application_id = " + std::to_string(kApplicationId));
@@ -96,7 +96,7 @@ void Upgrade(Connection& connection, std::span<const Migration> migrations) {
   }
 }
 
-// What a database of this version has. Of the newest it is made once: all migrations take longer than a check.
+// Returns the schema of a version. The newest one is cached, because running all migrations takes longer than a check.
 Schema SchemaOfVersion(std::int64_t version) {
   const auto make = [version] {
     Connection fresh(":memory:", Connection::Mode::kMemory);
@@ -159,7 +159,7 @@ void Migrate(Connection& connection, std::span<const Migration> migrations) {
   try {
     Upgrade(connection, migrations);
   } catch (const StoreError& error) {
-    // The steps are right, so what they met is not what the version promises.
+    // The migrations are correct, so the schema must differ from its declared version.
     if (error.code() != StoreErrorCode::kBadQuery && error.code() != StoreErrorCode::kConstraint) throw;
     throw StoreError(StoreErrorCode::kCorrupt,
                      connection.path().string() + kNotIntact + "it cannot be upgraded from schema version " +

@@ -10,50 +10,50 @@ namespace legopt::db {
 
 class Connection;
 
-/// "LGOP" in the file's header: how a legopt database is recognised (also by file(1)).
+/// "LGOP" in the file header; identifies a legopt database (also for file(1)).
 inline constexpr std::int64_t kApplicationId = 0x4C474F50;
 
-/// One step of the schema: from version - 1 to version. Released steps never change.
+/// Schema migration from version - 1 to version. Released migrations never change.
 struct Migration {
   int version;
   std::string_view sql;
 };
 
-/// All steps, version 1 first; db/schema/*.sql, embedded by the build.
+/// Returns all migrations, version 1 first: db/schema/*.sql, embedded by the build.
 std::span<const Migration> Migrations();
 
-/// The schema version this program writes.
 int SchemaVersion();
 
-/// What a file is, found without changing it.
+/// Type of a database file, determined without changing it.
 struct Identity {
-  bool empty = false;        ///< no tables, no marks: a new file
-  std::int64_t version = 0;  ///< schema version
+  bool empty = false;  ///< a new file: no tables, no application id
+  std::int64_t version = 0;
 };
 
-/// Throws StoreError: kNotLegopt, kNewerSchema (than `newest`), kCorrupt (no version).
+/// Throws StoreError: kNotLegopt, kNewerSchema (newer than `newest`), kCorrupt (no version).
 Identity Identify(Connection& connection, int newest);
 
-/// One entry of `sqlite_schema` that is not as the schema version of the file has it.
+/// An entry of `sqlite_schema` that differs from the schema version of the file.
 struct SchemaDefect {
   enum class Kind {
-    kMissing,  ///< an entry, or a column, of the schema is not there
-    kChanged,  ///< its text is another one
-    kForeign,  ///< an entry that changes what legopt reads or writes
+    kMissing,  ///< an entry or a column of the schema is missing
+    kChanged,  ///< the text of the entry differs
+    kForeign,  ///< an added entry that changes legopt's reads or writes
   };
   Kind kind{};
   std::string entry;  ///< "view 'benchmark_table'", "column 'state' of table 'jobs'", "trigger 'x' on table 'jobs'"
 };
 
-/// Compares the text of every entry with that of the schema version that the file says it has. A user's own tables and
-/// views, and indexes that are not unique, may be there; triggers, and unique indexes on legopt's tables, may not.
+/// Compares the text of every entry with the given schema version. Additional tables, views and non-unique indexes of
+/// the user are allowed; triggers, and unique indexes on legopt's tables, are not.
 std::vector<SchemaDefect> SchemaDefects(Connection& connection, std::int64_t version);
 
-/// Throws StoreError (kCorrupt) naming the first of SchemaDefects.
+/// Throws StoreError (kCorrupt) with the first of SchemaDefects, if any.
 void RequireIntact(Connection& connection, const Identity& identity);
 
-/// Brings the database to the last of `migrations`, each step in one transaction together with its version mark.
-/// Throws StoreError as Identify, and what SQLite reports; then the schema is that of the last complete step.
+/// Upgrades the database to the last of `migrations`; each migration and its version number are written in one
+/// transaction. Throws StoreError: the codes of Identify, and SQLite's errors. After an error the schema is that of the
+/// last complete migration.
 void Migrate(Connection& connection, std::span<const Migration> migrations);
 
 }  // namespace legopt::db

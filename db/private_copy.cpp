@@ -33,7 +33,7 @@ std::array<FileStamp, kCopied.size()> StampsOf(const fs::path& file) {
   return stamps;
 }
 
-// A copy that stops at the limit on file sizes ends with "Input/output error" where the limit allowed a part of it.
+// A copy that hits the file size limit after a partial write fails with "Input/output error".
 std::string CauseOf(const std::error_code& error) {
   if (error != std::errc::io_error) return files::Explain(error.value());
   return error.message() + "; " + files::WriteAdvice("check the disk: its space and quota, its kernel messages");
@@ -52,14 +52,15 @@ fs::path CopyIn(const fs::path& folder) { return folder / "copy.sqlite"; }
 
 constexpr fs::copy_options kOverwrite = fs::copy_options::overwrite_existing;
 
-// Returns false if another process wrote meanwhile.
+// Returns false if another process wrote to the source during the copy.
 bool CopyOnce(const fs::path& file, const fs::path& folder) {
   std::error_code error;
   const fs::path source = fs::canonical(file, error);
   const auto before = StampsOf(source);
   for (const char* suffix : kCopied) {
     const std::string target = CopyIn(folder).string() + suffix;
-    fs::copy_file(source.string() + suffix, target, kOverwrite, error);  // creates: in a folder of this process alone
+    fs::copy_file(source.string() + suffix, target, kOverwrite, error);  // creates the file; only this process uses the
+                                                                         // folder
     if (error) ThrowUncopied(file, folder, error);
   }
   return StampsOf(source) == before;

@@ -4,14 +4,16 @@
 
 namespace legopt::db {
 
-/// A database file and its log, copied into a new folder of TMPDIR that only this user can read; removed by the
-/// destructor. Connections that are open by then keep reading it.
+/// A copy of a database file and its log in a new folder in TMPDIR that only this user can read. The destructor removes
+/// it; connections that are still open can continue to read.
 ///
-/// For a database whose log has to be read where SQLite cannot create its side file `-shm`: on a read-only disk, or in
-/// a folder of another user. Must not be used by a process that has the database open: closing a file drops its locks.
+/// Needed to read a database with a log where SQLite cannot create its side file `-shm`: on a read-only disk, or in a
+/// folder of another user. Must not be used by a process that has the database open, because closing a file drops its
+/// locks.
 class PrivateCopy {
  public:
-  /// Throws StoreError: kUnwritable (no folder can be made), kFull (no room), kBusy (a server is writing the file).
+  /// Throws StoreError: kUnwritable (the folder cannot be created), kFull (no space), kBusy (a server is writing the
+  /// file).
   explicit PrivateCopy(const std::filesystem::path& file);
 
   std::filesystem::path path() const;

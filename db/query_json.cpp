@@ -17,7 +17,7 @@ using Json = nlohmann::json;
 constexpr char kInfinity[] = "infinity";
 constexpr unsigned kNibbleBits = 4, kNibbleMask = 15;
 
-// The value of a hexadecimal digit; nullopt for any other character.
+// Returns the value of a hexadecimal digit; nullopt for any other character.
 std::optional<unsigned> ParseHexDigit(char c) {
   constexpr unsigned kTen = 10;
   if (c >= '0' && c <= '9') return static_cast<unsigned>(c - '0');
@@ -26,7 +26,7 @@ std::optional<unsigned> ParseHexDigit(char c) {
   return std::nullopt;
 }
 
-// Text of the database may hold any bytes; JSON allows only UTF-8.
+// Database text may contain arbitrary bytes; JSON allows only UTF-8.
 std::string ValidUtf8(const std::string& text) {
   const bool ascii = std::ranges::none_of(text, [](char c) { return static_cast<signed char>(c) < 0; });
   if (ascii) return text;
@@ -46,7 +46,7 @@ void HideInfinity(Json* cell) {
   *cell = Json{{kInfinity, cell->get<double>() > 0 ? 1 : -1}};
 }
 
-// A cell with the type it was written with. False for a cell that WriteJsonRows does not write.
+// Restores the type of a cell. Returns false for a cell that WriteJsonRows cannot have written.
 bool RestoreCell(Json* cell) {
   if (cell->is_number_unsigned()) *cell = cell->get<std::int64_t>();
   if (!cell->is_structured()) return true;

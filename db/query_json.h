@@ -8,31 +8,32 @@
 
 #include "db/read_only_database.h"
 
-/// The JSON form of a query's result. The server sends it to its clients; a client that reads a file itself converts
-/// the rows by the same functions, so that a result from a server and one from its file are equal.
+/// JSON form of query results. The server sends it to clients. A client that reads a database file converts the rows by
+/// the same functions, so a result is identical from a server and from its file.
 namespace legopt::db {
 
-/// A BLOB as upper-case hexadecimal digits, two for each byte, as SQL's hex() writes it.
+/// Converts a BLOB to upper-case hexadecimal digits, two per byte, like SQL's hex().
 std::string BlobText(std::string_view bytes);
 
-/// The bytes of such a text, in upper or lower case. nullopt: not hexadecimal digits, or an odd number of them.
+/// Parses hexadecimal digits in upper or lower case. Returns nullopt for other characters or an odd number of digits.
 std::optional<std::string> ParseBlobText(std::string_view text);
 
-/// A query's result with JSON scalars as cells: null, integer, real number or text. BLOBs are texts (BlobText).
+/// A query result with JSON scalars as cells: null, integer, real number or text. BLOBs are texts (BlobText).
 struct JsonRows {
   std::vector<std::string> columns;
-  std::vector<std::vector<nlohmann::json>> rows;  ///< each as long as `columns`
-  bool truncated = false;                         ///< more rows existed than the limits allowed
+  std::vector<std::vector<nlohmann::json>> rows;  ///< each has columns.size() cells
+  bool truncated = false;                         ///< more rows exist than the limits allowed
 };
 
-/// Bytes in texts and in column names that are not UTF-8 are replaced by U+FFFD.
+/// Converts a result; bytes that are not valid UTF-8 in texts and column names are replaced by U+FFFD.
 JsonRows ToJsonRows(const QueryResult& result);
 
-/// One JSON object with "columns", "rows" and "truncated". An infinite number, for which JSON has no form, becomes the
-/// object {"infinity": 1} or {"infinity": -1}.
+/// Returns a JSON object with "columns", "rows" and "truncated". Infinite numbers, which JSON cannot represent, become
+/// the object {"infinity": 1} or {"infinity": -1}.
 std::string WriteJsonRows(JsonRows result);
 
-/// The inverse of WriteJsonRows. nullopt: the text is not such an object, or a row has another length than `columns`.
+/// The inverse of WriteJsonRows. Returns nullopt if the text is not such an object, or the length of a row is not
+/// columns.size().
 std::optional<JsonRows> ReadJsonRows(std::string_view text);
 
 }  // namespace legopt::db

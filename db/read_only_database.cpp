@@ -19,13 +19,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// PRAGMAs that only describe the schema; also reachable as table-valued functions.
+// PRAGMAs that only describe the schema; also available as table-valued functions.
 constexpr std::array<std::string_view, 6> kDescribing{"table_info", "table_xinfo", "table_list",
                                                       "index_list", "index_info",  "foreign_key_list"};
 
 constexpr char kOnlySelect[] = "only SELECT is allowed here: the database is read-only";
 
-// Called by SQLite while it compiles a statement: what does not read is refused.
+// Called by SQLite while it compiles a statement. Denies every action that does not read.
 int Authorize(void* /*context*/, int action, const char* first, const char* second, const char* /*database*/,
               const char* /*trigger*/) {
   switch (action) {
@@ -45,7 +45,7 @@ int Authorize(void* /*context*/, int action, const char* first, const char* seco
   }
 }
 
-// Bounds on what one statement may ask of the machine, whatever it says.
+// Limits the machine resources that a statement can use.
 void LimitResources(sqlite3* handle) {
   constexpr int kMaxValueBytes = 64 << 20;
   constexpr int kMaxSqlBytes = 100'000;
@@ -97,7 +97,7 @@ void BindValue(Statement& statement, int parameter, const Value& value) {
   }
 }
 
-// `shown`: the path that errors name.
+// Errors name the path `shown`.
 std::unique_ptr<Connection> OpenAndRead(const std::filesystem::path& path, const std::filesystem::path& shown) {
   auto connection = std::make_unique<Connection>(path, Connection::Mode::kReadOnly, shown);
   connection->QueryInt("PRAGMA user_version");  // the first read opens the side files
@@ -119,7 +119,7 @@ std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path, Lo
   try {
     return OpenAndRead(path, path);
   } catch (const StoreError& e) {
-    // Only a folder that cannot be written is no obstacle: side files cannot be made there.
+    // Continue only if the folder is not writable, so that side files cannot be created.
     if (e.code() != StoreErrorCode::kUnwritable || ::access(path.c_str(), R_OK) != 0) throw;
     const std::filesystem::path real = std::filesystem::canonical(path, error);
     if (!std::filesystem::exists(real.string() + "-wal", error)) {
@@ -154,7 +154,7 @@ class ReadOnlyDatabase::Impl {
     RequireCurrentSchema(*connection_);
     connection_->Execute("PRAGMA query_only = 1; PRAGMA cache_size = -16384");
     LimitResources(connection_->handle());
-    // A PRAGMA becomes a table-valued function at its first use, which looks like a change to the authorizer.
+    // The first use of a PRAGMA creates its table-valued function, which the authorizer would reject as a change.
     for (const std::string_view pragma : kDescribing) {
       connection_->QueryText("SELECT 1 FROM pragma_" + std::string(pragma) + "('jobs')");
     }
@@ -162,7 +162,8 @@ class ReadOnlyDatabase::Impl {
       connection_->QueryText("SELECT 1 FROM " + std::string(function) + "('[]')");
     }
     sqlite3_set_authorizer(connection_->handle(), Authorize, nullptr);
-    constexpr int kInstructionsPerCheck = 100;  // one instruction may take milliseconds: hex() of a large value
+    constexpr int kInstructionsPerCheck = 100;  // a single instruction may take milliseconds, e.g. hex() of a large
+                                                // value
     sqlite3_progress_handler(connection_->handle(), kInstructionsPerCheck, OnProgress, this);
   }
 
@@ -187,7 +188,7 @@ class ReadOnlyDatabase::Impl {
   void Interrupt() { connection_->Interrupt(); }
 
  private:
-  // True: there is a row more than the limits, or `has_room`, allow.
+  // Returns true if there are more rows than the limits or `has_room` allow.
   template <class Begin, class Take, class HasRoom>
   bool ForEachRow(const std::string& sql, std::span<const Value> parameters, const QueryLimits& limits, Begin begin,
                   Take take, HasRoom has_room) {
@@ -238,7 +239,7 @@ class ReadOnlyDatabase::Impl {
     return names;
   }
 
-  // For SQLite's "no such table: X": the nearest one, and all that could have been meant.
+  // For SQLite's "no such table: X": returns the most similar name and a list of all names.
   std::string TablesInsteadOf(const std::string& message) {
     constexpr std::string_view kUnknown = "no such table: ";
     if (!message.starts_with(kUnknown)) return {};
@@ -252,7 +253,7 @@ class ReadOnlyDatabase::Impl {
     return "; did you mean '" + NearestName(message.substr(kUnknown.size()), all) + "'?" + text.substr(1);
   }
 
-  // A second statement would be ignored silently; say so instead.
+  // SQLite would silently ignore a second statement; throw instead.
   void RequireOneStatement(const std::string& sql, const char** tail) {
     sqlite3_stmt* first = nullptr;
     const int code = sqlite3_prepare_v2(connection_->handle(), sql.c_str(), -1, &first, tail);

@@ -19,25 +19,25 @@ struct Blob {
   bool operator==(const Blob&) const = default;
 };
 
-/// One SQL value: NULL, INTEGER, REAL, TEXT (UTF-8) or BLOB.
+/// An SQL value: NULL, INTEGER, REAL, TEXT (UTF-8) or BLOB.
 using Value = std::variant<std::monostate, std::int64_t, double, std::string, Blob>;
 
 struct QueryResult {
   std::vector<std::string> columns;
-  std::vector<std::vector<Value>> rows;  ///< each as long as `columns`
-  bool truncated = false;                ///< true: more rows existed than the limits allowed
+  std::vector<std::vector<Value>> rows;  ///< each has columns.size() values
+  bool truncated = false;                ///< true if more rows exist than the limits allowed
 };
 
-/// What one query may cost. Reaching rows or bytes truncates; reaching the time limit is a kInterrupted error.
+/// Resource limits of a query. At the row or byte limit the result is truncated; at the time limit kInterrupted is
+/// thrown.
 struct QueryLimits {
   std::int64_t max_rows = 1'000'000;
-  std::size_t max_bytes = std::size_t{256} << 20U;  ///< of values held in memory
-  std::chrono::milliseconds time_limit{60'000};     ///< 0: none
-  bool time_is_per_row =
-      false;  ///< the time limit is that of each row, so that a long answer takes as long as it needs
+  std::size_t max_bytes = std::size_t{256} << 20U;  ///< limit of the values held in memory
+  std::chrono::milliseconds time_limit{60'000};     ///< 0: no limit
+  bool time_is_per_row = false;  ///< apply the time limit to each row, so that long answers are not cut off
 };
 
-/// Takes the rows of a query one after the other.
+/// Receives the rows of a query one by one.
 class RowSink {
  public:
   virtual ~RowSink() = default;
@@ -48,26 +48,26 @@ class RowSink {
 
 class Connection;
 
-/// Whether it has to be checked that the log beside a file was written for it (db/file_state.h).
+/// Whether to check that the log beside a file was written for it (db/file_state.h).
 enum class Log {
   kChecked,
-  kTrusted,  ///< this process writes the database: it has checked the log, and a check would drop its locks
+  kTrusted,  ///< this process writes the database and has checked the log; another check would drop its locks
 };
 
-/// A read-only connection, also to a live database. If the folder cannot be written, a log is read in a private copy.
-/// Throws StoreError: kNotFound, kNotLegopt (not a file), kUnwritable (not readable), kCorrupt (damaged, or the log is
-/// of another file), kFull (no room for the copy).
+/// Opens a read-only connection; the database may be live. If the folder is not writable and there is a log, a private
+/// copy is read. Throws StoreError: kNotFound, kNotLegopt (not a file), kUnwritable (not readable), kCorrupt (damaged,
+/// or the log belongs to another file), kFull (no space for the copy).
 std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path, Log log = Log::kChecked);
-/// Throws StoreError: kNotLegopt, kNewerSchema, kOlderSchema, kCorrupt (something of the schema is missing).
+/// Throws StoreError: kNotLegopt, kNewerSchema, kOlderSchema, kCorrupt (part of the schema is missing).
 void RequireCurrentSchema(Connection& connection);
-/// The same without a look at what the schema has.
+/// Checks the schema version without checking the schema's entries.
 void RequireCurrentVersion(Connection& connection);
 
 /// A legopt database opened for reading: live (a server may be writing to it), finished, or a backup.
 ///
-/// Nothing can be changed through it: the connection is read-only, `query_only`, and an authorizer admits nothing but
-/// SELECT (and the PRAGMAs that describe the schema, as table-valued functions). Data of a running server is seen as of
-/// the last commit. Thread rule: one thread at a time, except Interrupt(). Not to be used across fork().
+/// Nothing can be changed: the connection is read-only and `query_only`, and an authorizer allows only SELECT (and the
+/// table-valued functions of PRAGMAs that describe the schema). Data of a running server is visible as of its last
+/// commit. Thread rule: one thread at a time, except Interrupt(). Not to be used across fork().
 class ReadOnlyDatabase {
  public:
   /// Throws StoreError: kNotFound, kNotLegopt, kNewerSchema, kOlderSchema, kUnwritable (not readable), kCorrupt.
@@ -80,13 +80,14 @@ class ReadOnlyDatabase {
   /// Throws StoreError: kBadQuery (with SQLite's message), kInterrupted, kBusy, kIo, kCorrupt.
   QueryResult Query(const std::string& sql, std::span<const Value> parameters = {}, const QueryLimits& limits = {});
 
-  /// The same, row by row: no row is kept. True: more rows existed than `limits.max_rows`; its bytes do not count.
+  /// Runs one SELECT and passes each row to `sink`; no row is stored. Returns true if more rows exist than
+  /// `limits.max_rows`; `limits.max_bytes` is ignored.
   bool Stream(const std::string& sql, const QueryLimits& limits, RowSink& sink);
 
-  /// The same with a row limit only.
+  /// Runs one SELECT with a row limit and default limits otherwise.
   QueryResult Query(const std::string& sql, std::int64_t max_rows);
 
-  /// Makes a running Query of another thread throw kInterrupted. No effect when none runs.
+  /// Makes a Query running in another thread throw kInterrupted. No effect if none is running.
   void Interrupt();
 
  private:

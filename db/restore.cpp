@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
                    file.string() + ": cannot be moved away: " + error.message() + "; check the folder's permissions");
 }
 
-// "results.sqlite.replaced-20261126T174500Z", or with a number behind it.
+// Returns e.g. "results.sqlite.replaced-20261126T174500Z"; a number is appended if the name exists.
 fs::path FreeName(const fs::path& database) {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
@@ -41,11 +41,12 @@ void MoveSideFiles(const fs::path& database, const fs::path& away) {
   }
 }
 
-// The former file keeps a name at every moment: the second one first, then the copy takes the first one.
+// Swaps the files such that the former file always has a name: first its new name is added, then the copy takes the old
+// one.
 void Exchange(const fs::path& copy, const fs::path& database, const fs::path& away) {
   std::error_code error;
   fs::create_hard_link(database, away, error);
-  if (error) fs::rename(database, away, error);  // a file system without hard links
+  if (error) fs::rename(database, away, error);  // file system without hard links
   if (error) FailToMove(database, error);
   fs::rename(copy, database, error);
   if (!error) return;

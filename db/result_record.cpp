@@ -11,7 +11,7 @@ template <class Value>
 std::string FaultOfColumn(const ResultColumn<Value>& column, const ResultRecord& result) {
   if constexpr (std::is_arithmetic_v<Value>) {
     const auto value = static_cast<double>(result.*column.member);
-    if (!(value < column.least || value > column.most)) return {};  // what is not a number becomes NULL
+    if (!(value < column.least || value > column.most)) return {};  // NaN passes: it becomes NULL
     std::string fault(column.name);
     if (!std::isinf(column.most)) {
       return fault + " is not within " + std::to_string(std::lround(column.least)) + " .. " +

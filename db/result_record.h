@@ -11,22 +11,22 @@
 
 #include "words/result.h"
 
-/// A result, and the columns of the table `results` that hold it, each described once: the SQL text of the statements
-/// that write it, their binding, the check before it is stored, what is kept of a result that came too late, the copy
-/// out of a worker's message (server/result_message.cpp) and the columns of `legopt show` follow from kResultColumns.
-/// Thread rule: none, values and constants.
+/// A result, and the columns of the table `results`, each described once in kResultColumns. It generates the SQL that
+/// writes results, the binding of values, the checks before storing, the columns of `stale_results`, the copying from a
+/// worker's message (server/result_message.cpp) and the columns of `legopt show`. Thread rule: none, values and
+/// constants.
 namespace legopt::db {
 
-/// What a worker reports of a finished attempt: the solver's word, and beside it the judge's.
-/// Floating-point fields that are not finite mean "not available" and become NULL.
+/// A worker's report of a finished attempt: the solver's status and the judge's verdicts. Non-finite floating-point
+/// fields mean "not available" and become NULL.
 struct ResultRecord {
   SolveStatus solver_status = SolveStatus::kNotRun;
   int iterations = 0;
   int restarts = 0;
-  int starts = 0;                      ///< points that a descent was begun from; 0: not counted
-  std::int64_t term_evaluations = 0;   ///< for values or derivatives; 0: not counted
-  std::int64_t collision_queries = 0;  ///< of the solver; 0: not counted
-  std::int64_t wall_us = 0;            ///< of the solve, restarts included, loading excluded
+  int starts = 0;                      ///< number of initial guesses that were optimized; 0: not counted
+  std::int64_t term_evaluations = 0;   ///< evaluations of values or derivatives; 0: not counted
+  std::int64_t collision_queries = 0;  ///< queries by the solver; 0: not counted
+  std::int64_t wall_us = 0;            ///< wall time of the solve, including restarts, excluding loading
   std::int64_t cpu_us = 0;
   std::int64_t involuntary_context_switches = 0;
   std::int64_t peak_memory_bytes = 0;
@@ -36,36 +36,38 @@ struct ResultRecord {
   Verdict verdict_strict = Verdict::kWrongWaypointCount;
   Verdict verdict_solid = Verdict::kWrongWaypointCount;
   std::string verdict_detail;
-  int failed_waypoint = -1;  ///< -1: none
-  double cost = 0;           ///< per waypoint, by the judge; finite when a verdict is kSuccess
+  int failed_waypoint = -1;
+  double cost = 0;  ///< cost per waypoint, computed by the judge; finite if any verdict is kSuccess
   double foot_violation = 0;
   double com_violation_m = 0;
   double limit_violation = 0;
   double environment_depth_m = 0;
   double self_depth_literal_m = 0;
   double self_depth_strict_m = 0;
-  double solid_depth_m = 0;   ///< by the solid rule, >= 0
-  double longest_step_m = 0;  ///< of a point of the robot between consecutive waypoints, >= 0
-  // Between consecutive waypoints, see legopt/evaluate/interpolation.h; not finite where the task has nothing there.
+  double solid_depth_m = 0;   ///< penetration depth under the physical rule, >= 0
+  double longest_step_m = 0;  ///< longest step of any point of the robot between consecutive waypoints, >= 0
+  // Values between consecutive waypoints, see legopt/evaluate/interpolation.h; not finite if the task has none.
   double interpolation_environment_depth_m = std::numeric_limits<double>::quiet_NaN();
   double interpolation_self_depth_m = std::numeric_limits<double>::quiet_NaN();
-  double interpolation_free_share = std::numeric_limits<double>::quiet_NaN();  ///< of the transitions, 0 .. 1
-  int windows = 0;         ///< that the motion was cut into; 0: not solved by windows
+  double interpolation_free_share = std::numeric_limits<double>::quiet_NaN();  ///< share of collision-free transitions,
+                                                                               ///< 0 .. 1
+  int windows = 0;         ///< number of windows of the motion; 0: not solved by windows
   int windows_solved = 0;  ///< 0 .. windows
-  /// Of a motion with Verdict::kWindowUnsolved: the judge's verdict on the best point of that window.
+  /// For motions with Verdict::kWindowUnsolved: the judge's verdict on the best point of that window.
   std::optional<Verdict> window_verdict;
-  int num_waypoints = 1;  ///< divisor of cost and time (constraint waypoints of the problem), not rows of `waypoints`
+  int num_waypoints = 1;  ///< divisor of cost and time (constraint waypoints of the problem), not the number of rows of
+                          ///< `waypoints`
   int waypoint_size = 0;  ///< numbers per waypoint, n + 7
-  std::vector<double> waypoints;    ///< row by row; a multiple of waypoint_size, may be empty
-  int first_unsolved = 0;           ///< number of the first waypoint of `unsolved` in the motion, >= 0
-  int num_unsolved = 0;             ///< number of waypoints in `unsolved`
-  std::vector<double> unsolved;     ///< best point of the window without a solution, row by row; may be empty
-  std::vector<std::uint8_t> trace;  ///< as the worker sent it (docs/database.md#traces); empty: there is none
+  std::vector<double> waypoints;  ///< row-major; the size is a multiple of waypoint_size and may be 0
+  int first_unsolved = 0;         ///< index in the motion of the first waypoint of `unsolved`, >= 0
+  int num_unsolved = 0;
+  std::vector<double> unsolved;     ///< best point of the window without a solution, row-major; may be empty
+  std::vector<std::uint8_t> trace;  ///< binary trace sent by the worker (docs/database.md#traces); empty if none
 
-  bool SolvedBy(Rule rule) const;  ///< whether the verdict by `rule` is kSuccess
+  bool SolvedBy(Rule rule) const;  ///< true if the verdict by `rule` is kSuccess
 };
 
-/// A column that holds a member of the record. Made with its name and member, then told what else is so:
+/// A column that stores a member of the record. Construct it from name and member, then add further properties:
 ///
 ///     ResultColumn{"windows", &ResultRecord::windows}.AtLeast(0).NullWhen(HasNoWindows)
 template <class Value>
@@ -73,7 +75,7 @@ struct ResultColumn {
   constexpr ResultColumn(std::string_view column_name, Value ResultRecord::*column_member)
       : name(column_name), shown_as(column_name), shown_sql(column_name), member(column_member) {}
 
-  /// The schema refuses anything else; NULL is legal besides.
+  /// Sets the range that the schema allows; NULL is always allowed.
   constexpr ResultColumn AtLeast(double value) const { return Within(value, std::numeric_limits<double>::infinity()); }
   constexpr ResultColumn Within(double low, double high) const {
     static_assert(std::is_arithmetic_v<Value>);
@@ -82,19 +84,19 @@ struct ResultColumn {
     column.most = high;
     return column;
   }
-  /// Stored as NULL for such a record.
+  /// Stores NULL for records that satisfy `condition`.
   constexpr ResultColumn NullWhen(bool (*condition)(const ResultRecord&)) const {
     ResultColumn column = *this;
     column.is_null = condition;
     return column;
   }
-  /// The table `stale_results` has it, too.
+  /// Includes the column in the table `stale_results`.
   constexpr ResultColumn AlsoStale() const {
     ResultColumn column = *this;
     column.also_stale = true;
     return column;
   }
-  /// Its name in `legopt show`, and what is shown there in its place.
+  /// Sets the column's title and SQL expression in `legopt show`.
   constexpr ResultColumn ShownAs(std::string_view title, std::string_view sql) const {
     ResultColumn column = *this;
     column.shown_as = title;
@@ -102,9 +104,9 @@ struct ResultColumn {
     return column;
   }
 
-  std::string_view name;       ///< in the table, and of the field of result_request that it comes from
-  std::string_view shown_as;   ///< its name in `legopt show`
-  std::string_view shown_sql;  ///< what is shown there
+  std::string_view name;       ///< column name, and name of the field of result_request that it is read from
+  std::string_view shown_as;   ///< title in `legopt show`
+  std::string_view shown_sql;  ///< SQL expression in `legopt show`
   Value ResultRecord::*member;
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
@@ -112,7 +114,7 @@ struct ResultColumn {
   bool also_stale = false;
 };
 
-/// A column that is shown among the others, but is not of the record: the schema or the statement gives its value.
+/// A displayed column that is not a member of the record: its value comes from the schema or the statement.
 struct OtherResultColumn {
   std::string_view name;
 };
@@ -126,7 +128,7 @@ constexpr bool HasNoWindows(const ResultRecord& r) { return r.windows <= 0; }
 constexpr bool HasNoWindowVerdict(const ResultRecord& r) { return !r.window_verdict; }
 constexpr bool HasNoTrace(const ResultRecord& r) { return r.trace.empty(); }
 
-/// In the order of `legopt show`. The solution (waypoints) is in a table of its own.
+/// Columns in the order of `legopt show`. The solution (waypoints) is stored in a separate table.
 inline constexpr std::tuple kResultColumns{
     ResultColumn{"solver_status", &ResultRecord::solver_status}.AlsoStale(),
     ResultColumn{"iterations", &ResultRecord::iterations}.AtLeast(0).AlsoStale(),
@@ -167,7 +169,7 @@ inline constexpr std::tuple kResultColumns{
     OtherResultColumn{"attempt"},
     ResultColumn{"trace", &ResultRecord::trace}.NullWhen(HasNoTrace).ShownAs("trace_bytes", "length(trace)")};
 
-/// Calls `visit` with each ResultColumn, in their order.
+/// Calls `visit` with each ResultColumn in order.
 template <class Visit>
 constexpr void ForEachResultColumn(const Visit& visit) {
   const auto visit_own = [&visit](const auto& column) {
@@ -176,11 +178,11 @@ constexpr void ForEachResultColumn(const Visit& visit) {
   std::apply([&](const auto&... columns) { (visit_own(columns), ...); }, kResultColumns);
 }
 
-/// The list of columns, as SELECT has it, that `legopt show` shows of a row of `results`.
+/// Returns the SELECT list of the columns of `results` that `legopt show` displays.
 std::string ShownResultColumns();
 
-/// Why the schema would refuse the result (a number out of range, a success without cost); empty when it is legal.
-/// Whoever takes results from others asks before storing.
+/// Returns why the schema would refuse the result (a number out of range, a success without cost); empty if it is
+/// legal. Must be called before untrusted results are stored.
 std::string FaultOf(const ResultRecord& result);
 
 }  // namespace legopt::db

@@ -6,8 +6,8 @@
 #include "db/connection.h"
 #include "db/result_record.h"
 
-// The SQL of SqliteStore, one name per statement. What holds a result follows from kResultColumns. Private to the
-// sqlite_store*.cpp files.
+// SQL statements of SqliteStore, one constant each. The result columns are generated from kResultColumns. Private to
+// the sqlite_store*.cpp files.
 
 namespace legopt::db::sql {
 
@@ -29,7 +29,7 @@ inline constexpr char kEndJob[] =
 
 enum class Columns { kAll, kStale };
 
-// Calls `visit` with each column of the record that the table has.
+// Calls `visit` with each column of the record that is in the table.
 template <class Visit>
 void ForEach(Columns columns, const Visit& visit) {
   ForEachResultColumn([&](const auto& column) {
@@ -43,14 +43,14 @@ inline std::string Names(Columns columns) {
   return names;
 }
 
-// Parameters for these columns, the first of which has this number.
+// Returns the parameters of these columns; `first` is the number of the first one.
 inline std::string Parameters(Columns columns, int first) {
   std::string parameters;
   ForEach(columns, [&](const auto&) { parameters += (parameters.empty() ? "?" : ", ?") + std::to_string(first++); });
   return parameters;
 }
 
-// Binds the columns of the record from parameter `first` on; returns the number of the next one.
+// Binds the columns of the record starting at parameter `first`; returns the next free number.
 inline int Bind(Statement& statement, int first, Columns columns, const ResultRecord& record) {
   ForEach(columns, [&](const auto& column) {
     if (column.is_null != nullptr && column.is_null(record)) {
@@ -62,7 +62,7 @@ inline int Bind(Statement& statement, int first, Columns columns, const ResultRe
   return first;
 }
 
-inline constexpr int kFirstOfResult = 4;  // parameter of its first column
+inline constexpr int kFirstOfResult = 4;  // parameter number of the first result column
 
 inline std::string InsertResult() {
   return "INSERT INTO results (job_id, cell_id, attempt, received_at_us, " + Names(Columns::kAll) +
@@ -74,7 +74,7 @@ inline constexpr char kInsertUnsolved[] = "INSERT INTO unsolved_waypoints (job_i
 
 inline constexpr char kInsertWaypoint[] = "INSERT INTO waypoints (job_id, waypoint, x) VALUES (?1, ?2, ?3)";
 
-// A job takes the result of ?2 over, step by step. Without such a result the first step changes nothing.
+// Reuses the result of job ?2, in several steps. If there is no such result, the first step changes nothing.
 inline constexpr char kTakeJob[] =
     "UPDATE jobs SET state = 'leased', attempts = 1, taken_from = (SELECT coalesce(s.taken_from, s.job_id) "
     "FROM jobs AS s WHERE s.job_id = ?2) WHERE job_id = ?1 AND state = 'queued' AND attempts = 0 "
@@ -98,8 +98,8 @@ inline constexpr char kTakeUnsolved[] =
     "INSERT INTO unsolved_waypoints (job_id, waypoint, x) SELECT ?1, waypoint, x FROM unsolved_waypoints "
     "WHERE job_id = ?2";
 
-// Experiments that may have results of equal jobs, in the order of their jobs: of thousands that solved the same, most
-// are left out here, once for many jobs.
+// Experiments that may contain results of identical jobs, in the order of their jobs. This filters once for many jobs:
+// of thousands of experiments that solved the same jobs, most are excluded here.
 inline constexpr char kFindEqualExperiments[] =
     "SELECT DISTINCT e.experiment_id FROM methods AS m JOIN cells AS c ON c.method_id = m.method_id "
     "JOIN experiments AS e ON e.experiment_id = c.experiment_id JOIN datasets AS d ON d.dataset_id = e.dataset_id "
@@ -115,7 +115,7 @@ inline constexpr char kFindKnownResult[] =
     "AND peak_memory_bytes <= ?7 AND ?8 IN ('', build_id) AND problem_id = ?9 AND repetition = ?10 "
     "ORDER BY job_id LIMIT 1";
 
-inline constexpr int kFirstOfStale = 9;  // parameter of its first column
+inline constexpr int kFirstOfStale = 9;  // parameter number of the first result column
 
 inline std::string InsertStale() {
   return "INSERT INTO stale_results (job_id, attempt, outcome, reason, message, received_at_us, waypoint_size, x, " +
@@ -176,7 +176,7 @@ inline constexpr char kJobsOfClosed[] =
 
 inline constexpr char kDeleteExperiment[] = "DELETE FROM experiments WHERE experiment_id = ?1";
 
-// What goes with it: of its jobs, ?1 <= job_id < ?2, and of itself.
+// Statements that delete dependent rows: those of the jobs ?1 <= job_id < ?2, and those of the experiment.
 inline constexpr const char* kDeleteOfJobs[] = {"DELETE FROM events WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM waypoints WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM unsolved_waypoints WHERE job_id >= ?1 AND job_id < ?2",
@@ -227,7 +227,7 @@ inline constexpr char kArchiveFacts[] =
     "EXISTS (SELECT 1 FROM dataset_archives JOIN datasets USING (dataset_id) WHERE hash = ?1), "
     "(SELECT coalesce(sum(length(archive)), 0) FROM dataset_archives)";
 
-// See db/file_state.h.
+// Session and commit counter, see db/file_state.h.
 inline constexpr char kCountCommit[] = "UPDATE file_state SET commits = commits + 1";
 
 inline constexpr char kPutDataset[] =
@@ -254,7 +254,7 @@ inline constexpr char kInsertCell[] =
     "INSERT INTO cells (cell_id, experiment_id, method_id, task, initialization, num_jobs, wall_limit_us, "
     "effort_limit) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, nullif(?8, 0))";
 
-// Rows of a submission that go into one statement: as many statements as rows would take twice the time.
+// Number of rows per INSERT of a submission. One statement per row would take twice as long.
 inline constexpr std::size_t kRowsPerBatch = 64;
 
 inline std::string Repeated(const std::string& row, std::size_t count) {
@@ -273,8 +273,9 @@ inline std::string InsertJobs(std::size_t count) {
          Repeated("(?, ?, ?, ?, ?)", count);
 }
 
-// Of each cell: experiment, jobs, open ones, leased ones, dead ones, results, failed ones, solved ones, those taken
-// over. Failed jobs have no index: they are looked for only in cells where something is left besides the others.
+// Returns for each cell: experiment and the numbers of jobs, open, leased and dead jobs, results, failed jobs, solved
+// jobs and reused results. Failed jobs have no index, so they are searched only in cells whose other counts do not add
+// up.
 inline constexpr char kCountByCell[] =
     "WITH s AS MATERIALIZED (SELECT experiment_id, cell_id, num_jobs, "
     "(SELECT count(*) FROM jobs AS j WHERE j.cell_id = c.cell_id AND j.state IN ('queued', 'leased')) AS open, "

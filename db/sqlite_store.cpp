@@ -14,7 +14,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "waypoints are stored as little-endian float64");
 
-// Before anything is written: SQLite itself notices a damaged page when it comes by.
+// Called before the first write: SQLite itself detects a damaged page only when it reads it.
 void RequireSound(Connection& connection) {
   const std::string verdict = connection.QueryText("PRAGMA quick_check(1)");
   if (verdict == "ok") return;
@@ -22,7 +22,7 @@ void RequireSound(Connection& connection) {
                                                  "); restore a backup: 'legopt restore BACKUP --db FILE'");
 }
 
-// SQLite replays the log as soon as it reads.
+// Checks the log before the connection is opened, because SQLite replays the log with the first read.
 std::filesystem::path WithOwnLog(const std::filesystem::path& path) {
   RequireOwnLog(path);
   return path;
@@ -36,7 +36,7 @@ std::size_t NumRows(const ResultRecord& result) {
 
 std::unique_ptr<Store> OpenSqliteStore(const std::filesystem::path& path) {
   std::error_code error;
-  // Before the lock file is made beside it: SQLite opens a device, and fails later.
+  // Check before the lock file is created: SQLite would open a device and fail later.
   if (const auto status = std::filesystem::status(path, error);
       std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
     throw StoreError(StoreErrorCode::kUnwritable,
@@ -51,7 +51,7 @@ SqliteStore::SqliteStore(const std::filesystem::path& path)
 }
 
 void SqliteStore::OpenForWriting(const std::filesystem::path& path) {
-  // Nothing may be changed before the file is known to be ours.
+  // Change nothing before the file is identified as a legopt database.
   const Identity identity = Identify(connection_, SchemaVersion());
   if (!identity.empty) {
     RequireIntact(connection_, identity);
@@ -65,7 +65,7 @@ void SqliteStore::OpenForWriting(const std::filesystem::path& path) {
     throw StoreError(StoreErrorCode::kUnwritable,
                      path.string() + ": write-ahead logging is not possible here; use a local disk");
   }
-  // FULL: a commit is on the disk when it returns. The log is cut back to 64 MiB after each checkpoint.
+  // FULL: a commit is on disk when it returns. The log is truncated to 64 MiB after each checkpoint.
   connection_.Execute(
       "PRAGMA synchronous = FULL; PRAGMA journal_size_limit = 67108864; PRAGMA wal_autocheckpoint = 4000;"
       "PRAGMA cache_size = -16384; PRAGMA temp_store = MEMORY");
@@ -78,7 +78,7 @@ void SqliteStore::OpenForWriting(const std::filesystem::path& path) {
 
 SqliteStore::~SqliteStore() {
   statements_.reset();
-  // Best effort and without waiting for readers: the log that is left is simply replayed at the next start.
+  // Best effort, without waiting for readers: a remaining log is replayed at the next start.
   try {
     connection_.SetBusyTimeout(std::chrono::milliseconds(0));
     connection_.Execute("PRAGMA wal_checkpoint(TRUNCATE)");
@@ -134,12 +134,12 @@ void SqliteStore::Apply(std::span<const StoreOp> operations) {
     }
     statements_->count_commit.Run();
   } catch (const StoreError& error) {
-    // Our statements fitted the schema that was here at the start.
+    // The prepared statements matched the schema at the start.
     if (error.code() != StoreErrorCode::kBadQuery) throw;
     throw StoreError(StoreErrorCode::kCorrupt, std::string("not an intact legopt database any more: ") + error.what() +
                                                    "; another program changed its schema: restore a backup");
   }
-  // Once more, at the last moment before it counts; should the file go right now, the next check saves what it holds.
+  // Check once more just before the commit. If the file is moved after this, the next check rescues its contents.
   if (const auto place = file_.Look(); place != DatabaseFile::Place::kThere) ThrowDisplaced(place, "");
   transaction.Commit();
   written_since_checkpoint_ = true;
@@ -202,7 +202,7 @@ void SqliteStore::Do(const AcceptResult& op) {
   EndJob(op.job_id, op.attempt, JobState::kDone, false);
 }
 
-// The same steps as of a job that is solved: leased, a result under that lease, done.
+// Performs the steps of a solved job: lease, result under that lease, done.
 void SqliteStore::Do(const TakeResult& op) {
   constexpr int kAttempt = 1;
   statements_->take_job.Run(op.job_id, op.source_job_id);
@@ -266,7 +266,7 @@ void SqliteStore::Do(const RecordEvent& op) {
 void SqliteStore::Idle() {
   if (!written_since_checkpoint_) return;
   written_since_checkpoint_ = false;
-  // A reader may hold parts of the log back; the next idle moment gets them.
+  // A reader may hold parts of the log back; they are moved when the server is idle next.
   connection_.Execute("PRAGMA wal_checkpoint(PASSIVE)");
 }
 

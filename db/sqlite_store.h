@@ -7,12 +7,12 @@
 
 namespace legopt::db {
 
-/// Opens (creates, upgrades) the database for the one server that may write to it.
+/// Opens (creates, upgrades) the database for the single server that may write to it.
 ///
-/// Takes the exclusive lock `<path>.lock` (flock: released by the kernel however the process ends), checks that the
-/// file is legopt's and not newer, that the log beside it is its own and that its pages are sound, applies missing
-/// migrations, each in one transaction, and sets WAL with synchronous FULL. Throws StoreError: kUnwritable, kLocked,
-/// kNotLegopt, kNewerSchema, kCorrupt, kFull, kIo, kBusy.
+/// Takes the exclusive lock `<path>.lock` (a flock, which the kernel releases however the process ends). Checks that
+/// the file is a legopt database of no newer schema, that the log beside it belongs to it, and that its pages are
+/// undamaged. Applies missing migrations, each in one transaction, and sets WAL with synchronous FULL. Throws
+/// StoreError: kUnwritable, kLocked, kNotLegopt, kNewerSchema, kCorrupt, kFull, kIo, kBusy.
 std::unique_ptr<Store> OpenSqliteStore(const std::filesystem::path& path);
 
 }  // namespace legopt::db

@@ -1,4 +1,4 @@
-// What people change about experiments after their submission. Rare, so these statements are prepared when needed.
+// Changes that users make to submitted experiments. They are rare, so the statements are prepared when needed.
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,12 +15,13 @@ namespace {
                                                     "; this is a defect of legopt");
 }
 
-// Rows are deleted before what they refer to; the foreign keys are checked at the end of the transaction.
+// Allows deleting rows before the rows that refer to them; foreign keys are checked at the end of the transaction.
 void DeferForeignKeys(Connection& connection) { connection.Execute("PRAGMA defer_foreign_keys = ON"); }
 
 }  // namespace
 
-// Keeps the results of solves that the clock stopped among the stale ones and queues their jobs; returns how many.
+// Moves results of solves that hit the wall-time limit to the stale results and re-queues their jobs. Returns their
+// number.
 std::int64_t SqliteStore::RequeueTimeLimited(const RetryExperiment& op) {
   std::vector<std::int64_t> jobs;
   Statement find(connection_, sql::kTimeLimitedResults, false);
@@ -62,7 +63,7 @@ void SqliteStore::Do(const DeleteExperiment& op) {
   find.Reset();
   DeferForeignKeys(connection_);
   Statement(connection_, sql::kRememberDeletedIds, false).Run();
-  // The experiment first: the schema lets nothing of an experiment go that is still there.
+  // Delete the experiment first: the schema forbids deleting rows of an existing experiment.
   Statement(connection_, sql::kDeleteExperiment, false).Run(op.experiment_id);
   for (const char* statement : sql::kDeleteOfJobs) Statement(connection_, statement, false).Run(first_job, end_job);
   for (const char* statement : sql::kDeleteOfExperiment) Statement(connection_, statement, false).Run(op.experiment_id);

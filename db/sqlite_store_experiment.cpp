@@ -38,7 +38,7 @@ void RequireLegal(const NewExperiment& experiment, const NewJob& job) {
   }
 }
 
-// problem_key by task and number
+// problem_key by task and problem number
 using ProblemKeys = Per<Task, std::unordered_map<std::int64_t, std::int64_t>>;
 
 ProblemKeys ReadProblemKeys(Statement& find, std::int64_t dataset_id) {
@@ -49,8 +49,8 @@ ProblemKeys ReadProblemKeys(Statement& find, std::int64_t dataset_id) {
   return keys;
 }
 
-// Inserts `count` rows, by `batch` while there are enough for it and then by `single`. `bind` binds row i from
-// `parameter` on and returns how many values that was.
+// Inserts `count` rows with the multi-row statement `batch` and the remaining ones with `single`. `bind` binds row i
+// starting at a parameter number and returns the number of bound values.
 template <class Bind>
 void InBatches(Statement& batch, Statement& single, std::size_t count, const Bind& bind) {
   for (std::size_t done = 0; done < count;) {
@@ -65,7 +65,7 @@ void InBatches(Statement& batch, Statement& single, std::size_t count, const Bin
 }  // namespace
 
 std::int64_t SqliteStore::PutDataset(const DatasetRecord& dataset) {
-  // Names that are no UTF-8 are of no dataset that can be loaded; they must not end the server either.
+  // Names that are not valid UTF-8 belong to a dataset that cannot be loaded; they must not crash the server.
   const std::string joints = Dump(nlohmann::json(dataset.joint_names));
   statements_->put_dataset.Run(dataset.hash, dataset.name, dataset.joint_names.empty() ? "" : joints);
   return FindId(statements_->find_dataset.BindAll(dataset.hash));
@@ -77,7 +77,7 @@ std::int64_t SqliteStore::PutMethod(const MethodRecord& method) {
   return FindId(statements_->find_method.BindAll(method.hash, method.name));
 }
 
-// Keys of the problems, in their order; those that are not there yet are put there.
+// Returns the keys of the problems, in their order, after inserting the missing ones.
 std::vector<std::int64_t> SqliteStore::PutProblems(std::int64_t dataset_id, std::span<const ProblemRecord> problems) {
   ProblemKeys keys = ReadProblemKeys(statements_->find_problems, dataset_id);
   std::vector<const ProblemRecord*> fresh;

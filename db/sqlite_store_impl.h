@@ -28,7 +28,7 @@ class SqliteStore final : public Store {
   void Idle() override;
 
  private:
-  // Prepared once; the SQL stands in sqlite_statements.h.
+  // Prepared statements; their SQL is in sqlite_statements.h.
   struct Statements {
     explicit Statements(Connection& connection);
     Statement lease_job, insert_attempt, end_attempt, end_job, insert_result, insert_waypoint, insert_unsolved;
@@ -81,11 +81,11 @@ class SqliteStore final : public Store {
 
   void OpenForWriting(const std::filesystem::path& path);
 
-  DatabaseFile file_;  // outlives the connection
+  DatabaseFile file_;  // must outlive the connection
   Connection connection_;
-  std::optional<Statements> statements_;  // after migration
+  std::optional<Statements> statements_;  // prepared after migration
   bool written_since_checkpoint_ = false;
-  std::filesystem::path rescued_to_;  // a copy of the file when it has no name; empty: none was made
+  std::filesystem::path rescued_to_;  // path of the rescued copy if the file was unlinked; empty if none was made
 };
 
 }  // namespace legopt::db

@@ -82,7 +82,7 @@ OpenState SqliteStore::LoadOpenState() {
   return state;
 }
 
-// One more than any that was ever given, also to what is deleted now.
+// Returns one more than the largest id ever used, including ids of deleted rows.
 std::int64_t SqliteStore::NextId(const char* kind, const char* table) {
   const std::string column = std::string(kind) + "_id";
   return connection_.QueryInt("SELECT 1 + max((SELECT coalesce(max(" + column + "), 0) FROM " + table +
@@ -120,8 +120,8 @@ void SqliteStore::LoadSummaries(OpenState& state) {
   for (auto& [id, summary] : by_id) state.experiments.push_back(std::move(summary));
 }
 
-// Cell by cell from the indexes. To group the jobs themselves would sort all that the file has, in memory: half a
-// gigabyte for ten million. A job is done exactly when it has a result.
+// Counts per cell using the indexes. Grouping the jobs themselves would sort all jobs in memory: 500 MB for ten
+// million. A job is done if and only if it has a result.
 void SqliteStore::LoadCounts(std::map<std::int64_t, ExperimentSummary>& by_id) {
   Statement cells(connection_, sql::kCountByCell);
   while (cells.Step()) {
@@ -180,7 +180,7 @@ void SqliteStore::LoadJobs(std::int64_t first_job_id, std::int64_t num_jobs, Rul
   open.jobs.reserve(static_cast<std::size_t>(num_jobs));
   jobs.BindAll(first_job_id, first_job_id + num_jobs, rule);
   for (std::int64_t last_cell = 0; jobs.Step(); last_cell = jobs.column_int(10)) {
-    if (jobs.column_int(10) != last_cell) open.cell_times.emplace_back();  // the jobs of a cell follow each other
+    if (jobs.column_int(10) != last_cell) open.cell_times.emplace_back();  // the jobs of a cell are contiguous
     open.cell_times.back().wall_us += jobs.column_int(11);
     open.cell_times.back().waypoints += jobs.column_int(12);
     open.jobs.push_back({jobs.column_word<JobState>(0), static_cast<int>(jobs.column_int(1)),

@@ -1,5 +1,5 @@
-// What the store does when its file is not where it was: everything acknowledged is still reachable through the open
-// file, and is brought to where people find it before the process ends.
+// Handles a database file that is no longer at its path: all acknowledged data is still reachable through the open
+// file, and is saved to a place where users find it before the process ends.
 #include <ctime>
 #include <string>
 
@@ -34,10 +34,10 @@ void SqliteStore::ThrowDisplaced(Place place, const std::string& remedy) const {
                                                    (remedy.empty() ? "" : "; " + remedy));
 }
 
-// Moves the whole log into the file, which has another name or none. False: not all of it yet.
+// Moves the whole log into the file, which was renamed or unlinked. Returns false if some of the log remains.
 bool SqliteStore::CheckpointAll() {
   try {
-    connection_.SetBusyTimeout(std::chrono::milliseconds(0));  // a reader must not stop the server
+    connection_.SetBusyTimeout(std::chrono::milliseconds(0));  // a reader must not block the server
     const bool all = connection_.QueryInt("PRAGMA wal_checkpoint(TRUNCATE)") == 0;
     connection_.SetBusyTimeout(Connection::kBusyTimeout);
     return all;
@@ -47,7 +47,7 @@ bool SqliteStore::CheckpointAll() {
   }
 }
 
-// Brings what was acknowledged to safety; says where it is and what to do.
+// Saves all acknowledged data; returns a message with its location and what to do.
 std::string SqliteStore::Rescue(Place place) {
   const bool whole = CheckpointAll();
   if (place == Place::kSideFile) {

@@ -77,7 +77,7 @@ bool Abilities::Has(const Need& need) const {
   return std::any_of(capabilities_.begin(), capabilities_.end(), [&](const Capability& capability) {
     if (capability.kind != kind) return false;
     const bool by_hash = kind != CapabilityKind::kCollision;
-    const bool by_name = kind != CapabilityKind::kDataset;  // its name is for people
+    const bool by_name = kind != CapabilityKind::kDataset;  // dataset names are for display only
     return (!by_hash || capability.hash == need.hash) && (!by_name || capability.name == need.name);
   });
 }
@@ -109,7 +109,7 @@ std::string Abilities::HashOf(CapabilityKind kind, const std::string& name) cons
   return found == capabilities_.end() ? std::string() : found->hash;
 }
 
-// A method is the server's word for a set of options; only these two keys concern who can run it.
+// The server does not interpret method options, except for these two keys, which determine the requirements.
 std::vector<Need> NeedsOf(const db::MethodRecord& method) {
   std::vector<Need> needs;
   const auto parsed = TryParseJson(method.options_json);

@@ -29,7 +29,7 @@ void ConditionWatch::Look(const Scheduler& scheduler, const Instant& now, const 
   LookAtExperiments(scheduler, now, store_error, ops);
 }
 
-// It is low until clearly more is free, so that a disk at the limit is reported once.
+// A low disk stays low until clearly more space is free, so that it is reported only once.
 void ConditionWatch::LookAtDisk(const Instant& now, Scheduler::Ops& ops) {
   constexpr double kRecovery = 1.2;
   if (disk_space_) disk_ = disk_space_();
@@ -45,7 +45,7 @@ void ConditionWatch::LookAtDisk(const Instant& now, Scheduler::Ops& ops) {
 void ConditionWatch::LookAtExperiments(const Scheduler& scheduler, const Instant& now, const std::string& store_error,
                                        Scheduler::Ops& ops) {
   std::map<std::int64_t, microseconds> still;
-  std::optional<Outlooks> outlooks;  // costs a look at every lease: only where an experiment is active
+  std::optional<Outlooks> outlooks;  // expensive (visits every lease), so created only if an experiment is active
   for (const auto& [id, summary] : scheduler.experiments()) {
     if (summary.state != db::ExperimentState::kActive || summary.control.hold != db::Hold::kNone) continue;
     if (!outlooks) outlooks.emplace(scheduler, now, store_error);

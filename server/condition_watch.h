@@ -14,31 +14,32 @@
 
 namespace legopt::server {
 
-/// What a ConditionWatch compares with.
+/// Limits of a ConditionWatch.
 struct ConditionLimits {
-  microseconds interval{2'000'000};     ///< between looks
-  microseconds standstill{60'000'000};  ///< an experiment that has not moved for so long is reported
-  double low_share = 0.10;              ///< a disk with less free is low, if it has also less than `low_bytes` free
+  microseconds interval{2'000'000};     ///< time between checks
+  microseconds standstill{60'000'000};  ///< an experiment without progress for this long is reported
+  double low_share = 0.10;              ///< a disk is low if the free share is below this and fewer than `low_bytes`
+                                        ///< are free
   std::int64_t low_bytes = std::int64_t{50} << 30;
 };
 
-/// Looks for conditions that nobody reports by a message, and records an event when one begins: "no_progress" (an
-/// active experiment stands still, with the reason; pauses, holds and work for other experiments are no standstill) and
-/// "disk_low" (of the file system with the database).
+/// Detects conditions that no message reports, and records an event when one begins: "no_progress" (an active
+/// experiment stalls; the event contains the reason; pauses, holds and waiting for other experiments are not stalls)
+/// and "disk_low" (on the file system of the database).
 ///
-/// Thread rule: the server's.
+/// Thread rule: the server's thread.
 class ConditionWatch {
  public:
   using DiskSpace = std::function<std::optional<db::DiskSpace>()>;
 
-  /// `disk_space` may be empty: no disk is watched.
+  /// `disk_space` may be empty; then no disk is monitored.
   ConditionWatch(const ConditionLimits& limits, DiskSpace disk_space)
       : limits_(limits), disk_space_(std::move(disk_space)) {}
 
-  /// Looks if it is time, and appends the events.
+  /// Checks the conditions if the interval has passed, and appends the events.
   void Look(const Scheduler& scheduler, const Instant& now, const std::string& store_error, Scheduler::Ops& ops);
 
-  /// As of the last look; empty: unknown.
+  /// Disk space at the last check; nullopt if unknown.
   const std::optional<db::DiskSpace>& disk() const { return disk_; }
   bool disk_is_low() const { return disk_low_; }
 
@@ -52,8 +53,8 @@ class ConditionWatch {
   microseconds next_look_{0};
   std::optional<db::DiskSpace> disk_;
   bool disk_low_ = false;
-  std::map<std::int64_t, microseconds> still_since_;  ///< by experiment
-  std::set<std::int64_t> reported_;                   ///< of these
+  std::map<std::int64_t, microseconds> still_since_;  ///< key: experiment
+  std::set<std::int64_t> reported_;                   ///< subset of still_since_ that has been reported
 };
 
 }  // namespace legopt::server

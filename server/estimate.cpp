@@ -9,7 +9,7 @@
 namespace legopt::server {
 namespace {
 
-// So many last jobs are dealt to slots one by one; those before them only fill the slots evenly.
+// Number of last jobs that are assigned to slots one by one; the jobs before them are spread evenly.
 constexpr std::int64_t kDealtOneByOne = 1024;
 constexpr double kOverdueShare = 0.25;
 
@@ -23,7 +23,7 @@ struct Exposure {
   std::optional<double> rate() const { return waypoints > 0 ? std::optional(seconds / waypoints) : std::nullopt; }
 };
 
-// Part of the job that is done, [0, 1]; 0: not known. Half of the window under way is, on average.
+// Returns the finished share of the job, [0, 1]; 0: unknown. On average, half of the current window is done.
 double ShareDone(const RunningWork& job) {
   if (job.windows_solved == 0) return 0;
   return std::min((job.windows_solved + 0.5) / job.windows, 1.0);
@@ -56,7 +56,7 @@ double RemainingOf(const RunningWork& job, double seconds_per_waypoint) {
   return std::min(std::max(expected - job.elapsed_s, kOverdueShare * job.elapsed_s), at_most);
 }
 
-// When each slot is free, soonest first.
+// Times at which the slots become free, earliest first.
 class Slots {
  public:
   Slots(const std::vector<double>& busy_s, std::size_t count) {
@@ -71,7 +71,7 @@ class Slots {
     std::push_heap(free_at_.begin(), free_at_.end(), std::greater<>());
   }
 
-  // Work in small pieces raises the soonest ones to a common level.
+  // Distributes divisible work: fills the earliest slots up to a common time.
   void Pour(double work_s) {
     std::sort(free_at_.begin(), free_at_.end());
     double level = free_at_.front();
@@ -81,7 +81,7 @@ class Slots {
       level = free_at_[filled++];
     }
     level += work_s / static_cast<double>(filled);
-    std::fill_n(free_at_.begin(), filled, level);  // still sorted, and so a heap
+    std::fill_n(free_at_.begin(), filled, level);  // still sorted, hence a heap
   }
 
   double last() const { return *std::max_element(free_at_.begin(), free_at_.end()); }
@@ -94,7 +94,7 @@ class Slots {
 
 std::vector<std::optional<double>> SecondsPerWaypoint(const WorkLeft& left) {
   const std::vector<Exposure> exposure = ExposureOfKinds(left);
-  std::map<std::pair<std::size_t, Task>, Exposure> known;  // method and task of kinds with a job that has ended
+  std::map<std::pair<std::size_t, Task>, Exposure> known;  // method and task of kinds that have an ended job
   for (const JobKind& kind : left.kinds) {
     if (kind.waypoints > 0) known.try_emplace({kind.method, kind.task});
   }
@@ -123,7 +123,7 @@ std::optional<double> EstimateRemaining_s(const WorkLeft& left) {
   for (const RunningWork& job : left.running) busy_s.push_back(RemainingOf(job, *rates[job.kind]));
   const std::size_t machines = std::max(static_cast<std::size_t>(std::ceil(left.slots)), busy_s.size());
   Slots slots(busy_s, machines);
-  const double stretch = static_cast<double>(machines) / left.slots;  // a slot that is shared takes longer
+  const double stretch = static_cast<double>(machines) / left.slots;  // a shared slot takes longer
   std::int64_t waiting = 0;
   for (const QueuedWork& work : left.queued) waiting += work.count;
   for (const QueuedWork& work : left.queued) {

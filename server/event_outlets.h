@@ -8,16 +8,16 @@
 
 namespace legopt::server {
 
-/// Where events go beside the database: the log on standard error, and the command of --notify. Only events that may
-/// change what a person plans go there. Thread rule: one thread.
+/// Destinations of events other than the database: the log on standard error and the --notify command. Only events that
+/// may change a user's plans are sent. Thread rule: one thread.
 class EventOutlets {
  public:
-  /// `command`: of --notify; empty: none. Throws InputError when it does not exist.
+  /// `command`: value of --notify; nullopt: none. Throws InputError if it does not exist.
   explicit EventOutlets(const std::optional<std::string>& command);
 
-  /// An event that is on disk. Never waits.
+  /// Sends an event that is on disk. Never blocks.
   void Take(const db::RecordEvent& event);
-  /// To be called now and then; never waits.
+  /// Must be called regularly; never blocks.
   void Work();
 
  private:

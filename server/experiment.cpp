@@ -6,8 +6,8 @@
 namespace legopt::server {
 namespace {
 
-// How long at least one of the jobs' latest attempts ran. One that still runs has done so until something else of the
-// experiment was heard last.
+// Returns the time during which at least one of the jobs' latest attempts was running. Attempts that are still running
+// are assumed to have run until the last recorded event of the experiment.
 std::chrono::microseconds TimeOfLatestAttempts(const std::vector<db::OpenJob>& jobs) {
   std::int64_t last_heard_us = 0;
   for (const db::OpenJob& job : jobs) last_heard_us = std::max({last_heard_us, job.leased_at_us, job.ended_at_us});
@@ -65,7 +65,7 @@ bool Experiment::HasQueued(const Admits& admits) const {
                      [&](const Group& group) { return group.queued > 0 && admits(group); });
 }
 
-// Jobs that were leased or finished before a restart are passed over.
+// Jobs that were leased or finished before a restart are skipped.
 void Experiment::SkipTaken(Group& group) {
   std::set<std::int64_t>& returned = group.returned;
   while (!returned.empty() && job(*returned.begin()).state != db::JobState::kQueued) returned.erase(returned.begin());
@@ -129,8 +129,8 @@ std::int64_t Experiment::ExpectedUse_us(std::int64_t index) const {
   const Mean& kind = use_of_kind_[at.method * spec_.tasks.size() + at.task];
   const Mean& known = kind.count > 0 ? kind : use_of_task_[at.task];
   if (known.count > 0) return known.sum_us / known.count;
-  // Nothing has ended yet. The wall limit is a safety net, far above anything real: a newcomer that is charged it would
-  // get one slot of many until its first job ends.
+  // No attempt has ended yet. The wall limit alone is a safety net far above real times: an experiment charged with it
+  // would get only one slot until its first job ends.
   constexpr std::int64_t kUsualEvaluation_us = 1;
   const ExperimentSpec::TaskProblems& task = spec_.tasks[at.task];
   if (task.effort_limit == 0) return task.wall_limit_us;
@@ -182,7 +182,7 @@ db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t exp
   rows.memory_limit_bytes = spec.memory_limit_bytes;
   rows.dataset = spec.dataset;
   rows.methods = spec.methods;
-  std::vector<int> first_problem;  // of each task, in rows.problems
+  std::vector<int> first_problem;  // index in rows.problems of each task's first problem
   for (const ExperimentSpec::TaskProblems& task : spec.tasks) {
     rows.wall_limit_us = std::max(rows.wall_limit_us, task.wall_limit_us);
     first_problem.push_back(static_cast<int>(rows.problems.size()));

@@ -16,28 +16,30 @@ namespace legopt::server {
 
 inline constexpr double kSecondsPerMicrosecond = 1e-6;
 
-/// What the scheduler keeps of one job: 16 bytes, so that a million jobs fit in memory.
+/// Scheduler state of a job: 16 bytes, so that a million jobs fit in memory.
 struct Job {
-  std::int64_t token = 0;  ///< of the latest attempt
+  std::int64_t token = 0;  ///< token of the latest attempt
   std::uint16_t attempts = 0;
   std::uint16_t returned = 0;
   db::JobState state = db::JobState::kQueued;
-  db::AttemptOutcome outcome = db::AttemptOutcome::kRunning;   ///< of the latest attempt
-  db::AttemptOutcome previous = db::AttemptOutcome::kRunning;  ///< of the one before, as far as it ended in this life
-  bool time_limited : 1 = false;                               ///< done, and the clock stopped its solve
-  bool solved : 1 = false;                                     ///< done, and its literal verdict is kSuccess
-  /// signal of the latest attempt that crashed by a fault of its own (IsOwnFault), in this life of the server; 0: none
+  db::AttemptOutcome outcome = db::AttemptOutcome::kRunning;   ///< outcome of the latest attempt
+  db::AttemptOutcome previous = db::AttemptOutcome::kRunning;  ///< outcome of the attempt before, if it ended since the
+                                                               ///< server started
+  bool time_limited : 1 = false;                               ///< done, but the solve was stopped by the wall-time
+                                                               ///< limit
+  bool solved : 1 = false;                                     ///< done, and solved according to the experiment's rule
+  /// signal of the latest crash caused by the job itself (IsOwnFault) since the server started; 0: none
   std::uint8_t fault_signal : 6 = 0;
 };
 static_assert(sizeof(Job) == 16);
 
-/// How long the solves of a kind of job took that gave a result, and the waypoints of their problems.
+/// Total solve time of the results of a kind of jobs, and the number of waypoints of their problems.
 struct KindTime {
   double seconds = 0;
   double waypoints = 0;
 };
 
-/// An experiment in the scheduler's memory: its spec and the state of its jobs.
+/// An experiment in memory: its spec and the state of its jobs.
 class Experiment {
  public:
   Experiment(std::int64_t experiment_id, std::int64_t first_job_id, ExperimentSpec spec);
@@ -50,77 +52,77 @@ class Experiment {
   Job& job(std::int64_t index) { return jobs_[static_cast<std::size_t>(index)]; }
   const Job& job(std::int64_t index) const { return jobs_[static_cast<std::size_t>(index)]; }
 
-  /// Steady time at which the last job ended or the experiment was cancelled; empty while it is active.
+  /// Steady time at which the last job ended or the experiment was cancelled; nullopt while it is active.
   std::optional<std::chrono::microseconds> closed_at;
-  /// Its queued jobs that some worker can take, none while it is paused or held, as last accounted for.
+  /// Number of queued jobs that some worker can take, as last computed by the scheduler; 0 while paused or held.
   std::int64_t leasable = 0;
 
   Task TaskOf(std::int64_t index) const { return spec_.tasks[CoordinatesOf(spec_, index).task].task; }
 
-  /// Jobs of one method and one task, which need the same of a worker: a range of the job order.
+  /// Jobs of one method and task: a contiguous range of jobs with the same requirements.
   struct Group {
-    std::int64_t first = 0, end = 0;       ///< jobs [first, end)
-    std::vector<Need> needs;               ///< of their worker, beside the build
-    std::string method_hash;               ///< of the method
-    Task task{};                           ///< task
+    std::int64_t first = 0, end = 0;  ///< jobs [first, end)
+    std::vector<Need> needs;          ///< requirements except the build
+    std::string method_hash;
+    Task task{};
     std::int64_t queued = 0;               ///< number of queued jobs
-    int able_workers = 0;                  ///< number of online workers that can take its jobs
-    std::int64_t next_fresh = 0;           ///< jobs before it have been taken at least once
-    std::int64_t searched = 0;             ///< results of jobs before it were looked for
-    std::set<std::int64_t> returned = {};  ///< queued again
+    int able_workers = 0;                  ///< number of online workers that can run its jobs
+    std::int64_t next_fresh = 0;           ///< all earlier jobs have been taken at least once
+    std::int64_t searched = 0;             ///< reusable results have been searched for all earlier jobs
+    std::set<std::int64_t> returned = {};  ///< re-queued jobs
   };
-  using Admits = std::function<bool(const Group&)>;  ///< whether a worker can take the jobs of a group
+  using Admits = std::function<bool(const Group&)>;  ///< whether a worker can run the jobs of a group
 
   const std::vector<Group>& groups() const { return groups_; }
   const Group& GroupOf(std::int64_t index) const { return groups_[KindOf(index) / spec_.initializations.size()]; }
-  /// Whether TakeQueued would give a job.
+  /// Returns whether TakeQueued would return a job.
   bool HasQueued(const Admits& admits) const;
-  /// Takes the next queued job of the admitted groups in the order of work, jobs that came back first; empty when there
-  /// is none. The caller makes it leased.
+  /// Takes the next queued job of the admitted groups in execution order, re-queued jobs first; nullopt if there is
+  /// none. The caller must set its state to leased.
   std::optional<std::int64_t> TakeQueued(const Admits& admits);
-  /// Puts a job back that TakeQueued gave.
+  /// Re-queues a job that TakeQueued returned.
   void PutBack(std::int64_t index) { MutableGroupOf(index).returned.insert(index); }
-  /// The number of queued jobs changes by this with the state of a job.
+  /// Updates the number of queued jobs when the state of a job changes.
   void CountQueued(std::int64_t index, int change);
-  /// The number of able workers of each admitted group changes by this.
+  /// Adds `change` to the number of able workers of each admitted group.
   void CountWorker(const Admits& admits, int change);
-  /// No worker is able from here on.
+  /// Sets the number of able workers of all groups to 0.
   void ForgetWorkers();
-  /// Queued jobs of groups that have able workers.
+  /// Number of queued jobs in groups that have able workers.
   std::int64_t num_takable() const { return takable_; }
 
-  /// The next jobs of the admitted groups of which nobody has looked whether a result is known: at most `most`,
-  /// [first, end), all of one cell. Empty when the next job is one that came back, was looked at, or is not to be
-  /// looked at; TakeQueued gives it then.
+  /// Returns the next jobs of the admitted groups for which no reusable results have been searched: at most `most`
+  /// jobs, [first, end), all in one cell. Returns nullopt if TakeQueued should be called instead: the next job was
+  /// re-queued or already searched, or the experiment does not reuse results.
   struct Range {
     std::int64_t first = 0, end = 0;
   };
   std::optional<Range> NextUnsearched(std::int64_t most, const Admits& admits);
-  /// Somebody has looked.
+  /// Marks the jobs of the range as searched.
   void SetSearched(const Range& range) { MutableGroupOf(range.first).searched = range.end; }
 
-  /// CPU time, in microseconds, that an attempt of this job is expected to use: the mean over what is known of its kind
-  /// (method and task), else of its task, else what its limits allow at a microsecond a term evaluation, which is more
-  /// than it will use.
+  /// Returns the expected CPU time of an attempt of this job in microseconds: the mean of its kind (method and task) if
+  /// known, else of its task, else an upper bound from its limits at one microsecond per term evaluation.
   std::int64_t ExpectedUse_us(std::int64_t index) const;
-  /// An attempt of this job has finished after this much CPU time.
+  /// Records the CPU time of a finished attempt.
   void NoteUse(std::int64_t index, std::int64_t used_us);
 
-  /// Kind of a job: its cell of the benchmark table, counted in the order of the jobs (method, task, initialisation).
+  /// Returns the kind of a job: the index of its cell in the benchmark table, in job order (method, task,
+  /// initialization).
   std::size_t KindOf(std::int64_t index) const;
   const KindTime& kind_time(std::size_t kind) const { return kind_times_[kind]; }
-  /// The solve of a job that gave its result took so long.
+  /// Records the wall time of a solve that produced a result.
   void AddTime(std::int64_t index, std::int64_t wall_us);
 
-  /// Time in which a job of it was leased, earlier lives of the server included.
+  /// Time during which at least one of its jobs was leased, including previous runs of the server.
   std::chrono::microseconds worked{0};
-  /// What the store knows of times: those of the kinds, and how long it was worked on.
+  /// Restores solve times and total working time from the store.
   void TakeUpTimes(const db::OpenExperiment& stored);
 
  private:
   Group& MutableGroupOf(std::int64_t index) { return groups_[KindOf(index) / spec_.initializations.size()]; }
   void MakeGroups();
-  /// Drops jobs from the front of the group's queues that are not queued any more.
+  /// Removes jobs that are no longer queued from the front of the group's queues.
   void SkipTaken(Group& group);
 
   struct Mean {
@@ -131,14 +133,14 @@ class Experiment {
   std::int64_t first_job_id_;
   ExperimentSpec spec_;
   std::vector<Job> jobs_;
-  std::vector<Group> groups_;      ///< method after method
-  std::int64_t takable_ = 0;       ///< sum of `queued` of the groups with able workers
-  std::vector<Mean> use_of_task_;  ///< of finished attempts in this life of the server
-  std::vector<Mean> use_of_kind_;  ///< likewise; method after method
+  std::vector<Group> groups_;      ///< sorted by method
+  std::int64_t takable_ = 0;       ///< total of `queued` over groups with able workers
+  std::vector<Mean> use_of_task_;  ///< finished attempts since the server started
+  std::vector<Mean> use_of_kind_;  ///< finished attempts since the server started; in method order
   std::vector<KindTime> kind_times_;
 };
 
-/// The rows that make the experiment: cells and jobs numbered from the given ids.
+/// Returns the database rows of an experiment; jobs and cells are numbered starting at the given ids.
 db::NewExperiment MakeNewExperiment(const ExperimentSpec& spec, std::int64_t experiment_id, std::int64_t first_job_id,
                                     std::int64_t first_cell_id);
 

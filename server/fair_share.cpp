@@ -30,7 +30,7 @@ void FairShare::SetPriority(std::int64_t experiment_id, int priority) {
   SetWaiting(experiment_id, waiting);
 }
 
-// Those that run go along.
+// The expected time of running attempts moves with the entry.
 void FairShare::Enter(Entry& entry, int priority) {
   entry.priority = priority;
   Submitter& submitter = levels_[priority].submitters[entry.name];
@@ -67,7 +67,8 @@ bool FairShare::WaitsFor(const Submitter& submitter, const std::string& dataset)
                      [&](const auto& key) { return WaitsFor(*std::get<Entry*>(key), dataset); });
 }
 
-// Where somebody begins who joins a group: submitters of a level, or experiments of a submitter.
+// Returns the used time at which a new member of a group starts; groups are the submitters of a level and the
+// experiments of a submitter.
 template <class Group>
 std::int64_t FairShare::BeginningFor(Group& group, const std::string& dataset) {
   std::optional<std::int64_t> least;
@@ -78,7 +79,7 @@ std::int64_t FairShare::BeginningFor(Group& group, const std::string& dataset) {
   return least ? *least : group.stands[dataset];
 }
 
-// `member` has ceased to wait for the dataset.
+// Stores the used time of a member that stopped waiting for the dataset.
 template <class Group, class Member>
 void FairShare::NoteStand(Group& group, const std::string& dataset, const Member& member) {
   group.stands[dataset] = member.account.used_us;
@@ -116,7 +117,7 @@ void FairShare::End(std::int64_t experiment_id, std::int64_t expected_us, std::i
   Charge(entries_.at(experiment_id), used_us, -expected_us);
 }
 
-// Queues are ordered by what changes here.
+// The queues are ordered by virtual time, so entries are removed and reinserted.
 void FairShare::Charge(Entry& entry, std::int64_t used_us, std::int64_t running_us) {
   Submitter& submitter = *entry.submitter;
   Queue<Submitter>& queue = levels_.at(entry.priority).waiting;

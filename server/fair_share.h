@@ -10,62 +10,64 @@
 
 namespace legopt::server {
 
-/// In which order experiments are served: larger priorities first; among equals the submitter with the least virtual
-/// time, and of this one's experiments the one with the least.
+/// Order in which experiments are served: by decreasing priority; within a priority, first the submitter with the
+/// smallest virtual time, and of its experiments the one with the smallest virtual time.
 ///
-///     virtual time = CPU time that its ended attempts used + what its running attempts are expected to use
+///     virtual time = CPU time used by ended attempts + expected CPU time of running attempts
 ///
-/// in microseconds. So submitters share the workers in equal parts, and the experiments of a submitter its part,
-/// however long their jobs are and however many are handed out at once. Equal times: the older experiment first.
+/// Times are in microseconds. Thus submitters get equal shares of the workers, and the experiments of a submitter get
+/// equal parts of its share, independent of the length of their jobs and the number handed out at once. Ties: the older
+/// experiment is served first.
 ///
-/// Who begins to wait for a dataset (again) begins where the least of those stands that wait for it, what runs not
-/// counted, or where the last one stood; its own time counts when it is larger. So it is served at once, is paid
-/// nothing for the time without it, and owes nothing for having been alone. Those that do not wait (nothing queued,
-/// paused, held) keep their time as it is.
+/// An experiment that starts (or resumes) waiting for a dataset starts at the smallest used time of those waiting for
+/// the same dataset, not counting running attempts, or, if there are none, at the used time of the last one that
+/// waited; or at its own time if that is larger. Thus it is served promptly, gets no credit for the time it did not
+/// wait, and pays no penalty for having used idle workers alone. Experiments that do not wait (nothing queued, paused,
+/// held) keep their virtual time.
 ///
-/// Cost: the next to be served, and each account, O(log n) in experiments; beginning and ceasing to wait, O(n).
-/// No clock, no randomness. Thread rule: one thread.
+/// Complexity in the number n of experiments: choosing the next one and each charge, O(log n); starting and stopping to
+/// wait, O(n). Uses no clock and no random numbers. Thread rule: one thread.
 class FairShare {
  public:
-  /// A new experiment, which does not wait yet. `dataset` is the hash of what its workers must hold.
+  /// Adds an experiment, which does not wait yet. `dataset` is the content hash of the dataset that its workers need.
   void Add(std::int64_t experiment_id, const std::string& submitter, int priority, const std::string& dataset);
-  /// Nothing of it may run. Unknown ids are ignored.
+  /// Removes an experiment, which must have no running attempts. Unknown ids are ignored.
   void Remove(std::int64_t experiment_id);
-  /// It joins the others of that priority as a newcomer.
+  /// Moves an experiment to another priority, where it starts like a new one.
   void SetPriority(std::int64_t experiment_id, int priority);
-  /// Whether it has jobs that may be handed out.
+  /// Sets whether the experiment has jobs that may be handed out.
   void SetWaiting(std::int64_t experiment_id, bool waiting);
 
-  /// An attempt was handed out that is expected to use this much; >= 0.
+  /// Charges an attempt that starts with its expected CPU time, >= 0.
   void Begin(std::int64_t experiment_id, std::int64_t expected_us);
-  /// It has ended, having used `used_us` >= 0; `expected_us` as at its begin.
+  /// Replaces the expected CPU time of an ended attempt (same value as in Begin) by the used time, >= 0.
   void End(std::int64_t experiment_id, std::int64_t expected_us, std::int64_t used_us);
 
-  /// The next to be served of those that wait and are accepted; empty when there is none. The others keep their places.
+  /// Returns the next waiting experiment accepted by `accepts`; nullopt if none. The queues do not change.
   std::optional<std::int64_t> First(const std::function<bool(std::int64_t experiment_id)>& accepts) const;
 
  private:
   struct Account {
-    std::int64_t used_us = 0;     ///< by attempts that have ended
-    std::int64_t running_us = 0;  ///< expected of those that run
-    std::int64_t senior = 0;      ///< experiment id that decides between equal times
+    std::int64_t used_us = 0;     ///< CPU time used by ended attempts
+    std::int64_t running_us = 0;  ///< expected CPU time of running attempts
+    std::int64_t senior = 0;      ///< experiment id that breaks ties
     std::int64_t time() const { return used_us + running_us; }
   };
   template <class Member>
-  using Queue = std::set<std::tuple<std::int64_t, std::int64_t, Member*>>;  ///< by virtual time, then seniority
+  using Queue = std::set<std::tuple<std::int64_t, std::int64_t, Member*>>;  ///< ordered by virtual time, then seniority
 
   struct Submitter;
   struct Entry {  // an experiment
     Account account;
     int priority = 0;
-    std::string name, dataset;  // of the submitter; hash
+    std::string name, dataset;  // submitter's name; dataset hash
     Submitter* submitter = nullptr;
     bool waiting = false;
   };
-  using Stands = std::map<std::string, std::int64_t>;  ///< by dataset: where the last one stood that waited for it
+  using Stands = std::map<std::string, std::int64_t>;  ///< used time of the last one that waited; key: dataset
   struct Submitter {
     Account account;
-    int num_entries = 0;  ///< waiting or not
+    int num_entries = 0;
     Queue<Entry> waiting;
     Stands stands;
   };
@@ -91,8 +93,8 @@ class FairShare {
   static void CeaseToWait(Level& level, Entry& entry);
   void Charge(Entry& entry, std::int64_t used_us, std::int64_t running_us);
 
-  std::map<int, Level, std::greater<>> levels_;  ///< by priority, largest first
-  std::map<std::int64_t, Entry> entries_;        ///< by experiment id
+  std::map<int, Level, std::greater<>> levels_;  ///< key: priority, largest first
+  std::map<std::int64_t, Entry> entries_;        ///< key: experiment id
 };
 
 }  // namespace legopt::server

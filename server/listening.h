@@ -1,4 +1,4 @@
-// The server's end of the bridge: --listen and --access. Source: PROTOCOL.md, section 14.
+// Server side of the bridge: --listen and --access. Source: PROTOCOL.md, section 14.
 #pragma once
 
 #include <cstdint>
@@ -13,20 +13,21 @@
 
 namespace legopt::server {
 
-/// Where hosts without this one's multicast reach the server.
+/// Address for hosts that this host's multicast does not reach.
 struct ListenFlags {
-  std::optional<std::string> listen;  ///< ADDRESS:PORT or PORT; empty: nobody does
-  std::optional<std::string> access;  ///< file that tells workers so; empty: beside the database
+  std::optional<std::string> listen;  ///< ADDRESS:PORT or PORT; empty: do not listen
+  std::optional<std::string> access;  ///< path of the access file for workers; empty: beside the database
 };
 
-/// --listen, --access. The target must outlive the parse.
+/// Adds the options --listen and --access. `flags` must outlive parsing.
 void AddListenFlags(const programs::Command& command, ListenFlags* flags);
 
-/// Takes the port that was asked for, early: who cannot have it leaves no database behind. Empty when none was. Throws
-/// bus::BusError, also for an address beyond loopback without a key, unless the network is trusted.
+/// Binds the requested port; nullopt without --listen. Called before the database is opened, so that a failure leaves
+/// no database behind. Throws bus::BusError, also for a non-loopback address without a key, unless the network is
+/// trusted.
 std::optional<bridge::LinkSocket> OpenListener(const ListenFlags& flags, const bus::LcmOptions& network);
 
-/// Carries frames between the socket and the bus from now on, writes the access file, and says both in one line.
+/// Starts to forward frames between the socket and the bus, writes the access file, and prints one line about both.
 std::unique_ptr<bridge::Bridge> Listen(bridge::LinkSocket socket, const bus::LcmOptions& network,
                                        std::int64_t deployment, const std::string& access_file);
 

@@ -1,4 +1,4 @@
-// legopt-server: the experiment service of one deployment over one database file.
+// legopt-server: the experiment service of a deployment with one database file.
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
@@ -43,7 +43,7 @@ constexpr char kProgram[] = "legopt-server";
 constexpr microseconds kProbePatience{400'000};
 constexpr microseconds kLongestWait{1'000'000};
 constexpr std::int64_t kBytesPerMegabyte = 1'000'000;
-constexpr microseconds kLinger{200'000};  // answers repeats of the last requests before leaving
+constexpr microseconds kLinger{200'000};  // time for answering repeats of the last requests before the process ends
 
 struct Arguments {
   std::filesystem::path database;
@@ -61,7 +61,7 @@ std::int64_t SystemClock_us() {
   return std::chrono::duration_cast<microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-// Messages and the database hold times since 1970; a clock that is set to before that while we run stands at 1970.
+// Messages and the database store times since 1970; if the clock is set to an earlier time, 1970 is used.
 std::int64_t WallClock() { return std::max<std::int64_t>(0, SystemClock_us()); }
 
 std::string Hostname() {
@@ -85,9 +85,10 @@ void WarnAboutNetwork(const bus::LcmTransport& transport) {
   if (const std::string warning = transport.missing_key_warning(); !warning.empty()) spdlog::warn(warning);
 }
 
-// Until a signal or a client stops it; then answers repeats of its last requests for a moment. Before another server
-// of the deployment it stops at once, as in a crash: what was acknowledged is on disk, and its leases run out.
-// `owned`: a command started this server, and stops it after its workers; some of them may have been killed.
+// Runs until a signal or a client stops the server, then answers repeats of its last requests for a moment. If a rival
+// server of the deployment has precedence, it stops immediately as in a crash: acknowledged data is on disk, and its
+// leases expire. `owned`: a command started this server and stops it after its workers, some of which may have been
+// killed.
 ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, programs::StopSignals& stop,
                            EventOutlets& outlets, bool owned) {
   bool foreign_reported = false;
@@ -114,7 +115,7 @@ ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& 
   return ExitCode::kOk;
 }
 
-// The server checks and makes the tags of every role.
+// The server creates and verifies the authentication tags of all roles.
 void RequireFullKey(const bus::LcmTransport& transport, const bus::LcmOptions& network) {
   if (transport.key() == nullptr || transport.key()->role() == bus::KeyRole::kOperator) return;
   throw bus::BusError(bus::BusErrorCode::kInvalidOption,
@@ -123,11 +124,11 @@ void RequireFullKey(const bus::LcmTransport& transport, const bus::LcmOptions& n
                           "'s key; a server needs the full key, from which that one was derived");
 }
 
-// What keeps us from being the only server on these ports; empty: nothing does. The claim settles it on this machine,
-// the probe with servers on others.
+// Returns why this process is not the only server on these ports; empty if it is. The claim detects servers on this
+// machine, the probe servers on others.
 std::string ObstacleOnPorts(const PortClaim& claim, bus::LcmTransport& transport, const ServerOptions& options) {
   auto self = ProbeReply(options, microseconds(0), WallClock());
-  // Without the claim we only ask who is there, and give way to everybody.
+  // Without the claim, only probe, in order to describe the other server, and yield to all others.
   if (claim.taken()) self.server_instance = std::numeric_limits<std::int64_t>::max();
   const std::string obstacle = FindObstacle(transport, bus::RandomSeed(), self, kProbePatience);
   if (!obstacle.empty() || !claim.taken()) return obstacle;
@@ -144,7 +145,7 @@ ExitCode Serve(const Arguments& arguments) {
   }
   programs::StopSignals stop(arguments.owner);
   programs::OfferedDatasets offered(arguments.datasets);
-  // The network first: a server that may not serve leaves no database behind.
+  // Set up the network first: a server that may not run leaves no database behind.
   const bus::LcmOptions network = arguments.network.Resolve();
   auto listener = OpenListener(arguments.listen, network);
   bus::LcmTransport transport(network);
@@ -209,7 +210,7 @@ int Run(int argc, char** argv) {
   program.AddFlag("--no-dataset", arguments.no_dataset,
                   "Do not store the datasets of that folder in the database with their results");
   program.AddFlag("-v,--verbose", arguments.verbose, "Log what happens to stderr");
-  // For a program that has started us as a part of itself ('legopt run'); not for people.
+  // For a parent process that runs this server as a part of itself ('legopt run'); hidden from users.
   program.AddOption("--owner", arguments.owner, "Process whose orders to stop count; no others do").Group("");
   program.SetFooter(
       programs::ExitCodeHelp({ExitCode::kOk, ExitCode::kUsage, ExitCode::kDatabaseUnusable, ExitCode::kNetworkUnusable,
@@ -219,7 +220,7 @@ int Run(int argc, char** argv) {
   return StatusOf(Serve(arguments));
 }
 
-// Reports errors of the database; programs::RunProgram reports all others.
+// Reports database errors; programs::RunProgram reports all others.
 int RunReportingStore(int argc, char** argv) {
   using db::StoreErrorCode;
   try {
@@ -242,7 +243,7 @@ int RunReportingStore(int argc, char** argv) {
 int main(int argc, char** argv) {
   using legopt::server::kProgram;
   return legopt::programs::RunProgram(kProgram, legopt::programs::ProcessKind::kService, [&] {
-    // Standard output belongs to the "ready" line.
+    // Standard output is reserved for the "ready" line.
     const auto logger = spdlog::stderr_logger_mt(kProgram);
     legopt::programs::FormatPrintably(*logger);
     spdlog::set_default_logger(logger);

@@ -22,7 +22,7 @@ std::string OtherBuilds(const db::ExperimentSummary& summary, const std::set<std
          " --any-build'";
 }
 
-// Adjacent jobs of one kind and size are one entry: a cell of postures, however many.
+// Merges adjacent jobs of the same kind and size, so that a cell of postures is a single entry.
 void AddQueued(WorkLeft& left, std::size_t kind, double waypoints) {
   if (!left.queued.empty() && left.queued.back().kind == kind && left.queued.back().waypoints == waypoints) {
     ++left.queued.back().count;
@@ -39,14 +39,14 @@ Outlooks::Outlooks(const Scheduler& scheduler, const Instant& now, std::string s
     const std::int64_t id = worker.record.worker_id;
     workers_.emplace(id, std::move(worker));
   }
-  std::map<std::int64_t, int> begun;  // worker -> of its leases
+  std::map<std::int64_t, int> begun;  // worker -> number of running leases
   for (const LeaseView& lease : scheduler.LeasesInOrder()) {
     const auto worker = workers_.find(lease.worker_id);
     if (worker == workers_.end() || !Heard(worker->second)) {
       with_the_silent_.insert(lease.experiment_id);
       continue;
     }
-    if (++begun[lease.worker_id] > worker->second.record.slots) continue;  // waits for a slot there
+    if (++begun[lease.worker_id] > worker->second.record.slots) continue;  // waits for a slot of its worker
     worked_on_[lease.experiment_id].push_back(lease);
     ++busy_slots_;
   }
@@ -85,7 +85,7 @@ std::string Outlooks::Standstill(std::int64_t experiment_id) const {
   return busy_slots_ > 0 && !reason.empty() && reason == OtherWork(*experiment) ? std::string() : reason;
 }
 
-// --- Why it stands still ---------------------------------------------------------------------------------------------
+// --- Reasons for stalls ----------------------------------------------------------------------------------------------
 
 std::string Outlooks::WaitingFor(const db::ExperimentSummary& summary, const Experiment& experiment) const {
   if (!store_error_.empty()) return "the database cannot be written: " + store_error_;
@@ -122,9 +122,9 @@ std::string Outlooks::WaitingForWorkers(const Experiment& experiment) const {
   return missing.empty() ? "no worker takes its jobs" : missing.front();
 }
 
-// --- What nobody has -------------------------------------------------------------------------------------------------
+// --- Missing capabilities --------------------------------------------------------------------------------------------
 
-// Nothing while workers load: they may have it.
+// Empty while workers are loading, because they may have the missing capability.
 std::vector<std::string> Outlooks::Missing(const Experiment& experiment) const {
   std::vector<std::string> missing;
   int online = 0;
@@ -142,9 +142,10 @@ std::vector<std::string> Outlooks::Missing(const Experiment& experiment) const {
 }
 
 std::string Outlooks::MissingFor(const Experiment& experiment, const Experiment::Group& group) const {
-  std::vector<Need> nobody_has = scheduler_.NeedsOf(experiment, group);  // each by itself
-  std::vector<Need> nearest = nobody_has;                                // what the best worker lacks
-  std::set<std::string> other_builds;                                    // of workers that lack the build only
+  std::vector<Need> nobody_has = scheduler_.NeedsOf(experiment, group);  // needs that no worker satisfies individually
+  std::vector<Need> nearest = nobody_has;                                // unsatisfied needs of the best worker
+  std::set<std::string> other_builds;                                    // builds of workers that differ only in their
+                                                                         // build
   std::optional<std::string> refusal;
   for (const auto& [id, worker] : workers_) {
     if (!worker.online) continue;
@@ -161,14 +162,14 @@ std::string Outlooks::MissingFor(const Experiment& experiment, const Experiment:
   if (!other_builds.empty()) {
     return OtherBuilds(scheduler_.experiments().at(experiment.experiment_id()), other_builds);
   }
-  const bool together = nobody_has.empty();  // each is somewhere, all are nowhere
+  const bool together = nobody_has.empty();  // each need is satisfied somewhere, but no worker satisfies all
   std::string text;
   for (const Need& need : together ? nearest : nobody_has) text += (text.empty() ? "" : " and ") + TextOf(need);
   return "no worker has " + text + (together ? " beside the rest of what its jobs need; " : "; ") +
          CureOf((together ? nearest : nobody_has).front());
 }
 
-// Workers that could work on it do not.
+// Returns which other experiments occupy the suitable workers.
 std::string Outlooks::OtherWork(const Experiment& experiment) const {
   const int priority = scheduler_.experiments().at(experiment.experiment_id()).control.priority;
   const db::ExperimentSummary* other = nullptr;
@@ -186,7 +187,7 @@ std::string Outlooks::OtherWork(const Experiment& experiment) const {
   return "the workers are busy with " + NameOf(*other);
 }
 
-// --- How long it takes -----------------------------------------------------------------------------------------------
+// --- Remaining time --------------------------------------------------------------------------------------------------
 
 WorkLeft Outlooks::Left(const Experiment& experiment) const {
   const ExperimentSpec& spec = experiment.spec();
@@ -217,7 +218,9 @@ WorkLeft Outlooks::Left(const Experiment& experiment) const {
     running.waypoints = task.waypoints[at.problem];
     running.elapsed_s = Seconds(now_.steady - lease.since);
     running.limit_s = static_cast<double>(task.wall_limit_us) * kSecondsPerMicrosecond;
-    if (!DescriptionOf(task.task).windowed) continue;  // attempts tell nothing: the first good one is the last
+    if (!DescriptionOf(task.task).windowed)
+      continue;  // the number of attempts does not predict the remaining time:
+                 // the first success is the last attempt
     running.windows_solved = static_cast<int>(lease.progress_done);
     running.windows = static_cast<int>(lease.progress_total);
   }
@@ -225,8 +228,8 @@ WorkLeft Outlooks::Left(const Experiment& experiment) const {
   return left;
 }
 
-// Alone it gets all that can work on it; beside others of its priority its fair part, as the scheduler deals; below
-// more urgent ones what it has at the moment.
+// Returns the expected number of slots: all suitable slots for a single experiment; its fair share among experiments of
+// its priority; its current slots if there are experiments of larger priority.
 double Outlooks::SlotsFor(const Experiment& experiment) const {
   const db::ExperimentSummary& mine = scheduler_.experiments().at(experiment.experiment_id());
   std::set<std::string> submitters;
@@ -248,7 +251,7 @@ double Outlooks::SlotsFor(const Experiment& experiment) const {
   return std::max(slots, 1) / parts;
 }
 
-// Whether the scheduler deals slots to it, or has.
+// Returns whether the scheduler assigns slots to the experiment, or has assigned some.
 bool Outlooks::TakesPart(const db::ExperimentSummary& summary) const {
   if (summary.state != db::ExperimentState::kActive || summary.control.hold != db::Hold::kNone) return false;
   return summary.jobs_by_state[db::JobState::kQueued] > 0 || worked_on_.contains(summary.experiment_id);

@@ -12,40 +12,41 @@
 
 namespace legopt::server {
 
-/// What an active experiment may expect.
+/// Expected course of an active experiment.
 struct Outlook {
-  std::string waiting_for;            ///< why it stands still, for people; empty: it moves
-  std::optional<double> remaining_s;  ///< until its end, if all goes on as it does; empty while it stands still
-  double share = 0;                   ///< of the slots that work at the moment, [0, 1]
+  std::string waiting_for;            ///< why it stalls, for display; empty while it progresses
+  std::optional<double> remaining_s;  ///< estimated time until its end; nullopt while it stalls
+  double share = 0;                   ///< share of the busy slots that work on it, [0, 1]
   WorkLeft left;
-  /// What its queued jobs need and no worker has, for people: "no worker has solver 'mine' (6b4f8a0d)".
+  /// Requirements of its queued jobs that no worker satisfies, for display: "no worker has solver 'mine' (6b4f8a0d)".
   std::vector<std::string> missing;
 };
 
-/// Looks at all experiments of a scheduler at one moment. What is not in memory any more (closed for a while), and what
-/// is over, has no outlook.
+/// A snapshot of all experiments of a scheduler at one time. Experiments that are finished or no longer in memory have
+/// an empty Outlook.
 ///
-/// An experiment moves while a slot works on a job of it whose worker was heard of lately. Of the jobs that a worker
-/// holds, its slots work on those leased first. When nothing moves, the reason is the first of these that is so: the
-/// database cannot be written, the experiment is held or paused, the server stops, no worker is connected, workers
-/// still load, none has what its jobs need, nothing is heard of those that have it or its jobs, they work on others.
+/// An experiment progresses while a slot runs one of its jobs on a worker with recent messages. Of the jobs leased to a
+/// worker, its slots run those leased first. If nothing progresses, the reason is the first of these that applies: the
+/// database cannot be written; the experiment is held or paused; the server is stopping; no worker is connected;
+/// workers are still loading; no worker satisfies the requirements; no recent message from suitable workers or from
+/// workers with its jobs; the workers work on other experiments.
 ///
-/// Thread rule: the scheduler's thread; it may not change while this is used.
+/// Thread rule: the scheduler's thread. The scheduler must not change during the lifetime of this object.
 class Outlooks {
  public:
-  /// `store_error`: why the database cannot be written; empty: it can.
+  /// `store_error`: why the database cannot be written; empty if it can.
   Outlooks(const Scheduler& scheduler, const Instant& now, std::string store_error);
 
   Outlook Of(std::int64_t experiment_id) const;
-  /// Why an active experiment stands still although the service works on no other in its place; empty: it moves, waits
-  /// for its turn, or is over. Cheaper than Of.
+  /// Returns why an active experiment stalls although the workers do not work on others instead; empty if it
+  /// progresses, waits for its turn, or is finished. Cheaper than Of.
   std::string Standstill(std::int64_t experiment_id) const;
 
  private:
   using Leases = std::vector<LeaseView>;
 
   bool Heard(const WorkerStatus& worker) const;
-  /// Is online and has what jobs of it need.
+  /// Returns whether the worker is online and satisfies the requirements of its jobs.
   bool MayWorkOn(const WorkerStatus& worker, const Experiment& experiment) const;
   std::string WaitingFor(const db::ExperimentSummary& summary, const Experiment& experiment) const;
   std::string WaitingForWorkers(const Experiment& experiment) const;
@@ -59,9 +60,9 @@ class Outlooks {
   const Scheduler& scheduler_;
   Instant now_;
   std::string store_error_;
-  std::map<std::int64_t, WorkerStatus> workers_;  // by id
-  std::map<std::int64_t, Leases> worked_on_;      // by experiment: a slot works on it, its worker was heard
-  std::set<std::int64_t> with_the_silent_;        // experiments of whose jobs workers have some that are not heard
+  std::map<std::int64_t, WorkerStatus> workers_;  // key: worker id
+  std::map<std::int64_t, Leases> worked_on_;      // running leases of workers with recent messages; key: experiment
+  std::set<std::int64_t> with_the_silent_;        // experiments with leases of workers without recent messages
   std::size_t busy_slots_ = 0;
 };
 

@@ -7,12 +7,13 @@
 
 namespace legopt::server {
 
-/// Why the holder of a role's key may not have an action of control carried out; empty: the role may. Clients may
-/// pause, resume, retry, rename and tag; only operators may hold, release, rank and delete experiments and drain
-/// workers, which concerns the work of others. Pure. Source: PROTOCOL.md, section 11.
+/// Returns why a key role may not request a control action; empty if it may. Clients may pause, resume, retry, rename
+/// and tag experiments; only operators may hold, release, rank and delete experiments and drain workers, because this
+/// affects the work of other users. Pure function. Source: PROTOCOL.md, section 11.
 std::string RefusalOf(bus::KeyRole role, const legopt_msg::control_request& request);
 
-/// For messages whose type alone decides, before the server sees them (bus::MayCall): empty.
+/// Overload for messages whose permission depends only on their type, which is checked before the server sees them
+/// (bus::MayCall): returns an empty string.
 template <class Message>
 std::string RefusalOf(bus::KeyRole /*role*/, const Message& /*request*/) {
   return {};

@@ -11,14 +11,14 @@
 namespace legopt::server {
 namespace {
 
-// A socket bound to the name of the port; -1 when another process has that name. Where the kernel has no such sockets
-// (nobody can claim anything) an unbound one: the probe on the bus remains.
+// Returns a socket bound to the port's name, or -1 if another process has that name. If the kernel does not support
+// abstract sockets, returns an unbound socket: no process can claim a port there, and the probe on the bus remains.
 int Claim(int port) {
   const int descriptor = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   const std::string name = "legopt-server/udp/" + std::to_string(port);
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  // After a zero byte: a name without a file.
+  // A leading zero byte makes the name abstract, without a file.
   std::memcpy(address.sun_path + 1, name.data(), name.size());
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
   if (::bind(descriptor, reinterpret_cast<const sockaddr*>(&address), length) == 0 || errno != EADDRINUSE) {

@@ -6,9 +6,9 @@
 
 namespace legopt::server {
 
-/// The right to be the one server on a pair of UDP ports of this machine (network namespace), whatever the multicast
-/// group: a port hears every group that any program here has joined. Held while this object lives, by one abstract Unix
-/// socket per port; the kernel releases it however the process ends.
+/// Exclusive claim of a pair of UDP ports of this machine (network namespace). It covers all multicast groups, because
+/// a port receives messages of every group that any local program has joined. The claim is held during the lifetime of
+/// this object by one abstract Unix socket per port; the kernel releases it however the process ends.
 class PortClaim {
  public:
   /// Claims `port` and `port + 1`. Does not wait.
@@ -17,8 +17,8 @@ class PortClaim {
   PortClaim(const PortClaim&) = delete;
   PortClaim& operator=(const PortClaim&) = delete;
 
-  /// The port that another server holds; empty when both are ours. Two servers that want a port at the same instant
-  /// cannot both get it, and of several one always succeeds: ports are taken in ascending order.
+  /// The port claimed by another server; nullopt if both claims succeeded. Of several servers that claim a port
+  /// simultaneously, exactly one succeeds: ports are claimed in ascending order.
   std::optional<int> taken() const { return taken_; }
 
  private:

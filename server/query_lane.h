@@ -14,25 +14,25 @@
 
 namespace legopt::server {
 
-/// A query of a client that waits for a reader.
+/// A client's query that waits for a reader.
 struct WaitingQuery {
   std::int64_t ticket = 0;
   bus::EndpointId sender = 0;
   legopt_msg::query_request request;
-  std::chrono::milliseconds limit{};  ///< execution time that the query may take
+  std::chrono::milliseconds limit{};  ///< execution time limit
 };
 
-/// A queue of queries in which the senders take turns: each sender's own queries stay in order, and after each query
-/// the next sender is served. Memory: nothing is kept of a sender without waiting queries.
+/// A round-robin queue of queries: the queries of a sender stay in order, and after each query the next sender is
+/// served. Memory: no state is kept for senders without waiting queries.
 ///
 /// Thread rule: one thread at a time.
 class QueryLane {
  public:
-  std::size_t size() const { return size_; }  ///< number of waiting queries
+  std::size_t size() const { return size_; }
   void Put(WaitingQuery query);
-  /// Whether Take would return a query.
+  /// Returns whether Take would return a query.
   bool HasNext(const std::function<bool(bus::EndpointId)>& may_run) const;
-  /// Removes the next query of a sender for which `may_run` is true; empty: there is none.
+  /// Removes and returns the next query of a sender for which `may_run` is true; nullopt if there is none.
   std::optional<WaitingQuery> Take(const std::function<bool(bus::EndpointId)>& may_run);
 
  private:
@@ -44,17 +44,17 @@ class QueryLane {
   std::size_t size_ = 0;
 };
 
-/// Number and size of the queries that each sender has waiting and running. Keeps nothing of senders without queries.
+/// Number and size of each sender's waiting and running queries. No state is kept for senders without queries.
 ///
 /// Thread rule: one thread at a time.
 class QueryCounts {
  public:
   struct Counts {
-    std::size_t held = 0;     ///< waiting and running
-    std::size_t running = 0;  ///< running
+    std::size_t held = 0;  ///< waiting and running
+    std::size_t running = 0;
   };
   Counts Of(bus::EndpointId sender) const;
-  std::size_t bytes() const { return bytes_; }  ///< SQL of all held queries
+  std::size_t bytes() const { return bytes_; }  ///< SQL text of all waiting and running queries
 
   void Add(const WaitingQuery& query);
   void Remove(const WaitingQuery& query);

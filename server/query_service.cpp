@@ -22,14 +22,14 @@
 namespace legopt::server {
 namespace {
 
-// Time that a query has in each lane before it starts again in the next one. The last two lanes give each query its
-// limit. Each lane gives ten times as much as the one before: starting again costs a query a ninth of its time.
+// Execution time of the first lanes; in the last two lanes a query may use its whole limit. Each lane has ten times the
+// time of the previous one, so restarting costs a query a ninth of its time.
 constexpr std::array<std::chrono::milliseconds, 3> kSlices{
     std::chrono::milliseconds(10), std::chrono::milliseconds(100), std::chrono::milliseconds(1000)};
 constexpr std::size_t kUsualLane = kSlices.size(), kLongLane = kUsualLane + 1, kNumLanes = kLongLane + 1;
-constexpr std::size_t kMaxAnswerBytes = std::size_t{48} << 20;  // query_reply.json
+constexpr std::size_t kMaxAnswerBytes = std::size_t{48} << 20;  // limit for query_reply.json
 
-// What the statement asks for by its first comment, the default else.
+// Returns the execution time requested by the first comment of the statement, or the default.
 std::chrono::milliseconds LimitOf(std::string_view sql) {
   constexpr std::string_view kHint = "/*+ MAX_EXECUTION_TIME(";
   if (!sql.starts_with(kHint)) return QueryService::kDefaultLimit;
@@ -69,7 +69,7 @@ class QueryService::Impl {
       for (std::size_t lane = 0; lane < kNumLanes; ++lane) {
         lanes_[lane].thread = std::thread([this, lane] { Read(lane); });
       }
-    } catch (...) {  // no memory for another thread: the first ones must end before their lanes are destroyed
+    } catch (...) {  // no memory for another thread: stop the started threads before their lanes are destroyed
       Stop();
       throw;
     }
@@ -121,21 +121,21 @@ class QueryService::Impl {
 
   static constexpr const char* kTooMany = "too many queries wait; try again";
 
-  // A reader with a connection of its own.
+  // A reader thread with its own connection.
   struct Lane {
     QueryLane waiting;
-    db::ReadOnlyDatabase* running = nullptr;  // reachable by Interrupt, under the mutex
+    db::ReadOnlyDatabase* running = nullptr;  // used by Interrupt, protected by the mutex
     std::thread thread;
   };
 
   bool MayRun(bus::EndpointId sender) const { return counts_.Of(sender).running < kMostRunningOfSender; }
 
-  // Execution time of a query in this lane.
+  // Returns the execution time of a query in this lane.
   static std::chrono::milliseconds TimeIn(std::size_t lane, const WaitingQuery& query) {
     return lane < kSlices.size() ? std::min(kSlices[lane], query.limit) : query.limit;
   }
 
-  // The next query of the lane; empty: the service stops.
+  // Waits for the next query of the lane; nullopt if the service stops.
   std::optional<WaitingQuery> Next(Lane& lane) {
     const auto may_run = [this](bus::EndpointId sender) { return MayRun(sender); };
     std::unique_lock lock(mutex_);
@@ -160,7 +160,7 @@ class QueryService::Impl {
     }
   }
 
-  // Under the mutex. Moves the query to the lane that gives it more time. False: too many wait there.
+  // Moves the query to the next lane. Returns false if the lane is full. The mutex must be held.
   bool PutOff(std::size_t lane, WaitingQuery& query) {
     const std::size_t last = query.limit > kDefaultLimit ? kLongLane : kUsualLane;
     QueryLane& next = lanes_[lane + 1 < kSlices.size() ? lane + 1 : last].waiting;
@@ -170,14 +170,14 @@ class QueryService::Impl {
     return true;
   }
 
-  // Under the mutex.
+  // The mutex must be held.
   void Finish(const WaitingQuery& query, legopt_msg::query_reply reply) {
     counts_.Remove(query);
     finished_.push_back({query.ticket, std::move(reply)});
     const std::uint64_t one = 1;
-    // Fails only when the counter is full: then the descriptor is readable already.
+    // Fails only if the counter is full; then the descriptor is readable already.
     [[maybe_unused]] const ssize_t written = write(event_, &one, sizeof(one));
-    wake_.notify_all();  // other lanes may have waiting queries of the same sender
+    wake_.notify_all();  // other lanes may have waiting queries of the sender
   }
 
   legopt_msg::query_reply Run(Lane& lane, std::optional<db::ReadOnlyDatabase>& database, const WaitingQuery& query,
@@ -209,7 +209,7 @@ class QueryService::Impl {
   bool stopping_ = false;
   std::vector<Finished> finished_;
   QueryCounts counts_;
-  std::array<Lane, kNumLanes> lanes_;  // last: their threads use everything above
+  std::array<Lane, kNumLanes> lanes_;  // last member: the threads use all members above
 };
 
 QueryService::QueryService(std::filesystem::path database) : impl_(std::make_unique<Impl>(std::move(database))) {}

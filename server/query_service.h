@@ -14,43 +14,45 @@
 
 namespace legopt::server {
 
-/// Runs the SQL of clients on read-only connections in threads of its own, so that no query delays a lease.
+/// Runs clients' SQL on read-only connections in separate threads, so that queries do not delay leases.
 ///
 /// Each query is bounded in rows, bytes and time: 30 s, unless its SQL begins with the comment
 /// "/*+ MAX_EXECUTION_TIME(N) */" (N milliseconds, 1 .. 3,600,000).
 ///
-/// Queries move through five lanes, each with one thread: 10 ms, 100 ms, 1 s, up to 30 s, and more than 30 s. A query
-/// starts in the first lane. A query that needs more time than its lane gives starts again in the next one. So a query
-/// waits only for queries that take about as long as itself.
+/// There are five lanes with one thread each, for queries of up to 10 ms, 100 ms, 1 s, 30 s and more than 30 s. A query
+/// starts in the first lane. A query that exceeds the time of its lane is restarted in the next lane. Thus a query
+/// waits only for queries of similar duration.
 ///
-/// Senders take turns in each lane. At most `kMostRunningOfSender` queries of one sender run at once, and at most
-/// `kMostOfSender` wait or run; in all, at most `kMostWaiting` queries wait in a lane and `kMostWaitingBytes` of SQL.
+/// In each lane, senders take turns. At most `kMostRunningOfSender` queries of a sender run at once, and at most
+/// `kMostOfSender` wait or run. At most `kMostWaiting` queries wait in a lane, and their SQL has at most
+/// `kMostWaitingBytes` in total.
 ///
-/// Thread rule: all functions belong to the thread that made the service.
+/// Thread rule: all functions must be called by the thread that created the service.
 class QueryService {
  public:
-  static constexpr std::size_t kMostWaiting = 64;         ///< queries waiting in one lane
-  static constexpr std::size_t kMostOfSender = 16;        ///< queries of one sender, waiting and running
-  static constexpr std::size_t kMostRunningOfSender = 2;  ///< queries of one sender that run at once
-  static constexpr std::size_t kMostWaitingBytes = std::size_t{4} << 20;  ///< SQL of all queries, waiting and running
+  static constexpr std::size_t kMostWaiting = 64;                         ///< waiting queries in a lane
+  static constexpr std::size_t kMostOfSender = 16;                        ///< waiting and running queries of a sender
+  static constexpr std::size_t kMostRunningOfSender = 2;                  ///< running queries of a sender
+  static constexpr std::size_t kMostWaitingBytes = std::size_t{4} << 20;  ///< SQL text of all waiting and running
+                                                                          ///< queries
   static constexpr std::chrono::milliseconds kDefaultLimit{30'000};
   static constexpr std::chrono::milliseconds kLongestLimit{3'600'000};
 
-  /// `database` is opened at the first query, by the reader threads.
+  /// The reader threads open `database` at the first query.
   explicit QueryService(std::filesystem::path database);
   /// Interrupts the running queries.
   ~QueryService();
   QueryService(const QueryService&) = delete;
   QueryService& operator=(const QueryService&) = delete;
 
-  /// Takes a query. Returns why it is refused, with the limit that it exceeds; empty: taken.
+  /// Accepts a query. Returns an empty string, or why the query is refused, with the exceeded limit.
   std::string Start(std::int64_t ticket, bus::EndpointId sender, legopt_msg::query_request request);
 
   struct Finished {
     std::int64_t ticket = 0;
     legopt_msg::query_reply reply;
   };
-  /// Readable while TakeFinished has something to give.
+  /// Readable while TakeFinished would return results.
   int descriptor() const;
   std::vector<Finished> TakeFinished();
 

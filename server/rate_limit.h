@@ -5,14 +5,14 @@
 
 namespace legopt::server {
 
-/// Limits how often something may happen: `burst` times at once, then `per_s` times a second. No clock of its own.
+/// Token bucket rate limiter: `burst` events at once, then `per_s` events per second. Has no clock of its own.
 ///
 /// Thread rule: one thread.
 class RateLimit {
  public:
   RateLimit(double burst, double per_s) : burst_(burst), per_s_(per_s), left_(burst) {}
 
-  /// Whether it may happen once more at this steady time; if so, it is counted.
+  /// Returns whether an event is allowed at this steady time, and counts it if so.
   bool Take(std::chrono::microseconds now) {
     left_ = std::min(burst_, left_ + per_s_ * std::chrono::duration<double>(now - last_).count());
     last_ = now;

@@ -16,10 +16,10 @@ using Request = legopt_msg::result_request;
 constexpr auto& kFields = bus::kFields<Request>;
 constexpr std::size_t kNumFields = std::tuple_size_v<std::remove_cvref_t<decltype(kFields)>>;
 
-// Columns that no field gives as it stands.
+// Columns that are not copied from a field.
 constexpr bool IsDerived(std::string_view column) { return column == "num_waypoints"; }
 
-// kNumFields: there is none.
+// Returns kNumFields if there is no such field.
 consteval std::size_t IndexOfField(std::string_view name) {
   std::size_t index = 0, found = kNumFields;
   const auto look = [&](std::string_view candidate) {

@@ -7,16 +7,16 @@
 
 namespace legopt::server {
 
-/// What an attempt became, in the words of the database: the report of one that was given back says kCancelled.
+/// Maps the reported outcome to the database's enumeration; a released job is reported as kCancelled.
 db::AttemptOutcome OutcomeOf(const legopt_msg::result_request& request);
 
 struct ReportedResult {
   db::ResultRecord record;
-  std::string fault;  ///< a word that this program does not know, of a worker of another build; empty: none
+  std::string fault;  ///< enum name unknown to this program, sent by a worker of another build; empty if valid
 };
 
-/// The result in the report of a finished attempt: every column from the field of its name. `num_waypoints` counts the
-/// waypoints of the solution, at least 1: only the server knows those of the problem.
+/// Returns the result of a finished attempt; each column is read from the field with its name. `num_waypoints` is set
+/// to the number of waypoints of the solution, at least 1; only the server knows the waypoints of the problem.
 ReportedResult ResultOf(const legopt_msg::result_request& request);
 
 }  // namespace legopt::server

@@ -14,7 +14,7 @@ namespace {
 
 std::int64_t& CountOf(db::ExperimentSummary& summary, db::JobState state) { return summary.jobs_by_state[state]; }
 
-// Names are for tables; they change neither options nor hash.
+// Names are for tables only; they affect neither options nor hash.
 std::string WithoutName(const std::string& options_json) {
   auto options = TryParseJson(options_json);
   if (!options || !options->is_object()) return options_json;
@@ -51,7 +51,7 @@ Scheduler::Scheduler(const SchedulerOptions& options, db::OpenState state, Token
   wall_us_ = now.wall_us;
 }
 
-// Takes an experiment up as the store has it.
+// Restores an experiment from the store.
 void Scheduler::Open(const Instant& now, const db::OpenExperiment& open) {
   const db::ExperimentSummary& summary = summaries_.at(open.experiment_id);
   auto owned = std::make_unique<Experiment>(open.experiment_id, summary.first_job_id, ParseSpec(open.spec_json));
@@ -73,8 +73,8 @@ void Scheduler::Open(const Instant& now, const db::OpenExperiment& open) {
     job.solved = stored.solved;
     if (stored.state != db::JobState::kQueued) experiment.CountQueued(index, -1);
     if (stored.state != db::JobState::kLeased) continue;
-    // The worker may still be at it. Without word from it the job must be free before a server that is restarted again
-    // and again is gone: a full lease each time would keep the jobs of dead workers leased for ever.
+    // The worker may still be running the job. The lease is shorter than a full one, because a server that restarts
+    // repeatedly would otherwise keep the jobs of dead workers leased forever.
     const microseconds expires = now.steady + options_.lease * 9 / 10;
     AddLease(experiment, index, {stored.worker_id, expires, false, next_order_++, now.steady});
   }
@@ -83,7 +83,7 @@ void Scheduler::Open(const Instant& now, const db::OpenExperiment& open) {
   UpdateWaiting(experiment);
 }
 
-// Its jobs take no part before UpdateWaiting.
+// Its jobs are not scheduled before UpdateWaiting is called.
 void Scheduler::AddOpen(std::unique_ptr<Experiment> experiment) {
   const std::int64_t id = experiment->experiment_id();
   const ExperimentSpec& spec = experiment->spec();
@@ -180,7 +180,7 @@ legopt_msg::cancel_reply Scheduler::Cancel(const Instant& now, const legopt_msg:
     return reply;
   }
   if (found->second.state != db::ExperimentState::kActive) {
-    // Asked again, or too late: nothing is left to cancel, which is what the caller wants.
+    // A repeated or late request: nothing is left to cancel, so the caller's goal is reached.
     reply.message = "experiment " + std::to_string(request.experiment_id) + " is " +
                     std::string(ToString(found->second.state)) + " already";
     return reply;
@@ -203,7 +203,7 @@ legopt_msg::cancel_reply Scheduler::Cancel(const Instant& now, const legopt_msg:
   return reply;
 }
 
-// What held it back ends with it, so that a retry is not held.
+// Clears pauses and holds, so that a retried experiment is not held.
 void Scheduler::Close(const Instant& now, Experiment& experiment, db::ExperimentState state) {
   db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
   summary.state = state;
@@ -223,7 +223,7 @@ void Scheduler::FinishIfComplete(const Instant& now, Experiment& experiment, Ops
   ops.emplace_back(db::RecordEvent{"experiment_finished", now.wall_us, summary.experiment_id, {}, {}, {}});
 }
 
-// --- Small parts -----------------------------------------------------------------------------------------------------
+// --- Small functions -------------------------------------------------------------------------------------------------
 
 Scheduler::Worker* Scheduler::FindWorker(std::int64_t worker_id, bus::EndpointId sender) {
   const auto found = workers_.find(worker_id);
@@ -257,8 +257,8 @@ void Scheduler::SetJobState(Experiment& experiment, std::int64_t index, db::JobS
   UpdateWaiting(experiment);
 }
 
-// To be called whenever the number of its queued jobs has changed, or whether they may be leased: paused or held, or
-// needing what no worker has.
+// Must be called whenever the number of queued jobs changes, or whether they can be leased: paused, held, or without
+// able workers.
 void Scheduler::UpdateWaiting(Experiment& experiment) {
   const bool free = summaries_.at(experiment.experiment_id()).control.hold == db::Hold::kNone;
   const std::int64_t leasable = free ? experiment.num_takable() : 0;
@@ -274,10 +274,11 @@ void Scheduler::AddLease(Experiment& experiment, std::int64_t index, LeaseState 
   leases_[experiment.job_id(index)] = std::move(lease);
 }
 
-// What its worker has not told is taken for the time since it got the job, however many wait there before it. More
-// than the job may use is not believed.
+// If the worker reported no CPU time, the time since the lease was granted is used, including waiting for a slot. The
+// time is limited to the wall-time limit of the job.
 void Scheduler::DropLease(const Instant& now, const JobRef& ref) {
-  constexpr std::int64_t kLeastUse_us = 100;  // what handing it out costs: jobs for nothing have their turns, too
+  constexpr std::int64_t kLeastUse_us = 100;  // minimum charge: the cost of a lease, so that jobs without work take
+                                              // turns as well
   const auto found = leases_.find(ref.experiment->job_id(ref.index));
   if (found == leases_.end()) return;
   const LeaseState lease = found->second;

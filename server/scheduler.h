@@ -37,47 +37,54 @@ namespace legopt::server {
 
 using std::chrono::microseconds;
 
-/// The moment at which a message is handled. Only `steady` decides anything; `wall_us` (microseconds since 1970) is
-/// written beside rows for people and may jump.
+/// The time at which a message is handled. Decisions depend only on `steady`; `wall_us` (microseconds since 1970) is
+/// stored in rows for display and may jump.
 struct Instant {
   microseconds steady{0};
   std::int64_t wall_us = 0;
 };
 
 struct SchedulerOptions {
-  std::int64_t server_instance = 0;            ///< random, of this server process
-  microseconds lease{10'000'000};              ///< renewed by every heartbeat that lists it
-  microseconds grace{1'500'000};               ///< waited beyond the lease: the worker stops itself first
-  microseconds heartbeat{500'000};             ///< asked of workers; a cancelled job runs on for as long
-  microseconds expiry_scan{100'000};           ///< how often Tick looks for expired leases
-  microseconds sighting{60'000'000};           ///< between writes of a living worker's last sighting
-  microseconds retention{60'000'000};          ///< closed experiments stay in memory for late messages
-  microseconds min_retry{50'000};              ///< told to a worker for which there is no job now
-  microseconds retry_per_worker{2'000};        ///< times the number of workers: bounds the rate of idle requests
-  microseconds offline_shown{86'400'000'000};  ///< a worker that is gone is listed for as long
-  std::size_t most_offline_shown = 100;        ///< number of such workers
-  int max_leases_per_request = 64;             ///< whatever the worker asks for
-  int max_returns_per_job = 16;                ///< attempts given back without charge; further ones are charged
+  std::int64_t server_instance = 0;            ///< random id of this server process
+  microseconds lease{10'000'000};              ///< lease duration; renewed by every heartbeat that lists the lease
+  microseconds grace{1'500'000};               ///< waiting time after the end of a lease; the worker stops the job
+                                               ///< before
+  microseconds heartbeat{500'000};             ///< heartbeat interval of workers; a cancelled job continues for up to
+                                               ///< this time
+  microseconds expiry_scan{100'000};           ///< interval at which Tick checks for expired leases
+  microseconds sighting{60'000'000};           ///< interval at which a worker's last-seen time is stored
+  microseconds retention{60'000'000};          ///< time that closed experiments stay in memory for late messages
+  microseconds min_retry{50'000};              ///< shortest retry interval of workers without jobs
+  microseconds retry_per_worker{2'000};        ///< multiplied by the number of workers; bounds the rate of requests
+                                               ///< from idle workers
+  microseconds offline_shown{86'400'000'000};  ///< time that an offline worker is listed
+  std::size_t most_offline_shown = 100;        ///< maximum number of listed offline workers
+  int max_leases_per_request = 64;             ///< upper bound, whatever the worker requests
+  int max_returns_per_job = 16;                ///< attempts that may be released without charge; further ones are
+                                               ///< charged
   std::int64_t max_open_jobs = 4'000'000;      ///< open jobs of all active experiments; further submissions are refused
   std::int64_t max_open_jobs_per_submitter = 2'000'000;    ///< open jobs of one submitter's active experiments
-  std::int64_t max_experiments = 100'000;                  ///< stored, active or not
-  std::size_t max_summary_bytes = std::size_t{256} << 20;  ///< names, methods and tags of stored experiments, in memory
-  std::int64_t max_jobs_in_memory = 8'000'000;  ///< jobs of experiments that are active or closed within `retention`
-  std::int64_t max_open_experiments = 10'000;   ///< active, and closed within `retention`
-  std::int64_t max_open_experiments_per_submitter = 5'000;           ///< those of one submitter
-  std::size_t max_spec_bytes = std::size_t{128} << 20;               ///< specifications of these experiments
-  std::size_t max_spec_bytes_per_submitter = std::size_t{32} << 20;  ///< those of one submitter
-  std::size_t max_new_worker_bytes = std::size_t{64} << 20;  ///< memory of workers that never leased a job; when it is
-                                                             ///< exceeded, the server forgets the longest silent ones
-  microseconds new_worker_kept{600'000'000};        ///< time after which a silent worker that never leased is forgotten
-  std::size_t max_gone_workers = 10'000;            ///< offline workers kept in memory; the database has them all
-  double control_burst = 10'000;                    ///< control requests with an event that are accepted at once
-  double controls_per_s = 10;                       ///< control requests with an event that are accepted for long
-  std::int64_t disk_reserve_bytes = 1'000'000'000;  ///< free disk that submissions leave for results; at most
+  std::int64_t max_experiments = 100'000;                  ///< stored experiments, active or not
+  std::size_t max_summary_bytes = std::size_t{256} << 20;  ///< memory for names, methods and tags of stored experiments
+  std::int64_t max_jobs_in_memory = 8'000'000;  ///< jobs of experiments that are active or were closed within
+                                                ///< `retention`
+  std::int64_t max_open_experiments = 10'000;   ///< experiments that are active or were closed within `retention`
+  std::int64_t max_open_experiments_per_submitter = 5'000;           ///< such experiments of one submitter
+  std::size_t max_spec_bytes = std::size_t{128} << 20;               ///< memory for the specs of these experiments
+  std::size_t max_spec_bytes_per_submitter = std::size_t{32} << 20;  ///< memory for the specs of one submitter
+  std::size_t max_new_worker_bytes = std::size_t{64} << 20;  ///< memory of workers that never leased a job; above the
+                                                             ///< limit, the workers silent for longest are removed
+  microseconds new_worker_kept{600'000'000};        ///< time after which a silent worker that never leased a job is
+                                                    ///< removed
+  std::size_t max_gone_workers = 10'000;            ///< offline workers kept in memory; the database stores all
+  double control_burst = 10'000;                    ///< control requests that are accepted at once (those that record
+                                                    ///< an event)
+  double controls_per_s = 10;                       ///< sustained rate of these control requests
+  std::int64_t disk_reserve_bytes = 1'000'000'000;  ///< disk space that submissions leave free for results; at most
                                                     ///< kMostReservedShare of the disk
 };
 
-/// What the scheduler has seen since it was made.
+/// Event counters since the scheduler was created.
 struct SchedulerCounters {
   std::uint64_t submitted = 0, resubmitted = 0, submissions_refused = 0;
   std::uint64_t leases = 0, heartbeats = 0, renewals = 0, unknown_leases = 0, leases_expired = 0;
@@ -89,13 +96,13 @@ struct SchedulerCounters {
   std::vector<std::pair<std::string_view, std::uint64_t>> Listing() const;
 };
 
-/// What decides which jobs a worker gets.
+/// Properties that determine which jobs a worker gets.
 struct WorkerProfile {
   using Refused = std::map<std::pair<std::string, Task>, std::string>;
 
   Abilities abilities;
-  bool draining = false;  ///< a person has asked it to leave: it gets no more jobs
-  Refused refused;        ///< (method hash, task) of jobs that it has refused since its hello -> why
+  bool draining = false;  ///< draining was requested: the worker gets no more jobs
+  Refused refused;        ///< (method hash, task) of jobs that it refused since its hello -> reason
 
   bool operator==(const WorkerProfile&) const = default;
 };
@@ -103,75 +110,75 @@ struct WorkerProfile {
 struct WorkerStatus {
   db::WorkerRecord record;
   bool online = false;
-  microseconds last_seen{0};  ///< steady; 0: not since this server started
+  microseconds last_seen{0};  ///< steady time; 0: not seen since this server started
   std::int64_t leases = 0;
   WorkerProfile profile;
 };
 
-/// A leased job whose worker told how far it is.
+/// Progress of a leased job, as reported by its worker.
 struct JobProgress {
   std::int64_t job_id = 0;
   Task task{};
   std::int64_t worker_id = 0;
-  std::int64_t done = 0, total = 0;  ///< windows of a windowed task, attempts otherwise
+  std::int64_t done = 0, total = 0;  ///< windows of a windowed task, attempts of others
 };
 
-/// A lease at this moment.
+/// State of a lease.
 struct LeaseView {
   std::int64_t job_id = 0;
   std::int64_t experiment_id = 0;
   std::int64_t worker_id = 0;
-  microseconds since{0};  ///< steady; given, or taken up by this server
+  microseconds since{0};  ///< steady time when it was granted, or restored by this server
   std::int64_t progress_done = 0, progress_total = 0;
 };
 
-/// Decides who works on what: the queue semantics of lcmtypes/PROTOCOL.md as a pure state machine.
+/// Assigns jobs to workers: the queue semantics of lcmtypes/PROTOCOL.md as a pure state machine.
 ///
-/// Each message handler takes the time and the message and returns the reply; what must be durable before that reply
-/// may be sent is appended to `ops`. The caller applies the operations in order, whole batches at a time, and holds
-/// back replies until the commit. It has no clock, thread, randomness or input/output of its own: tokens come from
-/// `TokenSource`, what is no longer in memory from `Lookup`.
+/// Each message handler takes the time and the message and returns the reply. Operations that must be durable before
+/// the reply is sent are appended to `ops`. The caller applies the operations in order, in whole batches, and delays
+/// replies until the commit. The scheduler has no clock, threads, random numbers or input/output: tokens come from
+/// `TokenSource`, data that is not in memory from `Lookup`.
 ///
-/// Promises, provided every batch is applied in order or the scheduler is thrown away:
-///  - a submission id makes one experiment; with other content it is refused;
-///  - a job has at most one lease at a time and at most one accepted result, under the token of its current lease;
-///  - attempts count when leased; `max_attempts` charged attempts make a job dead, with the last evidence;
-///  - a worker that falls silent costs at most one attempt per slot: those of its leases that were given first, as it
-///    begins them in that order; what it held ready is queued again without a charge;
-///  - after a restart from the store, running leases go on and can be completed by their workers;
-///  - no job of a paused or held experiment is leased, and larger priorities are leased first;
-///  - a job is leased only to a worker that has what it needs (capability.h) and has not refused jobs of its method and
-///    task; a refusal is never charged;
-///  - an experiment is finished by the build of the worker that took its first job, unless its spec or a person says
-///    that any may;
-///  - a job for which the store knows the finished result of an equal job when its first lease is due takes that over,
-///    unless its spec says "again": of the build that finishes the experiment, where one does;
-///  - what requests make last is bounded by `SchedulerOptions`: a submission beyond a limit is refused with the
-///  numbers,
-///    and a worker that never leased a job has no row in the store and is forgotten when it falls silent;
-///  - among equal priorities submitters share the workers in equal parts of CPU time, and so do the experiments of each
-///    (fair_share.h), from the start of this process on: what was used before it is forgotten.
+/// Guarantees, provided that every batch is applied in order or the scheduler is discarded:
+/// * A submission id creates one experiment; reusing it with other content is refused.
+/// * A job has at most one lease at a time and at most one accepted result, under the token of its current lease.
+/// * Attempts are counted when leased; after `max_attempts` charged attempts a job is dead, and the last error is kept.
+/// * A worker that falls silent costs at most one attempt per slot: its oldest leases, because it starts jobs in that
+///   order. Prefetched jobs are re-queued without a charge.
+/// * After a restart from the store, running leases continue and can be completed by their workers.
+/// * Jobs of paused or held experiments are not leased; larger priorities are leased first.
+/// * A job is leased only to a worker that satisfies its requirements (capability.h) and has not refused a job of the
+///   same method and task; a refusal is never charged.
+/// * An experiment is finished by the build of the worker that took its first job, unless its spec or a user allows any
+///   build.
+/// * If the store has the finished result of an identical job when a job is about to be leased for the first time, the
+///   result is reused, unless the spec says "again"; only results of the experiment's build are reused if it is
+///   restricted to one.
+/// * The state that requests leave behind is bounded by `SchedulerOptions`: a submission beyond a limit is refused with
+///   the numbers. A worker that never leased a job has no row in the store and is removed when it falls silent.
+/// * Within a priority, submitters get equal shares of CPU time, and so do the experiments of each submitter
+///   (fair_share.h). Only time used since the start of this process counts.
 ///
 /// Thread rule: one thread.
 class Scheduler {
  public:
   using Ops = std::vector<db::StoreOp>;
   using TokenSource = std::function<std::int64_t()>;  ///< positive, unpredictable, never repeated
-  /// What the store knows and the scheduler does not keep in memory. Only committed facts are asked for.
+  /// Access to stored data that the scheduler does not keep in memory. Only committed data is requested.
   struct Lookup {
     std::function<std::optional<db::AttemptRecord>(std::int64_t job_id, int attempt)> attempt;
     std::function<std::optional<std::string>(const std::string& method_hash)> method_options;
     std::function<std::optional<db::OpenExperiment>(std::int64_t experiment_id)> experiment;
     std::function<std::vector<db::KnownResult>(const db::ResultSearch&)> known_results;
-    /// Space where the database is; may be empty or return nothing, then there is no reserve.
+    /// Disk space of the database's file system; may be empty or return nullopt, then nothing is reserved.
     std::function<std::optional<db::DiskSpace>()> disk_space = {};
-    /// Whether the server hands out the dataset with this content hash; empty: none.
+    /// Returns whether the server offers the dataset with this content hash; empty: none.
     std::function<bool(const std::string& dataset_hash)> dataset_offered = {};
   };
 
-  /// Takes up where the store stands. Leases that were running get nine tenths of a lease from `now` on:
-  /// their last renewal is older than `now`, so that a worker that is not heard of has stopped its job by then.
-  /// Throws SpecError when a stored spec is not legal (a damaged or foreign database).
+  /// Resumes from the stored state. Leases that were running end nine tenths of a lease after `now`: they were last
+  /// renewed before `now`, so a worker that is not heard of has stopped its job by then. Throws SpecError if a stored
+  /// spec is illegal (a damaged or foreign database).
   Scheduler(const SchedulerOptions& options, db::OpenState state, TokenSource tokens, Lookup lookup,
             const Instant& now);
 
@@ -184,44 +191,45 @@ class Scheduler {
   legopt_msg::result_reply Result(const Instant& now, const legopt_msg::result_request& request, Ops& ops);
   legopt_msg::submit_reply Submit(const Instant& now, const legopt_msg::submit_request& request, Ops& ops);
   legopt_msg::cancel_reply Cancel(const Instant& now, const legopt_msg::cancel_request& request, Ops& ops);
-  /// Pauses, resumes, holds, releases, favours, retries, renames, tags or deletes an experiment.
+  /// Pauses, resumes, holds, releases, prioritizes, retries, renames, tags or deletes an experiment.
   legopt_msg::control_reply Control(const Instant& now, const legopt_msg::control_request& request, Ops& ops);
 
-  /// Ends expired leases and forgets experiments closed long ago. Call it when next_deadline() is reached; later is
-  /// allowed (leases then live longer). Not to be called while earlier operations wait for a failing store.
+  /// Ends expired leases and removes experiments closed long ago from memory. Call it when next_deadline() is reached;
+  /// a later call is allowed (leases then live longer). Must not be called while earlier operations wait for a failing
+  /// store.
   void Tick(const Instant& now, Ops& ops);
   std::optional<microseconds> next_deadline() const;
 
-  /// The server hands out the dataset with this content hash, or no longer does. Workers that fetch datasets count as
-  /// able to take its jobs.
+  /// Sets whether the server offers the dataset with this content hash. Workers that fetch datasets then count as able
+  /// to run its jobs.
   void SetDatasetOffered(const std::string& hash, bool offered);
 
-  /// While draining no job is leased; workers are told so. Everything else goes on.
+  /// While draining, no job is leased, and workers are informed; all other functions continue.
   void set_draining(bool draining) { draining_ = draining; }
-  /// Takes every running job back from its worker and puts it into the queue, without a charge.
+  /// Ends all running attempts and re-queues their jobs without a charge.
   void GiveBackAllRunning(const Instant& now, const std::string& why, Ops& ops);
 
   /// All experiments, by id.
   const std::map<std::int64_t, db::ExperimentSummary>& experiments() const { return summaries_; }
-  /// Workers that were heard of within a lease, those that still hold leases, and of the others the latest ones that
-  /// were heard of within `offline_shown`, by id.
+  /// Returns, by id: workers heard of within a lease, workers with leases, and of the others the latest ones that were
+  /// heard of within `offline_shown`.
   std::vector<WorkerStatus> workers() const;
-  /// Running jobs of an experiment that have told their progress, by job id; at most `most`.
+  /// Returns at most `most` running jobs of an experiment with reported progress, by job id.
   std::vector<JobProgress> Progress(std::int64_t experiment_id, std::size_t most) const;
-  /// When the oldest lease was given, or taken up by this server; steady. Empty: nothing is leased.
+  /// Steady time at which the oldest lease was granted or restored; nullopt without leases.
   std::optional<microseconds> oldest_lease() const;
-  /// All leases, in the order in which they were given.
+  /// All leases, in the order in which they were granted.
   std::vector<LeaseView> LeasesInOrder() const;
-  /// What the jobs of a group need of their worker, the build included.
+  /// Returns the requirements of a group's jobs, including the build.
   std::vector<Need> NeedsOf(const Experiment& experiment, const Experiment::Group& group) const;
-  /// Whether the worker has the need, or can fetch the needed dataset from the server.
+  /// Returns whether the worker satisfies the need, or can fetch the needed dataset from the server.
   bool CanGet(const WorkerProfile& worker, const Need& need) const;
-  /// The needs that the worker cannot get, in their order.
+  /// Returns the needs that the worker cannot satisfy, in their order.
   std::vector<Need> LacksOf(const WorkerProfile& worker, const std::vector<Need>& needs) const;
-  /// Whether the worker can take jobs of the experiment, after it has fetched the dataset: queued ones, or any when
-  /// none is queued.
+  /// Returns whether the worker can run queued jobs of the experiment (any jobs if none is queued), possibly after
+  /// fetching the dataset.
   bool CanWorkOn(const WorkerProfile& worker, const Experiment& experiment) const;
-  /// Null when the experiment is not in memory: unknown, or closed for longer than `retention`.
+  /// Returns nullptr if the experiment is not in memory: unknown, or closed for longer than `retention`.
   const Experiment* InMemory(std::int64_t experiment_id) const;
   const SchedulerOptions& options() const { return options_; }
   bool draining() const { return draining_; }
@@ -233,26 +241,26 @@ class Scheduler {
   struct LeaseState {
     std::int64_t worker_id = 0;
     microseconds expires{0};
-    bool confirmed = false;                    ///< listed by a heartbeat of its worker
-    std::int64_t order = 0;                    ///< in which leases were given: their worker begins them so
-    microseconds since{0};                     ///< it was given, or this server started
-    std::int64_t expected_us = 0;              ///< CPU time that it was charged beforehand
-    std::optional<std::int64_t> used_us = {};  ///< that it used, as told
+    bool confirmed = false;                    ///< a heartbeat of the worker has listed it
+    std::int64_t order = 0;                    ///< sequence number; workers start jobs in this order
+    microseconds since{0};                     ///< when it was granted, or this server started
+    std::int64_t expected_us = 0;              ///< expected CPU time, charged at the start
+    std::optional<std::int64_t> used_us = {};  ///< CPU time reported by the worker
     std::int64_t progress_done = 0, progress_total = 0;
   };
   struct Worker {
     db::WorkerRecord record;
     WorkerProfile profile;
     microseconds last_seen{0};
-    microseconds stored_seen{0};           ///< last_seen when it was last written
+    microseconds stored_seen{0};           ///< value of last_seen when it was last stored
     bool online = false;                   ///< set by SetOnline only
-    bool leaving = false;                  ///< it has said that it ends
-    bool stored = false;                   ///< it has a row in the store: it has leased a job
-    std::size_t new_bytes = 0;             ///< its part of new_worker_bytes_, while not stored
-    int online_slots = 0;                  ///< its part of online_slots_
-    std::optional<WorkerProfile> counted;  ///< as which it is counted among the able workers of groups
+    bool leaving = false;                  ///< it announced its end
+    bool stored = false;                   ///< it has a row in the store, because it has leased a job
+    std::size_t new_bytes = 0;             ///< its contribution to new_worker_bytes_ while not stored
+    int online_slots = 0;                  ///< its contribution to online_slots_
+    std::optional<WorkerProfile> counted;  ///< profile with which it is counted as an able worker of groups
     std::int64_t leases = 0;
-    int charged = 0;  ///< leases that expired at its cost since it was last heard of
+    int charged = 0;  ///< number of charged leases that expired since its last message
   };
   struct JobRef {
     Experiment* experiment = nullptr;
@@ -339,25 +347,25 @@ class Scheduler {
   std::int64_t next_experiment_id_, next_job_id_, next_cell_id_, next_worker_id_;
   std::map<std::int64_t, db::ExperimentSummary> summaries_;
   std::map<std::string, std::int64_t> submissions_;           ///< submission id -> experiment
-  std::map<std::int64_t, std::unique_ptr<Experiment>> open_;  ///< by experiment id; closed ones until retention
+  std::map<std::int64_t, std::unique_ptr<Experiment>> open_;  ///< key: experiment id; closed ones until `retention`
   std::map<std::int64_t, Experiment*> by_first_job_;
-  std::map<std::int64_t, std::int64_t> deleted_jobs_;  ///< first -> after the last, of what this process has deleted
-  FairShare shares_;                                   ///< of open_
-  std::set<std::string> offered_datasets_;             ///< content hashes of datasets that the server hands out
-  std::int64_t num_queued_ = 0;                        ///< jobs of all experiments
-  std::int64_t num_leasable_ = 0;                      ///< of these, not paused or held
-  std::map<std::int64_t, Worker> workers_;             ///< by worker id
-  std::map<bus::EndpointId, std::int64_t>
-      worker_of_endpoint_;            ///< number of each worker in workers_ and of stored workers no longer in memory
-  std::size_t new_worker_bytes_ = 0;  ///< memory of the workers that are not stored
-  std::size_t summary_bytes_ = 0;     ///< SummaryBytes of summaries_
+  std::map<std::int64_t, std::int64_t> deleted_jobs_;  ///< ranges deleted by this process: first -> one after the last
+  FairShare shares_;                                   ///< contains the experiments of open_
+  std::set<std::string> offered_datasets_;             ///< content hashes of datasets that the server offers
+  std::int64_t num_queued_ = 0;                        ///< queued jobs of all experiments
+  std::int64_t num_leasable_ = 0;                      ///< queued jobs that are not paused or held
+  std::map<std::int64_t, Worker> workers_;             ///< key: worker id
+  std::map<bus::EndpointId, std::int64_t> worker_of_endpoint_;  ///< worker id of each worker in workers_ and of stored
+                                                                ///< workers no longer in memory
+  std::size_t new_worker_bytes_ = 0;                            ///< memory of the workers that are not stored
+  std::size_t summary_bytes_ = 0;                               ///< total SummaryBytes of summaries_
   RateLimit controls_;
-  std::map<std::int64_t, LeaseState> leases_;  ///< by job id
+  std::map<std::int64_t, LeaseState> leases_;  ///< key: job id
   std::int64_t next_order_ = 0;
   std::int64_t online_workers_ = 0, online_slots_ = 0;
   microseconds next_scan_{0};
   bool draining_ = false;
-  std::int64_t wall_us_ = 0;  ///< at the last message or tick
+  std::int64_t wall_us_ = 0;  ///< wall time of the last message or tick
   SchedulerCounters counters_;
 };
 

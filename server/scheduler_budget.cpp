@@ -1,4 +1,4 @@
-// Limits of what requests make last: rows, disk and memory.
+// Limits of the state that requests leave behind: rows, disk and memory.
 
 #include <algorithm>
 
@@ -11,9 +11,9 @@ namespace {
 constexpr std::int64_t kBytesPerMegabyte = 1'000'000;
 constexpr std::int64_t kBytesPerMebibyte = 1 << 20;
 
-// Disk that a queued job takes: its row, in the file and in the log.
+// Disk space of a queued job: its row, in the file and in the log.
 constexpr std::int64_t kDiskBytesOfJob = 150;
-// Disk that an experiment takes beside its jobs, for each byte of its specification.
+// Disk space of an experiment without its jobs, per byte of its specification.
 constexpr std::int64_t kDiskBytesOfSpecByte = 4;
 constexpr std::int64_t kDiskBytesOfExperiment = 65'536;
 
@@ -26,7 +26,7 @@ std::string MebibytesOf(std::size_t bytes) {
 
 std::size_t SummaryBytes(const db::ExperimentSummary& summary) {
   constexpr std::size_t kFixed = 640;  // the summary, its submission id and their nodes
-  constexpr std::size_t kNode = 64;    // size of a list's element
+  constexpr std::size_t kNode = 64;    // size of a list element
   std::size_t bytes = kFixed + summary.name.size() + summary.submission_id.size() + summary.submitter.size() +
                       summary.dataset.size() + summary.control.reason.size();
   for (const std::string& method : summary.methods) bytes += kNode + method.size();
@@ -34,7 +34,7 @@ std::size_t SummaryBytes(const db::ExperimentSummary& summary) {
   return bytes;
 }
 
-// Which limit the submission would exceed, with the numbers; empty: none.
+// Returns which limit the submission would exceed, with the numbers; empty if none.
 std::string Scheduler::OverBudget(const ExperimentSpec& spec) const {
   if (std::ssize(summaries_) >= options_.max_experiments) {
     return "the server stores " + std::to_string(summaries_.size()) + " experiments and takes at most " +
@@ -53,7 +53,7 @@ std::string Scheduler::OverBudget(const ExperimentSpec& spec) const {
   return OverDiskReserve(spec);
 }
 
-// Experiments that have just ended count in memory: they stay there until `retention` is over.
+// Experiments that have just ended are counted: they stay in memory until the end of `retention`.
 std::string Scheduler::OverBudgetInMemory(const ExperimentSpec& spec) const {
   struct Use {
     std::int64_t experiments = 0, jobs = 0;
@@ -117,7 +117,7 @@ std::int64_t ReserveOf(const db::DiskSpace& disk, std::int64_t reserve_bytes) {
   return std::min(reserve_bytes, static_cast<std::int64_t>(static_cast<double>(disk.total_bytes) * kMostReservedShare));
 }
 
-// Each of these requests adds an event to the database.
+// Limits requests that add an event to the database.
 std::string Scheduler::OverControlRate(const Instant& now) {
   if (controls_.Take(now.steady)) return {};
   return "the server has recorded many changes of experiments in a short time; try again in a second";

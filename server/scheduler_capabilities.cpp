@@ -1,4 +1,4 @@
-// Which workers can take which jobs.
+// Matching of workers and jobs.
 
 #include <algorithm>
 #include <iterator>
@@ -11,7 +11,7 @@ namespace {
 
 std::string NameOf(const Experiment& experiment) { return "experiment " + std::to_string(experiment.experiment_id()); }
 
-// Why a worker without `need` gets no jobs of the experiment.
+// Returns why a worker without `need` gets no jobs of the experiment.
 std::string TextOfLack(const Experiment& experiment, const Need& need, const db::WorkerRecord& record,
                        const Abilities& abilities) {
   if (need.kind == Need::Kind::kBuild) {
@@ -65,7 +65,7 @@ void Scheduler::SetDatasetOffered(const std::string& hash, bool offered) {
   }
 }
 
-// Asks whether the server hands the dataset out. Reads the store, which may fail: to be called before any change.
+// Asks whether the server offers the dataset. This reads the store, which may fail, so call it before any change.
 void Scheduler::UpdateOffered(const std::string& hash) {
   if (lookup_.dataset_offered) SetDatasetOffered(hash, lookup_.dataset_offered(hash));
 }
@@ -114,8 +114,8 @@ void Scheduler::RecountWorkers(Experiment& experiment) {
   }
 }
 
-// Also when its profile has changed. It is counted as what it is before it is no longer counted as what it was, so that
-// no experiment ceases to wait in between.
+// Also called when the worker's profile has changed. The new profile is counted before the old one is removed, so that
+// no experiment stops waiting in between.
 void Scheduler::SetOnline(Worker& worker, bool online) {
   online_workers_ += (online ? 1 : 0) - (worker.online ? 1 : 0);
   const int slots = online ? worker.record.slots : 0;
@@ -129,8 +129,8 @@ void Scheduler::SetOnline(Worker& worker, bool online) {
   if (before) CountWorker(*before, -1);
 }
 
-// Content hash of the dataset of queued jobs that the worker could take if it fetched that; empty: there are none. The
-// oldest experiment of the largest priority decides.
+// Returns the content hash of the dataset that the worker should fetch to run queued jobs; empty if there are none. The
+// oldest experiment of the largest priority is chosen.
 std::string Scheduler::WantedDataset(const WorkerProfile& worker) const {
   if (!worker.abilities.FetchesDatasets()) return {};
   const Experiment* wanted = nullptr;
@@ -147,9 +147,9 @@ std::string Scheduler::WantedDataset(const WorkerProfile& worker) const {
   return wanted == nullptr ? std::string() : wanted->spec().dataset.hash;
 }
 
-// Empty when there is no queued job, or one that the worker can take, perhaps after it has fetched the dataset.
-// Otherwise names the missing capability; `same_name` reports that it has a dataset of the wanted name with other
-// content and does not fetch any, which is a mistake rather than another purpose.
+// Returns an empty string if there is no queued job, or one that the worker can run, possibly after fetching its
+// dataset. Otherwise returns the missing capability. `same_name` is set if the worker has a dataset of the wanted name
+// with other content and cannot fetch datasets: this is a mistake rather than a worker for other experiments.
 std::string Scheduler::MismatchOf(const Worker& worker, bool* same_name) const {
   std::string text;
   *same_name = false;
@@ -181,7 +181,7 @@ std::string Scheduler::MismatchOf(const Worker& worker, bool* same_name) const {
   return text;
 }
 
-// The worker gets no more jobs of this method and task, so that it cannot take and refuse the same job for ever.
+// The worker gets no more jobs of this method and task; otherwise it could take and refuse the same job forever.
 void Scheduler::NoteRefusal(const Instant& now, const JobRef& ref, const std::string& why, Ops& ops) {
   ++counters_.attempts_refused;
   const std::int64_t job_id = ref.experiment->job_id(ref.index);

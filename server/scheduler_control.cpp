@@ -1,4 +1,4 @@
-// What people decide about experiments after their submission.
+// Changes that users make to submitted experiments.
 
 #include <utility>
 
@@ -9,14 +9,14 @@
 namespace legopt::server {
 namespace {
 
-// The fault of the stored form, else that of the rule for names.
+// Returns the error of the stored form, or else that of the naming rule.
 std::string FaultOfGiven(const std::string& name, const std::string& fault) {
   if (!fault.empty()) return fault;
   const auto unfit = FindNameFault(name);
   return unfit ? unfit->message : "";
 }
 
-constexpr std::size_t kMostTags = 100;  // of an experiment
+constexpr std::size_t kMostTags = 100;  // per experiment
 
 legopt_msg::control_reply Answer(ControlStatus status, std::string message) {
   legopt_msg::control_reply reply{};
@@ -29,14 +29,14 @@ std::string NameOf(const legopt_msg::control_request& request) {
   return "experiment " + std::to_string(request.experiment_id);
 }
 
-// What the experiment becomes; empty when it is so already. `*refusal` tells why it cannot be.
+// Returns the new control settings; nullopt if nothing changes. `*refusal` is set if the action is not allowed.
 std::optional<db::ExperimentControl> NextHold(const db::ExperimentControl& now, ControlAction action,
                                               const std::string& reason, std::string* refusal) {
   db::ExperimentControl next = now;
   next.reason.clear();
   switch (action) {
     case ControlAction::kPause:
-      if (now.hold == db::Hold::kHeld) return std::nullopt;  // more than paused
+      if (now.hold == db::Hold::kHeld) return std::nullopt;  // a hold is stronger than a pause
       next.hold = db::Hold::kPaused;
       break;
     case ControlAction::kHold:
@@ -79,7 +79,7 @@ legopt_msg::control_reply Scheduler::Control(const Instant& now, const legopt_ms
   if (action == ControlAction::kDrainWorker) return DrainWorker(now, request.experiment_id, ops);
   const auto found = summaries_.find(request.experiment_id);
   if (found == summaries_.end()) {
-    // Numbers are given one after the other and never again: this one was there.
+    // Numbers are assigned in ascending order and never reused, so this experiment existed.
     const bool was_there = request.experiment_id < next_experiment_id_;
     if (was_there && action == ControlAction::kDelete)
       return Answer(ControlStatus::kOk, NameOf(request) + " was deleted already");
@@ -135,7 +135,7 @@ legopt_msg::control_reply Scheduler::SetHold(const Instant& now, const legopt_ms
   return reply;
 }
 
-// Their workers learn from the next heartbeat that they have lost the leases.
+// The workers learn of the lost leases with the next heartbeat.
 std::int64_t Scheduler::GiveBackRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops) {
   std::int64_t given_back = 0;
   for (std::int64_t index = 0; index < experiment.num_jobs(); ++index) {
@@ -168,7 +168,7 @@ legopt_msg::control_reply Scheduler::SetPriority(const Instant& now, const legop
   return Answer(ControlStatus::kOk, "");
 }
 
-// Idempotent: what was queued again is not over when this is heard twice.
+// Idempotent: jobs re-queued by a first request are not terminal when the request is repeated.
 legopt_msg::control_reply Scheduler::Retry(const Instant& now, std::int64_t experiment_id, bool time_limited,
                                            Ops& ops) {
   const std::string name = "experiment " + std::to_string(experiment_id);
@@ -200,7 +200,8 @@ legopt_msg::control_reply Scheduler::Retry(const Instant& now, std::int64_t expe
   return reply;
 }
 
-// What failed or died and, with `time_limited`, what the clock stopped, whose result counts no more. Returns how many.
+// Re-queues failed and dead jobs and, with `time_limited`, jobs stopped by the wall-time limit, whose results no longer
+// count. Returns their number.
 std::int64_t Scheduler::QueueAgain(Experiment& experiment, bool time_limited) {
   db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
   std::int64_t queued = 0;
@@ -263,7 +264,7 @@ legopt_msg::control_reply Scheduler::SetTag(const legopt_msg::control_request& r
   return Answer(ControlStatus::kOk, "");
 }
 
-// It learns it from its next heartbeat. Jobs that run there may end.
+// The worker is informed by its next heartbeat reply. Jobs that are running there may finish.
 legopt_msg::control_reply Scheduler::DrainWorker(const Instant& now, std::int64_t worker_id, Ops& ops) {
   const auto found = workers_.find(worker_id);
   const std::string name = "worker " + std::to_string(worker_id);
@@ -277,12 +278,12 @@ legopt_msg::control_reply Scheduler::DrainWorker(const Instant& now, std::int64_
     return reply;
   }
   SetOnline(worker, true);
-  if (!worker.stored) return reply;  // no row that the event could refer to
+  if (!worker.stored) return reply;  // no row to which the event could refer
   ops.emplace_back(db::RecordEvent{"worker_draining", now.wall_us, {}, {}, worker_id, worker.record.name});
   return reply;
 }
 
-// Adjacent ranges become one, so that experiments that are submitted and deleted in turn take no memory.
+// Merges adjacent ranges, so that alternating submissions and deletions do not use up memory.
 void Scheduler::NoteDeleted(std::int64_t first, std::int64_t end) {
   auto after = deleted_jobs_.upper_bound(first);
   if (after != deleted_jobs_.end() && after->first == end) {
@@ -296,7 +297,7 @@ void Scheduler::NoteDeleted(std::int64_t first, std::int64_t end) {
   }
 }
 
-// Nothing of it is leased. Late reports find nothing; its numbers are never given again.
+// The experiment has no leases. Late reports find no job; its ids are never reused.
 legopt_msg::control_reply Scheduler::Delete(const Instant& now, std::int64_t id, Ops& ops) {
   const auto found = summaries_.find(id);
   const db::ExperimentSummary& summary = found->second;

@@ -10,7 +10,7 @@
 namespace legopt::server {
 namespace {
 
-// Memory that a worker takes: its record, and its profile, which is kept twice.
+// Returns the memory used by a worker: its record and its profile, which is stored twice.
 std::size_t MemoryOf(const legopt_msg::hello_request& hello) {
   constexpr std::size_t kFixed = 1000, kCapability = 160;
   std::size_t bytes = kFixed + hello.worker_name.size() + hello.hostname.size() + hello.build.size() +
@@ -41,7 +41,7 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
       worker_id,     sender,           request.worker_name, request.hostname,   request.pid,          request.slots,
       request.build, request.build_id, request.processor,   request.processors, request.memory_bytes, request.load,
       now.wall_us};
-  // What it has refused stays refused until it announces something else: it would refuse it again.
+  // Refusals stay valid until the worker announces other capabilities: it would refuse the jobs again.
   Abilities abilities(request);
   const bool draining = worker.profile.draining;
   if (!(abilities == worker.profile.abilities)) worker.profile = {std::move(abilities), draining, {}};
@@ -55,10 +55,10 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
   SetOnline(worker, true);
   BoundNewWorkers(worker_id);
   bool same_name = false;
-  // One that loads its datasets comes again with them.
+  // A worker that is loading its datasets sends another hello afterwards.
   const std::string mismatch = worker.profile.abilities.HasLoaded() ? MismatchOf(worker, &same_name) : std::string();
   if (same_name) {
-    SetOnline(worker, false);  // it will not work
+    SetOnline(worker, false);  // the worker will exit
     reply.status = NumberOf(HelloStatus::kDatasetMismatch);
     reply.message = mismatch;
     return reply;
@@ -100,9 +100,11 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     const Experiment& experiment = *open_.at(experiment_id);
     return experiment.HasQueued(admits(experiment));
   };
-  constexpr std::int64_t kSearchedAtOnce = 64, kMostSearched = 128;  // jobs; their results are copied in one commit
+  constexpr std::int64_t kSearchedAtOnce = 64, kMostSearched = 128;  // numbers of jobs; their results are copied in one
+                                                                     // commit
   std::int64_t searched = 0;
-  // A long job ends a batch: a worker that asked for many short ones must not hold long ones that others could begin.
+  // A long job ends a batch, so that a worker that asked for many short jobs does not block long ones that others could
+  // start.
   bool full = false;
   while (!full && static_cast<int>(reply.jobs.size()) < wanted) {
     const std::optional<std::int64_t> next = shares_.First(can_do);
@@ -110,8 +112,8 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     Enlist(now, *worker, ops);
     Experiment& experiment = *open_.at(*next);
     if (const auto range = experiment.NextUnsearched(kSearchedAtOnce, admits(experiment))) {
-      // The store is read, which may fail, and then this is asked again: no lease may have been given before. The rest
-      // is for the next request.
+      // Reading the store may fail, and then the request is repeated, so no lease may have been granted before. The
+      // remaining jobs are left to the next request.
       if (!reply.jobs.empty() || searched >= kMostSearched) break;
       searched += range->end - range->first;
       TakeOverKnown(now, experiment, *range, *worker, ops);
@@ -126,7 +128,7 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     reply.status = NumberOf(LeaseStatus::kLeased);
     return reply;
   }
-  if (num_queued() == 0 && num_leases() == 0) {  // a leased job may come back
+  if (num_queued() == 0 && num_leases() == 0) {  // a leased job may be re-queued
     reply.status = NumberOf(LeaseStatus::kNoMoreWork);
     return reply;
   }
@@ -141,7 +143,8 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   return reply;
 }
 
-// Near the end of the queue nobody may take what others could do: at most half of what is left, shared by all slots.
+// Near the end of the queue, jobs are spread over the workers: a batch is at most half of the remaining jobs divided by
+// the number of slots.
 int Scheduler::BatchSize(int wanted) const {
   const std::int64_t share = num_leasable_ / (2 * std::max<std::int64_t>(online_slots_, 1));
   const std::int64_t most = std::min<std::int64_t>(wanted, options_.max_leases_per_request);
@@ -185,7 +188,7 @@ legopt_msg::lease Scheduler::LeaseFrom(const Instant& now, Experiment& experimen
   return lease;
 }
 
-// The first job of an experiment decides which build finishes it.
+// The worker of the first job determines the build that finishes the experiment.
 void Scheduler::Bind(const Instant& now, Experiment& experiment, const Worker& worker, Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
   if (summary.control.builds != BuildRule::kOne || !summary.control.build_id.empty()) return;
@@ -206,7 +209,7 @@ legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::Endpoi
   ++counters_.heartbeats;
   legopt_msg::heartbeat_reply reply{};
   reply.server_instance = options_.server_instance;
-  // After a restart a worker is known by its lease tokens before it has said hello again.
+  // After a restart, a worker is identified by its lease tokens until it says hello again.
   Worker* worker = FindWorker(request.worker_id, sender);
   const bool registered = worker != nullptr && worker->online && request.server_instance == options_.server_instance;
   if (worker != nullptr) {
@@ -232,7 +235,7 @@ legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::Endpoi
     } else if (latest && job->outcome == db::AttemptOutcome::kCancelled) {
       verdict = LeaseVerdict::kCancel;
     } else if (latest && job->outcome == db::AttemptOutcome::kFinished) {
-      verdict = LeaseVerdict::kContinue;  // its result is here; the acknowledgement is on its way
+      verdict = LeaseVerdict::kContinue;  // its result has arrived; the acknowledgement is on its way
     } else {
       ++counters_.unknown_leases;
     }
@@ -256,7 +259,7 @@ void Scheduler::Tick(const Instant& now, Ops& ops) {
   next_scan_ = now.steady + options_.expiry_scan;
   ExpireLeases(now, ops);
   LookAtWorkers(now, ops);
-  // Closed experiments are forgotten after a while. Their rows are committed long since: late results look there.
+  // Remove experiments closed long ago. Their rows are committed, so late results are looked up in the store.
   for (auto open = open_.begin(); open != open_.end();) {
     const Experiment& experiment = *open->second;
     if (experiment.closed_at && *experiment.closed_at + options_.retention <= now.steady) {
@@ -269,15 +272,15 @@ void Scheduler::Tick(const Instant& now, Ops& ops) {
   }
 }
 
-// A worker begins its jobs in the order of their leases. So of those that have not ended, only the first ones, as many
-// as it has slots, can have begun: these are charged to what happened to the worker, the others happened to nobody.
+// A worker starts its jobs in the order of their leases. Of the unfinished ones, only the first can have started, as
+// many as it has slots: these are charged, the others are not.
 void Scheduler::ExpireLeases(const Instant& now, Ops& ops) {
   const auto due = [&](const auto& entry) { return entry.second.expires <= now.steady; };
   if (std::none_of(leases_.begin(), leases_.end(), due)) return;
   std::vector<std::pair<std::int64_t, std::int64_t>> in_order;  // order, job
   for (const auto& [job_id, lease] : leases_) in_order.emplace_back(lease.order, job_id);
   std::sort(in_order.begin(), in_order.end());
-  std::map<std::int64_t, int> begun;  // worker -> of its leases that may have begun, so far
+  std::map<std::int64_t, int> begun;  // worker -> number of its leases so far that may have started
   for (const auto& [order, job_id] : in_order) {
     const LeaseState& lease = leases_.at(job_id);
     const Worker& worker = workers_[lease.worker_id];
@@ -292,7 +295,8 @@ void Scheduler::ExpireLease(const Instant& now, std::int64_t job_id, bool may_ha
   const LeaseState lease = leases_.at(job_id);
   const JobRef ref = FindJob(job_id);
   Worker& worker = workers_[lease.worker_id];
-  // A living worker that never mentioned the lease never got it: the reply was lost, the job did nothing wrong.
+  // If a worker is alive but never listed the lease, it did not receive it: the reply was lost, and the job is not at
+  // fault.
   const bool never_arrived = !lease.confirmed && worker.online && worker.last_seen + options_.lease > now.steady;
   ++counters_.leases_expired;
   db::EndAttempt end;

@@ -10,13 +10,13 @@
 namespace legopt::server {
 namespace {
 
-// True for signals that a process causes itself. KILL, TERM and similar signals come from other processes.
+// Returns true for signals that a process causes itself. KILL, TERM and similar signals come from other processes.
 bool IsOwnFault(int signal) {
   constexpr std::array<int, 7> kSignals = {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGSYS, SIGTRAP};
   return std::ranges::find(kSignals, signal) != kSignals.end();
 }
 
-// True if the job has crashed by the same fault signal twice in a row. Jobs are deterministic: a further attempt would
+// Returns true if the job crashed with the same signal twice in a row. Jobs are deterministic, so another attempt would
 // crash again.
 bool CrashesAgain(Job& job, const db::EndAttempt& end) {
   const bool fault = end.outcome == db::AttemptOutcome::kCrashed && IsOwnFault(end.exit_signal);
@@ -51,7 +51,7 @@ legopt_msg::result_reply Scheduler::Result(const Instant& now, const legopt_msg:
                        record->job_state == db::JobState::kLeased;
   if (!current) return AnswerEnded(now, *record, request, ops);
   LeaseState& lease = leases_.at(request.job_id);
-  // Without a word on it, a job that is given back was not begun.
+  // A released job without reported times was not started.
   const db::AttemptOutcome reported = OutcomeOf(request);
   const bool given_back = reported == db::AttemptOutcome::kCancelled || reported == db::AttemptOutcome::kReturned;
   const std::int64_t told_us = request.cpu_us > 0 ? request.cpu_us : request.wall_us;
@@ -65,7 +65,7 @@ legopt_msg::result_reply Scheduler::Result(const Instant& now, const legopt_msg:
   end.exit_signal = request.exit_signal;
   end.message = request.message;
   end.log_tail = request.log_tail;
-  // Nobody cancelled this job: the worker gives it back, e.g. because it was told to stop.
+  // The job was not cancelled: the worker releases it, e.g. because it was asked to stop.
   if (end.outcome == db::AttemptOutcome::kCancelled) end.outcome = db::AttemptOutcome::kReturned;
   const bool refused = ReportedOutcome{request.outcome} == ReportedOutcome::kRefused;
   if (refused) {
@@ -77,15 +77,16 @@ legopt_msg::result_reply Scheduler::Result(const Instant& now, const legopt_msg:
   return {};
 }
 
-// The store may still have what is deleted in the same round: it is not to be asked then.
+// The store may still contain jobs that are deleted in the same round; it must not be queried for them.
 bool Scheduler::IsDeleted(std::int64_t job_id) const {
   const auto after = deleted_jobs_.upper_bound(job_id);
   return after != deleted_jobs_.begin() && job_id < std::prev(after)->second;
 }
 
-// The latest attempt of a job in memory is there; an earlier one, or one of a closed experiment, is in the store: its
-// token left this process only after the commit of its lease. Its end may not be committed yet when another lease
-// followed in the same round; no second one can, as that lease is not yet known to anybody.
+// The latest attempt of a job in memory is known. Earlier attempts, and those of closed experiments, are in the store,
+// because a token is sent only after the commit of its lease. The end of the previous attempt may be uncommitted if
+// another lease followed in the same round; this cannot be true for more than one attempt, because the token of that
+// lease has not been sent yet.
 std::optional<db::AttemptRecord> Scheduler::AttemptOf(const JobRef& ref, std::int64_t job_id, int attempt) const {
   if (ref.experiment == nullptr) return lookup_.attempt(job_id, attempt);
   const Job& job = ref.experiment->job(ref.index);
@@ -107,11 +108,11 @@ legopt_msg::result_reply Scheduler::AcceptCurrent(const Instant& now, const JobR
   const ExperimentSpec& spec = ref.experiment->spec();
   const JobCoordinates at = CoordinatesOf(spec, ref.index);
   auto [record, fault] = ResultOf(request);
-  // Cost and time are per constraint waypoint of the problem, however many rows the solution has.
+  // Cost and time are per constraint waypoint of the problem, independent of the number of rows of the solution.
   record.num_waypoints = spec.tasks[at.task].waypoints[at.problem];
   if (fault.empty()) fault = db::FaultOf(record);
   if (!fault.empty()) {
-    // Sending it again would not help: end the attempt with the evidence instead of letting its lease run out.
+    // Sending it again would not help: end the attempt and store the error instead of letting its lease expire.
     db::EndAttempt end;
     end.job_id = request.job_id;
     end.attempt = request.attempt;
@@ -141,7 +142,7 @@ legopt_msg::result_reply Scheduler::AcceptCurrent(const Instant& now, const JobR
   return reply;
 }
 
-// Ends the running attempt without a result and decides what becomes of the job.
+// Ends the running attempt without a result and determines the new state of the job.
 void Scheduler::EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt end, Ops& ops, Charge charge) {
   Experiment& experiment = *ref.experiment;
   Job& job = experiment.job(ref.index);
@@ -158,7 +159,7 @@ void Scheduler::EndCurrent(const Instant& now, const JobRef& ref, db::EndAttempt
     ++counters_.attempts_failed;
     const int charged = job.attempts - job.returned;
     const bool repeated = CrashesAgain(job, end);
-    const bool limit = end.outcome == db::AttemptOutcome::kTimeLimit;  // the job would meet the same limit again
+    const bool limit = end.outcome == db::AttemptOutcome::kTimeLimit;  // another attempt would hit the same limit
     const bool last = charged >= experiment.spec().max_attempts || repeated || limit;
     if (repeated && charged < experiment.spec().max_attempts) {
       end.message += "; not tried again: the attempt before ended by the same signal";
@@ -191,7 +192,7 @@ legopt_msg::result_reply Scheduler::AnswerEnded(const Instant& now, const db::At
   legopt_msg::result_reply reply{};
   const db::AttemptOutcome reported = OutcomeOf(request);
   if (reported == db::AttemptOutcome::kCancelled || reported == db::AttemptOutcome::kReturned) {
-    // Withdrawn, returned or expired meanwhile: in each case there is nothing to keep.
+    // Cancelled, released or expired in the meantime: in each case there is nothing to store.
     reply.status = record.outcome == db::AttemptOutcome::kCancelled ? NumberOf(ResultStatus::kAccepted)
                                                                     : NumberOf(ResultStatus::kDuplicate);
     return reply;
@@ -204,7 +205,7 @@ legopt_msg::result_reply Scheduler::AnswerEnded(const Instant& now, const db::At
   db::RecordStaleResult stale;
   if (reported == db::AttemptOutcome::kFinished) {
     auto [result, fault] = ResultOf(request);
-    if (!fault.empty()) {  // nothing of it counts, and there is no column for what nobody here understands
+    if (!fault.empty()) {  // the result is discarded: there is no column for unknown enum names
       ++counters_.results_refused;
       reply.status = NumberOf(ResultStatus::kRefused);
       reply.message = kIllegalResult + fault;

@@ -1,4 +1,4 @@
-// Finished results of equal jobs, taken over instead of being solved again.
+// Reuse of finished results of identical jobs.
 
 #include <vector>
 
@@ -6,8 +6,8 @@
 
 namespace legopt::server {
 
-// Jobs whose results are known are done from here on; the others wait for their leases. What happened is consistent
-// whether or not the request is answered.
+// Jobs with known results become done; the others wait for their leases. The state is consistent whether or not the
+// request is answered.
 void Scheduler::TakeOverKnown(const Instant& now, Experiment& experiment, const Experiment::Range& range,
                               const Worker& worker, Ops& ops) {
   const std::vector<db::KnownResult> known = KnownResultsOf(experiment, range, worker);
@@ -16,7 +16,7 @@ void Scheduler::TakeOverKnown(const Instant& now, Experiment& experiment, const 
     const db::KnownResult& result = known[static_cast<std::size_t>(index - range.first)];
     const Job& job = experiment.job(index);
     const bool fresh = job.state == db::JobState::kQueued && job.attempts == 0;
-    // What is deleted in the same round is still in the store.
+    // Results deleted in the same round are still in the store.
     if (!fresh || result.job_id == 0 || IsDeleted(result.job_id)) continue;
     Bind(now, experiment, worker, ops);
     TakeOver(now, experiment, index, result, ops);
@@ -24,8 +24,9 @@ void Scheduler::TakeOverKnown(const Instant& now, Experiment& experiment, const 
   FinishIfComplete(now, experiment, ops);
 }
 
-// One for each job of the range; none at all where no build is known that they could be of. Jobs are described by what
-// decides their results: rows of this experiment may not be committed yet.
+// Returns one element per job of the range; empty if the experiment is restricted to one build and that build is
+// unknown. Jobs are described by the inputs that determine their results, because rows of this experiment may not be
+// committed yet.
 std::vector<db::KnownResult> Scheduler::KnownResultsOf(const Experiment& experiment, const Experiment::Range& range,
                                                        const Worker& worker) const {
   const ExperimentSpec& spec = experiment.spec();

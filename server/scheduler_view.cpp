@@ -1,4 +1,4 @@
-// What the scheduler tells of itself, beyond its replies.
+// Read access to the scheduler's state.
 
 #include <algorithm>
 #include <iterator>
@@ -38,7 +38,7 @@ std::vector<LeaseView> Scheduler::LeasesInOrder() const {
   return views;
 }
 
-// Workers draw another identity at every start, so that those that are gone add up.
+// Workers choose a new identity at every start, so offline ones accumulate.
 std::vector<WorkerStatus> Scheduler::workers() const {
   std::vector<std::pair<std::int64_t, std::int64_t>> gone;  // last seen, id
   std::set<std::int64_t> shown;
@@ -71,7 +71,7 @@ const Experiment* Scheduler::InMemory(std::int64_t experiment_id) const {
   return open == open_.end() ? nullptr : open->second.get();
 }
 
-// A tick that comes late (nothing was to do, or the store failed) does not tell what was done since the last one.
+// A late tick (no work to do, or a store error) does not show how long the jobs ran since the previous tick.
 void Scheduler::CountWork(microseconds elapsed) {
   constexpr microseconds kLongest = std::chrono::seconds(1);
   for (const auto& [id, experiment] : open_) {

@@ -1,4 +1,4 @@
-// Workers: when they are stored, when they count as lost, and when they are forgotten.
+// Workers: when they are stored, considered lost, and removed from memory.
 
 #include <algorithm>
 #include <utility>
@@ -8,7 +8,7 @@
 
 namespace legopt::server {
 
-// The worker with this address; a new one for an unknown address.
+// Returns the worker with this address, after creating it if the address is unknown.
 Scheduler::Worker& Scheduler::WorkerOf(bus::EndpointId sender) {
   const auto known = worker_of_endpoint_.find(sender);
   const bool unknown = known == worker_of_endpoint_.end();
@@ -17,19 +17,19 @@ Scheduler::Worker& Scheduler::WorkerOf(bus::EndpointId sender) {
   const auto [worker, created] = workers_.try_emplace(worker_id);
   if (created) {
     worker->second.record.worker_id = worker_id;
-    // The address of a forgotten worker is known only if the worker is stored.
+    // The address of a removed worker is known only if the worker is stored.
     worker->second.stored = !unknown;
   }
   return worker->second;
 }
 
-// Heartbeats change nothing in the store. People read there when the server last heard of a worker.
+// Heartbeats change nothing in the store; this stores when the server last heard of a worker.
 void Scheduler::StoreSighting(Worker& worker, Ops& ops) {
   worker.stored_seen = worker.last_seen;
   ops.emplace_back(db::PutWorker{worker.record});
 }
 
-// Before the first lease of a worker. Until then the worker has no row: anybody can say hello.
+// Called before the first lease of a worker. Until then the worker has no row, because any process can say hello.
 void Scheduler::Enlist(const Instant& now, Worker& worker, Ops& ops) {
   if (worker.stored) return;
   CountNew(worker, 0);
@@ -38,7 +38,7 @@ void Scheduler::Enlist(const Instant& now, Worker& worker, Ops& ops) {
   ops.emplace_back(db::RecordEvent{"worker_joined", now.wall_us, {}, {}, worker.record.worker_id, worker.record.name});
 }
 
-// The memory of a worker that is not stored is `bytes` from here on.
+// Sets the memory counted for a worker that is not stored.
 void Scheduler::CountNew(Worker& worker, std::size_t bytes) {
   new_worker_bytes_ += bytes;
   new_worker_bytes_ -= worker.new_bytes;
@@ -77,8 +77,8 @@ void Scheduler::ForgetNewWorker(std::int64_t worker_id) {
   workers_.erase(worker_id);
 }
 
-// When new workers take too much memory, forgets the longest silent of them. One that is alive says hello again. A
-// quarter goes at once, so that many hellos cost no search each.
+// If new workers use too much memory, removes those silent for longest; a live one will say hello again. A quarter is
+// removed at once, so that not every hello triggers a search.
 void Scheduler::BoundNewWorkers(std::int64_t newest) {
   if (new_worker_bytes_ <= options_.max_new_worker_bytes) return;
   std::vector<std::pair<microseconds, std::int64_t>> by_silence;
@@ -93,7 +93,7 @@ void Scheduler::BoundNewWorkers(std::int64_t newest) {
   }
 }
 
-// Workers have another address after every start, so offline ones accumulate. Their rows stay in the store.
+// Workers have a new address after every start, so offline ones accumulate. Their rows stay in the store.
 void Scheduler::ForgetGoneWorkers() {
   std::vector<std::pair<std::int64_t, std::int64_t>> gone;  // last seen, id
   for (const auto& [id, worker] : workers_) {

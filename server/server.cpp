@@ -76,12 +76,12 @@ void Server::Serve(bus::MessageType type, bool always, Handler handler) {
         handler(request.sender, *message, responder);
         return;
       } catch (const db::StoreError& error) {
-        // Handlers read before they change anything: this one can be run again.
+        // Handlers read before they change any state, so this one can be run again.
         if (!error.transient()) throw;
         StoreFailed(error);
       }
     }
-    // Beyond the limit the request stays unanswered: its caller repeats it after a time-out.
+    // Beyond the limit, requests stay unanswered: the callers retry after a timeout.
     const std::size_t bytes = request.body.size();
     if (deferred_.size() >= options_.max_deferred || deferred_bytes_ + bytes > options_.max_deferred_bytes) return;
     deferred_bytes_ += bytes;
@@ -118,7 +118,7 @@ void Server::RegisterHandlers() {
   Serve<legopt_msg::control_request>(MessageType::kControl, false, [this](Sender, const auto& request, auto responder) {
     Later(responder, EncodeReply(scheduler_.Control(Now(), request, ops_)));
   });
-  // Heartbeats renew in memory only: they must work while the disk does not.
+  // Heartbeats renew leases in memory only: they must work while the disk does not.
   Serve<legopt_msg::heartbeat_request>(MessageType::kHeartbeat, true,
                                        [this](Sender sender, const auto& request, auto responder) {
                                          responder.Reply(EncodeReply(scheduler_.Heartbeat(Now(), sender, request)));
@@ -133,7 +133,7 @@ void Server::RegisterHandlers() {
   Serve<legopt_msg::dataset_request>(MessageType::kDataset, true, [this](Sender, const auto& request, auto responder) {
     responder.Reply(EncodeReply(PieceOfDataset(request)));
   });
-  // Always: what cannot be stored is refused, as archives that waited for the store would fill the memory.
+  // Never deferred: archives that wait for the store would fill the memory, so they are refused instead.
   Serve<legopt_msg::store_dataset_request>(
       MessageType::kStoreDataset, true,
       [this](Sender, const auto& request, auto responder) { TakeDataset(request, responder); });
@@ -141,7 +141,8 @@ void Server::RegisterHandlers() {
     spdlog::info("shutdown requested");
     shutdown_requested_ = true;
     Drain();
-    responder.Reply(EncodeReply(legopt_msg::shutdown_reply{}));  // promises nothing that a disk must keep
+    responder.Reply(EncodeReply(legopt_msg::shutdown_reply{}));  // no commit needed: the reply makes no promise about
+                                                                 // stored data
   });
   ServeProbe();
   ServeLease();
@@ -152,7 +153,7 @@ void Server::RegisterHandlers() {
 void Server::ServeProbe() {
   Serve<legopt_msg::probe_request>(
       bus::MessageType::kProbe, true, [this](bus::EndpointId sender, const auto& request, auto responder) {
-        // Our own question whether there is another server: silence is the answer.
+        // This server's own probe for rivals must stay unanswered.
         if (sender == bus::kServer && request.nonce == options_.scheduler.server_instance) return;
         responder.Reply(EncodeReply(ProbeReply(options_, endpoint_.now() - started_, wall_clock_())));
       });
@@ -268,7 +269,7 @@ void Server::Work() {
     try {
       store_.Idle();
     } catch (const db::StoreError& error) {
-      // Nothing is lost: the log is only longer than it could be.
+      // No data is lost: the log is only longer than necessary.
       spdlog::warn("checkpoint: {}", error.what());
     }
   }
@@ -329,7 +330,7 @@ void Server::PublishEvents() const {
   }
 }
 
-// Of this process, for monitoring.
+// Process metrics for monitoring.
 nlohmann::json Server::Figures() const {
   const auto seconds = [](microseconds duration) { return std::chrono::duration<double>(duration).count(); };
   nlohmann::json figures = {{"uptime_s", seconds(endpoint_.now() - started_)},
@@ -353,7 +354,7 @@ TransportHealth::Listing Server::Counters() const {
   return counters;
 }
 
-// Nothing may come for a long time, and then there may be nothing left to save.
+// Detects a moved database even without messages, while its data can still be rescued.
 void Server::CheckPlace() {
   if (!store_healthy() || endpoint_.now() < next_place_check_) return;
   next_place_check_ = endpoint_.now() + options_.place_check;
@@ -378,7 +379,7 @@ void Server::StoreFailed(const db::StoreError& error) {
   store_retry_at_ = endpoint_.now() + store_retry_after_;
 }
 
-// In the order of arrival; what they cause is committed in the next round.
+// Handles deferred requests in order of arrival; their operations are committed in the next round.
 void Server::ResumeDeferred() {
   while (store_healthy() && !deferred_.empty()) {
     try {

@@ -27,70 +27,71 @@ namespace legopt::server {
 
 struct ServerOptions {
   SchedulerOptions scheduler;
-  std::string version;                   ///< of this release
-  std::string hostname;                  ///< for humans
-  std::int64_t pid = 0;                  ///< for humans
-  std::string database;                  ///< absolute path, for humans
-  microseconds commit_interval{10'000};  ///< between commits, unless commit_batch replies wait for one
+  std::string version;                   ///< version of this release
+  std::string hostname;                  ///< shown to users
+  std::int64_t pid = 0;                  ///< shown to users
+  std::string database;                  ///< absolute path, for display
+  microseconds commit_interval{10'000};  ///< time between commits, unless commit_batch replies wait for one
   std::size_t commit_batch = 64;
-  microseconds place_check{1'000'000};      ///< between looks whether the database is where it was opened
-  microseconds idle_checkpoint{1'000'000};  ///< quiet time after which the store may tidy up
-  microseconds first_store_retry{50'000};   ///< after a transient store error; doubles up to max_store_retry
+  microseconds place_check{1'000'000};      ///< interval of the check that the database is still at its path
+  microseconds idle_checkpoint{1'000'000};  ///< idle time after which the store may checkpoint
+  microseconds first_store_retry{50'000};   ///< delay after a transient store error; doubles up to max_store_retry
   microseconds max_store_retry{2'000'000};
-  /// Archive of the dataset with this content hash; null: not there. Valid until the next call. Empty: none is. The
-  /// store's archives are handed out as well.
+  /// Returns the archive of the dataset with this content hash; nullptr if missing. Valid until the next call. Empty:
+  /// none. Archives in the store are offered as well.
   std::function<const std::string*(const std::string& hash)> find_dataset = {};
-  /// Each event when it is on disk, in order. Must not wait. Empty: nobody listens.
+  /// Called with each event when it is on disk, in order. Must not block. May be empty.
   std::function<void(const db::RecordEvent&)> on_event = {};
-  ConditionLimits conditions;                    ///< limits beyond which events are recorded
-  std::function<microseconds()> stopwatch = {};  ///< steady time that commits are measured with; empty: they take 0
-  ConditionWatch::DiskSpace disk_space = {};     ///< where the database is; empty: not watched
-  bool store_datasets = true;  ///< those that find_dataset has or clients send, once an experiment was made on them
-  /// Size of all stored datasets from which on none of a client is stored any more.
+  ConditionLimits conditions;                    ///< thresholds for events
+  std::function<microseconds()> stopwatch = {};  ///< steady time for measuring commits; empty: all durations are 0
+  ConditionWatch::DiskSpace disk_space = {};     ///< disk of the database; empty: not monitored
+  bool store_datasets = true;  ///< store datasets (from find_dataset or sent by clients) once an experiment uses them
+  /// Total size of all stored datasets above which datasets from clients are no longer stored.
   std::int64_t most_dataset_bytes = std::int64_t{1} << 30;
-  std::size_t max_deferred = 4096;  ///< requests kept while the store fails; more are left to their callers
-  std::size_t max_deferred_bytes = std::size_t{64} << 20;  ///< bodies of these requests
+  std::size_t max_deferred = 4096;  ///< requests kept while the store fails; further ones stay unanswered, and their
+                                    ///< callers retry
+  std::size_t max_deferred_bytes = std::size_t{64} << 20;  ///< total size of these requests
 };
 
-/// The scheduler on the bus, over a store: messages in, one transaction per round, then the replies.
+/// Runs the scheduler on the bus with a store: receives messages, commits one transaction per round, then sends
+/// replies.
 ///
-/// A round takes what has arrived, applies all its operations in one commit, and only then sends the replies: whatever
-/// a caller is told is on disk. A busy server groups rounds into one commit: it waits until commit_interval has passed
-/// since the last one or commit_batch replies depend on it. What arrives at an idle server is committed at once. While
-/// the store reports a full disk, an I/O error, a lock or a file that is not at its path any more, in writing, reading
-/// or when it is asked about once a second, the same transaction is tried again and again; nothing is acknowledged or
-/// leased, heartbeats, status and queries are answered, and other requests wait. Other store errors end Round with that
-/// StoreError.
+/// A round handles the received messages, applies all operations in one commit, and only then sends the replies, so
+/// everything that a caller learns is on disk. A busy server combines rounds into one commit: it waits until
+/// commit_interval has passed since the last commit or commit_batch replies depend on it. An idle server commits
+/// immediately. While the store reports a full disk, an I/O error, a lock or a displaced file (in writes, reads or the
+/// check about once a second), the same transaction is retried. Meanwhile nothing is acknowledged or leased;
+/// heartbeats, status and queries are answered, and other requests wait. Round throws other store errors.
 ///
 /// Thread rule: the endpoint's thread.
 class Server {
  public:
   using WallClock = std::function<std::int64_t()>;  ///< microseconds since 1970
 
-  /// Everything must outlive the server; `queries` may be null (then SQL is refused). Loads the store's open state.
-  /// Throws StoreError, SpecError.
+  /// All references must outlive the server; `queries` may be null (then SQL is refused). Loads the open state of the
+  /// store. Throws StoreError, SpecError.
   Server(bus::Endpoint& endpoint, db::Store& store, QueryService* queries, ServerOptions options, WallClock wall_clock,
          Scheduler::TokenSource tokens);
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Polls for at most `max_wait` (less when something is due) and does all that is to do. `extra` descriptors wake it
-  /// up; their revents are filled in.
+  /// Polls for at most `max_wait` (less if a deadline is earlier) and does all due work. Events on the `extra`
+  /// descriptors end the wait; their revents are set.
   void Round(microseconds max_wait, std::span<const pollfd> extra = {});
-  /// The part of a round after polling; for drivers that poll the endpoint themselves (simulations).
+  /// Does the work of a round after polling; for drivers that poll the endpoint themselves (simulations).
   void Work();
-  /// How long such a driver may wait before Work has something to do although nothing arrives; at most `max_wait`.
+  /// Returns how long such a driver may wait for messages before it must call Work; at most `max_wait`.
   microseconds WaitTime(microseconds max_wait) const;
-  /// Nothing waits for a commit: the scheduler and the store agree.
+  /// True if no operations wait for a commit: scheduler and store agree.
   bool settled() const { return ops_.empty(); }
 
-  /// A client asked for the end of the server.
+  /// True if a client requested the shutdown of the server.
   bool shutdown_requested() const { return shutdown_requested_; }
-  /// Leases no more jobs, tells workers so, and notes the end in the events; committed by the next round.
+  /// Stops leasing jobs, informs the workers, and records the shutdown as an event; committed by the next round.
   void Drain();
-  /// Queues all running jobs again, without waiting until their leases expire; committed by the next round. For a
-  /// server whose workers have ended before it.
+  /// Re-queues all running jobs without waiting until their leases expire; committed by the next round. For a server
+  /// whose workers have ended before it.
   void GiveBackRunningJobs(const std::string& why);
 
   bool store_healthy() const { return store_error_.empty(); }
@@ -108,27 +109,30 @@ class Server {
   };
 
   void RegisterHandlers();
-  /// Registers a handler that decodes, and that is put off while the store fails unless `always` is set.
+  /// Registers a handler that decodes the message. While the store fails, the request is deferred unless `always` is
+  /// set.
   template <class Message, class Handler>
   void Serve(bus::MessageType type, bool always, Handler handler);
   void ServeProbe();
-  /// Stores the datasets of the experiments that the operations from `first` on create.
+  /// Stores the datasets of experiments that are created by the operations starting at index `first`.
   void StoreDatasets(std::size_t first);
   void TakeDataset(const legopt_msg::store_dataset_request& request, bus::Responder responder);
-  /// Why the archive of this dataset is not stored; empty: it may be. Reads the store.
+  /// Returns why the archive of this dataset cannot be stored; empty if it can. Reads the store.
   std::string ObstacleToStoring(const db::ArchiveFacts& facts, std::size_t bytes) const;
-  /// The archive of a dataset, from the operator's folder or the store; null: none. Valid until the next call.
+  /// Returns the archive of a dataset, from the operator's folder or the store; nullptr if missing. Valid until the
+  /// next call.
   const std::string* FindArchive(const std::string& hash);
   bool HandsOut(const std::string& hash);
   legopt_msg::dataset_reply PieceOfDataset(const legopt_msg::dataset_request& request);
   void ServeQuery();
   void ServeLease();
   void ServeStatus();
-  void Later(bus::Responder responder, std::string body);  ///< reply after the commit
+  void Later(bus::Responder responder, std::string body);  ///< replies after the commit
   void FinishQueries();
   void CommitRound();
   bool CommitDue() const;
-  /// Before an answer about the state: it tells, and a query sees, nothing but what is on disk and all that is known.
+  /// Called before an answer about the state: the answer and queries see exactly the committed state, with all received
+  /// changes.
   void CommitNow();
   void Commit();
   void CheckPlace();
@@ -151,12 +155,12 @@ class Server {
 
   struct Archive {
     std::string hash, bytes;
-  } archive_;  ///< the last one that was read from the store
+  } archive_;  ///< last archive read from the store
   Scheduler::Ops ops_;
   TransportHealth health_;
-  std::size_t watched_ops_ = 0;  ///< of ops_, seen by health_
+  std::size_t watched_ops_ = 0;  ///< number of elements of ops_ seen by health_
   std::vector<Pending> replies_;
-  std::string store_error_;  ///< empty: healthy
+  std::string store_error_;  ///< empty: no error
   microseconds store_retry_at_{0}, store_retry_after_{0};
   std::deque<Deferred> deferred_;
   std::size_t deferred_bytes_ = 0;
@@ -174,7 +178,7 @@ class Server {
   bool draining_ = false;
 };
 
-/// What a server with these options answers to a probe.
+/// Returns the answer to a probe of a server with these options.
 legopt_msg::probe_reply ProbeReply(const ServerOptions& options, microseconds uptime, std::int64_t wall_clock_us);
 
 }  // namespace legopt::server

@@ -1,4 +1,4 @@
-// The part of Server that stores datasets and hands them out.
+// Storing and offering of datasets by Server.
 
 #include <spdlog/spdlog.h>
 
@@ -54,12 +54,12 @@ std::string Server::ObstacleToStoring(const db::ArchiveFacts& facts, std::size_t
   return {};
 }
 
-// Nothing is kept of an archive that cannot be written: its sender may come again.
+// An archive that cannot be written is discarded: the sender may send it again.
 void Server::TakeDataset(const legopt_msg::store_dataset_request& request, bus::Responder responder) {
   legopt_msg::store_dataset_reply reply{};
   reply.status = NumberOf(StoreDatasetStatus::kRefused);
   try {
-    CommitNow();  // the store sees the experiment, and an archive that came just before
+    CommitNow();  // the store then knows the experiment, and an archive received just before
     const db::ArchiveFacts facts = store_.FindArchiveFacts(request.hash);
     if (!facts.stored) reply.message = ObstacleToStoring(facts, request.archive.size());
     if (facts.stored) {
@@ -108,7 +108,7 @@ legopt_msg::dataset_reply Server::PieceOfDataset(const legopt_msg::dataset_reque
   return reply;
 }
 
-// Committed archives can be fetched from now on.
+// Offers archives that have just been committed.
 void Server::OfferStoredDatasets() {
   for (const db::StoreOp& op : ops_) {
     if (const auto* stored = std::get_if<db::StoreDataset>(&op)) scheduler_.SetDatasetOffered(stored->hash, true);

@@ -53,7 +53,7 @@ void Candidacy::Ask(bus::EndpointId to, microseconds patience) {
 
 void Candidacy::Answer(const bus::Request& request, bus::Responder responder) {
   const auto probe = bus::Decode<legopt_msg::probe_request>(request.body);
-  // We hear ourselves as well.
+  // This candidate receives its own probes as well.
   if (!probe || request.sender != bus::kServerCandidate || probe->nonce == self_.server_instance) return;
   if (probe->nonce > self_.server_instance) {
     responder.Reply(bus::Encode(self_));
@@ -85,7 +85,7 @@ std::string FindObstacle(bus::Transport& transport, std::uint64_t seed, const le
   bus::Endpoint endpoint(transport, bus::kServerCandidate, seed);
   Candidacy candidacy(endpoint, self, patience);
   while (!candidacy.over()) endpoint.Poll(patience);
-  // After a pause of this process the time is over before anything was read: what came meanwhile counts.
+  // If this process was paused, the time may be over before anything was read: handle messages received meanwhile.
   constexpr microseconds kLastLook = std::chrono::milliseconds(20);
   const microseconds end = transport.now() + kLastLook;
   do {

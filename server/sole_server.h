@@ -1,5 +1,5 @@
-// One server per deployment: how a server finds out, before it serves and while it does, that it is the only one.
-// Thread rule: the endpoint's thread. Source: PROTOCOL.md, section 4.
+// Ensures that a deployment has a single server, both before a server starts to serve and while it serves. Thread rule:
+// the endpoint's thread. Source: PROTOCOL.md, section 4.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,25 @@ namespace legopt::server {
 
 using bus::microseconds;
 
-/// "process 12 on host with database /path", of a probe's answer; another sentence when it is none.
+/// Returns "process 12 on host with database /path" from the answer to a probe; another sentence if it cannot be
+/// decoded.
 std::string DescribeServer(const bus::CallResult& answer);
 
-/// A server that is about to start asks servers that serve (address 1) and servers that are about to start
-/// (bus::kServerCandidate) who they are. Of several candidates that hear each other the one with the smallest instance
-/// goes on: it answers the others, and they give way.
+/// A starting server asks running servers (address 1) and other starting servers (bus::kServerCandidate) for their
+/// identity. Of several candidates that hear each other, the one with the smallest instance continues: it answers the
+/// others, and they give way.
 class Candidacy {
  public:
-  /// `endpoint` has the address bus::kServerCandidate and outlives this object. `self` is what the server would answer
-  /// to a probe. Asks for `patience`.
+  /// `endpoint` must have the address bus::kServerCandidate and outlive this object. `self` is this server's answer to
+  /// probes. The probes time out after `patience`.
   Candidacy(bus::Endpoint& endpoint, legopt_msg::probe_reply self, microseconds patience);
   ~Candidacy();
   Candidacy(const Candidacy&) = delete;
   Candidacy& operator=(const Candidacy&) = delete;
 
-  /// Another server was found, or the patience is over.
+  /// True if another server was found or `patience` has passed.
   bool over() const { return open_calls_ == 0 || !other_.empty(); }
-  /// The other server, for an error message; empty: none.
+  /// The other server, for an error message; empty if none.
   const std::string& other() const { return other_; }
 
  private:
@@ -43,20 +44,20 @@ class Candidacy {
   std::string other_;
 };
 
-/// Looks for another server of the deployment at regular intervals, by calling the server's own address: only another
-/// server answers (this one must leave probes with its own instance as nonce unanswered). Of two servers that see each
-/// other the one with the larger instance is to stop.
+/// Probes for another server of the deployment at regular intervals by calling the server's own address. Only another
+/// server answers, because this one must not answer probes that contain its own instance as nonce. Of two servers that
+/// see each other, the one with the larger instance must stop.
 class RivalWatch {
  public:
-  /// `endpoint` is the server's and outlives this object.
+  /// `endpoint` belongs to the server and must outlive this object.
   RivalWatch(bus::Endpoint& endpoint, std::int64_t instance, microseconds interval = std::chrono::seconds(5));
   ~RivalWatch();
   RivalWatch(const RivalWatch&) = delete;
   RivalWatch& operator=(const RivalWatch&) = delete;
 
-  /// To be called now and then, after polling; starts the next call when it is due.
+  /// Must be called regularly, after polling; starts the next call when it is due.
   void Look();
-  /// The server before which this one must stop; empty: none.
+  /// The server that takes precedence over this one; empty if none.
   const std::string& rival() const { return rival_; }
 
  private:
@@ -68,8 +69,9 @@ class RivalWatch {
   std::string rival_;
 };
 
-/// What stands in the way of a server on this transport, and the fix; empty: nothing. Asks for `patience` of the
-/// transport's clock, before an endpoint serves there. For transports whose Poll waits, not simulated ones.
+/// Returns why a server cannot start on this transport, and the remedy; empty if it can. Probes for `patience` of the
+/// transport's clock. Must be called before an endpoint serves there. Only for transports whose Poll waits, not for
+/// simulated ones.
 std::string FindObstacle(bus::Transport& transport, std::uint64_t seed, const legopt_msg::probe_reply& self,
                          microseconds patience);
 

@@ -27,7 +27,7 @@ constexpr double kBytesPerMb = 1 << 20;
   throw SpecError("experiment spec: " + key + ": " + what);
 }
 
-// Every object is closed: an unknown key would silently change nothing.
+// Unknown keys are errors, because they would silently have no effect.
 const Json& RequireObject(const Json& json, const std::string& key, const std::vector<std::string_view>& allowed) {
   if (!json.is_object()) Refuse(key, "must be an object");
   for (const auto& [name, value] : json.items()) {
@@ -91,7 +91,7 @@ std::string Name(const Json& json, const std::string& key) {
   return name;
 }
 
-// "neither 'a' nor 'b'", "neither 'a', 'b' nor 'c'"
+// Returns e.g. "neither 'a' nor 'b'", "neither 'a', 'b' nor 'c'".
 template <Worded Enum>
 std::string NoneOfTheWords() {
   std::string text;
@@ -195,7 +195,7 @@ void ParseLists(const Json& json, ExperimentSpec& spec) {
   }
 }
 
-// Calls `read` with each task and its limit: one for all tasks, or of a map with one for each.
+// Calls `read` with each task and its limit. `limit` is one value for all tasks, or a map with one value per task.
 template <class Read>
 void ParseTaskLimits(const Json& limit, const std::string& key, ExperimentSpec& spec, const Read& read) {
   std::vector<std::string_view> tasks;
@@ -224,7 +224,7 @@ void ParseLimits(const Json& json, ExperimentSpec& spec) {
                                         double{limits::kLeastMemory_mb}, double{limits::kMostMemory_mb}));
 }
 
-// Counted in floating point first: the product of four legal sizes may not fit an integer.
+// Computed in floating point first: the product of four legal sizes may overflow an integer.
 void CheckSize(const ExperimentSpec& spec) {
   double jobs = 0;
   for (const auto& task : spec.tasks) jobs += static_cast<double>(task.problems.size());
@@ -235,7 +235,7 @@ void CheckSize(const ExperimentSpec& spec) {
   }
 }
 
-// What tables say of the split has to be so.
+// The spec's split appears in tables, so all problems must belong to it.
 void CheckSplit(Split split, const ExperimentSpec& spec) {
   for (const auto& task : spec.tasks) {
     for (const int id : task.problems) {
@@ -286,7 +286,7 @@ JobCoordinates CoordinatesOf(const ExperimentSpec& spec, std::int64_t index) {
   JobCoordinates at{};
   const auto repetitions = static_cast<std::size_t>(spec.repetitions);
   const std::size_t per_method =
-      static_cast<std::size_t>(spec.num_jobs()) / spec.methods.size();  // methods vary slowest
+      static_cast<std::size_t>(spec.num_jobs()) / spec.methods.size();  // the method is the slowest index
   at.method = rest / per_method;
   rest %= per_method;
   for (at.task = 0;; ++at.task) {

@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kMostRunningShown = 1000;  // keeps a reply small, however large the pool
+constexpr std::size_t kMostRunningShown = 1000;  // bounds the size of a reply
 
 Json RunningJson(const std::vector<JobProgress>& jobs) {
   Json running = Json::array();
@@ -26,7 +26,7 @@ Json RunningJson(const std::vector<JobProgress>& jobs) {
   return running;
 }
 
-// Times of the experiment. What was worked on is known while it is in memory.
+// Adds the times of the experiment. The working time is known only while it is in memory.
 void AddTimes(Json& json, const db::ExperimentSummary& summary, const Experiment* experiment, const Instant& now) {
   const std::int64_t end_us = summary.finished_at_us == 0 ? now.wall_us : summary.finished_at_us;
   const double elapsed_s =

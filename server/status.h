@@ -8,10 +8,10 @@
 
 namespace legopt::server {
 
-/// The JSON of a status reply (lcmtypes/PROTOCOL.md): "experiments" with their jobs by state and what they may expect,
-/// "workers" online or with leases, "server" with queue lengths and the scheduler's counters. `experiment_id` 0 lists
-/// all experiments; one alone is told with its kinds of jobs. `store_error`: why the database cannot be written; empty:
-/// it can.
+/// Returns the JSON of a status reply (lcmtypes/PROTOCOL.md): "experiments" with jobs by state and estimates, "workers"
+/// that are online or have leases, "server" with queue lengths and the scheduler's counters. `experiment_id` 0 lists
+/// all experiments; a single experiment includes its kinds of jobs. `store_error`: why the database cannot be written;
+/// empty if it can.
 nlohmann::json StatusJson(const Scheduler& scheduler, std::int64_t experiment_id, const Instant& now,
                           const std::string& store_error = {});
 

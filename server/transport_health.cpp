@@ -8,14 +8,14 @@
 namespace legopt::server {
 namespace {
 
-// The experiment that this operation ends; 0: none.
+// Returns the experiment that this operation ends; 0 if none.
 std::int64_t EndedBy(const db::StoreOp& op) {
   if (const auto* finish = std::get_if<db::FinishExperiment>(&op)) return finish->experiment_id;
   if (const auto* cancel = std::get_if<db::CancelExperiment>(&op)) return cancel->experiment_id;
   return 0;
 }
 
-// The experiment that this operation opens; 0: none.
+// Returns the experiment that this operation opens; 0 if none.
 std::int64_t BegunBy(const db::StoreOp& op) {
   if (const auto* create = std::get_if<db::CreateExperiment>(&op)) return create->experiment.experiment_id;
   if (const auto* retry = std::get_if<db::RetryExperiment>(&op)) return retry->experiment_id;

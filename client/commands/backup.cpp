@@ -28,7 +28,7 @@ struct RestoreOptions {
   std::string backup, db;
 };
 
-// "3 experiments, 20 jobs, 12 results (schema 10); 1.5 MiB in 0.02 s, integrity and foreign keys checked"
+// Returns e.g. "3 experiments, 20 jobs, 12 results (schema 10); 1.5 MiB in 0.02 s, integrity and foreign keys checked".
 std::string Described(const db::BackupReport& report, Seconds took) {
   constexpr double kMebibyte = 1 << 20;
   const std::string size =

@@ -27,13 +27,13 @@ namespace {
 
 struct CertifyFlags {
   std::optional<std::string> dataset;
-  std::string out;  // empty: in the dataset's folder
+  std::string out;  // empty: the dataset's folder
   certify::CertifyOptions options;
   ListingFormat format = ListingFormat::kText;
   OutputOptions output;
 };
 
-/// Writes what has been learnt now and then, so that whatever ends the program costs little.
+/// Saves the results at intervals, so that little is lost however the process ends.
 class CertificateWriter {
  public:
   CertificateWriter(std::filesystem::path path, const certify::StanceCatalogue& catalogue, const Dataset& dataset)

@@ -21,7 +21,7 @@ namespace {
 
 constexpr char kProgram[] = "legopt";
 
-// What users of git, kubectl, Slurm and shells type.
+// Names that users of git, kubectl, Slurm and shells are used to.
 constexpr std::array<programs::Synonym, 43> kSynonyms = {{
     {"rm", "delete"},      {"remove", "delete"},    {"del", "delete"},        {"ls", "list"},
     {"jobs", "list"},      {"queue", "list"},       {"ps", "status"},         {"info", "status"},
@@ -115,7 +115,7 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddRestoreCommand(program, invocation);
 }
 
-// Shown in the list of commands; the command line itself is read by programs::ParseCommandLine.
+// Entries in the list of commands; programs::ParseCommandLine handles them.
 void AddHelpCommands(const programs::Command& program) {
   const auto help = program.AddCommand("help", "Show the help of a command: legopt help run");
   help.AddOption("COMMAND", "The command; without one, all of them");

@@ -8,15 +8,14 @@
 
 namespace legopt::client {
 
-/// The command that was chosen. Parsing only fills it in; `main` runs it, so that help and usage errors never start
-/// anything.
+/// The selected command. Parsing only sets it and `main` runs it, so that help and usage errors have no side effects.
 struct Invocation {
   bool verbose = false;
-  programs::BuildFacts build;  ///< of this program
+  programs::BuildFacts build;
   std::function<ExitCode()> body;
 };
 
-// Each adds one command to `program`. `invocation` must outlive the parse.
+// Each function adds one command to `program`. `invocation` must outlive parsing.
 void AddRunCommand(const programs::Command& program, Invocation* invocation);
 void AddSubmitCommand(const programs::Command& program, Invocation* invocation);
 void AddWatchCommand(const programs::Command& program, Invocation* invocation);
@@ -26,7 +25,7 @@ void AddShowCommand(const programs::Command& program, Invocation* invocation);
 void AddTraceCommand(const programs::Command& program, Invocation* invocation);
 void AddCancelCommand(const programs::Command& program, Invocation* invocation);
 void AddDeleteCommand(const programs::Command& program, Invocation* invocation);
-/// pause, resume, hold, release, priority, retry, rename, tag.
+/// Adds pause, resume, hold, release, priority, retry, rename, tag.
 void AddControlCommands(const programs::Command& program, Invocation* invocation);
 void AddTableCommand(const programs::Command& program, Invocation* invocation);
 void AddCompareCommand(const programs::Command& program, Invocation* invocation);
@@ -49,12 +48,12 @@ void AddDoctorCommand(const programs::Command& program, Invocation* invocation);
 void AddBackupCommand(const programs::Command& program, Invocation* invocation);
 void AddRestoreCommand(const programs::Command& program, Invocation* invocation);
 void AddTapCommand(const programs::Command& program, Invocation* invocation);
-/// pool slurm, script, status, stop.
+/// Adds pool slurm, script, status, stop.
 void AddPoolCommand(const programs::Command& program, Invocation* invocation);
 void AddKeygenCommand(const programs::Command& program, Invocation* invocation);
 
-/// Parses and runs a whole command line, reports errors on standard error as "legopt: error: ..." and returns the exit
-/// status. This is `main`, callable from tests.
+/// Parses and runs a command line, reports errors on standard error as "legopt: error: ..." and returns the exit
+/// status. `main` as a function, for tests.
 int RunCommandLine(int argc, const char* const* argv, const programs::BuildFacts& build);
 
 }  // namespace legopt::client

@@ -1,4 +1,4 @@
-// How an experiment is worked on and what it is called: pause, resume, hold, release, priority, retry, rename, tag.
+// Scheduling and naming of experiments: pause, resume, hold, release, priority, retry, rename, tag.
 
 #include <iostream>
 #include <memory>
@@ -28,7 +28,7 @@ struct ControlOptions {
   NetworkOptions network;
 };
 
-// What a request can carry.
+// Checks the size limit of requests.
 std::string CheckReason(const std::string& reason) {
   constexpr std::size_t kMostBytes = 1000;
   if (reason.find_first_not_of(" \t\r\n") == std::string::npos) return "is empty; say why the experiment is held";
@@ -59,14 +59,14 @@ std::string Done(const ControlOptions& options, std::int64_t num_jobs) {
       return "tagged so no longer";
     case ControlAction::kRetry:
     case ControlAction::kRetryTimeLimits:
-    case ControlAction::kDrainWorker:  // other commands'
+    case ControlAction::kDrainWorker:  // used by other commands
     case ControlAction::kDelete:
       break;
   }
   return jobs + " queued again";
 }
 
-// Before it is sent: what would not be text is not changed silently into another name.
+// Refuses invalid UTF-8 before sending, so that names are not changed silently.
 void CheckText(const ControlOptions& options) {
   if (options.action == ControlAction::kHold && !bus::IsText(options.reason)) {
     throw ClientError(ExitCode::kUsage, "TEXT: must be UTF-8; write it in UTF-8");

@@ -72,7 +72,7 @@ ExitCode Hash(const DatasetOptions& options) {
   return ExitCode::kOk;
 }
 
-// The degrees of freedom in the order of solution vectors; no limit is null.
+// Returns the degrees of freedom in the order of solution vectors; missing limits are null.
 Listing JointListing(const RobotModel& robot) {
   Listing listing;
   listing.columns = {"index", "joint", "type", "lower", "upper", "unit"};
@@ -93,7 +93,7 @@ std::string OrderNote(const RobotModel& robot) {
          range(3, 6) + ").";
 }
 
-// One table in CSV, as every command; the joints, too, in the other formats.
+// CSV contains one table, as for every command; the other formats include the joints.
 std::string RenderInfo(const Listing& listing, const RobotModel& robot, ListingFormat format) {
   if (format == ListingFormat::kCsv) return CsvFor(StandardOutput(), RenderListing(listing, format));
   const Listing joints = JointListing(robot);

@@ -1,4 +1,4 @@
-// Deletes an experiment for good, after asking.
+// Deletes an experiment permanently, after confirmation.
 
 #include <unistd.h>
 
@@ -28,13 +28,13 @@ std::string Count(std::int64_t number, const std::string& word) {
   return std::to_string(number) + " " + word + (number == 1 ? "" : "s");
 }
 
-// "experiment 3 'quick': 540 jobs, 540 results".
+// Returns e.g. "experiment 3 'quick': 540 jobs, 540 results".
 std::string Describe(const ExperimentStatus& status) {
   return "experiment " + std::to_string(status.id) + " '" + programs::Printable(status.name) +
          "': " + Count(status.total, "job") + ", " + Count(status.done, "result");
 }
 
-// Asks whoever sits at the terminal; a script has to say it beforehand.
+// Asks for confirmation at the terminal; scripts must use --yes.
 bool Confirmed(const std::string& what) {
   if (isatty(STDIN_FILENO) == 0 || isatty(STDERR_FILENO) == 0) {
     throw ClientError(ExitCode::kUsage, what + ": would be deleted for good; if that is meant, say --yes");

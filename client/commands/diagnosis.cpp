@@ -29,7 +29,7 @@ namespace {
 
 using State = Finding::State;
 
-// How long doctor waits for a server; a live one answers within milliseconds.
+// Timeout of doctor's probe; a running server answers within milliseconds.
 constexpr double kProbeTimeout_s = 1.5;
 
 std::string_view StateWord(State state) {
@@ -80,7 +80,7 @@ Finding CheckRoute(const bus::LcmOptions& network) {
 
 Finding CheckBuffers(const bus::LcmOptions& network, const bus::LcmTransport& transport) {
   constexpr std::size_t kKiB = 1024;
-  // The kernel reports twice what it grants: payload and its own overhead.
+  // The kernel reports twice the granted size: payload and its own overhead.
   const std::string detail = std::to_string(transport.granted_receive_buffer_bytes() / 2 / kKiB) + " KiB of " +
                              std::to_string(network.receive_buffer_bytes / kKiB) + " KiB granted per port" +
                              (transport.socket_filter_attached() ? ", socket filter attached" : "");
@@ -109,9 +109,9 @@ Finding CheckServer(const legopt_msg::probe_reply& probe, const std::string& add
   return {"server", State::kOk, detail, "", {}};
 }
 
-// Whether the server can write its database: on this disk, under this name.
+// Checks whether the server can write its database: on this disk, under this name.
 Finding CheckServersDatabase(ServerConnection& server) {
-  constexpr std::int64_t kNoExperiment = std::numeric_limits<std::int64_t>::max();  // the answer stays small
+  constexpr std::int64_t kNoExperiment = std::numeric_limits<std::int64_t>::max();  // keeps the answer small
   const std::string error = StoreError(server.Status(kNoExperiment));
   if (error.empty()) return {"server's database", State::kOk, "can be written", "", {}};
   return {"server's database", State::kFail, error, "nothing is leased or acknowledged until then",
@@ -176,7 +176,7 @@ void CheckNetwork(const DiagnosisOptions& options, std::vector<Finding>* finding
   findings->push_back(CheckClock(probe));
 }
 
-// "40 a and 35 b".
+// Returns e.g. "40 a and 35 b".
 std::string CountProblems(const Dataset& dataset) {
   std::string text;
   for (const TaskDescription& row : ProblemTasks()) {
@@ -202,7 +202,7 @@ Finding CheckDataset(const DiagnosisOptions& options) {
   }
 }
 
-// What is wrong inside, one finding per rule; nothing when the file is sound.
+// Returns one finding per violated rule; empty if the file is undamaged.
 std::vector<Finding> CheckInside(const std::string& file) {
   std::vector<Finding> findings;
   for (const db::Defect& defect : db::Audit(file)) {

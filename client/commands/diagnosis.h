@@ -11,30 +11,30 @@
 
 namespace legopt::client {
 
-/// One line of `legopt doctor`.
+/// A check of `legopt doctor` with its result.
 struct Finding {
   enum class State { kOk, kWarn, kFail };
   std::string check;  ///< e.g. "multicast route"
   State state = State::kOk;
-  std::string detail;             ///< what was found
-  std::string fix;                ///< what to do; empty when all is well
-  ExitCode code = ExitCode::kOk;  ///< for kFail: what a command would exit with
+  std::string detail;
+  std::string fix;                ///< remedy; empty if the check passed
+  ExitCode code = ExitCode::kOk;  ///< exit code of commands that would fail (kFail only)
 };
 
 struct DiagnosisOptions {
   NetworkOptions network;
   std::optional<std::string> dataset;
   std::optional<std::string> db;
-  programs::BuildFacts build;  ///< of this program
+  programs::BuildFacts build;
 };
 
-/// Looks at everything a run depends on. Never throws for what it finds; each fault becomes a finding.
+/// Checks everything that a run depends on. Failed checks become findings, not exceptions.
 std::vector<Finding> Diagnose(const DiagnosisOptions& options);
 
-/// "ok    multicast route  through lo" lines; a finding that is not ok is followed by its fix.
+/// Renders lines such as "ok    multicast route  through lo"; a failed check or warning is followed by its fix.
 std::string RenderFindings(const std::vector<Finding>& findings, ListingFormat format, const TextLayout& layout);
 
-/// kOk when nothing failed, else the code of the first failure. Warnings do not count.
+/// Returns kOk if no check failed, else the code of the first failure. Warnings do not count.
 ExitCode WorstOf(const std::vector<Finding>& findings);
 
 }  // namespace legopt::client

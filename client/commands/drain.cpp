@@ -20,7 +20,7 @@ struct DrainOptions {
   NetworkOptions network;
 };
 
-// Of connected workers, by number or name; a name may be that of several.
+// Returns the connected workers with this number or name; several workers may share a name.
 std::vector<std::int64_t> Find(const nlohmann::json& workers, const std::string& wanted) {
   std::vector<std::int64_t> found;
   for (const auto& worker : workers) {

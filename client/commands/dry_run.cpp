@@ -16,7 +16,7 @@ namespace {
 
 using programs::Printable;
 
-// Of all jobs, if each needs all the time that its task may take.
+// Returns the total time of all jobs if each uses its time limit.
 Seconds LongestSolving(const nlohmann::json& spec) {
   const auto& limits = spec.at("limits").at("wall_time_s");
   const std::int64_t jobs = CountJobs(spec);
@@ -30,14 +30,14 @@ Seconds LongestSolving(const nlohmann::json& spec) {
   return Seconds(problem_s * static_cast<double>(jobs) / static_cast<double>(problems));
 }
 
-// "2.3 s", "4:10".
+// Returns e.g. "2.3 s", "4:10".
 std::string CpuTime(double seconds) {
   constexpr double kMinute = 60.0;
   if (seconds >= kMinute) return FormatDuration(Seconds(seconds));
   return FormatGeneral(seconds, 2) + " s";
 }
 
-// "posture 100 jobs, about 21 s of CPU time (on other datasets)".
+// Returns e.g. "posture 100 jobs, about 21 s of CPU time (on other datasets)".
 std::string CostText(const KnownCost& cost) {
   std::string text =
       std::string(ToString(cost.task)) + " " + std::to_string(cost.jobs) + (cost.jobs == 1 ? " job, " : " jobs, ");
@@ -59,7 +59,7 @@ void PrintMethods(const nlohmann::json& spec, const std::vector<KnownCost>& cost
 }
 
 struct KnownTotal {
-  std::int64_t jobs = 0;  // whose cost is known
+  std::int64_t jobs = 0;  // number of jobs with known cost
   double cpu_s = 0.0;
 };
 

@@ -7,13 +7,13 @@
 
 namespace legopt::client {
 
-/// What --dry-run prints on standard output instead of submitting: dataset, jobs of each method and task and the CPU
-/// time that they are expected to take, what was left out, how many finished results would be taken over, and the
-/// longest that solving can take, every job at its time limit. `known`: where results of before are; may be null.
-/// `slots`: jobs at the same time, or 0 where only the pool knows. `outlook` ends it: what would have been done.
+/// Prints the output of --dry-run on standard output: dataset, jobs of each method and task with their expected CPU
+/// time, omitted problems, the number of reusable results, and the longest possible solving time, with every job at its
+/// time limit. `known`: source of earlier results; may be nullptr. `slots`: number of parallel jobs, or 0 if unknown
+/// before the pool starts. `outlook`: last sentence, about the action that was not taken.
 void PrintDryRun(const Submission& submission, ResultSource* known, int slots, const std::string& outlook);
 
-/// The same as JSON: submission_id, jobs, left_out, estimate, known_results, spec.
+/// Prints the dry run as JSON: submission_id, jobs, left_out, estimate, known_results, spec.
 void PrintDryRunJson(const Submission& submission, ResultSource* known);
 
 }  // namespace legopt::client

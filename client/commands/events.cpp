@@ -41,7 +41,7 @@ std::string Condition(const EventsOptions& options) {
   return condition;
 }
 
-// Words of a kind: nothing that SQL would read otherwise.
+// Allows only characters that are safe in SQL.
 std::string CheckKind(const std::string& kind) {
   const bool word = !kind.empty() && kind.find_first_not_of("abcdefghijklmnopqrstuvwxyz_,") == std::string::npos;
   return word ? std::string() : "is no kind of event; kinds are words such as worker_lost (docs/monitoring.md)";
@@ -76,7 +76,7 @@ void PrintLines(const Listing& events, ListingFormat format) {
   }
 }
 
-// A server that does not answer for a while is asked again.
+// Retries if a server does not answer for a while.
 ExitCode Follow(ResultSource& source, const EventsOptions& options, std::int64_t last) {
   using namespace std::chrono_literals;
   constexpr std::int64_t kAtOnce = 1000;

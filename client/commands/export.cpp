@@ -45,7 +45,7 @@ std::shared_ptr<const Dataset> LoadDatasetOf(ResultSource& source, const Experim
 
 constexpr char kStandardOutput[] = "-";
 
-// The file itself for a single task, else one file per task, with its word behind the name.
+// Returns the file itself for a single task, else one file per task with the task appended to its name.
 std::filesystem::path FileFor(const std::string& out, const SolutionFile& file, std::size_t num_files) {
   if (num_files == 1) return out;
   std::filesystem::path path(out);
@@ -57,7 +57,7 @@ void Write(const std::string& out, const SolutionFile& file, std::size_t num_fil
   const auto path = FileFor(out, file, num_files);
   if (out == kStandardOutput) {
     std::cout << FormatSolutions(file) << std::flush;
-    if (!std::cout) return;  // whoever runs the command says so, as for every command
+    if (!std::cout) return;  // the caller of the command reports the error, as for every command
   } else {
     WriteSolutions(path, file);
   }
@@ -65,7 +65,7 @@ void Write(const std::string& out, const SolutionFile& file, std::size_t num_fil
             << (out == kStandardOutput ? "standard output" : programs::Printable(path.string())) << "\n";
 }
 
-// "both tasks, -a and -b".
+// Returns e.g. "both tasks, -a and -b".
 std::string AllTasks() {
   std::string endings;
   for (const auto& row : kWords<Task>) endings += (endings.empty() ? "-" : " and -") + std::string(row.word);

@@ -38,7 +38,7 @@ struct ScenarioFlags {
 void AddSeedFlag(const programs::Command& command, ScenarioFlags* flags) {
   command.AddOption("--seed", flags->seed, "All random draws follow from it")
       .ShowDefault()
-      .Check(programs::WholeNumber(0));  // it would wrap around
+      .Check(programs::WholeNumber(0));  // a negative number would wrap around
 }
 
 void AddScenarioFlags(const programs::Command& command, ScenarioFlags* flags) {
@@ -57,8 +57,8 @@ generate::ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
   return options;
 }
 
-/// Makes `out` by `make` in a folder of its own, which is kept after an interruption, and after a refusal when stances
-/// were proven there, as the same command then goes on with them.
+/// Creates `out` by calling `make` with a temporary folder. The folder is kept after an interruption, or after an error
+/// if stances were proven, because the same command then continues from it.
 void MakeFolder(const std::filesystem::path& out, const std::string& identity,
                 const std::function<void(const std::filesystem::path&, const generate::BuildProgress&)>& make) {
   NewFolder folder(out, identity);
@@ -110,7 +110,7 @@ struct DatasetFlags {
   generate::DatasetOptions options;
 };
 
-/// What decides which stances there are.
+/// Adds the options that determine the set of stances.
 programs::Option AddStanceFlags(const programs::Command& command, DatasetFlags* flags) {
   generate::DatasetOptions& options = flags->options;
   command.AddOption("--name", flags->name, "Name of the dataset (default: that of the folder)");
@@ -135,7 +135,7 @@ void AddInstanceFlags(const programs::Command& command, DatasetFlags* flags) {
                   "Keep plans all of whose stances have a posture, and write the certificate");
 }
 
-/// Adds what is the same for all datasets: where robot and scene come from.
+/// Adds the options of all datasets: the source of robot and scene.
 void AddSourceFlags(const programs::Command& command, DatasetFlags* flags) {
   command.AddOption("--from", flags->from, "Dataset folder with the robot and the scene; its problems are not used")
       .Required();
@@ -146,7 +146,7 @@ void AddSourceFlags(const programs::Command& command, DatasetFlags* flags) {
 using Build = generate::DatasetReport (*)(const generate::DatasetOptions&, const std::filesystem::path&,
                                           const generate::BuildProgress&);
 
-/// Makes the folder by `build`, and says what was asked for as its identity.
+/// Creates the folder with `build`; its identity describes the requested contents.
 generate::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Build build) {
   generate::DatasetOptions options = flags.options;
   options.read_guard = CallIsolated;

@@ -30,7 +30,7 @@ struct Flags {
   bool json = false;
 };
 
-/// JOINT=NUMBER
+/// Parses JOINT=NUMBER.
 void AddNominal(const std::string& word, ImportOptions* options) {
   const size_t equals = word.find('=');
   double value = 0.0;
@@ -57,7 +57,7 @@ void PrintReport(const ImportReport& report, const std::string& out, bool json) 
     std::cout << "dataset " << report.content_hash << " in " << programs::Printable(out) << "\n";
 }
 
-// Problem files are read, and then copied.
+// Problem files are read twice: once to check them and once to copy them.
 std::vector<std::unique_ptr<RereadableFile>> MakeProblemsRereadable(ImportOptions& options) {
   std::vector<std::filesystem::path> names;
   for (const TaskDescription& task : ProblemTasks()) names.emplace_back(options.files.problems[task.task].value_or(""));

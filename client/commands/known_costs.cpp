@@ -16,7 +16,7 @@ struct Mean {
   }
 };
 
-// Method, task, whether on the dataset of the spec.
+// Method hash, task, whether on the dataset of the spec.
 using CostKey = std::tuple<std::string, Task, bool>;
 
 std::map<CostKey, Mean> ReadMeans(const nlohmann::json& spec, ResultSource& source) {

@@ -12,12 +12,12 @@
 namespace legopt::client {
 namespace {
 
-// A limit of a spec: one for all tasks, or one for each.
+// Returns the limit of a task; a spec has one for all tasks, or one for each.
 const nlohmann::json& LimitOf(const nlohmann::json& limit, const std::string& task) {
   return limit.is_object() ? limit.at(task) : limit;
 }
 
-// What a result of the task must agree with.
+// Returns the SQL condition for reusable results of the task.
 std::string TaskCondition(const nlohmann::json& spec, const std::string& task) {
   constexpr double kMicrosecondsPerSecond = 1e6;
   const nlohmann::json& limits = spec.at("limits");
@@ -57,7 +57,7 @@ std::map<std::string, std::set<std::int64_t>> ProblemsOfTasks(const nlohmann::js
   return problems;
 }
 
-// Rows of the same options under several names are jobs of their own.
+// Rows with the same options under several names have separate jobs.
 std::map<std::string, std::int64_t> RowsOfMethods(const nlohmann::json& spec) {
   std::map<std::string, std::int64_t> rows;
   for (const auto& method : spec.at("methods")) ++rows[method.at("hash").get<std::string>()];

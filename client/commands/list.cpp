@@ -46,7 +46,7 @@ std::string SqlWord(Enum value) {
   return SqlText(std::string(ToString(value)));
 }
 
-// A number that no problem of the experiment has would look like a problem without jobs.
+// Throws if the experiment does not have the problem; otherwise the empty list would look like a problem without jobs.
 void RequireProblem(ResultSource& source, std::int64_t experiment_id, int problem) {
   const Listing found = source.Query(
       "SELECT task, min(problem_id) AS first, max(problem_id) AS last, count(*) FILTER (WHERE problem_id = " +
@@ -67,7 +67,8 @@ void RequireProblem(ResultSource& source, std::int64_t experiment_id, int proble
                                           std::to_string(experiment_id) + " has no such problem" + text);
 }
 
-// The verdict of a job by a rule. Results of old releases have no solid verdict: their strict one is shown.
+// Returns SQL for the verdict by a rule. Results of old releases have no verdict by the physical rule: the one by the
+// strict rule is shown.
 std::string VerdictSql(Rule rule) {
   const std::string column = "verdict_" + std::string(ToString(rule));
   return rule == Rule::kSolid ? "coalesce(" + column + ", verdict_strict)" : column;
@@ -100,7 +101,8 @@ std::string Sql(const ListOptions& options, const ExperimentInfo& experiment, co
   return sql + " ORDER BY job_id";
 }
 
-// Of leased jobs only the server knows how far they are. Without any, the listing is that of the server's file.
+// Adds the progress of leased jobs, which only the server knows. Without any, the listing equals that of the server's
+// file.
 void AddProgress(const ListOptions& options, std::int64_t experiment_id, Listing* jobs) {
   ServerConnection server(options.source.network);
   std::map<std::int64_t, std::string> progress;
@@ -117,7 +119,7 @@ void AddProgress(const ListOptions& options, std::int64_t experiment_id, Listing
   }
 }
 
-// What a busy machine may have cost, and how to mend it.
+// Warns about jobs that were stopped by the wall-time limit, perhaps due to a busy machine, and suggests a remedy.
 void HintAtStoppedJobs(ResultSource& source, std::int64_t experiment_id) {
   const Listing stopped =
       source.Query("SELECT count(*) AS n FROM clock_stopped WHERE experiment_id = " + std::to_string(experiment_id));

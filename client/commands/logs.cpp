@@ -22,7 +22,7 @@ struct LogsOptions {
   OutputOptions output;
 };
 
-// "crashed by signal 11 (Segmentation fault) after 3.2 s".
+// Returns e.g. "crashed by signal 11 (Segmentation fault) after 3.2 s".
 std::string CauseOf(const Listing& attempts, std::size_t row) {
   std::string text(ToString(attempts.WordAt<AttemptOutcome>(row, "outcome")));
   if (const auto& number = attempts.At(row, "exit_signal"); !number.is_null()) {

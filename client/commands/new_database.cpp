@@ -16,7 +16,7 @@ bool HoldsExperiments(const std::filesystem::path& file) {
     const auto source = OpenResults({file.string(), {}});
     return source->Query("SELECT count(*) AS n FROM experiments").At(0, "n").get<std::int64_t>() > 0;
   } catch (const std::exception&) {
-    return false;  // never begun
+    return false;  // no database was created
   }
 }
 
@@ -26,7 +26,7 @@ NewDatabase::NewDatabase(const std::optional<std::string>& named, const std::str
     : path_(named.value_or(stem + ".sqlite")) {
   std::error_code error;
   if (named) {
-    // A folder that does not exist or cannot be written is for the server to report.
+    // The server reports a missing or unwritable folder.
     created_ = !std::filesystem::exists(path_, error) && !error;
     return;
   }

@@ -18,7 +18,7 @@
 namespace legopt::client {
 namespace {
 
-// Those whose problems differ in length, "motion".
+// Returns the tasks with problems of different length, "motion".
 std::string LongTasks() {
   std::vector<std::string> words;
   for (const TaskDescription& description : kTasks) {
@@ -72,7 +72,7 @@ void AddOutputOptions(const programs::Command& command, OutputOptions* options) 
 
 void AddListingOptions(const programs::Command& command, ListingOptions* options) {
   AddFormatOption(command, &options->format);
-  // Split when the columns are known: a column of a query may have a comma in its name.
+  // Split later, when the columns are known: a column name may contain a comma.
   command.AddOption("--columns", options->columns, "Show only these columns, in this order").OneArgumentEach();
   AddOutputOptions(command, &options->output);
 }
@@ -187,7 +187,7 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
   command.AddOption("--solver", options->solvers,
                     "Description file of an external solver that the suite names; may be repeated "
                     "(docs/solvers.md)");
-  // Split when the suite is read: a method may have a comma in its name.
+  // Split later, when the suite is read: a method name may contain a comma.
   command.AddOption("--methods", options->filter.methods, "Keep only these methods, by name").OneArgumentEach();
   command.AddList("--multi-starts", options->filter.multi_starts, "Keep only methods with these numbers of restarts");
   command.AddList("--sample-size", options->filter.sample_sizes, "Keep only methods with these sample sizes, percent");

@@ -15,7 +15,7 @@ std::shared_ptr<const Dataset> DatasetOf(const PageSource& page) {
     const auto source = OpenResults(page.source);
     return FindResultDataset(*source, FindExperiment(*source, page.experiment).dataset_hash);
   } catch (const ClientError&) {
-    return nullptr;  // the page, which reads the source too, reports it
+    return nullptr;  // the page reads the source as well and reports the error
   }
 }
 

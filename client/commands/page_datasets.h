@@ -9,9 +9,9 @@
 
 namespace legopt::client {
 
-/// The datasets that a page draws: those of `folders` (or embedded names), and those of the shown results that are
-/// embedded or stored with them. With neither, because a source cannot be read now or has no experiment yet, the
-/// embedded default. Throws InputError for a folder that is no dataset.
+/// Returns the datasets to draw: those in `folders` (or embedded names), and the datasets of the shown results that are
+/// embedded or stored with them. If there are none, because a source is unreadable or has no experiment yet, returns
+/// the embedded default. Throws InputError for a folder that is not a dataset.
 std::vector<std::shared_ptr<const Dataset>> LoadPageDatasets(const std::vector<PageSource>& sources,
                                                              const std::vector<std::string>& folders);
 

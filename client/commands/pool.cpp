@@ -41,7 +41,7 @@ struct PoolFlags {
   std::string folder = kDefaultFolder;
   Engine engine = Engine::kPbs;
   bool dry_run = false;
-  std::unique_ptr<InterruptGuard> guard;  // to the very end: an order that comes late must not end the report
+  std::unique_ptr<InterruptGuard> guard;  // kept to the end: a late signal must not suppress the report
 };
 
 std::string Absolute(const std::string& file) { return fs::absolute(file).lexically_normal().string(); }
@@ -52,7 +52,7 @@ PoolAccess AccessFor(const PoolFlags& flags, const PoolFile& file) {
   return access;
 }
 
-// How workers reach the server that the flags name, by files at paths that the nodes know, too.
+// Returns the access by files at paths that the nodes can read as well.
 PoolAccess AccessByPaths(const PoolFlags& flags, const PoolFile& file, const bus::LcmOptions& network) {
   PoolAccess access = AccessFor(flags, file);
   access.access_file = Absolute(flags.access);
@@ -62,7 +62,7 @@ PoolAccess AccessByPaths(const PoolFlags& flags, const PoolFile& file, const bus
   return access;
 }
 
-// The same, with access file and key in the script.
+// Returns the access with access file and key embedded in the script.
 PoolAccess AccessInScript(const PoolFlags& flags, const PoolFile& file, const bus::LcmOptions& network) {
   PoolAccess access = AccessFor(flags, file);
   access.access = ReadWhole(flags.access);
@@ -90,7 +90,7 @@ ExitCode StartSlurm(const PoolFlags& flags) {
   return ExitCode::kOk;
 }
 
-// The end of the pool: what went wrong on which host.
+// Reports which hosts failed and why; returns the exit code.
 ExitCode OutcomeOf(const SshPool& pool) {
   const std::vector<SshPool::Failure> failures = pool.Failures();
   if (failures.empty()) return ExitCode::kOk;

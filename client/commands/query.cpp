@@ -27,7 +27,7 @@ struct QueryOptions {
 };
 
 void RequireStatement(const std::string& sql) {
-  constexpr std::size_t kMaxBytes = 99'000;  // SQLite's bound is little more
+  constexpr std::size_t kMaxBytes = 99'000;  // slightly below SQLite's limit
   if (sql.find_first_not_of(" \t\r\n;") == std::string::npos) {
     throw ClientError(ExitCode::kUsage, "the SQL is empty; give one SELECT, e.g. \"SELECT * FROM benchmark_table\"");
   }
@@ -38,7 +38,7 @@ void RequireStatement(const std::string& sql) {
   }
 }
 
-// A file's rows go to a program or file as they are read; everything else is laid out as a whole, in memory.
+// Rows of a file are streamed to a pipe or file; all other output is formatted in memory as a whole.
 bool Streams(const QueryOptions& options) {
   const ListingFormat format = options.listing.format;
   return options.source.db && (format == ListingFormat::kCsv || format == ListingFormat::kJson) &&
@@ -50,7 +50,7 @@ ExitCode ReportRowLimit(std::int64_t rows) {
   return ExitCode::kCutShort;
 }
 
-// Bytes are limited where rows are held in memory, and in a server's answer.
+// The size is limited for rows in memory and for a server's answer.
 ExitCode ReportByteLimit(const QueryOptions& options, std::size_t rows) {
   std::cerr << "legopt: cut after " << rows << " rows: "
             << (options.source.db ? "the 256 MiB that a result may take in memory; write it with --format csv or json "

@@ -29,7 +29,7 @@ struct ReplayOptions {
   std::uint64_t seed = 1;
   std::optional<std::int64_t> experiment;
   std::optional<std::string> dataset;
-  std::vector<std::filesystem::path> solvers;  ///< declarations of solvers of others
+  std::vector<std::filesystem::path> solvers;  ///< description files of external solvers
   bool any_build = false;
   int parallel = 0;
   bool json = false;
@@ -55,7 +55,7 @@ std::vector<StoredJob> ChosenJobs(const ReplayOptions& options, const SolverRegi
   return jobs;
 }
 
-// Results of other builds may differ in their bits, and nobody should wonder why.
+// Throws if a job has a result of another build, because its bits may differ.
 void RequireSameBuild(const std::vector<StoredJob>& jobs, const ReplayOptions& options) {
   const std::string mine = programs::BuildId(options.build);
   const auto other = std::find_if(jobs.begin(), jobs.end(), [&](const StoredJob& job) { return job.build_id != mine; });
@@ -145,7 +145,7 @@ ExitCode ReplayStored(const ReplayOptions& options) {
   if (options.job.has_value() == options.random.has_value()) {
     throw ClientError(ExitCode::kUsage, "name a job, or let --random N draw some: 'legopt replay 12'");
   }
-  // Each job is solved in a process of its own, which starts what it needs.
+  // Each job is solved in a separate process, which starts external solvers itself.
   std::vector<std::filesystem::path> solvers = options.solvers;
   const auto solver_copies = MakeRereadable(solvers);
   const SolverRegistry registry = external::RegistryForForks(ReadCopied(solvers, solver_copies));

@@ -31,7 +31,7 @@ struct ReportOptions {
 
 void Say(const std::string& text) { std::cerr << "legopt: " << programs::Printable(text) << "\n"; }
 
-// Every file with every experiment that is asked for; without a file the server's.
+// Returns every combination of file and experiment; without a file, the server's experiments.
 std::vector<PageSource> SourcesOf(const ReportOptions& options) {
   std::vector<SourceOptions> places;
   for (const std::string& file : options.databases) places.push_back({file, options.network});

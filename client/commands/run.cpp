@@ -35,7 +35,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr int kMaxWorkers = 1024;
-// A server of our own that was killed is back within a second or two.
+// A server of this command that was killed restarts within two seconds.
 constexpr Seconds kServerPatience{60};
 constexpr milliseconds kCallTimeout{2000};
 constexpr milliseconds kStopPatience{3000};
@@ -48,10 +48,10 @@ struct RunOptions {
   bool any_build = false;
   std::optional<double> give_up_s;
   bool no_dataset = false;
-  std::optional<std::string> slurm;  // pool file
-  std::optional<PoolFile> pool;      // its content
+  std::optional<std::string> slurm;
+  std::optional<PoolFile> pool;  // its contents
   programs::BuildFacts build;
-  int workers = 0;  // until settled
+  int workers = 0;  // 0 until SettleWorkers
   std::string workers_reason;
   TableFormat format = TableFormat::kText;
   std::optional<Rule> rule;
@@ -59,7 +59,7 @@ struct RunOptions {
   OutputOptions output;
 };
 
-// quick-20261121-103000
+// e.g. quick-20261121-103000
 std::string NewDatabaseStem(const std::string& suite) {
   std::string stem;
   for (const char c : suite) stem += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' ? c : '-';
@@ -87,7 +87,7 @@ struct Outcome {
   ExperimentStatus status;
 };
 
-// A server that is too busy to say how it is may still be taking the experiment in.
+// A server that is too busy to report its status may still be storing the experiment.
 void LookAt(ServerConnection& server, StoreTrouble& trouble) {
   server.set_timeout(kCallTimeout);
   try {
@@ -97,7 +97,7 @@ void LookAt(ServerConnection& server, StoreTrouble& trouble) {
   }
 }
 
-// An experiment that another build began would wait for ever: all workers here are of this one.
+// Throws if another build started the experiment: all local workers have this build, so it would wait forever.
 void RequireBuild(ServerConnection& server, std::int64_t experiment_id, const RunOptions& options) {
   const auto experiments = ParseExperiments(server.Status(experiment_id));
   if (experiments.empty() || experiments.front().over()) return;
@@ -149,7 +149,7 @@ Outcome RunExperiment(const Submission& submission, const RunOptions& options, O
   return outcome;
 }
 
-// For the commands that need the problem definitions: their default is the embedded dataset.
+// For suggested commands that need the problem definitions; empty for their default, the embedded dataset.
 std::string DatasetFlag(const std::filesystem::path& folder) {
   std::error_code ignored;
   return std::filesystem::equivalent(folder, programs::DefaultDatasetFolder(), ignored)
@@ -218,7 +218,8 @@ ExitCode DryRun(const Submission& submission, const RunOptions& options, const s
   return ExitCode::kOk;
 }
 
-// The server stores the dataset with the results, so that the database is complete. Null: it shall not, or cannot.
+// Lets the server store the dataset with the results, so that the database is self-contained. Returns nullptr if this
+// is not wanted or not possible.
 std::unique_ptr<OfferedFolder> OfferDataset(const RunOptions& options, const Submission& submission) {
   if (options.no_dataset || options.pool) return nullptr;
   try {
@@ -259,7 +260,7 @@ Submission PrepareFrom(const SuiteOptions& options, std::span<const std::unique_
 ExitCode Run(RunOptions& options, bool verbose) {
   if (options.slurm) options.pool = ReadPoolFile(*options.slurm, Engine::kSlurm);
   RequireOneStandardInput(InputsOf(options.suite));
-  const auto solver_copies = MakeRereadable(options.suite.solvers);  // workers read them again
+  const auto solver_copies = MakeRereadable(options.suite.solvers);  // the workers read them again
   const Submission submission = PrepareFrom(options.suite, solver_copies);
   WarnOfLosses(submission);
   const std::string stem = options.db ? "" : NewDatabaseStem(submission.spec.at("name").get<std::string>());
@@ -279,7 +280,7 @@ ExitCode Run(RunOptions& options, bool verbose) {
   return Finish(options, db.string(), submission.dataset_folder, outcome);
 }
 
-// The rule of legopt-worker's slots.
+// Uses the rule for legopt-worker's slots.
 void SettleWorkers(RunOptions& options) {
   const programs::ProcessorGrant grant = programs::GrantedProcessors(programs::ReadProcessorFacts());
   if (options.workers > grant.processors) {

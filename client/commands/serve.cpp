@@ -55,7 +55,7 @@ HttpReply StateReply(const LiveState& state) {
   return reply;
 }
 
-// Looks for news while somebody watches, at most a twentieth of the time; a request counts as somebody for a while.
+// Reads the state while it is watched, using at most a twentieth of the time. A request counts as watching for 10 s.
 class Watching {
  public:
   Watching(LiveState* state, HttpServer* server) : state_(state), server_(server) {}
@@ -102,7 +102,7 @@ ExitCode Serve(const ServeOptions& options) {
   HttpServer server(
       http,
       [&](const HttpRequest& request) {
-        if (Monitoring::Answers(request.path)) return std::optional<HttpReply>();  // asks the server: takes time
+        if (Monitoring::Answers(request.path)) return std::optional<HttpReply>();  // slow: calls the server
         return request.path == kState ? std::optional(StateReply(state)) : blocks.AtHand(request);
       },
       [&](const HttpRequest& request) {

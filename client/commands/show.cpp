@@ -35,7 +35,7 @@ constexpr char kJobSql[] =
     "JOIN datasets AS d USING (dataset_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) "
     "WHERE j.job_id = ";
 
-// JSON that stands as text in a column.
+// Parses a column that contains JSON as text.
 nlohmann::ordered_json ParseText(const nlohmann::json& cell) {
   if (!cell.is_string()) return nullptr;
   try {

@@ -29,7 +29,7 @@ struct SolverFlags {
 
 ExitCode CheckDeclared(const SolverFlags& flags) {
   const std::array<std::filesystem::path, 1> files = {InputFile(flags.declaration)};
-  external::ExternalSolvers solvers(files);  // before this process grows: it forks
+  external::ExternalSolvers solvers(files);  // before this process grows, because it forks
   const auto dataset = Dataset::Load(ChooseDatasetFolder(flags.dataset, nullptr), CallIsolated);
   Listing listing;
   listing.columns = {"result", "check", "detail"};

@@ -57,7 +57,7 @@ ExitCode StatusOfFile(const StatusOptions& options) {
   return ExitCode::kOk;
 }
 
-// What queued jobs need and no worker has; one line each.
+// Returns one line per requirement of queued jobs that no worker satisfies.
 std::string MissingText(const std::vector<ExperimentStatus>& experiments) {
   std::string text;
   for (const ExperimentStatus& experiment : experiments) {

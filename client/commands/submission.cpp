@@ -30,7 +30,7 @@ std::string Plural(std::int64_t count, const std::string& word) {
   return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
 }
 
-/// What is hardly meant, before hours are spent on it.
+/// Warns about implausible values before hours are spent on them.
 void WarnAbout(const Dataset& dataset) {
   for (const DatasetFinding& finding : CheckPlausibility(dataset)) {
     const std::string text = dataset.folder().string() + ": " + finding.field +
@@ -40,7 +40,7 @@ void WarnAbout(const Dataset& dataset) {
   }
 }
 
-// A suite checks its own names; a name may also be that of a file or folder.
+// A suite checks its own names; a name may also come from a file or folder.
 void CheckName(const std::string& name, const std::string& file, const std::string& fix) {
   if (const auto fault = FindNameFault(name)) throw InputError({file, "name", name, fault->message, fix});
   if (name.size() <= limits::kMostNameBytes) return;
@@ -64,7 +64,7 @@ void CheckSize(const Suite& suite, const Submission& submission) {
   }
 }
 
-// A suite from a pipe has no folder that its dataset could be relative to.
+// Reports how the dataset's path is resolved for a suite from a pipe, which has no folder.
 void ReportPlaceOfDataset(const Suite& suite) {
   if (!suite.dataset || !files::IsStream(suite.file)) return;
   std::cerr << "legopt: " << programs::Printable(suite.file) << ": the dataset is relative to the working directory: "

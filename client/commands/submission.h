@@ -10,28 +10,28 @@
 
 namespace legopt::client {
 
-/// An experiment ready to be submitted.
+/// An experiment ready for submission.
 struct Submission {
   std::string id;       ///< derived from the content, random with --again
-  nlohmann::json spec;  ///< canonical
+  nlohmann::json spec;  ///< canonical form
   std::int64_t num_jobs = 0;
-  std::vector<std::string> left_out;     ///< problems that `max_stances` took away, a sentence for each task
-  bool surprising = false;               ///< they were asked for by --problems, or a whole task went with them
-  std::filesystem::path dataset_folder;  ///< what workers on this machine need
+  std::vector<std::string> left_out;     ///< a sentence for each task with problems removed by `max_stances`
+  bool surprising = false;               ///< removed problems were requested by --problems, or all problems of a task
+                                         ///< were removed
+  std::filesystem::path dataset_folder;  ///< required by workers on this machine
 };
 
-/// Records where the submission's dataset is, for later commands that read its results (submitted_datasets.h).
+/// Records the location of the submission's dataset for later commands that read its results (submitted_datasets.h).
 void RecordDataset(const Submission& submission);
 
-/// Says on standard error what was left out, if that is surprising.
+/// Warns on standard error about omitted problems if that is surprising.
 void WarnOfLosses(const Submission& submission);
 
-/// Reads the suite, applies the filters, loads the dataset and builds the spec. Warns on standard error about what is
-/// hardly meant in the dataset (plausibility.h). Throws InputError or ClientError;
-/// nothing is sent.
+/// Reads the suite, applies the filters, loads the dataset and builds the spec. Warns on standard error about
+/// implausible values in the dataset (plausibility.h). Throws InputError or ClientError; sends nothing.
 Submission PrepareSubmission(const SuiteOptions& options);
 
-/// "80 jobs: 2 methods x 2 initializations x 20 problems of a task x 1 repetition" for people.
+/// Returns e.g. "80 jobs: 2 methods x 2 initializations x 20 problems of a task x 1 repetition".
 std::string DescribeJobs(const nlohmann::json& spec);
 
 }  // namespace legopt::client

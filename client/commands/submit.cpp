@@ -47,7 +47,7 @@ ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, const Submit
   }
 }
 
-// The answer comes when the experiment is on disk; equal ids make one experiment, so that it may be sent again.
+// The answer arrives when the experiment is on disk. Equal ids create one experiment, so it may be sent again.
 legopt_msg::submit_reply Send(ServerConnection& server, const Submission& submission) {
   StoreTrouble trouble;
   try {
@@ -58,8 +58,8 @@ legopt_msg::submit_reply Send(ServerConnection& server, const Submission& submis
   }
 }
 
-// The server stores the dataset, so that its database is complete, and hands it out to workers that lack it. The
-// experiment does not depend on that, so a failure is a warning.
+// Lets the server store the dataset, so that its database is self-contained and workers can fetch it. The experiment
+// does not depend on that, so a failure is a warning.
 void SendDataset(ServerConnection& server, const Submission& submission) {
   std::string why;
   try {
@@ -77,13 +77,13 @@ void SendDataset(ServerConnection& server, const Submission& submission) {
                "--dataset\n";
 }
 
-// Nothing is begun twice.
+// Reports that an identical experiment exists and nothing was started.
 void SayThatItExists(const ExperimentStatus& experiment) {
   std::cerr << "legopt: this experiment was submitted before, as " << experiment.id << ", and is "
             << ToString(experiment.state) << ": nothing was started; --again solves it anew\n";
 }
 
-// What a server that is there knows of earlier results; a dry run needs none.
+// Returns earlier results of a running server; nullptr if there is none, because a dry run does not need them.
 std::unique_ptr<ResultSource> OpenEarlierResults(NetworkOptions network) {
   constexpr double kPatience_s = 1.0;
   network.timeout_s = std::min(network.timeout_s, kPatience_s);

@@ -61,7 +61,7 @@ std::string RenderTable(const TableOptions& options, ResultSource* source) {
   return RenderBenchmarkTable(table, options.format, style);
 }
 
-// The profiles besides; empty where they are not printed.
+// Renders the profiles; empty if they are not printed.
 std::string RenderPlot(const TableOptions& options, ResultSource* source) {
   if (!options.plot.any()) return {};
   if (options.interpolation) {

@@ -39,11 +39,11 @@ struct TapOptions {
   std::string from;
   std::optional<std::int64_t> count;
   std::optional<double> seconds;
-  std::optional<double> rates;  // seconds between two tables
+  std::optional<double> rates;  // interval between tables in seconds
   bool json = false;
 };
 
-// Keeps what arrives until the tap looks at it, so that nothing happens inside LCM's frames.
+// Stores received datagrams until the tap processes them outside of LCM's callbacks.
 class Listener final : public bus::DatagramReceiver {
  public:
   struct Datagram {
@@ -66,7 +66,7 @@ class Listener final : public bus::DatagramReceiver {
     try {
       heard_.push_back({port, {datagram.begin(), datagram.end()}});
     } catch (const std::bad_alloc&) {
-      // Lost, as many datagrams are.
+      // The datagram is lost, which is normal for datagrams.
     }
   }
 
@@ -75,7 +75,7 @@ class Listener final : public bus::DatagramReceiver {
   std::vector<Datagram> heard_;
 };
 
-// Empty for what is no address.
+// Returns nullopt if the word is not an address.
 std::optional<bus::EndpointId> ParseAddress(const std::string& word) {
   if (word == "server") return bus::kServer;
   bus::EndpointId address = 0;
@@ -106,7 +106,7 @@ double InSeconds(microseconds span) { return duration<double>(span).count(); }
 
 std::string ToLine(const nlohmann::ordered_json& json) { return JsonText(json, -1) + "\n"; }
 
-// One run of the command: listens, prints, and says at its end what it was.
+// A run of the command: listens, prints, and prints a summary at the end.
 class TapRun {
  public:
   TapRun(const TapOptions& options, const bus::LcmOptions& network)
@@ -141,7 +141,7 @@ class TapRun {
     return options_.seconds && transport_.now() - begin_ >= Span(*options_.seconds);
   }
 
-  // True when there was something to hear.
+  // Returns true if datagrams were received.
   bool Hear() {
     const auto& heard = listener_.Listen(kPollSlice);
     for (const auto& datagram : heard) {
@@ -151,7 +151,7 @@ class TapRun {
     return !heard.empty();
   }
 
-  // Who interrupts the tap wants to see what passed until then, and LCM's reader may be a moment behind.
+  // After an interruption, prints the datagrams received so far; LCM's reader may lag slightly.
   void HearWhatHasArrived() {
     const microseconds end = transport_.now() + kLastLook;
     microseconds heard_at = transport_.now();
@@ -231,7 +231,7 @@ class TapRun {
   TrafficRates all_;
   TrafficRates interval_;
   std::int64_t chosen_ = 0;
-  std::int64_t printed_ = 0;  // lines or tables
+  std::int64_t printed_ = 0;  // number of lines or tables
   bool told_silence_ = false;
 };
 

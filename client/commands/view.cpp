@@ -38,7 +38,7 @@ std::string DefaultName(const ViewOptions& options) {
   return "problem-" + std::to_string(options.problem.value_or(0)) + ".html";
 }
 
-// By the desktop's own choice of a browser.
+// Opens the file in the desktop's default browser.
 void Open(const std::string& file) {
   std::string program = "xdg-open", argument = std::filesystem::absolute(file).string();
   const std::array<char*, 3> arguments = {program.data(), argument.data(), nullptr};
@@ -49,7 +49,7 @@ void Open(const std::string& file) {
   throw ClientError(ExitCode::kMachine, "xdg-open could not show " + file + "; open it in a browser");
 }
 
-// That of the job's results where no folder is named.
+// Returns the dataset of the job's results if no folder is given.
 std::shared_ptr<const Dataset> DatasetToShow(const ViewOptions& options) {
   if (options.job && !options.dataset) {
     const auto source = OpenResults(options.source);

@@ -25,7 +25,7 @@ struct WatchCommandOptions {
   NetworkOptions network;
 };
 
-// The newest one that still runs, else the newest one.
+// Returns the newest active experiment, or else the newest one.
 std::int64_t DefaultExperiment(ServerConnection& server) {
   const auto experiments = ParseExperiments(server.Status(0));
   const ExperimentStatus* chosen = nullptr;
@@ -56,7 +56,7 @@ ExitCode WatchAsText(ServerConnection& server, std::int64_t id, const WatchComma
   }
 }
 
-// The last line tells the end, whatever it is.
+// The last line always reports the end and its reason.
 ExitCode WatchAsJson(ServerConnection& server, std::int64_t id, const WatchCommandOptions& options) {
   using std::chrono::microseconds;
   WatchJson view(

@@ -19,7 +19,7 @@ using statistics::ProblemScore;
 using statistics::RunEnd;
 using Indices = std::span<const int>;
 
-// With unequal limits: what a run would have been under the smaller one.
+// Applies a smaller limit: returns the outcomes under it.
 SolveCell Truncated(const SolveCell& cell, double limit_ms) {
   SolveCell shorter = cell;
   if (limit_ms >= cell.limit_ms) return shorter;
@@ -48,8 +48,8 @@ std::vector<ProblemPair> PairsOf(const SolveCell& a, const SolveCell& b, CellCom
   return pairs;
 }
 
-// Of many problems fewer resamples and plain percentiles do: their means are nearly normal. So 100,000 jobs take
-// seconds; BCa alone computes the statistic once for each problem left out.
+// For many problems, fewer resamples and plain percentiles suffice, because means are nearly normal; 100,000 jobs then
+// take seconds. BCa alone computes the statistic once for each problem left out.
 statistics::BootstrapOptions BootstrapOf(std::size_t problems, const ComparisonOptions& options) {
   constexpr double kMostDraws = 2e7;
   constexpr int kMost = 10'000, kFewest = 1'000;
@@ -97,7 +97,7 @@ SuccessComparison CompareSuccess(const std::vector<ProblemScore>& a, const std::
   return success;
 }
 
-// The digits that a difference of solutions can be trusted to, so that equal ones are ties.
+// Returns the difference, or 0 if it is below the accuracy of the costs, so that equal costs are ties.
 double TrustedDifference(double b, double a) {
   constexpr double kNoise = 1e-9;
   const double difference = b - a;
@@ -106,7 +106,7 @@ double TrustedDifference(double b, double a) {
   return *ParseNumber(FormatGeneral(difference, kTrustedDigits));
 }
 
-// The middle of the ratios; none of more problems than would be waited for: it takes their number squared.
+// Computes the Hodges-Lehmann estimate; none for many problems, because the cost is quadratic.
 void Locate(const std::vector<double>& logarithms, RatioComparison* ratios) {
   constexpr std::size_t kMost = 3'000;
   if (logarithms.empty() || logarithms.size() > kMost) return;
@@ -219,7 +219,7 @@ std::vector<PairedTimes> TimesOf(const std::vector<ProblemPair>& pairs) {
   return times;
 }
 
-// One p of each cell, adjusted together.
+// Adjusts one p-value of each cell jointly.
 template <class Get>
 void Adjust(std::vector<CellComparison>* cells, const Get& test) {
   std::vector<double> p;
@@ -239,7 +239,7 @@ Change ChangeOf(const SuccessComparison& success) {
   return success.counts.only_second > success.counts.only_first ? Change::kBetter : Change::kWorse;
 }
 
-// Of what counts alike.
+// Combines changes of equal rank.
 Change Together(std::initializer_list<Change> changes) {
   const auto any = [&](Change change) { return std::find(changes.begin(), changes.end(), change) != changes.end(); };
   const bool better = any(Change::kBetter) || any(Change::kMixed), worse = any(Change::kWorse) || any(Change::kMixed);

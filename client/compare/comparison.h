@@ -12,97 +12,101 @@
 #include "legopt/statistics/proportions.h"
 #include "words/comparison.h"
 
-/// Two methods on the same problems. Everything is said of B beside A: differences are B - A, ratios B / A.
+/// Comparison of two methods on the same problems. All values describe B relative to A: differences are B - A, ratios B
+/// / A.
 namespace legopt::client {
 
-/// Level of every interval, and what an adjusted p must be below for a difference to be one.
+/// Confidence level of all intervals, and significance level of adjusted p-values.
 inline constexpr double kLevel = 0.95, kSignificance = 0.05;
 
-/// A problem that both have finished, its repetitions added up.
+/// A problem that both methods have finished, with its repetitions summed.
 struct ProblemPair {
   ProblemRuns a, b;
 };
 
-/// The middle of ratios by Hodges and Lehmann, of their logarithms.
+/// Hodges-Lehmann estimate of the central ratio, computed from logarithms.
 struct TypicalRatio {
   double estimate = 1.0;
-  statistics::Interval interval;  ///< 0 to infinity where there are too few problems for the level
-  double coverage = 1.0;          ///< that it has, at least kLevel
+  statistics::Interval interval;  ///< 0 to infinity if there are too few problems for the level
+  double coverage = 1.0;          ///< actual coverage, at least kLevel
 };
 
-/// How ratios lie on the problems that both solved.
+/// Comparison of ratios on the problems that both methods solved.
 struct RatioComparison {
-  int n = 0;                            ///< problems that both solved and whose ratio is defined
-  double mean = 1.0;                    ///< geometric mean; NaN: n is 0
-  statistics::Interval interval;        ///< BCa; percentiles beyond 5,000 problems
-  std::optional<TypicalRatio> typical;  ///< none of no problems and of more than 3,000
-  statistics::SignedRankTest test;      ///< of logarithms of times, of differences of costs
-  double adjusted_p = 1.0;              ///< Holm, over all comparisons that are shown
-  int lower = 0;                        ///< problems on which B is faster, cheaper
+  int n = 0;                            ///< number of problems that both solved and whose ratio is defined
+  double mean = 1.0;                    ///< geometric mean; NaN if n is 0
+  statistics::Interval interval;        ///< BCa; percentiles above 5,000 problems
+  std::optional<TypicalRatio> typical;  ///< nullopt without problems and above 3,000
+  statistics::SignedRankTest test;      ///< test of logarithms of times, or differences of costs
+  double adjusted_p = 1.0;              ///< Holm-adjusted over all comparisons shown
+  int lower = 0;                        ///< number of problems on which B is faster or cheaper
   Change change = Change::kNone;
 };
 
-/// Times of one problem, means of solved repetitions; infinite where none was solved.
+/// Times of a problem: means of solved repetitions; infinite if none was solved.
 struct PairedTimes {
   int problem = 0;
   double a_ms = 0.0, b_ms = 0.0;
 };
 
-/// One problem that stands out.
+/// A problem with an extreme ratio.
 struct ProblemRatio {
   int problem = 0;
   std::int64_t job_a = 0, job_b = 0;  ///< first repetitions
-  double ratio = 1.0;                 ///< of times
+  double ratio = 1.0;                 ///< ratio of times
 };
 
-/// Success of both.
+/// Comparison of success.
 struct SuccessComparison {
-  statistics::PairCounts counts;  ///< first: A
+  statistics::PairCounts counts;  ///< first method: A
   double share_a = 0.0, share_b = 0.0;
-  statistics::ShareDifference difference;  ///< Newcombe's; with repetitions by bootstrap over problems
+  statistics::ShareDifference difference;  ///< Newcombe's interval; with repetitions by bootstrap over problems
   statistics::McNemarTest test;
   double adjusted_p = 1.0;
   Change change = Change::kNone;
 };
 
-/// One method beside another on one task from one start.
+/// Comparison of two methods on one task and initialization.
 struct CellComparison {
   MethodIdentity a, b;
   BenchmarkColumn column;
-  double limit_ms = 0.0;             ///< the smaller one; what took longer counts as failed where limits differ
-  int only_in_a = 0, only_in_b = 0;  ///< problems that the other was not asked to solve
+  double limit_ms = 0.0;             ///< the smaller limit; if the limits differ, longer runs count as failed
+  int only_in_a = 0, only_in_b = 0;  ///< numbers of problems that the other was not asked to solve
   SuccessComparison success;
   RatioComparison time, cost;
-  Charge charge;                               ///< of a failed run
-  double par10_a_ms = 0.0, par10_b_ms = 0.0;   ///< mean times, a failed run at the charge
+  Charge charge;                               ///< charge of a failed run
+  double par10_a_ms = 0.0, par10_b_ms = 0.0;   ///< mean times, with failed runs at the charge
   statistics::Interval par10_ratio;            ///< BCa
-  statistics::Dominance dominance{};           ///< of the runtime distributions, failures at infinity; first: A
-  std::optional<double> crossing_ms;           ///< where the one that leads first is first overtaken
-  double contended_share = 0.0;                ///< of the runs of both
-  std::vector<PairedTimes> times;              ///< of the pairs, by problem
-  std::vector<ProblemRatio> fastest, slowest;  ///< of B: the smallest ratios below 1, the largest above it
+  statistics::Dominance dominance{};           ///< dominance of the runtime distributions, failures at infinity; first
+                                               ///< method: A
+  std::optional<double> crossing_ms;           ///< first time at which the leading method is overtaken
+  double contended_share = 0.0;                ///< share of disturbed runs of both
+  std::vector<PairedTimes> times;              ///< times of the pairs, by problem
+  std::vector<ProblemRatio> fastest, slowest;  ///< extreme time ratios: the smallest below 1, the largest above 1
   Change change = Change::kNone;
 };
 
-/// How much a ratio must differ from 1 to be told, e.g. 0.05.
+/// Options of a comparison.
 struct ComparisonOptions {
-  double margin = 0.0;     ///< >= 0
-  std::uint64_t seed = 1;  ///< of the bootstrap
+  double margin = 0.0;     ///< minimum deviation of a ratio from 1 to be reported, e.g. 0.05; >= 0
+  std::uint64_t seed = 1;  ///< seed of the bootstrap
 };
 
-/// Compares two cells of one task and start of one dataset, all but what needs the whole family. No pairs when they
-/// have no problem in common that both have finished.
+/// Compares two cells of the same task, initialization and dataset, except for values that need all cells. The result
+/// has no pairs if both have finished no common problem.
 CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge& charge,
                             const ComparisonOptions& options);
 
-/// Adjusts the p of all cells that are shown together, each of the three tests for itself, and decides (see
-/// docs/statistics.md): success first; else time and cost, each only where its interval and its adjusted p agree.
+/// Adjusts the p-values of all cells shown together, separately for each of the three tests, and sets the changes (see
+/// docs/statistics.md): success first; otherwise time and cost, each only if its interval and its adjusted p-value
+/// agree.
 void Decide(const ComparisonOptions& options, std::vector<CellComparison>* cells);
 
-/// Of all cells.
+/// Returns the overall change of all cells.
 Change OverallChange(const std::vector<CellComparison>& cells);
 
-/// The fewest problems that only one of two methods solved for which McNemar's mid-p can be below kSignificance.
+/// Returns the smallest number of problems solved by only one of two methods for which McNemar's mid-p can be below
+/// kSignificance.
 int LeastDiscordant();
 
 }  // namespace legopt::client

@@ -26,7 +26,7 @@ std::string TimeText(double time_ms, const TimeUnit& unit) {
   return FormatTime(time_ms / kPerSecond_ms, unit) + " " + unit.name;
 }
 
-// "0.012, adjusted 0.048"; a dash without anything to test.
+// Returns e.g. "0.012, adjusted 0.048"; a dash if there is nothing to test.
 std::string P(double p, double adjusted, int informative) {
   if (informative == 0) return "-";
   return FormatGeneral(p, 2) + ", adjusted " + FormatGeneral(adjusted, 2);
@@ -51,7 +51,7 @@ void AddWords(Change change, const ChangeWords& words, std::string* text) {
   *text += (text->empty() ? "" : ", ") + std::string(change == Change::kBetter ? words.better : words.worse);
 }
 
-// "better (faster, cheaper)".
+// Returns e.g. "better (faster, cheaper)".
 std::string Verdict(const CellComparison& cell) {
   std::string reasons;
   AddWords(cell.success.change, kSuccessWords, &reasons);
@@ -120,7 +120,7 @@ std::vector<Line> LinesOf(const CellComparison& cell, const TimeUnit& unit) {
           {"B slowest", ProblemsText(cell.slowest)}};
 }
 
-// A method's figures as far as both have them, for titles of comparisons of several methods.
+// Returns the properties of a method that both sides share, for titles of comparisons of several methods.
 std::string NameOf(const MethodIdentity& method) {
   return method.name + ", " + FormatStarts(method.multi_starts, method.inner_starts).full +
          " multi-starts, sample size " + std::to_string(method.sample_size) + " %, " +
@@ -137,7 +137,7 @@ std::string RuleText(const Comparison& comparison) {
          " problems that only one of both solves cannot show a difference in success.";
 }
 
-// "B is worse in 1 of 4 comparisons, better in 2, mixed in 0."
+// Returns e.g. "B is worse in 1 of 4 comparisons, better in 2, mixed in 0."
 std::string Summary(const Comparison& comparison) {
   Per<Change, int> counts;
   for (const CellComparison& cell : comparison.cells) ++counts[cell.change];
@@ -149,7 +149,7 @@ std::string Summary(const Comparison& comparison) {
          std::to_string(counts[Change::kWorse]) + ", mixed in " + std::to_string(counts[Change::kMixed]) + ".";
 }
 
-// What stands above the comparisons, and below them.
+// Returns the texts above and below the comparisons.
 std::array<std::vector<std::string>, 2> Frame(const Comparison& comparison) {
   std::array<std::vector<std::string>, 2> frame;
   frame[0] = {"A: " + comparison.a.title, "B: " + comparison.b.title, DescribeComparison(comparison)};

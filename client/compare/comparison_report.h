@@ -12,20 +12,21 @@ namespace legopt::client {
 
 enum class ComparisonFormat : std::uint8_t { kText, kMarkdown, kJson };
 
-/// "50: both 40, only A 2, only B 5, neither 3".
+/// Returns e.g. "50: both 40, only A 2, only B 5, neither 3".
 std::string DescribePairs(const statistics::PairCounts& counts);
 
-/// One of the comparisons with its verdict: "Motion generation, init in collision: B is better (faster)", with the
-/// method where there are several.
+/// Returns the title of a comparison with its verdict: "Motion generation, init in collision: B is better (faster)",
+/// with the method if there are several.
 std::string TitleOf(const Comparison& comparison, const CellComparison& cell);
 
-/// Dataset, rule, builds and machines of both, as sentences.
+/// Returns dataset, rule, builds and machines of both sides as sentences.
 std::string DescribeComparison(const Comparison& comparison);
 
-/// A comparison for people, or as JSON: all figures unrounded, times in ms; what is infinite or undefined is null.
+/// Renders a comparison as text or JSON. JSON has all figures unrounded, times in ms, null for infinite or undefined
+/// values.
 std::string RenderComparison(const Comparison& comparison, ComparisonFormat format, const TableStyle& style = {});
 
-/// The JSON of that, for who puts it into a larger one.
+/// Returns the JSON as an object, to be inserted into a larger one.
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison);
 
 }  // namespace legopt::client

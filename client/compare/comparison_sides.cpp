@@ -15,9 +15,9 @@ namespace {
 
 struct Side {
   std::shared_ptr<ResultSource> source;
-  std::string place;  // where the results are: the file as the system knows it, or empty
+  std::string place;  // location of the results: canonical path of the file, or empty
   SolvedExperiment experiment;
-  std::optional<MethodIdentity> method;  // none: all
+  std::optional<MethodIdentity> method;  // nullopt: all methods
   std::string title;
 };
 
@@ -43,7 +43,7 @@ Side FileSide(const std::string& file, const ComparisonRequest& request) {
   return side;
 }
 
-// The experiment that a number or a name means; the newest of a name.
+// Returns the experiment with this number or name; the newest one with the name.
 std::optional<std::int64_t> ExperimentOf(const std::string& text, ResultSource& source) {
   const bool number = !text.empty() && text.size() < 18 &&
                       std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
@@ -72,7 +72,7 @@ Side ExperimentSide(const Side& common, std::int64_t id) {
   return side;
 }
 
-// Both of one database: methods of an experiment where A is one, else experiments.
+// Finds both sides in one database: methods of an experiment if A is one, else experiments.
 Sides SidesOfOneDatabase(const ComparisonRequest& request) {
   Side common;
   common.source = OpenResults(request.source);
@@ -122,7 +122,8 @@ void RequireOneDataset(const Sides& sides) {
                         "); their problems are not the same, so that nothing can be paired");
 }
 
-// The method of B that stands for `method` of A: of equal name and figures, of equal options where several are.
+// Returns the method of B that corresponds to `method` of A: equal name and properties; if several match, equal
+// options.
 std::optional<MethodIdentity> Counterpart(const MethodIdentity& method, const std::vector<MethodIdentity>& others) {
   std::optional<MethodIdentity> found;
   for (const MethodIdentity& other : others) {
@@ -179,12 +180,12 @@ std::vector<SolveCell> CellsOf(const std::vector<CellPair>& pairs) {
   return cells;
 }
 
-// The weaker of both experiments' rules: both have verdicts by that one.
+// Returns the weaker of both experiments' rules, because both have verdicts by that one.
 Rule RuleOf(const Sides& sides, const ComparisonRequest& request) {
   return request.rule.value_or(std::min(sides.a.experiment.info.rule, sides.b.experiment.info.rule));
 }
 
-// The cells that can be compared, with their solves; the others are not read.
+// Returns the comparable cells with their solves; other cells are not read.
 std::vector<CellPair> PairCells(Sides& sides, const std::vector<MethodPair>& methods,
                                 const ComparisonRequest& request) {
   std::vector<CellPair> pairs;
@@ -209,7 +210,7 @@ std::vector<CellPair> PairCells(Sides& sides, const std::vector<MethodPair>& met
   return pairs;
 }
 
-// "a, b" of what the origins are, each once.
+// Returns the distinct texts of the origins, "a, b".
 template <class Get>
 std::string Listed(const std::vector<ResultOrigin>& origins, const Get& get) {
   std::vector<std::string> texts;

@@ -10,41 +10,41 @@
 
 namespace legopt::client {
 
-/// What `legopt compare A B` is asked for. A and B are both database files, experiments (number or name), or methods
-/// of one experiment (see method_choice.h).
+/// Arguments of `legopt compare A B`. A and B are both database files, experiments (number or name), or methods of one
+/// experiment (see method_choice.h).
 struct ComparisonRequest {
   std::string a, b;
-  std::optional<std::int64_t> experiment;  ///< of methods, or in each file; default: the newest
-  std::optional<std::string> method;       ///< of experiments and files: only this one
+  std::optional<std::int64_t> experiment;  ///< experiment of the methods, or in each file; default: the newest
+  std::optional<std::string> method;       ///< compare only this method (experiments and files)
   std::optional<Task> task;
   std::optional<Initialization> initialization;
-  std::optional<Rule> rule;         ///< default: the stronger of the rules of A and B
-  std::optional<double> charge_ms;  ///< of a failed run, as of ChargesOf
+  std::optional<Rule> rule;         ///< default: the weaker of the rules of A and B
+  std::optional<double> charge_ms;  ///< charge of a failed run, see ChargesOf
   SourceOptions source;
   ComparisonOptions options;
 };
 
-/// One of the two, as people are told of it.
+/// Description of one of the two sides.
 struct ComparedSide {
-  std::string title;  ///< "LegOpt-best of experiment 3 'quick'"
+  std::string title;  ///< e.g. "LegOpt-best of experiment 3 'quick'"
   std::int64_t experiment_id = 0;
   std::vector<ResultOrigin> origins;
-  std::int64_t taken_over = 0;  ///< results of the experiment that others made
+  std::int64_t taken_over = 0;  ///< number of results reused from other experiments
 };
 
-/// What came of it.
+/// Result of a comparison.
 struct Comparison {
   ComparedSide a, b;
-  std::string dataset;  ///< name
+  std::string dataset;
   Rule rule = Rule::kSolid;
   ComparisonOptions options;
-  std::vector<CellComparison> cells;  ///< in the order of A's table
-  std::vector<std::string> notes;     ///< what a reader must know to believe it: other builds, machines, seeds
-  Change change = Change::kNone;      ///< of all cells together
+  std::vector<CellComparison> cells;  ///< ordered as in A's table
+  std::vector<std::string> notes;     ///< caveats for the reader: other builds, machines, seeds
+  Change change = Change::kNone;      ///< overall change of all cells
 };
 
-/// Reads and compares. Throws ClientError: kUsage for what does not exist or has nothing in common, and for a thing
-/// beside itself; kDatasetMismatch for experiments on different datasets, whose problems are not the same.
+/// Reads both sides and compares them. Throws ClientError: kUsage for sides that do not exist, have nothing in common
+/// or are identical; kDatasetMismatch for experiments on different datasets.
 Comparison ReadComparison(const ComparisonRequest& request);
 
 }  // namespace legopt::client

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPercent = 100.0, kLeastSpan = 2.0;
 
-// "SQP, 10 restarts, sample 80 %": what tells the rows of the table apart.
+// Returns e.g. "SQP, 10 restarts, sample 80 %": name and distinguishing properties of a row.
 std::string NameOf(const StatisticsTable& table, const StatisticsRow& row) {
   const auto differ = [&](auto MethodIdentity::*figure) {
     return std::any_of(table.rows.begin(), table.rows.end(),
@@ -66,7 +66,7 @@ PlotPanel ProfilePanel(const StatisticsTable& table, const BenchmarkColumn& colu
   return panel;
 }
 
-// The decades that hold all finite values.
+// Returns an axis of whole decades that contain all finite values.
 PlotAxis TimeAxis(const std::string& title, const std::vector<PlotPoint>& points) {
   constexpr double kTen = 10.0;
   PlotAxis axis{title, true, INFINITY, 0.0, true};

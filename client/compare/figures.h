@@ -7,12 +7,12 @@
 
 namespace legopt::client {
 
-/// Performance profiles by time, a panel for each task and start: on which percentage of the problems that no method
-/// misses a method took at most x times what the best of the table took. The figures are the table's own.
+/// Performance profiles by time, one panel per task and initialization: the percentage of problems (without missing
+/// runs) on which a method took at most x times the best time in the table. The figures are those of the table.
 Plot ProfilePlot(const StatisticsTable& table);
 
-/// Times of B over times of A, a panel for each comparison and a point for each problem that either solved; what one of
-/// the two did not solve lies on its rim.
+/// Times of B over times of A, one panel per comparison and one point per problem that either solved; problems not
+/// solved by one of them are on its rim.
 Plot ScatterPlot(const Comparison& comparison, const TimeUnit& unit);
 
 }  // namespace legopt::client

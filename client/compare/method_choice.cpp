@@ -21,7 +21,7 @@ std::string LowerCase(std::string text) {
 
 bool EqualNames(const std::string& a, const std::string& b) { return LowerCase(a) == LowerCase(b); }
 
-// What tells methods of one name apart, the id as the last resort.
+// Returns the properties that distinguish methods of the same name, the id last.
 Figures FiguresOf(const MethodIdentity& method) {
   return {{"multi_starts", std::to_string(method.multi_starts)},
           {"sample_size", std::to_string(method.sample_size)},
@@ -30,7 +30,7 @@ Figures FiguresOf(const MethodIdentity& method) {
           {"id", std::to_string(method.method_id)}};
 }
 
-// Throws for a key that there is not.
+// Throws for an unknown key.
 bool HasFigures(const MethodIdentity& method, const Figures& wanted) {
   const Figures mine = FiguresOf(method);
   return std::all_of(wanted.begin(), wanted.end(), [&](const auto& figure) {
@@ -49,7 +49,7 @@ struct NamedFigures {
   Figures figures;
 };
 
-// "SQP:multi_starts=10,collision=solid".
+// Parses e.g. "SQP:multi_starts=10,collision=solid".
 NamedFigures ReadChoice(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   NamedFigures read{text.substr(0, colon), {}};
@@ -69,7 +69,7 @@ std::vector<MethodIdentity> OfName(const std::string& name, std::span<const Meth
   for (const MethodIdentity& method : methods) {
     if (IsMethodName(method.name, name)) found.push_back(method);
   }
-  // A method of exactly this name comes before one that has the mark besides.
+  // A method with exactly this name has priority over one with an additional mark.
   const auto exact = [&name](const MethodIdentity& method) { return EqualNames(method.name, name); };
   if (std::any_of(found.begin(), found.end(), exact)) std::erase_if(found, std::not_fn(exact));
   return found;
@@ -95,7 +95,7 @@ std::string ChoiceOf(const MethodIdentity& method, std::span<const MethodIdentit
 }
 
 std::optional<MethodIdentity> FindMethod(const std::string& text, std::span<const MethodIdentity> methods) {
-  std::vector<MethodIdentity> found = OfName(text, methods);  // a name may have a colon itself
+  std::vector<MethodIdentity> found = OfName(text, methods);  // a name may contain a colon itself
   if (found.empty() && text.find(':') != std::string::npos) {
     const NamedFigures wanted = ReadChoice(text);
     const std::vector<MethodIdentity> named = OfName(wanted.name, methods);

@@ -8,22 +8,22 @@
 
 #include "client/compare/solves.h"
 
-/// Methods as people name them: "SQP", and where one experiment has several of the name "SQP:multi_starts=10", with
-/// commas between what tells them apart: multi_starts, sample_size, incremental (yes, no), collision, id.
+/// Naming of methods by users: "SQP", or, if an experiment has several methods of the name, "SQP:multi_starts=10" with
+/// the distinguishing properties separated by commas: multi_starts, sample_size, incremental (yes, no), collision, id.
 namespace legopt::client {
 
-/// The shortest such name among `methods`, one of which `method` is.
+/// Returns the shortest unambiguous name of `method`, which must be one of `methods`.
 std::string ChoiceOf(const MethodIdentity& method, std::span<const MethodIdentity> methods);
 
-/// The method that `text` names, whatever the letter case; empty when none has its name. Throws ClientError (kUsage)
-/// for a name with wrong figures, and for one that several have: the error lists how to tell them apart.
+/// Returns the method named by `text`, ignoring case; nullopt if no method has the name. Throws ClientError (kUsage)
+/// for a name with wrong properties, and for an ambiguous name: the error lists how to distinguish the methods.
 std::optional<MethodIdentity> FindMethod(const std::string& text, std::span<const MethodIdentity> methods);
 
-/// The same; that there is none is a ClientError (kUsage), too, with the nearest name.
+/// Returns the method named by `text`; if there is none, throws ClientError (kUsage) with the most similar name.
 MethodIdentity ChooseMethod(const std::string& text, std::span<const MethodIdentity> methods,
                             std::int64_t experiment_id);
 
-/// "did you mean 'SQP'? valid: ..." of the choices of all.
+/// Returns "did you mean 'SQP'? valid: ..." for the names of all methods.
 std::string SuggestMethod(const std::string& text, std::span<const MethodIdentity> methods);
 
 }  // namespace legopt::client

@@ -27,7 +27,7 @@ RunEnd EndOf(JobState state, bool solved) {
   }
 }
 
-// One row of the statement below.
+// Reads a row of the statement below.
 Solve SolveAt(const Listing& jobs, std::size_t row, double limit_ms) {
   Solve solve;
   solve.job_id = jobs.At(row, "job_id").get<std::int64_t>();

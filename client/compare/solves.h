@@ -16,104 +16,105 @@
 
 namespace legopt::client {
 
-/// A method of an experiment, with all that tells it from others of its name.
+/// A method of an experiment, with all properties that distinguish methods of the same name.
 struct MethodIdentity {
   std::int64_t method_id = 0;
   std::string name;
   std::int64_t multi_starts = 0;
-  std::int64_t inner_starts = 0;   ///< that an attempt may make beyond its first one
+  std::int64_t inner_starts = 0;   ///< internal restarts of an attempt beyond its first start
   std::int64_t sample_size = 100;  ///< percent
   bool incremental = false;
   SceneRepresentation collision = SceneRepresentation::kSolid;
-  std::string hash;  ///< of all options
+  std::string hash;  ///< hash of all options
 
-  /// Equal options under an equal name, also in another database.
+  /// Returns whether name and options are equal; also for methods of different databases.
   bool Same(const MethodIdentity& other) const { return name == other.name && hash == other.hash; }
 };
 
-/// The clock's own resolution: a solve that took nothing took less than this.
+/// Resolution of the clock: a lower bound for measured times.
 inline constexpr double kShortest_ms = 1e-3;
 
-/// One job, as statistics see it.
+/// A job as seen by the statistics.
 struct Solve {
   std::int64_t job_id = 0;
-  int problem = 0;    ///< its number in the dataset
-  int waypoints = 1;  ///< number of waypoints that the problem asks for
+  int problem = 0;    ///< problem number in the dataset
+  int waypoints = 1;  ///< number of waypoints required by the problem
   statistics::RunEnd end = statistics::RunEnd::kMissing;
-  double time_ms = 0.0;    ///< of the whole solve: wall time, CPU time where contended; its limit without a result
-  double cpu_ms = 0.0;     ///< 0 without a result
-  double cost = 0.0;       ///< per waypoint, by the judge; 0 unless solved
-  bool reported = false;   ///< has a result
-  bool contended = false;  ///< others had its processor: see Contended
-  bool stopped = false;    ///< a limit ended the solver
+  double time_ms = 0.0;  ///< time of the whole solve: wall time, or CPU time if contended; the limit without a result
+  double cpu_ms = 0.0;   ///< 0 without a result
+  double cost = 0.0;     ///< cost per waypoint, computed by the judge; 0 unless solved
+  bool reported = false;
+  bool contended = false;  ///< other processes disturbed it, see Contended
+  bool stopped = false;    ///< a limit stopped the solver
 };
 
-/// All jobs of one method on one task from one start.
+/// All jobs of one method, task and initialization.
 struct SolveCell {
   std::int64_t cell_id = 0;
   MethodIdentity method;
   BenchmarkColumn column;
-  double limit_ms = 0.0;        ///< wall time that one job may take
-  bool effort_limited = false;  ///< its jobs have a limit of effort, too, which ends solves long before
-  std::vector<Solve> solves;    ///< by problem, then repetition
+  double limit_ms = 0.0;        ///< wall-time limit of a job
+  bool effort_limited = false;  ///< the jobs also have an effort limit, which is reached long before the wall-time
+                                ///< limit
+  std::vector<Solve> solves;    ///< ordered by problem, then repetition
 };
 
-/// What an experiment has solved; the cells in the order of its benchmark table.
+/// The solves of an experiment; the cells are in the order of its benchmark table.
 struct SolvedExperiment {
   ExperimentInfo info;
   std::int64_t seed = 0;
   std::int64_t repetitions = 1;
   std::vector<SolveCell> cells;
   std::vector<ResultOrigin> origins;  ///< builds and machines of its results
-  std::int64_t clock_stopped = 0;     ///< jobs that the clock ended: their outcome depends on the machine's speed
-  std::int64_t taken_over = 0;        ///< results that jobs of other experiments made
+  std::int64_t clock_stopped = 0;     ///< number of jobs stopped by the wall-time limit, whose outcome depends on the
+                                      ///< machine's speed
+  std::int64_t taken_over = 0;        ///< number of results reused from other experiments
 
-  /// Its methods, each once.
+  /// Distinct methods.
   std::vector<MethodIdentity> Methods() const;
 };
 
-/// Whether the wall time of a solve tells of the machine rather than of the method: the thread was interrupted, or
-/// waited for a sixth of its time.
+/// Returns whether the wall time of a solve was affected by the machine's load: the thread was interrupted, or waited
+/// for a sixth of its time.
 bool Contended(std::int64_t wall_us, std::int64_t cpu_us, std::int64_t involuntary_context_switches);
 
-/// Whether the solver's word is that it ran out of something rather than that it was done.
+/// Returns whether the solver reported that it was stopped by a limit.
 bool EndedByLimit(SolveStatus status);
 
-/// The experiment (default: the newest) and its cells, without their solves. Errors as of FindExperiment.
+/// Reads the experiment (default: the newest) and its cells, without their solves. Throws the errors of FindExperiment.
 SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> experiment);
 
-/// Reads the solves of the cells that are left in `experiment`; `rule` says whose success counts. Errors as of
-/// RequireVerdicts.
+/// Reads the solves of the cells in `experiment`; `rule` counts successes. Throws the errors of RequireVerdicts.
 void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment);
 
-/// One problem of a cell, its repetitions added up.
+/// A problem of a cell, with its repetitions summed.
 struct ProblemRuns {
   int problem = 0;
   int waypoints = 1;
-  std::int64_t job_id = 0;                   ///< its first repetition
-  statistics::ProblemScore time;             ///< of Solve::time_ms
-  statistics::ProblemScore cost;             ///< of Solve::cost
-  std::vector<statistics::Repetition> runs;  ///< of Solve::time_ms
+  std::int64_t job_id = 0;                   ///< first repetition
+  statistics::ProblemScore time;             ///< score of Solve::time_ms
+  statistics::ProblemScore cost;             ///< score of Solve::cost
+  std::vector<statistics::Repetition> runs;  ///< values of Solve::time_ms
 
-  /// Whether every repetition has ended.
+  /// Returns whether every repetition has ended.
   bool complete() const { return time.finished() > 0 && time.missing == 0; }
 };
 
-/// The problems of a cell, ascending.
+/// Returns the problems of a cell, ascending.
 std::vector<ProblemRuns> ProblemsOf(const SolveCell& cell);
 
-/// The problems of a cell by their number.
+/// Problems of a cell by problem number.
 using ProblemMap = std::map<int, ProblemRuns>;
 ProblemMap ProblemMapOf(const SolveCell& cell);
 
-/// Which figures can be compared while an experiment is unfinished. The jobs that end first are the easy ones, so that
-/// every figure is computed over the same problems for all methods.
+/// Methods and problems that can be compared while an experiment is unfinished. Easy jobs tend to end first, so figures
+/// of all methods are computed over the same problems.
 struct CompleteProblems {
-  std::vector<bool> shown;    ///< whether a method has completed a problem; the others have no figures
-  std::vector<int> problems;  ///< that all shown methods have completed, ascending
+  std::vector<bool> shown;    ///< whether a method has completed a problem; other methods have no figures
+  std::vector<int> problems;  ///< completed by all shown methods, ascending
 };
 
-/// Of the methods of one task and start.
+/// Finds the complete problems of the methods of one task and initialization.
 CompleteProblems FindCompleteProblems(std::span<const ProblemMap> methods);
 
 }  // namespace legopt::client

@@ -20,14 +20,14 @@ constexpr double kHalf = 0.5, kAlmostAll = 0.95;
 
 std::optional<double> NumberOf(double value) { return std::isnan(value) ? std::nullopt : std::optional(value); }
 
-// A cell with the place of its figures.
+// A cell and the location of its statistics.
 struct ScoredCell {
   const SolveCell* cell = nullptr;
   CellStatistics* figures = nullptr;
   const std::string* title = nullptr;  // title of its row
 };
 
-// The cells of a task and start, and their problems.
+// The cells of a task and initialization, and their problems.
 struct ScoredColumn {
   std::vector<ScoredCell> cells;
   std::vector<ProblemMap> problems;  // parallel to `cells`
@@ -41,7 +41,7 @@ std::vector<ProblemScore> Scores(const ProblemMap& cell, const std::vector<int>&
   return scores;
 }
 
-// Mean values of the solved runs, infinite for problems without.
+// Returns the means of the solved runs, infinite for problems without solved runs.
 std::vector<double> SolvedValues(const std::vector<ProblemScore>& scores) {
   std::vector<double> values;
   for (const ProblemScore& score : scores) values.push_back(score.MeanOfSolved());
@@ -66,7 +66,7 @@ void CountRuns(const SolveCell& cell, const std::vector<int>& problems, CellStat
   }
 }
 
-// All that needs no other method.
+// Computes the figures that do not depend on other methods.
 void ComputeOwn(const ScoredCell& scored, const ProblemMap& runs, const std::vector<int>& problems,
                 const Charge& charge) {
   CellStatistics& figures = *scored.figures;
@@ -89,7 +89,7 @@ void ComputeOwn(const ScoredCell& scored, const ProblemMap& runs, const std::vec
   figures.ert_ms = NumberOf(statistics::ExpectedRunningTime(spent, shares).time_ms);
 }
 
-// The shown cells of a column, by index.
+// Returns the indices of the shown cells of a column.
 std::vector<std::size_t> ShownCells(const ScoredColumn& column) {
   std::vector<std::size_t> shown;
   for (std::size_t i = 0; i < column.cells.size(); ++i) {
@@ -121,7 +121,7 @@ void ComputeCommon(const ScoredColumn& scored, ColumnStatistics* column) {
   }
 }
 
-// A row beside the reference, on the problems that both solved: a row that solves little takes no figure from others.
+// Compares a row with the reference on the problems that both solved, so that weak rows do not affect other rows.
 void ComparePaired(const ScoredColumn& scored, std::size_t reference, std::size_t row) {
   std::vector<double> times, costs;
   CellStatistics& figures = *scored.cells[row].figures;
@@ -163,13 +163,13 @@ void ComputeRanks(const ScoredColumn& scored, std::int64_t repetitions, ColumnSt
   for (std::size_t i = 0; i < ranked.mean_ranks.size(); ++i) {
     scored.cells[shown[i]].figures->mean_rank = ranked.mean_ranks[i];
   }
-  constexpr std::size_t kFewest = 3;  // two are compared by McNemar's test and Wilcoxon's
+  constexpr std::size_t kFewest = 3;  // two are compared by McNemar's and Wilcoxon's tests
   if (shown.size() >= kFewest && !times.empty()) {
     if (repetitions == 1) column->success = statistics::CochranQ(solved);
     column->ranks = ranked;
   }
   for (std::vector<double>& line : times) {
-    for (double& time_ms : line) time_ms = std::max(time_ms, kShortest_ms);  // ratios of nothing are none
+    for (double& time_ms : line) time_ms = std::max(time_ms, kShortest_ms);  // avoids ratios of zero times
   }
   column->profile = statistics::ProfileOf(times);
 }
@@ -194,7 +194,7 @@ void ComputeColumn(ScoredColumn* scored, std::int64_t repetitions, ColumnStatist
   ComputeRanks(*scored, repetitions, column);
 }
 
-// The names of the benchmark table.
+// Sets the row names of the benchmark table.
 void NameRows(std::vector<StatisticsRow>* rows) {
   struct Named {
     std::string method;

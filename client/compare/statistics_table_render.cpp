@@ -25,7 +25,7 @@ std::string ShownCost(const std::optional<double>& cost) {
   return cost && std::isinf(*cost) ? "inf" : FormatCost(cost);
 }
 
-// "49/50", "48.7/50" of several repetitions, "40/45 (5 missing)", "- (5 missing)".
+// Returns e.g. "49/50", "48.7/50" for several repetitions, "40/45 (5 missing)", "- (5 missing)".
 std::string ShownSuccess(const CellStatistics& cell) {
   const bool whole = cell.solved == std::floor(cell.solved);
   const std::string solved = cell.n == 0 ? "-" : Decimal(cell.solved, whole ? 0 : 1) + "/" + std::to_string(cell.n);
@@ -64,7 +64,7 @@ bool Differ(const std::vector<StatisticsRow>& rows, auto MethodIdentity::*figure
                      [&](const StatisticsRow& row) { return row.method.*figure != rows.front().method.*figure; });
 }
 
-// The columns that name a row.
+// The columns that identify a row.
 struct Keys {
   bool incremental, collision;
 
@@ -132,7 +132,7 @@ std::string LeftOutNote(const ColumnStatistics& column) {
   return " Left out, without a completed problem: " + titles + ".";
 }
 
-// What is said of a task and start besides its rows.
+// Returns the note on a task and initialization below its rows.
 std::string ColumnNote(const ColumnStatistics& column) {
   std::string text = "n: " + Counted(column.complete) + " that all rows have completed." + LeftOutNote(column);
   if (column.complete == 0) return text;
@@ -140,7 +140,7 @@ std::string ColumnNote(const ColumnStatistics& column) {
          RanksNote(column);
 }
 
-// The table of one task and start; the first has the caption, the last the note.
+// Returns the table of one task and initialization; the first table has the caption, the last one the note.
 GroupedTable Group(const StatisticsTable& table, const BenchmarkColumn& column, const TimeUnit& unit) {
   const Keys keys(table);
   const ColumnStatistics& common = table.columns.at(column);
@@ -210,7 +210,7 @@ nlohmann::ordered_json CellJson(const CellStatistics& cell, const ColumnStatisti
           {"stopped", cell.stopped}};
 }
 
-// Of three methods or more; null where there is nothing to test.
+// Returns the rank test of three or more methods; null if there is nothing to test.
 nlohmann::ordered_json RanksJson(const ColumnStatistics& column) {
   const auto& test = column.ranks;
   const bool told = test && test->defined, more = told && test->iman_davenport.denominator > 0;
@@ -223,7 +223,7 @@ nlohmann::ordered_json RanksJson(const ColumnStatistics& column) {
           {"iman_davenport_p", number(more, more ? test->iman_davenport.p : 0.0)}};
 }
 
-// What names a row of all methods, tasks and starts.
+// Returns the members that identify a row among all methods, tasks and initializations.
 nlohmann::ordered_json KeyJson(const StatisticsTable& table, const StatisticsRow& row, const BenchmarkColumn& column) {
   return {{"experiment_id", table.experiment.id},
           {"method_id", row.method.method_id},
@@ -249,7 +249,7 @@ nlohmann::ordered_json RowsJson(const StatisticsTable& table) {
   return rows;
 }
 
-// Objects of the same keys, as rows.
+// Converts objects with equal keys to rows.
 Listing ListingOf(const nlohmann::ordered_json& rows) {
   Listing listing;
   for (const auto& row : rows) {
@@ -262,12 +262,12 @@ Listing ListingOf(const nlohmann::ordered_json& rows) {
   return listing;
 }
 
-// The rows of the JSON; columns are the same for every experiment.
+// Renders the rows of the JSON; all experiments have the same columns.
 std::string RenderCsv(const StatisticsTable& table) {
   return RenderListing(ListingOf(RowsJson(table)), ListingFormat::kCsv);
 }
 
-// The steps of one method's curve.
+// Adds the steps of a method's curve.
 void AddSteps(const nlohmann::ordered_json& key, int problems, const statistics::StepCurve& curve,
               nlohmann::ordered_json* rows) {
   const auto add = [&](double ratio, double share) {

@@ -8,37 +8,38 @@
 
 #include "legopt/collision/mesh.h"
 
-/// What of a page is not text: blocks of bytes, compressed by gzip and written as base64 (docs/page-data.md).
+/// Binary data of a page: blocks of bytes, compressed by gzip and encoded as base64 (docs/page-data.md).
 namespace legopt::client {
 
-/// RFC 1952, without name and time, so that equal bytes give equal blocks. Throws std::bad_alloc alone.
+/// Compresses bytes (RFC 1952), without name and time, so that equal bytes give equal blocks. Throws only
+/// std::bad_alloc.
 std::string Gzip(const std::string& bytes);
-/// RFC 4648, with padding.
+/// Encodes bytes (RFC 4648), with padding.
 std::string Base64(const std::string& bytes);
 
-/// Waypoints as bytes: count and size (uint32 each), then by column the differences of consecutive values in units of
-/// 1e-7 (rad, m), as int32 whose four bytes lie apart: first all lowest ones. A value is at most 0.5e-7 off. All
-/// numbers are little-endian. Every waypoint has `size` numbers. Empty where a value is not finite or beyond 100, or
-/// two of a column are more than 200 apart: PackExactly holds those.
+/// Encodes waypoints: count and size (uint32 each), then column by column the differences of consecutive values in
+/// units of 1e-7 (rad, m), as int32 split into four byte planes, lowest bytes first. The error of a value is at most
+/// 0.5e-7. All numbers are little-endian. Every waypoint must have `size` numbers. Returns an empty string if a value
+/// is not finite or beyond 100, or if consecutive values of a column differ by more than 200; use PackExactly then.
 std::string PackWaypoints(std::span<const Eigen::VectorXd> waypoints);
-/// The same numbers as float64, row by row, behind the same head.
+/// Encodes the same numbers as float64, row by row, after the same header.
 std::string PackExactly(std::span<const Eigen::VectorXd> waypoints);
-/// What PackWaypoints was given, as a page reads it.
+/// Decodes the output of PackWaypoints, as the page does.
 std::vector<Eigen::VectorXd> UnpackWaypoints(const std::string& bytes);
 
-/// Where a mesh lies among the bytes of a GeometryBlock.
+/// Position of a mesh in the bytes of a GeometryBlock.
 struct MeshRange {
-  std::size_t vertices = 0, triangles = 0;          ///< how many
-  std::size_t vertex_offset = 0, index_offset = 0;  ///< in bytes
+  std::size_t vertices = 0, triangles = 0;
+  std::size_t vertex_offset = 0, index_offset = 0;  ///< offsets in bytes
 };
 
-/// Meshes behind each other: vertices as float32 x y z, m; triangles as three uint32.
+/// Concatenated meshes: vertices as float32 x y z, m; triangles as three uint32.
 class GeometryBlock {
  public:
-  /// Returns its number, from 0.
+  /// Appends a mesh; returns its index, starting at 0.
   int Add(const TriangleMesh& mesh);
-  const std::string& bytes() const { return bytes_; }               ///< of all
-  const std::vector<MeshRange>& meshes() const { return meshes_; }  ///< in the order of Add
+  const std::string& bytes() const { return bytes_; }
+  const std::vector<MeshRange>& meshes() const { return meshes_; }  ///< ordered by index
 
  private:
   std::string bytes_;

@@ -26,14 +26,14 @@ std::vector<ProblemMap> ByProblem(const std::vector<const SolveCell*>& cells) {
   return methods;
 }
 
-// Of solved repetitions; infinite where there is none.
+// Returns the mean of solved repetitions; infinite if there is none.
 double ValueOf(const ProblemMap& method, int problem, statistics::ProblemScore ProblemRuns::*score) {
   const auto found = method.find(problem);
   if (found == method.end() || (found->second.*score).solved == 0) return kNever;
   return (found->second.*score).MeanOfSolved();
 }
 
-// A row for each complete problem, with a value for each shown method.
+// Returns a row for each complete problem, with a value for each shown method.
 std::vector<std::vector<double>> CompleteRows(const std::vector<ProblemMap>& methods, const CompleteProblems& complete,
                                               statistics::ProblemScore ProblemRuns::*score, double least) {
   std::vector<std::vector<double>> rows;
@@ -46,7 +46,8 @@ std::vector<std::vector<double>> CompleteRows(const std::vector<ProblemMap>& met
   return rows;
 }
 
-// A curve for each shown method, null for the others; null without problems, and where a value is not positive.
+// Returns a curve for each shown method, null for the others. Returns null without problems, or if a value is not
+// positive.
 Json ProfileJson(const CompleteProblems& complete, const std::vector<std::vector<double>>& rows) {
   const bool positive = std::all_of(rows.begin(), rows.end(), [](const auto& row) {
     return std::all_of(row.begin(), row.end(), [](double value) { return value > 0.0; });
@@ -71,7 +72,7 @@ Json RuntimesJson(const std::vector<ProblemMap>& methods, const CompleteProblems
   return curves;
 }
 
-// Smallest finite value of each problem among the methods; infinite where none solved it.
+// Returns the smallest finite value of each problem over all methods; infinite if no method solved it.
 std::map<int, double> BestOf(const std::vector<ProblemMap>& methods, const std::set<int>& problems,
                              statistics::ProblemScore ProblemRuns::*score) {
   std::map<int, double> best;
@@ -97,7 +98,7 @@ Json CostsJson(const std::vector<ProblemMap>& methods, const CompleteProblems& c
   return curves;
 }
 
-// Ratios to the best only of complete problems: the best is not known before.
+// Ratios are given for complete problems only: for others the best value is not known yet.
 Json MethodJson(const ProblemMap& method, const CompleteProblems& complete, const std::map<int, double>& best_time,
                 const std::map<int, double>& best_cost) {
   Json time = Json::array(), cost = Json::array(), time_ratio = Json::array(), cost_ratio = Json::array();

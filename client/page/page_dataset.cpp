@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 Json PointJson(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
-// x y z, then the quaternion w x y z.
+// Position x y z, then the quaternion w x y z.
 Json PoseJson(const Eigen::Isometry3d& pose) {
   const Eigen::Quaterniond q(pose.linear());
   const Eigen::Vector3d& p = pose.translation();
@@ -95,7 +95,7 @@ Json ProblemsJson(const Dataset& dataset, Task task, const std::set<int>& ids) {
   return problems;
 }
 
-// A configuration with every joint bent and the base turned, and the poses that the page must get for it.
+// A test for the page: a configuration with every joint bent and the base rotated, and the expected link poses.
 Json CheckJson(const RobotModel& robot) {
   constexpr double kShare = 0.3, kWidest = 1.0;
   Eigen::VectorXd x = Eigen::VectorXd::Zero(robot.configuration_size());

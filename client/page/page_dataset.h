@@ -10,18 +10,18 @@
 
 namespace legopt::client {
 
-/// Problems of a dataset, by task.
+/// Problem ids of a dataset, by task.
 using ProblemIds = Per<Task, std::set<int>>;
 
-/// A dataset as a page draws it.
+/// A dataset prepared for drawing.
 struct PageDataset {
-  nlohmann::ordered_json json;  ///< "datasets" of docs/page-data.md
-  std::string geometry;         ///< bytes of its block, not yet compressed
+  nlohmann::ordered_json json;  ///< element of "datasets" in docs/page-data.md
+  std::string geometry;         ///< bytes of its geometry block, uncompressed
 };
 
-/// Robot, scene and these problems: exact meshes as the judge has them, convex pieces as solvers have them, link tree,
-/// targets and support polygons. Ids that the dataset does not have are left out. `block`: the name of its geometry's
-/// block. Throws InputError for a corrupt mesh.
+/// Describes a robot, its scene and the given problems: exact meshes used by the judge, convex pieces used by solvers,
+/// link tree, targets and support polygons. Unknown problem ids are ignored. `block`: name of the geometry block.
+/// Throws InputError for a corrupt mesh.
 PageDataset DescribeDataset(const Dataset& dataset, const ProblemIds& problems, const std::string& block);
 
 }  // namespace legopt::client

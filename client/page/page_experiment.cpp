@@ -68,8 +68,8 @@ std::string EndedStates() {
   return states;
 }
 
-// What became of the jobs that ended without a solution: the judge's verdict, or the state of those without a result.
-// Queued, running and cancelled jobs have not failed.
+// Counts the jobs that ended without a solution by cause: the judge's verdict, or the state of jobs without a result.
+// Queued, running and cancelled jobs are not failures.
 Json CausesJson(ResultSource& source, const SolveCell& cell, Rule rule) {
   const Listing rows = source.Query("SELECT j.state, r.verdict_" + std::string(ToString(rule)) +
                                     " AS verdict, count(*) AS n FROM jobs AS j LEFT JOIN results AS r ON r.job_id = "
@@ -87,7 +87,7 @@ Json CausesJson(ResultSource& source, const SolveCell& cell, Rule rule) {
   return causes;
 }
 
-// The jobs as columns, so that 100,000 of them stay small.
+// Returns the jobs as columns, which keeps 100,000 of them small.
 Json JobsJson(ResultSource& source, const SolvedExperiment& experiment, const std::vector<MethodIdentity>& methods,
               const std::vector<BenchmarkColumn>& columns) {
   constexpr double kNoLimit_s = ResultSource::kDefaultLimit_s;
@@ -145,7 +145,7 @@ Json ColumnsJson(ResultSource& source, const SolvedExperiment& experiment, const
   return list;
 }
 
-// All pairs of methods of one experiment.
+// Compares all pairs of methods of one experiment.
 Json PairsJson(const SourceOptions& options, const SolvedExperiment& experiment,
                const std::vector<MethodIdentity>& methods, Rule rule) {
   Json list = Json::array();
@@ -162,7 +162,7 @@ Json PairsJson(const SourceOptions& options, const SolvedExperiment& experiment,
         Json pair = {{"a", a}, {"b", b}};
         pair.update(DescribeComparison(ReadComparison(request), experiment, experiment));
         list.push_back(std::move(pair));
-      } catch (const ClientError& error) {  // nothing in common that both have finished
+      } catch (const ClientError& error) {  // no jobs that both have finished
         list.push_back({{"a", a}, {"b", b}, {"refused", error.what()}});
       }
     }
@@ -170,7 +170,7 @@ Json PairsJson(const SourceOptions& options, const SolvedExperiment& experiment,
   return list;
 }
 
-// As `legopt table` has it.
+// Reads the table with certificates, like `legopt table`.
 BenchmarkTable ReadCertifiedTable(ResultSource& source, const ExperimentInfo& experiment, Rule rule) {
   const TableSelection selection{experiment.id, rule, {}};
   BenchmarkTable table = ReadBenchmarkTable(source, selection);

@@ -12,23 +12,25 @@
 
 namespace legopt::client {
 
-/// An experiment as a page tells of it.
+/// An experiment of a page.
 struct PageExperiment {
-  SolvedExperiment experiment;  ///< with its solves
-  nlohmann::ordered_json json;  ///< "experiments" of docs/page-data.md, without solutions
+  SolvedExperiment experiment;  ///< includes its solves
+  nlohmann::ordered_json json;  ///< element of "experiments" in docs/page-data.md, without solutions
 };
 
 /// Reads and computes all figures of an experiment by one rule: table, statistics, causes of failures, profiles,
-/// distributions, ratios by problem, its jobs, and its methods by pairs where there are at most kMostCompared. `place`
-/// names its database for people, `source_options` opens it again. Errors as of ReadBenchmarkTable.
+/// distributions, ratios by problem, its jobs, and pairwise comparisons of its methods if there are at most
+/// kMostCompared. `place` is the displayed name of its database; `source_options` opens it again. Throws the errors of
+/// ReadBenchmarkTable.
 PageExperiment DescribeExperiment(ResultSource& source, const SourceOptions& source_options, const std::string& place,
                                   std::optional<std::int64_t> id, Rule rule);
 
-/// So many methods are compared by pairs; of more only the first with each other one.
+/// Maximum number of methods that are all compared pairwise; with more methods, only the first is compared with each
+/// other one.
 inline constexpr std::size_t kMostCompared = 12;
 
-/// One comparison: the figures of `legopt compare` and the curves of the two alone, which say other things than those
-/// of a larger pool. `a`, `b`: the same cells as in `comparison`.
+/// Describes one comparison: the figures of `legopt compare`, and the curves of these two alone, which differ from
+/// curves of a larger set. `a` and `b` must be the two sides of `comparison`.
 nlohmann::ordered_json DescribeComparison(const Comparison& comparison, const SolvedExperiment& a,
                                           const SolvedExperiment& b);
 

@@ -17,8 +17,8 @@ constexpr std::size_t kShownHash = 12;
 
 std::string PlaceOf(const SourceOptions& options) { return options.db ? *options.db : std::string("the server"); }
 
-// The name of each experiment's file, without its folder, as a page is sent to others. Empty if all experiments have
-// one source, so that a page written from a server equals the page written from its file.
+// Returns the file name of each experiment, without its folder because pages are sent to others. The names are empty if
+// all experiments have one source, so that a page is identical for a server and its file.
 std::vector<std::string> ShownPlaces(const FigureRequest& request) {
   std::set<std::string> places;
   for (const PageSource& source : request.sources) places.insert(PlaceOf(source.source));
@@ -30,7 +30,7 @@ std::vector<std::string> ShownPlaces(const FigureRequest& request) {
   return shown;
 }
 
-// Experiments beside the first one, where they can be compared.
+// Compares the first experiment with each of the others if possible.
 Json AcrossJson(const FigureRequest& request, const std::vector<PageExperiment>& pages) {
   Json list = Json::array();
   for (std::size_t i = 1; i < pages.size(); ++i) {

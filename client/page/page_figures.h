@@ -17,50 +17,50 @@
 
 namespace legopt::client {
 
-/// One experiment of a page: where it is, and which one (default: the newest).
+/// An experiment of a page: its source and id (default: the newest).
 struct PageSource {
   SourceOptions source;
   std::optional<std::int64_t> experiment;
 };
 
-/// The rule asked for, else the weakest of the experiments' rules: every experiment has verdicts by that one. Solid
-/// where there is no experiment yet. Errors as of FindExperiment.
+/// Returns the requested rule, or else the weakest of the experiments' rules, because every experiment has verdicts by
+/// that one; kSolid without experiments. Throws the errors of FindExperiment.
 Rule PageRule(const std::vector<PageSource>& sources, std::optional<Rule> asked);
 
-/// Of what a page with figures is made.
+/// Contents of a page with figures.
 struct FigureRequest {
   std::vector<PageSource> sources;  ///< not empty
   Rule rule = Rule::kSolid;
-  /// At hand, for the 3D view; experiments on others have none, and it is said.
+  /// Available datasets, for the 3D view; a note lists experiments on other datasets.
   std::vector<std::shared_ptr<const Dataset>> datasets;
   programs::BuildFacts build;
-  std::function<void(const std::string&)> tell = {};  ///< progress, for people
+  std::function<void(const std::string&)> tell = {};  ///< receives progress messages
 };
 
-/// Everything of a page but its solutions.
+/// All data of a page except its solutions.
 struct PageFigures {
   nlohmann::ordered_json root;  ///< "page" of docs/page-data.md, without "notes" and "chunks"
   std::string title;
-  std::vector<std::string> notes;                        ///< what a reader must know
-  std::vector<PageExperiment> experiments;               ///< in the order of the request
-  std::vector<std::unique_ptr<ResultSource>> sources;    ///< theirs
-  std::vector<std::shared_ptr<const Dataset>> datasets;  ///< theirs; null where it is not at hand
+  std::vector<std::string> notes;                        ///< notes for the reader
+  std::vector<PageExperiment> experiments;               ///< ordered as in the request
+  std::vector<std::unique_ptr<ResultSource>> sources;    ///< parallel to `experiments`
+  std::vector<std::shared_ptr<const Dataset>> datasets;  ///< parallel to `experiments`; null if unavailable
 };
 
-/// Reads and computes all figures. Errors as of ReadBenchmarkTable.
+/// Reads and computes all figures. Throws the errors of ReadBenchmarkTable.
 PageFigures ReadFigures(const FigureRequest& request);
 
-/// Robot, scene and problems of one dataset, as a block of its own.
+/// Robot, scene and problems of one dataset in a separate block.
 struct PageGeometry {
-  std::string block;  ///< its name
-  std::string bytes;  ///< not yet compressed
+  std::string block;  ///< block name
+  std::string bytes;  ///< uncompressed
 };
 
-/// Enters each dataset at hand once into figures->root, with the problems of all its experiments; `problems`: of each
-/// experiment. Returns what must be added as blocks. Throws InputError for a corrupt mesh.
+/// Adds each available dataset once to figures->root, with the problems of all its experiments; `problems` has one
+/// element per experiment. Returns the blocks to add to the page. Throws InputError for a corrupt mesh.
 std::vector<PageGeometry> AddDatasets(const std::vector<ProblemIds>& problems, PageFigures* figures);
 
-/// What every page begins with.
+/// Returns the members that every page begins with.
 nlohmann::ordered_json PageHead(const std::string& kind, const std::string& title, const programs::BuildFacts& build);
 
 }  // namespace legopt::client

@@ -28,7 +28,7 @@ std::string Escaped(const std::string& text) {
   return escaped;
 }
 
-// `policy`: empty where a server sends it.
+// `policy`: empty if a server sends it as a header.
 std::string Head(const std::string& attributes, const std::string& policy, const std::string& title) {
   std::string head = "<!doctype html>\n<html lang=\"en\"" + attributes + "><head><meta charset=\"utf-8\">\n";
   if (!policy.empty()) head += "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";

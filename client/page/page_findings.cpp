@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A ten-millionth of a metre is less than anything that is drawn or told.
+// A ten-millionth of a metre is smaller than anything displayed.
 Json RoundedJson(double value) {
   constexpr double kRounding = 1e-7;
   return std::isfinite(value) ? Json(std::round(value / kRounding) * kRounding) : Json();

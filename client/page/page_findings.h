@@ -7,11 +7,11 @@
 
 namespace legopt::client {
 
-/// Findings of one waypoint as docs/page-data.md has them, with the names of links, objects and joints. `dataset`: of
-/// the findings.
+/// Returns the findings of one waypoint in the format of docs/page-data.md, with the names of links, objects and
+/// joints. `dataset` must be the dataset of the findings.
 nlohmann::ordered_json FindingsJson(const WaypointFindings& findings, const Dataset& dataset);
 
-/// Overlaps alone, as between waypoints.
+/// Returns only overlaps, as needed between waypoints.
 nlohmann::ordered_json OverlapsJson(const std::vector<OverlapFinding>& overlaps, const Dataset& dataset);
 
 }  // namespace legopt::client

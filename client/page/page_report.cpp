@@ -14,9 +14,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kChunk = 400'000;  // bytes before compression: read by the page at once
+constexpr std::size_t kChunk = 400'000;  // bytes before compression; the page reads a chunk at once
 
-// Adds the solutions of one experiment while they fit.
+// Adds the solutions of an experiment as long as they fit.
 class SolutionWriter {
  public:
   SolutionWriter(std::size_t most_bytes, std::function<void(const std::string&)> tell, PageFile* file)
@@ -38,8 +38,8 @@ class SolutionWriter {
     Flush();
   }
 
-  const Json& index() const { return index_; }        // of "chunks"
-  std::size_t left_out() const { return left_out_; }  // solutions that did not fit
+  const Json& index() const { return index_; }        // value of "chunks"
+  std::size_t left_out() const { return left_out_; }  // number of solutions that did not fit
 
  private:
   static FindingDepth DepthInReport(const PageJob& job) {
@@ -53,10 +53,10 @@ class SolutionWriter {
     const std::string name = std::to_string(index_.size());
     Json jobs = Json::array();
     for (const auto& solution : chunk_.json()) jobs.push_back({solution.at("experiment"), solution.at("job")});
-    const std::size_t index_bytes = index_bytes_ + Dump(jobs).size();  // compressed it is less
+    const std::size_t index_bytes = index_bytes_ + Dump(jobs).size();  // upper bound: it will be compressed
     file_->AddBlock("motion-" + name, chunk_.bytes());
     file_->AddJson("solutions-" + name, chunk_.json());
-    if (file_->size() + index_bytes > most_bytes_) {  // the last chunk that does not fit ends it
+    if (file_->size() + index_bytes > most_bytes_) {  // stop at the first chunk that does not fit
       *file_ = std::move(before);
       full_ = true;
       left_out_ += chunk_.json().size();
@@ -93,14 +93,14 @@ Page MakeReport(const ReportRequest& request) {
   }
   PageFile file("legopt: " + figures.title);
   for (const PageGeometry& block : AddDatasets(problems, &figures)) file.AddBlock(block.block, block.bytes);
-  // The figures come first: without them nothing else is worth its bytes. They are written last, with the notes.
+  // Reserve space for the figures, which are written last, with the notes; a page without them would be useless.
   PageFile alone = file;
   alone.AddJson("page", figures.root);
   if (alone.size() > request.most_bytes) {
     throw ClientError(ExitCode::kUsage, "--max-size: the tables, robots and scenes alone take " +
                                             std::to_string(alone.size()) + " bytes; allow more");
   }
-  constexpr std::size_t kSpare = 4096;  // notes
+  constexpr std::size_t kSpare = 4096;  // space for notes
   const std::size_t reserved = std::min(alone.size() - file.size() + kSpare, request.most_bytes);
   SolutionWriter writer(request.most_bytes - reserved, request.tell, &file);
   for (std::size_t i = 0; i < jobs.size(); ++i) {

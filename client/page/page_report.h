@@ -8,18 +8,18 @@
 
 namespace legopt::client {
 
-/// What `legopt report` is asked for.
+/// Arguments of `legopt report`.
 struct ReportRequest : FigureRequest {
-  std::size_t most_bytes = 25'000'000;  ///< of the file; what would go beyond is left out, and said
+  std::size_t most_bytes = 25'000'000;  ///< size limit of the file; solutions beyond it are omitted with a note
 };
 
-/// A page, and what its reader and its writer should know of it.
+/// A page with notes for its reader and its author.
 struct Page {
-  std::string text;                ///< of the file
-  std::vector<std::string> notes;  ///< what is left out, unfinished, contended
+  std::string text;                ///< contents of the file
+  std::vector<std::string> notes;  ///< omitted, unfinished or disturbed parts
 };
 
-/// Reads, computes and judges all that the page shows. Errors as of ReadBenchmarkTable and DescribeDataset.
+/// Reads, computes and judges all contents of the page. Throws the errors of ReadBenchmarkTable and DescribeDataset.
 Page MakeReport(const ReportRequest& request);
 
 }  // namespace legopt::client

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Seven digits: more than a curve shows.
+// Rounds to seven digits, more than a curve shows.
 double Short(double value) {
   constexpr int kDigits = 7;
   if (value == 0.0 || !std::isfinite(value)) return value;
@@ -43,7 +43,7 @@ Json FindingsOf(const PageJob& job, const std::vector<Eigen::VectorXd>& waypoint
   return list;
 }
 
-// What the judge sees between waypoints: only samples where something overlaps, as [waypoint, s, overlaps].
+// Returns the judge's findings between waypoints: only samples with overlaps, as [waypoint, s, overlaps].
 Json BetweenOf(const std::vector<Eigen::VectorXd>& waypoints, FindingLister* lister) {
   Json list = Json::array();
   for (std::size_t w = 1; w < waypoints.size(); ++w) {
@@ -112,7 +112,7 @@ PageMotion ReadPageMotion(ResultSource& source, const PageJob& job) {
   const UnsolvedWaypoints unsolved = ReadUnsolvedOf(source, job.job_id);
   if (unsolved.waypoints.empty()) return motion;
   motion.unsolved_from = unsolved.first_waypoint;
-  // The window begins within the last stance of the window before.
+  // The window begins within the last stance of the previous window.
   motion.waypoints.resize(std::min(motion.waypoints.size(), static_cast<std::size_t>(unsolved.first_waypoint)));
   const Eigen::Index size = unsolved.waypoints.front().size();
   for (Eigen::VectorXd& x : motion.waypoints) x = x.head(std::min(size, x.size())).eval();
@@ -133,7 +133,7 @@ void SolutionChunk::Add(const PageJob& job, const PageMotion& motion, Json trace
     shown.emplace_back(x.head(size));
     if (timed) times.push_back(x[size]);
   }
-  if (timed) depth = FindingDepth::kNone;  // what the judge says of a path is in its detail
+  if (timed) depth = FindingDepth::kNone;  // the judge's findings on a path are in its detail text
   std::string packed = PackWaypoints(shown);
   const bool exact = packed.empty();
   if (exact) packed = PackExactly(shown);

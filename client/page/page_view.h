@@ -15,29 +15,29 @@
 
 namespace legopt::client {
 
-/// A job that a view shows, as the database has it.
+/// A job to be displayed, read from the database.
 struct ViewedJob {
   PageJob job;
-  nlohmann::ordered_json json;  ///< "jobs" of docs/page-data.md
+  nlohmann::ordered_json json;  ///< element of "jobs" in docs/page-data.md
   std::string dataset_name, dataset_hash;
 };
 
-/// Throws ClientError, kUsage, for a job that does not exist or has no solution.
+/// Reads a job. Throws ClientError (kUsage) if it does not exist or has no solution.
 ViewedJob ReadViewedJob(ResultSource& source, std::int64_t id);
 
-/// What `legopt view` is asked for: a job, or a problem alone.
+/// Arguments of `legopt view`: a job, or a problem alone.
 struct ViewRequest {
   SourceOptions source;
   std::optional<std::int64_t> job;
   std::optional<std::int64_t> ghost;  ///< another job of the same problem, drawn transparently
-  Task task = Task::kPosture;         ///< of `problem`
+  Task task = Task::kPosture;         ///< task of `problem`
   std::optional<int> problem;
   std::shared_ptr<const Dataset> dataset;
   programs::BuildFacts build;
 };
 
-/// Errors: ClientError, kUsage for a job that does not exist or has no solution, kDatasetMismatch where `dataset` is
-/// not the job's; InputError for a problem that the dataset has not.
+/// Returns the page of a view. Throws ClientError: kUsage for a job that does not exist or has no solution,
+/// kDatasetMismatch if `dataset` is not the job's; InputError if the dataset does not have the problem.
 Page MakeView(const ViewRequest& request);
 
 }  // namespace legopt::client

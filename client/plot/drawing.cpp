@@ -13,7 +13,7 @@ namespace {
 struct Color {
   double red, green, blue;
 };
-// Okabe and Ito (2008), the light ones darkened for lines on white, as on the page.
+// Colours of Okabe and Ito (2008), as on the page; the light ones are darkened for lines on white.
 constexpr std::array<Color, 8> kColors = {{{0.00, 0.45, 0.70},
                                            {0.84, 0.37, 0.00},
                                            {0.00, 0.62, 0.45},
@@ -28,7 +28,7 @@ constexpr double kMargin = 16.0, kGap = 24.0, kPlaneHeight = 190.0, kLine = 12.0
 constexpr double kLeftLabels = 40.0, kRim = 34.0, kMark = 3.0, kThin = 0.6, kThick = 1.4;
 constexpr double kInk = 0.11, kFaint = 0.45, kGrid = 0.88, kHalf = 0.5;
 
-// Where a value lies in the plane, the rim beside it.
+// Returns the x coordinate of a value; infinite values are on the rim.
 double Across(const PlotAxis& axis, double value, const Frame& plane) {
   const double width = plane.width - (axis.rim ? kRim : 0.0);
   if (std::isinf(value)) return plane.left + plane.width - kHalf * kRim;
@@ -53,7 +53,7 @@ void Drawing::SetGrey(double level) { cairo_set_source_rgb(context_, level, leve
 void Drawing::SetLine(std::size_t entry) {
   const Color& color = kColors[entry % kColors.size()];
   cairo_set_source_rgb(context_, color.red, color.green, color.blue);
-  // Series of one colour differ in their dash, too.
+  // Series with the same colour have different dashes.
   const auto& dash = kDashes[(entry + entry / kColors.size()) % kDashes.size()];
   cairo_set_dash(context_, dash.data(), static_cast<int>(dash.size()), 0.0);
   cairo_set_line_width(context_, kThick);
@@ -108,7 +108,7 @@ double Drawing::TitleHeight(const Plot& plot, std::size_t first, double width) {
   return kLine * static_cast<double>(lines);
 }
 
-// Shapes as on the page: disc, square, triangle, diamond, then the same hollow.
+// Shapes as on the page: disc, square, triangle, diamond, then the same shapes hollow.
 void Drawing::DrawMark(std::size_t entry, double x, double y) {
   constexpr std::size_t kShapes = 4;
   cairo_set_dash(context_, nullptr, 0, 0.0);
@@ -202,7 +202,7 @@ void Drawing::DrawSteps(const PlotPanel& panel, const PlotSeries& series, const 
   constexpr double kMarksApart = 90.0, kShift = 11.0;
   SetLine(series.entry);
   double y = Down(panel.y, 0.0, plane), x = plane.left;
-  // The marks of series stand beside each other, not on each other.
+  // Offset the marks of different series so that they do not overlap.
   double next = plane.left + std::fmod(kShift * static_cast<double>(series.entry) + kShift, kMarksApart);
   std::vector<std::pair<double, double>> marks;
   cairo_move_to(context_, x, y);
@@ -253,7 +253,7 @@ double Drawing::DrawPanel(const PlotPanel& panel, const Frame& frame) {
   return below;
 }
 
-// Names in three columns.
+// Draws the names in three columns.
 double Drawing::DrawLegend(const Plot& plot, double top) {
   constexpr int kColumns = 3;
   constexpr double kSample = 30.0, kApart = 6.0, kLift = 3.0;

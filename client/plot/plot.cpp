@@ -36,7 +36,7 @@ std::vector<PlotTick> LinearTicks(const PlotAxis& axis, int most) {
   return Multiples(axis, 2.0 * kTen * power);
 }
 
-// Every `stride`-th power of ten, times the factors.
+// Returns every `stride`-th power of ten, multiplied by each factor.
 template <std::size_t kCount>
 std::vector<PlotTick> Powers(const PlotAxis& axis, int stride, const std::array<double, kCount>& factors) {
   std::vector<PlotTick> ticks;

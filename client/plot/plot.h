@@ -3,61 +3,62 @@
 #include <string>
 #include <vector>
 
-/// Figures as data, drawn as text (plot_text.h) or as SVG and PNG (plot_image.h).
+/// Figures as data, rendered as text (plot_text.h) or as SVG and PNG (plot_image.h).
 namespace legopt::client {
 
-/// One direction of a panel.
+/// An axis of a panel.
 struct PlotAxis {
-  std::string title;         ///< with the unit
-  bool logarithmic = false;  ///< its limits are positive then
+  std::string title;         ///< includes the unit
+  bool logarithmic = false;  ///< requires positive limits
   double from = 0.0, to = 1.0;
-  bool rim = false;  ///< a strip beyond `to` for what is infinite
+  bool rim = false;  ///< adds a strip beyond `to` for infinite values
 };
 
-/// A place; infinite coordinates lie on the rim of their axis.
+/// A point; infinite coordinates are drawn on the rim of their axis.
 struct PlotPoint {
   double x = 0.0, y = 0.0;
 };
 
-/// What a method, or a comparison, gives to a panel.
+/// Data of a method or a comparison in a panel.
 struct PlotSeries {
-  std::size_t entry = 0;          ///< of curves its place in Plot::entries: the same mark in all panels
-  std::vector<PlotPoint> points;  ///< of a step curve: where it steps, ascending in x
-  std::string note;               ///< of curves: figures in words, for the legend of the panel in text
+  std::size_t entry = 0;          ///< index of a curve in Plot::entries, which determines its mark in all panels
+  std::vector<PlotPoint> points;  ///< ascending x for step curves
+  std::string note;               ///< figures of a curve as text, shown in the legend of text output
 };
 
 enum class PlotKind {
-  kSteps,  ///< curves, each constant to the right of its points, up to the end of the x axis; 0 before the first one
+  kSteps,  ///< curves that are constant to the right of each point up to the end of the x axis; 0 before the first
+           ///< point
   kPoints  ///< marks, and the diagonal y = x
 };
 
-/// One pair of axes.
+/// A pair of axes.
 struct PlotPanel {
   std::string title;
   PlotKind kind = PlotKind::kSteps;
   PlotAxis x, y;
   std::vector<PlotSeries> series;
-  std::vector<std::string> notes;  ///< sentences below it
+  std::vector<std::string> notes;  ///< sentences below the panel
 };
 
-/// A figure: panels with one legend.
+/// A figure: panels with a common legend.
 struct Plot {
-  std::vector<std::string> entries;  ///< names of curves, for the legend
+  std::vector<std::string> entries;  ///< names of the curves, for the legend
   std::vector<PlotPanel> panels;
-  std::string caption;  ///< below it: n, rule, dataset, seed, build
+  std::string caption;  ///< text below the figure: n, rule, dataset, seed, build
 };
 
-/// A labelled place of an axis.
+/// A labelled position on an axis.
 struct PlotTick {
   double value = 0.0;
   std::string label;
 };
 
-/// Where `value` lies between the ends of the axis, in [0, 1]; what is beyond an end lies on it.
+/// Returns the relative position of `value` on the axis, clamped to [0, 1].
 double PlaceOn(const PlotAxis& axis, double value);
 
-/// Round values between the ends, ascending, at most `most` (>= 2) of them: of a logarithmic axis powers of ten, with 2
-/// and 5 times these where there is room, else multiples of 1, 2 or 5 times a power of ten.
+/// Returns at most `most` (>= 2) round values within the limits, ascending. For a logarithmic axis: powers of ten, and
+/// 2 and 5 times these if there is space; otherwise multiples of 1, 2 or 5 times a power of ten.
 std::vector<PlotTick> TicksOf(const PlotAxis& axis, int most);
 
 }  // namespace legopt::client

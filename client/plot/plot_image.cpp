@@ -28,7 +28,7 @@ void Require(cairo_status_t status) {
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 
-// Draws; gives the height that it took.
+// Draws the figure; returns its height.
 double DrawOn(cairo_surface_t* surface, double scale, const Plot& plot) {
   const Context context(cairo_create(surface), cairo_destroy);
   cairo_scale(context.get(), scale, scale);
@@ -40,7 +40,7 @@ double DrawOn(cairo_surface_t* surface, double scale, const Plot& plot) {
   return height;
 }
 
-// The height is known only when the texts have been set: drawn once on a surface that keeps nothing.
+// The height depends on the text layout, so this draws once on a dummy surface.
 double HeightOf(const Plot& plot) {
   const Surface nothing(cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1), cairo_surface_destroy);
   return DrawOn(nothing.get(), 1.0, plot);

@@ -8,12 +8,12 @@ namespace legopt::client {
 
 enum class ImageFormat { kSvg, kPng };
 
-/// The most panels that one image holds.
+/// Maximum number of panels in an image.
 inline constexpr std::size_t kMostPanels = 24;
 
-/// The figure as bytes of a file, on white, two panels beside each other, the legend and the caption below; 720 pt
-/// wide, PNG at 144 points per inch. Colours are those of Okabe and Ito (2008), each with a dash or a shape of its own.
-/// Throws ClientError: kUsage for more than kMostPanels panels; kMachine where cairo cannot draw.
+/// Renders the figure on white: two panels side by side, the legend and the caption below; 720 pt wide, PNG at 144
+/// points per inch. Colours are those of Okabe and Ito (2008); curves also differ in dash or shape. Throws ClientError:
+/// kUsage for more than kMostPanels panels, kMachine if cairo cannot draw.
 std::string RenderPlotImage(const Plot& plot, ImageFormat format);
 
 }  // namespace legopt::client

@@ -14,7 +14,7 @@ constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNO
 
 char LetterOf(std::size_t entry) { return kLetters[entry % kLetters.size()]; }
 
-// The plane of one panel, rows from top to bottom: a row for the rim and its bar, then the axes' own cells.
+// The plane of one panel, rows from top to bottom: a row for the rim and its bar (if any), then the cells of the axes.
 class Canvas {
  public:
   Canvas(const PlotPanel& panel, std::size_t width)
@@ -48,7 +48,7 @@ class Canvas {
   std::vector<std::string> rows_;
 };
 
-// The value of a step curve at each column: that of its last step up to there.
+// Returns the value of a step curve at each column: the value of the last step up to that column.
 std::vector<double> Sampled(const PlotSeries& series, const Canvas& canvas) {
   std::vector<double> values(canvas.columns(), 0.0);
   for (const PlotPoint& step : series.points) {
@@ -58,7 +58,7 @@ std::vector<double> Sampled(const PlotSeries& series, const Canvas& canvas) {
 }
 
 void DrawSteps(const PlotPanel& panel, Canvas* canvas) {
-  std::vector<std::vector<std::size_t>> rows;  // of each series, at each column
+  std::vector<std::vector<std::size_t>> rows;  // row of each series at each column
   for (const PlotSeries& series : panel.series) {
     auto& places = rows.emplace_back();
     for (const double value : Sampled(series, *canvas)) places.push_back(canvas->RowOf(value));
@@ -100,7 +100,7 @@ std::string Aligned(std::string text, std::size_t width) {
   return text.size() >= width ? text : std::string(width - text.size(), ' ') + text;
 }
 
-// The labels of the rows, as far as they have one.
+// Returns the labels of the rows; empty for rows without a tick.
 std::vector<std::string> RowLabels(const PlotPanel& panel, const Canvas& canvas) {
   constexpr int kMost = 6;
   std::vector<std::string> labels(canvas.rows().size());
@@ -109,7 +109,7 @@ std::vector<std::string> RowLabels(const PlotPanel& panel, const Canvas& canvas)
   return labels;
 }
 
-// Marks of the x axis, and their labels below.
+// Returns the marks of the x axis, and their labels below.
 std::string ColumnAxis(const PlotPanel& panel, const Canvas& canvas) {
   constexpr std::size_t kPerLabel = 9;
   std::string marks(canvas.rows().front().size(), '-'), labels(marks.size() + kPerLabel, ' ');
@@ -146,7 +146,7 @@ std::string Legend(const Plot& plot, const PlotPanel& panel, const TextLayout& l
 
 std::string PanelText(const Plot& plot, const PlotPanel& panel, const TextLayout& layout) {
   const std::size_t asked = layout.width == 0 ? kDefaultWidth : layout.width;
-  // The labels of the x axis may reach three columns beyond the plane.
+  // The labels of the x axis may extend three columns beyond the plane.
   constexpr std::size_t kBeyond = 3;
   Canvas canvas(panel, std::clamp(asked, kLeastWidth, kMostWidth) - kBeyond);
   if (panel.kind == PlotKind::kSteps) {

@@ -7,10 +7,10 @@
 
 namespace legopt::client {
 
-/// The figure in ASCII: a panel below the other, each with its legend. A step curve is drawn in the letter of its
-/// series; where several meet their letters take turns, so none is hidden. Of points a cell shows how many there are:
-/// "o" for one, digits, "#" for ten and more; what is infinite stands beyond the bar of its axis. No line exceeds the
-/// layout's width (default: 80; of 40 at least), but for titles and notes nothing is wider than 100.
+/// Renders the figure in ASCII, panels one below the other, each with a legend. A step curve is drawn with the letter
+/// of its series; where curves overlap, their letters alternate so that none is hidden. A cell of a point panel shows
+/// the number of points: "o" for one, digits, "#" for ten and more; infinite values are beyond the bar of their axis.
+/// Lines are limited to the layout's width (default: 80; clamped to 40 .. 100), except titles and notes.
 std::string RenderPlotText(const Plot& plot, const TextLayout& layout = {});
 
 }  // namespace legopt::client

@@ -9,26 +9,26 @@
 
 namespace legopt::client {
 
-/// What a command of an engine said.
+/// Result of a batch system command.
 struct EngineAnswer {
-  std::optional<ChildExit> exit;  ///< empty: it did not end in time, and was ended
-  std::string output;             ///< on standard output
-  std::string words;              ///< on standard error
+  std::optional<ChildExit> exit;  ///< nullopt: it timed out and was stopped
+  std::string output;             ///< standard output
+  std::string words;              ///< standard error
 
   bool ok() const { return exit && exit->signal == 0 && exit->code == 0; }
 };
 
-/// A command of an engine (sbatch, squeue, ssh, ...), with a time after which nobody waits for it any longer. The
-/// destructor ends it. Thread rule: one thread.
+/// A running batch system command (sbatch, squeue, ssh, ...) with a timeout. The destructor stops it. Thread rule: one
+/// thread.
 class EngineCall {
  public:
-  /// Starts the program of PATH. Throws ClientError (kMachine) when there is none.
+  /// Starts a program found in PATH. Throws ClientError (kMachine) if it is missing.
   EngineCall(const std::string& program, const std::vector<std::string>& arguments, std::chrono::seconds patience,
              const std::string& input = {});
 
-  /// Empty while it runs. Ends it when its time is over.
+  /// Returns nullopt while the command runs. Stops it after the timeout.
   std::optional<EngineAnswer> Poll();
-  /// Blocks until it ends or its time is over.
+  /// Blocks until the command ends or times out.
   EngineAnswer Wait();
 
  private:
@@ -38,7 +38,7 @@ class EngineCall {
   ChildProcess child_;
 };
 
-/// Throws ClientError (kMachine) naming the program when PATH has none, and what it belongs to.
+/// Throws ClientError (kMachine) if PATH does not have the program, with its name and the software that it belongs to.
 void RequireEngineProgram(const std::string& program);
 
 }  // namespace legopt::client

@@ -20,7 +20,7 @@ bool HasControls(const std::string& value) {
   return std::ranges::any_of(value, [](unsigned char c) { return c < ' ' || c == kDelete; });
 }
 
-// `text` with `replacement` in place of every `c`.
+// Returns `text` with every `c` replaced by `replacement`.
 std::string Replaced(const std::string& text, char c, std::string_view replacement) {
   std::string result;
   for (const char each : text) {
@@ -39,7 +39,7 @@ void RefuseControls(const std::string& field, const std::string& value) {
                     "rename the file or folder"});
 }
 
-// Characters that the engine interprets in the path of its logs.
+// Characters that the batch system interprets in log paths.
 std::string_view SpecialInLogs(Engine engine) {
   switch (engine) {
     case Engine::kSlurm:

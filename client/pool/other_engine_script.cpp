@@ -13,10 +13,10 @@
 namespace legopt::client {
 namespace {
 
-// Options of qsub with words; all other long keys are resources, '-l KEY=VALUE'.
+// Long qsub options; all other long keys are resources, '-l KEY=VALUE'.
 constexpr std::array<std::string_view, 4> kGridEngineOptions = {"pe", "wd", "ar", "hold_jid"};
 
-// A parallel environment is named by two words: its name and the number of slots.
+// A parallel environment has two words: its name and the number of slots.
 std::string QsubValue(const EngineOption& option) {
   if (option.key != "pe") return QsubWord(option.value.value_or(""));
   ClassicInput words(option.value.value_or(""));
@@ -35,7 +35,9 @@ std::string QsubOption(const std::string& mark, const EngineOption& option) {
 
 std::string PbsScript(const PoolFile& pool, const PoolAccess& access) {
   std::string text = "#!/bin/sh\n#PBS -N " + QsubWord(access.job_name) + "\n";
-  if (pool.nodes > 1) text += "#PBS -J 0-" + std::to_string(pool.nodes - 1) + "\n";  // no array of one
+  if (pool.nodes > 1)
+    text += "#PBS -J 0-" + std::to_string(pool.nodes - 1) + "\n";  // PBS does not accept arrays of
+                                                                   // one element
   if (pool.exclusive && !pool.Sets("place")) text += "#PBS -l place=excl\n";
   text +=
       std::string("#PBS -r ") + (pool.requeue ? "y" : "n") + "\n#PBS -j oe\n#PBS -o " + QsubWord(access.logs) + "\n";
@@ -54,14 +56,14 @@ std::string GridEngineScript(const PoolFile& pool, const PoolAccess& access) {
          "\n";
 }
 
-// Of files that come along with a job commas separate the names.
+// In lists of transferred files, names are separated by commas.
 std::string TransferredFile(const std::string& file) {
   if (file.find(',') == std::string::npos) return CondorValue(file);
   throw InputError({"", "", file, "holds a comma, which separates files in a description for condor_submit",
                     "rename the file or its folder"});
 }
 
-// A line that condor_submit splits at blanks.
+// condor_submit splits this line at spaces.
 std::string CondorArguments(const std::vector<std::string>& arguments) {
   std::string text = "--name $(ClusterId)_$(ProcId)";
   for (const std::string& argument : arguments) text += " " + CondorWord(argument);
@@ -69,7 +71,7 @@ std::string CondorArguments(const std::vector<std::string>& arguments) {
 }
 
 std::string CondorScript(const PoolFile& pool, const PoolAccess& access) {
-  // The files come along with the job, under their own names.
+  // The files are transferred with the job, under their own names.
   PoolAccess on_node = access;
   on_node.access_file = std::filesystem::path(access.access_file).filename();
   if (!access.key_file.empty()) on_node.key_file = std::filesystem::path(access.key_file).filename();

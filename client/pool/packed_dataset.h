@@ -5,21 +5,21 @@
 
 namespace legopt::client {
 
-/// A dataset's archive in a folder that a server hands out (programs/offered_datasets.h).
+/// A dataset archive in a folder of datasets that a server offers (programs/offered_datasets.h).
 struct PackedDataset {
   std::string hash;
   std::filesystem::path archive;
 };
 
-/// Packs the dataset in `folder` into `out`, which is made when it is missing; an archive that is there already is
-/// replaced in one step. Throws InputError, also for one that is too large to travel, and ClientError (kUsage) for a
-/// folder that cannot be written.
+/// Packs the dataset in `folder` into `out`, which is created if missing; an existing archive is replaced atomically.
+/// Throws InputError, also if the dataset is too large to be transferred, and ClientError (kUsage) if `out` cannot be
+/// written.
 PackedDataset PackInto(const std::filesystem::path& folder, const std::filesystem::path& out);
 
-/// A temporary folder with one packed dataset, for a server of our own; removed by the destructor.
+/// A temporary folder with one packed dataset, for the server of a command; removed by the destructor.
 class OfferedFolder {
  public:
-  /// Throws as PackInto.
+  /// Throws the errors of PackInto.
   explicit OfferedFolder(const std::filesystem::path& dataset);
   ~OfferedFolder();
   OfferedFolder(const OfferedFolder&) = delete;

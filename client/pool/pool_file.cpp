@@ -24,7 +24,7 @@ constexpr int kDay_s = 86'400, kWeek_s = 604'800;
 const std::vector<std::string> kOwnKeys = {"nodes", "at_once", "exclusive", "requeue"};
 const std::vector<std::string> kHostKeys = {"hosts", "hosts_file"};
 
-// Options of the engine whose value follows from what the pool is, and what to write instead.
+// Batch system options that follow from the pool file, and the keys to use instead.
 struct Reserved {
   std::string_view key, instead;
 };
@@ -86,7 +86,7 @@ std::string HostName(const std::string& text, const InputError::Fault& place) {
   throw InputError({place.file, place.field, text, "is no host as ssh takes it", "write NAME or USER@NAME"});
 }
 
-// A host on each line; '#' begins a comment.
+// One host per line; '#' starts a comment.
 std::vector<std::string> ReadHostsFile(const std::string& file) {
   std::vector<std::string> hosts;
   ClassicInput lines(ReadFileText(file, kShortYaml.bytes));
@@ -120,7 +120,7 @@ void ReadHostList(const YamlMap& map, PoolFile& pool) {
   }
 }
 
-// All but the hosts are options of ssh, as in its configuration file.
+// All keys except the hosts are ssh options, as in ssh's configuration file.
 void ReadHosts(const YamlMap& top, PoolFile& pool) {
   const YAML::Node section = top.Get("ssh");
   std::vector<std::string> keys = kHostKeys;
@@ -140,7 +140,7 @@ void ReadHosts(const YamlMap& top, PoolFile& pool) {
   pool.nodes = static_cast<int>(pool.hosts.size());
 }
 
-// The engine's section: our keys, and those that are its own.
+// Reads the section of the batch system: legopt's keys and the system's own options.
 void ReadEngine(const YamlMap& top, const std::string& word, PoolFile& pool) {
   const YAML::Node section = top.Get(word);
   std::vector<std::string> keys = kOwnKeys;

@@ -9,13 +9,13 @@
 
 namespace legopt::client {
 
-/// Who owns the machines on which workers are started.
+/// Software that starts workers on machines.
 enum class Engine {
   kSlurm,
   kPbs,       ///< PBS Professional, OpenPBS
   kSge,       ///< Grid Engine
   kHtcondor,  ///< HTCondor
-  kSsh,       ///< nobody: hosts that ssh reaches
+  kSsh,       ///< no batch system: hosts reachable by ssh
 };
 
 }  // namespace legopt::client
@@ -31,51 +31,54 @@ inline constexpr auto kWords<client::Engine> = Words<client::Engine>({{client::E
 
 namespace legopt::client {
 
-/// An option that the engine is given as it stands in the file.
+/// An option that is passed to the batch system unchanged.
 struct EngineOption {
   std::string key;                   ///< without dashes, e.g. "partition"
-  std::optional<std::string> value;  ///< empty: a flag
-  std::string place;                 ///< "pool.yaml:4", for messages
+  std::optional<std::string> value;  ///< nullopt: an option without a value
+  std::string place;                 ///< "pool.yaml:4", for error messages
 };
 
-/// How each worker of a pool is started.
+/// Start options of each worker of a pool.
 struct PoolWorker {
-  std::optional<int> slots;           ///< empty: the processors that the engine grants
-  int drain_s = 90;                   ///< for running jobs to end when the engine wants the machine back, [0, 86400]
-  int idle_timeout_s = 300;           ///< without a job, after which it leaves, [1, 604800]
-  int wait_server_s = 60;             ///< without an answer of the server, after which it gives up, [1, 604800]
-  std::vector<std::string> datasets;  ///< folders on the nodes, or content hashes; empty: what the command says
-  std::string key_file;               ///< on the nodes; empty: the key travels in the script
-  std::string program;                ///< legopt-worker on the nodes; empty: where the one beside us is
+  std::optional<int> slots;           ///< nullopt: as many as granted processors
+  int drain_s = 90;                   ///< time for running jobs to end when the batch system needs the machine, [0,
+                                      ///< 86400]
+  int idle_timeout_s = 300;           ///< idle time after which the worker exits, [1, 604800]
+  int wait_server_s = 60;             ///< time without an answer of the server after which the worker exits, [1,
+                                      ///< 604800]
+  std::vector<std::string> datasets;  ///< folders on the nodes, or content hashes; empty: chosen by the command
+  std::string key_file;               ///< path on the nodes; empty: the key is embedded in the script
+  std::string program;                ///< path of legopt-worker on the nodes; empty: path of the local one
 };
 
-/// The content of a pool file, for one engine:
+/// Contents of a pool file, for one batch system:
 ///
-///     slurm:                     # pbs, sge, htcondor; ssh has `hosts: [a, b]` in place of all but options
-///       nodes: 4                 # workers, one to a machine
-///       at_once: 2               # of them at most (Slurm only; default: all)
+///     slurm:                     # pbs, sge, htcondor; or ssh, with `hosts: [a, b]` and options only
+///       nodes: 4                 # number of workers, one per machine
+///       at_once: 2               # maximum number that run at once (Slurm only; default: all)
 ///       exclusive: true          # whole machines
-///       requeue: true            # start again what the engine took the machine from
-///       partition: long          # any other key: an option of the engine
-///     worker: {slots: 8, drain_s: 90, idle_timeout_s: 300, wait_server_s: 60, dataset: DIR, key_file: FILE, program:
-///     FILE} server: {listen: 7669}     # of 'legopt run --slurm'; default: a free port
+///       requeue: true            # restart preempted workers
+///       partition: long          # any other key: an option of the batch system
+///     worker: {slots: 8, drain_s: 90, idle_timeout_s: 300, wait_server_s: 60, dataset: DIR, key_file: FILE,
+///              program: FILE}
+///     server: {listen: 7669}     # for 'legopt run --slurm'; default: a free port
 struct PoolFile {
-  std::string file;                ///< as it was named
+  std::string file;                ///< file name as given by the user
   int nodes = 1;                   ///< [1, 100000]
-  std::vector<std::string> hosts;  ///< of ssh only, at least one; then `nodes` is their number
+  std::vector<std::string> hosts;  ///< ssh only, at least one; `nodes` is their number
   std::optional<int> at_once;
   bool exclusive = true;
   bool requeue = true;
-  std::vector<EngineOption> options;  ///< in the order of the file
+  std::vector<EngineOption> options;  ///< ordered as in the file
   PoolWorker worker;
-  std::string listen;  ///< of legopt-server; empty: any free port
+  std::string listen;  ///< listening port of legopt-server; empty: any free port
 
-  /// Whether the user has set an option of the engine.
+  /// Returns whether the user has set an option of the batch system.
   bool Sets(const std::string& key) const;
 };
 
-/// Reads the engine's section, `worker` and `server`. Throws InputError naming file, line, key and fix: unknown keys of
-/// ours, values out of range, and options of the engine that are ours to choose.
+/// Reads the section of the batch system, `worker` and `server`. Throws InputError with file, line, key and remedy for
+/// unknown legopt keys, values out of range, and options that legopt sets itself.
 PoolFile ReadPoolFile(const std::string& file, Engine engine);
 
 }  // namespace legopt::client

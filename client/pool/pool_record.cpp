@@ -17,7 +17,7 @@ namespace {
 
 constexpr char kRecordFile[] = "jobs";
 
-// Empty: no line of ours.
+// Returns nullopt if the line is not a pool member.
 std::optional<PoolMember> ReadLine(const std::string& line) {
   const auto blank = line.find(' ');
   const auto engine = ParseWord<Engine>(line.substr(0, blank));

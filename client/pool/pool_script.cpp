@@ -16,14 +16,13 @@ namespace {
 
 using programs::ShellWord;
 
-// Slurm looks for time limits twice a minute and says of --signal that it may come a minute early.
+// Slurm checks time limits twice a minute and documents that --signal may come a minute early.
 constexpr int kSlurmEarly_s = 60;
 
-// Descriptors of the script through which the worker reads what travels in it.
+// File descriptors of the script through which the worker reads the embedded files.
 constexpr std::string_view kAccessDescriptor = "3", kKeyDescriptor = "4";
 
-// Opens what travels in the script, as files that have no name any more when the worker starts: a key must be in a
-// file.
+// Opens the embedded texts as unlinked temporary files before the worker starts: a key must be in a file.
 std::string OpenInlineFiles(const PoolAccess& access) {
   std::string lines;
   const auto open = [&lines](std::string_view descriptor, const std::string& text) {
@@ -36,7 +35,7 @@ std::string OpenInlineFiles(const PoolAccess& access) {
   return lines.empty() ? lines : "umask 077\n" + lines;
 }
 
-// Those of the user come last: sbatch takes the last of two.
+// The user's options come last: sbatch uses the last one.
 class SlurmOptions {
  public:
   explicit SlurmOptions(const PoolFile& pool) : pool_(pool) {}
@@ -73,12 +72,12 @@ std::string SlurmHeader(const PoolFile& pool, const PoolAccess& access) {
     options.Flag("exclusive");
     if (!pool.Sets("mem-per-cpu")) options.Set("mem", "0");
   }
-  // One slot to a core; these say the same in another way.
+  // One slot per core; these options have the same effect.
   if (!pool.Sets("threads-per-core") && !pool.Sets("ntasks-per-core")) options.Set("hint", "nomultithread");
   options.Set("signal", "B:USR1@" + std::to_string(pool.worker.drain_s + kSlurmEarly_s));
   options.Flag(pool.requeue ? "requeue" : "no-requeue");
   options.Set("open-mode", "append");
-  options.Set("output", SlurmPatternOf(access.logs) + "/%A_%a.log");  // reader: a pattern of Slurm
+  options.Set("output", SlurmPatternOf(access.logs) + "/%A_%a.log");  // a filename pattern of Slurm
   options.Set("export", "NONE");
   return options.text();
 }

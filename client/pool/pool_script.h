@@ -6,39 +6,39 @@
 #include "client/pool/pool_file.h"
 
 /// @file
-/// The texts that engines are given. Pure functions.
+/// Scripts for batch systems. Pure functions.
 
 namespace legopt::client {
 
-/// How the workers of a pool find their server, and what they work with.
+/// Server access, programs and datasets of the workers of a pool.
 struct PoolAccess {
-  std::string access_file;                     ///< path on the nodes; empty: `access` travels in the script
-  std::string access;                          ///< content of an access file
-  std::string key_file;                        ///< path on the nodes; empty: `key` travels in the script
-  std::string key;                             ///< content of a worker's key file; empty, and no path: no key
-  std::string program;                         ///< legopt-worker on the nodes
-  std::string data_folder;                     ///< LEGOPT_DATA there; empty: what stands beside the program
-  std::string logs;                            ///< folder that the engine's logs are written to
-  std::string job_name;                        ///< for listings of the engine
-  std::vector<std::string> datasets, solvers;  ///< folders and declarations on the nodes
+  std::string access_file;                     ///< path on the nodes; empty: `access` is embedded in the script
+  std::string access;                          ///< contents of an access file
+  std::string key_file;                        ///< path on the nodes; empty: `key` is embedded in the script
+  std::string key;                             ///< contents of a worker's key file; empty, and no path: no key
+  std::string program;                         ///< path of legopt-worker on the nodes
+  std::string data_folder;                     ///< LEGOPT_DATA on the nodes; empty: the data folder beside the program
+  std::string logs;                            ///< log folder
+  std::string job_name;                        ///< job name in the batch system
+  std::vector<std::string> datasets, solvers;  ///< dataset folders and solver description files on the nodes
 };
 
-/// A batch script for sbatch: an array of workers on one node each. The engine's signal comes `drain_s` and a minute
-/// before the time limit, since Slurm may be that much early; then the worker drains and, where the pool file lets it,
-/// the element is queued again. What travels in the script is never written on a node.
+/// Returns a batch script for sbatch: an array of workers with one node each. The signal is sent `drain_s` and a minute
+/// before the time limit, because Slurm may send it up to a minute early. The worker then drains, and the element is
+/// re-queued if the pool file allows it. Embedded files are never visible on a node's disk.
 std::string SlurmScript(const PoolFile& pool, const PoolAccess& access);
 
-/// A job script for qsub of PBS or Grid Engine, or a description for condor_submit. Throws InputError for an access
-/// without paths: such scripts are stored as files that others may read.
+/// Returns a job script for qsub of PBS or Grid Engine, or a description for condor_submit. Throws InputError for an
+/// access without paths, because these scripts are stored as files that other users may read.
 std::string OtherEngineScript(Engine engine, const PoolFile& pool, const PoolAccess& access);
 
-/// Lines for 'sh -s' on a host that ssh reaches: become a worker.
+/// Returns lines for 'sh -s' on a host reached by ssh that start a worker.
 std::string HostScript(const PoolFile& pool, const PoolAccess& access, const std::string& host);
 
-/// The content of a small file that travels in a script. Throws ClientError (kUsage) when it cannot be read.
+/// Returns the contents of a small file to be embedded in a script. Throws ClientError (kUsage) if it cannot be read.
 std::string ReadWhole(const std::string& file);
 
-/// The same text with the key, if it is there, replaced by a word: for people.
+/// Returns the script with the key, if any, replaced by a placeholder for display.
 std::string WithoutKey(std::string script, const PoolAccess& access);
 
 }  // namespace legopt::client

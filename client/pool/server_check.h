@@ -6,9 +6,9 @@
 
 namespace legopt::client {
 
-/// Knocks at the addresses of an access file as a worker would, for some seconds. Throws ClientError (kUnreachable)
-/// naming them and the key file when no server answers under that key, and bus::BusError for a file that cannot be
-/// read. Where this host has no multicast, not even to itself, nothing is checked.
+/// Probes the addresses of an access file for some seconds, like a worker. Throws ClientError (kUnreachable) with the
+/// addresses and the key file if no server answers under that key, and bus::BusError if the file cannot be read. Checks
+/// nothing if this host has no multicast, not even loopback.
 void RequireServer(const std::string& access_file, bus::LcmOptions network);
 
 }  // namespace legopt::client

@@ -19,10 +19,10 @@ using Clock = std::chrono::steady_clock;
 
 constexpr seconds kSubmitPatience{60};
 constexpr seconds kCallPatience{20};
-// What goes wrong mostly does so at once; later one question in half a minute is what sites bear.
+// Most errors occur at once; later, one query per half minute is acceptable for sites.
 constexpr seconds kFirstLook{5}, kLongestInterval{30}, kLookAgain{3};
 constexpr milliseconds kStopInterval{500};
-constexpr milliseconds kGiveBack{5'000};  // what a worker needs to return its jobs
+constexpr milliseconds kGiveBack{5'000};  // time for a worker to release its jobs
 
 std::vector<std::string> QueueArguments(const std::string& job_id) {
   return {"--noheader", "--array", "--jobs=" + job_id, "--format=%i|%T|%M|%R"};
@@ -33,14 +33,14 @@ std::string Trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \n") - first + 1);
 }
 
-// Empty: no answer. Jobs that have ended are forgotten after some minutes; then Slurm knows no such id.
+// Returns nullopt without an answer. Slurm forgets ended jobs after some minutes and then reports an invalid id.
 std::optional<std::vector<SlurmElement>> ElementsOf(const EngineAnswer& answer) {
   if (answer.ok()) return ParseElements(answer.output);
   if (answer.words.find("Invalid job id") != std::string::npos) return std::vector<SlurmElement>{};
   return std::nullopt;
 }
 
-// The option that Slurm's words are about, as far as they tell.
+// Returns the option that Slurm's message mentions, if any.
 const EngineOption* BlamedOption(const PoolFile& pool, const std::string& words) {
   const auto named = [&words](const EngineOption& option) {
     return option.key.size() > 1 && words.find(option.key) != std::string::npos;
@@ -62,7 +62,7 @@ std::string Refusal(const PoolFile& pool, const EngineAnswer& answer) {
 void Cancel(std::vector<std::string> arguments) {
   const EngineAnswer answer = EngineCall("scancel", arguments, kCallPatience).Wait();
   if (answer.ok() || answer.words.find("Invalid job id") != std::string::npos) return;
-  // Those that have just ended are no matter.
+  // Ignore elements that have just ended.
   if (answer.exit && answer.words.find("already completing") != std::string::npos) return;
   std::fprintf(stderr, "legopt: warning: scancel %s: %s\n", arguments.back().c_str(),
                answer.exit ? Trimmed(programs::PrintableLines(answer.words)).c_str() : "no answer in time");
@@ -79,7 +79,7 @@ std::vector<SlurmElement> ParseElements(const std::string& lines) {
     std::getline(fields, element.id, '|');
     std::getline(fields, element.state, '|');
     std::getline(fields, element.run_time, '|');
-    std::getline(fields, element.place);  // a reason may hold anything
+    std::getline(fields, element.place);  // a reason may contain any character
     if (!element.state.empty()) elements.push_back(std::move(element));
   }
   return elements;
@@ -135,7 +135,7 @@ std::optional<std::vector<SlurmElement>> SlurmArray::Elements() const {
 
 void SlurmArray::Stop(milliseconds patience, bool (*give_up)()) {
   const auto hurried = [give_up] { return give_up != nullptr && give_up(); };
-  // True when all have left.
+  // Returns true if all elements have left the queue.
   const auto wait = [&](milliseconds duration) {
     for (const auto end = Clock::now() + duration;;) {
       const auto elements = Elements();
@@ -148,7 +148,7 @@ void SlurmArray::Stop(milliseconds patience, bool (*give_up)()) {
   Cancel({"--state=PENDING", job_id_});
   if (!hurried()) Cancel({"--batch", "--signal=TERM", job_id_});  // the worker drains
   if (wait(patience)) return;
-  Cancel({"--batch", "--signal=TERM", job_id_});  // it gives back what runs
+  Cancel({"--batch", "--signal=TERM", job_id_});  // the worker releases running jobs
   if (wait(kGiveBack)) return;
   Cancel({job_id_});
 }

@@ -28,19 +28,19 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::milliseconds;
 
-constexpr char kDatasets[] = "datasets";  // of the pool's folder, which the server hands out
-// One look may fall between an element's end and its being queued again.
+constexpr char kDatasets[] = "datasets";  // subfolder of the pool's folder with the datasets that the server offers
+// A single query may fall between the end of an element and its re-queueing.
 constexpr int kLooksToBelieve = 2;
 constexpr milliseconds kAskServer{2000};
 constexpr std::size_t kTailBytes = 4000;
 
-// A port that nobody has at this moment, on all addresses of this machine.
+// Returns a port that is currently free on all addresses of this machine.
 std::string FreeListener() {
   constexpr bridge::LinkAddress kAnything = 0;
   return bridge::ToString(bridge::LinkSocket(kAnything).address());
 }
 
-// The newest log in a folder; empty when there is none.
+// Returns the newest log in a folder; empty if there is none.
 fs::path NewestLog(const fs::path& folder) {
   fs::path newest;
   std::error_code ignored;
@@ -51,7 +51,7 @@ fs::path NewestLog(const fs::path& folder) {
   return newest;
 }
 
-// The error of a worker in the newest log, else that of Slurm's own program.
+// Returns the worker's error in the newest log, or else the error of Slurm's own program.
 std::string CauseInLogs(const fs::path& folder) {
   const fs::path newest = NewestLog(folder);
   if (newest.empty()) {
@@ -126,13 +126,13 @@ void SlurmPool::PrepareFolder() {
 std::string SlurmPool::OfferDataset() const {
   try {
     return PackInto(options_.dataset, folder_ / kDatasets).hash;
-  } catch (const InputError&) {  // too large to travel: the nodes see it, as they see the worker
+  } catch (const InputError&) {  // too large to be transferred: assume that the nodes see it, like the worker program
     return fs::absolute(options_.dataset).string();
   }
 }
 
 void SlurmPool::StartServer() {
-  // Of a chosen port another program may be the owner by now: look again.
+  // Another process may take an automatically chosen port before the server binds it: retry with another one.
   const bool chosen_port = options_.file.listen.empty();
   constexpr int kAttempts = 5;
   for (int attempt = 1;; ++attempt) {
@@ -172,7 +172,7 @@ void SlurmPool::GiveUpWithoutWorkers() {
     workers = server.Status(0).value("workers", nlohmann::json::array());
   } catch (const ClientError& error) {
     if (error.code() != ExitCode::kUnreachable) throw;
-    return;  // who knows
+    return;  // unknown whether workers are connected
   }
   const auto online = [](const nlohmann::json& worker) { return worker.value("online", false); };
   if (std::any_of(workers.begin(), workers.end(), online)) return;

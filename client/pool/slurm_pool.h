@@ -13,46 +13,46 @@
 
 namespace legopt::client {
 
-/// What 'legopt run --slurm' starts.
+/// Options of 'legopt run --slurm'.
 struct SlurmPoolOptions {
   PoolFile file;
   std::filesystem::path database;
   std::filesystem::path dataset;
   NetworkOptions network;
-  std::vector<std::filesystem::path> solvers = {};  ///< declarations, on the nodes, too
-  bool store_dataset = true;                        ///< the server stores the dataset with the results
-  bool verbose = false;                             ///< let the server write to our standard error
+  std::vector<std::filesystem::path> solvers = {};  ///< description files of external solvers, also on the nodes
+  bool store_dataset = true;                        ///< store the dataset with the results
+  bool verbose = false;                             ///< let the server write to this process's standard error
 };
 
-/// The access of a pool whose workers are started like us: our programs and data at the same paths, logs in `folder`.
-/// What the pool file says comes first.
+/// Returns the access of a pool whose workers use this command's programs and data at the same paths, with logs in
+/// `folder`. Settings of the pool file have priority.
 PoolAccess AccessLikeOurs(const PoolFile& file, const std::filesystem::path& folder);
 
-/// Where the logs, the key and the access file of a run's pool are.
+/// Returns the folder with the logs, the key and the access file of a run's pool.
 std::filesystem::path PoolFolder(const std::filesystem::path& database);
 
-/// The script of such a pool, as far as it is known before the server runs: words in parentheses stand for its
-/// deployment, its addresses and the key.
+/// Returns the script of such a pool, as far as it is known before the server runs, with placeholders in parentheses
+/// for its deployment, its addresses and the key.
 std::string PreviewScript(const SlurmPoolOptions& options);
 
-/// An OwnPool with the server on this machine and workers in an array of Slurm. The server listens for them, under a
-/// key of this run unless there is one already (LEGOPT_KEY_FILE); the worker's key travels in the script with all
-/// addresses of this machine. The destructor cancels the array.
+/// An OwnPool with the server on this machine and workers in a Slurm array. The server uses an existing key
+/// (LEGOPT_KEY_FILE) or creates one for this run; the worker's key is embedded in the script with all addresses of this
+/// machine. The destructor cancels the array.
 class SlurmPool final : public OwnPool {
  public:
-  /// Starts the server, then has Slurm take the array in. Throws as OwnServer and SlurmArray::Submit.
+  /// Starts the server, then submits the array. Throws the errors of OwnServer and SlurmArray::Submit.
   explicit SlurmPool(SlurmPoolOptions options);
   ~SlurmPool() override;
 
   const NetworkOptions& network() const override { return server_->network(); }
-  /// Throws ClientError when Slurm has none of the array any more and no worker is connected, as nobody would do what
-  /// is left: kUnreachable when none ever found the server, else kEngineRefused.
+  /// Throws ClientError if the array has left Slurm's queue and no worker is connected, so that the remaining jobs
+  /// would never run: kUnreachable if no worker ever reached the server, else kEngineRefused.
   void Supervise() override;
   void Stop(std::chrono::milliseconds patience) override;
 
  private:
   void PrepareFolder();
-  /// What workers are to name the dataset by: its content, for which they ask the server, or its path.
+  /// Returns how workers refer to the dataset: by its content hash, to be fetched from the server, or by its path.
   std::string OfferDataset() const;
   void StartServer();
   void TakeNews(const std::vector<SlurmElement>& elements);

@@ -24,16 +24,16 @@ using std::chrono::system_clock;
 
 constexpr char kHostsFile[] = "hosts";
 constexpr milliseconds kKeeperInterval{100};
-constexpr milliseconds kKeeperGivesBack{10'000};  // what workers need to return their jobs and end
+constexpr milliseconds kKeeperGivesBack{10'000};  // time for workers to release their jobs and end
 
-// Ticks since the machine was started; 0: no such process, or unknown (no /proc).
+// Returns the start time in ticks since boot; 0: no such process, or unknown (no /proc).
 std::uint64_t StartOf(int pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  const auto name_end = text.rfind(')');  // the name may hold anything
+  const auto name_end = text.rfind(')');  // the process name may contain any character
   if (name_end == std::string::npos) return 0;
   ClassicInput fields(text.substr(name_end + 1));
-  constexpr int kFieldsBefore = 19;  // from the third on
+  constexpr int kFieldsBefore = 19;  // counted from the third field
   std::string skipped;
   for (int i = 0; i < kFieldsBefore; ++i) fields >> skipped;
   std::uint64_t start = 0;
@@ -54,7 +54,9 @@ std::optional<Keeper> Keeper::FromId(const std::string& id) {
 }
 
 bool Keeper::runs() const {
-  if (started_ == 0) return ::kill(pid_, 0) == 0 || errno == EPERM;  // recorded without /proc: only the number is known
+  if (started_ == 0)
+    return ::kill(pid_, 0) == 0 || errno == EPERM;  // recorded without /proc: only the process id is
+                                                    // known
   return StartOf(pid_) == started_;
 }
 
@@ -69,7 +71,7 @@ bool Keeper::EndsWithin(milliseconds duration, bool (*give_up)()) const {
 void Keeper::Stop(milliseconds patience, bool (*give_up)()) const {
   if (!runs()) return;
   ::kill(pid_, SIGTERM);
-  // Two signals of a kind at once are one.
+  // Leave time between the signals: simultaneous signals of one kind are merged.
   if (EndsWithin(std::max(patience, 3 * kKeeperInterval), give_up) || !runs()) return;
   ::kill(pid_, SIGTERM);
   if (EndsWithin(kKeeperGivesBack, give_up) || !runs()) return;
@@ -84,7 +86,7 @@ void TellHosts(const fs::path& folder, const std::vector<SshPool::Host>& hosts) 
   try {
     files::ReplaceFile(folder / kHostsFile, text.str(), {files::kReadableByAll, files::Durability::kBuffered});
   } catch (const files::FileError&) {
-    return;  // only shown, never needed
+    return;  // display only, never needed
   }
 }
 

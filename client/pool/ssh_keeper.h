@@ -9,22 +9,22 @@
 #include "client/pool/ssh_pool.h"
 
 /// @file
-/// The process that keeps a pool of connections ('legopt pool ssh'), as others see it: who it is, what it last said of
-/// its hosts, and how it is told to stop.
+/// The process that keeps a pool of ssh connections ('legopt pool ssh'), as seen by other commands: its identity, its
+/// last report about its hosts, and how to stop it.
 
 namespace legopt::client {
 
-/// A process, told from later ones of its number by when it was started.
+/// A process, identified by its process id and start time.
 class Keeper {
  public:
   static Keeper ThisProcess();
-  /// Of a line of the record; empty when it is none.
+  /// Parses the id of a line of the record; nullopt if invalid.
   static std::optional<Keeper> FromId(const std::string& id);
 
   std::string id() const { return std::to_string(pid_) + " " + std::to_string(started_); }
   bool runs() const;
-  /// Orders it to stop, waits for so long, orders it to give back what runs, waits a moment, and kills it. Returns
-  /// early with it killed when `give_up` says so.
+  /// Orders the process to stop, waits for `patience`, orders it to release running jobs, waits a moment, and kills it.
+  /// If `give_up` returns true, kills it and returns early.
   void Stop(std::chrono::milliseconds patience, bool (*give_up)() = nullptr) const;
 
  private:
@@ -35,9 +35,9 @@ class Keeper {
   std::uint64_t started_;
 };
 
-/// Writes what status shows into the pool's folder, in one step. What cannot be written is not shown.
+/// Writes the hosts' states for 'legopt pool status' into the pool's folder, atomically. Write errors are ignored.
 void TellHosts(const std::filesystem::path& folder, const std::vector<SshPool::Host>& hosts);
-/// Of the last TellHosts; empty when there is nothing to be read.
+/// Returns the hosts written by the last TellHosts; empty if there is no readable file.
 std::vector<SshPool::Host> ToldHosts(const std::filesystem::path& folder);
 
 }  // namespace legopt::client

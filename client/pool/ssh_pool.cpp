@@ -22,15 +22,15 @@ using std::chrono::system_clock;
 
 constexpr int kSshFailed = 255, kNotFound = 127, kNotExecutable = 126;
 
-// A host that is switched off, or was, and one that asks for a password, must not be waited for; those of the pool file
-// come first, of which ssh takes the first.
+// Do not wait for hosts that are switched off or ask for a password. Options of the pool file come first, because ssh
+// uses the first value.
 constexpr const char* kSshPatience[] = {"BatchMode=yes", "ConnectTimeout=20", "ServerAliveInterval=15",
                                         "ServerAliveCountMax=4"};
 
 void Write(const programs::Descriptor& pipe, std::string_view text) {
   while (!text.empty()) {
     const ssize_t count = ::write(pipe.get(), text.data(), text.size());
-    if (count < 0 && errno != EINTR) return;  // its end is seen by Look()
+    if (count < 0 && errno != EINTR) return;  // Look() detects the end
     if (count > 0) text.remove_prefix(static_cast<std::size_t>(count));
   }
 }
@@ -59,7 +59,7 @@ ExitCode CodeOf(const ChildExit& exit) {
 std::string EndOf(const fs::path& log) {
   constexpr std::size_t kLogTailBytes = 2000;
   std::string text = ReadWhole(log);
-  std::erase(text, '\r');  // of ssh's own words
+  std::erase(text, '\r');  // written by ssh itself
   return text.substr(text.size() - std::min(text.size(), kLogTailBytes));
 }
 
@@ -69,7 +69,7 @@ std::string LastLine(std::string text) {
   return begin == std::string::npos ? text : text.substr(begin + 1);
 }
 
-// The last line of ssh or the remote shell if they failed, else the error that the worker reported.
+// Returns the last line of ssh or the remote shell if they failed, else the error that the worker reported.
 std::string CauseIn(const fs::path& log, const ChildExit& exit) {
   const std::string text = EndOf(log);
   const bool no_worker = exit.code == kSshFailed || exit.code == kNotFound || exit.code == kNotExecutable;
@@ -90,7 +90,7 @@ std::vector<std::string> SshArguments(const PoolFile& pool, const std::string& h
 
 SshPool::SshPool(const PoolFile& pool, const PoolAccess& access) {
   RequireEngineProgram("ssh");
-  ::signal(SIGPIPE, SIG_IGN);  // a connection that has just ended
+  ::signal(SIGPIPE, SIG_IGN);  // a connection may have just ended
   for (const std::string& host : pool.hosts) connections_.push_back(Connect(pool, access, host));
 }
 
@@ -148,7 +148,7 @@ std::vector<SshPool::Failure> SshPool::Failures() const {
   std::vector<Failure> failures;
   for (const Connection& each : connections_) {
     if (!each.exit || each.exit->signal != 0 || each.exit->code == 0) continue;
-    if (each.exit->code == StatusOf(ExitCode::kInterrupted)) continue;  // by our second order
+    if (each.exit->code == StatusOf(ExitCode::kInterrupted)) continue;  // caused by the second order to stop
     failures.push_back(
         {CodeOf(*each.exit), each.name + ": " + StateOf(each.exit) + ": " + CauseIn(each.log, *each.exit)});
   }

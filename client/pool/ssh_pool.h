@@ -15,33 +15,33 @@
 
 namespace legopt::client {
 
-/// Workers on hosts that ssh reaches, one each. A worker lives as long as its connection: it is told to stop by what
-/// comes over that, and by its end, so that none is left behind however this process ends. What ssh says of a worker is
-/// for people; whether its jobs are lost is the server's to say, by leases. Thread rule: the thread that makes it lives
-/// as long.
+/// Workers on hosts reached by ssh, one per host. A worker lives as long as its connection: messages on the connection,
+/// or its end, stop the worker, so that no worker is left behind however this process ends. The state of a connection
+/// is for display; the server's leases determine whether jobs are lost. Thread rule: the thread that creates the pool
+/// must outlive it.
 class SshPool {
  public:
-  /// How a host's worker stands.
+  /// State of a host's worker.
   struct Host {
     std::string name;
     std::string state;                            ///< "connected", or how it ended
-    std::chrono::system_clock::time_point since;  ///< of that state
+    std::chrono::system_clock::time_point since;  ///< start of this state
   };
 
-  /// Starts them all. Each writes to `access.logs`/HOST.log. Throws ClientError: kMachine when there is no ssh.
+  /// Starts all workers. Each writes to `access.logs`/HOST.log. Throws ClientError (kMachine) without ssh.
   SshPool(const PoolFile& pool, const PoolAccess& access);
 
-  /// To be called a few times per second: true when a worker has ended since the last call.
+  /// Must be called a few times per second. Returns true if a worker has ended since the last call.
   bool Look();
   bool over() const;
   std::vector<Host> hosts() const;
 
-  /// One order to stop to each worker: the first lets running jobs end within `drain_s`, the second gives them back.
+  /// Orders each worker to stop: the first order lets running jobs end within `drain_s`, the second releases them.
   void OrderToStop();
-  /// Ends the connections, and with them the workers.
+  /// Closes the connections, which ends the workers.
   void Close();
 
-  /// Of all that failed, why; empty when none did. To be called when it is over.
+  /// Failed workers with their causes; empty if none failed. Call it after over() is true.
   struct Failure {
     ExitCode code;
     std::string text;
@@ -52,7 +52,7 @@ class SshPool {
   struct Connection {
     std::string name;
     std::filesystem::path log;
-    programs::Descriptor orders;  ///< the worker's standard input
+    programs::Descriptor orders;  ///< standard input of the worker
     std::unique_ptr<ChildProcess> ssh;
     std::optional<ChildExit> exit = {};
     std::chrono::system_clock::time_point since = {};
@@ -63,7 +63,7 @@ class SshPool {
   std::vector<Connection> connections_;
 };
 
-/// What ssh is called with for a host: patience with hosts that do not answer, and the options of the pool file.
+/// Returns the arguments of ssh for a host: timeouts for hosts that do not answer, and the options of the pool file.
 std::vector<std::string> SshArguments(const PoolFile& pool, const std::string& host);
 
 }  // namespace legopt::client

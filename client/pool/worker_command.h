@@ -1,4 +1,4 @@
-// What the scripts of all engines share.
+// Common parts of the scripts of all batch systems.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 
 namespace legopt::client {
 
-/// The worker's arguments but for its name.
+/// Returns the worker's arguments except its name.
 std::vector<std::string> WorkerArguments(const PoolFile& pool, const PoolAccess& access);
 
-/// The worker's command line, for a shell. `name` is shell text that may stand between double quotes.
+/// Returns the worker's command line for a shell. `name` is shell text that may be placed between double quotes.
 std::string WorkerCommand(const PoolFile& pool, const PoolAccess& access, const std::string& name);
 
-/// A line that sets what the worker needs of the environment; empty when that is nothing.
+/// Returns a line that sets the worker's environment variables; empty if none are needed.
 std::string Environment(const PoolAccess& access);
 
 }  // namespace legopt::client

@@ -23,7 +23,7 @@ std::string TextOf(SolveStatus value) { return std::string(ToString(value)); }
 std::string TextOf(Verdict value) { return std::string(ToString(value)); }
 std::string TextOf(double value) { return FormatGeneral(value, 17); }
 
-// What differs, as sentences.
+// Collects differences as sentences.
 class Differences {
  public:
   explicit Differences(std::vector<std::string>* texts) : texts_(texts) {}
@@ -34,11 +34,11 @@ class Differences {
     texts_->push_back(std::string(name) + ": " + TextOf(stored) + " stored, " + TextOf(now) + " now");
     return true;
   }
-  // A count that older servers did not store.
+  // Compares a count that older servers did not store.
   bool Add(const char* name, const std::optional<std::int64_t>& stored, std::int64_t now) {
     return stored && Add(name, *stored, now);
   }
-  // What is not finite is stored as nothing.
+  // Values that are not finite are stored as NULL.
   bool Add(const char* name, const std::optional<double>& stored, double now) {
     if (stored && std::isfinite(now)) return Add(name, *stored, now);
     if (stored.has_value() == std::isfinite(now)) return false;
@@ -74,7 +74,8 @@ void CompareWaypoints(const std::vector<Eigen::VectorXd>& stored, const std::vec
                          " have other bits, first " + std::to_string(first));
 }
 
-// A motion with an unsolved window was stored as one with a wrong number of waypoints before schema version 11.
+// Before schema version 11, a motion with an unsolved window was stored with the verdict for a wrong number of
+// waypoints.
 bool IsUnsolvedAsBefore(Verdict stored, Verdict now) {
   return stored == Verdict::kWrongWaypointCount && now == Verdict::kWindowUnsolved;
 }
@@ -84,7 +85,7 @@ std::string Place(const IterationRecord& step) {
          std::to_string(step.start) + ", step " + std::to_string(step.step);
 }
 
-// What a replay must give again: all but the time.
+// Returns all fields that a replay must reproduce: all except the time.
 nlohmann::ordered_json RepeatedPart(const IterationRecord& step) {
   return {{"step", step.step},          {"window", step.window},           {"restart", step.restart},
           {"start", step.start},        {"penalty", step.penalty},         {"trust_box", step.trust_box},
@@ -103,7 +104,7 @@ Replay FromJson(const std::string& text, std::int64_t job_id) {
           json.at("differences").get<std::vector<std::string>>(), json.at("divergence").get<std::string>()};
 }
 
-// In a process of its own; whatever becomes of it is an outcome.
+// Solves in a separate process; a crash is an outcome.
 Replay ReplayOne(JobRunner& runner, const StoredJob& stored) {
   constexpr double kLimits = 10.0;
   constexpr ReadLimits kUnlimited{.cpu_s = 30 * 86'400, .wall_s = 30 * 86'400, .memory_bytes = 0};

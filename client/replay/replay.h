@@ -11,25 +11,25 @@
 
 namespace legopt::client {
 
-/// What came of solving a stored job again.
+/// Result of solving a stored job again.
 struct Replay {
   std::int64_t job_id = 0;
   Reproduction outcome = Reproduction::kDiffers;
-  /// Each as "iterations: 12 stored, 13 now"; of a process that ended without an answer, how.
+  /// Differences such as "iterations: 12 stored, 13 now"; for a crashed process, how it ended.
   std::vector<std::string> differences;
-  std::string divergence;  ///< where the histories first part; empty: nowhere, or not recorded
+  std::string divergence;  ///< first difference between the traces; empty: none, or not recorded
 };
 
-/// The stored result beside that of solving the job again. Times are not compared.
+/// Compares the stored result with the result of solving the job again. Times are not compared.
 Replay CompareResults(const StoredJob& stored, const JobResult& now);
 
-/// Where the trace of a job (legopt/solve/trace.h) and its history when it was solved again part, for people: the first
-/// step that is kept and differs in anything but its time. Empty: nowhere, or none is stored.
+/// Returns a description of the first difference between a stored trace (legopt/solve/trace.h) and a new one: the first
+/// stored step that differs in anything except time. Empty: no difference, or no stored trace.
 std::string FirstDivergence(std::span<const IterationRecord> stored, std::span<const IterationRecord> now);
 
-/// Solves the jobs again, each in a process of its own, so that one that crashes is an outcome, `parallel` (>= 1) at a
-/// time; in the order of `jobs`. The clock ends none before ten times its limit. `done` is called after each, by one
-/// thread at a time. `runner` is of the jobs' dataset, and stays as it is.
+/// Solves the jobs again, each in a separate process so that a crash is a possible outcome, `parallel` (>= 1) at a
+/// time. Results are in the order of `jobs`. The time limit is ten times the stored one. `done` is called after each
+/// job, by one thread at a time. `runner` must be for the jobs' dataset; it is not modified.
 std::vector<Replay> ReplayJobs(JobRunner& runner, std::span<const StoredJob> jobs, int parallel,
                                const std::function<void(const Replay&)>& done);
 

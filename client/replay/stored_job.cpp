@@ -25,7 +25,7 @@ constexpr char kStoredJobSql[] =
     "r.job_id = j.job_id LEFT JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt LEFT JOIN workers AS "
     "w ON w.worker_id = a.worker_id WHERE j.job_id = ";
 
-// Whether a result follows from what is stored: nobody, and no clock, ended the solve.
+// Returns whether a result is reproducible: neither a user nor the wall-time limit stopped the solve.
 constexpr bool IsRepeatable(SolveStatus status) {
   return status != SolveStatus::kTimeLimit && status != SolveStatus::kCancelled && status != SolveStatus::kNotRun;
 }
@@ -44,7 +44,7 @@ std::optional<Number> OptionalAt(const Listing& row, const char* column) {
   return value.is_null() ? std::nullopt : std::optional(value.get<Number>());
 }
 
-// A solver of others has to be declared.
+// Throws unless the solver is in the registry; external solvers need a description file.
 void RequireSolver(const nlohmann::json& options, const std::string& source, const SolverRegistry& registry) {
   const auto solver = options.is_object() ? options.find("solver") : options.end();
   if (solver == options.end() || !solver->is_string() || registry.Find(solver->get<std::string>()) != nullptr) return;

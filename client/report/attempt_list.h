@@ -6,8 +6,8 @@
 
 namespace legopt::client {
 
-/// The attempts of a job, in their order: attempt, outcome, worker, hostname, build, processor, exit_signal, seconds,
-/// leased_utc, message, log_tail (the last lines that its process wrote).
+/// Returns the attempts of a job in order: attempt, outcome, worker, hostname, build, processor, exit_signal, seconds,
+/// leased_utc, message, log_tail (last lines written by its process).
 Listing ReadAttempts(ResultSource& source, std::int64_t job_id);
 
 }  // namespace legopt::client

@@ -13,7 +13,7 @@
 namespace legopt::client {
 namespace {
 
-// Three significant digits, trailing zeros kept.
+// Returns three significant digits, including trailing zeros.
 std::string ThreeDigits(double value) {
   constexpr int kDigits = 3, kSmallestExponent = -4;
   std::string scientific = FormatScientific(value, kDigits - 1);
@@ -28,7 +28,7 @@ std::optional<double> FiniteNumber(const nlohmann::json& value) {
   return value.get<double>();
 }
 
-// One row of the statement's answer.
+// Reads a row of the statement's answer.
 class CellReader {
  public:
   CellReader(const Listing& cells, std::size_t row) : cells_(cells), row_(row) {}
@@ -141,8 +141,8 @@ std::string ColumnName(const BenchmarkColumn& column) {
 }
 
 std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule) {
-  // A finished job without a result is dead, failed or cancelled. Where all have one, no job need be looked at: in
-  // experiments of a million jobs that is what takes long.
+  // Finished jobs without a result are dead, failed or cancelled. If all have a result, jobs need not be counted, which
+  // would be slow for a million jobs.
   const auto count = [](JobState job_state) {
     const std::string state(ToString(job_state));
     return "iif(finished = results, 0, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state = '" +
@@ -201,7 +201,7 @@ std::string FormatCost(const std::optional<double>& cost) {
 std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit) {
   if (!time_s) return "-";
   const double value = *time_s / unit.seconds;
-  // The boundaries are where rounding would add a digit: 0.9995 reads 1.00, 9.995 reads 10.0, 99.95 reads 100.
+  // Boundaries at which rounding would add a digit: 0.9995 is shown as 1.00, 9.995 as 10.0, 99.95 as 100.
   constexpr double kAllDecimals = 0.9995, kTwoDecimals = 9.995, kOneDecimal = 99.95;
   if (value < kAllDecimals && value > 0) return ThreeDigits(value);
   if (value < kTwoDecimals) return FormatFixed(value, 2);

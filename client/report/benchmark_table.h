@@ -32,7 +32,7 @@ struct BenchmarkColumn {
   auto operator<=>(const BenchmarkColumn&) const = default;
 };
 
-/// Every task from every initialization; the paper's columns, in its order, come first.
+/// Every combination of task and initialization; the paper's columns come first, in its order.
 inline constexpr auto kTableColumns = [] {
   std::array<BenchmarkColumn, kNumWords<Task> * kNumWords<Initialization>> columns{};
   std::size_t i = 0;
@@ -42,7 +42,7 @@ inline constexpr auto kTableColumns = [] {
   return columns;
 }();
 
-/// Those of the tasks that the paper has.
+/// Columns of the tasks in the paper.
 inline constexpr auto kPaperColumns = [] {
   constexpr std::size_t kPaperTasks = 2;
   std::array<BenchmarkColumn, kPaperTasks * kNumWords<Initialization>> columns{};
@@ -50,7 +50,7 @@ inline constexpr auto kPaperColumns = [] {
   return columns;
 }();
 
-/// Jobs, and those that were solved.
+/// Number of jobs, and of solved ones.
 struct JobCounts {
   std::int64_t n = 0;
   std::int64_t solved = 0;
@@ -58,25 +58,27 @@ struct JobCounts {
   bool operator==(const JobCounts&) const = default;
 };
 
-/// One method on one task from one initialization.
+/// One method, task and initialization.
 struct BenchmarkCell {
-  std::int64_t n = 0;            ///< jobs of the cell
-  std::int64_t finished = 0;     ///< jobs that will not change any more
+  std::int64_t n = 0;            ///< number of jobs
+  std::int64_t finished = 0;     ///< number of jobs in a final state
   std::int64_t solved = 0;       ///< successes by the judge's verdict under the table's rule
-  std::optional<double> cost;    ///< mean over solved problems, per waypoint; none when nothing was solved
-  std::optional<double> time_s;  ///< likewise, wall seconds of the solve per waypoint
-  // Of the finished jobs, those that have no result:
-  std::int64_t dead = 0;       ///< ended their process (crashed, hung, grew too large) at every attempt
-  std::int64_t failed = 0;     ///< could not run at all
-  std::int64_t cancelled = 0;  ///< were taken back
-  // n = problems x repetitions; 0 problems: not known
+  std::optional<double> cost;    ///< mean per waypoint over solved problems; nullopt if none was solved
+  std::optional<double> time_s;  ///< mean wall time per waypoint over solved problems; nullopt if none was solved
+  // Finished jobs without a result:
+  std::int64_t dead = 0;    ///< crashed, hung or exceeded its memory at every attempt
+  std::int64_t failed = 0;  ///< could not be run
+  std::int64_t cancelled = 0;
+  // n = problems x repetitions; 0 problems: unknown
   std::int64_t problems = 0;
   std::int64_t repetitions = 1;
-  /// Ended by the clock, at every attempt or before there were limits of effort: they say nothing about the method.
+  /// Jobs stopped by the wall-time limit at every attempt, or before effort limits existed; not a property of the
+  /// method.
   std::int64_t clock_stopped = 0;
-  std::int64_t taken_over = 0;  ///< of the finished jobs: with the result of an equal job of another experiment
-  std::int64_t solved_by_other_rule = 0;            ///< successes under BenchmarkTable::other_rule, if there is one
-  Per<Feasibility, JobCounts> by_feasibility = {};  ///< of their problems, in a table that counts by a certificate
+  std::int64_t taken_over = 0;  ///< finished jobs whose result was reused from an identical job of another experiment
+  std::int64_t solved_by_other_rule = 0;            ///< successes under BenchmarkTable::other_rule, if set
+  Per<Feasibility, JobCounts> by_feasibility = {};  ///< counts by feasibility of the problem, in a table with a
+                                                    ///< certificate
 
   bool operator==(const BenchmarkCell&) const = default;
 };
@@ -86,57 +88,56 @@ struct BenchmarkRow {
   std::int64_t multi_starts = 0;
   std::int64_t sample_size = 100;  ///< percent
   std::map<BenchmarkColumn, BenchmarkCell> cells;
-  SceneRepresentation collision = SceneRepresentation::kSolid;  ///< the solver's obstacles
-  std::map<BenchmarkColumn, BenchmarkCell> paper = {};  ///< the paper's figures of this row; empty: not asked for
-  std::int64_t inner_starts = 0;                        ///< that an attempt may make beyond its first one
-  std::int64_t method_id = 0;                           ///< in the database; 0: from elsewhere
+  SceneRepresentation collision = SceneRepresentation::kSolid;  ///< the solver's model of obstacles
+  std::map<BenchmarkColumn, BenchmarkCell> paper = {};  ///< the paper's figures of this row; empty if not requested
+  std::int64_t inner_starts = 0;                        ///< internal restarts of an attempt beyond its first start
+  std::int64_t method_id = 0;                           ///< id in the database; 0: not from a database
 };
 
-/// The paper's Table I for one experiment.
+/// The paper's Table I for an experiment.
 struct BenchmarkTable {
   std::int64_t experiment_id = 0;
   std::string experiment;
-  std::string dataset;        ///< name; empty: not known
-  Split split = Split::kAll;  ///< which of its problems
+  std::string dataset;        ///< name; empty if unknown
+  Split split = Split::kAll;  ///< subset of its problems
   Rule rule = Rule::kSolid;
-  std::vector<BenchmarkColumn> columns;  ///< in the paper's order, only those that the experiment has
-  std::vector<BenchmarkRow> rows;        ///< in the experiment's order
-  bool compared = false;                 ///< the paper's figures were asked for
+  std::vector<BenchmarkColumn> columns;  ///< columns that the experiment has, in the paper's order
+  std::vector<BenchmarkRow> rows;        ///< ordered as in the experiment
+  bool compared = false;                 ///< the paper's figures were requested
   std::vector<ResultOrigin> origins;     ///< builds and machines of the results
   bool certified = false;                ///< counts by a certificate: BenchmarkCell::by_feasibility
-  std::optional<Rule> other_rule = {};   ///< rule of BenchmarkCell::solved_by_other_rule; none: not known
+  std::optional<Rule> other_rule = {};   ///< rule of BenchmarkCell::solved_by_other_rule; nullopt: unknown
 
-  /// Jobs that success is counted over: all, or those of certified problems.
+  /// Returns the jobs over which success is counted: all, or those of certified problems.
   JobCounts Counted(const BenchmarkCell& cell) const;
 
-  /// Whether rows differ in their collision model, so that it needs a column.
+  /// True if rows differ in their collision model, so that a column is needed.
   bool shows_collision() const;
-  /// All cells in one: sums of the numbers of jobs, nothing else.
+  /// Sum of all cells; contains numbers of jobs only.
   BenchmarkCell Sum() const;
 };
 
-/// "posture_in_collision".
+/// Returns e.g. "posture_in_collision".
 std::string ColumnName(const BenchmarkColumn& column);
 
-/// The statement that reads a table's cells: columns method_id, method, multi_starts, sample_size, collision, task,
-/// initialization, n, finished, solved, cost, time_s, experiment, dead, failed, cancelled, problems, repetitions,
+/// Returns the statement that reads a table's cells: columns method_id, method, multi_starts, sample_size, collision,
+/// task, initialization, n, finished, solved, cost, time_s, experiment, dead, failed, cancelled, problems, repetitions,
 /// clock_stopped, taken_over, inner_starts.
 std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule);
 
-/// Makes the table from the rows of that statement. Columns come in the order of kTableColumns; what no method has is
-/// left out. Rows that would read the same get the method's id
-/// behind their name.
+/// Builds the table from the rows of BenchmarkCellsSql. Columns are in the order of kTableColumns; columns that no
+/// method has are omitted. The method's id is appended to names of indistinguishable rows.
 BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment_id, Rule rule);
 
-/// The unit in which times are shown. It never depends on the data, so that tables can be compared.
+/// Unit in which times are displayed. It never depends on the data, so that tables are comparable.
 struct TimeUnit {
   const char* name;
-  double seconds;  ///< one unit
+  double seconds;  ///< seconds per unit
 };
 inline constexpr TimeUnit kSeconds{"s", 1.0}, kMilliseconds{"ms", 1e-3}, kMicroseconds{"us", 1e-6};
 
-/// Appends "(method ID)" to the names of rows that would read the same: methods may differ in options that no column
-/// shows. `method_ids`: one per row.
+/// Appends "(method ID)" to the names of indistinguishable rows: methods may differ in options that no column shows.
+/// `method_ids`: one per row.
 template <class Row>
 void TellRowsApart(const std::vector<std::int64_t>& method_ids, std::vector<Row>* rows) {
   const auto key = [](const Row& row) {
@@ -150,44 +151,44 @@ void TellRowsApart(const std::vector<std::int64_t>& method_ids, std::vector<Row>
   }
 }
 
-/// As the paper prints it: an integer when >= 1, else two decimals (more where the cost would read 0.00).
+/// Formats a cost as in the paper: an integer if >= 1, else two decimals (more if the cost would be shown as 0.00).
 std::string FormatCost(const std::optional<double>& cost);
-/// In `unit`, with three significant digits or all before the point.
+/// Formats a time in `unit`, with three significant digits or all digits before the point.
 std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit);
-/// "34/35", and in parentheses what did not end as it should: "34/35 (1 dead)", "29/35 (2 failed, 5 left)". Brief:
-/// "34/35 1d", "29/35 2f 5l", as kSuccessLegend explains.
+/// Formats successes as "34/35", with abnormal outcomes in parentheses: "34/35 (1 dead)", "29/35 (2 failed, 5 left)".
+/// Brief: "34/35 1d", "29/35 2f 5l", explained by kSuccessLegend.
 std::string FormatSuccess(const BenchmarkCell& cell);
 std::string FormatBriefSuccess(const BenchmarkCell& cell);
-/// The same over certified problems, the rest behind it: "34/34 (0 of 1 open)". Brief: "34/34 0/1o", and i for
-/// infeasible.
+/// Formats successes over certified problems, followed by the other problems: "34/34 (0 of 1 open)". Brief: "34/34
+/// 0/1o", and i for infeasible.
 std::string FormatCertifiedSuccess(const BenchmarkCell& cell);
 std::string FormatBriefCertifiedSuccess(const BenchmarkCell& cell);
 inline constexpr char kCertifiedLegend[] = "Solved of certified problems; o solved of open ones, i of infeasible ones.";
 inline constexpr char kSuccessLegend[] = "Behind n: d dead, f failed to run, c cancelled, l left to do.";
 
-/// What stands below a table when the clock has ended so many of its jobs; empty for none.
+/// Returns the note below a table with jobs stopped by the wall-time limit; empty if there are none.
 std::string ClockWarning(std::int64_t clock_stopped, std::int64_t experiment_id);
 
-/// How tables of text are shown.
+/// Style of text tables.
 struct TableStyle {
   TimeUnit time_unit = kMilliseconds;
   TextLayout layout = {};
 };
 
 /// Renders a table, with a final newline. All formats have the same rows, counts and means:
-/// * text, Markdown and LaTeX (booktabs) show the paper's layout with the formatting functions above and "-" where
-///   nothing was solved; the header states the time unit; the paper's figures stand in a line of their own below.
-///   With colour, cells with dead or failed jobs are red, and bold are the largest share of solved problems of a
-///   column and, among the rows that have it, the lowest cost and time;
-/// * CSV and JSON hold the same cells unrounded, times in seconds, and nothing (null) where nothing was solved. CSV has
+/// * text, Markdown and LaTeX (booktabs) have the paper's layout, with the formatting functions above and "-" if
+///   nothing was solved. The header contains the time unit; the paper's figures are on a separate line below each row.
+///   With colour, cells with dead or failed jobs are red; the largest share of solved problems in a column is bold, and
+///   so are the lowest cost and time among the rows with that share;
+/// * CSV and JSON contain the same cells unrounded, times in seconds, and empty or null if nothing was solved. CSV has
 ///   the same columns for every experiment: posture_good_n, ..._problems, ..._repetitions, ..._finished, ..._solved,
-///   ..._dead, ..._failed, ..._cancelled, ..._clock_stopped, ..._taken_over, ..._cost, ..._time_s, likewise for the
-///   other of kPaperColumns, and behind them for what else the table has; with the paper's figures
-///   paper_posture_good_n, ..., with a certificate posture_good_certified_n, ..._certified_solved, ..._infeasible_n,
+///   ..._dead, ..._failed, ..._cancelled, ..._clock_stopped, ..._taken_over, ..._cost, ..._time_s, and equal ones for
+///   the other kPaperColumns, followed by those of further columns of the table. With the paper's figures:
+///   paper_posture_good_n, ...; with a certificate: posture_good_certified_n, ..._certified_solved, ..._infeasible_n,
 ///   ...; JSON has those in members "paper" and "by_feasibility".
 std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format, const TableStyle& style = {});
 
-/// The JSON of that, for who puts it into a larger one.
+/// Returns the JSON as an object, to be inserted into a larger one.
 nlohmann::ordered_json BenchmarkTableJson(const BenchmarkTable& table);
 
 }  // namespace legopt::client

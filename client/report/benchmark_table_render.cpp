@@ -26,7 +26,7 @@ constexpr std::array<const char*, 4> kPaperFigures = {"n", "solved", "cost", "ti
 using Cells = std::map<BenchmarkColumn, BenchmarkCell>;
 using Figures = std::span<const char* const>;
 
-// "175/175 jobs finished, of these 1 dead, 40 cancelled".
+// Returns e.g. "175/175 jobs finished, of these 1 dead, 40 cancelled".
 std::string Progress(const BenchmarkCell& sum) {
   std::string text = std::to_string(sum.finished) + "/" + std::to_string(sum.n) + " jobs finished";
   const char* separator = ", of these ";
@@ -41,7 +41,7 @@ std::string Progress(const BenchmarkCell& sum) {
   return text;
 }
 
-// What the jobs of a column are, e.g. "10 problems x 3 repetitions"; empty where each problem was solved once.
+// Describes the jobs of a column, e.g. "10 problems x 3 repetitions"; empty if each problem was solved once.
 std::string Repetitions(const BenchmarkTable& table, const BenchmarkColumn& column) {
   std::int64_t problems = 0, repetitions = 1;
   for (const auto& row : table.rows) {
@@ -55,7 +55,7 @@ std::string Repetitions(const BenchmarkTable& table, const BenchmarkColumn& colu
          " repetitions";
 }
 
-// Once for all columns where they agree, else for each task.
+// Returns one description for all columns if they are equal, else one per task.
 std::string Repetitions(const BenchmarkTable& table) {
   std::vector<std::pair<Task, std::string>> tasks;  // the columns of a task have the same problems
   for (const auto& column : table.columns) {
@@ -79,8 +79,8 @@ std::string Caption(const BenchmarkTable& table) {
          MentionTakenOver(table.Sum().taken_over);
 }
 
-// The best of a column: the largest share of solved problems and, among the rows that have it, lowest cost and time.
-// What a row solves decides what its means are of, so those of rows that solve less are not compared.
+// The best values of a column: the largest share of solved problems and, among the rows with that share, the lowest
+// cost and time. Means of other rows are over other problems, so they are not compared.
 struct Best {
   double share = 0;
   std::optional<double> cost, time_s;
@@ -110,10 +110,10 @@ std::map<BenchmarkColumn, Best> FindBest(const BenchmarkTable& table) {
   return best;
 }
 
-// Success, cost and time of a cell; `best` is null for what does not compete.
+// Returns success, cost and time of a cell; `best` is nullptr for cells that do not compete.
 std::array<TableText, 3> ShownCell(const BenchmarkTable& table, const BenchmarkCell& cell, const TimeUnit& unit,
                                    const Best* best) {
-  // The paper's figures know no certificate.
+  // The paper's figures have no certificate.
   const bool certified = table.certified && cell.by_feasibility != BenchmarkCell{}.by_feasibility;
   const TableText success = certified ? TableText{FormatCertifiedSuccess(cell), FormatBriefCertifiedSuccess(cell)}
                                       : TableText{FormatSuccess(cell), FormatBriefSuccess(cell)};
@@ -127,11 +127,11 @@ std::array<TableText, 3> ShownCell(const BenchmarkTable& table, const BenchmarkC
   return shown;
 }
 
-// One line as it is shown: `name` and what else names the row, then success, cost and time of each column.
+// Returns a displayed line: `name` and the other keys of the row, then success, cost and time of each column.
 std::vector<TableText> ShownLine(const BenchmarkTable& table, const BenchmarkRow& row, const std::string& name,
                                  const Cells& cells, const TimeUnit& unit,
                                  const std::map<BenchmarkColumn, Best>& best) {
-  const bool own = &cells == &row.cells;  // else the paper's line
+  const bool own = &cells == &row.cells;  // false: the paper's line
   std::vector<TableText> line = {
       {name}, FormatStarts(row.multi_starts, own ? row.inner_starts : 0), {std::to_string(row.sample_size)}};
   if (table.shows_collision()) line.push_back({std::string(ToString(row.collision))});
@@ -146,7 +146,8 @@ std::vector<TableText> ShownLine(const BenchmarkTable& table, const BenchmarkRow
   return line;
 }
 
-// "Solved by the solid rule: SQP 49/50, 4/4; Adam 48/50, 4/4." in the order of rows and columns; empty where not known.
+// Returns e.g. "Solved by the solid rule: SQP 49/50, 4/4; Adam 48/50, 4/4." in the order of rows and columns; empty if
+// unknown.
 std::string OtherRuleNote(const BenchmarkTable& table) {
   if (!table.other_rule) return {};
   std::map<std::string, int> rows_of_name;
@@ -240,7 +241,8 @@ void AddCells(const BenchmarkTable& table, const Cells& cells, Figures figures, 
   }
 }
 
-/// Of a CSV file: the paper's, whether the table has them or not, so that files fit together, and what else it has.
+/// Returns the columns of a CSV file: always the paper's, so that files have equal columns, then further ones of the
+/// table.
 std::vector<BenchmarkColumn> CsvColumns(const BenchmarkTable& table) {
   std::vector<BenchmarkColumn> columns(kPaperColumns.begin(), kPaperColumns.end());
   for (const BenchmarkColumn& column : table.columns) {
@@ -309,7 +311,7 @@ std::string RenderCsv(const BenchmarkTable& table) {
   return RenderListing(listing, ListingFormat::kCsv);
 }
 
-// Solved jobs by the other rule: per row, in the order of "rows", a number for each column.
+// Returns the number of jobs solved by the other rule: for each row, in the order of "rows", one number per column.
 nlohmann::ordered_json OtherRuleJson(const BenchmarkTable& table) {
   nlohmann::ordered_json json = {{"rule", ToString(*table.other_rule)}};
   json["solved"] = nlohmann::ordered_json::array();

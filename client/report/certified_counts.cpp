@@ -12,7 +12,7 @@
 namespace legopt::client {
 namespace {
 
-/// A row per method, task, start and problem.
+/// Returns SQL with a row per method, task, initialization and problem.
 std::string JobsByProblemSql(std::int64_t experiment_id, Rule rule) {
   return "SELECT c.method_id, c.task, c.initialization, p.problem_id, count(*) AS n, count(*) FILTER (WHERE "
          "r.verdict_" +
@@ -23,7 +23,7 @@ std::string JobsByProblemSql(std::int64_t experiment_id, Rule rule) {
          std::to_string(experiment_id) + " GROUP BY c.cell_id, p.problem_id";
 }
 
-/// Of a task's problem: that of the task whose problems it has.
+/// Returns the feasibility of a problem; tasks may share the problems of another task.
 Feasibility Known(const certify::ProblemFeasibility& certificate, Task task, int problem_id) {
   const auto& problems = certificate.problems[DescriptionOf(task).problems];
   const auto problem = problems.find(problem_id);
@@ -64,7 +64,7 @@ void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,
     const auto row = std::find_if(table->rows.begin(), table->rows.end(), [&](const BenchmarkRow& candidate) {
       return candidate.method_id == integer(i, "method_id");
     });
-    if (row == table->rows.end()) continue;  // of another collision model
+    if (row == table->rows.end()) continue;  // has another collision model
     const auto task = jobs.WordAt<Task>(i, "task");
     const auto feasibility = Known(certificate, task, static_cast<int>(integer(i, "problem_id")));
     JobCounts& counts =

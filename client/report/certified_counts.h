@@ -10,20 +10,20 @@
 
 namespace legopt::client {
 
-/// The certificate `file`, or that in the dataset's folder `file`. Throws CertificateMismatch when it is about another
-/// dataset than the experiment, InputError when it cannot be read.
+/// Reads the certificate `file`, or the one in the dataset folder `file`. Throws CertificateMismatch if it belongs to
+/// another dataset than the experiment's, InputError if it cannot be read.
 certify::ProblemFeasibility ReadCertificateOf(std::filesystem::path file, const ExperimentInfo& experiment);
 
-/// The certificate in a dataset's folder, if there is one and it is about the experiment's dataset. Throws InputError
-/// when it cannot be read.
+/// Returns the certificate in a dataset's folder, if it exists and belongs to the experiment's dataset. Throws
+/// InputError if it cannot be read.
 std::optional<certify::ProblemFeasibility> FindCertificate(const std::filesystem::path& folder,
                                                            const ExperimentInfo& experiment);
 
-/// That of the embedded dataset which the experiment is on, if it has one. Throws as FindCertificate.
+/// Returns the certificate of the embedded dataset of the experiment, if any. Throws the errors of FindCertificate.
 std::optional<certify::ProblemFeasibility> FindEmbeddedCertificate(const ExperimentInfo& experiment);
 
-/// Splits the jobs of every cell by what the certificate says of their problems. Problems that it does not have are
-/// open. Errors as of ReadBenchmarkTable.
+/// Splits the jobs of every cell by the certified feasibility of their problems. Problems that are not in the
+/// certificate are open. Throws the errors of ReadBenchmarkTable.
 void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,
                         const certify::ProblemFeasibility& certificate, BenchmarkTable* table);
 

@@ -65,7 +65,7 @@ bool DefinitionsDiffer(const EvaluationReport& report) {
 
 int InFile(const MethodSummary& summary) { return summary.num_problems - static_cast<int>(summary.missing.size()); }
 
-// A table as it is shown. As in the benchmark table: n in the success cell, a dash where nothing was solved.
+// Returns a displayed table. As in the benchmark table: n in the success cell, a dash if nothing was solved.
 Listing ShownSummary(const EvaluationReport& report, const std::vector<MethodSummary>& summaries, TimeUnit unit) {
   const bool posed = &summaries == &report.summaries;
   const bool in_file = posed && LeavesOut(report), other = posed && DefinitionsDiffer(report);
@@ -98,7 +98,7 @@ Listing FailureListing(const EvaluationReport& report) {
   return listing;
 }
 
-// What lies between waypoints, one line per solution that was looked at.
+// Returns the values between waypoints, one line per checked solution.
 Listing InterpolationListing(const EvaluationReport& report) {
   Listing listing;
   listing.columns = {"method", "problem", "free_share", "environment_depth_m", "self_depth_m"};
@@ -111,7 +111,7 @@ Listing InterpolationListing(const EvaluationReport& report) {
   return listing;
 }
 
-// Methods that leave the same problems out share a line.
+// Methods that omit the same problems share a line.
 Listing MissingListing(const EvaluationReport& report) {
   Listing listing;
   listing.columns = {"problems without a solution", "methods"};
@@ -177,7 +177,7 @@ std::string RenderTables(const EvaluationReport& report, TimeUnit unit) {
   return text;
 }
 
-// One line per method, unrounded.
+// Returns one line per method, unrounded.
 Listing SummaryListing(const EvaluationReport& report) {
   Listing listing;
   listing.columns = {
@@ -256,7 +256,7 @@ std::string RenderJson(const EvaluationReport& report) {
   return JsonText(json) + "\n";
 }
 
-// Counts by the solid rule beside those by a weaker one.
+// Compares counts by the physical rule with those by a weaker one.
 std::string SolidLine(const EvaluationReport& report) {
   if (report.rule == Rule::kSolid || report.rows.empty()) return {};
   std::string text;

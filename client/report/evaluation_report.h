@@ -7,17 +7,17 @@
 
 namespace legopt::client {
 
-/// What stands above every table: the file, the dataset, the rule; how many of the dataset's problems the file holds;
-/// whose definitions were used, and which of them are not the dataset's. One sentence per line.
+/// Returns the text above the tables, one sentence per line: the file, the dataset and the rule; how many of the
+/// dataset's problems the file contains; whose definitions were used, and which of them differ from the dataset's.
 std::string EvaluationCaption(const EvaluationReport& report);
 
-/// Per method: successes of n, mean cost, mean time (per waypoint, over successes); where a method leaves problems out,
-/// how many are in the file; where definitions differ, how many of the successes are by the file's. Problems that the
-/// dataset does not have make a table of their own.
+/// Renders an evaluation. For each method: successes of n, mean cost, mean time (per waypoint, over successes); if a
+/// method omits problems, the number in the file; if definitions differ, the number of successes by the file's
+/// definitions. Problems that the dataset does not have are in a separate table.
 ///
-/// Text and Markdown go on with every solution that fails under the rule with the judge's detail, and of motions what
-/// lies between their waypoints. LaTeX (booktabs) has the tables only. CSV has one line per method with all counts.
-/// JSON holds all of it and every judged solution.
+/// Text and Markdown also list every solution that fails under the rule with the judge's detail, and the values between
+/// waypoints of motions. LaTeX (booktabs) contains only the tables. CSV has one line per method with all counts. JSON
+/// contains everything, including every judged solution.
 std::string RenderEvaluation(const EvaluationReport& report, TableFormat format, const TableStyle& style = {});
 
 }  // namespace legopt::client

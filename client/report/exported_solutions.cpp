@@ -13,7 +13,7 @@ namespace legopt::client {
 namespace {
 
 constexpr double kSecondsPerMicrosecond = 1e-6;
-// One query's worth: a waypoint of Atlas is 576 hexadecimal digits, a reply of the server may have 48 MiB.
+// Size of a query: a waypoint of Atlas has 576 hexadecimal digits, and a reply of the server may have 48 MiB.
 constexpr std::int64_t kWaypointsPerQuery = 20'000;
 
 struct ResultRow {
@@ -66,7 +66,7 @@ std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& where) 
   return rows;
 }
 
-// `jobs`: their numbers, with commas between. A window has few waypoints.
+// `jobs`: comma-separated job ids. A window has few waypoints.
 void ReadUnsolved(ResultSource& source, const std::string& jobs, const std::map<std::int64_t, ResultRow*>& by_job) {
   const Listing listing = source.Query("SELECT job_id, waypoint, x FROM unsolved_waypoints WHERE job_id IN (" + jobs +
                                        ") ORDER BY job_id, waypoint");
@@ -118,7 +118,7 @@ SolutionFile MakeFile(Task task, const std::vector<ResultRow>& rows, const std::
   return file;
 }
 
-// True when two of the keys that share `text` differ in `value`.
+// Returns true if two of the keys with the same `text` differ in `value`.
 template <class Value>
 bool Differs(const std::vector<ResultKey>& keys, const std::vector<std::string>& texts, const std::string& text,
              Value value) {

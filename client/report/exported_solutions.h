@@ -14,14 +14,14 @@
 
 namespace legopt::client {
 
-/// Which results of an experiment to export.
+/// Filter for the results to export.
 struct ExportFilter {
   MethodFilter methods;
   std::optional<Initialization> initialization;
   std::optional<Task> task;
 };
 
-/// What tells the accepted results of an experiment apart, beside task and problem.
+/// Properties that distinguish accepted results of an experiment, in addition to task and problem.
 struct ResultKey {
   std::int64_t method_id = 0;
   std::string method;
@@ -34,20 +34,20 @@ struct ResultKey {
   bool operator==(const ResultKey&) const = default;
 };
 
-/// The method strings of a solution file, one per key: the method's name, followed by only what is needed to make the
-/// strings of different keys different, e.g. "SQP", "SQP, 10 multi-starts, in_collision", "SQP, repetition 2".
+/// Returns the method strings of a solution file, one per key: the method's name, followed only by the properties that
+/// distinguish the keys, e.g. "SQP", "SQP, 10 multi-starts, in_collision", "SQP, repetition 2".
 std::vector<std::string> MethodStrings(const std::vector<ResultKey>& keys);
 
 struct ExportedSolutions {
   std::vector<SolutionFile> files;  ///< one per task, in the order of the tasks
   std::int64_t num_solutions = 0;
-  std::int64_t num_missing = 0;  ///< selected jobs without a result: they cannot be exported
+  std::int64_t num_missing = 0;  ///< number of selected jobs without a result, which cannot be exported
 };
 
-/// Reads the accepted results of an experiment as LegOpt solution files; problem definitions come from `dataset`, which
-/// must be the one of the experiment, and so do the names of the joints. `success` is the literal verdict, `timeSec`
-/// the wall time of the whole solve. Throws InputError when a problem is not in the dataset, ClientError (kInternal)
-/// for a damaged row.
+/// Reads the accepted results of an experiment as LegOpt solution files. Problem definitions and joint names are taken
+/// from `dataset`, which must be the experiment's. `success` is the verdict by the original evaluator's rule, `timeSec`
+/// the wall time of the whole solve. Throws InputError if a problem is not in the dataset, ClientError (kInternal) for
+/// a damaged row.
 ExportedSolutions ReadSolutionsOf(ResultSource& source, std::int64_t experiment_id, const Dataset& dataset,
                                   const ExportFilter& filter);
 

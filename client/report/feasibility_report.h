@@ -9,15 +9,15 @@
 
 namespace legopt::client {
 
-/// A row per task: problems, certified, infeasible, open.
+/// Returns a row per task: problems, certified, infeasible, open.
 Listing FeasibilityCounts(const certify::Certificate& certificate, const certify::StanceCatalogue& catalogue);
 
-/// A row per stance that is not certified: task, problem, place of the stance in it, feasibility, reason, and what the
-/// nearest attempt lacks. A stance of several problems has a row for each.
+/// Returns a row per uncertified stance: task, problem, index of the stance in it, feasibility, reason, and the
+/// violation of the best attempt. A stance of several problems has a row for each.
 Listing UncertifiedStances(const certify::Certificate& certificate, const certify::StanceCatalogue& catalogue,
                            const Dataset& dataset);
 
-/// Both, in one text; CSV and JSON are for programs: CSV has the counts, JSON both.
+/// Renders both tables in one text; CSV contains the counts only, JSON both.
 std::string RenderFeasibility(const certify::Certificate& certificate, const certify::StanceCatalogue& catalogue,
                               const Dataset& dataset, ListingFormat format, const TextLayout& layout = {});
 

@@ -21,7 +21,7 @@ std::string Mark(DatasetFinding::Severity severity) {
   return "";
 }
 
-/// "FILE: FIELD: VALUE MESSAGE", as far as there is something to say.
+/// Returns "FILE: FIELD: VALUE MESSAGE", without the empty parts.
 std::string Sentence(const DatasetFinding& finding) {
   std::string text = finding.file;
   for (const std::string& part : {finding.field, finding.value}) {

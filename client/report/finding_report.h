@@ -9,11 +9,11 @@
 
 namespace legopt::client {
 
-/// "ok    quaternion order  w first: ...: quaternions are w x y z" lines, with "warn" or "FAIL" for faults; what can be
-/// done follows on a line of its own.
+/// Renders lines such as "ok    quaternion order  w first: ...: quaternions are w x y z", with "warn" or "FAIL" for
+/// problems; the remedy follows on a separate line.
 std::string RenderDatasetFindings(std::span<const DatasetFinding> findings, const TextLayout& layout);
 
-/// One object per finding with severity, check, file, field, value, message, fix.
+/// Returns one object per finding with severity, check, file, field, value, message, fix.
 nlohmann::ordered_json DatasetFindingsToJson(std::span<const DatasetFinding> findings);
 
 }  // namespace legopt::client

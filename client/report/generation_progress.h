@@ -5,8 +5,8 @@
 
 namespace legopt::client {
 
-/// Progress of a generation on standard error: a line that renews itself on a terminal, otherwise a plain line at the
-/// beginning of every stage, every ten seconds, and at its end. One thread.
+/// Progress of a generation on standard error: a line that is updated in place on a terminal, otherwise a plain line at
+/// the start of every stage, every ten seconds, and at its end. Thread rule: one thread.
 class GenerationProgress {
  public:
   GenerationProgress();
@@ -14,9 +14,9 @@ class GenerationProgress {
   GenerationProgress(const GenerationProgress&) = delete;
   GenerationProgress& operator=(const GenerationProgress&) = delete;
 
-  /// "collapse 0.30 of 2.60 s, 12 s" with the time that is left when it can be estimated.
+  /// Shows e.g. "collapse 0.30 of 2.60 s, 12 s" with the estimated remaining time, if known.
   void Show(const std::string& stage, double done, double total, const std::string& unit);
-  /// Ends the renewed line.
+  /// Ends the line that is updated in place.
   void Break();
 
  private:

@@ -39,7 +39,7 @@ std::string MarkdownLine(const std::vector<std::string>& cells) {
   return text + "\n";
 }
 
-// An abbreviation, PAR10 or CPU, stays as it is.
+// Abbreviations such as PAR10 or CPU are not changed.
 std::string Uncapitalized(std::string text) {
   if (text.size() > 1 && std::isupper(static_cast<unsigned char>(text[1])) != 0) return text;
   if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
@@ -52,7 +52,7 @@ std::string LatexLine(const std::vector<std::string>& cells) {
   return text + " \\\\\n";
 }
 
-// Titles of the groups and the rules below them.
+// Renders the titles of the groups and the rules below them.
 std::string LatexGroups(const GroupedTable& table) {
   const std::size_t keys = table.key_titles.size(), columns = table.column_titles.size();
   std::vector<std::string> groups = {"\\multicolumn{" + std::to_string(keys) + "}{c}{}"};

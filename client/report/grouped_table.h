@@ -8,48 +8,48 @@
 
 namespace legopt::client {
 
-/// A piece of a table, with a shorter form for where room is scarce.
+/// A text of a table, with a shorter form for narrow layouts.
 struct TableText {
   std::string full;
-  std::string brief = {};  ///< empty: as `full`
+  std::string brief = {};  ///< empty: same as `full`
   Emphasis emphasis = Emphasis::kNone;
 
   const std::string& shortest() const { return brief.empty() ? full : brief; }
 };
 
-/// Title of a group of columns, "Motion generation, good init": what several groups share, and its own part.
+/// Title of a group of columns, "Motion generation, good init": a part shared by several groups, and its own part.
 struct TableGroup {
   TableText section;
   TableText title;
 };
 
-/// A table as the paper prints them: a few columns that name the row, then groups of columns below a common title, e.g.
-/// "Motion generation, good init". All groups have the same columns. Cells are finished texts; "-" means nothing.
+/// A table as in the paper: some key columns, then groups of columns below a common title, e.g. "Motion generation,
+/// good init". All groups have the same columns. Cells are formatted texts; "-" means no value.
 struct GroupedTable {
   std::string caption;                   ///< empty: none
-  std::vector<TableText> key_titles;     ///< the first is aligned to the left, all other columns to the right
-  std::vector<TableGroup> groups;        ///< those of one section beside each other
-  std::vector<TableText> column_titles;  ///< of one group; LaTeX takes them as they are
+  std::vector<TableText> key_titles;     ///< the first column is left-aligned, all others are right-aligned
+  std::vector<TableGroup> groups;        ///< groups of one section are side by side
+  std::vector<TableText> column_titles;  ///< columns of one group; LaTeX uses them unescaped
   std::vector<std::vector<TableText>> rows;
-  std::string note;     ///< below the table; one paragraph
-  std::string warning;  ///< below the note, as a paragraph of its own; empty: none
-  std::string legend;   ///< what brief cells mean; shown where they are
+  std::string note;     ///< paragraph below the table
+  std::string warning;  ///< separate paragraph below the note; empty: none
+  std::string legend;   ///< explanation of brief cells; shown only with them
 };
 
-/// The table with its texts made printable (programs::Printable): the names in it are anybody's.
+/// Returns the table with printable texts (programs::Printable), because names in it are untrusted.
 GroupedTable MakePrintable(GroupedTable table);
 
-/// Aligned columns, groups separated by bars; a final line end. Without a limit of width: one line per row, full texts.
-/// Else the first of these that fits: that; brief texts; full and brief texts with a table per section, then with one
-/// per group; and where even that is too wide one paragraph per row. No line is wider than the limit, numbers are never
-/// broken, and nothing is left out; long names of rows take several lines.
+/// Renders aligned columns, with groups separated by bars and a final line end. Without a width limit: one line per
+/// row, full texts. Otherwise uses the first layout that fits: full texts; brief texts; full and brief texts with one
+/// table per section, then with one per group; finally one paragraph per row. No line exceeds the limit, numbers are
+/// never broken, and nothing is omitted; long row names are wrapped.
 std::string RenderText(const GroupedTable& table, const TextLayout& layout);
-/// A pipe table; the group's title stands in its first column.
+/// Renders a pipe table; the title of a group is in its first column.
 std::string RenderMarkdown(const GroupedTable& table);
-/// booktabs; "--" for "-".
+/// Renders LaTeX with booktabs; "--" for "-".
 std::string RenderLatex(const GroupedTable& table);
 
-/// "Motion generation", "init in collision".
+/// Returns the titles, e.g. "Motion generation" and "init in collision".
 TableGroup GroupOf(Task task, Initialization initialization);
 
 }  // namespace legopt::client

@@ -6,18 +6,18 @@ namespace legopt::client {
 namespace {
 
 constexpr std::size_t kBarGap = 3;          // " | "
-constexpr std::size_t kNarrowestName = 20;  // names of rows are not broken into shorter pieces than this
+constexpr std::size_t kNarrowestName = 20;  // row names are not broken into shorter pieces
 
-// Which groups stand beside each other.
+// Which groups are side by side.
 enum class Stacking { kNone, kBySection, kByGroup };
 
-// One way to lay a table out.
+// A possible layout of a table.
 struct Arrangement {
   bool brief;
   Stacking stacking;
 };
 
-// From the most to the least telling one.
+// Ordered from the most to the least detailed layout.
 constexpr Arrangement kArrangements[] = {{false, Stacking::kNone},      {true, Stacking::kNone},
                                          {false, Stacking::kBySection}, {true, Stacking::kBySection},
                                          {false, Stacking::kByGroup},   {true, Stacking::kByGroup}};
@@ -27,12 +27,12 @@ struct GroupedCell {
   Emphasis emphasis = Emphasis::kNone;
 };
 
-// A table of some of the groups: what one block of lines shows.
+// A table with some of the groups, rendered as a block of lines.
 struct GroupedGrid {
-  std::string title;               // above it; empty: none
-  std::vector<std::string> heads;  // of the groups, when `has_heads`
+  std::string title;               // shown above it; empty: none
+  std::vector<std::string> heads;  // titles of the groups, if `has_heads`
   bool has_heads = true;
-  std::vector<std::vector<GroupedCell>> lines;  // the first has the columns' titles
+  std::vector<std::vector<GroupedCell>> lines;  // the first line contains the column titles
 };
 
 using Widths = std::vector<std::size_t>;
@@ -43,7 +43,7 @@ std::string TitleOf(const TableGroup& group, bool brief) {
   return Choose(group.section, brief) + ", " + Choose(group.title, brief);
 }
 
-// The groups of each grid.
+// Returns the groups of each grid.
 std::vector<std::vector<std::size_t>> Parts(const GroupedTable& table, Stacking stacking) {
   std::vector<std::vector<std::size_t>> parts;
   for (std::size_t i = 0; i < table.groups.size(); ++i) {
@@ -92,7 +92,7 @@ GroupedGrid GridOf(const GroupedTable& table, const std::vector<std::size_t>& gr
   return grid;
 }
 
-// Where the columns of a grid stand.
+// Positions of a grid's columns.
 class Geometry {
  public:
   Geometry(std::size_t keys, std::size_t columns, Widths widths)
@@ -110,7 +110,7 @@ class Geometry {
     return sum;
   }
 
-  // A long head widens the columns of its group evenly.
+  // Widens the columns of a group evenly for a long title.
   void MakeRoom(const std::vector<std::string>& heads) {
     for (std::size_t group = 0; group < heads.size(); ++group) {
       const std::size_t head = DisplayWidth(heads[group]);
@@ -120,7 +120,7 @@ class Geometry {
     }
   }
 
-  // Narrows the names, as far as names may be, until the whole fits. False when that is not enough.
+  // Narrows the name column until the grid fits. Returns false if that is not sufficient.
   bool Fit(std::size_t limit) {
     if (limit == 0 || total() <= limit) return true;
     const std::size_t excess = total() - limit, name = widths_.front();
@@ -140,7 +140,7 @@ class Geometry {
   Widths widths_;
 };
 
-// Widths for grids of as many columns as `shape`: they are the same in all of them.
+// Returns column widths for all grids with as many columns as `shape`.
 Geometry GeometryOf(const GroupedTable& table, const std::vector<GroupedGrid>& grids, const GroupedGrid& shape) {
   const std::size_t num_columns = shape.lines.front().size();
   const auto has_shape = [&](const GroupedGrid& grid) { return grid.lines.front().size() == num_columns; };
@@ -174,7 +174,7 @@ std::string HeadLine(const GroupedGrid& grid, const Geometry& geometry) {
   return Trimmed(line) + "\n";
 }
 
-// A row; a name too long for its column goes on in further lines.
+// Renders a row; a name that is too long for its column is wrapped.
 std::string RowLines(const std::vector<GroupedCell>& cells, const Geometry& geometry, bool color) {
   const auto names = WrapText(cells.front().text, geometry.width(0));
   std::string text;
@@ -203,7 +203,7 @@ std::string RenderGrid(const GroupedGrid& grid, const Geometry& geometry, const 
   return text;
 }
 
-// The table in one arrangement; empty when it is too wide.
+// Renders the table in one layout; empty if it is too wide.
 std::string Arrange(const GroupedTable& table, const Arrangement& arrangement, const TextLayout& layout) {
   std::vector<GroupedGrid> grids;
   for (const auto& part : Parts(table, arrangement.stacking)) grids.push_back(GridOf(table, part, arrangement));
@@ -232,7 +232,7 @@ std::string Indented(const std::string& text, const TextLayout& layout) {
   return lines;
 }
 
-// One paragraph per row: for widths in which no column fits.
+// Renders one paragraph per row, for widths in which no columns fit.
 std::string RenderParagraphs(const GroupedTable& table, const TextLayout& layout) {
   const std::size_t keys = table.key_titles.size(), columns = table.column_titles.size();
   std::string text;

@@ -4,7 +4,7 @@ namespace legopt::client {
 
 std::string InnerStartsSql(const std::string& alias) {
   const std::string options = alias + ".options_json";
-  // A database may hold methods of programs that wrote something else there.
+  // The database may contain methods whose options are not JSON.
   return "iif(json_valid(" + options + "), coalesce(json_extract(" + options + ", '$.options.rescues'), 0), 0)";
 }
 

@@ -7,11 +7,11 @@
 
 namespace legopt::client {
 
-/// SQL for the number of further starts that a method may make inside one attempt, where `alias` stands for its row of
-/// `methods`: LegOpt-best's option `rescues` (docs/suites.md), 0 for methods without.
+/// Returns SQL for the number of internal restarts of a method in one attempt; `alias` is the alias of its row in
+/// `methods`. LegOpt-best's option `rescues` (docs/suites.md), 0 for other methods.
 std::string InnerStartsSql(const std::string& alias);
 
-/// How often a method may start: "10", or "0 + 8 inside" for one that starts again inside an attempt. Brief: "0+8".
+/// Formats the number of starts: "10", or "0 + 8 inside" with internal restarts. Brief: "0+8".
 TableText FormatStarts(std::int64_t multi_starts, std::int64_t inner_starts);
 
 }  // namespace legopt::client

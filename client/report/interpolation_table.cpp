@@ -26,7 +26,7 @@ nlohmann::json NumberOrNull(const std::optional<double>& value) {
   return value ? nlohmann::json(*value) : nlohmann::json();
 }
 
-// A scaled figure, or a dash.
+// Returns a scaled figure, or a dash.
 std::string Shown(const std::optional<double>& value, double unit) {
   if (!value) return "-";
   return FormatFixed(*value / unit, 1);
@@ -135,7 +135,7 @@ InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t ex
   InterpolationTable table;
   table.experiment_id = experiment_id;
   table.rule = rule;
-  std::vector<std::int64_t> method_ids;  // of the rows
+  std::vector<std::int64_t> method_ids;  // ids of the rows
   for (std::size_t i = 0; i < cells.rows.size(); ++i) {
     const auto integer = [&](const char* column) { return cells.At(i, column).get<std::int64_t>(); };
     table.experiment = cells.Text(i, "experiment");

@@ -13,21 +13,22 @@
 
 namespace legopt::client {
 
-/// The task that the view `interpolation_cells` is about: the one whose solutions are scored between their waypoints.
+/// The task of the view `interpolation_cells`, whose solutions are scored between waypoints.
 inline constexpr const TaskDescription& kInterpolatedTask =
     *std::ranges::find(kTasks, Between::kScored, &TaskDescription::between);
 
-/// What lies between the waypoints of the solutions of one method from one initialization. Depths are the largest
-/// of all of them, by the exact meshes.
+/// Values between the waypoints of the solutions of one method and initialization. Depths are maxima over all
+/// solutions, by the exact meshes.
 struct InterpolationCell {
-  std::int64_t n = 0;                     ///< jobs of the cell
-  std::int64_t solved = 0;                ///< by the table's rule
-  std::int64_t scored = 0;                ///< solved ones whose interpolation was looked at
-  std::int64_t free = 0;                  ///< of these: no transition penetrates by more than 1 mm
+  std::int64_t n = 0;                     ///< number of jobs
+  std::int64_t solved = 0;                ///< number of successes by the table's rule
+  std::int64_t scored = 0;                ///< number of solved jobs whose interpolation was scored
+  std::int64_t free = 0;                  ///< number of scored jobs without a transition that penetrates by more than 1
+                                          ///< mm
   std::optional<double> free_share = {};  ///< mean share of such transitions, 0 .. 1
   std::optional<double> environment_depth_m = {};
   std::optional<double> self_depth_m = {};
-  std::int64_t clock_stopped = 0;  ///< of the n: ended by the clock
+  std::int64_t clock_stopped = 0;  ///< number of jobs stopped by the wall-time limit
 };
 
 struct InterpolationRow {
@@ -36,31 +37,31 @@ struct InterpolationRow {
   std::int64_t sample_size = 100;
   SceneRepresentation collision = SceneRepresentation::kSolid;
   std::map<Initialization, InterpolationCell> cells;
-  std::int64_t inner_starts = 0;  ///< that an attempt may make beyond its first one
+  std::int64_t inner_starts = 0;  ///< internal restarts of an attempt beyond its first start
 };
 
-/// The solutions of one experiment, seen between their waypoints.
+/// The solutions of an experiment between their waypoints.
 struct InterpolationTable {
   std::int64_t experiment_id = 0;
   std::string experiment;
-  std::string dataset;        ///< name; empty: not known
-  Split split = Split::kAll;  ///< which of its problems
+  std::string dataset;        ///< name; empty if unknown
+  Split split = Split::kAll;  ///< subset of its problems
   Rule rule = Rule::kSolid;
   std::vector<InterpolationRow> rows;
   std::vector<ResultOrigin> origins;  ///< builds and machines of the results
-  std::int64_t taken_over = 0;        ///< results of the experiment, other tasks included, that others made
+  std::int64_t taken_over = 0;        ///< number of results reused from other experiments, including other tasks
 
   bool shows_collision() const;
 };
 
-/// The statement that reads the cells of the view `interpolation_cells`, in the order of the benchmark table.
+/// Returns the statement that reads the view `interpolation_cells`, in the order of the benchmark table.
 std::string InterpolationCellsSql(std::int64_t experiment_id, Rule rule);
 
-/// Makes the table from the rows of that statement.
+/// Builds the table from the rows of InterpolationCellsSql.
 InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t experiment_id, Rule rule);
 
-/// As RenderBenchmarkTable: text, Markdown and LaTeX show the free ones of those scored, the share of free
-/// transitions in percent and depths in mm; CSV and JSON hold the same cells unrounded, depths in metres.
+/// Renders the table like RenderBenchmarkTable: text, Markdown and LaTeX show free of scored solutions, the share of
+/// free transitions in percent and depths in mm; CSV and JSON contain the same cells unrounded, depths in metres.
 std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format,
                                      const TextLayout& layout = {});
 

@@ -7,8 +7,8 @@
 
 namespace legopt::client {
 
-/// JSON as commands print it, without a line end: `indent` spaces a level, or one line (-1). Broken UTF-8 is replaced,
-/// characters that a terminal could act on are escaped; whoever parses it gets the values as they are.
+/// Returns JSON as printed by commands, without a line end: `indent` spaces per level, or one line (-1). Invalid UTF-8
+/// is replaced; terminal control characters are escaped, so parsers still get the original values.
 template <class Json>
 std::string JsonText(const Json& json, int indent = 2) {
   return programs::PrintableJson(Dump(json, indent));

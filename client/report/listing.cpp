@@ -20,7 +20,8 @@
 namespace legopt::client {
 namespace {
 
-// "inf" or "-inf"; empty for every other value. JSON has no number for it, and its "null" would read as SQL's NULL.
+// Returns "inf" or "-inf"; empty for all other values. JSON cannot represent infinity, and "null" would mean SQL's
+// NULL.
 std::string InfinityText(const nlohmann::json& value) {
   if (!value.is_number_float() || !std::isinf(value.get<double>())) return {};
   return value.get<double>() > 0 ? "inf" : "-inf";
@@ -69,7 +70,7 @@ std::string ShownValue(const nlohmann::json& value) {
   if (value.is_number_float()) {
     return FormatGeneral(value.get<double>());
   }
-  // One row is one line, and a terminal must not act on what others wrote.
+  // A row must be a single line, and untrusted text must not control the terminal.
   return programs::Printable(value.is_string() ? value.get<std::string>() : Dump(value));
 }
 

@@ -11,9 +11,9 @@ namespace {
 
 constexpr std::string_view kDead = ToString(JobState::kDead), kFailed = ToString(JobState::kFailed);
 
-constexpr std::size_t kIndent = 4;          // of the further lines of a row
-constexpr std::size_t kMostLines = 3;       // of a row
-constexpr std::size_t kNarrowestText = 20;  // longer texts may be broken into pieces of this size
+constexpr std::size_t kIndent = 4;          // indentation of continuation lines
+constexpr std::size_t kMostLines = 3;       // per row
+constexpr std::size_t kNarrowestText = 20;  // texts are not broken into shorter pieces
 
 using Widths = std::vector<std::size_t>;
 
@@ -22,7 +22,7 @@ struct Cell {
   Emphasis emphasis = Emphasis::kNone;
 };
 
-// A listing as it is shown: the titles are the first line.
+// A listing as displayed: the titles are the first line.
 struct Grid {
   std::vector<std::vector<Cell>> lines;
   std::vector<bool> numeric;
@@ -63,7 +63,7 @@ std::size_t Total(const Widths& widths) {
          (widths.empty() ? 0 : widths.size() - 1) * kColumnGap;
 }
 
-// Some of the columns, one line per row unless a text is longer than its column.
+// Renders some of the columns: one line per row unless a text is wrapped.
 std::string RowLines(const std::vector<Cell>& line, const Grid& grid, const Widths& widths, bool color) {
   std::vector<std::vector<std::string>> pieces;
   std::size_t height = 1;
@@ -102,7 +102,8 @@ Grid Columns(const Grid& grid, const std::vector<std::size_t>& columns) {
   return part;
 }
 
-// Takes the columns that are the same in all rows out of the grid and tells them in words; the first one stays.
+// Removes columns with equal values in all rows from the grid and returns a sentence about them; the first column
+// stays.
 std::string LiftConstants(Grid* grid) {
   constexpr std::size_t kFewestLines = 3;  // titles and two rows
   if (grid->lines.size() < kFewestLines) return {};
@@ -122,7 +123,7 @@ std::string LiftConstants(Grid* grid) {
   return text;
 }
 
-// Long texts become narrower, the widest first, until all columns fit beside each other. Empty when that is not enough.
+// Narrows the widest texts until all columns fit side by side. Returns an empty vector if that is not sufficient.
 Widths FitTexts(const Grid& grid, Widths widths, std::size_t limit) {
   while (Total(widths) > limit) {
     std::size_t widest = widths.size();
@@ -139,7 +140,7 @@ Widths FitTexts(const Grid& grid, Widths widths, std::size_t limit) {
 
 using Bands = std::vector<std::vector<std::size_t>>;
 
-// The columns of each line of a row, in order, as many as fit; empty when that takes too many lines.
+// Distributes the columns of a row to lines in order, as many as fit on each; empty if there are too many lines.
 Bands FoldGreedily(const Grid& grid, const Widths& natural, std::size_t limit) {
   Bands bands(1);
   std::size_t used = 0;
@@ -154,7 +155,7 @@ Bands FoldGreedily(const Grid& grid, const Widths& natural, std::size_t limit) {
   return bands;
 }
 
-// The same number of lines, of lengths as equal as may be.
+// Distributes the columns to the same number of lines with similar lengths.
 Bands Fold(const Grid& grid, const Widths& natural, std::size_t limit) {
   Bands bands = FoldGreedily(grid, natural, limit);
   if (bands.empty()) return bands;
@@ -194,7 +195,7 @@ std::string RenderFolded(const Grid& grid, const Bands& bands, const TextLayout&
   return text;
 }
 
-// "name  value"; where that is too narrow for any value, the value goes below.
+// Renders "name  value"; if the width is too small, the value is on the next line.
 std::string FieldLines(const std::string& name, std::size_t name_width, const Cell& value, const TextLayout& layout) {
   const bool beside = layout.width == 0 || name_width + kColumnGap + kNarrowestText <= layout.width;
   const std::size_t indent = beside ? name_width + kColumnGap : kColumnGap;
@@ -240,7 +241,7 @@ std::string RenderNarrow(Grid grid, const TextLayout& layout) {
   if (const Widths widths = FitTexts(grid, natural, layout.width); !widths.empty()) {
     return head + RenderAligned(grid, widths, layout.color);
   }
-  constexpr std::size_t kFewestLines = 3;  // one row alone is clearer one below the other
+  constexpr std::size_t kFewestLines = 3;  // a single row is clearer with one value per line
   const auto bands =
       grid.lines.size() < kFewestLines ? std::vector<std::vector<std::size_t>>() : Fold(grid, natural, layout.width);
   return head + (bands.empty() ? RenderRows(grid, layout) : RenderFolded(grid, bands, layout));

@@ -6,7 +6,7 @@
 
 namespace legopt::client {
 
-/// RenderListing for text.
+/// Renders a listing in RenderListing's text format.
 std::string RenderListingText(const Listing& listing, const TextLayout& layout);
 
 }  // namespace legopt::client

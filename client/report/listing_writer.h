@@ -7,19 +7,19 @@
 
 namespace legopt::client {
 
-/// Writes a listing as CSV or JSON row by row to standard output, in the bytes of RenderListing, so that its length is
-/// not limited by memory.
+/// Writes a listing as CSV or JSON row by row to standard output, byte-identical to RenderListing, so that memory does
+/// not limit its length.
 class ListingWriter {
  public:
   enum class Format { kCsv, kJson };
-  /// `columns`: only these, in this order; empty: all.
+  /// `columns`: columns to write, in this order; empty: all.
   ListingWriter(Format format, std::vector<std::string> columns) : format_(format), kept_(std::move(columns)) {}
 
-  /// Throws ClientError (kUsage) for a column to keep that is not among `columns`.
+  /// Writes the beginning. Throws ClientError (kUsage) for a column to keep that is not among `columns`.
   void Begin(const std::vector<std::string>& columns);
-  /// Throws ClientError (kUsage) when standard output cannot be written.
+  /// Writes a row. Throws ClientError (kUsage) if standard output cannot be written.
   void Row(const std::vector<nlohmann::json>& row);
-  /// Completes the text; also that of a listing which was cut.
+  /// Completes the text, also of a truncated listing.
   void End();
 
  private:

@@ -25,7 +25,7 @@ constexpr std::array<LatexEscape, 14> kLatexEscapes = {{{'\\', "\\textbackslash{
                                                         {'{', "\\{"},
                                                         {'}', "\\}"}}};
 
-/// Whether a font joins two characters into another one.
+/// Returns whether fonts join two characters into a ligature.
 bool Join(char a, char b) {
   constexpr std::string_view kJoinTwice = "-'`,";
   return (a == b && kJoinTwice.find(a) != std::string_view::npos) || ((a == '?' || a == '!') && b == '`');
@@ -35,7 +35,7 @@ bool Join(char a, char b) {
 
 std::string LatexText(std::string_view text) {
   std::string latex;
-  // A row's end, "\\\\", would take a bracket or star that follows it for its argument.
+  // The end of a row, "\\\\", would use a following bracket or star as its argument.
   if (text.starts_with('[') || text.starts_with('*')) latex += "{}";
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto found = std::find_if(kLatexEscapes.begin(), kLatexEscapes.end(),
@@ -60,7 +60,7 @@ std::string LatexNeeds(std::string_view latex) {
 }
 
 std::string MarkdownText(std::string_view text) {
-  constexpr std::string_view kActive = "\\|`[]";  // a backslash before them makes them letters
+  constexpr std::string_view kActive = "\\|`[]";  // a preceding backslash makes these characters literal
   std::string escaped;
   for (const char c : text) {
     if (c == '<') {

@@ -5,15 +5,15 @@
 
 namespace legopt::client {
 
-/// A text as LaTeX prints it, in the encodings OT1 and T1 and with babel's shorthands: every active character is
-/// escaped, and characters that a font would join ("--", "''", ",,", "?`") are kept apart.
+/// Escapes a text for LaTeX with the encodings OT1 and T1 and babel's shorthands: active characters are escaped, and
+/// characters that fonts join ("--", "''", ",,", "?`") are separated.
 std::string LatexText(std::string_view text);
 
-/// Comment lines that name the packages which a LaTeX text needs: booktabs, T1 for the straight double quote, and an
+/// Returns comment lines with the packages that a LaTeX text needs: booktabs, T1 for the straight double quote, and an
 /// encoding for characters beyond ASCII.
 std::string LatexNeeds(std::string_view latex);
 
-/// A text as Markdown and HTML show it: `<`, `>`, `&`, backslash, `|`, backtick and square brackets are escaped.
+/// Escapes a text for Markdown and HTML: `<`, `>`, `&`, backslash, `|`, backtick and square brackets.
 std::string MarkdownText(std::string_view text);
 
 }  // namespace legopt::client

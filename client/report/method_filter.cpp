@@ -20,7 +20,7 @@ std::string Lower(std::string text) {
   return text;
 }
 
-// A cell as people write it.
+// Returns a cell as users write it.
 std::string TextOf(const nlohmann::json& cell) { return cell.is_string() ? cell.get<std::string>() : Dump(cell); }
 
 struct Wanted {
@@ -62,7 +62,7 @@ ExperimentMethods::ExperimentMethods(ResultSource& source, std::int64_t experime
                             std::to_string(experiment_id) + " ORDER BY m.method_id")),
       experiment_id_(experiment_id) {}
 
-// One flag after the other, so that the one that fits nothing is named, with what there is at that point.
+// Applies the flags one by one, so that an error names the flag without matches and the values remaining at that point.
 std::string ExperimentMethods::Condition(const MethodFilter& filter) const {
   std::vector<std::size_t> kept(methods_.rows.size());
   for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = i;

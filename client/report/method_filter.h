@@ -11,30 +11,31 @@
 
 namespace legopt::client {
 
-/// Which methods of an experiment a command is about; an empty field keeps all.
+/// Filter for the methods of an experiment; an empty field keeps all.
 struct MethodFilter {
-  std::optional<std::string> method;  ///< name, whatever its letter case
+  std::optional<std::string> method;  ///< name, ignoring case
   std::optional<std::int64_t> multi_starts;
   std::optional<std::int64_t> sample_size;  ///< percent
   std::optional<SceneRepresentation> collision;
 };
 
-/// --method, --multi-starts, --sample-size, --collision. `filter` must outlive the parse.
+/// Adds --method, --multi-starts, --sample-size, --collision. `filter` must outlive parsing.
 void AddMethodFilterOptions(const programs::Command& command, MethodFilter* filter);
 
-/// --collision alone.
+/// Adds only --collision.
 void AddCollisionOption(const programs::Command& command, std::optional<SceneRepresentation>* collision);
 
-/// The methods of one experiment, and what tells them apart.
+/// The methods of an experiment and their distinguishing properties.
 class ExperimentMethods {
  public:
   ExperimentMethods(ResultSource& source, std::int64_t experiment_id);
 
-  /// SQL for "cell_id is of a method that the filter keeps", e.g. "method_id IN (1, 4)"; empty when it keeps all.
-  /// Throws ClientError (kUsage), naming the nearest or the known values, when it keeps none.
+  /// Returns SQL that selects the cells of the kept methods, e.g. "method_id IN (1, 4)"; empty if the filter keeps all.
+  /// Throws ClientError (kUsage) with the most similar or the known values if it keeps none.
   std::string Condition(const MethodFilter& filter) const;
 
-  /// Of the columns multi_starts, sample_size, incremental and collision those in which two methods of one name differ.
+  /// Those of the columns multi_starts, sample_size, incremental and collision in which methods of the same name
+  /// differ.
   std::vector<std::string> TellingColumns() const;
 
  private:

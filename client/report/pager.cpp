@@ -20,7 +20,7 @@ namespace {
 constexpr char kUsualPager[] = "less -FRX";
 constexpr std::array<int, 3> kSignals = {SIGPIPE, SIGINT, SIGQUIT};
 
-// While a pager has the terminal: one that ends early must not end us, and keys such as Ctrl-C are its own.
+// While the pager runs, an early end of the pager must not kill this process, and keys such as Ctrl-C belong to it.
 class SignalsLeftToThePager {
  public:
   SignalsLeftToThePager() {
@@ -45,10 +45,12 @@ std::vector<std::string> PagerEnvironment() {
   return environment;
 }
 
-// Starts the pager with `input` as its standard input; -1 when that cannot be.
+// Starts the pager with `input` as its standard input; returns -1 on failure.
 pid_t Start(const std::string& command, int input) {
   std::vector<std::string> words = {"/bin/sh", "-c", command};
-  if (command == kUsualPager) words = {"less", "-FRX"};  // without a shell, which would complain that there is none
+  if (command == kUsualPager)
+    words = {"less", "-FRX"};  // without a shell, which would print an error if less is
+                               // missing
   std::vector<std::string> environment = PagerEnvironment();
   posix_spawn_file_actions_t actions;
   ::posix_spawn_file_actions_init(&actions);
@@ -58,7 +60,7 @@ pid_t Start(const std::string& command, int input) {
   sigset_t usual;
   ::sigemptyset(&usual);
   for (const int number : kSignals) ::sigaddset(&usual, number);
-  ::sigaddset(&usual, SIGXFSZ);  // ignored in our programs only
+  ::sigaddset(&usual, SIGXFSZ);  // ignored only in legopt's programs
   ::posix_spawnattr_setsigdefault(&attributes, &usual);
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
   pid_t pid = -1;
@@ -75,12 +77,12 @@ void WriteAll(int descriptor, const std::string& text) {
   for (std::size_t done = 0; done < text.size();) {
     const ssize_t count = ::write(descriptor, text.data() + done, text.size() - done);
     if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return;  // the reader has seen enough
+    if (count <= 0) return;  // the reader has closed the pipe
     done += static_cast<std::size_t>(count);
   }
 }
 
-// Whether there was a pager: 126 and 127 are the shell's words for a command that it cannot run or find.
+// Returns whether the pager ran: the shell returns 126 and 127 for a command that it cannot run or find.
 bool WaitForPager(pid_t pid) {
   constexpr int kNotExecutable = 126, kNotFound = 127;
   const int status = programs::WaitForEnd(pid).value_or(0);

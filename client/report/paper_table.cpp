@@ -33,7 +33,7 @@ std::vector<std::string> Titles() {
   return titles;
 }
 
-// One line of the file, split; numbers are read on demand so that a fault names its column.
+// A split line of the file; numbers are parsed on demand so that an error names the column.
 class Line {
  public:
   Line(std::string place, const std::string& text) : place_(std::move(place)), fields_(Fields(text)) {

@@ -7,12 +7,12 @@
 
 namespace legopt::client {
 
-/// The paper's Table I as data/paper-table1.csv holds it, in the order of its rows. Lines that start with '#' are
-/// comments; an empty field is a dash. Throws InputError naming file, line and column.
+/// Reads the paper's Table I from data/paper-table1.csv, in the order of its rows. Lines that start with '#' are
+/// comments; an empty field is a dash. Throws InputError with file, line and column.
 std::vector<BenchmarkRow> ReadPaperTable(const std::filesystem::path& file);
 
-/// Puts the paper's figures beside every row of the table that has the same method (letter case ignored), multi-starts
-/// and sample size.
+/// Adds the paper's figures to every row of the table with the same method (ignoring case), multi-starts and sample
+/// size.
 void AddPaperFigures(const std::vector<BenchmarkRow>& paper, BenchmarkTable* table);
 
 }  // namespace legopt::client

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kMinBarWidth = 10;
 constexpr int kMaxBarWidth = 40;
-constexpr Seconds kMinEvidence{0.2};  // a shorter stretch gives no honest rate
+constexpr Seconds kMinEvidence{0.2};  // shorter intervals give no reliable rate
 
 std::string FormatRate(double jobs_per_s) {
   constexpr double kSecondsPerMinute = 60;
@@ -21,7 +21,7 @@ std::string FormatRate(double jobs_per_s) {
   return FormatFixed(jobs_per_s * kSecondsPerMinute, 1) + " jobs/min";
 }
 
-// Names the rule if it is not the default.
+// Mentions the rule if it is not the default.
 std::string Solved(const ExperimentStatus& status) {
   const std::string rule = status.rule == Rule::kSolid ? "" : " (" + std::string(ToString(status.rule)) + " rule)";
   return std::to_string(status.solved) + " solved" + rule;
@@ -37,8 +37,8 @@ std::string Counts(const ExperimentStatus& status) {
   return text;
 }
 
-// "windows 3/40, 7/61": how far the jobs under way are that are solved window by window. Others are too short to be
-// told.
+// Returns "windows 3/40, 7/61": the progress of running jobs that are solved by windows. Other jobs are too short to be
+// shown.
 std::string Windows(const ExperimentStatus& status) {
   constexpr int kMostShown = 4;
   std::string text;
@@ -56,7 +56,7 @@ std::string Estimate(const ExperimentStatus& status) {
   return "ETA " + (status.eta_s ? FormatDuration(Seconds(*status.eta_s)) : std::string("-"));
 }
 
-// Whether there were long stretches without work.
+// Returns whether the experiment was idle for a large part of its time.
 bool HadLongBreaks(const ExperimentStatus& status) {
   constexpr double kUsualShare = 0.8, kUsual_s = 5;
   return status.worked_s && *status.worked_s < kUsualShare * status.elapsed_s - kUsual_s;
@@ -70,7 +70,7 @@ std::string WithTenths(Seconds duration) {
 
 std::string Bar(std::int64_t finished, std::int64_t total, int width) {
   const double share = total > 0 ? static_cast<double>(finished) / static_cast<double>(total) : 1.0;
-  // Floor: only a complete experiment shows a full bar.
+  // Rounded down: only a complete experiment shows a full bar.
   const int filled = std::clamp(static_cast<int>(std::floor(share * width)), 0, width);
   std::string bar(static_cast<std::size_t>(filled), '=');
   if (filled < width) bar += '>';
@@ -143,11 +143,11 @@ std::string RenderProgressBar(const ExperimentStatus& status, std::optional<doub
   const std::string short_note = note.substr(0, note.find(';'));
   const std::string rate = jobs_per_s && note.empty() ? FormatRate(*jobs_per_s) : "";
   const std::string end = note.empty() ? Estimate(status) : short_note;
-  // From complete to bare; the first one that fits is taken.
+  // Ordered from complete to minimal; the first one that fits is used.
   std::vector<std::string> variants = {Join({counts, windows, rate, elapsed, end}), Join({counts, windows, rate, end}),
                                        Join({counts, windows, end}), Join({counts, end})};
   if (!note.empty()) variants.insert(variants.begin(), Join({counts, windows, elapsed, note}));
-  constexpr std::size_t kBrackets = 3;  // "[", "]" and the space after
+  constexpr std::size_t kBrackets = 3;  // "[", "]" and the following space
   for (const auto& text : variants) {
     if (text.size() + kBrackets + kMinBarWidth > limit) continue;
     const int bar = std::min<int>(kMaxBarWidth, static_cast<int>(limit - text.size() - kBrackets));

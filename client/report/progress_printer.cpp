@@ -47,7 +47,7 @@ void ProgressPrinter::Show(const ExperimentStatus& status) {
   const std::optional<double> rate = meter_.Observe(elapsed(), status);
   const std::string note = programs::Printable(standstill_.Observe(elapsed(), status));
   if (terminal_) {
-    // One column less than the terminal has: a full line would wrap on some.
+    // One column less than the terminal's width: some terminals wrap full lines.
     std::fprintf(stderr, "\r\033[K%s", RenderProgressBar(status, rate, note, TerminalWidth() - 1).c_str());
     std::fflush(stderr);
     line_open_ = true;

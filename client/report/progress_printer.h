@@ -10,13 +10,13 @@
 
 namespace legopt::client {
 
-/// Shows progress on standard error: one line that renews itself on a terminal, otherwise a plain line at the start,
-/// whenever a tenth of the jobs more has finished, when it begins or ceases to stand still, at least every
-/// `kQuietPeriod` while something changes (`kWaitingPeriod` while it stands still), and at the end.
+/// Shows progress on standard error: on a terminal a line that is updated in place; otherwise a plain line at the
+/// start, after every tenth of the jobs, when a stall begins or ends, at least every `kQuietPeriod` while there are
+/// changes (`kWaitingPeriod` during a stall), and at the end.
 class ProgressPrinter final : public WatchView {
  public:
   ProgressPrinter();
-  /// Leaves the terminal on a fresh line.
+  /// Leaves the terminal's cursor on a new line.
   ~ProgressPrinter() override;
   ProgressPrinter(const ProgressPrinter&) = delete;
   ProgressPrinter& operator=(const ProgressPrinter&) = delete;
@@ -24,7 +24,7 @@ class ProgressPrinter final : public WatchView {
   void Show(const ExperimentStatus& status) override;
   void ServerSilent(Seconds silence, Seconds patience) override;
   void ServerBack() override;
-  /// Ends the renewed line, so that something else may be printed. The next Show starts another one.
+  /// Ends the line that is updated in place, so that other output can follow. The next Show starts a new one.
   void Break() override;
 
  private:

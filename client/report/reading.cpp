@@ -12,7 +12,7 @@ void KeepCollision(const TableSelection& selection, const ExperimentInfo& experi
   throw NoSuchCollision(experiment.id, *selection.collision);
 }
 
-// Whether all results of an experiment have a verdict by the rule.
+// Returns whether all results of an experiment have a verdict by the rule.
 bool HasVerdicts(ResultSource& source, std::int64_t experiment_id, Rule rule) {
   if (rule != Rule::kSolid) return true;
   return source
@@ -21,7 +21,7 @@ bool HasVerdicts(ResultSource& source, std::int64_t experiment_id, Rule rule) {
       .rows.empty();
 }
 
-// Counts by the strongest rule beside a weaker one, by the original evaluator's beside the strongest.
+// Adds counts by a second rule: the physical rule if the table's is weaker, else the original evaluator's rule.
 void AddOtherRule(ResultSource& source, BenchmarkTable* table) {
   const Rule other = table->rule == Rule::kSolid ? Rule::kLiteral : Rule::kSolid;
   if (!HasVerdicts(source, table->experiment_id, other)) return;

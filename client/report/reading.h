@@ -11,25 +11,26 @@
 
 namespace legopt::client {
 
-/// Which table to read.
+/// Selection of a table.
 struct TableSelection {
   std::optional<std::int64_t> experiment;  ///< default: the newest
   Rule rule = Rule::kSolid;
-  std::optional<SceneRepresentation> collision;  ///< only methods with this collision model
+  std::optional<SceneRepresentation> collision;  ///< keep only methods with this collision model
 };
 
-/// Releases before the solid rule left no verdict by it: that is missing, not a failure. Throws ClientError (kUsage)
-/// where the experiment has such results.
+/// Throws ClientError (kUsage) if results of the experiment have no verdict by the rule. Results of releases before the
+/// physical rule have no verdict by it, which is not a failure.
 void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rule rule);
 
-/// That an experiment has no method with the collision model, as the functions below say it.
+/// Returns the error for an experiment that has no method with the collision model.
 ClientError NoSuchCollision(std::int64_t experiment_id, SceneRepresentation collision);
 
-/// The benchmark table of an experiment. Errors as of FindExperiment, and ClientError (kUsage) when no method has the
-/// collision model, or a result has no verdict by the rule.
+/// Reads the benchmark table of an experiment. Throws the errors of FindExperiment, and ClientError (kUsage) if no
+/// method has the collision model, or a result has no verdict by the rule.
 BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection);
 
-/// The interpolation of its solutions; the same errors, and one when it has none of the task.
+/// Reads the interpolation table of an experiment. Throws the errors of ReadBenchmarkTable, and ClientError (kUsage)
+/// without solutions of the task.
 InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelection& selection);
 
 }  // namespace legopt::client

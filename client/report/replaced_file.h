@@ -5,7 +5,7 @@
 
 namespace legopt::client {
 
-/// Writes a file as files::ReplaceFile does. Throws ClientError (kUsage) when it cannot be written.
+/// Writes a file like files::ReplaceFile. Throws ClientError (kUsage) if it cannot be written.
 void ReplaceFile(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace legopt::client

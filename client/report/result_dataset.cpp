@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A stored dataset with the folder that its meshes are read from.
+// A stored dataset and the temporary folder that contains its meshes.
 class UnpackedDataset {
  public:
   explicit UnpackedDataset(const std::string& archive) {
@@ -61,7 +61,7 @@ std::shared_ptr<const Dataset> FindEmbedded(const std::string& hash) {
   return nullptr;
 }
 
-// Null if the folder holds no dataset, or one with other content.
+// Returns nullptr if the folder does not contain a dataset, or one with other content.
 std::shared_ptr<const Dataset> LoadIfContent(const fs::path& folder, const std::string& hash) {
   try {
     auto dataset = Dataset::Load(folder, CallIsolated);
@@ -71,7 +71,7 @@ std::shared_ptr<const Dataset> LoadIfContent(const fs::path& folder, const std::
   }
 }
 
-// A dataset that a worker of this user has fetched. A damaged one is not removed: the worker replaces it.
+// Returns a dataset fetched by a worker of this user. A damaged one is not removed: the worker replaces it.
 std::shared_ptr<const Dataset> FindCached(const std::string& hash) {
   std::error_code ignored;
   const fs::path folder = programs::DatasetCacheFolder() / hash;
@@ -84,7 +84,7 @@ std::shared_ptr<const Dataset> FindSubmitted(const std::string& hash) {
   return folder ? LoadIfContent(*folder, hash) : nullptr;
 }
 
-// The sender of the archive may have sent another one, so the content is hashed.
+// The sender of the archive may have sent other content, so it is hashed.
 std::shared_ptr<const Dataset> FindStored(ResultSource& source, const std::string& hash) {
   const Listing found = source.Query(
       "SELECT archive FROM dataset_archives JOIN datasets USING (dataset_id) WHERE hash = " + SqlText(hash));

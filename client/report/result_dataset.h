@@ -8,11 +8,11 @@
 
 namespace legopt::client {
 
-/// The dataset with this content hash: an embedded one, one that a worker of this user has fetched into the cache, the
-/// one stored with the results, which is unpacked into a temporary folder that exists as long as the dataset, or the
-/// folder of this user's last submission with that dataset. Its content is always hashed: a stored archive with other
-/// content, or one that cannot be read, is a warning on standard error and not used. Null when no place has the
-/// dataset. Throws ClientError where no temporary folder can be made.
+/// Finds the dataset with this content hash, in this order: an embedded dataset; one that a worker of this user has
+/// fetched into the cache; the one stored with the results, unpacked into a temporary folder that exists as long as the
+/// dataset; the folder of this user's last submission with that dataset. The content is always hashed: a stored archive
+/// with other content, or an unreadable one, is ignored with a warning on standard error. Returns nullptr if the
+/// dataset is not found. Throws ClientError if no temporary folder can be created.
 std::shared_ptr<const Dataset> FindResultDataset(ResultSource& source, const std::string& hash);
 
 }  // namespace legopt::client

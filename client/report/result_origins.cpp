@@ -14,7 +14,7 @@ std::optional<std::int64_t> OptionalInteger(const nlohmann::json& value) {
   return value.is_number_integer() ? std::optional(value.get<std::int64_t>()) : std::nullopt;
 }
 
-// Each text once, in the order of its first appearance.
+// Returns the distinct texts, in the order of their first occurrence.
 std::vector<std::string> Distinct(const std::vector<ResultOrigin>& origins, std::string (*text)(const ResultOrigin&)) {
   std::vector<std::string> distinct;
   for (const ResultOrigin& origin : origins) {

@@ -10,39 +10,39 @@
 
 namespace legopt::client {
 
-/// A build on a kind of machine, and how many accepted results of an experiment it made. What is not known is empty or
-/// none.
+/// A build on a kind of machine, and the number of accepted results of an experiment that it made. Unknown values are
+/// empty or nullopt.
 struct ResultOrigin {
-  std::string build_id;  ///< equal: the same bits
+  std::string build_id;  ///< equal ids imply equal bits
   std::string build;     ///< release, commit, compiler
   std::string hostname;
   std::string processor;
-  std::optional<std::int64_t> processors;    ///< granted to a worker; the most
-  std::optional<std::int64_t> memory_bytes;  ///< of the host
-  std::optional<double> load;                ///< of the host, when a worker was last seen; the largest
+  std::optional<std::int64_t> processors;    ///< maximum number granted to a worker
+  std::optional<std::int64_t> memory_bytes;  ///< memory of the host
+  std::optional<double> load;                ///< largest load of the host when a worker was last seen
   std::int64_t workers = 0;
   std::int64_t results = 0;
 
   bool operator==(const ResultOrigin&) const = default;
 };
 
-/// Most results first.
+/// Reads the origins of an experiment's results, most results first.
 std::vector<ResultOrigin> ReadOrigins(ResultSource& source, std::int64_t experiment_id);
 
-/// A sentence for captions, empty without origins: "Build 0f3c... (legopt 0.1.0 (8a643da59c), GNU 12.2.0) on AMD EPYC,
-/// 2 processors, 24 GiB, load 1.8." Several builds are named as such, several machines in turn.
+/// Returns a sentence for captions, empty without origins: "Build 0f3c... (legopt 0.1.0 (8a643da59c), GNU 12.2.0) on
+/// AMD EPYC, 2 processors, 24 GiB, load 1.8." Lists several builds or machines.
 std::string DescribeOrigins(const std::vector<ResultOrigin>& origins);
 
-/// How many results of an experiment its jobs took over from equal jobs of other experiments.
+/// Returns the number of results that an experiment reused from other experiments.
 std::int64_t ReadTakenOver(ResultSource& source, std::int64_t experiment_id);
 
-/// What captions say of it behind the origins, with a blank before: " 40 results were taken over from other
-/// experiments." Empty for none.
+/// Returns a sentence to be appended to the origins, with a leading space: " 40 results were taken over from other
+/// experiments." Empty if there are none.
 std::string MentionTakenOver(std::int64_t results);
 
 nlohmann::ordered_json OriginsJson(const std::vector<ResultOrigin>& origins);
 
-/// "id", or ids with a blank between, each once.
+/// Returns the distinct build ids, separated by spaces.
 std::string BuildIds(const std::vector<ResultOrigin>& origins);
 
 }  // namespace legopt::client

@@ -17,7 +17,7 @@ namespace {
 
 Listing ListingOf(db::JsonRows result) { return {std::move(result.columns), std::move(result.rows), result.truncated}; }
 
-// Rows of a database as those of a listing.
+// Converts rows of a database to rows of a listing.
 class WriterSink final : public db::RowSink {
  public:
   explicit WriterSink(ListingWriter& writer) : writer_(writer) {}

@@ -16,36 +16,36 @@
 
 namespace legopt::client {
 
-/// Where results are read from: a database file (with `db`), else the running server.
+/// Source of results: a database file (with `db`), else the running server.
 struct SourceOptions {
   std::optional<std::string> db;
   NetworkOptions network;
 };
 
-/// Read-only SQL over results. Errors: ClientError (see ServerConnection), db::StoreError for files, bus::BusError.
-/// A wrong statement is a ClientError with kUsage in both cases.
+/// Read-only SQL over results. Throws ClientError (see ServerConnection), db::StoreError for files, bus::BusError. An
+/// invalid statement is a ClientError with kUsage in both cases.
 class ResultSource {
  public:
   virtual ~ResultSource() = default;
-  /// Runs one SELECT. Cells as in db::JsonRows; BlobAt reads a BLOB. `limit_s` bounds its time: (0, kLongestLimit_s] at
-  /// a server, 0 for none with a file.
+  /// Runs one SELECT. Cells are as in db::JsonRows; BlobAt reads a BLOB. `limit_s` is the time limit: (0,
+  /// kLongestLimit_s] for a server; 0 means no limit for a file.
   virtual Listing Query(const std::string& sql, int max_rows, double limit_s) = 0;
   Listing Query(const std::string& sql, int max_rows) { return Query(sql, max_rows, kDefaultLimit_s); }
-  /// Runs a statement of legopt itself on all rows. Throws db::StoreError with kCorrupt where a file's content makes it
+  /// Runs one of legopt's own statements on all rows. Throws db::StoreError with kCorrupt if a file's contents make it
   /// fail, for example text that should be JSON.
   Listing Query(const std::string& sql);
 
-  /// How much Stream reads.
+  /// Limits of Stream.
   struct StreamLimits {
     std::int64_t max_rows = 0;
-    double limit_s = kDefaultLimit_s;  ///< 0: none
-    bool time_is_per_row = false;      ///< `limit_s` is that of each row
+    double limit_s = kDefaultLimit_s;  ///< 0: no limit
+    bool time_is_per_row = false;      ///< apply `limit_s` to each row
   };
-  /// Writes the result of one SELECT row by row, and completes the text also where an error ends it. Only for a file:
-  /// a server's answer is one message. True: more rows exist than were written.
+  /// Writes the result of one SELECT row by row, and completes the text even after an error. Only for a file, because a
+  /// server's answer is a single message. Returns true if more rows exist than were written.
   virtual bool Stream(const std::string& sql, const StreamLimits& limits, ListingWriter& writer);
 
-  /// How to name this source in a follow-up command: " --db FILE", or empty for the server.
+  /// Arguments that select this source in another command: " --db FILE", or empty for the server.
   virtual std::string flags() const = 0;
 
   static constexpr int kAllRows = 1'000'000;
@@ -55,46 +55,48 @@ class ResultSource {
 
 std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options);
 
-/// The advice of an error about a stored value that cannot be read: whether the file is damaged is not known yet.
+/// Advice in errors about unreadable stored values: it is not yet known whether the file is damaged.
 inline constexpr std::string_view kCheckDatabase = "'legopt doctor --db FILE' checks the database";
 
-/// The bytes of a BLOB of a query's result; nullopt where the cell is NULL or not a BLOB.
+/// Returns the bytes of a BLOB in a query's result; nullopt if the cell is NULL or not a BLOB.
 std::optional<std::string> BlobAt(const Listing& listing, std::size_t row, std::string_view column);
 
-/// The float64 values of a BLOB. Throws ClientError (kDatabaseUnusable) that begins with `what` for any other cell.
+/// Returns the float64 values of a BLOB. Throws ClientError (kDatabaseUnusable) with a message that begins with `what`
+/// for any other cell.
 Eigen::VectorXd WaypointAt(const Listing& listing, std::size_t row, std::string_view column, const std::string& what);
 
-/// The solution of a job: one configuration for each waypoint that is stored. Errors as WaypointAt.
+/// Returns the solution of a job: one configuration per stored waypoint. Throws the errors of WaypointAt.
 std::vector<Eigen::VectorXd> ReadWaypointsOf(ResultSource& source, std::int64_t job_id);
 
-/// The best point of the window of a motion that was not solved.
+/// The best point of the unsolved window of a motion.
 struct UnsolvedWaypoints {
-  int first_waypoint = 0;                  ///< number of its first waypoint in the motion
-  std::vector<Eigen::VectorXd> waypoints;  ///< one configuration each; empty: all windows are solved, or none is stored
+  int first_waypoint = 0;                  ///< index of its first waypoint in the motion
+  std::vector<Eigen::VectorXd> waypoints;  ///< one configuration per waypoint; empty if all windows are solved, or none
+                                           ///< is stored
 };
 
-/// That of a job. Errors as WaypointAt.
+/// Reads the unsolved window of a job. Throws the errors of WaypointAt.
 UnsolvedWaypoints ReadUnsolvedOf(ResultSource& source, std::int64_t job_id);
 
-/// A text as an SQL literal.
+/// Returns a text as an SQL literal.
 std::string SqlText(const std::string& text);
 
-/// The experiment a command is about: the one asked for, or the newest. Throws ClientError (kUsage) when there is none
-/// or no such one.
+/// The experiment of a command.
 struct ExperimentInfo {
   std::int64_t id = 0;
   std::string name;
   ExperimentState state{};
   std::string dataset_name;
   std::string dataset_hash;
-  Split split = Split::kAll;  ///< which of its problems
-  /// Whose success counts: that of its suite; without one solid, and literal where results of an old release have no
-  /// verdict by the solid rule.
+  Split split = Split::kAll;  ///< subset of its problems
+  /// Rule that counts successes: the rule of its suite; by default the physical rule, or the original evaluator's rule
+  /// if results of an old release have no verdict by the physical rule.
   Rule rule = Rule::kSolid;
 };
+/// Returns the experiment with this id, or the newest without one. Throws ClientError (kUsage) if it does not exist.
 ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> id);
 
-/// The rule asked for, else the experiment's. Errors as of FindExperiment.
+/// Returns `asked` if set, else the experiment's rule. Throws the errors of FindExperiment.
 Rule RuleFor(ResultSource& source, std::optional<std::int64_t> experiment, std::optional<Rule> asked);
 
 }  // namespace legopt::client

@@ -12,7 +12,7 @@
 namespace legopt::client {
 namespace {
 
-// The rounding of a writer that does not keep every digit; the judge's tolerances are a million times as large.
+// Tolerance for files written with fewer digits; the judge's tolerances are a million times larger.
 constexpr double kSameDefinition = 1e-9;
 
 bool Same(const Foothold& a, const Foothold& b) {
@@ -35,7 +35,7 @@ const ProblemDefinition* Find(const std::vector<ProblemDefinition>& problems, in
   return found == problems.end() ? nullptr : &*found;
 }
 
-// Throws when the file names joints and they are not the robot's, in its order.
+// Throws if the file lists joints that differ from the robot's, or in another order.
 void CheckJoints(const SolutionFile& file, const RobotModel& robot) {
   if (file.joints.empty()) return;
   const auto fail = [&](const std::string& field, const std::string& value, const std::string& message) {
@@ -58,7 +58,7 @@ void CheckJoints(const SolutionFile& file, const RobotModel& robot) {
   }
 }
 
-// What the dataset calls its robot and its scenario: by itself, and in its problem file.
+// Returns the dataset's names of its robot and its scenario, from its problem file.
 ProblemFile LabelsOf(const Dataset& dataset, Task task) {
   const DatasetDescription description = DescribeDataset(dataset.folder());
   const std::string& name = description.problem_files[task];
@@ -77,7 +77,7 @@ void WarnOfLabels(const SolutionFile& file, const Dataset& dataset, std::vector<
   check("scenario", file.scenario, dataset.name(), labels.scenario);
 }
 
-// One file on one dataset.
+// Evaluates a file on a dataset.
 class Evaluator {
  public:
   Evaluator(const SolutionFile& file, Judge& judge, Rule rule, Definitions definitions) : file_(file), judge_(judge) {
@@ -144,7 +144,7 @@ class Evaluator {
     report_.rows.push_back(std::move(row));
   }
 
-  // The judge does not know the file.
+  // Adds the file name to errors of the judge.
   Evaluation Evaluate(const Solution& solution, const ProblemDefinition& definition) {
     try {
       return judge_.Evaluate(file_.task, definition, solution.waypoints);
@@ -194,7 +194,7 @@ class Evaluator {
     if (!ids.empty()) AddAbsentMethods(ids);
   }
 
-  // Methods that solve only problems which the dataset does not have.
+  // Adds methods that solve only problems that the dataset does not have.
   void AddAbsentMethods(const std::vector<int>& ids) {
     constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
     for (const MethodSummary& other : report_.not_posed_summaries) {

@@ -18,7 +18,7 @@ namespace {
 constexpr double kPercent = 100;
 constexpr std::size_t kLongestName = 20, kLongestSubmitter = 12, kLongestMethods = 40;
 
-// A column of a text table. Without a value in any row it is left out.
+// A column of a text table. It is omitted if no row has a value.
 struct Column {
   std::string title;
   bool right_aligned = false;
@@ -29,7 +29,7 @@ std::string Cut(const std::string& text, std::size_t width) {
   if (DisplayWidth(text) <= width) return text;
   constexpr std::size_t kDots = 3;
   std::string cut;
-  // Whole characters: a byte 10xxxxxx continues one.
+  // Whole characters only: bytes 10xxxxxx continue a character.
   for (std::size_t i = 0; i < text.size();) {
     std::size_t end = i + 1;
     while (end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) ++end;
@@ -46,7 +46,7 @@ std::string Joined(const std::vector<std::string>& words) {
   return text;
 }
 
-// "SQP, Adam, +3": rows of one method name count once.
+// Returns e.g. "SQP, Adam, +3": rows with the same method name count once.
 std::string ShortMethods(const ExperimentStatus& status) {
   std::vector<std::string> names, shown;
   for (const std::string& name : status.methods) {
@@ -77,7 +77,7 @@ std::string StateOrReason(const ExperimentStatus& status) {
   return text;
 }
 
-// Results that jobs of other experiments made.
+// Returns the number of results reused from other experiments.
 std::string TakenOver(const ExperimentStatus& status) {
   return status.taken_over > 0 ? std::to_string(status.taken_over) : "";
 }
@@ -97,7 +97,7 @@ Column MakeColumn(const std::string& title, bool right_aligned, const Rows& rows
   return column;
 }
 
-// One text per line of the table, the titles first; columns without any value are left out, missing values are "-".
+// Returns one text per line of the table, titles first; columns without any value are omitted, missing values are "-".
 std::vector<std::string> Lines(std::vector<Column> columns) {
   std::erase_if(columns, [](const Column& column) {
     return std::all_of(column.cells.begin(), column.cells.end(), [](const std::string& cell) { return cell.empty(); });
@@ -126,7 +126,7 @@ bool Fit(const std::vector<std::string>& lines, std::size_t width) {
                                    [width](const std::string& line) { return DisplayWidth(line) <= width; });
 }
 
-// Empty for the default rule, so that the column appears only where it says something.
+// Returns an empty text for the default rule, so that the column appears only for other rules.
 std::string WeakerRule(const ExperimentStatus& status) {
   return status.rule == Rule::kSolid ? "" : std::string(ToString(status.rule));
 }
@@ -148,7 +148,7 @@ std::vector<std::string> WideExperiments(std::span<const ExperimentStatus> list)
                 MakeColumn("STATE", false, list, StateOrReason)});
 }
 
-// What the narrow line of an experiment has no room for.
+// Returns the properties that do not fit on the narrow line of an experiment.
 std::string Details(const ExperimentStatus& status) {
   std::vector<std::string> parts;
   if (!status.dataset.empty()) parts.push_back(status.dataset);
@@ -199,7 +199,7 @@ std::string Load(const nlohmann::json& worker) {
   return FormatFixed(load->get<double>(), 1);
 }
 
-// "2 x AMD EPYC 7B13"
+// Returns e.g. "2 x AMD EPYC 7B13".
 std::string Processor(const nlohmann::json& worker) {
   const std::string model = Field(worker, "processor");
   return model.empty() ? "-" : Field(worker, "processors") + " x " + model;

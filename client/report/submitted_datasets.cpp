@@ -29,7 +29,7 @@ void RecordDatasetFolder(const std::string& hash, const fs::path& folder) {
   const fs::path link = LinkOf(hash);
   if (fs::read_symlink(link, error) == folder) return;
   fs::create_directories(link.parent_path(), error);
-  // A link of its own name first, so that another process never sees the place empty.
+  // Create the link under a temporary name first, so that other processes never find it missing.
   const fs::path fresh = link.string() + "." + std::to_string(::getpid());
   fs::create_symlink(folder, fresh, error);
   if (!error) fs::rename(fresh, link, error);

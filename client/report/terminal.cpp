@@ -36,8 +36,8 @@ bool UsesColor(ColorChoice choice, const Terminal& terminal, const Environment& 
   return terminal.is_terminal && TextOf(environment("NO_COLOR")).empty() && TextOf(environment("TERM")) != "dumb";
 }
 
-// Lines that `text` takes on a terminal, which breaks those that are too long for it. Escapes are counted as text: at
-// worst the pager sees that it is not needed.
+// Returns the number of lines of `text` on a terminal, which wraps long lines. Escapes are counted as text: at worst
+// the pager is started and finds that it is not needed.
 std::size_t LinesOn(const Terminal& terminal, std::string_view text) {
   const std::size_t columns = std::max<std::size_t>(terminal.columns, 1);
   std::size_t lines = 0;
@@ -49,8 +49,8 @@ std::size_t LinesOn(const Terminal& terminal, std::string_view text) {
   return lines;
 }
 
-// Who reads us, e.g. `head`, has seen enough. Usually SIGPIPE ends us without a word; where we were started with that
-// signal ignored, this makes up for it.
+// Ends the process when the reader, e.g. `head`, has closed the pipe. Usually SIGPIPE does this; the signal may be
+// ignored if the parent process ignored it.
 void EndAsByBrokenPipe() {
   ::signal(SIGPIPE, SIG_DFL);
   ::raise(SIGPIPE);

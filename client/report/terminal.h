@@ -11,39 +11,39 @@ namespace legopt::client {
 
 enum class ColorChoice { kAuto, kAlways, kNever };
 
-/// What the user says about text on standard output.
+/// The user's options for text on standard output.
 struct OutputOptions {
-  std::optional<std::size_t> width;        ///< --width; default: the terminal's, else no limit
-  ColorChoice color = ColorChoice::kAuto;  ///< --color
-  bool no_pager = false;                   ///< --no-pager
+  std::optional<std::size_t> width;  ///< --width; default: the terminal's width, else no limit
+  ColorChoice color = ColorChoice::kAuto;
+  bool no_pager = false;
 };
 
-/// What standard output is.
+/// Properties of standard output.
 struct Terminal {
   bool is_terminal = false;
-  std::size_t columns = 0;  ///< 0: not known
-  std::size_t lines = 0;    ///< 0: not known
+  std::size_t columns = 0;  ///< 0: unknown
+  std::size_t lines = 0;    ///< 0: unknown
 };
 
-/// Standard output as the kernel describes it.
+/// Standard output as described by the kernel.
 Terminal StandardOutput();
 
-/// Value of an environment variable; null when it is not set.
+/// Returns the value of an environment variable; nullptr if it is not set.
 using Environment = std::function<const char*(const char* name)>;
 
-/// How to lay out text for `terminal`.
-/// * width: --width; else on a terminal COLUMNS, its own columns or 80; else no limit;
-/// * color: as --color says; `auto` is on a terminal whose TERM is not "dumb", and never with NO_COLOR (not empty).
+/// Chooses the layout of text for `terminal`:
+/// * width: --width; else on a terminal COLUMNS, its own width or 80; else no limit;
+/// * color: by --color; `auto` is on for a terminal whose TERM is not "dumb", unless NO_COLOR is set (not empty).
 TextLayout ChooseLayout(const OutputOptions& options, const Terminal& terminal, const Environment& environment);
 
-/// The same for this process.
+/// Chooses the layout for the standard output of this process.
 TextLayout LayoutOf(const OutputOptions& options);
 
-/// CSV for `terminal`: data as it is, but where people see it, with everything escaped that the terminal could act on.
+/// Returns CSV for `terminal`: unchanged, but with terminal control characters escaped if it is a terminal.
 std::string CsvFor(const Terminal& terminal, const std::string& csv);
 
-/// Writes `text` to standard output; on a terminal that is too low for it through the pager (see pager.h). A reader
-/// that has gone ends the process as SIGPIPE does; any other fault is left in std::cout.
+/// Writes `text` to standard output, through the pager if it does not fit on a terminal (see pager.h). A closed pipe
+/// ends the process like SIGPIPE; other errors set the state of std::cout.
 void Print(const std::string& text, const OutputOptions& options);
 
 }  // namespace legopt::client

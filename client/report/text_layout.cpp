@@ -8,7 +8,7 @@
 namespace legopt::client {
 namespace {
 
-// What the C library knows of characters, whatever the user's locale is. Null where the system lacks it.
+// Character properties of the C library, independent of the user's locale. nullptr if the system has no such locale.
 locale_t Utf8() {
   static const locale_t locale = ::newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr);
   return locale;
@@ -32,7 +32,7 @@ struct Character {
   std::size_t columns = 1;
 };
 
-// The first character of a text that is not empty. Needs a Utf8Scope.
+// Returns the first character of a text that is not empty. Needs a Utf8Scope.
 Character FirstCharacter(std::string_view text) {
   wchar_t wide = 0;
   mbstate_t state{};
@@ -46,7 +46,7 @@ bool IsAscii(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
 }
 
-// Bytes of the longest start of `text` that fits, at least one character.
+// Returns the size in bytes of the longest prefix of `text` that fits, at least one character.
 std::size_t FittingBytes(std::string_view text, std::size_t width) {
   const Utf8Scope utf8;
   std::size_t bytes = 0;
@@ -59,12 +59,12 @@ std::size_t FittingBytes(std::string_view text, std::size_t width) {
   return bytes;
 }
 
-// Where to break a text of which `bytes` fit: the line's end and the next line's start.
+// Returns where to break a text of which `bytes` fit: the end of the line and the start of the next line.
 std::pair<std::size_t, std::size_t> BreakAt(std::string_view text, std::size_t bytes) {
   const std::size_t space = text.rfind(' ', bytes);
   const std::size_t end = space == std::string_view::npos ? space : text.find_last_not_of(' ', space);
   const bool has_space = end != std::string_view::npos;
-  if (!has_space || 2 * end < bytes) {  // what follows the space is more than half a line long
+  if (!has_space || 2 * end < bytes) {  // the text after the space is longer than half a line
     const std::size_t mark = text.substr(0, bytes).find_last_of(",;/");
     if (mark != std::string_view::npos && (!has_space || mark > end)) return {mark + 1, mark + 1};
   }

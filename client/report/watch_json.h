@@ -11,23 +11,23 @@
 
 namespace legopt::client {
 
-/// What a watcher sees as JSON, one object per line, for programs. Every object has
+/// Progress events as JSON, one object per line, for programs. Every object has
 ///
-///     "event": "progress", "silent" (the server does not answer), "back" (it does again) or "end" (the last line),
+///     "event": "progress", "silent" (the server does not answer), "back" (it answers again) or "end" (the last line),
 ///     "at_us": microseconds since 1970 by this machine's clock, "experiment": its id
 ///
-/// A progress has in addition "name", "state" ("active", "done", "cancelled"), "hold" ("none", "paused", "held"),
-/// "hold_reason", "waiting_for" (why it stands still; empty: it moves), the counts of jobs "total", "queued", "leased",
-/// "done", "failed", "dead", "cancelled", "solved", the times "elapsed_s", "worked_s" (or null) and "eta_s" (or null),
-/// "share" of the working slots, and "running": {"job", "task", "worker", "done", "total"} of the jobs that told how
-/// far they are. A silent one has "silent_s". An end has "exit_code", "reason" (empty when the experiment is over), and
-/// all that the last progress had, if there was one.
+/// A "progress" event also has "name", "state" ("active", "done", "cancelled"), "hold" ("none", "paused", "held"),
+/// "hold_reason", "waiting_for" (why it stalls; empty while it progresses), the numbers of jobs "total", "queued",
+/// "leased", "done", "failed", "dead", "cancelled", "solved", the times "elapsed_s", "worked_s" (or null) and "eta_s"
+/// (or null), the "share" of busy slots, and "running": {"job", "task", "worker", "done", "total"} of jobs with
+/// reported progress. A "silent" event has "silent_s". An "end" event has "exit_code", "reason" (empty if the
+/// experiment is over), and all members of the last "progress" event, if any.
 ///
-/// A progress is written at the start and at the end, when something has changed (more than times), at most one per
-/// `interval`, and every ten intervals if nothing has.
+/// A "progress" event is written at the start and at the end, when a value other than a time has changed, at most once
+/// per `interval`, and every ten intervals without changes.
 class WatchJson final : public WatchView {
  public:
-  using Clock = std::function<Seconds()>;                 ///< steady
+  using Clock = std::function<Seconds()>;                 ///< monotonic
   using WallClock = std::function<std::int64_t()>;        ///< microseconds since 1970
   using Write = std::function<void(const std::string&)>;  ///< takes one line without its end
 

@@ -8,16 +8,16 @@ namespace legopt::client {
 
 using Seconds = std::chrono::duration<double>;
 
-/// What a watcher sees, as it happens.
+/// Receives events while an experiment is watched.
 class WatchView {
  public:
   virtual ~WatchView() = default;
-  /// The experiment as of now; a few times per second.
+  /// Shows the current status; called a few times per second.
   virtual void Show(const ExperimentStatus& status) = 0;
-  /// The server has not answered for `silence`; it is asked again and again for up to `patience`. Once per silence.
+  /// The server has not answered for `silence`; calls are repeated for up to `patience`. Called once per silence.
   virtual void ServerSilent(Seconds silence, Seconds patience) = 0;
   virtual void ServerBack() = 0;
-  /// Something else is about to be printed.
+  /// Called before other output is printed.
   virtual void Break() {}
 };
 

@@ -15,7 +15,7 @@
 namespace legopt::client {
 namespace {
 
-// Short at first, so that a run of a second does not wait for its own progress display.
+// Short at first, so that a run of a second is not delayed by its progress display.
 constexpr int kFirstInterval_ms = 50;
 constexpr int kInterval_ms = 250;
 

@@ -13,16 +13,16 @@
 
 namespace legopt::client {
 
-/// What a server that cannot write its database (full disk, I/O error) means for who waits for it. It acknowledges and
-/// leases nothing meanwhile, loses nothing, and goes on when it can write again.
+/// Detects a server that cannot write its database (full disk, I/O error). Such a server acknowledges and leases
+/// nothing, loses no data, and resumes when it can write again.
 class StoreTrouble {
  public:
   static constexpr Seconds kPatience{600};
 
-  /// Takes the server's status; says on standard error when the trouble begins and when it is over; `view` may be
-  /// null. Throws ClientError (kDatabaseUnusable) when it lasts for longer than kPatience.
+  /// Checks a status reply; reports on standard error when the trouble begins and ends. `view` may be nullptr. Throws
+  /// ClientError (kDatabaseUnusable) if it lasts longer than kPatience.
   void Look(const nlohmann::json& status, WatchView* view);
-  /// For whoever gives up waiting: throws ClientError (kDatabaseUnusable) while the trouble lasts.
+  /// Throws ClientError (kDatabaseUnusable) during the trouble; for callers that stop waiting.
   void ThrowIfAny() const;
 
  private:
@@ -30,16 +30,16 @@ class StoreTrouble {
   std::chrono::steady_clock::time_point since_;
 };
 
-/// Judges the silence of a server that has answered before. Times are any steady time and do not go back.
+/// Limits the silence of a server that has answered before. Times are any monotonic time.
 class ServerPatience {
  public:
-  /// `first`: when it answered last; empty: never, then the first silence is the end.
+  /// `first`: time of its last answer; nullopt: never, then the first timeout is an error.
   ServerPatience(Seconds patience, std::optional<Seconds> first) : patience_(patience), answered_(first) {}
 
-  /// It has answered.
+  /// Records an answer.
   void Answered(Seconds now, WatchView& view);
-  /// A call has timed out with `error`. Throws it when the server has never answered, and a ClientError (kUnreachable)
-  /// when it has not for `patience`.
+  /// Records that a call timed out with `error`. Throws it if the server has never answered, and a ClientError
+  /// (kUnreachable) if it has not answered for `patience`.
   void Silent(Seconds now, const ClientError& error, WatchView& view);
 
  private:
@@ -48,67 +48,68 @@ class ServerPatience {
   bool silent_ = false;
 };
 
-/// Ends a wait in which nothing moves. An experiment moves while a slot works on it or a job of it ends; pauses, holds
-/// and a database that cannot be written count as standing still. Times as of ServerPatience.
+/// Ends a wait without progress. Progress means that a slot works on the experiment or a job ends; pauses, holds and a
+/// database that cannot be written are not progress. Times are as in ServerPatience.
 class ProgressDeadline {
  public:
-  /// Throws after `give_up` without progress; empty: never.
+  /// Throws after `give_up` without progress; nullopt: never.
   explicit ProgressDeadline(std::optional<Seconds> give_up) : give_up_(give_up) {}
 
-  /// Takes a look at the experiment. Throws ClientError (kNoProgress) with the reason for which it stands still.
+  /// Checks the experiment. Throws ClientError (kNoProgress) with the reason for the stall.
   void Look(Seconds now, const ExperimentStatus& status);
 
  private:
   std::optional<Seconds> give_up_;
-  std::optional<Seconds> moved_;  // last time
+  std::optional<Seconds> moved_;  // time of the last progress
   std::int64_t finished_ = -1;
 };
 
-/// Takes care that a server that comes back still means the same experiment by its id.
+/// Verifies that the id still refers to the same experiment after a server restart.
 class WatchedExperiment {
  public:
   WatchedExperiment(std::int64_t id, std::string address) : id_(id), address_(std::move(address)) {}
 
-  /// The watched one of a status reply, a JSON object. Throws ClientError: kUsage when the server never knew it,
-  /// kDatabaseUnusable when it knew it before, or another one by its id.
+  /// Returns the watched experiment of a status reply, a JSON object. Throws ClientError: kUsage if the server never
+  /// had it, kDatabaseUnusable if it disappeared or the id now refers to another experiment.
   ExperimentStatus Find(const nlohmann::json& reply);
 
  private:
   std::int64_t id_;
   std::string address_;
-  std::optional<std::pair<std::string, std::int64_t>> identity_;  // content and time of submission
+  std::optional<std::pair<std::string, std::int64_t>> identity_;  // content hash and time of submission
 };
 
 struct WatchOptions {
   static constexpr double kDefaultPatience_s = 600;
 
-  Seconds patience{kDefaultPatience_s};  ///< how long a server that has answered before may be silent
-  bool has_answered = false;             ///< it has, just now
-  std::function<void()> tick = {};       ///< called between two looks, e.g. to see after children
-  bool own_workers = false;              ///< the workers are children of ours: while none is connected, they load
-  std::optional<Seconds> give_up = {};   ///< time without progress, or without an answer, after which to end
+  Seconds patience{kDefaultPatience_s};  ///< maximum silence of a server that has answered before
+  bool has_answered = false;             ///< the server has just answered
+  std::function<void()> tick = {};       ///< called between two status calls, e.g. to supervise children
+  bool own_workers = false;              ///< the workers are children of this process: while none is connected, they
+                                         ///< are loading
+  std::optional<Seconds> give_up = {};   ///< maximum time without progress or without an answer
 };
 
-/// The reason why an experiment waits, for somebody whose own workers are starting: they load the dataset.
+/// Returns why an experiment waits, if this process is starting its workers: they load the dataset.
 std::string ReasonWithOwnWorkers(const ExperimentStatus& status, const nlohmann::json& reply);
 
-/// Looks at an experiment until it is over and shows it. Returns its last status. Survives a server that is restarted
-/// (ServerPatience, WatchedExperiment, ProgressDeadline: their errors end it). Under an InterruptGuard an interruption
-/// throws ClientError (kInterrupted) at once. Shows a database that the server cannot write; then an interruption, or
-/// ten minutes of it, throw kDatabaseUnusable.
+/// Polls and shows an experiment until it is over; returns its last status. Continues after a server restart (the
+/// errors of ServerPatience, WatchedExperiment and ProgressDeadline end it). Under an InterruptGuard an interruption
+/// throws ClientError (kInterrupted) immediately. Reports a database that the server cannot write; then an
+/// interruption, or ten minutes in this state, throw kDatabaseUnusable.
 ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experiment_id, WatchView& view,
                                  const WatchOptions& options = {});
 
-/// The same on standard error, with the closing line.
+/// Watches an experiment on standard error and prints the final line.
 ExperimentStatus WatchOnTerminal(ServerConnection& server, std::int64_t experiment_id,
                                  const WatchOptions& options = {});
 
-/// The exit code that an experiment's end deserves: kJobsFailed when jobs died or could not run, kInterrupted when it
-/// was cancelled.
+/// Returns the exit code for the end of an experiment: kJobsFailed if jobs died or failed, kInterrupted if it was
+/// cancelled.
 ExitCode OutcomeOf(const ExperimentStatus& status);
 
-/// A sentence on jobs that died or could not run and where to look; empty when there are none.
-/// `source_flags` as of ResultSource::flags().
+/// Returns a sentence on dead and failed jobs and how to inspect them; empty if there are none. `source_flags`: see
+/// ResultSource::flags().
 std::string FailureHint(const ExperimentStatus& status, const std::string& source_flags);
 
 }  // namespace legopt::client

@@ -7,7 +7,7 @@
 namespace legopt::client {
 namespace {
 
-// What counts as one visitor.
+// Returns the bytes that identify a visitor.
 std::string AddressOf(const sockaddr* from) {
   if (from->sa_family == AF_INET) {
     const auto& v4 = reinterpret_cast<const sockaddr_in*>(from)->sin_addr;
@@ -28,7 +28,7 @@ void CountDown(std::map<std::string, unsigned>* counts, const std::string& addre
 
 }  // namespace
 
-// The library notices the end of the connection, closes it and calls Remove. Until then the limits do not count it.
+// The HTTP library notices the end of the connection, closes it and calls Remove. Meanwhile the limits do not count it.
 void HttpConnections::Close(Entry* entry) {
   entry->waiting = false;
   entry->closed = true;

@@ -11,55 +11,55 @@
 
 namespace legopt::client {
 
-/// How many connections a web server accepts, and how long one may take to send a request.
+/// Limits on the connections of a web server.
 struct HttpLimits {
-  unsigned most_connections = 448;        ///< more are answered with 503
-  unsigned most_of_address = 64;          ///< connections of one address; more are answered with 503
-  unsigned most_streams = 400;            ///< event streams; more are answered with 503
-  unsigned most_streams_of_address = 32;  ///< event streams of one address; more are answered with 503
-  std::chrono::milliseconds head{5000};   ///< time to send a request, from the connection's start or the last answer
+  unsigned most_connections = 448;        ///< further ones are answered with 503
+  unsigned most_of_address = 64;          ///< connections per address; further ones are answered with 503
+  unsigned most_streams = 400;            ///< event streams; further ones are answered with 503
+  unsigned most_streams_of_address = 32;  ///< event streams per address; further ones are answered with 503
+  std::chrono::milliseconds head{5000};   ///< time for sending a request, from the start of the connection or the last
+                                          ///< answer
 };
 
-/// The open connections of a web server: who holds how many, and which of them have sent no request in time. Where a
-/// limit is reached, the oldest connection that waits for a request is closed for the newest one, so that connections
-/// without requests do not block others. An IPv4 address, and the first 64 bits of an IPv6 address, count as one
-/// visitor. Thread rule: any thread.
+/// The open connections of a web server: their number per visitor, and whether they sent a request in time. If a limit
+/// is reached, a new connection replaces the oldest one that waits for a request, so that idle connections do not block
+/// others. An IPv4 address, or the first 64 bits of an IPv6 address, identifies a visitor. Thread rule: any thread.
 class HttpConnections {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// One open connection.
+  /// An open connection.
   struct Entry {
     int socket = -1;
     std::string address;
-    bool waiting = true;  ///< a request is awaited
-    bool closed = false;  ///< shut down here; the library has not removed it yet
+    bool waiting = true;  ///< waiting for a request
+    bool closed = false;  ///< shut down, but not yet removed by the HTTP library
     Clock::time_point since{};
   };
 
   explicit HttpConnections(const HttpLimits& limits) : limits_(limits) {}
 
-  /// How many connections the server's library must be able to hold: some more than may be answered, for the 503.
+  /// Capacity required of the HTTP library: more than the limit, so that 503 can be sent.
   unsigned capacity() const { return limits_.most_connections + kSpare; }
 
-  /// Whether a new connection is accepted at all. False only while so many are being refused that none can be held.
+  /// Returns whether a new connection is accepted at all; false only while too many connections are being refused.
   bool Admits(const sockaddr* from);
 
-  /// A new connection. The entry is valid until Remove.
+  /// Adds a connection. The entry is valid until Remove.
   Entry* Add(int socket, const sockaddr* from);
   void Remove(Entry* entry);
 
-  /// The request of a connection has arrived. False: answer 503 and close, a limit is exceeded.
+  /// Marks that a request has arrived. Returns false if a limit is exceeded: answer 503 and close.
   bool BeginAnswer(Entry* entry);
-  /// The answer is complete, or the connection is about to be closed.
+  /// Marks that the answer is complete, or that the connection is about to be closed.
   void EndAnswer(Entry* entry);
 
-  /// Counts an event stream. False: the limit is reached, nothing is counted.
+  /// Counts an event stream. Returns false, without counting it, if the limit is reached.
   bool OpenStream(const std::string& address);
   void CloseStream(const std::string& address);
   unsigned streams() const;
 
-  /// Closes the connections that have sent no whole request in time.
+  /// Closes the connections that have not sent a complete request in time.
   void CloseLate(Clock::time_point now);
 
  private:
@@ -67,13 +67,13 @@ class HttpConnections {
   static constexpr unsigned kSpare = 32;
   unsigned CountOf(const std::string& address) const;
   void Close(Entry* entry);
-  void CloseOldestWaiting(const std::string* address);  // null: whatever its address
+  void CloseOldestWaiting(const std::string* address);  // nullptr: of any address
 
   const HttpLimits limits_;
   mutable std::mutex mutex_;
   Entries entries_;  // oldest first
   std::map<std::string, unsigned> connections_of_, streams_of_;
-  std::size_t closed_ = 0;  // entries that are
+  std::size_t closed_ = 0;  // number of closed entries
   unsigned streams_ = 0;
 };
 

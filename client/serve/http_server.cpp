@@ -29,7 +29,7 @@ constexpr unsigned kSlowThreads = 2;
 constexpr unsigned kRetryAfter_s = 5;
 constexpr std::chrono::milliseconds kKeepingInterval{250};
 
-// Nothing but what we serve ourselves; styles stand in the program.
+// Allows only content from this server; the script contains the styles.
 constexpr char kPolicy[] =
     "default-src 'none'; script-src 'self'; style-src 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -58,7 +58,7 @@ std::string InUrl(const std::string& address) {
   return address.find(':') == std::string::npos ? address : "[" + address + "]";
 }
 
-// The name of a Host header, without its port.
+// Returns the name of a Host header in lower case, without its port.
 std::string NameOf(std::string host) {
   const auto colon = host.rfind(':');
   if (colon != std::string::npos && host.find(']', colon) == std::string::npos) host.resize(colon);
@@ -66,7 +66,7 @@ std::string NameOf(std::string host) {
   return host;
 }
 
-// A response of the library, freed at the end of its scope: the library keeps what it queued.
+// An HTTP library response, released at the end of its scope: the library keeps queued responses alive.
 class Response {
  public:
   explicit Response(MHD_Response* response) : response_(response) {
@@ -91,7 +91,7 @@ class Response {
   MHD_Response* response_;
 };
 
-// What keeps a body alive while the library sends it.
+// Keeps a body alive while the library sends it.
 using Body = std::shared_ptr<const std::string>;
 
 ssize_t ReadBody(void* body, std::uint64_t position, char* to, std::size_t most) {
@@ -114,7 +114,7 @@ HttpReply TextReply(unsigned status, const std::string& text) {
 
 namespace {
 
-// As many connections as the limit of open files allows, which is raised as far as this process may.
+// Raises the limit of open files if possible, and lowers the connection limits to it.
 HttpLimits WithinOpenFiles(HttpLimits limits) {
   constexpr rlim_t kWanted = 4096, kOwnFiles = 100, kFewest = 16;
   rlimit files{};
@@ -208,22 +208,22 @@ class HttpServer::Impl {
   }
 
  private:
-  // One request and its answer; the library's `con_cls`.
+  // A request and its answer; passed to the library as `con_cls`.
   struct Exchange {
     MHD_Connection* connection = nullptr;
     HttpRequest request;
-    bool asked = false;  // a handler has it
+    bool asked = false;  // a handler has been called
     std::optional<HttpReply> reply;
   };
 
-  // A reader of events. Owned by the library's response.
+  // An event stream. Owned by the library's response.
   struct Stream {
     Impl* impl = nullptr;
     MHD_Connection* connection = nullptr;
-    std::uint64_t event_number = 0, beat_number = 0;  // sent
+    std::uint64_t event_number = 0, beat_number = 0;  // last ones sent
     Body pending;
-    std::size_t offset = 0;  // in `pending`
-    std::string address;     // the reader's, as HttpConnections counts it
+    std::size_t offset = 0;  // position in `pending`
+    std::string address;     // the visitor's address, as counted by HttpConnections
     int socket = -1;
     bool gone = false;  // the reader has closed the connection
   };
@@ -268,9 +268,9 @@ class HttpServer::Impl {
       *state = exchange;
       ++requests_;
       if (const auto refusal = Refusal(connection, method)) return Send(connection, *refusal);
-      return MHD_YES;  // to be called again after the body, which must not be
+      return MHD_YES;  // called again after the body, which must be empty
     }
-    if (body_bytes != 0) return MHD_NO;  // closes the connection, whatever else would come
+    if (body_bytes != 0) return MHD_NO;  // closes the connection without reading more
     if (!exchange->asked && !connections_.BeginAnswer(EntryOf(connection))) {
       return Refuse(connection, "too many connections; try again later\n");
     }
@@ -292,7 +292,7 @@ class HttpServer::Impl {
     }
   }
 
-  // Hands it to the slow threads; false when these end.
+  // Queues the exchange for the slow threads; returns false if they are stopping.
   bool Postpone(Exchange* exchange) {
     const std::lock_guard lock(mutex_);
     if (ending_) {
@@ -335,7 +335,7 @@ class HttpServer::Impl {
     return response.Queue(connection, same ? MHD_HTTP_NOT_MODIFIED : reply.status);
   }
 
-  // 503: a limit is reached. The connection is closed, so that it counts no longer.
+  // Answers 503 and closes the connection, so that it is no longer counted.
   static MHD_Result Refuse(MHD_Connection* connection, const std::string& reason) {
     Body text = std::make_shared<const std::string>(reason);
     Response response(
@@ -404,13 +404,13 @@ class HttpServer::Impl {
     delete stream;
   }
 
-  // Under the mutex.
+  // The mutex must be held.
   void WakeStreams() {
     for (Stream* stream : suspended_) MHD_resume_connection(stream->connection);
     suspended_.clear();
   }
 
-  // The library does not look at a suspended connection, so that a stream without news outlives its reader.
+  // The library does not monitor suspended connections, so this detects closed ones.
   void ReleaseAbandonedStreams() {
     for (auto next = suspended_.begin(); next != suspended_.end();) {
       Stream* const stream = *next;
@@ -426,7 +426,7 @@ class HttpServer::Impl {
     }
   }
 
-  // A thread of its own: connections without a request in time, and streams without a reader.
+  // Runs in a separate thread: closes connections without a timely request, and streams without a reader.
   void CloseTheDead() {
     std::unique_lock lock(mutex_);
     while (!wake_.wait_for(lock, kKeepingInterval, [this] { return ending_; })) {
@@ -443,7 +443,7 @@ class HttpServer::Impl {
       Exchange* exchange = waiting_.front();
       waiting_.pop_front();
       lock.unlock();
-      // A suspended connection is not ended by the library, so the exchange lives on.
+      // The library does not end a suspended connection, so the exchange stays valid.
       auto reply = Guarded(slow_, exchange->request);
       lock.lock();
       exchange->reply = std::move(reply);
@@ -462,8 +462,8 @@ class HttpServer::Impl {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Exchange*> waiting_;  // suspended, until a slow thread takes them
-  std::set<Stream*> suspended_;    // streams that have sent all there is
-  Body event_;                     // the newest
+  std::set<Stream*> suspended_;    // streams without pending data
+  Body event_;                     // newest event
   std::uint64_t event_number_ = 0, beat_number_ = 0;
   bool ending_ = false;
   std::vector<std::thread> threads_;

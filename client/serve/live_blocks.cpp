@@ -18,9 +18,9 @@ using Clock = std::chrono::steady_clock;
 constexpr unsigned kNotFound = 404, kBadRequest = 400;
 constexpr std::size_t kMostKeptBytes = 64U << 20U;
 constexpr std::size_t kMostExperiments = 8;
-constexpr std::size_t kMostFigures = 8;               // sets of experiments at hand
-constexpr std::chrono::seconds kShortestInterval{5};  // between two computations of the same figures
-constexpr int kIntervalPerWork = 10;                  // and of the time that one takes
+constexpr std::size_t kMostFigures = 8;               // number of cached sets of experiments
+constexpr std::chrono::seconds kShortestInterval{5};  // minimum time between two computations of the same figures
+constexpr int kIntervalPerWork = 10;                  // minimum time as a multiple of the computing time
 constexpr char kBlocks[] = "/blocks/", kMotion[] = "motion-", kSolutions[] = "solutions-";
 
 std::optional<std::int64_t> NumberOf(std::string_view text) {
@@ -38,7 +38,7 @@ HttpReply Static(const std::string& type, std::string text, std::string etag) {
   return reply;
 }
 
-// Jobs that have their end: figures change with it.
+// Returns the number of ended jobs per experiment: figures change with it.
 std::string ProgressOf(ResultSource& source, const std::vector<PageSource>& shown) {
   std::string where;
   for (const PageSource& one : shown) {
@@ -52,7 +52,7 @@ std::string ProgressOf(ResultSource& source, const std::vector<PageSource>& show
   return row.Text(0, "progress");
 }
 
-// All that an experiment asks for, solved or not.
+// Returns all problems of an experiment, solved or not.
 ProblemIds ProblemsOf(ResultSource& source, std::int64_t experiment) {
   const Listing rows = source.Query(
       "SELECT DISTINCT c.task, p.problem_id AS problem FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN problems AS "
@@ -96,7 +96,7 @@ HttpReply LiveBlocks::Make(const HttpRequest& request) {
     if (error.code() == ExitCode::kUsage) return TextReply(kNotFound, error.what());
     throw;
   }
-  // Geometry is made with the figures: a page asks for it afterwards.
+  // Geometry is created with the figures, which a page requests first.
   return TextReply(kNotFound, "there is no block '" + block + "'");
 }
 
@@ -149,7 +149,9 @@ HttpReply LiveBlocks::MakeFigures(const std::string& experiments) {
 
 HttpReply LiveBlocks::MakeSolution(const std::string& block, std::int64_t job) {
   const std::lock_guard lock(solutions_mutex_);
-  if (const auto known = AtHand({kBlocks + block, ""})) return *known;  // the same page asks for both blocks at once
+  if (const auto known = AtHand({kBlocks + block, ""}))
+    return *known;  // the page requests both blocks of a solution
+                    // at once
   const ViewedJob viewed = ReadViewedJob(*source_, job);
   auto& lister = listers_[viewed.dataset_hash];
   for (const auto& dataset : request_.datasets) {

@@ -16,22 +16,22 @@
 
 namespace legopt::client {
 
-/// The blocks of a page (docs/page-data.md), made when a browser asks for them: figures of experiments, geometry, and
-/// one solution at a time. Thread rule: any threads.
+/// The blocks of a page (docs/page-data.md), created on request of a browser: figures of experiments, geometry, and one
+/// solution at a time. Thread rule: any thread.
 class LiveBlocks {
  public:
-  /// `request.sources`: what is shown where a browser names no experiments; all of them of one place.
+  /// `request.sources`: experiments shown by default; all must be in the same server or file.
   explicit LiveBlocks(FigureRequest request);
 
-  /// The page itself, its program, and blocks that are at hand; empty for what takes time. Never waits for Make.
+  /// Returns the page, its script, or an available block; nullopt for slow requests. Never waits for Make.
   std::optional<HttpReply> AtHand(const HttpRequest& request);
-  /// Makes the block that is asked for; 404 where there is none.
+  /// Creates the requested block; status 404 if it does not exist.
   HttpReply Make(const HttpRequest& request);
 
  private:
   struct Figures {
     HttpReply reply;
-    std::string progress;  // of the experiments then
+    std::string progress;  // state of the experiments at that time
     std::chrono::steady_clock::time_point made;
     std::chrono::steady_clock::duration took{};
   };
@@ -45,16 +45,16 @@ class LiveBlocks {
   FigureRequest request_;
   std::string start_;  // part of every ETag: another process has other blocks
 
-  std::mutex figures_mutex_;  // held while figures are made
+  std::mutex figures_mutex_;  // held while figures are computed
   std::map<std::string, Figures> figures_;
 
   std::mutex solutions_mutex_;  // held while a solution is judged
   std::unique_ptr<ResultSource> source_;
-  std::map<std::string, std::unique_ptr<FindingLister>> listers_;  // by the dataset's hash
+  std::map<std::string, std::unique_ptr<FindingLister>> listers_;  // key: dataset hash
 
-  std::mutex kept_mutex_;  // never held for long
+  std::mutex kept_mutex_;  // held only briefly
   std::map<std::string, HttpReply> kept_;
-  std::list<std::string> order_;  // of kept_, oldest first
+  std::list<std::string> order_;  // keys of kept_, oldest first
   std::size_t kept_bytes_ = 0;
   std::uint64_t serial_ = 0;
 };

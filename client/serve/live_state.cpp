@@ -37,7 +37,7 @@ Json ExperimentsOfServer(const nlohmann::json& status) {
   return list;
 }
 
-// Coarse, so that a state in which nothing happens stays the same: null for a worker that is heard as usual.
+// Rounds the age, so that the text does not change without events; null for a worker with recent messages.
 Json CoarseAge(const Json& silent_s) {
   constexpr double kUsual_s = 5, kMinute_s = 60;
   if (!silent_s.is_number() || silent_s.get<double>() < kUsual_s) return {};
@@ -128,7 +128,7 @@ Json LiveState::ExperimentsOfFile() {
                      "FROM experiment_list ORDER BY experiment_id"));
 }
 
-// Those that have a job: whether others are there, only the server knows.
+// Returns the workers with running jobs; a file does not show whether other workers are online.
 Json LiveState::WorkersOfFile() {
   return RowsOf(source_->Query(
       "SELECT w.worker_id AS id, w.name, w.hostname, w.slots, count(*) AS leases, 1 AS online, 0 AS draining, "
@@ -157,7 +157,7 @@ void LiveState::ReadFailures() {
   failures_ = std::move(all);
 }
 
-// The newest events that may change a user's plans.
+// Returns the newest events that may change a user's plans.
 Json LiveState::ReadEvents() {
   constexpr int kMost = 20;
   return RowsOf(source_->Query(
@@ -168,7 +168,7 @@ Json LiveState::ReadEvents() {
       std::to_string(kMost)));
 }
 
-// Jobs that ended in the last minute, or since we look.
+// Adds the rate of ended jobs over the last minute, or since the first call.
 void LiveState::AddRates(double now_s, Json* experiments) {
   for (Json& experiment : *experiments) {
     std::int64_t finished = 0;

@@ -15,19 +15,19 @@
 
 namespace legopt::client {
 
-/// How far the experiments of a server or a database are: what changes while a page is looked at (docs/page-data.md,
-/// "Live"). Thread rule: one thread reads; text() may be called from any.
+/// The changing state of the experiments of a server or database (docs/page-data.md, "Live"). Thread rule: one thread
+/// calls Read; text() may be called from any thread.
 class LiveState {
  public:
-  /// Failures are those of `rule`. Errors as of OpenResults.
+  /// Failures are judged by `rule`. Throws the errors of OpenResults.
   LiveState(const SourceOptions& source, Rule rule);
 
-  /// Looks again; true when there is news. What cannot be read becomes the member "error" of the text, and is tried
-  /// again next time. `now_s`: seconds of a clock that never falls.
+  /// Reads the state again; returns true if it has changed. A read error is stored in the member "error" of the text,
+  /// and the next call retries. `now_s`: seconds of a monotonic clock.
   bool Read(double now_s);
 
-  std::shared_ptr<const std::string> text() const;    ///< JSON in one line
-  std::uint64_t version() const { return version_; }  ///< of the text
+  std::shared_ptr<const std::string> text() const;    ///< JSON on one line
+  std::uint64_t version() const { return version_; }  ///< version of the text
 
  private:
   struct Sample {
@@ -45,8 +45,8 @@ class LiveState {
   SourceOptions options_;
   Rule rule_;
   std::unique_ptr<ResultSource> source_;
-  std::unique_ptr<ServerConnection> server_;                           // null: a file
-  std::map<std::int64_t, std::deque<Sample>> seen_;                    // by experiment, of the last minute
+  std::unique_ptr<ServerConnection> server_;                           // nullptr if the source is a file
+  std::map<std::int64_t, std::deque<Sample>> seen_;                    // samples of the last minute; key: experiment
   nlohmann::ordered_json failures_ = nlohmann::ordered_json::array();  // newest first
   std::int64_t failures_until_us_ = 0;
   std::uint64_t version_ = 0;

@@ -18,14 +18,14 @@ using nlohmann::json;
 constexpr unsigned kUnavailable = 503;
 constexpr double kServerPatience_s = 5;
 
-// Metrics in the text format: HELP and TYPE once, then the samples.
+// Writes metrics in the text format: HELP and TYPE once, then the samples.
 class MetricsWriter {
  public:
   void Begin(const std::string& name, const char* type, const char* help) {
     name_ = "legopt_" + name;
     text_ += "# HELP " + name_ + " " + help + "\n# TYPE " + name_ + " " + type + "\n";
   }
-  // Nothing for a figure that is not known.
+  // Writes nothing for unknown values.
   void Sample(const json& value, const std::vector<std::pair<std::string, std::string>>& labels = {}) {
     if (!value.is_number() && !value.is_boolean()) return;
     text_ += name_;
@@ -121,7 +121,7 @@ void WriteServer(const json& server, MetricsWriter& metrics) {
   }
 }
 
-// A status reply as far as a file can tell.
+// Returns a status reply with the information available in a file.
 json StatusOfFile(const SourceOptions& source) {
   const auto results = OpenResults(source);
   const Listing rows =

@@ -8,14 +8,14 @@
 
 namespace legopt::client {
 
-/// Figures of a status reply in the text format of Prometheus, version 0.0.4.
+/// Returns the metrics of a status reply in the text format of Prometheus, version 0.0.4.
 std::string MetricsText(const nlohmann::json& status);
 
-/// The fault of the service that sent this status reply, for /healthz; empty if it is healthy.
+/// Returns the problem of the service that sent this status reply, for /healthz; empty if it is healthy.
 std::string HealthFault(const nlohmann::json& status);
 
-/// Answers of /healthz (200 "ok", else 503 with the reason) and /metrics, asked of the server or of a database file.
-/// Thread rule: any threads, one at a time for each object.
+/// Answers /healthz (200 "ok", else 503 with the reason) and /metrics from the server or a database file. Thread rule:
+/// any thread, one at a time per object.
 class Monitoring {
  public:
   explicit Monitoring(SourceOptions source) : source_(std::move(source)) {}

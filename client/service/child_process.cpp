@@ -30,8 +30,8 @@ constexpr off_t kTailBytes = 2000;
   throw ClientError(ExitCode::kMachine, "cannot start " + program.string() + ": " + what);
 }
 
-// Runs between fork and exec: only calls that are safe there. Writes the errno of a failed exec to `failure`, which a
-// successful one closes.
+// Runs between fork and exec, so it uses only async-signal-safe calls. Writes the errno of a failed exec to `failure`,
+// which is closed by a successful exec.
 [[noreturn]] void BecomeProgram(char* const* arguments, pid_t parent, int error, const ChildFiles& files, int failure,
                                 std::span<const int> kept) {
   ::setpgid(0, 0);
@@ -48,7 +48,7 @@ constexpr off_t kTailBytes = 2000;
   ::_exit(kCannotStart);
 }
 
-// What reads from it finds `text`, and then the end.
+// Returns a readable file that contains `text`.
 programs::Descriptor Holding(const std::string& text) {
   if (text.empty()) return programs::Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC));
   programs::Descriptor memory(::memfd_create("legopt-child-input", MFD_CLOEXEC));

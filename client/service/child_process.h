@@ -13,31 +13,32 @@
 
 namespace legopt::client {
 
-/// How a child ended.
+/// Exit status of a child process.
 struct ChildExit {
-  int code = 0;    ///< exit status, when `signal` is 0
-  int signal = 0;  ///< the signal that killed it
-  /// "exit code 7" or "signal 11, SIGSEGV (segmentation fault)".
+  int code = 0;    ///< exit status, if `signal` is 0
+  int signal = 0;  ///< signal that killed it
+  /// Returns "exit code 7" or "signal 11, SIGSEGV (segmentation fault)".
   std::string Describe() const;
 };
 
-/// Descriptors that a child is given in place of ours; they stay the caller's.
+/// Descriptors used by a child as its standard streams; the caller keeps ownership.
 struct ChildFiles {
-  int input;   ///< its standard input
-  int output;  ///< its standard output and error
+  int input;   ///< standard input
+  int output;  ///< standard output and error
 };
 
-/// A program that runs beside us and never outlives us: the kernel sends it SIGTERM when we die, and the destructor
-/// stops it. It stands in a process group of its own, so that Ctrl-C reaches only us and we decide the order of the
-/// end. Its standard input is `input`; its standard output comes to us; its standard error goes to ours, or into memory
-/// when `quiet`, where ErrorTail() finds it. Thread rule: the thread that starts it must live as long as it does.
+/// A child process that never outlives this one: the kernel sends it SIGTERM when this process dies, and the destructor
+/// stops it. It has its own process group, so that Ctrl-C reaches only this process, which determines the order of the
+/// shutdown. `input` becomes its standard input; its standard output is captured; its standard error goes to this
+/// process's standard error, or into memory (see ErrorTail) if `quiet`. Thread rule: the thread that starts it must
+/// outlive it.
 class ChildProcess {
  public:
-  /// Throws ClientError (kInternal) when the program cannot be started.
-  /// It inherits the descriptors in `kept`, each at least 3, under their numbers.
+  /// Throws ClientError (kInternal) if the program cannot be started. The child inherits the descriptors in `kept`,
+  /// each at least 3, with the same numbers.
   ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments, bool quiet,
                const std::string& input = {}, std::span<const int> kept = {});
-  /// As above, but with these files: output() and ErrorTail() stay empty.
+  /// Starts the child with these files; output() and ErrorTail() stay empty.
   ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                const ChildFiles& files);
   ~ChildProcess();
@@ -46,26 +47,27 @@ class ChildProcess {
 
   pid_t pid() const { return pid_; }
 
-  /// Empty while the child runs. Also keeps its standard output flowing.
+  /// Returns nullopt while the child runs. Also reads its standard output.
   std::optional<ChildExit> Poll();
 
-  /// Waits for a line of standard output that contains `word`. False when the child ended, `timeout` passed, or
-  /// `give_up` (asked now and then) said so first.
+  /// Waits for a line of standard output that contains `word`. Returns false if the child ends, `timeout` passes, or
+  /// `give_up` (polled regularly) returns true first.
   bool WaitForLine(const std::string& word, std::chrono::milliseconds timeout, bool (*give_up)() = nullptr);
 
-  /// Waits for the end; empty when it is still running after `timeout` or `give_up` said so.
+  /// Waits for the end; nullopt if the child still runs after `timeout` or if `give_up` returns true.
   std::optional<ChildExit> Wait(std::chrono::milliseconds timeout, bool (*give_up)() = nullptr);
 
-  /// Sends a signal, if the child still runs.
+  /// Sends a signal if the child still runs.
   void Signal(int number);
 
-  /// SIGTERM, and SIGKILL when that did not end it within `grace` or `give_up` said so. Returns how it ended.
+  /// Sends SIGTERM, and SIGKILL if the child does not end within `grace` or `give_up` returns true. Returns its exit
+  /// status.
   ChildExit Stop(std::chrono::milliseconds grace, bool (*give_up)() = nullptr);
 
-  /// The last MiB of what it wrote to standard output.
+  /// Last MiB of its standard output.
   const std::string& output() const { return output_; }
 
-  /// The last lines it wrote to standard error, for a report; empty when it was not quiet.
+  /// Last lines of its standard error, for a report; empty if it was not quiet.
   std::string ErrorTail() const;
 
  private:
@@ -75,7 +77,7 @@ class ChildProcess {
 
   pid_t pid_ = -1;
   programs::Descriptor output_pipe_;
-  programs::Descriptor error_;  // memory
+  programs::Descriptor error_;  // memfd
   std::string output_;
   std::optional<ChildExit> exit_;
 };

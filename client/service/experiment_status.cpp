@@ -28,7 +28,7 @@ Enum ReadWord(const Json& word, const char* what) {
   throw NotUnderstood("unknown " + std::string(what) + " '" + text + "'");
 }
 
-// The server may be one that does not tell them yet.
+// Older servers do not send these members.
 void ReadCircumstances(const Json& entry, ExperimentStatus* status) {
   if (const auto hold = entry.find("hold"); hold != entry.end()) status->hold = ReadWord<Hold>(*hold, "hold");
   status->hold_reason = entry.value("hold_reason", "");

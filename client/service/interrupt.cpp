@@ -20,7 +20,7 @@ void CountSignal(int /*number*/) { interrupt_count = interrupt_count + 1; }
 InterruptGuard::InterruptGuard() {
   interrupt_count = 0;
   struct sigaction action {};
-  action.sa_handler = CountSignal;  // without SA_RESTART: a waiting call returns early
+  action.sa_handler = CountSignal;  // without SA_RESTART: blocking calls return early
   for (const int signal : programs::OrdersToStop()) {
     struct sigaction previous {};
     ::sigaction(signal, &action, &previous);

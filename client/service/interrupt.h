@@ -2,9 +2,8 @@
 
 namespace legopt::client {
 
-/// Makes the signals of programs::OrdersToStop ask for an orderly end instead of killing the process, for the guard's
-/// lifetime.
-/// One guard at a time (signal handlers are process-wide by nature).
+/// During its lifetime, the signals of programs::OrdersToStop request an orderly end instead of killing the process.
+/// Only one guard may exist at a time, because signal handlers are process-wide.
 class InterruptGuard {
  public:
   InterruptGuard();
@@ -13,7 +12,7 @@ class InterruptGuard {
   InterruptGuard& operator=(const InterruptGuard&) = delete;
 };
 
-/// Number of such signals since the guard was made: one asks for an orderly end, two for an immediate one.
+/// Number of such signals since the guard was created: one requests an orderly end, two an immediate one.
 int InterruptCount();
 inline bool Interrupted() { return InterruptCount() > 0; }
 inline bool InterruptedTwice() { return InterruptCount() > 1; }

@@ -65,11 +65,11 @@ void LocalPool::Supervise() {
 
 void LocalPool::Stop(milliseconds patience) {
   if (worker_.started()) {
-    // Finish what runs, take nothing new. Not SIGTERM: pending signals of one kind are one, and somebody else's does
-    // not count.
+    // The worker finishes running jobs and takes no new ones. SIGINT instead of SIGTERM: pending signals of one kind
+    // are merged, and a SIGTERM from another process is ignored.
     worker_.child().Signal(SIGINT);
     if (!worker_.child().Wait(patience, InterruptedTwice)) {
-      worker_.child().Stop(kWorkerLeave, InterruptedTwice);  // a second one: at once
+      worker_.child().Stop(kWorkerLeave, InterruptedTwice);  // a second interruption kills immediately
     }
     worker_.Drop();
   }

@@ -18,20 +18,20 @@ struct LocalPoolOptions {
   std::filesystem::path database;
   std::filesystem::path dataset;
   int slots = 2;
-  NetworkOptions network;                           ///< without a port, a free pair is chosen; its key does not count
-  std::vector<std::filesystem::path> solvers = {};  ///< declarations that the worker is given
+  NetworkOptions network;                           ///< without a port, a free pair is chosen; the key is ignored
+  std::vector<std::filesystem::path> solvers = {};  ///< description files of external solvers for the worker
   std::filesystem::path offered = {};               ///< folder of packed datasets for the server; empty: none
-  bool verbose = false;                             ///< let the children write to our standard error
+  bool verbose = false;                             ///< let the children write to this process's standard error
 };
 
-/// An OwnPool on this machine: the programs beside this one, as child processes. Its key exists in memory only and
-/// reaches the children through an inherited descriptor, so no other user can command the pool. The worker, which
-/// starts external solvers, gets the worker's key. A child that a signal killed is started again (the database and the
-/// leases make that safe). A child that exited by itself is an error: kInterrupted if another process ordered it to
+/// An OwnPool on this machine: the programs beside this one run as child processes. Its key exists only in memory and
+/// is passed to the children by an inherited descriptor, so that other users cannot command the pool. The worker, which
+/// starts external solvers, gets only the worker's key. A child killed by a signal is restarted (the database and the
+/// leases make that safe). A child that exits by itself is an error: kInterrupted if another process ordered it to
 /// stop. The destructor stops both children.
 class LocalPool final : public OwnPool {
  public:
-  /// Starts the server, waits until it serves, and starts the worker. Throws as OwnServer.
+  /// Starts the server, waits until it serves, and starts the worker. Throws the errors of OwnServer.
   explicit LocalPool(LocalPoolOptions options);
   ~LocalPool() override;
 
@@ -44,7 +44,7 @@ class LocalPool final : public OwnPool {
   void StartWorker();
 
   LocalPoolOptions options_;
-  programs::Descriptor key_, worker_key_;  // key files in memory
+  programs::Descriptor key_, worker_key_;  // key files in memory (memfd)
   OwnServer server_;
   OwnProgram worker_;
 };

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kMaxRestarts = 20;
 
-// That names a cause other than a defect, and no end in good order.
+// Returns true for exit codes that name a cause other than a bug or an orderly end.
 bool NamesACause(int code) {
   const auto named = static_cast<ExitCode>(code);
   if (named == ExitCode::kOk || named == ExitCode::kInterrupted || named == ExitCode::kInternal) return false;
@@ -25,7 +25,7 @@ bool NamesACause(int code) {
                      [named](const programs::ExitCodeText& known) { return known.code == named; });
 }
 
-// The message of a line that reports an error: "[date] [PROGRAM] [error] MESSAGE" or "PROGRAM: error: MESSAGE".
+// Returns the message of a line that reports an error: "[date] [PROGRAM] [error] MESSAGE" or "PROGRAM: error: MESSAGE".
 std::optional<std::string> ErrorIn(const std::string& line, const std::string& program) {
   const std::string logged = "[" + program + "] [error] ";
   if (const auto found = line.find(logged); line.starts_with('[') && found != std::string::npos) {
@@ -36,7 +36,7 @@ std::optional<std::string> ErrorIn(const std::string& line, const std::string& p
   return std::nullopt;
 }
 
-// An end in good order that we did not ask for: somebody wants the run to end.
+// Throws if the program ended orderly without an order of this process: a user wants the run to end.
 void ThrowIfToldToStop(const std::string& program, const ChildExit& exit) {
   const bool orderly =
       exit.code == static_cast<int>(ExitCode::kOk) || exit.code == static_cast<int>(ExitCode::kInterrupted);
@@ -57,8 +57,8 @@ std::string LastWords(const std::string& program, const std::string& tail) {
 }
 
 void OwnProgram::Start(std::vector<std::string> arguments, std::span<const int> kept) {
-  // What ends us may be sent to all processes of a job (batch systems): a server that stopped at once could not take
-  // back what the worker gives back.
+  // Batch systems may send signals to all processes of a job: a server that stopped immediately could not re-queue the
+  // jobs that the worker releases.
   arguments.insert(arguments.end(), {"--owner", std::to_string(::getpid())});
   if (verbose_) arguments.emplace_back("--verbose");
   child_ = std::make_unique<ChildProcess>(programs::ProgramFolder() / name_, arguments, !verbose_, std::string(), kept);

@@ -14,7 +14,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr char kServerProgram[] = "legopt-server";
-constexpr char kReadyWord[] = "ready on";  // what it says last
+constexpr char kReadyWord[] = "ready on";  // last line of the server's startup
 constexpr milliseconds kServerStart{20'000};
 constexpr milliseconds kServerStop{10'000};
 constexpr int kPortAttempts = 5;
@@ -23,7 +23,7 @@ constexpr int kPortAttempts = 5;
 
 OwnServer::OwnServer(OwnServerOptions options)
     : options_(std::move(options)), program_(kServerProgram, options_.verbose) {
-  // The group may come from the environment, the port only from a flag: a run is a deployment of its own.
+  // The group may come from the environment, the port only from a flag: each run is a separate deployment.
   options_.network.group = options_.network.Resolve().group;
   options_.network.ttl = 0;
   Start();
@@ -50,7 +50,7 @@ bool OwnServer::TryStart() {
 }
 
 void OwnServer::Start() {
-  // Another program may take a port between our look and the server's bind: look again.
+  // Another process may take the port before the server binds it: retry with another one.
   const bool chosen_port = !options_.network.port.has_value();
   const int attempts = chosen_port ? kPortAttempts : 1;
   for (int attempt = 1;; ++attempt) {
@@ -62,7 +62,7 @@ void OwnServer::Start() {
 
 void OwnServer::Supervise() {
   if (!program_.WasKilled()) return;
-  // On the same port: the workers and our connection expect the server there.
+  // Use the same port: the workers and this process's connection expect the server there.
   if (!TryStart()) program_.Fail();
 }
 

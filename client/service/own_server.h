@@ -9,33 +9,32 @@
 
 namespace legopt::client {
 
-/// The server of one command.
+/// Options of a command's own server.
 struct OwnServerOptions {
   std::filesystem::path database;
-  NetworkOptions network;               ///< without a port, a free pair is chosen; a run is a deployment of its own
+  NetworkOptions network;               ///< without a port, a free pair is chosen; each run is a separate deployment
   std::vector<std::string> extra = {};  ///< further arguments, e.g. --listen
-  bool verbose = false;                 ///< let it write to our standard error
-  std::vector<int> kept = {};           ///< descriptors that it inherits
+  bool verbose = false;                 ///< let it write to this process's standard error
+  std::vector<int> kept = {};           ///< inherited descriptors
 };
 
-/// A server of our own, for one command, as a child process on this machine. The destructor stops it. Thread rule: one
-/// thread.
+/// A command's own server, a child process on this machine. The destructor stops it. Thread rule: one thread.
 class OwnServer {
  public:
-  /// Starts it and waits until it serves. Throws ClientError with the exit code and the last words of one that gave up,
-  /// kInterrupted under an InterruptGuard, kMachine when the program is missing.
+  /// Starts the server and waits until it serves. Throws ClientError: the exit code and last error of a server that
+  /// gave up, kInterrupted under an InterruptGuard, kMachine if the program is missing.
   explicit OwnServer(OwnServerOptions options);
   ~OwnServer() { Stop(); }
   OwnServer(const OwnServer&) = delete;
   OwnServer& operator=(const OwnServer&) = delete;
 
-  /// Where it listens.
+  /// Address of the server.
   const NetworkOptions& network() const { return options_.network; }
 
-  /// To be called a few times per second: starts one that a signal killed again, at the same place. Throws as the
-  /// constructor.
+  /// Must be called a few times per second: restarts a server killed by a signal, at the same address. Throws the
+  /// errors of the constructor.
   void Supervise();
-  /// In order, so that the database is closed; a second interruption kills at once.
+  /// Stops the server orderly, so that the database is closed; a second interruption kills immediately.
   void Stop();
 
  private:

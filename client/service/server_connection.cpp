@@ -26,7 +26,8 @@ namespace legopt::client {
 namespace {
 
 using std::chrono::microseconds;
-// A large query or submission may keep a reachable server busy; whether it is reachable is asked first, by a probe.
+// Timeout for large queries and submissions, which may keep a reachable server busy; a probe first checks that it is
+// reachable.
 constexpr microseconds kWorkTimeout = std::chrono::seconds(120);
 constexpr microseconds kLongestCall = std::chrono::hours(1);
 constexpr microseconds kPollSlice = std::chrono::milliseconds(100);
@@ -38,7 +39,7 @@ microseconds ToMicroseconds(double seconds) {
 
 }  // namespace
 
-// A client has threads and several connections: it stays in its network namespace.
+// A client has threads and several connections, so it stays in its network namespace.
 ServerConnection::ServerConnection(const NetworkOptions& options)
     : ServerConnection(bridge::FindUplink(options.Resolve(), options.access, bridge::BusPlace::kOwnPorts),
                        options.timeout_s) {}
@@ -71,7 +72,7 @@ typename bus::CallOf<Request>::Reply ServerConnection::Ask(Request request, micr
   return Answer(std::move(**outcome));
 }
 
-// A tick may leave by an exception before the answer comes.
+// `tick` may throw before the answer arrives.
 void ServerConnection::Await(const std::function<bool()>& answered, const std::function<void()>& tick) {
   microseconds next_tick = endpoint_.now() + kTickInterval;
   while (!answered()) {
@@ -84,7 +85,7 @@ void ServerConnection::Await(const std::function<bool()>& answered, const std::f
   }
 }
 
-// A server with another key, or with none, takes us for nobody, and is as silent as one that is not there.
+// A server with another key, or with none, ignores this client, so it is as silent as a missing one.
 std::string ServerConnection::NobodyAnswers() const {
   const std::string key = transport_.key() == nullptr
                               ? std::string()
@@ -162,7 +163,7 @@ std::string ServerConnection::Query(const std::string& sql, int max_rows, double
   legopt_msg::query_request request;
   request.sql = "/*+ MAX_EXECUTION_TIME(" + std::to_string(std::llround(limit_s * 1e3)) + ") */ " + sql;
   request.max_rows = max_rows;
-  // Others may be answered first.
+  // Other requests may be answered first.
   auto reply = Ask(request, std::min(std::max(timeout_, ToMicroseconds(limit_s) + kWorkTimeout), kLongestCall));
   const QueryStatus status{reply.status};
   if (status == QueryStatus::kStopped) throw ClientError(ExitCode::kUnreachable, "query: " + reply.message);

@@ -16,42 +16,41 @@
 
 namespace legopt::client {
 
-/// Where the server is, and how long it may take.
+/// Address and timeout of the server.
 struct NetworkOptions : programs::NetworkFlags {
-  double timeout_s = 5;               ///< to answer at all, (0, 3600]
-  std::optional<std::string> access;  ///< access file of the server: reach it over a bridge
+  double timeout_s = 5;               ///< time for the first answer, (0, 3600]
+  std::optional<std::string> access;  ///< access file of the server: use a bridge
 };
 
-/// Calls to the server of a deployment, one at a time. Every call throws ClientError: kUnreachable when no answer came
-/// in time or a query was stopped at its limit, kUsage when the server refused the request, kInterrupted when the user
-/// interrupted the wait (only under an InterruptGuard), kInternal when the answer is not understood. Thread rule: one
-/// thread.
+/// Calls to the server of a deployment, one at a time. Every call throws ClientError: kUnreachable if no answer arrives
+/// in time or a query is stopped at its limit, kUsage if the server refuses the request, kInterrupted if the user
+/// interrupts the wait (only under an InterruptGuard), kInternal if the answer is invalid. Thread rule: one thread.
 class ServerConnection {
  public:
-  /// Joins the network without asking anybody. Throws bus::BusError.
+  /// Joins the network without sending anything. Throws bus::BusError.
   explicit ServerConnection(const NetworkOptions& options);
   ~ServerConnection();
 
-  /// Who serves there?
+  /// Asks for the identity of the server.
   legopt_msg::probe_reply Probe();
-  /// Submits a spec; equal ids make one experiment. A refusal is a kUsage error with the server's reason. `tick` is
-  /// called twice per second while the answer is awaited; it may make other calls, and may throw.
+  /// Submits a spec; equal ids create one experiment. A refusal is a kUsage error with the server's reason. `tick` is
+  /// called twice per second while waiting; it may make other calls, and may throw.
   legopt_msg::submit_reply Submit(const std::string& submission_id, const std::string& spec_json,
                                   const std::function<void()>& tick = {});
-  /// Has the server store the packed dataset of an experiment that it has. `pack` is called if the server wants the
-  /// archive. Returns the reason for which the archive is not stored; empty: it is on disk.
+  /// Stores the packed dataset of an experiment on the server. `pack` is called if the server needs the archive.
+  /// Returns why the archive is not stored; empty if it is on disk.
   std::string StoreDataset(const std::string& hash, const std::function<std::string()>& pack);
-  /// Status of one experiment, or of all with 0; the JSON of the contract.
+  /// Returns the status of one experiment, or of all if `experiment_id` is 0; the JSON of PROTOCOL.md.
   nlohmann::json Status(std::int64_t experiment_id);
-  /// Read-only SQL, stopped by the server after `limit_s`, (0, 3600]. Returns the text that db::ReadJsonRows reads.
+  /// Runs read-only SQL, stopped by the server after `limit_s`, (0, 3600]. Returns text for db::ReadJsonRows.
   std::string Query(const std::string& sql, int max_rows, double limit_s);
   legopt_msg::cancel_reply Cancel(std::int64_t experiment_id);
   legopt_msg::control_reply Control(legopt_msg::control_request request);
 
-  /// "239.255.76.67:7667", or where a bridge leads; for messages.
+  /// Address for messages: "239.255.76.67:7667", or the address of the bridge.
   const std::string& address() const { return address_; }
   const bus::LcmTransport& transport() const { return transport_; }
-  /// Changes how long later calls wait for an answer.
+  /// Sets the timeout of later calls.
   void set_timeout(std::chrono::microseconds timeout) { timeout_ = timeout; }
 
  private:
@@ -68,7 +67,7 @@ class ServerConnection {
   std::string address_;
   bool bridged_;
   bus::LcmTransport transport_;
-  std::unique_ptr<bridge::Bridge> spoke_;  ///< null: the server is on our bus
+  std::unique_ptr<bridge::Bridge> spoke_;  ///< nullptr: the server is on the local bus
   bus::Endpoint endpoint_;
   std::chrono::microseconds timeout_;
 };

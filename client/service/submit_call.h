@@ -11,18 +11,18 @@
 
 namespace legopt::client {
 
-/// One submission as calls on an endpoint, without waiting: asks who serves, so that an absent server is found out
-/// soon, then sends the experiment, for which a present server may take its time.
+/// A submission as asynchronous calls on an endpoint: probes the server, so that a missing one is detected soon, then
+/// sends the experiment with a longer timeout.
 ///
-/// It may be made again with the same id after any end, by anybody, however often: equal ids make one experiment.
-/// The endpoint must outlive it; destroying it gives the calls up. Thread rule: the endpoint's thread.
+/// It may be repeated with the same id after any outcome, by any process: equal ids create one experiment. The endpoint
+/// must outlive it; the destructor abandons the calls. Thread rule: the endpoint's thread.
 class SubmitCall {
  public:
   using Outcome = bus::CallOutcome<legopt_msg::submit_reply>;
 
   struct Patience {
-    std::chrono::microseconds presence;  ///< until a server answers at all
-    std::chrono::microseconds work;      ///< until it has expanded and committed the experiment
+    std::chrono::microseconds presence;  ///< time until a server answers the probe
+    std::chrono::microseconds work;      ///< time until it has expanded and committed the experiment
   };
 
   SubmitCall(bus::Endpoint& endpoint, legopt_msg::submit_request request, const Patience& patience);
@@ -30,11 +30,11 @@ class SubmitCall {
   SubmitCall(const SubmitCall&) = delete;
   SubmitCall& operator=(const SubmitCall&) = delete;
 
-  /// Empty while under way. kTimeout: unknown whether the experiment exists.
+  /// nullopt while in progress. kTimeout: it is unknown whether the experiment exists.
   const std::optional<Outcome>& outcome() const { return shared_->outcome; }
 
  private:
-  // Kept alive by the callbacks, so that they may come after this object's end.
+  // Kept alive by the callbacks, which may be called after the destruction of this object.
   struct Shared {
     bus::Endpoint& endpoint;
     legopt_msg::submit_request request;

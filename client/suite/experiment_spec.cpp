@@ -30,7 +30,7 @@ std::string IdRange(const std::vector<DatasetFacts::Problem>& problems) {
          std::to_string(high->id);
 }
 
-// Of the suite's tasks; one number where all have the same.
+// Returns the limits of the suite's tasks; a single number if all are equal.
 template <class Value>
 nlohmann::json LimitJson(const Suite& suite, const Per<Task, Value>& limit) {
   auto limits = nlohmann::json::object();
@@ -45,7 +45,7 @@ void RequireSome(const Suite& suite, const std::string& task, const std::vector<
                     "has none of the chosen " + task + " problems", "choose others, or split: all"});
 }
 
-// The problems of a task by the suite's selection and split, in its order.
+// Returns the problems of a task by the suite's selection and split, in its order.
 std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelection& selection,
                                           const DatasetFacts& dataset) {
   const auto& available = dataset.problems[selection.task];
@@ -74,7 +74,7 @@ std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelectio
   return selected;
 }
 
-// Leaves long problems out; a sentence on that, empty when there are none.
+// Removes long problems; returns a sentence about them, empty if there are none.
 std::string LeaveOutLongProblems(const Suite& suite, Task task, std::vector<DatasetFacts::Problem>* problems) {
   if (!suite.max_stances) return {};
   const int most = NumWaypoints(task, *suite.max_stances);
@@ -89,7 +89,8 @@ std::string LeaveOutLongProblems(const Suite& suite, Task task, std::vector<Data
          longer;
 }
 
-// The suite's tasks with their problems. A task whose problems are all too long is left out as long as another remains.
+// Returns the suite's tasks with their problems. A task whose problems are all too long is omitted if another task
+// remains.
 nlohmann::json TasksJson(const Suite& suite, const DatasetFacts& dataset, std::vector<std::string>* left_out) {
   auto tasks = nlohmann::json::array();
   std::string emptied;
@@ -114,7 +115,6 @@ nlohmann::json TasksJson(const Suite& suite, const DatasetFacts& dataset, std::v
                     "raise it, or choose other problems"});
 }
 
-// The words of the initialisations.
 nlohmann::json InitializationsJson(const Suite& suite) {
   auto words = nlohmann::json::array();
   for (const Initialization initialization : suite.initializations) words.push_back(ToString(initialization));
@@ -181,7 +181,7 @@ nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset, std::v
                            {"wall_time_s", LimitJson(suite, suite.wall_time_s)},
                            {"memory_mb", suite.memory_mb}}},
                          {"max_attempts", suite.max_attempts}};
-  // Left out where they say nothing: ids stay as they were.
+  // Default values are omitted, so that existing ids do not change.
   if (suite.builds != BuildRule::kOne) spec["builds"] = ToString(suite.builds);
   if (suite.rule != Rule::kSolid) spec["rule"] = ToString(suite.rule);
   if (suite.split != Split::kAll) spec["split"] = ToString(suite.split);

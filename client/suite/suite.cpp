@@ -29,7 +29,7 @@ const std::vector<std::string> kMethodKeys = {"name",        "solver",    "multi
 
 namespace limits = bus::spec_limits;
 constexpr int kMostProblemId = limits::kMostProblemId;
-// What a suite may ask for is what a server takes and a worker can do.
+// The limits for suites equal those of servers and workers.
 static_assert(Method::kMostMultiStarts == limits::kMostMultiStarts);
 
 template <Worded Enum>
@@ -129,7 +129,7 @@ std::vector<std::optional<std::int64_t>> ReadMatrix(const YamlMap& map, const st
   return values;
 }
 
-// A table tells methods apart by name, multi-starts, sample size and collision model, so these must be unique.
+// Tables distinguish methods by name, multi-starts, sample size and collision model, so these must be unique.
 void AddMethod(const nlohmann::json& map, const YAML::Node& node, const YamlMap& where, const SolverRegistry& registry,
                Suite* suite) {
   const std::string place = YamlPlace(where.file(), node);
@@ -150,7 +150,7 @@ void AddMethod(const nlohmann::json& map, const YAML::Node& node, const YamlMap&
   suite->methods.push_back(std::move(method));
 }
 
-// The collision models that the suite or a method names: one method for each. None: as the options say.
+// Collision models named by the suite or a method, one method for each. nullopt: use the options.
 using Collision = std::optional<SceneRepresentation>;
 
 std::vector<Collision> ReadCollisions(const YamlMap& map) {
@@ -163,7 +163,7 @@ std::vector<Collision> ReadCollisions(const YamlMap& map) {
   return values;
 }
 
-// The keys of a method that hold one value.
+// Reads the keys of a method that have a single value.
 nlohmann::json ReadPlainKeys(const YamlMap& map) {
   auto base = nlohmann::json::object();
   base["solver"] = map.String("solver");
@@ -179,7 +179,7 @@ nlohmann::json ReadPlainKeys(const YamlMap& map) {
   return base;
 }
 
-// Of one method: the suite's, else its own. It may stand in one place only.
+// Returns the collision models of a method: the suite's, or else its own. They may be set in one place only.
 std::vector<Collision> CollisionsOf(const YamlMap& map, const Collision& shared, const nlohmann::json& base) {
   const bool option = base.contains("options") && base["options"].contains("collision");
   if ((shared ? 1 : 0) + (map.Has("collision") ? 1 : 0) + (option ? 1 : 0) > 1) {
@@ -189,7 +189,7 @@ std::vector<Collision> CollisionsOf(const YamlMap& map, const Collision& shared,
   return shared ? std::vector<Collision>{shared} : ReadCollisions(map);
 }
 
-// For a method whose options name no pairs; options that are no map are refused later.
+// Sets the pairs of a method whose options do not set them. Options that are not a map are refused later.
 void SetPairs(PairSelection pairs, nlohmann::json* method) {
   nlohmann::json& options = method->emplace("options", nlohmann::json::object()).first.value();
   if (options.is_object()) options.emplace("pairs", ToString(pairs));
@@ -225,7 +225,7 @@ void ReadMethods(const YamlMap& map, const SolverRegistry& registry, Suite* suit
   }
 }
 
-// One number for all tasks, or a map with one for each; what it does not tell stays.
+// Reads one number for all tasks, or a map with a number for each; missing tasks keep their values.
 template <class Value, class Read>
 void ReadTaskLimits(const YamlMap& parent, const std::string& key, const Read& read, Per<Task, Value>* values) {
   if (!parent.Has(key)) return;
@@ -261,7 +261,7 @@ std::string LowerCase(std::string text) {
   return text;
 }
 
-// Removes the items whose key is not among `wanted`; every wanted key must occur.
+// Removes the items whose key is not in `wanted`; every wanted key must occur.
 template <class Item, class Key>
 void Keep(const std::vector<std::string>& wanted, const std::string& flag, const std::string& file,
           std::vector<Item>* items, Key key) {
@@ -280,8 +280,8 @@ void Keep(const std::vector<std::string>& wanted, const std::string& flag, const
                 [&](const Item& item) { return std::count(keep.begin(), keep.end(), LowerCase(key(item))) == 0; });
 }
 
-// Keeps the named methods; the mark that tables put behind external solvers is optional. `lists`: names separated by
-// commas; a name may contain commas as well.
+// Keeps the named methods; the mark of external solvers in tables is optional. `lists`: names separated by commas; a
+// name may contain commas as well.
 void KeepMethods(const std::vector<std::string>& lists, Suite* suite) {
   const auto has = [&](const std::string& name) {
     return std::any_of(suite->methods.begin(), suite->methods.end(),
@@ -298,8 +298,8 @@ void KeepMethods(const std::vector<std::string>& lists, Suite* suite) {
   Keep(wanted, "--methods", suite->file, &suite->methods, [](const Method& method) { return method.name; });
 }
 
-// Of every task the wanted problems. Each item, an id or a range, must name one of some task, and no task may lose all
-// of its own.
+// Keeps the wanted problems of every task. Each item, an id or a range, must select a problem of some task, and no task
+// may lose all its problems.
 void KeepProblems(const std::vector<std::string>& items, Suite* suite) {
   const auto wanted = ParseProblemIds(items, suite->file, "--problems");
   std::set<int> kept;
@@ -341,12 +341,12 @@ Suite ParseSuite(const std::string& text, const std::string& file, const SolverR
   const YamlMap map(root, file, "", kSuiteKeys);
   Suite suite;
   suite.file = file;
-  // A pipe has no name, and no folder of its own.
+  // A pipe has neither a name nor a folder.
   const bool is_stream = files::IsStream(file);
   const auto stem = [&file] { return Composed(std::filesystem::path(file).stem().string()); };
   suite.name = map.Has("name") ? map.Name("name") : is_stream ? "stdin" : stem();
   if (map.Has("dataset")) {
-    // Also right for an absolute path: operator/ then drops the left side.
+    // Also correct for an absolute path: operator/ then drops the left side.
     const auto folder = is_stream ? std::filesystem::path() : std::filesystem::path(file).parent_path();
     suite.dataset = (folder / map.String("dataset")).lexically_normal();
   }

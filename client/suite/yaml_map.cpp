@@ -17,7 +17,7 @@ namespace {
 constexpr int kMaxNesting = 16;
 constexpr int kMaxValues = 10'000;
 
-// Long values are cut, at a character of UTF-8.
+// Truncates long values at a UTF-8 character.
 std::string Shortened(const std::string& text) {
   constexpr std::size_t kMostShown = 60;
   if (text.size() <= kMostShown) return text;
@@ -39,7 +39,7 @@ std::string Describe(const YAML::Node& node) {
   }
 }
 
-// Of all of the text; "+1" is a number as well.
+// Parses the complete text; "+1" is a number as well.
 template <class Number>
 std::optional<Number> Parse(const std::string& text) {
   Number value{};

@@ -148,7 +148,7 @@ HeardDatagram ReadDatagram(bus::Port port, std::span<const std::uint8_t> datagra
   heard.header = frame.header;
   heard.rejected = CauseOf(fault);
   heard.tag = TagWord(fault, frame.authentic, key != nullptr);
-  // Of somebody without the key, nothing is believed; but what he says may tell a person who it is.
+  // A frame from a sender without the key is not trusted, but its contents may help to identify the sender.
   if (fault == FrameFault::kNone || fault == FrameFault::kUnsigned) ReadPayload(frame.payload, &heard);
   return heard;
 }
@@ -172,7 +172,7 @@ nlohmann::ordered_json DatagramToJson(const HeardDatagram& heard, std::int64_t w
   const bus::FrameHeader& header = heard.header;
   json["kind"] = KindName(heard);
   json["type"] = TypeName(heard);
-  // Numbers that have no name here.
+  // Numbers without a name in this build.
   if (!HasKind(header)) json["kind_number"] = static_cast<std::int16_t>(header.kind);
   if (!HasType(header)) json["type_number"] = header.type;
   if (heard.fault == FrameFault::kVersion) json["version"] = header.version;

@@ -9,9 +9,10 @@
 
 namespace legopt::client {
 
-/// The body of a request or reply as JSON: fields by name, in the order of the .lcm file; 64-bit numbers exact, NaN as
-/// null, nested messages as objects. Empty when `body` is not exactly one legal message of that call; `why` then names
-/// the fault. Source: bus/message_fields.h, PROTOCOL.md, section 7. Thread rule: none, no state.
+/// Converts the body of a request or reply to JSON: fields by name, in the order of the .lcm file; 64-bit numbers
+/// exact, NaN as null, nested messages as objects. Returns nullopt if `body` is not exactly one legal message of that
+/// call; `why` then contains the error. Source: bus/message_fields.h, PROTOCOL.md, section 7. Thread rule: none, no
+/// state.
 std::optional<nlohmann::ordered_json> BodyToJson(bus::MessageType type, bool of_reply, std::string_view body,
                                                  std::string* why);
 

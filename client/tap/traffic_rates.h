@@ -10,21 +10,21 @@
 
 namespace legopt::client {
 
-/// What was heard within an interval, by message type and frame kind, and what no party took, by cause.
+/// Traffic within an interval by message type and frame kind, and rejected datagrams by cause.
 class TrafficRates {
  public:
   void Add(const HeardDatagram& heard);
 
   std::uint64_t datagrams() const { return total_.datagrams; }
-  std::uint64_t bytes() const { return total_.bytes; }  ///< of frames, without the headers of LCM, UDP and IP
+  std::uint64_t bytes() const { return total_.bytes; }  ///< size of frames, without the headers of LCM, UDP and IP
   const std::map<std::string, std::uint64_t>& rejected() const { return rejected_; }
 
-  /// Rows by message type, then kind, with totals last: datagrams and bytes, and both per second of an interval of
-  /// `seconds` > 0.
+  /// Returns rows by message type, then kind, with totals last: datagrams and bytes, and both per second of an interval
+  /// of `seconds` > 0.
   Listing ToListing(double seconds) const;
-  /// {"seconds", "datagrams", "bytes", "rates": [one object per row], "rejected": {cause: datagrams}}.
+  /// Returns {"seconds", "datagrams", "bytes", "rates": [one object per row], "rejected": {cause: datagrams}}.
   nlohmann::ordered_json ToJson(double seconds) const;
-  /// "2 tag, 1 size"; empty: everything was legal.
+  /// Returns e.g. "2 tag, 1 size"; empty if all datagrams were legal.
   std::string RejectedText() const;
 
  private:
