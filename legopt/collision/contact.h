@@ -23,15 +23,15 @@ namespace legopt {
 /// `link_b` of a contact with the environment.
 inline constexpr int kScene = -1;
 
-/// One pair of convex shapes closer than the margin of the query. World frame, metres; signs as defined in this file.
+/// One pair of convex shapes closer than the query's margin. World frame, metres; signs as defined in this file.
 struct Contact {
   int link_a = 0;                                       ///< robot link
   int link_b = kScene;                                  ///< robot link > link_a, or kScene
-  Eigen::Vector3d point_a_W = Eigen::Vector3d::Zero();  ///< on A
-  Eigen::Vector3d point_b_W = Eigen::Vector3d::Zero();  ///< on B
-  Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();  ///< unit, from B to A
+  Eigen::Vector3d point_a_W = Eigen::Vector3d::Zero();  ///< on the surface of A
+  Eigen::Vector3d point_b_W = Eigen::Vector3d::Zero();  ///< on the surface of B
+  Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();  ///< unit vector from B to A
   double distance_m = 0.0;                              ///< signed distance
-  int pair_id = 0;  ///< identifies the pair of shapes within one CollisionModel; the same in every query
+  int pair_id = 0;                                      ///< identifies the pair of shapes within one CollisionModel
 };
 
 }  // namespace legopt
