@@ -33,7 +33,7 @@ class InputError : public std::runtime_error {
 
   /// First fault.
   const Fault& fault() const { return faults_.front(); }
-  const std::vector<Fault>& faults() const { return faults_; }  ///< at least one, in the order in which they were found
+  const std::vector<Fault>& faults() const { return faults_; }  ///< one or more, in the order of detection
 
   /// Formats a fault as one sentence.
   static std::string TextOf(const Fault& fault) {

@@ -32,7 +32,7 @@ class ClosedBodies {
     int first_vertex = 0;        ///< index of its first vertex in vertices()
     int num_vertices = 0;        ///< number of its vertices
   };
-  const std::vector<Body>& bodies() const { return bodies_; }  ///< in the order of their first triangles
+  const std::vector<Body>& bodies() const { return bodies_; }  ///< ordered by first triangle
   /// Returns the vertices of a body, in the frame of the mesh, m.
   std::span<const Eigen::Vector3d> vertices(const Body& body) const {
     return std::span(mesh_.vertices)

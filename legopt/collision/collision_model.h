@@ -55,7 +55,7 @@ class CollisionModel {
   /// Status of a link pair.
   enum class PairStatus {
     kChecked,
-    kIgnoredAdjacent,       ///< at most one moving joint between them, or a link without geometry
+    kIgnoredAdjacent,       ///< no more than one moving joint between them, or a link without geometry
     kIgnoredReferencePose,  ///< their meshes intersect at `reference_x`; only with PairSelection::kReference
     kIgnoredJoined          ///< no posture separates them; only with PairSelection::kAll
   };
@@ -83,7 +83,7 @@ class CollisionModel {
   int num_link_pieces(int link) const;
   /// A ball in the link's frame, m. Radius < 0 for links without geometry.
   struct Ball {
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< in the link frame, m
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, link frame
     double radius = -1.0;                              ///< m; < 0: the link has no geometry
   };
   /// Returns a ball that contains all shapes of the link.

@@ -50,8 +50,8 @@ class ExactCollision {
   };
   /// The deepest contacts by the literal and the strict rule.
   struct SceneContacts {
-    SceneContact literal;  ///< by the original evaluator's rule
-    SceneContact strict;   ///< at least as deep
+    SceneContact literal;  ///< original evaluator's rule
+    SceneContact strict;   ///< every listed pair; not less deep
   };
   /// Computes the deepest scene contacts at one configuration.
   SceneContacts DeepestEnvironmentContacts(const Kinematics& kinematics);

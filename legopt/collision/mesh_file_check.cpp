@@ -78,7 +78,8 @@ class PlyHeaderCheck {
     const char* end = words[2].data() + words[2].size();
     const auto [rest, fault] = std::from_chars(words[2].data(), end, count);
     if (fault != std::errc() || rest != end) return false;
-    if (count > bytes_) Refuse(path_, field_, words[2], "the file is too short for so many");  // at least one byte each
+    if (count > bytes_)
+      Refuse(path_, field_, words[2], "the file is too short for so many");  // one byte each is the minimum
     if (!elements_.insert(words[1]).second) Refuse(path_, field_, words[1], "the element stands there twice");
     return true;
   }

@@ -42,7 +42,7 @@ const SupportSet* SetOf(dGeomID geom) {
   return ours ? DataOf(geom).set : static_cast<const SupportSet*>(dGeomGetData(geom));
 }
 
-/// Collider of our class, in ODE's terms: depth = margin - signed distance, position half-way between the witness
+/// Collider of our class, in ODE's terms: depth = margin - signed distance, position midway between the witness
 /// points.
 int CollideConvex(dGeomID a, dGeomID b, int /*flags*/, dContactGeom* contact, int /*skip*/) {
   const auto [margin, hint] = *DataOf(a).request;

@@ -10,13 +10,13 @@ namespace legopt {
 
 /// One fixed obstacle.
 struct SceneObject {
-  std::string name;  ///< for messages; unique when read from a file
+  std::string name;  ///< label in messages; unique when read from a file
   ShapeSpec shape;   ///< with its pose in the world
 };
 
 /// All obstacles of the environment. Nothing is loaded or checked until a model is built.
 struct Scene {
-  std::vector<SceneObject> objects;  ///< in the order of the file
+  std::vector<SceneObject> objects;  ///< ordered as in the file
   ReadGuard read_guard = {};         ///< guard that was used to read the scene; its meshes are loaded with it
 };
 

@@ -17,7 +17,7 @@ struct PairDistance {
 
 /// Warm start for a pair of shapes: the separating direction and the nearest feature of an earlier call.
 struct NearestHint {
-  Eigen::Vector3f direction = Eigen::Vector3f::Zero();  ///< from B to A, of any length; zero: unknown
+  Eigen::Vector3f direction = Eigen::Vector3f::Zero();  ///< direction from B to A, of any length; zero: unknown
   std::uint16_t a[3] = {0, 0, 0};                       ///< point indices in A of the nearest feature's corners
   std::uint16_t b[3] = {0, 0, 0};                       ///< point indices in B of the nearest feature's corners
   std::uint8_t size = 0;                                ///< number of corners, 0 to 3

@@ -50,7 +50,7 @@ class TriangleBvh {
 
   std::vector<Node> nodes_;
   std::vector<int> order_;
-  std::vector<Eigen::AlignedBox3d> bounds_;  ///< in the sequence of order_
+  std::vector<Eigen::AlignedBox3d> bounds_;  ///< parallel to order_
 };
 
 }  // namespace legopt

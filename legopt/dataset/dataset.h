@@ -81,7 +81,7 @@ class Dataset {
   /// (negative; Atlas: -0.873903).
   double nominal_sole_height_m() const { return nominal_sole_height_m_; }
 
-  const std::vector<Foot>& feet() const { return feet_; }  ///< in the order of dataset.yaml; not empty
+  const std::vector<Foot>& feet() const { return feet_; }  ///< ordered as in dataset.yaml; not empty
   /// Returns a foot by link name. Throws InputError if the link is not a foot of this dataset.
   const Foot& foot(const std::string& link) const;
   /// Computes the target of the foot's *link frame* in the world: position + sole_offset_m * n, with n the third column

@@ -22,7 +22,7 @@ struct ProblemFile {
   std::string robot;                        ///< free text, may be empty
   std::string scenario;                     ///< free text, may be empty
   std::optional<Task> task;                 ///< nullopt if the key is missing
-  std::vector<ProblemDefinition> problems;  ///< in the order of the file
+  std::vector<ProblemDefinition> problems;  ///< ordered as in the file
 };
 
 /// Reads a problem file. Throws InputError with file and problem: no `problems` array, missing or duplicate `id`,

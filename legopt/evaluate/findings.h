@@ -41,7 +41,7 @@ struct OverlapFinding {
 
 /// All numbers that the judge checks for one configuration. The rules are those of Judge.
 struct WaypointFindings {
-  std::vector<FootFinding> feet;                             ///< in the order of the stance
+  std::vector<FootFinding> feet;                             ///< ordered as in the stance
   Eigen::Vector3d com_W = Eigen::Vector3d::Zero();           ///< centre of mass, m
   std::vector<Eigen::Vector2d> polygon_W;                    ///< support polygon, world xy, counter-clockwise, m
   double com_m = 0;                                          ///< signed distance of the centre of mass from the
@@ -82,7 +82,7 @@ class FindingLister {
 
   std::shared_ptr<const Dataset> dataset_;
   Kinematics kinematics_;
-  Kinematics previous_;  ///< at the previous waypoint
+  Kinematics previous_;  ///< state at the previous waypoint
   ExactCollision collision_;
 };
 

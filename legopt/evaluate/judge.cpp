@@ -101,9 +101,9 @@ class Judge::Workspace {
   std::shared_ptr<const Dataset> dataset_;
   const RobotModel& robot_;
   Kinematics kinematics_;
-  Kinematics previous_;  ///< at the previous waypoint
+  Kinematics previous_;  ///< state at the previous waypoint
   ExactCollision collision_;
-  PathExaminer examiner_;  ///< for tasks with continuous paths
+  PathExaminer examiner_;  ///< used by tasks with continuous paths
   double step_limit_m_;
   Eigen::VectorXd clamped_;
   Eigen::VectorXd torques_;

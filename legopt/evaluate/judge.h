@@ -60,7 +60,7 @@ struct Evaluation {
   double longest_step_m =
       kNotEvaluated;  ///< maximum step of any point between consecutive waypoints; 0 for one waypoint
 
-  InterpolationScore interpolation;  ///< for tasks scored between waypoints, independent of the verdict
+  InterpolationScore interpolation;  ///< set by tasks scored between waypoints; independent of the verdict
 
   /// For a motion with an unsolved window: the failure of that window's best point by the most lenient failing rule, or
   /// success if none fails. Empty if no window is unsolved, or the window was not started.

@@ -13,7 +13,7 @@ namespace legopt {
 
 /// The first unreadable number of a solution.
 struct UnreadableNumber {
-  int waypoint = 0;     ///< from 0
+  int waypoint = 0;     ///< index from 0
   int index = -1;       ///< index in the waypoint, from 0; -1: the waypoint is neither a text nor a list
   std::string value;    ///< text in the file, shortened
   std::string message;  ///< the problem
@@ -42,15 +42,15 @@ struct Solution {
 /// A problem of a solution file. `definition.stances` is empty if the file omits `definition`.
 struct SolvedProblem {
   ProblemDefinition definition;     ///< id and stances
-  std::vector<Solution> solutions;  ///< one per method; in the order of the file
+  std::vector<Solution> solutions;  ///< one per method; ordered as in the file
 };
 
 /// A LegOpt solution file (docs/readings.md#problem-and-solution-files): problems with a `solution` array.
 struct SolutionFile {
   std::string robot;                    ///< free text, may be empty
   std::string scenario;                 ///< free text, may be empty
-  Task task{};                          ///< as in the file, or inferred from the number of stances
-  std::vector<SolvedProblem> problems;  ///< in the order of the file; unique ids
+  Task task{};                          ///< task of the file, or inferred from the number of stances
+  std::vector<SolvedProblem> problems;  ///< ordered as in the file; unique ids
   /// Joint names in the order of `x`, without the base; empty if the file has none. The key "joints" is an extension
   /// that LegOpt's scripts ignore.
   std::vector<std::string> joints = {};

@@ -26,7 +26,7 @@ struct TimedPath {
 struct PathFault {
   Verdict verdict{};   ///< wrong number of waypoints; wrong size, also for misplaced time stamps; not finite
   int waypoint = -1;   ///< waypoint at or before the fault; -1: the whole path
-  std::string detail;  ///< the point, and what is expected
+  std::string detail;  ///< the point, and the expected value
 };
 
 /// Parses `points` (n + 8 numbers each, see TimedPath) of a motion with `num_waypoints` >= 2. Time stamps must start at

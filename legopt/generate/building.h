@@ -28,7 +28,7 @@ enum class Material {
   kMasonry,   ///< walls, parapets
   kTimber,    ///< roofs, furniture
   kCar,       ///< hollow: light for its size
-  kPerson     ///< as heavy as water
+  kPerson     ///< density of water
 };
 
 /// A convex part of an intact building, in the world frame (m, z up).

@@ -30,7 +30,7 @@ class CellContacts {
   /// A contact point of two cells a and b, in the world.
   struct Point {
     Eigen::Vector3d position;  ///< between the two surfaces
-    Eigen::Vector3d normal;    ///< from b to a
+    Eigen::Vector3d normal;    ///< direction from b to a
     double depth_m;            ///< >= 0
   };
   /// Maximum number of points per pair.

@@ -107,7 +107,7 @@ class Builder {
   std::shared_ptr<const Dataset> dataset_;
   std::shared_ptr<const ProbeModel> model_;
   Eigen::AlignedBox2d region_;
-  std::string scenario_name_;  // for the problem files; not the dataset's name, which affects no result
+  std::string scenario_name_;  // written to problem files; not the dataset's name, which affects no result
   std::vector<ProblemDefinition> motions_;
   std::vector<Proven> postures_;
   DatasetReport report_;

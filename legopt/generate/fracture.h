@@ -22,7 +22,7 @@ struct Bond {
   int a = -1,                                         ///< cell
       b = -1;                                         ///< cell, > a
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();   ///< centre of the contact area
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< from a to b
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< direction from a to b
   double area_m2 = 0.0;                               ///< contact area
 };
 

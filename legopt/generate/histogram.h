@@ -27,7 +27,7 @@ std::string FormatHistogram(const Histogram& histogram);
 /// A row of histograms with a heading.
 struct HistogramRow {
   std::string heading;
-  std::vector<Histogram> histograms;  ///< from left to right
+  std::vector<Histogram> histograms;  ///< left to right
 };
 /// Formats an SVG picture with one line of histograms per element of `rows`.
 std::string FormatHistogramsAsSvg(std::span<const HistogramRow> rows);

@@ -160,7 +160,7 @@ class HouseMaker {
         const double xa = -0.3 + (length_ + 0.6) * k / kStrips;
         const double xb = -0.3 + (length_ + 0.6) * (k + 1) / kStrips;
         std::vector<Vector3d> corners;
-        for (const double t : {-0.4, half}) {  // from the overhang to the ridge
+        for (const double t : {-0.4, half}) {  // overhang and ridge
           const double y = side == 0 ? t : width_ - t;
           const double z = eaves + slope * t;
           for (const double x : {xa, xb}) {

@@ -34,7 +34,7 @@ struct StanceTally {
 
 /// Result of sampling.
 struct SampledStances {
-  std::vector<Stance> stances;  ///< in the order of their candidates
+  std::vector<Stance> stances;  ///< ordered by candidate
   StanceTally tally;            ///< counts all candidates up to the last stance
 };
 
@@ -55,7 +55,7 @@ inline constexpr Task kStanceTask = Task::kPosture;
 
 /// Posture of a stance found by SQP from the good initial guess with up to ten restarts, and judged.
 struct PostureProof {
-  bool accepted = false;  ///< by the judge's literal and strict rules
+  bool accepted = false;  ///< judged by the literal and strict rules
   Eigen::VectorXd x;      ///< posture found, accepted or not; size n + 7
   double cost = 0.0;      ///< the judge's cost; NaN if there is none
   double time_s = 0.0;    ///< wall time of the solver

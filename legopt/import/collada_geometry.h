@@ -23,7 +23,7 @@ class ColladaScene {
  private:
   struct Instance {
     const tinyxml2::XMLElement* geometry = nullptr;
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the visual scene
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< relative to the visual scene
   };
   void Visit(const tinyxml2::XMLElement& node, const Eigen::Isometry3d& parent, const std::string& owner);
   TriangleMesh MeshOf(const tinyxml2::XMLElement& geometry) const;

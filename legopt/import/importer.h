@@ -29,7 +29,7 @@ struct ImportOptions {
 
 /// Result of an import.
 struct ImportReport {
-  std::vector<DatasetFinding> findings;  ///< in the order of the checks
+  std::vector<DatasetFinding> findings;  ///< ordered by check
   std::string content_hash;              ///< empty if the files do not form a dataset
 };
 

@@ -76,7 +76,7 @@ class Kinematics {
   const RobotModel* model_;
   std::vector<BodyJoint> body_joints_;
   std::vector<double> body_mass_;          ///< mass of each body without its subtree
-  std::vector<Eigen::Vector3d> body_com_;  ///< in the body frame
+  std::vector<Eigen::Vector3d> body_com_;  ///< body frame
   std::vector<double> subtree_mass_;
   std::vector<int> frame_links_;  ///< links whose frame differs from their body's
 

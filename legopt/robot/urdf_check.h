@@ -19,9 +19,9 @@ struct CheckedUrdf {
   /// elements, numbers separated by single spaces. Two XML parsers may interpret a text differently; this text contains
   /// nothing they could disagree about, so that urdfdom reads exactly what was checked.
   std::string text;
-  std::vector<std::string> links;        ///< names, in the order of the file
+  std::vector<std::string> links;        ///< names, ordered as in the file
   std::vector<std::size_t> shapes;       ///< number of collision elements per link
-  std::vector<UrdfJointElement> joints;  ///< in the order of the file
+  std::vector<UrdfJointElement> joints;  ///< ordered as in the file
 };
 
 /// Checks every element of a URDF that urdfdom reads, so that urdfdom finds no faults itself: at the first fault of a

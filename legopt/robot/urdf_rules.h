@@ -36,10 +36,8 @@ struct UrdfElementRule {
   std::string_view name;                           ///< tag
   int least = 0;                                   ///< minimum number of occurrences
   int most = 1;                                    ///< maximum number of occurrences; kAnyNumber: no limit
-  std::vector<UrdfAttributeRule> attributes = {};  ///< others are ignored, unless they look like a misspelling of one
-                                                   ///< of these
-  std::vector<UrdfElementRule> children = {};      ///< others are ignored, unless they look like a misspelling of one
-                                                   ///< of these
+  std::vector<UrdfAttributeRule> attributes = {};  ///< others are ignored, except misspellings of these
+  std::vector<UrdfElementRule> children = {};      ///< others are ignored, except misspellings of these
   bool read = true;                                ///< false: checked, but not used
   bool holds_one = false;                          ///< exactly one child is required, and no others are allowed
   std::string_view refusal = {};  ///< not empty: the element is forbidden, and this is the advice to the user

@@ -11,8 +11,8 @@ namespace legopt {
 
 /// Links and joints as urdfdom reads them: mesh names as in the file, tree indices not set.
 struct UrdfContent {
-  std::vector<Link> links;    ///< in the order of CheckedUrdf::links
-  std::vector<Joint> joints;  ///< in the order of CheckedUrdf::joints; fixed joints without axis and limits
+  std::vector<Link> links;    ///< ordered as CheckedUrdf::links
+  std::vector<Joint> joints;  ///< ordered as CheckedUrdf::joints; fixed joints without axis and limits
 };
 
 /// Reads a checked URDF with urdfdom, under the guard if there is one. Throws InputError if urdfdom logs an error,
