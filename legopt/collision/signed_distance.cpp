@@ -9,7 +9,7 @@ namespace {
 constexpr int kMaxIterations = 100;
 constexpr double kTouching = 1e-9;      // m; EPA is used if the cores are closer than this
 constexpr double kRelativeGap = 1e-10;  // relative to the squared distance
-constexpr double kAbsoluteGap = 1e-14;  // times the distance, m
+constexpr double kAbsoluteGap = 1e-14;  // m; multiplied by the distance
 
 using Eigen::Vector3d;
 

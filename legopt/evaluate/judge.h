@@ -57,8 +57,7 @@ struct Evaluation {
   double self_depth_strict_m = kNotEvaluated;   ///< contact depth of all colliding pairs
   /// Contact depth with the scene and of all pairs, and depth of vertices inside closed bodies, by the physical rule.
   double solid_depth_m = kNotEvaluated;
-  double longest_step_m =
-      kNotEvaluated;  ///< maximum step of any point between consecutive waypoints; 0 for one waypoint
+  double longest_step_m = kNotEvaluated;  ///< longest step of any point between waypoints; 0 for one waypoint
 
   InterpolationScore interpolation;  ///< set by tasks scored between waypoints; independent of the verdict
 

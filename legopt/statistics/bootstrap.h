@@ -28,11 +28,10 @@ struct BootstrapOptions {
 
 /// A value with its bootstrap interval and intermediate results.
 struct BootstrapEstimate {
-  double value = 0.0;  ///< the statistic of all problems; NaN if there are none
-  Interval interval;   ///< confidence interval; infinite with fewer than two problems
-  double standard_error =
-      0;              ///< standard deviation of the resampled values, divisor resamples - 1; NaN where undefined
-  double bias = 0.0;  ///< z0 of BCa; 0 for percentiles
+  double value = 0.0;         ///< the statistic of all problems; NaN if there are none
+  Interval interval;          ///< confidence interval; infinite with fewer than two problems
+  double standard_error = 0;  ///< standard deviation of resampled values, divisor resamples - 1; NaN if undefined
+  double bias = 0.0;          ///< z0 of BCa; 0 for percentiles
   double acceleration = 0.0;  ///< a of BCa; 0 for percentiles, and where the jackknife has no spread or is not finite
   Interval levels;            ///< quantile levels of the interval's ends, in [0, 1]
 };
@@ -41,8 +40,8 @@ struct BootstrapEstimate {
 /// Efron, Tibshirani 1993, chapter 14). Comparisons are paired: the statistic gets the same resampled problems for both
 /// methods.
 ///
-/// BCa: z0 = Phi^-1(share of resampled values below the value, ties half), kept within half a resample of 0 and 1; a =
-/// sum u^3 / (6 (sum u^2)^1.5) with u = mean - jackknife value; levels see BcaLevels. Ends are quantiles of type 7.
+/// BCa: z0 = Phi^-1(share of resampled values below the value, ties half), kept within half a resample of 0 and 1;
+/// a = sum u^3 / (6 (sum u^2)^1.5) with u = mean - jackknife value; levels see BcaLevels. Ends are quantiles of type 7.
 /// Constant values give an interval of one point.
 ///
 /// Random indices come from a 64-bit Mersenne twister seeded by `seed`, index = floor(uniform of 53 bits times n), and

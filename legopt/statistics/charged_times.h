@@ -17,8 +17,7 @@ double PenalisedAverage(std::span<const double> times_ms, double limit_ms, doubl
 struct ExpectedTime {
   double spent_ms = 0.0;   ///< time of all runs, solved or not
   double successes = 0.0;  ///< number of solved problems, or the sum of their shares
-  double time_ms =
-      0.0;  ///< spent / successes; +infinity if none is solved ("more than spent_ms"), NaN without problems
+  double time_ms = 0.0;    ///< spent / successes; +infinity without successes, NaN without problems
 };
 
 /// Computes the ERT (Auger, Hansen 2005, CEC; COCO, arXiv:1605.03560): the time of all runs divided by the number of
