@@ -28,7 +28,7 @@ struct Stance {
 /// One problem of a benchmark. Its task defines the number of stances.
 struct ProblemDefinition {
   int id = 0;                   ///< unique per task, >= 0 in a dataset
-  std::vector<Stance> stances;  ///< number required by the task, when read from a dataset
+  std::vector<Stance> stances;  ///< size required by the task, when read from a dataset
 };
 
 bool operator==(const Foothold& a, const Foothold& b);

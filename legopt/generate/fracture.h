@@ -39,8 +39,8 @@ struct FractureOptions {
 /// Deterministic: random numbers come from `generator` only.
 std::vector<Cell> Fracture(const Building& building, const FractureOptions& options, std::mt19937_64& generator);
 
-/// Finds all pairs of cells whose faces touch (gap below 3 mm, area at least 20 cm^2). Different loose bodies, and a
-/// loose body and any other part, have no bonds. Ascending by (a, b), one bond per pair.
+/// Finds all pairs of cells whose faces touch (gap below 3 mm, area at least 20 cm^2). Loose bodies have no bonds.
+/// Ascending by (a, b), one bond per pair.
 std::vector<Bond> FindBonds(const Building& building, const std::vector<Cell>& cells);
 
 /// Returns a whole member as one cell.
